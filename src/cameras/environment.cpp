@@ -1,0 +1,57 @@
+#include "cameras/environment.h"
+
+#include "cameras/placed_camera.h"
+#include "cameras/shutter.h"
+
+namespace strobe {
+
+namespace {
+
+class EnvironmentCamera final : public Camera {
+  public:
+    explicit EnvironmentCamera(const CameraArgs& args)
+        : m_placement(args.toWorld, args.shutter),
+          m_perPixel(2 * kPi / float(args.resolution.x), kPi / float(args.resolution.y)) {}
+
+    void rays(const CameraSample* samples, int n, Ray* out) const override {
+        for (int i = 0; i < n; ++i) {
+            const CameraSample& s = samples[i];
+            const M44f m = m_placement.at(s.time);
+            const float phi = s.film.x * m_perPixel.x, theta = s.film.y * m_perPixel.y;
+            const float sinTheta = std::sin(theta);
+            const V3f d(sinTheta * std::cos(phi), std::cos(theta), sinTheta * std::sin(phi));
+            out[i] = {transformPoint(m, V3f(0)), normalize(transformVector(m, d)), s.time};
+        }
+    }
+
+    RayCone cone(const V2f& film) const override {
+        // Averaged over the pixel's rows, so that it does not vanish at the poles.
+        const float top = (film.y - .5f) * m_perPixel.y, half = .5f * m_perPixel.y;
+        const float centre = std::clamp(top + half, half, kPi - half);
+        return {0, std::sqrt(m_perPixel.x * 2 * std::sin(centre) * std::sin(half))};
+    }
+
+    bool hasLens() const override { return false; }
+    bool moves() const override { return m_placement.moves(); }
+    V3f position(float time) const override { return transformPoint(m_placement.at(time), V3f(0)); }
+
+  private:
+    CameraPlacement m_placement;
+    V2f m_perPixel; ///< radians
+};
+
+std::shared_ptr<const Camera> createEnvironment(const ParamSet&, const BuildContext&,
+                                                const CameraArgs& args) {
+    return std::make_shared<EnvironmentCamera>(args);
+}
+
+} // namespace
+
+Plugin<std::shared_ptr<const Camera>, const CameraArgs&> environmentPlugin() {
+    return {"environment",
+            "all directions, as a latitude-longitude map",
+            {kShutterOpen, kShutterClose},
+            createEnvironment};
+}
+
+} // namespace strobe

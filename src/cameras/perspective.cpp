@@ -1,0 +1,89 @@
+#include "cameras/perspective.h"
+
+#include "cameras/placed_camera.h"
+#include "cameras/shutter.h"
+#include "core/sampling.h"
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<float> kFov{"fov", 90, "field of view along the shorter image axis, in degrees"};
+const ParamDef<float> kHalfFov{"halffov", 0, "half of fov, as some exporters give it"};
+
+class PerspectiveCamera final : public Camera {
+  public:
+    PerspectiveCamera(const CameraArgs& args, const ScreenWindow& screen, const Lens& lens)
+        : m_placement(args.toWorld, args.shutter), m_screen(screen), m_lens(lens) {
+        const M44f& m = m_placement.middle();
+        m_corner = transformVector(m, {screen.origin.x, screen.origin.y, 1});
+        m_dx = transformVector(m, {screen.pixel.x, 0, 0});
+        m_dy = transformVector(m, {0, screen.pixel.y, 0});
+        m_pixelVolume = absDot(m_corner, cross(m_dx, m_dy));
+    }
+
+    void rays(const CameraSample* samples, int n, Ray* out) const override {
+        for (int i = 0; i < n; ++i) {
+            const CameraSample& s = samples[i];
+            const M44f m = m_placement.at(s.time);
+            const V2f p = m_screen.at(s.film);
+            V3f o(0), d(p.x, p.y, 1);
+            if (m_lens.radius > 0) {
+                const V2f lens = concentricDisk(s.lens) * m_lens.radius;
+                o = {lens.x, lens.y, 0};
+                d -= o * (1 / m_lens.focalDistance); // towards d * focalDistance, without its overflow
+            }
+            out[i] = {transformPoint(m, o), normalize(transformVector(m, d)), s.time};
+        }
+    }
+
+    RayCone cone(const V2f& film) const override {
+        // The solid angle of the pixel is the determinant of (v, dv/dx, dv/dy) over |v|³, and that
+        // determinant is the same all over the film.
+        const V3f v = m_corner + m_dx * film.x + m_dy * film.y;
+        const float l2 = length2(v);
+        return {0, std::sqrt(m_pixelVolume / (l2 * std::sqrt(l2)))};
+    }
+
+    bool hasLens() const override { return m_lens.radius > 0; }
+    bool moves() const override { return m_placement.moves(); }
+    V3f position(float time) const override { return transformPoint(m_placement.at(time), V3f(0)); }
+
+  private:
+    CameraPlacement m_placement;
+    ScreenWindow m_screen; ///< at distance 1
+    Lens m_lens;
+    V3f m_corner, m_dx, m_dy; ///< world space: direction of film point (0,0), and its change per pixel
+    float m_pixelVolume;
+};
+
+float halfFov(const ParamSet& params) {
+    const ParamDef<float>& def = params.has(kHalfFov) ? kHalfFov : kFov;
+    if (params.has(kHalfFov) && params.has(kFov))
+        throw Error(params.whereIs(kHalfFov), "give \"fov\" or \"halffov\", not both");
+    const float degrees = params.get(def) * (params.has(kHalfFov) ? 1 : .5f);
+    if (!(degrees > 0 && degrees < 90))
+        throw Error(params.whereIs(def), "the field of view must be above 0 and below 180 degrees");
+    return radians(degrees);
+}
+
+std::shared_ptr<const Camera> createPerspective(const ParamSet& params, const BuildContext&,
+                                                const CameraArgs& args) {
+    ScreenWindow screen = readScreenWindow(params, args.resolution);
+    const float scale = std::tan(halfFov(params));
+    screen.origin *= scale;
+    screen.pixel *= scale;
+    return std::make_shared<PerspectiveCamera>(args, screen, readLens(params));
+}
+
+} // namespace
+
+Plugin<std::shared_ptr<const Camera>, const CameraArgs&> perspectivePlugin() {
+    return {"perspective",
+            "a pinhole or thin lens camera",
+            {kFov, kHalfFov, kScreenWindow, kFrameAspect, kLensRadius, kFocalDistance, kShutterOpen,
+             kShutterClose},
+            createPerspective};
+}
+
+} // namespace strobe

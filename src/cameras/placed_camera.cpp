@@ -1,0 +1,48 @@
+#include "cameras/placed_camera.h"
+
+namespace strobe {
+
+namespace {
+
+/// The shutter sees motion only where it overlaps the keys.
+bool movesDuring(const KeyedTransform& t, const Shutter& shutter) {
+    return !t.isStill() && shutter.close > shutter.open && shutter.open < t.times().back() &&
+           shutter.close > t.times().front();
+}
+
+} // namespace
+
+CameraPlacement::CameraPlacement(const KeyedTransform& toWorld, const Shutter& shutter)
+    : m_toWorld(toWorld), m_shutter(shutter), m_moves(movesDuring(toWorld, shutter)),
+      m_still(toWorld.at(shutter.sceneTime(0.5f))) {}
+
+ScreenWindow readScreenWindow(const ParamSet& params, const V2i& resolution) {
+    float aspect = float(resolution.x) / float(resolution.y);
+    if (params.has(kFrameAspect)) {
+        aspect = params.get(kFrameAspect);
+        if (!(aspect > 0))
+            throw Error(params.whereIs(kFrameAspect), "\"frameaspectratio\" must be positive");
+    }
+    const float halfX = std::max(aspect, 1.f), halfY = std::max(1 / aspect, 1.f);
+    std::vector<float> window{-halfX, halfX, -halfY, halfY};
+    if (params.has(kScreenWindow)) {
+        window = params.get(kScreenWindow);
+        if (window.size() != 4)
+            throw Error(params.whereIs(kScreenWindow), "\"screenwindow\" takes four numbers: x0 x1 y0 y1");
+        if (!(window[0] != window[1] && window[2] != window[3]))
+            throw Error(params.whereIs(kScreenWindow), "\"screenwindow\" is empty");
+    }
+    return {{window[0], window[3]},
+            {(window[1] - window[0]) / float(resolution.x), (window[2] - window[3]) / float(resolution.y)}};
+}
+
+Lens readLens(const ParamSet& params) {
+    const Lens lens{params.get(kLensRadius), params.get(kFocalDistance)};
+    if (!(lens.radius >= 0))
+        throw Error(params.whereIs(kLensRadius), "\"lensradius\" must not be negative");
+    if (!(lens.focalDistance > 0))
+        throw Error(params.whereIs(kFocalDistance), "\"focaldistance\" must be positive");
+    return lens;
+}
+
+} // namespace strobe

@@ -1,0 +1,80 @@
+#include "core/atomic_file.h"
+
+#include "core/error.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <string>
+#include <unistd.h>
+#include <utility>
+
+namespace strobe {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& reason) {
+    throw Error("cannot write " + path.string() + ": " + reason, ErrorKind::Output);
+}
+
+/// A newly made file that removes itself unless it was renamed.
+class TemporaryFile {
+  public:
+    explicit TemporaryFile(const fs::path& final) : m_final(final) {
+        for (int attempt = 0; m_fd < 0; ++attempt) {
+            m_path =
+                final.parent_path() / ("." + final.filename().string() + "." + std::to_string(::getpid()) +
+                                       "-" + std::to_string(attempt) + ".tmp");
+            m_fd = ::open(m_path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+            if (m_fd < 0 && (errno != EEXIST || attempt == 1000))
+                fail(m_final, std::strerror(errno));
+        }
+    }
+    ~TemporaryFile() {
+        if (m_fd >= 0)
+            ::close(m_fd);
+        if (!m_renamed)
+            ::unlink(m_path.c_str());
+    }
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+    void write(std::string_view bytes) {
+        while (!bytes.empty()) {
+            const ssize_t n = ::write(m_fd, bytes.data(), bytes.size());
+            if (n < 0 && errno != EINTR)
+                fail(m_final, std::strerror(errno));
+            bytes.remove_prefix(n > 0 ? size_t(n) : 0);
+        }
+    }
+    void rename() {
+        if (::fsync(m_fd) != 0)
+            fail(m_final, std::strerror(errno));
+        const int fd = std::exchange(m_fd, -1);
+        if (::close(fd) != 0 || ::rename(m_path.c_str(), m_final.c_str()) != 0)
+            fail(m_final, std::strerror(errno));
+        m_renamed = true;
+    }
+
+  private:
+    fs::path m_final, m_path;
+    int m_fd = -1;
+    bool m_renamed = false;
+};
+
+} // namespace
+
+void writeFileAtomically(const fs::path& path, std::string_view bytes) {
+    std::error_code ignored;
+    const fs::path target = fs::is_symlink(path, ignored) ? fs::weakly_canonical(path, ignored) : path;
+    if (target.empty() || target.filename().empty())
+        fail(path, "not a file name");
+    if (fs::exists(target, ignored) && !fs::is_regular_file(target, ignored))
+        fail(path, fs::is_directory(target, ignored) ? "it is a directory" : "it is not a regular file");
+    TemporaryFile file(target);
+    file.write(bytes);
+    file.rename();
+}
+
+} // namespace strobe

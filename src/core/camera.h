@@ -1,0 +1,52 @@
+// The camera seam.
+#pragma once
+
+#include "core/math.h"
+#include "core/transform.h"
+
+namespace strobe {
+
+/// A ray. `time` is a fraction of the shutter interval, in [0, 1]: everything downstream of the camera counts
+/// time so.
+struct Ray {
+    V3f o, d; ///< d has unit length
+    float time = 0;
+};
+
+/// The isotropic cone a ray stands for: its width at a distance t along the ray is width + t * spread (scene
+/// units; spread in radians). At the camera it is one whole pixel wide, whatever the number of samples.
+struct RayCone {
+    float width = 0;
+    float spread = 0;
+};
+
+struct CameraSample {
+    V2f film;   ///< in pixels of the full frame, (0,0) the top left corner of the top left pixel
+    V2f lens;   ///< in [0,1)²
+    float time; ///< shutter fraction in [0,1)
+};
+
+class Camera {
+  public:
+    virtual ~Camera() = default;
+    /// out[i] = the ray of samples[i], in world space.
+    virtual void rays(const CameraSample* samples, int n, Ray* out) const = 0;
+    /// The cone of one pixel around a film point.
+    virtual RayCone cone(const V2f& film) const = 0;
+    /// True when rays need `CameraSample::lens`.
+    virtual bool hasLens() const = 0;
+    /// True when the camera moves during the shutter.
+    virtual bool moves() const = 0;
+    /// Some point in or near all rays' origins, at shutter fraction `time`, in world space; the size of one
+    /// pixel at a world point p is about cone.width + |p - position| * cone.spread.
+    virtual V3f position(float time) const = 0;
+};
+
+/// What a camera plugin's `create` gets besides its parameters.
+struct CameraArgs {
+    KeyedTransform toWorld;
+    V2i resolution;
+    Shutter shutter;
+};
+
+} // namespace strobe

@@ -1,0 +1,323 @@
+// The one file that knows Embree; builds against versions 3 and 4.
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/tracer.h"
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <cstddef>
+#include <cstring>
+#include <mutex>
+
+#if defined(__x86_64__)
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+#endif
+
+namespace strobe {
+
+static_assert(sizeof(RayBlock) == sizeof(RTCRayHit16) && offsetof(RayBlock, geom) == offsetof(RTCRayHit16, hit.geomID) &&
+              offsetof(RayBlock, inst) == offsetof(RTCRayHit16, hit.instID) &&
+              offsetof(RayBlock, tfar) == offsetof(RTCRayHit16, ray.tfar));
+
+void setFloatMode() {
+#if defined(__x86_64__)
+    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+#endif
+}
+
+namespace {
+
+/// What Embree's callbacks are told about a geometry.
+struct CallbackData {
+    const PlacedShape* placed;
+    M44f toObject; ///< group to the quadric's own space
+    uint32_t seed; ///< tells geometries apart in the cut-out hash
+};
+
+V3f rayOrigin(RTCRayN* ray, unsigned n, unsigned i) {
+    return {RTCRayN_org_x(ray, n, i), RTCRayN_org_y(ray, n, i), RTCRayN_org_z(ray, n, i)};
+}
+V3f rayDirection(RTCRayN* ray, unsigned n, unsigned i) {
+    return {RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i)};
+}
+
+bool intersectQuadric(const CallbackData& data, RTCRayN* ray, unsigned n, unsigned i, float& t, float& u, float& v) {
+    return data.placed->shape.quadric->intersect(transformPoint(data.toObject, rayOrigin(ray, n, i)),
+                                                 transformVector(data.toObject, rayDirection(ray, n, i)),
+                                                 RTCRayN_tnear(ray, n, i), RTCRayN_tfar(ray, n, i), t, u, v);
+}
+
+void quadricIntersect(const RTCIntersectFunctionNArguments* args) {
+    const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
+    RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, args->N);
+    RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, args->N);
+    for (unsigned i = 0; i < args->N; ++i) {
+        float t, u, v;
+        if (args->valid[i] != -1 || !intersectQuadric(data, ray, args->N, i, t, u, v))
+            continue;
+        RTCRayN_tfar(ray, args->N, i) = t;
+        RTCHitN_u(hit, args->N, i) = u;
+        RTCHitN_v(hit, args->N, i) = v;
+        RTCHitN_primID(hit, args->N, i) = args->primID;
+        RTCHitN_geomID(hit, args->N, i) = args->geomID;
+        RTCHitN_instID(hit, args->N, i, 0) = args->context->instID[0];
+    }
+}
+
+void quadricOccluded(const RTCOccludedFunctionNArguments* args) {
+    const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
+    for (unsigned i = 0; i < args->N; ++i) {
+        float t, u, v;
+        if (args->valid[i] == -1 && intersectQuadric(data, args->ray, args->N, i, t, u, v))
+            RTCRayN_tfar(args->ray, args->N, i) = -kInfinity;
+    }
+}
+
+void quadricBounds(const RTCBoundsFunctionArguments* args) {
+    const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
+    const Box3f box = data.placed->shape.quadric->bounds();
+    Box3f world;
+    for (int i = 0; i < 8; ++i)
+        world.extendBy(transformPoint(data.placed->toParent,
+                                      {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                       i & 4 ? box.max.z : box.min.z}));
+    // A flat disk must not have an empty box.
+    const float pad = 1e-6f * (length(world.max - world.min) + 1e-30f);
+    *args->bounds_o = {world.min.x - pad, world.min.y - pad, world.min.z - pad, 0,
+                       world.max.x + pad, world.max.y + pad, world.max.z + pad, 0};
+}
+
+/// Lets a ray through a hit whose alpha is less than a number hashed from ray and triangle: in the mean over rays
+/// the surface covers as much as alpha says, and the same ray always decides the same.
+void alphaFilter(const RTCFilterFunctionNArguments* args) {
+    const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
+    const TriangleMesh& mesh = *data.placed->shape.mesh;
+    for (unsigned i = 0; i < args->N; ++i) {
+        if (args->valid[i] != -1)
+            continue;
+        const uint32_t prim = RTCHitN_primID(args->hit, args->N, i);
+        const float u = RTCHitN_u(args->hit, args->N, i), v = RTCHitN_v(args->hit, args->N, i);
+        TextureQuery q;
+        q.uv = triangleUv(mesh, prim, u, v);
+        const float alpha = mesh.alpha.at(q);
+        if (alpha >= 1)
+            continue;
+        uint32_t bits[6];
+        const V3f o = rayOrigin(args->ray, args->N, i), d = rayDirection(args->ray, args->N, i);
+        std::memcpy(bits, &o.x, 12);
+        std::memcpy(bits + 3, &d.x, 12);
+        const uint64_t h = hashOf(data.seed, prim, bits[0], bits[1], bits[2], bits[3], bits[4], bits[5]);
+        if (alpha <= 0 || unitFloat(uint32_t(h >> 32)) >= alpha)
+            args->valid[i] = 0;
+    }
+}
+
+} // namespace
+
+struct Tracer::Impl {
+    RTCDevice device = nullptr;
+    std::vector<RTCScene> scenes; ///< one per group; [0] also holds the instances
+    std::vector<std::unique_ptr<CallbackData>> callbackData;
+    size_t worldGeometries = 0;
+    bool movingInstances = false;
+    TracerCounts counts;
+    std::string error;
+    std::mutex errorMutex;
+
+    Impl() {
+        device = rtcNewDevice(nullptr);
+        if (!device)
+            throw Error("Embree could not be started");
+        rtcSetDeviceErrorFunction(
+            device,
+            [](void* self, RTCError, const char* text) {
+                auto& impl = *static_cast<Impl*>(self);
+                const std::lock_guard lock(impl.errorMutex);
+                impl.error = text;
+            },
+            this);
+    }
+    ~Impl() {
+        for (RTCScene scene : scenes)
+            rtcReleaseScene(scene);
+        rtcReleaseDevice(device);
+    }
+
+    RTCGeometry makeMesh(const Geometry& geometry) {
+        const TriangleMesh& mesh = *geometry.placed.shape.mesh;
+        RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        if (mesh.deforms()) {
+            rtcSetGeometryTimeStepCount(g, unsigned(mesh.positions.size()));
+            counts.timeSteps += mesh.positions.size();
+        }
+        for (size_t key = 0; key < mesh.positions.size(); ++key)
+            rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, unsigned(key), RTC_FORMAT_FLOAT3,
+                                       mesh.positions[key].data(), 0, sizeof(V3f), mesh.vertexCount());
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
+                                   3 * sizeof(uint32_t), mesh.triangleCount());
+        counts.triangles += mesh.triangleCount();
+        if (mesh.alpha.texture || mesh.alpha.constant < 1) {
+            rtcSetGeometryIntersectFilterFunction(g, alphaFilter);
+            rtcSetGeometryOccludedFilterFunction(g, alphaFilter);
+            ++counts.filteredGeometries;
+        }
+        return g;
+    }
+
+    RTCGeometry makeQuadric() {
+        RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+        rtcSetGeometryUserPrimitiveCount(g, 1);
+        rtcSetGeometryBoundsFunction(g, quadricBounds, nullptr);
+        rtcSetGeometryIntersectFunction(g, quadricIntersect);
+        rtcSetGeometryOccludedFunction(g, quadricOccluded);
+        ++counts.quadrics;
+        return g;
+    }
+
+    void addGroup(const Group& group) {
+        RTCScene scene = rtcNewScene(device);
+        scenes.push_back(scene);
+        for (const Geometry& geometry : group.geometries) {
+            callbackData.push_back(std::make_unique<CallbackData>(
+                CallbackData{&geometry.placed, geometry.placed.toParent.inverse(), uint32_t(callbackData.size())}));
+            RTCGeometry g = geometry.placed.shape.mesh ? makeMesh(geometry) : makeQuadric();
+            rtcSetGeometryUserData(g, callbackData.back().get());
+            attach(scene, g);
+        }
+    }
+
+    void addInstance(const Instance& instance) {
+        RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(g, scenes[instance.group]);
+        const Motion& motion = *instance.motion;
+        if (!motion.isStill()) {
+            rtcSetGeometryTimeStepCount(g, unsigned(motion.keyCount()));
+            counts.timeSteps += motion.keyCount();
+            movingInstances = true;
+        }
+        for (int i = 0; i < motion.keyCount(); ++i) {
+            if (motion.usesRotation())
+                setRotationKey(g, i, motion.rotationKey(i));
+            else
+                rtcSetGeometryTransform(g, unsigned(i), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                                        motion.matrixKey(i).getValue());
+        }
+        attach(scenes[0], g);
+        ++counts.instances;
+    }
+
+    static void setRotationKey(RTCGeometry g, int key, const Decomposed& d) {
+        RTCQuaternionDecomposition q;
+        rtcInitQuaternionDecomposition(&q);
+        q.scale_x = d.stretch[0][0], q.scale_y = d.stretch[1][1], q.scale_z = d.stretch[2][2];
+        q.skew_xy = d.stretch[1][0], q.skew_xz = d.stretch[2][0], q.skew_yz = d.stretch[2][1];
+        q.quaternion_r = d.rotation.r;
+        q.quaternion_i = d.rotation.v.x, q.quaternion_j = d.rotation.v.y, q.quaternion_k = d.rotation.v.z;
+        q.translation_x = d.translation.x, q.translation_y = d.translation.y, q.translation_z = d.translation.z;
+        rtcSetGeometryTransformQuaternion(g, unsigned(key), &q);
+    }
+
+    static void attach(RTCScene scene, RTCGeometry g) {
+        rtcCommitGeometry(g);
+        rtcAttachGeometry(scene, g);
+        rtcReleaseGeometry(g);
+    }
+
+    void check() const {
+        if (!error.empty())
+            throw Error("Embree: " + error);
+    }
+};
+
+Tracer::Tracer(const std::vector<Group>& groups, const std::vector<Instance>& instances)
+    : m_impl(std::make_unique<Impl>()) {
+    for (const Group& group : groups)
+        m_impl->addGroup(group);
+    m_impl->worldGeometries = groups.empty() ? 0 : groups[0].geometries.size();
+    for (size_t i = 1; i < m_impl->scenes.size(); ++i)
+        rtcCommitScene(m_impl->scenes[i]);
+    for (const Instance& instance : instances)
+        m_impl->addInstance(instance);
+    if (!m_impl->scenes.empty())
+        rtcCommitScene(m_impl->scenes[0]);
+    m_impl->check();
+}
+
+Tracer::~Tracer() = default;
+
+namespace {
+
+alignas(64) constexpr int kLaneIndex[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
+struct alignas(64) ValidMask {
+    int lanes[16];
+    explicit ValidMask(int n) {
+        for (int i = 0; i < 16; ++i)
+            lanes[i] = kLaneIndex[i] < n ? -1 : 0;
+    }
+};
+
+} // namespace
+
+void Tracer::intersect(RayBlock& block, int n, bool coherent) const {
+    const ValidMask valid(n);
+    // Embree 3.13's coherent path rounds differently when instances move, so it would make lanes depend on their
+    // neighbours; it is also no faster there.
+    const bool flag = coherent && !m_impl->movingInstances;
+    auto* rays = reinterpret_cast<RTCRayHit16*>(&block);
+#if RTC_VERSION_MAJOR >= 4
+    RTCIntersectArguments args;
+    rtcInitIntersectArguments(&args);
+    args.flags = flag ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    rtcIntersect16(valid.lanes, m_impl->scenes[0], rays, &args);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = flag ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    rtcIntersect16(valid.lanes, m_impl->scenes[0], &context, rays);
+#endif
+}
+
+void Tracer::occluded(RayBlock& block, int n) const {
+    const ValidMask valid(n);
+    auto* rays = reinterpret_cast<RTCRay16*>(&block);
+#if RTC_VERSION_MAJOR >= 4
+    RTCOccludedArguments args;
+    rtcInitOccludedArguments(&args);
+    rtcOccluded16(valid.lanes, m_impl->scenes[0], rays, &args);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded16(valid.lanes, m_impl->scenes[0], &context, rays);
+#endif
+}
+
+Hit Tracer::hit(const RayBlock& block, int lane) const {
+    Hit hit;
+    if (block.geom[lane] == kNone)
+        return hit;
+    const uint32_t inst = block.inst[lane];
+    hit.instance = inst == kNone ? kNone : inst - uint32_t(m_impl->worldGeometries);
+    hit.geometry = block.geom[lane];
+    hit.prim = block.prim[lane];
+    hit.u = block.u[lane];
+    hit.v = block.v[lane];
+    hit.t = block.tfar[lane];
+    return hit;
+}
+
+Box3f Tracer::bounds() const {
+    RTCBounds b;
+    rtcGetSceneBounds(m_impl->scenes[0], &b);
+    return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
+}
+
+const TracerCounts& Tracer::counts() const { return m_impl->counts; }
+
+} // namespace strobe

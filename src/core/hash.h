@@ -1,0 +1,28 @@
+// Stateless random numbers: hashes of keys, never of a thread's history.
+#pragma once
+
+#include <cstdint>
+
+namespace strobe {
+
+/// A bijective 64-bit finaliser (the constants are those published as "moremur").
+inline uint64_t mix64(uint64_t x) {
+    x ^= x >> 27;
+    x *= 0x3C79AC492BA7B653ull;
+    x ^= x >> 33;
+    x *= 0x1C69B3F74AC4AE35ull;
+    x ^= x >> 27;
+    return x;
+}
+inline uint64_t hashCombine(uint64_t h, uint64_t v) { return mix64(h ^ (v * 0x9E3779B97F4A7C15ull + 1)); }
+/// Hash of any number of integers, order-sensitive.
+template <class... T>
+uint64_t hashOf(T... values) {
+    uint64_t h = 0x243F6A8885A308D3ull;
+    ((h = hashCombine(h, static_cast<uint64_t>(values))), ...);
+    return h;
+}
+/// 32 random bits to a float in [0, 1).
+inline float unitFloat(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
+
+} // namespace strobe

@@ -1,0 +1,81 @@
+// The two seams of rendering: an Integrator decides which visibility samples share a shade, a Shader shades.
+//
+//     camera samples -> trace -> hits -> PLAN -> shading requests -> shade(batch) -> RESOLVE -> film
+#pragma once
+
+#include "core/camera.h"
+#include "core/plugin.h"
+#include "core/scene.h"
+#include "core/stats.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace strobe {
+
+/// One camera ray and what it met.
+struct VisibilitySample {
+    Hit hit;
+    Ray ray;
+    V2f film;       ///< film position, in pixels of the full frame
+    uint32_t pixel; ///< index into VisibilityBatch::pixels
+    uint32_t index; ///< of the sample in its pixel
+};
+
+struct PixelRef {
+    int x, y;
+    uint64_t domain; ///< the sampler domain of the pixel: a hash of seed and position
+};
+
+/// All visibility samples of a few whole pixels, pixel by pixel, samples in order.
+struct VisibilityBatch {
+    std::span<const PixelRef> pixels;
+    std::span<const VisibilitySample> samples;
+    uint32_t samplesPerPixel = 0;
+};
+
+/// A place to shade: a surface point (or the emptiness) as seen along a ray.
+struct ShadingRequest {
+    Hit hit;
+    Ray ray;         ///< towards the surface; its time is the time of shading
+    RayCone cone;    ///< at the ray's origin
+    uint64_t domain; ///< sampler set of the random numbers: member `index` of `total`
+    uint32_t index, total;
+};
+
+/// The mapping from visibility samples to shades, many to one. One worker per thread.
+class IntegratorWorker {
+  public:
+    virtual ~IntegratorWorker() = default;
+    /// Appends the shades that the batch needs to `requests` (empty at the call).
+    virtual void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) = 0;
+    /// values[i] = the radiance of batch.samples[i], from the shaded requests of `plan`.
+    virtual void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded, std::span<Rgb> values) = 0;
+};
+
+class Integrator {
+  public:
+    virtual ~Integrator() = default;
+    virtual std::unique_ptr<IntegratorWorker> makeWorker(const Scene& scene) const = 0;
+};
+
+/// The expensive function. One worker per thread; a request's radiance depends on the request alone, not on its
+/// companions in the batch.
+class ShaderWorker {
+  public:
+    virtual ~ShaderWorker() = default;
+    /// radiance[i] = an estimate of the light that arrives along requests[i].ray, reversed.
+    virtual void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance, Counters& counters) = 0;
+};
+
+class Shader {
+  public:
+    virtual ~Shader() = default;
+    virtual std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler) const = 0;
+};
+
+/// The request that a visibility sample would make for itself.
+ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch, const VisibilitySample& sample);
+
+} // namespace strobe

@@ -1,0 +1,68 @@
+// The material seam: a Material turns textures into a Bsdf once per shaded point, then evaluates it.
+//
+// Directions are in the local shading frame: z is the shading normal as the surface defines it (not turned
+// towards the viewer), so wo.z may be negative: reflection lobes are two-sided and must treat (wo, wi) and
+// (-wo, -wi) alike; transmissive materials read the side from the sign of wo.z (positive: outside). wo and wi
+// both point away from the surface; wo is towards the viewer. Whether a pair reflects or transmits is decided
+// by the caller, from geometric normals; lobes take |cos| of both directions and do not check hemispheres in
+// evalCos (pbrt-v2's rule: a lobe may be evaluated slightly below the shading horizon), but `pdf` is the
+// density with which `sample` really draws wi, so it is zero where sample never goes.
+#pragma once
+
+#include "core/math.h"
+#include "core/texture.h"
+
+#include <type_traits>
+
+namespace strobe {
+
+class Material;
+
+/// A material at one point: its textured parameters, evaluated. Plain data, no allocation.
+struct Bsdf {
+    const Material* material = nullptr;
+    alignas(16) float data[16];
+
+    /// The material's own view of `data`.
+    template <class T>
+    T& as() {
+        static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= sizeof(data));
+        return *reinterpret_cast<T*>(data);
+    }
+    template <class T>
+    const T& as() const {
+        static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= sizeof(data));
+        return *reinterpret_cast<const T*>(data);
+    }
+};
+
+struct BsdfSample {
+    V3f wi;     ///< local frame, unit length
+    Rgb weight; ///< f |cos| / pdf for smooth lobes; for delta lobes the lobe's reflectance / its probability
+    float pdf;  ///< per solid angle, of all smooth lobes together; 0 for a delta lobe
+    bool delta; ///< a mirror-like lobe: evalCos never sees it
+    bool transmits;
+    float eta = 1; ///< for transmission: relative index of refraction crossed (wi side / wo side)
+};
+
+class Material {
+  public:
+    virtual ~Material() = default;
+    /// Looks textures up and fills `bsdf.data`. (The caller sets `bsdf.material`.)
+    virtual void prepare(const TextureQuery& q, Bsdf& bsdf) const = 0;
+    /// For each i: f[i] = BSDF(wo, wi[i]) * |wi[i].z| over all smooth lobes, and pdf[i] = the density per
+    /// solid angle of `sample` for smooth lobes. A material of delta lobes only gives zeros.
+    virtual void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const = 0;
+    /// Draws wi. `uc` (in [0,1)) picks a lobe, `u` (in [0,1)²) a direction. False: absorbed.
+    virtual bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const = 0;
+    /// An upper bound of pdf over all wi, given wo; infinity when there is none that is easy to give.
+    virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
+    /// True when the material has smooth (non-delta) lobes, so that direct light is worth sampling.
+    virtual bool isSmooth() const = 0;
+    /// True when light passes through.
+    virtual bool transmits() const { return false; }
+    /// True when one of its textures does.
+    virtual bool needsFootprint() const { return false; }
+};
+
+} // namespace strobe

@@ -1,0 +1,92 @@
+// The built scene: immutable, shared by all threads.
+#pragma once
+
+#include "core/camera.h"
+#include "core/filter.h"
+#include "core/light.h"
+#include "core/material.h"
+#include "core/sampler.h"
+#include "core/tracer.h"
+
+#include <memory>
+#include <vector>
+
+namespace strobe {
+
+/// A point on the scene's surface, as shading needs it. World space.
+struct SurfacePoint {
+    V3f p;
+    V3f ng;        ///< unit geometric normal: the surface's own side (see Light::emitted), not turned to the viewer
+    V3f ns;        ///< unit shading normal, in ng's hemisphere
+    V2f uv{0};
+    V3f dpdu{0}, dpdv{0}; ///< only where the material needs a footprint or the mesh has tangents, else zero
+    float offset = 0;     ///< a distance along ng that surely clears the surface's rounding errors
+    const Material* material = nullptr;
+    int light = -1;       ///< index into Scene::lights when the surface shines
+    uint32_t prim = 0;
+
+    /// The origin of a ray that leaves towards `w`.
+    V3f spawn(const V3f& w) const { return p + ng * (dot(w, ng) > 0 ? offset : -offset); }
+};
+
+/// A small discrete distribution over lights, by power.
+class LightPicker {
+  public:
+    LightPicker() = default;
+    explicit LightPicker(std::vector<float> powers);
+    /// The light for u in [0,1).
+    int pick(float u) const;
+    float probability(int light) const { return m_probability[size_t(light)]; }
+
+  private:
+    std::vector<float> m_probability, m_cdf;
+};
+
+/// Everything that rendering reads. Members are filled by the builder, then const.
+class Scene {
+  public:
+    Scene(std::vector<Group> groups, std::vector<Instance> instances,
+          std::vector<std::shared_ptr<const Material>> materials, std::vector<std::shared_ptr<const Light>> lights,
+          std::shared_ptr<const Camera> camera, Shutter shutter);
+
+    const Tracer& tracer() const { return *m_tracer; }
+    const Camera& camera() const { return *m_camera; }
+    const std::vector<std::shared_ptr<const Light>>& lights() const { return m_lights; }
+    /// Indices of the lights that have radiance at infinity.
+    const std::vector<int>& environments() const { return m_environments; }
+    const LightPicker& lightPicker() const { return m_lightPicker; }
+    const Shutter& shutter() const { return m_shutter; }
+    /// True when some material looks at the ray footprint.
+    bool needsFootprint() const { return m_needsFootprint; }
+    const Geometry& geometry(const Hit& hit) const {
+        const uint32_t group = hit.instance == kNone ? 0 : m_instances[hit.instance].group;
+        return m_groups[group].geometries[hit.geometry];
+    }
+    const std::vector<Group>& groups() const { return m_groups; }
+    const std::vector<Instance>& instances() const { return m_instances; }
+
+    /// The surface where `hit` is, at shutter fraction `time`. `hit` must not be empty.
+    SurfacePoint surface(const Hit& hit, float time) const;
+    /// Radiance of all environments arriving from direction d.
+    Rgb environment(const V3f& d) const;
+
+  private:
+    void meshSurface(const PlacedShape& placed, const Hit& hit, float time, SurfacePoint& s, float& scale) const;
+
+    std::vector<Group> m_groups;
+    std::vector<Instance> m_instances;
+    std::vector<std::shared_ptr<const Material>> m_materials;
+    std::vector<std::shared_ptr<const Light>> m_lights;
+    std::vector<int> m_environments;
+    LightPicker m_lightPicker;
+    std::shared_ptr<const Camera> m_camera;
+    Shutter m_shutter;
+    bool m_needsFootprint = false;
+    std::unique_ptr<const Tracer> m_tracer;
+};
+
+/// The texture footprint of a ray cone `width` wide (perpendicular to ray direction d) on a surface: fills duvdx and
+/// duvdy of `q`.
+void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q);
+
+} // namespace strobe

@@ -1,0 +1,58 @@
+// The shape seam. A shape is either a triangle mesh (plain data that Embree reads in place) or a quadric.
+#pragma once
+
+#include "core/math.h"
+#include "core/texture.h"
+
+#include <memory>
+#include <vector>
+
+namespace strobe {
+
+/// A triangle mesh in object space, still or deforming. All per-vertex arrays are indexed alike.
+struct TriangleMesh {
+    std::vector<uint32_t> indices;           ///< three per triangle
+    std::vector<std::vector<V3f>> positions; ///< one array per key; one key: still
+    std::vector<std::vector<V3f>> normals;   ///< empty, or one array per key of `positions`; need not be unit
+    std::vector<V3f> tangents;               ///< empty, or per vertex
+    std::vector<V2f> uvs;                    ///< empty: each triangle has (0,0) (1,0) (1,1)
+    std::vector<float> keyTimes;             ///< scene time of each key, ascending; empty when still
+    FloatInput alpha{1};                     ///< < 1: partly (stochastically) or wholly cut away
+
+    size_t triangleCount() const { return indices.size() / 3; }
+    size_t vertexCount() const { return positions.empty() ? 0 : positions.front().size(); }
+    bool deforms() const { return positions.size() > 1; }
+};
+
+/// A point on a quadric, in its object space.
+struct QuadricPoint {
+    V3f p, n;       ///< n: unit outward normal
+    V3f dpdu, dpdv; ///< derivatives by the uv below
+    V2f uv;         ///< pbrt's parametrisation
+};
+
+/// A shape intersected in closed form, in its object space.
+class Quadric {
+  public:
+    virtual ~Quadric() = default;
+    virtual Box3f bounds() const = 0;
+    /// The nearest hit with tmin < t < tmax of o + t d (d of any length). On success fills t and the two
+    /// numbers (u, v) that `point` needs.
+    virtual bool intersect(const V3f& o, const V3f& d, float tmin, float tmax, float& t, float& u,
+                           float& v) const = 0;
+    /// The surface at (u, v) of `intersect`.
+    virtual QuadricPoint point(float u, float v) const = 0;
+    virtual float area() const = 0;
+    /// A point uniform by area from u in [0,1)²: `point` plus nothing else; density 1/area().
+    virtual QuadricPoint samplePoint(const V2f& u) const = 0;
+    /// The radius when the shape is a whole sphere about the origin (seen as a cone by lights), else 0.
+    virtual float wholeSphereRadius() const { return 0; }
+};
+
+/// What a shape plugin makes: exactly one of the two is set.
+struct Shape {
+    std::shared_ptr<TriangleMesh> mesh;
+    std::shared_ptr<const Quadric> quadric;
+};
+
+} // namespace strobe

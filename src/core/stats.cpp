@@ -1,0 +1,29 @@
+#include "core/stats.h"
+
+namespace strobe {
+
+const char* toString(Stage stage) {
+    static constexpr const char* names[] = {"generate", "trace", "plan", "shade", "resolve"};
+    return names[int(stage)];
+}
+
+void Counters::add(const Counters& other) {
+    pixels += other.pixels;
+    visibilitySamples += other.visibilitySamples;
+    shades += other.shades;
+    escaped += other.escaped;
+    shadowRays += other.shadowRays;
+    lightRays += other.lightRays;
+    bounceRays += other.bounceRays;
+    surfaces += other.surfaces;
+    footprints += other.footprints;
+    badSamples += other.badSamples;
+    constexpr size_t kKept = 16;
+    for (const BadSample& bad : other.firstBad)
+        if (firstBad.size() < kKept)
+            firstBad.push_back(bad);
+    for (int i = 0; i < kStageCount; ++i)
+        seconds[i] += other.seconds[i];
+}
+
+} // namespace strobe

@@ -1,0 +1,56 @@
+// Counters and clocks, one set per thread, added up at the end.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace strobe {
+
+/// The steps of rendering a batch; their seconds add up to the time threads spent in tiles.
+enum class Stage { Generate, Trace, Plan, Shade, Resolve };
+inline constexpr int kStageCount = 5;
+const char* toString(Stage stage);
+
+/// A sample that came out as NaN or infinite, and how to find it again.
+struct BadSample {
+    int x, y;
+    uint32_t sample;
+};
+
+struct Counters {
+    uint64_t pixels = 0;
+    uint64_t visibilitySamples = 0; ///< camera rays
+    uint64_t shades = 0;            ///< calls of shade() at the first hit, by request
+    uint64_t escaped = 0;           ///< requests that met nothing: no surface is shaded
+    uint64_t shadowRays = 0;
+    uint64_t lightRays = 0;  ///< BSDF samples traced to find a light (direct lighting)
+    uint64_t bounceRays = 0; ///< path continuation, specular included
+    uint64_t surfaces = 0;   ///< surface points evaluated
+    uint64_t footprints = 0; ///< of those, with a texture footprint
+    uint64_t badSamples = 0;
+    std::vector<BadSample> firstBad; ///< the first few of badSamples
+    std::array<double, kStageCount> seconds{};
+
+    void add(const Counters& other);
+    uint64_t rays() const { return visibilitySamples + shadowRays + lightRays + bounceRays; }
+};
+
+/// Adds the time since construction, or since the last call, to one stage after another.
+class StageClock {
+  public:
+    explicit StageClock(Counters& counters) : m_counters(counters), m_last(std::chrono::steady_clock::now()) {}
+    void charge(Stage stage) {
+        const auto now = std::chrono::steady_clock::now();
+        m_counters.seconds[size_t(stage)] += std::chrono::duration<double>(now - m_last).count();
+        m_last = now;
+    }
+
+  private:
+    Counters& m_counters;
+    std::chrono::steady_clock::time_point m_last;
+};
+
+} // namespace strobe

@@ -1,0 +1,151 @@
+#include "core/image.h"
+
+#include <OpenImageIO/imagecache.h>
+#include <OpenImageIO/imageio.h>
+#include <OpenImageIO/texture.h>
+
+#include <cstring>
+
+namespace strobe {
+namespace {
+
+float toLinear(float stored, bool srgb, float gamma) {
+    return srgb ? decodeSrgb(stored) : std::pow(std::max(stored, 0.f), gamma);
+}
+
+/// Presents a file to OIIO's cache with its values made linear, so that MIP levels and filters work on light,
+/// not on encoded numbers. The whole file is decoded when it is opened: these are 8- and 16-bit images.
+class LinearizingInput : public OIIO::ImageInput {
+  public:
+    static OIIO::ImageInput* create() { return new LinearizingInput; }
+    const char* format_name() const override { return "strobe-linearized"; }
+    bool open(const std::string&, OIIO::ImageSpec&) override { return false; } // needs the configuration
+
+    bool open(const std::string&, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
+        const auto file = OIIO::ImageInput::open(config.get_string_attribute("strobe:path"));
+        if (!file) {
+            errorfmt("{}", OIIO::geterror());
+            return false;
+        }
+        const OIIO::ImageSpec& stored = file->spec();
+        const int n = std::min(stored.nchannels, 3);
+        m_spec = OIIO::ImageSpec(stored.width, stored.height, n, OIIO::TypeDesc::FLOAT);
+        m_values.resize(size_t(m_spec.width) * m_spec.height * n);
+        if (!file->read_image(0, 0, 0, n, OIIO::TypeDesc::FLOAT, m_values.data())) {
+            errorfmt("{}", file->geterror());
+            return false;
+        }
+        const bool srgb = config.get_int_attribute("strobe:srgb") != 0;
+        const float gamma = config.get_float_attribute("strobe:gamma", 1);
+        for (float& v : m_values)
+            v = toLinear(v, srgb, gamma);
+        spec = m_spec;
+        return true;
+    }
+    bool close() override { return true; }
+    bool read_native_scanline(int subimage, int miplevel, int y, int, void* data) override {
+        if (subimage != 0 || miplevel != 0 || y < 0 || y >= m_spec.height)
+            return false;
+        const size_t row = size_t(m_spec.width) * m_spec.nchannels;
+        std::memcpy(data, &m_values[size_t(y) * row], row * sizeof(float));
+        return true;
+    }
+
+  private:
+    std::vector<float> m_values;
+};
+
+OIIO::TextureOpt::Wrap toOiio(Wrap wrap) {
+    switch (wrap) {
+    case Wrap::Repeat:
+        return OIIO::TextureOpt::WrapPeriodic;
+    case Wrap::Black:
+        return OIIO::TextureOpt::WrapBlack;
+    case Wrap::Clamp:
+        break;
+    }
+    return OIIO::TextureOpt::WrapClamp;
+}
+
+} // namespace
+
+struct TextureCache::File {
+    OIIO::TextureSystem::TextureHandle* handle;
+    std::filesystem::path path;
+    Location where;
+    int channels; ///< 1 or 3
+};
+
+struct TextureCache::Impl {
+    OIIO::ImageCache* images;
+    OIIO::TextureSystem* textures;
+
+    explicit Impl(int megabytes) : images(OIIO::ImageCache::create(false)) {
+        images->attribute("max_memory_MB", float(megabytes));
+        images->attribute("autotile", 64);
+        images->attribute("automip", 1);
+        images->attribute("accept_untiled", 1);
+        images->attribute("accept_unmipped", 1);
+        textures = OIIO::TextureSystem::create(false, images);
+    }
+    ~Impl() {
+        OIIO::TextureSystem::destroy(textures, false);
+        OIIO::ImageCache::destroy(images, false);
+    }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
+    /// The cache's name for the file: its own, or one that stands for its linearised values.
+    OIIO::ustring nameOf(const std::filesystem::path& path, const Transfer& transfer) const;
+};
+
+OIIO::ustring TextureCache::Impl::nameOf(const std::filesystem::path& path, const Transfer& transfer) const {
+    if (transfer.kind == Transfer::Linear || (transfer.kind == Transfer::Gamma && transfer.gamma == 1))
+        return OIIO::ustring(path.string());
+    if (!transfer.ofFloats) {
+        const auto file = OIIO::ImageInput::open(path.string());
+        if (!file || file->spec().format.is_floating_point()) {
+            OIIO::geterror(); // of a file that cannot be opened: get_imagespec reports it
+            return OIIO::ustring(path.string());
+        }
+    }
+    const bool srgb = transfer.kind == Transfer::Srgb;
+    const std::string how = srgb ? "srgb" : "gamma " + std::to_string(transfer.gamma);
+    const OIIO::ustring name(path.string() + "|" + how);
+    OIIO::ImageSpec config;
+    config.attribute("strobe:path", path.string());
+    config.attribute("strobe:srgb", int(srgb));
+    config.attribute("strobe:gamma", transfer.gamma);
+    images->add_file(name, LinearizingInput::create, &config);
+    return name;
+}
+
+TextureCache::TextureCache(int megabytes) : m_impl(std::make_unique<Impl>(megabytes)) {}
+TextureCache::~TextureCache() = default;
+
+std::shared_ptr<const TextureCache::File>
+TextureCache::open(const std::filesystem::path& path, const Location& where, const Transfer& transfer) {
+    const OIIO::ustring name = m_impl->nameOf(path, transfer);
+    OIIO::ImageSpec spec;
+    if (!m_impl->images->get_imagespec(name, spec))
+        throw Error(where, "cannot read the image " + path.string() + ": " + m_impl->images->geterror());
+    return std::make_shared<File>(
+        File{m_impl->textures->get_texture_handle(name), path, where, spec.nchannels >= 3 ? 3 : 1});
+}
+
+Rgb TextureCache::lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
+                         Wrap wrap) const {
+    OIIO::TextureOpt options;
+    options.swrap = options.twrap = toOiio(wrap);
+    options.interpmode = OIIO::TextureOpt::InterpBilinear; // bicubic overshoots
+    const bool isPoint = duvdx == V2f(0) && duvdy == V2f(0);
+    options.mipmode = isPoint ? OIIO::TextureOpt::MipModeNoMIP : OIIO::TextureOpt::MipModeAniso;
+    float result[3];
+    OIIO::TextureSystem& system = *m_impl->textures;
+    if (!system.texture(file.handle, system.get_perthread_info(), options, uv.x, uv.y, duvdx.x, duvdx.y,
+                        duvdy.x, duvdy.y, file.channels, result))
+        throw Error(file.where, "cannot read the image " + file.path.string() + ": " + system.geterror());
+    return file.channels == 1 ? Rgb(result[0]) : Rgb(result[0], result[1], result[2]);
+}
+
+} // namespace strobe

@@ -1,0 +1,99 @@
+// Ray tracing: packets of rays against the scene's geometry. Implemented by the one file that knows Embree.
+#pragma once
+
+#include "core/geometry.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace strobe {
+
+inline constexpr uint32_t kNone = ~0u;
+
+/// What a ray met, as plain numbers; meaningful whatever ray found it.
+struct Hit {
+    uint32_t instance = kNone; ///< index into Scene::instances, or kNone for geometry of the world itself
+    uint32_t geometry = kNone; ///< index into its group's geometries; kNone: nothing was hit
+    uint32_t prim = 0;         ///< triangle
+    float u = 0, v = 0;        ///< barycentrics of the second and third vertex, or Quadric's numbers
+    float t = 0;               ///< distance along the ray that found it
+
+    explicit operator bool() const { return geometry != kNone; }
+};
+
+/// Sixteen rays in Embree's structure-of-arrays layout, with room for their hits. Lanes are independent: what is
+/// found does not depend on which rays share a block (measured, and tested: it is what makes images independent of
+/// tiles and threads).
+struct alignas(64) RayBlock {
+    static constexpr int kSize = 16;
+    float ox[kSize], oy[kSize], oz[kSize], tnear[kSize];
+    float dx[kSize], dy[kSize], dz[kSize], time[kSize];
+    float tfar[kSize];
+    uint32_t mask[kSize], id[kSize], flags[kSize];
+    float ngx[kSize], ngy[kSize], ngz[kSize];
+    float u[kSize], v[kSize];
+    uint32_t prim[kSize], geom[kSize], inst[kSize];
+
+    void set(int lane, const V3f& o, const V3f& d, float tmax, float rayTime) {
+        ox[lane] = o.x, oy[lane] = o.y, oz[lane] = o.z, tnear[lane] = 0;
+        dx[lane] = d.x, dy[lane] = d.y, dz[lane] = d.z, time[lane] = rayTime;
+        tfar[lane] = tmax;
+        mask[lane] = ~0u, id[lane] = 0, flags[lane] = 0;
+        geom[lane] = kNone, inst[lane] = kNone;
+    }
+};
+
+/// One shape of a group.
+struct Geometry {
+    PlacedShape placed;
+    int material = 0;
+    int light = -1; ///< of the world's own geometry; instances keep their own list
+};
+
+/// Geometry that moves (or is repeated) as one: an Embree scene of its own.
+struct Group {
+    std::vector<Geometry> geometries;
+};
+
+struct Instance {
+    uint32_t group;
+    std::shared_ptr<const Motion> motion;
+    std::vector<int> lights; ///< per geometry of the group; empty: none shines
+};
+
+/// What the acceleration structures hold: for the test that cost follows need.
+struct TracerCounts {
+    size_t triangles = 0, quadrics = 0, instances = 0;
+    size_t timeSteps = 0;       ///< of geometries and instances that move; still ones carry none
+    size_t filteredGeometries = 0; ///< with a cut-out test
+};
+
+/// Acceleration structures over the world's geometry and instances of groups; immutable, thread-safe.
+class Tracer {
+  public:
+    /// Refers to the arrays' meshes: they must outlive the tracer. groups[0] is the world's own geometry.
+    Tracer(const std::vector<Group>& groups, const std::vector<Instance>& instances);
+    ~Tracer();
+    Tracer(const Tracer&) = delete;
+    Tracer& operator=(const Tracer&) = delete;
+
+    /// Nearest hits of lanes 0 … n-1. `coherent`: the rays start together and point the same way (camera rays).
+    void intersect(RayBlock& block, int n, bool coherent) const;
+    /// For lanes 0 … n-1: sets tfar negative where anything lies before tfar.
+    void occluded(RayBlock& block, int n) const;
+    /// The hit of a lane after `intersect`.
+    Hit hit(const RayBlock& block, int lane) const;
+
+    Box3f bounds() const;
+    const TracerCounts& counts() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+/// Flush-to-zero and denormals-are-zero on the calling thread: Embree's advice for every thread that traces.
+void setFloatMode();
+
+} // namespace strobe

@@ -1,0 +1,35 @@
+#include "filters/box.h"
+
+#include "filters/separable.h"
+
+namespace strobe {
+
+namespace {
+
+const WidthParams kWidths(0.5f);
+
+class BoxFilter final : public Filter {
+  public:
+    explicit BoxFilter(const V2f& radius) : m_radius(radius) {}
+    Sample sample(const V2f& u) const override {
+        return {{(2 * u.x - 1) * m_radius.x, (2 * u.y - 1) * m_radius.y}, 1};
+    }
+    float eval(const V2f& offset) const override {
+        const bool inside = std::abs(offset.x) <= m_radius.x && std::abs(offset.y) <= m_radius.y;
+        return inside ? 1 / (4 * m_radius.x * m_radius.y) : 0;
+    }
+    V2f radius() const override { return m_radius; }
+
+  private:
+    V2f m_radius;
+};
+
+} // namespace
+
+Plugin<std::shared_ptr<const Filter>> boxFilterPlugin() {
+    return {"box", "constant", {kWidths.x, kWidths.y}, [](const ParamSet& params, const BuildContext&) {
+                return std::make_shared<BoxFilter>(kWidths.read(params));
+            }};
+}
+
+} // namespace strobe

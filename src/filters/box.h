@@ -1,0 +1,12 @@
+// The box filter.
+#pragma once
+
+#include "core/filter.h"
+#include "core/plugin.h"
+
+namespace strobe {
+
+/// "box": constant over the rectangle of the half-widths.
+Plugin<std::shared_ptr<const Filter>> boxFilterPlugin();
+
+} // namespace strobe

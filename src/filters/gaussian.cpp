@@ -1,0 +1,53 @@
+#include "filters/gaussian.h"
+
+#include "filters/separable.h"
+
+namespace strobe {
+
+namespace {
+
+const WidthParams kWidths(1.5f);
+const ParamDef<float> kAlpha{"alpha", 2,
+                             "falloff exp(-alpha x²), as in pbrt-v2 and v3, where it is the rule"};
+const ParamDef<float> kSigma{"sigma", 0.5f, "standard deviation in pixels, as in pbrt-v4"};
+
+float checkedPositive(const ParamSet& params, const ParamDef<float>& def) {
+    const float x = params.get(def);
+    if (!(x > 0))
+        throw Error(params.whereIs(def), std::string("\"") + def.name + "\" must be positive");
+    return x;
+}
+
+Profile gaussianProfile(float radius, float alpha) {
+    const float range = alpha * radius * radius, end = std::exp(-range);
+    return Profile(radius, [=](float x) {
+        const float a = alpha * x * x;
+        // expm1: a gaussian that is wide for its support must not cancel to noise.
+        return std::max(0.f, range < 1 ? end * std::expm1(range - a) : std::exp(-a) - end);
+    });
+}
+
+std::shared_ptr<const Filter> createGaussian(const ParamSet& params, const BuildContext& context) {
+    if (params.has(kAlpha) && params.has(kSigma))
+        throw Error(params.whereIs(kSigma), "a gaussian filter takes \"alpha\" or \"sigma\", not both");
+    const bool v2 = context.conventions == Conventions::PbrtV2;
+    const bool byAlpha = params.has(kAlpha) || (v2 && !params.has(kSigma));
+    const float alpha =
+        byAlpha ? checkedPositive(params, kAlpha) : .5f / sqr(checkedPositive(params, kSigma));
+    const V2f radius = kWidths.read(params, byAlpha ? 2 : kWidths.x.fallback);
+    if (alpha * sqr(std::max(radius.x, radius.y)) > 2000) // the table would not resolve it
+        throw Error(params.whereIs(byAlpha ? kAlpha : kSigma),
+                    "the gaussian is too narrow for the filter's width");
+    return makeSeparable(gaussianProfile(radius.x, alpha), gaussianProfile(radius.y, alpha));
+}
+
+} // namespace
+
+Plugin<std::shared_ptr<const Filter>> gaussianFilterPlugin() {
+    return {"gaussian",
+            "a gaussian that reaches zero at the half-width (with alpha: half-widths default to 2)",
+            {kWidths.x, kWidths.y, kAlpha, kSigma},
+            createGaussian};
+}
+
+} // namespace strobe

@@ -1,0 +1,12 @@
+// The triangle filter.
+#pragma once
+
+#include "core/filter.h"
+#include "core/plugin.h"
+
+namespace strobe {
+
+/// "triangle": a tent along each axis, falling to zero at the half-width.
+Plugin<std::shared_ptr<const Filter>> triangleFilterPlugin();
+
+} // namespace strobe

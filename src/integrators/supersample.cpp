@@ -1,0 +1,38 @@
+#include "integrators/supersample.h"
+
+namespace strobe {
+
+namespace {
+
+class Worker : public IntegratorWorker {
+  public:
+    explicit Worker(const Scene& scene) : m_scene(scene) {}
+    void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
+        requests.reserve(batch.samples.size());
+        for (const VisibilitySample& sample : batch.samples)
+            requests.push_back(requestFor(m_scene, batch, sample));
+    }
+    void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
+        std::copy(shaded.begin(), shaded.end(), values.begin());
+    }
+
+  private:
+    const Scene& m_scene;
+};
+
+class Supersample : public Integrator {
+  public:
+    std::unique_ptr<IntegratorWorker> makeWorker(const Scene& scene) const override {
+        return std::make_unique<Worker>(scene);
+    }
+};
+
+} // namespace
+
+IntegratorPlugin supersamplePlugin() {
+    return {"supersample", "one shade per visibility sample: the baseline", {}, [](const ParamSet&, const BuildContext&) {
+                return std::make_shared<const Supersample>();
+            }};
+}
+
+} // namespace strobe

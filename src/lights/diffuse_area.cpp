@@ -1,0 +1,53 @@
+#include "lights/diffuse_area.h"
+
+#include "lights/emission.h"
+#include "lights/mesh_light.h"
+#include "lights/placement.h"
+#include "lights/quadric_light.h"
+#include "lights/sphere_light.h"
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<Rgb> kL{"L", Rgb(1), "emitted radiance"};
+const ParamDef<bool> kTwoSided{"twosided", false, "shine on both sides"};
+
+/// The light of the kind that suits the shape.
+std::shared_ptr<SurfaceLight> makeLight(const PlacedShape& shape, const Emission& emission) {
+    if (shape.shape.mesh)
+        return makeMeshLight(shape, emission);
+    return staysSphere(shape) ? makeSphereLight(shape, emission) : makeQuadricLight(shape, emission);
+}
+
+void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Messages& messages) {
+    if (!shape.shape.mesh)
+        return;
+    const FloatInput& alpha = shape.shape.mesh->alpha;
+    if (alpha.texture || alpha.constant < 1)
+        messages.warn(params.where(), "the shape's alpha is ignored where its light is sampled");
+}
+
+std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext& context,
+                                     const AreaLightArgs& args) {
+    const Emission emission{readEmission(params, kL), params.get(kTwoSided)};
+    std::shared_ptr<SurfaceLight> light = makeLight(args.shape, emission);
+    if (!(light->area() > 0))
+        throw Error(params.where(), "area light on a shape of zero area");
+    if (!std::isfinite(light->area()))
+        throw Error(params.where(), "area light on a shape of infinite or undefined area");
+    warnOfCutouts(args.shape, params, context.messages);
+    light->sampleCount = readSampleCount(params);
+    return light;
+}
+
+} // namespace
+
+Plugin<std::shared_ptr<Light>, const AreaLightArgs&> diffuseAreaLightPlugin() {
+    return {"diffuse",
+            "radiance L from every point of a shape",
+            {kL, kLightScale, kTwoSided, kLightSamples},
+            createDiffuse};
+}
+
+} // namespace strobe

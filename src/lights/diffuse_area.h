@@ -1,0 +1,13 @@
+// The diffuse area light.
+#pragma once
+
+#include "core/light.h"
+#include "core/plugin.h"
+
+namespace strobe {
+
+/// "diffuse" (pbrt-v2 also: "area"): radiance L from every point of a shape, in all directions on the side of
+/// its normal, or on both.
+Plugin<std::shared_ptr<Light>, const AreaLightArgs&> diffuseAreaLightPlugin();
+
+} // namespace strobe

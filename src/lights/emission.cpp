@@ -1,0 +1,61 @@
+#include "lights/emission.h"
+
+#include "core/sampling.h"
+
+namespace strobe {
+
+BoundingSphere objectSphere(const Shape& shape) {
+    if (shape.quadric) {
+        const Box3f box = shape.quadric->bounds();
+        const float whole = shape.quadric->wholeSphereRadius();
+        const V3f centre = (box.min + box.max) * .5f;
+        return {centre, whole > 0 ? whole : length(box.max - centre)};
+    }
+    const TriangleMesh& mesh = *shape.mesh; // only vertices that are used count
+    Box3f box;
+    for (const std::vector<V3f>& key : mesh.positions)
+        for (const uint32_t i : mesh.indices)
+            box.extendBy(key[i]);
+    if (box.isEmpty())
+        return {};
+    const V3f centre = (box.min + box.max) * .5f;
+    float radius2 = 0;
+    for (const std::vector<V3f>& key : mesh.positions)
+        for (const uint32_t i : mesh.indices)
+            radius2 = std::max(radius2, length2(key[i] - centre));
+    return {centre, std::sqrt(radius2)};
+}
+
+BoundingSphere transformSphere(const M44f& m, const BoundingSphere& sphere) {
+    // The largest stretch is the norm of M Mᵀ, which is at most its largest absolute row sum; equal for
+    // rotations with an even scale.
+    float stretch2 = 0;
+    const V3f rows[3] = {
+        {m[0][0], m[0][1], m[0][2]}, {m[1][0], m[1][1], m[1][2]}, {m[2][0], m[2][1], m[2][2]}};
+    for (const V3f& a : rows)
+        stretch2 = std::max(stretch2, absDot(a, rows[0]) + absDot(a, rows[1]) + absDot(a, rows[2]));
+    const V3f centre = transformPoint(m, sphere.centre);
+    const float rounding =
+        1e-6f * std::max(std::abs(centre.x), std::max(std::abs(centre.y), std::abs(centre.z)));
+    return {centre, sphere.radius * std::sqrt(stretch2) * (1 + 1e-5f) + rounding};
+}
+
+float sphereSolidAngle(const BoundingSphere& sphere, const V3f& p) {
+    const float d2 = length2(sphere.centre - p), r2 = sqr(sphere.radius);
+    return d2 > r2 ? 2 * kPi * oneMinusCos(r2 / d2) : 4 * kPi;
+}
+
+bool meetsSphere(const BoundingSphere& sphere, const V3f& p, const V3f& wi) {
+    const V3f to = sphere.centre - p;
+    const float d2 = length2(to), r2 = sqr(sphere.radius) + 1e-6f * d2;
+    if (d2 <= r2)
+        return true;
+    return dot(to, wi) > 0 && length2(cross(to, wi)) <= r2;
+}
+
+SurfaceLight::SurfaceLight(PlacedShape shape, const Emission& emission)
+    : m_shape(std::move(shape)), m_emission(emission), m_still(!m_shape.motion || m_shape.motion->isStill()),
+      m_stillToWorld(m_shape.toWorld(0)), m_objectBounds(objectSphere(m_shape.shape)),
+      m_stillBounds(transformSphere(m_stillToWorld, m_objectBounds)) {}
+
+} // namespace strobe

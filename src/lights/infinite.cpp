@@ -1,0 +1,120 @@
+#include "lights/infinite.h"
+
+#include "core/image.h"
+#include "lights/environment_map.h"
+#include "lights/placement.h"
+
+#include <optional>
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<Rgb> kL{"L", Rgb(1), "radiance, or factor of the map"};
+const ParamDef<FilePath> kMap{
+    "mapname", {}, "latitude-longitude image; none: the same from everywhere", "filename"};
+
+class InfiniteLight final : public Light {
+  public:
+    InfiniteLight(const M44f& toWorld, const Rgb& factor, std::optional<EnvironmentMap> map)
+        : m_toWorld(toWorld), m_toLight(toWorld.inverse()), m_determinant(std::abs(determinant3(toWorld))),
+          m_factor(factor), m_map(std::move(map)) {}
+
+    void sample(const V3f&, float, const V2f* u, int n, LightSample* out) const override {
+        for (int i = 0; i < n; ++i) {
+            if (!m_map) {
+                out[i] = {uniformSphere(u[i]), kInfinity, m_factor, kUniformSpherePdf};
+                continue;
+            }
+            const EnvironmentMap::Sample s = m_map->sample(u[i]);
+            const V3f w = transformVector(m_toWorld, s.w);
+            out[i] = {normalize(w), kInfinity, s.radiance * m_factor, s.pdf * distortion(w)};
+        }
+    }
+
+    float pdf(const V3f&, float, const V3f& wi, const LightHit*) const override {
+        if (!m_map)
+            return kUniformSpherePdf;
+        const V3f w = toLight(wi);
+        return m_map->pdf(w) * distortion(transformVector(m_toWorld, w));
+    }
+
+    bool mayMeet(const V3f&, float, const V3f&) const override { return true; }
+    float solidAngle(const V3f&, float) const override { return 4 * kPi; }
+    Rgb environment(const V3f& d) const override {
+        return m_map ? m_map->radiance(toLight(d)) * m_factor : m_factor;
+    }
+    Rgb power(float radius) const override {
+        const Rgb mean = m_map ? m_map->mean() * m_factor : m_factor;
+        return mean * (4 * kPi * kPi * radius * radius);
+    }
+    bool isEnvironment() const override { return true; }
+
+  private:
+    V3f toLight(const V3f& d) const { return normalize(transformVector(m_toLight, d)); }
+    /// Solid angle in light space over that in the world, for a unit direction that became `w`: 1 unless the
+    /// transform scales unevenly.
+    float distortion(const V3f& w) const {
+        const float l2 = length2(w);
+        return l2 * std::sqrt(l2) / m_determinant;
+    }
+
+    M44f m_toWorld, m_toLight;
+    float m_determinant;
+    Rgb m_factor;
+    std::optional<EnvironmentMap> m_map;
+};
+
+/// Values that no light can have are warned about and become black.
+void cleanPixels(Image& image, const Location& where, Messages& messages) {
+    size_t bad = 0;
+    for (Rgb& c : image.pixels)
+        if (!isFinite(c) || c.x < 0 || c.y < 0 || c.z < 0) {
+            for (int k = 0; k < 3; ++k)
+                c[k] = std::isfinite(c[k]) ? std::max(c[k], 0.f) : 0;
+            ++bad;
+        }
+    if (bad > 0)
+        messages.warn(where, std::to_string(bad) +
+                                 " pixels of the environment map are negative or not finite; taken as black");
+}
+
+std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext& context) {
+    if (!params.has(kMap))
+        return std::nullopt;
+    const Location where = params.whereIs(kMap);
+    Image image = readImage(params.get(kMap).path, where, context.conventions == Conventions::PbrtV4);
+    if (image.width < 1 || image.height < 1)
+        throw Error(where, "the environment map is empty");
+    if (image.width == image.height && image.width > 1 && context.conventions == Conventions::PbrtV4)
+        context.messages.warn(where,
+                              "the environment map is square: it is read as latitude-longitude, not as "
+                              "pbrt-v4's equal-area map");
+    cleanPixels(image, where, context.messages);
+    return EnvironmentMap(std::move(image));
+}
+
+std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext& context,
+                                      const LightArgs& args) {
+    const bool v2 = context.conventions == Conventions::PbrtV2;
+    if (!v2 && !args.toWorld.isStill())
+        context.messages.warn(params.where(),
+                              "environment lights do not move: the transform at shutter opening is used");
+    const M44f toWorld = LightPlacement(args, context.conventions).at(0);
+    if (!(std::abs(determinant3(toWorld)) > 0))
+        throw Error(params.where(), "the environment light's transform is singular");
+    auto light = std::make_shared<InfiniteLight>(toWorld, readEmission(params, kL), readMap(params, context));
+    light->sampleCount = readSampleCount(params);
+    return light;
+}
+
+} // namespace
+
+Plugin<std::shared_ptr<Light>, const LightArgs&> infiniteLightPlugin() {
+    return {"infinite",
+            "light from all directions, constant or from a latitude-longitude map",
+            {kL, kLightScale, kMap, kLightSamples},
+            createInfinite};
+}
+
+} // namespace strobe

@@ -1,0 +1,34 @@
+#include "lights/placement.h"
+
+namespace strobe {
+
+int readSampleCount(const ParamSet& params) {
+    const int n = params.get(kLightSamples);
+    if (n < 1)
+        throw Error(params.whereIs(kLightSamples), "\"nsamples\" must be at least 1");
+    return n;
+}
+
+Rgb readLightScale(const ParamSet& params) {
+    // pbrt-v2 writes a colour, v4 a number.
+    for (const Param& p : params.all())
+        if (p.name == kLightScale.name && p.type == ParamType::Float)
+            return Rgb(params.get(ParamDef<float>{kLightScale.name, 1, kLightScale.doc}));
+    return params.get(kLightScale);
+}
+
+Rgb readEmission(const ParamSet& params, const ParamDef<Rgb>& def) {
+    const Rgb emission = params.get(def) * readLightScale(params);
+    if (!isFinite(emission) || emission.x < 0 || emission.y < 0 || emission.z < 0) {
+        const Location where = params.has(def) ? params.whereIs(def) : params.whereIs(kLightScale);
+        throw Error(where, std::string("\"") + def.name + "\" must be finite and not negative");
+    }
+    return emission;
+}
+
+LightPlacement::LightPlacement(const LightArgs& args, Conventions conventions)
+    : m_toWorld(conventions == Conventions::PbrtV2 ? KeyedTransform(args.toWorld.keys().front())
+                                                   : args.toWorld),
+      m_shutter(args.shutter) {}
+
+} // namespace strobe

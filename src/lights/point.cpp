@@ -1,0 +1,42 @@
+#include "lights/point.h"
+
+#include "lights/delta.h"
+#include "lights/placement.h"
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<Rgb> kI{"I", Rgb(1), "radiant intensity"};
+const ParamDef<V3f> kFrom{"from", V3f(0), "position, in light space"};
+
+class PointLight final : public DeltaLight {
+  public:
+    PointLight(const LightPlacement& placement, const V3f& from, const Rgb& intensity)
+        : m_placement(placement), m_from(from), m_intensity(intensity) {}
+    LightSample only(const V3f& p, float time) const override {
+        return fromPoint(p, transformPoint(m_placement.at(time), m_from), m_intensity);
+    }
+    Rgb power(float) const override { return m_intensity * (4 * kPi); }
+
+  private:
+    LightPlacement m_placement;
+    V3f m_from;
+    Rgb m_intensity;
+};
+
+} // namespace
+
+Plugin<std::shared_ptr<Light>, const LightArgs&> pointLightPlugin() {
+    return {"point",
+            "the same intensity in all directions, from one point",
+            {kI, kLightScale, kFrom, kLightSamples},
+            [](const ParamSet& params, const BuildContext& context, const LightArgs& args) {
+                auto light = std::make_shared<PointLight>(LightPlacement(args, context.conventions),
+                                                          params.get(kFrom), readEmission(params, kI));
+                light->sampleCount = readSampleCount(params);
+                return light;
+            }};
+}
+
+} // namespace strobe

@@ -1,0 +1,12 @@
+// The point light.
+#pragma once
+
+#include "core/light.h"
+#include "core/plugin.h"
+
+namespace strobe {
+
+/// "point": the same intensity I in all directions, from one point.
+Plugin<std::shared_ptr<Light>, const LightArgs&> pointLightPlugin();
+
+} // namespace strobe

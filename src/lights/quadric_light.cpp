@@ -1,0 +1,120 @@
+#include "lights/quadric_light.h"
+
+#include "core/sampling.h"
+
+namespace strobe {
+
+namespace {
+
+/// A transform with what normals and areas need.
+struct Placed {
+    M44f m, inverse;
+    float determinant; ///< absolute
+    explicit Placed(const M44f& toWorld)
+        : m(toWorld), inverse(toWorld.inverse()), determinant(std::abs(determinant3(toWorld))) {}
+};
+
+class QuadricLight final : public SurfaceLight {
+  public:
+    QuadricLight(const PlacedShape& shape, const Emission& emission)
+        : SurfaceLight(shape, emission), m_quadric(*m_shape.shape.quadric), m_stillPlaced(m_stillToWorld) {
+        const Placed placed(toWorld(.5f));
+        double stretch = 0; // the mean over a grid of points: exact for flat shapes and even scales
+        constexpr int n = 16;
+        for (int i = 0; i < n * n; ++i) {
+            const QuadricPoint q =
+                m_quadric.samplePoint({(float(i % n) + .5f) / n, (float(i / n) + .5f) / n});
+            stretch += length(transformNormal(placed.inverse, q.n));
+        }
+        m_area = m_quadric.area() * placed.determinant * float(stretch / (n * n));
+        const Box3f box = m_quadric.bounds();
+        for (int axis = 0; axis < 3; ++axis)
+            if (box.max[axis] - box.min[axis] <= 0)
+                m_flatAxis = axis;
+        if (m_flatAxis >= 0)
+            m_flatNormal = m_quadric.samplePoint({.5f, .5f}).n;
+    }
+
+    void sample(const V3f& p, float time, const V2f* u, int n, LightSample* out) const override {
+        const Placed placed = placedAt(time);
+        for (int i = 0; i < n; ++i)
+            out[i] = sampleOne(placed, p, u[i]);
+    }
+
+    float pdf(const V3f&, float time, const V3f& wi, const LightHit* hit) const override {
+        const Placed placed = placedAt(time);
+        // The world's unit normal back in object space has length 1/|n M^-T|: areas stretch by det |n M^-T|.
+        const float stretch = placed.determinant / length(transformNormal(placed.m, hit->ng));
+        const float denominator = m_quadric.area() * stretch * absDot(hit->ng, wi);
+        return denominator > 0 ? sqr(hit->distance) / denominator : 0;
+    }
+
+    bool mayMeet(const V3f& p, float time, const V3f& wi) const override {
+        if (!meetsSphere(bounds(time), p, wi))
+            return false;
+        return m_flatAxis < 0 || mayMeetFlat(placedAt(time), p, wi);
+    }
+
+    float solidAngle(const V3f& p, float time) const override {
+        if (m_flatAxis >= 0 && !m_emission.twoSided) {
+            const Placed placed = placedAt(time);
+            const V3f local = transformPoint(placed.inverse, p) - m_objectBounds.centre;
+            if (dot(local, m_flatNormal) * normalSign() < -kMargin * m_objectBounds.radius)
+                return 0;
+        }
+        return sphereSolidAngle(bounds(time), p);
+    }
+
+  private:
+    static constexpr float kMargin = 1e-4f; ///< of the shape's size: against rounding, here or in the tracer
+
+    Placed placedAt(float time) const { return m_still ? m_stillPlaced : Placed(toWorld(time)); }
+
+    LightSample sampleOne(const Placed& placed, const V3f& p, const V2f& u) const {
+        const QuadricPoint q = m_quadric.samplePoint(u);
+        const V3f d = transformPoint(placed.m, q.p) - p;
+        const V3f normal = transformNormal(placed.inverse, q.n); // its length is part of the stretch
+        const float d2 = length2(d), distance = std::sqrt(d2);
+        const V3f wi = d2 > 0 ? d * (1 / distance) : V3f(0, 0, 1);
+        const float cosine = -dot(normal, wi) * normalSign();
+        const float denominator = m_quadric.area() * placed.determinant * std::abs(cosine);
+        const float pdf = d2 / denominator;
+        if (!(d2 > 0 && denominator > 0 && pdf < kInfinity))
+            return {wi, distance, Rgb(0), 0};
+        return {wi, distance, m_emission.towards(cosine), pdf};
+    }
+
+    /// For a shape in a plane: whether the ray leaves towards a shining side and crosses the plane in the
+    /// shape.
+    bool mayMeetFlat(const Placed& placed, const V3f& p, const V3f& wi) const {
+        const V3f centre = m_objectBounds.centre, o = transformPoint(placed.inverse, p) - centre;
+        const V3f d = transformVector(placed.inverse, wi);
+        const float height = o[m_flatAxis], margin = kMargin * m_objectBounds.radius;
+        if (std::abs(height) <= margin)
+            return true; // in the plane: cannot be told
+        if (height * d[m_flatAxis] >= 0)
+            return false;
+        if (!m_emission.twoSided && height * m_flatNormal[m_flatAxis] * normalSign() < 0)
+            return false;
+        // The shape a little larger and a little smaller, for its outer and inner rims.
+        for (const float scale : {1.f, 1 - kMargin, 1 + kMargin}) {
+            float t, u, v;
+            if (m_quadric.intersect(centre + o * scale, d, 0, kInfinity, t, u, v))
+                return true;
+        }
+        return false;
+    }
+
+    const Quadric& m_quadric;
+    Placed m_stillPlaced;
+    int m_flatAxis = -1; ///< the object axis along which the shape has no extent, or -1
+    V3f m_flatNormal{0};
+};
+
+} // namespace
+
+std::shared_ptr<SurfaceLight> makeQuadricLight(const PlacedShape& shape, const Emission& emission) {
+    return std::make_shared<QuadricLight>(shape, emission);
+}
+
+} // namespace strobe

@@ -1,0 +1,138 @@
+#include "lights/sphere_light.h"
+
+#include "core/sampling.h"
+
+namespace strobe {
+
+namespace {
+
+float meanScale(const M44f& m) { return std::cbrt(std::abs(determinant3(m))); }
+
+bool isSimilarity(const M44f& m) {
+    const float s2 = sqr(meanScale(m)), tolerance = 1e-5f * s2;
+    const V3f rows[3] = {
+        {m[0][0], m[0][1], m[0][2]}, {m[1][0], m[1][1], m[1][2]}, {m[2][0], m[2][1], m[2][2]}};
+    for (int i = 0; i < 3; ++i)
+        for (int j = i; j < 3; ++j)
+            if (!(std::abs(dot(rows[i], rows[j]) - (i == j ? s2 : 0)) <= tolerance))
+                return false;
+    return s2 > 0;
+}
+
+/// A sphere as seen from a point.
+struct View {
+    V3f to; ///< from the point to the centre
+    float d2, r2;
+    bool inside; ///< or so near that the cone is meaningless
+    float oneMinusCosMax;
+};
+
+class SphereLight final : public SurfaceLight {
+  public:
+    SphereLight(const PlacedShape& shape, const Emission& emission) : SurfaceLight(shape, emission) {
+        m_radius = m_shape.shape.quadric->wholeSphereRadius();
+        m_stillSphere = sphere(m_stillToWorld);
+        m_area = 4 * kPi * sqr(sphereAt(.5f).radius);
+    }
+
+    void sample(const V3f& p, float time, const V2f* u, int n, LightSample* out) const override {
+        const View view = viewFrom(p, time);
+        const Rgb radiance = shinesTo(view) ? m_emission.radiance : Rgb(0);
+        if (view.inside)
+            return sampleInside(view, radiance, u, n, out);
+        const float d = std::sqrt(view.d2), pdf = uniformConePdf(view.oneMinusCosMax);
+        const Frame frame = Frame::fromNormal(view.to * (1 / d));
+        for (int i = 0; i < n; ++i) {
+            const V3f w = uniformCone(u[i], view.oneMinusCosMax);
+            const float sin2 = w.x * w.x + w.y * w.y;
+            const float distance = d * w.z - safeSqrt(view.r2 - view.d2 * sin2);
+            out[i] = {frame.toWorld(w), distance, radiance, pdf};
+        }
+    }
+
+    float pdf(const V3f& p, float time, const V3f& wi, const LightHit*) const override {
+        const View view = viewFrom(p, time);
+        if (view.inside)
+            return kUniformSpherePdf;
+        return meets(view, wi) ? uniformConePdf(view.oneMinusCosMax) : 0;
+    }
+
+    bool mayMeet(const V3f& p, float time, const V3f& wi) const override {
+        const View view = viewFrom(p, time);
+        return shinesTo(view) && (view.inside || meets(view, wi));
+    }
+
+    float solidAngle(const V3f& p, float time) const override {
+        const View view = viewFrom(p, time);
+        if (!shinesTo(view))
+            return 0;
+        return view.inside ? 4 * kPi : 2 * kPi * view.oneMinusCosMax;
+    }
+
+  private:
+    BoundingSphere sphere(const M44f& m) const {
+        return {transformPoint(m, V3f(0)), m_radius * meanScale(m)};
+    }
+    BoundingSphere sphereAt(float time) const { return m_still ? m_stillSphere : sphere(toWorld(time)); }
+
+    View viewFrom(const V3f& p, float time) const {
+        const BoundingSphere s = sphereAt(time);
+        View v{s.centre - p, 0, sqr(s.radius), false, 2};
+        v.d2 = length2(v.to);
+        // Within rounding of the surface, inside and outside cannot be told apart: both count as inside.
+        v.inside = v.d2 <= v.r2 * (1 + 1e-5f);
+        if (!v.inside)
+            v.oneMinusCosMax = oneMinusCos(v.r2 / v.d2);
+        return v;
+    }
+
+    /// Emission is on one side unless twoSided; "inside" includes a thin shell outside, where both may be
+    /// met.
+    bool shinesTo(const View& view) const {
+        if (m_emission.twoSided || std::abs(view.d2 - view.r2) <= view.r2 * 1e-5f)
+            return true;
+        return view.inside == m_shape.reverseOrientation;
+    }
+
+    /// With a margin, so that nothing the tracer hits is missed.
+    static bool meets(const View& view, const V3f& wi) {
+        return dot(view.to, wi) > 0 &&
+               length2(cross(view.to, wi)) <= view.r2 * (1 + 1e-4f) + 1e-12f * view.d2;
+    }
+
+    /// From inside, or from the thin shell outside, where rays into the sphere meet its outer face.
+    void sampleInside(const View& view, const Rgb& radiance, const V2f* u, int n, LightSample* out) const {
+        const bool outside = view.d2 > view.r2;
+        for (int i = 0; i < n; ++i) {
+            const V3f wi = uniformSphere(u[i]);
+            const float b = dot(view.to, wi);
+            const float halfChord = safeSqrt(view.r2 - length2(view.to - wi * b));
+            const bool met = halfChord > 0 && (!outside || b > 0);
+            const bool lit = m_emission.twoSided || outside != m_shape.reverseOrientation;
+            const float distance = outside ? b - halfChord : b + halfChord;
+            out[i] = {wi, std::max(distance, 0.f), met && lit ? radiance : Rgb(0), kUniformSpherePdf};
+        }
+    }
+
+    float m_radius; ///< in object space
+    BoundingSphere m_stillSphere;
+};
+
+} // namespace
+
+bool staysSphere(const PlacedShape& shape) {
+    if (!shape.shape.quadric || !(shape.shape.quadric->wholeSphereRadius() > 0))
+        return false;
+    // At the keys and between them: interpolated matrices of a rotation are not quite rotations.
+    const int steps = shape.motion && !shape.motion->isStill() ? 4 * (shape.motion->keyCount() - 1) : 0;
+    for (int i = 0; i <= steps; ++i)
+        if (!isSimilarity(shape.toWorld(steps > 0 ? float(i) / float(steps) : 0)))
+            return false;
+    return true;
+}
+
+std::shared_ptr<SurfaceLight> makeSphereLight(const PlacedShape& shape, const Emission& emission) {
+    return std::make_shared<SphereLight>(shape, emission);
+}
+
+} // namespace strobe

@@ -1,0 +1,79 @@
+#include "lights/spot.h"
+
+#include "lights/delta.h"
+#include "lights/placement.h"
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<Rgb> kI{"I", Rgb(1), "radiant intensity on the axis"};
+const ParamDef<V3f> kFrom{"from", V3f(0), "position, in light space"};
+const ParamDef<V3f> kTo{"to", V3f(0, 0, 1), "a point on the axis, in light space"};
+const ParamDef<float> kConeAngle{"coneangle", 30, "angle between axis and rim, in degrees"};
+const ParamDef<float> kConeDelta{"conedeltaangle", 5, "width of the soft rim, inside coneangle, in degrees"};
+
+/// pbrt-v2 and v3 fall off with the fourth power, v4 with smoothstep.
+enum class Falloff { Quartic, Smoothstep };
+
+class SpotLight final : public DeltaLight {
+  public:
+    SpotLight(const LightPlacement& placement, const V3f& from, const V3f& to, const Rgb& intensity,
+              float cosRim, float cosFull, Falloff falloff)
+        : m_placement(placement), m_from(from), m_axis(to - from), m_intensity(intensity), m_cosRim(cosRim),
+          m_cosFull(cosFull), m_falloff(falloff) {}
+    LightSample only(const V3f& p, float time) const override {
+        const M44f m = m_placement.at(time);
+        const V3f axis = normalize(transformVector(m, m_axis));
+        LightSample s = fromPoint(p, transformPoint(m, m_from), m_intensity);
+        s.radiance *= falloff(-dot(s.wi, axis));
+        return s;
+    }
+    Rgb power(float) const override { return m_intensity * (2 * kPi * (1 - .5f * (m_cosFull + m_cosRim))); }
+
+  private:
+    float falloff(float cosTheta) const {
+        if (cosTheta >= m_cosFull)
+            return 1;
+        if (cosTheta <= m_cosRim)
+            return 0;
+        const float x = (cosTheta - m_cosRim) / (m_cosFull - m_cosRim);
+        return m_falloff == Falloff::Quartic ? sqr(sqr(x)) : x * x * (3 - 2 * x);
+    }
+
+    LightPlacement m_placement;
+    V3f m_from, m_axis;
+    Rgb m_intensity;
+    float m_cosRim, m_cosFull;
+    Falloff m_falloff;
+};
+
+std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& context,
+                                  const LightArgs& args) {
+    const V3f from = params.get(kFrom), to = params.get(kTo);
+    if (from == to)
+        throw Error(params.whereIs(kTo), "\"from\" and \"to\" are the same point");
+    const float rim = params.get(kConeAngle), delta = params.get(kConeDelta);
+    if (!(rim > 0 && rim <= 180))
+        throw Error(params.whereIs(kConeAngle), "\"coneangle\" must be above 0 and at most 180 degrees");
+    if (!(delta >= 0))
+        throw Error(params.whereIs(kConeDelta), "\"conedeltaangle\" must not be negative");
+    const float full = std::max(rim - delta, 0.f);
+    const bool v2 = context.conventions == Conventions::PbrtV2;
+    auto light = std::make_shared<SpotLight>(
+        LightPlacement(args, context.conventions), from, to, readEmission(params, kI), std::cos(radians(rim)),
+        std::cos(radians(full)), v2 ? Falloff::Quartic : Falloff::Smoothstep);
+    light->sampleCount = readSampleCount(params);
+    return light;
+}
+
+} // namespace
+
+Plugin<std::shared_ptr<Light>, const LightArgs&> spotLightPlugin() {
+    return {"spot",
+            "a point light that shines into a cone",
+            {kI, kLightScale, kFrom, kTo, kConeAngle, kConeDelta, kLightSamples},
+            createSpot};
+}
+
+} // namespace strobe

@@ -1,0 +1,61 @@
+#include "main/options.h"
+
+#include <CLI/CLI.hpp>
+
+namespace strobe {
+
+std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
+    CLI::App app{"strobe: how little can you shade and still be right?"};
+    app.set_version_flag("--version", "strobe " STROBE_VERSION);
+    std::vector<float> crop;
+    std::string pixel;
+
+    app.add_option("FILE", options.scenes, "scene files (.scene, .pbrt), read one after another");
+    app.add_option("--integrator", options.build.integrator, "what shares a shade; see --list");
+    app.add_option("-D", options.build.defines, "name=value: a parameter of the integrator or of the shading")
+        ->allow_extra_args(false);
+    app.add_option("--spp", options.build.samplesPerPixel, "visibility samples per pixel")->check(CLI::PositiveNumber);
+    app.add_option("-o,--output", options.outputs, "output file (.exr or .png); may be given again")
+        ->allow_extra_args(false);
+    app.add_option("--threads", options.threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
+    app.add_option("--tile", options.tile, "tile size in pixels; never changes the picture")->check(CLI::PositiveNumber);
+    app.add_option("--crop", crop, "x0 x1 y0 y1: part of the frame, fractions")->expected(4);
+    app.add_option("--pixel", pixel, "x,y: render one pixel and print it");
+    app.add_option("--sample", options.sample, "with --pixel: print one sample");
+    app.add_option("--seed", options.seed, "seed of all random numbers");
+    app.add_option("--frame-time", options.build.frameTime, "render a still at this scene time");
+    app.add_flag("--quick", options.build.quick, "a quarter of the resolution and of the samples");
+    app.add_flag("--quiet", options.quiet, "print errors only");
+    app.add_option("--stats", options.statsFile, "write statistics as JSON");
+    app.add_option("--log-level", options.logLevel, "debug, info, warn or error")
+        ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+    app.add_flag("--list", options.list, "print every plugin with its parameters, and stop");
+
+    try {
+        app.parse(argc, argv);
+        if (!pixel.empty()) {
+            V2i p;
+            char comma = 0, rest = 0;
+            if (std::sscanf(pixel.c_str(), "%d%c%d%c", &p.x, &comma, &p.y, &rest) != 3 || comma != ',')
+                throw CLI::ValidationError("--pixel", "takes x,y, two integers");
+            options.pixel = p;
+        }
+        if (options.sample && !options.pixel)
+            throw CLI::ValidationError("--sample", "needs --pixel");
+        if (!crop.empty()) {
+            if (!(crop[0] < crop[1] && crop[2] < crop[3]))
+                throw CLI::ValidationError("--crop", "takes x0 x1 y0 y1 with x0 < x1 and y0 < y1");
+            options.build.crop = {crop[0], crop[1], crop[2], crop[3]};
+        }
+        for (const auto& output : options.outputs)
+            if (output.extension() != ".exr" && output.extension() != ".png")
+                throw CLI::ValidationError("-o", "\"" + output.string() + "\" must end in .exr or .png");
+        if (options.scenes.empty() && !options.list)
+            throw CLI::RequiredError("FILE");
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? kOk : kUsageError;
+    }
+    return std::nullopt;
+}
+
+} // namespace strobe

@@ -1,0 +1,35 @@
+// The command line.
+#pragma once
+
+#include "core/math.h"
+#include "scene/builder.h"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace strobe {
+
+struct Options {
+    std::vector<std::filesystem::path> scenes;
+    std::vector<std::filesystem::path> outputs;
+    BuildOptions build;
+    int threads = 0;
+    int tile = 32;
+    uint64_t seed = 0;
+    std::optional<V2i> pixel;
+    std::optional<uint32_t> sample;
+    std::filesystem::path statsFile;
+    std::string logLevel = "info";
+    bool quiet = false;
+    bool list = false;
+};
+
+/// Exit codes of the program.
+enum ExitCode { kOk = 0, kUsageError = 1, kSceneError = 2, kOutputError = 3, kInternalError = 4 };
+
+/// Fills `options`; returns an exit code when the program has nothing more to do (--help, --version, a mistake).
+std::optional<int> parseCommandLine(int argc, char** argv, Options& options);
+
+} // namespace strobe

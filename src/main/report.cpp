@@ -1,0 +1,94 @@
+#include "main/report.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+
+namespace strobe {
+
+Metadata renderMetadata(const BuiltScene& built, const Options& options, const RenderStats& stats,
+                        const StepSeconds& seconds) {
+    Metadata m = built.metadata;
+    m.emplace_back("Software", "strobe " STROBE_VERSION);
+    m.emplace_back("strobe:version", STROBE_VERSION);
+    m.emplace_back("strobe:samplesPerPixel", built.sampler.samplesPerPixel);
+    m.emplace_back("strobe:seed", std::to_string(options.seed));
+    m.emplace_back("strobe:rays", std::to_string(stats.total.rays()));
+    m.emplace_back("strobe:visibilitySamples", std::to_string(stats.total.visibilitySamples));
+    m.emplace_back("strobe:shades", std::to_string(stats.total.shades));
+    m.emplace_back("strobe:badSamples", std::to_string(stats.total.badSamples));
+    m.emplace_back("strobe:seconds:parse", float(seconds.parse));
+    m.emplace_back("strobe:seconds:build", float(seconds.build));
+    m.emplace_back("strobe:seconds:render", float(seconds.render));
+    for (int i = 0; i < kStageCount; ++i)
+        m.emplace_back(std::string("strobe:threadSeconds:") + toString(Stage(i)), float(stats.total.seconds[i]));
+    return m;
+}
+
+namespace {
+
+nlohmann::ordered_json stagesOf(const Counters& c) {
+    nlohmann::ordered_json stages;
+    for (int i = 0; i < kStageCount; ++i)
+        stages[toString(Stage(i))] = c.seconds[i];
+    return stages;
+}
+
+nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, const RenderStats& stats,
+                              const StepSeconds& seconds) {
+    const Counters& c = stats.total;
+    const TracerCounts& t = built.scene->tracer().counts();
+    nlohmann::ordered_json j;
+    j["version"] = STROBE_VERSION;
+    for (const auto& scene : options.scenes)
+        j["scenes"].push_back(scene.string());
+    for (const auto& [key, value] : built.metadata)
+        if (const auto* text = std::get_if<std::string>(&value))
+            j["settings"][key.substr(key.find(':') + 1)] = *text;
+    j["settings"]["samplesPerPixel"] = built.sampler.samplesPerPixel;
+    j["settings"]["seed"] = options.seed;
+    j["resolution"] = {built.resolution.x, built.resolution.y};
+    j["window"] = {built.window.x0, built.window.x1, built.window.y0, built.window.y1};
+    j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", seconds.render}};
+    j["threadSeconds"] = stagesOf(c);
+    for (const Counters& thread : stats.threads)
+        j["threads"].push_back({{"pixels", thread.pixels}, {"shades", thread.shades}, {"seconds", stagesOf(thread)}});
+    j["rays"] = {{"camera", c.visibilitySamples}, {"shadow", c.shadowRays}, {"light", c.lightRays},
+                 {"bounce", c.bounceRays},        {"total", c.rays()}};
+    j["pixels"] = c.pixels;
+    j["visibilitySamples"] = c.visibilitySamples;
+    j["shades"] = c.shades;
+    j["shadesPerPixel"] = c.pixels ? double(c.shades) / double(c.pixels) : 0;
+    j["escaped"] = c.escaped;
+    j["surfaces"] = c.surfaces;
+    j["footprints"] = c.footprints;
+    j["badSamples"] = c.badSamples;
+    j["geometry"] = {{"triangles", t.triangles},
+                     {"quadrics", t.quadrics},
+                     {"instances", t.instances},
+                     {"timeSteps", t.timeSteps},
+                     {"filteredGeometries", t.filteredGeometries}};
+    return j;
+}
+
+} // namespace
+
+void writeStats(const std::filesystem::path& file, const BuiltScene& built, const Options& options,
+                const RenderStats& stats, const StepSeconds& seconds) {
+    std::ofstream out(file);
+    out << toJson(built, options, stats, seconds).dump(2) << '\n';
+    if (!out.flush())
+        throw Error("cannot write \"" + file.string() + "\"", ErrorKind::Output);
+}
+
+std::string summary(const BuiltScene& built, const RenderStats& stats, const StepSeconds& seconds) {
+    const Counters& c = stats.total;
+    return fmt::format("{}x{} pixels, {} spp: {:.2f} s (+ {:.2f} s to load), {:.1f} M rays, {:.1f} M rays/s, "
+                       "{:.2f} shades per pixel",
+                       built.window.width(), built.window.height(), built.sampler.samplesPerPixel, seconds.render,
+                       seconds.parse + seconds.build, double(c.rays()) * 1e-6, double(c.rays()) * 1e-6 / seconds.render,
+                       double(c.shades) / double(std::max<uint64_t>(c.pixels, 1)));
+}
+
+} // namespace strobe

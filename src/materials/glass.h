@@ -1,0 +1,11 @@
+// A smooth boundary between two dielectrics; outside is the side that the normal points to.
+#pragma once
+
+#include "core/material.h"
+#include "core/plugin.h"
+
+namespace strobe {
+
+Plugin<std::shared_ptr<const Material>> glassPlugin();
+
+} // namespace strobe

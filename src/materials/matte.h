@@ -1,0 +1,11 @@
+// Lambertian (Kd), or Oren and Nayar's rough diffuse when sigma (degrees) is not zero.
+#pragma once
+
+#include "core/material.h"
+#include "core/plugin.h"
+
+namespace strobe {
+
+Plugin<std::shared_ptr<const Material>> mattePlugin();
+
+} // namespace strobe

@@ -1,0 +1,11 @@
+// Measured isotropic BRDFs: pbrt-v2's .brdf text files and MERL .binary files; sampled by the cosine.
+#pragma once
+
+#include "core/material.h"
+#include "core/plugin.h"
+
+namespace strobe {
+
+Plugin<std::shared_ptr<const Material>> measuredPlugin();
+
+} // namespace strobe

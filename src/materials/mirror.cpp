@@ -1,0 +1,48 @@
+#include "materials/mirror.h"
+
+#include "materials/inputs.h"
+
+namespace strobe {
+namespace {
+
+const ParamDef<RgbInput> kKr{"Kr", Rgb(.9f), "reflectance", "reflectance"};
+
+struct Data {
+    PlainRgb kr;
+};
+
+class Mirror : public Material {
+  public:
+    explicit Mirror(RgbInput kr) : m_kr(std::move(kr)) {}
+
+    void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
+        bsdf.as<Data>().kr = nonNegative(m_kr.at(q));
+    }
+    void evalCos(const Bsdf&, const V3f&, const V3f*, int n, Rgb* f, float* pdf) const override {
+        std::fill_n(f, n, Rgb(0));
+        std::fill_n(pdf, n, 0.f);
+    }
+    bool sample(const Bsdf& bsdf, const V3f& wo, float, const V2f&, BsdfSample& out) const override {
+        out = {V3f(-wo.x, -wo.y, wo.z), bsdf.as<Data>().kr, 0, true, false, 1};
+        return !isBlack(out.weight);
+    }
+    float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
+    bool isSmooth() const override { return false; }
+    bool needsFootprint() const override { return m_kr.needsFootprint(); }
+
+  private:
+    RgbInput m_kr;
+};
+
+} // namespace
+
+Plugin<std::shared_ptr<const Material>> mirrorPlugin() {
+    return {"mirror",
+            "perfect mirror of constant reflectance",
+            {kKr},
+            [](const ParamSet& params, const BuildContext&) {
+                return std::make_shared<const Mirror>(params.get(kKr));
+            }};
+}
+
+} // namespace strobe

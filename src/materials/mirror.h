@@ -1,0 +1,11 @@
+// A perfect mirror of constant reflectance Kr; no Fresnel term, as in pbrt.
+#pragma once
+
+#include "core/material.h"
+#include "core/plugin.h"
+
+namespace strobe {
+
+Plugin<std::shared_ptr<const Material>> mirrorPlugin();
+
+} // namespace strobe

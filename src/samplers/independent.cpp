@@ -1,0 +1,41 @@
+#include "samplers/independent.h"
+
+#include "core/hash.h"
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<int> kPixelSamples{"pixelsamples", 4, "samples per pixel", "samples"};
+
+class IndependentSampler final : public Sampler {
+  public:
+    void fill1D(const SampleRange& range, uint32_t dim, float* out) const override {
+        const uint64_t base = hashOf(range.domain, dim);
+        for (uint32_t i = 0; i < range.n; ++i)
+            out[i] = unitFloat(static_cast<uint32_t>(hashCombine(base, range.first + i) >> 32));
+    }
+    void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const override {
+        const uint64_t base = hashOf(range.domain, dim, 2);
+        for (uint32_t i = 0; i < range.n; ++i) {
+            const uint64_t bits = hashCombine(base, range.first + i);
+            out[i] = {unitFloat(static_cast<uint32_t>(bits >> 32)), unitFloat(static_cast<uint32_t>(bits))};
+        }
+    }
+};
+
+} // namespace
+
+Plugin<SamplerSetup, int> independentPlugin() {
+    return {"independent",
+            "independent random numbers (pbrt: also \"random\")",
+            {kPixelSamples},
+            [](const ParamSet& params, const BuildContext&, int sppOverride) -> SamplerSetup {
+                const int asked = params.get(kPixelSamples);
+                if (asked < 1)
+                    throw Error(params.whereIs(kPixelSamples), "\"pixelsamples\" must be at least 1");
+                return {std::make_shared<IndependentSampler>(), sppOverride > 0 ? sppOverride : asked};
+            }};
+}
+
+} // namespace strobe

@@ -1,0 +1,12 @@
+// Independent uniform random numbers.
+#pragma once
+
+#include "core/plugin.h"
+#include "core/sampler.h"
+
+namespace strobe {
+
+/// "independent" (pbrt also: "random"): each number a hash of (domain, dimension, index).
+Plugin<SamplerSetup, int> independentPlugin();
+
+} // namespace strobe

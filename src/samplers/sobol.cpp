@@ -1,0 +1,103 @@
+#include "samplers/sobol.h"
+
+#include "core/hash.h"
+
+#include <bit>
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<int> kPixelSamples{
+    "pixelsamples", 0, "samples per pixel, rounded up to a power of two; 0: 16 (pbrt-v2: 4)", "samples"};
+
+inline uint32_t reverseBits(uint32_t x) {
+    x = (x << 16) | (x >> 16);
+    x = ((x & 0x00FF00FFu) << 8) | ((x >> 8) & 0x00FF00FFu);
+    x = ((x & 0x0F0F0F0Fu) << 4) | ((x >> 4) & 0x0F0F0F0Fu);
+    x = ((x & 0x33333333u) << 2) | ((x >> 2) & 0x33333333u);
+    return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
+}
+
+/// The second Sobol' coordinate from the first (both as fractions of 2^32). With the digits as coefficients
+/// of a polynomial over GF(2), the second is p(1 + s) for the first's p(s): its generator matrix is Pascal's
+/// triangle. As (1 + s)^16 = 1 + s^16 and so on, it takes one masked shift per power of two.
+inline uint32_t secondFromFirst(uint32_t x) {
+    x ^= x << 16;
+    x ^= (x & 0x00FF00FFu) << 8;
+    x ^= (x & 0x0F0F0F0Fu) << 4;
+    x ^= (x & 0x33333333u) << 2;
+    return x ^ ((x & 0x55555555u) << 1);
+}
+
+/// A hash in which a bit depends only on itself and lower ones: an Owen scramble of bit-reversed numbers
+/// (Laine & Karras 2011 in Burley's form, "Practical Hash-based Owen Scrambling", 2020; the constants are
+/// Vegdahl's, which mix better).
+inline uint32_t scrambleReversed(uint32_t x, uint32_t seed) {
+    x ^= x * 0x3D20ADEAu;
+    x += seed;
+    x *= (seed >> 16) | 1;
+    x ^= x * 0x05526C56u;
+    x ^= x * 0x53A22864u;
+    return x;
+}
+
+inline uint32_t scramble(uint32_t x, uint32_t seed) {
+    return reverseBits(scrambleReversed(reverseBits(x), seed));
+}
+
+/// A shuffled index keeps its aligned blocks of 2^m together, so that each is still a net.
+inline uint32_t shuffle(uint32_t index, uint32_t seed) { return scramble(index, seed); }
+
+class SobolSampler final : public Sampler {
+  public:
+    int roundCount(int spp) const override {
+        return int(std::bit_ceil(uint32_t(std::clamp(spp, 1, 1 << 30))));
+    }
+
+    void fill1D(const SampleRange& range, uint32_t dim, float* out) const override {
+        const uint64_t h = hashOf(range.domain, dim, 1);
+        const uint32_t order = uint32_t(h), seed = uint32_t(h >> 32);
+        for (uint32_t i = 0; i < range.n; ++i) {
+            const uint32_t index = shuffle(range.first + i, order);
+            out[i] = unitFloat(reverseBits(scrambleReversed(index, seed)));
+        }
+    }
+
+    void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const override {
+        const uint64_t h = hashOf(range.domain, dim, 2), g = mix64(h);
+        const uint32_t order = uint32_t(h), seedX = uint32_t(h >> 32), seedY = uint32_t(g);
+        for (uint32_t i = 0; i < range.n; ++i) {
+            const uint32_t index = shuffle(range.first + i, order);
+            const uint32_t y = secondFromFirst(reverseBits(index));
+            out[i] = {unitFloat(reverseBits(scrambleReversed(index, seedX))), unitFloat(scramble(y, seedY))};
+        }
+    }
+};
+
+SamplerSetup createSobol(const ParamSet& params, const BuildContext& context, int sppOverride) {
+    int spp = params.get(kPixelSamples);
+    if (spp < 0 || (spp == 0 && params.has(kPixelSamples)))
+        throw Error(params.whereIs(kPixelSamples), "\"pixelsamples\" must be at least 1");
+    if (spp == 0)
+        spp = context.conventions == Conventions::PbrtV2 ? 4 : 16;
+    auto sampler = std::make_shared<SobolSampler>();
+    const int rounded = sampler->roundCount(sppOverride > 0 ? sppOverride : spp);
+    return {std::move(sampler), rounded};
+}
+
+} // namespace
+
+SobolPoint sobolPoint(uint32_t index) {
+    const uint32_t x = reverseBits(index);
+    return {x, secondFromFirst(x)};
+}
+
+Plugin<SamplerSetup, int> sobolPlugin() {
+    return {"sobol",
+            "Owen-scrambled (0,2)-sequences (stands in for pbrt's low-discrepancy samplers)",
+            {kPixelSamples},
+            createSobol};
+}
+
+} // namespace strobe

@@ -1,0 +1,131 @@
+#include "samplers/stratified.h"
+
+#include "core/hash.h"
+
+#include <bit>
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<int> kXSamples{"xsamples", 4, "strata across a pixel"};
+const ParamDef<int> kYSamples{"ysamples", 4, "strata down a pixel"};
+const ParamDef<bool> kJitter{"jitter", true, "random places within the strata; false: their centres"};
+
+/// A grid of strata for `total` points.
+struct Grid {
+    uint32_t nx, ny;
+};
+
+class StratifiedSampler final : public Sampler {
+  public:
+    StratifiedSampler(uint32_t nx, uint32_t ny, bool jitter) : m_pixelGrid{nx, ny}, m_jitter(jitter) {}
+
+    void fill1D(const SampleRange& range, uint32_t dim, float* out) const override {
+        const uint32_t total = std::max(range.total, 1u);
+        for (uint32_t i = 0; i < range.n; ++i) {
+            const uint32_t index = range.first + i;
+            const uint64_t set = hashOf(range.domain, dim, 1, index / total); // beyond total: a fresh set
+            const uint32_t cell = permutedIndex(index % total, total, set);
+            out[i] = place(cell, jitter(hashCombine(set, cell)), total);
+        }
+    }
+
+    void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const override {
+        const uint32_t total = std::max(range.total, 1u);
+        const Grid grid = gridFor(total);
+        for (uint32_t i = 0; i < range.n; ++i) {
+            const uint32_t index = range.first + i;
+            const uint64_t set = hashOf(range.domain, dim, 2, index / total);
+            out[i] = point(permutedIndex(index % total, grid.nx * grid.ny, set), grid, set);
+        }
+    }
+
+  private:
+    /// The pixel's own grid, or the smallest nearly square one with at least `total` cells: a random choice
+    /// of cells then stays empty, so every point remains uniform.
+    Grid gridFor(uint32_t total) const {
+        if (total == m_pixelGrid.nx * m_pixelGrid.ny)
+            return m_pixelGrid;
+        const uint32_t nx = std::max(1u, static_cast<uint32_t>(std::sqrt(float(total))));
+        return {nx, (total + nx - 1) / nx};
+    }
+
+    V2f point(uint32_t cell, const Grid& grid, uint64_t set) const {
+        const uint32_t cx = cell % grid.nx, cy = cell / grid.nx;
+        const uint64_t random = hashCombine(set, cell + 1);
+        const float jx = jitter(random), jy = jitter(random >> 32);
+        if (!m_jitter)
+            return {place(cx, jx, grid.nx), place(cy, jy, grid.ny)};
+        // Substrata: the rows of a column take different ones, and the columns of a row.
+        const uint32_t sx = permutedIndex(cy, grid.ny, hashCombine(set, ~0ull));
+        const uint32_t sy = permutedIndex(cx, grid.nx, hashCombine(set, ~1ull));
+        return {place(cx * grid.ny + sx, jx, grid.nx * grid.ny),
+                place(cy * grid.nx + sy, jy, grid.nx * grid.ny)};
+    }
+
+    float jitter(uint64_t random) const { return m_jitter ? unitFloat(static_cast<uint32_t>(random)) : .5f; }
+    static float place(uint32_t cell, float within, uint32_t n) {
+        return std::min((float(cell) + within) / float(n), kOneMinusEpsilon);
+    }
+
+    Grid m_pixelGrid;
+    bool m_jitter;
+};
+
+int atLeastOne(const ParamSet& params, const ParamDef<int>& def) {
+    const int n = params.get(def);
+    if (n < 1)
+        throw Error(params.whereIs(def), std::string("\"") + def.name + "\" must be at least 1");
+    return n;
+}
+
+SamplerSetup createStratified(const ParamSet& params, const BuildContext&, int sppOverride) {
+    int nx = atLeastOne(params, kXSamples), ny = atLeastOne(params, kYSamples);
+    if (double(nx) * ny > double(1 << 24))
+        throw Error(params.whereIs(kYSamples), "more than 16777216 samples per pixel");
+    if (sppOverride > 0 && sppOverride != nx * ny) { // the most nearly square grid of exactly that many
+        for (nx = static_cast<int>(std::sqrt(double(sppOverride))); sppOverride % nx != 0;)
+            --nx;
+        ny = sppOverride / nx;
+    }
+    return {std::make_shared<StratifiedSampler>(uint32_t(nx), uint32_t(ny), params.get(kJitter)), nx * ny};
+}
+
+} // namespace
+
+uint32_t permutedIndex(uint32_t index, uint32_t n, uint64_t seed) {
+    if (n <= 1)
+        return 0;
+    // A hash that is a bijection of [0, 2^k), the least power of two that holds n, followed until it returns
+    // into [0, n): cycle walking, as for format-preserving ciphers (Black & Rogaway 2002).
+    // Below three bits these rounds do not reach all permutations.
+    const uint32_t bits = std::max(uint32_t(std::bit_width(n - 1)), 3u);
+    const uint32_t mask = uint32_t((uint64_t(1) << bits) - 1), shift = bits / 2 + 1;
+    const uint64_t keys = mix64(seed), more = mix64(keys ^ 0x9E3779B97F4A7C15ull);
+    const uint32_t k0 = uint32_t(keys), k1 = uint32_t(keys >> 32), k2 = uint32_t(more),
+                   k3 = uint32_t(more >> 32);
+    uint32_t x = index;
+    do {
+        x = (x ^ k0) & mask;
+        x = (x * (k1 | 1)) & mask;
+        x ^= x >> shift;
+        x = (x + k2) & mask;
+        x = (x * (k3 | 1)) & mask;
+        x ^= x >> shift;
+        x = ((x ^ (k1 >> 7)) * (k0 | 1)) & mask;
+        x ^= x >> shift;
+        x = (x + (k3 >> 5)) * (k2 | 1) & mask;
+        x ^= x >> shift;
+    } while (x >= n);
+    return x;
+}
+
+Plugin<SamplerSetup, int> stratifiedPlugin() {
+    return {"stratified",
+            "xsamples * ysamples jittered strata per pixel",
+            {kXSamples, kYSamples, kJitter},
+            createStratified};
+}
+
+} // namespace strobe

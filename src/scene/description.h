@@ -1,0 +1,83 @@
+// What a scene file says, before anything is built: plain data, in the order of the text.
+#pragma once
+
+#include "core/params.h"
+#include "core/plugin.h"
+#include "core/transform.h"
+
+#include <map>
+#include <optional>
+
+namespace strobe {
+
+/// A directive with a plugin's name and its parameters.
+struct Statement {
+    std::string name;
+    ParamSet params;
+    Location where; ///< of the directive word
+};
+
+struct TextureDecl {
+    std::string name;
+    bool isFloat = false; ///< else rgb
+    Statement texture;    ///< refers only to textures declared before it
+    KeyedTransform toWorld;
+};
+
+struct MaterialDecl {
+    std::string name; ///< empty unless made by MakeNamedMaterial
+    Statement material;
+};
+
+struct AreaLightDecl {
+    Statement light;
+};
+
+struct ShapeDecl {
+    Statement shape;
+    KeyedTransform toParent; ///< to world, or to its object's space
+    int material = 0;        ///< index into SceneDescription::materials
+    int areaLight = -1;      ///< index into SceneDescription::areaLights, or none
+    bool reverseOrientation = false;
+};
+
+struct InstanceDecl {
+    int object = 0; ///< index into SceneDescription::objects
+    KeyedTransform toParent;
+    Location where;
+};
+
+/// ObjectBegin … ObjectEnd, and the world itself.
+struct ObjectDecl {
+    std::string name;
+    Location where;
+    std::vector<ShapeDecl> shapes;
+    std::vector<InstanceDecl> instances;
+};
+
+struct LightDecl {
+    Statement light;
+    KeyedTransform toWorld;
+};
+
+struct SceneDescription {
+    Conventions conventions = Conventions::PbrtV4;
+    bool strictParameters = true; ///< .scene: an unread parameter is an error; .pbrt: a warning
+    std::vector<float> keyTimes{0, 1};
+
+    // Absent directives keep the default plugin with no parameters (the builder knows which).
+    std::optional<Statement> camera, film, sampler, filter;
+    std::optional<Statement>
+        shading; ///< SurfaceIntegrator / Integrator naming a way to shade: directlighting, path
+    std::optional<Statement> integrator; ///< Integrator naming a way to share: supersample, msaa, …
+    KeyedTransform cameraToWorld;
+
+    std::vector<TextureDecl> textures;
+    std::vector<MaterialDecl> materials; ///< [0] is the default material
+    std::vector<AreaLightDecl> areaLights;
+    std::vector<LightDecl> lights;
+    std::vector<ObjectDecl> objects;
+    ObjectDecl world;
+};
+
+} // namespace strobe

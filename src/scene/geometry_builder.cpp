@@ -1,0 +1,326 @@
+#include "scene/geometry_builder.h"
+
+namespace strobe {
+
+namespace {
+
+constexpr float kPathTolerancePixels = 0.05f;
+
+Box3f meshBounds(const TriangleMesh& mesh) {
+    Box3f box;
+    for (const auto& key : mesh.positions)
+        for (const V3f& p : key)
+            box.extendBy(p);
+    return box;
+}
+
+Box3f shapeBounds(const Shape& shape) {
+    return shape.mesh ? meshBounds(*shape.mesh) : shape.quadric->bounds();
+}
+
+Box3f transformBounds(const Box3f& box, const M44f& m) {
+    Box3f out;
+    if (box.isEmpty())
+        return out;
+    for (int i = 0; i < 8; ++i)
+        out.extendBy(transformPoint(m, {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                        i & 4 ? box.max.z : box.min.z}));
+    return out;
+}
+
+float distanceTo(const Box3f& box, const V3f& p) {
+    V3f d;
+    for (int i = 0; i < 3; ++i)
+        d[i] = std::max(0.f, std::max(box.min[i] - p[i], p[i] - box.max[i]));
+    return length(d);
+}
+
+/// Applies a still transform to the vertices.
+void bake(TriangleMesh& mesh, const M44f& m, bool& reverse) {
+    if (m == M44f())
+        return;
+    const M44f inverse = m.inverse();
+    for (auto& key : mesh.positions)
+        for (V3f& p : key)
+            p = transformPoint(m, p);
+    for (auto& key : mesh.normals)
+        for (V3f& n : key)
+            n = transformNormal(inverse, n);
+    for (V3f& t : mesh.tangents)
+        t = transformVector(m, t);
+    // A mirror turns the winding round; vertex normals have come through right.
+    if (determinant3(m) < 0 && mesh.normals.empty())
+        reverse = !reverse;
+}
+
+/// Vertex arrays at scene time `time`, linear between keys.
+std::vector<V3f> keyAt(const std::vector<std::vector<V3f>>& keys, const std::vector<float>& times,
+                       float time) {
+    if (time <= times.front())
+        return keys.front();
+    if (time >= times.back())
+        return keys.back();
+    const size_t i = size_t(std::upper_bound(times.begin(), times.end(), time) - times.begin()) - 1;
+    const float t = (time - times[i]) / (times[i + 1] - times[i]);
+    if (t == 0)
+        return keys[i];
+    std::vector<V3f> out(keys[i].size());
+    for (size_t k = 0; k < out.size(); ++k)
+        out[k] = lerp(keys[i][k], keys[i + 1][k], t);
+    return out;
+}
+
+float largestDeviation(const std::vector<V3f>& a, const std::vector<V3f>& b) {
+    float largest2 = 0;
+    for (size_t i = 0; i < a.size(); ++i)
+        largest2 = std::max(largest2, length2(a[i] - b[i]));
+    return std::sqrt(largest2);
+}
+
+/// Replaces a deforming mesh's keys by keys uniform over the shutter, as few as stay within `tolerance`.
+void fitDeformation(TriangleMesh& mesh, const Shutter& shutter, float tolerance) {
+    constexpr int kMaxSegments = 128; // Embree's limit
+    const auto source = std::move(mesh.positions);
+    const auto sourceNormals = std::move(mesh.normals);
+    const std::vector<float> times = std::move(mesh.keyTimes);
+    std::vector<float> inner; // source keys inside the shutter: where a uniform fit can be wrong
+    for (float t : times)
+        if (t > shutter.open && t < shutter.close)
+            inner.push_back(t);
+    const auto start = keyAt(source, times, shutter.open);
+    bool rests = largestDeviation(start, keyAt(source, times, shutter.close)) <=
+                 1e-6f * length(meshBounds(mesh).size());
+    for (float t : inner)
+        rests &= largestDeviation(start, keyAt(source, times, t)) == 0;
+    rests |= !(shutter.close > shutter.open);
+
+    const auto resample = [&](const std::vector<std::vector<V3f>>& keys, int segments) {
+        std::vector<std::vector<V3f>> out;
+        for (int i = 0; i <= segments; ++i)
+            out.push_back(keyAt(keys, times, shutter.sceneTime(segments ? float(i) / float(segments) : 0)));
+        return out;
+    };
+    int segments = rests ? 0 : 1;
+    mesh.positions = resample(source, segments);
+    const auto fits = [&] {
+        for (float t : inner) {
+            const float x = (t - shutter.open) / (shutter.close - shutter.open) * float(segments);
+            const int i = std::min(int(x), segments - 1);
+            const auto truth = keyAt(source, times, t);
+            std::vector<V3f> fitted(truth.size());
+            for (size_t k = 0; k < truth.size(); ++k)
+                fitted[k] = lerp(mesh.positions[i][k], mesh.positions[i + 1][k], x - float(i));
+            if (largestDeviation(truth, fitted) > tolerance)
+                return false;
+        }
+        return true;
+    };
+    while (segments > 0 && segments < kMaxSegments && !fits())
+        mesh.positions = resample(source, ++segments);
+    if (!sourceNormals.empty())
+        mesh.normals = resample(sourceNormals, segments);
+    mesh.keyTimes.clear();
+    for (int i = 0; segments > 0 && i <= segments; ++i)
+        mesh.keyTimes.push_back(float(i) / float(segments));
+}
+
+/// Embree reads sixteen bytes at every vertex: leave room behind the last.
+void padForEmbree(TriangleMesh& mesh) {
+    for (auto& key : mesh.positions)
+        key.reserve(key.size() + 2);
+}
+
+/// A group somewhere inside an object (or the world), with the path from there.
+struct GroupUse {
+    uint32_t group;
+    TransformPath path;
+};
+
+class GeometryBuilder {
+  public:
+    GeometryBuilder(SceneDescription& description, const Camera& camera, const Shutter& shutter,
+                    int firstLight, const MakeShape& makeShape, const MakeAreaLight& makeAreaLight,
+                    Messages& messages)
+        : m_description(description), m_camera(camera), m_shutter(shutter), m_firstLight(firstLight),
+          m_makeShape(makeShape), m_makeAreaLight(makeAreaLight), m_messages(messages) {}
+
+    BuiltGeometry build() {
+        m_objectUses.resize(m_description.objects.size());
+        m_groups.emplace_back();
+        m_areaLightDecls.emplace_back();
+        placeShapes(m_description.world.shapes, 0, m_worldUses);
+        for (const InstanceDecl& instance : m_description.world.instances)
+            for (GroupUse use : usesOf(instance)) {
+                use.path.append(instance.toParent);
+                m_worldUses.push_back(std::move(use));
+            }
+        // Instances first: area lights keep pointers to motions, and need groups that no longer move in
+        // memory.
+        for (const GroupUse& use : m_worldUses)
+            addInstance(use);
+        makeAreaLights();
+        return std::move(m_built);
+    }
+
+  private:
+    /// Makes shapes: those that rest into group `home`, those that move into groups of their own (shared by
+    /// equal paths), whose uses are appended.
+    void placeShapes(std::vector<ShapeDecl>& decls, uint32_t home, std::vector<GroupUse>& uses) {
+        std::vector<std::pair<KeyedTransform, uint32_t>> movingGroups;
+        for (ShapeDecl& decl : decls) {
+            Shape shape = m_makeShape(decl);
+            if (!shape.mesh && !shape.quadric)
+                continue;
+            const KeyedTransform toParent = decl.toParent;
+            const bool moves = !restsDuring(TransformPath(toParent), m_shutter);
+            uint32_t group = home;
+            PlacedShape placed{std::move(shape), M44f(), nullptr, decl.reverseOrientation};
+            if (moves) {
+                group = groupMovingWith(toParent, movingGroups, uses);
+            } else {
+                const M44f m = toParent.at(m_shutter.open);
+                if (placed.shape.mesh)
+                    bake(*placed.shape.mesh, m, placed.reverseOrientation);
+                else
+                    placed.toParent = m;
+            }
+            if (placed.shape.mesh) {
+                if (placed.shape.mesh->deforms())
+                    deform(*placed.shape.mesh, moves ? toParent.at(m_shutter.open) : M44f(), home == 0);
+                padForEmbree(*placed.shape.mesh);
+            }
+            m_groups[group].geometries.push_back({std::move(placed), decl.material, -1});
+            m_areaLightDecls[group].push_back(decl.areaLight);
+        }
+    }
+
+    void deform(TriangleMesh& mesh, const M44f& toWorld, bool inWorld) {
+        const Box3f box = transformBounds(meshBounds(mesh), toWorld);
+        const float scale = std::cbrt(std::abs(determinant3(toWorld)));
+        // Objects may be placed anywhere: there, a twentieth of a pixel for a size of 2,500 pixels.
+        fitDeformation(mesh, m_shutter,
+                       inWorld ? pixelTolerance(box) / std::max(scale, 1e-20f) : 2e-5f * length(box.size()));
+    }
+
+    uint32_t groupMovingWith(const KeyedTransform& toParent,
+                             std::vector<std::pair<KeyedTransform, uint32_t>>& movingGroups,
+                             std::vector<GroupUse>& uses) {
+        for (const auto& [transform, group] : movingGroups)
+            if (transform == toParent)
+                return group;
+        const uint32_t group = newGroup();
+        movingGroups.emplace_back(toParent, group);
+        uses.push_back({group, TransformPath(toParent)});
+        return group;
+    }
+
+    uint32_t newGroup() {
+        m_groups.emplace_back();
+        m_areaLightDecls.emplace_back();
+        return uint32_t(m_groups.size() - 1);
+    }
+
+    /// The groups of an object, built at its first use; nested instances are flattened, since Embree as
+    /// distributed follows one level.
+    const std::vector<GroupUse>& usesOf(const InstanceDecl& instance) {
+        auto& cached = m_objectUses[size_t(instance.object)];
+        if (cached)
+            return *cached;
+        ObjectDecl& object = m_description.objects[size_t(instance.object)];
+        std::vector<GroupUse> uses;
+        const uint32_t home = newGroup();
+        placeShapes(object.shapes, home, uses);
+        if (!m_groups[home].geometries.empty())
+            uses.push_back({home, TransformPath()});
+        for (const InstanceDecl& nested : object.instances)
+            for (GroupUse use : usesOf(nested)) {
+                use.path.append(nested.toParent);
+                uses.push_back(std::move(use));
+            }
+        return cached.emplace(std::move(uses));
+    }
+
+    void addInstance(const GroupUse& use) {
+        const Box3f bounds = groupBounds(use.group);
+        Box3f swept;
+        for (int i = 0; i <= 8; ++i)
+            swept.extendBy(transformBounds(bounds, use.path.at(m_shutter.sceneTime(float(i) / 8))));
+        auto motion = std::make_shared<Motion>(use.path, m_shutter, bounds, pixelTolerance(swept));
+        if (!motion->converged())
+            m_messages.warnOnce(
+                "motion fit", {},
+                "a motion turns too much during the shutter to be followed within 1/20 pixel; it is "
+                "approximated by 128 pieces");
+        m_built.instances.push_back({use.group, std::move(motion), {}});
+    }
+
+    Box3f groupBounds(uint32_t group) {
+        if (m_groupBounds.size() <= group)
+            m_groupBounds.resize(m_groups.size());
+        Box3f& box = m_groupBounds[group];
+        if (box.isEmpty())
+            for (const Geometry& g : m_groups[group].geometries)
+                box.extendBy(transformBounds(shapeBounds(g.placed.shape), g.placed.toParent));
+        return box;
+    }
+
+    /// A twentieth of a pixel where the box comes nearest to the camera.
+    float pixelTolerance(const Box3f& box) const {
+        float distance = kInfinity;
+        for (int i = 0; i <= 8; ++i)
+            distance = std::min(distance, distanceTo(box, m_camera.position(float(i) / 8)));
+        const RayCone cone = m_camera.cone(V2f(0));
+        const float pixel = cone.width + distance * cone.spread;
+        return std::max(kPathTolerancePixels * pixel, 1e-5f * length(box.size()));
+    }
+
+    void makeAreaLights() {
+        for (size_t i = 0; i < m_groups[0].geometries.size(); ++i)
+            m_groups[0].geometries[i].light = makeAreaLight(0, i, nullptr);
+        for (Instance& instance : m_built.instances) {
+            const auto& decls = m_areaLightDecls[instance.group];
+            if (std::none_of(decls.begin(), decls.end(), [](int decl) { return decl >= 0; }))
+                continue;
+            for (size_t i = 0; i < decls.size(); ++i)
+                instance.lights.push_back(makeAreaLight(instance.group, i, instance.motion));
+        }
+        m_built.groups = std::move(m_groups);
+    }
+
+    /// The index of the new light, or -1 when the shape does not shine.
+    int makeAreaLight(uint32_t group, size_t geometry, std::shared_ptr<const Motion> motion) {
+        const int decl = m_areaLightDecls[group][geometry];
+        if (decl < 0)
+            return -1;
+        PlacedShape placed = m_groups[group].geometries[geometry].placed;
+        placed.motion = std::move(motion);
+        m_built.areaLights.push_back(m_makeAreaLight(m_description.areaLights[size_t(decl)], placed));
+        return m_firstLight + int(m_built.areaLights.size()) - 1;
+    }
+
+    SceneDescription& m_description;
+    const Camera& m_camera;
+    const Shutter m_shutter;
+    const int m_firstLight;
+    const MakeShape& m_makeShape;
+    const MakeAreaLight& m_makeAreaLight;
+    Messages& m_messages;
+
+    std::vector<Group> m_groups;
+    std::vector<std::vector<int>> m_areaLightDecls; ///< beside m_groups[].geometries; -1: does not shine
+    std::vector<Box3f> m_groupBounds;
+    std::vector<GroupUse> m_worldUses;
+    std::vector<std::optional<std::vector<GroupUse>>> m_objectUses;
+    BuiltGeometry m_built;
+};
+
+} // namespace
+
+BuiltGeometry buildGeometry(SceneDescription& description, const Camera& camera, const Shutter& shutter,
+                            int firstLight, const MakeShape& makeShape, const MakeAreaLight& makeAreaLight,
+                            Messages& messages) {
+    return GeometryBuilder(description, camera, shutter, firstLight, makeShape, makeAreaLight, messages)
+        .build();
+}
+
+} // namespace strobe

@@ -1,0 +1,86 @@
+#include "shapes/disk.h"
+
+#include "shapes/quadric_params.h"
+
+namespace strobe {
+namespace {
+
+const ParamDef<float> kHeight{"height", 0, "z of the disk"};
+const ParamDef<float> kRadius{"radius", 1, "outer radius"};
+const ParamDef<float> kInnerRadius{"innerradius", 0, "radius of the hole"};
+
+/// u = phi / phimax, v = (radius - r) / (radius - innerradius): 0 at the rim.
+class Disk : public Quadric {
+  public:
+    explicit Disk(const ParamSet& params)
+        : m_height(params.get(kHeight)), m_radius(positive(params, kRadius)),
+          m_inner(params.get(kInnerRadius)), m_phiMax(sweep(params)) {
+        if (!std::isfinite(m_height))
+            throw Error(params.whereIs(kHeight), "\"height\" must be finite");
+        if (!(m_inner >= 0 && m_inner < m_radius))
+            throw Error(params.whereIs(kInnerRadius),
+                        "\"innerradius\" must be at least 0 and less than \"radius\"");
+    }
+
+    Box3f bounds() const override {
+        const auto r = static_cast<float>(m_radius), z = static_cast<float>(m_height);
+        return {{-r, -r, z}, {r, r, z}};
+    }
+
+    bool intersect(const V3f& o, const V3f& d, float tmin, float tmax, float& t, float& u,
+                   float& v) const override {
+        if (d.z == 0)
+            return false;
+        const double exact = (m_height - o.z) / d.z;
+        const auto candidate = static_cast<float>(exact);
+        if (!(candidate > tmin && candidate < tmax))
+            return false;
+        const double x = o.x + exact * d.x, y = o.y + exact * d.y;
+        const double r = std::hypot(x, y), phi = azimuth(x, y);
+        if (!(r <= m_radius && r >= m_inner && phi <= m_phiMax))
+            return false;
+        t = candidate;
+        u = static_cast<float>(phi / m_phiMax);
+        v = static_cast<float>((m_radius - r) / (m_radius - m_inner));
+        return true;
+    }
+
+    QuadricPoint point(float u, float v) const override { return at(u, m_radius - v * (m_radius - m_inner)); }
+
+    float area() const override {
+        return static_cast<float>(m_phiMax / 2 * (m_radius * m_radius - m_inner * m_inner));
+    }
+
+    QuadricPoint samplePoint(const V2f& u) const override {
+        const double inner2 = m_inner * m_inner;
+        return at(u.y, std::sqrt(inner2 + u.x * (m_radius * m_radius - inner2)));
+    }
+
+  private:
+    QuadricPoint at(float u, double r) const {
+        const double phi = u * m_phiMax, width = m_radius - m_inner;
+        const V3d outward(std::cos(phi), std::sin(phi), 0);
+        QuadricPoint q;
+        q.p = V3f(outward * r + V3d(0, 0, m_height));
+        q.n = {0, 0, 1};
+        // Not zero at the centre, where only the direction is wanted.
+        q.dpdu = V3f(V3d(-outward.y, outward.x, 0) * (m_phiMax * std::max(r, kPoleRadius * m_radius)));
+        q.dpdv = V3f(outward * -width);
+        q.uv = {u, static_cast<float>((m_radius - r) / width)};
+        return q;
+    }
+
+    double m_height, m_radius, m_inner, m_phiMax;
+};
+
+Shape createDisk(const ParamSet& params, const BuildContext&) {
+    return {nullptr, std::make_shared<Disk>(params)};
+}
+
+} // namespace
+
+Plugin<Shape> diskPlugin() {
+    return {"disk", "disk, ring or sector facing +z", {kHeight, kRadius, kInnerRadius, kPhiMax}, createDisk};
+}
+
+} // namespace strobe

@@ -1,0 +1,135 @@
+#include "shapes/mesh_params.h"
+
+namespace strobe {
+namespace {
+
+using namespace mesh_params;
+
+std::string count(size_t n, const char* noun, const char* plural) {
+    return std::to_string(n) + " " + (n == 1 ? noun : plural);
+}
+
+std::string vertices(size_t n) { return count(n, "vertex", "vertices"); }
+
+KeyedPoints splitKeys(const std::vector<V3f>& values, size_t keys) {
+    const size_t n = values.size() / keys;
+    KeyedPoints parts;
+    for (size_t k = 0; k < keys; ++k)
+        parts.emplace_back(values.begin() + k * n, values.begin() + (k + 1) * n);
+    return parts;
+}
+
+} // namespace
+
+void requireFinite(const KeyedPoints& values, const char* what, const Location& where) {
+    for (size_t k = 0; k < values.size(); ++k) {
+        for (size_t i = 0; i < values[k].size(); ++i) {
+            const V3f& p = values[k][i];
+            if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
+                continue;
+            const std::string key = values.size() > 1 ? " of key " + std::to_string(k) : "";
+            throw Error(where, "the " + std::string(what) + " of vertex " + std::to_string(i) + key +
+                                   " is not finite");
+        }
+    }
+}
+
+std::vector<uint32_t> readIndices(const ParamSet& params, size_t vertexCount) {
+    if (!params.has(kIndices)) {
+        if (vertexCount == 3)
+            return {0, 1, 2};
+        throw Error(params.where(),
+                    "parameter \"indices\" is missing (it may be left out only with exactly 3 "
+                    "vertices; there are " +
+                        std::to_string(vertexCount) + ")");
+    }
+    const std::vector<int> given = params.get(kIndices);
+    const Location where = params.whereIs(kIndices);
+    if (given.empty())
+        throw Error(where, "the mesh has no triangles: \"indices\" is empty");
+    if (given.size() % 3 != 0)
+        throw Error(where, "\"indices\" has " + std::to_string(given.size()) +
+                               " numbers, which is not a multiple of 3");
+    for (size_t i = 0; i < given.size(); ++i) {
+        if (given[i] < 0 || static_cast<size_t>(given[i]) >= vertexCount)
+            throw Error(where, "index " + std::to_string(given[i]) + " (number " + std::to_string(i) +
+                                   " of \"indices\", in triangle " + std::to_string(i / 3) +
+                                   ") is out of range: the mesh has " + vertices(vertexCount));
+    }
+    return {given.begin(), given.end()};
+}
+
+KeyedPoints readPositions(const ParamSet& params) {
+    const std::vector<V3f> points = params.require(kP);
+    const Location where = params.whereIs(kP);
+    const int keys = params.get(kKeys);
+    if (keys < 1)
+        throw Error(params.whereIs(kKeys), "\"keys\" must be at least 1, not " + std::to_string(keys));
+    if (points.empty())
+        throw Error(where, "the mesh has no vertices: \"P\" is empty");
+    if (points.size() % keys != 0)
+        throw Error(where, "\"P\" has " + count(points.size(), "point", "points") +
+                               ", which do not divide into " + std::to_string(keys) + " keys");
+    KeyedPoints parts = splitKeys(points, keys);
+    requireFinite(parts, "position", where);
+    return parts;
+}
+
+KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions) {
+    if (!params.has(kN))
+        return {};
+    const std::vector<V3f> given = params.get(kN);
+    const Location where = params.whereIs(kN);
+    const size_t perKey = positions.front().size(), keys = positions.size();
+    KeyedPoints normals;
+    if (given.size() == perKey * keys)
+        normals = splitKeys(given, keys);
+    else if (given.size() == perKey)
+        normals.assign(keys, given);
+    else
+        throw Error(where, "\"N\" has " + count(given.size(), "normal", "normals") + ", but the mesh has " +
+                               vertices(perKey) +
+                               (keys > 1 ? " in each of " + std::to_string(keys) + " keys" : ""));
+    requireFinite(normals, "normal", where);
+    return normals;
+}
+
+std::vector<float> readKeyTimes(const ParamSet& params, size_t keyCount, const BuildContext& context) {
+    if (params.has(kKeyTimes)) {
+        const std::vector<float> times = params.get(kKeyTimes);
+        const Location where = params.whereIs(kKeyTimes);
+        if (times.size() != keyCount)
+            throw Error(where, "\"keytimes\" has " + count(times.size(), "number", "numbers") +
+                                   ", but the mesh has " + count(keyCount, "key", "keys"));
+        for (size_t i = 0; i < times.size(); ++i) {
+            if (!std::isfinite(times[i]) || (i > 0 && !(times[i] > times[i - 1])))
+                throw Error(where, "\"keytimes\" must be finite and ascending; number " + std::to_string(i) +
+                                       " is not");
+        }
+        return keyCount > 1 ? times : std::vector<float>{};
+    }
+    if (keyCount <= 1)
+        return {};
+    if (context.keyTimes.size() == keyCount)
+        return context.keyTimes;
+    const float first = context.keyTimes.empty() ? 0 : context.keyTimes.front();
+    const float last = context.keyTimes.empty() ? 1 : context.keyTimes.back();
+    if (!(last > first))
+        throw Error(params.where(),
+                    "a deforming mesh needs \"keytimes\": the scene's TransformTimes span no time");
+    std::vector<float> times;
+    for (size_t i = 0; i < keyCount; ++i)
+        times.push_back(lerp(first, last, static_cast<float>(i) / static_cast<float>(keyCount - 1)));
+    return times;
+}
+
+FloatInput readAlpha(const ParamSet& params, const BuildContext& context) {
+    if (params.has(kShadowAlpha)) {
+        params.get(kShadowAlpha); // checks its type
+        context.messages.warn(params.whereIs(kShadowAlpha),
+                              "\"shadowalpha\" is ignored: shadows are cut by \"alpha\"");
+    }
+    return params.get(kAlpha);
+}
+
+} // namespace strobe

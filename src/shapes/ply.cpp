@@ -1,0 +1,272 @@
+#include "shapes/ply.h"
+
+#include "shapes/ply_header.h"
+
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+
+namespace strobe {
+namespace {
+
+using namespace ply;
+
+/// Reads the numbers of the body one after the other.
+class Body {
+  public:
+    Body(std::string_view bytes, Format format, const Failure& fail)
+        : m_bytes(bytes), m_format(format), m_fail(fail) {}
+
+    /// The next number; a double holds every PLY type exactly.
+    double next(Scalar type) { return m_format == Format::Ascii ? nextWord(type) : nextBinary(type); }
+
+    /// The next number as a count.
+    uint64_t nextCount(Scalar type, const Property& property) {
+        const double n = next(type);
+        if (n < 0)
+            m_fail("a list " + shown(property.name) + " has a negative count");
+        return static_cast<uint64_t>(n);
+    }
+
+    void skip(const Property& property) {
+        if (!property.listCount) {
+            next(property.type);
+            return;
+        }
+        for (uint64_t n = nextCount(*property.listCount, property); n > 0; --n)
+            next(property.type);
+    }
+
+    /// Fails when `element` cannot possibly fit into the rest: called before memory is set aside for it.
+    void requireRoom(const Element& element) const {
+        uint64_t rowBytes = 0;
+        for (const Property& p : element.properties)
+            rowBytes += m_format == Format::Ascii ? 2 : byteSize(p.listCount.value_or(p.type));
+        const uint64_t left = m_bytes.size() - m_pos + 1; // the last ASCII number may end with the file
+        if (rowBytes > 0 && element.count > left / rowBytes)
+            m_fail("is too short for the " + std::to_string(element.count) + " rows of element " +
+                   shown(element.name) + " that its header announces");
+    }
+
+    size_t trailingBytes() const {
+        size_t i = m_pos;
+        while (i < m_bytes.size() && isSpace(m_bytes[i]))
+            ++i;
+        return m_bytes.size() - i;
+    }
+
+    /// The element being read, for messages.
+    void enter(const Element& element) { m_element = element.name; }
+
+  private:
+    [[noreturn]] void failTruncated() const { m_fail("ends in the middle of element " + shown(m_element)); }
+
+    double nextWord(Scalar type) {
+        while (m_pos < m_bytes.size() && isSpace(m_bytes[m_pos]))
+            ++m_pos;
+        size_t stop = m_pos;
+        while (stop < m_bytes.size() && !isSpace(m_bytes[stop]))
+            ++stop;
+        if (stop == m_pos)
+            failTruncated();
+        const std::string_view word = m_bytes.substr(m_pos, stop - m_pos);
+        m_pos = stop;
+        const char* begin = word.data() + (word[0] == '+' ? 1 : 0);
+        double value = 0;
+        const auto [end, error] = std::from_chars(begin, word.data() + word.size(), value);
+        if (error != std::errc() || end != word.data() + word.size())
+            m_fail(shown(word) + " in element " + shown(m_element) + " is not a number");
+        if (type < Scalar::F32 && !(value == std::floor(value) && std::abs(value) < 0x1p32))
+            m_fail(shown(word) + " in element " + shown(m_element) + " is not an integer of 32 bits");
+        return value;
+    }
+
+    double nextBinary(Scalar type) {
+        const size_t size = byteSize(type);
+        if (m_bytes.size() - m_pos < size)
+            failTruncated();
+        char raw[8];
+        std::memcpy(raw, m_bytes.data() + m_pos, size);
+        m_pos += size;
+        constexpr Format native = std::endian::native == std::endian::little ? Format::Little : Format::Big;
+        if (m_format != native)
+            std::reverse(raw, raw + size);
+        switch (type) {
+        case Scalar::I8:
+            return as<int8_t>(raw);
+        case Scalar::U8:
+            return as<uint8_t>(raw);
+        case Scalar::I16:
+            return as<int16_t>(raw);
+        case Scalar::U16:
+            return as<uint16_t>(raw);
+        case Scalar::I32:
+            return as<int32_t>(raw);
+        case Scalar::U32:
+            return as<uint32_t>(raw);
+        case Scalar::F32:
+            return as<float>(raw);
+        case Scalar::F64:
+            return as<double>(raw);
+        }
+        return 0;
+    }
+
+    template <class T>
+    static double as(const char* raw) {
+        T value;
+        std::memcpy(&value, raw, sizeof value);
+        return static_cast<double>(value);
+    }
+
+    std::string_view m_bytes;
+    Format m_format;
+    const Failure& m_fail;
+    size_t m_pos = 0;
+    std::string m_element;
+};
+
+// Places in a row of the vertex values that are kept.
+constexpr int kNormalSlot = 3, kUvSlot = 6, kSlotCount = 8;
+
+/// Which slot each vertex property goes to; -1: skipped.
+std::vector<int> vertexSlots(const Element& vertex, const Failure& fail) {
+    const auto find = [&](std::string_view name) {
+        for (size_t i = 0; i < vertex.properties.size(); ++i) {
+            if (vertex.properties[i].name == name && !vertex.properties[i].listCount)
+                return static_cast<int>(i);
+        }
+        return -1;
+    };
+    std::vector<int> slots(vertex.properties.size(), -1);
+    const int x = find("x"), y = find("y"), z = find("z");
+    if (x < 0 || y < 0 || z < 0)
+        fail("its vertices lack x, y or z");
+    slots[x] = 0, slots[y] = 1, slots[z] = 2;
+    const int nx = find("nx"), ny = find("ny"), nz = find("nz");
+    const int given = (nx >= 0) + (ny >= 0) + (nz >= 0);
+    if (given == 3)
+        slots[nx] = kNormalSlot, slots[ny] = kNormalSlot + 1, slots[nz] = kNormalSlot + 2;
+    else if (given > 0)
+        fail("its vertices have some of nx, ny and nz, but not all");
+    constexpr std::string_view pairs[][2] = {
+        {"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}};
+    for (const auto& pair : pairs) {
+        const int u = find(pair[0]), v = find(pair[1]);
+        if (u >= 0 && v >= 0) {
+            slots[u] = kUvSlot, slots[v] = kUvSlot + 1;
+            break;
+        }
+    }
+    return slots;
+}
+
+void readVertices(const Element& vertex, Body& body, const Failure& fail, PlyMesh& mesh) {
+    const std::vector<int> slots = vertexSlots(vertex, fail);
+    const auto kept = [&](int slot) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); };
+    const bool hasNormals = kept(kNormalSlot), hasUvs = kept(kUvSlot);
+    mesh.positions.reserve(vertex.count);
+    mesh.normals.reserve(hasNormals ? vertex.count : 0);
+    mesh.uvs.reserve(hasUvs ? vertex.count : 0);
+    float row[kSlotCount] = {};
+    for (uint64_t i = 0; i < vertex.count; ++i) {
+        for (size_t p = 0; p < slots.size(); ++p) {
+            if (slots[p] < 0)
+                body.skip(vertex.properties[p]);
+            else
+                row[slots[p]] = static_cast<float>(body.next(vertex.properties[p].type));
+        }
+        mesh.positions.emplace_back(row[0], row[1], row[2]);
+        if (hasNormals)
+            mesh.normals.emplace_back(row[kNormalSlot], row[kNormalSlot + 1], row[kNormalSlot + 2]);
+        if (hasUvs)
+            mesh.uvs.emplace_back(row[kUvSlot], row[kUvSlot + 1]);
+    }
+}
+
+bool isCornerList(const Property& p) { return p.name == "vertex_indices" || p.name == "vertex_index"; }
+
+/// Reads one list of corners and appends its fan of triangles.
+void readFace(uint64_t face, const Property& corners, uint64_t vertexCount, Body& body, const Failure& fail,
+              std::vector<uint32_t>& indices) {
+    const uint64_t count = body.nextCount(*corners.listCount, corners);
+    if (count < 3)
+        fail("face " + std::to_string(face) + " has fewer than three corners");
+    uint32_t first = 0, previous = 0;
+    for (uint64_t i = 0; i < count; ++i) {
+        const double value = body.next(corners.type);
+        if (!(value >= 0 && value < static_cast<double>(vertexCount)))
+            fail("face " + std::to_string(face) + " refers to vertex " +
+                 std::to_string(static_cast<int64_t>(value)) + ", but there are " +
+                 std::to_string(vertexCount) + " vertices");
+        const auto index = static_cast<uint32_t>(value);
+        if (i == 0)
+            first = index;
+        if (i >= 2)
+            indices.insert(indices.end(), {first, previous, index});
+        previous = index;
+    }
+}
+
+void readFaces(const Element& faces, uint64_t vertexCount, Body& body, const Failure& fail,
+               std::vector<uint32_t>& indices) {
+    const auto corners = std::find_if(faces.properties.begin(), faces.properties.end(), isCornerList);
+    if (corners == faces.properties.end() || !corners->listCount || corners->type >= Scalar::F32)
+        fail("its faces have no list of integers called vertex_indices or vertex_index");
+    indices.reserve(3 * faces.count);
+    for (uint64_t i = 0; i < faces.count; ++i) {
+        for (const Property& p : faces.properties) {
+            if (&p == &*corners)
+                readFace(i, p, vertexCount, body, fail, indices);
+            else
+                body.skip(p);
+        }
+    }
+}
+
+} // namespace
+
+PlyMesh parsePly(std::string_view contents, const std::string& fileName, const Location& where) {
+    const Failure fail{fileName, where};
+    const Header header = parseHeader(contents, fail);
+    const Element* vertex = header.find("vertex");
+    const Element* face = header.find("face");
+    if (!vertex || vertex->count == 0)
+        fail("has no vertices");
+    if (!face || face->count == 0)
+        fail(header.find("tristrips") ? "has triangle strips, which are not supported" : "has no faces");
+    if (vertex->count > UINT32_MAX)
+        fail("has more vertices than 32 bits can number");
+
+    PlyMesh mesh;
+    Body body(contents.substr(header.size), header.format, fail);
+    for (const Element& element : header.elements) {
+        body.enter(element);
+        body.requireRoom(element);
+        if (&element == vertex)
+            readVertices(element, body, fail, mesh);
+        else if (&element == face)
+            readFaces(element, vertex->count, body, fail, mesh.indices);
+        else if (!element.properties.empty())
+            for (uint64_t i = 0; i < element.count; ++i)
+                std::for_each(element.properties.begin(), element.properties.end(),
+                              [&](const Property& p) { body.skip(p); });
+    }
+    mesh.trailingBytes = body.trailingBytes();
+    return mesh;
+}
+
+PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where) {
+    std::error_code error;
+    const uintmax_t size = std::filesystem::file_size(path, error); // also refuses what is not a file
+    if (error)
+        throw Error(where, "\"" + path.string() + "\" cannot be read: " + error.message());
+    std::string contents(size, '\0');
+    std::ifstream file(path, std::ios::binary);
+    if (!file.read(contents.data(), static_cast<std::streamsize>(size)))
+        throw Error(where, "\"" + path.string() + "\" cannot be read");
+    return parsePly(contents, path.string(), where);
+}
+
+} // namespace strobe

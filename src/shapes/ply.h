@@ -1,0 +1,31 @@
+// A reader of PLY files: ASCII, binary little endian and binary big endian, format version 1.0.
+#pragma once
+
+#include "core/error.h"
+#include "core/math.h"
+
+#include <string_view>
+#include <vector>
+
+namespace strobe {
+
+/// What a renderer wants of a PLY file.
+struct PlyMesh {
+    std::vector<V3f> positions;
+    std::vector<V3f> normals; ///< empty, or one per position
+    std::vector<V2f> uvs;     ///< empty, or one per position
+    std::vector<uint32_t>
+        indices;              ///< three per triangle, all in range; faces of more corners are split as fans
+    size_t trailingBytes = 0; ///< after the last element, from the first that is no white space
+};
+
+/// Reads the contents of a PLY file. Vertices: x y z, [nx ny nz], [u v | s t | texture_u texture_v |
+/// texture_s texture_t]; faces: a list called vertex_indices or vertex_index. Other properties and elements
+/// are skipped. Values may be NaN. Anything malformed is an Error at `where` that names `fileName`; no
+/// allocation is larger than the contents warrant, whatever the header claims.
+PlyMesh parsePly(std::string_view contents, const std::string& fileName, const Location& where);
+
+/// As parsePly, from a file.
+PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where);
+
+} // namespace strobe

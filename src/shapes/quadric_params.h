@@ -1,0 +1,39 @@
+// What the quadrics share: their sweep angle and the checks of their lengths.
+#pragma once
+
+#include "core/plugin.h"
+#include "core/shape.h"
+
+namespace strobe {
+
+using Imath::V3d;
+
+inline constexpr double kTwoPi = 6.283185307179586;
+/// Relative radius within which dp/du is that of this radius: it vanishes at poles and centres.
+inline constexpr double kPoleRadius = 1e-5;
+
+inline const ParamDef<float> kPhiMax{"phimax", 360, "how far the shape goes about the z axis, in degrees"};
+
+/// "phimax" in radians, in (0, 2 pi].
+inline double sweep(const ParamSet& params) {
+    const double degrees = params.get(kPhiMax);
+    if (!(degrees > 0))
+        throw Error(params.whereIs(kPhiMax), "\"phimax\" must be above 0 degrees");
+    return degrees >= 360 ? kTwoPi : degrees / 360 * kTwoPi;
+}
+
+/// A length that must be above 0 and finite.
+inline double positive(const ParamSet& params, const ParamDef<float>& def) {
+    const float value = params.get(def);
+    if (!(value > 0) || !std::isfinite(value))
+        throw Error(params.whereIs(def), std::string("\"") + def.name + "\" must be positive and finite");
+    return value;
+}
+
+/// The angle of (x, y) from the x axis, in [0, 2 pi].
+inline double azimuth(double x, double y) {
+    const double phi = std::atan2(y, x);
+    return phi < 0 ? phi + kTwoPi : phi;
+}
+
+} // namespace strobe

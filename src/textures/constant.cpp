@@ -1,0 +1,37 @@
+#include "textures/constant.h"
+
+#include "textures/inputs.h"
+
+namespace strobe {
+namespace {
+
+const InputDef kValue{"value", 1, "the value"};
+
+class Constant : public Texture {
+  public:
+    Constant(const Rgb& colour, float value) : m_colour(colour), m_value(value) {}
+    Rgb rgb(const TextureQuery&) const override { return m_colour; }
+    float value(const TextureQuery&) const override { return m_value; }
+    bool isConstant() const override { return true; }
+
+  private:
+    Rgb m_colour;
+    float m_value;
+};
+
+} // namespace
+
+Plugin<TexturePtr, const TextureArgs&> constantTexturePlugin() {
+    return {"constant",
+            "the same value everywhere",
+            {kValue.colour},
+            [](const ParamSet& params, const BuildContext&, const TextureArgs& args) -> TexturePtr {
+                const Input input(params, args, kValue);
+                if (!input.isConstant())
+                    throw Error(params.whereIs(kValue.colour),
+                                "the value of a constant texture must not vary");
+                return std::make_shared<const Constant>(input.rgb({}), input.value({}));
+            }};
+}
+
+} // namespace strobe

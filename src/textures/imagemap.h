@@ -1,0 +1,10 @@
+// An image file, filtered over the footprint.
+#pragma once
+
+#include "core/plugin.h"
+
+namespace strobe {
+
+Plugin<TexturePtr, const TextureArgs&> imagemapTexturePlugin();
+
+} // namespace strobe

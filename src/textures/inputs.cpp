@@ -1,0 +1,73 @@
+#include "textures/inputs.h"
+
+namespace strobe {
+namespace {
+
+const ParamDef<std::string> kMapping{"mapping", "uv", "uv or planar"};
+const ParamDef<float> kUScale{"uscale", 1.f, "factor of u"};
+const ParamDef<float> kVScale{"vscale", 1.f, "factor of v"};
+const ParamDef<float> kUDelta{"udelta", 0.f, "added to u"};
+const ParamDef<float> kVDelta{"vdelta", 0.f, "added to v"};
+const ParamDef<V3f> kV1{"v1", V3f(1, 0, 0), "planar: the vector whose dot product with the position is u"};
+const ParamDef<V3f> kV2{"v2", V3f(0, 1, 0), "planar: the vector whose dot product with the position is v"};
+
+bool isGivenAsFloat(const ParamSet& params, const InputDef& def) {
+    for (const Param& p : params.all())
+        if (p.name == def.scalar.name || (def.scalar.alias && p.name == def.scalar.alias))
+            return p.type == ParamType::Float || p.type == ParamType::Int;
+    return false;
+}
+
+} // namespace
+
+Input::Input(const ParamSet& params, const TextureArgs& args, const InputDef& def)
+    : m_isFloat(args.isFloat || isGivenAsFloat(params, def)) {
+    if (m_isFloat)
+        m_scalar = params.get(def.scalar);
+    else
+        m_colour = params.get(def.colour);
+}
+
+float Input::value(const TextureQuery& q) const {
+    if (m_isFloat)
+        return m_scalar.at(q);
+    if (m_colour.texture)
+        return m_colour.texture->value(q);
+    return (m_colour.constant.x + m_colour.constant.y + m_colour.constant.z) / 3;
+}
+
+bool Input::isConstant() const {
+    const TexturePtr& texture = m_isFloat ? m_scalar.texture : m_colour.texture;
+    return !texture || texture->isConstant();
+}
+
+bool Input::equals(const Input& other) const {
+    return isConstant() && other.isConstant() && rgb({}) == other.rgb({});
+}
+
+std::vector<ParamInfo> mappingParams() { return {kMapping, kUScale, kVScale, kUDelta, kVDelta, kV1, kV2}; }
+
+Mapping2D::Mapping2D(const ParamSet& params, const BuildContext& context, const TextureArgs& args)
+    : m_scale(params.get(kUScale), params.get(kVScale)), m_delta(params.get(kUDelta), params.get(kVDelta)) {
+    const std::string mapping = params.get(kMapping);
+    m_planar = mapping == "planar";
+    if (!m_planar && mapping != "uv")
+        throw Error(params.whereIs(kMapping),
+                    "texture mapping \"" + mapping + "\" is not supported (known: uv, planar)");
+    if (m_planar) {
+        m_v1 = params.get(kV1);
+        m_v2 = params.get(kV2);
+        if (context.conventions != Conventions::PbrtV2)
+            m_fromWorld = args.toWorld.inverse();
+    }
+}
+
+TexturePoint Mapping2D::at(const TextureQuery& q) const {
+    if (m_planar) {
+        const V3f p = transformPoint(m_fromWorld, q.p);
+        return {m_delta + V2f(dot(p, m_v1), dot(p, m_v2)), V2f(0), V2f(0)};
+    }
+    return {q.uv * m_scale + m_delta, q.duvdx * m_scale, q.duvdy * m_scale};
+}
+
+} // namespace strobe

@@ -1,0 +1,10 @@
+// A blend of two textures by a third.
+#pragma once
+
+#include "core/plugin.h"
+
+namespace strobe {
+
+Plugin<TexturePtr, const TextureArgs&> mixTexturePlugin();
+
+} // namespace strobe

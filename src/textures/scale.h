@@ -1,0 +1,10 @@
+// The product of two textures.
+#pragma once
+
+#include "core/plugin.h"
+
+namespace strobe {
+
+Plugin<TexturePtr, const TextureArgs&> scaleTexturePlugin();
+
+} // namespace strobe

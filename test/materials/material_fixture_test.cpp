@@ -1,0 +1,217 @@
+#include "materials/material_fixture.h"
+
+#include "materials/matte.h"
+#include "materials/measured.h"
+#include "materials/metal.h"
+#include "materials/plastic.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace strobe::test {
+
+MaterialPtr makeMaterial(const MaterialPlugin& plugin, const std::vector<Param>& params,
+                         Conventions conventions) {
+    ParamSet set;
+    for (const Param& p : params)
+        set.add(p);
+    Messages quiet;
+    return plugin.create(set, BuildContext{quiet, conventions});
+}
+
+V3f Random::direction() {
+    const float z = 2 * next() - 1, r = std::sqrt(std::max(0.f, 1 - z * z)), phi = 2 * kPi * next();
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+namespace {
+
+/// A smooth lobe measured at random pairs, as a .brdf file with two wavelengths.
+MaterialPtr measuredExample() {
+    const auto path =
+        std::filesystem::temp_directory_path() / ("strobe-" + std::to_string(::getpid()) + ".brdf");
+    std::ofstream file(path);
+    file << "# made up\n2\n450 600 # nm\n";
+    Random random(7);
+    for (int i = 0; i < 600; ++i) {
+        const float ti = 1.5f * random.next(), to = 1.5f * random.next(), phi = kPi * random.next();
+        const float value = .1f + .05f * std::cos(ti) * std::cos(to) + .1f * sqr(phi / kPi) * std::sin(ti);
+        file << ti << " 0 " << to << " " << phi << "  " << value << " " << value * .8f << "\n";
+    }
+    file.close();
+    const MaterialPtr material = makeMaterial(measuredPlugin(), {stringParam("filename", path.string())});
+    std::filesystem::remove(path);
+    return material;
+}
+
+} // namespace
+
+std::vector<NamedMaterial> smoothMaterials() {
+    const auto plastic = [](float kd, float ks, float roughness) {
+        return makeMaterial(plasticPlugin(), {rgbParam("Kd", Rgb(kd)), rgbParam("Ks", Rgb(ks)),
+                                              floatParam("roughness", roughness)});
+    };
+    const auto matte = [](float kd, float sigma) {
+        return makeMaterial(mattePlugin(), {rgbParam("Kd", Rgb(kd)), floatParam("sigma", sigma)});
+    };
+    const auto metal = [](float roughness) {
+        return makeMaterial(metalPlugin(), {floatParam("roughness", roughness)});
+    };
+    return {{"matte", matte(.5f, 0)},
+            {"matte white", matte(1, 0)},
+            {"matte black", matte(0, 0)},
+            {"matte sigma 20", matte(1, 20)},
+            {"matte sigma 90", matte(1, 90)},
+            {"plastic", plastic(.25f, .25f, .1f)},
+            {"plastic of the Killeroo", plastic(.4f, .3f, .15f)},
+            {"plastic roughness 1", plastic(.5f, .5f, 1)},
+            {"plastic roughness .001", plastic(.5f, .5f, .001f), true, true},
+            {"plastic roughness 0", plastic(.2f, .8f, 0), true, true},
+            {"plastic without gloss", plastic(1, 0, .1f)},
+            {"plastic without diffuse", plastic(0, 1, .1f)},
+            {"plastic white", plastic(1, 1, .1f), false},
+            {"metal", metal(.01f)},
+            {"metal roughness .001", metal(.001f), true, true},
+            {"metal roughness 1", metal(1)},
+            {"measured", measuredExample()}};
+}
+
+std::vector<V3f> viewDirections() {
+    std::vector<V3f> directions;
+    for (const auto& [degrees, phi] : {std::pair{0.f, 0.f},
+                                       {45.f, 1.f},
+                                       {80.f, 2.5f},
+                                       {89.5f, 4.f},
+                                       {150.f, 5.f},
+                                       {95.f, .3f},
+                                       {180.f, 0.f}}) {
+        const float theta = radians(degrees);
+        directions.emplace_back(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
+                                std::cos(theta));
+    }
+    return directions;
+}
+
+int Integrals::binOf(const V3f& w) {
+    const float phi = std::atan2(w.y, w.x) + kPi;
+    const int row = std::clamp(int((w.z + 1) / 2 * kRows), 0, kRows - 1);
+    return row * kColumns + std::clamp(int(phi / (2 * kPi) * kColumns), 0, kColumns - 1);
+}
+
+namespace {
+
+using Pair = std::array<double, 2>; ///< of pdf and f cos
+
+struct Quadrature {
+    const Material& material;
+    const Bsdf& bsdf;
+    V3f wo, mirror;
+
+    /// 3x3 Gauss-Legendre over a rectangle in (z, phi).
+    Pair rule(double z0, double z1, double p0, double p1) const {
+        static const double x[3] = {-.7745966692414834, 0, .7745966692414834},
+                            w[3] = {5 / 18., 8 / 18., 5 / 18.};
+        V3f wi[9];
+        Rgb f[9];
+        float pdf[9];
+        for (int i = 0; i < 9; ++i) {
+            const double z = (z0 + z1) / 2 + x[i / 3] * (z1 - z0) / 2,
+                         p = (p0 + p1) / 2 + x[i % 3] * (p1 - p0) / 2;
+            const double r = std::sqrt(std::max(0., 1 - z * z));
+            wi[i] = V3f(float(r * std::cos(p)), float(r * std::sin(p)), float(z));
+        }
+        material.evalCos(bsdf, wo, wi, 9, f, pdf);
+        Pair sum{};
+        for (int i = 0; i < 9; ++i) {
+            const double weight = w[i / 3] * w[i % 3] * (z1 - z0) * (p1 - p0);
+            sum[0] += weight * pdf[i];
+            sum[1] += weight * (wi[i].z * wo.z > 0 ? f[i].y : 0);
+        }
+        return sum;
+    }
+    Pair refine(double z0, double z1, double p0, double p1, const Pair& whole, int depth) const {
+        const double z = (z0 + z1) / 2, p = (p0 + p1) / 2;
+        const double box[4][4] = {{z0, z, p0, p}, {z0, z, p, p1}, {z, z1, p0, p}, {z, z1, p, p1}};
+        Pair parts[4], sum{};
+        for (int k = 0; k < 4; ++k) {
+            parts[k] = rule(box[k][0], box[k][1], box[k][2], box[k][3]);
+            sum[0] += parts[k][0], sum[1] += parts[k][1];
+        }
+        const double error = std::abs(sum[0] - whole[0]) + std::abs(sum[1] - whole[1]);
+        if (depth >= 9 || (depth >= 2 && error < 1e-6))
+            return sum;
+        sum = {};
+        for (int k = 0; k < 4; ++k) {
+            const Pair r = refine(box[k][0], box[k][1], box[k][2], box[k][3], parts[k], depth + 1);
+            sum[0] += r[0], sum[1] += r[1];
+        }
+        return sum;
+    }
+};
+
+} // namespace
+
+Integrals integrate(const Material& material, const Bsdf& bsdf, const V3f& wo) {
+    Integrals result;
+    const Quadrature quadrature{material, bsdf, wo, V3f(-wo.x, -wo.y, wo.z)};
+    for (int row = 0; row < Integrals::kRows; ++row)
+        for (int column = 0; column < Integrals::kColumns; ++column) {
+            // Sub-rectangles so small that no lobe hides between the points of the first rules.
+            constexpr int kParts = 6;
+            const double dz = 2. / Integrals::kRows / kParts, dp = 2 * M_PI / Integrals::kColumns / kParts;
+            Pair sum{};
+            for (int k = 0; k < kParts * kParts; ++k) {
+                const double z = -1 + dz * (row * kParts + k / kParts),
+                             p = -M_PI + dp * (column * kParts + k % kParts);
+                const Pair part = quadrature.rule(z, z + dz, p, p + dp);
+                const V3f middle(float(std::sqrt(1 - sqr(float(z + dz / 2))) * std::cos(p + dp / 2)),
+                                 float(std::sqrt(1 - sqr(float(z + dz / 2))) * std::sin(p + dp / 2)),
+                                 float(z + dz / 2));
+                const bool near = dot(middle, quadrature.mirror) > .9f;
+                const Pair r = near || part[0] + part[1] > 1e-3
+                                   ? quadrature.refine(z, z + dz, p, p + dp, part, 0)
+                                   : part;
+                sum[0] += r[0], sum[1] += r[1];
+            }
+            result.pdf.push_back(sum[0]);
+            result.pdfTotal += sum[0];
+            result.albedo += sum[1];
+        }
+    return result;
+}
+
+double chiSquareTail(double x, double degrees) {
+    const double a = degrees / 2, h = x / 2;
+    if (h <= 0)
+        return 1;
+    const double front = std::exp(a * std::log(h) - h - std::lgamma(a));
+    if (h < a + 1) { // the series of the lower incomplete gamma function
+        double term = 1 / a, sum = term;
+        for (double n = a + 1; term > sum * 1e-15; ++n)
+            sum += term *= h / n;
+        return 1 - front * sum;
+    }
+    double b = h + 1 - a, c = 1e300, d = 1 / b, fraction = d; // Lentz's continued fraction of the upper one
+    for (int i = 1; i < 10000; ++i) {
+        const double k = -i * (i - a);
+        b += 2;
+        d = 1 / (k * d + b);
+        c = b + k / c;
+        fraction *= c * d;
+        if (std::abs(c * d - 1) < 1e-14)
+            break;
+    }
+    return front * fraction;
+}
+
+double sidakLevel(double alpha, int tests) { return 1 - std::pow(1 - alpha, 1. / tests); }
+
+TEST(Statistics, ChiSquareTail) {
+    EXPECT_NEAR(chiSquareTail(3.841459, 1), .05, 1e-6);
+    EXPECT_NEAR(chiSquareTail(124.342, 100), .05, 1e-5);
+    EXPECT_NEAR(chiSquareTail(77.929, 100), .95, 1e-5);
+}
+
+} // namespace strobe::test

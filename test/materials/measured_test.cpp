@@ -1,0 +1,170 @@
+#include "materials/measured.h"
+
+#include "materials/irregular_brdf.h"
+#include "materials/material_fixture.h"
+#include "materials/merl_brdf.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+namespace strobe::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A file that is gone after the test.
+struct ScratchFile {
+    fs::path path;
+    ScratchFile(const std::string& name, const std::string& bytes)
+        : path(fs::temp_directory_path() / ("strobe-" + std::to_string(::getpid()) + "-" + name)) {
+        std::ofstream(path, std::ios::binary) << bytes;
+    }
+    ~ScratchFile() { fs::remove(path); }
+};
+
+V3f upperDirection(Random& random) {
+    V3f w = random.direction();
+    w.z = std::abs(w.z);
+    return w;
+}
+
+/// Distinct by more than rounding.
+void expectSame(const Rgb& a, const Rgb& b, const V3f& key) {
+    for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(a[c], b[c], 1e-5f * std::abs(b[c]) + 1e-9f) << key;
+}
+
+void expectGridEqualsBruteForce(const IrregularBrdf& brdf, int n) {
+    Random random(1);
+    for (int i = 0; i < n; ++i) {
+        const V3f key = IrregularBrdf::keyOf(upperDirection(random), upperDirection(random));
+        expectSame(brdf.eval(key), brdf.evalBruteForce(key), key);
+    }
+    for (int i = 0; i < 1000; ++i) { // any pair, also through the horizon
+        const V3f key = IrregularBrdf::keyOf(random.direction(), random.direction());
+        expectSame(brdf.eval(key), brdf.evalBruteForce(key), key);
+    }
+    for (const V3f& key :
+         {V3f(0, 0, 0), V3f(1, 0, 0), V3f(1, 1, 0), V3f(0, 0, 1), V3f(0, 1, 1), V3f(1, 1, 1)})
+        expectSame(brdf.eval(key), brdf.evalBruteForce(key), key);
+}
+
+/// Clustered, as measurements are.
+std::vector<IrregularBrdf::Sample> clusteredSamples(int n) {
+    Random random(2);
+    std::vector<IrregularBrdf::Sample> samples;
+    for (int i = 0; i < n; ++i) {
+        const V3f wi = upperDirection(random);
+        V3f wo = upperDirection(random);
+        if (i % 2)
+            wo = normalize(V3f(-wi.x, -wi.y, wi.z) + wo * .2f);
+        samples.push_back(
+            {IrregularBrdf::keyOf(wo, wi), Rgb(random.next(), random.next(), 100 * random.next())});
+    }
+    return samples;
+}
+
+TEST(IrregularBrdf, GridEqualsBruteForce) {
+    expectGridEqualsBruteForce(IrregularBrdf(clusteredSamples(700)), 30000);
+    for (const int n : {1, 2, 3, 4, 20})
+        expectGridEqualsBruteForce(IrregularBrdf(clusteredSamples(n)), 300);
+}
+
+TEST(IrregularBrdf, GridEqualsBruteForceOnMystique) {
+    const char* scenes = std::getenv("STROBE_SCENES");
+    const fs::path path = fs::path(scenes ? scenes : "") / "brdfs/mystique.brdf";
+    if (!scenes || !fs::exists(path))
+        GTEST_SKIP() << "set STROBE_SCENES to the folder of pbrt-v2's scenes";
+    const IrregularBrdf brdf(readIrregularBrdf(path, {}));
+    EXPECT_EQ(brdf.samples().size(), 1439u);
+    expectGridEqualsBruteForce(brdf, 100000);
+}
+
+TEST(IrregularBrdf, KeyIsPbrts) {
+    const V3f wi(std::sin(.5f), 0, std::cos(.5f));
+    const V3f wo(std::sin(.8f) * std::cos(4.f), std::sin(.8f) * std::sin(4.f), std::cos(.8f));
+    const V3f key = IrregularBrdf::keyOf(wo, wi);
+    EXPECT_NEAR(key.x, std::sin(.5) * std::sin(.8), 1e-6);
+    EXPECT_NEAR(key.y, (2 * M_PI - 4) / M_PI, 1e-6);
+    EXPECT_NEAR(key.z, std::cos(.5) * std::cos(.8), 1e-6);
+}
+
+TEST(IrregularBrdf, WeightsAreGaussianWithinTheGrowingRadius) {
+    // At the origin: three samples at d² = .0005, .0015 and .0075 make r² = .008; one at .0085 stays out.
+    const auto at = [](double d2, float value) {
+        return IrregularBrdf::Sample{V3f(0, float(std::sqrt(d2)), 0), Rgb(value)};
+    };
+    const IrregularBrdf brdf({at(.0005, 1), at(.0015, 2), at(.0075, 3), at(.0085, 1000)});
+    const double w[3] = {std::exp(-.05), std::exp(-.15), std::exp(-.75)};
+    EXPECT_NEAR(brdf.eval(V3f(0)).x, (w[0] + 2 * w[1] + 3 * w[2]) / (w[0] + w[1] + w[2]), 1e-5);
+}
+
+TEST(IrregularBrdf, ReadsPbrtsFormat) {
+    const ScratchFile file("a.brdf",
+                           "# comment\n2 # wavelengths\n400 700\n.1 0 .2 .3 1 1\n\n.5 0 .6 -.7 2 2 # x\n");
+    const auto samples = readIrregularBrdf(file.path, {});
+    ASSERT_EQ(samples.size(), 2u);
+    EXPECT_NEAR(samples[0].value.x, 1.205, 1e-3);
+    EXPECT_NEAR(samples[1].value.z, 2 * .909, 1e-3);
+    EXPECT_NEAR(samples[1].key.y, .7 / M_PI, 1e-6);
+}
+
+void expectError(const std::string& name, const std::string& bytes, const std::string& part) {
+    const ScratchFile file(name, bytes);
+    try {
+        makeMaterial(measuredPlugin(), {stringParam("filename", file.path.string())});
+        FAIL() << "no error for " << name;
+    } catch (const Error& e) {
+        EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
+    }
+}
+
+TEST(Measured, SaysWhatIsWrongWithAFile) {
+    expectError("b.brdf", "", "number of wavelengths");
+    expectError("c.brdf", "2\n400 700\n1 2 3 4 5", "whole records");
+    expectError("d.brdf", "2\n400 700\n1 2 x", "line 3");
+    expectError("e.brdf", "2\n700 400\n1 2 3 4 5 6", "ascend");
+    expectError("f.brdf", "-1 2 3", "number of wavelengths");
+    expectError("g.binary", "abc", "header");
+    expectError("h.binary", std::string("\2\0\0\0\2\0\0\0\2\0\0\0", 12) + "abc", "204 bytes");
+    expectError("i.binary", std::string("\0\0\0\0\2\0\0\0\2\0\0\0", 12), "resolution of 0");
+    expectError("j.bsdf", "", "known: .brdf");
+}
+
+TEST(Merl, IndexesByHalfAndDifferenceAngles) {
+    constexpr int kH = 10, kD = 9, kP = 12;
+    std::string bytes;
+    const auto append = [&](const auto value) {
+        bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    };
+    for (const int n : {kH, kD, kP})
+        append(int32_t(n));
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < kH * kD * kP; ++i)
+            append(c == 2 && i == 0 ? -1. : double(i));
+    const ScratchFile file("k.binary", bytes);
+    const MerlBrdf brdf(file.path, {});
+
+    // wo = wi = normal: the first cell, whose blue is invalid.
+    EXPECT_EQ(brdf.eval(V3f(0, 0, 1), V3f(0, 0, 1)), Rgb(0));
+    // Half vector at 40°, azimuth 0; wi 35° from it, turned by 70° about it from the half vector's meridian.
+    const float h = radians(40), d = radians(35), p = radians(70);
+    const V3f wh(std::sin(h), 0, std::cos(h)), x(std::cos(h), 0, -std::sin(h)), y(0, 1, 0);
+    const V3f wi = wh * std::cos(d) + (x * std::cos(p) + y * std::sin(p)) * std::sin(d);
+    const V3f wo = wh * std::cos(d) - (x * std::cos(p) + y * std::sin(p)) * std::sin(d);
+    const int index =
+        int(p / kPi * kP) + kP * (int(d / (kPi / 2) * kD) + kD * int(std::sqrt(h / (kPi / 2)) * kH));
+    const Rgb expected(index / 1500.f, index * 1.15f / 1500, index * 1.66f / 1500);
+    for (const Rgb& f : {brdf.eval(wo, wi), brdf.eval(wi, wo), brdf.eval(-wo, -wi)}) {
+        EXPECT_NEAR(f.x, expected.x, 1e-5);
+        EXPECT_NEAR(f.y, expected.y, 1e-5);
+        EXPECT_NEAR(f.z, expected.z, 1e-5);
+    }
+    EXPECT_EQ(brdf.eval(wo, -wo), Rgb(0));
+}
+
+} // namespace
+} // namespace strobe::test

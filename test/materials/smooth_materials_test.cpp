@@ -1,0 +1,240 @@
+// What every material with smooth lobes must fulfil.
+#include "materials/material_fixture.h"
+
+#include <gtest/gtest.h>
+
+namespace strobe::test {
+namespace {
+
+constexpr double kAlpha = 0.001;
+
+class SmoothMaterials : public testing::Test {
+  protected:
+    /// Calls check(material, bsdf, wo) for every material and viewing direction.
+    template <class Check>
+    void forAll(Check check) const {
+        for (const NamedMaterial& m : all())
+            for (const V3f& wo : viewDirections()) {
+                SCOPED_TRACE(m.name + ", wo.z = " + std::to_string(wo.z));
+                check(m, prepared(*m.material), wo);
+            }
+    }
+    static const std::vector<NamedMaterial>& all() {
+        static const std::vector<NamedMaterial> materials = smoothMaterials();
+        return materials;
+    }
+    static int count() { return int(all().size() * viewDirections().size()); }
+};
+
+/// Counts samples per bin; the last bin is for absorbed ones.
+struct Histogram {
+    std::vector<double> counts = std::vector<double>(Integrals::kRows * Integrals::kColumns + 1);
+    double albedo = 0, variance = 0;
+};
+
+Histogram sampleHistogram(const Material& material, const Bsdf& bsdf, const V3f& wo, int n) {
+    Histogram h;
+    Random random(12345);
+    double sum = 0, sum2 = 0;
+    for (int i = 0; i < n; ++i) {
+        BsdfSample s;
+        const float uc = random.next();
+        const bool alive = material.sample(bsdf, wo, uc, random.next2(), s);
+        ++h.counts[alive ? size_t(Integrals::binOf(s.wi)) : h.counts.size() - 1];
+        const double w = alive ? s.weight.y : 0;
+        sum += w, sum2 += w * w;
+    }
+    h.albedo = sum / n;
+    h.variance = std::max(0., sum2 / n - h.albedo * h.albedo) / n;
+    return h;
+}
+
+double chiSquarePValue(const Histogram& h, const Integrals& expected, int n) {
+    double x = 0, pooledSeen = 0, pooledExpected = 0;
+    int bins = 0;
+    for (size_t i = 0; i < h.counts.size(); ++i) {
+        const double e =
+            n * (i < expected.pdf.size() ? expected.pdf[i] : std::max(0., 1 - expected.pdfTotal));
+        if (e < 10) {
+            pooledSeen += h.counts[i], pooledExpected += e;
+            continue;
+        }
+        x += (h.counts[i] - e) * (h.counts[i] - e) / e;
+        ++bins;
+    }
+    // Rare bins together; a floor keeps a quadrature error of a fraction of a sample from counting.
+    if (pooledExpected > 5 || pooledSeen > 10) {
+        x += (pooledSeen - pooledExpected) * (pooledSeen - pooledExpected) / std::max(pooledExpected, 5.);
+        ++bins;
+    }
+    return bins > 1 ? chiSquareTail(x, bins - 1) : 1;
+}
+
+TEST_F(SmoothMaterials, SamplesFollowPdfAndGiveTheAlbedo) {
+    const double level = sidakLevel(kAlpha, 2 * count());
+    forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {
+        constexpr int kN = 40000;
+        const Integrals integrals = integrate(*m.material, bsdf, wo);
+        const Histogram h = sampleHistogram(*m.material, bsdf, wo, kN);
+        EXPECT_LE(integrals.pdfTotal, 1 + 1e-4);
+        EXPECT_GT(chiSquarePValue(h, integrals, kN), level);
+        // The importance-sampled albedo against the quadrature: a z-test.
+        const double difference = h.albedo - integrals.albedo;
+        const double slack = 1e-4 * integrals.albedo + 1e-9; // of the quadrature
+        const double z = std::max(0., std::abs(difference) - slack) / std::sqrt(h.variance + 1e-18);
+        EXPECT_GT(std::erfc(z / std::sqrt(2)), level) << h.albedo << " instead of " << integrals.albedo;
+        if (m.conservesEnergy) {
+            EXPECT_LE(integrals.albedo, 1 + 1e-3);
+        }
+    });
+}
+
+TEST_F(SmoothMaterials, UniformSamplingGivesTheSameAlbedo) {
+    const double level = sidakLevel(kAlpha, count());
+    forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {
+        if (m.isSharp)
+            return; // uniform sampling hardly ever meets such a lobe
+        constexpr int kN = 40000;
+        const Histogram h = sampleHistogram(*m.material, bsdf, wo, kN);
+        Random random(99);
+        double sum = 0, sum2 = 0;
+        for (int i = 0; i < kN; ++i) {
+            V3f wi = random.direction();
+            wi.z = std::copysign(wi.z, wo.z);
+            Rgb f;
+            float pdf;
+            m.material->evalCos(bsdf, wo, &wi, 1, &f, &pdf);
+            sum += 2 * kPi * f.y, sum2 += sqr(2 * kPi * f.y);
+        }
+        const double mean = sum / kN, variance = std::max(0., sum2 / kN - mean * mean) / kN + h.variance;
+        const double z = std::max(0., std::abs(mean - h.albedo) - 1e-4 * mean) / std::sqrt(variance + 1e-18);
+        EXPECT_GT(std::erfc(z / std::sqrt(2)), level) << h.albedo << " and " << mean;
+    });
+}
+
+TEST_F(SmoothMaterials, SampleAgreesWithEvalCos) {
+    forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {
+        Random random(3);
+        for (int i = 0; i < 2000; ++i) {
+            BsdfSample s;
+            const float uc = random.next();
+            if (!m.material->sample(bsdf, wo, uc, random.next2(), s))
+                continue;
+            Rgb f;
+            float pdf;
+            m.material->evalCos(bsdf, wo, &s.wi, 1, &f, &pdf);
+            ASSERT_FALSE(s.delta);
+            ASSERT_GT(s.pdf, 0);
+            ASSERT_NEAR(length(s.wi), 1, 1e-5);
+            ASSERT_GT(s.wi.z * wo.z, 0);
+            ASSERT_NEAR(pdf, s.pdf, 1e-4f * pdf);
+            for (int c = 0; c < 3; ++c)
+                ASSERT_NEAR(f[c] / pdf, s.weight[c], 1e-4f * s.weight[c] + 1e-7f);
+        }
+    });
+}
+
+TEST_F(SmoothMaterials, ReciprocalTwoSidedAndPdfOnlyAboveTheHorizon) {
+    for (const NamedMaterial& m : all()) {
+        SCOPED_TRACE(m.name);
+        const Bsdf bsdf = prepared(*m.material);
+        Random random(4);
+        for (int i = 0; i < 5000; ++i) {
+            const V3f wo = random.direction();
+            V3f wi = random.direction();
+            const V3f others[3] = {wo, -wi, wi};
+            Rgb f[3], g;
+            float pdf[3], density;
+            m.material->evalCos(bsdf, wi, others, 1, f, pdf);
+            m.material->evalCos(bsdf, wo, &wi, 1, &g, &density);
+            if (wi.z * wo.z <= 0) {
+                ASSERT_EQ(density, 0);
+            }
+            for (int c = 0; c < 3; ++c) {
+                const float a = f[0][c] * std::abs(wi.z), b = g[c] * std::abs(wo.z); // f cos cos both
+                ASSERT_NEAR(a, b, 1e-3f * b + 1e-9f);
+                ASSERT_GE(g[c], 0);
+                ASSERT_TRUE(std::isfinite(g[c]));
+            }
+            const V3f back = -wi;
+            m.material->evalCos(bsdf, -wo, &back, 1, f, pdf);
+            for (int c = 0; c < 3; ++c)
+                ASSERT_FLOAT_EQ(f[0][c], g[c]);
+            ASSERT_FLOAT_EQ(pdf[0], density);
+        }
+    }
+}
+
+TEST_F(SmoothMaterials, BatchesGiveTheSameAsSingleCalls) {
+    forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {
+        Random random(5);
+        V3f wi[37];
+        Rgb f[37], single;
+        float pdf[37], singlePdf;
+        for (V3f& w : wi)
+            w = random.direction();
+        m.material->evalCos(bsdf, wo, wi, 37, f, pdf);
+        for (int i = 0; i < 37; ++i) {
+            m.material->evalCos(bsdf, wo, &wi[i], 1, &single, &singlePdf);
+            ASSERT_EQ(single, f[i]);
+            ASSERT_EQ(singlePdf, pdf[i]);
+        }
+    });
+}
+
+TEST_F(SmoothMaterials, MaxPdfBounds) {
+    forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {
+        const float bound = m.material->maxPdf(bsdf, wo);
+        Random random(6);
+        float greatest = 0;
+        for (int i = 0; i < 20000; ++i) {
+            BsdfSample s;
+            V3f wi = random.direction();
+            const float uc = random.next();
+            const V2f u = random.next2();
+            if (i % 2 && m.material->sample(bsdf, wo, uc, u, s)) // near the lobes, and a little beside
+                wi = normalize(s.wi + random.direction() * (.3f * random.next()));
+            Rgb f;
+            float pdf;
+            m.material->evalCos(bsdf, wo, &wi, 1, &f, &pdf);
+            greatest = std::max(greatest, pdf);
+        }
+        EXPECT_LE(greatest, bound);
+        EXPECT_LE(bound, 2.5f * greatest) << "a bound, but far off";
+    });
+}
+
+TEST_F(SmoothMaterials, ExactlyGrazingAndOppositeDirectionsAreFinite) {
+    for (const NamedMaterial& m : all()) {
+        SCOPED_TRACE(m.name);
+        const Bsdf bsdf = prepared(*m.material);
+        const V3f special[] = {{1, 0, 0},
+                               {-1, 0, 0},
+                               {0, 0, 1},
+                               {0, 0, -1},
+                               {0, 1, 0},
+                               normalize(V3f(1, 0, 1e-20f)),
+                               normalize(V3f(1, 0, 1e-4f)),
+                               normalize(V3f(-1, 0, 1e-4f))};
+        for (const V3f& wo : special) {
+            for (const V3f& wi : special) {
+                Rgb f;
+                float pdf;
+                m.material->evalCos(bsdf, wo, &wi, 1, &f, &pdf);
+                EXPECT_TRUE(isFinite(f)) << wo << wi;
+                EXPECT_TRUE(std::isfinite(pdf)) << wo << wi;
+            }
+            for (const V2f& u : {V2f(0, 0), V2f(kOneMinusEpsilon, 0), V2f(.5f, .5f), V2f(kOneMinusEpsilon)})
+                for (const float uc : {0.f, .5f, kOneMinusEpsilon}) {
+                    BsdfSample s;
+                    if (m.material->sample(bsdf, wo, uc, u, s)) {
+                        EXPECT_TRUE(isFinite(s.weight)) << wo << s.weight;
+                        EXPECT_TRUE(std::isfinite(s.pdf) && s.pdf > 0) << wo;
+                    }
+                }
+        }
+    }
+}
+
+} // namespace
+} // namespace strobe::test

@@ -1,0 +1,371 @@
+// Spheres and disks against references in double precision that share no code with them.
+#include "shapes/disk.h"
+#include "shapes/shape_params.h"
+#include "shapes/sphere.h"
+
+#include <functional>
+#include <random>
+
+namespace strobe {
+namespace {
+
+using Imath::V3d;
+
+using Random = std::mt19937;
+
+float uniform(Random& random) { return std::min(random() * 0x1p-32f, kOneMinusEpsilon); }
+float between(Random& random, float a, float b) { return lerp(a, b, uniform(random)); }
+V3f inCube(Random& random, float size) {
+    return {between(random, -size, size), between(random, -size, size), between(random, -size, size)};
+}
+
+struct Cut {
+    float a, b, phiMax; ///< zmin and zmax, or innerradius and height
+};
+
+std::shared_ptr<const Quadric> sphere(float radius, const Cut& cut) {
+    const ShapeParams params = ShapeParams()
+                                   .floats("radius", {radius})
+                                   .floats("zmin", {cut.a})
+                                   .floats("zmax", {cut.b})
+                                   .floats("phimax", {cut.phiMax});
+    return makeShape(spherePlugin(), params).quadric;
+}
+std::shared_ptr<const Quadric> sphere(float radius) {
+    return makeShape(spherePlugin(), ShapeParams().floats("radius", {radius})).quadric;
+}
+std::shared_ptr<const Quadric> disk(float radius, const Cut& cut) {
+    const ShapeParams params = ShapeParams()
+                                   .floats("radius", {radius})
+                                   .floats("innerradius", {cut.a})
+                                   .floats("height", {cut.b})
+                                   .floats("phimax", {cut.phiMax});
+    return makeShape(diskPlugin(), params).quadric;
+}
+
+long double degreesAbout(long double x, long double y) {
+    const long double phi = std::atan2(y, x) * 180 / 3.14159265358979323846L;
+    return phi < 0 ? phi + 360 : phi;
+}
+
+/// All crossings of a line with a shape, and how far each is from the nearest cut (there, either answer
+/// goes).
+struct Crossing {
+    long double t, margin; ///< margin < 0: cut away
+};
+using Reference = std::function<std::vector<Crossing>(const V3f& o, const V3f& d)>;
+
+struct Wide {
+    long double x, y, z;
+};
+Wide along(const V3f& o, const V3f& d, long double t) {
+    return {o.x + t * d.x, o.y + t * d.y, o.z + t * d.z};
+}
+long double sweepMargin(const Wide& p, float phiMax) {
+    return phiMax >= 360 ? 1.L : (phiMax - degreesAbout(p.x, p.y)) / 360;
+}
+
+Reference sphereReference(float r, const Cut& cut) {
+    return [=](const V3f& o, const V3f& d) {
+        const long double a = (long double)d.x * d.x + (long double)d.y * d.y + (long double)d.z * d.z;
+        const long double b = (long double)o.x * d.x + (long double)o.y * d.y + (long double)o.z * d.z;
+        const long double c =
+            (long double)o.x * o.x + (long double)o.y * o.y + (long double)o.z * o.z - (long double)r * r;
+        const long double disc = b * b - a * c;
+        std::vector<Crossing> crossings;
+        if (disc < 0)
+            return crossings;
+        for (const long double sign : {-1.L, 1.L}) {
+            const long double t = (-b + sign * std::sqrt(disc)) / a;
+            const Wide p = along(o, d, t);
+            const long double low = cut.a <= -r ? 1 : p.z - cut.a, high = cut.b >= r ? 1 : cut.b - p.z;
+            crossings.push_back({t, std::min({low, high, sweepMargin(p, cut.phiMax)})});
+        }
+        return crossings;
+    };
+}
+
+Reference diskReference(float r, const Cut& cut) {
+    return [=](const V3f& o, const V3f& d) {
+        const long double t = ((long double)cut.b - o.z) / d.z;
+        const Wide p = along(o, d, t);
+        const long double rho = std::hypot(p.x, p.y), inner = cut.a > 0 ? rho - cut.a : 1;
+        return std::vector<Crossing>{{t, std::min({r - rho, inner, sweepMargin(p, cut.phiMax)})}};
+    };
+}
+
+/// Compares random rays, some of them grazing, some from far away, some cut short.
+void compareRays(const Quadric& shape, const Reference& reference, float size, int rays, float distance) {
+    Random random(7);
+    int hits = 0, doubtful = 0;
+    for (int i = 0; i < rays; ++i) {
+        const V3f target = inCube(random, size), o = inCube(random, size * distance);
+        const V3f d = (target - o) * between(random, 0.1f, 3.f);
+        const float tmin = i % 3 ? 0 : between(random, 0, 1),
+                    tmax = i % 5 ? kInfinity : between(random, 0, 2);
+        float t = -1, u = -1, v = -1;
+        const bool hit = shape.intersect(o, d, tmin, tmax, t, u, v);
+        const long double slack = 1e-6L;
+        bool expected = false, doubt = false;
+        long double nearest = 0;
+        for (const Crossing& c : reference(o, d)) {
+            if (std::abs(c.margin) < slack * size || std::abs(c.t - tmin) < slack * (1 + std::abs(c.t)) ||
+                std::abs(c.t - tmax) < slack * (1 + std::abs(c.t)))
+                doubt = true;
+            else if (!expected && c.margin > 0 && c.t > tmin && c.t < tmax) {
+                expected = true;
+                nearest = c.t;
+            }
+        }
+        if (doubt) {
+            ++doubtful;
+            continue;
+        }
+        ASSERT_EQ(hit, expected) << "ray " << i << " from " << o << " to " << target;
+        if (!hit)
+            continue;
+        ++hits;
+        ASSERT_NEAR(t, nearest, 1e-6 * std::abs(nearest)) << "ray " << i;
+        const Wide p = along(o, d, nearest);
+        const QuadricPoint q = shape.point(u, v);
+        const V3f expectedPoint(static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z));
+        ASSERT_LT(length(q.p - expectedPoint), 3e-6f * size) << "ray " << i << " uv " << u << " " << v;
+        ASSERT_GE(std::min(u, v), 0.f);
+        ASSERT_LE(std::max(u, v), 1.f);
+        ASSERT_NEAR(q.uv.x, u, 1e-6f);
+        ASSERT_NEAR(q.uv.y, v, 1e-5f);
+    }
+    EXPECT_GT(hits, rays / 100);
+    EXPECT_LT(doubtful, rays / 100);
+}
+
+const Cut kSphereCuts[] = {
+    {-9, 9, 360}, {-1.5f, 9, 360}, {-9, 0.5f, 360}, {-0.7f, 1.9f, 200}, {1.2f, 1.6f, 90}};
+const Cut kDiskCuts[] = {{0, 0, 360}, {0.7f, 0.3f, 360}, {0, -1, 250}, {1.5f, 1, 60}};
+
+TEST(Sphere, AgreesWithTheReference) {
+    for (const Cut& cut : kSphereCuts) {
+        SCOPED_TRACE(cut.phiMax);
+        compareRays(*sphere(2, cut), sphereReference(2, cut), 2, 50000, 3);
+    }
+}
+
+TEST(Sphere, AgreesFromFarAway) {
+    for (const float distance : {1e2f, 1e4f})
+        compareRays(*sphere(2), sphereReference(2, {-9, 9, 360}), 2, 50000, distance);
+}
+
+TEST(Sphere, GrazingRays) {
+    // Rays that miss or hit the unit sphere by one part in a million, from a thousand radii away.
+    const auto shape = sphere(1);
+    Random random(3);
+    for (int i = 0; i < 10000; ++i) {
+        const V3f n = normalize(inCube(random, 1)), side = Frame::fromNormal(n).s;
+        for (const float height : {1 - 3e-6f, 1 + 3e-6f}) {
+            // Both ends stand off by the same height, exactly enough: the line is parallel to `side` only
+            // nearly, so the reference decides.
+            const V3f o = n * height - side * 1000.f, d = n * height + side * 1000.f - o;
+            const auto crossings = sphereReference(1, {-9, 9, 360})(o, d);
+            float t, u, v;
+            const bool hit = shape->intersect(o, d, 0, kInfinity, t, u, v);
+            ASSERT_EQ(hit, !crossings.empty());
+            if (hit) {
+                ASSERT_NEAR(t, crossings[0].t, 1e-6);
+            }
+        }
+    }
+}
+
+TEST(Sphere, FromItsOwnSurfaceAndInside) {
+    const auto shape = sphere(1);
+    float t, u, v;
+    ASSERT_TRUE(shape->intersect({0, 0, 0}, {0, 0, 2}, 0, kInfinity, t, u, v));
+    EXPECT_FLOAT_EQ(t, 0.5f);
+    ASSERT_TRUE(shape->intersect({0, 0, 1}, {0, 0, -1}, 1e-4f, kInfinity, t, u, v));
+    EXPECT_FLOAT_EQ(t, 2);
+    EXPECT_FALSE(shape->intersect({0, 0, 1}, {0, 0, 1}, 1e-4f, kInfinity, t, u, v));
+    EXPECT_FALSE(shape->intersect({0, 0, 3}, {0, 0, -1}, 0, 2, t, u, v)); // tmax itself is outside
+    EXPECT_FALSE(shape->intersect({0, 0, 3}, {0, 0, 0}, 0, kInfinity, t, u, v));
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_FALSE(shape->intersect({0, nan, 3}, {0, 0, -1}, 0, kInfinity, t, u, v));
+}
+
+TEST(Sphere, NearestUncutHit) {
+    const auto bowl = sphere(1, {-9, 0, 360}); // the upper half is cut away: rays from above hit the inside
+    float t, u, v;
+    ASSERT_TRUE(bowl->intersect({0.1f, 0, 5}, {0, 0, -1}, 0, kInfinity, t, u, v));
+    EXPECT_GT(t, 5.f);
+    EXPECT_FALSE(bowl->intersect({0.1f, 0, 5}, {0, 0, -1}, 0, 5.5f, t, u, v));
+}
+
+TEST(Disk, AgreesWithTheReference) {
+    for (const Cut& cut : kDiskCuts) {
+        SCOPED_TRACE(cut.phiMax);
+        compareRays(*disk(2, cut), diskReference(2, cut), 2, 50000, 3);
+    }
+    compareRays(*disk(2, kDiskCuts[0]), diskReference(2, kDiskCuts[0]), 2, 50000, 1e3f);
+}
+
+TEST(Disk, ParallelRaysMiss) {
+    float t, u, v;
+    EXPECT_FALSE(disk(1, {0, 0, 360})->intersect({-3, 0, 0}, {1, 0, 0}, 0, kInfinity, t, u, v));
+    EXPECT_FALSE(disk(1, {0, 0, 360})->intersect({-3, 0, 1}, {1, 0, 0}, 0, kInfinity, t, u, v));
+}
+
+// ------------------------------------------------------------------------------------- the parametrisation
+
+TEST(Sphere, PbrtsParametrisation) {
+    struct Row {
+        V3f p;
+        float u, v;
+    };
+    for (const Row& row : {Row{{2, 0, 0}, 0, 0.5f},
+                           {{0, 2, 0}, 0.25f, 0.5f},
+                           {{-2, 0, 0}, 0.5f, 0.5f},
+                           {{0, -2, 0}, 0.75f, 0.5f},
+                           {{0, 0, -2}, 0, 0},
+                           {{0, 0, 2}, 0, 1}}) {
+        const QuadricPoint q = sphere(2)->point(row.u, row.v);
+        EXPECT_LT(length(q.p - row.p), 1e-6f);
+        EXPECT_LT(length(q.n - row.p * 0.5f), 1e-6f);
+    }
+    const auto cut = sphere(2, {-1, 0, 180});
+    EXPECT_LT(length(cut->point(1, 1).p - V3f(-2, 0, 0)), 1e-6f);
+    EXPECT_NEAR(cut->point(0.3f, 0).p.z, -1, 1e-6f);
+    const V3f middle = cut->point(0.5f, 1).p;
+    EXPECT_LT(length(middle - V3f(0, 2, 0)), 1e-6f);
+}
+
+TEST(Disk, PbrtsParametrisation) {
+    const auto whole = disk(2, {0, 3, 360});
+    EXPECT_LT(length(whole->point(0, 0).p - V3f(2, 0, 3)), 1e-6f); // v is 0 at the rim
+    EXPECT_LT(length(whole->point(0.25f, 1).p - V3f(0, 0, 3)), 1e-6f);
+    const auto ring = disk(2, {1, 0, 180});
+    EXPECT_LT(length(ring->point(0.5f, 0.25f).p - V3f(0, 1.75f, 0)), 1e-6f);
+    EXPECT_EQ(ring->point(0.5f, 0.25f).n, V3f(0, 0, 1));
+}
+
+/// Derivatives against differences, and the normal against their cross product.
+void checkDerivatives(const Quadric& shape) {
+    Random random(11);
+    for (int i = 0; i < 1000; ++i) {
+        const float u = between(random, 0.05f, 0.95f), v = between(random, 0.05f, 0.95f), h = 1e-2f;
+        const QuadricPoint q = shape.point(u, v);
+        const V3f du = (shape.point(u + h, v).p - shape.point(u - h, v).p) / (2 * h);
+        const V3f dv = (shape.point(u, v + h).p - shape.point(u, v - h).p) / (2 * h);
+        ASSERT_LT(length(du - q.dpdu), 2e-3f * length(q.dpdu));
+        ASSERT_LT(length(dv - q.dpdv), 2e-3f * length(q.dpdv));
+        ASSERT_NEAR(dot(normalize(cross(q.dpdu, q.dpdv)), q.n), 1, 1e-5f);
+        ASSERT_NEAR(length(q.n), 1, 1e-6f);
+    }
+}
+
+TEST(Sphere, Derivatives) {
+    for (const Cut& cut : kSphereCuts)
+        checkDerivatives(*sphere(2, cut));
+    for (const float v : {0.f, 1.f}) { // the poles have directions
+        EXPECT_GT(length(sphere(2)->point(0.3f, v).dpdu), 0.f);
+        EXPECT_GT(length(sphere(2)->point(0.3f, v).dpdv), 0.f);
+    }
+}
+
+TEST(Disk, Derivatives) {
+    for (const Cut& cut : kDiskCuts)
+        checkDerivatives(*disk(2, cut));
+    EXPECT_GT(length(disk(2, kDiskCuts[0])->point(0.3f, 1).dpdu), 0.f);
+}
+
+// ------------------------------------------------------------------------------------------------- sampling
+
+/// Chi-square of samples in 8 x 8 cells of equal area, which `cell` maps a point to in [0,1)².
+void checkSampling(const Quadric& shape, const std::function<V2f(const V3f&)>& cell) {
+    constexpr int kSide = 8, kSamples = 64000;
+    std::vector<int> counts(kSide * kSide);
+    Random random(5);
+    const Box3f bounds = shape.bounds();
+    for (int i = 0; i < kSamples; ++i) {
+        const float x = uniform(random), y = uniform(random);
+        const QuadricPoint q = shape.samplePoint({x, y});
+        const V2f c = cell(q.p);
+        ASSERT_GE(std::min(c.x, c.y), -1e-5f);
+        ASSERT_LE(std::max(c.x, c.y), 1 + 1e-5f);
+        for (int axis = 0; axis < 3; ++axis) {
+            ASSERT_GE(q.p[axis], bounds.min[axis] - 1e-6f);
+            ASSERT_LE(q.p[axis], bounds.max[axis] + 1e-6f);
+        }
+        // A sample is a point of the surface: `point` agrees at its uv.
+        ASSERT_LT(length(shape.point(q.uv.x, q.uv.y).p - q.p), 2e-5f);
+        const auto index = [](float f) { return std::clamp(static_cast<int>(f * kSide), 0, kSide - 1); };
+        ++counts[index(c.y) * kSide + index(c.x)];
+    }
+    const double expected = kSamples / double(kSide * kSide);
+    double chi2 = 0;
+    for (const int n : counts)
+        chi2 += (n - expected) * (n - expected) / expected;
+    EXPECT_LT(chi2, 63 + 3.7 * std::sqrt(2. * 63)); // 63 degrees of freedom, p below 1e-3
+    EXPECT_GT(chi2, 63 - 3.7 * std::sqrt(2. * 63)); // random numbers are not stratified
+}
+
+TEST(Sphere, SamplesUniformly) {
+    for (const Cut& cut : kSphereCuts) {
+        const float low = std::max(cut.a, -2.f), high = std::min(cut.b, 2.f);
+        checkSampling(*sphere(2, cut), [=](const V3f& p) {
+            return V2f(static_cast<float>(degreesAbout(p.x, p.y)) / cut.phiMax, (p.z - low) / (high - low));
+        });
+    }
+}
+
+TEST(Disk, SamplesUniformly) {
+    for (const Cut& cut : kDiskCuts) {
+        checkSampling(*disk(2, cut), [=](const V3f& p) {
+            const float inner2 = cut.a * cut.a;
+            return V2f(static_cast<float>(degreesAbout(p.x, p.y)) / cut.phiMax,
+                       (p.x * p.x + p.y * p.y - inner2) / (4 - inner2));
+        });
+    }
+}
+
+TEST(Quadrics, AreasAndBounds) {
+    EXPECT_NEAR(sphere(2)->area(), 16 * kPi, 1e-4f);
+    EXPECT_NEAR(sphere(2, {0, 1, 90})->area(), kPi, 1e-5f);
+    EXPECT_NEAR(disk(2, {1, 0, 180})->area(), 1.5f * kPi, 1e-5f);
+    EXPECT_EQ(sphere(2)->bounds(), Box3f(V3f(-2), V3f(2)));
+    const Box3f cap = sphere(5, {3, 9, 360})->bounds();
+    EXPECT_EQ(cap.min.z, 3.f);
+    EXPECT_EQ(cap.max.z, 5.f);
+    EXPECT_NEAR(cap.max.x, 4, 1e-6f);
+    EXPECT_EQ(disk(2, {0, 3, 360})->bounds(), Box3f({-2, -2, 3}, {2, 2, 3}));
+}
+
+TEST(Quadrics, OnlyAWholeSphereHasARadius) {
+    EXPECT_EQ(sphere(2)->wholeSphereRadius(), 2.f);
+    EXPECT_EQ(sphere(2, {-2, 2, 360})->wholeSphereRadius(), 2.f);
+    EXPECT_EQ(sphere(2, {-2, 1.9f, 360})->wholeSphereRadius(), 0.f);
+    EXPECT_EQ(sphere(2, {-2, 2, 359})->wholeSphereRadius(), 0.f);
+    EXPECT_EQ(disk(2, {0, 0, 360})->wholeSphereRadius(), 0.f);
+}
+
+TEST(Quadrics, LocatedErrors) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const Plugin<Shape> ball = spherePlugin(), plate = diskPlugin();
+    for (const float bad : {0.f, -1.f, nan, kInfinity}) {
+        expectShapeError(ball, ShapeParams().floats("radius", {bad}), "radius",
+                         "must be positive and finite");
+        expectShapeError(plate, ShapeParams().floats("radius", {bad}), "radius",
+                         "must be positive and finite");
+    }
+    for (const float bad : {0.f, -90.f, nan}) {
+        expectShapeError(ball, ShapeParams().floats("phimax", {bad}), "phimax", "above 0 degrees");
+        expectShapeError(plate, ShapeParams().floats("phimax", {bad}), "phimax", "above 0 degrees");
+    }
+    expectShapeError(ball, ShapeParams().floats("zmin", {0.5f}).floats("zmax", {0.5f}), "zmin",
+                     "leave nothing");
+    expectShapeError(ball, ShapeParams().floats("zmin", {1.5f}), "zmin", "leave nothing");
+    expectShapeError(ball, ShapeParams().floats("zmax", {nan}), "zmax", "leave nothing");
+    expectShapeError(plate, ShapeParams().floats("innerradius", {1}), "innerradius", "less than \"radius\"");
+    expectShapeError(plate, ShapeParams().floats("innerradius", {-0.1f}), "innerradius", "at least 0");
+    expectShapeError(plate, ShapeParams().floats("height", {kInfinity}), "height", "must be finite");
+}
+
+} // namespace
+} // namespace strobe

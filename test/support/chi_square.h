@@ -1,0 +1,67 @@
+// Chi-square tests and reproducible random numbers for tests of sampling code.
+#pragma once
+
+#include "core/hash.h"
+#include "core/math.h"
+
+#include <cmath>
+#include <vector>
+
+namespace strobe::test {
+
+inline float random1D(uint64_t stream, uint64_t index) {
+    return unitFloat(uint32_t(hashOf(stream, index) >> 32));
+}
+inline V2f random2D(uint64_t stream, uint64_t index) {
+    return {random1D(stream * 2 + 1, index), random1D(stream * 2 + 2, index)};
+}
+
+/// The probability that a chi-square variable of `dof` degrees of freedom exceeds x: the regularised upper
+/// incomplete gamma function Q(dof/2, x/2), by its series or its continued fraction.
+inline double chiSquareTail(double x, double dof) {
+    const double a = dof / 2, z = x / 2;
+    if (z <= 0)
+        return 1;
+    const double front = std::exp(a * std::log(z) - z - std::lgamma(a));
+    if (z < a + 1) {
+        double term = 1 / a, sum = term;
+        for (int n = 1; n < 10000 && term > sum * 1e-15; ++n)
+            sum += term *= z / (a + n);
+        return 1 - front * sum;
+    }
+    double b = z + 1 - a, c = 1e300, d = 1 / b, h = d;
+    for (int n = 1; n < 10000; ++n) {
+        const double an = -n * (n - a);
+        b += 2;
+        d = 1 / (an * d + b);
+        c = b + an / c;
+        h *= d * c;
+        if (std::abs(d * c - 1) < 1e-14)
+            break;
+    }
+    return front * h;
+}
+
+/// The p-value of `counts` against `expected` counts; cells that expect fewer than 5 are pooled. Zero when
+/// something lies where nothing may be.
+inline double chiSquareP(const std::vector<double>& counts, const std::vector<double>& expected) {
+    double sum = 0, pooledCount = 0, pooledExpected = 0;
+    int cells = 0;
+    for (size_t i = 0; i < counts.size(); ++i) {
+        if (expected[i] < 5) {
+            pooledCount += counts[i], pooledExpected += expected[i];
+            continue;
+        }
+        sum += (counts[i] - expected[i]) * (counts[i] - expected[i]) / expected[i];
+        ++cells;
+    }
+    if (pooledExpected >= 5) {
+        sum += (pooledCount - pooledExpected) * (pooledCount - pooledExpected) / pooledExpected;
+        ++cells;
+    } else if (pooledCount > 12 + 5 * pooledExpected) {
+        return 0;
+    }
+    return chiSquareTail(sum, std::max(cells - 1, 1));
+}
+
+} // namespace strobe::test

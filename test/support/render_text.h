@@ -1,0 +1,83 @@
+// Renders scenes given as text, and the statistics to judge the pictures by.
+#pragma once
+
+#include "core/render.h"
+#include "scene/builder.h"
+#include "scene/parser.h"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace strobe::test {
+
+inline BuiltScene build(const std::string& text, const BuildOptions& options = {}) {
+    Messages quiet;
+    return buildScene(parseText(text, "test.scene", {"supersample"}, quiet), options, quiet);
+}
+
+struct Rendered {
+    Image image;
+    RenderStats stats;
+};
+
+inline Rendered render(const BuiltScene& built, uint64_t seed = 0, int threads = 2, int tile = 16) {
+    RenderSettings settings;
+    settings.samplesPerPixel = built.sampler.samplesPerPixel;
+    settings.seed = seed;
+    settings.threads = threads;
+    settings.tileSize = tile;
+    Film film(built.resolution.x, built.resolution.y, built.window);
+    Rendered out;
+    out.stats = strobe::render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+                               settings, film);
+    out.image = film.image();
+    return out;
+}
+
+/// Mean and standard error per pixel and channel over independent seeds.
+struct PixelStatistics {
+    int width = 0, height = 0, seeds = 0;
+    std::vector<double> mean, error; ///< 3 per pixel
+
+    double meanOf(int x, int y, int c = 0) const { return mean[(size_t(y) * width + x) * 3 + c]; }
+    double errorOf(int x, int y, int c = 0) const { return error[(size_t(y) * width + x) * 3 + c]; }
+};
+
+inline PixelStatistics renderSeeds(const BuiltScene& built, int seeds, uint64_t firstSeed = 0) {
+    PixelStatistics s;
+    s.seeds = seeds;
+    std::vector<double> sum, sum2;
+    for (int i = 0; i < seeds; ++i) {
+        const Image image = render(built, firstSeed + uint64_t(i)).image;
+        s.width = image.width, s.height = image.height;
+        sum.resize(image.pixels.size() * 3), sum2.resize(sum.size());
+        for (size_t p = 0; p < image.pixels.size(); ++p)
+            for (int c = 0; c < 3; ++c) {
+                const double v = image.pixels[p][c];
+                sum[p * 3 + c] += v, sum2[p * 3 + c] += v * v;
+            }
+    }
+    for (size_t i = 0; i < sum.size(); ++i) {
+        const double mean = sum[i] / seeds;
+        s.mean.push_back(mean);
+        s.error.push_back(std::sqrt(std::max(0.0, sum2[i] / seeds - mean * mean) / (seeds - 1)));
+    }
+    return s;
+}
+
+/// The number of standard errors that n independent tests together exceed with probability 1e-4 (Šidák), for a mean
+/// of `seeds` values: Student's t approximated by the normal quantile with a Cornish-Fisher correction.
+inline double criticalZ(size_t n, int seeds) {
+    const double alpha = 1 - std::pow(1 - 1e-4, 1.0 / double(n));
+    double lo = 0, hi = 40;
+    for (int i = 0; i < 80; ++i) {
+        const double mid = (lo + hi) / 2;
+        (std::erfc(mid / std::sqrt(2.0)) > alpha ? lo : hi) = mid;
+    }
+    const double z = lo, v = seeds - 1;
+    return z + (z * z * z + z) / (4 * v) + (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * v * v) +
+           (3 * std::pow(z, 7) + 19 * std::pow(z, 5) + 17 * z * z * z - 15 * z) / (384 * v * v * v);
+}
+
+} // namespace strobe::test
