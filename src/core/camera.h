@@ -11,6 +11,7 @@ namespace strobe {
 struct Ray {
     V3f o, d; ///< d has unit length
     float time = 0;
+    float tmin = 0; ///< hits nearer than this are the surface that the ray left
 };
 
 /// The isotropic cone a ray stands for: its width at a distance t along the ray is width + t * spread (scene

@@ -20,7 +20,8 @@
 
 namespace strobe {
 
-static_assert(sizeof(RayBlock) == sizeof(RTCRayHit16) && offsetof(RayBlock, geom) == offsetof(RTCRayHit16, hit.geomID) &&
+static_assert(sizeof(RayBlock) == sizeof(RTCRayHit16) &&
+              offsetof(RayBlock, geom) == offsetof(RTCRayHit16, hit.geomID) &&
               offsetof(RayBlock, inst) == offsetof(RTCRayHit16, hit.instID) &&
               offsetof(RayBlock, tfar) == offsetof(RTCRayHit16, ray.tfar));
 
@@ -47,7 +48,8 @@ V3f rayDirection(RTCRayN* ray, unsigned n, unsigned i) {
     return {RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i)};
 }
 
-bool intersectQuadric(const CallbackData& data, RTCRayN* ray, unsigned n, unsigned i, float& t, float& u, float& v) {
+bool intersectQuadric(const CallbackData& data, RTCRayN* ray, unsigned n, unsigned i, float& t, float& u,
+                      float& v) {
     return data.placed->shape.quadric->intersect(transformPoint(data.toObject, rayOrigin(ray, n, i)),
                                                  transformVector(data.toObject, rayDirection(ray, n, i)),
                                                  RTCRayN_tnear(ray, n, i), RTCRayN_tfar(ray, n, i), t, u, v);
@@ -84,17 +86,17 @@ void quadricBounds(const RTCBoundsFunctionArguments* args) {
     const Box3f box = data.placed->shape.quadric->bounds();
     Box3f world;
     for (int i = 0; i < 8; ++i)
-        world.extendBy(transformPoint(data.placed->toParent,
-                                      {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                                       i & 4 ? box.max.z : box.min.z}));
+        world.extendBy(transformPoint(
+            data.placed->toParent,
+            {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z}));
     // A flat disk must not have an empty box.
     const float pad = 1e-6f * (length(world.max - world.min) + 1e-30f);
     *args->bounds_o = {world.min.x - pad, world.min.y - pad, world.min.z - pad, 0,
                        world.max.x + pad, world.max.y + pad, world.max.z + pad, 0};
 }
 
-/// Lets a ray through a hit whose alpha is less than a number hashed from ray and triangle: in the mean over rays
-/// the surface covers as much as alpha says, and the same ray always decides the same.
+/// Lets a ray through a hit whose alpha is less than a number hashed from ray and triangle: in the mean over
+/// rays the surface covers as much as alpha says, and the same ray always decides the same.
 void alphaFilter(const RTCFilterFunctionNArguments* args) {
     const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
     const TriangleMesh& mesh = *data.placed->shape.mesh;
@@ -184,8 +186,8 @@ struct Tracer::Impl {
         RTCScene scene = rtcNewScene(device);
         scenes.push_back(scene);
         for (const Geometry& geometry : group.geometries) {
-            callbackData.push_back(std::make_unique<CallbackData>(
-                CallbackData{&geometry.placed, geometry.placed.toParent.inverse(), uint32_t(callbackData.size())}));
+            callbackData.push_back(std::make_unique<CallbackData>(CallbackData{
+                &geometry.placed, geometry.placed.toParent.inverse(), uint32_t(callbackData.size())}));
             RTCGeometry g = geometry.placed.shape.mesh ? makeMesh(geometry) : makeQuadric();
             rtcSetGeometryUserData(g, callbackData.back().get());
             attach(scene, g);
@@ -219,7 +221,8 @@ struct Tracer::Impl {
         q.skew_xy = d.stretch[1][0], q.skew_xz = d.stretch[2][0], q.skew_yz = d.stretch[2][1];
         q.quaternion_r = d.rotation.r;
         q.quaternion_i = d.rotation.v.x, q.quaternion_j = d.rotation.v.y, q.quaternion_k = d.rotation.v.z;
-        q.translation_x = d.translation.x, q.translation_y = d.translation.y, q.translation_z = d.translation.z;
+        q.translation_x = d.translation.x, q.translation_y = d.translation.y,
+        q.translation_z = d.translation.z;
         rtcSetGeometryTransformQuaternion(g, unsigned(key), &q);
     }
 
@@ -267,8 +270,8 @@ struct alignas(64) ValidMask {
 
 void Tracer::intersect(RayBlock& block, int n, bool coherent) const {
     const ValidMask valid(n);
-    // Embree 3.13's coherent path rounds differently when instances move, so it would make lanes depend on their
-    // neighbours; it is also no faster there.
+    // Embree 3.13's coherent path rounds differently when instances move, so it would make lanes depend on
+    // their neighbours; it is also no faster there.
     const bool flag = coherent && !m_impl->movingInstances;
     auto* rays = reinterpret_cast<RTCRayHit16*>(&block);
 #if RTC_VERSION_MAJOR >= 4

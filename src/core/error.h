@@ -77,7 +77,7 @@ size_t editDistance(std::string_view a, std::string_view b);
 template <class Range>
 std::string nearestName(std::string_view name, const Range& names) {
     std::string best;
-    size_t bestDistance = name.size() / 2 + 1; // half the letters wrong is no resemblance
+    size_t bestDistance = name.size() / 3 + 1; // with more letters wrong there is no resemblance
     for (const auto& candidate : names) {
         const size_t d = editDistance(name, candidate);
         if (d < bestDistance) {

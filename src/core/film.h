@@ -11,8 +11,9 @@ namespace strobe {
 class Film {
   public:
     Film(int fullWidth, int fullHeight, const Window& window)
-        : m_fullWidth(fullWidth), m_fullHeight(fullHeight), m_window(window),
-          m_image{window.width(), window.height(), std::vector<Rgb>(size_t(window.width()) * window.height(), Rgb(0))} {}
+        : m_fullWidth(fullWidth), m_fullHeight(fullHeight),
+          m_window(window), m_image{window.width(), window.height(),
+                                    std::vector<Rgb>(size_t(window.width()) * window.height(), Rgb(0))} {}
 
     void set(int x, int y, const Rgb& value) { m_image.at(x - m_window.x0, y - m_window.y0) = value; }
     const Image& image() const { return m_image; }

@@ -51,7 +51,8 @@ class IntegratorWorker {
     /// Appends the shades that the batch needs to `requests` (empty at the call).
     virtual void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) = 0;
     /// values[i] = the radiance of batch.samples[i], from the shaded requests of `plan`.
-    virtual void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded, std::span<Rgb> values) = 0;
+    virtual void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
+                         std::span<Rgb> values) = 0;
 };
 
 class Integrator {
@@ -60,13 +61,14 @@ class Integrator {
     virtual std::unique_ptr<IntegratorWorker> makeWorker(const Scene& scene) const = 0;
 };
 
-/// The expensive function. One worker per thread; a request's radiance depends on the request alone, not on its
-/// companions in the batch.
+/// The expensive function. One worker per thread; a request's radiance depends on the request alone, not on
+/// its companions in the batch.
 class ShaderWorker {
   public:
     virtual ~ShaderWorker() = default;
     /// radiance[i] = an estimate of the light that arrives along requests[i].ray, reversed.
-    virtual void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance, Counters& counters) = 0;
+    virtual void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
+                       Counters& counters) = 0;
 };
 
 class Shader {

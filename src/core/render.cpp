@@ -35,8 +35,8 @@ constexpr uint32_t kBatchSamples = 512;
 /// Everything one thread needs; buffers are reused from batch to batch.
 class TileRenderer {
   public:
-    TileRenderer(const Scene& scene, const Integrator& integrator, const Shader& shader, const Sampler& sampler,
-                 const Filter& filter, const RenderSettings& settings)
+    TileRenderer(const Scene& scene, const Integrator& integrator, const Shader& shader,
+                 const Sampler& sampler, const Filter& filter, const RenderSettings& settings)
         : m_scene(scene), m_sampler(sampler), m_filter(filter), m_settings(settings),
           m_integrator(integrator.makeWorker(scene)), m_shader(shader.makeWorker(scene, sampler)) {
         setFloatMode();
@@ -100,7 +100,8 @@ class TileRenderer {
             for (uint32_t i = 0; i < spp; ++i) {
                 const Filter::Sample f = m_filter.sample(m_film[i]);
                 m_weights[p * spp + i] = f.weight;
-                m_cameraSamples[i] = {V2f(float(pixel.x) + 0.5f, float(pixel.y) + 0.5f) + f.offset, m_lens[i], m_time[i]};
+                m_cameraSamples[i] = {V2f(float(pixel.x) + 0.5f, float(pixel.y) + 0.5f) + f.offset, m_lens[i],
+                                      m_time[i]};
             }
             m_scene.camera().rays(m_cameraSamples.data(), int(spp), m_rays.data());
             for (uint32_t i = 0; i < spp; ++i)
@@ -114,7 +115,7 @@ class TileRenderer {
             const int n = int(std::min<size_t>(RayBlock::kSize, m_samples.size() - first));
             for (int i = 0; i < n; ++i) {
                 const Ray& ray = m_samples[first + i].ray;
-                m_block.set(i, ray.o, ray.d, kInfinity, ray.time);
+                m_block.set(i, ray.o, ray.d, ray.tmin, kInfinity, ray.time);
             }
             tracer.intersect(m_block, n, true);
             for (int i = 0; i < n; ++i)
@@ -180,8 +181,8 @@ std::vector<Window> tilesOf(const Window& window, int size) {
 
 } // namespace
 
-RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader, const Sampler& sampler,
-                   const Filter& filter, const RenderSettings& settings, Film& film) {
+RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
+                   const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film) {
     const auto start = std::chrono::steady_clock::now();
     const std::vector<Window> tiles = tilesOf(film.window(), std::max(1, settings.tileSize));
     tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;
@@ -190,7 +191,8 @@ RenderStats render(const Scene& scene, const Integrator& integrator, const Shade
 
     const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
     // TBB offers no more workers than cores unless asked.
-    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, size_t(std::max(threads, 1)));
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                      size_t(std::max(threads, 1)));
     tbb::task_arena arena(threads);
     arena.execute([&] {
         tbb::parallel_for(
@@ -199,7 +201,8 @@ RenderStats render(const Scene& scene, const Integrator& integrator, const Shade
                 for (size_t i = range.begin(); i < range.end(); ++i) {
                     auto& renderer = renderers.local();
                     if (!renderer)
-                        renderer = std::make_unique<TileRenderer>(scene, integrator, shader, sampler, filter, settings);
+                        renderer = std::make_unique<TileRenderer>(scene, integrator, shader, sampler, filter,
+                                                                  settings);
                     renderer->renderTile(tiles[i], film);
                     const size_t finished = ++done;
                     if (settings.progress) {

@@ -15,8 +15,8 @@ struct RenderSettings {
     int tileSize = 32; ///< pixels; changes the time, never a pixel
     /// Called now and then, from any thread but one at a time, with the fraction done.
     std::function<void(double)> progress;
-    /// Called for every sample with its radiance (filter weight not included), from any thread: to look into one
-    /// pixel. Leave empty otherwise.
+    /// Called for every sample with its radiance (filter weight not included), from any thread: to look into
+    /// one pixel. Leave empty otherwise.
     std::function<void(int x, int y, uint32_t sample, const Rgb&)> probe;
 };
 
@@ -26,9 +26,9 @@ struct RenderStats {
     double seconds = 0; ///< wall clock
 };
 
-/// Renders the film's window. A pixel is a function of scene, shader, integrator, sampler, filter, seed and its own
-/// coordinates: not of window, tiles or threads.
-RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader, const Sampler& sampler,
-                   const Filter& filter, const RenderSettings& settings, Film& film);
+/// Renders the film's window. A pixel is a function of scene, shader, integrator, sampler, filter, seed and
+/// its own coordinates: not of window, tiles or threads.
+RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
+                   const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film);
 
 } // namespace strobe

@@ -22,8 +22,9 @@ int LightPicker::pick(float u) const {
 }
 
 Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
-             std::vector<std::shared_ptr<const Material>> materials, std::vector<std::shared_ptr<const Light>> lights,
-             std::shared_ptr<const Camera> camera, Shutter shutter)
+             std::vector<std::shared_ptr<const Material>> materials,
+             std::vector<std::shared_ptr<const Light>> lights, std::shared_ptr<const Camera> camera,
+             Shutter shutter)
     : m_groups(std::move(groups)), m_instances(std::move(instances)), m_materials(std::move(materials)),
       m_lights(std::move(lights)), m_camera(std::move(camera)), m_shutter(shutter),
       m_tracer(std::make_unique<Tracer>(m_groups, m_instances)) {
@@ -49,7 +50,8 @@ Rgb Scene::environment(const V3f& d) const {
 
 namespace {
 
-V3f interpolated(const std::vector<std::vector<V3f>>& keys, const uint32_t* index, float u, float v, float time) {
+V3f interpolated(const std::vector<std::vector<V3f>>& keys, const uint32_t* index, float u, float v,
+                 float time) {
     const auto at = [&](const std::vector<V3f>& values) {
         return values[index[0]] * (1 - u - v) + values[index[1]] * u + values[index[2]] * v;
     };
@@ -75,7 +77,8 @@ void derivatives(const V3f p[3], const V2f uv[3], V3f& dpdu, V3f& dpdv) {
 
 } // namespace
 
-void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, SurfacePoint& s, float& scale) const {
+void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, SurfacePoint& s,
+                        float& scale) const {
     const TriangleMesh& mesh = *placed.shape.mesh;
     const uint32_t* index = &mesh.indices[3 * size_t(hit.prim)];
     V3f v[3];
@@ -127,8 +130,9 @@ SurfacePoint Scene::surface(const Hit& hit, float time) const {
         s.ns = transformNormal(inverse, s.ns);
         s.dpdu = transformVector(m, s.dpdu);
         s.dpdv = transformVector(m, s.dpdv);
-        const float stretch = std::max(largest({m[0][0], m[0][1], m[0][2]}),
-                                       std::max(largest({m[1][0], m[1][1], m[1][2]}), largest({m[2][0], m[2][1], m[2][2]})));
+        const float stretch =
+            std::max(largest({m[0][0], m[0][1], m[0][2]}),
+                     std::max(largest({m[1][0], m[1][1], m[1][2]}), largest({m[2][0], m[2][1], m[2][2]})));
         scale = scale * stretch + largest({m[3][0], m[3][1], m[3][2]});
     }
     s.ng = normalize(s.ng);
@@ -152,11 +156,12 @@ void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q
     const float det = uu * vv - uv * uv;
     if (!(det > 0))
         return;
-    const auto project = [&](const V3f& axis) { // along d onto the tangent plane, then into (u,v) by least squares
-        const V3f dp = (axis - d * (dot(axis, s.ng) / cosine)) * width;
-        const float a = dot(dp, s.dpdu), b = dot(dp, s.dpdv);
-        return V2f((vv * a - uv * b) / det, (uu * b - uv * a) / det);
-    };
+    const auto project =
+        [&](const V3f& axis) { // along d onto the tangent plane, then into (u,v) by least squares
+            const V3f dp = (axis - d * (dot(axis, s.ng) / cosine)) * width;
+            const float a = dot(dp, s.dpdu), b = dot(dp, s.dpdv);
+            return V2f((vv * a - uv * b) / det, (uu * b - uv * a) / det);
+        };
     q.duvdx = project(across.s);
     q.duvdy = project(across.t);
 }

@@ -16,17 +16,18 @@ namespace strobe {
 /// A point on the scene's surface, as shading needs it. World space.
 struct SurfacePoint {
     V3f p;
-    V3f ng;        ///< unit geometric normal: the surface's own side (see Light::emitted), not turned to the viewer
-    V3f ns;        ///< unit shading normal, in ng's hemisphere
+    V3f ng; ///< unit geometric normal: the surface's own side (see Light::emitted), not turned to the viewer
+    V3f ns; ///< unit shading normal, in ng's hemisphere
     V2f uv{0};
     V3f dpdu{0}, dpdv{0}; ///< only where the material needs a footprint or the mesh has tangents, else zero
-    float offset = 0;     ///< a distance along ng that surely clears the surface's rounding errors
+    float offset = 0;     ///< a distance from the surface that surely clears its rounding errors
     const Material* material = nullptr;
-    int light = -1;       ///< index into Scene::lights when the surface shines
+    int light = -1; ///< index into Scene::lights when the surface shines
     uint32_t prim = 0;
 
-    /// The origin of a ray that leaves towards `w`.
-    V3f spawn(const V3f& w) const { return p + ng * (dot(w, ng) > 0 ? offset : -offset); }
+    /// Where a ray that leaves p towards `w` is clear of the surface. Rays start at p itself, not beside it:
+    /// from a shifted origin, light samples near the limb of a small light would be hidden by the light.
+    float tmin(const V3f& w) const { return offset / std::max(absDot(w, ng), 0.01f); }
 };
 
 /// A small discrete distribution over lights, by power.
@@ -46,8 +47,9 @@ class LightPicker {
 class Scene {
   public:
     Scene(std::vector<Group> groups, std::vector<Instance> instances,
-          std::vector<std::shared_ptr<const Material>> materials, std::vector<std::shared_ptr<const Light>> lights,
-          std::shared_ptr<const Camera> camera, Shutter shutter);
+          std::vector<std::shared_ptr<const Material>> materials,
+          std::vector<std::shared_ptr<const Light>> lights, std::shared_ptr<const Camera> camera,
+          Shutter shutter);
 
     const Tracer& tracer() const { return *m_tracer; }
     const Camera& camera() const { return *m_camera; }
@@ -71,7 +73,8 @@ class Scene {
     Rgb environment(const V3f& d) const;
 
   private:
-    void meshSurface(const PlacedShape& placed, const Hit& hit, float time, SurfacePoint& s, float& scale) const;
+    void meshSurface(const PlacedShape& placed, const Hit& hit, float time, SurfacePoint& s,
+                     float& scale) const;
 
     std::vector<Group> m_groups;
     std::vector<Instance> m_instances;
@@ -85,8 +88,8 @@ class Scene {
     std::unique_ptr<const Tracer> m_tracer;
 };
 
-/// The texture footprint of a ray cone `width` wide (perpendicular to ray direction d) on a surface: fills duvdx and
-/// duvdy of `q`.
+/// The texture footprint of a ray cone `width` wide (perpendicular to ray direction d) on a surface: fills
+/// duvdx and duvdy of `q`.
 void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q);
 
 } // namespace strobe

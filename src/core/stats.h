@@ -41,7 +41,8 @@ struct Counters {
 /// Adds the time since construction, or since the last call, to one stage after another.
 class StageClock {
   public:
-    explicit StageClock(Counters& counters) : m_counters(counters), m_last(std::chrono::steady_clock::now()) {}
+    explicit StageClock(Counters& counters)
+        : m_counters(counters), m_last(std::chrono::steady_clock::now()) {}
     void charge(Stage stage) {
         const auto now = std::chrono::steady_clock::now();
         m_counters.seconds[size_t(stage)] += std::chrono::duration<double>(now - m_last).count();

@@ -22,9 +22,9 @@ struct Hit {
     explicit operator bool() const { return geometry != kNone; }
 };
 
-/// Sixteen rays in Embree's structure-of-arrays layout, with room for their hits. Lanes are independent: what is
-/// found does not depend on which rays share a block (measured, and tested: it is what makes images independent of
-/// tiles and threads).
+/// Sixteen rays in Embree's structure-of-arrays layout, with room for their hits. Lanes are independent: what
+/// is found does not depend on which rays share a block (measured, and tested: it is what makes images
+/// independent of tiles and threads).
 struct alignas(64) RayBlock {
     static constexpr int kSize = 16;
     float ox[kSize], oy[kSize], oz[kSize], tnear[kSize];
@@ -35,8 +35,8 @@ struct alignas(64) RayBlock {
     float u[kSize], v[kSize];
     uint32_t prim[kSize], geom[kSize], inst[kSize];
 
-    void set(int lane, const V3f& o, const V3f& d, float tmax, float rayTime) {
-        ox[lane] = o.x, oy[lane] = o.y, oz[lane] = o.z, tnear[lane] = 0;
+    void set(int lane, const V3f& o, const V3f& d, float tmin, float tmax, float rayTime) {
+        ox[lane] = o.x, oy[lane] = o.y, oz[lane] = o.z, tnear[lane] = tmin;
         dx[lane] = d.x, dy[lane] = d.y, dz[lane] = d.z, time[lane] = rayTime;
         tfar[lane] = tmax;
         mask[lane] = ~0u, id[lane] = 0, flags[lane] = 0;
@@ -65,7 +65,7 @@ struct Instance {
 /// What the acceleration structures hold: for the test that cost follows need.
 struct TracerCounts {
     size_t triangles = 0, quadrics = 0, instances = 0;
-    size_t timeSteps = 0;       ///< of geometries and instances that move; still ones carry none
+    size_t timeSteps = 0;          ///< of geometries and instances that move; still ones carry none
     size_t filteredGeometries = 0; ///< with a cut-out test
 };
 
@@ -78,7 +78,8 @@ class Tracer {
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;
 
-    /// Nearest hits of lanes 0 … n-1. `coherent`: the rays start together and point the same way (camera rays).
+    /// Nearest hits of lanes 0 … n-1. `coherent`: the rays start together and point the same way (camera
+    /// rays).
     void intersect(RayBlock& block, int n, bool coherent) const;
     /// For lanes 0 … n-1: sets tfar negative where anything lies before tfar.
     void occluded(RayBlock& block, int n) const;

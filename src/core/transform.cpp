@@ -9,7 +9,8 @@ namespace strobe {
 namespace {
 
 M44f linearPart(const M44f& m) {
-    return {m[0][0], m[0][1], m[0][2], 0, m[1][0], m[1][1], m[1][2], 0, m[2][0], m[2][1], m[2][2], 0, 0, 0, 0, 1};
+    return {m[0][0], m[0][1], m[0][2], 0, m[1][0], m[1][1], m[1][2], 0,
+            m[2][0], m[2][1], m[2][2], 0, 0,       0,       0,       1};
 }
 
 float largestElement(const M44f& m) {
@@ -22,7 +23,9 @@ float largestElement(const M44f& m) {
 
 float largestDifference(const M44f& a, const M44f& b) { return largestElement(a - b); }
 
-bool nearlyEqual(const M44f& a, const M44f& b) { return largestDifference(a, b) <= 1e-6f * largestElement(a); }
+bool nearlyEqual(const M44f& a, const M44f& b) {
+    return largestDifference(a, b) <= 1e-6f * largestElement(a);
+}
 
 M44f lerp(const M44f& a, const M44f& b, float t) { return a * (1 - t) + b * t; }
 
@@ -42,7 +45,8 @@ M44f nearestRotation(const M44f& linear) {
     return M44f(r);
 }
 
-/// Embree's decomposition: rotation by Gram-Schmidt on the images of the axes, so that the stretch is triangular.
+/// Embree's decomposition: rotation by Gram-Schmidt on the images of the axes, so that the stretch is
+/// triangular.
 Decomposed decomposeTriangular(const M44f& m) {
     const V3f x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
     const V3f e0 = normalize(x);
@@ -54,7 +58,8 @@ Decomposed decomposeTriangular(const M44f& m) {
     d.rotation =
         Imath::extractQuat(M44f(e0.x, e0.y, e0.z, 0, e1.x, e1.y, e1.z, 0, e2.x, e2.y, e2.z, 0, 0, 0, 0, 1))
             .normalized();
-    d.stretch = M44f(dot(x, e0), 0, 0, 0, yx, dot(y, e1), 0, 0, dot(z, e0), dot(z, e1), dot(z, e2), 0, 0, 0, 0, 1);
+    d.stretch =
+        M44f(dot(x, e0), 0, 0, 0, yx, dot(y, e1), 0, 0, dot(z, e0), dot(z, e1), dot(z, e2), 0, 0, 0, 0, 1);
     return d;
 }
 
@@ -153,12 +158,13 @@ namespace {
 std::array<V3f, 8> corners(const Box3f& box) {
     std::array<V3f, 8> out;
     for (int i = 0; i < 8; ++i)
-        out[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z};
+        out[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                  i & 4 ? box.max.z : box.min.z};
     return out;
 }
 
-/// Where a fit with `segments` segments is held against the path: at the path's own keys, where it may have corners
-/// (first, since they reject a fit soonest), and inside each segment.
+/// Where a fit with `segments` segments is held against the path: at the path's own keys, where it may have
+/// corners (first, since they reject a fit soonest), and inside each segment.
 std::vector<float> testFractions(const TransformPath& path, const Shutter& shutter, int segments) {
     std::vector<float> fractions;
     const float length = shutter.close - shutter.open;
@@ -186,7 +192,8 @@ bool restsDuring(const TransformPath& path, const Shutter& shutter) {
 
 Motion::Motion(const M44f& still) : m_matrices{still} {}
 
-Motion::Motion(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance, int maxKeys) {
+Motion::Motion(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
+               int maxKeys) {
     if (restsDuring(path, shutter)) {
         m_matrices = {path.at(shutter.open)};
         return;

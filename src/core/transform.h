@@ -82,7 +82,8 @@ class Motion {
     Motion() : Motion(M44f()) {}
     explicit Motion(const M44f& still);
     /// Fits `path` over the shutter: as few keys as keep every corner of `bounds` (object space) within
-    /// `tolerance` (world units) of the path at all times, tested between the keys; at most `maxKeys` (129 is Embree's limit).
+    /// `tolerance` (world units) of the path at all times, tested between the keys; at most `maxKeys` (129 is
+    /// Embree's limit).
     Motion(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
            int maxKeys = 129);
 

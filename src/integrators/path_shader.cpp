@@ -7,7 +7,8 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<int> kMaxDepth{"maxdepth", 5, "surfaces along a path; direct lighting: mirror and glass bounces + 1"};
+const ParamDef<int> kMaxDepth{"maxdepth", 5,
+                              "surfaces along a path; direct lighting: mirror and glass bounces + 1"};
 const ParamDef<std::string> kStrategy{
     "strategy", "all", "lights at the first surface: all (each with its nsamples) or one, picked by power",
     "lightsamplestrategy"};
@@ -18,8 +19,9 @@ struct ShadeSettings {
     bool allLights;
 };
 
-/// Light sampling alone is used where the BSDF's density times the light's solid angle is less than this: the other
-/// strategy's share of the power heuristic would be below its square, so its samples and rays are not worth making.
+/// Light sampling alone is used where the BSDF's density times the light's solid angle is less than this: the
+/// other strategy's share of the power heuristic would be below its square, so its samples and rays are not
+/// worth making.
 constexpr float kNegligibleBsdfShare = 0.05f;
 constexpr int kRouletteFrom = 3;
 
@@ -34,7 +36,8 @@ struct Path {
     RayCone cone;
     Rgb beta{1};
     Rgb radiance{0};
-    Rgb direct{0}, viaBsdf{0}; ///< sums of this wave's two ray queues, kept apart so that their order never matters
+    Rgb direct{0},
+        viaBsdf{0}; ///< sums of this wave's two ray queues, kept apart so that their order never matters
     uint64_t domain;
     uint32_t index, total;
     int bounce = 0;
@@ -51,9 +54,9 @@ struct Vertex {
     SurfacePoint s;
     Bsdf bsdf;
     Frame frame;
-    V3f wo;      ///< world
+    V3f wo; ///< world
     V3f woLocal;
-    float side;  ///< dot(wo, ng)
+    float side; ///< dot(wo, ng)
     float maxPdf;
 };
 
@@ -61,10 +64,10 @@ struct Vertex {
 struct LightProbe {
     uint32_t path;
     int light;
-    float pdf;    ///< of the BSDF; both strategies draw equally many samples
+    float pdf; ///< of the BSDF; both strategies draw equally many samples
     V3f from, wi;
     float time;
-    Rgb weight;   ///< beta f cos / (n pdf)
+    Rgb weight; ///< beta f cos / (n pdf)
 };
 
 class PathWorker : public ShaderWorker {
@@ -72,7 +75,8 @@ class PathWorker : public ShaderWorker {
     PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings)
         : m_scene(scene), m_sampler(sampler), m_settings(settings) {}
 
-    void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance, Counters& counters) override {
+    void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
+               Counters& counters) override {
         m_counters = &counters;
         start(requests);
         while (!m_active.empty())
@@ -102,7 +106,8 @@ class PathWorker : public ShaderWorker {
         auto lightVisible = [this](uint32_t path, const Rgb& c) { m_paths[path].direct += c; };
         auto probeFound = [this](const LightProbe& probe, const Hit& hit) { finishProbe(probe, hit); };
         ShadowQueue shadows(m_scene.tracer(), m_counters->shadowRays, lightVisible);
-        HitQueue<LightProbe, decltype(probeFound)> probes(m_scene.tracer(), m_counters->lightRays, probeFound);
+        HitQueue<LightProbe, decltype(probeFound)> probes(m_scene.tracer(), m_counters->lightRays,
+                                                          probeFound);
 
         m_next.clear();
         for (uint32_t i : m_active)
@@ -116,7 +121,8 @@ class PathWorker : public ShaderWorker {
             path.direct = path.viaBsdf = Rgb(0);
         }
         auto bounceFound = [this](uint32_t path, const Hit& hit) { m_paths[path].hit = hit; };
-        HitQueue<uint32_t, decltype(bounceFound)> bounces(m_scene.tracer(), m_counters->bounceRays, bounceFound);
+        HitQueue<uint32_t, decltype(bounceFound)> bounces(m_scene.tracer(), m_counters->bounceRays,
+                                                          bounceFound);
         for (uint32_t i : m_next)
             bounces.add(m_paths[i].ray, i);
         bounces.flush();
@@ -176,7 +182,8 @@ class PathWorker : public ShaderWorker {
         const Light& light = *m_scene.lights()[size_t(index)];
         if (!usesBsdfSampling(light, path.from, path.ray.time, path.maxPdf))
             return 0;
-        const float n = path.fromAllLights ? float(light.sampleCount) : m_scene.lightPicker().probability(index);
+        const float n =
+            path.fromAllLights ? float(light.sampleCount) : m_scene.lightPicker().probability(index);
         return powerHeuristic(1, path.pdf, n, light.pdf(path.from, path.ray.time, path.ray.d, hit));
     }
 
@@ -215,7 +222,8 @@ class PathWorker : public ShaderWorker {
         }
     }
 
-    /// Direct light of one light by n samples (and, in direct lighting, n BSDF samples), of probability `picked`.
+    /// Direct light of one light by n samples (and, in direct lighting, n BSDF samples), of probability
+    /// `picked`.
     template <class Shadows, class Probes>
     void addLight(uint32_t index, const Vertex& v, int lightIndex, int n, float picked, Shadows& shadows,
                   Probes& probes) {
@@ -261,18 +269,19 @@ class PathWorker : public ShaderWorker {
             if (isBlack(f))
                 continue;
             const LightSample& s = m_lightSamples[size_t(i)];
-            const float weight =
-                delta || bsdfCount == 0 ? 1 : powerHeuristic(float(n) * picked, s.pdf, bsdfCount, m_pdf[size_t(i)]);
+            const float weight = delta || bsdfCount == 0
+                                     ? 1
+                                     : powerHeuristic(float(n) * picked, s.pdf, bsdfCount, m_pdf[size_t(i)]);
             const Rgb contribution = path.beta * f * s.radiance * (weight / (s.pdf * float(n) * picked));
             // Stop short of the light's own surface.
             const float tmax = s.distance < kInfinity ? s.distance * 0.9999f : kInfinity;
-            shadows.add(v.s.spawn(s.wi), s.wi, tmax, path.ray.time, index, contribution);
+            shadows.add(leave(v, s.wi, path.ray.time), tmax, index, contribution);
         }
     }
 
     template <class Shadows, class Probes>
-    void sendBsdfSamples(uint32_t index, const Vertex& v, int lightIndex, const SampleRange& range, uint32_t dim,
-                         float picked, Shadows& shadows, Probes& probes) {
+    void sendBsdfSamples(uint32_t index, const Vertex& v, int lightIndex, const SampleRange& range,
+                         uint32_t dim, float picked, Shadows& shadows, Probes& probes) {
         Path& path = m_paths[index];
         const Light& light = *m_scene.lights()[size_t(lightIndex)];
         const float n = float(range.n);
@@ -288,14 +297,14 @@ class PathWorker : public ShaderWorker {
                 continue;
             const Rgb weight = path.beta * b.weight * (1 / (n * picked));
             if (!light.isEnvironment()) {
-                probes.add({v.s.spawn(wi), wi, path.ray.time},
+                probes.add(leave(v, wi, path.ray.time),
                            {index, lightIndex, b.pdf, v.s.p, wi, path.ray.time, weight});
                 continue;
             }
             const Rgb radiance = light.environment(wi);
             const float lightPdf = light.pdf(v.s.p, path.ray.time, wi, nullptr);
             if (!isBlack(radiance))
-                shadows.add(v.s.spawn(wi), wi, kInfinity, path.ray.time, index,
+                shadows.add(leave(v, wi, path.ray.time), kInfinity, index,
                             weight * radiance * powerHeuristic(1, b.pdf, 1, lightPdf));
         }
     }
@@ -330,7 +339,7 @@ class PathWorker : public ShaderWorker {
         path.beta *= b.weight;
         if (isBlack(path.beta))
             return false;
-        path.ray = {v.s.spawn(wi), normalize(wi), path.ray.time};
+        path.ray = leave(v, normalize(wi), path.ray.time);
         path.cone.width = width;
         path.countsAllLight = b.delta;
         path.firstSmooth &= b.delta;
@@ -343,7 +352,8 @@ class PathWorker : public ShaderWorker {
     bool survivesRoulette(Path& path) {
         if (m_settings.path && path.bounce >= kRouletteFrom) {
             const float survive = std::min(maxComponent(path.beta), 0.95f);
-            const float u = m_sampler.get1D(path.domain, path.index, path.total, dimension(path, kDimRoulette));
+            const float u =
+                m_sampler.get1D(path.domain, path.index, path.total, dimension(path, kDimRoulette));
             if (u >= survive)
                 return false;
             path.beta *= 1 / survive;
@@ -351,6 +361,8 @@ class PathWorker : public ShaderWorker {
         ++path.bounce;
         return true;
     }
+
+    static Ray leave(const Vertex& v, const V3f& wi, float time) { return {v.s.p, wi, time, v.s.tmin(wi)}; }
 
     static uint32_t dimension(const Path& path, uint32_t offset) {
         return kFirstDimension + uint32_t(path.bounce) * kDimensionsPerVertex + offset;
@@ -375,9 +387,11 @@ class PathShader : public Shader {
   public:
     PathShader(const ParamSet& params, bool path) {
         const std::string strategy = params.get(kStrategy);
-        const bool one = strategy == "one" || strategy == "power" || strategy == "uniform" || strategy == "bvh";
+        const bool one =
+            strategy == "one" || strategy == "power" || strategy == "uniform" || strategy == "bvh";
         if (!one && strategy != "all" && strategy != "weighted")
-            throw Error(params.whereIs(kStrategy), "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"");
+            throw Error(params.whereIs(kStrategy),
+                        "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"");
         m_settings = {path, params.get(kMaxDepth), !one};
         if (m_settings.maxDepth < 0)
             throw Error(params.whereIs(kMaxDepth), "\"maxdepth\" must not be negative");

@@ -5,15 +5,15 @@
 
 namespace strobe {
 
-/// Occlusion rays with the light they carry. `visible(target, contribution)` is called, in the order of `add`, for
-/// those that get through.
+/// Occlusion rays with the light they carry. `visible(target, contribution)` is called, in the order of
+/// `add`, for those that get through.
 template <class Visible>
 class ShadowQueue {
   public:
     ShadowQueue(const Tracer& tracer, uint64_t& counter, Visible visible)
         : m_tracer(tracer), m_counter(counter), m_visible(visible) {}
-    void add(const V3f& o, const V3f& d, float tmax, float time, uint32_t target, const Rgb& contribution) {
-        m_block.set(m_count, o, d, tmax, time);
+    void add(const Ray& ray, float tmax, uint32_t target, const Rgb& contribution) {
+        m_block.set(m_count, ray.o, ray.d, ray.tmin, tmax, ray.time);
         m_target[m_count] = target;
         m_contribution[m_count] = contribution;
         if (++m_count == RayBlock::kSize)
@@ -47,7 +47,7 @@ class HitQueue {
     HitQueue(const Tracer& tracer, uint64_t& counter, Found found)
         : m_tracer(tracer), m_counter(counter), m_found(found) {}
     void add(const Ray& ray, const Payload& payload) {
-        m_block.set(m_count, ray.o, ray.d, kInfinity, ray.time);
+        m_block.set(m_count, ray.o, ray.d, ray.tmin, kInfinity, ray.time);
         m_payload[m_count] = payload;
         if (++m_count == RayBlock::kSize)
             flush();

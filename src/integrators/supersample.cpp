@@ -30,9 +30,10 @@ class Supersample : public Integrator {
 } // namespace
 
 IntegratorPlugin supersamplePlugin() {
-    return {"supersample", "one shade per visibility sample: the baseline", {}, [](const ParamSet&, const BuildContext&) {
-                return std::make_shared<const Supersample>();
-            }};
+    return {"supersample",
+            "one shade per visibility sample: the baseline",
+            {},
+            [](const ParamSet&, const BuildContext&) { return std::make_shared<const Supersample>(); }};
 }
 
 } // namespace strobe

@@ -18,7 +18,8 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
 }
 
 /// Where the picture goes: -o, else the scene's own name, else the scene file's stem, in the current folder.
-std::vector<std::filesystem::path> outputsOf(const Options& options, const BuiltScene& built, spdlog::logger& log) {
+std::vector<std::filesystem::path> outputsOf(const Options& options, const BuiltScene& built,
+                                             spdlog::logger& log) {
     if (!options.outputs.empty())
         return options.outputs;
     std::filesystem::path path = built.filename;
@@ -47,14 +48,17 @@ void printPixel(const Options& options, const BuiltScene& built, RenderSettings 
                                 built.resolution.y),
                     ErrorKind::Usage);
     if (options.sample && *options.sample >= uint32_t(settings.samplesPerPixel))
-        throw Error(fmt::format("--sample {}: a pixel has {} samples", *options.sample, settings.samplesPerPixel),
-                    ErrorKind::Usage);
+        throw Error(
+            fmt::format("--sample {}: a pixel has {} samples", *options.sample, settings.samplesPerPixel),
+            ErrorKind::Usage);
     settings.probe = [&](int, int, uint32_t sample, const Rgb& value) {
         if (options.sample == sample)
-            fmt::print("pixel {},{} sample {}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, sample, value.x, value.y, value.z);
+            fmt::print("pixel {},{} sample {}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, sample, value.x, value.y,
+                       value.z);
     };
     Film film(built.resolution.x, built.resolution.y, {p.x, p.y, p.x + 1, p.y + 1});
-    render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter, settings, film);
+    render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter, settings,
+           film);
     const Rgb& mean = film.image().pixels[0];
     if (!options.sample)
         fmt::print("pixel {},{}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, mean.x, mean.y, mean.z);

@@ -14,11 +14,13 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--integrator", options.build.integrator, "what shares a shade; see --list");
     app.add_option("-D", options.build.defines, "name=value: a parameter of the integrator or of the shading")
         ->allow_extra_args(false);
-    app.add_option("--spp", options.build.samplesPerPixel, "visibility samples per pixel")->check(CLI::PositiveNumber);
+    app.add_option("--spp", options.build.samplesPerPixel, "visibility samples per pixel")
+        ->check(CLI::PositiveNumber);
     app.add_option("-o,--output", options.outputs, "output file (.exr or .png); may be given again")
         ->allow_extra_args(false);
     app.add_option("--threads", options.threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
-    app.add_option("--tile", options.tile, "tile size in pixels; never changes the picture")->check(CLI::PositiveNumber);
+    app.add_option("--tile", options.tile, "tile size in pixels; never changes the picture")
+        ->check(CLI::PositiveNumber);
     app.add_option("--crop", crop, "x0 x1 y0 y1: part of the frame, fractions")->expected(4);
     app.add_option("--pixel", pixel, "x,y: render one pixel and print it");
     app.add_option("--sample", options.sample, "with --pixel: print one sample");

@@ -29,7 +29,8 @@ struct Options {
 /// Exit codes of the program.
 enum ExitCode { kOk = 0, kUsageError = 1, kSceneError = 2, kOutputError = 3, kInternalError = 4 };
 
-/// Fills `options`; returns an exit code when the program has nothing more to do (--help, --version, a mistake).
+/// Fills `options`; returns an exit code when the program has nothing more to do (--help, --version, a
+/// mistake).
 std::optional<int> parseCommandLine(int argc, char** argv, Options& options);
 
 } // namespace strobe

@@ -33,7 +33,8 @@ void Progress::update(double fraction) {
         constexpr int kWidth = 40;
         const int filled = int(fraction * kWidth);
         const std::string left = fraction > 0 ? duration(elapsed / fraction * (1 - fraction)) : "?";
-        fmt::print(stderr, "\r[{:=<{}}{: <{}}] {:3.0f}%  {} left   ", "", filled, "", kWidth - filled, fraction * 100, left);
+        fmt::print(stderr, "\r[{:=<{}}{: <{}}] {:3.0f}%  {} left   ", "", filled, "", kWidth - filled,
+                   fraction * 100, left);
         std::fflush(stderr);
     } else if (int(fraction * 10) > m_lastTenth) {
         m_lastTenth = int(fraction * 10);

@@ -22,7 +22,8 @@ Metadata renderMetadata(const BuiltScene& built, const Options& options, const R
     m.emplace_back("strobe:seconds:build", float(seconds.build));
     m.emplace_back("strobe:seconds:render", float(seconds.render));
     for (int i = 0; i < kStageCount; ++i)
-        m.emplace_back(std::string("strobe:threadSeconds:") + toString(Stage(i)), float(stats.total.seconds[i]));
+        m.emplace_back(std::string("strobe:threadSeconds:") + toString(Stage(i)),
+                       float(stats.total.seconds[i]));
     return m;
 }
 
@@ -53,9 +54,13 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
     j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", seconds.render}};
     j["threadSeconds"] = stagesOf(c);
     for (const Counters& thread : stats.threads)
-        j["threads"].push_back({{"pixels", thread.pixels}, {"shades", thread.shades}, {"seconds", stagesOf(thread)}});
-    j["rays"] = {{"camera", c.visibilitySamples}, {"shadow", c.shadowRays}, {"light", c.lightRays},
-                 {"bounce", c.bounceRays},        {"total", c.rays()}};
+        j["threads"].push_back(
+            {{"pixels", thread.pixels}, {"shades", thread.shades}, {"seconds", stagesOf(thread)}});
+    j["rays"] = {{"camera", c.visibilitySamples},
+                 {"shadow", c.shadowRays},
+                 {"light", c.lightRays},
+                 {"bounce", c.bounceRays},
+                 {"total", c.rays()}};
     j["pixels"] = c.pixels;
     j["visibilitySamples"] = c.visibilitySamples;
     j["shades"] = c.shades;
@@ -86,8 +91,9 @@ std::string summary(const BuiltScene& built, const RenderStats& stats, const Ste
     const Counters& c = stats.total;
     return fmt::format("{}x{} pixels, {} spp: {:.2f} s (+ {:.2f} s to load), {:.1f} M rays, {:.1f} M rays/s, "
                        "{:.2f} shades per pixel",
-                       built.window.width(), built.window.height(), built.sampler.samplesPerPixel, seconds.render,
-                       seconds.parse + seconds.build, double(c.rays()) * 1e-6, double(c.rays()) * 1e-6 / seconds.render,
+                       built.window.width(), built.window.height(), built.sampler.samplesPerPixel,
+                       seconds.render, seconds.parse + seconds.build, double(c.rays()) * 1e-6,
+                       double(c.rays()) * 1e-6 / seconds.render,
                        double(c.shades) / double(std::max<uint64_t>(c.pixels, 1)));
 }
 

@@ -35,16 +35,23 @@ class IrregularBrdf {
     const std::vector<Sample>& samples() const { return m_samples; }
 
   private:
-    struct Range {
-        uint32_t first = 0, count = 0;
+    /// The samples that some point of a cell may need, in sample order: `groups` times kGroup entries of the
+    /// arrays below from `first` on, the last ones padded with samples far away.
+    struct Cell {
+        uint32_t first = 0, groups = 0;
+        float r2 = 0; ///< no point of the cell finds more than two samples within a smaller squared radius
     };
-    Rgb mean(const V3f& key, const uint32_t* candidates, uint32_t n) const;
+    struct Block;
+    static constexpr uint32_t kGroup = 8;
+
     void buildCells();
+    std::vector<uint32_t> needed(const Block& block, const std::vector<uint32_t>& candidates,
+                                 float& r2) const;
 
     std::vector<Sample> m_samples;
-    std::vector<Range> m_cells;         ///< kCells³ over [0,1]³: for each, a range of m_candidates
-    std::vector<uint32_t> m_candidates; ///< samples that some point of the cell may need, ascending
-    std::vector<uint32_t> m_all;        ///< 0, 1, 2 …: the candidates of everywhere else
+    std::vector<Cell> m_cells;        ///< a grid over [0,1]³
+    std::vector<float> m_x, m_y, m_z; ///< keys of the cells' samples
+    std::vector<uint32_t> m_index;    ///< and their places in m_samples
 };
 
 /// Reads pbrt-v2's text format: the number of wavelengths, the wavelengths (nm), then records of θi φi θo φo

@@ -19,15 +19,16 @@ inline uint32_t reverseBits(uint32_t x) {
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
 }
 
-/// The second Sobol' coordinate from the first (both as fractions of 2^32). With the digits as coefficients
-/// of a polynomial over GF(2), the second is p(1 + s) for the first's p(s): its generator matrix is Pascal's
-/// triangle. As (1 + s)^16 = 1 + s^16 and so on, it takes one masked shift per power of two.
+/// The second Sobol' coordinate from the index, which is the reversed first coordinate; itself reversed. With
+/// the digits as coefficients of a polynomial p(s) over GF(2), the second coordinate is p(1 + s): the
+/// generator matrix is Pascal's triangle. As (1 + s)^16 = 1 + s^16 and so on, it takes one masked shift per
+/// power of two.
 inline uint32_t secondFromFirst(uint32_t x) {
-    x ^= x << 16;
-    x ^= (x & 0x00FF00FFu) << 8;
-    x ^= (x & 0x0F0F0F0Fu) << 4;
-    x ^= (x & 0x33333333u) << 2;
-    return x ^ ((x & 0x55555555u) << 1);
+    x ^= x >> 16;
+    x ^= (x & 0xFF00FF00u) >> 8;
+    x ^= (x & 0xF0F0F0F0u) >> 4;
+    x ^= (x & 0xCCCCCCCCu) >> 2;
+    return x ^ ((x & 0xAAAAAAAAu) >> 1);
 }
 
 /// A hash in which a bit depends only on itself and lower ones: an Owen scramble of bit-reversed numbers
@@ -42,12 +43,14 @@ inline uint32_t scrambleReversed(uint32_t x, uint32_t seed) {
     return x;
 }
 
-inline uint32_t scramble(uint32_t x, uint32_t seed) {
-    return reverseBits(scrambleReversed(reverseBits(x), seed));
-}
+/// 32 bits, reversed, as a float in [0, 1): as unitFloat, in a form that compilers vectorise.
+inline float toFloat(uint32_t reversed) { return float(int32_t(reverseBits(reversed) >> 8)) * 0x1p-24f; }
 
-/// A shuffled index keeps its aligned blocks of 2^m together, so that each is still a net.
-inline uint32_t shuffle(uint32_t index, uint32_t seed) { return scramble(index, seed); }
+/// Member `index` of the shuffled sequence: Owen's scramble of the index keeps aligned blocks of 2^m
+/// together, so that each is still a net.
+inline uint32_t shuffle(uint32_t index, uint32_t seed) {
+    return reverseBits(scrambleReversed(reverseBits(index), seed));
+}
 
 class SobolSampler final : public Sampler {
   public:
@@ -58,19 +61,20 @@ class SobolSampler final : public Sampler {
     void fill1D(const SampleRange& range, uint32_t dim, float* out) const override {
         const uint64_t h = hashOf(range.domain, dim, 1);
         const uint32_t order = uint32_t(h), seed = uint32_t(h >> 32);
-        for (uint32_t i = 0; i < range.n; ++i) {
-            const uint32_t index = shuffle(range.first + i, order);
-            out[i] = unitFloat(reverseBits(scrambleReversed(index, seed)));
-        }
+        const uint32_t first = range.first, n = range.n;
+        for (uint32_t i = 0; i < n; ++i)
+            out[i] = toFloat(scrambleReversed(shuffle(first + i, order), seed));
     }
 
     void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const override {
         const uint64_t h = hashOf(range.domain, dim, 2), g = mix64(h);
         const uint32_t order = uint32_t(h), seedX = uint32_t(h >> 32), seedY = uint32_t(g);
-        for (uint32_t i = 0; i < range.n; ++i) {
-            const uint32_t index = shuffle(range.first + i, order);
-            const uint32_t y = secondFromFirst(reverseBits(index));
-            out[i] = {unitFloat(reverseBits(scrambleReversed(index, seedX))), unitFloat(scramble(y, seedY))};
+        const uint32_t first = range.first, n = range.n;
+        float* xy = &out->x;
+        for (uint32_t i = 0; i < n; ++i) {
+            const uint32_t index = shuffle(first + i, order); // the reversed first coordinate
+            xy[2 * i] = toFloat(scrambleReversed(index, seedX));
+            xy[2 * i + 1] = toFloat(scrambleReversed(secondFromFirst(index), seedY));
         }
     }
 };
@@ -88,10 +92,7 @@ SamplerSetup createSobol(const ParamSet& params, const BuildContext& context, in
 
 } // namespace
 
-SobolPoint sobolPoint(uint32_t index) {
-    const uint32_t x = reverseBits(index);
-    return {x, secondFromFirst(x)};
-}
+SobolPoint sobolPoint(uint32_t index) { return {reverseBits(index), reverseBits(secondFromFirst(index))}; }
 
 Plugin<SamplerSetup, int> sobolPlugin() {
     return {"sobol",

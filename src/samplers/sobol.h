@@ -10,7 +10,7 @@ namespace strobe {
 /// Owen-scrambled and shuffled (0,2)-sequence, and every one-dimensional one a van der Corput sequence.
 Plugin<SamplerSetup, int> sobolPlugin();
 
-/// Bit-reversed coordinates of point `index` of the unscrambled Sobol' (0,2)-sequence, as fractions of 2^32.
+/// Coordinates of point `index` of the unscrambled Sobol' (0,2)-sequence, as fractions of 2^32.
 struct SobolPoint {
     uint32_t x, y;
 };

@@ -2,8 +2,6 @@
 
 #include "core/hash.h"
 
-#include <bit>
-
 namespace strobe {
 
 namespace {
@@ -95,29 +93,18 @@ SamplerSetup createStratified(const ParamSet& params, const BuildContext&, int s
 } // namespace
 
 uint32_t permutedIndex(uint32_t index, uint32_t n, uint64_t seed) {
-    if (n <= 1)
-        return 0;
-    // A hash that is a bijection of [0, 2^k), the least power of two that holds n, followed until it returns
-    // into [0, n): cycle walking, as for format-preserving ciphers (Black & Rogaway 2002).
-    // Below three bits these rounds do not reach all permutations.
-    const uint32_t bits = std::max(uint32_t(std::bit_width(n - 1)), 3u);
-    const uint32_t mask = uint32_t((uint64_t(1) << bits) - 1), shift = bits / 2 + 1;
-    const uint64_t keys = mix64(seed), more = mix64(keys ^ 0x9E3779B97F4A7C15ull);
-    const uint32_t k0 = uint32_t(keys), k1 = uint32_t(keys >> 32), k2 = uint32_t(more),
-                   k3 = uint32_t(more >> 32);
+    // Swap or not (Hoang, Morris & Rogaway 2012): each round pairs all places and swaps each pair by the toss
+    // of a hash. What is left of the initial order halves with each round.
+    constexpr int rounds = 16;
+    uint64_t state = mix64(seed);
     uint32_t x = index;
-    do {
-        x = (x ^ k0) & mask;
-        x = (x * (k1 | 1)) & mask;
-        x ^= x >> shift;
-        x = (x + k2) & mask;
-        x = (x * (k3 | 1)) & mask;
-        x ^= x >> shift;
-        x = ((x ^ (k1 >> 7)) * (k0 | 1)) & mask;
-        x ^= x >> shift;
-        x = (x + (k3 >> 5)) * (k2 | 1) & mask;
-        x ^= x >> shift;
-    } while (x >= n);
+    for (int r = 0; r < rounds; ++r) {
+        state = state * 6364136223846793005ull + 1442695040888963407ull;
+        const uint32_t sum = uint32_t(((state >> 32) * n) >> 32), key = uint32_t(state >> 11);
+        const uint32_t partner = sum >= x ? sum - x : sum + n - x;
+        const uint32_t toss = (std::max(x, partner) ^ key) * (uint32_t(state >> 24) | 1);
+        x = toss >> 31 ? partner : x;
+    }
     return x;
 }
 

@@ -9,6 +9,9 @@ namespace strobe {
 
 namespace {
 
+/// The name of a plugin that is skipped; no scene can spell it.
+const char* const kLeftOut = "\n";
+
 /// Makes plugins from statements: looks the name up, creates, reports what was not read.
 class Maker {
   public:
@@ -21,48 +24,42 @@ class Maker {
     template <class Product, class... Args>
     Product make(const std::vector<Plugin<Product, Args...>>& table, Statement& statement, const char* kind,
                  const std::type_identity_t<Args>&... args) {
-        bool approximate = false;
-        const std::string name = resolveName(statement, kind, approximate);
-        if (name.empty())
+        resolveName(statement, kind);
+        if (statement.name == kLeftOut)
             return Product{};
-        const auto& row = findPlugin(table, name, kind, statement.where);
+        const auto& row = findPlugin(table, statement.name, kind, statement.where);
         statement.params.bindTextures(m_textures);
         Product product = row.create(statement.params, m_context, args...);
-        if (approximate) // another plugin's parameters: those we know were used
-            statement.params.markAllUsed();
-        else
-            statement.params.reportUnused(row.params, m_strict, m_context.messages);
+        statement.params.reportUnused(row.params, m_strict, m_context.messages);
         return product;
+    }
+
+    /// Puts our name in the place of another renderer's, saying so where it is not the same thing; kLeftOut
+    /// where there is nothing like it.
+    void resolveName(Statement& statement, const char* kind) {
+        const auto& known = standIns(kind);
+        const auto it = known.find(statement.name);
+        if (it == known.end())
+            return;
+        const StandIn& standIn = it->second;
+        const std::string what = std::string(kind) + " \"" + statement.name + "\"";
+        if (!standIn.exact)
+            statement.params.markAllUsed(); // another plugin's parameters: those we know will be read
+        if (standIn.name.empty())
+            m_context.messages.warnOnce(what, statement.where, what + " is not supported; it is left out");
+        else if (!standIn.exact)
+            m_context.messages.warnOnce(what, statement.where,
+                                        what + " is not supported; \"" + standIn.name + "\" takes its place");
+        else if (!standIn.silent)
+            m_context.messages.warnOnce(what, statement.where,
+                                        what + " is called \"" + standIn.name + "\" here");
+        statement.name = standIn.name.empty() ? kLeftOut : standIn.name;
     }
 
     TextureTable& textures() { return *m_textures; }
     const BuildContext& context() const { return m_context; }
 
   private:
-    /// Our name for the statement's plugin; empty when it is to be skipped (which was said).
-    std::string resolveName(Statement& statement, const char* kind, bool& approximate) {
-        const auto& known = standIns(kind);
-        const auto it = known.find(statement.name);
-        if (it == known.end())
-            return statement.name;
-        const StandIn& standIn = it->second;
-        const std::string what = std::string(kind) + " \"" + statement.name + "\"";
-        if (standIn.exact) {
-            if (!standIn.silent)
-                m_context.messages.warnOnce(what, statement.where, what + " is called \"" + standIn.name + "\" here");
-            return standIn.name;
-        }
-        if (standIn.name.empty()) {
-            m_context.messages.warnOnce(what, statement.where, what + " is not supported; it is left out");
-            statement.params.markAllUsed();
-            return {};
-        }
-        m_context.messages.warnOnce(what, statement.where,
-                                    what + " is not supported; \"" + standIn.name + "\" takes its place");
-        approximate = true;
-        return standIn.name;
-    }
-
     bool m_strict;
     BuildContext m_context;
     std::shared_ptr<TextureTable> m_textures;
@@ -81,14 +78,11 @@ void applyDefines(const std::vector<std::string>& defines, const PluginTables& t
     all.insert(all.end(), shaderRow.params.begin(), shaderRow.params.end());
     for (const std::string& define : defines) {
         const Param param = parseOverride(define, all);
-        const auto names = [&](const ParamInfo& info) {
-            return info.name == param.name || info.alias == param.name;
-        };
         const bool isIntegrators =
-            std::any_of(integratorRow.params.begin(), integratorRow.params.end(), names);
-        auto& params = (isIntegrators ? integrator : shading).params.all();
-        std::erase_if(params, [&](const Param& p) { return p.name == param.name; });
-        params.push_back(param);
+            std::any_of(integratorRow.params.begin(), integratorRow.params.end(), [&](const ParamInfo& info) {
+                return info.name == param.name || info.alias == param.name;
+            });
+        (isIntegrators ? integrator : shading).params.replace(param, all);
     }
 }
 
@@ -179,7 +173,7 @@ BuiltScene buildScene(SceneDescription&& description, const BuildOptions& option
     built.sampler.samplesPerPixel = built.sampler.sampler->roundCount(built.sampler.samplesPerPixel);
     built.filter = maker.make(tables.filters, filterStatement, "pixel filter");
 
-    const std::string shaderName = shading.name;
+    maker.resolveName(shading, "shading integrator");
     applyDefines(options.defines, tables, integrator, shading);
     built.shader = maker.make(tables.shaders, shading, "shading integrator");
     built.integrator = maker.make(tables.integrators, integrator, "integrator");

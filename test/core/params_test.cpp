@@ -1,6 +1,7 @@
 #include "core/params.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -233,7 +234,7 @@ TEST(Override, Mistakes) {
 class ResolveFile : public ::testing::Test {
   protected:
     void SetUp() override {
-        root = std::filesystem::temp_directory_path() / "strobe-ResolveFile";
+        root = std::filesystem::temp_directory_path() / ("strobe-ResolveFile-" + std::to_string(::getpid()));
         std::filesystem::remove_all(root);
         for (const char* name : {"a/geo/mesh.ply", "a/tex.png", "a/geo/tex.png", "shared/scenes/s/x.pbrt"}) {
             std::filesystem::create_directories((root / name).parent_path());

@@ -128,7 +128,7 @@ TEST(Sampling, ConeOfAnyWidth) {
         // The widest sample stands at the rim: sin²θ = x(2-x), even where cosθ rounds to 1.
         const V3f rim = uniformCone({kOneMinusEpsilon, .5f}, width);
         const double sin2 = double(width) * (2 - double(width));
-        EXPECT_NEAR(rim.x * rim.x + rim.y * rim.y, sin2, 1e-5 * sin2 + 1e-30);
+        EXPECT_NEAR(rim.x * rim.x + rim.y * rim.y, sin2, 1e-5 * sin2 + 1e-6 * width);
     }
     EXPECT_GT(directionP([](const V2f& u) { return uniformCone(u, .7f); },
                          [](double) { return uniformConePdf(.7f); }, .3f),

@@ -59,7 +59,7 @@ std::vector<Hit> trace(const Tracer& tracer, const std::vector<Ray1>& rays, cons
         const int n = int(std::min(order.size() - first, size_t(width)));
         for (int i = 0; i < n; ++i) {
             const Ray1& r = rays[size_t(order[first + size_t(i)])];
-            block.set(i, r.o, r.d, kInfinity, r.time);
+            block.set(i, r.o, r.d, 0, kInfinity, r.time);
         }
         tracer.intersect(block, n, coherent);
         for (int i = 0; i < n; ++i)

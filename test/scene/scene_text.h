@@ -4,6 +4,7 @@
 #include "scene/parser.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <string>
@@ -41,8 +42,9 @@ class TemporaryFolder {
   public:
     TemporaryFolder() {
         const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-        m_path = std::filesystem::temp_directory_path() /
-                 (std::string("strobe-") + info->test_suite_name() + "-" + info->name());
+        m_path =
+            std::filesystem::temp_directory_path() / (std::string("strobe-") + info->test_suite_name() + "-" +
+                                                      info->name() + "-" + std::to_string(::getpid()));
         std::filesystem::remove_all(m_path);
         std::filesystem::create_directories(m_path);
     }

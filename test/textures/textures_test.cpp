@@ -1,0 +1,251 @@
+#include "core/image.h"
+#include "textures/checkerboard.h"
+#include "textures/constant.h"
+#include "textures/imagemap.h"
+#include "textures/mix.h"
+#include "textures/scale.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <unistd.h>
+
+namespace strobe {
+namespace {
+
+using TexturePlugin = Plugin<TexturePtr, const TextureArgs&>;
+
+Param floatParam(const std::string& name, float value) {
+    return {name, ParamType::Float, {}, {value}, {}, {}};
+}
+Param rgbParam(const std::string& name, const Rgb& c) {
+    return {name, ParamType::Rgb, {}, {c.x, c.y, c.z}, {}, {}};
+}
+Param stringParam(const std::string& name, const std::string& v) {
+    return {name, ParamType::String, {}, {}, {}, {v}};
+}
+Param vectorParam(const std::string& name, const V3f& v) {
+    return {name, ParamType::Vector3, {}, {v.x, v.y, v.z}, {}, {}};
+}
+/// The texture called i of the table of `make`.
+Param textureParam(const std::string& name, int i) {
+    return {name, ParamType::Texture, {}, {}, {i, i}, {"t"}};
+}
+
+struct Maker {
+    std::vector<std::string> warnings;
+    Messages messages{[this](const std::string& text) { warnings.push_back(text); }};
+    std::shared_ptr<TextureTable> table = std::make_shared<TextureTable>();
+    BuildContext context{messages, Conventions::PbrtV4, {0, 1}, std::make_shared<TextureCache>()};
+
+    TexturePtr make(const TexturePlugin& plugin, const std::vector<Param>& params, bool isFloat = false,
+                    const M44f& toWorld = {}) {
+        ParamSet set;
+        for (const Param& p : params)
+            set.add(p);
+        set.bindTextures(table);
+        return plugin.create(set, context, TextureArgs{isFloat, toWorld});
+    }
+    int add(const TexturePtr& t) {
+        table->floats.push_back(t);
+        table->rgbs.push_back(t);
+        return int(table->rgbs.size()) - 1;
+    }
+};
+
+TextureQuery at(float u, float v, float width = 0) {
+    TextureQuery q;
+    q.uv = V2f(u, v);
+    q.p = V3f(u, v, 0);
+    q.duvdx = V2f(width, 0), q.duvdy = V2f(0, width);
+    return q;
+}
+
+TEST(Constant, IsItsValue) {
+    Maker m;
+    const auto rgb = m.make(constantTexturePlugin(), {rgbParam("value", {.1f, .2f, .6f})});
+    EXPECT_EQ(rgb->rgb(at(.3f, .4f)), Rgb(.1f, .2f, .6f));
+    EXPECT_FLOAT_EQ(rgb->value(at(.3f, .4f)), .3f);
+    EXPECT_TRUE(rgb->isConstant() && !rgb->needsFootprint());
+    const auto scalar = m.make(constantTexturePlugin(), {floatParam("value", .7f)}, true);
+    EXPECT_EQ(scalar->value({}), .7f);
+    EXPECT_EQ(scalar->rgb({}), Rgb(.7f));
+    EXPECT_EQ(m.make(constantTexturePlugin(), {})->rgb({}), Rgb(1));
+    EXPECT_THROW(m.make(constantTexturePlugin(), {rgbParam("value", Rgb(1))}, true), Error);
+}
+
+TEST(Scale, Multiplies) {
+    Maker m;
+    const int half = m.add(m.make(constantTexturePlugin(), {floatParam("value", .5f)}, true));
+    const auto v2 =
+        m.make(scaleTexturePlugin(), {textureParam("tex1", half), rgbParam("tex2", {.2f, .4f, .6f})});
+    EXPECT_EQ(v2->rgb({}), Rgb(.1f, .2f, .3f));
+    const auto v4 =
+        m.make(scaleTexturePlugin(), {rgbParam("tex", {.2f, .4f, .6f}), floatParam("scale", .5f)});
+    EXPECT_EQ(v4->rgb({}), Rgb(.1f, .2f, .3f));
+    EXPECT_TRUE(v4->isConstant() && v2->isConstant());
+}
+
+TEST(Mix, Blends) {
+    Maker m;
+    const auto mix = m.make(mixTexturePlugin(), {rgbParam("tex1", Rgb(0)), rgbParam("tex2", {1, 2, 4}),
+                                                 floatParam("amount", .25f)});
+    EXPECT_EQ(mix->rgb({}), Rgb(.25f, .5f, 1));
+    EXPECT_FLOAT_EQ(m.make(mixTexturePlugin(), {}, true)->value({}), .5f);
+}
+
+TEST(Checkerboard, AlternatesUnfilteredAtPoints) {
+    Maker m;
+    const auto board =
+        m.make(checkerboardTexturePlugin(), {floatParam("uscale", 4), floatParam("vscale", 2)});
+    EXPECT_TRUE(board->needsFootprint());
+    for (int i = -3; i < 8; ++i)
+        for (int j = -3; j < 5; ++j)
+            EXPECT_EQ(board->rgb(at((i + .3f) / 4, (j + .7f) / 2)), Rgb((i + j) % 2 ? 0.f : 1.f))
+                << i << " " << j;
+}
+
+TEST(Checkerboard, FootprintIsABoxFilter) {
+    Maker m;
+    const auto board =
+        m.make(checkerboardTexturePlugin(), {rgbParam("tex1", {1, 0, 2}), rgbParam("tex2", Rgb(0))});
+    for (const auto& [u, v, width] :
+         {std::tuple{.2f, .7f, .3f}, {.9f, 5.1f, .5f}, {-.1f, .05f, 1.3f}, {.4f, 1, 7.7f}}) {
+        constexpr int kN = 400;
+        double mean = 0;
+        for (int i = 0; i < kN * kN; ++i)
+            mean += board
+                        ->rgb(at(u + width * ((i % kN + .5f) / kN - .5f),
+                                 v + width * ((i / kN + .5f) / kN - .5f)))
+                        .x;
+        const Rgb c = board->rgb(at(u, v, width));
+        EXPECT_NEAR(c.x, mean / kN / kN, .004);
+        EXPECT_FLOAT_EQ(c.z, 2 * c.x);
+        EXPECT_EQ(c.y, 0);
+    }
+    EXPECT_NEAR(board->rgb(at(.3f, .3f, 1000)).x, .5f, 1e-3f);
+    EXPECT_NEAR(board->rgb(at(.3f, .3f, 1e-3f)).x, 1, 0); // within one square: exactly its texture
+}
+
+TEST(Checkerboard, FootprintIsAskedForOnlyWhereItHelps) {
+    Maker m;
+    EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {stringParam("aamode", "none")})->needsFootprint());
+    EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {rgbParam("tex2", Rgb(1))})->needsFootprint());
+    EXPECT_TRUE(m.make(checkerboardTexturePlugin(), {rgbParam("tex2", Rgb(1))})->isConstant());
+    EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {stringParam("mapping", "planar")})->needsFootprint());
+}
+
+TEST(Checkerboard, PlanarMapsPositionsOfTheWorldInV2AndOfTheTextureElsewhere) {
+    Maker m;
+    M44f shift;
+    shift.translate(V3f(1, 0, 0));
+    const std::vector<Param> params{stringParam("mapping", "planar"), vectorParam("v1", {2, 0, 0}),
+                                    vectorParam("v2", {0, 1, 0}), floatParam("udelta", 1)};
+    TextureQuery q;
+    q.p = V3f(1.3f, .2f, 9);
+    const auto v4 = m.make(checkerboardTexturePlugin(), params, false, shift);
+    EXPECT_EQ(v4->rgb(q), Rgb(0)); // s = 1 + 2 * .3
+    m.context.conventions = Conventions::PbrtV2;
+    const auto v2 = m.make(checkerboardTexturePlugin(), params, false, shift);
+    EXPECT_EQ(v2->rgb(q), Rgb(0)); // s = 1 + 2 * 1.3 = 3.6
+    q.p.x = .7f;
+    EXPECT_EQ(v2->rgb(q), Rgb(1)); // 2.4
+    EXPECT_EQ(v4->rgb(q), Rgb(1)); // .4
+    q.p.x = 1.1f;
+    EXPECT_EQ(v2->rgb(q), Rgb(0)); // 3.2
+    EXPECT_EQ(v4->rgb(q), Rgb(0)); // 1.2
+    q.p.x = 1.6f;
+    EXPECT_EQ(v2->rgb(q), Rgb(1)); // 4.2
+    EXPECT_EQ(v4->rgb(q), Rgb(1)); // 2.2
+    q.p.x = .1f;
+    EXPECT_EQ(v2->rgb(q), Rgb(0)); // 1.2
+    EXPECT_EQ(v4->rgb(q), Rgb(0)); // -.8: odd
+    EXPECT_THROW(m.make(checkerboardTexturePlugin(), {stringParam("mapping", "spherical")}), Error);
+}
+
+TEST(Checkerboard, ThreeDimensions) {
+    Maker m;
+    const auto board =
+        m.make(checkerboardTexturePlugin(), {Param{"dimension", ParamType::Int, {}, {}, {3}, {}}});
+    TextureQuery q;
+    q.p = V3f(.5f, .5f, .5f);
+    EXPECT_EQ(board->rgb(q), Rgb(1));
+    q.p = V3f(.5f, 1.5f, -.5f);
+    EXPECT_EQ(board->rgb(q), Rgb(1));
+    q.p = V3f(.5f, .5f, -.5f);
+    EXPECT_EQ(board->rgb(q), Rgb(0));
+    EXPECT_THROW(m.make(checkerboardTexturePlugin(), {Param{"dimension", ParamType::Int, {}, {}, {4}, {}}}),
+                 Error);
+}
+
+/// A file of two rows: red above, and a byte of 188 in all channels below.
+class ImageMaps : public testing::Test {
+  protected:
+    void SetUp() override {
+        const auto out = OIIO::ImageOutput::create(m_path.string());
+        const uint8_t bytes[6] = {255, 0, 0, 188, 188, 188};
+        ASSERT_TRUE(out->open(m_path.string(), OIIO::ImageSpec(1, 2, 3, OIIO::TypeDesc::UINT8)));
+        ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, bytes) && out->close());
+    }
+    void TearDown() override { std::filesystem::remove(m_path); }
+    TexturePtr make(std::vector<Param> params, bool isFloat = false) {
+        params.push_back(stringParam("filename", m_path.string()));
+        return m_maker.make(imagemapTexturePlugin(), params, isFloat);
+    }
+    std::string errorOf(const std::vector<Param>& params) {
+        try {
+            make(params);
+        } catch (const Error& e) {
+            return e.what();
+        }
+        return "no error";
+    }
+    Maker m_maker;
+    std::filesystem::path m_path =
+        std::filesystem::temp_directory_path() / ("strobe-map-" + std::to_string(::getpid()) + ".png");
+};
+
+TEST_F(ImageMaps, V4HasTheFirstRowOnTopAndDecodesSrgb) {
+    const auto map = make({});
+    EXPECT_EQ(map->rgb(at(.5f, .75f)), Rgb(1, 0, 0));
+    EXPECT_NEAR(map->rgb(at(.5f, .25f)).x, decodeSrgb(188 / 255.f), 1e-5f);
+    EXPECT_NEAR(map->value(at(.5f, .75f)), 1 / 3.f, 1e-6f);
+    EXPECT_TRUE(map->needsFootprint());
+}
+
+TEST_F(ImageMaps, V2HasTheFirstRowAtZeroAndStoredValues) {
+    m_maker.context.conventions = Conventions::PbrtV2;
+    EXPECT_EQ(make({})->rgb(at(.5f, .25f)), Rgb(1, 0, 0));
+    EXPECT_NEAR(make({})->rgb(at(.5f, .75f)).x, 188 / 255.f, 1e-5f);
+    const auto map = make({floatParam("gamma", 2), floatParam("scale", .5f)});
+    EXPECT_NEAR(map->rgb(at(.5f, .75f)).x, std::pow(.5f * 188 / 255, 2), 1e-5f);
+}
+
+TEST_F(ImageMaps, ParametersAct) {
+    EXPECT_NEAR(make({stringParam("encoding", "linear")})->rgb(at(.5f, .25f)).x, 188 / 255.f, 1e-5f);
+    EXPECT_NEAR(make({stringParam("encoding", "gamma 2")})->rgb(at(.5f, .25f)).x, sqr(188 / 255.f), 1e-5f);
+    EXPECT_NEAR(make({floatParam("scale", 3)})->rgb(at(.5f, .75f)).x, 3, 1e-5f);
+    EXPECT_EQ(make({Param{"invert", ParamType::Bool, {}, {}, {1}, {}}})->rgb(at(.5f, .75f)), Rgb(0, 1, 1));
+    EXPECT_EQ(make({floatParam("vdelta", .5f)})->rgb(at(.5f, .25f)), Rgb(1, 0, 0));
+    EXPECT_EQ(make({floatParam("vscale", 3)})->rgb(at(.5f, .25f)), Rgb(1, 0, 0));
+    EXPECT_EQ(make({stringParam("wrap", "black")})->rgb(at(.5f, 5)), Rgb(0));
+    EXPECT_EQ(make({stringParam("wrap", "clamp")})->rgb(at(.5f, 5)), Rgb(1, 0, 0));
+    EXPECT_FALSE(make({stringParam("filter", "bilinear")})->needsFootprint());
+    EXPECT_NEAR(make({Param{"gamma", ParamType::Bool, {}, {}, {0}, {}}})->rgb(at(.5f, .25f)).x, 188 / 255.f,
+                1e-5f);
+}
+
+TEST_F(ImageMaps, WhatIsUnknownIsAnError) {
+    EXPECT_NE(errorOf({stringParam("wrap", "mirror")}).find("known: repeat, black, clamp"),
+              std::string::npos);
+    EXPECT_NE(errorOf({stringParam("filter", "box")}).find("known: point"), std::string::npos);
+    EXPECT_NE(errorOf({stringParam("encoding", "gamma x")}).find("known: sRGB"), std::string::npos);
+    EXPECT_NE(errorOf({floatParam("gamma", 0)}).find("positive"), std::string::npos);
+    Maker m;
+    EXPECT_THROW(m.make(imagemapTexturePlugin(), {}), Error);
+}
+
+} // namespace
+} // namespace strobe
