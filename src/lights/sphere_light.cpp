@@ -86,12 +86,8 @@ class SphereLight final : public SurfaceLight {
         return v;
     }
 
-    /// Emission is on one side unless twoSided; "inside" includes a thin shell outside, where both may be
-    /// met.
     bool shinesTo(const View& view) const {
-        if (m_emission.twoSided || std::abs(view.d2 - view.r2) <= view.r2 * 1e-5f)
-            return true;
-        return view.inside == m_shape.reverseOrientation;
+        return m_emission.twoSided || view.inside == m_shape.reverseOrientation;
     }
 
     /// With a margin, so that nothing the tracer hits is missed.
@@ -100,17 +96,14 @@ class SphereLight final : public SurfaceLight {
                length2(cross(view.to, wi)) <= view.r2 * (1 + 1e-4f) + 1e-12f * view.d2;
     }
 
-    /// From inside, or from the thin shell outside, where rays into the sphere meet its outer face.
+    /// From inside, or from the surface itself (a furnace wall): directions that leave there meet nothing.
     void sampleInside(const View& view, const Rgb& radiance, const V2f* u, int n, LightSample* out) const {
-        const bool outside = view.d2 > view.r2;
+        const float nothing = 1e-3f * std::sqrt(view.r2);
         for (int i = 0; i < n; ++i) {
             const V3f wi = uniformSphere(u[i]);
             const float b = dot(view.to, wi);
-            const float halfChord = safeSqrt(view.r2 - length2(view.to - wi * b));
-            const bool met = halfChord > 0 && (!outside || b > 0);
-            const bool lit = m_emission.twoSided || outside != m_shape.reverseOrientation;
-            const float distance = outside ? b - halfChord : b + halfChord;
-            out[i] = {wi, std::max(distance, 0.f), met && lit ? radiance : Rgb(0), kUniformSpherePdf};
+            const float distance = b + safeSqrt(view.r2 - length2(view.to - wi * b));
+            out[i] = {wi, distance, distance > nothing ? radiance : Rgb(0), kUniformSpherePdf};
         }
     }
 

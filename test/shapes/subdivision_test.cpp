@@ -58,6 +58,8 @@ TEST(SubdivideLoop, LimitOfAnOctahedron) {
         const V3f expected = kOctahedronPoints[v] * limitCentreWeight(4);
         EXPECT_LT(length(mesh.positions[0][v] - expected), 1e-6f);
         EXPECT_NEAR(dot(normalize(mesh.normals[0][v]), kOctahedronPoints[v]), 1, 1e-5f);
+        // pbrt's length: the tangents are 2 (cos, sin) sums over the neighbours at the limit.
+        EXPECT_NEAR(length(mesh.normals[0][v]), 4 * sqr(limitCentreWeight(4)), 1e-5f);
     }
 }
 

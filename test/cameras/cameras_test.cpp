@@ -1,0 +1,238 @@
+#include "cameras/environment.h"
+#include "cameras/orthographic.h"
+#include "cameras/perspective.h"
+#include "cameras/shutter.h"
+#include "support/chi_square.h"
+#include "support/params.h"
+
+#include <gtest/gtest.h>
+
+using namespace strobe;
+using namespace strobe::test;
+
+namespace {
+
+using CameraPlugin = Plugin<std::shared_ptr<const Camera>, const CameraArgs&>;
+
+std::shared_ptr<const Camera> make(const CameraPlugin& plugin, const V2i& resolution,
+                                   const ParamSet& params = {}, const KeyedTransform& toWorld = {},
+                                   Shutter shutter = {0, 1}) {
+    static Messages quiet;
+    return plugin.create(params, BuildContext{.messages = quiet}, CameraArgs{toWorld, resolution, shutter});
+}
+
+Ray rayAt(const Camera& camera, const V2f& film, float time = 0, const V2f& lens = V2f(.5f)) {
+    const CameraSample sample{film, lens, time};
+    Ray ray;
+    camera.rays(&sample, 1, &ray);
+    return ray;
+}
+
+void expectDirection(const V3f& d, const V3f& expected, const char* what = "") {
+    EXPECT_NEAR(length(d), 1, 1e-6) << what;
+    EXPECT_NEAR(length(d - normalize(expected)), 0, 2e-6) << what << " " << d;
+}
+
+M44f placement(const V3f& scale, float degrees, const V3f& t) {
+    M44f s, r, m;
+    s.setScale(scale);
+    r.setAxisAngle(V3f(1, 2, 3), radians(degrees));
+    m.setTranslation(t);
+    return s * r * m;
+}
+
+/// The pixel's size across the ray at distance 1, from differences of neighbouring rays.
+float measuredSpread(const Camera& camera, const V2f& film) {
+    const float h = .25f;
+    const V3f dx = (rayAt(camera, film + V2f(h, 0)).d - rayAt(camera, film - V2f(h, 0)).d) / (2 * h);
+    const V3f dy = (rayAt(camera, film + V2f(0, h)).d - rayAt(camera, film - V2f(0, h)).d) / (2 * h);
+    return std::sqrt(length(cross(dx, dy)));
+}
+
+} // namespace
+
+TEST(Perspective, LooksAlongZWithRightAndUp) {
+    const auto camera = make(perspectivePlugin(), {100, 100}); // 90 degrees
+    expectDirection(rayAt(*camera, {50, 50}).d, {0, 0, 1}, "centre");
+    expectDirection(rayAt(*camera, {100, 50}).d, {1, 0, 1}, "right");
+    expectDirection(rayAt(*camera, {50, 0}).d, {0, 1, 1}, "top");
+    expectDirection(rayAt(*camera, {0, 0}).d, {-1, 1, 1}, "top left");
+    EXPECT_EQ(rayAt(*camera, {3, 4}, .25f).time, .25f);
+    EXPECT_EQ(rayAt(*camera, {3, 4}).o, V3f(0));
+    EXPECT_FALSE(camera->hasLens());
+    EXPECT_FALSE(camera->moves());
+}
+
+TEST(Perspective, FovSpansTheShorterAxis) {
+    const float t = std::tan(radians(20));
+    const Params fov = Params().floats("fov", {40});
+    expectDirection(rayAt(*make(perspectivePlugin(), {200, 100}, fov), {200, 0}).d, {2 * t, t, 1},
+                    "landscape");
+    expectDirection(rayAt(*make(perspectivePlugin(), {100, 200}, fov), {100, 0}).d, {t, 2 * t, 1},
+                    "portrait");
+    const Params half = Params().floats("halffov", {20});
+    expectDirection(rayAt(*make(perspectivePlugin(), {200, 100}, half), {200, 0}).d, {2 * t, t, 1},
+                    "halffov");
+    const Params square = Params().floats("fov", {40}).floats("frameaspectratio", {1});
+    expectDirection(rayAt(*make(perspectivePlugin(), {200, 100}, square), {200, 0}).d, {t, t, 1}, "aspect");
+}
+
+TEST(Perspective, ScreenWindow) {
+    const auto camera = make(perspectivePlugin(), {10, 20}, Params().floats("screenwindow", {-1, 3, 0, 2}));
+    expectDirection(rayAt(*camera, {0, 0}).d, {-1, 2, 1});
+    expectDirection(rayAt(*camera, {10, 20}).d, {3, 0, 1});
+    expectDirection(rayAt(*camera, {5, 10}).d, {1, 1, 1});
+}
+
+TEST(Perspective, IsPlacedInTheWorld) {
+    const M44f m = placement({-1, 1, 1}, 40, {5, 6, 7});
+    const auto camera = make(perspectivePlugin(), {100, 100}, {}, KeyedTransform(m));
+    const Ray ray = rayAt(*camera, {100, 50});
+    EXPECT_NEAR(length(ray.o - V3f(5, 6, 7)), 0, 1e-5);
+    expectDirection(ray.d, transformVector(m, {1, 0, 1}));
+    EXPECT_NEAR(length(camera->position(.3f) - V3f(5, 6, 7)), 0, 1e-5);
+}
+
+TEST(Perspective, LensRaysMeetAtTheFocalPlane) {
+    const auto camera =
+        make(perspectivePlugin(), {100, 80},
+             Params().floats("lensradius", {.5f}).floats("focaldistance", {7}).floats("fov", {60}));
+    ASSERT_TRUE(camera->hasLens());
+    for (const V2f& film : {V2f(50, 40), V2f(3, 70), V2f(99, 1)}) {
+        const Ray middle = rayAt(*camera, film);
+        const V3f focus = middle.o + middle.d * (7 / middle.d.z);
+        float widest = 0;
+        for (int i = 0; i < 200; ++i) {
+            const Ray ray = rayAt(*camera, film, 0, random2D(1, i));
+            EXPECT_NEAR(ray.o.z, 0, 1e-6);
+            EXPECT_NEAR(length(ray.d), 1, 1e-6);
+            EXPECT_NEAR(length(ray.o + ray.d * ((7 - ray.o.z) / ray.d.z) - focus), 0, 2e-5);
+            widest = std::max(widest, length(ray.o));
+        }
+        EXPECT_GT(widest, .45f);
+        EXPECT_LE(widest, .5f + 1e-6f);
+    }
+    // pbrt's default focal distance is beyond what can be squared.
+    const auto far = make(perspectivePlugin(), {10, 10},
+                          Params().floats("lensradius", {1}).floats("focaldistance", {1e30f}));
+    expectDirection(rayAt(*far, {5, 5}, 0, {.9f, .5f}).d, {0, 0, 1});
+}
+
+TEST(Cameras, MovingCameraFollowsItsKeys) {
+    M44f end;
+    end.setTranslation(V3f(10, 0, 0));
+    const KeyedTransform slide({0, 1}, {M44f(), end}, MotionConvention::ObjectToWorld);
+    for (const CameraPlugin& plugin : {perspectivePlugin(), orthographicPlugin(), environmentPlugin()}) {
+        const auto camera = make(plugin, {10, 10}, {}, slide, {.2f, .6f});
+        EXPECT_TRUE(camera->moves()) << plugin.name;
+        const V3f start = rayAt(*camera, {5, 5}, 0).o;
+        EXPECT_NEAR(start.x, 2, 1e-4) << plugin.name;
+        EXPECT_NEAR(rayAt(*camera, {5, 5}, .5f).o.x, 4, 1e-4) << plugin.name;
+        EXPECT_NEAR(rayAt(*camera, {5, 5}, 1).o.x, 6, 1e-4) << plugin.name;
+        EXPECT_NEAR(camera->position(.5f).x, 4, 1e-4) << plugin.name;
+        const auto instant = make(plugin, {10, 10}, {}, slide, {.5f, .5f});
+        EXPECT_FALSE(instant->moves()) << "an instant sees no motion";
+        EXPECT_NEAR(rayAt(*instant, {5, 5}, 1).o.x, 5, 1e-4) << plugin.name;
+        const auto late = make(plugin, {10, 10}, {}, slide, {3, 4});
+        EXPECT_FALSE(late->moves()) << "the motion is over";
+        EXPECT_NEAR(rayAt(*late, {5, 5}, 0).o.x, 10, 1e-4) << plugin.name;
+    }
+}
+
+TEST(Orthographic, ParallelRaysFromTheScreenWindow) {
+    const auto camera =
+        make(orthographicPlugin(), {200, 100}, Params().floats("screenwindow", {-4, 4, -2, 2}));
+    for (const V2f& film : {V2f(0, 0), V2f(200, 100), V2f(50, 50)}) {
+        const Ray ray = rayAt(*camera, film);
+        expectDirection(ray.d, {0, 0, 1});
+        EXPECT_NEAR(length(ray.o - V3f(-4 + film.x * .04f, 2 - film.y * .04f, 0)), 0, 1e-5);
+    }
+    const RayCone cone = camera->cone({3, 4});
+    EXPECT_NEAR(cone.width, .04, 1e-6);
+    EXPECT_EQ(cone.spread, 0);
+    const auto scaled =
+        make(orthographicPlugin(), {200, 100}, Params().floats("screenwindow", {-4, 4, -2, 2}),
+             KeyedTransform(placement(V3f(3), 20, V3f(1))));
+    EXPECT_NEAR(scaled->cone({3, 4}).width, .12, 1e-6);
+}
+
+TEST(Orthographic, LensRaysMeetAtTheFocalPlane) {
+    const auto camera = make(orthographicPlugin(), {100, 100},
+                             Params().floats("lensradius", {.2f}).floats("focaldistance", {5}));
+    ASSERT_TRUE(camera->hasLens());
+    const Ray middle = rayAt(*camera, {20, 70});
+    for (int i = 0; i < 100; ++i) {
+        const Ray ray = rayAt(*camera, {20, 70}, 0, random2D(2, i));
+        EXPECT_NEAR(length(ray.o + ray.d * (5 / ray.d.z) - (middle.o + middle.d * 5)), 0, 1e-5);
+    }
+}
+
+TEST(Environment, CoversAllDirections) {
+    const auto camera = make(environmentPlugin(), {400, 200});
+    expectDirection(rayAt(*camera, {0, 100}).d, {1, 0, 0});
+    expectDirection(rayAt(*camera, {100, 100}).d, {0, 0, 1});
+    expectDirection(rayAt(*camera, {33, 0}).d, {0, 1, 0});
+    expectDirection(rayAt(*camera, {33, 200}).d, {0, -1, 0});
+}
+
+TEST(Cameras, ConeIsOnePixelWide) {
+    const Params fov = Params().floats("fov", {100});
+    for (const M44f& m : {M44f(), placement(V3f(5), 30, V3f(1, 2, 3)), placement({-1, 1, 1}, 70, V3f(0)),
+                          placement({1, 2, 1}, 10, V3f(0))}) {
+        const KeyedTransform t(m);
+        for (const V2f& film : {V2f(160, 120), V2f(5, 5), V2f(300, 100), V2f(319.5f, 239.5f)}) {
+            const auto camera = make(perspectivePlugin(), {320, 240}, fov, t);
+            EXPECT_EQ(camera->cone(film).width, 0);
+            EXPECT_NEAR(camera->cone(film).spread / measuredSpread(*camera, film), 1, 2e-3) << film;
+            if (m[0][0] > 4 || m == M44f()) { // an environment camera is not meant to be stretched
+                const auto round = make(environmentPlugin(), {320, 240}, {}, t);
+                EXPECT_NEAR(round->cone(film).spread / measuredSpread(*round, film), 1, 1e-2) << film;
+            }
+        }
+    }
+    // All pixels together fill the whole sphere.
+    const auto round = make(environmentPlugin(), {64, 32});
+    double sum = 0;
+    for (int y = 0; y < 32; ++y)
+        sum += 64 * sqr(round->cone({.5f, float(y) + .5f}).spread);
+    EXPECT_NEAR(sum / (4 * M_PI), 1, 1e-5);
+}
+
+TEST(Cameras, BatchesEqualSingleRays) {
+    M44f end;
+    end.setAxisAngle(V3f(0, 1, 0), 1.f);
+    const auto camera = make(perspectivePlugin(), {32, 32}, Params().floats("lensradius", {1}),
+                             KeyedTransform({0, 1}, {M44f(), end}, MotionConvention::ObjectToWorld));
+    std::vector<CameraSample> samples;
+    for (int i = 0; i < 50; ++i)
+        samples.push_back({random2D(1, i) * 32.f, random2D(2, i), random1D(9, i)});
+    std::vector<Ray> rays(50);
+    camera->rays(samples.data(), 50, rays.data());
+    for (int i = 0; i < 50; ++i) {
+        const Ray ray = rayAt(*camera, samples[i].film, samples[i].time, samples[i].lens);
+        EXPECT_EQ(ray.o, rays[i].o);
+        EXPECT_EQ(ray.d, rays[i].d);
+        EXPECT_EQ(ray.time, rays[i].time);
+    }
+}
+
+TEST(Cameras, ShutterAndMistakes) {
+    const Shutter shutter = readShutter(Params().floats("shutteropen", {.25f}).floats("shutterclose", {.5f}));
+    EXPECT_EQ(shutter.open, .25f);
+    EXPECT_EQ(shutter.close, .5f);
+    EXPECT_EQ(readShutter({}).close, 1);
+    EXPECT_EQ(
+        errorOffset([] { readShutter(Params().floats("shutteropen", {2}).floats("shutterclose", {1})); }),
+        20);
+    EXPECT_EQ(errorOffset([] { readShutter(Params().floats("shutteropen", {2})); }), 10);
+    const auto fails = [](const ParamSet& p) {
+        return errorOffset([&] { make(perspectivePlugin(), {4, 4}, p); });
+    };
+    EXPECT_EQ(fails(Params().floats("fov", {180})), 10);
+    EXPECT_EQ(fails(Params().floats("fov", {30}).floats("halffov", {15})), 20);
+    EXPECT_EQ(fails(Params().floats("screenwindow", {0, 1, 2})), 10);
+    EXPECT_EQ(fails(Params().floats("screenwindow", {0, 0, 1, 2})), 10);
+    EXPECT_EQ(fails(Params().floats("lensradius", {-1})), 10);
+    EXPECT_EQ(fails(Params().floats("lensradius", {1}).floats("focaldistance", {0})), 20);
+    EXPECT_EQ(fails(Params().floats("frameaspectratio", {0})), 10);
+}

@@ -1,0 +1,303 @@
+// Lights without a shape: point, spot, distant, environment.
+#include "light_scene.h"
+#include "lights/distant.h"
+#include "lights/environment_map.h"
+#include "lights/infinite.h"
+#include "lights/point.h"
+#include "lights/spot.h"
+#include "support/chi_square.h"
+#include "support/params.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <unistd.h>
+
+using namespace strobe;
+using namespace strobe::test;
+
+namespace {
+
+using LightPlugin = Plugin<std::shared_ptr<Light>, const LightArgs&>;
+
+std::shared_ptr<Light> make(const LightPlugin& plugin, const ParamSet& params,
+                            const KeyedTransform& toWorld = {}, Conventions conventions = Conventions::PbrtV4,
+                            Shutter shutter = {0, 1}) {
+    static Messages quiet;
+    return plugin.create(params, BuildContext{.messages = quiet, .conventions = conventions},
+                         LightArgs{toWorld, shutter});
+}
+
+LightSample one(const Light& light, const V3f& p, float time = 0) {
+    LightSample s;
+    const V2f u(.5f, .5f);
+    light.sample(p, time, &u, 1, &s);
+    return s;
+}
+
+KeyedTransform sliding() {
+    return KeyedTransform({0, 1}, {translate({0, 0, 0}), translate({4, 0, 0})},
+                          MotionConvention::ObjectToWorld);
+}
+
+/// A dark sky with a few very bright pixels, some of them at the seam and at a pole.
+Image contrastImage(int width = 32, int height = 16) {
+    Image image{width, height, std::vector<Rgb>(size_t(width * height))};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            image.at(x, y) = x > width / 2 ? Rgb(.01f, .02f, .01f) * float(1 + (x * 7 + y * 3) % 5) : Rgb(0);
+    image.at(5, 6) = Rgb(1000, 500, 100);
+    image.at(0, 9) = Rgb(300);
+    image.at(width - 1, 3) = Rgb(0, 0, 200);
+    image.at(9, 0) = Rgb(50, 80, 50);
+    return image;
+}
+
+/// An 8-bit binary PPM file, removed at the end.
+class ImageFile {
+  public:
+    ImageFile(int width, int height, const std::vector<unsigned char>& rgb) {
+        m_path = testing::TempDir() + "strobe_lights_" + std::to_string(getpid()) + ".ppm";
+        std::ofstream out(m_path, std::ios::binary);
+        out << "P6\n" << width << " " << height << "\n255\n";
+        out.write(reinterpret_cast<const char*>(rgb.data()), std::streamsize(rgb.size()));
+    }
+    ~ImageFile() { std::remove(m_path.c_str()); }
+    const std::string& path() const { return m_path; }
+
+  private:
+    std::string m_path;
+};
+
+} // namespace
+
+TEST(PointLight, InverseSquareFromItsPlace) {
+    const auto light =
+        make(pointLightPlugin(), Params().rgb("I", 8, 4, 0).point("from", {1, 0, 0}).floats("scale", {2}),
+             KeyedTransform(rotate({0, 0, 1}, 90) * translate({0, 0, 5})));
+    const LightSample s = one(*light, {0, 1, 1});
+    EXPECT_NEAR(s.distance, 4, 1e-5);
+    EXPECT_NEAR(length(s.wi - V3f(0, 0, 1)), 0, 1e-6);
+    EXPECT_NEAR(s.radiance.x, 1, 1e-5);
+    EXPECT_NEAR(s.radiance.y, .5, 1e-5);
+    EXPECT_EQ(s.pdf, 1);
+    EXPECT_TRUE(light->isDelta());
+    EXPECT_FALSE(light->mayMeet({0, 0, 0}, 0, {0, 0, 1}));
+    EXPECT_EQ(light->solidAngle({0, 0, 0}, 0), 0);
+    EXPECT_NEAR(light->power(1).x, 16 * 4 * M_PI, 1e-3);
+    const auto plain = make(pointLightPlugin(), Params().point("from", {0, 1, 5}));
+    EXPECT_TRUE(isBlack(one(*plain, {0, 1, 5}).radiance)) << "at the light itself";
+}
+
+TEST(PointLight, MovesOnlyInV4) {
+    const auto moving = make(pointLightPlugin(), {}, sliding(), Conventions::PbrtV4, {.5f, 1});
+    EXPECT_NEAR(one(*moving, {0, 0, 1}, 0).wi.x, 2 / std::sqrt(5.f), 1e-5);
+    EXPECT_NEAR(one(*moving, {4, 0, 1}, 1).distance, 1, 1e-5);
+    const auto still = make(pointLightPlugin(), {}, sliding(), Conventions::PbrtV2, {.5f, 1});
+    EXPECT_NEAR(one(*still, {0, 0, 1}, 1).distance, 1, 1e-5);
+}
+
+TEST(SpotLight, FallsOffWithinItsRim) {
+    const Params params = Params()
+                              .rgb("I", 1, 1, 1)
+                              .point("from", {0, 0, 2})
+                              .point("to", {0, 0, 0})
+                              .floats("coneangle", {30})
+                              .floats("conedeltaangle", {10});
+    for (const auto conventions : {Conventions::PbrtV2, Conventions::PbrtV4}) {
+        const auto light =
+            make(spotLightPlugin(), params, KeyedTransform(rotate({1, 0, 0}, 180)), conventions);
+        const auto at = [&](float degrees) { // the light stands at z = -2 and shines along +z
+            return one(*light, V3f(std::sin(radians(degrees)), 0, std::cos(radians(degrees))) + V3f(0, 0, -2))
+                .radiance.x;
+        };
+        EXPECT_NEAR(at(0), 1, 1e-5);
+        EXPECT_NEAR(at(19.9f), 1, 1e-5);
+        EXPECT_EQ(at(30.1f), 0);
+        EXPECT_EQ(at(180), 0);
+        const float x =
+            (std::cos(radians(25)) - std::cos(radians(30))) / (std::cos(radians(20)) - std::cos(radians(30)));
+        EXPECT_NEAR(at(25), conventions == Conventions::PbrtV2 ? x * x * x * x : x * x * (3 - 2 * x), 1e-4);
+    }
+    EXPECT_EQ(errorOffset([] { make(spotLightPlugin(), Params().point("to", V3f(0))); }), 10);
+    EXPECT_EQ(errorOffset([] { make(spotLightPlugin(), Params().floats("coneangle", {-5})); }), 10);
+}
+
+TEST(DistantLight, ComesFromInfinity) {
+    const auto light =
+        make(distantLightPlugin(), Params().rgb("L", 3, 2, 1).point("from", {0, 5, 0}).point("to", V3f(0)),
+             KeyedTransform(rotate({0, 0, 1}, -90) * translate({9, 9, 9})));
+    const LightSample s = one(*light, {1, 2, 3});
+    EXPECT_NEAR(length(s.wi - V3f(1, 0, 0)), 0, 1e-6);
+    EXPECT_EQ(s.distance, kInfinity);
+    EXPECT_EQ(s.radiance, Rgb(3, 2, 1));
+    EXPECT_NEAR(light->power(2).z, M_PI * 4, 1e-4);
+    EXPECT_EQ(errorOffset([] { make(distantLightPlugin(), Params().point("to", V3f(0))); }), 10);
+}
+
+TEST(EnvironmentMap, LooksUpPbrtsWay) {
+    // u = φ/2π from +x by +y, v = θ/π from +z.
+    Image image{8, 4, std::vector<Rgb>(32)};
+    for (int i = 0; i < 32; ++i)
+        image.pixels[size_t(i)] = Rgb(float(i % 8), float(i / 8), 0);
+    const EnvironmentMap map(image);
+    const auto centre = [](int x, int y) {
+        const float phi = (float(x) + .5f) / 8 * 2 * kPi, theta = (float(y) + .5f) / 4 * kPi;
+        return V3f(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+    };
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 8; ++x) {
+            const Rgb c = map.radiance(centre(x, y));
+            EXPECT_NEAR(c.x, x, 1e-4);
+            EXPECT_NEAR(c.y, y, 1e-4);
+        }
+    EXPECT_NEAR(map.radiance({0, 0, 1}).y, 0, 1e-5);
+    EXPECT_NEAR(map.radiance({0, 0, -1}).y, 3, 1e-5);
+    EXPECT_NEAR(map.radiance({1, 0, 0}).x, 3.5, 1e-4) << "half way across the seam, between columns 7 and 0";
+    EXPECT_NEAR(map.radiance({0, 1, 0}).x, 1.5, 1e-4);
+}
+
+TEST(EnvironmentMap, SampleAgreesWithPdfAndRadiance) {
+    const EnvironmentMap map(contrastImage());
+    for (int i = 0; i < 20000; ++i) {
+        const EnvironmentMap::Sample s = map.sample(random2D(31, i));
+        ASSERT_NEAR(length(s.w), 1, 1e-5);
+        ASSERT_GT(s.pdf, 0);
+        const float pdf = map.pdf(s.w);
+        EXPECT_NEAR(pdf / s.pdf, 1, 5e-3) << s.w;
+        EXPECT_NEAR(luminance(map.radiance(s.w)), luminance(s.radiance),
+                    2e-3f * luminance(s.radiance) + 2e-3f);
+    }
+}
+
+TEST(EnvironmentMap, PdfIsPositiveWhereverThereIsLightAndIntegratesToOne) {
+    const EnvironmentMap map(contrastImage());
+    constexpr int nx = 1024, ny = 512;
+    double integral = 0;
+    for (int y = 0; y < ny; ++y)
+        for (int x = 0; x < nx; ++x) {
+            const double theta = (y + .5) / ny * M_PI, phi = (x + .5) / nx * 2 * M_PI;
+            const V3f w(float(std::sin(theta) * std::cos(phi)), float(std::sin(theta) * std::sin(phi)),
+                        float(std::cos(theta)));
+            const float pdf = map.pdf(w);
+            if (!isBlack(map.radiance(w))) {
+                ASSERT_GT(pdf, 0) << w;
+            }
+            integral += pdf * std::sin(theta) * M_PI / ny * 2 * M_PI / nx;
+        }
+    EXPECT_NEAR(integral, 1, 1e-3);
+}
+
+TEST(EnvironmentMap, EstimatesTheIntegralOfAHighContrastImage) {
+    const EnvironmentMap map(contrastImage());
+    // The sum over a fine grid, as a reference that knows nothing of sampling.
+    constexpr int nx = 2048, ny = 1024;
+    double sum[3] = {0, 0, 0}, estimate[3] = {0, 0, 0};
+    for (int y = 0; y < ny; ++y)
+        for (int x = 0; x < nx; ++x) {
+            const double theta = (y + .5) / ny * M_PI, phi = (x + .5) / nx * 2 * M_PI;
+            const Rgb c = map.radiance(V3f(float(std::sin(theta) * std::cos(phi)),
+                                           float(std::sin(theta) * std::sin(phi)), float(std::cos(theta))));
+            for (int k = 0; k < 3; ++k)
+                sum[k] += c[k] * std::sin(theta) * M_PI / ny * 2 * M_PI / nx;
+        }
+    constexpr int n = 40000;
+    double worst = 0;
+    for (int i = 0; i < n; ++i) {
+        const EnvironmentMap::Sample s = map.sample(random2D(37, i));
+        for (int k = 0; k < 3; ++k)
+            estimate[k] += s.radiance[k] / s.pdf / n;
+        worst = std::max(worst, double(luminance(s.radiance) / s.pdf));
+    }
+    const double exact = .212671 * sum[0] + .715160 * sum[1] + .072169 * sum[2];
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_NEAR(map.mean()[k] * 4 * M_PI / sum[k], 1, 1e-2) << k; // a rough figure
+        EXPECT_NEAR(estimate[k] / sum[k], 1, .03) << k;
+    }
+    // Luminance over pdf is constant up to the variation of sinθ across a pixel: no fireflies.
+    EXPECT_LT(worst, 2.5 * exact);
+}
+
+TEST(EnvironmentMap, ChiSquare) {
+    const EnvironmentMap map(contrastImage(16, 8));
+    constexpr int n = 100000, nx = 32, ny = 16, sub = 16;
+    std::vector<double> counts(nx * ny), expected(nx * ny);
+    for (int i = 0; i < n; ++i) {
+        const V3f w = map.sample(random2D(41, i)).w;
+        const float phi = std::atan2(w.y, w.x), u = (phi < 0 ? phi + 2 * kPi : phi) / (2 * kPi);
+        const float v = std::acos(std::clamp(w.z, -1.f, 1.f)) / kPi;
+        counts[std::min(int(v * ny), ny - 1) * nx + std::min(int(u * nx), nx - 1)] += 1;
+    }
+    for (int b = 0; b < nx * ny; ++b)
+        for (int k = 0; k < sub * sub; ++k) {
+            const double phi = (b % nx + (k % sub + .5) / sub) / nx * 2 * M_PI;
+            const double theta = (b / nx + (k / sub + .5) / sub) / ny * M_PI;
+            const V3f w(float(std::sin(theta) * std::cos(phi)), float(std::sin(theta) * std::sin(phi)),
+                        float(std::cos(theta)));
+            expected[b] += n * map.pdf(w) * std::sin(theta) * 2 * M_PI * M_PI / (nx * ny * sub * sub);
+        }
+    EXPECT_GT(chiSquareP(counts, expected), 1e-4);
+}
+
+TEST(EnvironmentMap, ABlackOrTinyMapIsNoTrouble) {
+    const EnvironmentMap black(Image{4, 2, std::vector<Rgb>(8, Rgb(0))}), tiny(Image{1, 1, {Rgb(2)}});
+    for (int i = 0; i < 100; ++i) {
+        const auto b = black.sample(random2D(1, i)), t = tiny.sample(random2D(1, i));
+        EXPECT_TRUE(isBlack(b.radiance) && std::isfinite(b.pdf) && length(b.w) > .9f);
+        EXPECT_NEAR(t.radiance.x, 2, 1e-6);
+        EXPECT_NEAR(tiny.pdf(t.w) / t.pdf, 1, 1e-3);
+    }
+    EXPECT_NEAR(tiny.mean().x, 2, 1e-5);
+}
+
+TEST(InfiniteLight, ConstantIsUniform) {
+    const auto light = make(infiniteLightPlugin(), Params().rgb("L", 1, 2, 3).ints("nsamples", {4}));
+    EXPECT_EQ(light->sampleCount, 4);
+    EXPECT_TRUE(light->isEnvironment());
+    const LightSample s = one(*light, V3f(0));
+    EXPECT_EQ(s.radiance, Rgb(1, 2, 3));
+    EXPECT_NEAR(s.pdf, 1 / (4 * M_PI), 1e-7);
+    EXPECT_EQ(light->pdf(V3f(0), 0, s.wi, nullptr), s.pdf);
+    EXPECT_EQ(light->environment({1, 0, 0}), Rgb(1, 2, 3));
+    EXPECT_NEAR(light->power(1).x, 4 * M_PI * M_PI, 1e-4);
+}
+
+TEST(InfiniteLight, FollowsItsTransform) {
+    // 8 x 4 pixels, black but for one that is bright at φ = 22.5°, θ = 67.5°.
+    std::vector<unsigned char> rgb(8 * 4 * 3, 0);
+    rgb[(1 * 8 + 0) * 3 + 0] = rgb[(1 * 8 + 0) * 3 + 1] = rgb[(1 * 8 + 0) * 3 + 2] = 255;
+    const ImageFile file(8, 4, rgb);
+    const float theta = radians(67.5f), phi = radians(22.5f);
+    const V3f bright(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+    for (const M44f& m :
+         {M44f(), rotate({1, 2, 3}, 70), scale({-1, 1, 1}) * rotate({1, 0, 0}, 30), scale({1, 3, .5f})}) {
+        for (const auto conventions : {Conventions::PbrtV2, Conventions::PbrtV4}) {
+            const auto light =
+                make(infiniteLightPlugin(), Params().string("mapname", file.path()).rgb("L", 2, 2, 2),
+                     KeyedTransform(m), conventions);
+            const V3f d = normalize(transformVector(m, bright));
+            EXPECT_NEAR(light->environment(d).x, 2, 1e-3);
+            EXPECT_TRUE(isBlack(light->environment(-d)));
+            double reference = 0, estimate = 0, pdfIntegral = 0;
+            constexpr int n = 100000;
+            for (int i = 0; i < n; ++i) {
+                const double golden = (i + .5) * 0.61803398874989485;
+                const V2f u((float(i) + .5f) / n, float(golden - std::floor(golden)));
+                const V3f w = uniformSphere(u);
+                reference += light->environment(w).y * 4 * M_PI / n;
+                pdfIntegral += light->pdf(V3f(0), 0, w, nullptr) * 4 * M_PI / n;
+                LightSample s;
+                light->sample(V3f(0), 0, &u, 1, &s);
+                estimate += s.radiance.y / s.pdf / n;
+                ASSERT_NEAR(light->pdf(V3f(0), 0, s.wi, nullptr) / s.pdf, 1, 1e-2);
+                ASSERT_NEAR(light->environment(s.wi).y, s.radiance.y, 2e-3);
+            }
+            EXPECT_NEAR(estimate / reference, 1, .01);
+            EXPECT_NEAR(pdfIntegral, 1, 5e-3);
+            EXPECT_GT(reference, .1);
+        }
+    }
+    EXPECT_EQ(
+        errorOffset([] { make(infiniteLightPlugin(), Params().string("mapname", "no-such-file.exr")); }), 10);
+}

@@ -1,0 +1,63 @@
+# Sourced by tools/demo and tools/check: packages, build, geometry. Debian 12 or newer, Ubuntu 22.04 or newer.
+# shellcheck shell=bash
+
+root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
+build="$root/build/release"
+
+# openimageio-tools and libgmock-dev hold files that the CMake configurations of libopenimageio-dev and
+# libgtest-dev insist on.
+packages=(
+    g++ cmake ninja-build git clang-format
+    libembree-dev libtbb-dev libimath-dev libopenexr-dev libopenimageio-dev openimageio-tools libopencolorio-dev
+    libosd-dev libtinygltf-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
+    libgtest-dev libgmock-dev libbenchmark-dev
+    python3 python3-numpy python3-openimageio
+)
+
+as_root() {
+    if [ "$(id -u)" = 0 ]; then
+        "$@"
+    elif command -v sudo >/dev/null; then
+        sudo "$@"
+    else
+        echo "to install packages, run this as root, or install sudo; what is missing: ${missing[*]}" >&2
+        return 1
+    fi
+}
+
+# Installs the packages that are missing. No apt call at all when none is.
+install_packages() {
+    if ! command -v dpkg-query >/dev/null; then
+        echo "note: not a Debian-like system; please install the equivalents of: ${packages[*]}" >&2
+        return
+    fi
+    local package
+    missing=()
+    for package in "${packages[@]}"; do
+        [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)" = installed ] ||
+            missing+=("$package")
+    done
+    [ ${#missing[@]} -gt 0 ] || return 0
+    echo "installing: ${missing[*]}"
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get update -qq </dev/null
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}" </dev/null
+}
+
+# Configures and builds into build/release: all, or the targets given.
+build_release() {
+    local launcher=() target=()
+    [ $# -eq 0 ] || target=(--target "$@")
+    if command -v ccache >/dev/null; then
+        launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+    fi
+    mkdir -p -- "$build"
+    (cd -- "$root" && cmake --preset release ${launcher[@]+"${launcher[@]}"} >"$build/configure.log") || {
+        cat -- "$build/configure.log"
+        return 1
+    }
+    (cd -- "$root" && cmake --build --preset release ${target[@]+"${target[@]}"})
+}
+
+make_geometry() {
+    /usr/bin/python3 "$root/tools/make-geometry" --if-missing
+}
