@@ -20,7 +20,7 @@
 
 namespace strobe {
 
-static_assert(sizeof(RayBlock) == sizeof(RTCRayHit16) &&
+static_assert(sizeof(RayBlock) >= sizeof(RTCRayHit16) &&
               offsetof(RayBlock, geom) == offsetof(RTCRayHit16, hit.geomID) &&
               offsetof(RayBlock, inst) == offsetof(RTCRayHit16, hit.instID) &&
               offsetof(RayBlock, tfar) == offsetof(RTCRayHit16, ray.tfar));

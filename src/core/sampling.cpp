@@ -48,7 +48,8 @@ V2f concentricDiskInverse(const V2f& p) {
 }
 
 V2f uniformConeInverse(const V3f& w, float oneMinusCosMax) {
-    // sin²θ = x(2 - x) tells x = 1 - cosθ apart near the axis, where w.z does not; near the horizon it is w.z.
+    // sin²θ = x(2 - x) tells x = 1 - cosθ apart near the axis, where w.z does not; near the horizon it is
+    // w.z.
     const float sin2 = w.x * w.x + w.y * w.y;
     const float x = w.z > .7f ? oneMinusCos(std::min(sin2, 1.f)) : 1 - w.z;
     const float scale = safeSqrt(oneMinusCosMax * (2 - x));

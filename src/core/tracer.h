@@ -34,6 +34,7 @@ struct alignas(64) RayBlock {
     float ngx[kSize], ngy[kSize], ngz[kSize];
     float u[kSize], v[kSize];
     uint32_t prim[kSize], geom[kSize], inst[kSize];
+    uint32_t spare[kSize]; ///< Embree 4 may write another number per hit here
 
     void set(int lane, const V3f& o, const V3f& d, float tmin, float tmax, float rayTime) {
         ox[lane] = o.x, oy[lane] = o.y, oz[lane] = o.z, tnear[lane] = tmin;

@@ -1,9 +1,9 @@
 #include "main/report.h"
 
+#include "core/atomic_file.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-
-#include <fstream>
 
 namespace strobe {
 
@@ -81,10 +81,7 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
 
 void writeStats(const std::filesystem::path& file, const BuiltScene& built, const Options& options,
                 const RenderStats& stats, const StepSeconds& seconds) {
-    std::ofstream out(file);
-    out << toJson(built, options, stats, seconds).dump(2) << '\n';
-    if (!out.flush())
-        throw Error("cannot write \"" + file.string() + "\"", ErrorKind::Output);
+    writeFileAtomically(file, toJson(built, options, stats, seconds).dump(2) + '\n');
 }
 
 std::string summary(const BuiltScene& built, const RenderStats& stats, const StepSeconds& seconds) {

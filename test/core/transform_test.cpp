@@ -47,8 +47,10 @@ TEST(Transform, WorldToObjectInterpolatesTheInverse) {
     const M44f start = translation({.3f, 0, 0});
     const KeyedTransform t({0, 1}, {start, end}, MotionConvention::WorldToObject);
     const float x = 0.37f;
-    // Row vectors: world-to-object = stretch, then rotation by -10 t degrees, then the translation of the inverse.
-    M44f worldToObject = (M44f() * (1 - x) + (rotationZ(-10) * scaling({1, 1 / 1.5f, 1}) * rotationZ(10)) * x);
+    // Row vectors: world-to-object = stretch, then rotation by -10 t degrees, then the translation of the
+    // inverse.
+    M44f worldToObject =
+        (M44f() * (1 - x) + (rotationZ(-10) * scaling({1, 1 / 1.5f, 1}) * rotationZ(10)) * x);
     worldToObject[3][3] = 1;
     worldToObject = worldToObject * rotationZ(-10 * x) * translation({-.3f * (1 - x), 0, 0});
     expectNear(t.at(x), worldToObject.inverse(), 2e-5f);
@@ -58,7 +60,8 @@ TEST(Transform, NearlyEqualKeysAreStill) {
     M44f other = rotationZ(20);
     other[3][0] += 1e-7f;
     EXPECT_TRUE(KeyedTransform({0, 1}, {rotationZ(20), other}, MotionConvention::ObjectToWorld).isStill());
-    EXPECT_TRUE(KeyedTransform({0, 1}, {rotationZ(20), rotationZ(20)}, MotionConvention::ObjectToWorld).isStill());
+    EXPECT_TRUE(
+        KeyedTransform({0, 1}, {rotationZ(20), rotationZ(20)}, MotionConvention::ObjectToWorld).isStill());
     other[3][0] += 1e-3f;
     EXPECT_FALSE(KeyedTransform({0, 1}, {rotationZ(20), other}, MotionConvention::ObjectToWorld).isStill());
 }
@@ -82,13 +85,15 @@ class MotionFit : public testing::Test {
             const float t = float(i) / 500;
             const M44f truth = path.at(shutter.sceneTime(t)), fitted = motion.at(t);
             for (const V3f& corner : {V3f(-1), V3f(1), V3f(1, -1, 1)})
-                EXPECT_LE(length(transformPoint(truth, corner) - transformPoint(fitted, corner)), 1.2f * kTolerance);
+                EXPECT_LE(length(transformPoint(truth, corner) - transformPoint(fitted, corner)),
+                          1.2f * kTolerance);
         }
     }
 };
 
 TEST_F(MotionFit, TranslationTakesTwoMatrices) {
-    const TransformPath path(KeyedTransform({0, 1}, {M44f(), translation({5, 0, 0})}, MotionConvention::ObjectToWorld));
+    const TransformPath path(
+        KeyedTransform({0, 1}, {M44f(), translation({5, 0, 0})}, MotionConvention::ObjectToWorld));
     const Motion motion(path, {0, 1}, box, kTolerance);
     EXPECT_EQ(motion.keyCount(), 2);
     EXPECT_FALSE(motion.usesRotation());
@@ -107,7 +112,8 @@ TEST_F(MotionFit, FullTurnTakesFewKeys) {
 }
 
 TEST_F(MotionFit, UnevenKeysStretchAndNestingAreFollowed) {
-    TransformPath path(KeyedTransform({0, .2f, 1}, {M44f(), rotationZ(40) * scaling({1, 2, 1}), translation({1, 2, 3})},
+    TransformPath path(KeyedTransform({0, .2f, 1},
+                                      {M44f(), rotationZ(40) * scaling({1, 2, 1}), translation({1, 2, 3})},
                                       MotionConvention::WorldToObject));
     path.append(KeyedTransform({0, 1}, {M44f(), rotationZ(-70)}, MotionConvention::ObjectToWorld));
     const Shutter shutter{.05f, .8f};
@@ -117,8 +123,8 @@ TEST_F(MotionFit, UnevenKeysStretchAndNestingAreFollowed) {
 }
 
 TEST_F(MotionFit, MotionOutsideTheShutterIsStill) {
-    const TransformPath path(
-        KeyedTransform({0, .5f, 1}, {M44f(), M44f(), translation({5, 0, 0})}, MotionConvention::ObjectToWorld));
+    const TransformPath path(KeyedTransform({0, .5f, 1}, {M44f(), M44f(), translation({5, 0, 0})},
+                                            MotionConvention::ObjectToWorld));
     EXPECT_TRUE(Motion(path, {0, .5f}, box, kTolerance).isStill());
     EXPECT_TRUE(Motion(path, {.8f, .8f}, box, kTolerance).isStill());
     EXPECT_FALSE(Motion(path, {0, .6f}, box, kTolerance).isStill());

@@ -47,8 +47,8 @@ Image contrastImage(int width = 32, int height = 16) {
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             image.at(x, y) = x > width / 2 ? Rgb(.01f, .02f, .01f) * float(1 + (x * 7 + y * 3) % 5) : Rgb(0);
-    image.at(5, 6) = Rgb(1000, 500, 100);
-    image.at(0, 9) = Rgb(300);
+    image.at(5, height * 6 / 16) = Rgb(1000, 500, 100);
+    image.at(0, height * 9 / 16) = Rgb(300);
     image.at(width - 1, 3) = Rgb(0, 0, 200);
     image.at(9, 0) = Rgb(50, 80, 50);
     return image;

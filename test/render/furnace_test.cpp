@@ -44,25 +44,28 @@ TEST(ClosedFurnace, EveryPixelIsEmissionOverAbsorption) {
                                 ClosedCase{"\"mirror\" \"rgb Kr\" [.5 .5 .5]", .5}})
         for (const char* sampler : kSamplers)
             for (const char* strategy : {"all", "one"}) {
-                const std::string text = "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n" +
-                                         samplerLine(sampler, 4) +
-                                         "Integrator \"path\" \"integer maxdepth\" 200 \"string strategy\" \"" + strategy +
-                                         "\"\nCamera \"perspective\" \"float fov\" 90\nWorldBegin\n"
-                                         "ReverseOrientation\nAreaLightSource \"diffuse\" \"rgb L\" [.5 .5 .5]\nMaterial " +
-                                         c.material + "\nTranslate .3 .2 0\nShape \"sphere\" \"float radius\" 1\n";
-                expectMean(test::build(text), .5 / (1 - c.albedo), std::string(c.material) + ' ' + sampler + ' ' + strategy);
+                const std::string text =
+                    "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n" +
+                    samplerLine(sampler, 4) +
+                    "Integrator \"path\" \"integer maxdepth\" 200 \"string strategy\" \"" + strategy +
+                    "\"\nCamera \"perspective\" \"float fov\" 90\nWorldBegin\n"
+                    "ReverseOrientation\nAreaLightSource \"diffuse\" \"rgb L\" [.5 .5 .5]\nMaterial " +
+                    c.material + "\nTranslate .3 .2 0\nShape \"sphere\" \"float radius\" 1\n";
+                expectMean(test::build(text), .5 / (1 - c.albedo),
+                           std::string(c.material) + ' ' + sampler + ' ' + strategy);
             }
 }
 
-/// The directional albedo of a material for wo at cosine `mu`: an independent quadrature of its own eval; delta lobes
-/// are the caller's.
+/// The directional albedo of a material for wo at cosine `mu`: an independent quadrature of its own eval;
+/// delta lobes are the caller's.
 double albedoAt(const Material& material, const Bsdf& bsdf, float mu) {
     const V3f wo(std::sqrt(1 - mu * mu), 0, mu);
     constexpr int kTheta = 512, kPhi = 256;
     double sum = 0;
     for (int i = 0; i < kTheta; ++i)
         for (int j = 0; j < kPhi; ++j) {
-            const float z = (float(i) + .5f) / kTheta, phi = 2 * kPi * (float(j) + .5f) / kPhi, r = std::sqrt(1 - z * z);
+            const float z = (float(i) + .5f) / kTheta, phi = 2 * kPi * (float(j) + .5f) / kPhi,
+                        r = std::sqrt(1 - z * z);
             const V3f wi(r * std::cos(phi), r * std::sin(phi), z);
             Rgb f;
             float pdf;
@@ -73,7 +76,8 @@ double albedoAt(const Material& material, const Bsdf& bsdf, float mu) {
 }
 
 TEST(WhiteWorld, SphereShowsTheAlbedo) {
-    // A small sphere seen through an orthographic camera: at distance r of the axis the cosine is sqrt(1 - r²).
+    // A small sphere seen through an orthographic camera: at distance r of the axis the cosine is sqrt(1 -
+    // r²).
     for (const char* material :
          {"\"matte\" \"rgb Kd\" [.7 .7 .7]", "\"matte\" \"rgb Kd\" [.7 .7 .7] \"float sigma\" 30",
           "\"plastic\" \"rgb Kd\" [.3 .3 .3] \"rgb Ks\" [.4 .4 .4] \"float roughness\" .2",
@@ -81,11 +85,12 @@ TEST(WhiteWorld, SphereShowsTheAlbedo) {
         for (const char* sampler : kSamplers)
             for (const char* integrator : {"directlighting", "path"}) {
                 const std::string text =
-                    "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4\n" + samplerLine(sampler, 8) +
-                    "Integrator \"" + integrator + "\"\n"
+                    "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4\n" +
+                    samplerLine(sampler, 8) + "Integrator \"" + integrator +
+                    "\"\n"
                     "Camera \"orthographic\" \"float screenwindow\" [-.5 .5 -.5 .5]\nWorldBegin\n"
-                    "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial " + material +
-                    "\nTranslate 0 0 5\nShape \"sphere\" \"float radius\" 1\n";
+                    "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial " +
+                    material + "\nTranslate 0 0 5\nShape \"sphere\" \"float radius\" 1\n";
                 const BuiltScene built = test::build(text);
                 // Average of the albedo over the picture: the square |x|,|y| < 1/2.
                 const Hit hit{kNone, 0, 0, 0.25f, 0.5f, 1};
@@ -109,11 +114,12 @@ TEST(WhiteWorld, GlassAndMirrorLoseNothing) {
     for (const char* material : {"\"glass\"", "\"mirror\" \"rgb Kr\" [1 1 1]"})
         for (const char* sampler : kSamplers) {
             const std::string text =
-                "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n" + samplerLine(sampler, 4) +
+                "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n" +
+                samplerLine(sampler, 4) +
                 "Integrator \"path\" \"integer maxdepth\" 1000\n"
                 "Camera \"orthographic\" \"float screenwindow\" [-1.2 1.2 -1.2 1.2]\nWorldBegin\n"
-                "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial " + std::string(material) +
-                "\nTranslate 0 0 5\nShape \"sphere\" \"float radius\" 1\n";
+                "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial " +
+                std::string(material) + "\nTranslate 0 0 5\nShape \"sphere\" \"float radius\" 1\n";
             expectMean(test::build(text), 1, std::string(material) + ' ' + sampler);
         }
 }

@@ -11,13 +11,15 @@ namespace {
 TEST(Motion, EdgeCoverageIsTheTrapezoid) {
     // One world unit is one pixel; a bar of 6 pixels travels 10.
     const double a = -9.3, b = -3.3, v = 10;
-    const std::string text = "Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 2\n"
-                             "Sampler \"independent\" \"integer pixelsamples\" 256\nIntegrator \"directlighting\"\n"
-                             "Camera \"orthographic\" \"float screenwindow\" [-16 16 -1 1]\nWorldBegin\n"
-                             "Material \"matte\" \"rgb Kd\" [0 0 0]\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"bool twosided\" true\n"
-                             "Translate 0 0 5\nActiveTransform EndTime\nTranslate 10 0 0\nActiveTransform All\n"
-                             "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" "
-                             "[-9.3 -5 0  -3.3 -5 0  -3.3 5 0  -9.3 5 0]\n";
+    const std::string text =
+        "Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 2\n"
+        "Sampler \"independent\" \"integer pixelsamples\" 256\nIntegrator \"directlighting\"\n"
+        "Camera \"orthographic\" \"float screenwindow\" [-16 16 -1 1]\nWorldBegin\n"
+        "Material \"matte\" \"rgb Kd\" [0 0 0]\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"bool "
+        "twosided\" true\n"
+        "Translate 0 0 5\nActiveTransform EndTime\nTranslate 10 0 0\nActiveTransform All\n"
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" "
+        "[-9.3 -5 0  -3.3 -5 0  -3.3 5 0  -9.3 5 0]\n";
     const test::PixelStatistics s = test::renderSeeds(test::build(text), 32);
     const double z = test::criticalZ(64, 32);
     for (int x = 0; x < 32; ++x) {
@@ -40,8 +42,9 @@ struct StillsCase {
 
 const std::string kView = "Film \"image\" \"integer xresolution\" 20 \"integer yresolution\" 20\n"
                           "Sampler \"sobol\" \"integer pixelsamples\" 16\nIntegrator \"directlighting\"\n";
-const std::string kLit = "LightSource \"distant\" \"point3 from\" [1 2 -3] \"point3 to\" [0 0 0] \"rgb L\" [2 2 2]\n"
-                         "Material \"matte\" \"rgb Kd\" [.8 .8 .8]\n";
+const std::string kLit =
+    "LightSource \"distant\" \"point3 from\" [1 2 -3] \"point3 to\" [0 0 0] \"rgb L\" [2 2 2]\n"
+    "Material \"matte\" \"rgb Kd\" [.8 .8 .8]\n";
 // A lopsided tetrahedron-like arm: nothing about it is symmetric.
 const std::string kArm = "Shape \"trianglemesh\" \"integer indices\" [0 2 1 0 1 3 1 2 3 0 3 2] \"point P\" "
                          "[-.2 -.2 -.2  1.6 .1 -.3  -.1 .5 .1  .3 .2 .7]\n";
@@ -49,7 +52,8 @@ const std::string kArm = "Shape \"trianglemesh\" \"integer indices\" [0 2 1 0 1 
 std::string fullTurn(const std::string& shape) {
     std::string keys;
     for (int i = 1; i < 5; ++i)
-        keys += "ActiveTransform " + std::to_string(i) + "\nRotate " + std::to_string(90 * i) + " 0.2 0.1 1\n";
+        keys +=
+            "ActiveTransform " + std::to_string(i) + "\nRotate " + std::to_string(90 * i) + " 0.2 0.1 1\n";
     return keys + "ActiveTransform All\n" + shape;
 }
 
@@ -60,23 +64,28 @@ std::vector<StillsCase> stillsCases() {
         {"FullTurnOfFiveKeys",
          five + kView + camera + "WorldBegin\n" + kLit + "Translate 0 0 5\n" + fullTurn(kArm)},
         {"RotatingInstance", five + kView + camera + "WorldBegin\n" + kLit + "ObjectBegin \"arm\"\n" + kArm +
-                                 "ObjectEnd\nAttributeBegin\nTranslate -.4 0 5\n" + fullTurn("Scale .7 .7 .7\nObjectInstance \"arm\"\n") +
+                                 "ObjectEnd\nAttributeBegin\nTranslate -.4 0 5\n" +
+                                 fullTurn("Scale .7 .7 .7\nObjectInstance \"arm\"\n") +
                                  "AttributeEnd\nTranslate .6 .3 5\nScale .5 1 .5\nObjectInstance \"arm\"\n"},
         {"NestedMovingInstance",
          five + kView + camera + "WorldBegin\n" + kLit + "ObjectBegin \"arm\"\n" + kArm +
              "ObjectEnd\nObjectBegin \"pair\"\nObjectInstance \"arm\"\nAttributeBegin\nTranslate .5 .5 0\n" +
              fullTurn("ObjectInstance \"arm\"\n") + "AttributeEnd\nObjectEnd\nTranslate 0 0 5\n" +
              fullTurn("Scale .8 .8 .8\nObjectInstance \"pair\"\n")},
-        {"DeformingMesh",
-         kView + camera + "WorldBegin\n" + kLit +
-             "Translate 0 0 5\nShape \"trianglemesh\" \"integer indices\" [0 2 1 0 1 3 1 2 3 0 3 2] \"integer keys\" 3 "
-             "\"point P\" [-.2 -.2 -.2  1.6 .1 -.3  -.1 .5 .1  .3 .2 .7   -.8 -.2 -.2  1.2 .9 -.3  -.1 .5 .1  .3 .2 .7 "
-             "  -.2 -.9 -.2  1.6 1.1 -.3  -.1 1.5 .1  .3 .2 .7]\n"},
-        {"MovingCamera", kView + "Rotate -8 0 1 0\nTranslate 0 0 5\nActiveTransform EndTime\nRotate 40 .3 1 .2\n" +
-                             "Translate .3 0 0\nActiveTransform All\n" + camera + "WorldBegin\n" + kLit + kArm},
-        {"PbrtV2Convention", "Option \"string conventions\" \"pbrt-v2\"\n" + kView + camera + "WorldBegin\n" + kLit +
-                                 "Translate .3 0 5\nActiveTransform EndTime\nTranslate -.6 0 0\nRotate 60 0 0 1\nScale 1 1.8 1\n"
-                                 "ActiveTransform All\n" + kArm},
+        {"DeformingMesh", kView + camera + "WorldBegin\n" + kLit +
+                              "Translate 0 0 5\nShape \"trianglemesh\" \"integer indices\" [0 2 1 0 1 3 1 2 "
+                              "3 0 3 2] \"integer keys\" 3 "
+                              "\"point P\" [-.2 -.2 -.2  1.6 .1 -.3  -.1 .5 .1  .3 .2 .7   -.8 -.2 -.2  1.2 "
+                              ".9 -.3  -.1 .5 .1  .3 .2 .7 "
+                              "  -.2 -.9 -.2  1.6 1.1 -.3  -.1 1.5 .1  .3 .2 .7]\n"},
+        {"MovingCamera",
+         kView + "Rotate -8 0 1 0\nTranslate 0 0 5\nActiveTransform EndTime\nRotate 40 .3 1 .2\n" +
+             "Translate .3 0 0\nActiveTransform All\n" + camera + "WorldBegin\n" + kLit + kArm},
+        {"PbrtV2Convention",
+         "Option \"string conventions\" \"pbrt-v2\"\n" + kView + camera + "WorldBegin\n" + kLit +
+             "Translate .3 0 5\nActiveTransform EndTime\nTranslate -.6 0 0\nRotate 60 0 0 1\nScale 1 1.8 1\n"
+             "ActiveTransform All\n" +
+             kArm},
     };
 }
 

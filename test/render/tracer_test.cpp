@@ -27,8 +27,8 @@ const std::string kTurning = std::string("TransformTimes 0 .25 .5 .75 1\n") + kH
 std::string turningScene(const std::string& shape) {
     std::string text = kTurning + "Material \"matte\"\nAttributeBegin\nTranslate 0 0 10\n";
     for (int i = 1; i < 5; ++i)
-        text += "ActiveTransform " + std::to_string(i) + "\nTranslate " + std::to_string(.3 * i) + " 0 0\nRotate " +
-                std::to_string(90 * i) + " 1 2 3\n";
+        text += "ActiveTransform " + std::to_string(i) + "\nTranslate " + std::to_string(.3 * i) +
+                " 0 0\nRotate " + std::to_string(90 * i) + " 1 2 3\n";
     return text + "ActiveTransform All\n" + shape + "AttributeEnd\n";
 }
 
@@ -50,8 +50,8 @@ std::vector<Ray1> randomRays(int n) {
 }
 
 /// Traces in blocks of the given order; out[i] is the hit of rays[i].
-std::vector<Hit> trace(const Tracer& tracer, const std::vector<Ray1>& rays, const std::vector<int>& order, int width,
-                       bool coherent = false) {
+std::vector<Hit> trace(const Tracer& tracer, const std::vector<Ray1>& rays, const std::vector<int>& order,
+                       int width, bool coherent = false) {
     setFloatMode();
     std::vector<Hit> hits(rays.size());
     RayBlock block;
@@ -115,21 +115,28 @@ TEST_P(TracerTest, LanesAreIndependent) {
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, TracerTest,
-    testing::Values(movingScene(kMesh), movingScene("ActiveTransform EndTime\nTranslate .4 .3 .2\nActiveTransform All\n" + std::string(kMesh)),
-                    turningScene(kMesh), turningScene("Scale 1 .5 .7\nShape \"sphere\" \"float radius\" 1\n"),
-                    "Option \"string conventions\" \"pbrt-v2\"\n" +
-                        movingScene("ActiveTransform EndTime\nRotate 50 0 1 0\nScale 1 1.5 1\nActiveTransform All\n" + std::string(kMesh)),
-                    std::string(kHead) + "ObjectBegin \"a\"\n" + kMesh + "ObjectEnd\nAttributeBegin\nTranslate 0 0 10\nScale -1 1 1\n"
-                        "ActiveTransform EndTime\nRotate 40 1 0 0\nActiveTransform All\nObjectInstance \"a\"\nAttributeEnd\n",
-                    movingScene("Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"integer keys\" 3 \"point P\" "
-                                "[-1 -1 0 1 -1 0 1 1 0 -1 1 0  -1 -1 .5 1 -1 .5 1 1 0 -1 1 0  -1 -1 0 1 -1 1 1 1 0 -1 1 0]\n")));
+    testing::Values(
+        movingScene(kMesh),
+        movingScene("ActiveTransform EndTime\nTranslate .4 .3 .2\nActiveTransform All\n" +
+                    std::string(kMesh)),
+        turningScene(kMesh), turningScene("Scale 1 .5 .7\nShape \"sphere\" \"float radius\" 1\n"),
+        "Option \"string conventions\" \"pbrt-v2\"\n" +
+            movingScene("ActiveTransform EndTime\nRotate 50 0 1 0\nScale 1 1.5 1\nActiveTransform All\n" +
+                        std::string(kMesh)),
+        std::string(kHead) + "ObjectBegin \"a\"\n" + kMesh +
+            "ObjectEnd\nAttributeBegin\nTranslate 0 0 10\nScale -1 1 1\n"
+            "ActiveTransform EndTime\nRotate 40 1 0 0\nActiveTransform All\nObjectInstance "
+            "\"a\"\nAttributeEnd\n",
+        movingScene(
+            "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"integer keys\" 3 \"point P\" "
+            "[-1 -1 0 1 -1 0 1 1 0 -1 1 0  -1 -1 .5 1 -1 .5 1 1 0 -1 1 0  -1 -1 0 1 -1 1 1 1 0 -1 1 0]\n")));
 
 TEST(TracerCost, StillSceneHasNoTimeSteps) {
     const BuiltScene still = test::build(movingScene(kMesh));
     EXPECT_EQ(still.scene->tracer().counts().timeSteps, 0u);
     EXPECT_EQ(still.scene->tracer().counts().instances, 0u);
-    const BuiltScene nearly = test::build(
-        movingScene("ActiveTransform EndTime\nTranslate 1e-7 0 0\nActiveTransform All\n" + std::string(kMesh)));
+    const BuiltScene nearly = test::build(movingScene(
+        "ActiveTransform EndTime\nTranslate 1e-7 0 0\nActiveTransform All\n" + std::string(kMesh)));
     EXPECT_EQ(nearly.scene->tracer().counts().timeSteps, 0u);
     const BuiltScene moving = test::build(
         movingScene("ActiveTransform EndTime\nTranslate .1 0 0\nActiveTransform All\n" + std::string(kMesh)));

@@ -29,8 +29,8 @@ inline Rendered render(const BuiltScene& built, uint64_t seed = 0, int threads =
     settings.tileSize = tile;
     Film film(built.resolution.x, built.resolution.y, built.window);
     Rendered out;
-    out.stats = strobe::render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
-                               settings, film);
+    out.stats = strobe::render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
+                               *built.filter, settings, film);
     out.image = film.image();
     return out;
 }
@@ -66,8 +66,9 @@ inline PixelStatistics renderSeeds(const BuiltScene& built, int seeds, uint64_t 
     return s;
 }
 
-/// The number of standard errors that n independent tests together exceed with probability 1e-4 (Šidák), for a mean
-/// of `seeds` values: Student's t approximated by the normal quantile with a Cornish-Fisher correction.
+/// The number of standard errors that n independent tests together exceed with probability 1e-4 (Šidák), for
+/// a mean of `seeds` values: Student's t approximated by the normal quantile with a Cornish-Fisher
+/// correction.
 inline double criticalZ(size_t n, int seeds) {
     const double alpha = 1 - std::pow(1 - 1e-4, 1.0 / double(n));
     double lo = 0, hi = 40;

@@ -1,0 +1,14 @@
+// PLY files: any bytes give a mesh or an Error.
+#include "shapes/ply.h"
+
+#include "core/error.h"
+
+#include <cstdint>
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    try {
+        strobe::parsePly({reinterpret_cast<const char*>(data), size}, "fuzz.ply", {});
+    } catch (const strobe::Error&) {
+    }
+    return 0;
+}
