@@ -19,6 +19,7 @@ struct VisibilitySample {
     Hit hit;
     Ray ray;
     V2f film;       ///< film position, in pixels of the full frame
+    float weight;   ///< of the pixel filter: plus or minus the same number for all samples of a render
     uint32_t pixel; ///< index into VisibilityBatch::pixels
     uint32_t index; ///< of the sample in its pixel
 };
@@ -33,6 +34,7 @@ struct VisibilityBatch {
     std::span<const PixelRef> pixels;
     std::span<const VisibilitySample> samples;
     uint32_t samplesPerPixel = 0;
+    uint64_t seed = 0; ///< of the render, for random numbers that belong to no pixel
 };
 
 /// A place to shade: a surface point (or the emptiness) as seen along a ray.
@@ -53,6 +55,8 @@ class IntegratorWorker {
     /// values[i] = the radiance of batch.samples[i], from the shaded requests of `plan`.
     virtual void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                          std::span<Rgb> values) = 0;
+    /// Adds what the worker has counted; called once, after its last batch.
+    virtual void report(Counters& /*counters*/) const {}
 };
 
 class Integrator {

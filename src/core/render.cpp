@@ -56,6 +56,7 @@ class TileRenderer {
             renderBatch(film);
     }
 
+    void finish() { m_integrator->report(m_counters); }
     const Counters& counters() const { return m_counters; }
 
   private:
@@ -65,7 +66,8 @@ class TileRenderer {
         clock.charge(Stage::Generate);
         trace();
         clock.charge(Stage::Trace);
-        const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel)};
+        const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel),
+                                    m_settings.seed};
         m_requests.clear();
         m_integrator->plan(batch, m_requests);
         clock.charge(Stage::Plan);
@@ -85,11 +87,10 @@ class TileRenderer {
     void generate() {
         const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
         const bool lens = m_scene.camera().hasLens();
-        m_film.resize(spp), m_lens.resize(spp, V2f(0)), m_time.resize(spp);
+        m_film.resize(spp), m_lens.resize(spp, V2f(0)), m_time.resize(spp), m_weights.resize(spp);
         m_cameraSamples.resize(spp);
         m_rays.resize(spp);
         m_samples.resize(m_pixels.size() * spp);
-        m_weights.resize(m_samples.size());
         for (uint32_t p = 0; p < m_pixels.size(); ++p) {
             const PixelRef& pixel = m_pixels[p];
             const SampleRange range{pixel.domain, 0, spp, spp};
@@ -99,13 +100,13 @@ class TileRenderer {
                 m_sampler.fill2D(range, kDimLens, m_lens.data());
             for (uint32_t i = 0; i < spp; ++i) {
                 const Filter::Sample f = m_filter.sample(m_film[i]);
-                m_weights[p * spp + i] = f.weight;
+                m_weights[i] = f.weight;
                 m_cameraSamples[i] = {V2f(float(pixel.x) + 0.5f, float(pixel.y) + 0.5f) + f.offset, m_lens[i],
                                       m_time[i]};
             }
             m_scene.camera().rays(m_cameraSamples.data(), int(spp), m_rays.data());
             for (uint32_t i = 0; i < spp; ++i)
-                m_samples[p * spp + i] = {Hit{}, m_rays[i], m_cameraSamples[i].film, p, i};
+                m_samples[p * spp + i] = {Hit{}, m_rays[i], m_cameraSamples[i].film, m_weights[i], p, i};
         }
     }
 
@@ -137,7 +138,7 @@ class TileRenderer {
                     noteBad(m_pixels[p], i - p * spp);
                     continue;
                 }
-                const double w = m_weights[i];
+                const double w = m_samples[i].weight;
                 r += w * value.x, g += w * value.y, b += w * value.z;
                 ++good;
             }
@@ -184,7 +185,7 @@ std::vector<Window> tilesOf(const Window& window, int size) {
 RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
                    const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film) {
     const auto start = std::chrono::steady_clock::now();
-    const std::vector<Window> tiles = tilesOf(film.window(), std::max(1, settings.tileSize));
+    const std::vector<Window> tiles = tilesOf(film.window(), std::clamp(settings.tileSize, 1, 1 << 16));
     tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;
     std::atomic<size_t> done{0};
     std::mutex progressMutex;
@@ -216,6 +217,7 @@ RenderStats render(const Scene& scene, const Integrator& integrator, const Shade
 
     RenderStats stats;
     for (const auto& renderer : renderers) {
+        renderer->finish();
         stats.threads.push_back(renderer->counters());
         stats.total.add(renderer->counters());
     }

@@ -1,5 +1,7 @@
 #include "core/stats.h"
 
+#include <algorithm>
+
 namespace strobe {
 
 const char* toString(Stage stage) {
@@ -18,6 +20,11 @@ void Counters::add(const Counters& other) {
     surfaces += other.surfaces;
     footprints += other.footprints;
     badSamples += other.badSamples;
+    blockLookups += other.blockLookups;
+    blockHits += other.blockHits;
+    blockDuplicates += other.blockDuplicates;
+    blockEvictions += other.blockEvictions;
+    cacheBytes = std::max(cacheBytes, other.cacheBytes); // of one table, which all threads share
     constexpr size_t kKept = 16;
     for (const BadSample& bad : other.firstBad)
         if (firstBad.size() < kKept)

@@ -31,6 +31,12 @@ struct Counters {
     uint64_t surfaces = 0;   ///< surface points evaluated
     uint64_t footprints = 0; ///< of those, with a texture footprint
     uint64_t badSamples = 0;
+    // Of integrators that cache:
+    uint64_t blockLookups = 0;       ///< lattice points asked for, once per batch each
+    uint64_t blockHits = 0;          ///< of those, found in the cache
+    uint64_t blockDuplicates = 0;    ///< shaded, then found stored by another thread
+    uint64_t blockEvictions = 0;     ///< stored over another block
+    uint64_t cacheBytes = 0;         ///< the table's size
     std::vector<BadSample> firstBad; ///< the first few of badSamples
     std::array<double, kStageCount> seconds{};
 

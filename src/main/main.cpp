@@ -88,6 +88,8 @@ int run(const Options& options, spdlog::logger& log) {
         findPlugin(pluginTables().integrators, options.build.integrator, "integrator", {});
     for (const auto& output : options.outputs)
         checkWritable(output);
+    if (!options.statsFile.empty())
+        checkWritable(options.statsFile);
 
     Messages messages([&](const std::string& text) { log.warn("{}", text); });
     StepSeconds seconds;

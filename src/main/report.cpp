@@ -69,6 +69,12 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
     j["surfaces"] = c.surfaces;
     j["footprints"] = c.footprints;
     j["badSamples"] = c.badSamples;
+    j["blocks"] = {{"lookups", c.blockLookups},
+                   {"hits", c.blockHits},
+                   {"hitRate", c.blockLookups ? double(c.blockHits) / double(c.blockLookups) : 0},
+                   {"duplicates", c.blockDuplicates},
+                   {"evictions", c.blockEvictions},
+                   {"cacheBytes", c.cacheBytes}};
     j["geometry"] = {{"triangles", t.triangles},
                      {"quadrics", t.quadrics},
                      {"instances", t.instances},

@@ -86,7 +86,8 @@ void applyDefines(const std::vector<std::string>& defines, const PluginTables& t
     }
 }
 
-Window windowOf(const FilmSetup& film, const BuildOptions& options, const V2i& resolution) {
+Window windowOf(const FilmSetup& film, const BuildOptions& options, const V2i& resolution,
+                const Location& filmWhere) {
     V2f x = film.cropX, y = film.cropY;
     if (options.crop) {
         x = {(*options.crop)[0], (*options.crop)[1]};
@@ -102,7 +103,8 @@ Window windowOf(const FilmSetup& film, const BuildOptions& options, const V2i& r
         window = {std::max(film.boundsX[0], 0), std::max(film.boundsY[0], 0),
                   std::min(film.boundsX[1], resolution.x), std::min(film.boundsY[1], resolution.y)};
     if (window.width() <= 0 || window.height() <= 0)
-        throw Error("the crop window holds no pixel", options.crop ? ErrorKind::Usage : ErrorKind::Scene);
+        throw options.crop ? Error("the crop window holds no pixel", ErrorKind::Usage)
+                           : Error(filmWhere, "the crop window holds no pixel");
     return window;
 }
 
@@ -164,7 +166,7 @@ BuiltScene buildScene(SceneDescription&& description, const BuildOptions& option
     built.resolution = film.resolution;
     if (options.quick)
         built.resolution = {std::max(1, film.resolution.x / 4), std::max(1, film.resolution.y / 4)};
-    built.window = windowOf(film, options, built.resolution);
+    built.window = windowOf(film, options, built.resolution, filmStatement.where);
     built.filename = film.filename;
 
     built.sampler = maker.make(tables.samplers, samplerStatement, "sampler", options.samplesPerPixel);

@@ -12,12 +12,12 @@ namespace strobe {
 
 /// What the command line changes of what the scene says.
 struct BuildOptions {
-    std::string integrator;           ///< empty: as the scene says
-    std::vector<std::string> defines; ///< name=value for the integrator or the shading
-    int samplesPerPixel = 0;          ///< 0: as the scene says
-    std::optional<std::array<float, 4>> crop;    ///< x0 x1 y0 y1, fractions
-    std::optional<float> frameTime;   ///< a still at this scene time
-    bool quick = false;               ///< a quarter of the resolution and of the samples
+    std::string integrator;                   ///< empty: as the scene says
+    std::vector<std::string> defines;         ///< name=value for the integrator or the shading
+    int samplesPerPixel = 0;                  ///< 0: as the scene says
+    std::optional<std::array<float, 4>> crop; ///< x0 x1 y0 y1, fractions
+    std::optional<float> frameTime;           ///< a still at this scene time
+    bool quick = false;                       ///< a quarter of the resolution and of the samples
 };
 
 /// Everything that render() needs, ready.

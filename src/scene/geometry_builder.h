@@ -18,7 +18,8 @@ using MakeShape = std::function<Shape(ShapeDecl&)>;
 /// Makes the area light of a declaration on a placed shape.
 using MakeAreaLight = std::function<std::shared_ptr<const Light>(const AreaLightDecl&, const PlacedShape&)>;
 
-BuiltGeometry buildGeometry(SceneDescription& description, const Camera& camera, const Shutter& shutter, int firstLight,
-                            const MakeShape& makeShape, const MakeAreaLight& makeAreaLight, Messages& messages);
+BuiltGeometry buildGeometry(SceneDescription& description, const Camera& camera, const Shutter& shutter,
+                            int firstLight, const MakeShape& makeShape, const MakeAreaLight& makeAreaLight,
+                            Messages& messages);
 
 } // namespace strobe

@@ -8,6 +8,7 @@
 #include "filters/mitchell.h"
 #include "filters/sinc.h"
 #include "filters/triangle.h"
+#include "integrators/msaa.h"
 #include "integrators/path_shader.h"
 #include "integrators/supersample.h"
 #include "lights/diffuse_area.h"
@@ -56,7 +57,7 @@ PluginTables pluginTables() {
                     sincFilterPlugin()},
         .films = {imageFilmPlugin()},
         .shaders = {directLightingPlugin(), pathPlugin()},
-        .integrators = {supersamplePlugin()},
+        .integrators = {supersamplePlugin(), msaaPlugin()},
     };
 }
 
