@@ -10,6 +10,7 @@
 
 #include <memory>
 #include <span>
+#include <tuple>
 #include <vector>
 
 namespace strobe {
@@ -34,7 +35,6 @@ struct VisibilityBatch {
     std::span<const PixelRef> pixels;
     std::span<const VisibilitySample> samples;
     uint32_t samplesPerPixel = 0;
-    uint64_t seed = 0; ///< of the render, for random numbers that belong to no pixel
 };
 
 /// A place to shade: a surface point (or the emptiness) as seen along a ray.
@@ -59,14 +59,22 @@ class IntegratorWorker {
     virtual void report(Counters& /*counters*/) const {}
 };
 
+/// One render under way: what an integrator's workers share.
+class IntegratorRender {
+  public:
+    virtual ~IntegratorRender() = default;
+    virtual std::unique_ptr<IntegratorWorker> makeWorker() = 0;
+};
+
 class Integrator {
   public:
     virtual ~Integrator() = default;
-    virtual std::unique_ptr<IntegratorWorker> makeWorker(const Scene& scene) const = 0;
+    /// `seed`: of the render, for random numbers that belong to no pixel.
+    virtual std::unique_ptr<IntegratorRender> begin(const Scene& scene, uint64_t seed) const = 0;
 };
 
 /// The expensive function. One worker per thread; a request's radiance depends on the request alone, not on
-/// its companions in the batch.
+/// its companions in the batch. Counts `shades` and `escaped`.
 class ShaderWorker {
   public:
     virtual ~ShaderWorker() = default;
@@ -79,6 +87,22 @@ class Shader {
   public:
     virtual ~Shader() = default;
     virtual std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler) const = 0;
+};
+
+/// The render of an integrator whose workers share nothing: each is made from the scene and a few settings.
+template <class Worker, class... Settings>
+class UnsharedRender : public IntegratorRender {
+  public:
+    explicit UnsharedRender(const Scene& scene, Settings... settings)
+        : m_scene(scene), m_settings(settings...) {}
+    std::unique_ptr<IntegratorWorker> makeWorker() override {
+        return std::apply([&](const auto&... s) { return std::make_unique<Worker>(m_scene, s...); },
+                          m_settings);
+    }
+
+  private:
+    const Scene& m_scene;
+    std::tuple<Settings...> m_settings;
 };
 
 /// The request that a visibility sample would make for itself.

@@ -35,10 +35,10 @@ constexpr uint32_t kBatchSamples = 512;
 /// Everything one thread needs; buffers are reused from batch to batch.
 class TileRenderer {
   public:
-    TileRenderer(const Scene& scene, const Integrator& integrator, const Shader& shader,
+    TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
                  const Sampler& sampler, const Filter& filter, const RenderSettings& settings)
         : m_scene(scene), m_sampler(sampler), m_filter(filter), m_settings(settings),
-          m_integrator(integrator.makeWorker(scene)), m_shader(shader.makeWorker(scene, sampler)) {
+          m_integrator(integrator.makeWorker()), m_shader(shader.makeWorker(scene, sampler)) {
         setFloatMode();
     }
 
@@ -66,14 +66,12 @@ class TileRenderer {
         clock.charge(Stage::Generate);
         trace();
         clock.charge(Stage::Trace);
-        const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel),
-                                    m_settings.seed};
+        const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel)};
         m_requests.clear();
         m_integrator->plan(batch, m_requests);
         clock.charge(Stage::Plan);
         m_shaded.resize(m_requests.size());
         m_shader->shade(m_requests, m_shaded, m_counters);
-        m_counters.shades += m_requests.size();
         clock.charge(Stage::Shade);
         m_values.resize(m_samples.size());
         m_integrator->resolve(batch, m_shaded, m_values);
@@ -185,6 +183,7 @@ std::vector<Window> tilesOf(const Window& window, int size) {
 RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
                    const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film) {
     const auto start = std::chrono::steady_clock::now();
+    const std::unique_ptr<IntegratorRender> shared = integrator.begin(scene, settings.seed);
     const std::vector<Window> tiles = tilesOf(film.window(), std::clamp(settings.tileSize, 1, 1 << 16));
     tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;
     std::atomic<size_t> done{0};
@@ -202,8 +201,8 @@ RenderStats render(const Scene& scene, const Integrator& integrator, const Shade
                 for (size_t i = range.begin(); i < range.end(); ++i) {
                     auto& renderer = renderers.local();
                     if (!renderer)
-                        renderer = std::make_unique<TileRenderer>(scene, integrator, shader, sampler, filter,
-                                                                  settings);
+                        renderer =
+                            std::make_unique<TileRenderer>(scene, *shared, shader, sampler, filter, settings);
                     renderer->renderTile(tiles[i], film);
                     const size_t finished = ++done;
                     if (settings.progress) {

@@ -95,8 +95,7 @@ class PathWorker : public ShaderWorker {
             Path& path = m_paths[i];
             path.hit = r.hit, path.ray = r.ray, path.cone = r.cone;
             path.domain = r.domain, path.index = r.index, path.total = r.total;
-            if (!r.hit)
-                ++m_counters->escaped;
+            ++(r.hit ? m_counters->shades : m_counters->escaped);
             m_active.push_back(i);
         }
     }

@@ -22,8 +22,8 @@ class Worker : public IntegratorWorker {
 
 class Supersample : public Integrator {
   public:
-    std::unique_ptr<IntegratorWorker> makeWorker(const Scene& scene) const override {
-        return std::make_unique<Worker>(scene);
+    std::unique_ptr<IntegratorRender> begin(const Scene& scene, uint64_t) const override {
+        return std::make_unique<UnsharedRender<Worker>>(scene);
     }
 };
 

@@ -9,6 +9,7 @@
 #include "filters/sinc.h"
 #include "filters/triangle.h"
 #include "integrators/msaa.h"
+#include "integrators/msaa_cache.h"
 #include "integrators/path_shader.h"
 #include "integrators/supersample.h"
 #include "lights/diffuse_area.h"
@@ -57,7 +58,7 @@ PluginTables pluginTables() {
                     sincFilterPlugin()},
         .films = {imageFilmPlugin()},
         .shaders = {directLightingPlugin(), pathPlugin()},
-        .integrators = {supersamplePlugin(), msaaPlugin()},
+        .integrators = {supersamplePlugin(), msaaPlugin(), msaaCachePlugin()},
     };
 }
 

@@ -1,0 +1,73 @@
+#include "integrators/block_cache.h"
+
+#include "core/hash.h"
+
+#include <bit>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+namespace strobe {
+
+namespace {
+
+uint64_t signature(uint64_t redGreen, uint64_t blue) { return mix64(redGreen ^ std::rotl(blue, 23)); }
+
+} // namespace
+
+void BlockCache::Free::operator()(Bucket* p) const { std::free(p); }
+
+BlockCache::BlockCache(size_t bytes)
+    : m_mask(std::bit_floor(std::max(bytes / sizeof(Bucket), size_t(1))) - 1) {
+    // calloc leaves untouched pages unbacked: a large table costs memory only as far as it is used. All-zero
+    // bytes are empty entries.
+    static_assert(std::atomic<uint64_t>::is_always_lock_free && sizeof(Entry) == 24);
+    auto* buckets = static_cast<Bucket*>(std::calloc(m_mask + 1, sizeof(Bucket)));
+    if (!buckets)
+        throw std::bad_alloc();
+    m_buckets.reset(buckets);
+}
+
+uint64_t BlockCache::read(const Entry& entry, uint64_t& redGreen, uint64_t& blue) {
+    const uint64_t check = entry.check.load(std::memory_order_relaxed);
+    redGreen = entry.redGreen.load(std::memory_order_relaxed);
+    blue = entry.blue.load(std::memory_order_relaxed);
+    return check ^ signature(redGreen, blue);
+}
+
+bool BlockCache::find(uint64_t key, Rgb& value) const {
+    for (const Entry& entry : bucketOf(key).entries) {
+        uint64_t redGreen, blue;
+        if (read(entry, redGreen, blue) != key)
+            continue;
+        value = Rgb(std::bit_cast<float>(uint32_t(redGreen)), std::bit_cast<float>(uint32_t(redGreen >> 32)),
+                    std::bit_cast<float>(uint32_t(blue)));
+        return true;
+    }
+    return false;
+}
+
+BlockCache::Stored BlockCache::store(uint64_t key, const Rgb& value) {
+    Bucket& bucket = bucketOf(key);
+    Entry* place = nullptr;
+    for (Entry& entry : bucket.entries) {
+        uint64_t redGreen, blue;
+        const uint64_t found = read(entry, redGreen, blue);
+        if (found == key)
+            return Stored::Duplicate;
+        if (found == 0 && !place)
+            place = &entry;
+    }
+    const Stored result = place ? Stored::Fresh : Stored::Evicting;
+    if (!place)
+        place = &bucket.entries[key % kWays];
+    const uint64_t redGreen = std::bit_cast<uint32_t>(value.x) | uint64_t(std::bit_cast<uint32_t>(value.y))
+                                                                     << 32;
+    const uint64_t blue = std::bit_cast<uint32_t>(value.z);
+    place->check.store(key ^ signature(redGreen, blue), std::memory_order_relaxed);
+    place->redGreen.store(redGreen, std::memory_order_relaxed);
+    place->blue.store(blue, std::memory_order_relaxed);
+    return result;
+}
+
+} // namespace strobe

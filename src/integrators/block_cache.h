@@ -1,0 +1,48 @@
+// A table of shaded blocks that all threads share without locks.
+#pragma once
+
+#include "core/math.h"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+namespace strobe {
+
+/// Maps 64-bit keys (never 0) to radiance. Bounded: a full bucket gives up one of its blocks. A value must be
+/// a function of its key alone: then losing one, or storing one twice, costs time and changes nothing.
+/// Entries carry their key mixed with their value, so that one half-written by another thread reads as absent
+/// (the trick of lockless transposition tables, Hyatt & Mann 2002).
+class BlockCache {
+  public:
+    /// Room for as many blocks as fit into `bytes`, at least one bucket.
+    explicit BlockCache(size_t bytes);
+
+    bool find(uint64_t key, Rgb& value) const;
+
+    enum class Stored { Fresh, Duplicate, Evicting };
+    /// Duplicate: the block was there already. Evicting: another block made room.
+    Stored store(uint64_t key, const Rgb& value);
+
+    size_t bytes() const { return (m_mask + 1) * sizeof(Bucket); }
+
+  private:
+    struct Entry {
+        std::atomic<uint64_t> check{0}, redGreen{0}, blue{0};
+    };
+    static constexpr int kWays = 4;
+    struct Bucket {
+        Entry entries[kWays];
+    };
+    struct Free {
+        void operator()(Bucket* p) const;
+    };
+    Bucket& bucketOf(uint64_t key) const { return m_buckets.get()[(key >> 8) & m_mask]; }
+    /// The key of an entry, 0 when it is empty or torn beyond recognition.
+    static uint64_t read(const Entry& entry, uint64_t& redGreen, uint64_t& blue);
+
+    size_t m_mask;
+    std::unique_ptr<Bucket, Free> m_buckets;
+};
+
+} // namespace strobe
