@@ -127,7 +127,8 @@ class Worker : public IntegratorWorker {
     };
 
     void planShared(const VisibilitySample& sample, std::vector<ShadingRequest>& requests) {
-        Stencil stencil = m_shared.lattice.stencil(sample);
+        Stencil stencil;
+        m_shared.lattice.stencil(sample, stencil);
         if (m_shared.settings.nearest)
             keepNearest(stencil);
         const int bins = m_shared.settings.timeBins;
@@ -136,7 +137,7 @@ class Worker : public IntegratorWorker {
         for (int k = 0; k < stencil.count; ++k) {
             if (!(stencil.weights[k] > 0))
                 continue;
-            taken.block[taken.count] = blockOf(stencil.points[k], bin, requests);
+            taken.block[taken.count] = blockOf(stencil.face, stencil.points[k], bin, requests);
             taken.weight[taken.count++] = stencil.weights[k];
         }
         m_samples.push_back(taken);
@@ -152,7 +153,8 @@ class Worker : public IntegratorWorker {
         stencil.count = 1;
     }
 
-    uint32_t blockOf(const LatticePoint& point, uint32_t bin, std::vector<ShadingRequest>& requests) {
+    uint32_t blockOf(const LatticeFace& face, const LatticePoint& point, uint32_t bin,
+                     std::vector<ShadingRequest>& requests) {
         const uint64_t key = m_shared.settings.timeBins > 1 ? hashOf(point.key, bin) | 1 : point.key;
         const uint32_t next = uint32_t(m_blocks.size()), index = m_table.insert(key, next);
         if (index != next)
@@ -163,14 +165,14 @@ class Worker : public IntegratorWorker {
             ++m_hits;
         } else {
             block.request = int64_t(requests.size());
-            request(point, key, bin, requests);
+            request(face, point, key, bin, requests);
         }
         m_blocks.push_back(block);
         return index;
     }
 
     /// The shades of a block: at random times, one in each of `shades` equal parts of its time bin.
-    void request(const LatticePoint& point, uint64_t key, uint32_t bin,
+    void request(const LatticeFace& face, const LatticePoint& point, uint64_t key, uint32_t bin,
                  std::vector<ShadingRequest>& requests) const {
         const CacheSettings& settings = m_shared.settings;
         const uint64_t domain = hashOf(m_shared.seed, key);
@@ -178,7 +180,7 @@ class Worker : public IntegratorWorker {
             const float jitter = unitFloat(uint32_t(hashOf(domain, k) >> 32));
             const float inBin = (float(k) + jitter) / float(settings.shades);
             ShadingRequest r = m_shared.lattice.request(
-                point, std::min((float(bin) + inBin) / float(settings.timeBins), kOneMinusEpsilon));
+                face, point, std::min((float(bin) + inBin) / float(settings.timeBins), kOneMinusEpsilon));
             r.domain = domain;
             r.index = uint32_t(k);
             r.total = uint32_t(settings.shades);

@@ -8,16 +8,22 @@
 
 namespace strobe {
 
-/// A point of the lattice. Everything about it follows from its key alone, never from the sample that asks.
+/// A point of the lattice: a place on a primitive.
 struct LatticePoint {
-    Hit hit;       ///< its place: a triangle's barycentrics, or a quadric's numbers
-    bool positive; ///< the side it is seen from: that of the surface's raw normal (winding, quadric), or the
-                   ///< other
-    uint64_t key;  ///< never 0
+    uint64_t key;  ///< never 0; with the face, all that the point's value depends on
+    uint32_t prim; ///< of the face's geometry
+    float u, v;    ///< a triangle's barycentrics, or a quadric's numbers
 };
 
-/// The points around a hit. Weights are positive and add up to 1.
+/// A surface, and the side it is seen from: that of its raw normal (winding, quadric), or the other.
+struct LatticeFace {
+    uint32_t instance, geometry;
+    bool positive;
+};
+
+/// The points around a hit. Weights are positive or zero and add up to 1.
 struct Stencil {
+    LatticeFace face;
     int count = 0;
     LatticePoint points[4];
     float weights[4];
@@ -36,23 +42,23 @@ class SurfaceLattice {
   public:
     SurfaceLattice(const Scene& scene, float blockSize);
 
-    Stencil stencil(const VisibilitySample& sample) const;
+    void stencil(const VisibilitySample& sample, Stencil& out) const;
     /// The request to shade a point at shutter fraction `time`, as the camera sees it then.
-    ShadingRequest request(const LatticePoint& point, float time) const;
+    ShadingRequest request(const LatticeFace& face, const LatticePoint& point, float time) const;
 
   private:
-    Stencil meshStencil(const PlacedShape& placed, const VisibilitySample& sample, const M44f* toWorld,
-                        float block) const;
-    Stencil clusterStencil(const TriangleMesh& mesh, const LatticePoint& at, float block) const;
-    Stencil triangleStencil(const TriangleMesh& mesh, const LatticePoint& at, int divideU, int divideV) const;
-    Stencil quadricStencil(const PlacedShape& placed, const VisibilitySample& sample, const M44f& toWorld,
-                           float block) const;
-    LatticePoint vertexPoint(const TriangleMesh& mesh, const LatticePoint& at, uint32_t vertex) const;
-    LatticePoint cornerPoint(const TriangleMesh& mesh, const LatticePoint& at, int corner) const;
-    LatticePoint innerPoint(const LatticePoint& at, float u, float v) const;
-    V3f rawNormal(const LatticePoint& point, float time) const;
+    void meshStencil(const PlacedShape& placed, const VisibilitySample& sample, const M44f* toWorld,
+                     float block, Stencil& out) const;
+    void clusterStencil(const TriangleMesh& mesh, const Hit& hit, float block, Stencil& out) const;
+    void triangleStencil(const TriangleMesh& mesh, const Hit& hit, int divideU, int divideV,
+                         Stencil& out) const;
+    void quadricStencil(const PlacedShape& placed, const VisibilitySample& sample, const M44f& toWorld,
+                        float block, Stencil& out) const;
+    LatticePoint vertexPoint(const TriangleMesh& mesh, const VertexClusters& clusters,
+                             const LatticeFace& face, uint32_t vertex) const;
+    V3f rawNormal(const PlacedShape& placed, const Hit& hit, const M44f* toWorld, float time) const;
     /// The transform that placed geometry has at `time`; identity (null) for the world's baked meshes.
-    const M44f* transformOf(const Hit& hit, const PlacedShape& placed, float time, M44f& storage) const;
+    const M44f* transformOf(uint32_t instance, const PlacedShape& placed, float time, M44f& storage) const;
 
     const Scene& m_scene;
     const float m_blockSize;
