@@ -4,6 +4,7 @@
 #include "integrators/block_cache.h"
 #include "integrators/surface_lattice.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace strobe {
@@ -37,11 +38,12 @@ struct Shared {
     BlockCache cache;
 };
 
-/// The distinct points of one batch, found by key.
+/// The distinct cells or points of one batch, found by key.
 class SlotTable {
   public:
-    void clear(size_t expected) {
-        const size_t size = std::bit_ceil(std::max<size_t>(4 * expected, 64));
+    /// Empties the table and makes room for four items a sample at most.
+    void clear(size_t samples) {
+        const size_t size = std::bit_ceil(std::max<size_t>(8 * samples, 64));
         if (m_slots.size() < size)
             m_slots.assign(size, {}), m_epoch = 0;
         if (++m_epoch == 0)
@@ -76,16 +78,21 @@ class Worker : public IntegratorWorker {
 
     void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
         m_blocks.clear();
+        m_places.clear();
+        m_cells.clear();
         m_samples.clear();
-        m_table.clear(4 * batch.samples.size());
+        m_blockTable.clear(batch.samples.size());
+        m_cellTable.clear(batch.samples.size());
         for (const VisibilitySample& sample : batch.samples) {
             if (sample.hit && m_shared.settings.blockSize > 0) {
-                planShared(sample, requests);
+                planShared(sample);
             } else {
-                m_samples.push_back({-1, {uint32_t(requests.size())}, {}});
+                m_samples.push_back({-int64_t(requests.size()) - 1, {}});
                 requests.push_back(requestFor(m_shared.scene, batch, sample));
             }
         }
+        for (size_t i = 0; i < m_blocks.size(); ++i)
+            lookUp(m_blocks[i], m_places[i], requests);
     }
 
     void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
@@ -94,13 +101,14 @@ class Worker : public IntegratorWorker {
                 finish(block, shaded);
         for (size_t i = 0; i < values.size(); ++i) {
             const Taken& taken = m_samples[i];
-            if (taken.count < 0) {
-                values[i] = shaded[taken.block[0]];
+            if (taken.cell < 0) {
+                values[i] = shaded[size_t(-taken.cell - 1)];
                 continue;
             }
+            const Cell& cell = m_cells[size_t(taken.cell)];
             Rgb sum(0);
-            for (int k = 0; k < taken.count; ++k)
-                sum += m_blocks[taken.block[k]].value * taken.weight[k];
+            for (int k = 0; k < cell.count; ++k)
+                sum += m_blocks[cell.block[k]].value * taken.weight[k];
             values[i] = sum;
         }
     }
@@ -119,56 +127,72 @@ class Worker : public IntegratorWorker {
         Rgb value;
         int64_t request; ///< the first of its requests; -1: it was in the cache
     };
+    /// Where a block of the batch lies.
+    struct Place {
+        LatticeFace face;
+        LatticePoint point;
+        uint32_t bin;
+    };
+    struct Cell {
+        int count;
+        uint32_t block[4];
+    };
     /// What a sample's value is made of.
     struct Taken {
-        int count; ///< of blocks; -1: a request of its own, block[0]
-        uint32_t block[4];
+        int64_t cell; ///< negative: request -cell - 1, its own
         float weight[4];
     };
 
-    void planShared(const VisibilitySample& sample, std::vector<ShadingRequest>& requests) {
-        Stencil stencil;
-        m_shared.lattice.stencil(sample, stencil);
-        if (m_shared.settings.nearest)
-            keepNearest(stencil);
+    void planShared(const VisibilitySample& sample) {
+        LatticeCell cell = m_shared.lattice.locate(sample);
         const int bins = m_shared.settings.timeBins;
         const uint32_t bin = uint32_t(std::min(int(sample.ray.time * float(bins)), bins - 1));
-        Taken taken{0, {}, {}};
-        for (int k = 0; k < stencil.count; ++k) {
-            if (!(stencil.weights[k] > 0))
-                continue;
-            taken.block[taken.count] = blockOf(stencil.face, stencil.points[k], bin, requests);
-            taken.weight[taken.count++] = stencil.weights[k];
-        }
+        const int nearest = m_shared.settings.nearest ? heaviest(cell) : -1;
+        uint64_t key = cell.key;
+        if (bins > 1 || nearest >= 0)
+            key = hashOf(key, bin, nearest);
+        const uint32_t next = uint32_t(m_cells.size()), index = m_cellTable.insert(key, next);
+        if (index == next)
+            m_cells.push_back(makeCell(cell, nearest, bin));
+        Taken taken{index, {1, 0, 0, 0}};
+        if (nearest < 0)
+            std::copy(cell.weights, cell.weights + 4, taken.weight);
         m_samples.push_back(taken);
     }
 
-    static void keepNearest(Stencil& stencil) {
-        int best = 0;
-        for (int k = 1; k < stencil.count; ++k)
-            if (stencil.weights[k] > stencil.weights[best])
-                best = k;
-        stencil.points[0] = stencil.points[best];
-        stencil.weights[0] = 1;
-        stencil.count = 1;
+    static int heaviest(const LatticeCell& cell) {
+        return int(std::max_element(cell.weights, cell.weights + cell.count) - cell.weights);
     }
 
-    uint32_t blockOf(const LatticeFace& face, const LatticePoint& point, uint32_t bin,
-                     std::vector<ShadingRequest>& requests) {
+    Cell makeCell(const LatticeCell& cell, int nearest, uint32_t bin) {
+        LatticePoint points[4];
+        m_shared.lattice.points(cell, points);
+        Cell made{nearest < 0 ? cell.count : 1, {}};
+        for (int k = 0; k < made.count; ++k)
+            made.block[k] = blockOf(cell.face, points[nearest < 0 ? k : nearest], bin);
+        return made;
+    }
+
+    /// The batch's block of a point; a new one is looked up later, when the cache's memory has arrived.
+    uint32_t blockOf(const LatticeFace& face, const LatticePoint& point, uint32_t bin) {
         const uint64_t key = m_shared.settings.timeBins > 1 ? hashOf(point.key, bin) | 1 : point.key;
-        const uint32_t next = uint32_t(m_blocks.size()), index = m_table.insert(key, next);
-        if (index != next)
-            return index;
-        Block block{key, Rgb(0), -1};
-        ++m_lookups;
-        if (m_shared.cache.find(key, block.value)) {
-            ++m_hits;
-        } else {
-            block.request = int64_t(requests.size());
-            request(face, point, key, bin, requests);
+        const uint32_t next = uint32_t(m_blocks.size()), index = m_blockTable.insert(key, next);
+        if (index == next) {
+            m_shared.cache.prefetch(key);
+            m_blocks.push_back({key, Rgb(0), -1});
+            m_places.push_back({face, point, bin});
         }
-        m_blocks.push_back(block);
         return index;
+    }
+
+    void lookUp(Block& block, const Place& place, std::vector<ShadingRequest>& requests) {
+        ++m_lookups;
+        if (m_shared.cache.find(block.key, block.value)) {
+            ++m_hits;
+            return;
+        }
+        block.request = int64_t(requests.size());
+        request(place.face, place.point, block.key, place.bin, requests);
     }
 
     /// The shades of a block: at random times, one in each of `shades` equal parts of its time bin.
@@ -207,8 +231,10 @@ class Worker : public IntegratorWorker {
 
     Shared& m_shared;
     std::vector<Block> m_blocks;
+    std::vector<Place> m_places; ///< beside m_blocks
+    std::vector<Cell> m_cells;
     std::vector<Taken> m_samples;
-    SlotTable m_table;
+    SlotTable m_blockTable, m_cellTable;
     uint64_t m_lookups = 0, m_hits = 0, m_duplicates = 0, m_evictions = 0;
 };
 

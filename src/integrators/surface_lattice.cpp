@@ -26,7 +26,7 @@ float seenLength2(const V3f& edge, const V3f& d) { return std::max(length2(edge)
 
 uint64_t nonZero(uint64_t key) { return key ? key : 1; }
 
-enum KeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2 };
+enum KeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kCellKey = 3 };
 
 float smallestStretch(const M44f& m) {
     float smallest = kInfinity;
@@ -56,18 +56,21 @@ const M44f* SurfaceLattice::transformOf(uint32_t instance, const PlacedShape& pl
     return &storage;
 }
 
-void SurfaceLattice::stencil(const VisibilitySample& sample, Stencil& out) const {
+LatticeCell SurfaceLattice::locate(const VisibilitySample& sample) const {
     const Hit& hit = sample.hit;
     const PlacedShape& placed = m_scene.geometry(hit).placed;
     const RayCone cone = m_scene.camera().cone(sample.film);
     const float block = m_blockSize * (cone.width + hit.t * cone.spread);
-    out.face = {hit.instance, hit.geometry, true};
+    LatticeCell cell;
+    cell.face = {hit.instance, hit.geometry, true};
+    cell.prim = hit.prim;
     M44f storage;
     const M44f* toWorld = transformOf(hit.instance, placed, sample.ray.time, storage);
     if (placed.shape.mesh)
-        meshStencil(placed, sample, toWorld, block, out);
+        locateOnMesh(placed, sample, toWorld, block, cell);
     else
-        quadricStencil(placed, sample, *toWorld, block, out);
+        locateOnQuadric(placed, sample, *toWorld, block, cell);
+    return cell;
 }
 
 namespace {
@@ -84,111 +87,115 @@ struct Edges {
     }
 };
 
-/// Keys of the points of one primitive, and side.
-class PointKeys {
-  public:
-    PointKeys(const LatticeFace& face, uint32_t prim)
-        : m_base(hashOf(kSurfaceKey, uint64_t(face.instance) << 32 | face.geometry,
-                        uint64_t(prim) << 1 | face.positive)),
-          m_prim(prim) {}
-    LatticePoint at(float u, float v) const {
-        const uint64_t uv = uint64_t(std::bit_cast<uint32_t>(u)) << 32 | std::bit_cast<uint32_t>(v);
-        return {nonZero(hashCombine(m_base, uv)), m_prim, u, v};
-    }
+uint64_t faceKey(const LatticeFace& face, uint64_t kind, uint32_t item) {
+    return hashOf(kind, uint64_t(face.instance) << 32 | face.geometry, uint64_t(item) << 1 | face.positive);
+}
 
-  private:
-    uint64_t m_base;
-    uint32_t m_prim;
-};
+uint64_t floatBits(float a, float b) {
+    return uint64_t(std::bit_cast<uint32_t>(a)) << 32 | std::bit_cast<uint32_t>(b);
+}
+
+/// Sets the cell's mesh from a division of (u, v); returns the place inside it, in [0,1]².
+V2f divide(LatticeCell& cell, float u, float v, int divideU, int divideV) {
+    cell.nu = float(1 << divideU), cell.nv = float(1 << divideV);
+    const float x = std::clamp(u, 0.f, 1.f) * cell.nu, y = std::clamp(v, 0.f, 1.f) * cell.nv;
+    cell.i = std::min(std::floor(x), cell.nu - 1), cell.j = std::min(std::floor(y), cell.nv - 1);
+    return {x - cell.i, y - cell.j};
+}
+
+void setKey(LatticeCell& cell) {
+    const uint64_t mesh = hashCombine(faceKey(cell.face, kCellKey, cell.prim), floatBits(cell.i, cell.j));
+    cell.key = nonZero(hashCombine(mesh, floatBits(cell.nu, cell.nv) ^ uint64_t(cell.kind)));
+}
 
 } // namespace
 
-void SurfaceLattice::meshStencil(const PlacedShape& placed, const VisibilitySample& sample,
-                                 const M44f* toWorld, float block, Stencil& out) const {
+void SurfaceLattice::locateOnMesh(const PlacedShape& placed, const VisibilitySample& sample,
+                                  const M44f* toWorld, float block, LatticeCell& cell) const {
     const TriangleMesh& mesh = *placed.shape.mesh;
     const Edges e(mesh, sample.hit.prim, sample.ray.time, toWorld);
     const V3f& d = sample.ray.d;
-    out.face.positive = dot(cross(e.a, e.b), d) < 0;
+    cell.face.positive = dot(cross(e.a, e.b), d) < 0;
+    cell.count = 3;
     const float block2 = block * block;
     const float a = seenLength2(e.a, d), b = seenLength2(e.b, d), c = seenLength2(e.b - e.a, d);
-    if (std::max(a, std::max(b, c)) <= block2) // seen edge-on, a triangle is small whatever its area
-        return clusterStencil(mesh, sample.hit, toWorld ? block / smallestStretch(*toWorld) : block, out);
+    const float u = sample.hit.u, v = sample.hit.v;
+    if (std::max(a, std::max(b, c)) <= block2) { // seen edge-on, a triangle is small whatever its area
+        cell.kind = LatticeCell::Cluster;
+        cell.level = m_clusters.at(&mesh).levelFor(toWorld ? block / smallestStretch(*toWorld) : block);
+        cell.i = float(cell.level), cell.j = cell.nu = cell.nv = 0;
+        cell.weights[0] = std::max(1 - u - v, 0.f), cell.weights[1] = u, cell.weights[2] = v;
+        return setKey(cell);
+    }
     int divideU = divisionFor(a, block2), divideV = divisionFor(b, block2);
     if (const int third = divisionFor(c, block2); third > std::max(divideU, divideV))
         (divideU >= divideV ? divideU : divideV) = third;
-    triangleStencil(mesh, sample.hit, divideU, divideV, out);
+    const V2f f = divide(cell, u, v, divideU, divideV);
+    const bool upper = f.x + f.y > 1;
+    cell.kind = upper ? LatticeCell::Upper : LatticeCell::Lower;
+    cell.weights[0] = std::abs(1 - f.x - f.y);
+    cell.weights[1] = upper ? 1 - f.y : f.x;
+    cell.weights[2] = upper ? 1 - f.x : f.y;
+    setKey(cell);
 }
 
-void SurfaceLattice::clusterStencil(const TriangleMesh& mesh, const Hit& hit, float block,
-                                    Stencil& out) const {
-    const VertexClusters& clusters = m_clusters.at(&mesh);
-    const int level = clusters.levelFor(block);
-    const uint32_t* index = &mesh.indices[3 * size_t(hit.prim)];
-    out.count = 3;
-    for (int k = 0; k < 3; ++k)
-        out.points[k] = vertexPoint(mesh, clusters, out.face, clusters.representative(index[k], level));
-    out.weights[0] = std::max(1 - hit.u - hit.v, 0.f);
-    out.weights[1] = hit.u;
-    out.weights[2] = hit.v;
+void SurfaceLattice::locateOnQuadric(const PlacedShape& placed, const VisibilitySample& sample,
+                                     const M44f& toWorld, float block, LatticeCell& cell) const {
+    const Hit& hit = sample.hit;
+    const QuadricPoint q = placed.shape.quadric->point(hit.u, hit.v);
+    const V3f& d = sample.ray.d;
+    cell.face.positive = dot(rawNormal(placed, hit, &toWorld, sample.ray.time), d) < 0;
+    cell.kind = LatticeCell::Rectangle;
+    cell.count = 4;
+    const float block2 = block * block;
+    const V2f f =
+        divide(cell, hit.u, hit.v, divisionFor(seenLength2(transformVector(toWorld, q.dpdu), d), block2),
+               divisionFor(seenLength2(transformVector(toWorld, q.dpdv), d), block2));
+    for (int k = 0; k < 4; ++k)
+        cell.weights[k] = (k & 1 ? f.x : 1 - f.x) * (k >> 1 ? f.y : 1 - f.y);
+    setKey(cell);
 }
 
-void SurfaceLattice::triangleStencil(const TriangleMesh& mesh, const Hit& hit, int divideU, int divideV,
-                                     Stencil& out) const {
-    const float nu = float(1 << divideU), nv = float(1 << divideV);
-    const float x = std::max(hit.u, 0.f) * nu, y = std::max(hit.v, 0.f) * nv;
-    const float i = std::min(std::floor(x), nu - 1), j = std::min(std::floor(y), nv - 1);
-    const float fx = std::min(x - i, 1.f), fy = std::min(y - j, 1.f);
-    // The cell's half that the hit is in: the diagonal runs as the triangle's third edge does.
-    const float upper = fx + fy > 1 ? 1 : 0;
-    out.count = 3;
-    out.weights[0] = std::abs(1 - fx - fy);
-    out.weights[1] = upper > 0 ? 1 - fy : fx;
-    out.weights[2] = upper > 0 ? 1 - fx : fy;
-    const float corners[3][2] = {{i + upper, j + upper}, {i + 1, j}, {i, j + 1}};
-    const PointKeys keys(out.face, hit.prim);
+void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[4]) const {
+    const TriangleMesh* mesh =
+        m_scene.geometry({cell.face.instance, cell.face.geometry, 0, 0, 0, 0}).placed.shape.mesh.get();
+    const uint64_t base = faceKey(cell.face, kSurfaceKey, cell.prim);
+    const auto inner = [&](float u, float v) {
+        return LatticePoint{nonZero(hashCombine(base, floatBits(u, v))), cell.prim, u, v};
+    };
+    if (cell.kind == LatticeCell::Rectangle) {
+        for (int k = 0; k < 4; ++k)
+            out[k] = inner((cell.i + float(k & 1)) / cell.nu, (cell.j + float(k >> 1)) / cell.nv);
+        return;
+    }
+    const uint32_t* index = &mesh->indices[3 * size_t(cell.prim)];
+    if (cell.kind == LatticeCell::Cluster) {
+        for (int k = 0; k < 3; ++k)
+            out[k] = vertexPoint(*mesh, cell.face, m_clusters.at(mesh).representative(index[k], cell.level));
+        return;
+    }
+    const float upper = cell.kind == LatticeCell::Upper ? 1.f : 0.f;
+    const float corners[3][2] = {
+        {cell.i + upper, cell.j + upper}, {cell.i + 1, cell.j}, {cell.i, cell.j + 1}};
     for (int k = 0; k < 3; ++k) {
-        float u = corners[k][0] / nu, v = corners[k][1] / nv;
+        float u = corners[k][0] / cell.nu, v = corners[k][1] / cell.nv;
         if (u + v > 1) { // beyond the third edge, where divisions differ: the edge's nearest point stands in
             const float scale = 1 / (u + v);
             u *= scale, v *= scale;
         }
         const int corner = u == 0 && v == 0 ? 0 : u == 1 ? 1 : v == 1 ? 2 : -1;
         // Corners of flat triangles are not shared: the neighbours' normals differ.
-        out.points[k] = corner >= 0 && !mesh.normals.empty()
-                            ? vertexPoint(mesh, m_clusters.at(&mesh), out.face,
-                                          mesh.indices[3 * size_t(hit.prim) + size_t(corner)])
-                            : keys.at(u, v);
+        out[k] = corner >= 0 && !mesh->normals.empty() ? vertexPoint(*mesh, cell.face, index[corner])
+                                                       : inner(u, v);
     }
 }
 
-void SurfaceLattice::quadricStencil(const PlacedShape& placed, const VisibilitySample& sample,
-                                    const M44f& toWorld, float block, Stencil& out) const {
-    const Hit& hit = sample.hit;
-    const QuadricPoint q = placed.shape.quadric->point(hit.u, hit.v);
-    const V3f& d = sample.ray.d;
-    out.face.positive = dot(rawNormal(placed, hit, &toWorld, sample.ray.time), d) < 0;
-    const float block2 = block * block;
-    const float nu = float(1 << divisionFor(seenLength2(transformVector(toWorld, q.dpdu), d), block2));
-    const float nv = float(1 << divisionFor(seenLength2(transformVector(toWorld, q.dpdv), d), block2));
-    const float x = std::clamp(hit.u, 0.f, 1.f) * nu, y = std::clamp(hit.v, 0.f, 1.f) * nv;
-    const float i = std::min(std::floor(x), nu - 1), j = std::min(std::floor(y), nv - 1);
-    const float fx = x - i, fy = y - j;
-    const PointKeys keys(out.face, hit.prim);
-    out.count = 4;
-    for (int k = 0; k < 4; ++k) {
-        const float ox = float(k & 1), oy = float(k >> 1);
-        out.points[k] = keys.at((i + ox) / nu, (j + oy) / nv);
-        out.weights[k] = (ox > 0 ? fx : 1 - fx) * (oy > 0 ? fy : 1 - fy);
-    }
-}
-
-LatticePoint SurfaceLattice::vertexPoint(const TriangleMesh& mesh, const VertexClusters& clusters,
-                                         const LatticeFace& face, uint32_t vertex) const {
-    const uint32_t prim = clusters.triangleOf(vertex);
+LatticePoint SurfaceLattice::vertexPoint(const TriangleMesh& mesh, const LatticeFace& face,
+                                         uint32_t vertex) const {
+    const uint32_t prim = m_clusters.at(&mesh).triangleOf(vertex);
     const uint32_t* index = &mesh.indices[3 * size_t(prim)];
-    const uint64_t key = hashOf(kVertexKey, uint64_t(face.instance) << 32 | face.geometry,
-                                uint64_t(vertex) << 1 | face.positive);
-    return {nonZero(key), prim, index[1] == vertex ? 1.f : 0.f, index[2] == vertex ? 1.f : 0.f};
+    return {nonZero(faceKey(face, kVertexKey, vertex)), prim, index[1] == vertex ? 1.f : 0.f,
+            index[2] == vertex ? 1.f : 0.f};
 }
 
 V3f SurfaceLattice::rawNormal(const PlacedShape& placed, const Hit& hit, const M44f* toWorld,

@@ -21,12 +21,16 @@ struct LatticeFace {
     bool positive;
 };
 
-/// The points around a hit. Weights are positive or zero and add up to 1.
-struct Stencil {
+/// A mesh of the lattice: the part of a primitive between neighbouring points, and where in it a hit lies.
+struct LatticeCell {
+    uint64_t key; ///< of the mesh, never 0: hits with the same key have the same points
     LatticeFace face;
-    int count = 0;
-    LatticePoint points[4];
-    float weights[4];
+    uint32_t prim;
+    enum Kind : uint8_t { Cluster, Lower, Upper, Rectangle } kind;
+    int level;          ///< of a cluster
+    float i, j, nu, nv; ///< else: the mesh's place in a division of u by nu and v by nv
+    int count;          ///< of points
+    float weights[4];   ///< of the points for this hit; not negative, they add up to 1
 };
 
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
@@ -42,20 +46,18 @@ class SurfaceLattice {
   public:
     SurfaceLattice(const Scene& scene, float blockSize);
 
-    void stencil(const VisibilitySample& sample, Stencil& out) const;
+    LatticeCell locate(const VisibilitySample& sample) const;
+    /// The points of a cell, `cell.count` of them, in the order of its weights.
+    void points(const LatticeCell& cell, LatticePoint out[4]) const;
     /// The request to shade a point at shutter fraction `time`, as the camera sees it then.
     ShadingRequest request(const LatticeFace& face, const LatticePoint& point, float time) const;
 
   private:
-    void meshStencil(const PlacedShape& placed, const VisibilitySample& sample, const M44f* toWorld,
-                     float block, Stencil& out) const;
-    void clusterStencil(const TriangleMesh& mesh, const Hit& hit, float block, Stencil& out) const;
-    void triangleStencil(const TriangleMesh& mesh, const Hit& hit, int divideU, int divideV,
-                         Stencil& out) const;
-    void quadricStencil(const PlacedShape& placed, const VisibilitySample& sample, const M44f& toWorld,
-                        float block, Stencil& out) const;
-    LatticePoint vertexPoint(const TriangleMesh& mesh, const VertexClusters& clusters,
-                             const LatticeFace& face, uint32_t vertex) const;
+    void locateOnMesh(const PlacedShape& placed, const VisibilitySample& sample, const M44f* toWorld,
+                      float block, LatticeCell& cell) const;
+    void locateOnQuadric(const PlacedShape& placed, const VisibilitySample& sample, const M44f& toWorld,
+                         float block, LatticeCell& cell) const;
+    LatticePoint vertexPoint(const TriangleMesh& mesh, const LatticeFace& face, uint32_t vertex) const;
     V3f rawNormal(const PlacedShape& placed, const Hit& hit, const M44f* toWorld, float time) const;
     /// The transform that placed geometry has at `time`; identity (null) for the world's baked meshes.
     const M44f* transformOf(uint32_t instance, const PlacedShape& placed, float time, M44f& storage) const;
