@@ -25,12 +25,16 @@ static_assert(sizeof(RayBlock) >= sizeof(RTCRayHit16) &&
               offsetof(RayBlock, inst) == offsetof(RTCRayHit16, hit.instID) &&
               offsetof(RayBlock, tfar) == offsetof(RTCRayHit16, ray.tfar));
 
-void setFloatMode() {
 #if defined(__x86_64__)
+FastFloats::FastFloats() : m_before(_mm_getcsr()) {
     _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
     _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
-#endif
 }
+FastFloats::~FastFloats() { _mm_setcsr(m_before); }
+#else
+FastFloats::FastFloats() = default;
+FastFloats::~FastFloats() = default;
+#endif
 
 namespace {
 

@@ -38,11 +38,10 @@ class TileRenderer {
     TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
                  const Sampler& sampler, const Filter& filter, const RenderSettings& settings)
         : m_scene(scene), m_sampler(sampler), m_filter(filter), m_settings(settings),
-          m_integrator(integrator.makeWorker()), m_shader(shader.makeWorker(scene, sampler)) {
-        setFloatMode();
-    }
+          m_integrator(integrator.makeWorker()), m_shader(shader.makeWorker(scene, sampler)) {}
 
     void renderTile(const Window& tile, Film& film) {
+        const FastFloats fast;
         const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
         const uint32_t pixelsPerBatch = std::max(1u, kBatchSamples / spp);
         m_pixels.clear();

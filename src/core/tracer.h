@@ -95,7 +95,18 @@ class Tracer {
     std::unique_ptr<Impl> m_impl;
 };
 
-/// Flush-to-zero and denormals-are-zero on the calling thread: Embree's advice for every thread that traces.
-void setFloatMode();
+/// Flush-to-zero and denormals-are-zero on the calling thread while it lives: Embree's advice for threads
+/// that trace. Put back afterwards, so that what a program computes next does not depend on having rendered
+/// before.
+class FastFloats {
+  public:
+    FastFloats();
+    ~FastFloats();
+    FastFloats(const FastFloats&) = delete;
+    FastFloats& operator=(const FastFloats&) = delete;
+
+  private:
+    unsigned m_before = 0;
+};
 
 } // namespace strobe

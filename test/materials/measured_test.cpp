@@ -4,6 +4,8 @@
 #include "materials/material_fixture.h"
 #include "materials/merl_brdf.h"
 
+#include "support/scene_data.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -74,10 +76,9 @@ TEST(IrregularBrdf, GridEqualsBruteForce) {
 }
 
 TEST(IrregularBrdf, GridEqualsBruteForceOnMystique) {
-    const char* scenes = std::getenv("STROBE_SCENES");
-    const fs::path path = fs::path(scenes ? scenes : "") / "brdfs/mystique.brdf";
-    if (!scenes || !fs::exists(path))
-        GTEST_SKIP() << "set STROBE_SCENES to the folder of pbrt-v2's scenes";
+    const fs::path path = test::pbrtFolder() / "brdfs/mystique.brdf";
+    if (!fs::exists(path))
+        GTEST_SKIP() << "the paper's scenes are not here: set STROBE_SCENES";
     const IrregularBrdf brdf(readIrregularBrdf(path, {}));
     EXPECT_EQ(brdf.samples().size(), 1439u);
     expectGridEqualsBruteForce(brdf, 100000);

@@ -1,8 +1,13 @@
 // Closed furnaces and white worlds: pictures whose every pixel is known.
 #include "core/sampling.h"
+#include "core/spectrum.h"
+#include "scene/scene_text.h"
 #include "support/render_text.h"
 
 #include <gtest/gtest.h>
+
+#include <functional>
+#include <optional>
 
 namespace strobe {
 namespace {
@@ -18,18 +23,17 @@ std::string samplerLine(const std::string& name, int side) {
 
 /// Mean of all pixels and channels over seeds against `truth`.
 void expectMean(const BuiltScene& built, double truth, const std::string& what, int seeds = 24) {
-    double sum = 0, sum2 = 0;
-    for (int s = 0; s < seeds; ++s) {
-        const Image image = test::render(built, uint64_t(s)).image;
-        double mean = 0;
-        for (const Rgb& p : image.pixels)
-            mean += (p.x + p.y + p.z) / 3;
-        mean /= double(image.pixels.size());
-        sum += mean, sum2 += mean * mean;
-    }
-    const double mean = sum / seeds;
-    const double error = std::sqrt(std::max(0.0, sum2 / seeds - mean * mean) / (seeds - 1));
+    const auto [mean, error] = test::meanOverSeeds(built, seeds);
     EXPECT_NEAR(mean, truth, test::criticalZ(1, seeds) * error + 2e-5 * truth) << what << " error " << error;
+}
+
+std::string closedFurnace(const std::string& material, const std::string& sampler,
+                          const std::string& strategy) {
+    return "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n" + samplerLine(sampler, 4) +
+           "Integrator \"path\" \"integer maxdepth\" 200 \"string strategy\" \"" + strategy +
+           "\"\nCamera \"perspective\" \"float fov\" 90\nWorldBegin\n"
+           "ReverseOrientation\nAreaLightSource \"diffuse\" \"rgb L\" [.5 .5 .5]\nMaterial " +
+           material + "\nTranslate .3 .2 0\nShape \"sphere\" \"float radius\" 1\n";
 }
 
 struct ClosedCase {
@@ -44,16 +48,61 @@ TEST(ClosedFurnace, EveryPixelIsEmissionOverAbsorption) {
                                 ClosedCase{"\"mirror\" \"rgb Kr\" [.5 .5 .5]", .5}})
         for (const char* sampler : kSamplers)
             for (const char* strategy : {"all", "one"}) {
-                const std::string text =
-                    "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n" +
-                    samplerLine(sampler, 4) +
-                    "Integrator \"path\" \"integer maxdepth\" 200 \"string strategy\" \"" + strategy +
-                    "\"\nCamera \"perspective\" \"float fov\" 90\nWorldBegin\n"
-                    "ReverseOrientation\nAreaLightSource \"diffuse\" \"rgb L\" [.5 .5 .5]\nMaterial " +
-                    c.material + "\nTranslate .3 .2 0\nShape \"sphere\" \"float radius\" 1\n";
-                expectMean(test::build(text), .5 / (1 - c.albedo),
+                expectMean(test::build(closedFurnace(c.material, sampler, strategy)), .5 / (1 - c.albedo),
                            std::string(c.material) + ' ' + sampler + ' ' + strategy);
             }
+}
+
+/// Files of measurements of a surface that reflects evenly: f = albedo / pi. `albedos`: what that is in RGB.
+struct EvenMeasurements {
+    explicit EvenMeasurements(double albedo) {
+        std::string brdf = "31\n", record;
+        std::vector<float> wavelengths, flat(31, 1.f);
+        for (int i = 0; i < 31; ++i) {
+            wavelengths.push_back(float(400 + 10 * i));
+            brdf += std::to_string(400 + 10 * i) + ' ';
+            record += ' ' + std::to_string(albedo / M_PI);
+        }
+        for (double thetaI : {0.0, 0.5, 1.0, 1.5})
+            for (double thetaO : {0.0, 0.4, 0.8, 1.2})
+                for (double phi : {0.0, 1.0, 2.0, 3.0})
+                    brdf += '\n' + std::to_string(thetaI) + " 0 " + std::to_string(thetaO) + ' ' +
+                            std::to_string(phi) + record;
+        // One cell is all that an even surface needs.
+        const int32_t size[3] = {1, 1, 1};
+        const double scales[3] = {1 / 1500., 1.15 / 1500., 1.66 / 1500.};
+        std::string merl(reinterpret_cast<const char*>(size), sizeof(size));
+        for (double scale : scales) {
+            const double value = albedo / M_PI / scale;
+            merl.append(reinterpret_cast<const char*>(&value), sizeof(value));
+        }
+        const Rgb white = spectrumToRgb(wavelengths, flat); // not (1, 1, 1): equal energy is not D65
+        cases = {{measured(folder.write("even.brdf", brdf)), {}},
+                 {measured(folder.write("even.binary", merl)), {}}};
+        for (int c = 0; c < 3; ++c)
+            cases[0].albedos.push_back(albedo * white[c]), cases[1].albedos.push_back(albedo);
+    }
+    static std::string measured(const std::filesystem::path& file) {
+        return "\"measured\" \"string filename\" \"" + file.string() + '"';
+    }
+    struct Case {
+        std::string material;
+        std::vector<double> albedos;
+    };
+    test::TemporaryFolder folder;
+    std::vector<Case> cases;
+};
+
+TEST(ClosedFurnace, Measured) {
+    const EvenMeasurements measurements(.5);
+    for (const auto& c : measurements.cases) {
+        double truth = 0;
+        for (double albedo : c.albedos)
+            truth += .5 / (1 - albedo) / 3;
+        for (const char* sampler : kSamplers)
+            expectMean(test::build(closedFurnace(c.material, sampler, "all")), truth,
+                       c.material + ' ' + sampler);
+    }
 }
 
 /// The directional albedo of a material for wo at cosine `mu`: an independent quadrature of its own eval;
@@ -75,39 +124,54 @@ double albedoAt(const Material& material, const Bsdf& bsdf, float mu) {
     return sum * 2 * kPi / (double(kTheta) * kPhi);
 }
 
+/// Average of the albedo over the picture of a sphere of radius 1 that shows the square |x|, |y| < 1/2: at
+/// distance r of the axis the cosine is sqrt(1 - r²).
+double shownAlbedo(const BuiltScene& built) {
+    const SurfacePoint s = built.scene->surface(Hit{kNone, 0, 0, 0.25f, 0.5f, 1}, 0);
+    Bsdf bsdf;
+    bsdf.material = s.material;
+    s.material->prepare({}, bsdf);
+    double sum = 0;
+    constexpr int kGrid = 24;
+    for (int i = 0; i < kGrid; ++i)
+        for (int j = i; j < kGrid; ++j) {
+            const float x = (float(i) + .5f) / kGrid / 2, y = (float(j) + .5f) / kGrid / 2;
+            sum += (i == j ? 1 : 2) * albedoAt(*s.material, bsdf, std::sqrt(1 - x * x - y * y));
+        }
+    return sum / (kGrid * kGrid);
+}
+
+void expectWhiteWorldShows(const std::string& material,
+                           const std::function<double(const BuiltScene&)>& albedo) {
+    std::optional<double> truth;
+    for (const char* sampler : kSamplers)
+        for (const char* integrator : {"directlighting", "path"}) {
+            const std::string text =
+                "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4\n" +
+                samplerLine(sampler, 8) + "Integrator \"" + integrator +
+                "\"\nCamera \"orthographic\" \"float screenwindow\" [-.5 .5 -.5 .5]\nWorldBegin\n"
+                "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial " +
+                material + "\nTranslate 0 0 5\nShape \"sphere\" \"float radius\" 1\n";
+            const BuiltScene built = test::build(text);
+            if (!truth)
+                truth = albedo(built);
+            expectMean(built, *truth, material + ' ' + sampler + ' ' + integrator, 16);
+        }
+}
+
 TEST(WhiteWorld, SphereShowsTheAlbedo) {
-    // A small sphere seen through an orthographic camera: at distance r of the axis the cosine is sqrt(1 -
-    // r²).
     for (const char* material :
          {"\"matte\" \"rgb Kd\" [.7 .7 .7]", "\"matte\" \"rgb Kd\" [.7 .7 .7] \"float sigma\" 30",
           "\"plastic\" \"rgb Kd\" [.3 .3 .3] \"rgb Ks\" [.4 .4 .4] \"float roughness\" .2",
           "\"metal\" \"float roughness\" .1"})
-        for (const char* sampler : kSamplers)
-            for (const char* integrator : {"directlighting", "path"}) {
-                const std::string text =
-                    "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4\n" +
-                    samplerLine(sampler, 8) + "Integrator \"" + integrator +
-                    "\"\n"
-                    "Camera \"orthographic\" \"float screenwindow\" [-.5 .5 -.5 .5]\nWorldBegin\n"
-                    "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial " +
-                    material + "\nTranslate 0 0 5\nShape \"sphere\" \"float radius\" 1\n";
-                const BuiltScene built = test::build(text);
-                // Average of the albedo over the picture: the square |x|,|y| < 1/2.
-                const Hit hit{kNone, 0, 0, 0.25f, 0.5f, 1};
-                const SurfacePoint s = built.scene->surface(hit, 0);
-                Bsdf bsdf;
-                bsdf.material = s.material;
-                s.material->prepare({}, bsdf);
-                double truth = 0;
-                constexpr int kGrid = 24;
-                for (int i = 0; i < kGrid; ++i)
-                    for (int j = i; j < kGrid; ++j) {
-                        const float x = (float(i) + .5f) / kGrid / 2, y = (float(j) + .5f) / kGrid / 2;
-                        truth += (i == j ? 1 : 2) * albedoAt(*s.material, bsdf, std::sqrt(1 - x * x - y * y));
-                    }
-                truth /= kGrid * kGrid;
-                expectMean(built, truth, std::string(material) + ' ' + sampler + ' ' + integrator, 16);
-            }
+        expectWhiteWorldShows(material, shownAlbedo);
+}
+
+TEST(WhiteWorld, MeasuredShowsItsAlbedo) {
+    const EvenMeasurements measurements(.7);
+    for (const auto& c : measurements.cases)
+        expectWhiteWorldShows(
+            c.material, [&](const BuiltScene&) { return (c.albedos[0] + c.albedos[1] + c.albedos[2]) / 3; });
 }
 
 TEST(WhiteWorld, GlassAndMirrorLoseNothing) {

@@ -52,7 +52,7 @@ std::vector<Ray1> randomRays(int n) {
 /// Traces in blocks of the given order; out[i] is the hit of rays[i].
 std::vector<Hit> trace(const Tracer& tracer, const std::vector<Ray1>& rays, const std::vector<int>& order,
                        int width, bool coherent = false) {
-    setFloatMode();
+    const FastFloats fast;
     std::vector<Hit> hits(rays.size());
     RayBlock block;
     for (size_t first = 0; first < order.size(); first += size_t(width)) {

@@ -1,4 +1,5 @@
 #include "shapes/subdivision.h"
+#include "support/scene_data.h"
 
 #include "shapes/loopsubdiv.h"
 #include "shapes/shape_params.h"
@@ -224,18 +225,6 @@ TEST(LoopSubdiv, LocatedErrors) {
 
 // ---------------------------------------------------------------------------------------------- the Killeroo
 
-/// The scenes folder: the environment's, or a shared/scenes beside this or an outer directory.
-std::filesystem::path findScene(const std::string& name) {
-    if (const char* root = std::getenv("STROBE_SCENES"))
-        return std::filesystem::path(root) / name;
-    for (auto dir = std::filesystem::current_path(); dir != dir.root_path(); dir = dir.parent_path()) {
-        const auto path = dir / "shared" / "scenes" / name;
-        if (std::filesystem::exists(path))
-            return path;
-    }
-    return {};
-}
-
 /// The numbers between the brackets that follow `key`.
 template <class T>
 std::vector<T> numbersOf(const std::string& text, const std::string& key) {
@@ -245,9 +234,9 @@ std::vector<T> numbersOf(const std::string& text, const std::string& key) {
 }
 
 TEST(LoopSubdiv, Killeroo) {
-    std::ifstream file(findScene("pbrt-v2/geometry/killeroo.pbrt"));
+    std::ifstream file(test::pbrtFolder() / "geometry/killeroo.pbrt");
     if (!file)
-        GTEST_SKIP() << "no pbrt-v2/geometry/killeroo.pbrt (set STROBE_SCENES)";
+        GTEST_SKIP() << "the paper's scenes are not here: set STROBE_SCENES";
     std::stringstream text;
     text << file.rdbuf();
     ShapeParams params;

@@ -66,6 +66,25 @@ inline PixelStatistics renderSeeds(const BuiltScene& built, int seeds, uint64_t 
     return s;
 }
 
+/// The mean of all pixels and channels, and its standard error over independent seeds.
+struct Estimate {
+    double mean, error;
+};
+
+inline Estimate meanOverSeeds(const BuiltScene& built, int seeds) {
+    double sum = 0, sum2 = 0;
+    for (int s = 0; s < seeds; ++s) {
+        const Image image = render(built, uint64_t(s)).image;
+        double mean = 0;
+        for (const Rgb& p : image.pixels)
+            mean += (double(p.x) + p.y + p.z) / 3;
+        mean /= double(image.pixels.size());
+        sum += mean, sum2 += mean * mean;
+    }
+    const double mean = sum / seeds;
+    return {mean, std::sqrt(std::max(0.0, sum2 / seeds - mean * mean) / (seeds - 1))};
+}
+
 /// The number of standard errors that n independent tests together exceed with probability 1e-4 (Šidák), for
 /// a mean of `seeds` values: Student's t approximated by the normal quantile with a Cornish-Fisher
 /// correction.

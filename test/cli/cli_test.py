@@ -1,0 +1,447 @@
+"""The program from outside: what every option of the command line does, exit codes, and that a run that fails
+touches nothing. Usage: cli_test.py PATH_OF_STROBE [unittest arguments]"""
+import json
+import os
+import pty
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.dont_write_bytecode = True  # the source tree stays clean
+from exr import Exr  # noqa: E402
+
+STROBE = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else os.environ.get("STROBE", "strobe")
+OK, USAGE, SCENE, OUTPUT = 0, 1, 2, 3
+
+OPTIONS = """TransformTimes 0 1
+Film "image" "integer xresolution" 24 "integer yresolution" 16
+Sampler "sobol" "integer pixelsamples" 16
+PixelFilter "gaussian"
+Integrator "path" "integer maxdepth" 3
+Camera "perspective" "float fov" 60
+"""
+WORLD = """WorldBegin
+LightSource "infinite" "rgb L" [.2 .3 .4]
+AttributeBegin
+  Translate 2 3 1
+  AreaLightSource "diffuse" "rgb L" [20 20 20]
+  Shape "sphere" "float radius" .5
+AttributeEnd
+Material "matte" "rgb Kd" [.6 .5 .4]
+Translate -.6 0 4
+ActiveTransform EndTime
+Translate 1.2 0 0
+ActiveTransform All
+Shape "sphere" "float radius" .8
+"""
+
+
+class CliTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="strobe-cli-")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.write("s.scene", OPTIONS + WORLD)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def write(self, name, text):
+        with open(self.path(name), "wb" if isinstance(text, bytes) else "w") as file:
+            file.write(text)
+
+    def read(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+    def run_strobe(self, *arguments, code=OK):
+        result = subprocess.run([STROBE, *map(str, arguments)], cwd=self.folder, capture_output=True, timeout=60)
+        result.out, result.err = result.stdout.decode(), result.stderr.decode()
+        self.assertEqual(result.returncode, code, f"{arguments}\n{result.err}")
+        return result
+
+    def render(self, *arguments, scene="s.scene"):
+        """The picture that these arguments give."""
+        self.run_strobe(scene, "--quiet", "-o", "picture.exr", *arguments)
+        return Exr(self.path("picture.exr"))
+
+    def stats(self, *arguments, scene="s.scene"):
+        self.run_strobe(scene, "--quiet", "-o", "picture.exr", "--stats", "stats.json", *arguments)
+        return json.loads(self.read("stats.json"))
+
+    def names(self):
+        return sorted(os.listdir(self.folder))
+
+
+class Information(CliTest):
+    def test_help_names_every_option(self):
+        text = self.run_strobe("--help").out
+        for option in ("--integrator -D --spp -o --output --threads --tile --crop --pixel --sample --seed --frame-time "
+                       "--quick --quiet --stats --log-level --list --version --help").split():
+            self.assertRegex(text, rf"(^|[\s,]){option}[\s,]")
+        self.assertEqual(self.run_strobe("-h").out, text)
+
+    def test_version(self):
+        self.assertRegex(self.run_strobe("--version").out, r"^strobe \d+\.\d+\.\d+\n$")
+
+    def test_list_has_every_plugin_with_its_parameters(self):
+        text = self.run_strobe("--list").out
+        kinds = {}
+        for line in text.splitlines():
+            if line and not line.startswith(" "):
+                kind = kinds.setdefault(line.split(" ")[0].rstrip(","), {})
+            elif line.startswith("      "):
+                parameters.append(line)
+            elif line.startswith("  "):
+                name, doc = line.strip().split(maxsplit=1)
+                self.assertGreater(len(doc), 3, line)
+                parameters = kind.setdefault(name, [])
+        expected = {
+            "Integrator": "supersample",
+            "SurfaceIntegrator": "directlighting path",
+            "Camera": "perspective orthographic environment",
+            "Film": "image",
+            "Sampler": "independent stratified sobol",
+            "PixelFilter": "box triangle gaussian mitchell sinc",
+            "Shape": "trianglemesh plymesh loopsubdiv sphere disk",
+            "Material": "matte plastic mirror glass metal measured",
+            "Texture": "constant scale mix checkerboard imagemap",
+            "LightSource": "point spot distant infinite",
+            "AreaLightSource": "diffuse",
+        }
+        for kind, names in expected.items():
+            self.assertLessEqual(set(names.split()), set(kinds[kind]), kind)
+        self.assertTrue(any(re.search(r"\binteger +maxdepth .*\[5\]$", p) for p in kinds["SurfaceIntegrator"]["path"]))
+        self.assertTrue(any(re.search(r"\bfloat +radius .*\[1\]$", p) for p in kinds["Shape"]["sphere"]))
+
+    def test_listed_plugins_exist(self):
+        """The list comes from the tables the parser uses: each name builds, or fails for lack of a file alone."""
+        text = self.run_strobe("--list").out
+        materials = re.search(r"^Material\n(.*?)\n\n", text, re.M | re.S)[1]
+        for name in re.findall(r"^  (\w+)", materials, re.M):
+            self.write("m.scene", OPTIONS + f'WorldBegin\nLightSource "point"\nMaterial "{name}"\nShape "sphere"\n')
+            code = SCENE if name == "measured" else OK
+            err = self.run_strobe("m.scene", "--spp", "1", "-o", "m.exr", "--quiet", code=code).err
+            self.assertEqual("is missing" in err, name == "measured")
+
+
+class Options(CliTest):
+    def test_default_output_is_the_scenes_stem(self):
+        self.run_strobe("s.scene", "--spp", "1")
+        self.assertEqual(self.names(), ["s.exr", "s.scene"])
+        self.write("named.scene", OPTIONS.replace('"image"', '"image" "string filename" "chosen.png"') + WORLD)
+        self.run_strobe("named.scene", "--spp", "1")
+        self.assertEqual(self.names(), ["chosen.png", "named.scene", "s.exr", "s.scene"])
+
+    def test_foreign_output_name_becomes_exr(self):
+        self.write("t.scene", OPTIONS.replace('"image"', '"image" "string filename" "x.tga"') + WORLD)
+        err = self.run_strobe("t.scene", "--spp", "1").err
+        self.assertIn("x.tga", err)
+        self.assertEqual(self.names(), ["s.scene", "t.scene", "x.exr"])
+
+    def test_two_outputs(self):
+        self.run_strobe("s.scene", "--spp", "2", "-o", "a.exr", "--output", "b.png")
+        self.assertEqual(self.names(), ["a.exr", "b.png", "s.scene"])
+        png = self.read("b.png")
+        self.assertEqual(png[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertEqual(struct.unpack(">2I", png[16:24]), (24, 16))
+        self.assertEqual(Exr(self.path("a.exr")).display, (0, 0, 23, 15))
+
+    def test_option_between_files_takes_one_value(self):
+        """-o and -D do not swallow the scene that follows them."""
+        self.run_strobe("--quiet", "-o", "a.exr", "-D", "maxdepth=1", "s.scene")
+        self.assertEqual(self.names(), ["a.exr", "s.scene"])
+
+    def test_overwrites_by_renaming(self):
+        self.write("a.exr", "old")
+        os.link(self.path("a.exr"), self.path("link.exr"))
+        self.run_strobe("s.scene", "--spp", "1", "-o", "a.exr")
+        self.assertEqual(self.read("link.exr"), b"old")  # the old file itself was not written into
+        Exr(self.path("a.exr"))
+
+    def test_metadata(self):
+        a = self.render("--spp", "4", "--seed", "18446744073709551615", "-D", "maxdepth=2").attributes
+        self.assertEqual(a["strobe:integrator"], "supersample")
+        self.assertEqual(a["strobe:shading"], "path")
+        self.assertEqual(a["strobe:shading:maxdepth"], "2")
+        self.assertEqual(a["strobe:shading:strategy"].strip('"'), "all")
+        self.assertEqual(a["strobe:sampler"], "sobol")
+        self.assertEqual(a["strobe:filter"], "gaussian")
+        self.assertEqual(a["strobe:samplesPerPixel"], 4)
+        self.assertEqual(a["strobe:seed"], "18446744073709551615")
+        self.assertEqual(a["strobe:visibilitySamples"], str(4 * 24 * 16))
+        self.assertIn(int(a["strobe:shades"]), range(1, 4 * 24 * 16 + 1))
+        self.assertGreaterEqual(int(a["strobe:rays"]), 4 * 24 * 16)
+        self.assertIn(a["strobe:version"], self.run_strobe("--version").out)
+        for stage in "parse build render".split():
+            self.assertGreaterEqual(a["strobe:seconds:" + stage], 0)
+        for stage in "generate trace plan shade resolve".split():
+            self.assertGreaterEqual(a["strobe:threadSeconds:" + stage], 0)
+
+    def test_integrator(self):
+        self.assertEqual(self.render("--integrator", "supersample").rows, self.render().rows)
+
+    def test_defines(self):
+        """-D changes what the scene says; of two, both count; of the same name, the last."""
+        deep = self.render()
+        shallow = self.render("-D", "maxdepth=1")
+        self.assertNotEqual(deep.rows, shallow.rows)
+        self.write("shallow.scene", OPTIONS.replace('"integer maxdepth" 3', '"integer maxdepth" 1') + WORLD)
+        self.assertEqual(shallow.rows, self.render(scene="shallow.scene").rows)
+        self.write("one.scene", OPTIONS.replace('"integer maxdepth" 3', '"integer maxdepth" 1 "string strategy" "one"') + WORLD)
+        both = self.render("-D", "maxdepth=1", "-D", "strategy=one")
+        self.assertEqual(both.rows, self.render(scene="one.scene").rows)
+        self.assertNotEqual(both.rows, shallow.rows)
+        self.assertEqual(self.render("-D", "maxdepth=9", "-D", "maxdepth=1").rows, shallow.rows)
+
+    def test_spp(self):
+        picture = self.render("--spp", "64")
+        self.write("fine.scene", OPTIONS.replace('"integer pixelsamples" 16', '"integer pixelsamples" 64') + WORLD)
+        self.assertEqual(picture.rows, self.render(scene="fine.scene").rows)
+        self.assertEqual(picture.attributes["strobe:samplesPerPixel"], 64)
+        self.assertNotEqual(picture.rows, self.render().rows)
+
+    def test_threads_and_tiles_change_nothing(self):
+        reference = self.render("--threads", "1", "--tile", "16").rows
+        for arguments in (["--threads", "7", "--tile", "3"], ["--threads", "2", "--tile", "1"], ["--threads", "0"],
+                          ["--tile", "2147483647"], ["--tile", "8", "--threads", "3"]):
+            self.assertEqual(self.render(*arguments).rows, reference, arguments)
+        self.assertEqual(len(self.stats("--threads", "1")["threads"]), 1)
+
+    def test_crop(self):
+        whole = self.render().pixels()
+        for crop, window in ((("0.25", "0.75", "0.5", "1"), (6, 8, 17, 15)), (("-1", ".1", "0", "7"), (0, 0, 2, 15))):
+            part = self.render("--crop", *crop, "--tile", "2147483647")
+            self.assertEqual(part.window, window)
+            self.assertEqual(part.display, (0, 0, 23, 15))
+            self.assertEqual(part.pixels(), {p: v for p, v in whole.items() if p in part.pixels()})
+
+    def test_seed(self):
+        self.assertEqual(self.render("--seed", "3").rows, self.render("--seed", "3").rows)
+        self.assertEqual(self.render("--seed", "0").rows, self.render().rows)
+        self.assertNotEqual(self.render("--seed", "3").rows, self.render().rows)
+
+    def test_frame_time(self):
+        """A still at that time: as if nothing moved, from the place on the way there."""
+        motion = WORLD.index("ActiveTransform EndTime"), WORLD.index("ActiveTransform All")
+        for time, shift in (("0", 0), ("0.25", 0.3), ("1", 1.2)):
+            self.write("still.scene", OPTIONS + WORLD[: motion[0]] + f"Translate {shift} 0 0\n" + WORLD[motion[1] :])
+            still, frozen = self.render(scene="still.scene").pixels(), self.render("--frame-time", time).pixels()
+            differences = [abs(still[p][0] - frozen[p][0]) for p in still]
+            self.assertLess(sorted(differences)[-4], 1e-5, time)  # rounding may tip a sample at an edge or two
+            self.assertLess(max(differences), 0.1)
+        self.assertEqual(self.stats("--frame-time", "0.5")["geometry"]["timeSteps"], 0)
+        self.assertGreater(self.stats()["geometry"]["timeSteps"], 0)
+
+    def test_quick(self):
+        quick = self.stats("--quick")
+        self.assertEqual(quick["resolution"], [6, 4])
+        self.assertEqual(quick["visibilitySamples"], 6 * 4 * 4)
+        self.assertEqual(self.stats("--quick", "--spp", "32")["visibilitySamples"], 6 * 4 * 32)
+
+    def test_files_are_read_one_after_another(self):
+        self.write("head.scene", OPTIONS)
+        self.write("tail.scene", WORLD)
+        self.run_strobe("head.scene", "tail.scene", "--quiet")
+        self.assertIn("head.exr", self.names())
+        self.assertEqual(Exr(self.path("head.exr")).rows, self.render().rows)
+
+    def test_pixel_and_sample(self):
+        picture = self.render("--seed", "5")
+        number = r"(-?[\d.e+-]+)"
+        for x, y in ((0, 0), (23, 15), (11, 7), (4, 12)):
+            out = self.run_strobe("s.scene", "--seed", "5", "--pixel", f"{x},{y}").out
+            found = re.fullmatch(rf"pixel {x},{y}: {number} {number} {number}\n", out)
+            printed = tuple(struct.unpack("<f", struct.pack("<f", float(v)))[0] for v in found.groups())
+            self.assertEqual(printed, picture.pixel(x, y))  # nine digits are all of a float
+        # With a box filter of weight 1 the pixel is the mean of its samples.
+        self.write("box.scene", OPTIONS.replace('"gaussian"', '"box"') + WORLD)
+        total = [0.0, 0.0, 0.0]
+        for sample in range(16):
+            out = self.run_strobe("box.scene", "--pixel", "11,7", "--sample", str(sample)).out
+            found = re.fullmatch(rf"pixel 11,7 sample {sample}: {number} {number} {number}\n", out)
+            total = [t + float(v) for t, v in zip(total, found.groups())]
+        self.run_strobe("box.scene", "--quiet")
+        for mean, value in zip(total, Exr(self.path("box.exr")).pixel(11, 7)):
+            self.assertAlmostEqual(mean / 16, value, delta=1e-6 * value)
+        self.assertEqual(self.names(), ["box.exr", "box.scene", "picture.exr", "s.scene"])
+
+    def test_stats(self):
+        s = self.stats("--threads", "2", "--tile", "4", "--crop", "0", ".5", "0", "1")
+        self.assertEqual(s["scenes"], ["s.scene"])
+        self.assertEqual(s["resolution"], [24, 16])
+        self.assertEqual(s["window"], [0, 12, 0, 16])
+        self.assertEqual(s["pixels"], 12 * 16)
+        self.assertEqual(s["visibilitySamples"], 12 * 16 * 16)
+        rays = s["rays"]
+        self.assertEqual(rays["camera"], s["visibilitySamples"])
+        self.assertEqual(rays["total"], sum(rays[k] for k in ("camera", "shadow", "light", "bounce")))
+        for kind in "camera shadow bounce".split():
+            self.assertGreater(rays[kind], 0, kind)
+        self.assertEqual(s["shades"] + s["escaped"], s["visibilitySamples"])
+        self.assertAlmostEqual(s["shadesPerPixel"], s["shades"] / s["pixels"])
+        for counter in "pixels shades".split():
+            self.assertEqual(s[counter], sum(t[counter] for t in s["threads"]), counter)
+        for stage, seconds in s["threadSeconds"].items():
+            self.assertAlmostEqual(seconds, sum(t["seconds"][stage] for t in s["threads"]), places=9)
+        self.assertLessEqual(sum(s["threadSeconds"].values()), len(s["threads"]) * s["seconds"]["render"] * 1.01 + 0.01)
+        self.assertGreater(s["escaped"], 0)
+        self.assertEqual(s["footprints"], 0)
+        self.assertEqual(s["badSamples"], 0)
+        self.assertEqual(s["geometry"]["quadrics"], 2)
+        self.assertEqual(s["settings"]["shading:maxdepth"], "3")
+        self.assertEqual(s["settings"]["samplesPerPixel"], 16)
+
+
+class Messages(CliTest):
+    def test_progress_is_plain_percentages(self):
+        result = self.run_strobe("s.scene", "-o", "a.exr", "--tile", "2")
+        self.assertNotIn("\r", result.err)
+        self.assertNotIn("\x1b", result.err)
+        percentages = re.findall(r"^(\d+)%$", result.err, re.M)
+        self.assertEqual(percentages, [str(p) for p in range(10, 101, 10)])
+        self.assertIn("wrote a.exr", result.err)
+        self.assertEqual(result.out, "")
+
+    def test_progress_bar_on_a_terminal(self):
+        master, slave = pty.openpty()
+        code = subprocess.run([STROBE, "s.scene", "-o", "a.exr"], cwd=self.folder, stderr=slave, timeout=60).returncode
+        os.close(slave)
+        text = b""
+        try:
+            while chunk := os.read(master, 4096):
+                text += chunk
+        except OSError:
+            pass  # the other end is closed
+        os.close(master)
+        self.assertEqual(code, OK)
+        self.assertIn(b"\r[", text)
+        self.assertIn(b"left", text)
+        self.assertNotRegex(text, rb"(?m)^10%")
+
+    def test_quiet_says_nothing_but_errors(self):
+        result = self.run_strobe("s.scene", "--quiet", "-o", "a.exr")
+        self.assertEqual(result.err + result.out, "")
+        self.write("warned.pbrt", OPTIONS + WORLD + 'Shape "cone"\n')
+        self.assertEqual(self.run_strobe("warned.pbrt", "--quiet").err, "")
+        self.assertIn("error", self.run_strobe("none.scene", "--quiet", code=USAGE).err)
+
+    def test_log_levels(self):
+        self.write("warned.scene", OPTIONS + WORLD + 'Shape "cone"\n')
+
+        def said(level):
+            err = self.run_strobe("warned.scene", "--log-level", level, "--spp", "1").err
+            return ["parsed in" in err, "wrote" in err, "warning" in err]
+
+        self.assertEqual(said("debug"), [True, True, True])
+        self.assertEqual(said("info"), [False, True, True])
+        self.assertEqual(said("warn"), [False, False, True])
+        self.assertEqual(said("error"), [False, False, False])
+
+    def test_scene_error_has_place_and_caret(self):
+        self.write("bad.scene", 'WorldBegin\n  Shape "sphere" "float raduis" 2\n')
+        err = self.run_strobe("bad.scene", code=SCENE).err
+        self.assertEqual(err, 'bad.scene:2:18: error: unknown parameter "raduis"; did you mean "radius"? (known: radius, '
+                              'zmin, zmax, phimax)\n    Shape "sphere" "float raduis" 2\n                   ^\n')
+
+
+class Failures(CliTest):
+    """Exit codes, and that nothing is made or touched."""
+
+    def setUp(self):
+        super().setUp()
+        for name in ("out.exr", "out.png", "stats.json"):
+            self.write(name, "precious")
+            os.utime(self.path(name), (1000, 1000))
+
+    def fails(self, code, *arguments, says=None):
+        before = self.names()
+        result = self.run_strobe(*arguments, code=code)
+        self.assertEqual(self.names(), before, arguments)
+        for name in ("out.exr", "out.png", "stats.json"):
+            self.assertEqual(self.read(name), b"precious", arguments)
+            self.assertEqual(os.stat(self.path(name)).st_mtime, 1000, arguments)
+        self.assertNotEqual(result.err, "")
+        self.assertEqual(result.out, "")
+        if says:
+            self.assertIn(says, result.err)
+
+    OUT = ("-o", "out.exr", "-o", "out.png", "--stats", "stats.json")
+
+    def test_usage(self):
+        for arguments, says in (
+            ([], "FILE"),
+            (["s.scene", "--bogus"], "--bogus"),
+            (["s.scene", "--spp", "0"], "--spp"),
+            (["s.scene", "--spp", "-4"], "--spp"),
+            (["s.scene", "--spp", "many"], "--spp"),
+            (["s.scene", "--spp"], "--spp"),
+            (["s.scene", "--threads", "-1"], "--threads"),
+            (["s.scene", "--tile", "0"], "--tile"),
+            (["s.scene", "--crop", "0", "1", "0"], "--crop"),
+            (["s.scene", "--crop", "0", "1", "1", "0"], "--crop"),
+            (["s.scene", "--crop", "0", "nan", "0", "1"], "--crop"),
+            (["s.scene", "--crop", "2", "3", "0", "1"], "crop"),
+            (["s.scene", "--pixel", "3"], "--pixel"),
+            (["s.scene", "--pixel", "3,4,5"], "--pixel"),
+            (["s.scene", "--pixel", "24,0"], "--pixel 24,0: the frame has 24x16 pixels"),
+            (["s.scene", "--pixel", "-1,0"], "--pixel"),
+            (["s.scene", "--pixel", "3,4", "--sample", "16"], "--sample 16: a pixel has 16 samples"),
+            (["s.scene", "--sample", "1"], "needs --pixel"),
+            (["s.scene", "--seed", "x"], "--seed"),
+            (["s.scene", "--frame-time", "soon"], "--frame-time"),
+            (["s.scene", "--log-level", "loud"], "--log-level"),
+            (["s.scene", "-o", "out.jpg"], "out.jpg"),
+            (["s.scene", "-o", ""], "-o"),
+            (["s.scene", "-D", "maxdepht=2"], 'unknown parameter "maxdepht"; did you mean "maxdepth"?'),
+            (["s.scene", "-D", "maxdepth"], "name=value"),
+            (["s.scene", "-D", "maxdepth=deep"], "not a number"),
+            (["none.scene"], "none.scene"),
+            (["."], '"."'),
+            (["s.scene", "none.scene"], "none.scene"),
+        ):
+            with self.subTest(arguments):
+                self.fails(USAGE, *arguments, *self.OUT, says=says)
+
+    def test_unknown_integrator_lists_the_known(self):
+        self.fails(USAGE, "s.scene", "--integrator", "supersampel", *self.OUT, says='did you mean "supersample"?')
+        self.fails(USAGE, "s.scene", "--integrator", "xyz", *self.OUT, says="(known: supersample")
+
+    def test_scene(self):
+        scenes = {
+            "misspelt": OPTIONS + WORLD + 'Shape "sphere" "float raduis" 2\n',
+            "unclosed": OPTIONS + WORLD + "AttributeBegin\n",
+            "empty": "",
+            "garbage": bytes(range(256)) * 64,
+            "zeros": b"\0" * 4096,
+            "missing": OPTIONS + WORLD + 'Shape "plymesh" "string filename" "none.ply"\n',
+            "depth": OPTIONS.replace('"integer maxdepth" 3', '"integer maxdepth" -1') + WORLD,
+            "film": OPTIONS.replace('"integer xresolution" 24', '"integer xresolution" 0') + WORLD,
+            "self": 'Include "self.scene"\n',
+            "huge": OPTIONS.replace('"integer pixelsamples" 16', '"integer pixelsamples" 16e9') + WORLD,
+        }
+        for name, text in scenes.items():
+            with self.subTest(name):
+                self.write(name + ".scene", text)
+                self.fails(SCENE, name + ".scene", *self.OUT, says=name + ".scene:")
+        with self.subTest("twice"):
+            self.fails(SCENE, "s.scene", "s.scene", *self.OUT, says="s.scene:1:1: error: TransformTimes must come before")
+
+    def test_output(self):
+        os.mkdir(self.path("folder.exr"))
+        self.fails(OUTPUT, "s.scene", "-o", "none/out.exr", says="none/out.exr")
+        self.fails(OUTPUT, "s.scene", "-o", "s.scene/out.exr", says="s.scene/out.exr")
+        self.fails(OUTPUT, "s.scene", "-o", "folder.exr", says="folder.exr")
+        self.fails(OUTPUT, "s.scene", "-o", "out.exr", "-o", "none/out.png", says="none/out.png")
+        self.fails(OUTPUT, "s.scene", "-o", "new.exr", "--stats", "none/stats.json", says="none/stats.json")
+        self.fails(OUTPUT, "s.scene", "-o", "new.exr", "--stats", ".", says="cannot write")
+        self.write("named.scene", OPTIONS.replace('"image"', '"image" "string filename" "none/out.exr"') + WORLD)
+        self.fails(OUTPUT, "named.scene", says="none/out.exr")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,18 @@
+// Where the paper's scenes are, for tests that skip themselves without them.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+
+namespace strobe::test {
+
+/// The folder of pbrt-v2's scenes: in $STROBE_SCENES, or beside the repository. It may not be there.
+inline std::filesystem::path pbrtFolder() {
+    const char* variable = std::getenv("STROBE_SCENES");
+    const std::filesystem::path scenes = variable && *variable
+                                             ? std::filesystem::path(variable)
+                                             : std::filesystem::path(STROBE_SOURCE_DIR) / "../shared/scenes";
+    return scenes / "pbrt-v2";
+}
+
+} // namespace strobe::test
