@@ -128,10 +128,12 @@ void alphaFilter(const RTCFilterFunctionNArguments* args) {
 
 struct Tracer::Impl {
     RTCDevice device = nullptr;
-    std::vector<RTCScene> scenes; ///< one per group; [0] also holds the instances
+    std::vector<RTCScene> scenes; ///< one per group; [0] also holds the instances that rest
+    // What moves is a scene of its own, behind a box, so that it costs nothing where it is not.
+    RTCScene moving = nullptr;
+    Box3f movingBounds;
     std::vector<std::unique_ptr<CallbackData>> callbackData;
     size_t worldGeometries = 0;
-    bool movingInstances = false;
     TracerCounts counts;
     std::string error;
     std::mutex errorMutex;
@@ -152,6 +154,8 @@ struct Tracer::Impl {
     ~Impl() {
         for (RTCScene scene : scenes)
             rtcReleaseScene(scene);
+        if (moving)
+            rtcReleaseScene(moving);
         rtcReleaseDevice(device);
     }
 
@@ -186,26 +190,38 @@ struct Tracer::Impl {
         return g;
     }
 
+    /// Where geometry of the world goes.
+    RTCScene worldScene(bool moves) {
+        if (!moves)
+            return scenes[0];
+        if (!moving)
+            moving = rtcNewScene(device);
+        return moving;
+    }
+
     void addGroup(const Group& group) {
-        RTCScene scene = rtcNewScene(device);
-        scenes.push_back(scene);
+        const bool isWorld = scenes.empty();
+        scenes.push_back(rtcNewScene(device));
+        unsigned id = 0;
         for (const Geometry& geometry : group.geometries) {
             callbackData.push_back(std::make_unique<CallbackData>(CallbackData{
                 &geometry.placed, geometry.placed.toParent.inverse(), uint32_t(callbackData.size())}));
             RTCGeometry g = geometry.placed.shape.mesh ? makeMesh(geometry) : makeQuadric();
             rtcSetGeometryUserData(g, callbackData.back().get());
-            attach(scene, g);
+            const bool deforms = geometry.placed.shape.mesh && geometry.placed.shape.mesh->deforms();
+            attach(isWorld ? worldScene(deforms) : scenes.back(), g, id++);
         }
+        if (isWorld)
+            worldGeometries = group.geometries.size();
     }
 
-    void addInstance(const Instance& instance) {
+    void addInstance(const Instance& instance, unsigned id) {
         RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(g, scenes[instance.group]);
         const Motion& motion = *instance.motion;
         if (!motion.isStill()) {
             rtcSetGeometryTimeStepCount(g, unsigned(motion.keyCount()));
             counts.timeSteps += motion.keyCount();
-            movingInstances = true;
         }
         for (int i = 0; i < motion.keyCount(); ++i) {
             if (motion.usesRotation())
@@ -214,7 +230,7 @@ struct Tracer::Impl {
                 rtcSetGeometryTransform(g, unsigned(i), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                                         motion.matrixKey(i).getValue());
         }
-        attach(scenes[0], g);
+        attach(worldScene(!motion.isStill()), g, id);
         ++counts.instances;
     }
 
@@ -230,10 +246,16 @@ struct Tracer::Impl {
         rtcSetGeometryTransformQuaternion(g, unsigned(key), &q);
     }
 
-    static void attach(RTCScene scene, RTCGeometry g) {
+    static void attach(RTCScene scene, RTCGeometry g, unsigned id) {
         rtcCommitGeometry(g);
-        rtcAttachGeometry(scene, g);
+        rtcAttachGeometryByID(scene, g, id);
         rtcReleaseGeometry(g);
+    }
+
+    static Box3f boundsOf(RTCScene scene) {
+        RTCBounds b;
+        rtcGetSceneBounds(scene, &b);
+        return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
     }
 
     void check() const {
@@ -246,13 +268,18 @@ Tracer::Tracer(const std::vector<Group>& groups, const std::vector<Instance>& in
     : m_impl(std::make_unique<Impl>()) {
     for (const Group& group : groups)
         m_impl->addGroup(group);
-    m_impl->worldGeometries = groups.empty() ? 0 : groups[0].geometries.size();
     for (size_t i = 1; i < m_impl->scenes.size(); ++i)
         rtcCommitScene(m_impl->scenes[i]);
-    for (const Instance& instance : instances)
-        m_impl->addInstance(instance);
-    if (!m_impl->scenes.empty())
-        rtcCommitScene(m_impl->scenes[0]);
+    for (size_t i = 0; i < instances.size(); ++i)
+        m_impl->addInstance(instances[i], unsigned(m_impl->worldGeometries + i));
+    rtcCommitScene(m_impl->scenes[0]);
+    if (m_impl->moving) {
+        rtcCommitScene(m_impl->moving);
+        Box3f& box = m_impl->movingBounds = Impl::boundsOf(m_impl->moving);
+        const V3f pad(1e-5f *
+                      length(box.max - box.min)); // a ray in a face of the box lies in none of its content
+        box.min -= pad, box.max += pad;
+    }
     m_impl->check();
 }
 
@@ -260,49 +287,75 @@ Tracer::~Tracer() = default;
 
 namespace {
 
-alignas(64) constexpr int kLaneIndex[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-
 struct alignas(64) ValidMask {
     int lanes[16];
     explicit ValidMask(int n) {
         for (int i = 0; i < 16; ++i)
-            lanes[i] = kLaneIndex[i] < n ? -1 : 0;
+            lanes[i] = i < n ? -1 : 0;
+    }
+    /// Leaves the lanes whose rays pass through the box; false when there is none.
+    bool keepThrough(const RayBlock& b, const Box3f& box) {
+        int any = 0;
+        for (int i = 0; i < 16; ++i) {
+            const float rx = 1 / b.dx[i], ry = 1 / b.dy[i], rz = 1 / b.dz[i];
+            const float x0 = (box.min.x - b.ox[i]) * rx, x1 = (box.max.x - b.ox[i]) * rx;
+            const float y0 = (box.min.y - b.oy[i]) * ry, y1 = (box.max.y - b.oy[i]) * ry;
+            const float z0 = (box.min.z - b.oz[i]) * rz, z1 = (box.max.z - b.oz[i]) * rz;
+            const float near = std::max(std::max(std::min(x0, x1), std::min(y0, y1)),
+                                        std::max(std::min(z0, z1), b.tnear[i]));
+            const float far =
+                std::min(std::min(std::max(x0, x1), std::max(y0, y1)), std::min(std::max(z0, z1), b.tfar[i]));
+            // Rounding must not lose a ray; 0 * infinity (a ray in a face of the box) compares false and is
+            // kept.
+            lanes[i] &= near * 0.99999f > far * 1.00001f ? 0 : -1;
+            any |= lanes[i];
+        }
+        return any != 0;
     }
 };
+
+#if RTC_VERSION_MAJOR >= 4
+void intersectScene(RTCScene scene, const ValidMask& valid, RayBlock& block, bool coherent) {
+    RTCIntersectArguments args;
+    rtcInitIntersectArguments(&args);
+    args.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    rtcIntersect16(valid.lanes, scene, reinterpret_cast<RTCRayHit16*>(&block), &args);
+}
+void occludedScene(RTCScene scene, const ValidMask& valid, RayBlock& block) {
+    RTCOccludedArguments args;
+    rtcInitOccludedArguments(&args);
+    rtcOccluded16(valid.lanes, scene, reinterpret_cast<RTCRay16*>(&block), &args);
+}
+#else
+void intersectScene(RTCScene scene, const ValidMask& valid, RayBlock& block, bool coherent) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    rtcIntersect16(valid.lanes, scene, &context, reinterpret_cast<RTCRayHit16*>(&block));
+}
+void occludedScene(RTCScene scene, const ValidMask& valid, RayBlock& block) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded16(valid.lanes, scene, &context, reinterpret_cast<RTCRay16*>(&block));
+}
+#endif
 
 } // namespace
 
 void Tracer::intersect(RayBlock& block, int n, bool coherent) const {
-    const ValidMask valid(n);
-    // Embree 3.13's coherent path rounds differently when instances move, so it would make lanes depend on
-    // their neighbours; it is also no faster there.
-    const bool flag = coherent && !m_impl->movingInstances;
-    auto* rays = reinterpret_cast<RTCRayHit16*>(&block);
-#if RTC_VERSION_MAJOR >= 4
-    RTCIntersectArguments args;
-    rtcInitIntersectArguments(&args);
-    args.flags = flag ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
-    rtcIntersect16(valid.lanes, m_impl->scenes[0], rays, &args);
-#else
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = flag ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    rtcIntersect16(valid.lanes, m_impl->scenes[0], &context, rays);
-#endif
+    ValidMask valid(n);
+    intersectScene(m_impl->scenes[0], valid, block, coherent);
+    // Never with the coherent flag: Embree 3.13's coherent path rounds differently when instances move, so it
+    // would make lanes depend on their neighbours; it is also no faster there.
+    if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
+        intersectScene(m_impl->moving, valid, block, false);
 }
 
 void Tracer::occluded(RayBlock& block, int n) const {
-    const ValidMask valid(n);
-    auto* rays = reinterpret_cast<RTCRay16*>(&block);
-#if RTC_VERSION_MAJOR >= 4
-    RTCOccludedArguments args;
-    rtcInitOccludedArguments(&args);
-    rtcOccluded16(valid.lanes, m_impl->scenes[0], rays, &args);
-#else
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcOccluded16(valid.lanes, m_impl->scenes[0], &context, rays);
-#endif
+    ValidMask valid(n);
+    occludedScene(m_impl->scenes[0], valid, block);
+    if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
+        occludedScene(m_impl->moving, valid, block);
 }
 
 Hit Tracer::hit(const RayBlock& block, int lane) const {
@@ -320,9 +373,10 @@ Hit Tracer::hit(const RayBlock& block, int lane) const {
 }
 
 Box3f Tracer::bounds() const {
-    RTCBounds b;
-    rtcGetSceneBounds(m_impl->scenes[0], &b);
-    return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
+    Box3f box = Impl::boundsOf(m_impl->scenes[0]);
+    if (m_impl->moving)
+        box.extendBy(m_impl->movingBounds);
+    return box;
 }
 
 const TracerCounts& Tracer::counts() const { return m_impl->counts; }

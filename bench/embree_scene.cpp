@@ -1,0 +1,254 @@
+#include "bench/embree_scene.h"
+
+#include "core/error.h"
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <Imath/ImathMatrixAlgo.h>
+
+namespace strobe::bench {
+
+namespace {
+
+/// A quadric as Embree's callbacks see it.
+struct QuadricData {
+    const PlacedShape* placed;
+    M44f toObject;
+};
+
+bool meets(void* user, RTCRayN* ray, unsigned n, unsigned i, float& t, float& u, float& v) {
+    const auto& data = *static_cast<const QuadricData*>(user);
+    const V3f o(RTCRayN_org_x(ray, n, i), RTCRayN_org_y(ray, n, i), RTCRayN_org_z(ray, n, i));
+    const V3f d(RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i));
+    return data.placed->shape.quadric->intersect(transformPoint(data.toObject, o),
+                                                 transformVector(data.toObject, d), RTCRayN_tnear(ray, n, i),
+                                                 RTCRayN_tfar(ray, n, i), t, u, v);
+}
+
+void intersectQuadric(const RTCIntersectFunctionNArguments* args) {
+    RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, args->N);
+    RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, args->N);
+    for (unsigned i = 0; i < args->N; ++i) {
+        float t, u, v;
+        if (args->valid[i] != -1 || !meets(args->geometryUserPtr, ray, args->N, i, t, u, v))
+            continue;
+        RTCRayN_tfar(ray, args->N, i) = t;
+        RTCHitN_u(hit, args->N, i) = u, RTCHitN_v(hit, args->N, i) = v;
+        RTCHitN_primID(hit, args->N, i) = args->primID;
+        RTCHitN_geomID(hit, args->N, i) = args->geomID;
+        RTCHitN_instID(hit, args->N, i, 0) = args->context->instID[0];
+    }
+}
+
+void occludeQuadric(const RTCOccludedFunctionNArguments* args) {
+    for (unsigned i = 0; i < args->N; ++i) {
+        float t, u, v;
+        if (args->valid[i] == -1 && meets(args->geometryUserPtr, args->ray, args->N, i, t, u, v))
+            RTCRayN_tfar(args->ray, args->N, i) = -kInfinity;
+    }
+}
+
+void boundQuadric(const RTCBoundsFunctionArguments* args) {
+    const PlacedShape& placed = *static_cast<const QuadricData*>(args->geometryUserPtr)->placed;
+    const Box3f box = placed.shape.quadric->bounds();
+    Box3f out;
+    for (int i = 0; i < 8; ++i)
+        out.extendBy(
+            transformPoint(placed.toParent, {(i & 1 ? box.max : box.min).x, (i & 2 ? box.max : box.min).y,
+                                             (i & 4 ? box.max : box.min).z}));
+    *args->bounds_o = {out.min.x, out.min.y, out.min.z, 0, out.max.x, out.max.y, out.max.z, 0};
+}
+
+/// Fractions of the shutter: the keys' times.
+float keyTime(int key, int keys) { return keys > 1 ? float(key) / float(keys - 1) : 0.5f; }
+
+/// M = upper triangular, then rotation, then translation (row vectors): Gram-Schmidt on the rows.
+RTCQuaternionDecomposition quaternionOf(const M44f& m) {
+    const V3f a(m[0][0], m[0][1], m[0][2]), b(m[1][0], m[1][1], m[1][2]), c(m[2][0], m[2][1], m[2][2]);
+    const V3f x = normalize(a), y = normalize(b - x * dot(x, b));
+    const V3f z = cross(x, y); // a reflection ends up in scale_z
+    RTCQuaternionDecomposition q;
+    rtcInitQuaternionDecomposition(&q);
+    q.scale_x = dot(x, a), q.scale_y = dot(y, b), q.scale_z = dot(z, c);
+    q.skew_xy = dot(x, b), q.skew_xz = dot(x, c), q.skew_yz = dot(y, c);
+    const M44f rotation(x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, 0, 0, 0, 1);
+    const Quatf r = Imath::extractQuat(rotation);
+    rtcQuaternionDecompositionSetQuaternion(&q, r.r, r.v.x, r.v.y, r.v.z);
+    rtcQuaternionDecompositionSetTranslation(&q, m[3][0], m[3][1], m[3][2]);
+    return q;
+}
+
+struct alignas(64) Mask {
+    int lanes[16];
+    explicit Mask(int n) {
+        for (int i = 0; i < 16; ++i)
+            lanes[i] = i < n ? -1 : 0;
+    }
+};
+
+} // namespace
+
+struct EmbreeScene::Impl {
+    RTCDevice device = rtcNewDevice(nullptr);
+    std::vector<RTCScene> scenes; ///< [0] is the world
+    std::vector<std::unique_ptr<QuadricData>> quadrics;
+    std::vector<std::vector<V3f>> baked; ///< vertex arrays of ours
+    bool movingInstances = false;
+
+    ~Impl() {
+        for (RTCScene scene : scenes)
+            rtcReleaseScene(scene);
+        rtcReleaseDevice(device);
+    }
+
+    RTCGeometry meshGeometry(const TriangleMesh& mesh, const std::vector<const std::vector<V3f>*>& keys) {
+        if (mesh.alpha.texture || mesh.alpha.constant < 1)
+            throw Error("cut-outs are not benchmarked");
+        RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        if (keys.size() > 1)
+            rtcSetGeometryTimeStepCount(g, unsigned(keys.size()));
+        for (size_t i = 0; i < keys.size(); ++i)
+            rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, unsigned(i), RTC_FORMAT_FLOAT3,
+                                       keys[i]->data(), 0, sizeof(V3f), keys[i]->size());
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
+                                   3 * sizeof(uint32_t), mesh.triangleCount());
+        return g;
+    }
+
+    RTCGeometry quadricGeometry(const PlacedShape& placed) {
+        quadrics.push_back(std::make_unique<QuadricData>(QuadricData{&placed, placed.toParent.inverse()}));
+        RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+        rtcSetGeometryUserPrimitiveCount(g, 1);
+        rtcSetGeometryUserData(g, quadrics.back().get());
+        rtcSetGeometryBoundsFunction(g, boundQuadric, nullptr);
+        rtcSetGeometryIntersectFunction(g, intersectQuadric);
+        rtcSetGeometryOccludedFunction(g, occludeQuadric);
+        return g;
+    }
+
+    static void attach(RTCScene scene, RTCGeometry g) {
+        rtcCommitGeometry(g);
+        rtcAttachGeometry(scene, g);
+        rtcReleaseGeometry(g);
+    }
+
+    void addGroup(const Group& group) {
+        scenes.push_back(rtcNewScene(device));
+        for (const Geometry& geometry : group.geometries) {
+            const PlacedShape& placed = geometry.placed;
+            if (!placed.shape.mesh) {
+                attach(scenes.back(), quadricGeometry(placed));
+                continue;
+            }
+            std::vector<const std::vector<V3f>*> keys;
+            for (const auto& key : placed.shape.mesh->positions)
+                keys.push_back(&key);
+            attach(scenes.back(), meshGeometry(*placed.shape.mesh, keys));
+        }
+    }
+
+    void bake(const Group& group, const Motion& motion, int keyCount) {
+        for (const Geometry& geometry : group.geometries) {
+            const TriangleMesh* mesh = geometry.placed.shape.mesh.get();
+            if (!mesh || mesh->deforms())
+                throw Error("only rigidly moving triangle meshes can be baked here");
+            std::vector<const std::vector<V3f>*> keys;
+            for (int i = 0; i < keyCount; ++i) {
+                const M44f m = motion.at(keyTime(i, keyCount));
+                std::vector<V3f> vertices;
+                vertices.reserve(mesh->vertexCount() + 2); // Embree reads sixteen bytes at each
+                for (const V3f& p : mesh->positions[0])
+                    vertices.push_back(transformPoint(m, p));
+                baked.push_back(std::move(vertices));
+            }
+            for (int i = keyCount; i > 0; --i)
+                keys.push_back(&baked[baked.size() - size_t(i)]);
+            attach(scenes[0], meshGeometry(*mesh, keys));
+        }
+    }
+
+    void addInstance(const Instance& instance, const MotionChoice& choice) {
+        const Motion& motion = *instance.motion;
+        const bool asRendered = choice.style == MotionStyle::AsRendered || motion.isStill();
+        const int keys = asRendered ? motion.keyCount() : choice.keys;
+        RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(g, scenes[instance.group]);
+        if (keys > 1) {
+            rtcSetGeometryTimeStepCount(g, unsigned(keys));
+            movingInstances = true;
+        }
+        const bool rotates = choice.style == MotionStyle::Quaternion || (asRendered && motion.usesRotation());
+        for (int i = 0; i < keys; ++i) {
+            const M44f m = motion.at(keyTime(i, keys));
+            if (rotates && keys > 1) {
+                const RTCQuaternionDecomposition q = quaternionOf(m);
+                rtcSetGeometryTransformQuaternion(g, unsigned(i), &q);
+            } else {
+                rtcSetGeometryTransform(g, unsigned(i), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, m.getValue());
+            }
+        }
+        attach(scenes[0], g);
+    }
+};
+
+EmbreeScene::EmbreeScene(const Scene& scene, const MotionChoice& choice) : m_impl(std::make_unique<Impl>()) {
+    Impl& impl = *m_impl;
+    size_t arrays = 0;
+    for (const Instance& instance : scene.instances())
+        arrays += scene.groups()[instance.group].geometries.size() * size_t(choice.keys);
+    impl.baked.reserve(arrays); // pointers into it are kept
+    for (const Group& group : scene.groups())
+        impl.addGroup(group);
+    for (size_t i = 1; i < impl.scenes.size(); ++i)
+        rtcCommitScene(impl.scenes[i]);
+    for (const Instance& instance : scene.instances()) {
+        if (choice.style == MotionStyle::Baked)
+            impl.bake(scene.groups()[instance.group], *instance.motion,
+                      instance.motion->isStill() ? 1 : choice.keys);
+        else
+            impl.addInstance(instance, choice);
+    }
+    rtcCommitScene(impl.scenes[0]);
+    if (rtcGetDeviceError(impl.device) != RTC_ERROR_NONE)
+        throw Error("Embree refused the scene");
+}
+
+EmbreeScene::~EmbreeScene() = default;
+
+bool EmbreeScene::movingInstances() const { return m_impl->movingInstances; }
+
+void EmbreeScene::intersect(RayBlock& block, int n, bool coherent) const {
+    const Mask valid(n);
+    auto* rays = reinterpret_cast<RTCRayHit16*>(&block);
+#if RTC_VERSION_MAJOR >= 4
+    RTCIntersectArguments args;
+    rtcInitIntersectArguments(&args);
+    args.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    rtcIntersect16(valid.lanes, m_impl->scenes[0], rays, &args);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    rtcIntersect16(valid.lanes, m_impl->scenes[0], &context, rays);
+#endif
+}
+
+void EmbreeScene::occluded(RayBlock& block, int n) const {
+    const Mask valid(n);
+    auto* rays = reinterpret_cast<RTCRay16*>(&block);
+#if RTC_VERSION_MAJOR >= 4
+    RTCOccludedArguments args;
+    rtcInitOccludedArguments(&args);
+    rtcOccluded16(valid.lanes, m_impl->scenes[0], rays, &args);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded16(valid.lanes, m_impl->scenes[0], &context, rays);
+#endif
+}
+
+} // namespace strobe::bench

@@ -1,0 +1,87 @@
+// Clocks and statistics of the benchmarks.
+#pragma once
+
+#include "core/tracer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <vector>
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+namespace strobe::bench {
+
+/// Seconds that all threads of this process have run on a CPU: what other programs on the machine disturb
+/// least.
+inline double cpuSeconds() {
+    timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+inline double wallSeconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// What a piece of work took.
+struct Cost {
+    double cpu = 0, wall = 0; ///< seconds
+};
+
+template <class Work>
+Cost measure(Work&& work) {
+    const double cpu = cpuSeconds(), wall = wallSeconds();
+    work();
+    return {cpuSeconds() - cpu, wallSeconds() - wall};
+}
+
+/// The median of the repeats; the mean of the middle two when they are even in number.
+inline double median(std::vector<double> values) {
+    if (values.empty())
+        return 0;
+    std::sort(values.begin(), values.end());
+    const size_t n = values.size();
+    return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
+}
+
+/// Repeats of one measurement.
+struct Costs {
+    std::vector<double> cpu, wall;
+    void add(const Cost& cost) {
+        cpu.push_back(cost.cpu);
+        wall.push_back(cost.wall);
+    }
+    double medianCpu() const { return median(cpu); }
+    double medianWall() const { return median(wall); }
+    /// Half the distance between the quartiles, as a fraction of the median: how noisy `cpu` is.
+    double spread() const {
+        if (cpu.size() < 4)
+            return 0;
+        std::vector<double> sorted = cpu;
+        std::sort(sorted.begin(), sorted.end());
+        return (sorted[sorted.size() * 3 / 4] - sorted[sorted.size() / 4]) / 2 / median(cpu);
+    }
+};
+
+/// work(begin, end) for chunks of [0, n), on `threads` threads (1: on this one, in order).
+template <class Work>
+void forChunks(size_t n, int threads, const Work& work) {
+    constexpr size_t kChunk = 256;
+    if (threads == 1) {
+        const FastFloats fast;
+        for (size_t i = 0; i < n; i += kChunk)
+            work(i, std::min(i + kChunk, n));
+        return;
+    }
+    tbb::task_arena(threads).execute([&] {
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, n, kChunk),
+                          [&](const tbb::blocked_range<size_t>& range) {
+                              const FastFloats fast;
+                              work(range.begin(), range.end());
+                          });
+    });
+}
+
+} // namespace strobe::bench

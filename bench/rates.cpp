@@ -1,0 +1,209 @@
+// How fast rays are traced: by Embree alone, through strobe::Tracer, and in the renderer. See
+// bench/README.md.
+#include "bench/embree_scene.h"
+#include "bench/measure.h"
+#include "bench/recording.h"
+#include "bench/tracing.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <tbb/info.h>
+
+namespace strobe::bench {
+namespace {
+
+struct Settings {
+    std::vector<std::filesystem::path> scenes;
+    BuildOptions build;
+    std::vector<float> crop;
+    uint64_t cameraRays = 600000;
+    int repeats = 7;
+    double seconds = 0.2;
+};
+
+/// What the traced rays found: two ways of tracing the same rays must agree.
+struct Found {
+    uint64_t hits = 0, blocked = 0;
+};
+
+/// Medians over the repeats of one scene on one number of threads.
+struct Result {
+    Costs embreeCamera, embreeShadow, tracerCamera, tracerShadow, render;
+    std::vector<double> traceStage, shadeStage; ///< CPU seconds
+    Counters counters;                          ///< of one render
+    Found embree, tracer;
+};
+
+/// Traces all packets as often as fills `seconds`; the cost of one time.
+template <class Trace>
+Cost costOfTracing(const std::vector<Packet>& packets, int threads, double seconds, uint64_t& found,
+                   const Trace& trace) {
+    // Clocks of a process lag by a tick or two for threads on other cores: short passes mislead.
+    int rounds = 0;
+    const double start = wallSeconds();
+    const Cost cost = measure([&] {
+        do {
+            found = traceAll(packets, threads, trace);
+            ++rounds;
+        } while (wallSeconds() - start < seconds);
+    });
+    return {cost.cpu / rounds, cost.wall / rounds};
+}
+
+void measureOnce(const Subject& subject, const Recording& rays, const EmbreeScene& embree, int threads,
+                 double seconds, Result& r) {
+    const Tracer& tracer = subject.built.scene->tracer();
+    const bool coherent = !embree.movingInstances();
+    r.embreeCamera.add(costOfTracing(rays.camera, threads, seconds, r.embree.hits, [&](RayBlock& b, int n) {
+        embree.intersect(b, n, coherent);
+        return hitsOf(b, n);
+    }));
+    r.tracerCamera.add(costOfTracing(rays.camera, threads, seconds, r.tracer.hits, [&](RayBlock& b, int n) {
+        tracer.intersect(b, n, true);
+        return hitsOf(b, n);
+    }));
+    r.embreeShadow.add(
+        costOfTracing(rays.shadow, threads, seconds, r.embree.blocked, [&](RayBlock& b, int n) {
+            embree.occluded(b, n);
+            return blockedOf(b, n);
+        }));
+    r.tracerShadow.add(
+        costOfTracing(rays.shadow, threads, seconds, r.tracer.blocked, [&](RayBlock& b, int n) {
+            tracer.occluded(b, n);
+            return blockedOf(b, n);
+        }));
+    const Cost cost = measure([&] { r.counters = renderWindows(subject, threads); });
+    r.render.add(cost);
+    // The renderer's clocks show wall time; other programs stretch all stages alike.
+    double stages = 0;
+    for (double s : r.counters.seconds)
+        stages += s;
+    r.traceStage.push_back(r.counters.seconds[size_t(Stage::Trace)] / stages * cost.cpu);
+    r.shadeStage.push_back(r.counters.seconds[size_t(Stage::Shade)] / stages * cost.cpu);
+}
+
+struct Row {
+    std::string scene;
+    int threads;
+    uint64_t cameraRays, shadowRays;
+    Result result;
+};
+
+Row measureScene(const Subject& subject, const Recording& rays, const EmbreeScene& embree, int threads,
+                 const Settings& settings) {
+    Row row{subject.name, threads, rays.cameraRays, rays.shadowRays, {}};
+    Result warmUp;
+    measureOnce(subject, rays, embree, threads, settings.seconds, warmUp);
+    for (int i = 0; i < settings.repeats; ++i)
+        measureOnce(subject, rays, embree, threads, settings.seconds, row.result);
+    return row;
+}
+
+double millions(uint64_t rays, double seconds) { return double(rays) / seconds * 1e-6; }
+
+/// The median over the repeats of a / b: what else the machine does then disturbs both alike.
+double pairedRatio(const std::vector<double>& a, const std::vector<double>& b) {
+    std::vector<double> ratios;
+    for (size_t i = 0; i < a.size(); ++i)
+        ratios.push_back(a[i] / b[i]);
+    return median(ratios);
+}
+
+/// A rate, and which fraction it is of Embree's with the same rays.
+std::string rateOf(uint64_t rays, const std::vector<double>& seconds, const Costs& embree) {
+    return fmt::format("{:.1f} ({:.0f} %)", millions(rays, median(seconds)),
+                       pairedRatio(embree.cpu, seconds) * 100);
+}
+
+void printRates(const std::vector<Row>& rows) {
+    fmt::print(
+        "Million rays per CPU second, that is, per core; in brackets of Embree alone with the same "
+        "rays.\n\n"
+        "| scene | threads | camera: Embree | Tracer | renderer's trace stage | shadow: Embree | Tracer "
+        "| renderer's shade stage, shading included | renderer, all rays | ± |\n"
+        "|---|---|---|---|---|---|---|---|---|---|\n");
+    for (const Row& row : rows) {
+        const Result& r = row.result;
+        std::vector<double> floor;
+        for (size_t i = 0; i < r.render.cpu.size(); ++i)
+            floor.push_back(r.embreeCamera.cpu[i] + r.embreeShadow.cpu[i]);
+        fmt::print("| {} | {} | {:.1f} | {} | {} | {:.1f} | {} | {} | {:.2f} ({:.0f} %) | {:.1f} % |\n",
+                   row.scene, row.threads, millions(row.cameraRays, r.embreeCamera.medianCpu()),
+                   rateOf(row.cameraRays, r.tracerCamera.cpu, r.embreeCamera),
+                   rateOf(row.cameraRays, r.traceStage, r.embreeCamera),
+                   millions(row.shadowRays, r.embreeShadow.medianCpu()),
+                   rateOf(row.shadowRays, r.tracerShadow.cpu, r.embreeShadow),
+                   rateOf(row.shadowRays, r.shadeStage, r.embreeShadow),
+                   millions(r.counters.rays(), r.render.medianCpu()), pairedRatio(floor, r.render.cpu) * 100,
+                   r.render.spread() * 100);
+    }
+    fmt::print("\nThe last bracket is the share of the renderer's CPU time that Embree alone needs for the "
+               "recorded rays;\n± is half the distance of the quartiles of that time.\n");
+}
+
+void printRendering(const std::vector<Row>& rows) {
+    fmt::print("\nThe renderer: its rays, its rate on the clock, and where its time goes.\n\n"
+               "| scene | threads | camera rays | shadow rays | recorded of them | other rays | "
+               "M rays/s on the clock | generate | trace | plan | shade | resolve |\n"
+               "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+    for (const Row& row : rows) {
+        const Counters& c = row.result.counters;
+        double stages = 0;
+        for (double s : c.seconds)
+            stages += s;
+        fmt::print("| {} | {} | {} | {} | {:.2f} % | {} | {:.2f} |", row.scene, row.threads,
+                   c.visibilitySamples, c.shadowRays,
+                   c.shadowRays ? 100.0 * double(row.shadowRays) / double(c.shadowRays) : 100.0,
+                   c.lightRays + c.bounceRays, millions(c.rays(), row.result.render.medianWall()));
+        for (double s : c.seconds)
+            fmt::print(" {:.1f} % |", s / stages * 100);
+        fmt::print("\n");
+    }
+}
+
+/// False, with a message, when Embree alone and the tracer found different things.
+bool agrees(const Row& row) {
+    const Found &a = row.result.embree, &b = row.result.tracer;
+    const bool same = a.hits == b.hits && a.blocked == b.blocked;
+    if (!same)
+        fmt::print(stderr, "error: {}: Embree alone finds {} hits and {} blocked, the tracer {} and {}\n",
+                   row.scene, a.hits, a.blocked, b.hits, b.blocked);
+    return same;
+}
+
+int run(const Settings& settings) {
+    std::vector<Row> rows;
+    bool ok = true;
+    for (const auto& path : settings.scenes) {
+        const Subject subject = loadScene(path, settings.build, settings.cameraRays);
+        const Recording rays = record(subject);
+        const EmbreeScene embree(*subject.built.scene, {});
+        const int cores = tbb::info::default_concurrency();
+        for (int threads : cores > 1 ? std::vector{1, cores} : std::vector{1}) {
+            rows.push_back(measureScene(subject, rays, embree, threads, settings));
+            ok &= agrees(rows.back());
+        }
+    }
+    printRates(rows);
+    printRendering(rows);
+    return ok ? 0 : 1;
+}
+
+} // namespace
+} // namespace strobe::bench
+
+int main(int argc, char** argv) {
+    strobe::bench::Settings settings;
+    CLI::App app("strobe_rates: rays per second, of Embree alone and of the renderer, on the same rays");
+    app.add_option("scene", settings.scenes, "scene files")->required()->check(CLI::ExistingFile);
+    app.add_option("--spp", settings.build.samplesPerPixel, "samples per pixel (0: as the scene says)");
+    app.add_option("--crop", settings.crop, "x0 x1 y0 y1: part of the frame, fractions")->expected(4);
+    app.add_option("--rays", settings.cameraRays, "camera rays to measure, about, spread over the frame");
+    app.add_option("--seconds", settings.seconds, "length of one pass of tracing, at least");
+    app.add_option("--repeats", settings.repeats, "repeats, of which medians are shown")
+        ->check(CLI::PositiveNumber);
+    CLI11_PARSE(app, argc, argv);
+    if (!settings.crop.empty())
+        settings.build.crop = {settings.crop[0], settings.crop[1], settings.crop[2], settings.crop[3]};
+    return strobe::bench::guarded([&] { return strobe::bench::run(settings); });
+}

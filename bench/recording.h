@@ -1,0 +1,54 @@
+// The rays that the renderer traces for a scene, recorded once so that other code can trace them again.
+#pragma once
+
+#include "scene/builder.h"
+
+#include <filesystem>
+#include <functional>
+
+namespace strobe::bench {
+
+/// Up to sixteen rays: the part of a RayBlock that Embree reads and a trace changes.
+struct alignas(64) Packet {
+    float rows[9][RayBlock::kSize];
+    int count;
+
+    Packet(const RayBlock& block, int n);
+    /// Makes `block` ready to be traced; `block` must once have been filled by RayBlock::set.
+    void load(RayBlock& block) const;
+};
+
+/// Packets as the renderer makes them: camera rays in batches of whole pixels, shadow rays in the order in
+/// which direct lighting queues them, with the renderer's partly filled packets.
+struct Recording {
+    std::vector<Packet> camera, shadow;
+    uint64_t cameraRays = 0, shadowRays = 0;
+};
+
+/// A scene ready to render, and the part of its frame that is measured: windows spread evenly over it.
+struct Subject {
+    std::string name;
+    BuiltScene built;
+    std::vector<Window> windows;
+    int tileSize = 32;
+};
+
+/// Reads and builds. `cameraRays`: how many to measure, about; the windows follow from it and from the
+/// samples per pixel. Throws Error.
+Subject loadScene(const std::filesystem::path& path, const BuildOptions& options, uint64_t cameraRays);
+/// The same for a scene in memory.
+Subject loadText(const std::string& name, const std::string& text, const BuildOptions& options,
+                 uint64_t cameraRays);
+
+/// Camera rays come from the renderer itself (sampler, filter, camera, order); shadow rays go from their hits
+/// to the samples of all lights, as the `directlighting` shader with strategy "all" draws them at the first
+/// surface. Rays of BSDF samples and beyond mirrors are not recorded; compare with the renderer's own count.
+Recording record(const Subject& subject);
+
+/// Renders the windows as the scene says, on `threads` threads.
+Counters renderWindows(const Subject& subject, int threads);
+
+/// Runs a benchmark's main, printing a located Error as the renderer does.
+int guarded(const std::function<int()>& body);
+
+} // namespace strobe::bench
