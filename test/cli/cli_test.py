@@ -308,7 +308,10 @@ class Messages(CliTest):
         self.assertEqual(result.out, "")
 
     def test_progress_bar_on_a_terminal(self):
-        master, slave = pty.openpty()
+        try:
+            master, slave = pty.openpty()
+        except OSError as error:  # a bare chroot
+            self.skipTest(f"no terminal to be had: {error}")
         code = subprocess.run([STROBE, "s.scene", "-o", "a.exr"], cwd=self.folder, stderr=slave, timeout=60).returncode
         os.close(slave)
         text = b""

@@ -49,7 +49,7 @@ std::string missing(const fs::path& scene) {
     if (borrows && !fs::exists(test::pbrtFolder()))
         return "the paper's scenes are not here: set STROBE_SCENES";
     if (text.str().find("\"geometry/") != std::string::npos &&
-        !fs::exists(kSource / "scenes/geometry/complete"))
+        !fs::exists(kSource / "scenes/geometry/version"))
         return "scenes/geometry is not made: run tools/make-geometry";
     return "";
 }
