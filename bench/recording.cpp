@@ -51,7 +51,7 @@ class Packer {
 class Recorder : public Integrator {
   public:
     Recorder(const Sampler& sampler, Recording& out) : m_sampler(sampler), m_out(out) {}
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, uint64_t) const override {
+    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<Recorded>(scene, m_sampler, m_out);
     }
 

@@ -1,13 +1,43 @@
 #include "core/film.h"
 
+#include <algorithm>
+
 namespace strobe {
+
+const std::vector<LayerInfo>& layerTable() {
+    static const std::vector<LayerInfo> table = {
+        {Layer::Shades, "shades", "surface points that the pixel's samples had shaded for them"},
+        {Layer::Samples, "samples", "visibility samples of the pixel"},
+        {Layer::HitRate, "hitrate",
+         "of the samples that met a surface, the part that needed no shade of their own"},
+        {Layer::Block, "block",
+         "a number (24 bits) for what the first sample shares its shade with; 0: nothing"},
+        {Layer::ShadeTime, "shadetime", "the mean shutter fraction of the pixel's shades; -1: it has none"},
+    };
+    return table;
+}
+
+Film::Film(int fullWidth, int fullHeight, const Window& window, std::vector<Layer> layers)
+    : m_fullWidth(fullWidth), m_fullHeight(fullHeight),
+      m_window(window), m_image{window.width(), window.height(),
+                                std::vector<Rgb>(size_t(window.width()) * size_t(window.height()), Rgb(0))},
+      m_layers(std::move(layers)), m_planes(m_layers.size(), std::vector<float>(m_image.pixels.size(), 0.f)) {
+}
+
+const std::vector<float>& Film::plane(Layer layer) const {
+    const auto it = std::find(m_layers.begin(), m_layers.end(), layer);
+    return m_planes.at(size_t(it - m_layers.begin()));
+}
 
 void Film::write(const std::filesystem::path& path, const Metadata& metadata) const {
     const std::string extension = path.extension().string();
     if (extension == ".exr") {
         const float* data = &m_image.pixels[0].x;
-        writeExr(path, m_window, m_fullWidth, m_fullHeight,
-                 {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}, metadata);
+        std::vector<Channel> channels = {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}};
+        for (size_t i = 0; i < m_layers.size(); ++i)
+            channels.push_back(
+                {layerTable()[size_t(m_layers[i])].name + std::string(".Y"), m_planes[i].data()});
+        writeExr(path, m_window, m_fullWidth, m_fullHeight, channels, metadata);
     } else if (extension == ".png") {
         writePng(path, m_image, metadata);
     } else {

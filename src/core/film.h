@@ -1,4 +1,4 @@
-// The film: the mean of each pixel's samples.
+// The film: the mean of each pixel's samples, and layers that tell how it came about.
 #pragma once
 
 #include "core/image.h"
@@ -7,27 +7,45 @@
 
 namespace strobe {
 
+/// A number per pixel beside its colour.
+enum class Layer { Shades, Samples, HitRate, Block, ShadeTime };
+
+struct LayerInfo {
+    Layer layer;
+    const char* name;
+    const char* doc;
+};
+/// All layers, in the order of the enumeration.
+const std::vector<LayerInfo>& layerTable();
+
 /// Pixel values over a window of the full frame. Different pixels may be written by different threads.
 class Film {
   public:
-    Film(int fullWidth, int fullHeight, const Window& window)
-        : m_fullWidth(fullWidth), m_fullHeight(fullHeight),
-          m_window(window), m_image{window.width(), window.height(),
-                                    std::vector<Rgb>(size_t(window.width()) * window.height(), Rgb(0))} {}
+    Film(int fullWidth, int fullHeight, const Window& window, std::vector<Layer> layers = {});
 
     void set(int x, int y, const Rgb& value) { m_image.at(x - m_window.x0, y - m_window.y0) = value; }
+    /// `value` of layer `index` (into `layers()`).
+    void setLayer(size_t index, int x, int y, float value) {
+        m_planes[index][size_t(y - m_window.y0) * size_t(m_image.width) + size_t(x - m_window.x0)] = value;
+    }
     const Image& image() const { return m_image; }
+    const std::vector<Layer>& layers() const { return m_layers; }
+    /// Row by row over the window; the layer must be one of `layers()`.
+    const std::vector<float>& plane(Layer layer) const;
     const Window& window() const { return m_window; }
     int fullWidth() const { return m_fullWidth; }
     int fullHeight() const { return m_fullHeight; }
 
-    /// Writes by the file name's extension: .exr (float) or .png (sRGB). Throws Error of kind Output.
+    /// Writes by the file name's extension: .exr (float; layers as channels "name.Y") or .png (sRGB, no
+    /// layers). Throws Error of kind Output.
     void write(const std::filesystem::path& path, const Metadata& metadata) const;
 
   private:
     int m_fullWidth, m_fullHeight;
     Window m_window;
     Image m_image;
+    std::vector<Layer> m_layers;
+    std::vector<std::vector<float>> m_planes; ///< beside m_layers
 };
 
 } // namespace strobe

@@ -4,10 +4,12 @@
 #pragma once
 
 #include "core/camera.h"
+#include "core/image.h"
 #include "core/plugin.h"
 #include "core/scene.h"
 #include "core/stats.h"
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <tuple>
@@ -44,6 +46,7 @@ struct ShadingRequest {
     RayCone cone;    ///< at the ray's origin
     uint64_t domain; ///< sampler set of the random numbers: member `index` of `total`
     uint32_t index, total;
+    uint32_t sample; ///< the sample of the batch that asked for it; shading does not look at it
 };
 
 /// The mapping from visibility samples to shades, many to one. One worker per thread.
@@ -55,8 +58,23 @@ class IntegratorWorker {
     /// values[i] = the radiance of batch.samples[i], from the shaded requests of `plan`.
     virtual void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                          std::span<Rgb> values) = 0;
+    /// Called before the first batch of each tile.
+    virtual void beginTile() {}
+    /// After `resolve`: a number for what the sample's value came from, the same for samples that share it; 0
+    /// if it shares with none. For pictures of the sharing.
+    virtual uint64_t blockOf(size_t /*sample*/) const { return 0; }
     /// Adds what the worker has counted; called once, after its last batch.
     virtual void report(Counters& /*counters*/) const {}
+};
+
+/// What an integrator may want to know of the render that begins.
+struct RenderContext {
+    uint64_t seed = 0; ///< for random numbers that belong to no pixel
+    int threads = 1;
+    int samplesPerPixel = 1;
+    Window window;
+    /// Shades a few points here and there and measures what a shade costs.
+    std::function<ShadeCost()> measureShadeCost;
 };
 
 /// One render under way: what an integrator's workers share.
@@ -69,8 +87,9 @@ class IntegratorRender {
 class Integrator {
   public:
     virtual ~Integrator() = default;
-    /// `seed`: of the render, for random numbers that belong to no pixel.
-    virtual std::unique_ptr<IntegratorRender> begin(const Scene& scene, uint64_t seed) const = 0;
+    /// Scene and whatever the context refers to outlive the render.
+    virtual std::unique_ptr<IntegratorRender> begin(const Scene& scene,
+                                                    const RenderContext& context) const = 0;
 };
 
 /// The expensive function. One worker per thread; a request's radiance depends on the request alone, not on

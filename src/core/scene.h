@@ -54,6 +54,7 @@ class Scene {
     const Tracer& tracer() const { return *m_tracer; }
     const Camera& camera() const { return *m_camera; }
     const std::vector<std::shared_ptr<const Light>>& lights() const { return m_lights; }
+    const std::vector<std::shared_ptr<const Material>>& materials() const { return m_materials; }
     /// Indices of the lights that have radiance at infinity.
     const std::vector<int>& environments() const { return m_environments; }
     const LightPicker& lightPicker() const { return m_lightPicker; }

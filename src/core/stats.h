@@ -20,6 +20,29 @@ struct BadSample {
     uint32_t sample;
 };
 
+/// Seconds per shade, from packets of shades that were timed.
+class ShadeCost {
+  public:
+    void add(uint64_t shades, double seconds) {
+        const double mean = seconds / double(shades);
+        ++m_packets, m_shades += shades, m_seconds += seconds, m_squares += double(shades) * mean * mean;
+    }
+    void add(const ShadeCost& other) {
+        m_packets += other.m_packets, m_shades += other.m_shades;
+        m_seconds += other.m_seconds, m_squares += other.m_squares;
+    }
+    uint64_t shades() const { return m_shades; }
+    double mean() const { return m_shades ? m_seconds / double(m_shades) : 0; }
+    /// The standard deviation of one shade's cost: that of the packets' means, times the root of a packet's
+    /// size. (Shades of a packet cost alike, since they lie close: it errs to the large side.)
+    double deviation() const;
+
+  private:
+    uint64_t m_packets = 0, m_shades = 0;
+    double m_seconds = 0;
+    double m_squares = 0; ///< sum of squared means, each times its shades
+};
+
 struct Counters {
     uint64_t pixels = 0;
     uint64_t visibilitySamples = 0; ///< camera rays
@@ -39,6 +62,8 @@ struct Counters {
     uint64_t cacheBytes = 0;         ///< the table's size
     std::vector<BadSample> firstBad; ///< the first few of badSamples
     std::array<double, kStageCount> seconds{};
+    std::vector<ShadeCost>
+        shadeCosts; ///< by material, the last: of what met nothing; from a part of the batches
 
     void add(const Counters& other);
     uint64_t rays() const { return visibilitySamples + shadowRays + lightRays + bounceRays; }

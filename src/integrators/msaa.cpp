@@ -100,7 +100,7 @@ class Msaa : public Integrator {
         if (m_shades < 1)
             throw Error(params.whereIs(kShades), "\"shades\" must be at least 1");
     }
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, uint64_t) const override {
+    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedRender<Worker, int>>(scene, m_shades);
     }
 

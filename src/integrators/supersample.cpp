@@ -22,7 +22,7 @@ class Worker : public IntegratorWorker {
 
 class Supersample : public Integrator {
   public:
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, uint64_t) const override {
+    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedRender<Worker>>(scene);
     }
 };

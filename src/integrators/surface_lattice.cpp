@@ -9,36 +9,49 @@ namespace strobe {
 namespace {
 
 constexpr int kMaxDivide = 20;
+/// Squared lengths, in blocks, below which an edge is not divided.
+constexpr float kUndivided = 2;
 
-/// The exponent of the power of two that cuts a length into parts no longer than a block; both are given
-/// squared. Half the binary logarithm of their ratio, rounded up: read off the number's exponent.
+/// The exponent of the power of two that cuts a length into parts as long as a block, to a factor of the root
+/// of two; both are given squared. Half the binary logarithm of their ratio, rounded: read off the number's
+/// exponent.
 int divisionFor(float length2, float block2) {
     const float ratio = length2 / block2;
-    if (!(ratio > 1))
+    if (!(ratio >= kUndivided))
         return 0;
-    const uint32_t bits = std::bit_cast<uint32_t>(ratio);
-    const int ceilLog2 = int(bits >> 23) - 127 + ((bits & 0x7fffff) != 0);
-    return std::min((ceilLog2 + 1) / 2, kMaxDivide);
+    const int floorLog2 = int(std::bit_cast<uint32_t>(ratio) >> 23) - 127;
+    return std::min((floorLog2 + 1) / 2, kMaxDivide);
 }
 
 /// The squared length of `edge` as seen along the unit direction d, in scene units.
 float seenLength2(const V3f& edge, const V3f& d) { return std::max(length2(edge) - sqr(dot(d, edge)), 0.f); }
+
+/// How much longer than a block's the sides of its parallelogram must be, squared, for it to have a block's
+/// area as seen along d: the inverse sine of the angle between them, at most 2. The squared lengths as seen
+/// are a2 and b2.
+float slantOf(float a2, float b2, const V3f& a, const V3f& b, const V3f& d) {
+    const float area2 = sqr(dot(cross(a, b), d));
+    return a2 * b2 < 4 * area2 ? std::sqrt(a2 * b2 / area2) : 2;
+}
 
 uint64_t nonZero(uint64_t key) { return key ? key : 1; }
 
 enum KeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kCellKey = 3 };
 
 float smallestStretch(const M44f& m) {
-    float smallest = kInfinity;
+    float smallest2 = kInfinity;
     for (int i = 0; i < 3; ++i)
-        smallest = std::min(smallest, length(V3f(m[i][0], m[i][1], m[i][2])));
-    return smallest;
+        smallest2 = std::min(smallest2, length2(V3f(m[i][0], m[i][1], m[i][2])));
+    return std::sqrt(smallest2);
 }
 
 } // namespace
 
-SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize)
-    : m_scene(scene), m_blockSize(blockSize), m_cone(scene.camera().cone(V2f(0))) {
+SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small)
+    : m_scene(scene), m_blockSize(blockSize), m_clustered(small == SmallTriangles::Clustered),
+      m_cone(scene.camera().cone(V2f(0))) {
+    if (!m_clustered)
+        return;
     for (const Group& group : scene.groups())
         for (const Geometry& geometry : group.geometries)
             if (const TriangleMesh* mesh = geometry.placed.shape.mesh.get())
@@ -99,7 +112,7 @@ uint64_t floatBits(float a, float b) {
 V2f divide(LatticeCell& cell, float u, float v, int divideU, int divideV) {
     cell.nu = float(1 << divideU), cell.nv = float(1 << divideV);
     const float x = std::clamp(u, 0.f, 1.f) * cell.nu, y = std::clamp(v, 0.f, 1.f) * cell.nv;
-    cell.i = std::min(std::floor(x), cell.nu - 1), cell.j = std::min(std::floor(y), cell.nv - 1);
+    cell.i = std::min(float(int(x)), cell.nu - 1), cell.j = std::min(float(int(y)), cell.nv - 1);
     return {x - cell.i, y - cell.j};
 }
 
@@ -120,22 +133,19 @@ void SurfaceLattice::locateOnMesh(const PlacedShape& placed, const VisibilitySam
     const float block2 = block * block;
     const float a = seenLength2(e.a, d), b = seenLength2(e.b, d), c = seenLength2(e.b - e.a, d);
     const float u = sample.hit.u, v = sample.hit.v;
-    if (std::max(a, std::max(b, c)) <= block2) { // seen edge-on, a triangle is small whatever its area
+    if (m_clustered && std::max(a, std::max(b, c)) <
+                           kUndivided * block2) { // seen edge-on, a triangle is small whatever its area
         cell.kind = LatticeCell::Cluster;
         cell.level = m_clusters.at(&mesh).levelFor(toWorld ? block / smallestStretch(*toWorld) : block);
         cell.i = float(cell.level), cell.j = cell.nu = cell.nv = 0;
         cell.weights[0] = std::max(1 - u - v, 0.f), cell.weights[1] = u, cell.weights[2] = v;
         return setKey(cell);
     }
-    int divideU = divisionFor(a, block2), divideV = divisionFor(b, block2);
-    if (const int third = divisionFor(c, block2); third > std::max(divideU, divideV))
-        (divideU >= divideV ? divideU : divideV) = third;
-    const V2f f = divide(cell, u, v, divideU, divideV);
-    const bool upper = f.x + f.y > 1;
-    cell.kind = upper ? LatticeCell::Upper : LatticeCell::Lower;
-    cell.weights[0] = std::abs(1 - f.x - f.y);
-    cell.weights[1] = upper ? 1 - f.y : f.x;
-    cell.weights[2] = upper ? 1 - f.x : f.y;
+    const float slant = slantOf(a, b, e.a, e.b, d);
+    const V2f f = divide(cell, u, v, divisionFor(a, slant * block2), divisionFor(b, slant * block2));
+    const float rest = 1 - f.x - f.y, beyond = std::min(rest, 0.f); // negative in the upper triangle
+    cell.kind = rest < 0 ? LatticeCell::Upper : LatticeCell::Lower;
+    cell.weights[0] = std::abs(rest), cell.weights[1] = f.x + beyond, cell.weights[2] = f.y + beyond;
     setKey(cell);
 }
 
@@ -148,9 +158,10 @@ void SurfaceLattice::locateOnQuadric(const PlacedShape& placed, const Visibility
     cell.kind = LatticeCell::Rectangle;
     cell.count = 4;
     const float block2 = block * block;
-    const V2f f =
-        divide(cell, hit.u, hit.v, divisionFor(seenLength2(transformVector(toWorld, q.dpdu), d), block2),
-               divisionFor(seenLength2(transformVector(toWorld, q.dpdv), d), block2));
+    const V3f du = transformVector(toWorld, q.dpdu), dv = transformVector(toWorld, q.dpdv);
+    const float a = seenLength2(du, d), b = seenLength2(dv, d);
+    const float slant = slantOf(a, b, du, dv, d);
+    const V2f f = divide(cell, hit.u, hit.v, divisionFor(a, slant * block2), divisionFor(b, slant * block2));
     for (int k = 0; k < 4; ++k)
         cell.weights[k] = (k & 1 ? f.x : 1 - f.x) * (k >> 1 ? f.y : 1 - f.y);
     setKey(cell);

@@ -44,7 +44,9 @@ struct LatticeCell {
 /// Inside a triangle of one division, and across edges that share vertices, interpolation is continuous.
 class SurfaceLattice {
   public:
-    SurfaceLattice(const Scene& scene, float blockSize);
+    /// What triangles smaller than a block do: share vertices and clusters of them, or be one cell each.
+    enum class SmallTriangles { Clustered, Apart };
+    SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small);
 
     LatticeCell locate(const VisibilitySample& sample) const;
     /// The points of a cell, `cell.count` of them, in the order of its weights.
@@ -64,6 +66,7 @@ class SurfaceLattice {
 
     const Scene& m_scene;
     const float m_blockSize;
+    const bool m_clustered;
     const RayCone m_cone; ///< of any pixel: the footprint of points that no single pixel asked for
     std::unordered_map<const TriangleMesh*, VertexClusters> m_clusters;
 };

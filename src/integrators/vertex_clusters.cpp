@@ -79,9 +79,10 @@ VertexClusters::VertexClusters(const TriangleMesh& mesh) {
 }
 
 int VertexClusters::levelFor(float size) const {
-    if (!(size >= m_finest))
+    const float nearest = size / m_finest * float(M_SQRT2);
+    if (!(nearest >= 1))
         return -1;
-    return std::min(std::ilogb(size / m_finest), int(m_levels.size()) - 1);
+    return std::min(std::ilogb(nearest), int(m_levels.size()) - 1);
 }
 
 uint32_t VertexClusters::representative(uint32_t vertex, int level) const {

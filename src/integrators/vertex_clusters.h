@@ -14,7 +14,7 @@ class VertexClusters {
   public:
     explicit VertexClusters(const TriangleMesh& mesh);
 
-    /// The level whose cells are as large as possible but not larger than `size`; -1: the vertices
+    /// The level whose cells are nearest to `size`, to a factor of the root of two; -1: the vertices
     /// themselves.
     int levelFor(float size) const;
     float cellSize(int level) const { return m_finest * float(1 << level); }

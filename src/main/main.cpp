@@ -1,4 +1,5 @@
 // The command line program: parse, build, render, develop.
+#include "core/heatmap.h"
 #include "main/options.h"
 #include "main/progress.h"
 #include "main/report.h"
@@ -79,6 +80,15 @@ std::set<std::string> sharingNames() {
     return names;
 }
 
+/// The layers that outputs show.
+std::vector<Layer> layersOf(const Options& options) {
+    std::vector<Layer> layers = options.layers;
+    if (!options.heatmapFile.empty() &&
+        std::find(layers.begin(), layers.end(), options.heatmapLayer) == layers.end())
+        layers.push_back(options.heatmapLayer);
+    return layers;
+}
+
 int run(const Options& options, spdlog::logger& log) {
     if (options.list) {
         fmt::print("{}", listPlugins(pluginTables()));
@@ -88,8 +98,9 @@ int run(const Options& options, spdlog::logger& log) {
         findPlugin(pluginTables().integrators, options.build.integrator, "integrator", {});
     for (const auto& output : options.outputs)
         checkWritable(output);
-    if (!options.statsFile.empty())
-        checkWritable(options.statsFile);
+    for (const auto& file : {options.statsFile, options.heatmapFile})
+        if (!file.empty())
+            checkWritable(file);
 
     Messages messages([&](const std::string& text) { log.warn("{}", text); });
     StepSeconds seconds;
@@ -115,7 +126,7 @@ int run(const Options& options, spdlog::logger& log) {
         checkWritable(output);
     Progress progress(options.quiet);
     settings.progress = [&](double fraction) { progress.update(fraction); };
-    Film film(built.resolution.x, built.resolution.y, built.window);
+    Film film(built.resolution.x, built.resolution.y, built.window, layersOf(options));
     const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                      *built.filter, settings, film);
     seconds.render = stats.seconds;
@@ -124,6 +135,9 @@ int run(const Options& options, spdlog::logger& log) {
     warnOfBadSamples(stats, log);
     for (const auto& output : outputs)
         film.write(output, renderMetadata(built, options, stats, seconds));
+    if (!options.heatmapFile.empty())
+        writePng(options.heatmapFile, heatmap(film, options.heatmapLayer, settings.samplesPerPixel),
+                 renderMetadata(built, options, stats, seconds));
     if (!options.statsFile.empty())
         writeStats(options.statsFile, built, options, stats, seconds);
     log.info("{}", summary(built, stats, seconds));

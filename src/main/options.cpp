@@ -4,11 +4,37 @@
 
 namespace strobe {
 
+namespace {
+
+std::string layerNames() {
+    std::string names;
+    for (const LayerInfo& info : layerTable())
+        names += (names.empty() ? "" : ", ") + std::string(info.name);
+    return names;
+}
+
+std::vector<Layer> layersCalled(const std::string& option, const std::vector<std::string>& names) {
+    std::vector<Layer> layers;
+    for (const std::string& name : names) {
+        const auto row = std::find_if(layerTable().begin(), layerTable().end(),
+                                      [&](const LayerInfo& info) { return name == info.name; });
+        if (row == layerTable().end())
+            throw CLI::ValidationError(option,
+                                       "unknown layer \"" + name + "\" (known: " + layerNames() + ")");
+        if (std::find(layers.begin(), layers.end(), row->layer) == layers.end())
+            layers.push_back(row->layer);
+    }
+    return layers;
+}
+
+} // namespace
+
 std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     CLI::App app{"strobe: how little can you shade and still be right?"};
     app.set_version_flag("--version", "strobe " STROBE_VERSION);
     std::vector<float> crop;
-    std::string pixel;
+    std::string pixel, heatmapOf = "shades";
+    std::vector<std::string> layers;
 
     app.add_option("FILE", options.scenes, "scene files (.scene, .pbrt), read one after another");
     app.add_option("--integrator", options.build.integrator, "what shares a shade; see --list");
@@ -28,6 +54,9 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--frame-time", options.build.frameTime, "render a still at this scene time");
     app.add_flag("--quick", options.build.quick, "a quarter of the resolution and of the samples");
     app.add_flag("--quiet", options.quiet, "print errors only");
+    app.add_option("--aov", layers, "layers of EXR outputs: " + layerNames())->delimiter(',');
+    app.add_option("--heatmap", options.heatmapFile, "write a layer in false colour, with its scale (.png)");
+    app.add_option("--heatmap-of", heatmapOf, "the layer that --heatmap shows");
     app.add_option("--stats", options.statsFile, "write statistics as JSON");
     app.add_option("--log-level", options.logLevel, "debug, info, warn or error")
         ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
@@ -52,6 +81,11 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         for (const auto& output : options.outputs)
             if (output.extension() != ".exr" && output.extension() != ".png")
                 throw CLI::ValidationError("-o", "\"" + output.string() + "\" must end in .exr or .png");
+        if (!options.heatmapFile.empty() && options.heatmapFile.extension() != ".png")
+            throw CLI::ValidationError("--heatmap",
+                                       "\"" + options.heatmapFile.string() + "\" must end in .png");
+        options.layers = layersCalled("--aov", layers);
+        options.heatmapLayer = layersCalled("--heatmap-of", {heatmapOf}).front();
         if (options.scenes.empty() && !options.list)
             throw CLI::RequiredError("FILE");
     } catch (const CLI::ParseError& e) {

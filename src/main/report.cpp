@@ -36,6 +36,18 @@ nlohmann::ordered_json stagesOf(const Counters& c) {
     return stages;
 }
 
+nlohmann::ordered_json costsOf(const BuiltScene& built, const Counters& c) {
+    auto costs = nlohmann::ordered_json::array();
+    for (size_t i = 0; i < c.shadeCosts.size(); ++i)
+        if (const ShadeCost& cost = c.shadeCosts[i]; cost.shades() > 0)
+            costs.push_back(
+                {{"material", i < built.materialNames.size() ? built.materialNames[i] : "(nothing)"},
+                 {"shadesTimed", cost.shades()},
+                 {"meanSeconds", cost.mean()},
+                 {"deviationSeconds", cost.deviation()}});
+    return costs;
+}
+
 nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, const RenderStats& stats,
                               const StepSeconds& seconds) {
     const Counters& c = stats.total;
@@ -75,6 +87,7 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
                    {"duplicates", c.blockDuplicates},
                    {"evictions", c.blockEvictions},
                    {"cacheBytes", c.cacheBytes}};
+    j["shadeCost"] = costsOf(built, c);
     j["geometry"] = {{"triangles", t.triangles},
                      {"quadrics", t.quadrics},
                      {"instances", t.instances},

@@ -135,6 +135,12 @@ void record(Metadata& metadata, const std::string& key, const std::string& name,
     }
 }
 
+/// What people can tell a material by.
+std::string materialName(const MaterialDecl& decl) {
+    const std::string where = decl.material.where.toString();
+    return (decl.name.empty() ? decl.material.name : decl.name) + (where.empty() ? "" : " (" + where + ")");
+}
+
 void makeTextures(SceneDescription& description, const PluginTables& tables, Maker& maker) {
     for (TextureDecl& decl : description.textures) {
         const M44f toWorld = decl.toWorld.keys().front();
@@ -195,8 +201,10 @@ BuiltScene buildScene(SceneDescription&& description, const BuildOptions& option
 
     makeTextures(description, tables, maker);
     std::vector<std::shared_ptr<const Material>> materials;
-    for (MaterialDecl& decl : description.materials)
+    for (MaterialDecl& decl : description.materials) {
+        built.materialNames.push_back(materialName(decl));
         materials.push_back(maker.make(tables.materials, decl.material, "material"));
+    }
 
     std::vector<std::shared_ptr<const Light>> lights;
     for (LightDecl& decl : description.lights)

@@ -29,8 +29,9 @@ struct BuiltScene {
     std::shared_ptr<const Integrator> integrator;
     V2i resolution;
     Window window;
-    std::string filename; ///< the scene's own output name
-    Metadata metadata;    ///< integrator and shading with all their parameters, sampler, filter
+    std::vector<std::string> materialNames; ///< of the scene's materials, for people
+    std::string filename;                   ///< the scene's own output name
+    Metadata metadata; ///< integrator and shading with all their parameters, sampler, filter
 };
 
 /// Consumes the description (meshes are moved out of it). Throws located Errors; warns through `messages`.

@@ -38,7 +38,7 @@ class QuadWorker : public IntegratorWorker {
 
 class Quads : public Integrator {
   public:
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, uint64_t) const override {
+    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedRender<QuadWorker>>(scene);
     }
 };

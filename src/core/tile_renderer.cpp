@@ -1,0 +1,226 @@
+#include "core/tile_renderer.h"
+
+#include "core/hash.h"
+
+#include <numeric>
+
+namespace strobe {
+
+namespace {
+
+// Dimensions of the camera sample; shading's begin beyond.
+enum : uint32_t { kDimFilm = 0, kDimLens = 1, kDimTime = 2 };
+
+/// About as many samples as keep all buffers of a batch in the second-level cache.
+constexpr uint32_t kBatchSamples = 512;
+/// Shades timed together: the rays of so many are traced about as well as those of a batch.
+constexpr size_t kMeteredPacket = 16;
+
+} // namespace
+
+ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch, const VisibilitySample& sample) {
+    ShadingRequest request;
+    request.hit = sample.hit;
+    request.ray = sample.ray;
+    request.cone = scene.needsFootprint() ? scene.camera().cone(sample.film) : RayCone{};
+    request.domain = batch.pixels[sample.pixel].domain;
+    request.index = sample.index;
+    request.total = batch.samplesPerPixel;
+    request.sample = uint32_t(&sample - batch.samples.data());
+    return request;
+}
+
+TileRenderer::TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
+                           const Sampler& sampler, const Filter& filter, const RenderSettings& settings)
+    : m_scene(scene), m_sampler(sampler), m_filter(filter), m_settings(settings),
+      m_integrator(integrator.makeWorker()), m_shader(shader.makeWorker(scene, sampler)) {
+    m_counters.shadeCosts.resize(scene.materials().size() + 1);
+}
+
+void TileRenderer::renderTile(const Window& tile, Film& film) {
+    const FastFloats fast;
+    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
+    const uint32_t pixelsPerBatch = std::max(1u, kBatchSamples / spp);
+    m_integrator->beginTile();
+    m_pixels.clear();
+    for (int y = tile.y0; y < tile.y1; ++y)
+        for (int x = tile.x0; x < tile.x1; ++x) {
+            m_pixels.push_back({x, y, hashOf(m_settings.seed, x, y)});
+            if (m_pixels.size() == pixelsPerBatch)
+                renderBatch(film);
+        }
+    if (!m_pixels.empty())
+        renderBatch(film);
+}
+
+void TileRenderer::renderBatch(Film& film) {
+    StageClock clock(m_counters);
+    generate();
+    clock.charge(Stage::Generate);
+    trace();
+    clock.charge(Stage::Trace);
+    const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel)};
+    m_requests.clear();
+    m_integrator->plan(batch, m_requests);
+    clock.charge(Stage::Plan);
+    shade();
+    clock.charge(Stage::Shade);
+    m_values.resize(m_samples.size());
+    m_integrator->resolve(batch, m_shaded, m_values);
+    develop(film);
+    if (!film.layers().empty())
+        describe(film);
+    clock.charge(Stage::Resolve);
+    m_counters.pixels += m_pixels.size();
+    m_counters.visibilitySamples += m_samples.size();
+    m_pixels.clear();
+}
+
+void TileRenderer::generate() {
+    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
+    const bool lens = m_scene.camera().hasLens();
+    m_film.resize(spp), m_lens.resize(spp, V2f(0)), m_time.resize(spp), m_weights.resize(spp);
+    m_cameraSamples.resize(spp);
+    m_rays.resize(spp);
+    m_samples.resize(m_pixels.size() * spp);
+    for (uint32_t p = 0; p < m_pixels.size(); ++p) {
+        const PixelRef& pixel = m_pixels[p];
+        const SampleRange range{pixel.domain, 0, spp, spp};
+        m_sampler.fill2D(range, kDimFilm, m_film.data());
+        m_sampler.fill1D(range, kDimTime, m_time.data());
+        if (lens)
+            m_sampler.fill2D(range, kDimLens, m_lens.data());
+        for (uint32_t i = 0; i < spp; ++i) {
+            const Filter::Sample f = m_filter.sample(m_film[i]);
+            m_weights[i] = f.weight;
+            m_cameraSamples[i] = {V2f(float(pixel.x) + 0.5f, float(pixel.y) + 0.5f) + f.offset, m_lens[i],
+                                  m_time[i]};
+        }
+        m_scene.camera().rays(m_cameraSamples.data(), int(spp), m_rays.data());
+        for (uint32_t i = 0; i < spp; ++i)
+            m_samples[p * spp + i] = {Hit{}, m_rays[i], m_cameraSamples[i].film, m_weights[i], p, i};
+    }
+}
+
+void TileRenderer::trace() {
+    const Tracer& tracer = m_scene.tracer();
+    for (size_t first = 0; first < m_samples.size(); first += RayBlock::kSize) {
+        const int n = int(std::min<size_t>(RayBlock::kSize, m_samples.size() - first));
+        for (int i = 0; i < n; ++i) {
+            const Ray& ray = m_samples[first + i].ray;
+            m_block.set(i, ray.o, ray.d, ray.tmin, kInfinity, ray.time);
+        }
+        tracer.intersect(m_block, n, true);
+        for (int i = 0; i < n; ++i)
+            m_samples[first + i].hit = tracer.hit(m_block, i);
+    }
+}
+
+void TileRenderer::shade() {
+    m_shaded.resize(m_requests.size());
+    // The first batch of a thread is slow for other reasons: it is the second that is timed.
+    if (m_batches++ % m_meterInterval == 1 % m_meterInterval)
+        shadeMetered();
+    else
+        m_shader->shade(m_requests, m_shaded, m_counters);
+}
+
+size_t TileRenderer::costSlot(const Hit& hit) const {
+    return hit ? size_t(m_scene.geometry(hit).material) : m_scene.materials().size();
+}
+
+void TileRenderer::shadeMetered() {
+    m_order.resize(m_requests.size());
+    std::iota(m_order.begin(), m_order.end(), 0u);
+    std::stable_sort(m_order.begin(), m_order.end(), [&](uint32_t a, uint32_t b) {
+        return costSlot(m_requests[a].hit) < costSlot(m_requests[b].hit);
+    });
+    Rgb shaded[kMeteredPacket];
+    for (size_t first = 0; first < m_order.size(); first += m_packet.size()) {
+        const size_t slot = costSlot(m_requests[m_order[first]].hit);
+        m_packet.clear();
+        for (size_t i = first; i < m_order.size() && m_packet.size() < kMeteredPacket; ++i) {
+            const ShadingRequest& request = m_requests[m_order[i]];
+            if (costSlot(request.hit) != slot)
+                break;
+            m_packet.push_back(request);
+        }
+        const auto start = std::chrono::steady_clock::now();
+        m_shader->shade(m_packet, std::span(shaded, m_packet.size()), m_counters);
+        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+        m_counters.shadeCosts[slot].add(m_packet.size(), seconds.count());
+        for (size_t i = 0; i < m_packet.size(); ++i)
+            m_shaded[m_order[first + i]] = shaded[i];
+    }
+}
+
+/// Pixel means, in double and in sample order, over the samples that are numbers.
+void TileRenderer::develop(Film& film) {
+    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
+    for (uint32_t p = 0; p < m_pixels.size(); ++p) {
+        double r = 0, g = 0, b = 0;
+        uint32_t good = 0;
+        for (uint32_t i = p * spp; i < (p + 1) * spp; ++i) {
+            const Rgb& value = m_values[i];
+            if (m_settings.probe)
+                m_settings.probe(m_pixels[p].x, m_pixels[p].y, i - p * spp, value);
+            if (!isFinite(value)) {
+                noteBad(m_pixels[p], i - p * spp);
+                continue;
+            }
+            const double w = m_samples[i].weight;
+            r += w * value.x, g += w * value.y, b += w * value.z;
+            ++good;
+        }
+        const double scale = good ? 1.0 / good : 0;
+        film.set(m_pixels[p].x, m_pixels[p].y, Rgb(float(r * scale), float(g * scale), float(b * scale)));
+    }
+}
+
+/// The film's layers, from who asked for which shade.
+void TileRenderer::describe(Film& film) {
+    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
+    m_tallies.assign(m_pixels.size(), {});
+    for (const VisibilitySample& sample : m_samples)
+        m_tallies[sample.pixel].hits += bool(sample.hit);
+    m_order.clear();
+    for (const ShadingRequest& request : m_requests) {
+        if (!request.hit)
+            continue;
+        PixelTally& tally = m_tallies[m_samples[request.sample].pixel];
+        ++tally.shades, tally.time += request.ray.time;
+        m_order.push_back(request.sample);
+    }
+    std::sort(m_order.begin(), m_order.end());
+    m_order.erase(std::unique(m_order.begin(), m_order.end()), m_order.end());
+    for (uint32_t sample : m_order)
+        ++m_tallies[m_samples[sample].pixel].asked;
+
+    const auto valueOf = [&](Layer layer, uint32_t p) {
+        const PixelTally& tally = m_tallies[p];
+        switch (layer) {
+        case Layer::Shades:
+            return float(tally.shades);
+        case Layer::Samples:
+            return float(spp);
+        case Layer::HitRate:
+            return tally.hits ? 1 - float(tally.asked) / float(tally.hits) : 0;
+        case Layer::Block:
+            return float(m_integrator->blockOf(size_t(p) * spp) >> 40);
+        case Layer::ShadeTime:
+            return tally.shades ? float(tally.time / tally.shades) : -1;
+        }
+        return 0.f;
+    };
+    for (size_t l = 0; l < film.layers().size(); ++l)
+        for (uint32_t p = 0; p < m_pixels.size(); ++p)
+            film.setLayer(l, m_pixels[p].x, m_pixels[p].y, valueOf(film.layers()[l], p));
+}
+
+void TileRenderer::noteBad(const PixelRef& pixel, uint32_t sample) {
+    ++m_counters.badSamples;
+    if (m_counters.firstBad.size() < 16)
+        m_counters.firstBad.push_back({pixel.x, pixel.y, sample});
+}
+
+} // namespace strobe

@@ -1,0 +1,62 @@
+// What one thread of a render does: the five steps of each batch of pixels.
+#pragma once
+
+#include "core/film.h"
+#include "core/integrator.h"
+#include "core/render.h"
+
+namespace strobe {
+
+/// Everything one thread needs; buffers are reused from batch to batch.
+class TileRenderer {
+  public:
+    TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
+                 const Sampler& sampler, const Filter& filter, const RenderSettings& settings);
+
+    void renderTile(const Window& tile, Film& film);
+    /// Shades packet by packet, each of one material and timed, in every `interval`-th batch.
+    void meterEvery(uint32_t interval) { m_meterInterval = interval; }
+    /// Completes the counters.
+    void finish() { m_integrator->report(m_counters); }
+    const Counters& counters() const { return m_counters; }
+
+  private:
+    void renderBatch(Film& film);
+    void generate();
+    void trace();
+    void shade();
+    void shadeMetered();
+    size_t costSlot(const Hit& hit) const;
+    void develop(Film& film);
+    void describe(Film& film);
+    void noteBad(const PixelRef& pixel, uint32_t sample);
+
+    const Scene& m_scene;
+    const Sampler& m_sampler;
+    const Filter& m_filter;
+    const RenderSettings& m_settings;
+    std::unique_ptr<IntegratorWorker> m_integrator;
+    std::unique_ptr<ShaderWorker> m_shader;
+    Counters m_counters;
+    uint32_t m_meterInterval = 64, m_batches = 0;
+
+    std::vector<PixelRef> m_pixels;
+    std::vector<VisibilitySample> m_samples;
+    std::vector<float> m_weights, m_time;
+    std::vector<V2f> m_film, m_lens;
+    std::vector<CameraSample> m_cameraSamples;
+    std::vector<Ray> m_rays;
+    std::vector<ShadingRequest> m_requests;
+    std::vector<Rgb> m_shaded, m_values;
+    RayBlock m_block;
+    // For metering and layers:
+    std::vector<uint32_t> m_order;
+    std::vector<ShadingRequest> m_packet;
+    struct PixelTally {
+        uint32_t shades = 0, asked = 0, hits = 0;
+        double time = 0;
+    };
+    std::vector<PixelTally> m_tallies;
+};
+
+} // namespace strobe

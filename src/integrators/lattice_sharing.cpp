@@ -1,0 +1,218 @@
+#include "core/hash.h"
+#include "integrators/block_cache.h"
+#include "integrators/cache_settings.h"
+#include "integrators/slot_table.h"
+#include "integrators/surface_lattice.h"
+
+namespace strobe {
+
+namespace {
+
+/// What the workers of one render share.
+struct Shared {
+    Shared(const Scene& scene, const CacheSettings& settings, uint64_t seed)
+        : scene(scene), settings(settings), seed(seed),
+          lattice(scene, settings.blockSize, SurfaceLattice::SmallTriangles::Clustered),
+          cache(settings.bytes) {}
+    const Scene& scene;
+    const CacheSettings settings;
+    const uint64_t seed;
+    const SurfaceLattice lattice;
+    BlockCache cache;
+};
+
+class Worker : public IntegratorWorker {
+  public:
+    explicit Worker(Shared& shared) : m_shared(shared) {}
+
+    void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
+        m_blocks.clear();
+        m_places.clear();
+        m_cells.clear();
+        m_samples.clear();
+        m_blockTable.clear(batch.samples.size());
+        m_cellTable.clear(batch.samples.size());
+        for (const VisibilitySample& sample : batch.samples) {
+            if (sample.hit && m_shared.settings.blockSize > 0) {
+                planShared(sample, uint32_t(&sample - batch.samples.data()));
+            } else {
+                m_samples.push_back({-int64_t(requests.size()) - 1, {}});
+                requests.push_back(requestFor(m_shared.scene, batch, sample));
+            }
+        }
+        for (size_t i = 0; i < m_blocks.size(); ++i)
+            lookUp(m_blocks[i], m_places[i], requests);
+    }
+
+    void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
+        for (Block& block : m_blocks)
+            if (block.request >= 0)
+                finish(block, shaded);
+        for (size_t i = 0; i < values.size(); ++i) {
+            const Taken& taken = m_samples[i];
+            if (taken.cell < 0) {
+                values[i] = shaded[size_t(-taken.cell - 1)];
+                continue;
+            }
+            const Cell& cell = m_cells[size_t(taken.cell)];
+            Rgb sum(0);
+            for (int k = 0; k < cell.count; ++k)
+                sum += m_blocks[cell.block[k]].value * taken.weight[k];
+            values[i] = sum;
+        }
+    }
+
+    uint64_t blockOf(size_t sample) const override {
+        const Taken& taken = m_samples[sample];
+        if (taken.cell < 0)
+            return 0;
+        const Cell& cell = m_cells[size_t(taken.cell)];
+        return m_blocks[cell.block[std::max_element(taken.weight, taken.weight + cell.count) - taken.weight]]
+            .key;
+    }
+
+    void report(Counters& counters) const override {
+        counters.blockLookups += m_lookups;
+        counters.blockHits += m_hits;
+        counters.blockDuplicates += m_duplicates;
+        counters.blockEvictions += m_evictions;
+        counters.cacheBytes = m_shared.cache.bytes();
+    }
+
+  private:
+    struct Block {
+        uint64_t key;
+        Rgb value;
+        int64_t request; ///< the first of its requests; -1: it was in the cache
+    };
+    /// Where a block of the batch lies.
+    struct Place {
+        LatticeFace face;
+        LatticePoint point;
+        uint32_t bin;
+        uint32_t sample; ///< the first to ask for it
+    };
+    struct Cell {
+        int count;
+        uint32_t block[4];
+    };
+    /// What a sample's value is made of.
+    struct Taken {
+        int64_t cell; ///< negative: request -cell - 1, its own
+        float weight[4];
+    };
+
+    void planShared(const VisibilitySample& sample, uint32_t index) {
+        LatticeCell cell = m_shared.lattice.locate(sample);
+        const int bins = m_shared.settings.timeBins;
+        const uint32_t bin = uint32_t(std::min(int(sample.ray.time * float(bins)), bins - 1));
+        const int nearest = m_shared.settings.nearest ? heaviest(cell) : -1;
+        uint64_t key = cell.key;
+        if (bins > 1 || nearest >= 0)
+            key = hashOf(key, bin, nearest);
+        const uint32_t next = uint32_t(m_cells.size()), filed = m_cellTable.insert(key, next);
+        if (filed == next)
+            m_cells.push_back(makeCell(cell, nearest, bin, index));
+        Taken taken{filed, {1, 0, 0, 0}};
+        if (nearest < 0)
+            std::copy(cell.weights, cell.weights + 4, taken.weight);
+        m_samples.push_back(taken);
+    }
+
+    static int heaviest(const LatticeCell& cell) {
+        return int(std::max_element(cell.weights, cell.weights + cell.count) - cell.weights);
+    }
+
+    Cell makeCell(const LatticeCell& cell, int nearest, uint32_t bin, uint32_t sample) {
+        LatticePoint points[4];
+        m_shared.lattice.points(cell, points);
+        Cell made{nearest < 0 ? cell.count : 1, {}};
+        for (int k = 0; k < made.count; ++k)
+            made.block[k] = blockAt(cell.face, points[nearest < 0 ? k : nearest], bin, sample);
+        return made;
+    }
+
+    /// The batch's block of a point; a new one is looked up later, when the cache's memory has arrived.
+    uint32_t blockAt(const LatticeFace& face, const LatticePoint& point, uint32_t bin, uint32_t sample) {
+        const uint64_t key = m_shared.settings.timeBins > 1 ? hashOf(point.key, bin) | 1 : point.key;
+        const uint32_t next = uint32_t(m_blocks.size()), index = m_blockTable.insert(key, next);
+        if (index == next) {
+            m_shared.cache.prefetch(key);
+            m_blocks.push_back({key, Rgb(0), -1});
+            m_places.push_back({face, point, bin, sample});
+        }
+        return index;
+    }
+
+    void lookUp(Block& block, const Place& place, std::vector<ShadingRequest>& requests) {
+        ++m_lookups;
+        if (m_shared.cache.find(block.key, block.value)) {
+            ++m_hits;
+            return;
+        }
+        block.request = int64_t(requests.size());
+        request(place, block.key, requests);
+    }
+
+    /// The shades of a block: at random times, one in each of `shades` equal parts of its time bin.
+    void request(const Place& place, uint64_t key, std::vector<ShadingRequest>& requests) const {
+        const CacheSettings& settings = m_shared.settings;
+        const uint64_t domain = hashOf(m_shared.seed, key);
+        for (int k = 0; k < settings.shades; ++k) {
+            const float jitter = unitFloat(uint32_t(hashOf(domain, k) >> 32));
+            const float inBin = (float(k) + jitter) / float(settings.shades);
+            ShadingRequest r = m_shared.lattice.request(
+                place.face, place.point,
+                std::min((float(place.bin) + inBin) / float(settings.timeBins), kOneMinusEpsilon));
+            r.domain = domain;
+            r.index = uint32_t(k);
+            r.total = uint32_t(settings.shades);
+            r.sample = place.sample;
+            requests.push_back(r);
+        }
+    }
+
+    void finish(Block& block, std::span<const Rgb> shaded) {
+        Rgb sum(0);
+        for (int k = 0; k < m_shared.settings.shades; ++k)
+            sum += shaded[size_t(block.request + k)];
+        block.value = sum * (1 / float(m_shared.settings.shades));
+        switch (m_shared.cache.store(block.key, block.value)) {
+        case BlockCache::Stored::Fresh:
+            break;
+        case BlockCache::Stored::Duplicate:
+            ++m_duplicates;
+            break;
+        case BlockCache::Stored::Evicting:
+            ++m_evictions;
+            break;
+        }
+    }
+
+    Shared& m_shared;
+    std::vector<Block> m_blocks;
+    std::vector<Place> m_places; ///< beside m_blocks
+    std::vector<Cell> m_cells;
+    std::vector<Taken> m_samples;
+    SlotTable m_blockTable, m_cellTable;
+    uint64_t m_lookups = 0, m_hits = 0, m_duplicates = 0, m_evictions = 0;
+};
+
+class LatticeRender : public IntegratorRender {
+  public:
+    LatticeRender(const Scene& scene, const CacheSettings& settings, uint64_t seed)
+        : m_shared(scene, settings, seed) {}
+    std::unique_ptr<IntegratorWorker> makeWorker() override { return std::make_unique<Worker>(m_shared); }
+
+  private:
+    Shared m_shared;
+};
+
+} // namespace
+
+std::unique_ptr<IntegratorRender> beginLatticeSharing(const Scene& scene, const CacheSettings& settings,
+                                                      uint64_t seed) {
+    return std::make_unique<LatticeRender>(scene, settings, seed);
+}
+
+} // namespace strobe
