@@ -84,9 +84,17 @@ class IntegratorRender {
     virtual std::unique_ptr<IntegratorWorker> makeWorker() = 0;
 };
 
+/// How far from a sample's own point the radiance may be taken that becomes its value: the mean over seeds
+/// departs from the truth by no more than radiance varies on the same surface within `reachPixels` (as seen
+/// by the sample) and `shutterFraction` of the shutter. Zeros: unbiased.
+struct BiasBound {
+    float reachPixels = 0, shutterFraction = 0;
+};
+
 class Integrator {
   public:
     virtual ~Integrator() = default;
+    virtual BiasBound biasBound(const Scene& /*scene*/) const { return {}; }
     /// Scene and whatever the context refers to outlive the render.
     virtual std::unique_ptr<IntegratorRender> begin(const Scene& scene,
                                                     const RenderContext& context) const = 0;

@@ -1,5 +1,6 @@
 #include "core/scene.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace strobe {
@@ -98,6 +99,17 @@ void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, S
                            triangleUv(mesh, hit.prim, 0, 1)};
         derivatives(v, uv, s.dpdu, s.dpdv);
     }
+}
+
+bool Scene::moves() const {
+    const auto moved = [](const Instance& instance) {
+        return instance.motion && !instance.motion->isStill();
+    };
+    const auto changes = [](const Geometry& geometry) { return !geometry.placed.isStill(); };
+    return m_camera->moves() || std::any_of(m_instances.begin(), m_instances.end(), moved) ||
+           std::any_of(m_groups.begin(), m_groups.end(), [&](const Group& group) {
+               return std::any_of(group.geometries.begin(), group.geometries.end(), changes);
+           });
 }
 
 SurfacePoint Scene::surface(const Hit& hit, float time) const {

@@ -59,6 +59,8 @@ class Scene {
     const std::vector<int>& environments() const { return m_environments; }
     const LightPicker& lightPicker() const { return m_lightPicker; }
     const Shutter& shutter() const { return m_shutter; }
+    /// True when the camera or any shape changes while the shutter is open.
+    bool moves() const;
     /// True when some material looks at the ray footprint.
     bool needsFootprint() const { return m_needsFootprint; }
     const Geometry& geometry(const Hit& hit) const {

@@ -2,10 +2,11 @@
 
 #include "core/hash.h"
 
+#include <algorithm>
 #include <bit>
-#include <cstdlib>
-#include <cstring>
 #include <new>
+
+#include <sys/mman.h>
 
 namespace strobe {
 
@@ -15,17 +16,19 @@ uint64_t signature(uint64_t redGreen, uint64_t blue) { return mix64(redGreen ^ s
 
 } // namespace
 
-void BlockCache::Free::operator()(Bucket* p) const { std::free(p); }
+BlockCache::~BlockCache() { munmap(m_buckets, bytes()); }
 
-BlockCache::BlockCache(size_t bytes)
-    : m_mask(std::bit_floor(std::max(bytes / sizeof(Bucket), size_t(1))) - 1) {
-    // calloc leaves untouched pages unbacked: a large table costs memory only as far as it is used. All-zero
-    // bytes are empty entries.
+BlockCache::BlockCache(size_t bytes) : m_count(std::max(bytes / sizeof(Bucket), size_t(1))) {
+    // Fresh pages are zero, and all-zero bytes are empty entries. They cost memory only once they are used;
+    // large pages keep the address translation from costing more than the lookup.
     static_assert(std::atomic<uint64_t>::is_always_lock_free && sizeof(Entry) == 24);
-    auto* buckets = static_cast<Bucket*>(std::calloc(m_mask + 1, sizeof(Bucket)));
-    if (!buckets)
+    void* p = mmap(nullptr, this->bytes(), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (p == MAP_FAILED)
         throw std::bad_alloc();
-    m_buckets.reset(buckets);
+    m_buckets = static_cast<Bucket*>(p);
+#ifdef MADV_HUGEPAGE
+    madvise(p, this->bytes(), MADV_HUGEPAGE);
+#endif
 }
 
 uint64_t BlockCache::read(const Entry& entry, uint64_t& redGreen, uint64_t& blue) {

@@ -5,7 +5,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <memory>
 
 namespace strobe {
 
@@ -17,6 +16,9 @@ class BlockCache {
   public:
     /// Room for as many blocks as fit into `bytes`, at least one bucket.
     explicit BlockCache(size_t bytes);
+    ~BlockCache();
+    BlockCache(const BlockCache&) = delete;
+    BlockCache& operator=(const BlockCache&) = delete;
 
     bool find(uint64_t key, Rgb& value) const;
     /// Asks the memory for what `find` will read.
@@ -30,7 +32,7 @@ class BlockCache {
     /// Duplicate: the block was there already. Evicting: another block made room.
     Stored store(uint64_t key, const Rgb& value);
 
-    size_t bytes() const { return (m_mask + 1) * sizeof(Bucket); }
+    size_t bytes() const { return m_count * sizeof(Bucket); }
 
   private:
     struct Entry {
@@ -40,15 +42,12 @@ class BlockCache {
     struct Bucket {
         Entry entries[kWays];
     };
-    struct Free {
-        void operator()(Bucket* p) const;
-    };
-    Bucket& bucketOf(uint64_t key) const { return m_buckets.get()[(key >> 8) & m_mask]; }
+    Bucket& bucketOf(uint64_t key) const { return m_buckets[size_t((unsigned __int128)(key)*m_count >> 64)]; }
     /// The key of an entry, 0 when it is empty or torn beyond recognition.
     static uint64_t read(const Entry& entry, uint64_t& redGreen, uint64_t& blue);
 
-    size_t m_mask;
-    std::unique_ptr<Bucket, Free> m_buckets;
+    size_t m_count;
+    Bucket* m_buckets;
 };
 
 } // namespace strobe

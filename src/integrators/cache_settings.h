@@ -22,6 +22,9 @@ struct CacheSettings {
 /// Blocks that are functions of their key: see SurfaceLattice.
 std::unique_ptr<IntegratorRender> beginLatticeSharing(const Scene& scene, const CacheSettings& settings,
                                                       uint64_t seed);
+/// How many block sizes away, at most, a sample's value may come from there: two blocks, each as long as a
+/// cell of the lattice may be.
+inline constexpr float kFirstRayReach = 8;
 /// Blocks that their first rays decide, as in "Multisampling and Motion Blur in a Ray Tracer", Algorithm 2.
 /// Pixels depend on which thread came first.
 std::unique_ptr<IntegratorRender> beginFirstRaySharing(const Scene& scene, const CacheSettings& settings);

@@ -30,8 +30,8 @@ class Worker : public IntegratorWorker {
         m_places.clear();
         m_cells.clear();
         m_samples.clear();
-        m_blockTable.clear(batch.samples.size());
-        m_cellTable.clear(batch.samples.size());
+        m_blockTable.clear();
+        m_cellTable.clear();
         for (const VisibilitySample& sample : batch.samples) {
             if (sample.hit && m_shared.settings.blockSize > 0) {
                 planShared(sample, uint32_t(&sample - batch.samples.data()));
@@ -103,20 +103,18 @@ class Worker : public IntegratorWorker {
     };
 
     void planShared(const VisibilitySample& sample, uint32_t index) {
-        LatticeCell cell = m_shared.lattice.locate(sample);
         const int bins = m_shared.settings.timeBins;
         const uint32_t bin = uint32_t(std::min(int(sample.ray.time * float(bins)), bins - 1));
+        const LatticeCell cell = m_shared.lattice.locate(sample, bin);
         const int nearest = m_shared.settings.nearest ? heaviest(cell) : -1;
-        uint64_t key = cell.key;
-        if (bins > 1 || nearest >= 0)
-            key = hashOf(key, bin, nearest);
+        const uint64_t key = nearest >= 0 ? hashOf(cell.key, nearest) : cell.key;
         const uint32_t next = uint32_t(m_cells.size()), filed = m_cellTable.insert(key, next);
         if (filed == next)
             m_cells.push_back(makeCell(cell, nearest, bin, index));
-        Taken taken{filed, {1, 0, 0, 0}};
-        if (nearest < 0)
-            std::copy(cell.weights, cell.weights + 4, taken.weight);
-        m_samples.push_back(taken);
+        Taken& taken = m_samples.emplace_back();
+        taken.cell = filed;
+        for (int k = 0; k < 4; ++k)
+            taken.weight[k] = nearest < 0 ? cell.weights[k] : float(k == 0);
     }
 
     static int heaviest(const LatticeCell& cell) {
@@ -125,7 +123,7 @@ class Worker : public IntegratorWorker {
 
     Cell makeCell(const LatticeCell& cell, int nearest, uint32_t bin, uint32_t sample) {
         LatticePoint points[4];
-        m_shared.lattice.points(cell, points);
+        m_shared.lattice.points(cell, bin, points);
         Cell made{nearest < 0 ? cell.count : 1, {}};
         for (int k = 0; k < made.count; ++k)
             made.block[k] = blockAt(cell.face, points[nearest < 0 ? k : nearest], bin, sample);
@@ -134,11 +132,10 @@ class Worker : public IntegratorWorker {
 
     /// The batch's block of a point; a new one is looked up later, when the cache's memory has arrived.
     uint32_t blockAt(const LatticeFace& face, const LatticePoint& point, uint32_t bin, uint32_t sample) {
-        const uint64_t key = m_shared.settings.timeBins > 1 ? hashOf(point.key, bin) | 1 : point.key;
-        const uint32_t next = uint32_t(m_blocks.size()), index = m_blockTable.insert(key, next);
+        const uint32_t next = uint32_t(m_blocks.size()), index = m_blockTable.insert(point.key, next);
         if (index == next) {
-            m_shared.cache.prefetch(key);
-            m_blocks.push_back({key, Rgb(0), -1});
+            m_shared.cache.prefetch(point.key);
+            m_blocks.push_back({point.key, Rgb(0), -1});
             m_places.push_back({face, point, bin, sample});
         }
         return index;

@@ -1,6 +1,7 @@
 #include "integrators/path_shader.h"
 
 #include "core/sampling.h"
+#include "integrators/path_state.h"
 #include "integrators/ray_queues.h"
 
 namespace strobe {
@@ -12,63 +13,8 @@ const ParamDef<int> kMaxDepth{"maxdepth", 5,
 const ParamDef<std::string> kStrategy{
     "strategy", "all", "lights at the first surface: all (each with its nsamples) or one, picked by power",
     "lightsamplestrategy"};
-
-struct ShadeSettings {
-    bool path;
-    int maxDepth;
-    bool allLights;
-};
-
-/// Light sampling alone is used where the BSDF's density times the light's solid angle is less than this: the
-/// other strategy's share of the power heuristic would be below its square, so its samples and rays are not
-/// worth making.
-constexpr float kNegligibleBsdfShare = 0.05f;
-constexpr int kRouletteFrom = 3;
-
-// Random dimensions of one path vertex.
-enum : uint32_t { kDimDirection = 0, kDimLobe = 1, kDimRoulette = 2, kDimPick = 3, kDimLights = 8 };
-constexpr uint32_t kFirstDimension = 16, kDimensionsPerVertex = 1u << 20, kDimensionsPerLight = 4;
-
-/// One path under way.
-struct Path {
-    Hit hit;
-    Ray ray;
-    RayCone cone;
-    Rgb beta{1};
-    Rgb radiance{0};
-    Rgb direct{0},
-        viaBsdf{0}; ///< sums of this wave's two ray queues, kept apart so that their order never matters
-    uint64_t domain;
-    uint32_t index, total;
-    int bounce = 0;
-    // How the ray was made, to weight the light it may hit:
-    bool countsAllLight = true; ///< camera rays and delta lobes: no other strategy could have found the light
-    bool firstSmooth = true;    ///< no smooth surface so far
-    float pdf = 0, maxPdf = 0;
-    V3f from{0};
-    bool fromAllLights = false; ///< light sampling there took every light, not one
-};
-
-/// A vertex of a path with its BSDF ready.
-struct Vertex {
-    SurfacePoint s;
-    Bsdf bsdf;
-    Frame frame;
-    V3f wo; ///< world
-    V3f woLocal;
-    float side; ///< dot(wo, ng)
-    float maxPdf;
-};
-
-/// A BSDF sample on its way to a light, in direct lighting.
-struct LightProbe {
-    uint32_t path;
-    int light;
-    float pdf; ///< of the BSDF; both strategies draw equally many samples
-    V3f from, wi;
-    float time;
-    Rgb weight; ///< beta f cos / (n pdf)
-};
+const ParamDef<int> kLightSamples{"lightsamples", 0,
+                                  "samples of each light at a surface; 0: each light's own nsamples"};
 
 class PathWorker : public ShaderWorker {
   public:
@@ -181,8 +127,8 @@ class PathWorker : public ShaderWorker {
         const Light& light = *m_scene.lights()[size_t(index)];
         if (!usesBsdfSampling(light, path.from, path.ray.time, path.maxPdf))
             return 0;
-        const float n =
-            path.fromAllLights ? float(light.sampleCount) : m_scene.lightPicker().probability(index);
+        const float n = path.fromAllLights ? float(m_settings.samplesOf(light))
+                                           : m_scene.lightPicker().probability(index);
         return powerHeuristic(1, path.pdf, n, light.pdf(path.from, path.ray.time, path.ray.d, hit));
     }
 
@@ -213,7 +159,7 @@ class PathWorker : public ShaderWorker {
         path.fromAllLights = m_settings.allLights && (path.firstSmooth || !m_settings.path);
         if (path.fromAllLights) {
             for (int i = 0; i < int(lights.size()); ++i)
-                addLight(index, v, i, lights[size_t(i)]->sampleCount, 1, shadows, probes);
+                addLight(index, v, i, m_settings.samplesOf(*lights[size_t(i)]), 1, shadows, probes);
         } else {
             const float u = m_sampler.get1D(path.domain, path.index, path.total, dimension(path, kDimPick));
             const int i = m_scene.lightPicker().pick(u);
@@ -391,9 +337,10 @@ class PathShader : public Shader {
         if (!one && strategy != "all" && strategy != "weighted")
             throw Error(params.whereIs(kStrategy),
                         "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"");
-        m_settings = {path, params.get(kMaxDepth), !one};
-        if (m_settings.maxDepth < 0)
-            throw Error(params.whereIs(kMaxDepth), "\"maxdepth\" must not be negative");
+        m_settings = {path, params.get(kMaxDepth), !one, params.get(kLightSamples)};
+        for (const ParamDef<int>* def : {&kMaxDepth, &kLightSamples})
+            if (params.get(*def) < 0)
+                throw Error(params.whereIs(*def), std::string("\"") + def->name + "\" must not be negative");
     }
     std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler) const override {
         return std::make_unique<PathWorker>(scene, sampler, m_settings);
@@ -404,7 +351,10 @@ class PathShader : public Shader {
 };
 
 ShaderPlugin plugin(const char* name, const char* doc, bool path) {
-    return {name, doc, {kMaxDepth, kStrategy}, [path](const ParamSet& params, const BuildContext&) {
+    return {name,
+            doc,
+            {kMaxDepth, kStrategy, kLightSamples},
+            [path](const ParamSet& params, const BuildContext&) {
                 return std::make_shared<const PathShader>(params, path);
             }};
 }

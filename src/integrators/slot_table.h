@@ -1,36 +1,29 @@
 // A hash table of one batch's keys, emptied in no time.
 #pragma once
 
-#include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <vector>
 
 namespace strobe {
 
-/// The distinct cells or points of one batch, found by key.
+/// Numbers filed under 64-bit keys. It stays as small as its contents allow, to stay in the first-level
+/// cache.
 class SlotTable {
   public:
-    /// Empties the table and makes room for four items a sample at most.
-    void clear(size_t samples) {
-        const size_t size = std::bit_ceil(std::max<size_t>(8 * samples, 64));
-        if (m_slots.size() < size)
-            m_slots.assign(size, {}), m_epoch = 0;
+    void clear() {
+        m_used = 0;
         if (++m_epoch == 0)
             m_slots.assign(m_slots.size(), {}), m_epoch = 1;
     }
     /// The number filed under `key`, or `next`, which is then filed.
     uint32_t insert(uint64_t key, uint32_t next) {
-        const size_t mask = m_slots.size() - 1;
-        for (size_t i = key & mask;; i = (i + 1) & mask) {
-            Slot& slot = m_slots[i];
-            if (slot.epoch != m_epoch) {
-                slot = {key, next, m_epoch};
-                return next;
-            }
-            if (slot.key == key)
-                return slot.index;
-        }
+        Slot& slot = find(key);
+        if (slot.epoch == m_epoch)
+            return slot.index;
+        slot = {key, next, m_epoch};
+        if (2 * ++m_used > m_slots.size())
+            grow();
+        return next;
     }
 
   private:
@@ -38,8 +31,26 @@ class SlotTable {
         uint64_t key = 0;
         uint32_t index = 0, epoch = 0;
     };
-    std::vector<Slot> m_slots;
-    uint32_t m_epoch = 0;
+
+    /// The key's slot, or the free one where it belongs.
+    Slot& find(uint64_t key) {
+        const size_t mask = m_slots.size() - 1;
+        size_t i = key & mask;
+        while (m_slots[i].epoch == m_epoch && m_slots[i].key != key)
+            i = (i + 1) & mask;
+        return m_slots[i];
+    }
+    void grow() {
+        std::vector<Slot> old(2 * m_slots.size());
+        old.swap(m_slots);
+        for (const Slot& slot : old)
+            if (slot.epoch == m_epoch)
+                find(slot.key) = slot;
+    }
+
+    std::vector<Slot> m_slots = std::vector<Slot>(64); ///< a power of two of them, half of them free
+    uint32_t m_epoch = 1;
+    size_t m_used = 0;
 };
 
 } // namespace strobe

@@ -36,6 +36,7 @@ float slantOf(float a2, float b2, const V3f& a, const V3f& b, const V3f& d) {
 
 uint64_t nonZero(uint64_t key) { return key ? key : 1; }
 
+// What a key is of. Keys of cells and of points are never compared.
 enum KeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kCellKey = 3 };
 
 float smallestStretch(const M44f& m) {
@@ -69,7 +70,7 @@ const M44f* SurfaceLattice::transformOf(uint32_t instance, const PlacedShape& pl
     return &storage;
 }
 
-LatticeCell SurfaceLattice::locate(const VisibilitySample& sample) const {
+LatticeCell SurfaceLattice::locate(const VisibilitySample& sample, uint32_t bin) const {
     const Hit& hit = sample.hit;
     const PlacedShape& placed = m_scene.geometry(hit).placed;
     const RayCone cone = m_scene.camera().cone(sample.film);
@@ -80,9 +81,9 @@ LatticeCell SurfaceLattice::locate(const VisibilitySample& sample) const {
     M44f storage;
     const M44f* toWorld = transformOf(hit.instance, placed, sample.ray.time, storage);
     if (placed.shape.mesh)
-        locateOnMesh(placed, sample, toWorld, block, cell);
+        locateOnMesh(placed, sample, toWorld, block, bin, cell);
     else
-        locateOnQuadric(placed, sample, *toWorld, block, cell);
+        locateOnQuadric(placed, sample, *toWorld, block, bin, cell);
     return cell;
 }
 
@@ -100,8 +101,9 @@ struct Edges {
     }
 };
 
-uint64_t faceKey(const LatticeFace& face, uint64_t kind, uint32_t item) {
-    return hashOf(kind, uint64_t(face.instance) << 32 | face.geometry, uint64_t(item) << 1 | face.positive);
+uint64_t faceNumber(const LatticeFace& face) { return uint64_t(face.instance) << 32 | face.geometry; }
+uint64_t itemNumber(const LatticeFace& face, uint32_t item, uint64_t kind) {
+    return uint64_t(item) << 8 | kind << 1 | face.positive;
 }
 
 uint64_t floatBits(float a, float b) {
@@ -116,15 +118,16 @@ V2f divide(LatticeCell& cell, float u, float v, int divideU, int divideV) {
     return {x - cell.i, y - cell.j};
 }
 
-void setKey(LatticeCell& cell) {
-    const uint64_t mesh = hashCombine(faceKey(cell.face, kCellKey, cell.prim), floatBits(cell.i, cell.j));
-    cell.key = nonZero(hashCombine(mesh, floatBits(cell.nu, cell.nv) ^ uint64_t(cell.kind)));
+void setKey(LatticeCell& cell, uint32_t bin) {
+    const uint64_t kind = kCellKey + uint64_t(cell.kind);
+    cell.key = nonZero(quickHashOf(faceNumber(cell.face), itemNumber(cell.face, cell.prim, kind),
+                                   floatBits(cell.i, cell.j), floatBits(cell.nu, cell.nv), bin));
 }
 
 } // namespace
 
 void SurfaceLattice::locateOnMesh(const PlacedShape& placed, const VisibilitySample& sample,
-                                  const M44f* toWorld, float block, LatticeCell& cell) const {
+                                  const M44f* toWorld, float block, uint32_t bin, LatticeCell& cell) const {
     const TriangleMesh& mesh = *placed.shape.mesh;
     const Edges e(mesh, sample.hit.prim, sample.ray.time, toWorld);
     const V3f& d = sample.ray.d;
@@ -139,18 +142,19 @@ void SurfaceLattice::locateOnMesh(const PlacedShape& placed, const VisibilitySam
         cell.level = m_clusters.at(&mesh).levelFor(toWorld ? block / smallestStretch(*toWorld) : block);
         cell.i = float(cell.level), cell.j = cell.nu = cell.nv = 0;
         cell.weights[0] = std::max(1 - u - v, 0.f), cell.weights[1] = u, cell.weights[2] = v;
-        return setKey(cell);
+        return setKey(cell, bin);
     }
     const float slant = slantOf(a, b, e.a, e.b, d);
     const V2f f = divide(cell, u, v, divisionFor(a, slant * block2), divisionFor(b, slant * block2));
     const float rest = 1 - f.x - f.y, beyond = std::min(rest, 0.f); // negative in the upper triangle
     cell.kind = rest < 0 ? LatticeCell::Upper : LatticeCell::Lower;
     cell.weights[0] = std::abs(rest), cell.weights[1] = f.x + beyond, cell.weights[2] = f.y + beyond;
-    setKey(cell);
+    setKey(cell, bin);
 }
 
 void SurfaceLattice::locateOnQuadric(const PlacedShape& placed, const VisibilitySample& sample,
-                                     const M44f& toWorld, float block, LatticeCell& cell) const {
+                                     const M44f& toWorld, float block, uint32_t bin,
+                                     LatticeCell& cell) const {
     const Hit& hit = sample.hit;
     const QuadricPoint q = placed.shape.quadric->point(hit.u, hit.v);
     const V3f& d = sample.ray.d;
@@ -164,15 +168,16 @@ void SurfaceLattice::locateOnQuadric(const PlacedShape& placed, const Visibility
     const V2f f = divide(cell, hit.u, hit.v, divisionFor(a, slant * block2), divisionFor(b, slant * block2));
     for (int k = 0; k < 4; ++k)
         cell.weights[k] = (k & 1 ? f.x : 1 - f.x) * (k >> 1 ? f.y : 1 - f.y);
-    setKey(cell);
+    setKey(cell, bin);
 }
 
-void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[4]) const {
+void SurfaceLattice::points(const LatticeCell& cell, uint32_t bin, LatticePoint out[4]) const {
     const TriangleMesh* mesh =
         m_scene.geometry({cell.face.instance, cell.face.geometry, 0, 0, 0, 0}).placed.shape.mesh.get();
-    const uint64_t base = faceKey(cell.face, kSurfaceKey, cell.prim);
     const auto inner = [&](float u, float v) {
-        return LatticePoint{nonZero(hashCombine(base, floatBits(u, v))), cell.prim, u, v};
+        const uint64_t item = itemNumber(cell.face, cell.prim, kSurfaceKey);
+        return LatticePoint{nonZero(quickHashOf(faceNumber(cell.face), item, floatBits(u, v), bin)),
+                            cell.prim, u, v};
     };
     if (cell.kind == LatticeCell::Rectangle) {
         for (int k = 0; k < 4; ++k)
@@ -182,7 +187,8 @@ void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[4]) const 
     const uint32_t* index = &mesh->indices[3 * size_t(cell.prim)];
     if (cell.kind == LatticeCell::Cluster) {
         for (int k = 0; k < 3; ++k)
-            out[k] = vertexPoint(*mesh, cell.face, m_clusters.at(mesh).representative(index[k], cell.level));
+            out[k] =
+                vertexPoint(*mesh, cell.face, bin, m_clusters.at(mesh).representative(index[k], cell.level));
         return;
     }
     const float upper = cell.kind == LatticeCell::Upper ? 1.f : 0.f;
@@ -196,17 +202,17 @@ void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[4]) const 
         }
         const int corner = u == 0 && v == 0 ? 0 : u == 1 ? 1 : v == 1 ? 2 : -1;
         // Corners of flat triangles are not shared: the neighbours' normals differ.
-        out[k] = corner >= 0 && !mesh->normals.empty() ? vertexPoint(*mesh, cell.face, index[corner])
+        out[k] = corner >= 0 && !mesh->normals.empty() ? vertexPoint(*mesh, cell.face, bin, index[corner])
                                                        : inner(u, v);
     }
 }
 
-LatticePoint SurfaceLattice::vertexPoint(const TriangleMesh& mesh, const LatticeFace& face,
+LatticePoint SurfaceLattice::vertexPoint(const TriangleMesh& mesh, const LatticeFace& face, uint32_t bin,
                                          uint32_t vertex) const {
     const uint32_t prim = m_clusters.at(&mesh).triangleOf(vertex);
     const uint32_t* index = &mesh.indices[3 * size_t(prim)];
-    return {nonZero(faceKey(face, kVertexKey, vertex)), prim, index[1] == vertex ? 1.f : 0.f,
-            index[2] == vertex ? 1.f : 0.f};
+    const uint64_t key = quickHashOf(faceNumber(face), itemNumber(face, vertex, kVertexKey), 0, bin);
+    return {nonZero(key), prim, index[1] == vertex ? 1.f : 0.f, index[2] == vertex ? 1.f : 0.f};
 }
 
 V3f SurfaceLattice::rawNormal(const PlacedShape& placed, const Hit& hit, const M44f* toWorld,

@@ -10,7 +10,7 @@ namespace strobe {
 
 /// A point of the lattice: a place on a primitive.
 struct LatticePoint {
-    uint64_t key;  ///< never 0; with the face, all that the point's value depends on
+    uint64_t key;  ///< never 0; of face, place and time bin: all that the point's value depends on
     uint32_t prim; ///< of the face's geometry
     float u, v;    ///< a triangle's barycentrics, or a quadric's numbers
 };
@@ -30,7 +30,7 @@ struct LatticeCell {
     int level;          ///< of a cluster
     float i, j, nu, nv; ///< else: the mesh's place in a division of u by nu and v by nv
     int count;          ///< of points
-    float weights[4];   ///< of the points for this hit; not negative, they add up to 1
+    float weights[4]{}; ///< of the points for this hit; not negative, they add up to 1
 };
 
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
@@ -44,22 +44,27 @@ struct LatticeCell {
 /// Inside a triangle of one division, and across edges that share vertices, interpolation is continuous.
 class SurfaceLattice {
   public:
+    /// How many block sizes away, at most, the points of a cell are from a hit in it, as the hit's ray sees
+    /// them.
+    static constexpr float kReach = 4;
     /// What triangles smaller than a block do: share vertices and clusters of them, or be one cell each.
     enum class SmallTriangles { Clustered, Apart };
     SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small);
 
-    LatticeCell locate(const VisibilitySample& sample) const;
+    /// `bin` is the part of the shutter: keys differ from bin to bin.
+    LatticeCell locate(const VisibilitySample& sample, uint32_t bin) const;
     /// The points of a cell, `cell.count` of them, in the order of its weights.
-    void points(const LatticeCell& cell, LatticePoint out[4]) const;
+    void points(const LatticeCell& cell, uint32_t bin, LatticePoint out[4]) const;
     /// The request to shade a point at shutter fraction `time`, as the camera sees it then.
     ShadingRequest request(const LatticeFace& face, const LatticePoint& point, float time) const;
 
   private:
     void locateOnMesh(const PlacedShape& placed, const VisibilitySample& sample, const M44f* toWorld,
-                      float block, LatticeCell& cell) const;
+                      float block, uint32_t bin, LatticeCell& cell) const;
     void locateOnQuadric(const PlacedShape& placed, const VisibilitySample& sample, const M44f& toWorld,
-                         float block, LatticeCell& cell) const;
-    LatticePoint vertexPoint(const TriangleMesh& mesh, const LatticeFace& face, uint32_t vertex) const;
+                         float block, uint32_t bin, LatticeCell& cell) const;
+    LatticePoint vertexPoint(const TriangleMesh& mesh, const LatticeFace& face, uint32_t bin,
+                             uint32_t vertex) const;
     V3f rawNormal(const PlacedShape& placed, const Hit& hit, const M44f* toWorld, float time) const;
     /// The transform that placed geometry has at `time`; identity (null) for the world's baked meshes.
     const M44f* transformOf(uint32_t instance, const PlacedShape& placed, float time, M44f& storage) const;

@@ -96,6 +96,8 @@ int run(const Options& options, spdlog::logger& log) {
     }
     if (!options.build.integrator.empty())
         findPlugin(pluginTables().integrators, options.build.integrator, "integrator", {});
+    if (!options.build.shading.empty())
+        findPlugin(pluginTables().shaders, options.build.shading, "shading integrator", {});
     for (const auto& output : options.outputs)
         checkWritable(output);
     for (const auto& file : {options.statsFile, options.heatmapFile})

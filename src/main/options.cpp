@@ -13,6 +13,16 @@ std::string layerNames() {
     return names;
 }
 
+V2i parseResolution(const std::string& text) {
+    constexpr int kMost = 1 << 16;
+    V2i size;
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%dx%d%c", &size.x, &size.y, &rest) != 2 || size.x < 1 || size.y < 1 ||
+        size.x > kMost || size.y > kMost)
+        throw CLI::ValidationError("--resolution", "takes WxH, two positive integers");
+    return size;
+}
+
 std::vector<Layer> layersCalled(const std::string& option, const std::vector<std::string>& names) {
     std::vector<Layer> layers;
     for (const std::string& name : names) {
@@ -33,15 +43,17 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     CLI::App app{"strobe: how little can you shade and still be right?"};
     app.set_version_flag("--version", "strobe " STROBE_VERSION);
     std::vector<float> crop;
-    std::string pixel, heatmapOf = "shades";
+    std::string pixel, resolution, heatmapOf = "shades";
     std::vector<std::string> layers;
 
     app.add_option("FILE", options.scenes, "scene files (.scene, .pbrt), read one after another");
     app.add_option("--integrator", options.build.integrator, "what shares a shade; see --list");
+    app.add_option("--shading", options.build.shading, "how a point is shaded; see --list");
     app.add_option("-D", options.build.defines, "name=value: a parameter of the integrator or of the shading")
         ->allow_extra_args(false);
     app.add_option("--spp", options.build.samplesPerPixel, "visibility samples per pixel")
         ->check(CLI::PositiveNumber);
+    app.add_option("--resolution", resolution, "WxH: of the frame, in pixels");
     app.add_option("-o,--output", options.outputs, "output file (.exr or .png); may be given again")
         ->allow_extra_args(false);
     app.add_option("--threads", options.threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
@@ -71,6 +83,8 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
                 throw CLI::ValidationError("--pixel", "takes x,y, two integers");
             options.pixel = p;
         }
+        if (!resolution.empty())
+            options.build.resolution = parseResolution(resolution);
         if (options.sample && !options.pixel)
             throw CLI::ValidationError("--sample", "needs --pixel");
         if (!crop.empty()) {

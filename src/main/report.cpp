@@ -14,6 +14,9 @@ Metadata renderMetadata(const BuiltScene& built, const Options& options, const R
     m.emplace_back("strobe:version", STROBE_VERSION);
     m.emplace_back("strobe:samplesPerPixel", built.sampler.samplesPerPixel);
     m.emplace_back("strobe:seed", std::to_string(options.seed));
+    const BiasBound bound = built.integrator->biasBound(*built.scene);
+    m.emplace_back("strobe:bias:reachPixels", bound.reachPixels);
+    m.emplace_back("strobe:bias:shutterFraction", bound.shutterFraction);
     m.emplace_back("strobe:rays", std::to_string(stats.total.rays()));
     m.emplace_back("strobe:visibilitySamples", std::to_string(stats.total.visibilitySamples));
     m.emplace_back("strobe:shades", std::to_string(stats.total.shades));
@@ -61,6 +64,8 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
             j["settings"][key.substr(key.find(':') + 1)] = *text;
     j["settings"]["samplesPerPixel"] = built.sampler.samplesPerPixel;
     j["settings"]["seed"] = options.seed;
+    const BiasBound bound = built.integrator->biasBound(*built.scene);
+    j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
     j["resolution"] = {built.resolution.x, built.resolution.y};
     j["window"] = {built.window.x0, built.window.x1, built.window.y0, built.window.y1};
     j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", seconds.render}};

@@ -167,11 +167,13 @@ BuiltScene buildScene(SceneDescription&& description, const BuildOptions& option
     Statement integrator = orDefault(description.integrator, "supersample");
     if (!options.integrator.empty() && options.integrator != integrator.name)
         integrator = Statement{options.integrator, ParamSet{}, Location{}};
+    if (!options.shading.empty() && options.shading != shading.name)
+        shading = Statement{options.shading, ParamSet{}, Location{}};
 
     const FilmSetup film = maker.make(tables.films, filmStatement, "film");
-    built.resolution = film.resolution;
+    built.resolution = options.resolution.value_or(film.resolution);
     if (options.quick)
-        built.resolution = {std::max(1, film.resolution.x / 4), std::max(1, film.resolution.y / 4)};
+        built.resolution = {std::max(1, built.resolution.x / 4), std::max(1, built.resolution.y / 4)};
     built.window = windowOf(film, options, built.resolution, filmStatement.where);
     built.filename = film.filename;
 

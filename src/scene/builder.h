@@ -12,9 +12,11 @@ namespace strobe {
 
 /// What the command line changes of what the scene says.
 struct BuildOptions {
-    std::string integrator;                   ///< empty: as the scene says
-    std::vector<std::string> defines;         ///< name=value for the integrator or the shading
-    int samplesPerPixel = 0;                  ///< 0: as the scene says
+    std::string integrator;           ///< empty: as the scene says
+    std::vector<std::string> defines; ///< name=value for the integrator or the shading
+    std::string shading;              ///< likewise
+    int samplesPerPixel = 0;          ///< 0: as the scene says
+    std::optional<V2i> resolution;
     std::optional<std::array<float, 4>> crop; ///< x0 x1 y0 y1, fractions
     std::optional<float> frameTime;           ///< a still at this scene time
     bool quick = false;                       ///< a quarter of the resolution and of the samples

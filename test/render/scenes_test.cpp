@@ -1,7 +1,6 @@
 // Every scene of the repository and the paper's originals: the same bits however they are rendered; and the
 // paper's four against the reference renderer's pictures.
-#include "support/render_text.h"
-#include "support/scene_data.h"
+#include "support/scene_files.h"
 
 #include <gtest/gtest.h>
 
@@ -16,56 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kSource = STROBE_SOURCE_DIR;
-
-std::vector<fs::path> filesIn(const fs::path& folder, const std::string& extension) {
-    std::vector<fs::path> files;
-    std::error_code ignored; // a folder that is not there has no files
-    for (const auto& entry : fs::directory_iterator(folder, ignored))
-        if (entry.path().extension() == extension)
-            files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
-    return files;
-}
-
-const char* const kPaper[] = {"bunny", "killeroo-simple", "anim-killeroos-moving", "anim-moving-reflection"};
-
-std::vector<fs::path> allScenes() {
-    std::vector<fs::path> all;
-    for (const char* folder : {"scenes", "scenes/lessons", "scenes/paper"})
-        for (const fs::path& file : filesIn(kSource / folder, ".scene"))
-            all.push_back(file);
-    for (const char* name : kPaper)
-        all.push_back(test::pbrtFolder() / (std::string(name) + ".pbrt"));
-    return all;
-}
-
-/// What the scene lacks, or an empty string.
-std::string missing(const fs::path& scene) {
-    std::stringstream text;
-    text << std::ifstream(scene).rdbuf();
-    const bool borrows =
-        scene.extension() == ".pbrt" || text.str().find("$STROBE_SCENES") != std::string::npos;
-    if (borrows && !fs::exists(test::pbrtFolder()))
-        return "the paper's scenes are not here: set STROBE_SCENES";
-    if (text.str().find("\"geometry/") != std::string::npos &&
-        !fs::exists(kSource / "scenes/geometry/version"))
-        return "scenes/geometry is not made: run tools/make-geometry";
-    return "";
-}
-
-BuiltScene buildFile(const fs::path& file, const BuildOptions& options) {
-    Messages quiet;
-    return buildScene(parseFiles({file}, {"supersample"}, quiet), options, quiet);
-}
-
-BuildOptions small() {
-    BuildOptions options;
-    options.quick = true;
-    options.samplesPerPixel = 4;
-    return options;
-}
-
 bool sameRow(const Image& a, int ax, int ay, const Image& b, int bx, int by, int width) {
     return !std::memcmp(&a.at(ax, ay), &b.at(bx, by), sizeof(Rgb) * size_t(width));
 }
@@ -78,9 +27,9 @@ bool sameBits(const Image& a, const Image& b) {
 class EveryScene : public testing::TestWithParam<fs::path> {};
 
 TEST_P(EveryScene, IsTheSameHoweverItIsRendered) {
-    if (const std::string lack = missing(GetParam()); !lack.empty())
+    if (const std::string lack = test::missing(GetParam()); !lack.empty())
         GTEST_SKIP() << lack;
-    BuiltScene built = buildFile(GetParam(), small());
+    BuiltScene built = test::buildFile(GetParam(), test::fourthOfSize());
     const test::Rendered reference = test::render(built, 1, 1, 16);
     EXPECT_EQ(reference.stats.total.badSamples, 0u);
     EXPECT_GT(reference.stats.total.surfaces, 0u);
@@ -106,28 +55,22 @@ TEST_P(EveryScene, IsTheSameHoweverItIsRendered) {
             << "row " << y << " of the crop";
 }
 
-std::string nameOf(const testing::TestParamInfo<fs::path>& info) {
-    std::string name = info.param.filename().string();
-    for (char& c : name)
-        if (!std::isalnum(static_cast<unsigned char>(c)))
-            c = '_';
-    return name;
-}
-INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(allScenes()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(test::allScenes()),
+                         [](const auto& info) { return test::testName(info.param); });
 
 class PaperScene : public testing::TestWithParam<const char*> {};
 
 TEST_P(PaperScene, OurSpellingIsTheOriginal) {
-    const fs::path ours = kSource / "scenes/paper" / (std::string(GetParam()) + ".scene");
+    const fs::path ours = test::kSource / "scenes/paper" / (std::string(GetParam()) + ".scene");
     const fs::path original = test::pbrtFolder() / (std::string(GetParam()) + ".pbrt");
-    if (const std::string lack = missing(ours); !lack.empty())
+    if (const std::string lack = test::missing(ours); !lack.empty())
         GTEST_SKIP() << lack;
-    const BuiltScene a = buildFile(ours, {}), b = buildFile(original, {});
+    const BuiltScene a = test::buildFile(ours, {}), b = test::buildFile(original, {});
     EXPECT_EQ(a.resolution, b.resolution);
     EXPECT_EQ(a.sampler.samplesPerPixel, b.sampler.samplesPerPixel);
     EXPECT_EQ(a.scene->lights().size(), b.scene->lights().size());
-    EXPECT_TRUE(sameBits(test::render(buildFile(ours, small()), 3).image,
-                         test::render(buildFile(original, small()), 3).image));
+    EXPECT_TRUE(sameBits(test::render(test::buildFile(ours, test::fourthOfSize()), 3).image,
+                         test::render(test::buildFile(original, test::fourthOfSize()), 3).image));
 }
 
 /// Sets to black, in both, what is above 20 in either and the pixels around it: a bare light of radiance 2000
@@ -203,7 +146,7 @@ Image cutOut(const Image& image, const Window& window) {
 
 TEST_P(PaperScene, MatchesTheReference) {
     const std::string name = GetParam();
-    const fs::path reference = kSource / "../shared/references" / (name + ".exr");
+    const fs::path reference = test::kSource / "../shared/references" / (name + ".exr");
     const fs::path scene = test::pbrtFolder() / (name + "-half.pbrt");
     if (!fs::exists(reference) || !fs::exists(scene))
         GTEST_SKIP() << "the references are not here";
@@ -213,7 +156,7 @@ TEST_P(PaperScene, MatchesTheReference) {
         options.samplesPerPixel = 512;
         options.crop = {.25f, .75f, .25f, .75f};
     }
-    const BuiltScene built = buildFile(scene, options);
+    const BuiltScene built = test::buildFile(scene, options);
     Image image = test::render(built, 11).image;
     Image wanted = readImage(reference, {}, false);
     ASSERT_EQ(wanted.width, built.resolution.x);
@@ -227,7 +170,7 @@ TEST_P(PaperScene, MatchesTheReference) {
     EXPECT_LE(d.p95, .02);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, PaperScene, testing::ValuesIn(kPaper), [](const auto& info) {
+INSTANTIATE_TEST_SUITE_P(Scenes, PaperScene, testing::ValuesIn(test::kPaperScenes), [](const auto& info) {
     std::string name = info.param;
     std::replace(name.begin(), name.end(), '-', '_');
     return name;
