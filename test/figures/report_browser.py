@@ -26,10 +26,15 @@ try:
 except ImportError as error:
     LACKS = f"{error.name} is missing: install python3-numpy, python3-openimageio and python3-selenium"
 
-FRAMES = "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))"
+FRAMES = """const done = arguments[0], next = requestAnimationFrame; next(() => next(() => next(done)))"""
 # Reads a canvas through a copy, so that the page's own stays as it is.
-READ = """const read = (canvas) => { const copy = document.createElement('canvas'); [copy.width, copy.height] = [canvas.width, canvas.height];
-  const context = copy.getContext('2d', { willReadFrequently: true }); context.drawImage(canvas, 0, 0); return context; };"""
+READ = """const read = (canvas) => {
+  const copy = document.createElement('canvas'), context = copy.getContext('2d', { willReadFrequently: true });
+  [copy.width, copy.height] = [canvas.width, canvas.height];
+  context.drawImage(canvas, 0, 0);
+  return context;
+};
+"""
 
 
 @unittest.skipIf(LACKS, LACKS)
@@ -44,7 +49,8 @@ class PageTest(unittest.TestCase):
         cls.report = sample.write_sample(cls.folder)
         cls.page = "file://" + write_report(cls.folder)
         options = webdriver.ChromeOptions()
-        for argument in ["--headless=new", "--hide-scrollbars", "--disable-dev-shm-usage"] + ["--no-sandbox"] * (os.geteuid() == 0):
+        root = ["--no-sandbox"] * (os.geteuid() == 0)
+        for argument in ["--headless=new", "--hide-scrollbars", "--disable-dev-shm-usage", *root]:
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         cls.driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
@@ -63,7 +69,8 @@ class PageTest(unittest.TestCase):
 
     def prefer(self, theme, media=""):
         """What the reader's system asks for: a theme, little motion, and perhaps print."""
-        features = [{"name": "prefers-color-scheme", "value": theme}, {"name": "prefers-reduced-motion", "value": "reduce"}]
+        features = [{"name": "prefers-color-scheme", "value": theme},
+                    {"name": "prefers-reduced-motion", "value": "reduce"}]
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": features})
 
     def open(self, width, height=900):
@@ -101,7 +108,7 @@ class PageTest(unittest.TestCase):
         self.frames()
 
     def pointer(self, element, u, v, *steps):
-        """Moves the pointer to a place of an element, (0, 0) being its top left corner; steps: then press, drag there."""
+        """Moves the pointer to a place of an element, (0, 0) being its top left; steps: then press, drag there."""
         self.js("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", element)
         box = element.rect
         place = lambda x, y: (int((x - 0.5) * box["width"]), int((y - 0.5) * box["height"]))
@@ -122,22 +129,26 @@ class PageTest(unittest.TestCase):
 
     def thumbnail(self, item, index):
         """All bytes of a small picture."""
-        return self.js(READ + """const c = document.querySelectorAll(`#${arguments[0]} .strip button`)[arguments[1]].firstChild;
+        return self.js(READ + """
+            const c = document.querySelectorAll(`#${arguments[0]} .strip button`)[arguments[1]].firstChild;
             return [...read(c).getImageData(0, 0, c.width, c.height).data]""", item, index)
 
     def scale(self, value):
         """The colour of an error, as the bar under the stage has it."""
         return self.js(READ + """const c = document.querySelector('#balls .scale canvas');
-            return [...read(c).getImageData(Math.round(arguments[0] * (c.width - 1)), 0, 1, 1).data].slice(0, 3)""", value)
+            const x = Math.round(arguments[0] * (c.width - 1));
+            return [...read(c).getImageData(x, 0, 1, 1).data].slice(0, 3)""", value)
 
     def close(self, colour, expected, tolerance=3):
-        self.assertLessEqual(max(abs(a - b) for a, b in zip(colour, expected)), tolerance, f"{colour} is not {expected}")
+        difference = max(abs(a - b) for a, b in zip(colour, expected))
+        self.assertLessEqual(difference, tolerance, f"{colour} is not {expected}")
 
     def keep(self, name, width):
         """A picture of the whole page, where the caller asks for pictures."""
         folder = os.environ.get("REPORT_PICTURES")
         if folder:
-            clip = {"x": 0, "y": 0, "width": width, "height": self.js("return document.documentElement.scrollHeight"), "scale": 1}
+            height = self.js("return document.documentElement.scrollHeight")
+            clip = {"x": 0, "y": 0, "width": width, "height": height, "scale": 1}
             shot = self.driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": clip})
             with open(os.path.join(folder, name + ".png"), "wb") as file:
                 file.write(base64.b64decode(shot["data"]))

@@ -62,7 +62,8 @@ function themeSwitch() {
 
 /** Compares two cells of a column; empty cells and what is no number come last, whichever way the others go. */
 function compareCells(a, b, direction) {
-  if (!a.matches(".number")) return direction * a.textContent.localeCompare(b.textContent, undefined, { numeric: true });
+  const [s, t] = [a.textContent, b.textContent];
+  if (!a.matches(".number")) return direction * s.localeCompare(t, undefined, { numeric: true });
   const [x, y] = [a, b].map((cell) => parseFloat(cell.dataset.value.replace("inf", "Infinity")));
   if (Number.isNaN(x) || Number.isNaN(y)) return Number.isNaN(x) - Number.isNaN(y);
   return direction * (x < y ? -1 : x > y ? 1 : 0);

@@ -93,7 +93,7 @@ def packed(pixels):
     bits = pixels.astype(np.float16).view(np.uint16)
     steps = np.diff(bits, axis=1, prepend=np.uint16(0))
     planes = (steps >> 8).astype(np.uint8).tobytes() + (steps & 255).astype(np.uint8).tobytes()
-    return base64.b64encode(zlib.compress(planes, 9)).decode("ascii")
+    return base64.b64encode(zlib.compress(planes, 6)).decode("ascii")
 
 
 class Pixels:
@@ -188,7 +188,8 @@ def cell(value, column, first):
         text = f"{value:.6g}"
     else:
         text = f"{value:.{digits}f}"
-    return element(tag, text.replace("-", "−"), scope=scope, class_="number", data_value="" if value is None else value)
+    return element(tag, text.replace("-", "−"), scope=scope, class_="number",
+                   data_value="" if value is None else value)
 
 
 def table(item):

@@ -17,8 +17,11 @@ function niceStep(span, count) {
 /** Ticks of a linear axis: [value, text]. */
 function linearTicks(low, high, count) {
   const step = niceStep(high - low, count), first = Math.ceil(low / step - 1e-9);
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), plain = digits < 5 && high < 1e6;
   const ticks = [];
-  for (let i = first; i * step <= high + step * 1e-9; ++i) ticks.push([i * step, readable(i * step)]);
+  for (let i = first; i * step <= high + step * 1e-9; ++i) {
+    ticks.push([i * step, plain ? (i * step).toFixed(digits).replace("-", "−") : readable(i * step)]);
+  }
   return ticks;
 }
 
@@ -47,7 +50,8 @@ function makeAxis(values, log) {
   if (log) {
     const margin = Math.max((high / low) ** 0.04, 1.1);
     [low, high] = [low / margin, high * margin];
-    return { low, high, place: (v) => Math.log(v / low) / Math.log(high / low), ticks: (room) => logTicks(low, high, room) };
+    const place = (v) => Math.log(v / low) / Math.log(high / low);
+    return { low, high, place, ticks: (room) => logTicks(low, high, room) };
   }
   if (low > 0 && low < high / 2) low = 0;
   const margin = (high - low || Math.abs(high) || 1) * 0.04;
@@ -104,7 +108,8 @@ class Chart {
   }
 
   line(series, path) {
-    return makeSvg("path", { class: "line" + (series.dashed ? " dashed" : "") + (series.front ? " front" : ""), d: path });
+    const kind = "line" + (series.dashed ? " dashed" : "") + (series.front ? " front" : "");
+    return makeSvg("path", { class: kind, d: path });
   }
 
   marker(series, i, x, y) {
@@ -112,7 +117,7 @@ class Chart {
     return makeSvg("path", { class: kind, d: MARKERS[i % MARKERS.length], transform: `translate(${x} ${y})` });
   }
 
-  /** The place of values in the drawing; what lies under the axis (the low end of a band, on a log axis) is put on it. */
+  /** The place of values in the drawing; the low end of a band that no log axis can show lies on the axis. */
   at(x, y) {
     const up = this.data.ylog && y <= 0 ? 0 : this.y.place(y);
     return [MARGIN.left + this.x.place(x) * this.inner.width, MARGIN.top + (1 - up) * this.inner.height];
@@ -126,8 +131,8 @@ class Chart {
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     const visible = this.data.series.map((series, i) => [series, i]).filter(([, i]) => !this.hidden.has(i));
     visible.sort(([a], [b]) => b.front - a.front);
-    this.svg.replaceChildren(...this.drawAxes(height), ...this.drawMarks(), ...visible.map((one) => this.drawSeries(...one)));
-    this.svg.append(this.ring);
+    const drawn = visible.map((one) => this.drawSeries(...one));
+    this.svg.replaceChildren(...this.drawAxes(height), ...this.drawMarks(), ...drawn, this.ring);
     if (this.current) this.show(this.current);
   }
 
@@ -147,15 +152,17 @@ class Chart {
     }
     parts.push(makeSvg("path", { class: "axis", d: `M${left} ${top}V${bottom}H${left + width}` }));
     text(this.data.xlabel, { class: "name", x: left + width / 2, y: height - 8, "text-anchor": "middle" });
-    text(this.data.ylabel, { class: "name", "text-anchor": "middle", transform: `translate(14 ${top + tall / 2}) rotate(-90)` });
+    const upright = `translate(14 ${top + tall / 2}) rotate(-90)`;
+    text(this.data.ylabel, { class: "name", "text-anchor": "middle", transform: upright });
     return parts;
   }
 
   drawMarks() {
     return this.data.marks.filter((mark) => !this.data.xlog || mark.x > 0).map((mark) => {
       const [x] = this.at(mark.x, this.y.low), left = this.x.place(mark.x) > 0.7;
+      const text = { x: left ? x - 5 : x + 5, y: MARGIN.top + 12, "text-anchor": left ? "end" : "start" };
       return makeSvg("g", { class: "mark" }, makeSvg("path", { d: `M${x} ${MARGIN.top}v${this.inner.height}` }),
-        makeSvg("text", { x: left ? x - 5 : x + 5, y: MARGIN.top + 12, "text-anchor": left ? "end" : "start" }, mark.label));
+        makeSvg("text", text, mark.label));
     });
   }
 
@@ -174,27 +181,29 @@ class Chart {
     return group;
   }
 
-  /** Shows the values of the point nearest to the pointer. */
+  /** Shows the values of the point nearest to the pointer. A front goes through points of others, which tell more. */
   point(event) {
     const box = this.svg.getBoundingClientRect();
     const [px, py] = [event.clientX - box.left, event.clientY - box.top];
     let best = null, nearest = Infinity;
     this.data.series.forEach((series, i) => series.points.forEach(([x, y], k) => {
       const [sx, sy] = this.at(x, y), distance = Math.hypot(sx - px, sy - py);
-      if (!this.hidden.has(i) && distance < nearest) [best, nearest] = [{ i, k }, distance];
+      const better = distance < nearest || (distance === nearest && this.data.series[best.i].front);
+      if (!this.hidden.has(i) && better) [best, nearest] = [{ i, k }, distance];
     }));
     this.show(best);
   }
 
   key(event) {
-    const shown = this.data.series.map((_, i) => i).filter((i) => !this.hidden.has(i) && this.data.series[i].points.length);
+    const { series } = this.data;
+    const shown = series.map((_, i) => i).filter((i) => !this.hidden.has(i) && series[i].points.length);
     const step = { ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowDown: [1, 0], ArrowUp: [-1, 0] }[event.key];
     if (event.key === "Escape") this.show(null);
     if (!step || !shown.length) return;
     event.preventDefault();
     if (!this.current) return this.show({ i: shown[0], k: 0 });
     const i = shown[(shown.indexOf(this.current.i) + step[0] + shown.length) % shown.length];
-    this.show({ i, k: clamp(this.current.k + step[1], 0, this.data.series[i].points.length - 1) });
+    this.show({ i, k: clamp(this.current.k + step[1], 0, series[i].points.length - 1) });
   }
 
   /** Rings a point, {i: series, k: point}, and shows its values; null clears them. */
@@ -203,7 +212,8 @@ class Chart {
     this.tip.hidden = which === null;
     this.ring.setAttribute("visibility", which ? "visible" : "hidden");
     if (!which) return;
-    const series = this.data.series[which.i], [x, y, low, high] = series.points[which.k], label = series.labels[which.k];
+    const series = this.data.series[which.i], label = series.labels[which.k];
+    const [x, y, low, high] = series.points[which.k];
     const [px, py] = this.at(x, y);
     this.ring.setAttribute("transform", `translate(${px} ${py})`);
     const row = (name, value) => make("span", {}, `${name} `, make("b", {}, value));

@@ -9,13 +9,17 @@ const HALF = Float32Array.from({ length: 65536 }, (_, bits) => {
 
 /** Colours of an error map, evenly spaced from no error to the largest shown; each is lighter than the one before. */
 const HEAT = [[0, 0, 0], [58, 16, 96], [146, 34, 110], [222, 76, 68], [250, 156, 52], [255, 248, 200]];
+const HEAT_STEPS = 1024;
 const BROKEN = [255, 0, 255]; // what is not a finite number
 
-/** The colour of an error between 0 and 1. */
-function heat(value) {
-  const place = clamp(value, 0, 1) * (HEAT.length - 1), i = Math.min(Math.floor(place), HEAT.length - 2);
-  return HEAT[i].map((channel, k) => channel + (place - i) * (HEAT[i + 1][k] - channel));
-}
+/** The colours of HEAT_STEPS errors from 0 to 1. */
+const HEATS = Array.from({ length: HEAT_STEPS }, (_, step) => {
+  const place = step / (HEAT_STEPS - 1) * (HEAT.length - 1), i = Math.min(Math.floor(place), HEAT.length - 2);
+  return HEAT[i].map((channel, k) => Math.round(channel + (place - i) * (HEAT[i + 1][k] - channel)));
+});
+
+/** The colour of an error; 1 and more have the lightest. */
+const heat = (error) => (error < Infinity ? HEATS[Math.round(Math.min(error, 1) * (HEAT_STEPS - 1))] : BROKEN);
 
 const sRgb = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
 
@@ -92,6 +96,7 @@ function errors(image, reference, relative) {
 function errorMap(image, reference, relative, stops) {
   const values = errors(image, reference, relative), gain = 2 ** stops;
   return painted(reference, (pixel, rgba) => {
-    rgba.set(Number.isFinite(values[pixel]) ? heat(values[pixel] * gain) : BROKEN, 4 * pixel);
+    const colour = heat(values[pixel] * gain);
+    for (let k = 0; k < 3; ++k) rgba[4 * pixel + k] = colour[k];
   });
 }

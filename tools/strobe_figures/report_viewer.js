@@ -3,6 +3,7 @@
 
 const SHOWS = { picture: "Picture", relative: "Relative error", absolute: "Absolute error" };
 const SIDES = { wipe: "Wipe", A: "A", B: "B" };
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const KEYS = [["Space", "flips between A and B"], ["← →", "move the wipe, or the picture when one is shown alone"],
   ["Shift + arrows", "move the picture"], ["+ − 0", "zoom in, zoom out, all of it"], ["[ ]", "darker, lighter"],
   ["E", "picture, relative error, absolute error"], ["1 … 9", "choose the picture B"]];
@@ -52,11 +53,12 @@ class Viewer {
     if (reference === null) this.show.node.hidden = true;
     this.exposure = slider("Exposure", { min: -8, max: 8, step: 0.25 }, (stops) => this.setStops(stops));
     const zoom = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" },
-      button("−", () => this.zoomBy(0.5), { "aria-label": "Zoom out" }), button("+", () => this.zoomBy(2), { "aria-label": "Zoom in" }),
-      button("Fit", () => this.fit()),
+      button("−", () => this.zoomBy(0.5), { "aria-label": "Zoom out" }),
+      button("+", () => this.zoomBy(2), { "aria-label": "Zoom in" }), button("Fit", () => this.fit()),
       ...crops.map((crop, i) => button(`Crop ${i + 1}`, () => this.zoomTo(crop), { class: `crop c${i % 4}` })));
-    return make("div", { class: "controls" }, make("div", { class: "pair" }, a, button("⇄", () => this.swap(), { "aria-label": "Swap A and B" }), b),
-      this.side.node, button("Flip", () => this.flip(), { class: "flip" }), this.show.node, this.exposure.node, zoom);
+    const swap = button("⇄", () => this.swap(), { "aria-label": "Swap A and B" });
+    return make("div", { class: "controls" }, make("div", { class: "pair" }, a, swap, b), this.side.node,
+      button("Flip", () => this.flip(), { class: "flip" }), this.show.node, this.exposure.node, zoom);
   }
 
   buildStage() {
@@ -64,10 +66,13 @@ class Viewer {
     this.canvas = make("canvas");
     this.names = ["A", "B"].map((side) => make("span", { class: `name ${side}` }));
     this.divider = make("div", { class: "divider" });
-    this.stage = make("div", { class: "stage", tabindex: 0, role: "group", "aria-label": `${this.data.title}: stage`,
-      keydown: (event) => this.key(event), pointerdown: (event) => this.press(event), pointermove: (event) => this.move(event),
-      pointerup: () => { this.drag = null; }, pointercancel: () => { this.drag = null; }, pointerleave: () => this.read(null) },
-    this.canvas, this.divider, ...this.names);
+    const drop = () => { this.drag = null; };
+    const hears = { keydown: (event) => this.key(event), pointerdown: (event) => this.press(event),
+      pointermove: (event) => this.move(event), pointerup: drop, pointercancel: drop,
+      pointerleave: () => this.read(null) };
+    const label = `${this.data.title}: stage`;
+    this.stage = make("div", { class: "stage", tabindex: 0, role: "group", "aria-label": label, ...hears },
+      this.canvas, this.divider, ...this.names);
     this.stage.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     this.stage.style.aspectRatio = `${width} / ${height}`;
     this.wipe = slider("Wipe", { min: 0, max: 1, step: 0.005 }, (wipe) => this.set({ wipe, side: "wipe" }));
@@ -85,8 +90,8 @@ class Viewer {
     this.small = images.map((image, i) => {
       const whole = make("canvas", { width, height });
       const parts = crops.map(([, , w, h], k) => make("canvas", { width: w, height: h, class: `crop c${k % 4}` }));
-      const chosen = make("button", { type: "button", "aria-label": `Show ${image.label} as B`, click: () => this.set({ B: i }) },
-        whole, ...parts);
+      const label = `Show ${image.label} as B`, choose = () => this.set({ B: i });
+      const chosen = make("button", { type: "button", "aria-label": label, click: choose }, whole, ...parts);
       const caption = make("figcaption", {}, make("b", {}, image.label), image.caption ? ` ${image.caption}` : "");
       return { whole, parts, chosen, node: make("figure", {}, chosen, caption) };
     });
@@ -119,38 +124,46 @@ class Viewer {
 
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const { side, show, wipe, stops } = this.state, shows = this.data.reference === null ? ["picture"] : Object.keys(SHOWS);
-    const [dx, dy] = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key] ?? [0, 0];
+    const { side, show, wipe, stops } = this.state, count = Math.min(9, this.images.length);
+    const shows = this.data.reference === null ? ["picture"] : Object.keys(SHOWS);
+    const [dx, dy] = ARROWS[event.key] ?? [0, 0];
     const does = {
-      " ": () => this.flip(), "+": () => this.zoomBy(2), "=": () => this.zoomBy(2), "-": () => this.zoomBy(0.5), 0: () => this.fit(),
+      " ": () => this.flip(), 0: () => this.fit(),
+      "+": () => this.zoomBy(2), "=": () => this.zoomBy(2), "-": () => this.zoomBy(0.5),
       "[": () => this.setStops(stops[show] - 0.5), "]": () => this.setStops(stops[show] + 0.5),
       e: () => this.set({ show: shows[(shows.indexOf(show) + 1) % shows.length] }),
     }[event.key.toLowerCase()];
     if (does) does();
     else if (dx && side === "wipe" && !event.shiftKey) this.set({ wipe: clamp(wipe + 0.02 * dx, 0, 1) });
     else if (dx || (dy && this.state.zoom > 1)) this.pan(dx / 10, dy / 10);
-    else if (event.key >= "1" && event.key <= String(Math.min(9, this.images.length))) this.set({ B: Number(event.key) - 1 });
+    else if (event.key >= "1" && event.key <= String(count)) this.set({ B: Number(event.key) - 1 });
     else return;
     event.preventDefault();
   }
 
   // The pointer: it drags the wipe, or the picture when that is zoomed and the wipe is not near
 
+  /** Where on the stage: (0, 0) to (1, 1). */
+  placeOf(event) {
+    const box = this.stage.getBoundingClientRect();
+    return [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
+  }
+
   press(event) {
-    const box = this.stage.getBoundingClientRect(), { side, wipe, zoom } = this.state;
-    const near = Math.abs(event.clientX - box.left - wipe * box.width) < 16;
+    if (event.button !== 0) return;
+    const { side, wipe, zoom } = this.state;
+    const near = Math.abs(this.placeOf(event)[0] - wipe) * this.stage.clientWidth < 16;
     this.drag = side === "wipe" && (near || zoom === 1) ? "wipe" : "pan";
-    this.last = event;
     this.stage.setPointerCapture(event.pointerId);
+    this.last = this.placeOf(event);
     this.move(event);
   }
 
   move(event) {
-    const box = this.stage.getBoundingClientRect();
-    const u = (event.clientX - box.left) / box.width, v = (event.clientY - box.top) / box.height;
+    const [u, v] = this.placeOf(event);
     if (this.drag === "wipe") this.set({ wipe: clamp(u, 0, 1) });
-    if (this.drag === "pan") this.pan((this.last.clientX - event.clientX) / box.width, (this.last.clientY - event.clientY) / box.height);
-    this.last = event;
+    if (this.drag === "pan") this.pan(this.last[0] - u, this.last[1] - v);
+    this.last = [u, v];
     const { x, y, zoom } = this.state;
     this.read([x + (u - 0.5) * this.data.width / zoom, y + (v - 0.5) * this.data.height / zoom].map(Math.floor));
   }
@@ -166,8 +179,9 @@ class Viewer {
     const { width, height } = this.data;
     if (!pixel || pixel.some((v, i) => v < 0 || v >= [width, height][i])) return this.values.replaceChildren();
     const at = 3 * (pixel[1] * width + pixel[0]);
-    const rgb = (side) => [0, 1, 2].map((k) => readable(HALF[this.images[this.state[side]].bits[at + k]], 3)).join(" ");
-    this.values.replaceChildren(`Pixel ${pixel.join(", ")}  `, ...["A", "B"].flatMap((side) => [make("b", {}, `${side} `), `${rgb(side)}  `]));
+    const rgb = (i) => [0, 1, 2].map((k) => readable(HALF[this.images[i].bits[at + k]], 3)).join(" ");
+    const parts = ["A", "B"].flatMap((side) => [make("b", {}, `${side} `), `${rgb(this.state[side])}  `]);
+    this.values.replaceChildren(`Pixel ${pixel.join(", ")}  `, ...parts);
   }
 
   // Drawing
@@ -206,7 +220,7 @@ class Viewer {
     this.selects.forEach((select, i) => { select.value = state["AB"[i]]; });
     this.side.set(state.side);
     this.show.set(state.show);
-    this.exposure.set(stops, `${sign}${Math.abs(stops)} stops`);
+    this.exposure.set(stops, `${sign}${Math.abs(stops)} EV`);
     this.wipe.set(state.wipe, `${Math.round(100 * state.wipe)} %`);
     this.stage.classList.toggle("zoomed", state.zoom > 1);
     this.names.forEach((name, i) => {
@@ -223,7 +237,8 @@ class Viewer {
     const [from, bar, to] = this.scale.children, { show } = this.state;
     this.scale.hidden = show === "picture";
     if (this.scale.hidden) return;
-    from.textContent = show === "relative" ? "Mean of |Δ| over R, G, B, over the reference (plus 1 % of its mean)  0" : "Mean of |Δ| over R, G, B  0";
+    const over = show === "relative" ? ", over the reference (plus 1 % of its mean)" : "";
+    from.textContent = `Mean of |Δ| over R, G, B${over}:  0`;
     to.textContent = readable(2 ** -stops, 3);
     const context = bar.getContext("2d");
     for (let x = 0; x < bar.width; ++x) {
@@ -234,7 +249,8 @@ class Viewer {
 
   drawStage() {
     const { canvas, data: { width, height }, state: { A, B, side, wipe, zoom, x, y } } = this;
-    const ratio = devicePixelRatio, wide = Math.round(this.stage.clientWidth * ratio), tall = Math.round(this.stage.clientHeight * ratio);
+    const { clientWidth, clientHeight } = this.stage;
+    const [wide, tall] = [clientWidth, clientHeight].map((size) => Math.round(size * devicePixelRatio));
     if (!wide || !tall) return;
     [canvas.width, canvas.height] = [wide, tall];
     const context = canvas.getContext("2d"), scale = wide / width * zoom;
