@@ -1,5 +1,5 @@
 """A page of figures in headless Chromium: opened, watched and operated. Needs Debian's chromium, chromium-driver and
-python3-selenium; LACKS says what is missing."""
+python3-selenium; LACKS_MAKER and LACKS_BROWSER say what is missing."""
 import base64
 import json
 import os
@@ -13,18 +13,21 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 TOOLS = os.path.join(HERE, "..", "..", "tools")
 sys.path[:0] = [HERE, TOOLS]
 
-LACKS = ""
+LACKS_MAKER = LACKS_BROWSER = ""
 try:
     import report_sample as sample
     from strobe_figures.report import write_report
+except ImportError as error:
+    LACKS_MAKER = f"{error.name} is missing: install python3-numpy and python3-openimageio"
+try:
     from selenium import webdriver
     from selenium.webdriver.common.action_chains import ActionChains
     from selenium.webdriver.common.by import By
     from selenium.webdriver.chrome.service import Service
     if not (shutil.which("chromium") and shutil.which("chromedriver")):
-        LACKS = "no chromium or chromedriver: install chromium and chromium-driver"
-except ImportError as error:
-    LACKS = f"{error.name} is missing: install python3-numpy, python3-openimageio and python3-selenium"
+        LACKS_BROWSER = "no chromium or chromedriver: install chromium and chromium-driver"
+except ImportError:
+    LACKS_BROWSER = "selenium is missing: install python3-selenium"
 
 FRAMES = """const done = arguments[0], next = requestAnimationFrame; next(() => next(() => next(done)))"""
 # Reads a canvas through a copy, so that the page's own stays as it is.
@@ -37,7 +40,7 @@ READ = """const read = (canvas) => {
 """
 
 
-@unittest.skipIf(LACKS, LACKS)
+@unittest.skipIf(LACKS_MAKER or LACKS_BROWSER, LACKS_MAKER or LACKS_BROWSER)
 class PageTest(unittest.TestCase):
     """Opens the sample's page before every test; afterwards nothing may have been logged or fetched."""
 

@@ -27,7 +27,8 @@ def write(path, pixels):
 
 def encoded(linear):
     """sRGB values of linear ones, cut to 0 and 1."""
-    return np.clip(np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0) ** (1 / 2.4) - 0.055), 0, 1)
+    linear = np.clip(linear, 0, 1)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
 def scene():
@@ -70,7 +71,7 @@ def images():
     reference = {"label": "reference", "file": "reference.exr", "caption": HOSTILE}
     return {"kind": "images", "id": "balls", "title": "Noise against samples",
             "text": "Three balls.\n\nThe margin is grey.", "images": [reference] + noisy, "reference": 0,
-            "crops": [[60, 60, 45, 30], [135, 75, 45, 30]]}
+            "crops": [[60, 60, 45, 30], [135, 75, 30, 30]]}
 
 
 def plain():
