@@ -1,0 +1,351 @@
+"""The page of figures: a made-up report is written, opened from disk in headless Chromium, and operated with pointer
+and keyboard. REPORT_PICTURES=DIR keeps pictures of the page at both widths, to look at.
+Usage: report_test.py [unittest arguments]"""
+import base64
+import copy
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.dont_write_bytecode = True  # the source tree stays clean
+from report_browser import LACKS_BROWSER, LACKS_MAKER, TOOLS, PageTest  # noqa: E402
+
+if not LACKS_MAKER:
+    import OpenImageIO as oiio
+    from report_browser import sample, write_report
+if not LACKS_BROWSER:
+    from report_browser import ActionChains, By
+    from selenium.webdriver.common.keys import Keys
+
+WIDTHS = (1280, 420)
+
+
+def srgb(linear):
+    return round(255 * (1.055 * linear ** (1 / 2.4) - 0.055))
+
+
+@unittest.skipIf(LACKS_MAKER, LACKS_MAKER)
+class Maker(unittest.TestCase):
+    """What report.py writes and refuses, without a browser."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.report = sample.write_sample(self.folder.name)
+
+    def write(self, report):
+        with open(os.path.join(self.folder.name, "report.json"), "w", encoding="utf-8") as file:
+            json.dump(report, file)
+        return write_report(self.folder.name)
+
+    def refused(self, change, message):
+        report = copy.deepcopy(self.report)
+        change({item["id"]: item for section in report["sections"] for item in section["items"]})
+        with self.assertRaisesRegex(ValueError, message):
+            self.write(report)
+
+    def test_what_cannot_be_shown_is_an_error_that_names_the_item(self):
+        self.refused(lambda items: items["cost"].update(id="speed"), "item 'speed' of section .*'speed' is taken")
+        self.refused(lambda items: items["cost"].update(id="a b"), "'a b' can't be an id")
+        self.refused(lambda items: items["cost"].update(kind="film"), "'film' is none of the kinds images, chart")
+        self.refused(lambda items: items["cost"]["rows"].append(["x", "many", 1, ""]), "'many' in column 'shades")
+        self.refused(lambda items: items["cost"]["rows"].append(["x"]), "a row without exactly 4 cells")
+        self.refused(lambda items: items["balls"].update(crops=[[200, 0, 41, 9]]), "crop .* is not inside 240 x 160")
+        self.refused(lambda items: items["balls"].update(reference=4), "there is no image 4 to be the reference")
+        self.refused(lambda items: items["balls"]["images"][0].update(file="none.exr"), "none.exr")
+        self.refused(lambda items: items["balls"].pop("images"), "item 'balls' .*has no images")
+        self.refused(lambda items: items["speed"]["series"][1]["labels"].pop(), "has 4 labels for 5 points")
+        self.refused(lambda items: items["speed"].pop("xlabel"), "lacks 'xlabel'")
+        self.refused(lambda items: items["drawing"].update(file="report.json"), "neither .png, .svg nor .jpg")
+
+    def test_pictures_of_two_sizes_are_refused(self):
+        sample.write(os.path.join(self.folder.name, "small.exr"), sample.scene()[:10])
+        self.refused(lambda items: items["balls"]["images"][0].update(file="small.exr"), "images of different sizes")
+
+    def test_the_command(self):
+        command = [sys.executable, "-B", os.path.join(TOOLS, "strobe_figures", "report.py"), self.folder.name]
+        page = os.path.join(self.folder.name, "page.html")
+        self.assertEqual(subprocess.run([*command, page], capture_output=True, check=False).returncode, 0)
+        with open(page, "rb") as made, open(write_report(self.folder.name), "rb") as again:
+            self.assertEqual(made.read(), again.read())
+        os.remove(os.path.join(self.folder.name, "report.json"))
+        failed = subprocess.run(command, capture_output=True, text=True, check=False)
+        self.assertEqual((failed.returncode, failed.stderr[:8]), (1, "report: "))
+
+    def test_a_picture_shown_twice_is_stored_once(self):
+        size = os.path.getsize(self.write(self.report))
+        again = copy.deepcopy(self.report["sections"][0]["items"][1])
+        self.report["sections"][1]["items"].append({**again, "id": "again"})
+        self.assertLess(os.path.getsize(self.write(self.report)) - size, 3000)
+
+
+class ReportPage(PageTest):
+    """The page as its reader has it."""
+
+    # The page
+
+    def test_structure(self):
+        self.assertEqual(self.driver.title, self.report["title"])
+        counts = (("h1", 1), ("main", 1), ("nav", 1), ("main section > h2", 2), ("figure.item h3", 6), ("table", 3))
+        for selector, count in counts:
+            self.assertEqual(len(self.driver.find_elements(By.CSS_SELECTOR, selector)), count, selector)
+        targets = self.js("""return [...document.querySelectorAll('nav a')].map((a) =>
+            document.querySelector(a.hash).tagName)""")
+        self.assertEqual(sorted(targets), ["FIGURE"] * 6 + ["SECTION"] * 2)
+        self.assertIn(sample.HOSTILE, self.find("#speed-and-accuracy > p:nth-of-type(2)").text)
+        self.assertIn(sample.HOSTILE, self.find("#balls .strip figcaption").text)
+        self.assertIn("Figure 2 Noise against samples", self.find("nav").text)
+        self.assertGreater(self.js("return document.querySelector('.picture img').naturalWidth"), 0)
+
+    def test_the_page_forbids_the_network(self):
+        blocked = self.driver.execute_async_script("""const done = arguments[0], seen = new Set();
+            document.addEventListener('securitypolicyviolation', (event) => {
+              seen.add(event.effectiveDirective);
+              if (seen.size === 4) done([...seen]);
+            });
+            const add = (tag, attributes) => document.head.append(Object.assign(document.createElement(tag), attributes));
+            fetch('http://127.0.0.1:9/').catch(() => {});
+            add('img', { src: 'http://127.0.0.1:9/' });
+            add('script', { textContent: 'document.title = "broken"' });
+            add('style', { textContent: 'body { display: none }' });""")
+        self.assertEqual(sorted(blocked), ["connect-src", "img-src", "script-src-elem", "style-src-elem"])
+        self.assertEqual(self.driver.title, self.report["title"])
+        for log in ("browser", "performance"):  # this test alone may leave traces
+            self.driver.get_log(log)
+        self.js("performance.clearResourceTimings()")
+
+    def test_neither_width_scrolls_sideways(self):
+        for width in WIDTHS:
+            self.open(width)
+            self.js("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+            self.frames()
+            self.assertEqual(self.js("return document.documentElement.scrollWidth"), width)
+            self.keep(f"page-{width}", width)
+
+    def test_print(self):
+        self.prefer("light", "print")
+        seen = {".controls": False, ".screen": False, ".theme": False, ".strip": True, ".plot svg": True}
+        for selector, shown in seen.items():
+            self.assertEqual(self.find(selector).is_displayed(), shown, selector)
+        pdf = base64.b64decode(self.driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"])
+        self.assertIn(pdf.count(b"/Type /Page\n"), range(3, 8))
+
+    def test_theme(self):
+        paper = "return getComputedStyle(document.body).backgroundColor"
+        control, light = self.find(".theme"), self.js(paper)
+        self.assertEqual(control.text, "Dark theme")
+        self.press(control, Keys.ENTER)
+        dark = self.js(paper)
+        self.assertNotEqual(light, dark)
+        self.assertEqual(control.text, "Light theme")
+        self.keep("page-dark", 1280)
+        control.click()
+        self.assertEqual(self.js(paper), light)
+        self.js("localStorage.clear()")
+        self.prefer("dark")
+        self.open(1280)
+        self.assertEqual(self.js(paper), dark)
+
+    def test_colours_stand_out_in_both_themes(self):
+        contrast = """const linear = (v) => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+            const light = (css) => {
+              const c = document.createElement('canvas').getContext('2d');
+              c.fillStyle = css;
+              c.fillRect(0, 0, 1, 1);
+              const [r, g, b] = [...c.getImageData(0, 0, 1, 1).data].map(linear);
+              return 0.2126 * r + 0.7152 * g + 0.0722 * b + 0.05;
+            };
+            const paper = light(getComputedStyle(document.body).backgroundColor);
+            return [...document.querySelectorAll(arguments[0])].map((e) => light(getComputedStyle(e)[arguments[1]]))
+              .map((v) => Math.max(v, paper) / Math.min(v, paper));"""
+        least = (("p, td, nav a, button", "color", 4.5), (".plot text", "fill", 4.5), (".series .line", "stroke", 3))
+        for _ in range(2):
+            for selector, kind, least_here in least:
+                self.assertGreaterEqual(min(self.js(contrast, selector, kind)), least_here, selector)
+            self.find(".theme").click()
+
+    def test_every_control_is_reached_by_tab_and_shows_it(self):
+        visited = []
+        while len(visited) < 120:
+            ActionChains(self.driver).send_keys(Keys.TAB).perform()
+            here = self.js("""const e = document.activeElement; if (e === document.body) return null;
+                const seen = e.type === 'radio' ? e.nextSibling : e, style = getComputedStyle(seen);
+                const name = e.className.baseVal ?? e.className;
+                return [name, e.tagName, style.outlineStyle, parseFloat(style.outlineWidth)]""")
+            if here is None:
+                break
+            self.assertTrue(here[2] == "solid" and here[3] >= 2, f"focus shows on {here}")
+            visited.append(here[0] or here[1])
+        self.assertLess(len(visited), 120, "the focus comes out at the end")
+        counts = {"skip": 1, "theme": 1, "A": 8, "stage": 2, "SELECT": 4, "svg": 2, "SUMMARY": 4}
+        self.assertEqual({name: visited.count(name) for name in counts}, counts)
+
+    # The comparison of pictures
+
+    def test_pixels_are_those_of_the_file(self):
+        file = oiio.ImageBuf(os.path.join(self.folder, "flat.png")).get_pixels(oiio.UINT8)
+        shown = self.thumbnail("plain", 0)
+        self.assertEqual([v for i, v in enumerate(shown) if i % 4 != 3], file.flatten().tolist())
+        at = 4 * (sample.WIDTH - 1)
+        self.assertEqual(self.thumbnail("balls", 1)[at:at + 3], [255, 0, 255], "what is no number is magenta")
+
+    def test_wipe(self):
+        off, grey = srgb(sample.OFF_GREY), srgb(sample.GREY)
+        slider = self.find("#balls .screen input[type=range]")
+        self.press(slider, Keys.HOME)
+        self.close(self.stage(15, 80), [grey] * 3, 1)
+        self.press(slider, Keys.END)
+        self.close(self.stage(15, 80), [off] * 3, 1)
+        self.press(slider, Keys.HOME, *[Keys.ARROW_RIGHT] * 10)
+        self.assertEqual(self.find("#balls .divider").get_attribute("style"), "left: 5%;")
+        self.pointer(self.find("#balls .stage"), 0.5, 0.5, (0.25, 0.5))
+        self.assertAlmostEqual(float(slider.get_attribute("value")), 0.25, delta=0.01)
+        self.press(self.find("#balls .stage"), *[Keys.ARROW_RIGHT] * 5)
+        self.assertAlmostEqual(float(slider.get_attribute("value")), 0.35, delta=0.01)
+
+    def test_flip(self):
+        off, grey = srgb(sample.OFF_GREY), srgb(sample.GREY)
+        self.button("balls", "Flip").click()
+        self.frames()
+        self.close(self.stage(15, 80), [off] * 3, 1)
+        for shown in (grey, off, grey):
+            self.press(self.find("#balls .stage"), Keys.SPACE)
+            self.close(self.stage(15, 80), [shown] * 3, 1)
+        self.assertFalse(self.find("#balls .divider").is_displayed())
+
+    def test_the_pictures_compared_are_chosen(self):
+        a, b = self.driver.find_elements(By.CSS_SELECTOR, "#balls select")
+        self.press(a, "supersample 64")
+        self.assertEqual(self.find("#balls .name.A").text, "A  supersample 64")
+        self.find("#balls .strip figure:nth-child(3) button").click()
+        self.frames()
+        self.assertEqual(b.get_attribute("value"), "2")
+        self.button("balls", "⇄").click()
+        self.frames()
+        self.assertEqual([one.get_attribute("value") for one in (a, b)], ["2", "3"])
+        self.press(self.find("#balls .stage"), "1")
+        self.assertEqual(self.find("#balls .name.B").text, "B  reference")
+
+    def test_exposure(self):
+        self.choose("B")
+        slider = self.find("#balls .controls input[type=range]")
+        for keys, stops in (([], 0), ([Keys.ARROW_RIGHT] * 4, 1), ([Keys.ARROW_LEFT] * 12, -2), ([Keys.END], 8)):
+            self.press(slider, *keys)
+            self.close(self.stage(5, 80), [min(255, srgb(sample.GREY * 2 ** stops))] * 3, 1)
+        self.press(self.find("#balls .stage"), "[", "[")
+        self.assertEqual(self.find("#balls .controls output").text, "+7 EV")
+
+    def test_error_map(self):
+        floor = 0.01 * oiio.ImageBuf(os.path.join(self.folder, "reference.exr")).get_pixels(oiio.FLOAT).mean()
+        error = sample.OFF_GREY - sample.GREY
+        self.choose("A")
+        for kind, value in (("relative", error / (sample.GREY + floor)), ("absolute", error)):
+            self.choose(kind)
+            self.assertEqual(self.stage(5, 80), [0, 0, 0], "no error is black")
+            self.close(self.stage(15, 80), self.scale(value))
+            self.press(self.find("#balls .stage"), "]", "]")
+            self.close(self.stage(15, 80), self.scale(2 * value))
+            self.assertTrue(self.find("#balls .scale").text.endswith("0.5"))
+        self.keep("error", 1280)
+        self.press(self.find("#balls .stage"), "e")
+        self.close(self.stage(15, 80), [srgb(sample.OFF_GREY)] * 3, 1)
+        self.assertFalse(self.find("#plain input[value=relative]").is_displayed(), "no reference, no errors")
+
+    def test_zoom_and_values(self):
+        stage, readout = self.find("#balls .stage"), self.find("#balls .readout")
+        self.choose("B")
+        self.button("balls", "Crop 1").click()
+        self.pointer(stage, 0.01, 0.01)
+        self.assertTrue(readout.text.startswith("Pixel 60, 60"), readout.text)
+        self.pointer(stage, 0.99, 0.99)
+        self.assertTrue(readout.text.startswith("Pixel 104, 89"), readout.text)
+        self.press(stage, Keys.ARROW_RIGHT)
+        self.pointer(stage, 0.01, 0.01)
+        self.assertTrue(readout.text.startswith("Pixel 64, 60"), readout.text)
+        self.pointer(stage, 0.5, 0.5, (0.5, 0.9))
+        self.pointer(stage, 0.01, 0.01)
+        self.assertTrue(readout.text.startswith("Pixel 64, 48"), readout.text)
+        self.button("balls", "Crop 2").click()
+        self.pointer(stage, 0.01, 0.01)
+        self.assertTrue(readout.text.startswith("Pixel 127, 75"), "all of a crop of another shape: " + readout.text)
+        self.press(stage, "0")
+        self.pointer(stage, 15.5 / sample.WIDTH, 80.5 / sample.HEIGHT)
+        self.assertEqual(readout.text.split(), "Pixel 15, 80 A 0.375 0.375 0.375 B 0.25 0.25 0.25".split())
+        self.press(stage, "+", "+", Keys.ARROW_LEFT)
+        self.pointer(stage, 0.502, 0.505)
+        self.assertTrue(readout.text.startswith("Pixel 114, 80"), readout.text)
+
+    # Charts and tables
+
+    def test_chart_values_under_the_pointer(self):
+        tip, second = self.find("#speed .tip"), self.report["sections"][0]["items"][0]["series"][1]
+        self.assertFalse(tip.is_displayed())
+        marker = self.driver.find_elements(By.CSS_SELECTOR, "#speed .plot .s1 .marker")[2]
+        self.pointer(marker, 0.5, 0.5)
+        x, y, low, high = second["points"][2]
+        self.assertEqual(tip.text.split("\n"), ["supersample, 64 spp", f"seconds {x:.4g}", f"relative MSE {y:.4g}",
+                                                 f"from {low:.4g}", f"to {high:.4g}"])
+        self.keep("tip", 1280)
+
+    def test_points_lie_where_the_axes_say(self):
+        ticks = self.js("""return Object.fromEntries([...document.querySelectorAll('#speed .plot .tick')].map((tick) =>
+            [tick.textContent, [tick.getAttribute('x'), tick.getAttribute('y') - 4].map(Number)]))""")
+        markers = self.js("""return [...document.querySelectorAll('#speed .plot .s1 .marker')].map((marker) =>
+            marker.getAttribute('transform').match(/[\\d.]+/g).map(Number))""")
+        (left, _), (right, _) = ticks["1"], ticks["10"]
+        (_, low), (_, high) = ticks["10⁻³"], ticks["10⁻²"]
+        for (x, y, *_), (px, py) in zip(sample.speed()["series"][1]["points"], markers, strict=True):
+            self.assertAlmostEqual(px, left + math.log10(x) * (right - left), delta=0.01)
+            self.assertAlmostEqual(py, low + (math.log10(y) + 3) * (high - low), delta=0.01)
+
+    def test_chart_by_keyboard(self):
+        tip, svg = self.find("#speed .tip"), self.find("#speed .plot svg")
+        self.press(svg, Keys.ARROW_RIGHT)
+        self.assertTrue(tip.text.startswith("best at each time\nseconds 0.5"), tip.text)
+        self.press(svg, Keys.ARROW_DOWN, Keys.ARROW_RIGHT)
+        self.assertTrue(tip.text.startswith("supersample, 16 spp\nseconds 1.1"), tip.text)
+        self.press(svg, *[Keys.ARROW_LEFT] * 3)
+        self.assertTrue(tip.text.startswith("supersample, 4 spp"), tip.text)
+        self.press(svg, Keys.ESCAPE)
+        self.assertFalse(tip.is_displayed())
+
+    def test_what_a_logarithm_cannot_show_is_told(self):
+        self.assertIn("not drawn: 1.", self.find("#speed .note").text)
+        self.assertEqual(len(self.driver.find_elements(By.CSS_SELECTOR, "#speed .plot .s5 .marker")), 1)
+        rows = self.driver.find_elements(By.CSS_SELECTOR, "#speed tbody tr")
+        self.assertEqual(len(rows), 27, "but it is among the values")
+
+    def test_legend(self):
+        entry = self.button("speed", "msaa")
+        lines = lambda: len(self.driver.find_elements(By.CSS_SELECTOR, "#speed .plot .s2 .line"))
+        self.assertEqual((lines(), entry.get_attribute("aria-pressed")), (1, "true"))
+        entry.click()
+        self.assertEqual((lines(), entry.get_attribute("aria-pressed")), (0, "false"))
+        self.press(self.find("#speed .plot svg"), *[Keys.ARROW_DOWN] * 3)
+        self.assertTrue(self.find("#speed .tip").text.startswith("msaa-cache"), "hidden points have no values")
+        self.press(entry, Keys.ENTER)
+        self.assertEqual((lines(), entry.get_attribute("aria-pressed")), (1, "true"))
+
+    def test_table_sorting(self):
+        cells = lambda n: self.driver.find_elements(By.CSS_SELECTOR, f"#cost tbody tr > :nth-child({n})")
+        column = lambda n: [cell.text for cell in cells(n)]
+        head = self.find("#cost thead th:nth-child(3)")
+        head.find_element(By.TAG_NAME, "button").click()
+        self.assertEqual(column(3), ["4.125", "9.500", "10.250", "–"])
+        self.assertEqual(head.get_attribute("aria-sort"), "ascending")
+        self.press(head.find_element(By.TAG_NAME, "button"), Keys.ENTER)
+        self.assertEqual(column(3), ["10.250", "9.500", "4.125", "–"])
+        self.assertEqual(head.get_attribute("aria-sort"), "descending")
+        self.press(self.find("#cost thead th:nth-child(1) button"), Keys.SPACE)
+        self.assertEqual(column(1), ["msaa", "msaa-cache", "none", "supersample"])
+        self.assertEqual(head.get_attribute("aria-sort"), "none")
+        self.assertEqual(self.find("#cost tbody td.number").value_of_css_property("text-align"), "right")
+
+
+if __name__ == "__main__":
+    unittest.main()
