@@ -32,7 +32,7 @@ const char* const kPaper[] = {"bunny", "killeroo-simple", "anim-killeroos-moving
 
 std::vector<fs::path> allScenes() {
     std::vector<fs::path> all;
-    for (const char* folder : {"scenes", "scenes/lessons", "scenes/paper"})
+    for (const char* folder : {"scenes", "scenes/lessons", "scenes/stress", "scenes/paper"})
         for (const fs::path& file : filesIn(kSource / folder, ".scene"))
             all.push_back(file);
     for (const char* name : kPaper)
