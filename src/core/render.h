@@ -8,6 +8,16 @@
 
 namespace strobe {
 
+/// What became of one visibility sample.
+struct SampleReport {
+    int x, y;        ///< pixel
+    uint32_t number; ///< in its pixel
+    const VisibilitySample& sample;
+    Rgb value;      ///< radiance, filter weight not included
+    uint64_t block; ///< see IntegratorWorker::blockOf
+    uint32_t asked; ///< shades that were made because of it
+};
+
 struct RenderSettings {
     int samplesPerPixel = 1;
     uint64_t seed = 0;
@@ -15,9 +25,8 @@ struct RenderSettings {
     int tileSize = 32; ///< pixels; changes the time, never a pixel
     /// Called now and then, from any thread but one at a time, with the fraction done.
     std::function<void(double)> progress;
-    /// Called for every sample with its radiance (filter weight not included), from any thread: to look into
-    /// one pixel. Leave empty otherwise.
-    std::function<void(int x, int y, uint32_t sample, const Rgb&)> probe;
+    /// Called for every sample, from any thread: to look into pixels. Leave empty otherwise.
+    std::function<void(const SampleReport&)> probe;
 };
 
 struct RenderStats {

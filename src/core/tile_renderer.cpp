@@ -70,6 +70,8 @@ void TileRenderer::renderBatch(Film& film) {
     develop(film);
     if (!film.layers().empty())
         describe(film);
+    if (m_settings.probe)
+        probe();
     clock.charge(Stage::Resolve);
     m_counters.pixels += m_pixels.size();
     m_counters.visibilitySamples += m_samples.size();
@@ -162,8 +164,6 @@ void TileRenderer::develop(Film& film) {
         uint32_t good = 0;
         for (uint32_t i = p * spp; i < (p + 1) * spp; ++i) {
             const Rgb& value = m_values[i];
-            if (m_settings.probe)
-                m_settings.probe(m_pixels[p].x, m_pixels[p].y, i - p * spp, value);
             if (!isFinite(value)) {
                 noteBad(m_pixels[p], i - p * spp);
                 continue;
@@ -215,6 +215,18 @@ void TileRenderer::describe(Film& film) {
     for (size_t l = 0; l < film.layers().size(); ++l)
         for (uint32_t p = 0; p < m_pixels.size(); ++p)
             film.setLayer(l, m_pixels[p].x, m_pixels[p].y, valueOf(film.layers()[l], p));
+}
+
+void TileRenderer::probe() {
+    std::vector<uint32_t> asked(m_samples.size());
+    for (const ShadingRequest& request : m_requests)
+        asked[request.sample] += bool(request.hit);
+    for (size_t i = 0; i < m_samples.size(); ++i) {
+        const VisibilitySample& sample = m_samples[i];
+        const PixelRef& pixel = m_pixels[sample.pixel];
+        m_settings.probe(
+            {pixel.x, pixel.y, sample.index, sample, m_values[i], m_integrator->blockOf(i), asked[i]});
+    }
 }
 
 void TileRenderer::noteBad(const PixelRef& pixel, uint32_t sample) {

@@ -29,6 +29,7 @@ class TileRenderer {
     size_t costSlot(const Hit& hit) const;
     void develop(Film& film);
     void describe(Film& film);
+    void probe();
     void noteBad(const PixelRef& pixel, uint32_t sample);
 
     const Scene& m_scene;

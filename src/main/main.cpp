@@ -3,6 +3,7 @@
 #include "main/options.h"
 #include "main/progress.h"
 #include "main/report.h"
+#include "main/sample_table.h"
 #include "scene/parser.h"
 
 #include <fmt/format.h>
@@ -52,10 +53,10 @@ void printPixel(const Options& options, const BuiltScene& built, RenderSettings 
         throw Error(
             fmt::format("--sample {}: a pixel has {} samples", *options.sample, settings.samplesPerPixel),
             ErrorKind::Usage);
-    settings.probe = [&](int, int, uint32_t sample, const Rgb& value) {
-        if (options.sample == sample)
-            fmt::print("pixel {},{} sample {}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, sample, value.x, value.y,
-                       value.z);
+    settings.probe = [&](const SampleReport& report) {
+        if (options.sample == report.number)
+            fmt::print("pixel {},{} sample {}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, report.number,
+                       report.value.x, report.value.y, report.value.z);
     };
     Film film(built.resolution.x, built.resolution.y, {p.x, p.y, p.x + 1, p.y + 1});
     render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter, settings,
@@ -100,7 +101,7 @@ int run(const Options& options, spdlog::logger& log) {
         findPlugin(pluginTables().shaders, options.build.shading, "shading integrator", {});
     for (const auto& output : options.outputs)
         checkWritable(output);
-    for (const auto& file : {options.statsFile, options.heatmapFile})
+    for (const auto& file : {options.statsFile, options.heatmapFile, options.samplesFile})
         if (!file.empty())
             checkWritable(file);
 
@@ -128,6 +129,9 @@ int run(const Options& options, spdlog::logger& log) {
         checkWritable(output);
     Progress progress(options.quiet);
     settings.progress = [&](double fraction) { progress.update(fraction); };
+    SampleTable samples;
+    if (!options.samplesFile.empty())
+        settings.probe = [&](const SampleReport& report) { samples.add(report); };
     Film film(built.resolution.x, built.resolution.y, built.window, layersOf(options));
     const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                      *built.filter, settings, film);
@@ -140,6 +144,8 @@ int run(const Options& options, spdlog::logger& log) {
     if (!options.heatmapFile.empty())
         writePng(options.heatmapFile, heatmap(film, options.heatmapLayer, settings.samplesPerPixel),
                  renderMetadata(built, options, stats, seconds));
+    if (!options.samplesFile.empty())
+        samples.write(options.samplesFile);
     if (!options.statsFile.empty())
         writeStats(options.statsFile, built, options, stats, seconds);
     log.info("{}", summary(built, stats, seconds));

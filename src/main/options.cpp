@@ -69,6 +69,8 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--aov", layers, "layers of EXR outputs: " + layerNames())->delimiter(',');
     app.add_option("--heatmap", options.heatmapFile, "write a layer in false colour, with its scale (.png)");
     app.add_option("--heatmap-of", heatmapOf, "the layer that --heatmap shows");
+    app.add_option("--samples", options.samplesFile,
+                   "write every visibility sample as CSV: of a small --crop, unless the disk is large");
     app.add_option("--stats", options.statsFile, "write statistics as JSON");
     app.add_option("--log-level", options.logLevel, "debug, info, warn or error")
         ->check(CLI::IsMember({"debug", "info", "warn", "error"}));

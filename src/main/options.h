@@ -20,7 +20,7 @@ struct Options {
     uint64_t seed = 0;
     std::optional<V2i> pixel;
     std::optional<uint32_t> sample;
-    std::filesystem::path statsFile, heatmapFile;
+    std::filesystem::path statsFile, heatmapFile, samplesFile;
     Layer heatmapLayer = Layer::Shades;
     std::vector<Layer> layers; ///< of EXR outputs
     std::string logLevel = "info";

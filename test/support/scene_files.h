@@ -29,7 +29,7 @@ inline const char* const kPaperScenes[] = {"bunny", "killeroo-simple", "anim-kil
 /// Those of the repository and the paper's originals, present or not.
 inline std::vector<std::filesystem::path> allScenes() {
     std::vector<std::filesystem::path> all;
-    for (const char* folder : {"scenes", "scenes/lessons", "scenes/paper"})
+    for (const char* folder : {"scenes", "scenes/lessons", "scenes/stress", "scenes/paper"})
         for (const std::filesystem::path& file : filesIn(kSource / folder, ".scene"))
             all.push_back(file);
     for (const char* name : kPaperScenes)

@@ -44,11 +44,12 @@ OWN_SUBJECTS = [
 
 @dataclasses.dataclass
 class Reference:
-    """A picture taken for the truth, and the mean square of its own noise (clamped values)."""
+    """A picture taken for the truth, and the mean square of its own noise (clamped values, comparable pixels)."""
 
     image: numpy.ndarray
     variance: float
     relative_variance: float
+    keep: numpy.ndarray  # the comparable pixels
 
 
 class TooNoisy(Exception):
@@ -109,7 +110,8 @@ class Context:
         mean = stack.mean(axis=0)
         spread = clamped.var(axis=0, ddof=1) / parts
         relative = spread / (images.clamp(mean) + 0.01) ** 2
-        return Reference(mean, float(spread.mean()), float(relative.mean()))
+        keep = images.comparable(mean)
+        return Reference(mean, float(spread[keep].mean()), float(relative[keep].mean()), keep)
 
     def check(self, reference, smallest_mean_square):
         """Refuses a reference that decides what it should measure: a third of its error at most may be its own."""

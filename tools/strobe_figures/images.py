@@ -31,23 +31,21 @@ def srgb(linear):
 
 
 def clamp(image):
-    """What a screen can show: the edges of bright lights would decide every mean otherwise."""
+    """What a screen can show."""
     return numpy.clip(image, 0, 1)
 
 
-def mean_square(image, truth):
-    """Of values clamped to [0,1]."""
-    return float(numpy.mean((clamp(image) - clamp(truth)) ** 2, dtype=numpy.float64))
-
-
-def rmse(image, truth):
-    return mean_square(image, truth) ** 0.5
-
-
-def relative_mean_square(image, truth):
-    """(x - r)² / (r + 0.01)², of values clamped to [0,1]."""
-    x, r = clamp(image), clamp(truth)
-    return float(numpy.mean(((x - r) / (r + 0.01)) ** 2, dtype=numpy.float64))
+def comparable(truth, bright=2.0):
+    """Pixels that no light's rim touches: there a picture of few samples is 0 or hundreds, and clamping it, as screens
+    do, makes every integrator look biased. Left out are pixels beside one where the truth is brighter than `bright`."""
+    rim = truth.max(axis=2) > bright
+    grown = rim.copy()
+    grown[1:] |= rim[:-1]
+    grown[:-1] |= rim[1:]
+    across = grown.copy()
+    across[:, 1:] |= grown[:, :-1]
+    across[:, :-1] |= grown[:, 1:]
+    return ~across
 
 
 def ssim(image, truth):
@@ -61,17 +59,43 @@ def ssim(image, truth):
         return float(structural_similarity(a, b, data_range=1, multichannel=True))
 
 
-def split(pictures, truth, truth_variance=0.0, relative=False):
-    """Of pictures with independent seeds: (mean square error, squared bias, variance), of clamped values.
+class Split:
+    """The error of pictures with independent seeds against a reference: mean square, bias squared and variance, of
+    clamped values over the comparable pixels; `relative`: of (x - r)² / (r + 0.01)².
 
-    The squared bias is what is left of the mean picture's error when its own noise and that of the truth (the mean
-    square `truth_variance`) are taken off; it may come out slightly below zero.
+    The squared bias is what is left of the mean square error when the variance is taken off, and the reference's own
+    noise; it may come out slightly below zero. `interval()` draws seeds again (bootstrap).
     """
-    stack = numpy.stack([clamp(p) for p in pictures]).astype(numpy.float64)
-    r = clamp(truth).astype(numpy.float64)
-    weight = 1 / (r + 0.01) ** 2 if relative else numpy.ones_like(r)
-    total = float(numpy.mean((stack - r) ** 2 * weight)) - truth_variance
-    if len(pictures) < 2:
-        return total, float("nan"), float("nan")
-    variance = float(numpy.mean(stack.var(axis=0, ddof=1) * weight))
-    return total, total - variance, variance
+
+    def __init__(self, pictures, reference, relative=False):
+        keep = reference.keep
+        stack = numpy.stack([clamp(p)[keep] for p in pictures]).astype(numpy.float64)
+        truth = clamp(reference.image)[keep].astype(numpy.float64)
+        weight = 1 / (truth + 0.01) ** 2 if relative else numpy.ones_like(truth)
+        self._noise = reference.relative_variance if relative else reference.variance
+        self._errors = ((stack - truth) ** 2 * weight).mean(axis=(1, 2))
+        self._stack, self._weight = stack, weight
+        self.mean_square = max(float(self._errors.mean()) - self._noise, 0.0)
+        many = len(pictures) > 1
+        self.variance = float((stack.var(axis=0, ddof=1) * weight).mean()) if many else float("nan")
+        self.bias_square = self.mean_square - self.variance
+
+    @property
+    def rmse(self):
+        return self.mean_square ** 0.5
+
+    @property
+    def bias(self):
+        """The root, with the sign of what is under it."""
+        return float(numpy.sign(self.bias_square) * abs(self.bias_square) ** 0.5)
+
+    @property
+    def noise(self):
+        return self.variance ** 0.5
+
+    def interval(self):
+        """95 % of the RMSE, for the mean of these many seeds."""
+        if len(self._errors) < 2:
+            return self.rmse, self.rmse
+        spread = 1.96 * self._errors.std(ddof=1) / len(self._errors) ** 0.5
+        return max(self.mean_square - spread, 0) ** 0.5, (self.mean_square + spread) ** 0.5

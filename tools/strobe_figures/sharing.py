@@ -73,17 +73,17 @@ def bias_by_block(context):
             one = settings.having(defines=("blocksize=%g" % size, "shades=4"))
             results = context.seeds(one, seeds)
             pictures = [r.image for r in results]
-            error, bias2, variance = images.split(pictures, truth.image, truth.variance)
-            interval = _interval(pictures, truth)
+            error = images.Split(pictures, truth)
+            low, high = _interval(pictures, truth)
             beyond = _beyond_variation(pictures, truth, results[0].stats["bias"]["reachPixels"])
-            rows.append([subject.name, size, signed_root(bias2), interval[0], interval[1], variance ** 0.5,
-                         error ** 0.5, results[0].shades_per_pixel, beyond])
-            points.append([size, max(signed_root(bias2), 1e-6), max(interval[0], 1e-6), max(interval[1], 1e-6)])
+            rows.append([subject.name, size, error.bias, low, high, error.noise, error.rmse,
+                         results[0].shades_per_pixel, beyond])
+            points.append([size, max(error.bias, 1e-6), max(low, 1e-6), max(high, 1e-6)])
         series.append({"name": subject.name, "points": points})
     names = ["scene", "block (px)", "bias", "bias, low", "bias, high", "noise", "RMSE", "shades/px",
              "pixels beyond the bound (%)"]
     context.write_csv("bias-by-block", names, rows)
-    text = ("Bias: root mean square over pixels of the mean picture's departure from the truth, its own noise and that "
+    text = ("Bias: root mean square over pixels (rims of lights left out) of the mean picture's departure from the truth, its own noise and that "
             "of the truth taken off; with a 95 % interval over seeds. The bound: a pixel departs by no more than the "
             "picture varies within the integrator's reach around it; beyond it are the pixels that do by more than "
             "four standard errors.")
@@ -93,20 +93,15 @@ def bias_by_block(context):
              "columns": columns(*names), "rows": rows}]
 
 
-def signed_root(x):
-    return float(numpy.sign(x) * abs(x) ** 0.5)
-
-
 def _interval(pictures, truth):
-    """95 % of the bias, from halves of the seeds drawn again (bootstrap over seeds)."""
+    """95 % of the bias, from halves of the seeds (a half's spread is wider by the root of two)."""
     generator = numpy.random.default_rng(1)
     draws = []
     for _ in range(40):
         chosen = generator.choice(len(pictures), max(2, len(pictures) // 2), replace=False)
-        draws.append(images.split([pictures[i] for i in chosen], truth.image, truth.variance)[1])
-    middle = numpy.mean(draws)
-    spread = 2 * numpy.std(draws) / 2 ** 0.5  # of halves; of all, narrower by the root of two
-    return signed_root(middle - spread), signed_root(middle + spread)
+        draws.append(images.Split([pictures[i] for i in chosen], truth).bias_square)
+    middle, spread = numpy.mean(draws), 1.96 * numpy.std(draws) / 2 ** 0.5
+    return [float(numpy.sign(x) * abs(x) ** 0.5) for x in (middle - spread, middle + spread)]
 
 
 def _beyond_variation(pictures, truth, reach):
@@ -117,7 +112,7 @@ def _beyond_variation(pictures, truth, reach):
     low, high = _window(reference, int(numpy.ceil(reach)) + 1)
     bias = stack.mean(axis=0) - reference
     variation = numpy.maximum(high - reference, reference - low)
-    return 100 * float(numpy.mean(numpy.abs(bias) > variation + 4 * error))
+    return 100 * float(numpy.mean((numpy.abs(bias) > variation + 4 * error)[truth.keep]))
 
 
 def _window(image, radius):
@@ -143,21 +138,22 @@ def all_settings(context):
     truth = context.reference(settings, context.pick(2048, 8192))
     repeats, seeds = context.pick(1, 3), context.pick(2, 4)
     _, base_seconds = context.timed(settings, repeats)
-    base = images.split([r.image for r in context.seeds(settings, seeds)], truth.image, truth.variance)
-    rows = [["supersample", "", 0, base_seconds, 1.0, 64.0, base[0] ** 0.5, signed_root(base[1])]]
-    smallest = base[0]
-    for scope in ("shared", "thread", "mutex", "tile"):
+    base = images.Split([r.image for r in context.seeds(settings, seeds)], truth)
+    rows = [["supersample", "", 0, 1, base_seconds, 1.0, 64.0, base.rmse, base.bias]]
+    smallest = base.mean_square
+    ways = [("shared", bins) for bins in (1, 4)] + [(scope, 1) for scope in ("thread", "mutex", "tile")]
+    for scope, bins in ways:
         for size in (4, 2, 1, 0.5):
             for shades in (1, 2, 4, 8, 16):
-                defines = ("blocksize=%g" % size, "shades=%d" % shades, "scope=" + scope)
+                defines = ("blocksize=%g" % size, "shades=%d" % shades, "scope=" + scope, "timebins=%d" % bins)
                 one = settings.having(integrator="msaa-cache", defines=defines)
                 result, seconds = context.timed(one, repeats)
-                error = images.split([r.image for r in context.seeds(one, seeds)], truth.image, truth.variance)
-                smallest = min(smallest, error[0])
-                rows.append([scope, "%g px" % size, shades, seconds, base_seconds / seconds, result.shades_per_pixel,
-                             max(error[0], 0) ** 0.5, signed_root(error[1])])
+                error = images.Split([r.image for r in context.seeds(one, seeds)], truth)
+                smallest = min(smallest, error.mean_square)
+                rows.append([scope, "%g px" % size, shades, bins, seconds, base_seconds / seconds,
+                             result.shades_per_pixel, error.rmse, error.bias])
     context.check(truth, smallest)
-    names = ["scope", "block", "shades", "seconds", "speed-up", "shades/px", "RMSE", "bias"]
+    names = ["scope", "block", "shades", "time bins", "seconds", "speed-up", "shades/px", "RMSE", "bias"]
     context.write_csv("all-settings", names, rows)
     return [{"kind": "table", "id": "all-settings", "title": "Every setting of msaa-cache on " + subject.name,
              "text": "64 visibility samples per pixel. Error: RMSE of values clamped to [0,1] against supersample.",
