@@ -34,6 +34,7 @@ class EnvironmentCamera final : public Camera {
     bool hasLens() const override { return false; }
     bool moves() const override { return m_placement.moves(); }
     V3f position(float time) const override { return transformPoint(m_placement.at(time), V3f(0)); }
+    V3f viewpoint(const V3f&, const V2f&, float time) const override { return position(time); }
 
   private:
     CameraPlacement m_placement;

@@ -24,13 +24,7 @@ class OrthographicCamera final : public Camera {
             const CameraSample& s = samples[i];
             const M44f m = m_placement.at(s.time);
             const V2f p = m_screen.at(s.film);
-            V3f o(p.x, p.y, 0), d(0, 0, 1);
-            if (m_lens.radius > 0) {
-                const V2f disk = concentricDisk(s.lens) * m_lens.radius;
-                const V3f lens(disk.x, disk.y, 0);
-                o += lens;
-                d -= lens * (1 / m_lens.focalDistance);
-            }
+            const V3f lens = lensPoint(s.lens), o = V3f(p.x, p.y, 0) + lens, d = direction(lens);
             out[i] = {transformPoint(m, o), normalize(transformVector(m, d)), s.time};
         }
     }
@@ -39,8 +33,24 @@ class OrthographicCamera final : public Camera {
     bool hasLens() const override { return m_lens.radius > 0; }
     bool moves() const override { return m_placement.moves(); }
     V3f position(float time) const override { return transformPoint(m_placement.at(time), V3f(0)); }
+    V3f viewpoint(const V3f& p, const V2f& lens, float time) const override {
+        const M44f m = m_placement.at(time);
+        const V3f inCamera = transformPoint(m.inverse(), p);
+        return transformPoint(m, inCamera - direction(lensPoint(lens)) * inCamera.z);
+    }
 
   private:
+    /// Both in camera space; the direction has z = 1.
+    V3f lensPoint(const V2f& u) const {
+        if (!(m_lens.radius > 0))
+            return V3f(0);
+        const V2f lens = concentricDisk(u) * m_lens.radius;
+        return {lens.x, lens.y, 0};
+    }
+    V3f direction(const V3f& lens) const {
+        return m_lens.radius > 0 ? V3f(0, 0, 1) - lens * (1 / m_lens.focalDistance) : V3f(0, 0, 1);
+    }
+
     CameraPlacement m_placement;
     ScreenWindow m_screen;
     Lens m_lens;

@@ -41,6 +41,8 @@ class Camera {
     /// Some point in or near all rays' origins, at shutter fraction `time`, in world space; the size of one
     /// pixel at a world point p is about cone.width + |p - position| * cone.spread.
     virtual V3f position(float time) const = 0;
+    /// Where a ray starts that goes through the lens at `lens` (in [0,1)²) and meets the world point p.
+    virtual V3f viewpoint(const V3f& p, const V2f& lens, float time) const = 0;
 };
 
 /// What a camera plugin's `create` gets besides its parameters.

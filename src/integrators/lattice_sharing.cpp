@@ -151,16 +151,18 @@ class Worker : public IntegratorWorker {
         request(place, block.key, requests);
     }
 
-    /// The shades of a block: at random times, one in each of `shades` equal parts of its time bin.
+    /// The shades of a block: at random times, one in each of `shades` equal parts of its time bin, and
+    /// through random points of the lens.
     void request(const Place& place, uint64_t key, std::vector<ShadingRequest>& requests) const {
         const CacheSettings& settings = m_shared.settings;
         const uint64_t domain = hashOf(m_shared.seed, key);
         for (int k = 0; k < settings.shades; ++k) {
-            const float jitter = unitFloat(uint32_t(hashOf(domain, k) >> 32));
-            const float inBin = (float(k) + jitter) / float(settings.shades);
-            ShadingRequest r = m_shared.lattice.request(
-                place.face, place.point,
-                std::min((float(place.bin) + inBin) / float(settings.timeBins), kOneMinusEpsilon));
+            const uint64_t random = hashOf(domain, k), more = mix64(random);
+            const float inBin = (float(k) + unitFloat(uint32_t(random >> 32))) / float(settings.shades);
+            const float time = (float(place.bin) + inBin) / float(settings.timeBins);
+            ShadingRequest r =
+                m_shared.lattice.request(place.face, place.point, std::min(time, kOneMinusEpsilon),
+                                         V2f(unitFloat(uint32_t(more)), unitFloat(uint32_t(more >> 32))));
             r.domain = domain;
             r.index = uint32_t(k);
             r.total = uint32_t(settings.shades);

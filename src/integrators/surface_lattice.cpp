@@ -48,9 +48,20 @@ float smallestStretch(const M44f& m) {
 
 } // namespace
 
+namespace {
+
+/// A shade stands for a block: textures are filtered over as much, but never over less than a pixel.
+RayCone coneOfBlock(const Camera& camera, float blockSize) {
+    const RayCone pixel = camera.cone(V2f(0));
+    const float scale = std::max(blockSize, 1.f);
+    return {pixel.width * scale, pixel.spread * scale};
+}
+
+} // namespace
+
 SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small)
     : m_scene(scene), m_blockSize(blockSize), m_clustered(small == SmallTriangles::Clustered),
-      m_cone(scene.camera().cone(V2f(0))) {
+      m_cone(coneOfBlock(scene.camera(), blockSize)) {
     if (!m_clustered)
         return;
     for (const Group& group : scene.groups())
@@ -224,7 +235,8 @@ V3f SurfaceLattice::rawNormal(const PlacedShape& placed, const Hit& hit, const M
     return normalize(transformNormal(toWorld->inverse(), placed.shape.quadric->point(hit.u, hit.v).n));
 }
 
-ShadingRequest SurfaceLattice::request(const LatticeFace& face, const LatticePoint& point, float time) const {
+ShadingRequest SurfaceLattice::request(const LatticeFace& face, const LatticePoint& point, float time,
+                                       const V2f& lens) const {
     // A point beyond the silhouette is shaded as if seen at a grazing angle from the side that the sample
     // saw.
     constexpr float kGrazing = 0.02f;
@@ -235,7 +247,7 @@ ShadingRequest SurfaceLattice::request(const LatticeFace& face, const LatticePoi
     const M44f* toWorld = transformOf(face.instance, placed, time, storage);
     const V3f n = rawNormal(placed, request.hit, toWorld, time) * (face.positive ? 1.f : -1.f);
     const V3f p = m_scene.surface(request.hit, time).p;
-    const V3f to = p - m_scene.camera().position(time);
+    const V3f to = p - m_scene.camera().viewpoint(p, lens, time);
     request.hit.t = length(to);
     V3f wo = normalize(-to);
     if (const float cosine = dot(wo, n); cosine < kGrazing)

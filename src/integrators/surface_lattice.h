@@ -55,8 +55,10 @@ class SurfaceLattice {
     LatticeCell locate(const VisibilitySample& sample, uint32_t bin) const;
     /// The points of a cell, `cell.count` of them, in the order of its weights.
     void points(const LatticeCell& cell, uint32_t bin, LatticePoint out[4]) const;
-    /// The request to shade a point at shutter fraction `time`, as the camera sees it then.
-    ShadingRequest request(const LatticeFace& face, const LatticePoint& point, float time) const;
+    /// The request to shade a point at shutter fraction `time`, as the camera sees it then through the point
+    /// `lens` (in [0,1)²) of its lens.
+    ShadingRequest request(const LatticeFace& face, const LatticePoint& point, float time,
+                           const V2f& lens) const;
 
   private:
     void locateOnMesh(const PlacedShape& placed, const VisibilitySample& sample, const M44f* toWorld,
@@ -72,7 +74,7 @@ class SurfaceLattice {
     const Scene& m_scene;
     const float m_blockSize;
     const bool m_clustered;
-    const RayCone m_cone; ///< of any pixel: the footprint of points that no single pixel asked for
+    const RayCone m_cone; ///< the footprint of points that no single pixel asked for
     std::unordered_map<const TriangleMesh*, VertexClusters> m_clusters;
 };
 

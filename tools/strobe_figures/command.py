@@ -8,17 +8,25 @@ import subprocess
 import sys
 import time
 
-from . import sharing
+from . import charts, paper, sharing
+from .report import write_report as write_page
 from .context import ROOT, Context, TooNoisy
 from .runs import Failed
 
 # Section, name, function: what is made, in this order.
 FIGURES = [
+    ("paper", "figure-1", paper.figure_1),
+    ("paper", "figure-2", paper.figure_2),
+    ("paper", "figure-3a", paper.figure_3a),
+    ("paper", "figure-3b", paper.figure_3b),
+    ("paper", "figure-4", paper.figure_4),
+    ("paper", "figure-5", paper.figure_5),
+    ("paper", "figure-6", paper.figure_6),
     ("sharing", "shade-counts", sharing.shade_counts),
     ("sharing", "bias-by-block", sharing.bias_by_block),
     ("sharing", "all-settings", sharing.all_settings),
 ]
-SECTIONS = {"sharing": "What sharing does"}
+SECTIONS = {"paper": "The paper's figures", "sharing": "What sharing does"}
 
 
 def parse():
@@ -85,6 +93,9 @@ def make_all(context, figures):
             print("%s: %s" % (name, error), file=sys.stderr)
             failed.append(name)
             continue
+        for item in items:
+            if item["kind"] == "chart":
+                charts.draw(item, context.path("charts", item["id"]))
         with open(context.path("items", name + ".json"), "w") as file:
             json.dump({"section": section, "items": items, "seconds": time.time() - start}, file)
     return failed
@@ -106,3 +117,4 @@ def write_report(context):
                                                         time.strftime("%Y-%m-%d"), "small" if context.quick else "full")
     with open(context.path("report.json"), "w") as file:
         json.dump({"title": "strobe: speed against accuracy", "subtitle": subtitle, "sections": sections}, file)
+    write_page(context.out)

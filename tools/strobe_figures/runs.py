@@ -26,6 +26,8 @@ class Settings:
     layers: tuple = ()
     crop: tuple = ()
     text: str = ""
+    frame_time: str = ""
+    samples: bool = False
     repeat: int = 0
 
     def having(self, **changes):
@@ -42,6 +44,8 @@ class Settings:
             words += ["--resolution", "%dx%d" % self.resolution]
         if self.layers:
             words += ["--aov", ",".join(self.layers)]
+        if self.frame_time:
+            words += ["--frame-time", self.frame_time]
         if self.crop:
             words += ["--crop"] + [str(x) for x in self.crop]
         return words
@@ -54,6 +58,7 @@ class Result:
         with open(stem + ".json") as file:
             self.stats = json.load(file)
         self.path = stem + ".exr"
+        self.samples = stem + ".csv"  # if the settings asked for them
 
     @property
     def image(self):
@@ -117,11 +122,15 @@ class Runs:
                 scene = temporary
             part = stem + ".part"
             command = [self.program, scene, "-o", part + ".exr", "--stats", part + ".json"]
+            if settings.samples:
+                command += ["--samples", part + ".csv"]
             done = subprocess.run(command + settings.arguments(), env=environment, capture_output=True, text=True)
             if done.returncode != 0:
                 raise Failed(done.stderr.strip())
         finally:
             if temporary:
                 os.remove(temporary)
+        if settings.samples:
+            os.replace(part + ".csv", stem + ".csv")
         os.replace(part + ".exr", stem + ".exr")
         os.replace(part + ".json", stem + ".json")
