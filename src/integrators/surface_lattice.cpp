@@ -36,26 +36,19 @@ float slantOf(float a2, float b2, const V3f& a, const V3f& b, const V3f& d) {
 
 uint64_t nonZero(uint64_t key) { return key ? key : 1; }
 
-enum KeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kCellKey = 3 };
-
-float smallestStretch(const M44f& m) {
-    float smallest2 = kInfinity;
-    for (int i = 0; i < 3; ++i)
-        smallest2 = std::min(smallest2, length2(V3f(m[i][0], m[i][1], m[i][2])));
-    return std::sqrt(smallest2);
-}
+enum KeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kCellKey = 3, kGridKey = 4 };
 
 } // namespace
 
 SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small)
-    : m_scene(scene), m_blockSize(blockSize), m_clustered(small == SmallTriangles::Clustered),
+    : m_scene(scene), m_blockSize(blockSize), m_sharesSmall(small == SmallTriangles::Shared),
       m_cone(scene.camera().cone(V2f(0))) {
-    if (!m_clustered)
+    if (!m_sharesSmall)
         return;
     for (const Group& group : scene.groups())
         for (const Geometry& geometry : group.geometries)
             if (const TriangleMesh* mesh = geometry.placed.shape.mesh.get())
-                m_clusters.try_emplace(mesh, *mesh);
+                m_cells.try_emplace(mesh, *mesh);
 }
 
 const M44f* SurfaceLattice::transformOf(uint32_t instance, const PlacedShape& placed, float time,
@@ -121,6 +114,10 @@ void setKey(LatticeCell& cell) {
     cell.key = nonZero(hashCombine(mesh, floatBits(cell.nu, cell.nv) ^ uint64_t(cell.kind)));
 }
 
+LatticePoint innerPoint(const LatticeFace& face, uint32_t prim, float u, float v) {
+    return {nonZero(hashCombine(faceKey(face, kSurfaceKey, prim), floatBits(u, v))), prim, u, v};
+}
+
 } // namespace
 
 void SurfaceLattice::locateOnMesh(const PlacedShape& placed, const VisibilitySample& sample,
@@ -133,19 +130,30 @@ void SurfaceLattice::locateOnMesh(const PlacedShape& placed, const VisibilitySam
     const float block2 = block * block;
     const float a = seenLength2(e.a, d), b = seenLength2(e.b, d), c = seenLength2(e.b - e.a, d);
     const float u = sample.hit.u, v = sample.hit.v;
-    if (m_clustered && std::max(a, std::max(b, c)) <
-                           kUndivided * block2) { // seen edge-on, a triangle is small whatever its area
-        cell.kind = LatticeCell::Cluster;
-        cell.level = m_clusters.at(&mesh).levelFor(toWorld ? block / smallestStretch(*toWorld) : block);
-        cell.i = float(cell.level), cell.j = cell.nu = cell.nv = 0;
-        cell.weights[0] = std::max(1 - u - v, 0.f), cell.weights[1] = u, cell.weights[2] = v;
-        return setKey(cell);
-    }
+    if (m_sharesSmall && std::max({a, b, c}) < kUndivided * block2) // edge-on, it is small whatever its area
+        return locateAmongSmall(mesh, sample.hit, 2 * block2 / length(cross(e.a, e.b)), cell);
     const float slant = slantOf(a, b, e.a, e.b, d);
     const V2f f = divide(cell, u, v, divisionFor(a, slant * block2), divisionFor(b, slant * block2));
     const float rest = 1 - f.x - f.y, beyond = std::min(rest, 0.f); // negative in the upper triangle
     cell.kind = rest < 0 ? LatticeCell::Upper : LatticeCell::Lower;
     cell.weights[0] = std::abs(rest), cell.weights[1] = f.x + beyond, cell.weights[2] = f.y + beyond;
+    setKey(cell);
+}
+
+void SurfaceLattice::locateAmongSmall(const TriangleMesh& mesh, const Hit& hit, float cellArea,
+                                      LatticeCell& cell) const {
+    const float u = std::max(hit.u, 0.f), v = std::max(hit.v, 0.f);
+    if (m_cells.at(&mesh).surround(hit.prim, u, v, cellArea, cell.lowest, cell.weights)) {
+        const MeshCell& lowest = cell.lowest;
+        cell.kind = LatticeCell::Grid;
+        cell.count = 8;
+        const uint64_t grid = faceKey(cell.face, kGridKey, uint32_t(lowest.level << 3 | lowest.direction));
+        cell.key = nonZero(hashOf(grid, uint64_t(uint32_t(lowest.x)) << 32 | uint32_t(lowest.y), lowest.z));
+        return;
+    }
+    cell.kind = LatticeCell::Vertices;
+    cell.i = cell.j = cell.nu = cell.nv = 0;
+    cell.weights[0] = std::max(1 - u - v, 0.f), cell.weights[1] = u, cell.weights[2] = v;
     setKey(cell);
 }
 
@@ -167,22 +175,21 @@ void SurfaceLattice::locateOnQuadric(const PlacedShape& placed, const Visibility
     setKey(cell);
 }
 
-void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[4]) const {
+void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[LatticeCell::kPoints]) const {
     const TriangleMesh* mesh =
         m_scene.geometry({cell.face.instance, cell.face.geometry, 0, 0, 0, 0}).placed.shape.mesh.get();
-    const uint64_t base = faceKey(cell.face, kSurfaceKey, cell.prim);
-    const auto inner = [&](float u, float v) {
-        return LatticePoint{nonZero(hashCombine(base, floatBits(u, v))), cell.prim, u, v};
-    };
+    const auto inner = [&](float u, float v) { return innerPoint(cell.face, cell.prim, u, v); };
     if (cell.kind == LatticeCell::Rectangle) {
         for (int k = 0; k < 4; ++k)
             out[k] = inner((cell.i + float(k & 1)) / cell.nu, (cell.j + float(k >> 1)) / cell.nv);
         return;
     }
+    if (cell.kind == LatticeCell::Grid)
+        return gridPoints(*mesh, cell, out);
     const uint32_t* index = &mesh->indices[3 * size_t(cell.prim)];
-    if (cell.kind == LatticeCell::Cluster) {
+    if (cell.kind == LatticeCell::Vertices) {
         for (int k = 0; k < 3; ++k)
-            out[k] = vertexPoint(*mesh, cell.face, m_clusters.at(mesh).representative(index[k], cell.level));
+            out[k] = vertexPoint(*mesh, cell.face, index[k]);
         return;
     }
     const float upper = cell.kind == LatticeCell::Upper ? 1.f : 0.f;
@@ -201,9 +208,18 @@ void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[4]) const 
     }
 }
 
+void SurfaceLattice::gridPoints(const TriangleMesh& mesh, const LatticeCell& cell,
+                                LatticePoint out[8]) const {
+    const MeshPlace* places[8];
+    m_cells.at(&mesh).places(cell.lowest, places);
+    for (int k = 0; k < 8; ++k)
+        out[k] = places[k] ? innerPoint(cell.face, places[k]->prim, places[k]->u, places[k]->v)
+                           : LatticePoint{0, 0, 0, 0};
+}
+
 LatticePoint SurfaceLattice::vertexPoint(const TriangleMesh& mesh, const LatticeFace& face,
                                          uint32_t vertex) const {
-    const uint32_t prim = m_clusters.at(&mesh).triangleOf(vertex);
+    const uint32_t prim = m_cells.at(&mesh).triangleOf(vertex);
     const uint32_t* index = &mesh.indices[3 * size_t(prim)];
     return {nonZero(faceKey(face, kVertexKey, vertex)), prim, index[1] == vertex ? 1.f : 0.f,
             index[2] == vertex ? 1.f : 0.f};
