@@ -4,6 +4,8 @@
 #include "integrators/slot_table.h"
 #include "integrators/surface_lattice.h"
 
+#include <bit>
+
 namespace strobe {
 
 namespace {
@@ -12,8 +14,7 @@ namespace {
 struct Shared {
     Shared(const Scene& scene, const CacheSettings& settings, uint64_t seed)
         : scene(scene), settings(settings), seed(seed),
-          lattice(scene, settings.blockSize, SurfaceLattice::SmallTriangles::Clustered),
-          cache(settings.bytes) {}
+          lattice(scene, settings.blockSize, SurfaceLattice::SmallTriangles::Shared), cache(settings.bytes) {}
     const Scene& scene;
     const CacheSettings settings;
     const uint64_t seed;
@@ -56,9 +57,13 @@ class Worker : public IntegratorWorker {
             }
             const Cell& cell = m_cells[size_t(taken.cell)];
             Rgb sum(0);
-            for (int k = 0; k < cell.count; ++k)
-                sum += m_blocks[cell.block[k]].value * taken.weight[k];
-            values[i] = sum;
+            float weights = 0;
+            for (int k = 0; k < cell.count; ++k) {
+                const float weight = taken.weight[cell.weightOf[k]];
+                sum += m_blocks[cell.block[k]].value * weight;
+                weights += weight;
+            }
+            values[i] = sum * (1 / weights);
         }
     }
 
@@ -67,8 +72,11 @@ class Worker : public IntegratorWorker {
         if (taken.cell < 0)
             return 0;
         const Cell& cell = m_cells[size_t(taken.cell)];
-        return m_blocks[cell.block[std::max_element(taken.weight, taken.weight + cell.count) - taken.weight]]
-            .key;
+        int heaviest = 0;
+        for (int k = 1; k < cell.count; ++k)
+            if (taken.weight[cell.weightOf[k]] > taken.weight[cell.weightOf[heaviest]])
+                heaviest = k;
+        return m_blocks[cell.block[heaviest]].key;
     }
 
     void report(Counters& counters) const override {
@@ -92,14 +100,16 @@ class Worker : public IntegratorWorker {
         uint32_t bin;
         uint32_t sample; ///< the first to ask for it
     };
+    static constexpr int kPoints = LatticeCell::kPoints;
     struct Cell {
-        int count;
-        uint32_t block[4];
+        uint8_t count = 0;
+        uint8_t weightOf[kPoints]; ///< which of a sample's weights is the block's
+        uint32_t block[kPoints];
     };
     /// What a sample's value is made of.
     struct Taken {
         int64_t cell; ///< negative: request -cell - 1, its own
-        float weight[4];
+        float weight[kPoints];
     };
 
     void planShared(const VisibilitySample& sample, uint32_t index) {
@@ -113,8 +123,7 @@ class Worker : public IntegratorWorker {
             m_cells.push_back(makeCell(cell, nearest, bin, index));
         Taken& taken = m_samples.emplace_back();
         taken.cell = filed;
-        for (int k = 0; k < 4; ++k)
-            taken.weight[k] = nearest < 0 ? cell.weights[k] : float(k == 0);
+        std::copy_n(cell.weights, cell.count, taken.weight);
     }
 
     static int heaviest(const LatticeCell& cell) {
@@ -122,12 +131,31 @@ class Worker : public IntegratorWorker {
     }
 
     Cell makeCell(const LatticeCell& cell, int nearest, uint32_t bin, uint32_t sample) {
-        LatticePoint points[4];
+        LatticePoint points[kPoints];
         m_shared.lattice.points(cell, bin, points);
-        Cell made{nearest < 0 ? cell.count : 1, {}};
-        for (int k = 0; k < made.count; ++k)
-            made.block[k] = blockAt(cell.face, points[nearest < 0 ? k : nearest], bin, sample);
+        Cell made;
+        const auto add = [&](int k) {
+            made.weightOf[made.count] = uint8_t(k);
+            made.block[made.count++] = blockAt(cell.face, points[k], bin, sample);
+        };
+        if (nearest >= 0) {
+            add(standIn(points, cell.count, nearest));
+        } else {
+            for (int k = 0; k < cell.count; ++k)
+                if (points[k].key)
+                    add(k);
+        }
         return made;
+    }
+
+    /// A point that there is: the one wanted, or of the others, which are a grid cell's, the one fewest edges
+    /// away.
+    static int standIn(const LatticePoint* points, int count, int wanted) {
+        int best = wanted, fewest = points[wanted].key ? 0 : count;
+        for (int k = 0; k < count; ++k)
+            if (const int edges = std::popcount(unsigned(k ^ wanted)); points[k].key && edges < fewest)
+                best = k, fewest = edges;
+        return best;
     }
 
     /// The batch's block of a point; a new one is looked up later, when the cache's memory has arrived.

@@ -37,18 +37,7 @@ float slantOf(float a2, float b2, const V3f& a, const V3f& b, const V3f& d) {
 uint64_t nonZero(uint64_t key) { return key ? key : 1; }
 
 // What a key is of. Keys of cells and of points are never compared.
-enum KeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kCellKey = 3 };
-
-float smallestStretch(const M44f& m) {
-    float smallest2 = kInfinity;
-    for (int i = 0; i < 3; ++i)
-        smallest2 = std::min(smallest2, length2(V3f(m[i][0], m[i][1], m[i][2])));
-    return std::sqrt(smallest2);
-}
-
-} // namespace
-
-namespace {
+enum KeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kGridKey = 3, kCellKey = 4 };
 
 /// A shade stands for a block: textures are filtered over as much, but never over less than a pixel.
 RayCone coneOfBlock(const Camera& camera, float blockSize) {
@@ -60,14 +49,14 @@ RayCone coneOfBlock(const Camera& camera, float blockSize) {
 } // namespace
 
 SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small)
-    : m_scene(scene), m_blockSize(blockSize), m_clustered(small == SmallTriangles::Clustered),
+    : m_scene(scene), m_blockSize(blockSize), m_sharesSmall(small == SmallTriangles::Shared),
       m_cone(coneOfBlock(scene.camera(), blockSize)) {
-    if (!m_clustered)
+    if (!m_sharesSmall)
         return;
     for (const Group& group : scene.groups())
         for (const Geometry& geometry : group.geometries)
             if (const TriangleMesh* mesh = geometry.placed.shape.mesh.get())
-                m_clusters.try_emplace(mesh, *mesh);
+                m_cells.try_emplace(mesh, *mesh);
 }
 
 const M44f* SurfaceLattice::transformOf(uint32_t instance, const PlacedShape& placed, float time,
@@ -135,6 +124,11 @@ void setKey(LatticeCell& cell, uint32_t bin) {
                                    floatBits(cell.i, cell.j), floatBits(cell.nu, cell.nv), bin));
 }
 
+LatticePoint innerPoint(const LatticeFace& face, uint32_t prim, float u, float v, uint32_t bin) {
+    const uint64_t item = itemNumber(face, prim, kSurfaceKey);
+    return {nonZero(quickHashOf(faceNumber(face), item, floatBits(u, v), bin)), prim, u, v};
+}
+
 } // namespace
 
 void SurfaceLattice::locateOnMesh(const PlacedShape& placed, const VisibilitySample& sample,
@@ -147,19 +141,32 @@ void SurfaceLattice::locateOnMesh(const PlacedShape& placed, const VisibilitySam
     const float block2 = block * block;
     const float a = seenLength2(e.a, d), b = seenLength2(e.b, d), c = seenLength2(e.b - e.a, d);
     const float u = sample.hit.u, v = sample.hit.v;
-    if (m_clustered && std::max(a, std::max(b, c)) <
-                           kUndivided * block2) { // seen edge-on, a triangle is small whatever its area
-        cell.kind = LatticeCell::Cluster;
-        cell.level = m_clusters.at(&mesh).levelFor(toWorld ? block / smallestStretch(*toWorld) : block);
-        cell.i = float(cell.level), cell.j = cell.nu = cell.nv = 0;
-        cell.weights[0] = std::max(1 - u - v, 0.f), cell.weights[1] = u, cell.weights[2] = v;
-        return setKey(cell, bin);
-    }
+    if (m_sharesSmall && std::max({a, b, c}) < kUndivided * block2) // edge-on, it is small whatever its area
+        return locateAmongSmall(mesh, sample.hit, 2 * block2 / length(cross(e.a, e.b)), bin, cell);
     const float slant = slantOf(a, b, e.a, e.b, d);
     const V2f f = divide(cell, u, v, divisionFor(a, slant * block2), divisionFor(b, slant * block2));
     const float rest = 1 - f.x - f.y, beyond = std::min(rest, 0.f); // negative in the upper triangle
     cell.kind = rest < 0 ? LatticeCell::Upper : LatticeCell::Lower;
     cell.weights[0] = std::abs(rest), cell.weights[1] = f.x + beyond, cell.weights[2] = f.y + beyond;
+    setKey(cell, bin);
+}
+
+void SurfaceLattice::locateAmongSmall(const TriangleMesh& mesh, const Hit& hit, float cellArea, uint32_t bin,
+                                      LatticeCell& cell) const {
+    const float u = std::max(hit.u, 0.f), v = std::max(hit.v, 0.f);
+    if (m_cells.at(&mesh).surround(hit.prim, u, v, cellArea, cell.lowest, cell.weights)) {
+        const MeshCell& lowest = cell.lowest;
+        cell.kind = LatticeCell::Grid;
+        cell.count = 8;
+        const uint32_t item = uint32_t(lowest.level << 3 | lowest.direction);
+        cell.key =
+            nonZero(quickHashOf(faceNumber(cell.face), itemNumber(cell.face, item, kGridKey),
+                                uint64_t(uint32_t(lowest.x)) << 32 | uint32_t(lowest.y), lowest.z, bin));
+        return;
+    }
+    cell.kind = LatticeCell::Vertices;
+    cell.i = cell.j = cell.nu = cell.nv = 0;
+    cell.weights[0] = std::max(1 - u - v, 0.f), cell.weights[1] = u, cell.weights[2] = v;
     setKey(cell, bin);
 }
 
@@ -182,24 +189,22 @@ void SurfaceLattice::locateOnQuadric(const PlacedShape& placed, const Visibility
     setKey(cell, bin);
 }
 
-void SurfaceLattice::points(const LatticeCell& cell, uint32_t bin, LatticePoint out[4]) const {
+void SurfaceLattice::points(const LatticeCell& cell, uint32_t bin,
+                            LatticePoint out[LatticeCell::kPoints]) const {
     const TriangleMesh* mesh =
         m_scene.geometry({cell.face.instance, cell.face.geometry, 0, 0, 0, 0}).placed.shape.mesh.get();
-    const auto inner = [&](float u, float v) {
-        const uint64_t item = itemNumber(cell.face, cell.prim, kSurfaceKey);
-        return LatticePoint{nonZero(quickHashOf(faceNumber(cell.face), item, floatBits(u, v), bin)),
-                            cell.prim, u, v};
-    };
+    const auto inner = [&](float u, float v) { return innerPoint(cell.face, cell.prim, u, v, bin); };
     if (cell.kind == LatticeCell::Rectangle) {
         for (int k = 0; k < 4; ++k)
             out[k] = inner((cell.i + float(k & 1)) / cell.nu, (cell.j + float(k >> 1)) / cell.nv);
         return;
     }
+    if (cell.kind == LatticeCell::Grid)
+        return gridPoints(*mesh, cell, bin, out);
     const uint32_t* index = &mesh->indices[3 * size_t(cell.prim)];
-    if (cell.kind == LatticeCell::Cluster) {
+    if (cell.kind == LatticeCell::Vertices) {
         for (int k = 0; k < 3; ++k)
-            out[k] =
-                vertexPoint(*mesh, cell.face, bin, m_clusters.at(mesh).representative(index[k], cell.level));
+            out[k] = vertexPoint(*mesh, cell.face, index[k], bin);
         return;
     }
     const float upper = cell.kind == LatticeCell::Upper ? 1.f : 0.f;
@@ -213,14 +218,23 @@ void SurfaceLattice::points(const LatticeCell& cell, uint32_t bin, LatticePoint 
         }
         const int corner = u == 0 && v == 0 ? 0 : u == 1 ? 1 : v == 1 ? 2 : -1;
         // Corners of flat triangles are not shared: the neighbours' normals differ.
-        out[k] = corner >= 0 && !mesh->normals.empty() ? vertexPoint(*mesh, cell.face, bin, index[corner])
+        out[k] = corner >= 0 && !mesh->normals.empty() ? vertexPoint(*mesh, cell.face, index[corner], bin)
                                                        : inner(u, v);
     }
 }
 
-LatticePoint SurfaceLattice::vertexPoint(const TriangleMesh& mesh, const LatticeFace& face, uint32_t bin,
-                                         uint32_t vertex) const {
-    const uint32_t prim = m_clusters.at(&mesh).triangleOf(vertex);
+void SurfaceLattice::gridPoints(const TriangleMesh& mesh, const LatticeCell& cell, uint32_t bin,
+                                LatticePoint out[8]) const {
+    const MeshPlace* places[8];
+    m_cells.at(&mesh).places(cell.lowest, places);
+    for (int k = 0; k < 8; ++k)
+        out[k] = places[k] ? innerPoint(cell.face, places[k]->prim, places[k]->u, places[k]->v, bin)
+                           : LatticePoint{0, 0, 0, 0};
+}
+
+LatticePoint SurfaceLattice::vertexPoint(const TriangleMesh& mesh, const LatticeFace& face, uint32_t vertex,
+                                         uint32_t bin) const {
+    const uint32_t prim = m_cells.at(&mesh).triangleOf(vertex);
     const uint32_t* index = &mesh.indices[3 * size_t(prim)];
     const uint64_t key = quickHashOf(faceNumber(face), itemNumber(face, vertex, kVertexKey), 0, bin);
     return {nonZero(key), prim, index[1] == vertex ? 1.f : 0.f, index[2] == vertex ? 1.f : 0.f};

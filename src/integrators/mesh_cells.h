@@ -1,0 +1,79 @@
+// Few places that stand for the surface of a mesh of many triangles.
+#pragma once
+
+#include "core/shape.h"
+
+#include <array>
+#include <mutex>
+#include <vector>
+
+namespace strobe {
+
+/// A cubic cell of a mesh's rest space (object space, the first key), and the way its triangles look.
+struct MeshCell {
+    int level;
+    int x, y, z;
+    int direction; ///< 0 … 5: the axis that the triangles' normals follow most, and which way along it
+};
+
+/// A place on a mesh, by the barycentrics of a triangle.
+struct MeshPlace {
+    uint32_t prim;
+    float u, v;
+};
+
+/// Grids of cells at many sizes (levels). What stands for a cell is the surface's nearest point to its
+/// centre, so that between cells, interpolation by position is nearly that of a regular grid, however the
+/// mesh is triangulated. A cell counts when its centre is no farther from the surface than half a cell: of a
+/// plane of any orientation, that makes one place per cell's area. Triangles that look different ways are
+/// kept apart: the two sides of a thin thing do not mix.
+///
+/// A level is made when it is first asked for, by whichever thread asks; what it holds depends on the mesh
+/// alone.
+class MeshCells {
+  public:
+    /// The mesh outlives its cells.
+    explicit MeshCells(const TriangleMesh& mesh);
+
+    /// Finds the eight cells whose centres surround (u, v) of a triangle, from cells with about `cellArea`
+    /// times the triangle's area (that of a cell's side, in rest space). Bit k of a weight's index is 1 for
+    /// the upper cell along axis k. Sets the lowest cell and the trilinear weights (all positive, they add up
+    /// to 1). False: nothing gained, for the triangle is too large for such cells, or they would be more than
+    /// the mesh has vertices.
+    bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, float weights[8]) const;
+    /// The places of the eight cells from the lowest one that `surround` found; null for those that do not
+    /// count. At least one is not null.
+    void places(const MeshCell& lowest, const MeshPlace* out[8]) const;
+    /// A triangle that has the vertex (always the same one).
+    uint32_t triangleOf(uint32_t vertex) const { return m_triangle[vertex]; }
+    /// Of what is made so far.
+    size_t bytes() const;
+
+  private:
+    struct Entry {
+        uint64_t key = 0; ///< 0: free
+        MeshPlace place{};
+        float distance2 = 0; ///< from the cell's centre, in cells, squared
+    };
+    struct Level {
+        float cellSize = 0;
+        std::once_flag once;
+        std::vector<Entry> entries; ///< a hash table, at most half full
+        size_t count = 0;
+        Entry& slot(uint64_t key);
+        void offer(const Entry& entry);
+    };
+    static constexpr int kLevels = 48;
+
+    int levelFor(float size) const;
+    const Entry* find(const MeshCell& cell) const;
+    void make(Level& level) const;
+    void addTriangle(Level& level, uint32_t prim) const;
+
+    const TriangleMesh& m_mesh;
+    float m_spacing; ///< of the vertices: each has the square of it
+    std::vector<uint32_t> m_triangle;
+    mutable std::array<Level, kLevels> m_levels;
+};
+
+} // namespace strobe
