@@ -3,6 +3,7 @@
 #include <OpenImageIO/imagecache.h>
 #include <OpenImageIO/imageio.h>
 #include <OpenImageIO/texture.h>
+#include <tbb/enumerable_thread_specific.h>
 
 #include <cstring>
 
@@ -89,11 +90,24 @@ struct TextureCache::Impl {
         textures = OIIO::TextureSystem::create(false, images);
     }
     ~Impl() {
+        for (OIIO::TextureSystem::Perthread* info : threads)
+            textures->destroy_thread_info(info);
         OIIO::TextureSystem::destroy(textures, false);
         OIIO::ImageCache::destroy(images, false);
     }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
+
+    /// The calling thread's own part of the cache. OIIO would keep it, too, but under the cache's address: a
+    /// thread that outlives one cache and meets another in its place would use what is gone.
+    OIIO::TextureSystem::Perthread* ofThread() {
+        bool exists = false;
+        OIIO::TextureSystem::Perthread*& info = threads.local(exists);
+        if (!exists)
+            info = textures->create_thread_info();
+        return info;
+    }
+    tbb::enumerable_thread_specific<OIIO::TextureSystem::Perthread*> threads;
 
     /// The cache's name for the file: its own, or one that stands for its linearised values.
     OIIO::ustring nameOf(const std::filesystem::path& path, const Transfer& transfer) const;
@@ -126,11 +140,13 @@ TextureCache::~TextureCache() = default;
 std::shared_ptr<const TextureCache::File>
 TextureCache::open(const std::filesystem::path& path, const Location& where, const Transfer& transfer) {
     const OIIO::ustring name = m_impl->nameOf(path, transfer);
+    OIIO::TextureSystem& textures = *m_impl->textures;
+    OIIO::TextureSystem::Perthread* thread = m_impl->ofThread();
+    OIIO::TextureSystem::TextureHandle* handle = textures.get_texture_handle(name, thread);
     OIIO::ImageSpec spec;
-    if (!m_impl->images->get_imagespec(name, spec))
-        throw Error(where, "cannot read the image " + path.string() + ": " + m_impl->images->geterror());
-    return std::make_shared<File>(
-        File{m_impl->textures->get_texture_handle(name), path, where, spec.nchannels >= 3 ? 3 : 1});
+    if (!textures.get_imagespec(handle, thread, 0, spec))
+        throw Error(where, "cannot read the image " + path.string() + ": " + textures.geterror());
+    return std::make_shared<File>(File{handle, path, where, spec.nchannels >= 3 ? 3 : 1});
 }
 
 Rgb TextureCache::lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
@@ -142,8 +158,8 @@ Rgb TextureCache::lookup(const File& file, const V2f& uv, const V2f& duvdx, cons
     options.mipmode = isPoint ? OIIO::TextureOpt::MipModeNoMIP : OIIO::TextureOpt::MipModeAniso;
     float result[3];
     OIIO::TextureSystem& system = *m_impl->textures;
-    if (!system.texture(file.handle, system.get_perthread_info(), options, uv.x, uv.y, duvdx.x, duvdx.y,
-                        duvdy.x, duvdy.y, file.channels, result))
+    if (!system.texture(file.handle, m_impl->ofThread(), options, uv.x, uv.y, duvdx.x, duvdx.y, duvdy.x,
+                        duvdy.y, file.channels, result))
         throw Error(file.where, "cannot read the image " + file.path.string() + ": " + system.geterror());
     return file.channels == 1 ? Rgb(result[0]) : Rgb(result[0], result[1], result[2]);
 }
