@@ -236,3 +236,20 @@ TEST(Cameras, ShutterAndMistakes) {
     EXPECT_EQ(fails(Params().floats("lensradius", {1}).floats("focaldistance", {0})), 20);
     EXPECT_EQ(fails(Params().floats("frameaspectratio", {0})), 10);
 }
+
+TEST(Cameras, ViewpointIsWhereTheRayThroughAPointStarts) {
+    const KeyedTransform slide({0, 1}, {placement(V3f(1), 20, V3f(0)), placement(V3f(1), 20, V3f(3, 1, 0))},
+                               MotionConvention::ObjectToWorld);
+    const auto lens = Params().floats("lensradius", {.3f}).floats("focaldistance", {5});
+    for (const auto& camera :
+         {make(perspectivePlugin(), {40, 30}, lens, slide), make(perspectivePlugin(), {40, 30}, {}, slide),
+          make(orthographicPlugin(), {40, 30}, lens, slide), make(orthographicPlugin(), {40, 30}, {}, slide),
+          make(environmentPlugin(), {40, 30}, {}, slide)})
+        for (int i = 0; i < 50; ++i) {
+            const V2f u = random2D(1, i), film = random2D(2, i) * V2f(40, 30);
+            const float time = random2D(3, i).x;
+            const Ray ray = rayAt(*camera, film, time, u);
+            const V3f seen = camera->viewpoint(ray.o + ray.d * 7.f, u, time);
+            EXPECT_NEAR(length(seen - ray.o), 0, 1e-4);
+        }
+}
