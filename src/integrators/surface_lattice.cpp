@@ -23,6 +23,9 @@ int divisionFor(float length2, float block2) {
     return std::min((floorLog2 + 1) / 2, kMaxDivide);
 }
 
+/// The exponent of the least power of two whose square is above n2, or one.
+int divisionAbove(float n2) { return divisionFor(2 * n2, 1); }
+
 /// The squared length of `edge` as seen along the unit direction d, in scene units.
 float seenLength2(const V3f& edge, const V3f& d) { return std::max(length2(edge) - sqr(dot(d, edge)), 0.f); }
 
@@ -182,8 +185,15 @@ void SurfaceLattice::locateOnQuadric(const PlacedShape& placed, const Visibility
     const float block2 = block * block;
     const V3f du = transformVector(toWorld, q.dpdu), dv = transformVector(toWorld, q.dpdv);
     const float a = seenLength2(du, d), b = seenLength2(dv, d);
-    const float slant = slantOf(a, b, du, dv, d);
-    const V2f f = divide(cell, hit.u, hit.v, divisionFor(a, slant * block2), divisionFor(b, slant * block2));
+    const float slant2 = slantOf(a, b, du, dv, d) * block2, u = length(du) / block, v = length(dv) / block;
+    // What is seen edge-on here turns to face us further along: neither side of a cell bows by more than half
+    // a block, nor do the ends of one turn apart by more. Both numbers go at most once around.
+    constexpr float kTurn = 2 * kPi;
+    const int divideV = std::max(divisionFor(b, slant2), divisionAbove(kTurn * v));
+    const float apart = 2 * kTurn * std::ldexp(v, -divideV);
+    const int divideU =
+        std::max({divisionFor(a, slant2), divisionAbove(kTurn * u), divisionAbove(sqr(apart))});
+    const V2f f = divide(cell, hit.u, hit.v, divideU, divideV);
     for (int k = 0; k < 4; ++k)
         cell.weights[k] = (k & 1 ? f.x : 1 - f.x) * (k >> 1 ? f.y : 1 - f.y);
     setKey(cell, bin);
@@ -212,10 +222,8 @@ void SurfaceLattice::points(const LatticeCell& cell, uint32_t bin,
         {cell.i + upper, cell.j + upper}, {cell.i + 1, cell.j}, {cell.i, cell.j + 1}};
     for (int k = 0; k < 3; ++k) {
         float u = corners[k][0] / cell.nu, v = corners[k][1] / cell.nv;
-        if (u + v > 1) { // beyond the third edge, where divisions differ: the edge's nearest point stands in
-            const float scale = 1 / (u + v);
-            u *= scale, v *= scale;
-        }
+        if (u + v > 1) // beyond the third edge, where divisions differ: the finer one's points on it stand in
+            (cell.nu < cell.nv ? u : v) = 1 - (cell.nu < cell.nv ? v : u);
         const int corner = u == 0 && v == 0 ? 0 : u == 1 ? 1 : v == 1 ? 2 : -1;
         // Corners of flat triangles are not shared: the neighbours' normals differ.
         out[k] = corner >= 0 && !mesh->normals.empty() ? vertexPoint(*mesh, cell.face, index[corner], bin)

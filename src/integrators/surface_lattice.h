@@ -46,8 +46,11 @@ struct LatticeCell {
 class SurfaceLattice {
   public:
     /// How many block sizes away, at most, the points of a cell are from a hit in it, as the hit's ray sees
-    /// them.
-    static constexpr float kReach = 4;
+    /// them. A cell's sides are at most two long and may lie in one direction: that is four, and where a
+    /// quadric bends, half for each side's bow and up to one for their turning apart. A mesh of small
+    /// triangles that is stretched (by unequal scales, or deforming) more one way than another reaches as
+    /// much farther that way.
+    static constexpr float kReach = 6;
     /// What triangles smaller than a block do: share points, or be one cell each.
     enum class SmallTriangles { Shared, Apart };
     SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small);

@@ -1,0 +1,181 @@
+// The gate of stability: small versions of the sweeps of scenes/stress, with the errors that msaa and
+// msaa-cache have today. A change that makes either less stable fails here; one that makes it better should
+// lower the bounds.
+#include "support/render_text.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+#include <regex>
+#include <sstream>
+
+namespace strobe {
+namespace {
+
+constexpr int kSeeds = 16;
+constexpr int kWidth = 32, kHeight = 24, kTile = 8;
+constexpr int kSamples = 16, kTruthSamples = 256, kTruths = 4;
+
+/// A root mean square error, the mean over kSeeds pictures and its standard error; both in thousandths.
+struct Measured {
+    double mean, error;
+    /// What a change that is none may make of it: five standard errors, 3.5 of the difference of two such
+    /// means, but no more than 15 %; and no less than 2 %, for rounding differs between compilers and
+    /// processors.
+    double bound() const { return mean + std::clamp(5 * error, .02 * mean, .15 * mean); }
+};
+
+struct Row {
+    const char* scene;
+    float value; ///< one of the sweep's
+    Measured msaa, cache;
+};
+
+// At 32 x 24 pixels a pixel is five of the file's: the hardest value is not always the last.
+constexpr Row kRows[] = {
+    {"moving-shadow", 0, {20.02, 0.535}, {10.90, 0.013}},
+    {"moving-shadow", 64, {46.13, 0.446}, {8.49, 0.100}},
+    {"contact", 0, {6.76, 0.439}, {8.35, 0.029}},
+    {"contact", 64, {13.21, 0.315}, {8.17, 0.115}},
+    {"rotation", 0, {12.39, 0.301}, {6.79, 0.022}},
+    {"rotation", 360, {12.39, 0.301}, {19.68, 0.184}},
+    {"depth-of-field", 0, {23.44, 0.318}, {13.34, 0.016}},
+    {"depth-of-field", 160, {41.11, 0.350}, {19.50, 0.262}},
+    {"triangle-size", 0, {3.76, 0.079}, {1.65, 0.019}},
+    {"triangle-size", 6, {0.99, 0.027}, {1.51, 0.019}},
+    {"texture-frequency", 10, {27.31, 0.316}, {10.36, 0.014}},
+    {"texture-frequency", 40, {24.73, 0.318}, {13.78, 0.015}},
+    {"blur-length", 0, {13.36, 0.306}, {5.68, 0.015}},
+    {"blur-length", 64, {22.69, 0.257}, {6.39, 0.050}},
+    {"mirror-reflection", 0, {25.15, 0.298}, {11.94, 0.022}},
+    {"mirror-reflection", 32, {23.93, 0.354}, {11.83, 0.103}},
+};
+
+/// The line marked "# sweep" with its number, the first that does not stand in quotes, turned to `value`,
+/// which must be one of those behind the mark (tools/strobe_figures/sweeps.py).
+std::string turned(const std::string& line, float value) {
+    const size_t mark = line.find('#');
+    std::istringstream values(line.substr(line.find(':', mark) + 1));
+    bool known = false;
+    for (float v; values >> v;)
+        known |= v == value;
+    EXPECT_TRUE(known) << value << " is not in: " << line;
+    const std::regex quotedOrNumber(R"("[^"]*"|([-+]?\d*\.?\d+))");
+    for (std::sregex_iterator m(line.begin(), line.begin() + long(mark), quotedOrNumber), end; m != end; ++m)
+        if ((*m)[1].matched)
+            return line.substr(0, size_t(m->position())) + std::to_string(value) + m->suffix().str();
+    ADD_FAILURE() << "there is nothing to turn: " << line;
+    return line;
+}
+
+std::string sceneText(const Row& row) {
+    const std::filesystem::path path =
+        std::filesystem::path(STROBE_SOURCE_DIR) / "scenes/stress" / (std::string(row.scene) + ".scene");
+    std::ifstream file(path);
+    EXPECT_TRUE(file) << path;
+    std::string text;
+    int marks = 0;
+    for (std::string line; std::getline(file, line); text += line + '\n')
+        if (line.find("# sweep ") != std::string::npos) {
+            line = turned(line, row.value);
+            ++marks;
+        }
+    EXPECT_EQ(marks, 1) << path;
+    return text;
+}
+
+std::vector<Image> pictures(const std::string& text, const char* integrator, int spp, int seeds,
+                            uint64_t first) {
+    BuildOptions options;
+    options.integrator = integrator;
+    options.samplesPerPixel = spp;
+    options.resolution = V2i(kWidth, kHeight);
+    const BuiltScene built = test::build(text, options);
+    std::vector<Image> images;
+    for (int i = 0; i < seeds; ++i)
+        images.push_back(test::render(built, first + uint64_t(i), 1).image);
+    return images;
+}
+
+/// Radiance as a screen shows it: a spark is an error of at most 1.
+double shown(float radiance) { return std::min(double(radiance), 1.0); }
+
+struct Estimate {
+    double mean, error;
+};
+
+Estimate estimate(const std::vector<double>& values) {
+    const double n = double(values.size()), mean = std::accumulate(values.begin(), values.end(), 0.) / n;
+    double sum2 = 0;
+    for (const double v : values)
+        sum2 += sqr(v - mean);
+    return {mean, std::sqrt(sum2 / (n * (n - 1)))};
+}
+
+/// Of each picture, the root mean square error.
+Estimate errorOf(const std::vector<Image>& images, const std::vector<Image>& truth) {
+    std::vector<double> errors(images.size());
+    for (size_t p = 0; p < truth[0].pixels.size(); ++p)
+        for (int c = 0; c < 3; ++c) {
+            double mean = 0;
+            for (const Image& t : truth)
+                mean += shown(t.pixels[p][c]) / double(truth.size());
+            for (size_t i = 0; i < images.size(); ++i)
+                errors[i] += std::pow(shown(images[i].pixels[p][c]) - mean, 2);
+        }
+    for (double& e : errors)
+        e = std::sqrt(e / (3 * double(truth[0].pixels.size())));
+    return estimate(errors);
+}
+
+/// Of several pictures, the mean radiance of a tile.
+Estimate meanOf(const std::vector<Image>& images, int x0, int y0) {
+    std::vector<double> means;
+    for (const Image& image : images) {
+        double sum = 0;
+        for (int y = y0; y < y0 + kTile; ++y)
+            for (int x = x0; x < x0 + kTile; ++x)
+                for (int c = 0; c < 3; ++c)
+                    sum += double(image.at(x, y)[c]);
+        means.push_back(sum / (3 * kTile * kTile));
+    }
+    return estimate(means);
+}
+
+void expectUnbiased(const std::vector<Image>& images, const std::vector<Image>& truth) {
+    constexpr size_t kComparisons = std::size(kRows) * (kWidth / kTile) * (kHeight / kTile);
+    const double z = test::criticalZ(kComparisons, kSeeds);
+    for (int y = 0; y < kHeight; y += kTile)
+        for (int x = 0; x < kWidth; x += kTile) {
+            const Estimate a = meanOf(images, x, y), b = meanOf(truth, x, y);
+            EXPECT_NEAR(a.mean, b.mean, z * std::hypot(a.error, b.error) + 1e-5) << x << ' ' << y;
+        }
+}
+
+void expectWithin(const char* integrator, const Estimate& now, const Measured& then) {
+    EXPECT_LE(1000 * now.mean, then.bound())
+        << integrator << ": measured " << 1000 * now.mean << ", standard error " << 1000 * now.error;
+}
+
+class Stability : public testing::TestWithParam<Row> {};
+
+TEST_P(Stability, IsNoWorseThanItWas) {
+    const std::string text = sceneText(GetParam());
+    const auto truth = pictures(text, "supersample", kTruthSamples, kTruths, 1000);
+    const auto msaa = pictures(text, "msaa", kSamples, kSeeds, 0);
+    expectWithin("msaa", errorOf(msaa, truth), GetParam().msaa);
+    expectUnbiased(msaa, truth);
+    expectWithin("msaa-cache", errorOf(pictures(text, "msaa-cache", kSamples, kSeeds, 0), truth),
+                 GetParam().cache);
+}
+
+INSTANTIATE_TEST_SUITE_P(Stress, Stability, testing::ValuesIn(kRows), [](const auto& info) {
+    std::string name = std::string(info.param.scene) + "_" + std::to_string(int(info.param.value));
+    std::replace(name.begin(), name.end(), '-', '_');
+    return name;
+});
+
+} // namespace
+} // namespace strobe
