@@ -8,13 +8,15 @@ import subprocess
 import sys
 import time
 
-from . import charts, paper, sharing
+from . import advice, charts, paper, pareto, sharing, stability
 from .report import write_report as write_page
 from .context import ROOT, Context, TooNoisy
 from .runs import Failed
 
 # Section, name, function: what is made, in this order.
 FIGURES = [
+    ("accuracy", "accuracy-direct", pareto.accuracy_direct),
+    ("accuracy", "accuracy-paths", pareto.accuracy_paths),
     ("paper", "figure-1", paper.figure_1),
     ("paper", "figure-2", paper.figure_2),
     ("paper", "figure-3a", paper.figure_3a),
@@ -25,8 +27,12 @@ FIGURES = [
     ("sharing", "shade-counts", sharing.shade_counts),
     ("sharing", "bias-by-block", sharing.bias_by_block),
     ("sharing", "all-settings", sharing.all_settings),
+    ("stability", "stress", stability.stress),
+    ("stability", "work-and-memory", stability.work_and_memory),
+    ("advice", "what-to-use", advice.what_to_use),
 ]
-SECTIONS = {"paper": "The paper's figures", "sharing": "What sharing does"}
+SECTIONS = {"accuracy": "Speed against accuracy", "paper": "The paper's figures", "sharing": "What sharing does",
+            "stability": "Where it breaks", "advice": "What to use"}
 
 
 def parse():
