@@ -91,9 +91,12 @@ class CurvesTest(unittest.TestCase):
     def test_an_error_counts_from_where_it_is_first_reached(self):
         self.assertAlmostEqual(curves.seconds_to(self.SECONDS, [0.2, 0.05, 0.1], 0.1), 2)
 
-    def test_the_front_holds_what_nothing_beats(self):
-        points = [(4, 0.1, "d"), (1, 0.5, "a"), (2, 0.6, "b"), (2, 0.2, "c"), (8, 0.1, "e"), (9, 0.05, "f")]
-        self.assertEqual([p[2] for p in curves.front(points)], ["a", "c", "d", "f"])
+    def test_the_front_holds_what_no_line_passes_below(self):
+        plain = [(1, 0.2, "a"), (4, 0.1, "b"), (16, 0.05, "c")]
+        other = [(2, 0.15, "above the line from a to b"), (3, 0.05, "d"), (20, 0.06, "worse than c and d")]
+        self.assertEqual([p[2] for p in curves.front([plain, other])], ["a", "d"])
+        self.assertEqual([p[2] for p in curves.front([plain, [(8, 0.05, "d")]])], ["a", "b", "d"])
+        self.assertEqual([p[2] for p in curves.front([plain])], ["a", "b", "c"])
 
     def test_intervals_of_a_mean_and_of_what_may_be_never(self):
         values = numpy.random.default_rng(2).standard_normal(400)
@@ -101,6 +104,7 @@ class CurvesTest(unittest.TestCase):
         self.assertAlmostEqual(low, values.mean() - 1.96 / 20, delta=0.02)
         self.assertAlmostEqual(high, values.mean() + 1.96 / 20, delta=0.02)
         self.assertEqual(curves.interval(lambda seeds: None if 0 in seeds else 3.0, 2), (None, 3.0))
+        self.assertEqual(curves.interval(lambda seeds: None if 0 in seeds else 3.0, 2, never=numpy.inf), (3.0, None))
         self.assertEqual(curves.interval(lambda seeds: None, 2), (None, None))
 
 

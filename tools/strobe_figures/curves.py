@@ -46,21 +46,26 @@ def error_after(seconds, errors, budget, extend=False):
     return float(errors[-1]) if place is None else at(errors, place)
 
 
-def front(points):
-    """Those of the points (seconds, error, ...) that no other beats in both, by rising seconds."""
-    best, kept = float("inf"), []
-    for point in sorted(points, key=lambda p: (p[0], p[1])):
-        if point[1] < best:
-            best = point[1]
+def front(lines):
+    """Of lines of points (seconds, error, ...), by rising seconds: those that no line passes below."""
+    split = [([p[0] for p in line], [p[1] for p in line]) for line in lines]
+
+    def beaten(point):
+        bought = (error_after(*line, point[0]) for line in split)
+        return any(error is not None and error < point[1] * (1 - 1e-9) for error in bought)
+
+    kept = []
+    for point in sorted((p for line in lines for p in line if not beaten(p)), key=lambda p: p[:2]):
+        if not kept or point[1] < kept[-1][1]:
             kept.append(point)
     return kept
 
 
-def interval(statistic, seeds, draws=400):
+def interval(statistic, seeds, never=-numpy.inf, draws=400):
     """95 % of statistic(indices of seeds) where the seeds are drawn again (bootstrap). Where it is None it counts as
-    below every number, and an end that falls there is None."""
+    `never`, and an end that falls there is None."""
     random = numpy.random.default_rng(seeds)
     drawn = [statistic(random.integers(0, seeds, seeds)) for _ in range(draws)]
-    ordered = sorted(-numpy.inf if d is None else d for d in drawn)
+    ordered = sorted(never if d is None else d for d in drawn)
     ends = ordered[int(0.025 * draws)], ordered[int(numpy.ceil(0.975 * draws)) - 1]
-    return tuple(None if e == -numpy.inf else float(e) for e in ends)
+    return tuple(float(e) if numpy.isfinite(e) else None for e in ends)

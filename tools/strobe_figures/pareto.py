@@ -1,6 +1,7 @@
 """Speed against accuracy: the error of each way to share shades over the seconds it takes."""
 
 import dataclasses
+import functools
 
 import numpy
 
@@ -27,6 +28,8 @@ SHARING = (Line("msaa", "msaa"),
            Line("msaa-cache, 1 light sample", "msaa-cache", ("lightsamples=1",)),
            Line("as in the paper", "msaa-cache", ("scope=thread",)))
 LINES = BASELINES + SHARING
+SMALL = ("These pictures have an eighth of the width and height. A block of a pixel is eight times as wide in the scene as in "
+         "the full picture, and so are its errors: --full is kinder to sharing.")
 MEASURES = {"rmse": "RMSE", "relative": "relative RMSE", "unlike": "1 - SSIM"}
 
 
@@ -72,9 +75,16 @@ def ladder(context, line):
     return counts if line == BASELINES[0] else tuple(4 * n for n in counts)
 
 
+def seeds_of(context):
+    return context.pick(4, 8)
+
+
+def of_line(settings, line, spp):
+    return settings.having(integrator=line.integrator, defines=line.defines, spp=spp)
+
+
 def measure(context, settings, line, spp, truth):
-    one = settings.having(integrator=line.integrator, defines=line.defines, spp=spp)
-    results = context.seeds(one, context.pick(4, 8))
+    results = context.seeds(of_line(settings, line, spp), seeds_of(context))
     pictures = [r.image for r in results]
     split, squares = split_of(pictures, truth, False)
     relative, _ = split_of(pictures, truth, True)
@@ -88,21 +98,25 @@ def curves_of(context, subject, shading):
     settings = context.settings(subject, shading=shading, resolution=context.size_of(subject, 8, 2))
     truth = context.reference(settings, context.pick(2048, 16384))
     lines = [line for line in LINES if subject.moving or "timebins=1" not in line.defines]  # at rest it is the default
+    for seed in range(seeds_of(context)):  # every line is timed in each: a busy hour spoils a seed of all, not one line
+        for line in lines:
+            for spp in ladder(context, line):
+                context.seeds(of_line(settings, line, spp), 1, 1 + seed)
     measured = {line: [measure(context, settings, line, n, truth) for n in ladder(context, line)] for line in lines}
     context.check(truth, min(m.split["mean_square"] for of in measured.values() for m in of))
     return measured, truth
 
 
-def chart(name, title, measured, what):
+def chart(name, title, text, measured, what):
     series = []
     for line, of in measured.items():
         series.append({"name": line.name, "points": [m.point(what) for m in of], "labels": ["%d spp" % m.spp for m in of],
                        "dashed": line.name == "as in the paper"})
-    every = [(*m.point(what)[:2], "%s, %d spp" % (m.line.name, m.spp)) for of in measured.values() for m in of]
-    best = curves.front(every)
+    best = curves.front([[(*m.point(what)[:2], "%s, %d spp" % (m.line.name, m.spp)) for m in of]
+                         for of in measured.values()])
     series.append({"name": "least error for the time", "front": True, "points": [list(p[:2]) for p in best],
                    "labels": [p[2] for p in best]})
-    return {"kind": "chart", "id": name, "title": title, "text": "", "xlabel": "seconds", "ylabel": MEASURES[what],
+    return {"kind": "chart", "id": name, "title": title, "text": text, "xlabel": "seconds", "ylabel": MEASURES[what],
             "xlog": True, "ylog": True, "series": series}
 
 
@@ -142,9 +156,9 @@ def comparisons(measured):
     for rung in (len(base) // 2, len(base) - 1):
         for line in (line for line in measured if line not in BASELINES):
             row = [line.name, base[rung].spp, base[rung].rmse]
-            for statistic in (faster, error_ratio):
-                of = lambda seeds: statistic(measured, line, rung, seeds)
-                row += [of(every), *curves.interval(of, len(every))]
+            for statistic, never in ((faster, -numpy.inf), (error_ratio, numpy.inf)):
+                of = functools.partial(statistic, measured, line, rung)
+                row += [of(every), *curves.interval(of, len(every), never)]
             yield row + ["" if row[3] is not None else remark(measured[line], base[rung].rmse)]
 
 
@@ -172,7 +186,9 @@ def accuracy(context, shading, light):
         compared += [[subject.name] + row for row in comparisons(measured)]
         for what in context.pick(("rmse",), MEASURES):
             name = "-".join(("accuracy", light.replace(" ", "-"), subject.name) + (() if what == "rmse" else (what,)))
-            items.append(chart(name, "%s, %s: %s against seconds" % (subject.name, light, MEASURES[what]), measured, what))
+            title = "%s, %s: %s against seconds" % (subject.name, light, MEASURES[what])
+            text = "%d x %d pixels." % context.size_of(subject, 8, 2)
+            items.append(chart(name, title, text, measured, what))
     name = "accuracy-" + light.replace(" ", "-")
     context.write_csv(name, NAMES, numbers)
     context.write_csv(name + "-compared", COMPARED, compared)
@@ -181,8 +197,9 @@ def accuracy(context, shading, light):
     text = ("How many times sooner than the better of both supersample curves a line has the error that supersample has "
             "with so many samples, and the ratio of errors after the same seconds (below 1 is better). Where a curve begins "
             "better than that or ends sooner, its first or last point counts. Between points: straight lines on the "
-            "logarithmic axes; of the sharing lines nothing is extrapolated.\n\n95 %% intervals from drawing the %d seeds "
-            "again. An empty cell: never." % context.pick(4, 8))
+            "logarithmic axes; of the sharing lines nothing is extrapolated.\n\n95 %% intervals from drawing the %d seeds, "
+            "with their errors and their seconds, again. An empty cell: never, or that it takes longer.\n\n%s"
+            % (seeds_of(context), context.pick(SMALL, "")))
     return items + [{"kind": "table", "id": name + "-compared", "title": "Equal error and equal time, " + light,
                      "text": text, "columns": head, "rows": compared}]
 
