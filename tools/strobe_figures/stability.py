@@ -104,18 +104,29 @@ def chart(name, sweep, found, without):
             "marks": [{"x": x, "label": ", ".join(names)} for x, names in stops.items()]}
 
 
+def worst(picture, truth, width, height):
+    """[x, y, width, height] of where a picture errs most."""
+    wrong = ((images.clamp(picture) - images.clamp(truth)) ** 2).sum(axis=2)
+    sums = numpy.pad(wrong.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    inside = sums[height:, width:] - sums[:-height, width:] - sums[height:, :-width] + sums[:-height, :-width]
+    y, x = numpy.unravel_index(inside.argmax(), inside.shape)
+    return [int(x), int(y), width, height]
+
+
 def far_end(context, name, sweep, found):
     """What it looks like where it is hardest."""
     value = list(found)[-1]
     cases, truth = found[value]
     path = context.path("pictures", "stress-%s-truth.exr" % name)
     images.write_exr(path, truth.image)
+    crops = [worst(images.read(context.path(cases[m].picture)), truth.image, 40, 30) for m in METHODS[1:3]]
     pictures = [{"label": m.name, "file": c.picture,
                  "caption": "RMSE %.4f, %.2f shades per pixel, %.2f s" % (c.error.rmse, c.shades, c.seconds)}
                 for m, c in cases.items()]
     pictures.append({"label": "truth", "file": os.path.relpath(path, context.out), "caption": "supersample, other seeds"})
     return {"kind": "images", "id": "stress-%s-pictures" % name, "title": "%s at %s %g" % (name, sweep.name, value),
-            "text": "%d samples per pixel." % SAMPLES, "images": pictures, "reference": len(pictures) - 1, "crops": []}
+            "text": "%d samples per pixel. The frames show where msaa and where msaa-cache err most." % SAMPLES,
+            "images": pictures, "reference": len(pictures) - 1, "crops": crops}
 
 
 def csv_rows(name, sweep, found):
