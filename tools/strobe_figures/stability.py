@@ -16,7 +16,7 @@ METHODS = (BASE, Line("msaa", "msaa"), Line("msaa-cache", "msaa-cache"),
            Line("msaa-cache, blocks of 0.25", "msaa-cache", ("blocksize=0.25",)))
 SAMPLES = 16
 NAMES = ["scene", "turned", "value", "line", "integrator", "parameters", "seconds", "RMSE", "low", "high", "bias²",
-         "variance", "shades/px", "worth"]
+         "variance", "shades/px", "worth", "reference's noise"]
 
 
 class Case:
@@ -130,11 +130,11 @@ def far_end(context, name, sweep, found):
 
 
 def csv_rows(name, sweep, found):
-    for value, (cases, _) in found.items():
+    for value, (cases, truth) in found.items():
         for method, case in cases.items():
             yield [name, sweep.name, value, method.name, method.integrator, " ".join(method.defines), case.seconds,
                    case.error.rmse, *case.error.interval(), case.error.bias_square, case.error.variance, case.shades,
-                   case.worth(cases[BASE])]
+                   case.worth(cases[BASE]), truth.variance ** 0.5]
 
 
 def table_rows(name, sweep, found):
