@@ -13,7 +13,7 @@ try:
     import matplotlib  # noqa: F401
     import numpy
     import OpenImageIO  # noqa: F401
-    from strobe_figures import curves, images
+    from strobe_figures import curves, images, stability
     from strobe_figures.context import Context, Reference, TooNoisy
     LACKS = ""
 except ImportError as error:
@@ -106,6 +106,31 @@ class CurvesTest(unittest.TestCase):
         self.assertEqual(curves.interval(lambda seeds: None if 0 in seeds else 3.0, 2), (None, 3.0))
         self.assertEqual(curves.interval(lambda seeds: None if 0 in seeds else 3.0, 2, never=numpy.inf), (3.0, None))
         self.assertEqual(curves.interval(lambda seeds: None, 2), (None, None))
+
+
+@unittest.skipIf(LACKS, LACKS)
+class StabilityTest(unittest.TestCase):
+    def found(self, *worths):
+        """What a sweep over 0, 1, ... would find, were msaa worth so much there."""
+        def case(cost):
+            made = stability.Case.__new__(stability.Case)
+            made.seconds, made.error = 2.0, type("Error", (), {"mean_square": cost / 2})
+            return made
+        base, msaa = stability.METHODS[:2]
+        return msaa, {float(i): ({base: case(1.0), msaa: case(1 / w)}, None) for i, w in enumerate(worths)}
+
+    def test_where_a_method_is_worth_it(self):
+        expected = {(2, 3, 1.5): ("everywhere", None), (0.5, 0.9, 0.1): ("nowhere", 0), (2, 0.5, 0.4): ("at 0", 1),
+                    (2, 0.5, 3, 0.5): ("at 0, 2", 3)}
+        for worths, (words, end) in expected.items():
+            method, found = self.found(*worths)
+            self.assertEqual((stability.spoken(found, method), stability.ends(found, method)), (words, end), worths)
+
+    def test_frames_what_is_worst(self):
+        truth = numpy.full((12, 16, 3), 0.5)
+        wrong = truth.copy()
+        wrong[5:8, 9:13, 1] = 0.9
+        self.assertEqual(stability.worst(wrong, truth, 4, 3), [9, 5, 4, 3])
 
 
 @unittest.skipIf(LACKS, LACKS)
