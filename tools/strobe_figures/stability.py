@@ -123,7 +123,7 @@ def worst(picture, truth, width, height):
 
 
 def far_end(context, name, sweep, found):
-    """What it looks like where it is hardest."""
+    """What it looks like where it is hardest; the worst comes first, and so is what a page shows beside the truth."""
     value = list(found)[-1]
     cases, truth = found[value]
     path = context.path("pictures", "stress-%s-truth.exr" % name)
@@ -131,7 +131,7 @@ def far_end(context, name, sweep, found):
     crops = [worst(images.read(context.path(cases[m].picture)), truth.image, 40, 30) for m in METHODS[1:3]]
     pictures = [{"label": m.name, "file": c.picture,
                  "caption": "RMSE %.4f, %.2f shades per pixel, %.2f s" % (c.error.rmse, c.shades, c.seconds)}
-                for m, c in cases.items()]
+                for m, c in sorted(cases.items(), key=lambda case: -case[1].error.rmse)]
     pictures.append({"label": "truth", "file": os.path.relpath(path, context.out), "caption": "supersample, other seeds"})
     return {"kind": "images", "id": "stress-%s-pictures" % name, "title": "%s at %s %g" % (name, sweep.name, value),
             "text": "%d samples per pixel. The frames show where msaa and where msaa-cache err most." % SAMPLES,
