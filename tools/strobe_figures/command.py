@@ -8,13 +8,15 @@ import subprocess
 import sys
 import time
 
-from . import charts, paper, sharing
+from . import advice, charts, paper, pareto, sharing, stability
 from .report import write_report as write_page
 from .context import ROOT, Context, TooNoisy
 from .runs import Failed
 
 # Section, name, function: what is made, in this order.
 FIGURES = [
+    ("accuracy", "accuracy-direct", pareto.accuracy_direct),
+    ("accuracy", "accuracy-paths", pareto.accuracy_paths),
     ("paper", "figure-1", paper.figure_1),
     ("paper", "figure-2", paper.figure_2),
     ("paper", "figure-3a", paper.figure_3a),
@@ -25,8 +27,12 @@ FIGURES = [
     ("sharing", "shade-counts", sharing.shade_counts),
     ("sharing", "bias-by-block", sharing.bias_by_block),
     ("sharing", "all-settings", sharing.all_settings),
+    ("stability", "stress", stability.stress),
+    ("stability", "work-and-memory", stability.work_and_memory),
+    ("advice", "what-to-use", advice.what_to_use),
 ]
-SECTIONS = {"paper": "The paper's figures", "sharing": "What sharing does"}
+SECTIONS = {"accuracy": "Speed against accuracy", "paper": "The paper's figures", "sharing": "What sharing does",
+            "stability": "Where it breaks", "advice": "What to use"}
 
 
 def parse():
@@ -73,8 +79,8 @@ def main():
         print("no scenes of the paper in %s (tools/fetch-scenes gets them): our own stand in" % context.scenes,
               file=sys.stderr)
     failed = make_all(context, chosen(arguments))
-    write_report(context)
-    print("%d runs made, %d reused; %s" % (context.runs.made, context.runs.reused, os.path.join(out, "report.html")))
+    page = write_report(context) or "no page, for nothing is there to show"
+    print("%d runs made, %d reused; %s" % (context.runs.made, context.runs.reused, page))
     return 1 if failed else 0
 
 
@@ -102,6 +108,7 @@ def make_all(context, figures):
 
 
 def write_report(context):
+    """The path of the page with everything made so far; None if there is nothing."""
     sections = []
     for section, title in SECTIONS.items():
         items = []
@@ -112,9 +119,11 @@ def write_report(context):
                     items += json.load(file)["items"]
         if items:
             sections.append({"id": section, "title": title, "text": "", "items": items})
+    if not sections:
+        return None
     version = subprocess.run([context.runs.program, "--version"], capture_output=True, text=True).stdout.strip()
     subtitle = "%s, %s, %d threads, %s; %s pictures" % (version, platform.machine(), context.threads or os.cpu_count(),
                                                         time.strftime("%Y-%m-%d"), "small" if context.quick else "full")
     with open(context.path("report.json"), "w") as file:
         json.dump({"title": "strobe: speed against accuracy", "subtitle": subtitle, "sections": sections}, file)
-    write_page(context.out)
+    return write_page(context.out)

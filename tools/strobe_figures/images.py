@@ -24,6 +24,16 @@ def write_png(path, image):
         raise OSError(buffer.geterror())
 
 
+def write_exr(path, image):
+    """32-bit float EXR of linear red, green and blue."""
+    image = numpy.ascontiguousarray(image, dtype=numpy.float32)
+    height, width, channels = image.shape
+    buffer = OpenImageIO.ImageBuf(OpenImageIO.ImageSpec(width, height, channels, "float"))
+    buffer.set_pixels(OpenImageIO.ROI(), image)
+    if not buffer.write(path):
+        raise OSError(buffer.geterror())
+
+
 def srgb(linear):
     """The sRGB transfer function on values clamped to [0,1]."""
     x = numpy.clip(linear, 0, 1)
@@ -74,11 +84,15 @@ class Split:
         weight = 1 / (truth + 0.01) ** 2 if relative else numpy.ones_like(truth)
         self._noise = reference.relative_variance if relative else reference.variance
         self._errors = ((stack - truth) ** 2 * weight).mean(axis=(1, 2))
-        self._stack, self._weight = stack, weight
         self.mean_square = max(float(self._errors.mean()) - self._noise, 0.0)
         many = len(pictures) > 1
         self.variance = float((stack.var(axis=0, ddof=1) * weight).mean()) if many else float("nan")
         self.bias_square = self.mean_square - self.variance
+
+    @property
+    def of_seeds(self):
+        """The mean square error of each picture, without the reference's noise."""
+        return self._errors - self._noise
 
     @property
     def rmse(self):

@@ -126,7 +126,7 @@ class Runs:
                 command += ["--samples", part + ".csv"]
             done = subprocess.run(command + settings.arguments(), env=environment, capture_output=True, text=True)
             if done.returncode != 0:
-                raise Failed(done.stderr.strip())
+                raise Failed(done.stderr.strip() or "strobe ended with %d on %s" % (done.returncode, settings.scene))
         finally:
             if temporary:
                 os.remove(temporary)
