@@ -209,8 +209,8 @@ def accuracy(context, shading, light):
         head[i]["type"] = "text"
     rows = [r[:5] + [between(*r[5:7]), r[7], between(*r[8:10]), r[10]] for r in compared]
     text = ("How many times sooner than the better of both supersample curves a line has the RMSE that supersample has "
-            "with so many samples (faster), and the ratio of errors after the same seconds (below 1 is better). Where a curve begins "
-            "better than that or ends sooner, its first or last point counts. Between points: straight lines on the "
+            "with so many samples (faster), and the ratio of errors after the same seconds (below 1 is better). "
+            "Where a curve begins better than that or ends sooner, its first or last point counts. Between points: straight lines on the "
             "logarithmic axes; of the sharing lines nothing is extrapolated.\n\n95 %% intervals from drawing the %d seeds, "
             "with their errors and their seconds, again. An empty cell: never, or that it takes longer.\n\n%s"
             % (seeds_of(context), " ".join([context.pick(SMALL, "")] + without)))
