@@ -30,7 +30,7 @@ SHARING = (Line("msaa", "msaa"),
            Line("as in the paper", "msaa-cache", ("scope=thread",)))
 LINES = BASELINES + SHARING
 SMALL = ("These pictures have an eighth of the width and height. A block of a pixel is eight times as wide in the scene as in "
-         "the full picture, and so are its errors: --full is kinder to sharing.")
+         "the full picture, which counts against sharing: judge it by --full.")
 MEASURES = {"rmse": "RMSE", "relative": "relative RMSE", "unlike": "1 - SSIM"}
 
 
@@ -180,7 +180,7 @@ def csv_rows(subject, light, measured, truth):
 
 
 def between(low, high):
-    return " … ".join("never" if end is None else "%.2f" % end for end in (low, high))
+    return " … ".join("–" if end is None else "%.2f" % end for end in (low, high))
 
 
 def accuracy(context, shading, light):
@@ -212,7 +212,7 @@ def accuracy(context, shading, light):
             "with so many samples (faster), and the ratio of errors after the same seconds (below 1 is better). "
             "Where a curve begins better than that or ends sooner, its first or last point counts. Between points: straight lines on the "
             "logarithmic axes; of the sharing lines nothing is extrapolated.\n\n95 %% intervals from drawing the %d seeds, "
-            "with their errors and their seconds, again. An empty cell: never, or that it takes longer.\n\n%s"
+            "with their errors and their seconds, again. –: never, or that it takes longer.\n\n%s"
             % (seeds_of(context), " ".join([context.pick(SMALL, "")] + without)))
     return items + [{"kind": "table", "id": name + "-compared", "title": "Equal error and equal time, " + light,
                      "text": text, "columns": head, "rows": rows}]
