@@ -30,7 +30,7 @@ SHARING = (Line("msaa", "msaa"),
            Line("as in the paper", "msaa-cache", ("scope=thread",)))
 LINES = BASELINES + SHARING
 SMALL = ("These pictures have an eighth of the width and height. A block of a pixel is eight times as wide in the scene as in "
-         "the full picture, and so are its errors: --full is kinder to sharing.")
+         "the full picture, which counts against sharing: judge it by --full.")
 MEASURES = {"rmse": "RMSE", "relative": "relative RMSE", "unlike": "1 - SSIM"}
 
 
@@ -102,16 +102,9 @@ def curves_of(context, subject, shading):
         for line in lines:
             for spp in ladder(context, line):
                 context.seeds(of_line(settings, line, spp), 1, 1 + seed)
-    spp = context.pick(2048, 16384)
-    for more in (1, 2, 4):  # a truth that is not sure enough is rendered anew
-        truth = context.reference(settings, more * spp)
-        measured = {line: [measure(context, settings, line, n, truth) for n in ladder(context, line)] for line in lines}
-        try:
-            context.check(truth, min(m.split["mean_square"] for of in measured.values() for m in of))
-            break
-        except TooNoisy:
-            if more == 4:
-                raise
+    truth = context.reference(settings, context.pick(2048, 16384))
+    measured = {line: [measure(context, settings, line, n, truth) for n in ladder(context, line)] for line in lines}
+    context.check(truth, min(m.split["mean_square"] for of in measured.values() for m in of))
     return measured, truth
 
 
@@ -187,13 +180,17 @@ def csv_rows(subject, light, measured, truth):
 
 
 def between(low, high):
-    return " … ".join("never" if end is None else "%.2f" % end for end in (low, high))
+    return " … ".join("–" if end is None else "%.2f" % end for end in (low, high))
 
 
 def accuracy(context, shading, light):
-    items, numbers, compared = [], [], []
+    items, numbers, compared, without = [], [], [], []
     for subject in context.paper_subjects():
-        measured, truth = curves_of(context, subject, shading)
+        try:
+            measured, truth = curves_of(context, subject, shading)
+        except TooNoisy as error:
+            without.append("%s is left out: %s." % (subject.name, error))
+            continue
         numbers += csv_rows(subject, light, measured, truth)
         compared += [[subject.name] + row for row in comparisons(measured)]
         for what in context.pick(("rmse",), MEASURES):
@@ -201,6 +198,8 @@ def accuracy(context, shading, light):
             title = "%s, %s: %s against seconds" % (subject.name, light, MEASURES[what])
             text = "%d x %d pixels." % context.size_of(subject, 8, 2)
             items.append(chart(name, title, text, measured, what))
+    if not numbers:
+        raise TooNoisy(" ".join(without))
     name = "accuracy-" + light.replace(" ", "-")
     context.write_csv(name, NAMES, numbers)
     context.write_csv(name + "-compared", COMPARED, compared)
@@ -210,11 +209,11 @@ def accuracy(context, shading, light):
         head[i]["type"] = "text"
     rows = [r[:5] + [between(*r[5:7]), r[7], between(*r[8:10]), r[10]] for r in compared]
     text = ("How many times sooner than the better of both supersample curves a line has the RMSE that supersample has "
-            "with so many samples (faster), and the ratio of errors after the same seconds (below 1 is better). Where a curve begins "
-            "better than that or ends sooner, its first or last point counts. Between points: straight lines on the "
+            "with so many samples (faster), and the ratio of errors after the same seconds (below 1 is better). "
+            "Where a curve begins better than that or ends sooner, its first or last point counts. Between points: straight lines on the "
             "logarithmic axes; of the sharing lines nothing is extrapolated.\n\n95 %% intervals from drawing the %d seeds, "
-            "with their errors and their seconds, again. An empty cell: never, or that it takes longer.\n\n%s"
-            % (seeds_of(context), context.pick(SMALL, "")))
+            "with their errors and their seconds, again. –: never, or that it takes longer.\n\n%s"
+            % (seeds_of(context), " ".join([context.pick(SMALL, "")] + without)))
     return items + [{"kind": "table", "id": name + "-compared", "title": "Equal error and equal time, " + light,
                      "text": text, "columns": head, "rows": rows}]
 

@@ -171,7 +171,7 @@ def stress(context):
     head[-1]["type"] = "text"
     text = ("At %d samples per pixel. What a method is worth: supersample's seconds times its mean square error, over the "
             "method's own. Below 1, supersample with the method's seconds would err less. Supersample is taken to gain as "
-            "much from time as independent samples do; it gains more, so this flatters it least." % SAMPLES)
+            "much from time as independent samples do; it gains more, so sharing looks better here than it is." % SAMPLES)
     return [{"kind": "table", "id": "stress-table", "title": "Where sharing is worth its error", "text": text,
              "columns": head, "rows": rows}] + items
 
