@@ -7,6 +7,7 @@ import platform
 import subprocess
 import sys
 import time
+import traceback
 
 from . import advice, charts, paper, pareto, sharing, stability
 from .report import write_report as write_page
@@ -97,6 +98,10 @@ def make_all(context, figures):
             items = make(context)
         except (Failed, TooNoisy) as error:
             print("%s: %s" % (name, error), file=sys.stderr)
+            failed.append(name)
+            continue
+        except Exception:  # a fault of ours must not cost the other figures
+            traceback.print_exc()
             failed.append(name)
             continue
         for item in items:

@@ -77,7 +77,7 @@ def ladder(context, line):
 
 
 def seeds_of(context):
-    return context.pick(4, 8)
+    return context.pick(3, 8)
 
 
 def of_line(settings, line, spp):
@@ -132,7 +132,8 @@ def faster(measured, line, rung, seeds):
     error = drawn(measured[BASELINES[0]], seeds)[1][rung]
     base = [curves.seconds_to(*drawn(measured[b], seeds), error, extend=True) for b in BASELINES]
     own = curves.seconds_to(*drawn(measured[line], seeds), error)
-    return None if own is None else min(b for b in base if b is not None) / own
+    best = min((b for b in base if b is not None), default=None)
+    return None if own is None or best is None else best / own
 
 
 def error_ratio(measured, line, rung, seeds):
@@ -140,7 +141,8 @@ def error_ratio(measured, line, rung, seeds):
     budget = drawn(measured[BASELINES[0]], seeds)[0][rung]
     base = [curves.error_after(*drawn(measured[b], seeds), budget, extend=True) for b in BASELINES]
     own = curves.error_after(*drawn(measured[line], seeds), budget)
-    return None if own is None else own / min(b for b in base if b is not None)
+    best = min((b for b in base if b is not None), default=None)
+    return None if own is None or best is None else own / best
 
 
 def remark(of, error):
@@ -210,8 +212,8 @@ def accuracy(context, shading, light):
     rows = [r[:5] + [between(*r[5:7]), r[7], between(*r[8:10]), r[10]] for r in compared]
     text = ("How many times sooner than the better of both supersample curves a line has the RMSE that supersample has "
             "with so many samples (faster), and the ratio of errors after the same seconds (below 1 is better). "
-            "Where a curve begins better than that or ends sooner, its first or last point counts. Between points: straight lines on the "
-            "logarithmic axes; of the sharing lines nothing is extrapolated.\n\n95 %% intervals from drawing the %d seeds, "
+            "Where a curve begins better than that or ends sooner, its first or last point counts. Between points: straight "
+            "lines on the logarithmic axes; of the sharing lines nothing is extrapolated.\n\n95 %% intervals from drawing the %d seeds, "
             "with their errors and their seconds, again. –: never, or that it takes longer.\n\n%s"
             % (seeds_of(context), " ".join([context.pick(SMALL, "")] + without)))
     return items + [{"kind": "table", "id": name + "-compared", "title": "Equal error and equal time, " + light,

@@ -115,8 +115,8 @@ class Runs:
         environment = dict(os.environ, STROBE_SCENES=self.scenes)
         scene, temporary = settings.scene, None
         try:
-            if settings.text:  # beside the original, so that relative names hold
-                handle, temporary = tempfile.mkstemp(".scene", ".figures-", os.path.dirname(settings.scene))
+            if settings.text:  # its file names are absolute or begin with $STROBE_SCENES
+                handle, temporary = tempfile.mkstemp(".scene", "text-", self.folder)
                 with os.fdopen(handle, "w") as file:
                     file.write(settings.text)
                 scene = temporary

@@ -63,7 +63,7 @@ def shade_counts(context):
 def bias_by_block(context):
     """Bias of msaa-cache against the truth, by scene and block size."""
     sizes = (4, 2, 1, 0.5, 0.25)
-    seeds = context.pick(8, 32)
+    seeds = context.pick(6, 32)
     rows, series = [], []
     for subject in context.paper_subjects():
         settings = context.settings(subject, integrator="msaa-cache", spp=16, resolution=context.size_of(subject, 8, 4))
@@ -143,8 +143,8 @@ def all_settings(context):
     smallest = base.mean_square
     ways = [("shared", bins) for bins in (1, 4)] + [(scope, 1) for scope in ("thread", "mutex", "tile")]
     for scope, bins in ways:
-        for size in (4, 2, 1, 0.5):
-            for shades in (1, 2, 4, 8, 16):
+        for size in context.pick((2, 1), (4, 2, 1, 0.5)):
+            for shades in context.pick((1, 4), (1, 2, 4, 8, 16)):
                 defines = ("blocksize=%g" % size, "shades=%d" % shades, "scope=" + scope, "timebins=%d" % bins)
                 one = settings.having(integrator="msaa-cache", defines=defines)
                 result, seconds = context.timed(one, repeats)
