@@ -2,6 +2,7 @@
 
 #include "core/hash.h"
 
+#include <bit>
 #include <numeric>
 
 namespace strobe {
@@ -120,8 +121,9 @@ void TileRenderer::trace() {
 
 void TileRenderer::shade() {
     m_shaded.resize(m_requests.size());
-    // The first batch of a thread is slow for other reasons: it is the second that is timed.
-    if (m_batches++ % m_meterInterval == 1 % m_meterInterval)
+    // The first batch of a thread is slow for other reasons. Of the next, some more, for small pictures.
+    const uint32_t batch = m_batches++;
+    if (batch > 0 && (batch % m_meterInterval == 0 || std::has_single_bit(batch)))
         shadeMetered();
     else
         m_shader->shade(m_requests, m_shaded, m_counters);

@@ -14,7 +14,8 @@ class TileRenderer {
                  const Sampler& sampler, const Filter& filter, const RenderSettings& settings);
 
     void renderTile(const Window& tile, Film& film);
-    /// Shades packet by packet, each of one material and timed, in every `interval`-th batch.
+    /// Shades packet by packet, each of one material and timed, in every `interval`-th batch and some early
+    /// ones.
     void meterEvery(uint32_t interval) { m_meterInterval = interval; }
     /// Completes the counters.
     void finish() { m_integrator->report(m_counters); }

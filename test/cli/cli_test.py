@@ -80,7 +80,7 @@ class CliTest(unittest.TestCase):
 class Information(CliTest):
     def test_help_names_every_option(self):
         text = self.run_strobe("--help").out
-        for option in ("--integrator -D --spp -o --output --threads --tile --crop --pixel --sample --seed --frame-time "
+        for option in ("--integrator --shading -D --spp --resolution --aov --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed --frame-time "
                        "--quick --quiet --stats --log-level --list --version --help").split():
             self.assertRegex(text, rf"(^|[\s,]){option}[\s,]")
         self.assertEqual(self.run_strobe("-h").out, text)
@@ -297,6 +297,53 @@ class Options(CliTest):
         self.assertEqual(s["settings"]["samplesPerPixel"], 16)
 
 
+    def test_resolution(self):
+        self.assertEqual(self.stats("--resolution", "10x7")["resolution"], [10, 7])
+
+    def test_shading(self):
+        s = self.stats("--shading", "directlighting")
+        self.assertEqual(s["settings"]["shading"], "directlighting")
+        self.assertEqual(s["settings"]["shading:maxdepth"], "5", "parameters of another shading are not its own")
+
+    def test_layers(self):
+        picture = self.render("--integrator", "msaa", "--aov", "shades,samples", "--aov", "hitrate")
+        self.assertEqual(sorted(picture.channels), ["B", "G", "R", "hitrate.Y", "samples.Y", "shades.Y"])
+        shades = sum(picture.value("shades.Y", x, y) for y in range(16) for x in range(24))
+        self.assertEqual(shades, int(picture.attributes["strobe:shades"]))
+        self.assertEqual(picture.value("samples.Y", 3, 4), 16)
+        self.assertEqual(picture.pixels(), self.render("--integrator", "msaa").pixels(), "they change the picture")
+
+    def test_heatmap(self):
+        self.run_strobe("s.scene", "--quiet", "-o", "picture.exr", "--heatmap", "heat.png", "--heatmap-of", "hitrate")
+        width, height = struct.unpack(">II", self.read("heat.png")[16:24])
+        self.assertGreaterEqual(width, 24)
+        self.assertGreater(height, 16, "no scale")
+
+    def test_samples(self):
+        self.run_strobe("s.scene", "--quiet", "-o", "p.exr", "--integrator", "msaa", "--crop", ".4", ".5", ".4", ".5",
+                        "--samples", "samples.csv", "--stats", "stats.json")
+        rows = [line.split(",") for line in self.read("samples.csv").decode().splitlines()]
+        stats = json.loads(self.read("stats.json"))
+        self.assertEqual(len(rows) - 1, stats["visibilitySamples"])
+        asked = rows[0].index("asked")
+        self.assertEqual(sum(int(row[asked]) for row in rows[1:]), stats["shades"])
+        for row in rows[1:]:
+            self.assertLess(abs(float(row[3]) - int(row[0]) - 0.5), 3, "the film place is near the pixel")
+            self.assertTrue(0 <= float(row[5]) < 1, "the time is a fraction of the shutter")
+
+    def test_bias_bound(self):
+        self.assertEqual(self.stats()["bias"], {"reachPixels": 0, "shutterFraction": 0})
+        bound = self.stats("--integrator", "msaa-cache", "-D", "blocksize=2", "-D", "timebins=8")["bias"]
+        self.assertGreater(bound["reachPixels"], 2)
+        self.assertEqual(bound["shutterFraction"], 0.125)
+
+    def test_cost_of_shades(self):
+        s = self.stats("--threads", "1")
+        self.assertTrue(any("matte (s.scene:" in row["material"] for row in s["shadeCost"]), s["shadeCost"])
+        for row in s["shadeCost"]:
+            self.assertGreater(row["meanSeconds"], 0)
+
+
 class Messages(CliTest):
     def test_progress_is_plain_percentages(self):
         result = self.run_strobe("s.scene", "-o", "a.exr", "--tile", "2")
@@ -396,6 +443,13 @@ class Failures(CliTest):
             (["s.scene", "--pixel", "3,4", "--sample", "16"], "--sample 16: a pixel has 16 samples"),
             (["s.scene", "--sample", "1"], "needs --pixel"),
             (["s.scene", "--seed", "x"], "--seed"),
+            (["s.scene", "--resolution", "10"], "--resolution"),
+            (["s.scene", "--resolution", "0x4"], "--resolution"),
+            (["s.scene", "--resolution", "4x4x4"], "--resolution"),
+            (["s.scene", "--aov", "shade"], 'unknown layer "shade" (known: shades, samples, hitrate, block, shadetime)'),
+            (["s.scene", "--heatmap", "heat.exr"], "must end in .png"),
+            (["s.scene", "--heatmap-of", "x"], 'unknown layer "x"'),
+            (["s.scene", "--shading", "toon"], "toon"),
             (["s.scene", "--frame-time", "soon"], "--frame-time"),
             (["s.scene", "--log-level", "loud"], "--log-level"),
             (["s.scene", "-o", "out.jpg"], "out.jpg"),

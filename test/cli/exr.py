@@ -64,12 +64,14 @@ class Exr:
             for i in range(count):
                 self.rows[y + i] = block[i * row_bytes : (i + 1) * row_bytes]
 
+    def value(self, channel, x, y):
+        """At frame coordinates."""
+        at = 4 * (self.width * self.channels.index(channel) + x - self.window[0])
+        return struct.unpack_from("<f", self.rows[y], at)[0]
+
     def pixel(self, x, y):
         """The values of R, G and B at frame coordinates."""
-        return tuple(
-            struct.unpack_from("<f", self.rows[y], 4 * (self.width * self.channels.index(c) + x - self.window[0]))[0]
-            for c in "RGB"
-        )
+        return tuple(self.value(c, x, y) for c in "RGB")
 
     def pixels(self):
         x0, y0, x1, y1 = self.window
