@@ -2,7 +2,6 @@
 
 #include "cameras/placed_camera.h"
 #include "cameras/shutter.h"
-#include "core/sampling.h"
 
 namespace strobe {
 
@@ -24,7 +23,7 @@ class OrthographicCamera final : public Camera {
             const CameraSample& s = samples[i];
             const M44f m = m_placement.at(s.time);
             const V2f p = m_screen.at(s.film);
-            const V3f lens = lensPoint(s.lens), o = V3f(p.x, p.y, 0) + lens, d = direction(lens);
+            const V3f lens = m_lens.at(s.lens), o = V3f(p.x, p.y, 0) + lens, d = direction(lens);
             out[i] = {transformPoint(m, o), normalize(transformVector(m, d)), s.time};
         }
     }
@@ -36,17 +35,11 @@ class OrthographicCamera final : public Camera {
     V3f viewpoint(const V3f& p, const V2f& lens, float time) const override {
         const M44f m = m_placement.at(time);
         const V3f inCamera = transformPoint(m.inverse(), p);
-        return transformPoint(m, inCamera - direction(lensPoint(lens)) * inCamera.z);
+        return transformPoint(m, inCamera - direction(m_lens.at(lens)) * inCamera.z);
     }
 
   private:
-    /// Both in camera space; the direction has z = 1.
-    V3f lensPoint(const V2f& u) const {
-        if (!(m_lens.radius > 0))
-            return V3f(0);
-        const V2f lens = concentricDisk(u) * m_lens.radius;
-        return {lens.x, lens.y, 0};
-    }
+    /// In camera space, with z = 1.
     V3f direction(const V3f& lens) const {
         return m_lens.radius > 0 ? V3f(0, 0, 1) - lens * (1 / m_lens.focalDistance) : V3f(0, 0, 1);
     }

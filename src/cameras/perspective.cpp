@@ -2,7 +2,6 @@
 
 #include "cameras/placed_camera.h"
 #include "cameras/shutter.h"
-#include "core/sampling.h"
 
 namespace strobe {
 
@@ -27,7 +26,7 @@ class PerspectiveCamera final : public Camera {
             const CameraSample& s = samples[i];
             const M44f m = m_placement.at(s.time);
             const V2f p = m_screen.at(s.film);
-            const V3f o = lensPoint(s.lens);
+            const V3f o = m_lens.at(s.lens);
             V3f d(p.x, p.y, 1);
             if (m_lens.radius > 0)
                 d -= o * (1 / m_lens.focalDistance); // towards d * focalDistance, without its overflow
@@ -47,18 +46,10 @@ class PerspectiveCamera final : public Camera {
     bool moves() const override { return m_placement.moves(); }
     V3f position(float time) const override { return transformPoint(m_placement.at(time), V3f(0)); }
     V3f viewpoint(const V3f&, const V2f& lens, float time) const override {
-        return transformPoint(m_placement.at(time), lensPoint(lens));
+        return transformPoint(m_placement.at(time), m_lens.at(lens));
     }
 
   private:
-    /// In camera space.
-    V3f lensPoint(const V2f& u) const {
-        if (!(m_lens.radius > 0))
-            return V3f(0);
-        const V2f lens = concentricDisk(u) * m_lens.radius;
-        return {lens.x, lens.y, 0};
-    }
-
     CameraPlacement m_placement;
     ScreenWindow m_screen; ///< at distance 1
     Lens m_lens;

@@ -3,6 +3,7 @@
 
 #include "core/camera.h"
 #include "core/params.h"
+#include "core/sampling.h"
 
 namespace strobe {
 
@@ -45,6 +46,14 @@ ScreenWindow readScreenWindow(const ParamSet& params, const V2i& resolution);
 struct Lens {
     float radius = 0;
     float focalDistance = 1e6f;
+
+    /// The point of the lens for u in [0,1)², in camera space.
+    V3f at(const V2f& u) const {
+        if (!(radius > 0))
+            return V3f(0);
+        const V2f p = concentricDisk(u) * radius;
+        return {p.x, p.y, 0};
+    }
 };
 /// Reads "lensradius" and "focaldistance". Throws a located Error.
 Lens readLens(const ParamSet& params);

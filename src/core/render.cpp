@@ -51,12 +51,13 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
     UnsharedRender<PilotWorker> pilot(scene);
     TileRenderer renderer(scene, pilot, shader, sampler, filter, settings);
     renderer.meterEvery(1);
-    Film film(window.x1, window.y1, window);
     for (int i = 0; i < kPixels; ++i) {
         const uint64_t h = hashOf(settings.seed, i);
         const int x = window.x0 + int(h % uint64_t(window.width()));
         const int y = window.y0 + int((h >> 32) % uint64_t(window.height()));
-        renderer.renderTile({x, y, x + 1, y + 1}, film);
+        const Window pixel{x, y, x + 1, y + 1};
+        Film film(pixel.x1, pixel.y1, pixel);
+        renderer.renderTile(pixel, film);
     }
     ShadeCost cost;
     for (const ShadeCost& c : renderer.counters().shadeCosts)

@@ -1,7 +1,7 @@
 // The parameters of msaa-cache, and its two families of behaviour.
 #pragma once
 
-#include "core/integrator.h"
+#include "integrators/surface_lattice.h"
 
 #include <optional>
 
@@ -24,7 +24,7 @@ std::unique_ptr<IntegratorRender> beginLatticeSharing(const Scene& scene, const 
                                                       uint64_t seed);
 /// How many block sizes away, at most, a sample's value may come from there: two blocks, each as long as a
 /// cell of the lattice may be.
-inline constexpr float kFirstRayReach = 8;
+inline constexpr float kFirstRayReach = 2 * SurfaceLattice::kReach;
 /// Blocks that their first rays decide, as in "Multisampling and Motion Blur in a Ray Tracer", Algorithm 2.
 /// Pixels depend on which thread came first.
 std::unique_ptr<IntegratorRender> beginFirstRaySharing(const Scene& scene, const CacheSettings& settings);

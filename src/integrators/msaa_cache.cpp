@@ -1,7 +1,6 @@
 #include "integrators/msaa_cache.h"
 
 #include "integrators/cache_settings.h"
-#include "integrators/surface_lattice.h"
 
 #include <charconv>
 

@@ -127,22 +127,26 @@ def drawn(of, seeds):
             [max(float(m.squares[seeds].mean()), 0.0) ** 0.5 for m in of])
 
 
+def beside(measured, line, seeds, of_curve):
+    """Of a line and of the better baseline, which alone is extrapolated: of_curve(seconds, errors, extend); None if either
+    has none."""
+    base = [of_curve(*drawn(measured[b], seeds), True) for b in BASELINES]
+    own, best = of_curve(*drawn(measured[line], seeds), False), min((b for b in base if b is not None), default=None)
+    return None if own is None or best is None else (own, best)
+
+
 def faster(measured, line, rung, seeds):
     """How many times sooner than the better baseline a line has supersample's error at a rung; None: never."""
     error = drawn(measured[BASELINES[0]], seeds)[1][rung]
-    base = [curves.seconds_to(*drawn(measured[b], seeds), error, extend=True) for b in BASELINES]
-    own = curves.seconds_to(*drawn(measured[line], seeds), error)
-    best = min((b for b in base if b is not None), default=None)
-    return None if own is None or best is None else best / own
+    pair = beside(measured, line, seeds, lambda *curve: curves.seconds_to(*curve[:2], error, extend=curve[2]))
+    return pair and pair[1] / pair[0]
 
 
 def error_ratio(measured, line, rung, seeds):
     """A line's error over the better baseline's, in the seconds that supersample takes at a rung; None: it takes longer."""
     budget = drawn(measured[BASELINES[0]], seeds)[0][rung]
-    base = [curves.error_after(*drawn(measured[b], seeds), budget, extend=True) for b in BASELINES]
-    own = curves.error_after(*drawn(measured[line], seeds), budget)
-    best = min((b for b in base if b is not None), default=None)
-    return None if own is None or best is None else own / best
+    pair = beside(measured, line, seeds, lambda *curve: curves.error_after(*curve[:2], budget, extend=curve[2]))
+    return pair and pair[0] / pair[1]
 
 
 def remark(of, error):
