@@ -123,57 +123,62 @@ bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCe
     return true;
 }
 
-void MeshCells::places(const MeshCell& lowest, const MeshPlace* out[8]) const {
+void MeshCells::places(const MeshCell& lowest, std::optional<MeshPlace> out[8]) const {
+    const float scale = 1 / m_levels[size_t(lowest.level)].cellSize;
     bool isNear[8], anyNear = false;
     for (int k = 0; k < 8; ++k) {
         MeshCell cell = lowest;
         cell.x += k & 1, cell.y += k >> 1 & 1, cell.z += k >> 2;
         const Entry* entry = find(cell);
-        out[k] = entry ? &entry->place : nullptr;
-        isNear[k] = entry && entry->distance2 <= sqr(kNear);
+        out[k] = entry ? std::optional(entry->place()) : std::nullopt;
+        isNear[k] = entry && distance2(entry->place(), scale, centreOf(cell)) <= sqr(kNear);
         anyNear |= isNear[k];
     }
     if (anyNear) // as is always so but at rims and tips: there, what the surface only passes through stands
                  // in
         for (int k = 0; k < 8; ++k)
             if (!isNear[k])
-                out[k] = nullptr;
+                out[k].reset();
+}
+
+/// Of a place from a cell's centre, in cells, squared.
+float MeshCells::distance2(const MeshPlace& place, float scale, const V3f& centre) const {
+    return length2(Triangle(m_mesh, place.prim).at(place.u, place.v) * scale - centre);
 }
 
 const MeshCells::Entry* MeshCells::find(const MeshCell& cell) const {
     Level& level = m_levels[size_t(cell.level)];
     std::call_once(level.once, [&] { make(level); });
-    const Entry& entry = level.slot(keyOf(cell));
-    return entry.key ? &entry : nullptr;
+    const uint64_t key = keyOf(cell);
+    const Part& part = level.partOf(key);
+    const Entry* entry = part.entries.empty() ? nullptr : &part.entries[part.slot(key)];
+    return entry && entry->key ? entry : nullptr;
 }
 
-MeshCells::Entry& MeshCells::Level::slot(uint64_t key) {
-    const size_t mask = entries.size() - 1;
-    size_t i = key & mask;
+/// The key's slot, or the free one where it belongs.
+size_t MeshCells::Part::slot(uint64_t key) const {
+    const uint64_t inPart = key << kPartBits; // the upper bits chose the part
+    size_t i = size_t((unsigned __int128)(inPart)*entries.size() >> 64);
     while (entries[i].key && entries[i].key != key)
-        i = (i + 1) & mask;
-    return entries[i];
+        i = i + 1 < entries.size() ? i + 1 : 0;
+    return i;
 }
 
-/// Keeps the nearest of all that are offered for a cell.
-void MeshCells::Level::offer(const Entry& entry) {
-    if (Entry& held = slot(entry.key); held.key) {
-        if (entry.distance2 < held.distance2)
-            held = entry;
-        return;
-    }
-    if (2 * ++count > entries.size()) {
-        std::vector<Entry> old(2 * entries.size());
+/// The key's entry, filed if it was not: then its key is 0 and to be filled in.
+MeshCells::Entry& MeshCells::Part::add(uint64_t key) {
+    if (5 * (count + 1) > 4 * entries.size()) {
+        std::vector<Entry> old(entries.size() + entries.size() / 4 + 8);
         old.swap(entries);
         for (const Entry& e : old)
             if (e.key)
-                slot(e.key) = e;
+                entries[slot(e.key)] = e;
     }
-    slot(entry.key) = entry;
+    Entry& entry = entries[slot(key)];
+    count += !entry.key;
+    return entry;
 }
 
 void MeshCells::make(Level& level) const {
-    level.entries.resize(64);
     for (uint32_t prim = 0; prim < m_mesh.triangleCount(); ++prim)
         addTriangle(level, prim);
 }
@@ -202,14 +207,19 @@ void MeshCells::addTriangle(Level& level, uint32_t prim) const {
                 const V2f uv = nearestPoint(t, centreOf(cell));
                 const V3f p = t.at(uv.x, uv.y);
                 moveTo(cell, p);
-                level.offer({keyOf(cell), {prim, uv.x, uv.y}, length2(p - centreOf(cell))});
+                const uint64_t key = keyOf(cell);
+                Entry& held = level.partOf(key).add(key);
+                const V3f centre = centreOf(cell);
+                if (!held.key || length2(p - centre) < distance2(held.place(), scale, centre))
+                    held = Entry(key, {prim, uv.x, uv.y});
             }
 }
 
 size_t MeshCells::bytes() const {
     size_t sum = m_triangle.capacity() * sizeof(uint32_t);
     for (const Level& level : m_levels)
-        sum += level.entries.capacity() * sizeof(Entry);
+        for (const Part& part : level.parts)
+            sum += part.entries.capacity() * sizeof(Entry);
     return sum;
 }
 

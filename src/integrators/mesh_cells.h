@@ -5,6 +5,7 @@
 
 #include <array>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 namespace strobe {
@@ -43,7 +44,7 @@ class MeshCells {
     bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, float weights[8]) const;
     /// The places of the eight cells from the lowest one that `surround` found; null for those that do not
     /// count. At least one is not null.
-    void places(const MeshCell& lowest, const MeshPlace* out[8]) const;
+    void places(const MeshCell& lowest, std::optional<MeshPlace> out[8]) const;
     /// A triangle that has the vertex (always the same one).
     uint32_t triangleOf(uint32_t vertex) const { return m_triangle[vertex]; }
     /// Of what is made so far.
@@ -52,21 +53,34 @@ class MeshCells {
   private:
     struct Entry {
         uint64_t key = 0; ///< 0: free
-        MeshPlace place{};
-        float distance2 = 0; ///< from the cell's centre, in cells, squared
+        uint32_t prim = 0;
+        uint16_t u = 0, v = 0; ///< in 1/65535
+
+        Entry() = default;
+        Entry(uint64_t key, const MeshPlace& place)
+            : key(key), prim(place.prim), u(uint16_t(place.u * 65535 + .5f)),
+              v(std::min(uint16_t(place.v * 65535 + .5f), uint16_t(65535 - u))) {}
+        MeshPlace place() const { return {prim, float(u) * (1.f / 65535), float(v) * (1.f / 65535)}; }
     };
+    /// A hash table in parts that grow one by one: growing takes little more than what is kept.
+    struct Part {
+        std::vector<Entry> entries; ///< at most 4/5 of them used
+        size_t count = 0;
+        size_t slot(uint64_t key) const;
+        Entry& add(uint64_t key);
+    };
+    static constexpr int kPartBits = 6;
     struct Level {
         float cellSize = 0;
         std::once_flag once;
-        std::vector<Entry> entries; ///< a hash table, at most half full
-        size_t count = 0;
-        Entry& slot(uint64_t key);
-        void offer(const Entry& entry);
+        std::array<Part, size_t(1) << kPartBits> parts;
+        Part& partOf(uint64_t key) { return parts[key >> (64 - kPartBits)]; }
     };
     static constexpr int kLevels = 48;
 
     int levelFor(float size) const;
     const Entry* find(const MeshCell& cell) const;
+    float distance2(const MeshPlace& place, float scale, const V3f& centre) const;
     void make(Level& level) const;
     void addTriangle(Level& level, uint32_t prim) const;
 

@@ -233,7 +233,7 @@ void SurfaceLattice::points(const LatticeCell& cell, uint32_t bin,
 
 void SurfaceLattice::gridPoints(const TriangleMesh& mesh, const LatticeCell& cell, uint32_t bin,
                                 LatticePoint out[8]) const {
-    const MeshPlace* places[8];
+    std::optional<MeshPlace> places[8];
     m_cells.at(&mesh).places(cell.lowest, places);
     for (int k = 0; k < 8; ++k)
         out[k] = places[k] ? innerPoint(cell.face, places[k]->prim, places[k]->u, places[k]->v, bin)

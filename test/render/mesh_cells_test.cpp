@@ -39,7 +39,7 @@ struct Mixture {
     bool among = false;
     int count = 0;
     V3f p{0}; ///< of the places, by weight
-    std::vector<const MeshPlace*> places;
+    std::vector<MeshPlace> places;
 };
 
 Mixture mixtureAt(const TriangleMesh& mesh, const MeshCells& cells, uint32_t prim, float u, float v,
@@ -50,14 +50,14 @@ Mixture mixtureAt(const TriangleMesh& mesh, const MeshCells& cells, uint32_t pri
     m.among = cells.surround(prim, u, v, cellArea, lowest, weights);
     if (!m.among)
         return m;
-    const MeshPlace* places[8];
+    std::optional<MeshPlace> places[8];
     cells.places(lowest, places);
     for (int k = 0; k < 8; ++k)
         if (places[k]) {
             EXPECT_GT(weights[k], 0);
             m.p += pointOf(mesh, places[k]->prim, places[k]->u, places[k]->v) * weights[k];
             sum += weights[k];
-            m.places.push_back(places[k]);
+            m.places.push_back(*places[k]);
         }
     m.p *= 1 / sum;
     m.count = int(m.places.size());
@@ -75,7 +75,7 @@ TEST(MeshCells, HoldOnePlacePerCellOfAPlaneAndInterpolateByPosition) {
         TriangleMesh mesh;
         addPlane(mesh, kSquares, V3f(.3f, .4f, .1f), frame.s, frame.t);
         const MeshCells cells(mesh);
-        std::set<const MeshPlace*> used;
+        std::set<std::tuple<uint32_t, float, float>> used;
         double error2 = 0, cellArea = kSize * kSize / .5;
         int hits = 0;
         for (uint32_t prim = 0; prim < mesh.triangleCount(); ++prim) {
@@ -86,7 +86,8 @@ TEST(MeshCells, HoldOnePlacePerCellOfAPlaneAndInterpolateByPosition) {
             const Mixture m = mixtureAt(mesh, cells, prim, .3f, .3f, float(cellArea));
             ASSERT_TRUE(m.among);
             ASSERT_GT(m.count, 0);
-            used.insert(m.places.begin(), m.places.end());
+            for (const MeshPlace& place : m.places)
+                used.insert({place.prim, place.u, place.v});
             error2 += double(length2(m.p - p)) / (kSize * kSize);
             ++hits;
         }
@@ -141,8 +142,8 @@ TEST(MeshCells, TwoSidesOfAThinThingDoNotMix) {
     addPlane(mesh, 40, V3f(0, 0, .1f), V3f(0, 1, 0), V3f(1, 0, 0));
     const MeshCells cells(mesh);
     for (uint32_t prim = 0; prim < mesh.triangleCount(); ++prim)
-        for (const MeshPlace* place : mixtureAt(mesh, cells, prim, .2f, .4f, 50).places)
-            EXPECT_EQ(place->prim < front, prim < front);
+        for (const MeshPlace& place : mixtureAt(mesh, cells, prim, .2f, .4f, 50).places)
+            EXPECT_EQ(place.prim < front, prim < front);
 }
 
 TEST(MeshCells, LargeTrianglesAndFineCellsAreLeftToTheVertices) {
