@@ -13,7 +13,7 @@ try:
     import matplotlib  # noqa: F401
     import numpy
     import OpenImageIO  # noqa: F401
-    from strobe_figures import curves, images, stability
+    from strobe_figures import curves, images, pareto, peers, runs, stability, statements
     from strobe_figures.context import Context, Reference, TooNoisy
     LACKS = ""
 except ImportError as error:
@@ -134,9 +134,54 @@ class StabilityTest(unittest.TestCase):
 
 
 @unittest.skipIf(LACKS, LACKS)
+class StatementsTest(unittest.TestCase):
+    """Verdicts follow the numbers."""
+
+    def verdict(self, of, name, columns, rows):
+        with tempfile.TemporaryDirectory(prefix="strobe-figures-") as folder:
+            here = Context(folder, __file__, folder, True)
+            here.write_csv(name, columns, rows)
+            return of(here)[1]
+
+    def test_either_way(self):
+        names = ["cache", "task size", "seconds"]
+        for seconds, expected in (((9, 5, 7), "holds"), ((9, 5, 5), "does not hold"), ((5, 5, 7), "does not hold")):
+            rows = [["scope=tile", n, s] for n, s in zip((4, 256, 1024), seconds)]
+            self.assertEqual(self.verdict(statements.task_times, "figure-5", names, rows), expected, seconds)
+        names = ["scene", "light", "msaa-cache", "msaa-cache, one time bin", "as in the paper"]
+        for bunny, expected in ((9, "holds"), (3, "does not hold")):
+            rows = [["bunny", "direct", 2, bunny, 1], ["killeroo-simple", "direct", 2, 4, 1]]
+            self.assertEqual(self.verdict(statements.most, "figure-6", names, rows), expected)
+        for few, expected in ((1.2, "holds"), (1.5, "does not hold")):
+            rows = [["supersample", 8], ["msaa", few]]
+            self.assertEqual(self.verdict(statements.shades, "figure-1", ["integrator", "shades per covered px"], rows),
+                             expected)
+
+    def test_a_missing_figure_is_named(self):
+        with tempfile.TemporaryDirectory(prefix="strobe-figures-") as folder:
+            with self.assertRaisesRegex(runs.Failed, "figure-3a.csv, which is not there"):
+                statements.motion(Context(folder, __file__, folder, True))
+
+
+@unittest.skipIf(LACKS, LACKS)
+class PeersTest(unittest.TestCase):
+    def test_equal_error_beside_another_renderer(self):
+        def measured(spp, seconds, error):
+            return pareto.Measured(peers.CYCLES, spp, numpy.full(3, seconds), numpy.full(3, error ** 2),
+                                   {"mean_square": error ** 2}, {}, 0, 0)
+        ours = {pareto.BASELINES[0]: [measured(n, 0.1 * n, 0.2 / n) for n in (1, 4, 16)],
+                peers.LINES[2]: [measured(n, 0.1 * n, 0.1) for n in (1, 4, 16)]}
+        plain, cache = list(peers.sooner(ours, [measured(1, 1.0, 0.4), measured(4, 2.0, 0.05)]))
+        self.assertEqual(plain[:4], ["supersample", 4, 0.05, 2.0])
+        self.assertAlmostEqual(plain[4], 0.4)
+        self.assertAlmostEqual(plain[5], 5)
+        self.assertEqual(cache[4:], [None, None, None, None])
+
+
+@unittest.skipIf(LACKS, LACKS)
 class CommandTest(unittest.TestCase):
-    """Figure 2 is 12 runs: four ways, each timed three times."""
-    FIGURE, RUNS = "figure-2", 12
+    """Figure 2 is 15 runs: five ways, each timed three times."""
+    FIGURE, RUNS = "figure-2", 15
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="strobe-figures-")
@@ -158,9 +203,9 @@ class CommandTest(unittest.TestCase):
         self.assertEqual(self.count(), 5)
         done = self.figures()
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("8 runs made, 4 reused", done.stdout)
+        self.assertIn("11 runs made, 4 reused", done.stdout)
         self.assertEqual(self.count(), 5 + self.RUNS - 4)
-        self.assertIn("0 runs made, 12 reused", self.figures().stdout)
+        self.assertIn("0 runs made, 15 reused", self.figures().stdout)
         self.assertTrue(os.path.exists(os.path.join(self.folder, "out", "report.html")))
 
     def test_says_what_strobe_said_and_exits_with_1(self):

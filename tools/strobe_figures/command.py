@@ -9,15 +9,16 @@ import sys
 import time
 import traceback
 
-from . import advice, charts, paper, pareto, sharing, stability
+from . import advice, charts, paper, pareto, peers, sharing, stability, statements
 from .report import write_report as write_page
-from .context import ROOT, Context, TooNoisy
+from .context import ROOT, Context, Skipped, TooNoisy
 from .runs import Failed
 
 # Section, name, function: what is made, in this order.
 FIGURES = [
     ("accuracy", "accuracy-direct", pareto.accuracy_direct),
     ("accuracy", "accuracy-paths", pareto.accuracy_paths),
+    ("accuracy", "beside-cycles", peers.beside_cycles),
     ("paper", "figure-1", paper.figure_1),
     ("paper", "figure-2", paper.figure_2),
     ("paper", "figure-3a", paper.figure_3a),
@@ -25,6 +26,7 @@ FIGURES = [
     ("paper", "figure-4", paper.figure_4),
     ("paper", "figure-5", paper.figure_5),
     ("paper", "figure-6", paper.figure_6),
+    ("paper", "statements", statements.statements),
     ("sharing", "shade-counts", sharing.shade_counts),
     ("sharing", "bias-by-block", sharing.bias_by_block),
     ("sharing", "all-settings", sharing.all_settings),
@@ -40,7 +42,7 @@ def parse():
     parser = argparse.ArgumentParser(description=__doc__)
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="small pictures, minutes (the default)")
-    size.add_argument("--full", action="store_true", help="full pictures, a night")
+    size.add_argument("--full", action="store_true", help="larger pictures, hours")
     parser.add_argument("--only", action="append", metavar="NAME", default=[], help="a figure or a section; again for more")
     parser.add_argument("--list", action="store_true", help="names of all figures")
     parser.add_argument("-o", "--out", default="", help="folder (default: out/figures-quick or out/figures-full)")
@@ -96,6 +98,12 @@ def make_all(context, figures):
         start = time.time()
         try:
             items = make(context)
+            for item in items:
+                if item["kind"] == "chart":
+                    charts.draw(item, context.path("charts", item["id"]))
+        except Skipped as reason:
+            print("%s: skipped: %s" % (name, reason), file=sys.stderr)
+            continue
         except (Failed, TooNoisy) as error:
             print("%s: %s" % (name, error), file=sys.stderr)
             failed.append(name)
@@ -104,9 +112,6 @@ def make_all(context, figures):
             traceback.print_exc()
             failed.append(name)
             continue
-        for item in items:
-            if item["kind"] == "chart":
-                charts.draw(item, context.path("charts", item["id"]))
         with open(context.path("items", name + ".json"), "w") as file:
             json.dump({"section": section, "items": items, "seconds": time.time() - start}, file)
     return failed

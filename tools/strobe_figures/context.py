@@ -56,6 +56,10 @@ class TooNoisy(Exception):
     """A reference whose noise is not well below what is measured against it."""
 
 
+class Skipped(Exception):
+    """A figure for which this machine lacks something; the text says what."""
+
+
 class Context:
     def __init__(self, out, program, scenes, quick, threads=0):
         self.out, self.quick, self.threads = out, quick, threads

@@ -61,7 +61,7 @@ def figure_2(context):
     pictures, seconds, rows = [], {}, []
     ways = [("supersample", "supersample", ()), ("msaa-cache", "msaa-cache", ()),
             ("msaa-cache, one time bin", "msaa-cache", ("timebins=1",)),
-            ("as in the paper", "msaa-cache", ("scope=thread",))]
+            ("as in the paper", "msaa-cache", ("scope=thread",)), ("behind one mutex", "msaa-cache", ("scope=mutex",))]
     for label, integrator, defines in ways:
         result, seconds[label] = context.timed(settings.having(integrator=integrator, defines=defines))
         ratio = seconds["supersample"] / seconds[label]

@@ -26,7 +26,6 @@ SHARING = (Line("msaa", "msaa"),
            Line("msaa-cache, 1 time bin", "msaa-cache", ("timebins=1",)),
            Line("msaa-cache, blocks of 0.5", "msaa-cache", ("blocksize=0.5",)),
            Line("msaa-cache, 4 shades", "msaa-cache", ("shades=4",)),
-           Line("msaa-cache, 1 light sample", "msaa-cache", ("lightsamples=1",)),
            Line("as in the paper", "msaa-cache", ("scope=thread",)))
 LINES = BASELINES + SHARING
 SMALL = ("These pictures have an eighth of the width and height. A block of a pixel is eight times as wide in the scene as in "
@@ -71,13 +70,13 @@ def split_of(pictures, truth, relative):
 
 
 def ladder(context, line):
-    """Samples per pixel. All but the dearest go further, so that the curves span the same seconds."""
-    counts = context.pick((2, 8, 32), tuple(2 ** i for i in range(9)))
-    return counts if line == BASELINES[0] else tuple(4 * n for n in counts)
+    """Samples per pixel. The cheaper go further, so that the curves span about the same seconds."""
+    further = {BASELINES[0]: 1, BASELINES[1]: 2}.get(line, 4)
+    return tuple(further * n for n in context.pick((2, 8, 32), (1, 4, 16, 64)))
 
 
 def seeds_of(context):
-    return context.pick(3, 8)
+    return context.pick(3, 4)
 
 
 def of_line(settings, line, spp):
@@ -94,18 +93,25 @@ def measure(context, settings, line, spp, truth):
                     results[0].shades_per_pixel)
 
 
-def curves_of(context, subject, shading):
+def curves_of(context, settings, lines):
     """A list of Measured, by rising samples, for each line, and the truth they are compared with."""
-    settings = context.settings(subject, shading=shading, resolution=context.size_of(subject, 8, 2))
-    lines = [line for line in LINES if subject.moving or "timebins=1" not in line.defines]  # at rest it is the default
     for seed in range(seeds_of(context)):  # every line is timed in each: a busy hour spoils a seed of all, not one line
         for line in lines:
             for spp in ladder(context, line):
                 context.seeds(of_line(settings, line, spp), 1, 1 + seed)
-    truth = context.reference(settings, context.pick(2048, 16384))
+    truth = context.reference(settings, 2048)
     measured = {line: [measure(context, settings, line, n, truth) for n in ladder(context, line)] for line in lines}
     context.check(truth, min(m.split["mean_square"] for of in measured.values() for m in of))
     return measured, truth
+
+
+def lines_of(subject):
+    """At rest one time bin is the default."""
+    return [line for line in LINES if subject.moving or "timebins=1" not in line.defines]
+
+
+def size_of(context, subject, shading):
+    return context.size_of(subject, 8, 3 if shading == "path" else 2)
 
 
 def chart(name, title, text, measured, what):
@@ -193,7 +199,8 @@ def accuracy(context, shading, light):
     items, numbers, compared, without = [], [], [], []
     for subject in context.paper_subjects():
         try:
-            measured, truth = curves_of(context, subject, shading)
+            settings = context.settings(subject, shading=shading, resolution=size_of(context, subject, shading))
+            measured, truth = curves_of(context, settings, lines_of(subject))
         except TooNoisy as error:
             without.append("%s is left out: %s." % (subject.name, error))
             continue
@@ -202,7 +209,7 @@ def accuracy(context, shading, light):
         for what in context.pick(("rmse",), MEASURES):
             name = "-".join(("accuracy", light.replace(" ", "-"), subject.name) + (() if what == "rmse" else (what,)))
             title = "%s, %s: %s against seconds" % (subject.name, light, MEASURES[what])
-            text = "%d x %d pixels." % context.size_of(subject, 8, 2)
+            text = "%d x %d pixels." % size_of(context, subject, shading)
             items.append(chart(name, title, text, measured, what))
     if not numbers:
         raise TooNoisy(" ".join(without))

@@ -48,7 +48,7 @@ def values_of(context, sweep):
 def by_seed(context, settings):
     """{method: results}. All methods are timed for a seed before the next: a busy hour spoils a seed, not a method."""
     results = {method: [] for method in METHODS}
-    for seed in range(context.pick(2, 8)):
+    for seed in range(context.pick(2, 4)):
         for method, of in results.items():
             of.append(context.run(settings.having(integrator=method.integrator, defines=method.defines, seed=1 + seed)))
     return results
@@ -60,7 +60,7 @@ def turned(context, path, sweep):
     found, without = {}, []
     for value in values_of(context, sweep):
         settings = context.settings(subject, spp=SAMPLES, text=scene_with(path, value))
-        truth = context.reference(settings, context.pick(512, 8192), parts=context.pick(2, 4))
+        truth = context.reference(settings, context.pick(512, 1024), parts=context.pick(2, 4))
         cases = {m: Case(results, context, truth) for m, results in by_seed(context, settings).items()}
         try:
             context.check(truth, min(c.error.mean_square for c in cases.values()))
@@ -186,7 +186,7 @@ def work_and_memory(context):
     """Cache memory, tiles and threads: what they cost, and that they leave the picture as it is."""
     subject = Subject("moving-shadow", os.path.join(ROOT, "scenes", "stress", "moving-shadow.scene"), ())
     settings = context.settings(subject, integrator="msaa-cache", spp=context.pick(SAMPLES, 64))
-    rows, expected, repeats = [], context.run(settings).image, context.pick(3, 9)
+    rows, expected, repeats = [], context.run(settings).image, context.pick(3, 5)
     for repeat in range(repeats):  # all ways in turn, for the same reason as above
         for _, changes, defines in WAYS:
             context.run(settings.having(defines=defines, repeat=repeat, **changes))
