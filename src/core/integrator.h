@@ -39,6 +39,11 @@ struct VisibilityBatch {
     uint32_t samplesPerPixel = 0;
 };
 
+/// Which of the light to estimate. Direct: what lights the first surface beyond mirrors and glass, and what
+/// that surface and the emptiness emit. Indirect: the rest, of a first surface that is neither mirror nor
+/// glass. Their sum is all.
+enum class LightPart : uint8_t { All, Direct, Indirect };
+
 /// A place to shade: a surface point (or the emptiness) as seen along a ray.
 struct ShadingRequest {
     Hit hit;
@@ -47,6 +52,7 @@ struct ShadingRequest {
     uint64_t domain; ///< sampler set of the random numbers: member `index` of `total`
     uint32_t index, total;
     uint32_t sample; ///< the sample of the batch that asked for it; shading does not look at it
+    LightPart part = LightPart::All;
 };
 
 /// The mapping from visibility samples to shades, many to one. One worker per thread.
@@ -73,6 +79,7 @@ struct RenderContext {
     int threads = 1;
     int samplesPerPixel = 1;
     Window window;
+    bool hasIndirectLight = true; ///< see Shader
     /// Shades a few points here and there and measures what a shade costs.
     std::function<ShadeCost()> measureShadeCost;
 };
@@ -101,7 +108,7 @@ class Integrator {
 };
 
 /// The expensive function. One worker per thread; a request's radiance depends on the request alone, not on
-/// its companions in the batch. Counts `shades` and `escaped`.
+/// its companions in the batch. Counts `shades`, `directShades` and `escaped`.
 class ShaderWorker {
   public:
     virtual ~ShaderWorker() = default;
@@ -114,6 +121,8 @@ class Shader {
   public:
     virtual ~Shader() = default;
     virtual std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler) const = 0;
+    /// False: LightPart::Indirect is always black.
+    virtual bool hasIndirectLight() const = 0;
 };
 
 /// The render of an integrator whose workers share nothing: each is made from the scene and a few settings.

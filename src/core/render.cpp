@@ -72,8 +72,9 @@ RenderStats render(const Scene& scene, const Integrator& integrator, const Shade
     const auto start = std::chrono::steady_clock::now();
     const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
     const RenderContext context{
-        settings.seed, threads, settings.samplesPerPixel, film.window(),
-        [&] { return measureShadeCost(scene, shader, sampler, filter, settings, film.window()); }};
+        settings.seed, threads, settings.samplesPerPixel, film.window(), shader.hasIndirectLight(), [&] {
+            return measureShadeCost(scene, shader, sampler, filter, settings, film.window());
+        }};
     const std::unique_ptr<IntegratorRender> shared = integrator.begin(scene, context);
     const std::vector<Window> tiles = tilesOf(film.window(), std::clamp(settings.tileSize, 1, 1 << 16));
     tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;

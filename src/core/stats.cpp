@@ -21,6 +21,7 @@ void Counters::add(const Counters& other) {
     pixels += other.pixels;
     visibilitySamples += other.visibilitySamples;
     shades += other.shades;
+    directShades += other.directShades;
     escaped += other.escaped;
     shadowRays += other.shadowRays;
     lightRays += other.lightRays;

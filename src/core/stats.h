@@ -46,8 +46,9 @@ class ShadeCost {
 struct Counters {
     uint64_t pixels = 0;
     uint64_t visibilitySamples = 0; ///< camera rays
-    uint64_t shades = 0;  ///< surface points shaded for the picture: shading requests that met something
-    uint64_t escaped = 0; ///< requests that met nothing: no surface is shaded
+    uint64_t shades = 0;       ///< surface points shaded for the picture: shading requests that met something
+    uint64_t directShades = 0; ///< surface points of which the direct light alone was asked for
+    uint64_t escaped = 0;      ///< requests that met nothing: no surface is shaded
     uint64_t shadowRays = 0;
     uint64_t lightRays = 0;  ///< BSDF samples traced to find a light (direct lighting)
     uint64_t bounceRays = 0; ///< path continuation, specular included

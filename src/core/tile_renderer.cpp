@@ -187,7 +187,7 @@ void TileRenderer::describe(Film& film) {
         m_tallies[sample.pixel].hits += bool(sample.hit);
     m_order.clear();
     for (const ShadingRequest& request : m_requests) {
-        if (!request.hit)
+        if (!request.hit || request.part == LightPart::Direct)
             continue;
         PixelTally& tally = m_tallies[m_samples[request.sample].pixel];
         ++tally.shades, tally.time += request.ray.time;
@@ -222,7 +222,7 @@ void TileRenderer::describe(Film& film) {
 void TileRenderer::probe() {
     std::vector<uint32_t> asked(m_samples.size());
     for (const ShadingRequest& request : m_requests)
-        asked[request.sample] += bool(request.hit);
+        asked[request.sample] += request.hit && request.part != LightPart::Direct;
     for (size_t i = 0; i < m_samples.size(); ++i) {
         const VisibilitySample& sample = m_samples[i];
         const PixelRef& pixel = m_pixels[sample.pixel];

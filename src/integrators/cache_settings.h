@@ -1,4 +1,4 @@
-// The parameters of msaa-cache, and its two families of behaviour.
+// The parameters of the integrators that cache, and their two families of behaviour.
 #pragma once
 
 #include "integrators/surface_lattice.h"
@@ -17,7 +17,38 @@ struct CacheSettings {
     int shades, timeBins;
     bool nearest;
     size_t bytes;
+    bool indirectOnly = false; ///< scope shared: every sample has its own direct light
 };
+
+/// Bytes of a cache as its user said it, or left it to us.
+struct CacheSize {
+    /// Reads cache-mb: a number, "unbounded" or "auto".
+    explicit CacheSize(const ParamSet& params);
+    size_t bytes = SIZE_MAX; ///< unbounded
+    bool automatic = false;
+    static const ParamDef<std::string> kParam;
+};
+/// As large as all the blocks that the picture can be expected to need (twice the points of its pixels, in
+/// buckets half full), a quarter of the machine's memory at most; but if a shade costs no more than
+/// fetching it from memory, no larger than a processor's own cache. (The paper, Section 2.3: "cycle counting
+/// the average and standard deviation for a set of typical shades would give a good indication of how much
+/// space to dedicate to the cache, and which level of the memory hierarchy".)
+size_t automaticBytes(const RenderContext& context, float blockSize, int timeBins);
+
+/// The value that a word stands for; anything else is an error that lists the words.
+template <class T>
+T oneOf(const ParamSet& params, const ParamDef<std::string>& def,
+        std::initializer_list<std::pair<const char*, T>> values) {
+    const std::string word = params.get(def);
+    std::string known;
+    for (const auto& [name, value] : values) {
+        if (word == name)
+            return value;
+        known += (known.empty() ? "" : ", ") + std::string(name);
+    }
+    throw Error(params.whereIs(def),
+                std::string("\"") + def.name + "\" cannot be \"" + word + "\" (known: " + known + ")");
+}
 
 /// Blocks that are functions of their key: see SurfaceLattice.
 std::unique_ptr<IntegratorRender> beginLatticeSharing(const Scene& scene, const CacheSettings& settings,

@@ -34,12 +34,15 @@ class Worker : public IntegratorWorker {
         m_blockTable.clear();
         m_cellTable.clear();
         for (const VisibilitySample& sample : batch.samples) {
-            if (sample.hit && m_shared.settings.blockSize > 0) {
-                planShared(sample, uint32_t(&sample - batch.samples.data()));
-            } else {
-                m_samples.push_back({-int64_t(requests.size()) - 1, {}});
+            const bool shares = sharesAt(sample.hit), alone = !shares || m_shared.settings.indirectOnly;
+            Taken& taken = m_samples.emplace_back();
+            if (alone) {
+                taken.own = int64_t(requests.size());
                 requests.push_back(requestFor(m_shared.scene, batch, sample));
+                requests.back().part = shares ? LightPart::Direct : LightPart::All;
             }
+            if (shares)
+                planShared(sample, uint32_t(&sample - batch.samples.data()), taken);
         }
         for (size_t i = 0; i < m_blocks.size(); ++i)
             lookUp(m_blocks[i], m_places[i], requests);
@@ -51,10 +54,9 @@ class Worker : public IntegratorWorker {
                 finish(block, shaded);
         for (size_t i = 0; i < values.size(); ++i) {
             const Taken& taken = m_samples[i];
-            if (taken.cell < 0) {
-                values[i] = shaded[size_t(-taken.cell - 1)];
+            values[i] = taken.own >= 0 ? shaded[size_t(taken.own)] : Rgb(0);
+            if (taken.cell < 0)
                 continue;
-            }
             const Cell& cell = m_cells[size_t(taken.cell)];
             Rgb sum(0);
             float weights = 0;
@@ -63,7 +65,7 @@ class Worker : public IntegratorWorker {
                 sum += m_blocks[cell.block[k]].value * weight;
                 weights += weight;
             }
-            values[i] = sum * (1 / weights);
+            values[i] += sum * (1 / weights);
         }
     }
 
@@ -108,11 +110,20 @@ class Worker : public IntegratorWorker {
     };
     /// What a sample's value is made of.
     struct Taken {
-        int64_t cell; ///< negative: request -cell - 1, its own
+        int64_t own = -1;  ///< the request that it made for itself, if any
+        int64_t cell = -1; ///< negative: none
         float weight[kPoints];
     };
 
-    void planShared(const VisibilitySample& sample, uint32_t index) {
+    bool sharesAt(const Hit& hit) const {
+        const CacheSettings& settings = m_shared.settings;
+        if (!hit || settings.blockSize == 0)
+            return false;
+        const Scene& scene = m_shared.scene;
+        return !settings.indirectOnly || scene.materials()[size_t(scene.geometry(hit).material)]->isSmooth();
+    }
+
+    void planShared(const VisibilitySample& sample, uint32_t index, Taken& taken) {
         const int bins = m_shared.settings.timeBins;
         const uint32_t bin = uint32_t(std::min(int(sample.ray.time * float(bins)), bins - 1));
         const LatticeCell cell = m_shared.lattice.locate(sample, bin);
@@ -121,7 +132,6 @@ class Worker : public IntegratorWorker {
         const uint32_t next = uint32_t(m_cells.size()), filed = m_cellTable.insert(key, next);
         if (filed == next)
             m_cells.push_back(makeCell(cell, nearest, bin, index));
-        Taken& taken = m_samples.emplace_back();
         taken.cell = filed;
         std::copy_n(cell.weights, cell.count, taken.weight);
     }
@@ -195,6 +205,7 @@ class Worker : public IntegratorWorker {
             r.index = uint32_t(k);
             r.total = uint32_t(settings.shades);
             r.sample = place.sample;
+            r.part = settings.indirectOnly ? LightPart::Indirect : LightPart::All;
             requests.push_back(r);
         }
     }

@@ -41,7 +41,10 @@ class PathWorker : public ShaderWorker {
             Path& path = m_paths[i];
             path.hit = r.hit, path.ray = r.ray, path.cone = r.cone;
             path.domain = r.domain, path.index = r.index, path.total = r.total;
-            ++(r.hit ? m_counters->shades : m_counters->escaped);
+            path.part = r.part;
+            ++(!r.hit                        ? m_counters->escaped
+               : r.part == LightPart::Direct ? m_counters->directShades
+                                             : m_counters->shades);
             m_active.push_back(i);
         }
     }
@@ -92,12 +95,17 @@ class PathWorker : public ShaderWorker {
         const float width = path.cone.width + path.hit.t * path.cone.spread;
         prepare(path, v, width);
         if (v.s.material->isSmooth()) {
-            addDirect(index, v, shadows, probes);
-            if (!m_settings.path)
+            if (path.part != LightPart::Indirect || path.bounce > 0)
+                addDirect(index, v, shadows, probes);
+            if (endsHere(path))
                 return false;
         }
         return extend(path, v, width);
     }
+
+    /// At a surface that is neither mirror nor glass: whether the path is to bring direct light only. Then it
+    /// finds lights by BSDF samples of their own, not by its next ray.
+    bool endsHere(const Path& path) const { return !m_settings.path || path.part == LightPart::Direct; }
 
     void prepare(const Path& path, Vertex& v, float width) {
         TextureQuery q;
@@ -122,6 +130,8 @@ class PathWorker : public ShaderWorker {
 
     /// The weight of light `light` found by the path's last BSDF sample.
     float foundWeight(const Path& path, int index, const LightHit* hit) const {
+        if (path.part == LightPart::Indirect && path.bounce <= 1)
+            return 0; // the first surface's own and its direct light
         if (path.countsAllLight)
             return 1;
         const Light& light = *m_scene.lights()[size_t(index)];
@@ -156,7 +166,7 @@ class PathWorker : public ShaderWorker {
         const auto& lights = m_scene.lights();
         if (lights.empty())
             return;
-        path.fromAllLights = m_settings.allLights && (path.firstSmooth || !m_settings.path);
+        path.fromAllLights = m_settings.allLights && (path.firstSmooth || endsHere(path));
         if (path.fromAllLights) {
             for (int i = 0; i < int(lights.size()); ++i)
                 addLight(index, v, i, m_settings.samplesOf(*lights[size_t(i)]), 1, shadows, probes);
@@ -179,14 +189,14 @@ class PathWorker : public ShaderWorker {
         const uint32_t dim = dimension(path, kDimLights + kDimensionsPerLight * uint32_t(lightIndex));
         const SampleRange range{path.domain, path.index * uint32_t(n), uint32_t(n), path.total * uint32_t(n)};
         const bool bsdfToo = usesBsdfSampling(light, v.s.p, path.ray.time, v.maxPdf);
-        const float bsdfCount = !bsdfToo ? 0.f : m_settings.path ? 1.f : float(n) * picked;
+        const float bsdfCount = !bsdfToo ? 0.f : endsHere(path) ? float(n) * picked : 1.f;
 
         m_u.resize(size_t(n));
         m_lightSamples.resize(size_t(n));
         m_sampler.fill2D(range, dim, m_u.data());
         light.sample(v.s.p, path.ray.time, m_u.data(), n, m_lightSamples.data());
         sendLightSamples(index, v, n, picked, light.isDelta(), bsdfCount, shadows);
-        if (bsdfToo && !m_settings.path)
+        if (bsdfToo && endsHere(path))
             sendBsdfSamples(index, v, lightIndex, range, dim, picked, shadows, probes);
     }
 
@@ -345,6 +355,7 @@ class PathShader : public Shader {
     std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler) const override {
         return std::make_unique<PathWorker>(scene, sampler, m_settings);
     }
+    bool hasIndirectLight() const override { return m_settings.path && m_settings.maxDepth > 1; }
 
   private:
     ShadeSettings m_settings;

@@ -1,7 +1,7 @@
 // What the path shader keeps of a path under way.
 #pragma once
 
-#include "core/scene.h"
+#include "core/integrator.h"
 
 namespace strobe {
 
@@ -36,6 +36,7 @@ struct Path {
     uint64_t domain;
     uint32_t index, total;
     int bounce = 0;
+    LightPart part = LightPart::All;
     // How the ray was made, to weight the light it may hit:
     bool countsAllLight = true; ///< camera rays and delta lobes: no other strategy could have found the light
     bool firstSmooth = true;    ///< no smooth surface so far

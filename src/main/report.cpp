@@ -81,6 +81,7 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
     j["pixels"] = c.pixels;
     j["visibilitySamples"] = c.visibilitySamples;
     j["shades"] = c.shades;
+    j["directShades"] = c.directShades;
     j["shadesPerPixel"] = c.pixels ? double(c.shades) / double(c.pixels) : 0;
     j["escaped"] = c.escaped;
     j["surfaces"] = c.surfaces;

@@ -8,6 +8,7 @@
 #include "filters/mitchell.h"
 #include "filters/sinc.h"
 #include "filters/triangle.h"
+#include "integrators/indirect_cache.h"
 #include "integrators/msaa.h"
 #include "integrators/msaa_cache.h"
 #include "integrators/path_shader.h"
@@ -58,7 +59,7 @@ PluginTables pluginTables() {
                     sincFilterPlugin()},
         .films = {imageFilmPlugin()},
         .shaders = {directLightingPlugin(), pathPlugin()},
-        .integrators = {supersamplePlugin(), msaaPlugin(), msaaCachePlugin()},
+        .integrators = {supersamplePlugin(), msaaPlugin(), msaaCachePlugin(), indirectCachePlugin()},
     };
 }
 

@@ -5,8 +5,8 @@ import matplotlib
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
-COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#444444", "#8172b2"]
-MARKERS = "os^Dv<>P"
+COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#444444", "#8172b2", "#8c6d31"]
+MARKERS = "os^Dv<>PX"
 
 
 def draw(item, stem):

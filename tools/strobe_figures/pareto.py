@@ -26,6 +26,7 @@ SHARING = (Line("msaa", "msaa"),
            Line("msaa-cache, 1 time bin", "msaa-cache", ("timebins=1",)),
            Line("msaa-cache, blocks of 0.5", "msaa-cache", ("blocksize=0.5",)),
            Line("msaa-cache, 4 shades", "msaa-cache", ("shades=4",)),
+           Line("indirect-cache, 1 light sample", "indirect-cache", ("lightsamples=1",)),
            Line("as in the paper", "msaa-cache", ("scope=thread",)))
 LINES = BASELINES + SHARING
 SMALL = ("These pictures have an eighth of the width and height. A block of a pixel is eight times as wide in the scene as in "
@@ -71,7 +72,7 @@ def split_of(pictures, truth, relative):
 
 def ladder(context, line):
     """Samples per pixel. The cheaper go further, so that the curves span about the same seconds."""
-    further = {BASELINES[0]: 1, BASELINES[1]: 2}.get(line, 4)
+    further = 1 if line == BASELINES[0] else 2 if line.integrator in ("supersample", "indirect-cache") else 4
     return tuple(further * n for n in context.pick((2, 8, 32), (1, 4, 16, 64)))
 
 
@@ -105,9 +106,10 @@ def curves_of(context, settings, lines):
     return measured, truth
 
 
-def lines_of(subject):
-    """At rest one time bin is the default."""
-    return [line for line in LINES if subject.moving or "timebins=1" not in line.defines]
+def lines_of(subject, shading):
+    """At rest one time bin is the default; without indirect light indirect-cache is supersample."""
+    return [line for line in LINES if (subject.moving or "timebins=1" not in line.defines) and
+            (shading == "path" or line.integrator != "indirect-cache")]
 
 
 def size_of(context, subject, shading):
@@ -200,7 +202,7 @@ def accuracy(context, shading, light):
     for subject in context.paper_subjects():
         try:
             settings = context.settings(subject, shading=shading, resolution=size_of(context, subject, shading))
-            measured, truth = curves_of(context, settings, lines_of(subject))
+            measured, truth = curves_of(context, settings, lines_of(subject, shading))
         except TooNoisy as error:
             without.append("%s is left out: %s." % (subject.name, error))
             continue

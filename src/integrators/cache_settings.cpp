@@ -1,0 +1,55 @@
+#include "integrators/cache_settings.h"
+
+#include <charconv>
+
+#include <unistd.h>
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<float> kNumber{"cache-mb", 0, ""};
+
+/// Shades cheaper than about this cost less than to fetch them from memory.
+constexpr double kMemorySeconds = 3e-7;
+constexpr size_t kMegabyte = 1024 * 1024;
+
+size_t physicalMemory() { return size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGE_SIZE)); }
+
+} // namespace
+
+const ParamDef<std::string> CacheSize::kParam{"cache-mb", "auto",
+                                              "size of the cache (scope thread and tile: of each thread's), "
+                                              "unbounded, or auto: by the cost of a shade"};
+
+CacheSize::CacheSize(const ParamSet& params) {
+    double megabytes = 0;
+    if (const auto type = params.typeOf(kParam); type && type != ParamType::String) {
+        megabytes = double(params.get(kNumber));
+    } else {
+        const std::string word = params.get(kParam);
+        automatic = word == "auto";
+        if (automatic || word == "unbounded")
+            return;
+        const char* end = word.data() + word.size();
+        if (std::from_chars(word.data(), end, megabytes).ptr != end || word.empty())
+            throw Error(params.whereIs(kParam),
+                        "\"cache-mb\" must be a number, \"auto\" or \"unbounded\", not \"" + word + "\"");
+    }
+    if (!(megabytes >= 0))
+        throw Error(params.whereIs(kParam), "\"cache-mb\" must not be negative");
+    bytes = size_t(std::min(megabytes * double(kMegabyte), 1e18));
+}
+
+size_t automaticBytes(const RenderContext& context, float blockSize, int timeBins) {
+    const ShadeCost cost = context.measureShadeCost();
+    if (cost.shades() > 0 && cost.mean() + cost.deviation() < kMemorySeconds)
+        return kMegabyte * size_t(context.threads);
+    constexpr double kBytesPerBlock = 24, kSlack = 4;
+    const double pixels = double(context.window.width()) * context.window.height();
+    const double blocks = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
+    const double most = double(physicalMemory()) / 4;
+    return size_t(std::clamp(blocks * kBytesPerBlock * kSlack, double(kMegabyte), most));
+}
+
+} // namespace strobe

@@ -1,0 +1,70 @@
+#include "integrators/indirect_cache.h"
+
+#include "integrators/cache_settings.h"
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<float> kBlockSize{"blocksize", 4,
+                                 "distance in pixels of the points where indirect light is shaded; 0: every "
+                                 "sample shades all its light for itself"};
+const ParamDef<int> kShades{"shades", 0,
+                            "shades of indirect light per point; 0: as many as samples per pixel"};
+const ParamDef<int> kTimeBins{"timebins", 1, "parts of the shutter that are shaded apart"};
+
+class IndirectCache : public Integrator {
+  public:
+    explicit IndirectCache(const ParamSet& params) : m_size(params) {
+        if (!(params.get(kBlockSize) >= 0))
+            throw Error(params.whereIs(kBlockSize), "\"blocksize\" must not be negative");
+        if (params.get(kShades) < 0)
+            throw Error(params.whereIs(kShades), "\"shades\" must not be negative");
+        if (params.get(kTimeBins) < 1)
+            throw Error(params.whereIs(kTimeBins), "\"timebins\" must be at least 1");
+        m_settings = {CacheSettings::Scope::Shared,
+                      params.get(kBlockSize),
+                      params.get(kShades),
+                      params.get(kTimeBins),
+                      false,
+                      m_size.bytes,
+                      true};
+    }
+
+    BiasBound biasBound(const Scene& scene) const override {
+        if (m_settings.blockSize == 0)
+            return {};
+        return {SurfaceLattice::kReach * m_settings.blockSize,
+                scene.moves() ? 1 / float(m_settings.timeBins) : 0};
+    }
+
+    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext& context) const override {
+        CacheSettings settings = m_settings;
+        if (!context.hasIndirectLight)
+            settings.blockSize = 0;
+        if (settings.shades == 0)
+            settings.shades = context.samplesPerPixel;
+        if (m_size.automatic || settings.bytes == SIZE_MAX)
+            settings.bytes =
+                settings.blockSize > 0 ? automaticBytes(context, settings.blockSize, settings.timeBins) : 0;
+        return beginLatticeSharing(scene, settings, context.seed);
+    }
+
+  private:
+    CacheSize m_size;
+    CacheSettings m_settings; ///< shades 0: by the samples
+};
+
+} // namespace
+
+IntegratorPlugin indirectCachePlugin() {
+    return {"indirect-cache",
+            "direct light for every sample, indirect light shared by the points around it; biased in "
+            "indirect light",
+            {kBlockSize, kShades, kTimeBins, CacheSize::kParam},
+            [](const ParamSet& params, const BuildContext&) {
+                return std::make_shared<const IndirectCache>(params);
+            }};
+}
+
+} // namespace strobe
