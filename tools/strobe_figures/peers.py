@@ -76,18 +76,23 @@ class Cycles:
 
 def cycles_curve(context, cycles, moving, size):
     """The line of Cycles, as those of `curves_of`, and its own truth."""
-    parts = [cycles.picture(moving, context.pick(256, 1024), 1001 + i, size).image for i in range(4)]
+    parts = [cycles.picture(moving, context.pick(256, 1024), 1001 + i, size).image for i in range(context.pick(2, 4))]
     spread = images.clamp(numpy.stack(parts)).astype(float).var(axis=0, ddof=1) / len(parts)
     mean = numpy.mean(parts, axis=0)
     keep = images.comparable(mean)
     truth = Reference(mean, float(spread[keep].mean()), float((spread / (images.clamp(mean) + .01) ** 2)[keep].mean()), keep)
     measured = []
-    for spp in context.pick((4, 16, 64), (1, 4, 16, 64, 256)):
+    for spp in context.pick((16, 64), (1, 4, 16, 64, 256)):
         pictures = [cycles.picture(moving, spp, 1 + i, size) for i in range(context.pick(2, 4))]
         split, squares = split_of([p.image for p in pictures], truth, False)
         measured.append(Measured(CYCLES, spp, numpy.array([p.seconds for p in pictures]), squares, split, split, 0.0, 0.0))
     context.check(truth, min(m.split["mean_square"] for m in measured))
     return measured, truth
+
+
+def lines_of(context, moving):
+    lines = context.pick((*BASELINES, LINES[2], LINES[-1]), LINES)
+    return [line for line in lines if moving or "timebins=1" not in line.defines]
 
 
 def all_diffuse(subject):
@@ -106,9 +111,9 @@ def beside_cycles(context):
     items, rows, compared = [], [], []
     for name, moving in SCENES:
         subject = context.named(name, "")
-        width, height = context.size_of(subject, 4, 2)
+        width, height = context.size_of(subject, 5, 2)
         settings = context.settings(subject, shading="path", resolution=(width, height), text=all_diffuse(subject))
-        measured, truth = curves_of(context, settings, [l for l in LINES if moving or "timebins=1" not in l.defines])
+        measured, truth = curves_of(context, settings, lines_of(context, moving))
         other, other_truth = cycles_curve(context, cycles, moving, width)
         compared += [[name] + row for row in sooner(measured, other)]
         measured[CYCLES] = other
@@ -136,7 +141,7 @@ def building(context, settings):
 
 def sooner(measured, other):
     """Rows of the table of equal error."""
-    for peer in other[1:]:
+    for peer in other[-3:]:
         for line, of in measured.items():
             def ratio(seeds, of=of, peer=peer):
                 seeds = [s for s in seeds if s < len(of[0].seconds) and s < len(peer.seconds)] or [0]

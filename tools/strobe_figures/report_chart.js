@@ -5,7 +5,8 @@ const PRINTED_WIDTH = 680;
 const MARKERS = [
   "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0Z", "M-3.6-3.6H3.6V3.6H-3.6Z", "M0-4.8L4.6 3.4H-4.6Z", "M0-5.2L5.2 0L0 5.2L-5.2 0Z",
   "M0 4.8L4.6-3.4H-4.6Z", "M-1.5-4.5H1.5V-1.5H4.5V1.5H1.5V4.5H-1.5V1.5H-4.5V-1.5H-1.5Z", "M-4.6-2.2H4.6V2.2H-4.6Z",
-  "M-2.2-4.6H2.2V4.6H-2.2Z",
+  "M-2.2-4.6H2.2V4.6H-2.2Z", "M-4.4-2.3L-2.3-4.4L0-2.1L2.3-4.4L4.4-2.3L2.1 0L4.4 2.3L2.3 4.4L0 2.1L-2.3 4.4L-4.4 2.3L-2.1 0Z",
+  "M-5 0L3.4-4.6V4.6Z",
 ];
 
 /** Steps of 1, 2 or 5 times a power of ten, about count of them over the span. */
