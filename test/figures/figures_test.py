@@ -171,7 +171,7 @@ class PeersTest(unittest.TestCase):
                                    {"mean_square": error ** 2}, {}, 0, 0)
         ours = {pareto.BASELINES[0]: [measured(n, 0.1 * n, 0.2 / n) for n in (1, 4, 16)],
                 peers.LINES[2]: [measured(n, 0.1 * n, 0.1) for n in (1, 4, 16)]}
-        plain, cache = list(peers.sooner(ours, [measured(1, 1.0, 0.4), measured(4, 2.0, 0.05)]))
+        *_, plain, cache = list(peers.sooner(ours, [measured(1, 1.0, 0.4), measured(4, 2.0, 0.05)]))
         self.assertEqual(plain[:4], ["supersample", 4, 0.05, 2.0])
         self.assertAlmostEqual(plain[4], 0.4)
         self.assertAlmostEqual(plain[5], 5)
