@@ -1,7 +1,5 @@
 #include "materials/gloss_fit.h"
 
-#include "materials/ggx.h"
-
 #include <vector>
 
 namespace strobe {
@@ -11,6 +9,7 @@ constexpr float kGreatestShare = .9f; ///< the rest keeps f |wi.z| / pdf bounded
 constexpr int kShares = 9;
 constexpr float kLeastAlpha = .004f; ///< narrower lobes lose their shape to float's rounding
 constexpr float kAlphaStep = .75f;
+constexpr int kRounds = 2; ///< over the two roughnesses in turn
 /// A lobe must save at least this part of the second moment, or there is none.
 constexpr double kWorthwhile = .02;
 
@@ -41,31 +40,47 @@ std::vector<Node> quadrature(const GlossFit::Brdf& f, const V3f& wo) {
     return nodes;
 }
 
-/// The lobe whose pdf makes the second moment of f |wi.z| / pdf, the integral of (f |wi.z|)² / pdf, least.
+/// A lobe, and the second moment of f |wi.z| / pdf by its mixture: the integral of (f |wi.z|)² / pdf.
+struct Candidate {
+    GlossFit::Lobe lobe;
+    double moment;
+};
+
+/// Takes the best share for `alpha` if it is better than what `best` has.
+void improve(Candidate& best, const std::vector<Node>& nodes, const V3f& wo, const GgxAlpha& alpha) {
+    const GgxReflection lobe(wo, alpha);
+    std::array<float, kShares> shares;
+    for (size_t k = 0; k < kShares; ++k)
+        shares[k] = kGreatestShare * float(k + 1) / kShares;
+    std::array<double, kShares> moments{};
+    for (const Node& node : nodes) {
+        const float cosine = node.wi.z * kInvPi, density = lobe.pdf(wo, node.wi);
+        for (size_t k = 0; k < kShares; ++k)
+            moments[k] += node.square / lerp(cosine, density, shares[k]);
+    }
+    for (size_t k = 0; k < kShares; ++k)
+        if (moments[k] < best.moment)
+            best = {{shares[k], alpha}, moments[k]};
+}
+
 GlossFit::Lobe bestLobe(const GlossFit::Brdf& f, const V3f& wo) {
     const std::vector<Node> nodes = quadrature(f, wo);
-    double none = 0, least = kInfinity;
-    for (const Node& node : nodes)
-        none += node.square / (node.wi.z * kInvPi);
-    GlossFit::Lobe best{0, 1};
-    for (float alpha = 1; alpha > kLeastAlpha; alpha *= kAlphaStep) {
-        const GgxReflection lobe(wo, alpha);
-        std::array<double, kShares> moments{};
-        for (const Node& node : nodes) {
-            const float cosine = node.wi.z * kInvPi, density = lobe.pdf(wo, node.wi);
-            for (size_t k = 0; k < kShares; ++k)
-                moments[k] += node.square / lerp(cosine, density, kGreatestShare * float(k + 1) / kShares);
-        }
-        for (size_t k = 0; k < kShares; ++k)
-            if (moments[k] < least) {
-                least = moments[k];
-                best = {kGreatestShare * float(k + 1) / kShares, alpha};
-            }
+    Candidate best{{0, {1, 1}}, kInfinity};
+    for (float alpha = 1; alpha > kLeastAlpha; alpha *= kAlphaStep)
+        improve(best, nodes, wo, {alpha, alpha});
+    for (int round = 0; round < kRounds; ++round) {
+        for (float alpha = 1; alpha > kLeastAlpha; alpha *= kAlphaStep)
+            improve(best, nodes, wo, {best.lobe.alpha.along, alpha});
+        for (float alpha = 1; alpha > kLeastAlpha; alpha *= kAlphaStep)
+            improve(best, nodes, wo, {alpha, best.lobe.alpha.across});
     }
+    double withoutLobe = 0;
+    for (const Node& node : nodes)
+        withoutLobe += node.square / (node.wi.z * kInvPi);
     // Without a lobe the roughness still counts: `at` interpolates it.
-    if (!(least < (1 - kWorthwhile) * none))
-        best.share = 0;
-    return best;
+    if (!(best.moment < (1 - kWorthwhile) * withoutLobe))
+        best.lobe.share = 0;
+    return best.lobe;
 }
 
 } // namespace

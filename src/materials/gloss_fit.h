@@ -1,20 +1,20 @@
 // How to draw reflections for a BRDF known by its values only: a mixture of the cosine and a GGX lobe.
 #pragma once
 
-#include "core/math.h"
+#include "materials/ggx.h"
 
 #include <array>
 #include <functional>
 
 namespace strobe {
 
-/// The share and the roughness of the lobe as functions of |wo.z|, estimated once from the BRDF's values.
+/// The share and the roughnesses of the lobe as functions of |wo.z|, estimated once from the BRDF's values.
 /// Immutable.
 class GlossFit {
   public:
     struct Lobe {
         float share; ///< the probability of drawing from the lobe rather than from the cosine; 0: no lobe
-        float alpha; ///< GGX's roughness, in (0,1]
+        GgxAlpha alpha;
     };
     /// f(wo, wi) >= 0 for unit directions above the surface: an isotropic BRDF, in one channel.
     using Brdf = std::function<float(const V3f& wo, const V3f& wi)>;
@@ -28,7 +28,8 @@ class GlossFit {
         const int i = std::min(int(x), kSteps - 1);
         const Lobe &a = m_lobes[size_t(i)], &b = m_lobes[size_t(i) + 1];
         const float t = x - float(i);
-        return {lerp(a.share, b.share, t), lerp(a.alpha, b.alpha, t)};
+        return {lerp(a.share, b.share, t),
+                {lerp(a.alpha.along, b.alpha.along, t), lerp(a.alpha.across, b.alpha.across, t)}};
     }
 
   private:
