@@ -1,4 +1,5 @@
-// Measured isotropic BRDFs: pbrt-v2's .brdf text files and MERL .binary files; sampled by the cosine.
+// Measured isotropic BRDFs: pbrt-v2's .brdf text files and MERL .binary files; sampled by the cosine and a
+// GGX lobe fitted to the file's values.
 #pragma once
 
 #include "core/material.h"

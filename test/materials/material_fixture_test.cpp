@@ -9,6 +9,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 namespace strobe::test {
 
@@ -28,22 +29,55 @@ V3f Random::direction() {
 
 namespace {
 
-/// A smooth lobe measured at random pairs, as a .brdf file with two wavelengths.
-MaterialPtr measuredExample() {
+/// A material of a file that is gone afterwards.
+MaterialPtr measuredFrom(const std::string& extension, const std::string& bytes) {
     const auto path =
-        std::filesystem::temp_directory_path() / ("strobe-" + std::to_string(::getpid()) + ".brdf");
-    std::ofstream file(path);
-    file << "# made up\n2\n450 600 # nm\n";
-    Random random(7);
-    for (int i = 0; i < 600; ++i) {
-        const float ti = 1.5f * random.next(), to = 1.5f * random.next(), phi = kPi * random.next();
-        const float value = .1f + .05f * std::cos(ti) * std::cos(to) + .1f * sqr(phi / kPi) * std::sin(ti);
-        file << ti << " 0 " << to << " " << phi << "  " << value << " " << value * .8f << "\n";
-    }
-    file.close();
+        std::filesystem::temp_directory_path() / ("strobe-fixture-" + std::to_string(::getpid()) + extension);
+    std::ofstream(path, std::ios::binary) << bytes;
     const MaterialPtr material = makeMaterial(measuredPlugin(), {stringParam("filename", path.string())});
     std::filesystem::remove(path);
     return material;
+}
+
+/// A .brdf file with two wavelengths of value(θi, θo, Δφ) at random pairs.
+template <class Value>
+MaterialPtr scatteredExample(int n, Value value) {
+    std::ostringstream file;
+    file << "# made up\n2\n450 600 # nm\n";
+    Random random(7);
+    for (int i = 0; i < n; ++i) {
+        const float ti = 1.5f * random.next(), to = 1.5f * random.next(), phi = kPi * random.next();
+        const float v = value(ti, to, phi);
+        file << ti << " 0 " << to << " " << phi << "  " << v << " " << v * .8f << "\n";
+    }
+    return measuredFrom(".brdf", file.str());
+}
+
+float smoothValue(float ti, float to, float phi) {
+    return .1f + .05f * std::cos(ti) * std::cos(to) + .1f * sqr(phi / kPi) * std::sin(ti);
+}
+
+/// A gloss of about 15° about the mirror direction.
+float glossyValue(float ti, float to, float phi) {
+    const V3f wi(std::sin(ti), 0, std::cos(ti)),
+        wo(std::sin(to) * std::cos(phi), std::sin(to) * std::sin(phi), std::cos(to));
+    return .02f + std::pow(normalize(wi + wo).z, 60.f);
+}
+
+/// A MERL table of kd/π plus a Blinn lobe that depends on the half angle only.
+MaterialPtr merlExample(double kd, double ks, double exponent) {
+    const int32_t size[3] = {90, 30, 12}; // MERL's own is 90 x 90 x 180
+    std::string bytes(reinterpret_cast<const char*>(size), sizeof(size));
+    for (const double scale : {1 / 1500., 1.15 / 1500., 1.66 / 1500.})
+        for (int h = 0; h < size[0]; ++h) {
+            const double thetaH = M_PI / 2 * std::pow((h + .5) / size[0], 2);
+            const double value =
+                kd / M_PI + ks * (exponent + 2) / (8 * M_PI) * std::pow(std::cos(thetaH), exponent);
+            const double inFile = value / scale;
+            for (int rest = 0; rest < size[1] * size[2]; ++rest)
+                bytes.append(reinterpret_cast<const char*>(&inFile), sizeof(inFile));
+        }
+    return measuredFrom(".binary", bytes);
 }
 
 } // namespace
@@ -75,7 +109,11 @@ std::vector<NamedMaterial> smoothMaterials() {
             {"metal", metal(.01f)},
             {"metal roughness .001", metal(.001f), true, true},
             {"metal roughness 1", metal(1)},
-            {"measured", measuredExample()}};
+            {"measured", scatteredExample(600, smoothValue)},
+            {"measured glossy", scatteredExample(3000, glossyValue)},
+            {"measured, MERL even", merlExample(.5, 0, 1)},
+            {"measured, MERL satin", merlExample(.3, .4, 100)},
+            {"measured, MERL glossy", merlExample(.1, .6, 1000), true, true}};
 }
 
 std::vector<V3f> viewDirections() {

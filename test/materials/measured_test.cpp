@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 namespace strobe::test {
 namespace {
@@ -133,6 +134,49 @@ TEST(Measured, SaysWhatIsWrongWithAFile) {
     expectError("h.binary", std::string("\2\0\0\0\2\0\0\0\2\0\0\0", 12) + "abc", "204 bytes");
     expectError("i.binary", std::string("\0\0\0\0\2\0\0\0\2\0\0\0", 12), "resolution of 0");
     expectError("j.bsdf", "", "known: .brdf");
+}
+
+std::string merlOf(int32_t cells, const std::function<double(double thetaH)>& f) {
+    const int32_t size[3] = {cells, 1, 1};
+    std::string bytes(reinterpret_cast<const char*>(size), sizeof(size));
+    for (const double scale : {1 / 1500., 1.15 / 1500., 1.66 / 1500.})
+        for (int h = 0; h < cells; ++h) {
+            const double value = f(M_PI / 2 * std::pow((h + .5) / cells, 2)) / scale;
+            bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+        }
+    return bytes;
+}
+
+/// The greatest weight of many samples.
+float greatestWeight(const Material& material, const V3f& wo) {
+    const Bsdf bsdf = prepared(material);
+    Random random(8);
+    float greatest = 0;
+    for (int i = 0; i < 20000; ++i) {
+        BsdfSample s;
+        const float uc = random.next();
+        if (material.sample(bsdf, wo, uc, random.next2(), s))
+            greatest = std::max(greatest, s.weight.y);
+    }
+    return greatest;
+}
+
+TEST(Measured, EvenTablesAreSampledByTheCosineAlone) {
+    for (const double value : {0., .5 / M_PI}) {
+        const ScratchFile file("l.binary", merlOf(1, [&](double) { return value; }));
+        const auto material = makeMaterial(measuredPlugin(), {stringParam("filename", file.path.string())});
+        for (const V3f& wo : viewDirections())
+            EXPECT_FLOAT_EQ(material->maxPdf(prepared(*material), wo), kInvPi) << wo;
+    }
+}
+
+TEST(Measured, NoSampleOfAGlossWeighsMuch) {
+    // The cosine alone would weigh the peak at pi f = 125.
+    const ScratchFile file(
+        "m.binary", merlOf(90, [](double h) { return 1002 / (8 * M_PI) * std::pow(std::cos(h), 1000); }));
+    const auto material = makeMaterial(measuredPlugin(), {stringParam("filename", file.path.string())});
+    for (const float cosO : {1.f, .7f, .33f, -.5f})
+        EXPECT_LT(greatestWeight(*material, V3f(safeSqrt(1 - sqr(cosO)), 0, cosO)), 8) << cosO;
 }
 
 TEST(Merl, IndexesByHalfAndDifferenceAngles) {

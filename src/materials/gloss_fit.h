@@ -1,0 +1,40 @@
+// How to draw reflections for a BRDF known by its values only: a mixture of the cosine and a GGX lobe.
+#pragma once
+
+#include "materials/ggx.h"
+
+#include <array>
+#include <functional>
+
+namespace strobe {
+
+/// The share and the roughnesses of the lobe as functions of |wo.z|, estimated once from the BRDF's values.
+/// Immutable.
+class GlossFit {
+  public:
+    struct Lobe {
+        float share; ///< the probability of drawing from the lobe rather than from the cosine; 0: no lobe
+        GgxAlpha alpha;
+    };
+    /// f(wo, wi) >= 0 for unit directions above the surface: an isotropic BRDF, in one channel.
+    using Brdf = std::function<float(const V3f& wo, const V3f& wi)>;
+
+    /// At each of several wo the lobe with the least variance of f |wi.z| / pdf, by quadrature.
+    explicit GlossFit(const Brdf& f);
+
+    /// Linear between the wo of the fit. `cosO`: any sign, at most 1 in magnitude.
+    Lobe at(float cosO) const {
+        const float x = std::min(std::abs(cosO), 1.f) * kSteps;
+        const int i = std::min(int(x), kSteps - 1);
+        const Lobe &a = m_lobes[size_t(i)], &b = m_lobes[size_t(i) + 1];
+        const float t = x - float(i);
+        return {lerp(a.share, b.share, t),
+                {lerp(a.alpha.along, b.alpha.along, t), lerp(a.alpha.across, b.alpha.across, t)}};
+    }
+
+  private:
+    static constexpr int kSteps = 16;
+    std::array<Lobe, kSteps + 1> m_lobes; ///< at |wo.z| = i / kSteps
+};
+
+} // namespace strobe
