@@ -50,6 +50,7 @@ class Reference:
     variance: float
     relative_variance: float
     keep: numpy.ndarray  # the comparable pixels
+    unsure: float = 0  # the share of pixels left out because the picture is not sure there
 
 
 class TooNoisy(Exception):
@@ -104,8 +105,9 @@ class Context:
     def seeds(self, settings, count, first=1):
         return [self.run(settings.having(seed=first + i)) for i in range(count)]
 
-    def reference(self, settings, spp, parts=4):
-        """Of what `settings` estimate: supersample of other seeds; the spread of its parts is its noise."""
+    def reference(self, settings, spp, parts=4, sure=numpy.inf):
+        """Of what `settings` estimate: supersample of other seeds; the spread of its parts is its noise. Pixels whose own
+        standard error is beyond `sure` are left out."""
         plain = settings.having(integrator="supersample", defines=_of_shading(settings.defines), spp=spp // parts,
                                 layers=(), repeat=0)
         pictures = [self.run(plain.having(seed=900001 + i)).image for i in range(parts)]
@@ -115,7 +117,10 @@ class Context:
         spread = clamped.var(axis=0, ddof=1) / parts
         relative = spread / (images.clamp(mean) + 0.01) ** 2
         keep = images.comparable(mean)
-        return Reference(mean, float(spread[keep].mean()), float(relative[keep].mean()), keep)
+        certain = numpy.sqrt(spread).max(axis=2) <= sure
+        unsure = 1 - float(certain[keep].mean())
+        keep &= certain
+        return Reference(mean, float(spread[keep].mean()), float(relative[keep].mean()), keep, unsure)
 
     def check(self, reference, smallest_mean_square):
         """Refuses a reference that decides what it should measure: a third of its error at most may be its own."""
