@@ -218,15 +218,16 @@ class PathWorker : public ShaderWorker {
         }
         if (kept == 0)
             return;
-        v.s.material->evalCos(v.bsdf, v.woLocal, m_wi.data(), kept, m_f.data(), m_pdf.data());
+        const bool weighs = !delta && bsdfCount > 0;
+        v.s.material->evalCos(v.bsdf, v.woLocal, m_wi.data(), kept, m_f.data(),
+                              weighs ? m_pdf.data() : nullptr);
         for (int i = 0; i < kept; ++i) {
             const Rgb& f = m_f[size_t(i)];
             if (isBlack(f))
                 continue;
             const LightSample& s = m_lightSamples[size_t(i)];
-            const float weight = delta || bsdfCount == 0
-                                     ? 1
-                                     : powerHeuristic(float(n) * picked, s.pdf, bsdfCount, m_pdf[size_t(i)]);
+            const float weight =
+                weighs ? powerHeuristic(float(n) * picked, s.pdf, bsdfCount, m_pdf[size_t(i)]) : 1;
             const Rgb contribution = path.beta * f * s.radiance * (weight / (s.pdf * float(n) * picked));
             // Stop short of the light's own surface.
             const float tmax = s.distance < kInfinity ? s.distance * 0.9999f : kInfinity;

@@ -28,7 +28,8 @@ class Glass : public Material {
     }
     void evalCos(const Bsdf&, const V3f&, const V3f*, int n, Rgb* f, float* pdf) const override {
         std::fill_n(f, n, Rgb(0));
-        std::fill_n(pdf, n, 0.f);
+        if (pdf)
+            std::fill_n(pdf, n, 0.f);
     }
 
     /// Reflection or transmission, by what each would weigh.

@@ -34,7 +34,8 @@ class Matte : public Material {
         for (int i = 0; i < n; ++i) {
             const float cosI = std::abs(wi[i].z);
             f[i] = data.scaledKd * (brightness(data, wo, wi[i], cosO, cosI) * cosI);
-            pdf[i] = cosineHemispherePdf(side * wi[i].z);
+            if (pdf)
+                pdf[i] = cosineHemispherePdf(side * wi[i].z);
         }
     }
 

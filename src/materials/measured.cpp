@@ -51,11 +51,13 @@ class Measured : public Material {
     void prepare(const TextureQuery&, Bsdf&) const override {}
 
     void evalCos(const Bsdf&, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
-        const Mixture mixture(m_fit, wo);
-        for (int i = 0; i < n; ++i) {
+        for (int i = 0; i < n; ++i)
             f[i] = value(wo, wi[i]) * std::abs(wi[i].z);
+        if (!pdf)
+            return;
+        const Mixture mixture(m_fit, wo);
+        for (int i = 0; i < n; ++i)
             pdf[i] = mixture.pdf(wo, wi[i]);
-        }
     }
     bool sample(const Bsdf&, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const override {
         const Mixture mixture(m_fit, wo);

@@ -31,8 +31,9 @@ class Metal : public Material {
 
     void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
         const Data& data = bsdf.as<Data>();
+        float unwanted;
         for (int i = 0; i < n; ++i)
-            evalOne(data, wo, wi[i], f[i], pdf[i]);
+            evalOne(data, wo, wi[i], f[i], pdf ? pdf[i] : unwanted);
     }
 
     bool sample(const Bsdf& bsdf, const V3f& wo, float, const V2f& u, BsdfSample& out) const override {

@@ -20,7 +20,8 @@ class Mirror : public Material {
     }
     void evalCos(const Bsdf&, const V3f&, const V3f*, int n, Rgb* f, float* pdf) const override {
         std::fill_n(f, n, Rgb(0));
-        std::fill_n(pdf, n, 0.f);
+        if (pdf)
+            std::fill_n(pdf, n, 0.f);
     }
     bool sample(const Bsdf& bsdf, const V3f& wo, float, const V2f&, BsdfSample& out) const override {
         out = {V3f(-wo.x, -wo.y, wo.z), bsdf.as<Data>().kr, 0, true, false, 1};

@@ -52,8 +52,9 @@ class Plastic : public Material {
     void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
         const Data& data = bsdf.as<Data>();
         const float probability = glossProbability(data, wo);
+        float unwanted;
         for (int i = 0; i < n; ++i)
-            evalOne(data, probability, wo, wi[i], f[i], pdf[i]);
+            evalOne(data, probability, wo, wi[i], f[i], pdf ? pdf[i] : unwanted);
     }
 
     bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const override {
