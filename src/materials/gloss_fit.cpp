@@ -6,7 +6,7 @@ namespace strobe {
 namespace {
 
 constexpr float kGreatestShare = .9f; ///< the rest keeps f |wi.z| / pdf bounded where the lobe is too narrow
-constexpr int kShares = 9;
+constexpr int kShares = 4;
 constexpr float kLeastAlpha = .004f; ///< narrower lobes lose their shape to float's rounding
 constexpr float kAlphaStep = .75f;
 constexpr int kRounds = 2; ///< over the two roughnesses in turn
