@@ -51,8 +51,8 @@ class Material {
     /// Looks textures up and fills `bsdf.data`. (The caller sets `bsdf.material`.)
     virtual void prepare(const TextureQuery& q, Bsdf& bsdf) const = 0;
     /// For each i: f[i] = BSDF(wo, wi[i]) * |wi[i].z| over all smooth lobes, and pdf[i] = the density per
-    /// solid angle of `sample` for smooth lobes. A material of delta lobes only gives zeros. `pdf` may be null:
-    /// not wanted.
+    /// solid angle of `sample` for smooth lobes. A material of delta lobes only gives zeros. `pdf` may be
+    /// null: not wanted.
     virtual void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const = 0;
     /// Draws wi. `uc` (in [0,1)) picks a lobe, `u` (in [0,1)²) a direction. False: absorbed.
     virtual bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const = 0;
