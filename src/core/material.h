@@ -60,6 +60,12 @@ class Material {
     virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
     /// True when the material has smooth (non-delta) lobes, so that direct light is worth sampling.
     virtual bool isSmooth() const = 0;
+    /// True when its indirect light is smooth over the surface: most of it comes from all around.
+    virtual bool isDiffuse() const { return false; }
+    /// True when a texture modulates what it reflects: then `albedo` is about the part of the light that it does,
+    /// by which indirect light of neighbouring points can be compared.
+    virtual bool isTextured() const { return false; }
+    virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
     /// True when light passes through.
     virtual bool transmits() const { return false; }
     /// True when one of its textures does.

@@ -17,6 +17,11 @@ constexpr uint32_t kBatchSamples = 512;
 /// Shades timed together: the rays of so many are traced about as well as those of a batch.
 constexpr size_t kMeteredPacket = 16;
 
+/// Pictures of the sharing show what is shared.
+bool countsAsShade(const ShadingRequest& request) {
+    return request.hit && (request.part == LightPart::All || request.part == LightPart::Indirect);
+}
+
 } // namespace
 
 ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch, const VisibilitySample& sample) {
@@ -187,7 +192,7 @@ void TileRenderer::describe(Film& film) {
         m_tallies[sample.pixel].hits += bool(sample.hit);
     m_order.clear();
     for (const ShadingRequest& request : m_requests) {
-        if (!request.hit || request.part == LightPart::Direct)
+        if (!countsAsShade(request))
             continue;
         PixelTally& tally = m_tallies[m_samples[request.sample].pixel];
         ++tally.shades, tally.time += request.ray.time;
@@ -222,7 +227,7 @@ void TileRenderer::describe(Film& film) {
 void TileRenderer::probe() {
     std::vector<uint32_t> asked(m_samples.size());
     for (const ShadingRequest& request : m_requests)
-        asked[request.sample] += request.hit && request.part != LightPart::Direct;
+        asked[request.sample] += countsAsShade(request);
     for (size_t i = 0; i < m_samples.size(); ++i) {
         const VisibilitySample& sample = m_samples[i];
         const PixelRef& pixel = m_pixels[sample.pixel];

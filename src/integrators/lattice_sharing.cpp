@@ -34,13 +34,17 @@ class Worker : public IntegratorWorker {
         m_blockTable.clear();
         m_cellTable.clear();
         for (const VisibilitySample& sample : batch.samples) {
-            const bool shares = sharesAt(sample.hit), alone = !shares || m_shared.settings.indirectOnly;
+            const bool shares = sharesAt(sample.hit), indirectOnly = m_shared.settings.indirectOnly;
             Taken& taken = m_samples.emplace_back();
-            if (alone) {
-                taken.own = int64_t(requests.size());
+            const auto ask = [&](LightPart part) {
                 requests.push_back(requestFor(m_shared.scene, batch, sample));
-                requests.back().part = shares ? LightPart::Direct : LightPart::All;
-            }
+                requests.back().part = part;
+                return int64_t(requests.size()) - 1;
+            };
+            if (!shares || indirectOnly)
+                taken.own = ask(shares ? LightPart::Direct : LightPart::All);
+            if (shares && indirectOnly && materialOf(sample.hit).isTextured())
+                taken.albedo = ask(LightPart::Albedo);
             if (shares)
                 planShared(sample, uint32_t(&sample - batch.samples.data()), taken);
         }
@@ -65,7 +69,8 @@ class Worker : public IntegratorWorker {
                 sum += m_blocks[cell.block[k]].value * weight;
                 weights += weight;
             }
-            values[i] += sum * (1 / weights);
+            sum *= 1 / weights;
+            values[i] += taken.albedo >= 0 ? sum * shaded[size_t(taken.albedo)] : sum;
         }
     }
 
@@ -110,8 +115,9 @@ class Worker : public IntegratorWorker {
     };
     /// What a sample's value is made of.
     struct Taken {
-        int64_t own = -1;  ///< the request that it made for itself, if any
-        int64_t cell = -1; ///< negative: none
+        int64_t own = -1;    ///< the request that it made for itself, if any
+        int64_t albedo = -1; ///< the request for the factor of what it shares; negative: 1
+        int64_t cell = -1;   ///< negative: none
         float weight[kPoints];
     };
 
@@ -119,8 +125,12 @@ class Worker : public IntegratorWorker {
         const CacheSettings& settings = m_shared.settings;
         if (!hit || settings.blockSize == 0)
             return false;
+        return !settings.indirectOnly || materialOf(hit).isDiffuse();
+    }
+
+    const Material& materialOf(const Hit& hit) const {
         const Scene& scene = m_shared.scene;
-        return !settings.indirectOnly || scene.materials()[size_t(scene.geometry(hit).material)]->isSmooth();
+        return *scene.materials()[size_t(scene.geometry(hit).material)];
     }
 
     void planShared(const VisibilitySample& sample, uint32_t index, Taken& taken) {

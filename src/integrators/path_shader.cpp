@@ -42,9 +42,10 @@ class PathWorker : public ShaderWorker {
             path.hit = r.hit, path.ray = r.ray, path.cone = r.cone;
             path.domain = r.domain, path.index = r.index, path.total = r.total;
             path.part = r.part;
-            ++(!r.hit                        ? m_counters->escaped
-               : r.part == LightPart::Direct ? m_counters->directShades
-                                             : m_counters->shades);
+            if (r.part != LightPart::Albedo)
+                ++(!r.hit                        ? m_counters->escaped
+                   : r.part == LightPart::Direct ? m_counters->directShades
+                                                 : m_counters->shades);
             m_active.push_back(i);
         }
     }
@@ -89,11 +90,18 @@ class PathWorker : public ShaderWorker {
         v.s = m_scene.surface(path.hit, path.ray.time);
         ++m_counters->surfaces;
         v.wo = -path.ray.d;
-        addEmission(path, v);
+        if (path.part != LightPart::Albedo)
+            addEmission(path, v);
         if (path.bounce >= m_settings.maxDepth)
             return false;
         const float width = path.cone.width + path.hit.t * path.cone.spread;
         prepare(path, v, width);
+        if (path.part == LightPart::Albedo) {
+            path.radiance = v.s.material->albedo(v.bsdf);
+            return false;
+        }
+        if (path.part == LightPart::Indirect && path.bounce == 0 && v.s.material->isTextured())
+            path.beta = inverseAlbedo(v.s.material->albedo(v.bsdf));
         if (v.s.material->isSmooth()) {
             if (path.part != LightPart::Indirect || path.bounce > 0)
                 addDirect(index, v, shadows, probes);
@@ -106,6 +114,12 @@ class PathWorker : public ShaderWorker {
     /// At a surface that is neither mirror nor glass: whether the path is to bring direct light only. Then it
     /// finds lights by BSDF samples of their own, not by its next ray.
     bool endsHere(const Path& path) const { return !m_settings.path || path.part == LightPart::Direct; }
+
+    /// What is black gives nothing to carry elsewhere.
+    static Rgb inverseAlbedo(const Rgb& a) {
+        constexpr float kBlack = 1e-4f;
+        return {a.x > kBlack ? 1 / a.x : 0, a.y > kBlack ? 1 / a.y : 0, a.z > kBlack ? 1 / a.z : 0};
+    }
 
     void prepare(const Path& path, Vertex& v, float width) {
         TextureQuery q;

@@ -56,6 +56,9 @@ class Matte : public Material {
 
     float maxPdf(const Bsdf&, const V3f&) const override { return kInvPi; }
     bool isSmooth() const override { return true; }
+    bool isDiffuse() const override { return true; }
+    bool isTextured() const override { return m_kd.texture != nullptr; }
+    Rgb albedo(const Bsdf& bsdf) const override { return bsdf.as<Data>().scaledKd * kPi; }
     bool needsFootprint() const override { return m_kd.needsFootprint() || m_sigma.needsFootprint(); }
 
   private:

@@ -85,6 +85,12 @@ class Plastic : public Material {
         return probability > 0 ? diffuse + probability * maxBlinnPdf(data.exponent, wo) : diffuse;
     }
     bool isSmooth() const override { return true; }
+    bool isDiffuse() const override { return true; }
+    bool isTextured() const override { return m_kd.texture || m_ks.texture; }
+    Rgb albedo(const Bsdf& bsdf) const override {
+        const Data& data = bsdf.as<Data>();
+        return Rgb(data.scaledKd) * kPi + Rgb(data.ks);
+    }
     bool needsFootprint() const override {
         return m_kd.needsFootprint() || m_ks.needsFootprint() || m_roughness.needsFootprint();
     }

@@ -9,7 +9,8 @@
 namespace strobe {
 namespace {
 
-// A corner with a moving ball, a mirror, an area light and a sky: every kind of light on every kind of path.
+// A corner with a texture, a moving ball, a mirror, an area light and a sky: every kind of light on every
+// kind of path.
 std::string scene(const std::string& shading = "\"path\" \"integer maxdepth\" 4") {
     return "Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 24\n"
            "Sampler \"sobol\" \"integer pixelsamples\" 16\nIntegrator " +
@@ -21,8 +22,10 @@ std::string scene(const std::string& shading = "\"path\" \"integer maxdepth\" 4"
            "Material \"matte\" \"rgb Kd\" [.8 .7 .5]\n"
            "Shape \"trianglemesh\" \"integer indices\" [0 2 1 0 3 2] \"point P\" [-9 0 -9 9 0 -9 9 0 9 -9 0 "
            "9]\n"
+           "Texture \"c\" \"rgb\" \"checkerboard\" \"rgb tex1\" [.2 .3 .2] \"rgb tex2\" [.9 .8 .7]\n"
+           "Material \"matte\" \"texture Kd\" \"c\"\n"
            "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 0 2 9 0 2 9 9 2 -9 9 "
-           "2]\n"
+           "2] \"point2 uv\" [0 0 16 0 16 8 0 8]\n"
            "AttributeBegin\nMaterial \"plastic\" \"float roughness\" .1\nTranslate -1.2 1 0\nActiveTransform "
            "EndTime\nTranslate .5 0 0\nActiveTransform All\nShape \"sphere\" \"float radius\" "
            ".7\nAttributeEnd\n"
@@ -47,30 +50,38 @@ class PartsWorker : public IntegratorWorker {
   public:
     explicit PartsWorker(const Scene& scene) : m_scene(scene) {}
     void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
-        m_of.clear();
+        m_first.clear();
         for (const VisibilitySample& s : batch.samples) {
             ShadingRequest r = requestFor(m_scene, batch, s);
+            m_first.push_back(requests.size());
             const bool smooth =
                 s.hit && m_scene.materials()[size_t(m_scene.geometry(s.hit).material)]->isSmooth();
-            m_of.push_back(r.sample);
-            if (smooth) {
-                r.part = LightPart::Indirect;
+            if (!smooth) {
                 requests.push_back(r);
-                m_of.push_back(r.sample);
-                r.part = LightPart::Direct;
+                continue;
             }
-            requests.push_back(r);
+            for (const LightPart part : {LightPart::Direct, LightPart::Indirect, LightPart::Albedo}) {
+                r.part = part;
+                requests.push_back(r);
+            }
         }
+        m_first.push_back(requests.size());
     }
-    void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
-        std::fill(values.begin(), values.end(), Rgb(0));
-        for (size_t i = 0; i < shaded.size(); ++i)
-            values[m_of[i]] += shaded[i];
+    void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded, std::span<Rgb> values) override {
+        for (size_t i = 0; i < values.size(); ++i) {
+            const Rgb* part = &shaded[m_first[i]];
+            values[i] = part[0];
+            if (m_first[i + 1] == m_first[i] + 1)
+                continue;
+            const Material& material =
+                *m_scene.materials()[size_t(m_scene.geometry(batch.samples[i].hit).material)];
+            values[i] += material.isTextured() ? part[1] * part[2] : part[1];
+        }
     }
 
   private:
     const Scene& m_scene;
-    std::vector<uint32_t> m_of; ///< the sample of each request
+    std::vector<size_t> m_first; ///< of each sample's requests, and one more
 };
 
 class Parts : public Integrator {

@@ -1,5 +1,5 @@
-// The gate of stability: small versions of the sweeps of scenes/stress, with the errors that msaa and
-// msaa-cache have today. A change that makes either less stable fails here; one that makes it better should
+// The gate of stability: small versions of the sweeps of scenes/stress, with the errors that the sharing
+// integrators have today. A change that makes one less stable fails here; one that makes it better should
 // lower the bounds.
 #include "support/render_text.h"
 
@@ -31,6 +31,7 @@ struct Row {
     const char* scene;
     float value; ///< one of the sweep's
     Measured msaa, cache;
+    Measured indirect{0, 0}; ///< of indirect-cache; 0: nothing it could share
 };
 
 // At 32 x 24 pixels a pixel is five of the file's: the hardest value is not always the last.
@@ -51,6 +52,8 @@ constexpr Row kRows[] = {
     {"blur-length", 64, {22.69, 0.257}, {6.39, 0.050}},
     {"mirror-reflection", 0, {25.15, 0.298}, {11.94, 0.022}},
     {"mirror-reflection", 32, {23.93, 0.354}, {11.83, 0.103}},
+    {"glossy-floor", 0.3f, {1, 0}, {1, 0}, {1, 0}},
+    {"glossy-floor", 0.001f, {1, 0}, {1, 0}, {1, 0}},
 };
 
 /// The line marked "# sweep" with its number, the first that does not stand in quotes, turned to `value`,
@@ -169,12 +172,18 @@ TEST_P(Stability, IsNoWorseThanItWas) {
     expectUnbiased(msaa, truth);
     expectWithin("msaa-cache", errorOf(pictures(text, "msaa-cache", kSamples, kSeeds, 0), truth),
                  GetParam().cache);
+    if (GetParam().indirect.mean > 0)
+        expectWithin("indirect-cache", errorOf(pictures(text, "indirect-cache", kSamples, kSeeds, 0), truth),
+                     GetParam().indirect);
 }
 
 INSTANTIATE_TEST_SUITE_P(Stress, Stability, testing::ValuesIn(kRows), [](const auto& info) {
-    std::string name = std::string(info.param.scene) + "_" + std::to_string(int(info.param.value));
-    std::replace(name.begin(), name.end(), '-', '_');
-    return name;
+    std::ostringstream name;
+    name << info.param.scene << '_' << info.param.value;
+    std::string letters = name.str();
+    std::replace_if(
+        letters.begin(), letters.end(), [](char c) { return c == '-' || c == '.'; }, '_');
+    return letters;
 });
 
 } // namespace

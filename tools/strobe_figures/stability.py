@@ -14,6 +14,7 @@ from .sweeps import read_sweep, scene_with
 BASE = Line("supersample", "supersample")
 METHODS = (BASE, Line("msaa", "msaa"), Line("msaa-cache", "msaa-cache"),
            Line("msaa-cache, blocks of 0.25", "msaa-cache", ("blocksize=0.25",)))
+INDIRECT = Line("indirect-cache", "indirect-cache")
 SAMPLES = 16
 NAMES = ["scene", "turned", "value", "line", "integrator", "parameters", "seconds", "RMSE", "low", "high", "bias²",
          "variance", "shades/px", "worth", "reference's noise"]
@@ -45,9 +46,15 @@ def values_of(context, sweep):
     return [v for v in sweep.values if not context.quick or v in few]
 
 
-def by_seed(context, settings):
+def methods_of(path):
+    """indirect-cache is supersample where light is direct."""
+    with open(path, encoding="utf-8") as file:
+        return METHODS + (INDIRECT,) if 'Integrator "path"' in file.read() else METHODS
+
+
+def by_seed(context, settings, methods):
     """{method: results}. All methods are timed for a seed before the next: a busy hour spoils a seed, not a method."""
-    results = {method: [] for method in METHODS}
+    results = {method: [] for method in methods}
     for seed in range(context.pick(2, 4)):
         for method, of in results.items():
             of.append(context.run(settings.having(integrator=method.integrator, defines=method.defines, seed=1 + seed)))
@@ -61,7 +68,7 @@ def turned(context, path, sweep):
     for value in values_of(context, sweep):
         settings = context.settings(subject, spp=SAMPLES, text=scene_with(path, value))
         truth = context.reference(settings, context.pick(512, 1024), parts=context.pick(2, 4))
-        cases = {m: Case(results, context, truth) for m, results in by_seed(context, settings).items()}
+        cases = {m: Case(results, context, truth) for m, results in by_seed(context, settings, methods_of(path)).items()}
         try:
             context.check(truth, min(c.error.mean_square for c in cases.values()))
             found[value] = cases, truth
@@ -94,17 +101,17 @@ def spoken(found, method):
 
 
 def chart(name, sweep, found, without):
-    values = list(found)
+    values, methods = list(found), list(found[next(iter(found))][0])
     unit = " (%s)" % sweep.unit if sweep.unit else ""
     series = [{"name": m.name, "points": [[v, found[v][0][m].error.rmse, *found[v][0][m].error.interval()]
-                                          for v in values]} for m in METHODS]
+                                          for v in values]} for m in methods]
     stops = {}
-    for method in METHODS[1:]:
+    for method in methods[1:]:
         stop = ends(found, method)
         if stop is not None and stop != values[0]:
             stops.setdefault(stop, []).append(method.name)
     text = "Better than supersample in the same time: %s. Dotted: from there on the named are worse." % "; ".join(
-        "%s %s" % (m.name, spoken(found, m)) for m in METHODS[1:])
+        "%s %s" % (m.name, spoken(found, m)) for m in methods[1:])
     if without:
         text += " Left out, because no truth could be rendered that is sure enough: %s." % ", ".join("%g" % v for v in without)
     return {"kind": "chart", "id": "stress-" + name, "title": "%s: error by %s" % (name, sweep.name), "text": text,
@@ -148,7 +155,7 @@ def csv_rows(name, sweep, found):
 
 def table_rows(name, sweep, found):
     first, last = (found[v][0] for v in (list(found)[0], list(found)[-1]))
-    for m in METHODS:
+    for m in first:
         yield [name, m.name, "%g … %g" % (list(found)[0], list(found)[-1]), first[m].error.rmse, last[m].error.rmse,
                last[m].error.bias, first[m].seconds, last[m].seconds, first[m].worth(first[BASE]), last[m].worth(last[BASE]),
                "" if m == BASE else spoken(found, m)]
