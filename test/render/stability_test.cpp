@@ -52,8 +52,8 @@ constexpr Row kRows[] = {
     {"blur-length", 64, {22.69, 0.257}, {6.39, 0.050}},
     {"mirror-reflection", 0, {25.15, 0.298}, {11.94, 0.022}},
     {"mirror-reflection", 32, {23.93, 0.354}, {11.83, 0.103}},
-    {"glossy-floor", 0.3f, {1, 0}, {1, 0}, {1, 0}},
-    {"glossy-floor", 0.001f, {1, 0}, {1, 0}, {1, 0}},
+    {"glossy-floor", 0.3f, {129.94, 1.117}, {72.45, 0.774}, {21.15, 0.177}},
+    {"glossy-floor", 0.003f, {161.67, 1.771}, {164.28, 2.743}, {94.88, 2.289}},
 };
 
 /// The line marked "# sweep" with its number, the first that does not stand in quotes, turned to `value`,
