@@ -167,7 +167,7 @@ def figure_5(context):
                            ("scope=shared", ("scope=shared", "timebins=1"))):
         points = []
         for tile in (4, 16, 64, 128, 256, 512, 1024):
-            result, seconds = context.timed(settings.having(tile=tile, defines=defines), context.pick(1, 3))
+            result, seconds = context.timed(settings.having(tile=tile, defines=defines), 1)
             points.append([tile, seconds])
             rows.append([label, tile, seconds, result.shades_per_pixel])
         series.append({"name": label, "points": points})
@@ -190,10 +190,10 @@ def figure_6(context):
     for subject in context.paper_subjects():
         for shading in ("directlighting", "path"):
             settings = context.settings(subject, spp=64, shading=shading, resolution=context.size_of(subject, 4, 1))
-            _, base = context.timed(settings, context.pick(1, 3))
+            _, base = context.timed(settings, 1)
             row = [subject.name, "direct" if shading == "directlighting" else "depth 5", base]
             for _, integrator, defines in ways:
-                _, seconds = context.timed(settings.having(integrator=integrator, defines=defines), context.pick(1, 3))
+                _, seconds = context.timed(settings.having(integrator=integrator, defines=defines), 1)
                 row.append(base / seconds)
             rows.append(row)
     names = ["scene", "light", "supersample (s)"] + [w[0] for w in ways]
