@@ -81,6 +81,10 @@ def seeds_of(context):
     return context.pick(3, 4)
 
 
+def reference_samples(context):
+    return context.pick(1024, 2048)
+
+
 def of_line(settings, line, spp):
     return settings.having(integrator=line.integrator, defines=line.defines, spp=spp)
 
@@ -101,7 +105,7 @@ def curves_of(context, settings, lines, sure=numpy.inf):
         for line in lines:
             for spp in ladder(context, line):
                 context.seeds(of_line(settings, line, spp), 1, 1 + seed)
-    truth = context.reference(settings, 2048, sure=sure)
+    truth = context.reference(settings, reference_samples(context), sure=sure)
     measured = {line: [measure(context, settings, line, n, truth) for n in ladder(context, line)] for line in lines}
     context.check(truth, min(m.split["mean_square"] for of in measured.values() for m in of))
     return measured, truth
@@ -209,7 +213,8 @@ def accuracy(context, shading, light):
             except TooNoisy:
                 measured, truth = curves_of(context, settings, lines, SURE)
                 without.append("Of %s, %.1f %% of the pixels are left out: there the reference itself, of %d samples, is "
-                               "less sure than %g (rare, bright paths)." % (subject.name, 100 * truth.unsure, 2048, SURE))
+                               "less sure than %g (rare, bright paths)."
+                               % (subject.name, 100 * truth.unsure, reference_samples(context), SURE))
         except TooNoisy as error:
             without.append("%s is left out: %s." % (subject.name, error))
             continue

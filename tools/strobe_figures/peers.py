@@ -76,7 +76,7 @@ class Cycles:
 
 def cycles_curve(context, cycles, moving, size):
     """The line of Cycles, as those of `curves_of`, and its own truth."""
-    parts = [cycles.picture(moving, context.pick(256, 1024), 1001 + i, size).image for i in range(context.pick(2, 4))]
+    parts = [cycles.picture(moving, context.pick(512, 1024), 1001 + i, size).image for i in range(context.pick(2, 4))]
     spread = images.clamp(numpy.stack(parts)).astype(float).var(axis=0, ddof=1) / len(parts)
     mean = numpy.mean(parts, axis=0)
     keep = images.comparable(mean)

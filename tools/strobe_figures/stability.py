@@ -67,7 +67,7 @@ def turned(context, path, sweep):
     found, without = {}, []
     for value in values_of(context, sweep):
         settings = context.settings(subject, spp=SAMPLES, text=scene_with(path, value))
-        truth = context.reference(settings, context.pick(512, 1024), parts=context.pick(2, 4))
+        truth = context.reference(settings, context.pick(256, 1024), parts=context.pick(2, 4))
         cases = {m: Case(results, context, truth) for m, results in by_seed(context, settings, methods_of(path)).items()}
         try:
             context.check(truth, min(c.error.mean_square for c in cases.values()))
