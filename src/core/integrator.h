@@ -39,10 +39,10 @@ struct VisibilityBatch {
     uint32_t samplesPerPixel = 0;
 };
 
-/// Which of the light to estimate. Direct: what lights the first surface beyond mirrors and glass, and what that
-/// surface and the emptiness emit. Indirect: the rest, of a first surface that is neither mirror nor glass. Their sum
-/// is all; but where the first surface's material is textured, Indirect is divided by its albedo there, so that it
-/// can be carried to other points. Albedo asks for theirs, and for no light.
+/// Which of the light to estimate. Direct: what lights the first surface beyond mirrors and glass, and what
+/// that surface and the emptiness emit. Indirect: the rest, of a first surface that is neither mirror nor
+/// glass. Their sum is all; but where the first surface's material is textured, Indirect is divided by its
+/// albedo there, so that it can be carried to other points. Albedo asks for theirs, and for no light.
 enum class LightPart : uint8_t { All, Direct, Indirect, Albedo };
 
 /// A place to shade: a surface point (or the emptiness) as seen along a ray.

@@ -62,8 +62,8 @@ class Material {
     virtual bool isSmooth() const = 0;
     /// True when its indirect light is smooth over the surface: most of it comes from all around.
     virtual bool isDiffuse() const { return false; }
-    /// True when a texture modulates what it reflects: then `albedo` is about the part of the light that it does,
-    /// by which indirect light of neighbouring points can be compared.
+    /// True when a texture modulates what it reflects: then `albedo` is about the part of the light that it
+    /// does, by which indirect light of neighbouring points can be compared.
     virtual bool isTextured() const { return false; }
     virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
     /// True when light passes through.
