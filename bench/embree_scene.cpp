@@ -20,36 +20,57 @@ struct QuadricData {
     M44f toObject;
 };
 
-bool meets(void* user, RTCRayN* ray, unsigned n, unsigned i, float& t, float& u, float& v) {
-    const auto& data = *static_cast<const QuadricData*>(user);
-    const V3f o(RTCRayN_org_x(ray, n, i), RTCRayN_org_y(ray, n, i), RTCRayN_org_z(ray, n, i));
-    const V3f d(RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i));
-    return data.placed->shape.quadric->intersect(transformPoint(data.toObject, o),
-                                                 transformVector(data.toObject, d), RTCRayN_tnear(ray, n, i),
-                                                 RTCRayN_tfar(ray, n, i), t, u, v);
+/// Embree's rays are arrays of as many numbers as there are rays.
+STROBE_LANES void toObjectSpace(const M44f& m, const float* ray, QuadricRays& out) {
+    const size_t row = size_t(out.n);
+    STROBE_INDEPENDENT
+    for (int i = 0; i < out.n; ++i) {
+        const V3f o = transformPoint(m, {ray[i], ray[row + i], ray[2 * row + i]});
+        const V3f d = transformVector(m, {ray[4 * row + i], ray[5 * row + i], ray[6 * row + i]});
+        out.ox[i] = o.x, out.oy[i] = o.y, out.oz[i] = o.z;
+        out.dx[i] = d.x, out.dy[i] = d.y, out.dz[i] = d.z;
+        out.tmin[i] = ray[3 * row + i], out.tmax[i] = ray[8 * row + i];
+    }
 }
 
-void intersectQuadric(const RTCIntersectFunctionNArguments* args) {
+/// Calls met(i, t, u, v) for those of Embree's n (at most 16) rays that hit the quadric.
+template <class Met>
+void intersectQuadric(const void* user, const int* valid, RTCRayN* ray, unsigned n, const Met& met) {
+    const auto& data = *static_cast<const QuadricData*>(user);
+    const Quadric& quadric = *data.placed->shape.quadric;
+    QuadricRays rays;
+    int32_t may[QuadricRays::kMost];
+    rays.n = int(n);
+    toObjectSpace(data.toObject, reinterpret_cast<const float*>(ray), rays);
+    std::copy_n(valid, n, may);
+    if (n > 1)
+        quadric.leaveOutMisses(rays, may);
+    for (unsigned i = 0; i < n; ++i) {
+        float t, u, v;
+        if (may[i] &&
+            quadric.intersect({rays.ox[i], rays.oy[i], rays.oz[i]}, {rays.dx[i], rays.dy[i], rays.dz[i]},
+                              rays.tmin[i], rays.tmax[i], t, u, v))
+            met(i, t, u, v);
+    }
+}
+
+void intersectQuadrics(const RTCIntersectFunctionNArguments* args) {
     RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, args->N);
     RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, args->N);
-    for (unsigned i = 0; i < args->N; ++i) {
-        float t, u, v;
-        if (args->valid[i] != -1 || !meets(args->geometryUserPtr, ray, args->N, i, t, u, v))
-            continue;
-        RTCRayN_tfar(ray, args->N, i) = t;
-        RTCHitN_u(hit, args->N, i) = u, RTCHitN_v(hit, args->N, i) = v;
-        RTCHitN_primID(hit, args->N, i) = args->primID;
-        RTCHitN_geomID(hit, args->N, i) = args->geomID;
-        RTCHitN_instID(hit, args->N, i, 0) = args->context->instID[0];
-    }
+    intersectQuadric(args->geometryUserPtr, args->valid, ray, args->N,
+                     [&](unsigned i, float t, float u, float v) {
+                         RTCRayN_tfar(ray, args->N, i) = t;
+                         RTCHitN_u(hit, args->N, i) = u, RTCHitN_v(hit, args->N, i) = v;
+                         RTCHitN_primID(hit, args->N, i) = args->primID;
+                         RTCHitN_geomID(hit, args->N, i) = args->geomID;
+                         RTCHitN_instID(hit, args->N, i, 0) = args->context->instID[0];
+                     });
 }
 
 void occludeQuadric(const RTCOccludedFunctionNArguments* args) {
-    for (unsigned i = 0; i < args->N; ++i) {
-        float t, u, v;
-        if (args->valid[i] == -1 && meets(args->geometryUserPtr, args->ray, args->N, i, t, u, v))
-            RTCRayN_tfar(args->ray, args->N, i) = -kInfinity;
-    }
+    intersectQuadric(
+        args->geometryUserPtr, args->valid, args->ray, args->N,
+        [&](unsigned i, float, float, float) { RTCRayN_tfar(args->ray, args->N, i) = -kInfinity; });
 }
 
 void boundQuadric(const RTCBoundsFunctionArguments* args) {
@@ -125,7 +146,7 @@ struct EmbreeScene::Impl {
         rtcSetGeometryUserPrimitiveCount(g, 1);
         rtcSetGeometryUserData(g, quadrics.back().get());
         rtcSetGeometryBoundsFunction(g, boundQuadric, nullptr);
-        rtcSetGeometryIntersectFunction(g, intersectQuadric);
+        rtcSetGeometryIntersectFunction(g, intersectQuadrics);
         rtcSetGeometryOccludedFunction(g, occludeQuadric);
         return g;
     }

@@ -21,17 +21,21 @@ struct Settings {
     double seconds = 0.2;
 };
 
-/// What the traced rays found: two ways of tracing the same rays must agree.
-struct Found {
-    uint64_t hits = 0, blocked = 0;
+/// One way of tracing one kind of the recorded rays.
+struct Traced {
+    Costs cost;
+    uint64_t found = 0; ///< hits, or blocked rays: two ways of tracing the same rays must agree
+};
+struct Kind {
+    uint64_t rays = 0;
+    Traced embree, tracer;
 };
 
 /// Medians over the repeats of one scene on one number of threads.
 struct Result {
-    Costs embreeCamera, embreeShadow, tracerCamera, tracerShadow, render;
-    std::vector<double> traceStage, shadeStage; ///< CPU seconds
-    Counters counters;                          ///< of one render
-    Found embree, tracer;
+    Kind camera, shadow, bounce;
+    Costs visibility, render;
+    Counters counters; ///< of one render
 };
 
 /// Traces all packets as often as fills `seconds`; the cost of one time.
@@ -54,48 +58,48 @@ void measureOnce(const Subject& subject, const Recording& rays, const EmbreeScen
                  double seconds, Result& r) {
     const Tracer& tracer = subject.built.scene->tracer();
     const bool coherent = !embree.movingInstances();
-    r.embreeCamera.add(costOfTracing(rays.camera, threads, seconds, r.embree.hits, [&](RayBlock& b, int n) {
-        embree.intersect(b, n, coherent);
-        return hitsOf(b, n);
-    }));
-    r.tracerCamera.add(costOfTracing(rays.camera, threads, seconds, r.tracer.hits, [&](RayBlock& b, int n) {
-        tracer.intersect(b, n, true);
-        return hitsOf(b, n);
-    }));
-    r.embreeShadow.add(
-        costOfTracing(rays.shadow, threads, seconds, r.embree.blocked, [&](RayBlock& b, int n) {
-            embree.occluded(b, n);
+    const auto trace = [&](const std::vector<Packet>& packets, Traced& result, const auto& work) {
+        if (!packets.empty())
+            result.cost.add(costOfTracing(packets, threads, seconds, result.found, work));
+    };
+    const auto nearest = [](const auto& scene, bool flag) {
+        return [&scene, flag](RayBlock& b, int n) {
+            scene.intersect(b, n, flag);
+            return hitsOf(b, n);
+        };
+    };
+    const auto shadow = [](const auto& scene) {
+        return [&scene](RayBlock& b, int n) {
+            scene.occluded(b, n);
             return blockedOf(b, n);
-        }));
-    r.tracerShadow.add(
-        costOfTracing(rays.shadow, threads, seconds, r.tracer.blocked, [&](RayBlock& b, int n) {
-            tracer.occluded(b, n);
-            return blockedOf(b, n);
-        }));
-    const Cost cost = measure([&] { r.counters = renderWindows(subject, threads); });
-    r.render.add(cost);
-    // The renderer's clocks show wall time; other programs stretch all stages alike.
-    double stages = 0;
-    for (double s : r.counters.seconds)
-        stages += s;
-    r.traceStage.push_back(r.counters.seconds[size_t(Stage::Trace)] / stages * cost.cpu);
-    r.shadeStage.push_back(r.counters.seconds[size_t(Stage::Shade)] / stages * cost.cpu);
+        };
+    };
+    trace(rays.camera, r.camera.embree, nearest(embree, coherent));
+    trace(rays.camera, r.camera.tracer, nearest(tracer, true));
+    r.visibility.add(measure([&] { renderVisibility(subject, threads); }));
+    trace(rays.shadow, r.shadow.embree, shadow(embree));
+    trace(rays.shadow, r.shadow.tracer, shadow(tracer));
+    trace(rays.bounce, r.bounce.embree, nearest(embree, false));
+    trace(rays.bounce, r.bounce.tracer, nearest(tracer, false));
+    r.render.add(measure([&] { r.counters = renderWindows(subject, threads); }));
 }
 
 struct Row {
     std::string scene;
     int threads;
-    uint64_t cameraRays, shadowRays;
     Result result;
 };
 
 Row measureScene(const Subject& subject, const Recording& rays, const EmbreeScene& embree, int threads,
                  const Settings& settings) {
-    Row row{subject.name, threads, rays.cameraRays, rays.shadowRays, {}};
+    Row row{subject.name, threads, {}};
     Result warmUp;
     measureOnce(subject, rays, embree, threads, settings.seconds, warmUp);
     for (int i = 0; i < settings.repeats; ++i)
         measureOnce(subject, rays, embree, threads, settings.seconds, row.result);
+    row.result.camera.rays = rays.cameraRays;
+    row.result.shadow.rays = rays.shadowRays;
+    row.result.bounce.rays = rays.bounceRays;
     return row;
 }
 
@@ -115,46 +119,49 @@ std::string rateOf(uint64_t rays, const std::vector<double>& seconds, const Cost
                        pairedRatio(embree.cpu, seconds) * 100);
 }
 
+std::string ratesOf(const Kind& kind) {
+    if (kind.rays == 0)
+        return " | ";
+    return fmt::format("{:.1f} | {}", millions(kind.rays, kind.embree.cost.medianCpu()),
+                       rateOf(kind.rays, kind.tracer.cost.cpu, kind.embree.cost));
+}
+
 void printRates(const std::vector<Row>& rows) {
-    fmt::print(
-        "Million rays per CPU second, that is, per core; in brackets of Embree alone with the same "
-        "rays.\n\n"
-        "| scene | threads | camera: Embree | Tracer | renderer's trace stage | shadow: Embree | Tracer "
-        "| renderer's shade stage, shading included | renderer, all rays | ± |\n"
-        "|---|---|---|---|---|---|---|---|---|---|\n");
+    fmt::print("Million rays per CPU second, that is, per core; in brackets of Embree alone with the same "
+               "rays.\n\n"
+               "| scene | threads | camera: Embree | Tracer | renderer, visibility only | shadow: Embree | "
+               "Tracer | bounce: Embree | Tracer | renderer, all rays | ± |\n"
+               "|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (const Row& row : rows) {
         const Result& r = row.result;
-        std::vector<double> floor;
-        for (size_t i = 0; i < r.render.cpu.size(); ++i)
-            floor.push_back(r.embreeCamera.cpu[i] + r.embreeShadow.cpu[i]);
-        fmt::print("| {} | {} | {:.1f} | {} | {} | {:.1f} | {} | {} | {:.2f} ({:.0f} %) | {:.1f} % |\n",
-                   row.scene, row.threads, millions(row.cameraRays, r.embreeCamera.medianCpu()),
-                   rateOf(row.cameraRays, r.tracerCamera.cpu, r.embreeCamera),
-                   rateOf(row.cameraRays, r.traceStage, r.embreeCamera),
-                   millions(row.shadowRays, r.embreeShadow.medianCpu()),
-                   rateOf(row.shadowRays, r.tracerShadow.cpu, r.embreeShadow),
-                   rateOf(row.shadowRays, r.shadeStage, r.embreeShadow),
-                   millions(r.counters.rays(), r.render.medianCpu()), pairedRatio(floor, r.render.cpu) * 100,
-                   r.render.spread() * 100);
+        std::vector<double> floor(r.render.cpu.size());
+        for (const Kind* kind : {&r.camera, &r.shadow, &r.bounce})
+            for (size_t i = 0; i < kind->embree.cost.cpu.size(); ++i)
+                floor[i] += kind->embree.cost.cpu[i];
+        fmt::print("| {} | {} | {} | {} | {} | {} | {:.2f} ({:.0f} %) | {:.1f} % |\n", row.scene, row.threads,
+                   ratesOf(r.camera), rateOf(r.camera.rays, r.visibility.cpu, r.camera.embree.cost),
+                   ratesOf(r.shadow), ratesOf(r.bounce), millions(r.counters.rays(), r.render.medianCpu()),
+                   pairedRatio(floor, r.render.cpu) * 100, r.render.spread() * 100);
     }
-    fmt::print("\nThe last bracket is the share of the renderer's CPU time that Embree alone needs for the "
-               "recorded rays;\n± is half the distance of the quartiles of that time.\n");
+    fmt::print(
+        "\nThe last bracket is the share of the renderer's CPU time that Embree alone needs for all of "
+        "its rays;\n± is half the distance of the quartiles of that time.\n");
 }
 
 void printRendering(const std::vector<Row>& rows) {
-    fmt::print("\nThe renderer: its rays, its rate on the clock, and where its time goes.\n\n"
-               "| scene | threads | camera rays | shadow rays | recorded of them | other rays | "
-               "M rays/s on the clock | generate | trace | plan | shade | resolve |\n"
-               "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+    fmt::print(
+        "\nThe renderer: its rays, its rate on the clock, and where its time goes.\n\n"
+        "| scene | threads | camera rays | shadow rays | other rays | M rays/s on the clock | generate | "
+        "trace | plan | shade | resolve |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (const Row& row : rows) {
         const Counters& c = row.result.counters;
         double stages = 0;
         for (double s : c.seconds)
             stages += s;
-        fmt::print("| {} | {} | {} | {} | {:.2f} % | {} | {:.2f} |", row.scene, row.threads,
-                   c.visibilitySamples, c.shadowRays,
-                   c.shadowRays ? 100.0 * double(row.shadowRays) / double(c.shadowRays) : 100.0,
-                   c.lightRays + c.bounceRays, millions(c.rays(), row.result.render.medianWall()));
+        fmt::print("| {} | {} | {} | {} | {} | {:.2f} |", row.scene, row.threads, c.visibilitySamples,
+                   c.shadowRays, c.lightRays + c.bounceRays,
+                   millions(c.rays(), row.result.render.medianWall()));
         for (double s : c.seconds)
             fmt::print(" {:.1f} % |", s / stages * 100);
         fmt::print("\n");
@@ -164,14 +171,15 @@ void printRendering(const std::vector<Row>& rows) {
 /// False, with a message, when Embree alone and the tracer found different things. Keys of a rotation are
 /// decomposed twice: there, one ray in ten thousand may differ.
 bool agrees(const Row& row) {
-    const Found &a = row.result.embree, &b = row.result.tracer;
-    const auto same = [](uint64_t x, uint64_t y, uint64_t rays) {
-        return std::abs(double(x) - double(y)) <= 1e-4 * double(rays);
-    };
-    const bool ok = same(a.hits, b.hits, row.cameraRays) && same(a.blocked, b.blocked, row.shadowRays);
-    if (!ok)
-        fmt::print(stderr, "error: {}: Embree alone finds {} hits and {} blocked, the tracer {} and {}\n",
-                   row.scene, a.hits, a.blocked, b.hits, b.blocked);
+    bool ok = true;
+    for (const Kind* kind : {&row.result.camera, &row.result.shadow, &row.result.bounce}) {
+        const double a = double(kind->embree.found), b = double(kind->tracer.found);
+        if (std::abs(a - b) <= 1e-4 * double(kind->rays))
+            continue;
+        fmt::print(stderr, "error: {}: of {} rays Embree alone finds {} hits, the tracer {}\n", row.scene,
+                   kind->rays, a, b);
+        ok = false;
+    }
     return ok;
 }
 
@@ -200,6 +208,9 @@ int main(int argc, char** argv) {
     strobe::bench::Settings settings;
     CLI::App app("strobe_rates: rays per second, of Embree alone and of the renderer, on the same rays");
     app.add_option("scene", settings.scenes, "scene files")->required()->check(CLI::ExistingFile);
+    app.add_option("--shading", settings.build.shading, "what to shade with (default: as the scene says)");
+    app.add_option("-D", settings.build.defines, "name=value for the integrator or the shading")
+        ->allow_extra_args(false);
     app.add_option("--spp", settings.build.samplesPerPixel, "samples per pixel (0: as the scene says)");
     app.add_option("--crop", settings.crop, "x0 x1 y0 y1: part of the frame, fractions")->expected(4);
     app.add_option("--rays", settings.cameraRays, "camera rays to measure, about, spread over the frame");

@@ -20,116 +20,24 @@ void Packet::load(RayBlock& block) const {
 
 namespace {
 
-// Of the path shader's first vertex. Recorded and rendered counts differ when these no longer agree.
-constexpr uint32_t kFirstLightDimension = 16 + 8, kDimensionsPerLight = 4;
 constexpr int kWindowsPerSide = 6;
 
-/// Fills packets one ray at a time.
-class Packer {
+/// Every point is as bright as any other.
+class ConstantShader : public Shader {
   public:
-    Packer(std::vector<Packet>& packets, uint64_t& rays) : m_packets(packets), m_rays(rays) {}
-    void add(const Ray& ray, float tmax) {
-        m_block.set(m_count, ray.o, ray.d, ray.tmin, tmax, ray.time);
-        ++m_rays;
-        if (++m_count == RayBlock::kSize)
-            flush();
+    std::unique_ptr<ShaderWorker> makeWorker(const Scene&, const Sampler&) const override {
+        return std::make_unique<Worker>();
     }
-    void flush() {
-        if (m_count > 0)
-            m_packets.emplace_back(m_block, m_count);
-        m_count = 0;
-    }
+    bool hasIndirectLight() const override { return false; }
 
   private:
-    std::vector<Packet>& m_packets;
-    uint64_t& m_rays;
-    RayBlock m_block{};
-    int m_count = 0;
-};
-
-/// An integrator that shades nothing: it writes down the rays of each batch.
-class Recorder : public Integrator {
-  public:
-    Recorder(const Sampler& sampler, Recording& out) : m_sampler(sampler), m_out(out) {}
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
-        return std::make_unique<Recorded>(scene, m_sampler, m_out);
-    }
-
-  private:
-    class Worker : public IntegratorWorker {
-      public:
-        Worker(const Scene& scene, const Sampler& sampler, Recording& out)
-            : m_scene(scene), m_sampler(sampler), m_camera(out.camera, out.cameraRays),
-              m_shadow(out.shadow, out.shadowRays) {}
-        void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>&) override {
-            for (const VisibilitySample& sample : batch.samples)
-                m_camera.add(sample.ray, kInfinity);
-            m_camera.flush();
-            for (const VisibilitySample& sample : batch.samples)
-                if (sample.hit)
-                    addShadowRays(batch, sample);
-            m_shadow.flush();
+    struct Worker : ShaderWorker {
+        void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
+                   Counters& counters) override {
+            counters.shades += requests.size();
+            std::fill(radiance.begin(), radiance.end(), Rgb(.5f));
         }
-        void resolve(const VisibilityBatch&, std::span<const Rgb>, std::span<Rgb> values) override {
-            std::fill(values.begin(), values.end(), Rgb(0));
-        }
-
-      private:
-        void addShadowRays(const VisibilityBatch& batch, const VisibilitySample& sample) {
-            const SurfacePoint s = m_scene.surface(sample.hit, sample.ray.time);
-            if (!s.material->isSmooth())
-                return;
-            TextureQuery q;
-            q.uv = s.uv;
-            q.p = s.p;
-            Bsdf bsdf;
-            bsdf.material = s.material;
-            s.material->prepare(q, bsdf);
-            const uint64_t domain = batch.pixels[sample.pixel].domain;
-            for (uint32_t i = 0; i < m_scene.lights().size(); ++i) {
-                const Light& light = *m_scene.lights()[i];
-                const uint32_t n = light.isDelta() ? 1 : uint32_t(light.sampleCount);
-                const SampleRange range{domain, sample.index * n, n, batch.samplesPerPixel * n};
-                m_u.resize(n), m_samples.resize(n);
-                m_sampler.fill2D(range, kFirstLightDimension + kDimensionsPerLight * i, m_u.data());
-                light.sample(s.p, sample.ray.time, m_u.data(), int(n), m_samples.data());
-                for (const LightSample& l : m_samples)
-                    addShadowRay(sample.ray, s, bsdf, l);
-            }
-        }
-        void addShadowRay(const Ray& from, const SurfacePoint& s, const Bsdf& bsdf, const LightSample& l) {
-            const bool reflects = dot(l.wi, s.ng) * dot(-from.d, s.ng) > 0;
-            if (isBlack(l.radiance) || !(l.pdf > 0) || !(reflects || s.material->transmits()))
-                return;
-            const Frame frame = Frame::fromNormal(s.ns);
-            const V3f wi = frame.toLocal(l.wi);
-            Rgb f;
-            float pdf;
-            s.material->evalCos(bsdf, frame.toLocal(-from.d), &wi, 1, &f, &pdf);
-            if (!isBlack(f))
-                m_shadow.add({s.p, l.wi, from.time, s.tmin(l.wi)},
-                             l.distance < kInfinity ? l.distance * 0.9999f : kInfinity);
-        }
-
-        const Scene& m_scene;
-        const Sampler& m_sampler;
-        Packer m_camera, m_shadow;
-        std::vector<V2f> m_u;
-        std::vector<LightSample> m_samples;
     };
-    struct Recorded : IntegratorRender {
-        Recorded(const Scene& s, const Sampler& sampler_, Recording& o)
-            : scene(s), sampler(sampler_), out(o) {}
-        std::unique_ptr<IntegratorWorker> makeWorker() override {
-            return std::make_unique<Worker>(scene, sampler, out);
-        }
-        const Scene& scene;
-        const Sampler& sampler;
-        Recording& out;
-    };
-
-    const Sampler& m_sampler;
-    Recording& m_out;
 };
 
 std::set<std::string> sharingNames() {
@@ -162,7 +70,7 @@ Subject subjectOf(const std::string& name, BuiltScene built, uint64_t cameraRays
     return subject;
 }
 
-Counters renderWith(const Subject& subject, const Integrator& integrator, int threads) {
+Counters renderWith(const Subject& subject, const Integrator& integrator, const Shader& shader, int threads) {
     const BuiltScene& built = subject.built;
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
@@ -171,9 +79,9 @@ Counters renderWith(const Subject& subject, const Integrator& integrator, int th
     Counters total;
     for (const Window& window : subject.windows) {
         Film film(built.resolution.x, built.resolution.y, window);
-        total.add(render(*built.scene, integrator, *built.shader, *built.sampler.sampler, *built.filter,
-                         settings, film)
-                      .total);
+        total.add(
+            render(*built.scene, integrator, shader, *built.sampler.sampler, *built.filter, settings, film)
+                .total);
     }
     return total;
 }
@@ -196,12 +104,23 @@ Subject loadText(const std::string& name, const std::string& text, const BuildOp
 
 Recording record(const Subject& subject) {
     Recording recording;
-    renderWith(subject, Recorder(*subject.built.sampler.sampler, recording), 1);
+    const Tracer& tracer = subject.built.scene->tracer();
+    tracer.observe([&](const RayBlock& block, int n, Tracer::Query query) {
+        const bool shadow = query == Tracer::Query::Occluded, camera = query == Tracer::Query::Coherent;
+        (shadow ? recording.shadow : camera ? recording.camera : recording.bounce).emplace_back(block, n);
+        (shadow ? recording.shadowRays : camera ? recording.cameraRays : recording.bounceRays) += uint64_t(n);
+    });
+    renderWindows(subject, 1);
+    tracer.observe({});
     return recording;
 }
 
 Counters renderWindows(const Subject& subject, int threads) {
-    return renderWith(subject, *subject.built.integrator, threads);
+    return renderWith(subject, *subject.built.integrator, *subject.built.shader, threads);
+}
+
+Counters renderVisibility(const Subject& subject, int threads) {
+    return renderWith(subject, *subject.built.integrator, ConstantShader(), threads);
 }
 
 int guarded(const std::function<int()>& body) {

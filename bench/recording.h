@@ -14,15 +14,15 @@ struct alignas(64) Packet {
     int count;
 
     Packet(const RayBlock& block, int n);
-    /// Makes `block` ready to be traced; `block` must once have been filled by RayBlock::set.
+    /// Makes `block` ready to be traced.
     void load(RayBlock& block) const;
 };
 
-/// Packets as the renderer makes them: camera rays in batches of whole pixels, shadow rays in the order in
-/// which direct lighting queues them, with the renderer's partly filled packets.
+/// The packets that the renderer traces, in its order. Bounce rays are all those that look for the nearest
+/// hit and do not come from the camera.
 struct Recording {
-    std::vector<Packet> camera, shadow;
-    uint64_t cameraRays = 0, shadowRays = 0;
+    std::vector<Packet> camera, shadow, bounce;
+    uint64_t cameraRays = 0, shadowRays = 0, bounceRays = 0;
 };
 
 /// A scene ready to render, and the part of its frame that is measured: windows spread evenly over it.
@@ -40,13 +40,13 @@ Subject loadScene(const std::filesystem::path& path, const BuildOptions& options
 Subject loadText(const std::string& name, const std::string& text, const BuildOptions& options,
                  uint64_t cameraRays);
 
-/// Camera rays come from the renderer itself (sampler, filter, camera, order); shadow rays go from their hits
-/// to the samples of all lights, as the `directlighting` shader with strategy "all" draws them at the first
-/// surface. Rays of BSDF samples and beyond mirrors are not recorded; compare with the renderer's own count.
+/// Renders the windows once on one thread.
 Recording record(const Subject& subject);
 
 /// Renders the windows as the scene says, on `threads` threads.
 Counters renderWindows(const Subject& subject, int threads);
+/// The same with nothing to shade: every sample is worth the same.
+Counters renderVisibility(const Subject& subject, int threads);
 
 /// Runs a benchmark's main, printing a located Error as the renderer does.
 int guarded(const std::function<int()>& body);

@@ -10,10 +10,30 @@ namespace {
 const ParamDef<float> kFov{"fov", 90, "field of view along the shorter image axis, in degrees"};
 const ParamDef<float> kHalfFov{"halffov", 0, "half of fov, as some exporters give it"};
 
+/// The way from the point o of the lens to what is in focus. `shift`: 1 / focal distance, 0 without a lens.
+inline V3f throughLens(const ScreenWindow& screen, float shift, const V2f& film, const V3f& o) {
+    const V2f p = screen.at(film);
+    return {p.x - o.x * shift, p.y - o.y * shift, 1}; // towards d * focalDistance, without its overflow
+}
+
+STROBE_LANES void stillRays(const M44f& m, const ScreenWindow& screen, float radius, float shift,
+                            const CameraSampleLanes& samples, int n, CameraRayLanes& out) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const V2f disk = concentricDisk(samples.lens.at(i));
+        const V3f o(disk.x * radius, disk.y * radius, 0);
+        const V3f from = transformPoint(m, o);
+        const V3f d = normalize(transformVector(m, throughLens(screen, shift, samples.film.at(i), o)));
+        out.o.x[i] = from.x, out.o.y[i] = from.y, out.o.z[i] = from.z;
+        out.d.x[i] = d.x, out.d.y[i] = d.y, out.d.z[i] = d.z;
+    }
+}
+
 class PerspectiveCamera final : public Camera {
   public:
     PerspectiveCamera(const CameraArgs& args, const ScreenWindow& screen, const Lens& lens)
-        : m_placement(args.toWorld, args.shutter), m_screen(screen), m_lens(lens) {
+        : m_placement(args.toWorld, args.shutter), m_screen(screen), m_lens(lens),
+          m_shift(lens.radius > 0 ? 1 / lens.focalDistance : 0) {
         const M44f& m = m_placement.middle();
         m_corner = transformVector(m, {screen.origin.x, screen.origin.y, 1});
         m_dx = transformVector(m, {screen.pixel.x, 0, 0});
@@ -25,13 +45,15 @@ class PerspectiveCamera final : public Camera {
         for (int i = 0; i < n; ++i) {
             const CameraSample& s = samples[i];
             const M44f m = m_placement.at(s.time);
-            const V2f p = m_screen.at(s.film);
-            const V3f o = m_lens.at(s.lens);
-            V3f d(p.x, p.y, 1);
-            if (m_lens.radius > 0)
-                d -= o * (1 / m_lens.focalDistance); // towards d * focalDistance, without its overflow
+            const V3f o = m_lens.at(s.lens), d = throughLens(m_screen, m_shift, s.film, o);
             out[i] = {transformPoint(m, o), normalize(transformVector(m, d)), s.time};
         }
+    }
+    void rayLanes(const CameraSampleLanes& samples, int n, CameraRayLanes& out) const override {
+        if (m_placement.moves())
+            Camera::rayLanes(samples, n, out);
+        else
+            stillRays(m_placement.middle(), m_screen, m_lens.radius, m_shift, samples, n, out);
     }
 
     RayCone cone(const V2f& film) const override {
@@ -53,6 +75,7 @@ class PerspectiveCamera final : public Camera {
     CameraPlacement m_placement;
     ScreenWindow m_screen; ///< at distance 1
     Lens m_lens;
+    float m_shift;
     V3f m_corner, m_dx, m_dy; ///< world space: direction of film point (0,0), and its change per pixel
     float m_pixelVolume;
 };

@@ -1,7 +1,7 @@
 // The camera seam.
 #pragma once
 
-#include "core/math.h"
+#include "core/lanes.h"
 #include "core/transform.h"
 
 namespace strobe {
@@ -27,11 +27,24 @@ struct CameraSample {
     float time; ///< shutter fraction in [0,1)
 };
 
+/// CameraSamples side by side.
+struct CameraSampleLanes {
+    V2Lanes film, lens;
+    alignas(64) float time[kLanes];
+    CameraSample at(int i) const { return {film.at(i), lens.at(i), time[i]}; }
+};
+/// Where their rays start, and the unit vectors along which they go.
+struct CameraRayLanes {
+    V3Lanes o, d;
+};
+
 class Camera {
   public:
     virtual ~Camera() = default;
     /// out[i] = the ray of samples[i], in world space.
     virtual void rays(const CameraSample* samples, int n, Ray* out) const = 0;
+    /// The same rays of samples 0 … n-1, side by side.
+    virtual void rayLanes(const CameraSampleLanes& samples, int n, CameraRayLanes& out) const;
     /// The cone of one pixel around a film point.
     virtual RayCone cone(const V2f& film) const = 0;
     /// True when rays need `CameraSample::lens`.

@@ -52,37 +52,63 @@ V3f rayDirection(RTCRayN* ray, unsigned n, unsigned i) {
     return {RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i)};
 }
 
-bool intersectQuadric(const CallbackData& data, RTCRayN* ray, unsigned n, unsigned i, float& t, float& u,
-                      float& v) {
-    return data.placed->shape.quadric->intersect(transformPoint(data.toObject, rayOrigin(ray, n, i)),
-                                                 transformVector(data.toObject, rayDirection(ray, n, i)),
-                                                 RTCRayN_tnear(ray, n, i), RTCRayN_tfar(ray, n, i), t, u, v);
+/// Rays `first` to `first + out.n` of Embree's n, which are arrays of n numbers.
+STROBE_LANES void toObjectSpace(const M44f& m, const float* rays, unsigned n, unsigned first,
+                                QuadricRays& out) {
+    const float* at = rays + first;
+    const size_t row = n;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < out.n; ++i) {
+        const V3f o = transformPoint(m, {at[i], at[row + i], at[2 * row + i]});
+        const V3f d = transformVector(m, {at[4 * row + i], at[5 * row + i], at[6 * row + i]});
+        out.ox[i] = o.x, out.oy[i] = o.y, out.oz[i] = o.z;
+        out.dx[i] = d.x, out.dy[i] = d.y, out.dz[i] = d.z;
+        out.tmin[i] = at[3 * row + i], out.tmax[i] = at[8 * row + i];
+    }
+}
+
+/// Calls met(i, t, u, v) for those of Embree's n rays that hit the quadric.
+template <class Met>
+void intersectQuadric(const CallbackData& data, const int* valid, RTCRayN* ray, unsigned n, const Met& met) {
+    const Quadric& quadric = *data.placed->shape.quadric;
+    QuadricRays rays;
+    int32_t may[QuadricRays::kMost];
+    for (unsigned first = 0; first < n; first += QuadricRays::kMost) {
+        rays.n = int(std::min(n - first, unsigned(QuadricRays::kMost)));
+        toObjectSpace(data.toObject, reinterpret_cast<const float*>(ray), n, first, rays);
+        for (int i = 0; i < rays.n; ++i)
+            may[i] = valid[first + unsigned(i)];
+        if (rays.n > 1)
+            quadric.leaveOutMisses(rays, may);
+        for (int i = 0; i < rays.n; ++i) {
+            float t, u, v;
+            if (may[i] &&
+                quadric.intersect({rays.ox[i], rays.oy[i], rays.oz[i]}, {rays.dx[i], rays.dy[i], rays.dz[i]},
+                                  rays.tmin[i], rays.tmax[i], t, u, v))
+                met(first + unsigned(i), t, u, v);
+        }
+    }
 }
 
 void quadricIntersect(const RTCIntersectFunctionNArguments* args) {
     const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
     RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, args->N);
     RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, args->N);
-    for (unsigned i = 0; i < args->N; ++i) {
-        float t, u, v;
-        if (args->valid[i] != -1 || !intersectQuadric(data, ray, args->N, i, t, u, v))
-            continue;
+    intersectQuadric(data, args->valid, ray, args->N, [&](unsigned i, float t, float u, float v) {
         RTCRayN_tfar(ray, args->N, i) = t;
         RTCHitN_u(hit, args->N, i) = u;
         RTCHitN_v(hit, args->N, i) = v;
         RTCHitN_primID(hit, args->N, i) = args->primID;
         RTCHitN_geomID(hit, args->N, i) = args->geomID;
         RTCHitN_instID(hit, args->N, i, 0) = args->context->instID[0];
-    }
+    });
 }
 
 void quadricOccluded(const RTCOccludedFunctionNArguments* args) {
     const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
-    for (unsigned i = 0; i < args->N; ++i) {
-        float t, u, v;
-        if (args->valid[i] == -1 && intersectQuadric(data, args->ray, args->N, i, t, u, v))
-            RTCRayN_tfar(args->ray, args->N, i) = -kInfinity;
-    }
+    intersectQuadric(data, args->valid, args->ray, args->N, [&](unsigned i, float, float, float) {
+        RTCRayN_tfar(args->ray, args->N, i) = -kInfinity;
+    });
 }
 
 void quadricBounds(const RTCBoundsFunctionArguments* args) {
@@ -270,6 +296,7 @@ Tracer::Tracer(const std::vector<Group>& groups, const std::vector<Instance>& in
         m_impl->addGroup(group);
     for (size_t i = 1; i < m_impl->scenes.size(); ++i)
         rtcCommitScene(m_impl->scenes[i]);
+    m_firstInstance = uint32_t(m_impl->worldGeometries);
     for (size_t i = 0; i < instances.size(); ++i)
         m_impl->addInstance(instances[i], unsigned(m_impl->worldGeometries + i));
     rtcCommitScene(m_impl->scenes[0]);
@@ -287,6 +314,23 @@ Tracer::~Tracer() = default;
 
 namespace {
 
+/// Clears lanes whose rays do not pass through the box.
+STROBE_LANES void keepThrough(const RayBlock& b, const Box3f& box, int* lanes) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < RayBlock::kSize; ++i) {
+        const float rx = 1 / b.dx[i], ry = 1 / b.dy[i], rz = 1 / b.dz[i];
+        const float x0 = (box.min.x - b.ox[i]) * rx, x1 = (box.max.x - b.ox[i]) * rx;
+        const float y0 = (box.min.y - b.oy[i]) * ry, y1 = (box.max.y - b.oy[i]) * ry;
+        const float z0 = (box.min.z - b.oz[i]) * rz, z1 = (box.max.z - b.oz[i]) * rz;
+        const float near =
+            std::max(std::max(std::min(x0, x1), std::min(y0, y1)), std::max(std::min(z0, z1), b.tnear[i]));
+        const float far =
+            std::min(std::min(std::max(x0, x1), std::max(y0, y1)), std::min(std::max(z0, z1), b.tfar[i]));
+        // Rounding must not lose a ray; 0 * infinity (a ray in a face of the box) compares false and is kept.
+        lanes[i] &= near * 0.99999f > far * 1.00001f ? 0 : -1;
+    }
+}
+
 struct alignas(64) ValidMask {
     int lanes[16];
     explicit ValidMask(int n) {
@@ -294,22 +338,11 @@ struct alignas(64) ValidMask {
             lanes[i] = i < n ? -1 : 0;
     }
     /// Leaves the lanes whose rays pass through the box; false when there is none.
-    bool keepThrough(const RayBlock& b, const Box3f& box) {
+    bool keepThrough(const RayBlock& block, const Box3f& box) {
+        strobe::keepThrough(block, box, lanes);
         int any = 0;
-        for (int i = 0; i < 16; ++i) {
-            const float rx = 1 / b.dx[i], ry = 1 / b.dy[i], rz = 1 / b.dz[i];
-            const float x0 = (box.min.x - b.ox[i]) * rx, x1 = (box.max.x - b.ox[i]) * rx;
-            const float y0 = (box.min.y - b.oy[i]) * ry, y1 = (box.max.y - b.oy[i]) * ry;
-            const float z0 = (box.min.z - b.oz[i]) * rz, z1 = (box.max.z - b.oz[i]) * rz;
-            const float near = std::max(std::max(std::min(x0, x1), std::min(y0, y1)),
-                                        std::max(std::min(z0, z1), b.tnear[i]));
-            const float far =
-                std::min(std::min(std::max(x0, x1), std::max(y0, y1)), std::min(std::max(z0, z1), b.tfar[i]));
-            // Rounding must not lose a ray; 0 * infinity (a ray in a face of the box) compares false and is
-            // kept.
-            lanes[i] &= near * 0.99999f > far * 1.00001f ? 0 : -1;
-            any |= lanes[i];
-        }
+        for (int lane : lanes)
+            any |= lane;
         return any != 0;
     }
 };
@@ -343,6 +376,8 @@ void occludedScene(RTCScene scene, const ValidMask& valid, RayBlock& block) {
 } // namespace
 
 void Tracer::intersect(RayBlock& block, int n, bool coherent) const {
+    if (m_observer)
+        m_observer(block, n, coherent ? Query::Coherent : Query::Nearest);
     ValidMask valid(n);
     intersectScene(m_impl->scenes[0], valid, block, coherent);
     // Never with the coherent flag: Embree 3.13's coherent path rounds differently when instances move, so it
@@ -352,24 +387,12 @@ void Tracer::intersect(RayBlock& block, int n, bool coherent) const {
 }
 
 void Tracer::occluded(RayBlock& block, int n) const {
+    if (m_observer)
+        m_observer(block, n, Query::Occluded);
     ValidMask valid(n);
     occludedScene(m_impl->scenes[0], valid, block);
     if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
         occludedScene(m_impl->moving, valid, block);
-}
-
-Hit Tracer::hit(const RayBlock& block, int lane) const {
-    Hit hit;
-    if (block.geom[lane] == kNone)
-        return hit;
-    const uint32_t inst = block.inst[lane];
-    hit.instance = inst == kNone ? kNone : inst - uint32_t(m_impl->worldGeometries);
-    hit.geometry = block.geom[lane];
-    hit.prim = block.prim[lane];
-    hit.u = block.u[lane];
-    hit.v = block.v[lane];
-    hit.t = block.tfar[lane];
-    return hit;
 }
 
 Box3f Tracer::bounds() const {

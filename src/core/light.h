@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/geometry.h"
+#include "core/lanes.h"
 
 namespace strobe {
 
@@ -21,11 +22,33 @@ struct LightHit {
     uint32_t prim;  ///< triangle of a mesh light
 };
 
+/// Where a light is to be sampled from, side by side; all by sample.
+struct LightQueryLanes {
+    const V3Lanes& p;
+    const float* time;    ///< shutter fraction
+    const int32_t* point; ///< a number: neighbours with the same number are at the same point and time
+    const V2Lanes& u;     ///< in [0,1)²
+    int n;
+};
+/// LightSamples side by side.
+struct LightSampleLanes {
+    V3Lanes wi;
+    RgbLanes radiance;
+    alignas(64) float distance[kLanes], pdf[kLanes];
+
+    void set(int i, const LightSample& s) {
+        wi.set(i, s.wi), radiance.set(i, s.radiance);
+        distance[i] = s.distance, pdf[i] = s.pdf;
+    }
+};
+
 class Light {
   public:
     virtual ~Light() = default;
     /// out[i] = a sample seen from `p` at shutter fraction `time`, drawn with u[i] in [0,1)².
     virtual void sample(const V3f& p, float time, const V2f* u, int n, LightSample* out) const = 0;
+    /// The same samples of several points at once.
+    virtual void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const;
     /// The density per solid angle of `sample` for direction wi from p. `hit` is where the ray met the
     /// light's surface (area lights), or null for environment lights. Never called on delta lights.
     virtual float pdf(const V3f& p, float time, const V3f& wi, const LightHit* hit) const = 0;
@@ -33,6 +56,8 @@ class Light {
     virtual bool mayMeet(const V3f& p, float time, const V3f& wi) const = 0;
     /// An upper bound of the solid angle the light fills, seen from p (at most 4π); 0 for delta lights.
     virtual float solidAngle(const V3f& p, float time) const = 0;
+    /// The same of points 0 … n-1.
+    virtual void solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const;
     /// Radiance leaving the light's surface towards `w` (unit) at a point with surface normal ng. Area
     /// lights.
     virtual Rgb emitted(const V3f& /*ng*/, const V3f& /*w*/) const { return Rgb(0); }

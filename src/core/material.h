@@ -9,9 +9,10 @@
 // density with which `sample` really draws wi, so it is zero where sample never goes.
 #pragma once
 
-#include "core/math.h"
+#include "core/lanes.h"
 #include "core/texture.h"
 
+#include <cstddef>
 #include <type_traits>
 
 namespace strobe {
@@ -45,6 +46,38 @@ struct BsdfSample {
     float eta = 1; ///< for transmission: relative index of refraction crossed (wi side / wo side)
 };
 
+/// BsdfSamples side by side.
+struct BsdfSampleLanes {
+    V3Lanes wi;
+    RgbLanes weight;
+    alignas(64) float pdf[kLanes];
+    bool drawn[kLanes]; ///< what `sample` returns: the rest is meaningless without
+    bool delta[kLanes], transmits[kLanes];
+
+    void set(int i, const BsdfSample& s) {
+        wi.set(i, s.wi), weight.set(i, s.weight);
+        pdf[i] = s.pdf, delta[i] = s.delta, transmits[i] = s.transmits;
+    }
+};
+
+/// Things to do at points of surfaces, side by side: jobs from `begin` to `end`, all at points of one
+/// material.
+struct BsdfLanes {
+    const Bsdf* bsdf;     ///< by point
+    const int32_t* point; ///< by job; jobs of one point are neighbours
+    const V3Lanes& wo;    ///< by job: its point's
+    int begin, end;
+    const int32_t* wanted; ///< by job: what has a 0 here need not be done; null: all
+
+    bool wants(int job) const { return !wanted || wanted[job]; }
+    /// Number k of a point's Bsdf::data, in a form that loops over jobs can gather.
+    float datum(int32_t at, int k) const {
+        static_assert(sizeof(Bsdf) % sizeof(float) == 0 && offsetof(Bsdf, data) % sizeof(float) == 0);
+        constexpr int kStride = sizeof(Bsdf) / sizeof(float), kFirst = offsetof(Bsdf, data) / sizeof(float);
+        return reinterpret_cast<const float*>(bsdf)[at * kStride + kFirst + k];
+    }
+};
+
 class Material {
   public:
     virtual ~Material() = default;
@@ -56,8 +89,14 @@ class Material {
     virtual void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const = 0;
     /// Draws wi. `uc` (in [0,1)) picks a lobe, `u` (in [0,1)²) a direction. False: absorbed.
     virtual bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const = 0;
+    /// The same for many points at once: wi, f and pdf are by job.
+    virtual void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const;
+    virtual void sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
+                             BsdfSampleLanes& out) const;
     /// An upper bound of pdf over all wi, given wo; infinity when there is none that is easy to give.
     virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
+    /// True when `sample` looks at uc.
+    virtual bool picksLobe() const { return true; }
     /// True when the material has smooth (non-delta) lobes, so that direct light is worth sampling.
     virtual bool isSmooth() const = 0;
     /// True when its indirect light is smooth over the surface: most of it comes from all around.

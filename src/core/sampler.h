@@ -1,9 +1,10 @@
 // The sampler seam: random numbers as a function of (domain, index, dimension).
 #pragma once
 
-#include "core/math.h"
+#include "core/lanes.h"
 
 #include <memory>
+#include <span>
 
 namespace strobe {
 
@@ -29,6 +30,10 @@ class Sampler {
     virtual void fill1D(const SampleRange& range, uint32_t dim, float* out) const = 0;
     /// out[i] = point of member first+i in the two-dimensional dimension `dim`, in [0, 1)².
     virtual void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const = 0;
+
+    /// The numbers of several ranges, one after the other: kLanes in all at most. The same numbers as above.
+    virtual void fill1D(std::span<const SampleRange> ranges, uint32_t dim, float* out) const;
+    virtual void fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2Lanes& out) const;
 
     float get1D(uint64_t domain, uint32_t index, uint32_t total, uint32_t dim) const {
         float u;

@@ -13,6 +13,11 @@
 
 namespace strobe {
 
+/// Where a ray is clear of the surface that it leaves, given SurfacePoint::offset and the ray's cosine with
+/// the geometric normal. Rays start at the surface itself, not beside it: from a shifted origin, light
+/// samples near the limb of a small light would be hidden by the light.
+inline float clearOf(float offset, float cosine) { return offset / std::max(std::abs(cosine), 0.01f); }
+
 /// A point on the scene's surface, as shading needs it. World space.
 struct SurfacePoint {
     V3f p;
@@ -25,9 +30,8 @@ struct SurfacePoint {
     int light = -1; ///< index into Scene::lights when the surface shines
     uint32_t prim = 0;
 
-    /// Where a ray that leaves p towards `w` is clear of the surface. Rays start at p itself, not beside it:
-    /// from a shifted origin, light samples near the limb of a small light would be hidden by the light.
-    float tmin(const V3f& w) const { return offset / std::max(absDot(w, ng), 0.01f); }
+    /// Where a ray that leaves p towards `w` is clear of the surface.
+    float tmin(const V3f& w) const { return clearOf(offset, dot(w, ng)); }
 };
 
 /// A small discrete distribution over lights, by power.

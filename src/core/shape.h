@@ -31,6 +31,14 @@ struct QuadricPoint {
     V2f uv;         ///< pbrt's parametrisation
 };
 
+/// Rays side by side, in a quadric's object space; directions of any length.
+struct QuadricRays {
+    static constexpr int kMost = 16;
+    int n = 0;
+    alignas(64) float ox[kMost], oy[kMost], oz[kMost], dx[kMost], dy[kMost], dz[kMost];
+    alignas(64) float tmin[kMost], tmax[kMost];
+};
+
 /// A shape intersected in closed form, in its object space.
 class Quadric {
   public:
@@ -40,6 +48,8 @@ class Quadric {
     /// numbers (u, v) that `point` needs.
     virtual bool intersect(const V3f& o, const V3f& d, float tmin, float tmax, float& t, float& u,
                            float& v) const = 0;
+    /// Sets may[i] to 0 for rays that `intersect` would not find to hit, as far as that is quickly told.
+    virtual void leaveOutMisses(const QuadricRays& /*rays*/, int32_t* /*may*/) const {}
     /// The surface at (u, v) of `intersect`.
     virtual QuadricPoint point(float u, float v) const = 0;
     virtual float area() const = 0;

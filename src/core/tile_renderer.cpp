@@ -85,42 +85,71 @@ void TileRenderer::renderBatch(Film& film) {
 }
 
 void TileRenderer::generate() {
-    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
-    const bool lens = m_scene.camera().hasLens();
-    m_film.resize(spp), m_lens.resize(spp, V2f(0)), m_time.resize(spp), m_weights.resize(spp);
-    m_cameraSamples.resize(spp);
-    m_rays.resize(spp);
-    m_samples.resize(m_pixels.size() * spp);
-    for (uint32_t p = 0; p < m_pixels.size(); ++p) {
+    const uint32_t count = uint32_t(m_pixels.size()) * uint32_t(m_settings.samplesPerPixel);
+    m_samples.resize(count);
+    m_generated.resize((count + kLanes - 1) / kLanes);
+    for (uint32_t first = 0; first < count; first += kLanes)
+        generate(first, int(std::min<uint32_t>(kLanes, count - first)), m_generated[first / kLanes]);
+}
+
+namespace {
+
+STROBE_LANES void addOffsets(int n, V2Lanes& film, const V2Lanes& offset) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        film.x[i] += offset.x[i], film.y[i] += offset.y[i];
+}
+
+} // namespace
+
+/// The batch's samples `first` to `first + n`.
+void TileRenderer::generate(uint32_t first, int n, Generated& out) {
+    const uint32_t spp = uint32_t(m_settings.samplesPerPixel), end = first + uint32_t(n);
+    CameraSampleLanes& sample = out.sample;
+    m_ranges.clear();
+    for (uint32_t i = first; i < end;) {
+        const uint32_t p = i / spp, index = i % spp, count = std::min(spp - index, end - i);
         const PixelRef& pixel = m_pixels[p];
-        const SampleRange range{pixel.domain, 0, spp, spp};
-        m_sampler.fill2D(range, kDimFilm, m_film.data());
-        m_sampler.fill1D(range, kDimTime, m_time.data());
-        if (lens)
-            m_sampler.fill2D(range, kDimLens, m_lens.data());
-        for (uint32_t i = 0; i < spp; ++i) {
-            const Filter::Sample f = m_filter.sample(m_film[i]);
-            m_weights[i] = f.weight;
-            m_cameraSamples[i] = {V2f(float(pixel.x) + 0.5f, float(pixel.y) + 0.5f) + f.offset, m_lens[i],
-                                  m_time[i]};
-        }
-        m_scene.camera().rays(m_cameraSamples.data(), int(spp), m_rays.data());
-        for (uint32_t i = 0; i < spp; ++i)
-            m_samples[p * spp + i] = {Hit{}, m_rays[i], m_cameraSamples[i].film, m_weights[i], p, i};
+        m_ranges.push_back({pixel.domain, index, count, spp});
+        const float x = float(pixel.x) + 0.5f, y = float(pixel.y) + 0.5f;
+        for (uint32_t k = 0; k < count; ++k, ++i)
+            sample.film.x[i - first] = x, sample.film.y[i - first] = y;
     }
+    V2Lanes u, offset;
+    m_sampler.fill2D(m_ranges, kDimFilm, u);
+    m_sampler.fill1D(m_ranges, kDimTime, sample.time);
+    if (m_scene.camera().hasLens())
+        m_sampler.fill2D(m_ranges, kDimLens, sample.lens);
+    else
+        std::fill_n(sample.lens.x, kLanes, 0.5f), std::fill_n(sample.lens.y, kLanes, 0.5f);
+    m_filter.sampleLanes(u, n, offset, out.weight);
+    addOffsets(n, sample.film, offset);
+    m_scene.camera().rayLanes(sample, n, out.ray);
 }
 
 void TileRenderer::trace() {
     const Tracer& tracer = m_scene.tracer();
-    for (size_t first = 0; first < m_samples.size(); first += RayBlock::kSize) {
-        const int n = int(std::min<size_t>(RayBlock::kSize, m_samples.size() - first));
-        for (int i = 0; i < n; ++i) {
-            const Ray& ray = m_samples[first + i].ray;
-            m_block.set(i, ray.o, ray.d, ray.tmin, kInfinity, ray.time);
-        }
+    constexpr int kSize = RayBlock::kSize;
+    static_assert(kLanes % kSize == 0);
+    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
+    uint32_t pixel = 0, index = 0;
+    for (size_t first = 0; first < m_samples.size(); first += kSize) {
+        const int n = int(std::min<size_t>(kSize, m_samples.size() - first));
+        const Generated& g = m_generated[first / kLanes];
+        const int lane = int(first % kLanes);
+        m_block.setCamera(g.ray, g.sample.time, lane);
         tracer.intersect(m_block, n, true);
-        for (int i = 0; i < n; ++i)
-            m_samples[first + i].hit = tracer.hit(m_block, i);
+        for (int i = 0; i < n; ++i) {
+            const int k = lane + i;
+            m_samples[first + size_t(i)] = {tracer.hit(m_block, i),
+                                            {g.ray.o.at(k), g.ray.d.at(k), g.sample.time[k]},
+                                            g.sample.film.at(k),
+                                            g.weight[k],
+                                            pixel,
+                                            index};
+            if (++index == spp)
+                index = 0, ++pixel;
+        }
     }
 }
 

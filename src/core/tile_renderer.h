@@ -22,8 +22,16 @@ class TileRenderer {
     const Counters& counters() const { return m_counters; }
 
   private:
+    /// Camera samples side by side, on their way to becoming visibility samples.
+    struct Generated {
+        CameraSampleLanes sample;
+        CameraRayLanes ray;
+        alignas(64) float weight[kLanes];
+    };
+
     void renderBatch(Film& film);
     void generate();
+    void generate(uint32_t first, int n, Generated& out);
     void trace();
     void shade();
     void shadeMetered();
@@ -44,10 +52,8 @@ class TileRenderer {
 
     std::vector<PixelRef> m_pixels;
     std::vector<VisibilitySample> m_samples;
-    std::vector<float> m_weights, m_time;
-    std::vector<V2f> m_film, m_lens;
-    std::vector<CameraSample> m_cameraSamples;
-    std::vector<Ray> m_rays;
+    std::vector<Generated> m_generated;
+    std::vector<SampleRange> m_ranges;
     std::vector<ShadingRequest> m_requests;
     std::vector<Rgb> m_shaded, m_values;
     RayBlock m_block;

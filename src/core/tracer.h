@@ -1,8 +1,10 @@
 // Ray tracing: packets of rays against the scene's geometry. Implemented by the one file that knows Embree.
 #pragma once
 
+#include "core/camera.h"
 #include "core/geometry.h"
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -36,12 +38,25 @@ struct alignas(64) RayBlock {
     uint32_t prim[kSize], geom[kSize], inst[kSize];
     uint32_t spare[kSize]; ///< Embree 4 may write another number per hit here
 
+    RayBlock() {
+        std::fill(mask, mask + kSize, ~0u);
+        std::fill(id, id + kSize, 0u);
+        std::fill(flags, flags + kSize, 0u);
+    }
     void set(int lane, const V3f& o, const V3f& d, float tmin, float tmax, float rayTime) {
         ox[lane] = o.x, oy[lane] = o.y, oz[lane] = o.z, tnear[lane] = tmin;
         dx[lane] = d.x, dy[lane] = d.y, dz[lane] = d.z, time[lane] = rayTime;
         tfar[lane] = tmax;
-        mask[lane] = ~0u, id[lane] = 0, flags[lane] = 0;
         geom[lane] = kNone, inst[lane] = kNone;
+    }
+    /// Sixteen camera rays, from lane `first` of `rays` on.
+    void setCamera(const CameraRayLanes& rays, const float* times, int first) {
+        std::copy_n(rays.o.x + first, kSize, ox), std::copy_n(rays.o.y + first, kSize, oy);
+        std::copy_n(rays.o.z + first, kSize, oz), std::copy_n(rays.d.x + first, kSize, dx);
+        std::copy_n(rays.d.y + first, kSize, dy), std::copy_n(rays.d.z + first, kSize, dz);
+        std::copy_n(times + first, kSize, time);
+        std::fill_n(tnear, kSize, 0.f), std::fill_n(tfar, kSize, kInfinity);
+        std::fill_n(geom, kSize, kNone), std::fill_n(inst, kSize, kNone);
     }
 };
 
@@ -85,14 +100,32 @@ class Tracer {
     /// For lanes 0 … n-1: sets tfar negative where anything lies before tfar.
     void occluded(RayBlock& block, int n) const;
     /// The hit of a lane after `intersect`.
-    Hit hit(const RayBlock& block, int lane) const;
+    Hit hit(const RayBlock& block, int lane) const {
+        if (block.geom[lane] == kNone)
+            return {};
+        const uint32_t inst = block.inst[lane];
+        return {inst == kNone ? kNone : inst - m_firstInstance,
+                block.geom[lane],
+                block.prim[lane],
+                block.u[lane],
+                block.v[lane],
+                block.tfar[lane]};
+    }
 
     Box3f bounds() const;
     const TracerCounts& counts() const;
 
+    enum class Query { Coherent, Nearest, Occluded };
+    /// Shows every packet before it is traced: how benchmarks learn which rays the renderer traces. To be set
+    /// (or unset, by an empty function) while nothing renders; rendering is then on one thread.
+    using Observer = std::function<void(const RayBlock& block, int n, Query query)>;
+    void observe(Observer observer) const { m_observer = std::move(observer); }
+
   private:
     struct Impl;
     std::unique_ptr<Impl> m_impl;
+    uint32_t m_firstInstance = 0; ///< geometries of the world come before instances
+    mutable Observer m_observer;
 };
 
 /// Flush-to-zero and denormals-are-zero on the calling thread while it lives: Embree's advice for threads

@@ -23,7 +23,9 @@ struct WidthParams {
     V2f read(const ParamSet& params, float fallback) const;
 };
 
-/// An even function on [-radius, radius], sampled by its absolute value.
+/// An even function f on [-radius, radius], sampled by its absolute value. The inverse of the distribution
+/// function is tabulated at equal steps, and linear between them but at its ends, where it would be too
+/// coarse.
 class Profile {
   public:
     using Function = std::function<float(float)>;
@@ -33,6 +35,8 @@ class Profile {
         float x, weight; ///< weight: f/pdf for the normalised f
     };
     Sample sample(float u) const;
+    /// The same of n numbers.
+    void sampleLanes(const float* u, int n, float* x, float* weight) const;
     /// The normalised profile: integrates to 1. Zero outside the radius.
     float eval(float x) const;
     float radius() const { return m_radius; }
@@ -41,10 +45,14 @@ class Profile {
     float raw(float x) const { return std::abs(x) < m_radius ? m_f(x) : 0; }
     float m_radius;
     Function m_f;
+    /// The part of the samples that are below x.
+    float distribution(float x) const;
+    float exact(float u) const { return (2 * m_absolute.sample(u) - 1) * m_radius; }
     PiecewiseLinear1D m_absolute; ///< |f| over [-radius, radius]
-    std::vector<bool> m_negative; ///< per interval between the table's nodes
-    float m_integral = 1;         ///< of f
+    std::vector<float> m_inverse; ///< x at equal steps of the distribution function of |f|, ends included
+    std::vector<float> m_signed;  ///< the weight in each of equal intervals of x, where some are negative
     float m_weight = 1;           ///< ∫|f| / ∫f
+    float m_integral = 1;         ///< of f
 };
 
 /// A filter that is the product of two profiles.

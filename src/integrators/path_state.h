@@ -35,25 +35,13 @@ struct Path {
         viaBsdf{0}; ///< sums of this wave's two ray queues, kept apart so that their order never matters
     uint64_t domain;
     uint32_t index, total;
-    int bounce = 0;
     LightPart part = LightPart::All;
     // How the ray was made, to weight the light it may hit:
     bool countsAllLight = true; ///< camera rays and delta lobes: no other strategy could have found the light
     bool firstSmooth = true;    ///< no smooth surface so far
+    bool fromAllLights = false; ///< light sampling there took every light, not one
     float pdf = 0, maxPdf = 0;
     V3f from{0};
-    bool fromAllLights = false; ///< light sampling there took every light, not one
-};
-
-/// A vertex of a path with its BSDF ready.
-struct Vertex {
-    SurfacePoint s;
-    Bsdf bsdf;
-    Frame frame;
-    V3f wo; ///< world
-    V3f woLocal;
-    float side; ///< dot(wo, ng)
-    float maxPdf;
 };
 
 /// A BSDF sample on its way to a light, in direct lighting.

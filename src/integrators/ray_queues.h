@@ -1,7 +1,9 @@
 // Rays waiting to fill a packet, each with what to do when its answer is known.
 #pragma once
 
-#include "core/scene.h"
+#include "integrators/vertex_lanes.h"
+
+#include <utility>
 
 namespace strobe {
 
@@ -10,29 +12,43 @@ namespace strobe {
 template <class Visible>
 class ShadowQueue {
   public:
-    ShadowQueue(const Tracer& tracer, uint64_t& counter, Visible visible)
-        : m_tracer(tracer), m_counter(counter), m_visible(visible) {}
+    ShadowQueue(const Tracer& tracer, Visible visible) : m_tracer(tracer), m_visible(visible) {}
     void add(const Ray& ray, float tmax, uint32_t target, const Rgb& contribution) {
         m_block.set(m_count, ray.o, ray.d, ray.tmin, tmax, ray.time);
-        m_target[m_count] = target;
-        m_contribution[m_count] = contribution;
-        if (++m_count == RayBlock::kSize)
-            flush();
+        append(target, contribution);
+    }
+    /// The useful ones of light samples.
+    void add(const VertexLanes& v, const VertexRows& at, const LightLanes& l) {
+        for (int i = 0; i < l.count; ++i) {
+            if (!l.useful[i])
+                continue;
+            m_block.set(m_count, at.p.at(i), l.light.wi.at(i), l.tmin[i], l.tmax[i], at.time[i]);
+            append(v.path[l.vertex[i]], l.contribution.at(i));
+        }
     }
     void flush() {
         if (m_count == 0)
             return;
         m_tracer.occluded(m_block, m_count);
-        m_counter += uint64_t(m_count);
+        m_traced += uint64_t(m_count);
         for (int i = 0; i < m_count; ++i)
             if (m_block.tfar[i] >= 0)
                 m_visible(m_target[i], m_contribution[i]);
         m_count = 0;
     }
+    /// How many rays were traced since the last call.
+    uint64_t takeCount() { return std::exchange(m_traced, 0); }
 
   private:
+    void append(uint32_t target, const Rgb& contribution) {
+        m_target[m_count] = target;
+        m_contribution[m_count] = contribution;
+        if (++m_count == RayBlock::kSize)
+            flush();
+    }
+
     const Tracer& m_tracer;
-    uint64_t& m_counter;
+    uint64_t m_traced = 0;
     Visible m_visible;
     int m_count = 0;
     uint32_t m_target[RayBlock::kSize];
@@ -44,8 +60,7 @@ class ShadowQueue {
 template <class Payload, class Found>
 class HitQueue {
   public:
-    HitQueue(const Tracer& tracer, uint64_t& counter, Found found)
-        : m_tracer(tracer), m_counter(counter), m_found(found) {}
+    HitQueue(const Tracer& tracer, Found found) : m_tracer(tracer), m_found(found) {}
     void add(const Ray& ray, const Payload& payload) {
         m_block.set(m_count, ray.o, ray.d, ray.tmin, kInfinity, ray.time);
         m_payload[m_count] = payload;
@@ -56,15 +71,17 @@ class HitQueue {
         if (m_count == 0)
             return;
         m_tracer.intersect(m_block, m_count, false);
-        m_counter += uint64_t(m_count);
+        m_traced += uint64_t(m_count);
         for (int i = 0; i < m_count; ++i)
             m_found(m_payload[i], m_tracer.hit(m_block, i));
         m_count = 0;
     }
+    /// How many rays were traced since the last call.
+    uint64_t takeCount() { return std::exchange(m_traced, 0); }
 
   private:
     const Tracer& m_tracer;
-    uint64_t& m_counter;
+    uint64_t m_traced = 0;
     Found m_found;
     int m_count = 0;
     Payload m_payload[RayBlock::kSize];

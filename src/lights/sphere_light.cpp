@@ -27,6 +27,55 @@ struct View {
     float oneMinusCosMax;
 };
 
+inline View viewOf(const BoundingSphere& s, const V3f& p) {
+    View v{s.centre - p, 0, sqr(s.radius), false, 2};
+    v.d2 = length2(v.to);
+    // Within rounding of the surface, inside and outside cannot be told apart: both count as inside.
+    v.inside = v.d2 <= v.r2 * (1 + 1e-5f);
+    v.oneMinusCosMax = v.inside ? 2 : oneMinusCos(v.r2 / v.d2);
+    return v;
+}
+
+/// A direction into the cone that the sphere fills, seen from outside.
+inline V3f drawInCone(const View& view, const V2f& u, float& distance) {
+    const float d = std::sqrt(view.d2);
+    const V3f w = uniformCone(u, view.oneMinusCosMax);
+    const float sin2 = w.x * w.x + w.y * w.y;
+    distance = d * w.z - safeSqrt(view.r2 - view.d2 * sin2);
+    return Frame::fromNormal(view.to * (1 / d)).toWorld(w);
+}
+
+/// True when some point is inside: then the result is not to be used.
+STROBE_LANES bool sampleCones(const BoundingSphere& sphere, const Rgb& radiance, const LightQueryLanes& q,
+                              LightSampleLanes& out) {
+    const BoundingSphere s = sphere;
+    const float r = radiance.x, g = radiance.y, b = radiance.z;
+    int inside = 0;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < q.n; ++i) {
+        const View view = viewOf(s, q.p.at(i));
+        inside |= view.inside;
+        float distance;
+        const V3f wi = drawInCone(view, q.u.at(i), distance);
+        out.wi.x[i] = wi.x, out.wi.y[i] = wi.y, out.wi.z[i] = wi.z;
+        out.distance[i] = distance;
+        out.pdf[i] = uniformConePdf(view.oneMinusCosMax);
+        out.radiance.r[i] = r, out.radiance.g[i] = g, out.radiance.b[i] = b;
+    }
+    return inside;
+}
+
+STROBE_LANES void solidAngles(const BoundingSphere& sphere, bool shinesInside, bool shinesOutside,
+                              const V3Lanes& p, int n, float* out) {
+    const BoundingSphere s = sphere;
+    const float within = shinesInside ? 4 * kPi : 0, beyond = shinesOutside ? 2 * kPi : 0;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const View view = viewOf(s, p.at(i));
+        out[i] = view.inside ? within : beyond * view.oneMinusCosMax;
+    }
+}
+
 class SphereLight final : public SurfaceLight {
   public:
     SphereLight(const PlacedShape& shape, const Emission& emission) : SurfaceLight(shape, emission) {
@@ -40,14 +89,16 @@ class SphereLight final : public SurfaceLight {
         const Rgb radiance = shinesTo(view) ? m_emission.radiance : Rgb(0);
         if (view.inside)
             return sampleInside(view, radiance, u, n, out);
-        const float d = std::sqrt(view.d2), pdf = uniformConePdf(view.oneMinusCosMax);
-        const Frame frame = Frame::fromNormal(view.to * (1 / d));
         for (int i = 0; i < n; ++i) {
-            const V3f w = uniformCone(u[i], view.oneMinusCosMax);
-            const float sin2 = w.x * w.x + w.y * w.y;
-            const float distance = d * w.z - safeSqrt(view.r2 - view.d2 * sin2);
-            out[i] = {frame.toWorld(w), distance, radiance, pdf};
+            float distance;
+            const V3f wi = drawInCone(view, u[i], distance);
+            out[i] = {wi, distance, radiance, uniformConePdf(view.oneMinusCosMax)};
         }
+    }
+    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
+        const Rgb radiance = shines(false) ? m_emission.radiance : Rgb(0);
+        if (!m_still || sampleCones(m_stillSphere, radiance, query, out))
+            Light::sampleLanes(query, out);
     }
 
     float pdf(const V3f& p, float time, const V3f& wi, const LightHit*) const override {
@@ -68,6 +119,12 @@ class SphereLight final : public SurfaceLight {
             return 0;
         return view.inside ? 4 * kPi : 2 * kPi * view.oneMinusCosMax;
     }
+    void solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const override {
+        if (m_still)
+            solidAngles(m_stillSphere, shines(true), shines(false), p, n, out);
+        else
+            Light::solidAngleLanes(p, time, n, out);
+    }
 
   private:
     BoundingSphere sphere(const M44f& m) const {
@@ -75,20 +132,10 @@ class SphereLight final : public SurfaceLight {
     }
     BoundingSphere sphereAt(float time) const { return m_still ? m_stillSphere : sphere(toWorld(time)); }
 
-    View viewFrom(const V3f& p, float time) const {
-        const BoundingSphere s = sphereAt(time);
-        View v{s.centre - p, 0, sqr(s.radius), false, 2};
-        v.d2 = length2(v.to);
-        // Within rounding of the surface, inside and outside cannot be told apart: both count as inside.
-        v.inside = v.d2 <= v.r2 * (1 + 1e-5f);
-        if (!v.inside)
-            v.oneMinusCosMax = oneMinusCos(v.r2 / v.d2);
-        return v;
-    }
+    View viewFrom(const V3f& p, float time) const { return viewOf(sphereAt(time), p); }
 
-    bool shinesTo(const View& view) const {
-        return m_emission.twoSided || view.inside == m_shape.reverseOrientation;
-    }
+    bool shines(bool inside) const { return m_emission.twoSided || inside == m_shape.reverseOrientation; }
+    bool shinesTo(const View& view) const { return shines(view.inside); }
 
     /// With a margin, so that nothing the tracer hits is missed.
     static bool meets(const View& view, const V3f& wi) {

@@ -15,6 +15,51 @@ struct Data {
     PlainRgb scaledKd; ///< Kd/π
     float a, b;
 };
+inline Data dataOf(const BsdfLanes& jobs, int32_t at) {
+    return {Rgb(jobs.datum(at, 0), jobs.datum(at, 1), jobs.datum(at, 2)), jobs.datum(at, 3),
+            jobs.datum(at, 4)};
+}
+
+/// A + B max(0, cos(φi-φo)) sinα tanβ, where sinα tanβ = sinθi sinθo / max(cosθi, cosθo): the product with
+/// the cosine is a dot product of the horizontal parts (Oren & Nayar 1994).
+inline float brightness(const Data& data, const V3f& wo, const V3f& wi) {
+    const float horizontal = std::max(0.f, wo.x * wi.x + wo.y * wi.y);
+    return data.a + data.b * horizontal / std::max(std::max(std::abs(wo.z), std::abs(wi.z)), 1e-6f);
+}
+inline float pdfOf(const V3f& wo, const V3f& wi) {
+    return cosineHemispherePdf(std::copysign(1.f, wo.z) * wi.z);
+}
+inline V3f draw(const V3f& wo, const V2f& u) {
+    const V3f w = cosineHemisphere(u);
+    return {w.x, w.y, std::copysign(w.z, wo.z)};
+}
+
+STROBE_LANES void evalMatte(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) {
+    STROBE_INDEPENDENT
+    for (int i = jobs.begin; i < jobs.end; ++i) {
+        const Data data = dataOf(jobs, jobs.point[i]);
+        const float shade = brightness(data, jobs.wo.at(i), wi.at(i)) * std::abs(wi.z[i]);
+        f.r[i] = data.scaledKd.x * shade, f.g[i] = data.scaledKd.y * shade, f.b[i] = data.scaledKd.z * shade;
+    }
+    if (!pdf)
+        return;
+    STROBE_INDEPENDENT
+    for (int i = jobs.begin; i < jobs.end; ++i)
+        pdf[i] = pdfOf(jobs.wo.at(i), wi.at(i));
+}
+
+STROBE_LANES void sampleMatte(const BsdfLanes& jobs, const V2Lanes& u, BsdfSampleLanes& out) {
+    STROBE_INDEPENDENT
+    for (int i = jobs.begin; i < jobs.end; ++i) {
+        const Data data = dataOf(jobs, jobs.point[i]);
+        const V3f wo = jobs.wo.at(i), wi = draw(wo, u.at(i));
+        const float shade = kPi * brightness(data, wo, wi);
+        out.wi.x[i] = wi.x, out.wi.y[i] = wi.y, out.wi.z[i] = wi.z;
+        out.pdf[i] = pdfOf(wo, wi);
+        out.weight.r[i] = data.scaledKd.x * shade, out.weight.g[i] = data.scaledKd.y * shade,
+        out.weight.b[i] = data.scaledKd.z * shade;
+    }
+}
 
 class Matte : public Material {
   public:
@@ -30,29 +75,34 @@ class Matte : public Material {
 
     void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
         const Data& data = bsdf.as<Data>();
-        const float cosO = std::abs(wo.z), side = wo.z < 0 ? -1.f : 1.f;
         for (int i = 0; i < n; ++i) {
-            const float cosI = std::abs(wi[i].z);
-            f[i] = data.scaledKd * (brightness(data, wo, wi[i], cosO, cosI) * cosI);
+            f[i] = data.scaledKd * (brightness(data, wo, wi[i]) * std::abs(wi[i].z));
             if (pdf)
-                pdf[i] = cosineHemispherePdf(side * wi[i].z);
+                pdf[i] = pdfOf(wo, wi[i]);
         }
+    }
+    void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const override {
+        evalMatte(jobs, wi, f, pdf);
     }
 
     bool sample(const Bsdf& bsdf, const V3f& wo, float, const V2f& u, BsdfSample& out) const override {
         const Data& data = bsdf.as<Data>();
-        V3f wi = cosineHemisphere(u);
-        out.pdf = cosineHemispherePdf(wi.z);
-        if (!(out.pdf > 0))
-            return false;
-        if (wo.z < 0)
-            wi.z = -wi.z;
-        out.wi = wi;
-        out.weight = data.scaledKd * (kPi * brightness(data, wo, wi, std::abs(wo.z), std::abs(wi.z)));
+        out.wi = draw(wo, u);
+        out.pdf = pdfOf(wo, out.wi);
+        out.weight = data.scaledKd * (kPi * brightness(data, wo, out.wi));
         out.delta = out.transmits = false;
         out.eta = 1;
-        return true;
+        return out.pdf > 0;
     }
+    void sampleLanes(const BsdfLanes& jobs, const float*, const V2Lanes& u,
+                     BsdfSampleLanes& out) const override {
+        sampleMatte(jobs, u, out);
+        for (int i = jobs.begin; i < jobs.end; ++i) {
+            out.drawn[i] = out.pdf[i] > 0;
+            out.delta[i] = out.transmits[i] = false;
+        }
+    }
+    bool picksLobe() const override { return false; }
 
     float maxPdf(const Bsdf&, const V3f&) const override { return kInvPi; }
     bool isSmooth() const override { return true; }
@@ -62,13 +112,6 @@ class Matte : public Material {
     bool needsFootprint() const override { return m_kd.needsFootprint() || m_sigma.needsFootprint(); }
 
   private:
-    /// A + B max(0, cos(φi-φo)) sinα tanβ, where sinα tanβ = sinθi sinθo / max(cosθi, cosθo): the product
-    /// with the cosine is a dot product of the horizontal parts (Oren & Nayar 1994).
-    static float brightness(const Data& data, const V3f& wo, const V3f& wi, float cosO, float cosI) {
-        const float horizontal = std::max(0.f, wo.x * wi.x + wo.y * wi.y);
-        return data.a + data.b * horizontal / std::max(std::max(cosO, cosI), 1e-6f);
-    }
-
     RgbInput m_kd;
     FloatInput m_sigma;
 };

@@ -52,30 +52,81 @@ inline uint32_t shuffle(uint32_t index, uint32_t seed) {
     return reverseBits(scrambleReversed(reverseBits(index), seed));
 }
 
+/// What tells one set of numbers from another: how its members are shuffled, and how their digits are
+/// scrambled.
+struct Seeds {
+    uint32_t order, x, y;
+};
+inline Seeds seedsOf(uint64_t domain, uint64_t dimension) {
+    const uint64_t h = mix64(domain + dimension);
+    return {uint32_t(h), uint32_t(h >> 32), uint32_t(mix64(h))};
+}
+inline uint64_t hashedDimension(uint32_t dim, int coordinates) { return hashOf(dim, coordinates); }
+
+inline float number(uint32_t member, const Seeds& s) {
+    return toFloat(scrambleReversed(shuffle(member, s.order), s.x));
+}
+inline V2f point(uint32_t member, const Seeds& s) {
+    const uint32_t index = shuffle(member, s.order); // the reversed first coordinate
+    return {toFloat(scrambleReversed(index, s.x)), toFloat(scrambleReversed(secondFromFirst(index), s.y))};
+}
+
+STROBE_LANES void fillNumbers(uint32_t first, uint32_t n, Seeds seeds, float* out) {
+    STROBE_INDEPENDENT
+    for (uint32_t i = 0; i < n; ++i)
+        out[i] = number(first + i, seeds);
+}
+STROBE_LANES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, V2f* out) {
+    float* xy = &out->x;
+    STROBE_INDEPENDENT
+    for (uint32_t i = 0; i < n; ++i) {
+        const V2f p = point(first + i, seeds);
+        xy[2 * i] = p.x, xy[2 * i + 1] = p.y;
+    }
+}
+
+/// Members of ranges, side by side.
+struct MemberLanes {
+    alignas(64) uint32_t member[kLanes], order[kLanes], x[kLanes], y[kLanes];
+    int n = 0;
+
+    MemberLanes(std::span<const SampleRange> ranges, uint64_t dimension) {
+        for (const SampleRange& range : ranges) {
+            const Seeds s = seedsOf(range.domain, dimension);
+            for (uint32_t i = 0; i < range.n; ++i, ++n)
+                member[n] = range.first + i, order[n] = s.order, x[n] = s.x, y[n] = s.y;
+        }
+    }
+};
+STROBE_LANES void fillNumbers(const MemberLanes& m, float* out) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < m.n; ++i)
+        out[i] = number(m.member[i], {m.order[i], m.x[i], m.y[i]});
+}
+STROBE_LANES void fillPoints(const MemberLanes& m, V2Lanes& out) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < m.n; ++i) {
+        const V2f p = point(m.member[i], {m.order[i], m.x[i], m.y[i]});
+        out.x[i] = p.x, out.y[i] = p.y;
+    }
+}
+
 class SobolSampler final : public Sampler {
   public:
     int roundCount(int spp) const override {
         return int(std::bit_ceil(uint32_t(std::clamp(spp, 1, 1 << 30))));
     }
-
     void fill1D(const SampleRange& range, uint32_t dim, float* out) const override {
-        const uint64_t h = hashOf(range.domain, dim, 1);
-        const uint32_t order = uint32_t(h), seed = uint32_t(h >> 32);
-        const uint32_t first = range.first, n = range.n;
-        for (uint32_t i = 0; i < n; ++i)
-            out[i] = toFloat(scrambleReversed(shuffle(first + i, order), seed));
+        fillNumbers(range.first, range.n, seedsOf(range.domain, hashedDimension(dim, 1)), out);
     }
-
     void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const override {
-        const uint64_t h = hashOf(range.domain, dim, 2), g = mix64(h);
-        const uint32_t order = uint32_t(h), seedX = uint32_t(h >> 32), seedY = uint32_t(g);
-        const uint32_t first = range.first, n = range.n;
-        float* xy = &out->x;
-        for (uint32_t i = 0; i < n; ++i) {
-            const uint32_t index = shuffle(first + i, order); // the reversed first coordinate
-            xy[2 * i] = toFloat(scrambleReversed(index, seedX));
-            xy[2 * i + 1] = toFloat(scrambleReversed(secondFromFirst(index), seedY));
-        }
+        fillPoints(range.first, range.n, seedsOf(range.domain, hashedDimension(dim, 2)), out);
+    }
+    void fill1D(std::span<const SampleRange> ranges, uint32_t dim, float* out) const override {
+        fillNumbers(MemberLanes(ranges, hashedDimension(dim, 1)), out);
+    }
+    void fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2Lanes& out) const override {
+        fillPoints(MemberLanes(ranges, hashedDimension(dim, 2)), out);
     }
 };
 

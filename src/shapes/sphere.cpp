@@ -1,5 +1,6 @@
 #include "shapes/sphere.h"
 
+#include "core/lanes.h"
 #include "shapes/quadric_params.h"
 
 namespace strobe {
@@ -8,6 +9,23 @@ namespace {
 const ParamDef<float> kRadius{"radius", 1, "radius"};
 const ParamDef<float> kZMin{"zmin", -kInfinity, "the part below this z is cut away; default: -radius"};
 const ParamDef<float> kZMax{"zmax", kInfinity, "the part above this z is cut away; default: radius"};
+
+/// By how much rays miss the sphere, which is positive for those that surely do: what `Sphere::intersect`
+/// does before it knows where the hit is. Roots are compared with a margin, since here they are less exact.
+STROBE_LANES void missesOfSphere(double radius, const QuadricRays& rays, float* miss) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < rays.n; ++i) {
+        const double ox = rays.ox[i], oy = rays.oy[i], oz = rays.oz[i];
+        const double dx = rays.dx[i], dy = rays.dy[i], dz = rays.dz[i];
+        const double inverse = 1 / (dx * dx + dy * dy + dz * dz);
+        const double middle = -(ox * dx + oy * dy + oz * dz) * inverse;
+        const double x = ox + dx * middle, y = oy + dy * middle, z = oz + dz * middle;
+        const double discriminant = (radius * radius - (x * x + y * y + z * z)) * inverse;
+        const double half = std::sqrt(std::max(discriminant, 0.)), margin = 1e-6 * (std::abs(middle) + half);
+        const double apart = std::max(middle - half - rays.tmax[i], rays.tmin[i] - middle - half) - margin;
+        miss[i] = float(discriminant < 0 ? 1. : apart);
+    }
+}
 
 /// u = phi / phimax, v = (theta - thetaMin) / (thetaMax - thetaMin), thetaMin being that of zmin.
 class Sphere : public Quadric {
@@ -44,8 +62,11 @@ class Sphere : public Quadric {
         const double discriminant = (m_radius * m_radius - nearest.dot(nearest)) / dd;
         if (!(discriminant >= 0))
             return false;
+        const double half = std::sqrt(discriminant), margin = 1e-6 * (std::abs(middle) + half);
+        if (middle - half > tmax + margin || middle + half < tmin - margin)
+            return false;
         // The root farther from 0 is exact; the other follows from their product.
-        const double far = middle + std::copysign(std::sqrt(discriminant), middle);
+        const double far = middle + std::copysign(half, middle);
         const double product = (origin.dot(origin) - m_radius * m_radius) / dd;
         const double other = far != 0 ? product / far : 0;
         for (const double root : {std::min(far, other), std::max(far, other)}) {
@@ -56,6 +77,13 @@ class Sphere : public Quadric {
             }
         }
         return false;
+    }
+
+    void leaveOutMisses(const QuadricRays& rays, int32_t* may) const override {
+        alignas(64) float miss[QuadricRays::kMost];
+        missesOfSphere(m_radius, rays, miss);
+        for (int i = 0; i < rays.n; ++i)
+            may[i] = miss[i] > 0 ? 0 : may[i];
     }
 
     QuadricPoint point(float u, float v) const override {

@@ -51,6 +51,31 @@ float measuredSpread(const Camera& camera, const V2f& film) {
 
 } // namespace
 
+TEST(Cameras, LanesAreTheSameRays) {
+    const KeyedTransform still(placement({2, 2, 2}, 40, {1, 2, 3}));
+    const KeyedTransform moving({0, 1}, {placement(V3f(1), 40, {1, 2, 3}), placement(V3f(1), 70, {1, 0, 3})},
+                                MotionConvention::ObjectToWorld);
+    const ParamSet lens = Params().floats("lensradius", {.2f}).floats("focaldistance", {4});
+    for (const auto& camera :
+         {make(perspectivePlugin(), {100, 60}, {}, still), make(perspectivePlugin(), {100, 60}, lens, still),
+          make(perspectivePlugin(), {100, 60}, lens, moving),
+          make(orthographicPlugin(), {100, 60}, {}, still),
+          make(environmentPlugin(), {100, 60}, {}, moving)}) {
+        CameraSampleLanes samples;
+        CameraRayLanes rays;
+        for (int i = 0; i < kLanes; ++i) {
+            samples.film.set(i, random2D(1, i) * 100.f), samples.lens.set(i, random2D(2, i));
+            samples.time[i] = random2D(3, i).x;
+        }
+        camera->rayLanes(samples, kLanes - 5, rays);
+        for (int i = 0; i < kLanes - 5; ++i) {
+            const Ray ray = rayAt(*camera, samples.film.at(i), samples.time[i], samples.lens.at(i));
+            EXPECT_EQ(ray.o, rays.o.at(i));
+            EXPECT_EQ(ray.d, rays.d.at(i));
+        }
+    }
+}
+
 TEST(Perspective, LooksAlongZWithRightAndUp) {
     const auto camera = make(perspectivePlugin(), {100, 100}); // 90 degrees
     expectDirection(rayAt(*camera, {50, 50}).d, {0, 0, 1}, "centre");

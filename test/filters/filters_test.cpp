@@ -102,6 +102,22 @@ TEST(Filters, SamplesFollowTheAbsoluteValue) {
     }
 }
 
+TEST(Filters, LanesAreTheSameSamples) {
+    for (const auto& [name, filter, negative] : filters()) {
+        V2Lanes u, offset;
+        float weight[kLanes];
+        for (int i = 0; i < kLanes; ++i)
+            u.set(i, random2D(3, i));
+        u.set(0, V2f(0)), u.set(1, V2f(kOneMinusEpsilon));
+        filter->sampleLanes(u, kLanes - 3, offset, weight);
+        for (int i = 0; i < kLanes - 3; ++i) {
+            const Filter::Sample s = filter->sample(u.at(i));
+            EXPECT_EQ(s.offset, offset.at(i)) << name;
+            EXPECT_EQ(s.weight, weight[i]) << name;
+        }
+    }
+}
+
 TEST(Filters, WeightsAndMomentsAreTheFilters) {
     constexpr int n = 1 << 20; // of a rank-1 lattice: its error is near 1/n
     for (const auto& [name, filter, negative] : filters()) {

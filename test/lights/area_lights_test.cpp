@@ -147,6 +147,39 @@ TEST(AreaLights, SampleAgreesWithPdfAndEmission) {
     }
 }
 
+TEST(AreaLights, LanesAreTheSameSamples) {
+    for (const Case& c : cases()) {
+        const auto light = makeLight(c.shape, c.twoSided);
+        constexpr int kPoints = 20, kSamples = 3 * kPoints;
+        V3Lanes p, bySample;
+        V2Lanes u;
+        float time[kLanes], timeBySample[kLanes], solidAngle[kLanes];
+        int32_t point[kLanes];
+        for (int i = 0; i < kPoints; ++i) { // the first where the light is known to shine
+            const V2f a = random2D(4, i), b = random2D(5, i);
+            p.set(i, c.p + V3f(a.x - .5f, a.y - .5f, b.x - .5f) * (.2f * float(i)));
+            time[i] = i == 0 ? c.time : b.y;
+        }
+        for (int i = 0; i < kSamples; ++i)
+            point[i] = i / 3, u.set(i, random2D(6, i)), bySample.set(i, p.at(i / 3)),
+            timeBySample[i] = time[i / 3];
+        LightSampleLanes samples;
+        light->sampleLanes({bySample, timeBySample, point, u, kSamples}, samples);
+        light->solidAngleLanes(p, time, kPoints, solidAngle);
+        for (int i = 0; i < kSamples; ++i) {
+            const V2f ui = u.at(i);
+            LightSample s;
+            light->sample(p.at(point[i]), time[point[i]], &ui, 1, &s);
+            ASSERT_EQ(s.radiance, samples.radiance.at(i)) << c.name;
+            ASSERT_EQ(s.wi, samples.wi.at(i)) << c.name;
+            ASSERT_EQ(s.distance, samples.distance[i]) << c.name;
+            ASSERT_EQ(s.pdf, samples.pdf[i]) << c.name;
+        }
+        for (int i = 0; i < kPoints; ++i)
+            EXPECT_EQ(solidAngle[i], light->solidAngle(p.at(i), time[i])) << c.name;
+    }
+}
+
 TEST(AreaLights, ChiSquareOfDirections) {
     constexpr int nz = 10, np = 10;
     for (const Case& c : cases()) {

@@ -70,6 +70,53 @@ double chiSquarePValue(const Histogram& h, const Integrals& expected, int n) {
     return bins > 1 ? chiSquareTail(x, bins - 1) : 1;
 }
 
+TEST_F(SmoothMaterials, LanesGiveTheSameNumbers) {
+    for (const NamedMaterial& m : all()) {
+        SCOPED_TRACE(m.name);
+        // Points with different views, and one, two or three jobs at each.
+        constexpr int kPoints = 30;
+        std::vector<Bsdf> bsdfs(kPoints, prepared(*m.material));
+        Random random(77);
+        V3Lanes wo, wi;
+        V3f views[kPoints];
+        V2Lanes u;
+        float uc[kLanes], pdf[kLanes];
+        int32_t point[kLanes], wanted[kLanes];
+        for (int i = 0; i < kPoints; ++i)
+            views[i] = random.direction();
+        for (int i = 0; i < kLanes; ++i) {
+            point[i] = (i + i / 4) % 80 * kPoints / 80;
+            wo.set(i, views[point[i]]), wi.set(i, random.direction());
+            wanted[i] = i % 7 != 3;
+            uc[i] = random.next(), u.set(i, random.next2());
+        }
+        const BsdfLanes jobs{bsdfs.data(), point, wo, 5, kLanes - 2, wanted};
+        RgbLanes f;
+        BsdfSampleLanes drawn;
+        m.material->evalCosLanes(jobs, wi, f, pdf);
+        m.material->sampleLanes(jobs, uc, u, drawn);
+        for (int i = jobs.begin; i < jobs.end; ++i) {
+            if (!wanted[i])
+                continue;
+            const V3f view = wo.at(i), light = wi.at(i);
+            Rgb value;
+            float density;
+            m.material->evalCos(bsdfs[0], view, &light, 1, &value, &density);
+            EXPECT_EQ(f.at(i), value);
+            EXPECT_EQ(pdf[i], density);
+            BsdfSample s;
+            ASSERT_EQ(drawn.drawn[i], m.material->sample(bsdfs[0], view, uc[i], u.at(i), s));
+            if (!drawn.drawn[i])
+                continue;
+            EXPECT_EQ(drawn.wi.at(i), s.wi);
+            EXPECT_EQ(drawn.weight.at(i), s.weight);
+            EXPECT_EQ(drawn.pdf[i], s.pdf);
+            EXPECT_EQ(drawn.delta[i], s.delta);
+            EXPECT_EQ(drawn.transmits[i], s.transmits);
+        }
+    }
+}
+
 TEST_F(SmoothMaterials, SamplesFollowPdfAndGiveTheAlbedo) {
     const double level = sidakLevel(kAlpha, 2 * count());
     forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {

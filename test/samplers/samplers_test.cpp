@@ -42,6 +42,24 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 
 } // namespace
 
+TEST(Samplers, SeveralRangesSideBySideEqualSingleOnes) {
+    const SampleRange ranges[] = {{99, 3, 5, 16}, {7, 0, 1, 16}, {8, 31, 20, 40}, {99, 8, 38, 16}};
+    for (const SamplerPlugin& plugin : all()) {
+        const auto sampler = make(plugin).sampler;
+        float line[kLanes];
+        V2Lanes square;
+        sampler->fill1D(ranges, 5, line);
+        sampler->fill2D(ranges, 5, square);
+        int lane = 0;
+        for (const SampleRange& range : ranges)
+            for (uint32_t i = 0; i < range.n; ++i, ++lane) {
+                EXPECT_EQ(line[lane], sampler->get1D(range.domain, range.first + i, range.total, 5));
+                EXPECT_EQ(square.at(lane), sampler->get2D(range.domain, range.first + i, range.total, 5));
+            }
+        EXPECT_EQ(lane, kLanes);
+    }
+}
+
 TEST(Samplers, RangesEqualSingleQueries) {
     for (const SamplerPlugin& plugin : all()) {
         const auto sampler = make(plugin).sampler;

@@ -1,0 +1,23 @@
+#include "core/light.h"
+
+namespace strobe {
+
+void Light::sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const {
+    V2f u[kLanes];
+    LightSample samples[kLanes];
+    for (int begin = 0, end; begin < query.n; begin = end) {
+        const int32_t point = query.point[begin];
+        for (end = begin; end < query.n && query.point[end] == point; ++end)
+            u[end - begin] = query.u.at(end);
+        sample(query.p.at(begin), query.time[begin], u, end - begin, samples);
+        for (int i = begin; i < end; ++i)
+            out.set(i, samples[i - begin]);
+    }
+}
+
+void Light::solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const {
+    for (int i = 0; i < n; ++i)
+        out[i] = solidAngle(p.at(i), time[i]);
+}
+
+} // namespace strobe

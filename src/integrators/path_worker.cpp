@@ -1,0 +1,239 @@
+#include "integrators/path_worker.h"
+
+#include "core/sampling.h"
+
+namespace strobe {
+
+PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings)
+    : m_scene(scene), m_sampler(sampler), m_settings(settings), m_shadows(scene.tracer(), LightVisible{this}),
+      m_probes(scene.tracer(), ProbeFound{this}), m_bounces(scene.tracer(), BounceFound{this}) {}
+
+void PathWorker::shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
+                       Counters& counters) {
+    m_counters = &counters;
+    start(requests);
+    for (m_bounce = 0; !m_active.empty(); ++m_bounce)
+        wave();
+    for (size_t i = 0; i < requests.size(); ++i)
+        radiance[i] = m_paths[i].radiance;
+    counters.shadowRays += m_shadows.takeCount();
+    counters.lightRays += m_probes.takeCount();
+    counters.bounceRays += m_bounces.takeCount();
+}
+
+void PathWorker::start(std::span<const ShadingRequest> requests) {
+    m_paths.clear();
+    m_paths.resize(requests.size());
+    m_active.clear();
+    for (uint32_t i = 0; i < requests.size(); ++i) {
+        const ShadingRequest& r = requests[i];
+        Path& path = m_paths[i];
+        path.hit = r.hit, path.ray = r.ray, path.cone = r.cone;
+        path.domain = r.domain, path.index = r.index, path.total = r.total;
+        path.part = r.part;
+        if (r.part != LightPart::Albedo)
+            ++(!r.hit                        ? m_counters->escaped
+               : r.part == LightPart::Direct ? m_counters->directShades
+                                             : m_counters->shades);
+        m_active.push_back(i);
+    }
+}
+
+/// One vertex of every active path; then all their rays.
+void PathWorker::wave() {
+    sortByMaterial();
+    m_next.clear();
+    for (size_t first = 0; first < m_active.size(); first += kLanes) {
+        load(std::span(m_active).subspan(first, std::min<size_t>(kLanes, m_active.size() - first)));
+        if (m_v.count == 0)
+            continue;
+        m_v.finish();
+        addDirect();
+        extend();
+    }
+    m_shadows.flush();
+    m_probes.flush();
+    for (uint32_t i : m_active) {
+        Path& path = m_paths[i];
+        path.radiance += path.direct + path.viaBsdf;
+        path.direct = path.viaBsdf = Rgb(0);
+    }
+    for (uint32_t i : m_next)
+        m_bounces.add(m_paths[i].ray, i);
+    m_bounces.flush();
+    m_active.swap(m_next);
+}
+
+/// Brings paths whose surfaces are of one material together, as far as it matters.
+void PathWorker::sortByMaterial() {
+    if (m_scene.materials().size() < 2)
+        return;
+    constexpr int kBuckets = 64;
+    const auto bucket = [&](uint32_t path) {
+        const Hit& hit = m_paths[path].hit;
+        return hit ? m_scene.geometry(hit).material % kBuckets : 0;
+    };
+    uint32_t places[kBuckets + 1] = {};
+    for (uint32_t i : m_active)
+        ++places[bucket(i) + 1];
+    for (int b = 0; b < kBuckets; ++b)
+        places[b + 1] += places[b];
+    m_sorted.resize(m_active.size());
+    for (uint32_t i : m_active)
+        m_sorted[places[bucket(i)]++] = i;
+    m_active.swap(m_sorted);
+}
+
+/// Adds what the paths meet that shines, and makes vertices of those that may go on.
+void PathWorker::load(std::span<const uint32_t> paths) {
+    m_v.count = 0;
+    for (uint32_t i : paths) {
+        Path& path = m_paths[i];
+        if (!path.hit) {
+            addEnvironment(path);
+            continue;
+        }
+        const SurfacePoint s = m_scene.surface(path.hit, path.ray.time);
+        ++m_counters->surfaces;
+        if (s.light >= 0 && path.part != LightPart::Albedo)
+            addEmission(path, s);
+        if (m_bounce >= m_settings.maxDepth)
+            continue;
+        path.cone.width += path.hit.t * path.cone.spread;
+        Bsdf& bsdf = m_v.bsdf[m_v.count];
+        prepare(s, path.ray, path.cone.width, bsdf);
+        if (path.part == LightPart::Albedo) {
+            path.radiance = s.material->albedo(bsdf);
+            continue;
+        }
+        if (path.part == LightPart::Indirect && m_bounce == 0 && s.material->isTextured()) {
+            // What is black gives nothing to carry elsewhere.
+            constexpr float kBlack = 1e-4f;
+            const Rgb a = s.material->albedo(bsdf);
+            path.beta = {a.x > kBlack ? 1 / a.x : 0, a.y > kBlack ? 1 / a.y : 0, a.z > kBlack ? 1 / a.z : 0};
+        }
+        m_v.add(i, s, path.ray, path.beta);
+    }
+}
+
+void PathWorker::prepare(const SurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf) {
+    TextureQuery q;
+    q.uv = s.uv;
+    q.p = s.p;
+    if (s.material->needsFootprint()) {
+        footprint(s, ray.d, width, q);
+        ++m_counters->footprints;
+    }
+    bsdf.material = s.material;
+    s.material->prepare(q, bsdf);
+}
+
+/// False when light sampling alone serves this light at a vertex of this sharpness.
+bool PathWorker::usesBsdfSampling(const Light& light, const V3f& p, float time, float maxPdf) const {
+    return !light.isDelta() && !(maxPdf * light.solidAngle(p, time) < kNegligibleBsdfShare);
+}
+
+/// The weight of light `light` found by the path's last BSDF sample.
+float PathWorker::foundWeight(const Path& path, int index, const LightHit* hit) const {
+    if (path.part == LightPart::Indirect && m_bounce <= 1)
+        return 0; // the first surface's own and its direct light
+    if (path.countsAllLight)
+        return 1;
+    const Light& light = *m_scene.lights()[size_t(index)];
+    if (!usesBsdfSampling(light, path.from, path.ray.time, path.maxPdf))
+        return 0;
+    const float n =
+        path.fromAllLights ? float(m_settings.samplesOf(light)) : m_scene.lightPicker().probability(index);
+    return powerHeuristic(1, path.pdf, n, light.pdf(path.from, path.ray.time, path.ray.d, hit));
+}
+
+void PathWorker::addEnvironment(Path& path) const {
+    for (int i : m_scene.environments()) {
+        const Rgb radiance = m_scene.lights()[size_t(i)]->environment(path.ray.d);
+        if (!isBlack(radiance))
+            path.radiance += path.beta * radiance * foundWeight(path, i, nullptr);
+    }
+}
+
+void PathWorker::addEmission(Path& path, const SurfacePoint& s) const {
+    const Rgb radiance = m_scene.lights()[size_t(s.light)]->emitted(s.ng, -path.ray.d);
+    if (isBlack(radiance))
+        return;
+    const LightHit hit{s.p, s.ng, length(s.p - path.from), s.prim};
+    path.radiance += path.beta * radiance * foundWeight(path, s.light, &hit);
+}
+
+std::span<const SampleRange> PathWorker::ranges(const int32_t* vertices, int count, int first, int drawn,
+                                                int n) {
+    for (int i = 0; i < count; ++i) {
+        const Path& path = m_paths[m_v.path[vertices[i]]];
+        m_ranges[size_t(i)] = {path.domain, path.index * uint32_t(n) + uint32_t(first), uint32_t(drawn),
+                               path.total * uint32_t(n)};
+    }
+    return std::span(m_ranges).first(size_t(count));
+}
+
+/// The rows of vertices, each as often as it has samples.
+const VertexRows& PathWorker::rowsOf(const int32_t* vertices, int count, int times) {
+    if (times == 1 && count == m_v.count) // vertices ascend: these are all
+        return m_v;
+    m_rows.repeat(m_v, vertices, count, times);
+    return m_rows;
+}
+
+/// The next ray of every path that goes on.
+void PathWorker::extend() {
+    int32_t vertices[kLanes];
+    int count = 0;
+    // Direct lighting goes on through mirrors and glass only.
+    if (m_settings.path || m_bounce + 1 < m_settings.maxDepth)
+        for (int i = 0; i < m_v.count; ++i)
+            if (!(m_v.material[i]->isSmooth() && endsHere(m_paths[m_v.path[i]])))
+                vertices[count++] = i;
+    if (count == 0)
+        return;
+    drawDirections(vertices, count);
+    const bool roulette = m_settings.path && m_bounce >= kRouletteFrom;
+    if (roulette)
+        m_sampler.fill1D(ranges(vertices, count), dimension(kDimRoulette), m_uRoulette);
+    for (int i = 0; i < count; ++i) {
+        const int v = vertices[i];
+        if (!m_drawn.drawn[i] || (m_cosine[i] * m_v.side[v] > 0) == m_drawn.transmits[i])
+            continue; // absorbed, or the shading normal sent it through the surface
+        Path& path = m_paths[m_v.path[v]];
+        path.beta *= m_drawn.weight.at(i);
+        if (isBlack(path.beta) || (roulette && !survivesRoulette(path, m_uRoulette[i])))
+            continue;
+        path.ray = {m_v.p.at(v), m_wi.at(i), m_v.time[v], clearOf(m_v.offset[v], m_cosine[i])};
+        path.countsAllLight = m_drawn.delta[i];
+        path.firstSmooth &= m_drawn.delta[i];
+        path.pdf = m_drawn.pdf[i];
+        path.maxPdf = m_v.maxPdf[v];
+        path.from = m_v.p.at(v);
+        m_next.push_back(m_v.path[v]);
+    }
+}
+
+/// Fills m_drawn, m_wi (world) and m_cosine.
+void PathWorker::drawDirections(const int32_t* vertices, int count) {
+    bool picks = false;
+    m_v.forMaterials(vertices, count, [&](const Material& m, int, int) { picks |= m.picksLobe(); });
+    if (picks)
+        m_sampler.fill1D(ranges(vertices, count), dimension(kDimLobe), m_uLobe);
+    m_sampler.fill2D(ranges(vertices, count), dimension(kDimDirection), m_u);
+    const VertexRows& at = rowsOf(vertices, count, 1);
+    m_v.forMaterials(vertices, count, [&](const Material& m, int begin, int end) {
+        m.sampleLanes({m_v.bsdf, vertices, at.woLocal, begin, end, nullptr}, m_uLobe, m_u, m_drawn);
+    });
+    turnToWorld(at, count, m_drawn.wi, m_wi, m_cosine);
+}
+
+bool PathWorker::survivesRoulette(Path& path, float u) const {
+    const float survive = std::min(maxComponent(path.beta), 0.95f);
+    if (u >= survive)
+        return false;
+    path.beta *= 1 / survive;
+    return true;
+}
+
+} // namespace strobe

@@ -1,0 +1,96 @@
+// The path tracer at work: waves of vertices, kLanes of them side by side.
+#pragma once
+
+#include "integrators/path_state.h"
+#include "integrators/ray_queues.h"
+#include "integrators/vertex_lanes.h"
+
+#include <array>
+
+namespace strobe {
+
+class PathWorker : public ShaderWorker {
+  public:
+    PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings);
+    void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
+               Counters& counters) override;
+
+  private:
+    void start(std::span<const ShadingRequest> requests);
+    void wave();
+    void sortByMaterial();
+
+    // One chunk of vertices:
+    void load(std::span<const uint32_t> paths);
+    void prepare(const SurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf);
+    void addEnvironment(Path& path) const;
+    void addEmission(Path& path, const SurfacePoint& s) const;
+    float foundWeight(const Path& path, int index, const LightHit* hit) const;
+    bool usesBsdfSampling(const Light& light, const V3f& p, float time, float maxPdf) const;
+
+    // Its direct light (path_lights.cpp):
+    void addDirect();
+    void addPicked(const int32_t* vertices, int count);
+    void addLight(const int32_t* vertices, int count, int lightIndex, int n, float picked);
+    bool findBsdfShares(const int32_t* vertices, int count, const Light& light, float n);
+    void sendLightSamples(const int32_t* vertices, int count, int lightIndex, int first, int drawn, int n,
+                          float picked, bool weighs);
+    const VertexRows& rowsOf(const int32_t* vertices, int count, int times);
+    void sendBsdfSamples(int vertex, int lightIndex, int n, float picked);
+    void finishProbe(const LightProbe& probe, const Hit& hit);
+
+    // Its next rays:
+    void extend();
+    void drawDirections(const int32_t* vertices, int count);
+    bool survivesRoulette(Path& path, float u) const;
+
+    /// At a surface that is neither mirror nor glass: whether the path is to bring direct light only. Then it
+    /// finds lights by BSDF samples of their own, not by its next ray.
+    bool endsHere(const Path& path) const { return !m_settings.path || path.part == LightPart::Direct; }
+    uint32_t dimension(uint32_t offset) const {
+        return kFirstDimension + uint32_t(m_bounce) * kDimensionsPerVertex + offset;
+    }
+    /// The numbers of the paths of vertices, `n` for each, from number `first` of them on.
+    std::span<const SampleRange> ranges(const int32_t* vertices, int count, int first = 0, int drawn = 1,
+                                        int n = 1);
+
+    struct LightVisible {
+        PathWorker* worker;
+        void operator()(uint32_t path, const Rgb& c) const { worker->m_paths[path].direct += c; }
+    };
+    struct ProbeFound {
+        PathWorker* worker;
+        void operator()(const LightProbe& probe, const Hit& hit) const { worker->finishProbe(probe, hit); }
+    };
+    struct BounceFound {
+        PathWorker* worker;
+        void operator()(uint32_t path, const Hit& hit) const { worker->m_paths[path].hit = hit; }
+    };
+
+    const Scene& m_scene;
+    const Sampler& m_sampler;
+    const ShadeSettings m_settings;
+    Counters* m_counters = nullptr;
+
+    std::vector<Path> m_paths;
+    std::vector<uint32_t> m_active, m_next, m_sorted;
+    int m_bounce = 0;
+    ShadowQueue<LightVisible> m_shadows;
+    HitQueue<LightProbe, ProbeFound> m_probes;
+    HitQueue<uint32_t, BounceFound> m_bounces;
+
+    // The chunk at hand, and scratch.
+    VertexLanes m_v;
+    VertexRows m_rows; ///< of m_v, by sample
+    LightLanes m_light;
+    BsdfSampleLanes m_drawn;
+    V3Lanes m_wi;
+    V2Lanes m_u;
+    alignas(64) float m_uLobe[kLanes], m_uRoulette[kLanes], m_cosine[kLanes];
+    alignas(64) float m_bsdfShare[kLanes]; ///< by vertex: BSDF samples that compete with the light's
+    std::array<SampleRange, kLanes> m_ranges;
+    std::vector<V2f> m_uBsdf;
+    std::vector<float> m_uBsdfLobe;
+};
+
+} // namespace strobe
