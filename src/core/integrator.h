@@ -143,6 +143,15 @@ class UnsharedRender : public IntegratorRender {
 };
 
 /// The request that a visibility sample would make for itself.
-ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch, const VisibilitySample& sample);
+inline ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch,
+                                 const VisibilitySample& sample) {
+    return {sample.hit,
+            sample.ray,
+            scene.needsFootprint() ? scene.camera().cone(sample.film) : RayCone{},
+            batch.pixels[sample.pixel].domain,
+            sample.index,
+            batch.samplesPerPixel,
+            uint32_t(&sample - batch.samples.data())};
+}
 
 } // namespace strobe

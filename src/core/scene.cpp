@@ -78,8 +78,7 @@ void derivatives(const V3f p[3], const V2f uv[3], V3f& dpdu, V3f& dpdv) {
 
 } // namespace
 
-void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, SurfacePoint& s,
-                        float& scale) const {
+void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, RawSurfacePoint& s) {
     const TriangleMesh& mesh = *placed.shape.mesh;
     const uint32_t* index = &mesh.indices[3 * size_t(hit.prim)];
     V3f v[3];
@@ -92,7 +91,7 @@ void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, S
         if (length2(n) > 0)
             s.ns = n;
     }
-    scale = std::max(largest(v[0]), std::max(largest(v[1]), largest(v[2])));
+    s.scale = std::max(largest(v[0]), std::max(largest(v[1]), largest(v[2])));
     s.uv = triangleUv(mesh, hit.prim, hit.u, hit.v);
     if (s.material->needsFootprint()) {
         const V2f uv[3] = {triangleUv(mesh, hit.prim, 0, 0), triangleUv(mesh, hit.prim, 1, 0),
@@ -112,50 +111,53 @@ bool Scene::moves() const {
            });
 }
 
-SurfacePoint Scene::surface(const Hit& hit, float time) const {
+namespace {
+
+/// A normal through a transform; not normalised. The cofactors of a matrix are its inverse's but for a
+/// factor, of which only the sign matters.
+V3f turnedNormal(const M44f& m, const V3f& n) {
+    const V3f x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
+    const V3f yz = cross(y, z);
+    const V3f turned = yz * n.x + cross(z, x) * n.y + cross(x, y) * n.z;
+    return dot(x, yz) < 0 ? -turned : turned;
+}
+
+} // namespace
+
+RawSurfacePoint Scene::rawSurface(const Hit& hit, float time) const {
     const Geometry& geometry = this->geometry(hit);
     const PlacedShape& placed = geometry.placed;
-    SurfacePoint s;
+    RawSurfacePoint s;
     s.material = m_materials[size_t(geometry.material)].get();
     s.prim = hit.prim;
     s.light = geometry.light;
+    s.orientation = placed.reverseOrientation ? -1 : 1;
     const Instance* instance = hit.instance == kNone ? nullptr : &m_instances[hit.instance];
     if (instance)
         s.light = instance->lights.empty() ? -1 : instance->lights[hit.geometry];
 
-    float scale; // of the numbers that the position was computed from
     const bool isMesh = placed.shape.mesh != nullptr;
     if (isMesh) {
-        meshSurface(placed, hit, time, s, scale);
+        meshSurface(placed, hit, time, s);
     } else {
         const QuadricPoint q = placed.shape.quadric->point(hit.u, hit.v);
         s.p = q.p, s.ng = s.ns = q.n, s.uv = q.uv, s.dpdu = q.dpdu, s.dpdv = q.dpdv;
         const Box3f box = placed.shape.quadric->bounds();
-        scale = 4 * std::max(largest(box.min), largest(box.max)); // the closed form loses a little more
+        s.scale = 4 * std::max(largest(box.min), largest(box.max)); // the closed form loses a little more
     }
     // Meshes of the world are baked: no transform to apply.
     if (instance || !isMesh) {
         const M44f m = instance ? placed.toParent * instance->motion->at(time) : placed.toParent;
-        const M44f inverse = m.inverse();
         s.p = transformPoint(m, s.p);
-        s.ng = transformNormal(inverse, s.ng);
-        s.ns = transformNormal(inverse, s.ns);
+        s.ng = turnedNormal(m, s.ng);
+        s.ns = turnedNormal(m, s.ns);
         s.dpdu = transformVector(m, s.dpdu);
         s.dpdv = transformVector(m, s.dpdv);
         const float stretch =
             std::max(largest({m[0][0], m[0][1], m[0][2]}),
                      std::max(largest({m[1][0], m[1][1], m[1][2]}), largest({m[2][0], m[2][1], m[2][2]})));
-        scale = scale * stretch + largest({m[3][0], m[3][1], m[3][2]});
+        s.scale = s.scale * stretch + largest({m[3][0], m[3][1], m[3][2]});
     }
-    s.ng = normalize(s.ng);
-    s.ns = normalize(s.ns);
-    if (isMesh && dot(s.ng, s.ns) < 0)
-        s.ng = -s.ng; // vertex normals say which side is which
-    if (placed.reverseOrientation) {
-        s.ng = -s.ng;
-        s.ns = -s.ns;
-    }
-    s.offset = 4e-6f * std::max(scale, largest(s.p));
     return s;
 }
 

@@ -34,6 +34,25 @@ struct SurfacePoint {
     float tmin(const V3f& w) const { return clearOf(offset, dot(w, ng)); }
 };
 
+/// A SurfacePoint whose normals are not yet of unit length, nor turned, and whose offset is missing: what is
+/// left to do is the same for every point, and done side by side where there are many.
+struct RawSurfacePoint : SurfacePoint {
+    float scale = 0;       ///< of the numbers that the position was computed from
+    float orientation = 1; ///< -1: the normals are to be turned round
+
+    /// Completes the point.
+    void finish() { finishNormals(ng, ns, orientation), offset = offsetOf(scale, p); }
+    static void finishNormals(V3f& ng, V3f& ns, float orientation) {
+        ng = normalize(ng), ns = normalize(ns);
+        const float turn =
+            dot(ng, ns) < 0 ? -orientation : orientation; // vertex normals say which side is which
+        ng *= turn, ns *= orientation;
+    }
+    static float offsetOf(float scale, const V3f& p) {
+        return 4e-6f * std::max(std::max(scale, std::abs(p.x)), std::max(std::abs(p.y), std::abs(p.z)));
+    }
+};
+
 /// A small discrete distribution over lights, by power.
 class LightPicker {
   public:
@@ -75,13 +94,17 @@ class Scene {
     const std::vector<Instance>& instances() const { return m_instances; }
 
     /// The surface where `hit` is, at shutter fraction `time`. `hit` must not be empty.
-    SurfacePoint surface(const Hit& hit, float time) const;
+    SurfacePoint surface(const Hit& hit, float time) const {
+        RawSurfacePoint s = rawSurface(hit, time);
+        s.finish();
+        return s;
+    }
+    RawSurfacePoint rawSurface(const Hit& hit, float time) const;
     /// Radiance of all environments arriving from direction d.
     Rgb environment(const V3f& d) const;
 
   private:
-    void meshSurface(const PlacedShape& placed, const Hit& hit, float time, SurfacePoint& s,
-                     float& scale) const;
+    static void meshSurface(const PlacedShape& placed, const Hit& hit, float time, RawSurfacePoint& s);
 
     std::vector<Group> m_groups;
     std::vector<Instance> m_instances;

@@ -24,18 +24,6 @@ bool countsAsShade(const ShadingRequest& request) {
 
 } // namespace
 
-ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch, const VisibilitySample& sample) {
-    ShadingRequest request;
-    request.hit = sample.hit;
-    request.ray = sample.ray;
-    request.cone = scene.needsFootprint() ? scene.camera().cone(sample.film) : RayCone{};
-    request.domain = batch.pixels[sample.pixel].domain;
-    request.index = sample.index;
-    request.total = batch.samplesPerPixel;
-    request.sample = uint32_t(&sample - batch.samples.data());
-    return request;
-}
-
 TileRenderer::TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
                            const Sampler& sampler, const Filter& filter, const RenderSettings& settings)
     : m_scene(scene), m_sampler(sampler), m_filter(filter), m_settings(settings),

@@ -7,7 +7,7 @@ namespace {
 /// Of the function, and of the inverse of its integral.
 constexpr int kIntervals = 2048, kSteps = 4096;
 /// How much of the distribution is an end.
-constexpr float kEnd = 1.f / 64;
+constexpr float kEnd = 1.f / 256;
 bool isEnd(float u) { return u < kEnd || u > 1 - kEnd; }
 
 class SeparableFilter final : public Filter {

@@ -29,19 +29,25 @@ struct Path {
     Hit hit;
     Ray ray;
     RayCone cone;
-    Rgb beta{1};
-    Rgb radiance{0};
-    Rgb direct{0},
-        viaBsdf{0}; ///< sums of this wave's two ray queues, kept apart so that their order never matters
+    Rgb beta, radiance;
+    Rgb direct, viaBsdf; ///< sums of this wave's two ray queues, kept apart so that their order never matters
     uint64_t domain;
     uint32_t index, total;
-    LightPart part = LightPart::All;
+    LightPart part;
     // How the ray was made, to weight the light it may hit:
-    bool countsAllLight = true; ///< camera rays and delta lobes: no other strategy could have found the light
-    bool firstSmooth = true;    ///< no smooth surface so far
-    bool fromAllLights = false; ///< light sampling there took every light, not one
-    float pdf = 0, maxPdf = 0;
-    V3f from{0};
+    bool countsAllLight; ///< camera rays and delta lobes: no other strategy could have found the light
+    bool firstSmooth;    ///< no smooth surface so far
+    bool fromAllLights;  ///< light sampling there took every light, not one
+    float pdf, maxPdf;
+    V3f from;
+
+    void start(const ShadingRequest& r) {
+        hit = r.hit, ray = r.ray, cone = r.cone;
+        beta = Rgb(1), radiance = direct = viaBsdf = Rgb(0);
+        domain = r.domain, index = r.index, total = r.total, part = r.part;
+        countsAllLight = firstSmooth = true, fromAllLights = false;
+        pdf = maxPdf = 0, from = V3f(0);
+    }
 };
 
 /// A BSDF sample on its way to a light, in direct lighting.

@@ -22,20 +22,17 @@ void PathWorker::shade(std::span<const ShadingRequest> requests, std::span<Rgb> 
 }
 
 void PathWorker::start(std::span<const ShadingRequest> requests) {
-    m_paths.clear();
-    m_paths.resize(requests.size());
-    m_active.clear();
+    if (m_paths.size() < requests.size())
+        m_paths.resize(requests.size());
+    m_active.resize(requests.size());
     for (uint32_t i = 0; i < requests.size(); ++i) {
         const ShadingRequest& r = requests[i];
-        Path& path = m_paths[i];
-        path.hit = r.hit, path.ray = r.ray, path.cone = r.cone;
-        path.domain = r.domain, path.index = r.index, path.total = r.total;
-        path.part = r.part;
+        m_paths[i].start(r);
         if (r.part != LightPart::Albedo)
             ++(!r.hit                        ? m_counters->escaped
                : r.part == LightPart::Direct ? m_counters->directShades
                                              : m_counters->shades);
-        m_active.push_back(i);
+        m_active[i] = i;
     }
 }
 
@@ -93,7 +90,7 @@ void PathWorker::load(std::span<const uint32_t> paths) {
             addEnvironment(path);
             continue;
         }
-        const SurfacePoint s = m_scene.surface(path.hit, path.ray.time);
+        const RawSurfacePoint s = m_scene.rawSurface(path.hit, path.ray.time);
         ++m_counters->surfaces;
         if (s.light >= 0 && path.part != LightPart::Albedo)
             addEmission(path, s);
@@ -116,12 +113,14 @@ void PathWorker::load(std::span<const uint32_t> paths) {
     }
 }
 
-void PathWorker::prepare(const SurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf) {
+void PathWorker::prepare(const RawSurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf) {
     TextureQuery q;
     q.uv = s.uv;
     q.p = s.p;
     if (s.material->needsFootprint()) {
-        footprint(s, ray.d, width, q);
+        RawSurfacePoint finished = s;
+        finished.finish();
+        footprint(finished, ray.d, width, q);
         ++m_counters->footprints;
     }
     bsdf.material = s.material;
@@ -155,7 +154,8 @@ void PathWorker::addEnvironment(Path& path) const {
     }
 }
 
-void PathWorker::addEmission(Path& path, const SurfacePoint& s) const {
+void PathWorker::addEmission(Path& path, RawSurfacePoint s) const {
+    s.finish();
     const Rgb radiance = m_scene.lights()[size_t(s.light)]->emitted(s.ng, -path.ray.d);
     if (isBlack(radiance))
         return;

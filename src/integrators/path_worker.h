@@ -22,9 +22,9 @@ class PathWorker : public ShaderWorker {
 
     // One chunk of vertices:
     void load(std::span<const uint32_t> paths);
-    void prepare(const SurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf);
+    void prepare(const RawSurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf);
     void addEnvironment(Path& path) const;
-    void addEmission(Path& path, const SurfacePoint& s) const;
+    void addEmission(Path& path, RawSurfacePoint s) const;
     float foundWeight(const Path& path, int index, const LightHit* hit) const;
     bool usesBsdfSampling(const Light& light, const V3f& p, float time, float maxPdf) const;
 

@@ -31,16 +31,21 @@ STROBE_LANES void repeatRowsBy(const float* from, float* to, const int32_t* vert
         repeatRows<0>(from, to, vertices, count, times);
 }
 
-STROBE_LANES void makeFrames(VertexLanes& v) {
+STROBE_LANES void completePoints(VertexLanes& v) {
     const int n = v.count;
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i) {
         const V3f wo = v.wo.at(i);
-        const Frame f = Frame::fromNormal(v.n.at(i));
+        V3f ng = v.ng.at(i), ns = v.n.at(i);
+        RawSurfacePoint::finishNormals(ng, ns, v.orientation[i]);
+        v.ng.x[i] = ng.x, v.ng.y[i] = ng.y, v.ng.z[i] = ng.z;
+        v.n.x[i] = ns.x, v.n.y[i] = ns.y, v.n.z[i] = ns.z;
+        v.offset[i] = RawSurfacePoint::offsetOf(v.scale[i], v.p.at(i));
+        const Frame f = Frame::fromNormal(ns);
         v.s.x[i] = f.s.x, v.s.y[i] = f.s.y, v.s.z[i] = f.s.z;
         v.t.x[i] = f.t.x, v.t.y[i] = f.t.y, v.t.z[i] = f.t.z;
         v.woLocal.x[i] = dot(wo, f.s), v.woLocal.y[i] = dot(wo, f.t), v.woLocal.z[i] = dot(wo, f.n);
-        v.side[i] = dot(wo, v.ng.at(i));
+        v.side[i] = dot(wo, ng);
     }
 }
 
@@ -101,7 +106,7 @@ void VertexRows::repeat(const VertexRows& from, const int32_t* vertices, int cou
 }
 
 void VertexLanes::finish() {
-    makeFrames(*this);
+    completePoints(*this);
     for (int i = 0; i < count; ++i)
         maxPdf[i] = material[i]->maxPdf(bsdf[i], woLocal.at(i));
 }

@@ -27,18 +27,19 @@ struct VertexLanes : VertexRows {
     const Material* material[kLanes];
     Bsdf bsdf[kLanes];
     V3Lanes wo;
+    alignas(64) float scale[kLanes], orientation[kLanes]; ///< of RawSurfacePoint
     alignas(64) float maxPdf[kLanes];
 
-    /// Appends a vertex whose BSDF is ready at bsdf[count], but for the frame and what follows from it.
-    void add(uint32_t pathIndex, const SurfacePoint& surface, const Ray& ray, const Rgb& throughput) {
+    /// Appends a vertex whose BSDF is ready at bsdf[count]; `finish` does the rest.
+    void add(uint32_t pathIndex, const RawSurfacePoint& surface, const Ray& ray, const Rgb& throughput) {
         const int i = count++;
         path[i] = pathIndex, material[i] = surface.material;
         p.set(i, surface.p), ng.set(i, surface.ng), n.set(i, surface.ns), wo.set(i, -ray.d);
         beta.set(i, throughput);
-        time[i] = ray.time, offset[i] = surface.offset;
+        time[i] = ray.time, scale[i] = surface.scale, orientation[i] = surface.orientation;
         transmits[i] = surface.material->transmits();
     }
-    /// The frames, and what follows from them.
+    /// Completes the points, the frames, and what follows from them.
     void finish();
 
     Frame frame(int i) const { return {s.at(i), t.at(i), n.at(i)}; }

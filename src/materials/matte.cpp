@@ -15,10 +15,18 @@ struct Data {
     PlainRgb scaledKd; ///< Kd/π
     float a, b;
 };
-inline Data dataOf(const BsdfLanes& jobs, int32_t at) {
-    return {Rgb(jobs.datum(at, 0), jobs.datum(at, 1), jobs.datum(at, 2)), jobs.datum(at, 3),
-            jobs.datum(at, 4)};
-}
+/// The data of the points of jobs; `same`: they are the same at all points of the material.
+template <bool kSame>
+struct DataLanes {
+    const BsdfLanes& jobs;
+    const Data first = of(jobs.point[jobs.begin]);
+
+    Data of(int32_t point) const {
+        return {Rgb(jobs.datum(point, 0), jobs.datum(point, 1), jobs.datum(point, 2)), jobs.datum(point, 3),
+                jobs.datum(point, 4)};
+    }
+    Data at(int job) const { return kSame ? first : of(jobs.point[job]); }
+};
 
 /// A + B max(0, cos(φi-φo)) sinα tanβ, where sinα tanβ = sinθi sinθo / max(cosθi, cosθo): the product with
 /// the cosine is a dot product of the horizontal parts (Oren & Nayar 1994).
@@ -34,24 +42,23 @@ inline V3f draw(const V3f& wo, const V2f& u) {
     return {w.x, w.y, std::copysign(w.z, wo.z)};
 }
 
-STROBE_LANES void evalMatte(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) {
+template <bool kSame>
+inline void evalAll(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f) {
+    const DataLanes<kSame> lanes{jobs};
     STROBE_INDEPENDENT
     for (int i = jobs.begin; i < jobs.end; ++i) {
-        const Data data = dataOf(jobs, jobs.point[i]);
+        const Data data = lanes.at(i);
         const float shade = brightness(data, jobs.wo.at(i), wi.at(i)) * std::abs(wi.z[i]);
         f.r[i] = data.scaledKd.x * shade, f.g[i] = data.scaledKd.y * shade, f.b[i] = data.scaledKd.z * shade;
     }
-    if (!pdf)
-        return;
-    STROBE_INDEPENDENT
-    for (int i = jobs.begin; i < jobs.end; ++i)
-        pdf[i] = pdfOf(jobs.wo.at(i), wi.at(i));
 }
 
-STROBE_LANES void sampleMatte(const BsdfLanes& jobs, const V2Lanes& u, BsdfSampleLanes& out) {
+template <bool kSame>
+inline void sampleAll(const BsdfLanes& jobs, const V2Lanes& u, BsdfSampleLanes& out) {
+    const DataLanes<kSame> lanes{jobs};
     STROBE_INDEPENDENT
     for (int i = jobs.begin; i < jobs.end; ++i) {
-        const Data data = dataOf(jobs, jobs.point[i]);
+        const Data data = lanes.at(i);
         const V3f wo = jobs.wo.at(i), wi = draw(wo, u.at(i));
         const float shade = kPi * brightness(data, wo, wi);
         out.wi.x[i] = wi.x, out.wi.y[i] = wi.y, out.wi.z[i] = wi.z;
@@ -59,6 +66,18 @@ STROBE_LANES void sampleMatte(const BsdfLanes& jobs, const V2Lanes& u, BsdfSampl
         out.weight.r[i] = data.scaledKd.x * shade, out.weight.g[i] = data.scaledKd.y * shade,
         out.weight.b[i] = data.scaledKd.z * shade;
     }
+}
+
+STROBE_LANES void evalMatte(bool same, const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f) {
+    same ? evalAll<true>(jobs, wi, f) : evalAll<false>(jobs, wi, f);
+}
+STROBE_LANES void pdfsOfMatte(const BsdfLanes& jobs, const V3Lanes& wi, float* pdf) {
+    STROBE_INDEPENDENT
+    for (int i = jobs.begin; i < jobs.end; ++i)
+        pdf[i] = pdfOf(jobs.wo.at(i), wi.at(i));
+}
+STROBE_LANES void sampleMatte(bool same, const BsdfLanes& jobs, const V2Lanes& u, BsdfSampleLanes& out) {
+    same ? sampleAll<true>(jobs, u, out) : sampleAll<false>(jobs, u, out);
 }
 
 class Matte : public Material {
@@ -82,7 +101,9 @@ class Matte : public Material {
         }
     }
     void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const override {
-        evalMatte(jobs, wi, f, pdf);
+        evalMatte(isSame(), jobs, wi, f);
+        if (pdf)
+            pdfsOfMatte(jobs, wi, pdf);
     }
 
     bool sample(const Bsdf& bsdf, const V3f& wo, float, const V2f& u, BsdfSample& out) const override {
@@ -96,7 +117,7 @@ class Matte : public Material {
     }
     void sampleLanes(const BsdfLanes& jobs, const float*, const V2Lanes& u,
                      BsdfSampleLanes& out) const override {
-        sampleMatte(jobs, u, out);
+        sampleMatte(isSame(), jobs, u, out);
         for (int i = jobs.begin; i < jobs.end; ++i) {
             out.drawn[i] = out.pdf[i] > 0;
             out.delta[i] = out.transmits[i] = false;
@@ -112,6 +133,8 @@ class Matte : public Material {
     bool needsFootprint() const override { return m_kd.needsFootprint() || m_sigma.needsFootprint(); }
 
   private:
+    bool isSame() const { return !m_kd.texture && !m_sigma.texture; }
+
     RgbInput m_kd;
     FloatInput m_sigma;
 };

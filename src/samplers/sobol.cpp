@@ -76,12 +76,11 @@ STROBE_LANES void fillNumbers(uint32_t first, uint32_t n, Seeds seeds, float* ou
     for (uint32_t i = 0; i < n; ++i)
         out[i] = number(first + i, seeds);
 }
-STROBE_LANES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, V2f* out) {
-    float* xy = &out->x;
+STROBE_LANES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, float* x, float* y) {
     STROBE_INDEPENDENT
     for (uint32_t i = 0; i < n; ++i) {
         const V2f p = point(first + i, seeds);
-        xy[2 * i] = p.x, xy[2 * i + 1] = p.y;
+        x[i] = p.x, y[i] = p.y;
     }
 }
 
@@ -120,13 +119,34 @@ class SobolSampler final : public Sampler {
         fillNumbers(range.first, range.n, seedsOf(range.domain, hashedDimension(dim, 1)), out);
     }
     void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const override {
-        fillPoints(range.first, range.n, seedsOf(range.domain, hashedDimension(dim, 2)), out);
+        const Seeds seeds = seedsOf(range.domain, hashedDimension(dim, 2));
+        for (uint32_t i = 0; i < range.n; ++i)
+            out[i] = point(range.first + i, seeds);
     }
     void fill1D(std::span<const SampleRange> ranges, uint32_t dim, float* out) const override {
-        fillNumbers(MemberLanes(ranges, hashedDimension(dim, 1)), out);
+        const uint64_t dimension = hashedDimension(dim, 1);
+        if (areShort(ranges))
+            return fillNumbers(MemberLanes(ranges, dimension), out);
+        for (const SampleRange& range : ranges) {
+            fillNumbers(range.first, range.n, seedsOf(range.domain, dimension), out);
+            out += range.n;
+        }
     }
     void fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2Lanes& out) const override {
-        fillPoints(MemberLanes(ranges, hashedDimension(dim, 2)), out);
+        const uint64_t dimension = hashedDimension(dim, 2);
+        if (areShort(ranges))
+            return fillPoints(MemberLanes(ranges, dimension), out);
+        uint32_t lane = 0;
+        for (const SampleRange& range : ranges) {
+            fillPoints(range.first, range.n, seedsOf(range.domain, dimension), out.x + lane, out.y + lane);
+            lane += range.n;
+        }
+    }
+
+  private:
+    /// Then it is better to go through all of them at once.
+    static bool areShort(std::span<const SampleRange> ranges) {
+        return ranges.size() > 1 && ranges.front().n < 16;
     }
 };
 

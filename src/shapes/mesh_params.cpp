@@ -21,17 +21,19 @@ KeyedPoints splitKeys(const std::vector<V3f>& values, size_t keys) {
 
 } // namespace
 
-void requireFinite(const KeyedPoints& values, const char* what, const Location& where) {
-    for (size_t k = 0; k < values.size(); ++k) {
-        for (size_t i = 0; i < values[k].size(); ++i) {
-            const V3f& p = values[k][i];
-            if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
-                continue;
-            const std::string key = values.size() > 1 ? " of key " + std::to_string(k) : "";
-            throw Error(where, "the " + std::string(what) + " of vertex " + std::to_string(i) + key +
+void requireFinite(const std::vector<V3f>& values, const char* what, const std::string& ofKey,
+                   const Location& where) {
+    for (size_t i = 0; i < values.size(); ++i) {
+        const V3f& p = values[i];
+        if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)))
+            throw Error(where, "the " + std::string(what) + " of vertex " + std::to_string(i) + ofKey +
                                    " is not finite");
-        }
     }
+}
+
+void requireFinite(const KeyedPoints& values, const char* what, const Location& where) {
+    for (size_t k = 0; k < values.size(); ++k)
+        requireFinite(values[k], what, values.size() > 1 ? " of key " + std::to_string(k) : "", where);
 }
 
 std::vector<uint32_t> readIndices(const ParamSet& params, size_t vertexCount) {

@@ -44,5 +44,8 @@ FloatInput readAlpha(const ParamSet& params, const BuildContext& context);
 /// Throws when a coordinate is NaN or infinite; the message names the vertex and, of several, the key.
 /// `what` is the noun of the message, e.g. "position".
 void requireFinite(const KeyedPoints& values, const char* what, const Location& where);
+/// The same of one key; `ofKey` is put behind the vertex.
+void requireFinite(const std::vector<V3f>& values, const char* what, const std::string& ofKey,
+                   const Location& where);
 
 } // namespace strobe

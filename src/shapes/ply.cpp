@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
+#include <memory>
 
 namespace strobe {
 namespace {
@@ -49,6 +50,21 @@ class Body {
                    shown(element.name) + " that its header announces");
     }
 
+    /// True when numbers lie in the file as they do in memory.
+    bool isNative() const { return m_format == kNative; }
+    /// The next `size` bytes, or null where there are fewer.
+    const char* peek(size_t size) const {
+        return m_bytes.size() - m_pos < size ? nullptr : m_bytes.data() + m_pos;
+    }
+    void advance(size_t size) { m_pos += size; }
+    const char* take(size_t size) {
+        const char* bytes = peek(size);
+        if (!bytes)
+            failTruncated();
+        advance(size);
+        return bytes;
+    }
+
     size_t trailingBytes() const {
         size_t i = m_pos;
         while (i < m_bytes.size() && isSpace(m_bytes[i]))
@@ -89,8 +105,7 @@ class Body {
         char raw[8];
         std::memcpy(raw, m_bytes.data() + m_pos, size);
         m_pos += size;
-        constexpr Format native = std::endian::native == std::endian::little ? Format::Little : Format::Big;
-        if (m_format != native)
+        if (m_format != kNative)
             std::reverse(raw, raw + size);
         switch (type) {
         case Scalar::I8:
@@ -120,6 +135,8 @@ class Body {
         return static_cast<double>(value);
     }
 
+    static constexpr Format kNative =
+        std::endian::native == std::endian::little ? Format::Little : Format::Big;
     std::string_view m_bytes;
     Format m_format;
     const Failure& m_fail;
@@ -162,16 +179,29 @@ std::vector<int> vertexSlots(const Element& vertex, const Failure& fail) {
     return slots;
 }
 
+/// Reads a row whose properties are all floats, as they lie in memory.
+void readNativeRow(const std::vector<int>& slots, Body& body, float* row) {
+    const char* bytes = body.take(slots.size() * sizeof(float));
+    for (size_t p = 0; p < slots.size(); ++p)
+        if (slots[p] >= 0)
+            std::memcpy(&row[slots[p]], bytes + p * sizeof(float), sizeof(float));
+}
+
 void readVertices(const Element& vertex, Body& body, const Failure& fail, PlyMesh& mesh) {
     const std::vector<int> slots = vertexSlots(vertex, fail);
     const auto kept = [&](int slot) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); };
     const bool hasNormals = kept(kNormalSlot), hasUvs = kept(kUvSlot);
-    mesh.positions.reserve(vertex.count);
+    const bool native = body.isNative() &&
+                        std::all_of(vertex.properties.begin(), vertex.properties.end(),
+                                    [](const Property& p) { return p.type == Scalar::F32 && !p.listCount; });
+    mesh.positions.reserve(vertex.count + PlyMesh::kSpare);
     mesh.normals.reserve(hasNormals ? vertex.count : 0);
     mesh.uvs.reserve(hasUvs ? vertex.count : 0);
     float row[kSlotCount] = {};
     for (uint64_t i = 0; i < vertex.count; ++i) {
-        for (size_t p = 0; p < slots.size(); ++p) {
+        if (native)
+            readNativeRow(slots, body, row);
+        for (size_t p = 0; p < slots.size() && !native; ++p) {
             if (slots[p] < 0)
                 body.skip(vertex.properties[p]);
             else
@@ -209,13 +239,32 @@ void readFace(uint64_t face, const Property& corners, uint64_t vertexCount, Body
     }
 }
 
+/// Reads a triangle as it lies in memory, after a count of one byte; false when it is none, or not a good
+/// one.
+bool readNativeTriangle(uint64_t vertexCount, Body& body, std::vector<uint32_t>& indices) {
+    uint32_t corners[3];
+    const char* bytes = body.peek(1 + sizeof corners);
+    if (!bytes || bytes[0] != 3)
+        return false;
+    std::memcpy(corners, bytes + 1, sizeof corners);
+    if (corners[0] >= vertexCount || corners[1] >= vertexCount || corners[2] >= vertexCount)
+        return false;
+    indices.insert(indices.end(), corners, corners + 3);
+    body.advance(1 + sizeof corners);
+    return true;
+}
+
 void readFaces(const Element& faces, uint64_t vertexCount, Body& body, const Failure& fail,
                std::vector<uint32_t>& indices) {
     const auto corners = std::find_if(faces.properties.begin(), faces.properties.end(), isCornerList);
     if (corners == faces.properties.end() || !corners->listCount || corners->type >= Scalar::F32)
         fail("its faces have no list of integers called vertex_indices or vertex_index");
     indices.reserve(3 * faces.count);
+    const bool native = body.isNative() && faces.properties.size() == 1 &&
+                        byteSize(*corners->listCount) == 1 && byteSize(corners->type) == sizeof(uint32_t);
     for (uint64_t i = 0; i < faces.count; ++i) {
+        if (native && readNativeTriangle(vertexCount, body, indices))
+            continue;
         for (const Property& p : faces.properties) {
             if (&p == &*corners)
                 readFace(i, p, vertexCount, body, fail, indices);
@@ -262,11 +311,11 @@ PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where) {
     const uintmax_t size = std::filesystem::file_size(path, error); // also refuses what is not a file
     if (error)
         throw Error(where, "\"" + path.string() + "\" cannot be read: " + error.message());
-    std::string contents(size, '\0');
+    const auto contents = std::make_unique_for_overwrite<char[]>(size);
     std::ifstream file(path, std::ios::binary);
-    if (!file.read(contents.data(), static_cast<std::streamsize>(size)))
+    if (!file.read(contents.get(), static_cast<std::streamsize>(size)))
         throw Error(where, "\"" + path.string() + "\" cannot be read");
-    return parsePly(contents, path.string(), where);
+    return parsePly({contents.get(), size}, path.string(), where);
 }
 
 } // namespace strobe

@@ -11,6 +11,8 @@ namespace strobe {
 
 /// What a renderer wants of a PLY file.
 struct PlyMesh {
+    /// Positions have room for so many more: Embree reads a little beyond the last.
+    static constexpr size_t kSpare = 2;
     std::vector<V3f> positions;
     std::vector<V3f> normals; ///< empty, or one per position
     std::vector<V2f> uvs;     ///< empty, or one per position

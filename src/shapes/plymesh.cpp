@@ -16,8 +16,8 @@ PlyMesh readKey(const std::string& name, const Location& where, Messages& messag
     if (ply.trailingBytes > 0)
         messages.warn(where, "\"" + name + "\": " + std::to_string(ply.trailingBytes) +
                                  " bytes after the last element are ignored");
-    requireFinite({ply.positions}, "position", where);
-    requireFinite({ply.normals}, "normal", where);
+    requireFinite(ply.positions, "position", "", where);
+    requireFinite(ply.normals, "normal", "", where);
     return ply;
 }
 
