@@ -147,7 +147,9 @@ RawSurfacePoint Scene::rawSurface(const Hit& hit, float time) const {
     }
     // Meshes of the world are baked: no transform to apply.
     if (instance || !isMesh) {
-        const M44f m = instance ? placed.toParent * instance->motion->at(time) : placed.toParent;
+        M44f m = instance ? instance->motion->at(time) : placed.toParent;
+        if (instance && placed.toParent != M44f())
+            m = placed.toParent * m;
         s.p = transformPoint(m, s.p);
         s.ng = turnedNormal(m, s.ng);
         s.ns = turnedNormal(m, s.ns);

@@ -119,7 +119,8 @@ class Worker : public IntegratorWorker {
     static uint64_t keyOf(uint64_t primitive, int i, int j) { return hashOf(primitive, i, j) | 1; }
 
     Place placeOf(const VisibilitySample& sample) const {
-        const LatticeCell cell = m_shared.lattice.locate(sample, 0);
+        const LatticeCell cell =
+            m_shared.lattice.locate(sample, m_shared.scene.camera().cone(sample.film), 0);
         const int bins = m_shared.settings.timeBins;
         const int bin = std::min(int(sample.ray.time * float(bins)), bins - 1);
         const uint64_t surface = uint64_t(cell.face.instance) << 32 | cell.face.geometry;

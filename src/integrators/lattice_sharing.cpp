@@ -33,7 +33,12 @@ class Worker : public IntegratorWorker {
         m_samples.clear();
         m_blockTable.clear();
         m_cellTable.clear();
+        uint32_t pixel = ~0u;
         for (const VisibilitySample& sample : batch.samples) {
+            if (sample.pixel != pixel) {
+                pixel = sample.pixel;
+                m_cone = m_shared.lattice.coneOf(batch.pixels[pixel]);
+            }
             const bool shares = sharesAt(sample.hit), indirectOnly = m_shared.settings.indirectOnly;
             Taken& taken = m_samples.emplace_back();
             const auto ask = [&](LightPart part) {
@@ -136,7 +141,7 @@ class Worker : public IntegratorWorker {
     void planShared(const VisibilitySample& sample, uint32_t index, Taken& taken) {
         const int bins = m_shared.settings.timeBins;
         const uint32_t bin = uint32_t(std::min(int(sample.ray.time * float(bins)), bins - 1));
-        const LatticeCell cell = m_shared.lattice.locate(sample, bin);
+        const LatticeCell cell = m_shared.lattice.locate(sample, m_cone, bin);
         const int nearest = m_shared.settings.nearest ? heaviest(cell) : -1;
         const uint64_t key = nearest >= 0 ? hashOf(cell.key, nearest) : cell.key;
         const uint32_t next = uint32_t(m_cells.size()), filed = m_cellTable.insert(key, next);
@@ -238,6 +243,7 @@ class Worker : public IntegratorWorker {
     }
 
     Shared& m_shared;
+    RayCone m_cone; ///< of the pixel whose samples are being planned
     std::vector<Block> m_blocks;
     std::vector<Place> m_places; ///< beside m_blocks
     std::vector<Cell> m_cells;

@@ -134,6 +134,7 @@ void PathWorker::sendBsdfSamples(int v, int lightIndex, int n, float picked) {
             continue;
         const Rgb weight = path.beta * b.weight * (1 / (float(n) * picked));
         if (!light.isEnvironment()) {
+            m_probed = true;
             m_probes.add(m_v.leave(v, wi), {pathIndex, lightIndex, b.pdf, p, wi, time, weight});
             continue;
         }

@@ -30,7 +30,7 @@ struct Path {
     Ray ray;
     RayCone cone;
     Rgb beta, radiance;
-    Rgb direct, viaBsdf; ///< sums of this wave's two ray queues, kept apart so that their order never matters
+    Rgb viaBsdf; ///< this wave's sum of one of two ray queues: added later, so that their order never matters
     uint64_t domain;
     uint32_t index, total;
     LightPart part;
@@ -43,7 +43,7 @@ struct Path {
 
     void start(const ShadingRequest& r) {
         hit = r.hit, ray = r.ray, cone = r.cone;
-        beta = Rgb(1), radiance = direct = viaBsdf = Rgb(0);
+        beta = Rgb(1), radiance = viaBsdf = Rgb(0);
         domain = r.domain, index = r.index, total = r.total, part = r.part;
         countsAllLight = firstSmooth = true, fromAllLights = false;
         pdf = maxPdf = 0, from = V3f(0);

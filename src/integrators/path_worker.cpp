@@ -50,11 +50,10 @@ void PathWorker::wave() {
     }
     m_shadows.flush();
     m_probes.flush();
-    for (uint32_t i : m_active) {
-        Path& path = m_paths[i];
-        path.radiance += path.direct + path.viaBsdf;
-        path.direct = path.viaBsdf = Rgb(0);
-    }
+    if (m_probed)
+        for (uint32_t i : m_active)
+            m_paths[i].radiance += std::exchange(m_paths[i].viaBsdf, Rgb(0));
+    m_probed = false;
     for (uint32_t i : m_next)
         m_bounces.add(m_paths[i].ray, i);
     m_bounces.flush();
@@ -66,18 +65,18 @@ void PathWorker::sortByMaterial() {
     if (m_scene.materials().size() < 2)
         return;
     constexpr int kBuckets = 64;
-    const auto bucket = [&](uint32_t path) {
-        const Hit& hit = m_paths[path].hit;
-        return hit ? m_scene.geometry(hit).material % kBuckets : 0;
-    };
     uint32_t places[kBuckets + 1] = {};
-    for (uint32_t i : m_active)
-        ++places[bucket(i) + 1];
+    m_buckets.resize(m_active.size());
+    for (size_t i = 0; i < m_active.size(); ++i) {
+        const Hit& hit = m_paths[m_active[i]].hit;
+        m_buckets[i] = hit ? uint8_t(m_scene.geometry(hit).material % kBuckets) : 0;
+        ++places[m_buckets[i] + 1];
+    }
     for (int b = 0; b < kBuckets; ++b)
         places[b + 1] += places[b];
     m_sorted.resize(m_active.size());
-    for (uint32_t i : m_active)
-        m_sorted[places[bucket(i)]++] = i;
+    for (size_t i = 0; i < m_active.size(); ++i)
+        m_sorted[places[m_buckets[i]]++] = m_active[i];
     m_active.swap(m_sorted);
 }
 

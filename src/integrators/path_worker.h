@@ -56,7 +56,7 @@ class PathWorker : public ShaderWorker {
 
     struct LightVisible {
         PathWorker* worker;
-        void operator()(uint32_t path, const Rgb& c) const { worker->m_paths[path].direct += c; }
+        void operator()(uint32_t path, const Rgb& c) const { worker->m_paths[path].radiance += c; }
     };
     struct ProbeFound {
         PathWorker* worker;
@@ -74,6 +74,8 @@ class PathWorker : public ShaderWorker {
 
     std::vector<Path> m_paths;
     std::vector<uint32_t> m_active, m_next, m_sorted;
+    std::vector<uint8_t> m_buckets;
+    bool m_probed = false; ///< in this wave
     int m_bounce = 0;
     ShadowQueue<LightVisible> m_shadows;
     HitQueue<LightProbe, ProbeFound> m_probes;

@@ -15,15 +15,22 @@ class ShadowQueue {
     ShadowQueue(const Tracer& tracer, Visible visible) : m_tracer(tracer), m_visible(visible) {}
     void add(const Ray& ray, float tmax, uint32_t target, const Rgb& contribution) {
         m_block.set(m_count, ray.o, ray.d, ray.tmin, tmax, ray.time);
-        append(target, contribution);
+        m_contribution.set(m_count, contribution);
+        m_target[m_count] = target;
+        grow(1);
     }
     /// The useful ones of light samples.
     void add(const VertexLanes& v, const VertexRows& at, const LightLanes& l) {
-        for (int i = 0; i < l.count; ++i) {
-            if (!l.useful[i])
+        for (int i = 0; i < l.count;) {
+            int n = 0; // a run of useful ones, as long as fits
+            while (i + n < l.count && n < RayBlock::kSize - m_count && l.useful[i + n])
+                ++n;
+            if (n == 0) {
+                ++i;
                 continue;
-            m_block.set(m_count, at.p.at(i), l.light.wi.at(i), l.tmin[i], l.tmax[i], at.time[i]);
-            append(v.path[l.vertex[i]], l.contribution.at(i));
+            }
+            append(v, at, l, i, n);
+            i += n;
         }
     }
     void flush() {
@@ -33,17 +40,30 @@ class ShadowQueue {
         m_traced += uint64_t(m_count);
         for (int i = 0; i < m_count; ++i)
             if (m_block.tfar[i] >= 0)
-                m_visible(m_target[i], m_contribution[i]);
+                m_visible(m_target[i], m_contribution.at(i));
         m_count = 0;
     }
     /// How many rays were traced since the last call.
     uint64_t takeCount() { return std::exchange(m_traced, 0); }
 
   private:
-    void append(uint32_t target, const Rgb& contribution) {
-        m_target[m_count] = target;
-        m_contribution[m_count] = contribution;
-        if (++m_count == RayBlock::kSize)
+    void append(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int first, int n) {
+        const auto copy = [&](const float* from, float* to) {
+            for (int k = 0; k < n; ++k)
+                to[m_count + k] = from[first + k];
+        };
+        copy(at.p.x, m_block.ox), copy(at.p.y, m_block.oy), copy(at.p.z, m_block.oz);
+        copy(l.light.wi.x, m_block.dx), copy(l.light.wi.y, m_block.dy), copy(l.light.wi.z, m_block.dz);
+        copy(l.tmin, m_block.tnear), copy(l.tmax, m_block.tfar), copy(at.time, m_block.time);
+        copy(l.contribution.r, m_contribution.r), copy(l.contribution.g, m_contribution.g);
+        copy(l.contribution.b, m_contribution.b);
+        for (int k = 0; k < n; ++k)
+            m_target[m_count + k] = v.path[l.vertex[first + k]];
+        grow(n);
+    }
+    void grow(int n) {
+        m_count += n;
+        if (m_count == RayBlock::kSize)
             flush();
     }
 
@@ -52,7 +72,7 @@ class ShadowQueue {
     Visible m_visible;
     int m_count = 0;
     uint32_t m_target[RayBlock::kSize];
-    Rgb m_contribution[RayBlock::kSize];
+    RgbLanes m_contribution;
     RayBlock m_block;
 };
 

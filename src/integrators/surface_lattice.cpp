@@ -64,19 +64,20 @@ SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangl
 
 const M44f* SurfaceLattice::transformOf(uint32_t instance, const PlacedShape& placed, float time,
                                         M44f& storage) const {
-    if (instance != kNone)
-        storage = placed.toParent * m_scene.instances()[instance].motion->at(time);
-    else if (placed.shape.mesh)
+    if (instance != kNone) {
+        storage = m_scene.instances()[instance].motion->at(time);
+        if (placed.toParent != M44f())
+            storage = placed.toParent * storage;
+    } else if (placed.shape.mesh)
         return nullptr;
     else
         storage = placed.toParent;
     return &storage;
 }
 
-LatticeCell SurfaceLattice::locate(const VisibilitySample& sample, uint32_t bin) const {
+LatticeCell SurfaceLattice::locate(const VisibilitySample& sample, const RayCone& cone, uint32_t bin) const {
     const Hit& hit = sample.hit;
     const PlacedShape& placed = m_scene.geometry(hit).placed;
-    const RayCone cone = m_scene.camera().cone(sample.film);
     const float block = m_blockSize * (cone.width + hit.t * cone.spread);
     LatticeCell cell;
     cell.face = {hit.instance, hit.geometry, true};

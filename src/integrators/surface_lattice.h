@@ -55,8 +55,12 @@ class SurfaceLattice {
     enum class SmallTriangles { Shared, Apart };
     SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small);
 
-    /// `bin` is the part of the shutter: keys differ from bin to bin.
-    LatticeCell locate(const VisibilitySample& sample, uint32_t bin) const;
+    /// `cone`: of the sample's pixel. `bin` is the part of the shutter: keys differ from bin to bin.
+    LatticeCell locate(const VisibilitySample& sample, const RayCone& cone, uint32_t bin) const;
+    /// The cone of a pixel, for `locate`: that of its centre.
+    RayCone coneOf(const PixelRef& pixel) const {
+        return m_scene.camera().cone({float(pixel.x) + 0.5f, float(pixel.y) + 0.5f});
+    }
     /// The points of a cell, `cell.count` of them, in the order of its weights. Some of eight may be missing:
     /// the weights of the others, scaled to add up to 1, are then the hit's.
     void points(const LatticeCell& cell, uint32_t bin, LatticePoint out[LatticeCell::kPoints]) const;

@@ -86,7 +86,7 @@ TEST(Cost, SmallLightsAreNotSoughtByTheBsdf) {
     const std::string glossy = "Material \"plastic\" \"float roughness\" .0001\n";
     EXPECT_EQ(countersOf(head(kDirect) + lamp(.1, 4) + dull + kWall).lightRays, 0u);
     EXPECT_GT(countersOf(head(kDirect) + lamp(2, 4) + dull + kWall).lightRays, 0u);
-    const Counters gloss = countersOf(head(kDirect) + lamp(.1, 4) + glossy + kWall);
+    const Counters gloss = countersOf(head(kDirect) + lamp(.5, 4) + glossy + kWall);
     EXPECT_GT(gloss.lightRays, 0u);
     // Only rays that may meet the lamp are traced: far fewer than were drawn.
     EXPECT_LT(gloss.lightRays, gloss.surfaces);

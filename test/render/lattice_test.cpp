@@ -83,7 +83,7 @@ Reach reachOf(const Scene& scene, float blockSize, const std::vector<VisibilityS
     const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
     Reach reach;
     for (const VisibilitySample& s : samples) {
-        const LatticeCell cell = lattice.locate(s, 0);
+        const LatticeCell cell = lattice.locate(s, scene.camera().cone(s.film), 0);
         LatticePoint points[LatticeCell::kPoints];
         lattice.points(cell, 0, points);
         const RayCone cone = scene.camera().cone(s.film);
@@ -194,7 +194,7 @@ TEST(Lattice, ReproducesWhatIsLinearOverATriangle) {
         const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
         size_t whole = 0, vertices = 0;
         for (const VisibilitySample& s : randomHits(scene, 40000)) {
-            const LatticeCell cell = lattice.locate(s, 0);
+            const LatticeCell cell = lattice.locate(s, scene.camera().cone(s.film), 0);
             if (cell.kind == LatticeCell::Grid || (!isWhole(cell) && cell.nu != cell.nv))
                 continue;
             LatticePoint points[LatticeCell::kPoints];
@@ -213,7 +213,7 @@ TEST(Lattice, ReproducesWhatIsLinearOverATriangle) {
 /// What the lattice makes of a function of place that is nowhere linear and nowhere steeper than 1.
 double mixtureAt(const Scene& scene, const SurfaceLattice& lattice, const VisibilitySample& s,
                  std::map<uint64_t, float>* weights = nullptr) {
-    const LatticeCell cell = lattice.locate(s, 0);
+    const LatticeCell cell = lattice.locate(s, scene.camera().cone(s.film), 0);
     LatticePoint points[LatticeCell::kPoints];
     lattice.points(cell, 0, points);
     double sum = 0;
@@ -279,7 +279,8 @@ TEST(Lattice, IsContinuousAcrossASharedEdge) {
                     const float along = random(i, edge.from);
                     const VisibilitySample a = sampleOn(scene, mesh, edge.prim[0], edge, along),
                                            b = sampleOn(scene, mesh, edge.prim[1], edge, along);
-                    const LatticeCell one = lattice.locate(a, 0), other = lattice.locate(b, 0);
+                    const LatticeCell one = lattice.locate(a, scene.camera().cone(a.film), 0),
+                                      other = lattice.locate(b, scene.camera().cone(b.film), 0);
                     const bool small = one.kind == LatticeCell::Vertices || one.kind == LatticeCell::Grid;
                     if (&world == worlds + 2 &&
                         (one.kind != LatticeCell::Vertices || other.kind != one.kind ||
@@ -311,7 +312,8 @@ TEST(Lattice, IsContinuousInsideATriangleOfOneDivision) {
         const uint32_t prim = uint32_t(i % 60);
         const VisibilitySample a = sampleAt(scene, prim, u, v);
         const VisibilitySample b = sampleAt(scene, prim, u + (i & 64 ? step : 0), v + (i & 64 ? 0 : step));
-        const LatticeCell one = lattice.locate(a, 0), other = lattice.locate(b, 0);
+        const LatticeCell one = lattice.locate(a, scene.camera().cone(a.film), 0),
+                          other = lattice.locate(b, scene.camera().cone(b.film), 0);
         if (one.nu != other.nu || one.nv != other.nv || one.kind == LatticeCell::Grid)
             continue;
         // A cell that the third edge cuts may be squeezed to nothing on one side: it is no steeper than the
@@ -371,7 +373,7 @@ TEST(Lattice, CellsOfOneKeyHaveTheSamePoints) {
         size_t again = 0;
         for (const VisibilitySample& s : hits)
             for (uint32_t bin = 0; bin < 2; ++bin) {
-                const LatticeCell cell = lattice.locate(s, bin);
+                const LatticeCell cell = lattice.locate(s, built.scene->camera().cone(s.film), bin);
                 LatticePoint points[LatticeCell::kPoints];
                 lattice.points(cell, bin, points);
                 std::vector<uint64_t> keys;
