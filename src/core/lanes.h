@@ -11,8 +11,9 @@ inline constexpr int kLanes = 64;
 /// A function so marked is compiled for several processors, and the program takes the one that suits when it
 /// starts. (Multiplications and additions are never fused, so all give the same bits.) Mark a plain function
 /// around a loop over lanes; what it calls must be inline.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__AVX2__) &&                 \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && __GNUC__ >= 12 &&                      \
+    !defined(__clang__) && !defined(__AVX2__) && !defined(__SANITIZE_ADDRESS__) &&                           \
+    !defined(__SANITIZE_THREAD__)
 #define STROBE_LANES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define STROBE_LANES
