@@ -20,38 +20,12 @@ struct QuadricData {
     M44f toObject;
 };
 
-/// Embree's rays are arrays of as many numbers as there are rays.
-STROBE_LANES void toObjectSpace(const M44f& m, const float* ray, QuadricRays& out) {
-    const size_t row = size_t(out.n);
-    STROBE_INDEPENDENT
-    for (int i = 0; i < out.n; ++i) {
-        const V3f o = transformPoint(m, {ray[i], ray[row + i], ray[2 * row + i]});
-        const V3f d = transformVector(m, {ray[4 * row + i], ray[5 * row + i], ray[6 * row + i]});
-        out.ox[i] = o.x, out.oy[i] = o.y, out.oz[i] = o.z;
-        out.dx[i] = d.x, out.dy[i] = d.y, out.dz[i] = d.z;
-        out.tmin[i] = ray[3 * row + i], out.tmax[i] = ray[8 * row + i];
-    }
-}
-
-/// Calls met(i, t, u, v) for those of Embree's n (at most 16) rays that hit the quadric.
+/// Calls met(i, t, u, v) for those of Embree's n rays that hit the quadric.
 template <class Met>
 void intersectQuadric(const void* user, const int* valid, RTCRayN* ray, unsigned n, const Met& met) {
     const auto& data = *static_cast<const QuadricData*>(user);
-    const Quadric& quadric = *data.placed->shape.quadric;
-    QuadricRays rays;
-    int32_t may[QuadricRays::kMost];
-    rays.n = int(n);
-    toObjectSpace(data.toObject, reinterpret_cast<const float*>(ray), rays);
-    std::copy_n(valid, n, may);
-    if (n > 1)
-        quadric.leaveOutMisses(rays, may);
-    for (unsigned i = 0; i < n; ++i) {
-        float t, u, v;
-        if (may[i] &&
-            quadric.intersect({rays.ox[i], rays.oy[i], rays.oz[i]}, {rays.dx[i], rays.dy[i], rays.dz[i]},
-                              rays.tmin[i], rays.tmax[i], t, u, v))
-            met(i, t, u, v);
-    }
+    intersectPacket(*data.placed->shape.quadric, data.toObject, valid, reinterpret_cast<const float*>(ray), n,
+                    met);
 }
 
 void intersectQuadrics(const RTCIntersectFunctionNArguments* args) {

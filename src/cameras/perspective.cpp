@@ -32,8 +32,7 @@ STROBE_LANES void stillRays(const M44f& m, const ScreenWindow& screen, float rad
 class PerspectiveCamera final : public Camera {
   public:
     PerspectiveCamera(const CameraArgs& args, const ScreenWindow& screen, const Lens& lens)
-        : m_placement(args.toWorld, args.shutter), m_screen(screen), m_lens(lens),
-          m_shift(lens.radius > 0 ? 1 / lens.focalDistance : 0) {
+        : m_placement(args.toWorld, args.shutter), m_screen(screen), m_lens(lens) {
         const M44f& m = m_placement.middle();
         m_corner = transformVector(m, {screen.origin.x, screen.origin.y, 1});
         m_dx = transformVector(m, {screen.pixel.x, 0, 0});
@@ -42,10 +41,11 @@ class PerspectiveCamera final : public Camera {
     }
 
     void rays(const CameraSample* samples, int n, Ray* out) const override {
+        const float shift = lensShift();
         for (int i = 0; i < n; ++i) {
             const CameraSample& s = samples[i];
             const M44f m = m_placement.at(s.time);
-            const V3f o = m_lens.at(s.lens), d = throughLens(m_screen, m_shift, s.film, o);
+            const V3f o = m_lens.at(s.lens), d = throughLens(m_screen, shift, s.film, o);
             out[i] = {transformPoint(m, o), normalize(transformVector(m, d)), s.time};
         }
     }
@@ -53,7 +53,7 @@ class PerspectiveCamera final : public Camera {
         if (m_placement.moves())
             Camera::rayLanes(samples, n, out);
         else
-            stillRays(m_placement.middle(), m_screen, m_lens.radius, m_shift, samples, n, out);
+            stillRays(m_placement.middle(), m_screen, m_lens.radius, lensShift(), samples, n, out);
     }
 
     RayCone cone(const V2f& film) const override {
@@ -72,10 +72,11 @@ class PerspectiveCamera final : public Camera {
     }
 
   private:
+    float lensShift() const { return m_lens.radius > 0 ? 1 / m_lens.focalDistance : 0; }
+
     CameraPlacement m_placement;
     ScreenWindow m_screen; ///< at distance 1
     Lens m_lens;
-    float m_shift;
     V3f m_corner, m_dx, m_dy; ///< world space: direction of film point (0,0), and its change per pixel
     float m_pixelVolume;
 };

@@ -52,42 +52,11 @@ V3f rayDirection(RTCRayN* ray, unsigned n, unsigned i) {
     return {RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i)};
 }
 
-/// Rays `first` to `first + out.n` of Embree's n, which are arrays of n numbers.
-STROBE_LANES void toObjectSpace(const M44f& m, const float* rays, unsigned n, unsigned first,
-                                QuadricRays& out) {
-    const float* at = rays + first;
-    const size_t row = n;
-    STROBE_INDEPENDENT
-    for (int i = 0; i < out.n; ++i) {
-        const V3f o = transformPoint(m, {at[i], at[row + i], at[2 * row + i]});
-        const V3f d = transformVector(m, {at[4 * row + i], at[5 * row + i], at[6 * row + i]});
-        out.ox[i] = o.x, out.oy[i] = o.y, out.oz[i] = o.z;
-        out.dx[i] = d.x, out.dy[i] = d.y, out.dz[i] = d.z;
-        out.tmin[i] = at[3 * row + i], out.tmax[i] = at[8 * row + i];
-    }
-}
-
 /// Calls met(i, t, u, v) for those of Embree's n rays that hit the quadric.
 template <class Met>
 void intersectQuadric(const CallbackData& data, const int* valid, RTCRayN* ray, unsigned n, const Met& met) {
-    const Quadric& quadric = *data.placed->shape.quadric;
-    QuadricRays rays;
-    int32_t may[QuadricRays::kMost];
-    for (unsigned first = 0; first < n; first += QuadricRays::kMost) {
-        rays.n = int(std::min(n - first, unsigned(QuadricRays::kMost)));
-        toObjectSpace(data.toObject, reinterpret_cast<const float*>(ray), n, first, rays);
-        for (int i = 0; i < rays.n; ++i)
-            may[i] = valid[first + unsigned(i)];
-        if (rays.n > 1)
-            quadric.leaveOutMisses(rays, may);
-        for (int i = 0; i < rays.n; ++i) {
-            float t, u, v;
-            if (may[i] &&
-                quadric.intersect({rays.ox[i], rays.oy[i], rays.oz[i]}, {rays.dx[i], rays.dy[i], rays.dz[i]},
-                                  rays.tmin[i], rays.tmax[i], t, u, v))
-                met(first + unsigned(i), t, u, v);
-        }
-    }
+    intersectPacket(*data.placed->shape.quadric, data.toObject, valid, reinterpret_cast<const float*>(ray), n,
+                    met);
 }
 
 void quadricIntersect(const RTCIntersectFunctionNArguments* args) {

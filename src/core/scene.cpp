@@ -113,13 +113,14 @@ bool Scene::moves() const {
 
 namespace {
 
-/// A normal through a transform; not normalised. The cofactors of a matrix are its inverse's but for a
-/// factor, of which only the sign matters.
+/// A normal through a transform, as `transformNormal` with its inverse: that is its cofactors over its
+/// determinant. (The determinant is more than the sign: without it, what is scaled down a lot underflows.)
 V3f turnedNormal(const M44f& m, const V3f& n) {
     const V3f x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
     const V3f yz = cross(y, z);
-    const V3f turned = yz * n.x + cross(z, x) * n.y + cross(x, y) * n.z;
-    return dot(x, yz) < 0 ? -turned : turned;
+    const float determinant = dot(x, yz);
+    const float scale = determinant != 0 ? 1 / determinant : 1;
+    return (yz * n.x + cross(z, x) * n.y + cross(x, y) * n.z) * scale;
 }
 
 } // namespace
@@ -147,9 +148,7 @@ RawSurfacePoint Scene::rawSurface(const Hit& hit, float time) const {
     }
     // Meshes of the world are baked: no transform to apply.
     if (instance || !isMesh) {
-        M44f m = instance ? instance->motion->at(time) : placed.toParent;
-        if (instance && placed.toParent != M44f())
-            m = placed.toParent * m;
+        const M44f m = instance ? placed.toParent * instance->motion->at(time) : placed.toParent;
         s.p = transformPoint(m, s.p);
         s.ng = turnedNormal(m, s.ng);
         s.ns = turnedNormal(m, s.ns);

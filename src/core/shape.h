@@ -34,7 +34,13 @@ struct QuadricPoint {
 /// Rays side by side, in a quadric's object space; directions of any length.
 struct QuadricRays {
     static constexpr int kMost = 16;
-    int n = 0;
+    int n; ///< at most kMost
+
+    /// Takes rays `first` to `first + count` of a packet of `packet` rays, which is rows of that many numbers
+    /// in Embree's order: origin, tmin, direction, time, tmax.
+    QuadricRays(const M44f& toObject, const float* rows, unsigned packet, unsigned first, unsigned count);
+    V3f o(int i) const { return {ox[i], oy[i], oz[i]}; }
+    V3f d(int i) const { return {dx[i], dy[i], dz[i]}; }
     alignas(64) float ox[kMost], oy[kMost], oz[kMost], dx[kMost], dy[kMost], dz[kMost];
     alignas(64) float tmin[kMost], tmax[kMost];
 };
@@ -58,6 +64,26 @@ class Quadric {
     /// The radius when the shape is a whole sphere about the origin (seen as a cone by lights), else 0.
     virtual float wholeSphereRadius() const { return 0; }
 };
+
+/// Calls met(i, t, u, v) for those rays of a packet (rows as for QuadricRays; valid[i] is 0 for rays to leave
+/// out) that hit the quadric.
+template <class Met>
+void intersectPacket(const Quadric& quadric, const M44f& toObject, const int* valid, const float* rows,
+                     unsigned packet, const Met& met) {
+    for (unsigned first = 0; first < packet; first += QuadricRays::kMost) {
+        const QuadricRays rays(toObject, rows, packet, first,
+                               std::min(packet - first, unsigned(QuadricRays::kMost)));
+        int32_t may[QuadricRays::kMost];
+        std::copy_n(valid + first, rays.n, may);
+        if (rays.n > 1)
+            quadric.leaveOutMisses(rays, may);
+        for (int i = 0; i < rays.n; ++i) {
+            float t, u, v;
+            if (may[i] && quadric.intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t, u, v))
+                met(first + unsigned(i), t, u, v);
+        }
+    }
+}
 
 /// What a shape plugin makes: exactly one of the two is set.
 struct Shape {

@@ -80,7 +80,7 @@ bool PathWorker::findBsdfShares(const int32_t* vertices, int count, const Light&
     light.solidAngleLanes(m_v.p, m_v.time, m_v.count, solidAngle);
     for (int i = 0; i < count; ++i) {
         const int v = vertices[i];
-        if (m_v.maxPdf[v] * solidAngle[v] < kNegligibleBsdfShare)
+        if (!bsdfSamplingCounts(m_v.maxPdf[v], solidAngle[v]))
             continue;
         m_bsdfShare[v] = endsHere(m_paths[m_v.path[v]]) ? n : 1.f;
         any = true;

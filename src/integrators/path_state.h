@@ -18,6 +18,9 @@ struct ShadeSettings {
 /// other strategy's share of the power heuristic would be below its square, so its samples and rays are not
 /// worth making.
 constexpr float kNegligibleBsdfShare = 0.05f;
+inline bool bsdfSamplingCounts(float maxPdf, float solidAngle) {
+    return !(maxPdf * solidAngle < kNegligibleBsdfShare);
+}
 constexpr int kRouletteFrom = 3;
 
 // Random dimensions of one path vertex.

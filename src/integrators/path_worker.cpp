@@ -128,7 +128,7 @@ void PathWorker::prepare(const RawSurfacePoint& s, const Ray& ray, float width, 
 
 /// False when light sampling alone serves this light at a vertex of this sharpness.
 bool PathWorker::usesBsdfSampling(const Light& light, const V3f& p, float time, float maxPdf) const {
-    return !light.isDelta() && !(maxPdf * light.solidAngle(p, time) < kNegligibleBsdfShare);
+    return !light.isDelta() && bsdfSamplingCounts(maxPdf, light.solidAngle(p, time));
 }
 
 /// The weight of light `light` found by the path's last BSDF sample.

@@ -64,11 +64,9 @@ SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangl
 
 const M44f* SurfaceLattice::transformOf(uint32_t instance, const PlacedShape& placed, float time,
                                         M44f& storage) const {
-    if (instance != kNone) {
-        storage = m_scene.instances()[instance].motion->at(time);
-        if (placed.toParent != M44f())
-            storage = placed.toParent * storage;
-    } else if (placed.shape.mesh)
+    if (instance != kNone)
+        storage = placed.toParent * m_scene.instances()[instance].motion->at(time);
+    else if (placed.shape.mesh)
         return nullptr;
     else
         storage = placed.toParent;

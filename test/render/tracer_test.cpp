@@ -131,6 +131,19 @@ INSTANTIATE_TEST_SUITE_P(
             "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"integer keys\" 3 \"point P\" "
             "[-1 -1 0 1 -1 0 1 1 0 -1 1 0  -1 -1 .5 1 -1 .5 1 1 0 -1 1 0  -1 -1 0 1 -1 1 1 1 0 -1 1 0]\n")));
 
+// Far from one, the determinant of an instance's transform, or its cofactors, leave the range of floats.
+TEST(TracerScale, NormalsOfTinyAndHugeInstances) {
+    const FastFloats fast;
+    for (const char* scale : {"1e-12", "1e12"}) {
+        const BuiltScene built =
+            test::build(std::string(kHead) + "ObjectBegin \"a\"\n" + kMesh + "ObjectEnd\nScale " + scale +
+                        " " + scale + " " + scale + "\nObjectInstance \"a\"\n");
+        const SurfacePoint s = built.scene->surface({0, 0, 0, 0.2f, 0.3f, 1}, 0);
+        EXPECT_NEAR(length(s.ng), 1, 1e-5) << scale;
+        EXPECT_NEAR(length(s.ns), 1, 1e-5) << scale;
+    }
+}
+
 TEST(TracerCost, StillSceneHasNoTimeSteps) {
     const BuiltScene still = test::build(movingScene(kMesh));
     EXPECT_EQ(still.scene->tracer().counts().timeSteps, 0u);

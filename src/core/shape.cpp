@@ -1,0 +1,28 @@
+#include "core/shape.h"
+
+#include "core/lanes.h"
+
+namespace strobe {
+
+namespace {
+
+STROBE_LANES void toObjectSpace(const M44f& m, const float* rays, size_t row, QuadricRays& out) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < out.n; ++i) {
+        const V3f o = transformPoint(m, {rays[i], rays[row + i], rays[2 * row + i]});
+        const V3f d = transformVector(m, {rays[4 * row + i], rays[5 * row + i], rays[6 * row + i]});
+        out.ox[i] = o.x, out.oy[i] = o.y, out.oz[i] = o.z;
+        out.dx[i] = d.x, out.dy[i] = d.y, out.dz[i] = d.z;
+        out.tmin[i] = rays[3 * row + i], out.tmax[i] = rays[8 * row + i];
+    }
+}
+
+} // namespace
+
+QuadricRays::QuadricRays(const M44f& toObject, const float* rows, unsigned packet, unsigned first,
+                         unsigned count)
+    : n(int(count)) {
+    toObjectSpace(toObject, rows + first, packet, *this);
+}
+
+} // namespace strobe
