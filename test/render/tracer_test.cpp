@@ -134,7 +134,7 @@ INSTANTIATE_TEST_SUITE_P(
 // Far from one, the determinant of an instance's transform, or its cofactors, leave the range of floats.
 TEST(TracerScale, NormalsOfTinyAndHugeInstances) {
     const FastFloats fast;
-    for (const char* scale : {"1e-12", "1e12"}) {
+    for (const char* scale : {"1e-10", "1e10"}) {
         const BuiltScene built =
             test::build(std::string(kHead) + "ObjectBegin \"a\"\n" + kMesh + "ObjectEnd\nScale " + scale +
                         " " + scale + " " + scale + "\nObjectInstance \"a\"\n");
