@@ -232,6 +232,35 @@ void EmbreeScene::intersect(RayBlock& block, int n, bool coherent) const {
 #endif
 }
 
+void EmbreeScene::intersectSingly(RayBlock& block, int n) const {
+    auto* rays = reinterpret_cast<RTCRayHitN*>(&block);
+    for (int i = 0; i < n; ++i) {
+        RTCRayHit ray = rtcGetRayHitFromRayHitN(rays, RayBlock::kSize, unsigned(i));
+#if RTC_VERSION_MAJOR >= 4
+        rtcIntersect1(m_impl->scenes[0], &ray);
+#else
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        rtcIntersect1(m_impl->scenes[0], &context, &ray);
+#endif
+        rtcCopyHitToHitN(RTCRayHitN_HitN(rays, RayBlock::kSize), &ray.hit, RayBlock::kSize, unsigned(i));
+        block.tfar[i] = ray.ray.tfar;
+    }
+}
+
+bool EmbreeScene::intersectStream(std::span<RayBlock> blocks) const {
+#if RTC_VERSION_MAJOR >= 4
+    static_cast<void>(blocks);
+    return false;
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersectNM(m_impl->scenes[0], &context, reinterpret_cast<RTCRayHitN*>(blocks.data()), RayBlock::kSize,
+                   unsigned(blocks.size()), sizeof(RayBlock));
+    return true;
+#endif
+}
+
 void EmbreeScene::occluded(RayBlock& block, int n) const {
     const Mask valid(n);
     auto* rays = reinterpret_cast<RTCRay16*>(&block);

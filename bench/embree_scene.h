@@ -4,6 +4,7 @@
 #include "core/scene.h"
 
 #include <memory>
+#include <span>
 
 namespace strobe::bench {
 
@@ -32,6 +33,11 @@ class EmbreeScene {
 
     /// Lanes 0 … n-1, as rtcIntersect16, with or without Embree's coherent flag.
     void intersect(RayBlock& block, int n, bool coherent) const;
+    /// Lanes 0 … n-1 one by one, as rtcIntersect1.
+    void intersectSingly(RayBlock& block, int n) const;
+    /// All blocks, whole, as one of Embree 3's streams; false, and nothing done, with Embree 4, which has
+    /// none.
+    bool intersectStream(std::span<RayBlock> blocks) const;
     /// As rtcOccluded16: tfar < 0 where anything lies before it.
     void occluded(RayBlock& block, int n) const;
     /// True when some instance moves; strobe::Tracer then leaves the coherent flag out.

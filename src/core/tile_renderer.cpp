@@ -26,7 +26,7 @@ bool countsAsShade(const ShadingRequest& request) {
 
 TileRenderer::TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
                            const Sampler& sampler, const Filter& filter, const RenderSettings& settings)
-    : m_scene(scene), m_sampler(sampler), m_filter(filter), m_settings(settings),
+    : m_scene(scene), m_moves(scene.moves()), m_sampler(sampler), m_filter(filter), m_settings(settings),
       m_integrator(integrator.makeWorker()), m_shader(shader.makeWorker(scene, sampler)) {
     m_counters.shadeCosts.resize(scene.materials().size() + 1);
 }
@@ -105,7 +105,10 @@ void TileRenderer::generate(uint32_t first, int n, Generated& out) {
     }
     V2Lanes u, offset;
     m_sampler.fill2D(m_ranges, kDimFilm, u);
-    m_sampler.fill1D(m_ranges, kDimTime, sample.time);
+    if (m_moves)
+        m_sampler.fill1D(m_ranges, kDimTime, sample.time);
+    else
+        std::fill_n(sample.time, kLanes, 0.5f);
     if (m_scene.camera().hasLens())
         m_sampler.fill2D(m_ranges, kDimLens, sample.lens);
     else

@@ -42,6 +42,7 @@ class TileRenderer {
     void noteBad(const PixelRef& pixel, uint32_t sample);
 
     const Scene& m_scene;
+    const bool m_moves; ///< else time is not sampled
     const Sampler& m_sampler;
     const Filter& m_filter;
     const RenderSettings& m_settings;

@@ -8,11 +8,21 @@ namespace {
 
 const WidthParams kWidths(0.5f);
 
+STROBE_LANES void spread(const V2f& radius, const V2Lanes& u, int n, V2Lanes& offset) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        offset.x[i] = (2 * u.x[i] - 1) * radius.x, offset.y[i] = (2 * u.y[i] - 1) * radius.y;
+}
+
 class BoxFilter final : public Filter {
   public:
     explicit BoxFilter(const V2f& radius) : m_radius(radius) {}
     Sample sample(const V2f& u) const override {
         return {{(2 * u.x - 1) * m_radius.x, (2 * u.y - 1) * m_radius.y}, 1};
+    }
+    void sampleLanes(const V2Lanes& u, int n, V2Lanes& offset, float* weight) const override {
+        spread(m_radius, u, n, offset);
+        std::fill_n(weight, n, 1.f);
     }
     float eval(const V2f& offset) const override {
         const bool inside = std::abs(offset.x) <= m_radius.x && std::abs(offset.y) <= m_radius.y;

@@ -1,5 +1,6 @@
 #include "shapes/ply.h"
 
+#include "core/memory.h"
 #include "shapes/ply_header.h"
 
 #include <bit>
@@ -187,6 +188,12 @@ void readNativeRow(const std::vector<int>& slots, Body& body, float* row) {
             std::memcpy(&row[slots[p]], bytes + p * sizeof(float), sizeof(float));
 }
 
+template <class T>
+void setAside(std::vector<T>& values, size_t count) {
+    values.reserve(count);
+    preferLargePages(values.data(), count * sizeof(T));
+}
+
 void readVertices(const Element& vertex, Body& body, const Failure& fail, PlyMesh& mesh) {
     const std::vector<int> slots = vertexSlots(vertex, fail);
     const auto kept = [&](int slot) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); };
@@ -194,9 +201,9 @@ void readVertices(const Element& vertex, Body& body, const Failure& fail, PlyMes
     const bool native = body.isNative() &&
                         std::all_of(vertex.properties.begin(), vertex.properties.end(),
                                     [](const Property& p) { return p.type == Scalar::F32 && !p.listCount; });
-    mesh.positions.reserve(vertex.count + PlyMesh::kSpare);
-    mesh.normals.reserve(hasNormals ? vertex.count : 0);
-    mesh.uvs.reserve(hasUvs ? vertex.count : 0);
+    setAside(mesh.positions, vertex.count + PlyMesh::kSpare);
+    setAside(mesh.normals, hasNormals ? vertex.count : 0);
+    setAside(mesh.uvs, hasUvs ? vertex.count : 0);
     float row[kSlotCount] = {};
     for (uint64_t i = 0; i < vertex.count; ++i) {
         if (native)
@@ -259,7 +266,7 @@ void readFaces(const Element& faces, uint64_t vertexCount, Body& body, const Fai
     const auto corners = std::find_if(faces.properties.begin(), faces.properties.end(), isCornerList);
     if (corners == faces.properties.end() || !corners->listCount || corners->type >= Scalar::F32)
         fail("its faces have no list of integers called vertex_indices or vertex_index");
-    indices.reserve(3 * faces.count);
+    setAside(indices, 3 * faces.count);
     const bool native = body.isNative() && faces.properties.size() == 1 &&
                         byteSize(*corners->listCount) == 1 && byteSize(corners->type) == sizeof(uint32_t);
     for (uint64_t i = 0; i < faces.count; ++i) {
@@ -312,6 +319,7 @@ PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where) {
     if (error)
         throw Error(where, "\"" + path.string() + "\" cannot be read: " + error.message());
     const auto contents = std::make_unique_for_overwrite<char[]>(size);
+    preferLargePages(contents.get(), size);
     std::ifstream file(path, std::ios::binary);
     if (!file.read(contents.get(), static_cast<std::streamsize>(size)))
         throw Error(where, "\"" + path.string() + "\" cannot be read");
