@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/image.h"
+#include "core/pixel_sum.h"
 
 #include <vector>
 
@@ -23,7 +24,17 @@ class Film {
   public:
     Film(int fullWidth, int fullHeight, const Window& window, std::vector<Layer> layers = {});
 
-    void set(int x, int y, const Rgb& value) { m_image.at(x - m_window.x0, y - m_window.y0) = value; }
+    /// From now on, what is added to a pixel joins what was added before. Costs 64 bytes per pixel.
+    void keepSums() { m_sums.resize(m_image.pixels.size()); }
+    /// The pixel's samples: all of them, unless the film keeps sums.
+    void add(int x, int y, const PixelSum& sum) {
+        const size_t i = size_t(y - m_window.y0) * size_t(m_image.width) + size_t(x - m_window.x0);
+        if (!m_sums.empty())
+            m_sums[i].add(sum);
+        m_image.pixels[i] = (m_sums.empty() ? sum : m_sums[i]).mean();
+    }
+    /// Row by row over the window; empty if they are not kept.
+    const std::vector<PixelSum>& sums() const { return m_sums; }
     /// `value` of layer `index` (into `layers()`).
     void setLayer(size_t index, int x, int y, float value) {
         m_planes[index][size_t(y - m_window.y0) * size_t(m_image.width) + size_t(x - m_window.x0)] = value;
@@ -44,6 +55,7 @@ class Film {
     int m_fullWidth, m_fullHeight;
     Window m_window;
     Image m_image;
+    std::vector<PixelSum> m_sums; ///< none, or one per pixel
     std::vector<Layer> m_layers;
     std::vector<std::vector<float>> m_planes; ///< beside m_layers
 };

@@ -183,24 +183,14 @@ void TileRenderer::shadeMetered() {
     }
 }
 
-/// Pixel means, in double and in sample order, over the samples that are numbers.
 void TileRenderer::develop(Film& film) {
     const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
-        double r = 0, g = 0, b = 0;
-        uint32_t good = 0;
-        for (uint32_t i = p * spp; i < (p + 1) * spp; ++i) {
-            const Rgb& value = m_values[i];
-            if (!isFinite(value)) {
+        PixelSum sum;
+        for (uint32_t i = p * spp; i < (p + 1) * spp; ++i)
+            if (!sum.add(m_values[i], m_samples[i].weight))
                 noteBad(m_pixels[p], i - p * spp);
-                continue;
-            }
-            const double w = m_samples[i].weight;
-            r += w * value.x, g += w * value.y, b += w * value.z;
-            ++good;
-        }
-        const double scale = good ? 1.0 / good : 0;
-        film.set(m_pixels[p].x, m_pixels[p].y, Rgb(float(r * scale), float(g * scale), float(b * scale)));
+        film.add(m_pixels[p].x, m_pixels[p].y, sum);
     }
 }
 

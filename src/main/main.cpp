@@ -69,7 +69,8 @@ void printPixel(const Options& options, const BuiltScene& built, RenderSettings 
 void warnOfBadSamples(const RenderStats& stats, spdlog::logger& log) {
     if (stats.total.badSamples == 0)
         return;
-    log.warn("{} samples were NaN or infinite and are left out; the first:", stats.total.badSamples);
+    log.warn("{} samples were NaN, infinite or beyond 2.8e14 and are left out; the first:",
+             stats.total.badSamples);
     for (const BadSample& bad : stats.total.firstBad)
         log.warn("  replay with --pixel {},{} --sample {}", bad.x, bad.y, bad.sample);
 }

@@ -1,0 +1,61 @@
+// What a pixel's samples add up to, exactly: in any order, in any grouping, on any machine, to the same bits.
+#pragma once
+
+#include "core/math.h"
+
+namespace strobe {
+
+/// Sums of weighted sample values as 128-bit integers. Each value is cut to a multiple of 2^-56 (far less
+/// than a float's own error, of anything brighter than 1e-9), once, when it is added; after that nothing
+/// rounds until `mean`. Sums of any split of a pixel's samples therefore add up to those of the whole.
+class PixelSum {
+  public:
+    /// Values must be smaller than this (of a weighted channel) to be added, ...
+    static constexpr double kMostValue = 0x1p48;
+    /// ... and no more than these many samples of a pixel are: then nothing overflows.
+    static constexpr uint32_t kMostSamples = 1u << 23;
+
+    /// A sample's value and its filter weight. False, and only counted as bad, if it is not a number or too
+    /// large.
+    bool add(const Rgb& value, float weight) {
+        // Products of two floats are exact. Comparisons with a NaN are false.
+        const double w = weight, r = w * value.x, g = w * value.y, b = w * value.z;
+        if (!(std::abs(r) < kMostValue && std::abs(g) < kMostValue && std::abs(b) < kMostValue)) {
+            ++m_bad;
+            return false;
+        }
+        m_r += quanta(r), m_g += quanta(g), m_b += quanta(b);
+        ++m_good;
+        return true;
+    }
+    void add(const PixelSum& other) {
+        m_r += other.m_r, m_g += other.m_g, m_b += other.m_b;
+        m_good += other.m_good, m_bad += other.m_bad;
+    }
+    /// Over the samples that were added; black if there are none.
+    Rgb mean() const {
+        if (m_good == 0)
+            return Rgb(0);
+        const double scale = kQuantum / m_good;
+        return {float(double(m_r) * scale), float(double(m_g) * scale), float(double(m_b) * scale)};
+    }
+    uint32_t good() const { return m_good; }
+    uint32_t bad() const { return m_bad; }
+    bool operator==(const PixelSum&) const = default;
+
+  private:
+    using Sum = __int128;
+    static constexpr double kQuantum = 0x1p-56;
+    /// `value` in quanta, towards zero.
+    static Sum quanta(double value) {
+        if (std::abs(value) < 0x1p7)
+            return int64_t(value * 0x1p56);
+        const int64_t coarse = int64_t(value * 0x1p4); // exact from here: a double has 53 bits
+        return (Sum(coarse) << 52) + int64_t((value - double(coarse) * 0x1p-4) * 0x1p56);
+    }
+
+    Sum m_r = 0, m_g = 0, m_b = 0;
+    uint32_t m_good = 0, m_bad = 0;
+};
+
+} // namespace strobe
