@@ -134,6 +134,15 @@ void writeExr(const std::filesystem::path& path, const Window& data, int fullWid
     writeFileAtomically(path, bytes);
 }
 
+std::string readMetadata(const std::filesystem::path& path, const std::string& name) {
+    const auto input = OIIO::ImageInput::open(path.string());
+    if (!input) {
+        OIIO::geterror(); // not to be met by who asks next
+        return "";
+    }
+    return std::string(input->spec().get_string_attribute(name));
+}
+
 void writePng(const std::filesystem::path& path, const Image& image, const Metadata& metadata) {
     if (image.width < 1 || image.height < 1)
         failWrite(path, "the image is empty");

@@ -87,6 +87,9 @@ void writeExr(const std::filesystem::path& path, const Window& data, int fullWid
 /// Writes 8-bit sRGB PNG from linear RGB (clamped), likewise atomically.
 void writePng(const std::filesystem::path& path, const Image& image, const Metadata& metadata);
 
+/// The text that an image file's metadata has under `name`; empty when there is none, or no such image.
+std::string readMetadata(const std::filesystem::path& path, const std::string& name);
+
 /// The sRGB transfer function, linear [0,1] to encoded [0,1], and back.
 float encodeSrgb(float linear);
 float decodeSrgb(float encoded);

@@ -4,6 +4,8 @@
 #include "main/progress.h"
 #include "main/report.h"
 #include "main/sample_table.h"
+#include "main/sequence.h"
+#include "scene/content_hash.h"
 #include "scene/parser.h"
 
 #include <fmt/format.h>
@@ -20,18 +22,18 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
 }
 
 /// Where the picture goes: -o, else the scene's own name, else the scene file's stem, in the current folder.
-std::vector<std::filesystem::path> outputsOf(const Options& options, const BuiltScene& built,
-                                             spdlog::logger& log) {
+Options withOutput(Options options, const std::string& scenesOwn, spdlog::logger& log) {
     if (!options.outputs.empty())
-        return options.outputs;
-    std::filesystem::path path = built.filename;
+        return options;
+    std::filesystem::path path = scenesOwn;
     if (path.empty())
         path = options.scenes.front().stem().string() + ".exr";
     if (path.extension() != ".exr" && path.extension() != ".png") {
         log.warn("\"{}\" is not a kind of file written here; writing .exr instead", path.string());
         path.replace_extension(".exr");
     }
-    return {path};
+    options.outputs = {path};
+    return options;
 }
 
 /// Finds out before the work, not after it, that a file cannot be written.
@@ -91,11 +93,8 @@ std::vector<Layer> layersOf(const Options& options) {
     return layers;
 }
 
-int run(const Options& options, spdlog::logger& log) {
-    if (options.list) {
-        fmt::print("{}", listPlugins(pluginTables()));
-        return kOk;
-    }
+/// Everything that can be found wrong before a scene is read.
+void checkOptions(const Options& options) {
     if (!options.build.integrator.empty())
         findPlugin(pluginTables().integrators, options.build.integrator, "integrator", {});
     if (!options.build.shading.empty())
@@ -105,29 +104,22 @@ int run(const Options& options, spdlog::logger& log) {
     for (const auto& file : {options.statsFile, options.heatmapFile, options.samplesFile})
         if (!file.empty())
             checkWritable(file);
+}
 
-    Messages messages([&](const std::string& text) { log.warn("{}", text); });
-    StepSeconds seconds;
-    auto start = std::chrono::steady_clock::now();
-    SceneDescription description = parseFiles(options.scenes, sharingNames(), messages);
-    seconds.parse = secondsSince(start);
-    start = std::chrono::steady_clock::now();
-    BuiltScene built = buildScene(std::move(description), options.build, messages);
-    seconds.build = secondsSince(start);
-    log.debug("parsed in {:.3f} s, built in {:.3f} s", seconds.parse, seconds.build);
-
+RenderSettings settingsOf(const Options& options, const BuiltScene& built) {
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.seed = options.seed;
     settings.threads = options.threads;
     settings.tileSize = options.tile;
-    if (options.pixel) {
-        printPixel(options, built, settings);
-        return kOk;
-    }
-    const auto outputs = outputsOf(options, built, log);
-    for (const auto& output : outputs)
+    return settings;
+}
+
+/// Renders a picture and writes all that is asked for, the outputs last.
+void makePicture(const Options& options, const BuiltScene& built, StepSeconds seconds, spdlog::logger& log) {
+    for (const auto& output : options.outputs)
         checkWritable(output);
+    RenderSettings settings = settingsOf(options, built);
     Progress progress(options.quiet);
     settings.progress = [&](double fraction) { progress.update(fraction); };
     SampleTable samples;
@@ -140,8 +132,6 @@ int run(const Options& options, spdlog::logger& log) {
     progress.finish();
 
     warnOfBadSamples(stats, log);
-    for (const auto& output : outputs)
-        film.write(output, renderMetadata(built, options, stats, seconds));
     if (!options.heatmapFile.empty())
         writePng(options.heatmapFile, heatmap(film, options.heatmapLayer, settings.samplesPerPixel),
                  renderMetadata(built, options, stats, seconds));
@@ -149,9 +139,63 @@ int run(const Options& options, spdlog::logger& log) {
         samples.write(options.samplesFile);
     if (!options.statsFile.empty())
         writeStats(options.statsFile, built, options, stats, seconds);
+    for (const auto& output : options.outputs)
+        film.write(output, renderMetadata(built, options, stats, seconds));
     log.info("{}", summary(built, stats, seconds));
-    for (const auto& output : outputs)
+    for (const auto& output : options.outputs)
         log.info("wrote {}", output.string());
+}
+
+void makeSequence(const Options& given, SceneDescription&& description, StepSeconds seconds,
+                  Messages& messages, spdlog::logger& log) {
+    const Sequence& sequence = *given.sequence;
+    const uint64_t content = contentHash(description);
+    auto start = std::chrono::steady_clock::now();
+    SceneBuilder builder(std::move(description), given.build, messages);
+    const Options options = withOutput(given, builder.setup().filename, log);
+    const int64_t count = (int64_t(sequence.last) - sequence.first) / sequence.step + 1;
+    int64_t finished = 0;
+    for (int64_t i = 0; i < count; ++i) {
+        const int frame = int(sequence.first + i * sequence.step);
+        const Options ofFrame = optionsOfFrame(options, frame, content);
+        if (!options.overwrite && isFinished(ofFrame)) {
+            log.debug("frame {} is finished", frame);
+            ++finished;
+            continue;
+        }
+        log.info("frame {} ({} of {})", frame, i + 1, count);
+        const BuiltScene built = builder.build(shutterOf(sequence, frame));
+        seconds.build = secondsSince(start);
+        makePicture(ofFrame, built, seconds, log);
+        start = std::chrono::steady_clock::now();
+        seconds.parse = 0; // once for all
+    }
+    log.info("{} frames: {} rendered now, {} before", count, count - finished, finished);
+}
+
+int run(const Options& options, spdlog::logger& log) {
+    if (options.list) {
+        fmt::print("{}", listPlugins(pluginTables()));
+        return kOk;
+    }
+    checkOptions(options);
+    Messages messages([&](const std::string& text) { log.warn("{}", text); });
+    StepSeconds seconds;
+    auto start = std::chrono::steady_clock::now();
+    SceneDescription description = parseFiles(options.scenes, sharingNames(), messages);
+    seconds.parse = secondsSince(start);
+    if (options.sequence) {
+        makeSequence(options, std::move(description), seconds, messages, log);
+        return kOk;
+    }
+    start = std::chrono::steady_clock::now();
+    const BuiltScene built = buildScene(std::move(description), options.build, messages);
+    seconds.build = secondsSince(start);
+    log.debug("parsed in {:.3f} s, built in {:.3f} s", seconds.parse, seconds.build);
+    if (options.pixel)
+        printPixel(options, built, settingsOf(options, built));
+    else
+        makePicture(withOutput(options, built.filename, log), built, seconds, log);
     return kOk;
 }
 

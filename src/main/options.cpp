@@ -1,5 +1,7 @@
 #include "main/options.h"
 
+#include "main/sequence.h"
+
 #include <CLI/CLI.hpp>
 
 namespace strobe {
@@ -37,6 +39,48 @@ std::vector<Layer> layersCalled(const std::string& option, const std::vector<std
     return layers;
 }
 
+/// "open,close" in frames.
+void parseShutter(const std::string& text, Sequence& sequence) {
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%lf,%lf%c", &sequence.open, &sequence.close, &rest) != 2 ||
+        !std::isfinite(sequence.open) || !std::isfinite(sequence.close) || sequence.open > sequence.close)
+        throw CLI::ValidationError("--shutter", "takes open,close: two numbers that ascend");
+}
+
+/// What was given to all options but those that leave every picture as it is.
+std::string decisive(const CLI::App& app) {
+    static const std::set<std::string> others{"FILE",        "--output", "--threads",   "--tile",
+                                              "--quiet",     "--frames", "--overwrite", "--stats",
+                                              "--log-level", "--samples"};
+    std::string words = "strobe " STROBE_VERSION "\n";
+    for (const CLI::Option* option : app.get_options())
+        if (!others.count(option->get_name()))
+            for (const std::string& value : option->results())
+                words += option->get_name() + "=" + value + "\n";
+    return words;
+}
+
+/// The options of --frames, which go with no others.
+void readSequence(const CLI::App& app, const std::string& frames, const std::string& shutter, double fps,
+                  Options& options) {
+    if (frames.empty()) {
+        for (const char* name : {"--fps", "--shutter", "--overwrite"})
+            if (app.count(name) > 0)
+                throw CLI::ValidationError(name, "needs --frames");
+        return;
+    }
+    for (const char* name : {"--frame-time", "--pixel"})
+        if (app.count(name) > 0)
+            throw CLI::ValidationError(name, "is of one frame: it does not go with --frames");
+    options.sequence = parseFrames(frames);
+    if (!options.sequence)
+        throw CLI::ValidationError("--frames", "takes first:last or first:last:step: integers that ascend");
+    options.sequence->fps = fps;
+    if (!shutter.empty())
+        parseShutter(shutter, *options.sequence);
+    options.command = decisive(app);
+}
+
 } // namespace
 
 std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
@@ -45,6 +89,9 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     std::vector<float> crop;
     std::string pixel, resolution, heatmapOf = "shades";
     std::vector<std::string> layers;
+    std::string frames, shutter;
+    double fps = Sequence().fps;
+    std::optional<float> frameTime;
 
     app.add_option("FILE", options.scenes, "scene files (.scene, .pbrt), read one after another");
     app.add_option("--integrator", options.build.integrator, "what shares a shade; see --list");
@@ -63,7 +110,14 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--pixel", pixel, "x,y: render one pixel and print it");
     app.add_option("--sample", options.sample, "with --pixel: print one sample");
     app.add_option("--seed", options.seed, "seed of all random numbers");
-    app.add_option("--frame-time", options.build.frameTime, "render a still at this scene time");
+    app.add_option("--frame-time", frameTime, "render a still at this scene time");
+    app.add_option("--frames", frames, "first:last[:step]: render these frames into numbered files");
+    app.add_option("--fps", fps, "frames per unit of scene time")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--shutter", shutter,
+                   "open,close: when a frame's shutter opens and closes, in frames [0,0.5]");
+    app.add_flag("--overwrite", options.overwrite, "render finished frames again");
     app.add_flag("--quick", options.build.quick, "a quarter of the resolution and of the samples");
     app.add_flag("--quiet", options.quiet, "print errors only");
     app.add_option("--aov", layers, "layers of EXR outputs: " + layerNames())->delimiter(',');
@@ -100,6 +154,9 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         if (!options.heatmapFile.empty() && options.heatmapFile.extension() != ".png")
             throw CLI::ValidationError("--heatmap",
                                        "\"" + options.heatmapFile.string() + "\" must end in .png");
+        if (frameTime)
+            options.build.shutter = Shutter{*frameTime, *frameTime};
+        readSequence(app, frames, shutter, fps, options);
         options.layers = layersCalled("--aov", layers);
         options.heatmapLayer = layersCalled("--heatmap-of", {heatmapOf}).front();
         if (options.scenes.empty() && !options.list)

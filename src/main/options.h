@@ -11,6 +11,13 @@
 
 namespace strobe {
 
+/// Frames first, first + step, … up to last; frame f has its shutter open from (f + open) / fps to
+/// (f + close) / fps in scene time.
+struct Sequence {
+    int first = 0, last = 0, step = 1;
+    double fps = 24, open = 0, close = 0.5;
+};
+
 struct Options {
     std::vector<std::filesystem::path> scenes;
     std::vector<std::filesystem::path> outputs;
@@ -26,6 +33,11 @@ struct Options {
     std::string logLevel = "info";
     bool quiet = false;
     bool list = false;
+    std::optional<Sequence> sequence;
+    bool overwrite = false;   ///< render finished frames of a sequence again
+    std::string command;      ///< the options that decide a picture, as they were given
+    std::optional<int> frame; ///< of a sequence, when these are the options of one
+    std::string frameKey;     ///< likewise; see optionsOfFrame
 };
 
 /// Exit codes of the program.

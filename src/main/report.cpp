@@ -14,6 +14,12 @@ Metadata renderMetadata(const BuiltScene& built, const Options& options, const R
     m.emplace_back("strobe:version", STROBE_VERSION);
     m.emplace_back("strobe:samplesPerPixel", built.sampler.samplesPerPixel);
     m.emplace_back("strobe:seed", std::to_string(options.seed));
+    if (options.frame) {
+        m.emplace_back("strobe:frame", *options.frame);
+        m.emplace_back("strobe:frameKey", options.frameKey);
+    }
+    m.emplace_back("strobe:shutter:open", built.scene->shutter().open);
+    m.emplace_back("strobe:shutter:close", built.scene->shutter().close);
     const BiasBound bound = built.integrator->biasBound(*built.scene);
     m.emplace_back("strobe:bias:reachPixels", bound.reachPixels);
     m.emplace_back("strobe:bias:shutterFraction", bound.shutterFraction);
@@ -64,6 +70,9 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
             j["settings"][key.substr(key.find(':') + 1)] = *text;
     j["settings"]["samplesPerPixel"] = built.sampler.samplesPerPixel;
     j["settings"]["seed"] = options.seed;
+    if (options.frame)
+        j["settings"]["frame"] = *options.frame;
+    j["settings"]["shutter"] = {built.scene->shutter().open, built.scene->shutter().close};
     const BiasBound bound = built.integrator->biasBound(*built.scene);
     j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
     j["resolution"] = {built.resolution.x, built.resolution.y};

@@ -141,94 +141,148 @@ std::string materialName(const MaterialDecl& decl) {
     return (decl.name.empty() ? decl.material.name : decl.name) + (where.empty() ? "" : " (" + where + ")");
 }
 
-void makeTextures(SceneDescription& description, const PluginTables& tables, Maker& maker) {
-    for (TextureDecl& decl : description.textures) {
-        const M44f toWorld = decl.toWorld.keys().front();
-        TexturePtr texture =
-            maker.make(tables.textures, decl.texture, "texture", TextureArgs{decl.isFloat, toWorld});
-        maker.textures().floats.push_back(texture);
-        maker.textures().rgbs.push_back(texture);
-    }
-}
-
 } // namespace
 
-BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Messages& messages) {
-    const PluginTables tables = pluginTables();
-    Maker maker(description, messages);
-    BuiltScene built;
-
-    const bool v2 = description.conventions == Conventions::PbrtV2;
-    Statement cameraStatement = orDefault(description.camera, "perspective");
-    Statement filmStatement = orDefault(description.film, "image");
-    Statement samplerStatement = orDefault(description.sampler, "sobol");
-    Statement filterStatement = orDefault(description.filter, "box");
-    Statement shading = orDefault(description.shading, v2 ? "directlighting" : "path");
-    Statement integrator = orDefault(description.integrator, "supersample");
-    if (!options.integrator.empty() && options.integrator != integrator.name)
-        integrator = Statement{options.integrator, ParamSet{}, Location{}};
-    if (!options.shading.empty() && options.shading != shading.name)
-        shading = Statement{options.shading, ParamSet{}, Location{}};
-
-    const FilmSetup film = maker.make(tables.films, filmStatement, "film");
-    built.resolution = options.resolution.value_or(film.resolution);
-    if (options.quick)
-        built.resolution = {std::max(1, built.resolution.x / 4), std::max(1, built.resolution.y / 4)};
-    built.window = windowOf(film, options, built.resolution, filmStatement.where);
-    built.filename = film.filename;
-
-    built.sampler = maker.make(tables.samplers, samplerStatement, "sampler", options.samplesPerPixel);
-    if (options.quick && options.samplesPerPixel == 0)
-        built.sampler.samplesPerPixel = std::max(1, built.sampler.samplesPerPixel / 4);
-    built.sampler.samplesPerPixel = built.sampler.sampler->roundCount(built.sampler.samplesPerPixel);
-    built.filter = maker.make(tables.filters, filterStatement, "pixel filter");
-
-    maker.resolveName(shading, "shading integrator");
-    applyDefines(options.defines, tables, integrator, shading);
-    built.shader = maker.make(tables.shaders, shading, "shading integrator");
-    built.integrator = maker.make(tables.integrators, integrator, "integrator");
-    record(built.metadata, "integrator", integrator.name, integrator.params,
-           findPlugin(tables.integrators, integrator.name, "integrator", {}).params);
-    record(built.metadata, "shading", shading.name, shading.params,
-           findPlugin(tables.shaders, shading.name, "shading integrator", {}).params);
-    built.metadata.emplace_back("strobe:sampler", samplerStatement.name);
-    built.metadata.emplace_back("strobe:filter", filterStatement.name);
-
-    Shutter shutter = readShutter(cameraStatement.params);
-    if (options.frameTime)
-        shutter = {*options.frameTime, *options.frameTime};
-    const std::shared_ptr<const Camera> camera =
-        maker.make(tables.cameras, cameraStatement, "camera",
-                   CameraArgs{description.cameraToWorld, built.resolution, shutter});
-
-    makeTextures(description, tables, maker);
-    std::vector<std::shared_ptr<const Material>> materials;
-    for (MaterialDecl& decl : description.materials) {
-        built.materialNames.push_back(materialName(decl));
-        materials.push_back(maker.make(tables.materials, decl.material, "material"));
+class SceneBuilder::Impl {
+  public:
+    Impl(SceneDescription&& description, const BuildOptions& options, Messages& messages, Frames frames)
+        : m_description(std::move(description)), m_messages(messages), m_tables(pluginTables()),
+          m_maker(m_description, messages), m_camera(orDefault(m_description.camera, "perspective")),
+          m_shapes([this](ShapeDecl& decl) { return makeShape(decl); }, frames == Frames::Many),
+          m_lights(m_description.lights.size()) {
+        makeFilm(options);
+        makeIntegrators(options);
+        makeSampler(options);
+        m_shutter = options.shutter.value_or(readShutter(m_camera.params));
+        makeTextures();
+        makeMaterials();
     }
 
-    std::vector<std::shared_ptr<const Light>> lights;
-    for (LightDecl& decl : description.lights)
-        if (auto light = maker.make(tables.lights, decl.light, "light", LightArgs{decl.toWorld, shutter}))
-            lights.push_back(std::move(light));
-    const MakeShape makeShape = [&](ShapeDecl& decl) {
-        return maker.make(tables.shapes, decl.shape, "shape");
-    };
-    const MakeAreaLight makeAreaLight = [&](const AreaLightDecl& decl, const PlacedShape& shape) {
-        Statement statement = decl.light;
-        return std::shared_ptr<const Light>(
-            maker.make(tables.areaLights, statement, "area light", AreaLightArgs{shape}));
-    };
-    BuiltGeometry geometry =
-        buildGeometry(description, *camera, shutter, int(lights.size()), makeShape, makeAreaLight, messages);
-    lights.insert(lights.end(), geometry.areaLights.begin(), geometry.areaLights.end());
-    if (lights.empty())
-        messages.warn({}, "the scene has no light: the picture will be black");
+    const FrameSetup& setup() const { return m_setup; }
+    const Shutter& shutter() const { return m_shutter; }
 
-    built.scene = std::make_unique<const Scene>(std::move(geometry.groups), std::move(geometry.instances),
-                                                std::move(materials), std::move(lights), camera, shutter);
-    return built;
+    BuiltScene build(const Shutter& shutter) {
+        const std::shared_ptr<const Camera> camera =
+            m_maker.make(m_tables.cameras, m_camera, "camera",
+                         CameraArgs{m_description.cameraToWorld, m_setup.resolution, shutter});
+        std::vector<std::shared_ptr<const Light>> lights = makeLights(shutter);
+        const MakeAreaLight makeAreaLight = [&](const AreaLightDecl& decl, const PlacedShape& shape) {
+            Statement statement = decl.light;
+            return std::shared_ptr<const Light>(
+                m_maker.make(m_tables.areaLights, statement, "area light", AreaLightArgs{shape}));
+        };
+        BuiltGeometry geometry = buildGeometry(m_description, *camera, shutter, int(lights.size()), m_shapes,
+                                               makeAreaLight, m_messages);
+        lights.insert(lights.end(), geometry.areaLights.begin(), geometry.areaLights.end());
+        if (lights.empty())
+            m_messages.warn({}, "the scene has no light: the picture will be black");
+        return {m_setup,
+                std::make_unique<const Scene>(std::move(geometry.groups), std::move(geometry.instances),
+                                              m_materials, std::move(lights), camera, shutter)};
+    }
+
+  private:
+    void makeFilm(const BuildOptions& options) {
+        Statement statement = orDefault(m_description.film, "image");
+        const FilmSetup film = m_maker.make(m_tables.films, statement, "film");
+        m_setup.resolution = options.resolution.value_or(film.resolution);
+        if (options.quick)
+            m_setup.resolution = {std::max(1, m_setup.resolution.x / 4),
+                                  std::max(1, m_setup.resolution.y / 4)};
+        m_setup.window = windowOf(film, options, m_setup.resolution, statement.where);
+        m_setup.filename = film.filename;
+    }
+
+    void makeSampler(const BuildOptions& options) {
+        Statement sampler = orDefault(m_description.sampler, "sobol");
+        Statement filter = orDefault(m_description.filter, "box");
+        m_setup.sampler = m_maker.make(m_tables.samplers, sampler, "sampler", options.samplesPerPixel);
+        int& count = m_setup.sampler.samplesPerPixel;
+        if (options.quick && options.samplesPerPixel == 0)
+            count = std::max(1, count / 4);
+        count = m_setup.sampler.sampler->roundCount(count);
+        m_setup.filter = m_maker.make(m_tables.filters, filter, "pixel filter");
+        m_setup.metadata.emplace_back("strobe:sampler", sampler.name);
+        m_setup.metadata.emplace_back("strobe:filter", filter.name);
+    }
+
+    void makeIntegrators(const BuildOptions& options) {
+        const bool v2 = m_description.conventions == Conventions::PbrtV2;
+        Statement shading = orDefault(m_description.shading, v2 ? "directlighting" : "path");
+        Statement integrator = orDefault(m_description.integrator, "supersample");
+        if (!options.integrator.empty() && options.integrator != integrator.name)
+            integrator = Statement{options.integrator, ParamSet{}, Location{}};
+        if (!options.shading.empty() && options.shading != shading.name)
+            shading = Statement{options.shading, ParamSet{}, Location{}};
+        m_maker.resolveName(shading, "shading integrator");
+        applyDefines(options.defines, m_tables, integrator, shading);
+        m_setup.shader = m_maker.make(m_tables.shaders, shading, "shading integrator");
+        m_setup.integrator = m_maker.make(m_tables.integrators, integrator, "integrator");
+        record(m_setup.metadata, "integrator", integrator.name, integrator.params,
+               findPlugin(m_tables.integrators, integrator.name, "integrator", {}).params);
+        record(m_setup.metadata, "shading", shading.name, shading.params,
+               findPlugin(m_tables.shaders, shading.name, "shading integrator", {}).params);
+    }
+
+    void makeTextures() {
+        for (TextureDecl& decl : m_description.textures) {
+            const M44f toWorld = decl.toWorld.keys().front();
+            TexturePtr texture =
+                m_maker.make(m_tables.textures, decl.texture, "texture", TextureArgs{decl.isFloat, toWorld});
+            m_maker.textures().floats.push_back(texture);
+            m_maker.textures().rgbs.push_back(texture);
+        }
+    }
+
+    void makeMaterials() {
+        for (MaterialDecl& decl : m_description.materials) {
+            m_setup.materialNames.push_back(materialName(decl));
+            m_materials.push_back(m_maker.make(m_tables.materials, decl.material, "material"));
+        }
+    }
+
+    Shape makeShape(ShapeDecl& decl) {
+        Shape shape = m_maker.make(m_tables.shapes, decl.shape, "shape");
+        decl.shape.params = ParamSet(); // most of a scene's memory
+        return shape;
+    }
+
+    /// Those that never move are made once.
+    std::vector<std::shared_ptr<const Light>> makeLights(const Shutter& shutter) {
+        std::vector<std::shared_ptr<const Light>> lights;
+        for (size_t i = 0; i < m_lights.size(); ++i) {
+            LightDecl& decl = m_description.lights[i];
+            std::optional<std::shared_ptr<const Light>>& light = m_lights[i];
+            if (!light || !decl.toWorld.isStill())
+                light = m_maker.make(m_tables.lights, decl.light, "light", LightArgs{decl.toWorld, shutter});
+            if (*light)
+                lights.push_back(*light);
+        }
+        return lights;
+    }
+
+    SceneDescription m_description;
+    Messages& m_messages;
+    const PluginTables m_tables;
+    Maker m_maker;
+    Statement m_camera;
+    ShapeStore m_shapes;
+    FrameSetup m_setup;
+    Shutter m_shutter;
+    std::vector<std::shared_ptr<const Material>> m_materials;
+    std::vector<std::optional<std::shared_ptr<const Light>>> m_lights; ///< beside the declarations
+};
+
+SceneBuilder::SceneBuilder(SceneDescription&& description, const BuildOptions& options, Messages& messages,
+                           Frames frames)
+    : m_impl(std::make_unique<Impl>(std::move(description), options, messages, frames)) {}
+SceneBuilder::~SceneBuilder() = default;
+const FrameSetup& SceneBuilder::setup() const { return m_impl->setup(); }
+BuiltScene SceneBuilder::build(const Shutter& shutter) { return m_impl->build(shutter); }
+BuiltScene SceneBuilder::build() { return m_impl->build(m_impl->shutter()); }
+
+BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Messages& messages) {
+    return SceneBuilder(std::move(description), options, messages, SceneBuilder::Frames::One).build();
 }
 
 } // namespace strobe

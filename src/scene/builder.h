@@ -18,13 +18,12 @@ struct BuildOptions {
     int samplesPerPixel = 0;          ///< 0: as the scene says
     std::optional<V2i> resolution;
     std::optional<std::array<float, 4>> crop; ///< x0 x1 y0 y1, fractions
-    std::optional<float> frameTime;           ///< a still at this scene time
-    bool quick = false;                       ///< a quarter of the resolution and of the samples
+    std::optional<Shutter> shutter; ///< in scene time, in place of the camera's; closing as it opens: a still
+    bool quick = false;             ///< a quarter of the resolution and of the samples
 };
 
-/// Everything that render() needs, ready.
-struct BuiltScene {
-    std::unique_ptr<const Scene> scene;
+/// What all frames of a scene have in common.
+struct FrameSetup {
     SamplerSetup sampler;
     std::shared_ptr<const Filter> filter;
     std::shared_ptr<const Shader> shader;
@@ -36,7 +35,32 @@ struct BuiltScene {
     Metadata metadata; ///< integrator and shading with all their parameters, sampler, filter
 };
 
-/// Consumes the description (meshes are moved out of it). Throws located Errors; warns through `messages`.
+/// Everything that render() needs, ready.
+struct BuiltScene : FrameSetup {
+    std::unique_ptr<const Scene> scene;
+};
+
+/// Builds frames from one description: what does not depend on the shutter is made once. Throws located
+/// Errors; warns through `messages`, which must outlive it.
+class SceneBuilder {
+  public:
+    /// How many frames are to be built: for one alone, memory is given back as soon as it may be.
+    enum class Frames { One, Many };
+    SceneBuilder(SceneDescription&& description, const BuildOptions& options, Messages& messages,
+                 Frames frames = Frames::Many);
+    ~SceneBuilder();
+    const FrameSetup& setup() const;
+    /// The scene while `shutter` (in scene time) is open. Scenes outlive the builder and one another.
+    BuiltScene build(const Shutter& shutter);
+    /// With the shutter of the options, or else of the scene's camera.
+    BuiltScene build();
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+/// Builds the one frame of the scene's own shutter. Consumes the description (meshes are moved out of it).
 BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Messages& messages);
 
 } // namespace strobe

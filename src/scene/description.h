@@ -65,6 +65,8 @@ struct SceneDescription {
     bool strictParameters = true; ///< .scene: an unread parameter is an error; .pbrt: a warning
     std::vector<float> keyTimes{0, 1};
 
+    std::vector<std::shared_ptr<const Source>> sources; ///< all texts that it was read from, in order
+
     // Absent directives keep the default plugin with no parameters (the builder knows which).
     std::optional<Statement> camera, film, sampler, filter;
     std::optional<Statement>

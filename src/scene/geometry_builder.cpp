@@ -35,10 +35,10 @@ float distanceTo(const Box3f& box, const V3f& p) {
     return length(d);
 }
 
-/// Applies a still transform to the vertices.
-void bake(TriangleMesh& mesh, const M44f& m, bool& reverse) {
+/// Applies a still transform to the vertices. True when that turns the mesh's orientation round.
+bool bake(TriangleMesh& mesh, const M44f& m) {
     if (m == M44f())
-        return;
+        return false;
     const M44f inverse = m.inverse();
     for (auto& key : mesh.positions)
         for (V3f& p : key)
@@ -49,8 +49,7 @@ void bake(TriangleMesh& mesh, const M44f& m, bool& reverse) {
     for (V3f& t : mesh.tangents)
         t = transformVector(m, t);
     // A mirror turns the winding round; vertex normals have come through right.
-    if (determinant3(m) < 0 && mesh.normals.empty())
-        reverse = !reverse;
+    return determinant3(m) < 0 && mesh.normals.empty();
 }
 
 /// Vertex arrays at scene time `time`, linear between keys.
@@ -77,21 +76,20 @@ float largestDeviation(const std::vector<V3f>& a, const std::vector<V3f>& b) {
     return std::sqrt(largest2);
 }
 
-/// Replaces a deforming mesh's keys by keys uniform over the shutter, as few as stay within `tolerance`.
-void fitDeformation(TriangleMesh& mesh, const Shutter& shutter, float tolerance) {
+/// A deforming mesh with keys uniform over the shutter, as few as stay within `tolerance`.
+std::shared_ptr<TriangleMesh> fitDeformation(const TriangleMesh& source, const Shutter& shutter,
+                                             float tolerance) {
     constexpr int kMaxSegments = 128; // Embree's limit
-    const auto source = std::move(mesh.positions);
-    const auto sourceNormals = std::move(mesh.normals);
-    const std::vector<float> times = std::move(mesh.keyTimes);
+    const std::vector<float>& times = source.keyTimes;
     std::vector<float> inner; // source keys inside the shutter: where a uniform fit can be wrong
     for (float t : times)
         if (t > shutter.open && t < shutter.close)
             inner.push_back(t);
-    const auto start = keyAt(source, times, shutter.open);
-    bool rests = largestDeviation(start, keyAt(source, times, shutter.close)) <=
-                 1e-6f * length(meshBounds(mesh).size());
+    const auto start = keyAt(source.positions, times, shutter.open);
+    bool rests = largestDeviation(start, keyAt(source.positions, times, shutter.close)) <=
+                 1e-6f * length(meshBounds(source).size());
     for (float t : inner)
-        rests &= largestDeviation(start, keyAt(source, times, t)) == 0;
+        rests &= largestDeviation(start, keyAt(source.positions, times, t)) == 0;
     rests |= !(shutter.close > shutter.open);
 
     const auto resample = [&](const std::vector<std::vector<V3f>>& keys, int segments) {
@@ -101,27 +99,33 @@ void fitDeformation(TriangleMesh& mesh, const Shutter& shutter, float tolerance)
         return out;
     };
     int segments = rests ? 0 : 1;
-    mesh.positions = resample(source, segments);
+    auto positions = resample(source.positions, segments);
     const auto fits = [&] {
         for (float t : inner) {
             const float x = (t - shutter.open) / (shutter.close - shutter.open) * float(segments);
             const int i = std::min(int(x), segments - 1);
-            const auto truth = keyAt(source, times, t);
+            const auto truth = keyAt(source.positions, times, t);
             std::vector<V3f> fitted(truth.size());
             for (size_t k = 0; k < truth.size(); ++k)
-                fitted[k] = lerp(mesh.positions[i][k], mesh.positions[i + 1][k], x - float(i));
+                fitted[k] = lerp(positions[i][k], positions[i + 1][k], x - float(i));
             if (largestDeviation(truth, fitted) > tolerance)
                 return false;
         }
         return true;
     };
     while (segments > 0 && segments < kMaxSegments && !fits())
-        mesh.positions = resample(source, ++segments);
-    if (!sourceNormals.empty())
-        mesh.normals = resample(sourceNormals, segments);
-    mesh.keyTimes.clear();
+        positions = resample(source.positions, ++segments);
+    auto mesh = std::make_shared<TriangleMesh>();
+    mesh->indices = source.indices;
+    mesh->positions = std::move(positions);
+    if (!source.normals.empty())
+        mesh->normals = resample(source.normals, segments);
+    mesh->tangents = source.tangents;
+    mesh->uvs = source.uvs;
+    mesh->alpha = source.alpha;
     for (int i = 0; segments > 0 && i <= segments; ++i)
-        mesh.keyTimes.push_back(float(i) / float(segments));
+        mesh->keyTimes.push_back(float(i) / float(segments));
+    return mesh;
 }
 
 /// Embree reads sixteen bytes at every vertex: leave room behind the last.
@@ -139,10 +143,10 @@ struct GroupUse {
 class GeometryBuilder {
   public:
     GeometryBuilder(SceneDescription& description, const Camera& camera, const Shutter& shutter,
-                    int firstLight, const MakeShape& makeShape, const MakeAreaLight& makeAreaLight,
+                    int firstLight, ShapeStore& shapes, const MakeAreaLight& makeAreaLight,
                     Messages& messages)
         : m_description(description), m_camera(camera), m_shutter(shutter), m_firstLight(firstLight),
-          m_makeShape(makeShape), m_makeAreaLight(makeAreaLight), m_messages(messages) {}
+          m_shapes(shapes), m_makeAreaLight(makeAreaLight), m_messages(messages) {}
 
     BuiltGeometry build() {
         m_objectUses.resize(m_description.objects.size());
@@ -168,38 +172,32 @@ class GeometryBuilder {
     void placeShapes(std::vector<ShapeDecl>& decls, uint32_t home, std::vector<GroupUse>& uses) {
         std::vector<std::pair<KeyedTransform, uint32_t>> movingGroups;
         for (ShapeDecl& decl : decls) {
-            Shape shape = m_makeShape(decl);
-            if (!shape.mesh && !shape.quadric)
+            const bool moves = !restsDuring(TransformPath(decl.toParent), m_shutter);
+            PlacedShape placed{{}, M44f(), nullptr, decl.reverseOrientation};
+            if (moves)
+                placed.shape = m_shapes.moving(decl);
+            else
+                placed = m_shapes.resting(decl, m_shutter.open);
+            if (!placed.shape.mesh && !placed.shape.quadric)
                 continue;
-            const KeyedTransform toParent = decl.toParent;
-            const bool moves = !restsDuring(TransformPath(toParent), m_shutter);
-            uint32_t group = home;
-            PlacedShape placed{std::move(shape), M44f(), nullptr, decl.reverseOrientation};
-            if (moves) {
-                group = groupMovingWith(toParent, movingGroups, uses);
-            } else {
-                const M44f m = toParent.at(m_shutter.open);
-                if (placed.shape.mesh)
-                    bake(*placed.shape.mesh, m, placed.reverseOrientation);
-                else
-                    placed.toParent = m;
-            }
-            if (placed.shape.mesh) {
-                if (placed.shape.mesh->deforms())
-                    deform(*placed.shape.mesh, moves ? toParent.at(m_shutter.open) : M44f(), home == 0);
-                padForEmbree(*placed.shape.mesh);
+            const uint32_t group = moves ? groupMovingWith(decl.toParent, movingGroups, uses) : home;
+            if (std::shared_ptr<TriangleMesh>& mesh = placed.shape.mesh) {
+                if (mesh->deforms())
+                    mesh = deformed(*mesh, moves ? decl.toParent.at(m_shutter.open) : M44f(), home == 0);
+                padForEmbree(*mesh);
             }
             m_groups[group].geometries.push_back({std::move(placed), decl.material, -1});
             m_areaLightDecls[group].push_back(decl.areaLight);
         }
     }
 
-    void deform(TriangleMesh& mesh, const M44f& toWorld, bool inWorld) {
+    std::shared_ptr<TriangleMesh> deformed(const TriangleMesh& mesh, const M44f& toWorld, bool inWorld) {
         const Box3f box = transformBounds(meshBounds(mesh), toWorld);
         const float scale = std::cbrt(std::abs(determinant3(toWorld)));
         // Objects may be placed anywhere: there, a twentieth of a pixel for a size of 2,500 pixels.
-        fitDeformation(mesh, m_shutter,
-                       inWorld ? pixelTolerance(box) / std::max(scale, 1e-20f) : 2e-5f * length(box.size()));
+        return fitDeformation(mesh, m_shutter,
+                              inWorld ? pixelTolerance(box) / std::max(scale, 1e-20f)
+                                      : 2e-5f * length(box.size()));
     }
 
     uint32_t groupMovingWith(const KeyedTransform& toParent,
@@ -302,7 +300,7 @@ class GeometryBuilder {
     const Camera& m_camera;
     const Shutter m_shutter;
     const int m_firstLight;
-    const MakeShape& m_makeShape;
+    ShapeStore& m_shapes;
     const MakeAreaLight& m_makeAreaLight;
     Messages& m_messages;
 
@@ -316,11 +314,35 @@ class GeometryBuilder {
 
 } // namespace
 
+ShapeStore::Entry& ShapeStore::entryOf(ShapeDecl& decl) {
+    if (!m_keep)
+        return m_passing = {m_make(decl)};
+    const auto found = m_entries.find(&decl);
+    return found != m_entries.end() ? found->second : m_entries[&decl] = {m_make(decl)};
+}
+
+PlacedShape ShapeStore::resting(ShapeDecl& decl, float time) {
+    const M44f m = decl.toParent.at(time);
+    Entry& kept = entryOf(decl);
+    if (!kept.shape.mesh)
+        return {kept.shape, m, nullptr, decl.reverseOrientation};
+    Entry baked = kept;
+    if (!baked.isBaked) {
+        const bool forGood = !m_keep || decl.toParent.isStill();
+        if (!forGood)
+            baked.shape.mesh = std::make_shared<TriangleMesh>(*baked.shape.mesh);
+        baked.isMirrored = bake(*baked.shape.mesh, m);
+        baked.isBaked = true;
+        if (forGood)
+            kept = baked;
+    }
+    return {baked.shape, M44f(), nullptr, decl.reverseOrientation != baked.isMirrored};
+}
+
 BuiltGeometry buildGeometry(SceneDescription& description, const Camera& camera, const Shutter& shutter,
-                            int firstLight, const MakeShape& makeShape, const MakeAreaLight& makeAreaLight,
+                            int firstLight, ShapeStore& shapes, const MakeAreaLight& makeAreaLight,
                             Messages& messages) {
-    return GeometryBuilder(description, camera, shutter, firstLight, makeShape, makeAreaLight, messages)
-        .build();
+    return GeometryBuilder(description, camera, shutter, firstLight, shapes, makeAreaLight, messages).build();
 }
 
 } // namespace strobe

@@ -5,6 +5,8 @@
 #include "scene/description.h"
 #include "scene/plugins.h"
 
+#include <unordered_map>
+
 namespace strobe {
 
 struct BuiltGeometry {
@@ -13,13 +15,39 @@ struct BuiltGeometry {
     std::vector<std::shared_ptr<const Light>> areaLights; ///< Geometry::light counts from `firstLight`
 };
 
-/// Makes a shape from its declaration; an empty Shape where it is skipped.
-using MakeShape = std::function<Shape(ShapeDecl&)>;
+/// The shapes of a description, made when they are first asked for and, if `keep`, kept for the frames to
+/// come; else a shape may be asked for once. What is given out is not to be changed.
+class ShapeStore {
+  public:
+    /// Makes a shape from its declaration; an empty Shape where it is skipped.
+    using Make = std::function<Shape(ShapeDecl&)>;
+    ShapeStore(Make make, bool keep) : m_make(std::move(make)), m_keep(keep) {}
+
+    /// In its object space.
+    Shape moving(ShapeDecl& decl) { return entryOf(decl).shape; }
+    /// At rest where its transform is at scene time `time`: a mesh's vertices are there.
+    PlacedShape resting(ShapeDecl& decl, float time);
+
+  private:
+    struct Entry {
+        Shape shape;
+        bool isBaked = false;    ///< the mesh's vertices are where a still transform puts them
+        bool isMirrored = false; ///< and that turned its orientation round
+    };
+    Entry& entryOf(ShapeDecl& decl);
+
+    Make m_make;
+    bool m_keep;
+    Entry m_passing; ///< the one entry of a store that does not keep
+    std::unordered_map<const ShapeDecl*, Entry> m_entries;
+};
+
 /// Makes the area light of a declaration on a placed shape.
 using MakeAreaLight = std::function<std::shared_ptr<const Light>(const AreaLightDecl&, const PlacedShape&)>;
 
+/// The geometry of a frame. `description` is only read.
 BuiltGeometry buildGeometry(SceneDescription& description, const Camera& camera, const Shutter& shutter,
-                            int firstLight, const MakeShape& makeShape, const MakeAreaLight& makeAreaLight,
+                            int firstLight, ShapeStore& shapes, const MakeAreaLight& makeAreaLight,
                             Messages& messages);
 
 } // namespace strobe

@@ -121,6 +121,7 @@ void Parser::parse(std::shared_ptr<const Source> source) {
 
 void Parser::parseSource(std::shared_ptr<const Source> source) {
     m_files.push_back(canonicalPath(source->path));
+    m_desc.sources.push_back(source);
     Lexer lexer(std::move(source));
     Lexer* const outer = std::exchange(m_lexer, &lexer);
     for (Token token = lexer.next(); token.kind != TokenKind::End; token = lexer.next())

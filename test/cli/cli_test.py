@@ -80,7 +80,7 @@ class CliTest(unittest.TestCase):
 class Information(CliTest):
     def test_help_names_every_option(self):
         text = self.run_strobe("--help").out
-        for option in ("--integrator --shading -D --spp --resolution --aov --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed --frame-time "
+        for option in ("--integrator --shading -D --spp --resolution --aov --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed --frame-time --frames --fps --shutter --overwrite "
                        "--quick --quiet --stats --log-level --list --version --help").split():
             self.assertRegex(text, rf"(^|[\s,]){option}[\s,]")
         self.assertEqual(self.run_strobe("-h").out, text)
@@ -451,6 +451,20 @@ class Failures(CliTest):
             (["s.scene", "--heatmap-of", "x"], 'unknown layer "x"'),
             (["s.scene", "--shading", "toon"], "toon"),
             (["s.scene", "--frame-time", "soon"], "--frame-time"),
+            (["s.scene", "--frames", "3:1"], "--frames: takes first:last"),
+            (["s.scene", "--frames", "1:3:0"], "--frames"),
+            (["s.scene", "--frames", "1:3:1:1"], "--frames"),
+            (["s.scene", "--frames", "1:"], "--frames"),
+            (["s.scene", "--frames", "99999999999"], "--frames"),
+            (["s.scene", "--frames", "1:3", "--fps", "0"], "--fps"),
+            (["s.scene", "--frames", "1:3", "--shutter", ".5,.2"], "--shutter: takes open,close"),
+            (["s.scene", "--frames", "1:3", "--shutter", ".5"], "--shutter"),
+            (["s.scene", "--frames", "1:3", "--shutter", "0,inf"], "--shutter"),
+            (["s.scene", "--frames", "1:3", "--pixel", "1,1"], "--pixel: is of one frame"),
+            (["s.scene", "--frames", "1:3", "--frame-time", "1"], "--frame-time: is of one frame"),
+            (["s.scene", "--shutter", "0,1"], "--shutter: needs --frames"),
+            (["s.scene", "--fps", "24"], "--fps: needs --frames"),
+            (["s.scene", "--overwrite"], "--overwrite: needs --frames"),
             (["s.scene", "--log-level", "loud"], "--log-level"),
             (["s.scene", "-o", "out.jpg"], "out.jpg"),
             (["s.scene", "-o", ""], "-o"),
@@ -498,6 +512,97 @@ class Failures(CliTest):
         self.fails(OUTPUT, "s.scene", "-o", "new.exr", "--stats", ".", says="cannot write")
         self.write("named.scene", OPTIONS.replace('"image"', '"image" "string filename" "none/out.exr"') + WORLD)
         self.fails(OUTPUT, "named.scene", says="none/out.exr")
+
+
+class Sequences(CliTest):
+    def sequence(self, *arguments, scene="s.scene"):
+        """What was said, and the frames that were rendered, not found finished."""
+        result = self.run_strobe(scene, *arguments)
+        return result, [int(frame) for frame in re.findall(r"^frame (-?\d+) \(", result.err, re.M)]
+
+    def test_frames_are_the_pictures_of_their_shutters(self):
+        self.run_strobe("s.scene", "--frames=-1:3:2", "--fps", "4", "--shutter", ".25,.75", "-o", "a.exr")
+        self.assertEqual(self.names(), ["a.-001.exr", "a.0001.exr", "a.0003.exr", "s.scene"])
+        for frame, name in ((-1, "-001"), (1, "0001"), (3, "0003")):
+            times = f'"float shutteropen" {(frame + .25) / 4} "float shutterclose" {(frame + .75) / 4}'
+            self.write("t.scene", OPTIONS.replace('"float fov" 60', '"float fov" 60 ' + times) + WORLD)
+            picture = Exr(self.path(f"a.{name}.exr"))
+            self.assertEqual(picture.rows, self.render(scene="t.scene").rows, frame)
+            self.assertEqual(picture.attributes["strobe:frame"], frame)
+            self.assertAlmostEqual(picture.attributes["strobe:shutter:open"], (frame + .25) / 4)
+            self.assertAlmostEqual(picture.attributes["strobe:shutter:close"], (frame + .75) / 4)
+
+    def test_default_shutter_is_half_a_frame_of_24(self):
+        self.run_strobe("s.scene", "--frames", "12", "--spp", "1")
+        picture = Exr(self.path("s.0012.exr"))
+        self.assertAlmostEqual(picture.attributes["strobe:shutter:open"], 12 / 24)
+        self.assertAlmostEqual(picture.attributes["strobe:shutter:close"], 12.5 / 24)
+
+    def test_names(self):
+        self.run_strobe("s.scene", "--frames", "7:7", "--spp", "1", "-o", "a.##.exr", "-o", "b_%03d_x.png", "-o", "c%d.exr",
+                        "--stats", "d.#.json", "--heatmap", "e.png", "--samples", "f%4d.csv")
+        self.assertEqual(self.names(), ["a.07.exr", "b_007_x.png", "c7.exr", "d.7.json", "e.0007.png", "f   7.csv", "s.scene"])
+        self.assertEqual(json.loads(self.read("d.7.json"))["settings"]["frame"], 7)
+        self.write("named.scene", OPTIONS.replace('"image"', '"image" "string filename" "chosen.#.png"') + WORLD)
+        self.run_strobe("named.scene", "--frames", "1:2", "--spp", "1")
+        self.assertLessEqual({"chosen.1.png", "chosen.2.png"}, set(self.names()))
+        self.run_strobe("s.scene", "--spp", "1", "-o", "g.##.exr")  # of one picture, the name is the name
+        self.assertIn("g.##.exr", self.names())
+
+    def test_finished_frames_are_skipped(self):
+        arguments = ["--frames", "1:3", "--spp", "2", "-o", "a.#.exr", "-o", "a.#.png", "--stats", "a.#.json"]
+        self.assertEqual(self.sequence(*arguments)[1], [1, 2, 3])
+        result, frames = self.sequence(*arguments)
+        self.assertEqual(frames, [])
+        self.assertIn("3 frames: 0 rendered now, 3 before", result.err)
+        before = os.stat(self.path("a.1.exr")).st_mtime_ns
+        os.remove(self.path("a.2.exr"))
+        self.assertEqual(self.sequence(*arguments, "--threads", "1", "--quiet")[1], [])
+        self.assertIn("a.2.exr", self.names())
+        self.assertEqual(os.stat(self.path("a.1.exr")).st_mtime_ns, before)
+        for name in ("a.1.png", "a.1.json"):
+            os.remove(self.path(name))
+            self.assertEqual(self.sequence(*arguments)[1], [1], name)
+        self.write("a.3.exr", self.read("a.3.exr")[:100])
+        self.assertEqual(self.sequence(*arguments)[1], [3])
+        self.write("a.2.png", "no picture")
+        self.assertEqual(self.sequence("--frames", "1:5:2", *arguments[2:])[1], [5])
+        self.assertEqual(self.sequence("--frames", "1:5", *arguments[2:])[1], [2, 4])
+        self.assertEqual(self.sequence(*arguments, "--overwrite")[1], [1, 2, 3])
+
+    def test_frames_of_another_command_or_scene_are_not_finished(self):
+        arguments = ["--frames", "1:2", "-o", "a.#.exr"]
+        self.assertEqual(self.sequence(*arguments, "--spp", "2")[1], [1, 2])
+        for more in (["--spp", "1"], ["--spp", "1", "--shutter", "0,1"], ["--spp", "1", "--fps", "5"],
+                     ["--spp", "1", "--seed", "3"], ["--spp", "1", "-D", "maxdepth=1"], ["--quick"], ["--crop", "0", ".5", "0", "1"]):
+            self.assertEqual(self.sequence(*arguments, *more)[1], [1, 2], more)
+            self.assertEqual(self.sequence(*arguments, *more)[1], [], more)
+        self.write("s.scene", OPTIONS + WORLD + "Shape \"sphere\"\n")
+        self.assertEqual(self.sequence(*arguments, *more)[1], [1, 2])
+
+    def test_killed_and_restarted(self):
+        arguments = [STROBE, "s.scene", "--frames", "0:11", "--fps", "12", "-o", "a.##.exr", "--spp", "256", "--resolution", "48x32"]
+        process = subprocess.Popen(arguments, cwd=self.folder, stderr=subprocess.PIPE)
+        for line in process.stderr:  # until the fourth frame has begun
+            if line.startswith(b"frame 3"):
+                break
+        process.kill()
+        process.communicate()
+        whole = {name: Exr(self.path(name)).rows for name in self.names() if name.startswith("a.")}
+        self.assertIn(len(whole), (3, 4))
+        _, frames = self.sequence(*arguments[2:])
+        self.assertEqual(frames, list(range(len(whole), 12)))
+        rows = {f"a.{i:02}.exr": Exr(self.path(f"a.{i:02}.exr")).rows for i in range(12)}
+        self.assertEqual(whole, {name: rows[name] for name in whole})
+        self.run_strobe(*arguments[1:], "--overwrite")
+        for name in rows:
+            self.assertEqual(Exr(self.path(name)).rows, rows[name], name)
+
+    def test_a_frame_that_cannot_be_written_stops_the_run(self):
+        os.mkdir(self.path("a.2.exr"))
+        result = self.run_strobe("s.scene", "--frames", "1:3", "--spp", "1", "-o", "a.#.exr", code=OUTPUT)
+        self.assertIn("a.2.exr", result.err)
+        self.assertEqual(self.names(), ["a.1.exr", "a.2.exr", "s.scene"])
 
 
 if __name__ == "__main__":

@@ -102,7 +102,8 @@ TEST_P(Stills, AverageOf256EqualsTheBlur) {
         std::vector<double> mean(sum.size());
         for (int i = g; i < kStills; i += kGroups) {
             BuildOptions options;
-            options.frameTime = (float(i) + .5f) / kStills;
+            const float time = (float(i) + .5f) / kStills;
+            options.shutter = Shutter{time, time};
             const Image image = test::render(test::build(text, options), uint64_t(i)).image;
             for (size_t p = 0; p < mean.size(); ++p)
                 mean[p] += double(image.pixels[p / 3][int(p % 3)]) * kGroups / kStills;

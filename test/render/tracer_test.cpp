@@ -158,7 +158,7 @@ TEST(TracerCost, StillSceneHasNoTimeSteps) {
 
 TEST(TracerCost, FrameTimeFreezesEverything) {
     BuildOptions options;
-    options.frameTime = 0.5f;
+    options.shutter = Shutter{.5f, .5f};
     const BuiltScene frozen = test::build(turningScene(kMesh), options);
     EXPECT_EQ(frozen.scene->tracer().counts().timeSteps, 0u);
 }
