@@ -76,7 +76,23 @@ std::string formatDiagnostic(const Location& where, std::string_view severity, s
                        excerpt(text, std::min(where.offset, text.size())));
 }
 
+Messages Messages::recorder() {
+    Messages messages;
+    messages.m_records = true;
+    return messages;
+}
+
+void Messages::repeatTo(Messages& other) const {
+    for (const Told& told : m_told)
+        if (told.key.empty())
+            other.warn(told.where, told.message);
+        else
+            other.warnOnce(told.key, told.where, told.message);
+}
+
 void Messages::warn(const Location& where, const std::string& message) {
+    if (m_records)
+        m_told.push_back({"", where, message});
     const std::string formatted = formatDiagnostic(where, "warning", message);
     if (!m_seen.insert("text:" + formatted).second)
         return;
@@ -86,7 +102,9 @@ void Messages::warn(const Location& where, const std::string& message) {
 }
 
 void Messages::warnOnce(const std::string& key, const Location& where, const std::string& message) {
-    if (m_seen.insert("key:" + key).second)
+    if (m_records)
+        m_told.push_back({key, where, message});
+    else if (m_seen.insert("key:" + key).second)
         warn(where, message);
 }
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace strobe {
 
@@ -58,13 +59,23 @@ class Messages {
     using Sink = std::function<void(const std::string& formatted)>;
     Messages() = default; ///< keeps quiet
     explicit Messages(Sink sink) : m_sink(std::move(sink)) {}
+    /// Keeps quiet, but can repeat all that it was told: for work on another thread.
+    static Messages recorder();
+    void repeatTo(Messages& other) const;
     void warn(const Location& where, const std::string& message);
     /// As warn, but only the first time that `key` is seen.
     void warnOnce(const std::string& key, const Location& where, const std::string& message);
     int count() const { return m_count; }
 
   private:
+    struct Told {
+        std::string key; ///< of warnOnce
+        Location where;
+        std::string message;
+    };
     Sink m_sink;
+    bool m_records = false;
+    std::vector<Told> m_told;
     std::set<std::string> m_seen;
     int m_count = 0;
 };

@@ -20,6 +20,11 @@ class Maker {
                                                             description.keyTimes,
                                                             std::make_shared<TextureCache>()},
           m_textures(std::make_shared<TextureTable>()) {}
+    /// The same maker, which tells its warnings to another.
+    Maker(const Maker& other, Messages& messages)
+        : m_strict(other.m_strict), m_context{messages, other.m_context.conventions, other.m_context.keyTimes,
+                                              other.m_context.textureCache},
+          m_textures(other.m_textures) {}
 
     template <class Product, class... Args>
     Product make(const std::vector<Plugin<Product, Args...>>& table, Statement& statement, const char* kind,
@@ -148,7 +153,8 @@ class SceneBuilder::Impl {
     Impl(SceneDescription&& description, const BuildOptions& options, Messages& messages, Frames frames)
         : m_description(std::move(description)), m_messages(messages), m_tables(pluginTables()),
           m_maker(m_description, messages), m_camera(orDefault(m_description.camera, "perspective")),
-          m_shapes([this](ShapeDecl& decl) { return makeShape(decl); }, frames == Frames::Many),
+          m_shapes([this](ShapeDecl& decl, Messages& told) { return makeShape(decl, told); },
+                   frames == Frames::Many),
           m_lights(m_description.lights.size()) {
         makeFilm(options);
         makeIntegrators(options);
@@ -241,8 +247,8 @@ class SceneBuilder::Impl {
         }
     }
 
-    Shape makeShape(ShapeDecl& decl) {
-        Shape shape = m_maker.make(m_tables.shapes, decl.shape, "shape");
+    Shape makeShape(ShapeDecl& decl, Messages& told) const {
+        Shape shape = Maker(m_maker, told).make(m_tables.shapes, decl.shape, "shape");
         decl.shape.params = ParamSet(); // most of a scene's memory
         return shape;
     }

@@ -1,5 +1,7 @@
 #include "scene/geometry_builder.h"
 
+#include <tbb/parallel_for.h>
+
 namespace strobe {
 
 namespace {
@@ -171,7 +173,8 @@ class GeometryBuilder {
     /// equal paths), whose uses are appended.
     void placeShapes(std::vector<ShapeDecl>& decls, uint32_t home, std::vector<GroupUse>& uses) {
         std::vector<std::pair<KeyedTransform, uint32_t>> movingGroups;
-        for (ShapeDecl& decl : decls) {
+        m_shapes.make(decls, m_messages);
+        for (const ShapeDecl& decl : decls) {
             const bool moves = !restsDuring(TransformPath(decl.toParent), m_shutter);
             PlacedShape placed{{}, M44f(), nullptr, decl.reverseOrientation};
             if (moves)
@@ -314,16 +317,44 @@ class GeometryBuilder {
 
 } // namespace
 
-ShapeStore::Entry& ShapeStore::entryOf(ShapeDecl& decl) {
-    if (!m_keep)
-        return m_passing = {m_make(decl)};
-    const auto found = m_entries.find(&decl);
-    return found != m_entries.end() ? found->second : m_entries[&decl] = {m_make(decl)};
+void ShapeStore::make(std::vector<ShapeDecl>& decls, Messages& messages) {
+    struct Made {
+        Shape shape;
+        Messages messages = Messages::recorder();
+        std::exception_ptr error;
+    };
+    std::vector<ShapeDecl*> missing;
+    for (ShapeDecl& decl : decls)
+        if (!m_entries.contains(&decl))
+            missing.push_back(&decl);
+    std::vector<Made> made(missing.size());
+    tbb::parallel_for(size_t(0), missing.size(), [&](size_t i) {
+        try {
+            made[i].shape = m_make(*missing[i], made[i].messages);
+        } catch (...) {
+            made[i].error = std::current_exception();
+        }
+    });
+    for (size_t i = 0; i < missing.size(); ++i) {
+        made[i].messages.repeatTo(messages);
+        if (made[i].error)
+            std::rethrow_exception(made[i].error);
+        m_entries[missing[i]] = {std::move(made[i].shape)};
+    }
 }
 
-PlacedShape ShapeStore::resting(ShapeDecl& decl, float time) {
+ShapeStore::Entry& ShapeStore::take(const ShapeDecl& decl) {
+    Entry& entry = m_entries.at(&decl);
+    if (m_keep)
+        return entry;
+    m_passing = std::move(entry);
+    m_entries.erase(&decl);
+    return m_passing;
+}
+
+PlacedShape ShapeStore::resting(const ShapeDecl& decl, float time) {
     const M44f m = decl.toParent.at(time);
-    Entry& kept = entryOf(decl);
+    Entry& kept = take(decl);
     if (!kept.shape.mesh)
         return {kept.shape, m, nullptr, decl.reverseOrientation};
     Entry baked = kept;

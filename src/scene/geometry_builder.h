@@ -15,18 +15,21 @@ struct BuiltGeometry {
     std::vector<std::shared_ptr<const Light>> areaLights; ///< Geometry::light counts from `firstLight`
 };
 
-/// The shapes of a description, made when they are first asked for and, if `keep`, kept for the frames to
-/// come; else a shape may be asked for once. What is given out is not to be changed.
+/// The shapes of a description; if `keep`, kept for the frames to come; else a shape may be asked for once.
+/// What is given out is not to be changed.
 class ShapeStore {
   public:
-    /// Makes a shape from its declaration; an empty Shape where it is skipped.
-    using Make = std::function<Shape(ShapeDecl&)>;
+    /// Makes a shape from its declaration; an empty Shape where it is skipped. Called by several threads.
+    using Make = std::function<Shape(ShapeDecl&, Messages&)>;
     ShapeStore(Make make, bool keep) : m_make(std::move(make)), m_keep(keep) {}
 
+    /// Makes those of the shapes that are not there yet, side by side: before they are asked for. Warnings,
+    /// and the one error thrown, are those of making them in order.
+    void make(std::vector<ShapeDecl>& decls, Messages& messages);
     /// In its object space.
-    Shape moving(ShapeDecl& decl) { return entryOf(decl).shape; }
+    Shape moving(const ShapeDecl& decl) { return take(decl).shape; }
     /// At rest where its transform is at scene time `time`: a mesh's vertices are there.
-    PlacedShape resting(ShapeDecl& decl, float time);
+    PlacedShape resting(const ShapeDecl& decl, float time);
 
   private:
     struct Entry {
@@ -34,11 +37,11 @@ class ShapeStore {
         bool isBaked = false;    ///< the mesh's vertices are where a still transform puts them
         bool isMirrored = false; ///< and that turned its orientation round
     };
-    Entry& entryOf(ShapeDecl& decl);
+    Entry& take(const ShapeDecl& decl);
 
     Make m_make;
     bool m_keep;
-    Entry m_passing; ///< the one entry of a store that does not keep
+    Entry m_passing; ///< the entry last taken from a store that does not keep
     std::unordered_map<const ShapeDecl*, Entry> m_entries;
 };
 
