@@ -22,17 +22,22 @@ uint64_t hashOf(T... values) {
     ((h = hashCombine(h, static_cast<uint64_t>(values))), ...);
     return h;
 }
+/// The sum that `quickHashOf` mixes, with more integers added: of its values, those from number kFirst on.
+template <int kFirst, class... T>
+uint64_t quickSum(uint64_t sum, T... values) {
+    static_assert(kFirst + sizeof...(T) <= 6);
+    constexpr uint64_t kOdd[] = {0x243F6A8885A308D3ull, 0x13198A2E03707345ull, 0xA4093822299F31D1ull,
+                                 0x082EFA98EC4E6C89ull, 0x452821E638D01377ull, 0xBE5466CF34E90C6Dull};
+    int i = kFirst;
+    ((sum += static_cast<uint64_t>(values) * kOdd[i++]), ...);
+    return sum;
+}
+inline constexpr uint64_t kQuickSum = 0x3F84D5B5B5470917ull; ///< of no values
 /// A faster hash of a fixed number of integers, order-sensitive: they are mixed once, after a sum of products
 /// with odd numbers (digits of pi), which takes the processor's multipliers side by side.
 template <class... T>
 uint64_t quickHashOf(T... values) {
-    static_assert(sizeof...(T) <= 6);
-    constexpr uint64_t kOdd[] = {0x243F6A8885A308D3ull, 0x13198A2E03707345ull, 0xA4093822299F31D1ull,
-                                 0x082EFA98EC4E6C89ull, 0x452821E638D01377ull, 0xBE5466CF34E90C6Dull};
-    uint64_t sum = 0x3F84D5B5B5470917ull;
-    int i = 0;
-    ((sum += static_cast<uint64_t>(values) * kOdd[i++]), ...);
-    return mix64(sum);
+    return mix64(quickSum<0>(kQuickSum, values...));
 }
 /// 32 random bits to a float in [0, 1).
 inline float unitFloat(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }

@@ -118,9 +118,10 @@ class Worker : public IntegratorWorker {
 
     static uint64_t keyOf(uint64_t primitive, int i, int j) { return hashOf(primitive, i, j) | 1; }
 
-    Place placeOf(const VisibilitySample& sample) const {
-        const LatticeCell cell =
-            m_shared.lattice.locate(sample, m_shared.scene.camera().cone(sample.film), 0);
+    Place placeOf(const VisibilitySample& sample) {
+        const LatticeQuery query{&sample, m_shared.scene.camera().cone(sample.film)};
+        m_shared.lattice.locate({&query, 1}, m_lanes);
+        const LatticeCell cell = SurfaceLattice::cellAt({&query, 1}, m_lanes, 0);
         const int bins = m_shared.settings.timeBins;
         const int bin = std::min(int(sample.ray.time * float(bins)), bins - 1);
         const uint64_t surface = uint64_t(cell.face.instance) << 32 | cell.face.geometry;
@@ -176,6 +177,7 @@ class Worker : public IntegratorWorker {
     const CacheSettings::Scope m_scope;
     Blocks m_own;
     Blocks& m_blocks;
+    LatticeLanes m_lanes;
     std::vector<Place> m_places; ///< one per sample
     std::vector<Shading> m_shading;
     uint64_t m_lookups = 0, m_hits = 0, m_evictions = 0;

@@ -24,71 +24,65 @@ struct Shared {
 
 class Worker : public IntegratorWorker {
   public:
-    explicit Worker(Shared& shared) : m_shared(shared) {}
+    explicit Worker(Shared& shared)
+        : m_shared(shared),
+          m_binBits(std::min(int(std::bit_width(uint32_t(shared.settings.timeBins - 1))), kMostBinBits)) {}
 
     void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
-        m_blocks.clear();
-        m_places.clear();
-        m_cells.clear();
-        m_samples.clear();
-        m_blockTable.clear();
-        m_cellTable.clear();
+        clear(batch.samples.size());
+        const bool indirectOnly = m_shared.settings.indirectOnly;
         uint32_t pixel = ~0u;
+        RayCone cone;
         for (const VisibilitySample& sample : batch.samples) {
             if (sample.pixel != pixel) {
                 pixel = sample.pixel;
-                m_cone = m_shared.lattice.coneOf(batch.pixels[pixel]);
+                cone = m_shared.lattice.coneOf(batch.pixels[pixel]);
             }
-            const bool shares = sharesAt(sample.hit), indirectOnly = m_shared.settings.indirectOnly;
-            Taken& taken = m_samples.emplace_back();
+            const bool shares = sharesAt(sample.hit);
             const auto ask = [&](LightPart part) {
                 requests.push_back(requestFor(m_shared.scene, batch, sample));
                 requests.back().part = part;
-                return int64_t(requests.size()) - 1;
+                return int32_t(requests.size()) - 1;
             };
+            const uint32_t index = uint32_t(&sample - batch.samples.data());
             if (!shares || indirectOnly)
-                taken.own = ask(shares ? LightPart::Direct : LightPart::All);
-            if (shares && indirectOnly && materialOf(sample.hit).isTextured())
-                taken.albedo = ask(LightPart::Albedo);
-            if (shares)
-                planShared(sample, uint32_t(&sample - batch.samples.data()), taken);
+                m_alone[index].own = ask(shares ? LightPart::Direct : LightPart::All);
+            if (!shares)
+                continue;
+            if (indirectOnly && materialOf(sample.hit).isTextured())
+                m_alone[index].albedo = ask(LightPart::Albedo);
+            m_queries[m_queryCount] = {&sample, cone};
+            m_sampleOf[m_queryCount++] = index;
+            if (m_queryCount == kLanes)
+                planShared();
         }
-        for (size_t i = 0; i < m_blocks.size(); ++i)
-            lookUp(m_blocks[i], m_places[i], requests);
+        planShared();
+        for (Block& block : m_blocks)
+            lookUp(block, requests);
     }
 
     void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
-        for (Block& block : m_blocks)
+        for (const Block& block : m_blocks)
             if (block.request >= 0)
                 finish(block, shaded);
         for (size_t i = 0; i < values.size(); ++i) {
-            const Taken& taken = m_samples[i];
-            values[i] = taken.own >= 0 ? shaded[size_t(taken.own)] : Rgb(0);
-            if (taken.cell < 0)
+            const Alone& alone = m_alone[i];
+            values[i] = alone.own >= 0 ? shaded[size_t(alone.own)] : Rgb(0);
+            if (m_shares[i].cell == kNone)
                 continue;
-            const Cell& cell = m_cells[size_t(taken.cell)];
-            Rgb sum(0);
-            float weights = 0;
-            for (int k = 0; k < cell.count; ++k) {
-                const float weight = taken.weight[cell.weightOf[k]];
-                sum += m_blocks[cell.block[k]].value * weight;
-                weights += weight;
-            }
-            sum *= 1 / weights;
-            values[i] += taken.albedo >= 0 ? sum * shaded[size_t(taken.albedo)] : sum;
+            const Rgb shared = valueOf(m_shares[i]);
+            values[i] += alone.albedo >= 0 ? shared * shaded[size_t(alone.albedo)] : shared;
         }
     }
 
     uint64_t blockOf(size_t sample) const override {
-        const Taken& taken = m_samples[sample];
-        if (taken.cell < 0)
+        const Share& share = m_shares[sample];
+        if (share.cell == kNone)
             return 0;
-        const Cell& cell = m_cells[size_t(taken.cell)];
-        int heaviest = 0;
-        for (int k = 1; k < cell.count; ++k)
-            if (taken.weight[cell.weightOf[k]] > taken.weight[cell.weightOf[heaviest]])
-                heaviest = k;
-        return m_blocks[cell.block[heaviest]].key;
+        const Cell& cell = m_cells[share.cell >> m_binBits];
+        const Point& point = m_points[cell.point[m_shared.settings.nearest ? nearestOf(cell, share.place)
+                                                                           : heaviestOf(cell, share.place)]];
+        return SurfaceLattice::keyOf(point.at, binOf(point, slotOf(share)));
     }
 
     void report(Counters& counters) const override {
@@ -100,31 +94,54 @@ class Worker : public IntegratorWorker {
     }
 
   private:
+    /// Time bins come in eras of a few, so that cells and points are found once for all bins of an era. A
+    /// bin's number in its era is its slot.
+    static constexpr int kMostBinBits = 3;
+    static constexpr int kPoints = LatticeCell::kPoints;
+    /// A point of the batch in an era.
+    struct Point {
+        LatticeFace face;
+        LatticePoint at;
+        uint32_t era;
+        uint32_t asked; ///< bits of slots: those that are among the blocks
+    };
+    /// A cell of the batch in an era.
+    struct Cell {
+        LatticeCell::Kind kind;
+        uint8_t asked;           ///< bits of slots: those whose points are
+        uint32_t point[kPoints]; ///< 0: there is none
+    };
+    /// A point at a slot.
     struct Block {
         uint64_t key;
-        Rgb value;
-        int64_t request; ///< the first of its requests; -1: it was in the cache
-    };
-    /// Where a block of the batch lies.
-    struct Place {
-        LatticeFace face;
-        LatticePoint point;
-        uint32_t bin;
+        uint32_t point, slot;
         uint32_t sample; ///< the first to ask for it
+        int32_t request; ///< the first of its requests; -1: it was in the cache
     };
-    static constexpr int kPoints = LatticeCell::kPoints;
-    struct Cell {
-        uint8_t count = 0;
-        uint8_t weightOf[kPoints]; ///< which of a sample's weights is the block's
-        uint32_t block[kPoints];
+    /// A block's radiance; all zero where there is no point.
+    struct alignas(16) Value {
+        float r = 0, g = 0, b = 0, weight = 0;
     };
-    /// What a sample's value is made of.
-    struct Taken {
-        int64_t own = -1;    ///< the request that it made for itself, if any
-        int64_t albedo = -1; ///< the request for the factor of what it shares; negative: 1
-        int64_t cell = -1;   ///< negative: none
-        float weight[kPoints];
+    /// What a sample takes from a cell.
+    struct Share {
+        V3f place;     ///< in the cell
+        uint32_t cell; ///< and the slot; kNone: it shares nothing
     };
+    /// The requests that a sample made for itself; negative: none.
+    struct Alone {
+        int32_t own = -1, albedo = -1; ///< albedo: a factor of what it shares
+    };
+
+    void clear(size_t samples) {
+        m_blocks.clear();
+        m_cells.clear();
+        m_points.assign(1, Point{}); // the one that is missing
+        m_values.assign(size_t(1) << m_binBits, Value{});
+        m_shares.assign(samples, {V3f(0), kNone});
+        m_alone.assign(samples, {});
+        m_pointTable.clear();
+        m_cellTable.clear();
+    }
 
     bool sharesAt(const Hit& hit) const {
         const CacheSettings& settings = m_shared.settings;
@@ -138,99 +155,134 @@ class Worker : public IntegratorWorker {
         return *scene.materials()[size_t(scene.geometry(hit).material)];
     }
 
-    void planShared(const VisibilitySample& sample, uint32_t index, Taken& taken) {
+    /// Finds the cells of the queries, and asks for their points.
+    void planShared() {
+        const std::span<const LatticeQuery> queries(m_queries, size_t(m_queryCount));
+        m_queryCount = 0;
+        m_shared.lattice.locate(queries, m_lanes);
         const int bins = m_shared.settings.timeBins;
-        const uint32_t bin = uint32_t(std::min(int(sample.ray.time * float(bins)), bins - 1));
-        const LatticeCell cell = m_shared.lattice.locate(sample, m_cone, bin);
-        const int nearest = m_shared.settings.nearest ? heaviest(cell) : -1;
-        const uint64_t key = nearest >= 0 ? hashOf(cell.key, nearest) : cell.key;
-        const uint32_t next = uint32_t(m_cells.size()), filed = m_cellTable.insert(key, next);
-        if (filed == next)
-            m_cells.push_back(makeCell(cell, nearest, bin, index));
-        taken.cell = filed;
-        std::copy_n(cell.weights, cell.count, taken.weight);
-    }
-
-    static int heaviest(const LatticeCell& cell) {
-        return int(std::max_element(cell.weights, cell.weights + cell.count) - cell.weights);
-    }
-
-    Cell makeCell(const LatticeCell& cell, int nearest, uint32_t bin, uint32_t sample) {
-        LatticePoint points[kPoints];
-        m_shared.lattice.points(cell, bin, points);
-        Cell made;
-        const auto add = [&](int k) {
-            made.weightOf[made.count] = uint8_t(k);
-            made.block[made.count++] = blockAt(cell.face, points[k], bin, sample);
-        };
-        if (nearest >= 0) {
-            add(standIn(points, cell.count, nearest));
-        } else {
-            for (int k = 0; k < cell.count; ++k)
-                if (points[k].key)
-                    add(k);
+        const uint32_t slots = (1u << m_binBits) - 1;
+        for (int i = 0; i < m_lanes.count; ++i) {
+            const float time = queries[size_t(i)].sample->ray.time;
+            const uint32_t bin = uint32_t(std::min(int(time * float(bins)), bins - 1));
+            const uint32_t era = bin >> m_binBits, slot = bin & slots;
+            const uint32_t next = uint32_t(m_cells.size());
+            const uint32_t c = m_cellTable.insert(quickSum<4>(m_lanes.key[i], era), next);
+            if (c == next)
+                m_cells.push_back(makeCell(SurfaceLattice::cellAt(queries, m_lanes, i), era));
+            Cell& cell = m_cells[c];
+            const V3f place = m_lanes.place.at(i);
+            m_shares[m_sampleOf[i]] = {place, c << m_binBits | slot};
+            if (m_shared.settings.nearest) {
+                ask(cell.point[nearestOf(cell, place)], slot, m_sampleOf[i]);
+            } else if (!(cell.asked >> slot & 1)) {
+                cell.asked |= uint8_t(1u << slot);
+                for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
+                    if (cell.point[k])
+                        ask(cell.point[k], slot, m_sampleOf[i]);
+            }
         }
+    }
+
+    Cell makeCell(const LatticeCell& cell, uint32_t era) {
+        LatticePoint points[kPoints];
+        m_shared.lattice.points(cell, points);
+        Cell made{cell.kind, 0, {}};
+        for (int k = 0; k < cell.count(); ++k)
+            if (points[k])
+                made.point[k] = pointAt(cell.face, points[k], era);
         return made;
     }
 
-    /// A point that there is: the one wanted, or of the others, which are a grid cell's, the one fewest edges
-    /// away.
-    static int standIn(const LatticePoint* points, int count, int wanted) {
-        int best = wanted, fewest = points[wanted].key ? 0 : count;
-        for (int k = 0; k < count; ++k)
-            if (const int edges = std::popcount(unsigned(k ^ wanted)); points[k].key && edges < fewest)
-                best = k, fewest = edges;
-        return best;
-    }
-
-    /// The batch's block of a point; a new one is looked up later, when the cache's memory has arrived.
-    uint32_t blockAt(const LatticeFace& face, const LatticePoint& point, uint32_t bin, uint32_t sample) {
-        const uint32_t next = uint32_t(m_blocks.size()), index = m_blockTable.insert(point.key, next);
+    uint32_t pointAt(const LatticeFace& face, const LatticePoint& at, uint32_t era) {
+        const uint64_t key = SurfaceLattice::keyOf(at, era << m_binBits);
+        const uint32_t next = uint32_t(m_points.size()), index = m_pointTable.insert(key, next);
         if (index == next) {
-            m_shared.cache.prefetch(point.key);
-            m_blocks.push_back({point.key, Rgb(0), -1});
-            m_places.push_back({face, point, bin, sample});
+            m_points.push_back({face, at, era, 0});
+            m_values.resize(m_points.size() << m_binBits);
         }
         return index;
     }
 
-    void lookUp(Block& block, const Place& place, std::vector<ShadingRequest>& requests) {
+    uint32_t binOf(const Point& point, uint32_t slot) const { return point.era << m_binBits | slot; }
+    uint32_t slotOf(const Share& share) const { return share.cell & ((1u << m_binBits) - 1); }
+    Value& valueAt(uint32_t point, uint32_t slot) { return m_values[point << m_binBits | slot]; }
+
+    /// Files the block of a point; it is looked up later, when the cache's memory has arrived.
+    void ask(uint32_t index, uint32_t slot, uint32_t sample) {
+        Point& point = m_points[index];
+        if (point.asked >> slot & 1)
+            return;
+        point.asked |= 1u << slot;
+        const uint64_t key = SurfaceLattice::keyOf(point.at, binOf(point, slot));
+        m_shared.cache.prefetch(key);
+        m_blocks.push_back({key, index, slot, sample, -1});
+    }
+
+    /// Of a cell's points, that with the greatest weight.
+    static int heaviestOf(const Cell& cell, const V3f& place, bool orMissing = false) {
+        float weights[kPoints];
+        LatticeCell::weigh(cell.kind, place, weights);
+        int best = 0;
+        float most = -1;
+        for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
+            if ((cell.point[k] || orMissing) && weights[k] > most)
+                best = k, most = weights[k];
+        return best;
+    }
+
+    /// Of a cell's points, the nearest; if it is missing, of the others, which are a grid cell's, the one
+    /// fewest edges away.
+    static int nearestOf(const Cell& cell, const V3f& place) {
+        const int wanted = heaviestOf(cell, place, true);
+        int best = wanted, fewest = cell.point[wanted] ? 0 : kPoints;
+        for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
+            if (const int edges = std::popcount(unsigned(k ^ wanted)); cell.point[k] && edges < fewest)
+                best = k, fewest = edges;
+        return best;
+    }
+
+    void lookUp(Block& block, std::vector<ShadingRequest>& requests) {
         ++m_lookups;
-        if (m_shared.cache.find(block.key, block.value)) {
+        Rgb value;
+        if (m_shared.cache.find(block.key, value)) {
             ++m_hits;
+            valueAt(block.point, block.slot) = {value.x, value.y, value.z, 1};
             return;
         }
-        block.request = int64_t(requests.size());
-        request(place, block.key, requests);
+        block.request = int32_t(requests.size());
+        request(block, requests);
     }
 
     /// The shades of a block: at random times, one in each of `shades` equal parts of its time bin, and
     /// through random points of the lens.
-    void request(const Place& place, uint64_t key, std::vector<ShadingRequest>& requests) const {
+    void request(const Block& block, std::vector<ShadingRequest>& requests) const {
         const CacheSettings& settings = m_shared.settings;
-        const uint64_t domain = hashOf(m_shared.seed, key);
+        const Point& point = m_points[block.point];
+        const uint64_t domain = hashOf(m_shared.seed, block.key);
         for (int k = 0; k < settings.shades; ++k) {
             const uint64_t random = hashOf(domain, k), more = mix64(random);
             const float inBin = (float(k) + unitFloat(uint32_t(random >> 32))) / float(settings.shades);
-            const float time = (float(place.bin) + inBin) / float(settings.timeBins);
+            const float time = (float(binOf(point, block.slot)) + inBin) / float(settings.timeBins);
             ShadingRequest r =
-                m_shared.lattice.request(place.face, place.point, std::min(time, kOneMinusEpsilon),
+                m_shared.lattice.request(point.face, point.at, std::min(time, kOneMinusEpsilon),
                                          V2f(unitFloat(uint32_t(more)), unitFloat(uint32_t(more >> 32))));
             r.domain = domain;
             r.index = uint32_t(k);
             r.total = uint32_t(settings.shades);
-            r.sample = place.sample;
+            r.sample = block.sample;
             r.part = settings.indirectOnly ? LightPart::Indirect : LightPart::All;
             requests.push_back(r);
         }
     }
 
-    void finish(Block& block, std::span<const Rgb> shaded) {
+    void finish(const Block& block, std::span<const Rgb> shaded) {
         Rgb sum(0);
         for (int k = 0; k < m_shared.settings.shades; ++k)
             sum += shaded[size_t(block.request + k)];
-        block.value = sum * (1 / float(m_shared.settings.shades));
-        switch (m_shared.cache.store(block.key, block.value)) {
+        const Rgb value = sum * (1 / float(m_shared.settings.shades));
+        valueAt(block.point, block.slot) = {value.x, value.y, value.z, 1};
+        switch (m_shared.cache.store(block.key, value)) {
         case BlockCache::Stored::Fresh:
             break;
         case BlockCache::Stored::Duplicate:
@@ -242,14 +294,42 @@ class Worker : public IntegratorWorker {
         }
     }
 
+    Rgb valueOf(const Share& share) {
+        const Cell& cell = m_cells[share.cell >> m_binBits];
+        const uint32_t slot = slotOf(share);
+        Value sum;
+        const auto add = [&](int k, float weight) {
+            const Value& v = valueAt(cell.point[k], slot);
+            sum.r += v.r * weight, sum.g += v.g * weight, sum.b += v.b * weight;
+            sum.weight += v.weight * weight;
+        };
+        if (m_shared.settings.nearest) {
+            add(nearestOf(cell, share.place), 1);
+        } else {
+            float weights[kPoints];
+            LatticeCell::weigh(cell.kind, share.place, weights);
+            for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
+                add(k, weights[k]);
+        }
+        return Rgb(sum.r, sum.g, sum.b) * (1 / sum.weight);
+    }
+
     Shared& m_shared;
-    RayCone m_cone; ///< of the pixel whose samples are being planned
-    std::vector<Block> m_blocks;
-    std::vector<Place> m_places; ///< beside m_blocks
+    const int m_binBits; ///< of a slot
+    std::vector<Point> m_points;
+    std::vector<Value> m_values; ///< by point, then slot
     std::vector<Cell> m_cells;
-    std::vector<Taken> m_samples;
-    SlotTable m_blockTable, m_cellTable;
+    std::vector<Block> m_blocks;
+    std::vector<Share> m_shares; ///< by sample
+    std::vector<Alone> m_alone;  ///< by sample
+    SlotTable m_pointTable, m_cellTable;
     uint64_t m_lookups = 0, m_hits = 0, m_duplicates = 0, m_evictions = 0;
+
+    // Samples on their way into the lattice:
+    int m_queryCount = 0;
+    LatticeQuery m_queries[kLanes];
+    uint32_t m_sampleOf[kLanes];
+    LatticeLanes m_lanes;
 };
 
 class LatticeRender : public IntegratorRender {

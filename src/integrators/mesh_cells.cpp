@@ -2,14 +2,14 @@
 
 #include "core/hash.h"
 
+#include <bit>
+
 namespace strobe {
 
 namespace {
 
 /// Triangles with longer edges, in cells, are too large to be gone through cell by cell.
 constexpr float kLongest = 2;
-/// How many levels halve the size of a cell.
-constexpr int kLevelsPerOctave = 2;
 /// A cell counts when its centre is no farther from the surface than this, in cells.
 constexpr float kNear = .5f;
 
@@ -17,6 +17,7 @@ constexpr float kNear = .5f;
 struct Triangle {
     V3f p, a, b; ///< a corner, and the edges to the others
 
+    Triangle(const V3f& p, const V3f& a, const V3f& b) : p(p), a(a), b(b) {}
     Triangle(const TriangleMesh& mesh, uint32_t prim) {
         const uint32_t* index = &mesh.indices[3 * size_t(prim)];
         const auto& positions = mesh.positions[0];
@@ -26,7 +27,7 @@ struct Triangle {
     /// As long as twice the area.
     V3f normal() const { return cross(a, b); }
     bool shorterThan(float edge) const {
-        return std::max({length2(a), length2(b), length2(b - a)}) <= sqr(edge);
+        return std::max(std::max(length2(a), length2(b)), length2(b - a)) <= sqr(edge);
     }
 };
 
@@ -52,23 +53,57 @@ V2f nearestPoint(const Triangle& t, const V3f& q) {
 
 /// Halfway between two axes, where walls may stand, rounding does not choose: the first axis wins by a
 /// little.
-int mainDirection(const V3f& n) {
-    int axis = 0;
-    for (int i = 1; i < 3; ++i)
-        if (std::abs(n[i]) > 1.01f * std::abs(n[axis]))
-            axis = i;
-    return 2 * axis + (n[axis] < 0);
+inline int mainDirection(const V3f& n) {
+    const float x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
+    const bool pastX = y > 1.01f * x;
+    const bool isZ = z > 1.01f * (pastX ? y : x);
+    const int xy = pastX ? 2 + (n.y < 0) : n.x < 0;
+    return isZ ? 4 + (n.z < 0) : xy;
 }
 
 /// The largest integer not above x.
-int cellIndex(float x) {
+inline int cellIndex(float x) {
     x = std::clamp(x, -1e9f, 1e9f);
     const int towardsZero = int(x);
     return towardsZero - (float(towardsZero) > x);
 }
 
-void moveTo(MeshCell& cell, const V3f& p) {
+inline void moveTo(MeshCell& cell, const V3f& p) {
     cell.x = cellIndex(p.x), cell.y = cellIndex(p.y), cell.z = cellIndex(p.z);
+}
+
+/// The size of a level's cells: two levels double it. It is in the middle of the sizes that the level serves.
+inline float cellSizeOf(int level, float spacing) {
+    constexpr float kFourthRoot = 1.18920712f, kItsCube = 1.68179283f; // of 2
+    const float power = std::bit_cast<float>(uint32_t(127 + level / 2) << 23);
+    return spacing * (power * (level & 1 ? kItsCube : kFourthRoot));
+}
+
+/// What surrounds a point of a triangle. See MeshCells::surround.
+struct Surrounding {
+    bool found;
+    MeshCell lowest;
+    V3f place;
+};
+
+/// Levels are counted from the size of `spacing`; the highest is `most`.
+inline Surrounding surrounding(const Triangle& t, float u, float v, float cellArea, float spacing, int most) {
+    const V3f n = t.normal();
+    // Half the area's binary logarithm is the size's, and two levels double the size: the exponent will do.
+    const float area = cellArea * length(n) / (2 * sqr(spacing));
+    const int level = std::clamp(int(std::bit_cast<uint32_t>(area) >> 23) - 127, 0, most);
+    const float size = cellSizeOf(level, spacing);
+    Surrounding s;
+    s.found = (area >= 1) & t.shorterThan(kLongest * size);
+    s.lowest.level = level;
+    s.lowest.direction = mainDirection(n);
+    const V3f p = t.at(u, v) * (1 / size) - V3f(.5f);
+    moveTo(s.lowest, p);
+    const auto inside = [](float x, int cell) { // never 0 or 1, lest the only cell that counts weigh nothing
+        return std::clamp(x - float(cell), 1e-3f, 1 - 1e-3f);
+    };
+    s.place = {inside(p.x, s.lowest.x), inside(p.y, s.lowest.y), inside(p.z, s.lowest.z)};
+    return s;
 }
 
 V3f centreOf(const MeshCell& cell) { return V3f(float(cell.x), float(cell.y), float(cell.z)) + V3f(.5f); }
@@ -89,39 +124,41 @@ MeshCells::MeshCells(const TriangleMesh& mesh) : m_mesh(mesh), m_triangle(mesh.v
         area += double(length(Triangle(mesh, prim).normal())) / 2;
     }
     m_spacing = std::max(float(std::sqrt(area / double(std::max<size_t>(mesh.vertexCount(), 1)))), 1e-20f);
-    for (int i = 0; i < kLevels; ++i) // in the middle of the sizes that the level serves
-        m_levels[size_t(i)].cellSize = m_spacing * std::exp2((float(i) + .5f) / float(kLevelsPerOctave));
+    for (int i = 0; i < kLevels; ++i)
+        m_levels[size_t(i)].cellSize = cellSizeOf(i, m_spacing);
 }
 
-/// The level of the cells nearest to `size`; -1: finer than the vertices.
-int MeshCells::levelFor(float size) const {
-    const float level = std::floor(float(kLevelsPerOctave) * std::log2(size / m_spacing));
-    return level >= 0 ? int(std::min(level, float(kLevels - 1))) : -1;
+bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, V3f& place) const {
+    const Surrounding s = surrounding(Triangle(m_mesh, prim), u, v, cellArea, m_spacing, kLevels - 1);
+    lowest = s.lowest, place = s.place;
+    return s.found;
 }
 
-bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest,
-                         float weights[8]) const {
+void MeshCells::ask(uint32_t prim, float u, float v, float cellArea, MeshCellLanes& lanes) const {
+    const int i = lanes.count++;
     const Triangle t(m_mesh, prim);
-    const V3f n = t.normal();
-    const int level = levelFor(std::sqrt(cellArea * length(n) / 2));
-    if (level < 0)
-        return false;
-    const float size = m_levels[size_t(level)].cellSize;
-    if (!t.shorterThan(kLongest * size))
-        return false;
-    lowest.level = level;
-    lowest.direction = mainDirection(n);
-    const V3f p = t.at(u, v) * (1 / size) - V3f(.5f);
-    moveTo(lowest, p);
-    const float base[3] = {float(lowest.x), float(lowest.y), float(lowest.z)};
-    float upper[3];
-    for (int axis = 0; axis < 3; ++axis) // never 0 or 1, lest the only cell that counts weigh nothing
-        upper[axis] = std::clamp(p[axis] - base[axis], 1e-3f, 1 - 1e-3f);
-    for (int k = 0; k < 8; ++k)
-        weights[k] = (k & 1 ? upper[0] : 1 - upper[0]) * (k & 2 ? upper[1] : 1 - upper[1]) *
-                     (k & 4 ? upper[2] : 1 - upper[2]);
-    return true;
+    lanes.p.set(i, t.p), lanes.a.set(i, t.a), lanes.b.set(i, t.b);
+    lanes.u[i] = u, lanes.v[i] = v, lanes.cellArea[i] = cellArea, lanes.spacing[i] = m_spacing;
 }
+
+namespace {
+
+STROBE_LANES void surroundLanes(MeshCellLanes& l, int most) {
+    const int n = l.count;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const Surrounding s = surrounding({l.p.at(i), l.a.at(i), l.b.at(i)}, l.u[i], l.v[i], l.cellArea[i],
+                                          l.spacing[i], most);
+        l.found[i] = s.found;
+        l.level[i] = s.lowest.level, l.direction[i] = s.lowest.direction;
+        l.x[i] = s.lowest.x, l.y[i] = s.lowest.y, l.z[i] = s.lowest.z;
+        l.place.x[i] = s.place.x, l.place.y[i] = s.place.y, l.place.z[i] = s.place.z;
+    }
+}
+
+} // namespace
+
+void MeshCellLanes::surround() { surroundLanes(*this, MeshCells::kLevels - 1); }
 
 void MeshCells::places(const MeshCell& lowest, std::optional<MeshPlace> out[8]) const {
     const float scale = 1 / m_levels[size_t(lowest.level)].cellSize;

@@ -1,6 +1,7 @@
 // Few places that stand for the surface of a mesh of many triangles.
 #pragma once
 
+#include "core/lanes.h"
 #include "core/shape.h"
 
 #include <array>
@@ -23,6 +24,22 @@ struct MeshPlace {
     float u, v;
 };
 
+/// Points of triangles at rest, side by side, and the cells whose centres surround them.
+struct MeshCellLanes {
+    int count = 0;
+    V3Lanes p, a, b; ///< a triangle's corner, and the edges from there to the others
+    alignas(64) float u[kLanes], v[kLanes];
+    alignas(64) float cellArea[kLanes];  ///< see MeshCells::surround
+    alignas(64) float spacing[kLanes];   ///< of the mesh's vertices
+    alignas(64) int32_t found[kLanes];   ///< 0: nothing gained
+    alignas(64) int32_t level[kLanes], x[kLanes], y[kLanes], z[kLanes], direction[kLanes]; ///< the lowest
+    V3Lanes place; ///< between the lowest centre and the highest, in (0,1)
+
+    MeshCell lowest(int i) const { return {level[i], x[i], y[i], z[i], direction[i]}; }
+    /// Fills what is found.
+    void surround();
+};
+
 /// Grids of cells at many sizes (levels). What stands for a cell is the surface's nearest point to its
 /// centre, so that between cells, interpolation by position is nearly that of a regular grid, however the
 /// mesh is triangulated. A cell counts when its centre is no farther from the surface than half a cell: of a
@@ -33,15 +50,18 @@ struct MeshPlace {
 /// alone.
 class MeshCells {
   public:
+    static constexpr int kLevels = 48;
     /// The mesh outlives its cells.
     explicit MeshCells(const TriangleMesh& mesh);
 
     /// Finds the eight cells whose centres surround (u, v) of a triangle, from cells with about `cellArea`
-    /// times the triangle's area (that of a cell's side, in rest space). Bit k of a weight's index is 1 for
-    /// the upper cell along axis k. Sets the lowest cell and the trilinear weights (all positive, they add up
-    /// to 1). False: nothing gained, for the triangle is too large for such cells, or they would be more than
-    /// the mesh has vertices.
-    bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, float weights[8]) const;
+    /// times the triangle's area (that of a cell's side, in rest space). Sets the lowest cell, and the place
+    /// between its centre and that of the highest: trilinear weights (Bit k of a weight's index is 1 for the
+    /// upper cell along axis k) are then all positive. False: nothing gained, for the triangle is too large
+    /// for such cells, or they would be more than the mesh has vertices.
+    bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, V3f& place) const;
+    /// Appends the same question to others.
+    void ask(uint32_t prim, float u, float v, float cellArea, MeshCellLanes& lanes) const;
     /// The places of the eight cells from the lowest one that `surround` found; null for those that do not
     /// count. At least one is not null.
     void places(const MeshCell& lowest, std::optional<MeshPlace> out[8]) const;
@@ -76,9 +96,7 @@ class MeshCells {
         std::array<Part, size_t(1) << kPartBits> parts;
         Part& partOf(uint64_t key) { return parts[key >> (64 - kPartBits)]; }
     };
-    static constexpr int kLevels = 48;
 
-    int levelFor(float size) const;
     const Entry* find(const MeshCell& cell) const;
     float distance2(const MeshPlace& place, float scale, const V3f& centre) const;
     void make(Level& level) const;

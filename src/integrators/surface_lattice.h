@@ -1,8 +1,9 @@
 // Canonical shading points on every surface: which of them surround a hit, and with what weights.
 #pragma once
 
+#include "core/hash.h"
 #include "core/integrator.h"
-#include "integrators/mesh_cells.h"
+#include "integrators/lattice_lanes.h"
 
 #include <unordered_map>
 
@@ -10,28 +11,17 @@ namespace strobe {
 
 /// A point of the lattice: a place on a primitive.
 struct LatticePoint {
-    uint64_t key;  ///< of face, place and time bin: all that the point's value depends on; 0: no point
-    uint32_t prim; ///< of the face's geometry
-    float u, v;    ///< a triangle's barycentrics, or a quadric's numbers
+    uint32_t prim = kNone; ///< of the face's geometry; kNone: no point
+    float u = 0, v = 0;    ///< a triangle's barycentrics, or a quadric's numbers
+    uint64_t keySum = 0;   ///< see SurfaceLattice::keyOf
+
+    explicit operator bool() const { return prim != kNone; }
 };
 
-/// A surface, and the side it is seen from: that of its raw normal (winding, quadric), or the other.
-struct LatticeFace {
-    uint32_t instance, geometry;
-    bool positive;
-};
-
-/// A mesh of the lattice: what lies between neighbouring points, and where in it a hit lies.
-struct LatticeCell {
-    static constexpr int kPoints = 8; ///< at most
-    uint64_t key;                     ///< of the mesh, never 0: hits with the same key have the same points
-    LatticeFace face;
-    uint32_t prim;
-    enum Kind : uint8_t { Vertices, Grid, Lower, Upper, Rectangle } kind;
-    MeshCell lowest;          ///< of the eight of a Grid
-    float i, j, nu, nv;       ///< the mesh's place in a division of u by nu and v by nv
-    int count;                ///< of points
-    float weights[kPoints]{}; ///< of the points for this hit; not negative, they add up to 1
+/// A hit to be found a cell for.
+struct LatticeQuery {
+    const VisibilitySample* sample;
+    RayCone cone; ///< of the sample's pixel
 };
 
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
@@ -55,31 +45,36 @@ class SurfaceLattice {
     enum class SmallTriangles { Shared, Apart };
     SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small);
 
-    /// `cone`: of the sample's pixel. `bin` is the part of the shutter: keys differ from bin to bin.
-    LatticeCell locate(const VisibilitySample& sample, const RayCone& cone, uint32_t bin) const;
+    /// The places of at most kLanes hits. Each is a function of its query alone.
+    void locate(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const;
+    /// The cell of query `i` of the last `locate`.
+    static LatticeCell cellAt(std::span<const LatticeQuery> queries, const LatticeLanes& lanes, int i);
     /// The cone of a pixel, for `locate`: that of its centre.
     RayCone coneOf(const PixelRef& pixel) const {
         return m_scene.camera().cone({float(pixel.x) + 0.5f, float(pixel.y) + 0.5f});
     }
-    /// The points of a cell, `cell.count` of them, in the order of its weights. Some of eight may be missing:
-    /// the weights of the others, scaled to add up to 1, are then the hit's.
-    void points(const LatticeCell& cell, uint32_t bin, LatticePoint out[LatticeCell::kPoints]) const;
+    /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be missing
+    /// (not all): the weights of the others, scaled to add up to 1, are then a hit's.
+    void points(const LatticeCell& cell, LatticePoint out[LatticeCell::kPoints]) const;
+    /// Of face, place and part of the shutter: all that a shaded point's value depends on. Never 0.
+    static uint64_t keyOf(const LatticePoint& point, uint32_t bin) {
+        const uint64_t key = mix64(quickSum<3>(point.keySum, bin));
+        return key ? key : 1;
+    }
     /// The request to shade a point at shutter fraction `time`, as the camera sees it then through the point
     /// `lens` (in [0,1)²) of its lens.
     ShadingRequest request(const LatticeFace& face, const LatticePoint& point, float time,
                            const V2f& lens) const;
 
   private:
-    void locateOnMesh(const PlacedShape& placed, const VisibilitySample& sample, const M44f* toWorld,
-                      float block, uint32_t bin, LatticeCell& cell) const;
-    void locateAmongSmall(const TriangleMesh& mesh, const Hit& hit, float cellArea, uint32_t bin,
-                          LatticeCell& cell) const;
-    void locateOnQuadric(const PlacedShape& placed, const VisibilitySample& sample, const M44f& toWorld,
-                         float block, uint32_t bin, LatticeCell& cell) const;
-    void gridPoints(const TriangleMesh& mesh, const LatticeCell& cell, uint32_t bin,
-                    LatticePoint out[8]) const;
-    LatticePoint vertexPoint(const TriangleMesh& mesh, const LatticeFace& face, uint32_t vertex,
-                             uint32_t bin) const;
+    struct Primitive;
+    void find(const Hit& hit, Primitive& primitive) const;
+    void gather(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const;
+    void findGrids(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const;
+    void gridPoints(const MeshCells& cells, const LatticeCell& cell, LatticePoint out[8]) const;
+    const MeshCells* cellsOf(uint32_t instance, uint32_t geometry) const {
+        return m_cellsOf[instance == kNone ? 0 : m_scene.instances()[instance].group][geometry];
+    }
     V3f rawNormal(const PlacedShape& placed, const Hit& hit, const M44f* toWorld, float time) const;
     /// The transform that placed geometry has at `time`; identity (null) for the world's baked meshes.
     const M44f* transformOf(uint32_t instance, const PlacedShape& placed, float time, M44f& storage) const;
@@ -88,7 +83,8 @@ class SurfaceLattice {
     const float m_blockSize;
     const bool m_sharesSmall;
     const RayCone m_cone; ///< the footprint of points that no single pixel asked for
-    std::unordered_map<const TriangleMesh*, MeshCells> m_cells;
+    std::unordered_map<const TriangleMesh*, MeshCells> m_cells; ///< empty unless small triangles share
+    std::vector<std::vector<const MeshCells*>> m_cellsOf;       ///< of a group's geometries; null: none
 };
 
 } // namespace strobe

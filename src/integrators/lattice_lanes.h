@@ -1,0 +1,83 @@
+// The places of many hits in the lattice, side by side.
+#pragma once
+
+#include "core/hash.h"
+#include "integrators/mesh_cells.h"
+
+#include <bit>
+
+namespace strobe {
+
+/// A surface, and the side it is seen from: that of its raw normal (winding, quadric), or the other.
+struct LatticeFace {
+    uint32_t instance, geometry;
+    bool positive;
+};
+
+/// A mesh of the lattice: what lies between neighbouring points.
+struct LatticeCell {
+    static constexpr int kPoints = 8; ///< at most
+    enum Kind : uint8_t { Vertices, Grid, Lower, Upper, Rectangle };
+    uint64_t key; ///< hits with the same key have the same points
+    LatticeFace face;
+    uint32_t prim;
+    Kind kind;
+    MeshCell lowest;    ///< of the eight of a Grid
+    float i, j, nu, nv; ///< the mesh's place in a division of u by nu and v by nv
+
+    int count() const { return pointsOf(kind); }
+    static int pointsOf(Kind kind) { return kind == Grid ? 8 : kind == Rectangle ? 4 : 3; }
+    /// The weights of the points for a hit at a place (LatticeLanes::place) in a cell, pointsOf(kind) of
+    /// them; not negative, they add up to 1.
+    static void weigh(Kind kind, const V3f& place, float weights[kPoints]) {
+        const float x = place.x, y = place.y, z = place.z;
+        if (kind != Grid && kind != Rectangle) {
+            weights[0] = std::max(1 - x - y, 0.f), weights[1] = x, weights[2] = y;
+            return;
+        }
+        weights[0] = (1 - x) * (1 - y), weights[1] = x * (1 - y), weights[2] = (1 - x) * y, weights[3] = x * y;
+        if (kind == Grid)
+            for (int k = 0; k < 4; ++k)
+                weights[4 + k] = weights[k] * z, weights[k] *= 1 - z;
+    }
+};
+
+/// Up to kLanes hits on their way into the lattice.
+struct LatticeLanes {
+    int count = 0;
+    V3Lanes d;    ///< of the rays, unit length
+    V3Lanes a, b; ///< world-space edges from a triangle's first vertex; or a quadric's derivatives
+    alignas(64) float block[kLanes]; ///< the size of a block at the hit, in scene units
+    alignas(64) float u[kLanes], v[kLanes];
+    alignas(64) uint64_t keySum[kLanes]; ///< of what the cell's key is of, begun: face and primitive
+    bool bends[kLanes];                  ///< it is a quadric
+    // Found from these:
+    alignas(64) int32_t positive[kLanes]; ///< see LatticeFace
+    alignas(64) int32_t kind[kLanes];     ///< of LatticeCell
+    alignas(64) float i[kLanes], j[kLanes], nu[kLanes], nv[kLanes];
+    /// In the cell. In a triangle: the weights of its second point and third; else how far from the lowest
+    /// point to the highest.
+    V3Lanes place;
+    alignas(64) float cellArea[kLanes]; ///< a block's, in triangles: for MeshCells
+    alignas(64) uint64_t key[kLanes];
+    int32_t inGrid[kLanes]; ///< of those whose kind is Grid: the lane of `grid`
+    MeshCellLanes grid;
+
+    /// Divides them all, as triangles; those smaller than a block become Vertices if they share.
+    void divideTriangles(bool sharesSmall);
+    void divideQuadric(int lane, bool isPositive);
+    /// Completes `key`, but for those in a Grid.
+    void mixKeys();
+};
+
+/// What a key is of. Keys of cells and of points are never compared. A cell's kind is added to kCellKey.
+enum LatticeKeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kGridKey = 3, kCellKey = 4 };
+
+inline uint64_t latticeFloatBits(float a, float b) {
+    return uint64_t(std::bit_cast<uint32_t>(a)) << 32 | std::bit_cast<uint32_t>(b);
+}
+inline uint64_t latticeItem(uint32_t item, uint64_t kind, bool positive) {
+    return uint64_t(item) << 8 | kind << 1 | uint64_t(positive);
+}
+
+} // namespace strobe
