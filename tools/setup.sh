@@ -5,13 +5,13 @@ root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/release"
 
 # openimageio-tools and libgmock-dev hold files that the CMake configurations of libopenimageio-dev and
-# libgtest-dev insist on.
+# libgtest-dev insist on. openexr has exrheader, which a test asks what is in a file.
 packages=(
     g++ cmake ninja-build git clang-format
     libembree-dev libtbb-dev libimath-dev libopenexr-dev libopenimageio-dev openimageio-tools libopencolorio-dev
     libosd-dev libtinygltf-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
     libgtest-dev libgmock-dev libbenchmark-dev
-    python3 python3-numpy python3-openimageio
+    openexr python3 python3-numpy python3-openimageio
 )
 
 as_root() {

@@ -129,4 +129,15 @@ size_t editDistance(std::string_view a, std::string_view b) {
     return rows[a.size() % 3][b.size()];
 }
 
+std::string unknownName(const std::string& kind, const std::string& name,
+                        const std::vector<std::string>& known) {
+    std::string message = "unknown " + kind + " \"" + name + "\"";
+    if (const std::string nearest = nearestName(name, known); !nearest.empty())
+        message += "; did you mean \"" + nearest + "\"?";
+    message += known.empty() ? " (there is none" : " (known: ";
+    for (size_t i = 0; i < known.size(); ++i)
+        message += (i ? ", " : "") + known[i];
+    return message + ")";
+}
+
 } // namespace strobe

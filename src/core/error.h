@@ -84,6 +84,9 @@ class Messages {
 template <class Range>
 std::string nearestName(std::string_view name, const Range& names);
 size_t editDistance(std::string_view a, std::string_view b);
+/// `unknown KIND "NAME"; did you mean "…"? (known: …)`, for an error message.
+std::string unknownName(const std::string& kind, const std::string& name,
+                        const std::vector<std::string>& known);
 
 template <class Range>
 std::string nearestName(std::string_view name, const Range& names) {

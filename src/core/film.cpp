@@ -29,21 +29,34 @@ const std::vector<float>& Film::plane(Layer layer) const {
     return m_planes.at(size_t(it - m_layers.begin()));
 }
 
-void Film::write(const std::filesystem::path& path, const Metadata& metadata) const {
-    const std::string extension = path.extension().string();
-    if (extension == ".exr") {
-        const float* data = &m_image.pixels[0].x;
-        std::vector<Channel> channels = {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}};
-        for (size_t i = 0; i < m_layers.size(); ++i)
-            channels.push_back(
-                {layerTable()[size_t(m_layers[i])].name + std::string(".Y"), m_planes[i].data()});
-        writeExr(path, m_window, m_fullWidth, m_fullHeight, channels, metadata);
-    } else if (extension == ".png") {
-        writePng(path, m_image, metadata);
-    } else {
+std::vector<Part> Film::exrParts() const {
+    const float* data = &m_image.pixels[0].x;
+    std::vector<Part> parts = {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}}};
+    for (size_t i = 0; i < m_layers.size(); ++i) {
+        const std::string name = layerTable()[size_t(m_layers[i])].name;
+        parts.push_back({name, {{name + ".Y", m_planes[i].data(), 1, true}}});
+    }
+    return parts;
+}
+
+void Film::checkWrite(const std::filesystem::path& path, const OutputSettings& settings) const {
+    if (path.extension() == ".exr")
+        checkExr(path, exrParts(), settings.exr);
+    else if (path.extension() != ".png")
         throw Error("cannot write \"" + path.string() + "\": the name must end in .exr or .png",
                     ErrorKind::Usage);
-    }
+}
+
+size_t Film::write(const std::filesystem::path& path, const Metadata& metadata,
+                   const OutputSettings& settings) const {
+    checkWrite(path, settings);
+    if (path.extension() == ".exr")
+        return writeExr(path, {m_window, {m_fullWidth, m_fullHeight}}, exrParts(), metadata, settings.exr);
+    Image image = m_image;
+    for (Rgb& c : image.pixels)
+        c *= std::exp2(settings.exposure);
+    writePng(path, std::move(image), metadata, settings.view);
+    return 0;
 }
 
 } // namespace strobe

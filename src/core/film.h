@@ -1,7 +1,7 @@
 // The film: the mean of each pixel's samples, and layers that tell how it came about.
 #pragma once
 
-#include "core/image.h"
+#include "core/exr_file.h"
 #include "core/pixel_sum.h"
 
 #include <vector>
@@ -18,6 +18,13 @@ struct LayerInfo {
 };
 /// All layers, in the order of the enumeration.
 const std::vector<LayerInfo>& layerTable();
+
+/// How files are made of pixels.
+struct OutputSettings {
+    float exposure = 0;     ///< of PNGs, in stops
+    ColourTransform view{}; ///< of PNGs; empty: sRGB
+    ExrSettings exr{};
+};
 
 /// Pixel values over a window of the full frame. Different pixels may be written by different threads.
 class Film {
@@ -47,11 +54,17 @@ class Film {
     int fullWidth() const { return m_fullWidth; }
     int fullHeight() const { return m_fullHeight; }
 
-    /// Writes by the file name's extension: .exr (float; layers as channels "name.Y") or .png (sRGB, no
-    /// layers). Throws Error of kind Output.
-    void write(const std::filesystem::path& path, const Metadata& metadata) const;
+    /// Writes by the file name's extension: .exr (the first part, "rgba", has the colour; layers are channels
+    /// "name.Y" in a part "name", with all bits) or .png (no layers). Returns how many values an EXR's half
+    /// floats could not hold. Throws Error of kind Output.
+    size_t write(const std::filesystem::path& path, const Metadata& metadata,
+                 const OutputSettings& settings = {}) const;
+    /// Throws what `write` would throw because of the name and the settings.
+    void checkWrite(const std::filesystem::path& path, const OutputSettings& settings) const;
 
   private:
+    std::vector<Part> exrParts() const;
+
     int m_fullWidth, m_fullHeight;
     Window m_window;
     Image m_image;

@@ -1,6 +1,8 @@
-// Image files: the one file that knows OpenImageIO and OpenEXR.
+// Images and their files: with texture_cache.cpp, the one file that knows OpenImageIO. EXRs are written by
+// core/exr_file.h.
 #pragma once
 
+#include "core/colour.h"
 #include "core/error.h"
 #include "core/math.h"
 #include "core/texture.h"
@@ -22,21 +24,32 @@ struct Image {
     Rgb& at(int x, int y) { return pixels[size_t(y) * width + x]; }
 };
 
-/// Reads the first three channels (an image of one or two is grey: its first is spread to three) as they are
-/// stored: no colour conversion for float files, sRGB decoded to linear for integer files (8 and 16 bits)
-/// when `decodeSrgb`. Throws a located Error.
-Image readImage(const std::filesystem::path& path, const Location& where, bool decodeSrgb = false);
-
-/// How an image texture is read outside [0,1]².
-enum class Wrap { Repeat, Black, Clamp };
-
-/// How stored values become linear ones, before they are filtered.
+/// How stored values become linear ones of the working space, before they are filtered.
 struct Transfer {
-    enum Kind { Linear, Srgb, Gamma };
+    enum Kind { Linear, Srgb, Gamma, Space };
     Kind kind = Linear;
     float gamma = 1;       ///< of kind Gamma: linear = stored^gamma
     bool ofFloats = false; ///< apply it to files that store floats, too (else to 8- and 16-bit files only)
+    std::string space{};   ///< of kind Space: the name of a colour space
+    ColourTransform toWorking{}; ///< of kind Space
+
+    /// From a space of a config, whatever type the files have. Throws as ColourConfig::toWorking does.
+    static Transfer of(const ColourConfig& config, const std::string& space, const Location& where);
+    /// As the config's rules say for a file of this name, else `otherwise`.
+    static Transfer ofFile(const ColourConfig& config, const std::filesystem::path& file,
+                           const Location& where, const Transfer& otherwise);
+    /// Whether it changes anything in files of floats, or in others.
+    bool changes(bool floats) const;
+    /// A stored value made linear, of any kind but Space.
+    float linear(float stored) const;
 };
+
+/// Reads the first three channels (an image of one or two is grey: its first is spread to three), as stored
+/// but for what `transfer` says. Throws a located Error.
+Image readImage(const std::filesystem::path& path, const Location& where, const Transfer& transfer = {});
+
+/// How an image texture is read outside [0,1]².
+enum class Wrap { Repeat, Black, Clamp };
 
 /// OIIO's texture system: tiled, cached, filtered by footprint. One per scene; lookups are thread-safe.
 class TextureCache {
@@ -64,13 +77,6 @@ class TextureCache {
 using MetadataValue = std::variant<int, float, std::string>;
 using Metadata = std::vector<std::pair<std::string, MetadataValue>>;
 
-/// One named channel of an output image: full name ("R", "normal.X") and width*height floats.
-struct Channel {
-    std::string name;
-    const float* data;
-    size_t stride = 1; ///< in floats, between pixels
-};
-
 /// Where an image's data window lies in the full frame (display window).
 struct Window {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0; ///< half-open
@@ -78,20 +84,12 @@ struct Window {
     int height() const { return y1 - y0; }
 };
 
-/// Writes a float (or half) scanline EXR, ZIP compressed, to a temporary file beside `path` and renames it:
-/// there is never a half-written file under the final name. Throws Error of kind Output, also for channel
-/// names that repeat or are empty.
-void writeExr(const std::filesystem::path& path, const Window& data, int fullWidth, int fullHeight,
-              const std::vector<Channel>& channels, const Metadata& metadata, bool half = false);
-
-/// Writes 8-bit sRGB PNG from linear RGB (clamped), likewise atomically.
-void writePng(const std::filesystem::path& path, const Image& image, const Metadata& metadata);
+/// Writes an 8-bit PNG of linear RGB as `view` shows it, clamped; an empty one is sRGB. There is never a
+/// half-written file under the final name. Throws Error of kind Output.
+void writePng(const std::filesystem::path& path, Image image, const Metadata& metadata,
+              const ColourTransform& view = {});
 
 /// The text that an image file's metadata has under `name`; empty when there is none, or no such image.
 std::string readMetadata(const std::filesystem::path& path, const std::string& name);
-
-/// The sRGB transfer function, linear [0,1] to encoded [0,1], and back.
-float encodeSrgb(float linear);
-float decodeSrgb(float encoded);
 
 } // namespace strobe

@@ -1,6 +1,7 @@
 // Plugin tables: what exists, what it is called, which parameters it takes, how it is made.
 #pragma once
 
+#include "core/colour.h"
 #include "core/params.h"
 
 #include <functional>
@@ -22,6 +23,8 @@ struct BuildContext {
     Conventions conventions = Conventions::PbrtV4;
     std::vector<float> keyTimes{0, 1}; ///< of the scene's TransformTimes
     std::shared_ptr<TextureCache> textureCache{};
+    /// Of the colours in files.
+    std::shared_ptr<const ColourConfig> colour = std::make_shared<const ColourConfig>();
 };
 
 /// One row of a plugin table. `Product` is what `create` returns; `Args` is what it gets besides the
@@ -44,13 +47,7 @@ const Row& findPlugin(const std::vector<Row>& table, const std::string& name, co
             return row;
         names.push_back(row.name);
     }
-    std::string message = std::string("unknown ") + kind + " \"" + name + "\"";
-    if (const std::string nearest = nearestName(name, names); !nearest.empty())
-        message += "; did you mean \"" + nearest + "\"?";
-    message += " (known: ";
-    for (size_t i = 0; i < names.size(); ++i)
-        message += (i ? ", " : "") + names[i];
-    throw Error(where, message + ")", where ? ErrorKind::Scene : ErrorKind::Usage);
+    throw Error(where, unknownName(kind, name, names), where ? ErrorKind::Scene : ErrorKind::Usage);
 }
 
 } // namespace strobe

@@ -6,16 +6,13 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include <cstring>
+#include <map>
 
 namespace strobe {
 namespace {
 
-float toLinear(float stored, bool srgb, float gamma) {
-    return srgb ? decodeSrgb(stored) : std::pow(std::max(stored, 0.f), gamma);
-}
-
 /// Presents a file to OIIO's cache with its values made linear, so that MIP levels and filters work on light,
-/// not on encoded numbers. The whole file is decoded when it is opened: these are 8- and 16-bit images.
+/// not on encoded numbers. The whole file is decoded when it is opened.
 class LinearizingInput : public OIIO::ImageInput {
   public:
     static OIIO::ImageInput* create() { return new LinearizingInput; }
@@ -29,17 +26,22 @@ class LinearizingInput : public OIIO::ImageInput {
             return false;
         }
         const OIIO::ImageSpec& stored = file->spec();
-        const int n = std::min(stored.nchannels, 3);
-        m_spec = OIIO::ImageSpec(stored.width, stored.height, n, OIIO::TypeDesc::FLOAT);
-        m_values.resize(size_t(m_spec.width) * m_spec.height * n);
+        const auto& transfer =
+            **static_cast<const Transfer* const*>(config.find_attribute("strobe:transfer")->data());
+        const int n = stored.nchannels >= 3 ? 3 : 1;
+        const size_t texels = size_t(stored.width) * size_t(stored.height);
+        m_values.resize(texels * size_t(n));
         if (!file->read_image(0, 0, 0, n, OIIO::TypeDesc::FLOAT, m_values.data())) {
             errorfmt("{}", file->geterror());
             return false;
         }
-        const bool srgb = config.get_int_attribute("strobe:srgb") != 0;
-        const float gamma = config.get_float_attribute("strobe:gamma", 1);
-        for (float& v : m_values)
-            v = toLinear(v, srgb, gamma);
+        const bool isSpace = transfer.kind == Transfer::Space;
+        if (isSpace)
+            convert(transfer, texels, n);
+        else
+            for (float& v : m_values)
+                v = transfer.linear(v);
+        m_spec = OIIO::ImageSpec(stored.width, stored.height, isSpace ? 3 : n, OIIO::TypeDesc::FLOAT);
         spec = m_spec;
         return true;
     }
@@ -53,6 +55,15 @@ class LinearizingInput : public OIIO::ImageInput {
     }
 
   private:
+    /// Grey becomes a colour: the space's grey need not be ours.
+    void convert(const Transfer& transfer, size_t texels, int channels) {
+        std::vector<Rgb> colours(texels);
+        for (size_t i = 0; i < texels; ++i)
+            colours[i] = channels == 1 ? Rgb(m_values[i])
+                                       : Rgb(m_values[3 * i], m_values[3 * i + 1], m_values[3 * i + 2]);
+        transfer.toWorking(colours);
+        m_values.assign(&colours[0].x, &colours[0].x + 3 * texels);
+    }
     std::vector<float> m_values;
 };
 
@@ -110,26 +121,25 @@ struct TextureCache::Impl {
     tbb::enumerable_thread_specific<OIIO::TextureSystem::Perthread*> threads;
 
     /// The cache's name for the file: its own, or one that stands for its linearised values.
-    OIIO::ustring nameOf(const std::filesystem::path& path, const Transfer& transfer) const;
+    OIIO::ustring nameOf(const std::filesystem::path& path, const Transfer& transfer);
+    std::map<OIIO::ustring, Transfer> transfers; ///< by those names
 };
 
-OIIO::ustring TextureCache::Impl::nameOf(const std::filesystem::path& path, const Transfer& transfer) const {
-    if (transfer.kind == Transfer::Linear || (transfer.kind == Transfer::Gamma && transfer.gamma == 1))
+OIIO::ustring TextureCache::Impl::nameOf(const std::filesystem::path& path, const Transfer& transfer) {
+    if (!transfer.changes(false))
         return OIIO::ustring(path.string());
-    if (!transfer.ofFloats) {
-        const auto file = OIIO::ImageInput::open(path.string());
-        if (!file || file->spec().format.is_floating_point()) {
-            OIIO::geterror(); // of a file that cannot be opened: get_imagespec reports it
-            return OIIO::ustring(path.string());
-        }
+    const auto file = OIIO::ImageInput::open(path.string());
+    if (!file || !transfer.changes(file->spec().format.is_floating_point())) {
+        OIIO::geterror(); // of a file that cannot be opened: get_imagespec reports it
+        return OIIO::ustring(path.string());
     }
-    const bool srgb = transfer.kind == Transfer::Srgb;
-    const std::string how = srgb ? "srgb" : "gamma " + std::to_string(transfer.gamma);
-    const OIIO::ustring name(path.string() + "|" + how);
+    const std::string how[] = {"", "srgb", "gamma " + std::to_string(transfer.gamma),
+                               "space " + transfer.space};
+    const OIIO::ustring name(path.string() + "|" + how[transfer.kind]);
+    const Transfer* kept = &transfers.try_emplace(name, transfer).first->second;
     OIIO::ImageSpec config;
     config.attribute("strobe:path", path.string());
-    config.attribute("strobe:srgb", int(srgb));
-    config.attribute("strobe:gamma", transfer.gamma);
+    config.attribute("strobe:transfer", OIIO::TypeDesc::PTR, &kept);
     images->add_file(name, LinearizingInput::create, &config);
     return name;
 }

@@ -83,7 +83,9 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
     if (!params.has(kMap))
         return std::nullopt;
     const Location where = params.whereIs(kMap);
-    Image image = readImage(params.get(kMap).path, where, context.conventions == Conventions::PbrtV4);
+    const std::filesystem::path path = params.get(kMap).path;
+    const Transfer usual{context.conventions == Conventions::PbrtV4 ? Transfer::Srgb : Transfer::Linear};
+    Image image = readImage(path, where, Transfer::ofFile(*context.colour, path, where, usual));
     if (image.width < 1 || image.height < 1)
         throw Error(where, "the environment map is empty");
     if (image.width == image.height && image.width > 1 && context.conventions == Conventions::PbrtV4)

@@ -77,6 +77,12 @@ void warnOfBadSamples(const RenderStats& stats, spdlog::logger& log) {
         log.warn("  replay with --pixel {},{} --sample {}", bad.x, bad.y, bad.sample);
 }
 
+void warnOfClamped(const std::filesystem::path& output, size_t clamped, spdlog::logger& log) {
+    if (clamped > 0)
+        log.warn("{}: {} values beyond 65504 became that, the largest half float; --exr float keeps them",
+                 output.string(), clamped);
+}
+
 std::set<std::string> sharingNames() {
     std::set<std::string> names;
     for (const auto& row : pluginTables().integrators)
@@ -93,12 +99,23 @@ std::vector<Layer> layersOf(const Options& options) {
     return layers;
 }
 
+/// Throws where there is no such view.
+OutputSettings outputSettingsOf(const Options& options) {
+    OutputSettings settings{options.exposure, {}, options.exr};
+    const ColourConfig& colour = *options.build.colour;
+    if (!options.view.isDefault())
+        settings.view = colour.view(options.view);
+    settings.exr.space = colour.workingSpace();
+    return settings;
+}
+
 /// Everything that can be found wrong before a scene is read.
 void checkOptions(const Options& options) {
     if (!options.build.integrator.empty())
         findPlugin(pluginTables().integrators, options.build.integrator, "integrator", {});
     if (!options.build.shading.empty())
         findPlugin(pluginTables().shaders, options.build.shading, "shading integrator", {});
+    outputSettingsOf(options);
     for (const auto& output : options.outputs)
         checkWritable(output);
     for (const auto& file : {options.statsFile, options.heatmapFile, options.samplesFile})
@@ -120,12 +137,15 @@ void makePicture(const Options& options, const BuiltScene& built, StepSeconds se
     for (const auto& output : options.outputs)
         checkWritable(output);
     RenderSettings settings = settingsOf(options, built);
-    Progress progress(options.quiet);
-    settings.progress = [&](double fraction) { progress.update(fraction); };
     SampleTable samples;
     if (!options.samplesFile.empty())
         settings.probe = [&](const SampleReport& report) { samples.add(report); };
     Film film(built.resolution.x, built.resolution.y, built.window, layersOf(options));
+    const OutputSettings outputSettings = outputSettingsOf(options);
+    for (const auto& output : options.outputs)
+        film.checkWrite(output, outputSettings);
+    Progress progress(options.quiet);
+    settings.progress = [&](double fraction) { progress.update(fraction); };
     const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                      *built.filter, settings, film);
     seconds.render = stats.seconds;
@@ -139,8 +159,12 @@ void makePicture(const Options& options, const BuiltScene& built, StepSeconds se
         samples.write(options.samplesFile);
     if (!options.statsFile.empty())
         writeStats(options.statsFile, built, options, stats, seconds);
-    for (const auto& output : options.outputs)
-        film.write(output, renderMetadata(built, options, stats, seconds));
+    for (const auto& output : options.outputs) {
+        Metadata metadata = renderMetadata(built, options, stats, seconds);
+        if (output.extension() == ".png")
+            addViewMetadata(options, metadata);
+        warnOfClamped(output, film.write(output, metadata, outputSettings), log);
+    }
     log.info("{}", summary(built, stats, seconds));
     for (const auto& output : options.outputs)
         log.info("wrote {}", output.string());
@@ -176,6 +200,10 @@ void makeSequence(const Options& given, SceneDescription&& description, StepSeco
 int run(const Options& options, spdlog::logger& log) {
     if (options.list) {
         fmt::print("{}", listPlugins(pluginTables()));
+        return kOk;
+    }
+    if (options.printOcio) {
+        fmt::print("{}", builtinColourConfig());
         return kOk;
     }
     checkOptions(options);

@@ -57,6 +57,8 @@ std::string decisive(const CLI::App& app) {
         if (!others.count(option->get_name()))
             for (const std::string& value : option->results())
                 words += option->get_name() + "=" + value + "\n";
+    if (const char* config = std::getenv("OCIO"))
+        words += std::string("OCIO=") + config + "\n";
     return words;
 }
 
@@ -81,13 +83,42 @@ void readSequence(const CLI::App& app, const std::string& frames, const std::str
     options.command = decisive(app);
 }
 
+ExrSettings exrCalled(const std::string& words) {
+    try {
+        return exrSettingsFrom(words);
+    } catch (const Error& e) {
+        throw CLI::ValidationError("--exr", e.what());
+    }
+}
+
+/// How pixels become files.
+void addPictureOptions(CLI::App& app, Options& options, std::string& exr) {
+    const CLI::Validator finite(
+        [](const std::string& text) {
+            double value = 0;
+            return CLI::detail::lexical_cast(text, value) && std::isfinite(value) ? "" : "takes a number";
+        },
+        "");
+    if (const char* file = std::getenv("OCIO"))
+        options.build.colour = std::make_shared<const ColourConfig>(file);
+    app.add_option("--exr", exr,
+                   "how EXRs are stored, words with commas between: float or half; none, rle, zips, "
+                   "zip, piz, pxr24, b44, b44a, dwaa or dwab; scanlines or tiles:EDGE; single or parts");
+    app.add_option("--view", options.view.view,
+                   "of the OpenColorIO config ($OCIO, or a built-in one): what PNGs show");
+    app.add_option("--display", options.view.display, "of the config: what PNGs are for");
+    app.add_option("--look", options.view.look, "of the config: in place of the view's own");
+    app.add_option("--exposure", options.exposure, "of PNGs, in stops")->check(finite);
+    app.add_flag("--print-ocio", options.printOcio, "print the built-in OpenColorIO config, and stop");
+}
+
 } // namespace
 
 std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     CLI::App app{"strobe: how little can you shade and still be right?"};
     app.set_version_flag("--version", "strobe " STROBE_VERSION);
     std::vector<float> crop;
-    std::string pixel, resolution, heatmapOf = "shades";
+    std::string pixel, resolution, heatmapOf = "shades", exr;
     std::vector<std::string> layers;
     std::string frames, shutter;
     double fps = Sequence().fps;
@@ -103,6 +134,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--resolution", resolution, "WxH: of the frame, in pixels");
     app.add_option("-o,--output", options.outputs, "output file (.exr or .png); may be given again")
         ->allow_extra_args(false);
+    addPictureOptions(app, options, exr);
     app.add_option("--threads", options.threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
     app.add_option("--tile", options.tile, "tile size in pixels; never changes the picture")
         ->check(CLI::PositiveNumber);
@@ -157,9 +189,11 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         if (frameTime)
             options.build.shutter = Shutter{*frameTime, *frameTime};
         readSequence(app, frames, shutter, fps, options);
+        if (!exr.empty())
+            options.exr = exrCalled(exr);
         options.layers = layersCalled("--aov", layers);
         options.heatmapLayer = layersCalled("--heatmap-of", {heatmapOf}).front();
-        if (options.scenes.empty() && !options.list)
+        if (options.scenes.empty() && !options.list && !options.printOcio)
             throw CLI::RequiredError("FILE");
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? kOk : kUsageError;

@@ -30,9 +30,12 @@ struct Options {
     std::filesystem::path statsFile, heatmapFile, samplesFile;
     Layer heatmapLayer = Layer::Shades;
     std::vector<Layer> layers; ///< of EXR outputs
+    ViewSettings view;         ///< of PNGs
+    float exposure = 0;        ///< of PNGs, in stops
+    ExrSettings exr;
     std::string logLevel = "info";
     bool quiet = false;
-    bool list = false;
+    bool list = false, printOcio = false;
     std::optional<Sequence> sequence;
     bool overwrite = false;   ///< render finished frames of a sequence again
     std::string command;      ///< the options that decide a picture, as they were given

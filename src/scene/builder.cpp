@@ -15,15 +15,16 @@ const char* const kLeftOut = "\n";
 /// Makes plugins from statements: looks the name up, creates, reports what was not read.
 class Maker {
   public:
-    Maker(SceneDescription& description, Messages& messages)
+    Maker(SceneDescription& description, std::shared_ptr<const ColourConfig> colour, Messages& messages)
         : m_strict(description.strictParameters), m_context{messages, description.conventions,
                                                             description.keyTimes,
-                                                            std::make_shared<TextureCache>()},
+                                                            std::make_shared<TextureCache>(),
+                                                            std::move(colour)},
           m_textures(std::make_shared<TextureTable>()) {}
     /// The same maker, which tells its warnings to another.
     Maker(const Maker& other, Messages& messages)
         : m_strict(other.m_strict), m_context{messages, other.m_context.conventions, other.m_context.keyTimes,
-                                              other.m_context.textureCache},
+                                              other.m_context.textureCache, other.m_context.colour},
           m_textures(other.m_textures) {}
 
     template <class Product, class... Args>
@@ -152,7 +153,8 @@ class SceneBuilder::Impl {
   public:
     Impl(SceneDescription&& description, const BuildOptions& options, Messages& messages, Frames frames)
         : m_description(std::move(description)), m_messages(messages), m_tables(pluginTables()),
-          m_maker(m_description, messages), m_camera(orDefault(m_description.camera, "perspective")),
+          m_maker(m_description, options.colour, messages),
+          m_camera(orDefault(m_description.camera, "perspective")),
           m_shapes([this](ShapeDecl& decl, Messages& told) { return makeShape(decl, told); },
                    frames == Frames::Many),
           m_lights(m_description.lights.size()) {

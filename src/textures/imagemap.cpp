@@ -14,7 +14,9 @@ const ParamDef<float> kScale{"scale", 1.f, "factor of the values"};
 const ParamDef<bool> kInvert{"invert", false, "use 1 - value"};
 const ParamDef<float> kGamma{"gamma", 1.f, "pbrt-v2: linear = stored^gamma; v3: a bool, sRGB or linear"};
 const ParamDef<std::string> kEncoding{
-    "encoding", "", "of 8- and 16-bit files: sRGB (default in v4), linear (default in v2) or \"gamma 2.2\""};
+    "encoding", "",
+    "of 8- and 16-bit files: sRGB (default in v4), linear (default in v2) or \"gamma 2.2\"; of all files: a "
+    "colour space of the OpenColorIO config"};
 const ParamDef<std::string> kFilter{"filter", "EWA",
                                     "point and bilinear: no filtering; trilinear and EWA: by the footprint"};
 const ParamDef<bool> kTrilinear{"trilinear", false, "accepted: filtered by the footprint all the same"};
@@ -77,29 +79,33 @@ bool isFiltered(const ParamSet& params) {
                 "unknown filter \"" + name + "\" (known: point, bilinear, trilinear, EWA)");
 }
 
-Transfer encodingFrom(const ParamSet& params) {
+Transfer encodingFrom(const ParamSet& params, const BuildContext& context) {
     const std::string name = params.get(kEncoding);
     if (name == "sRGB")
-        return {Transfer::Srgb, 1, false};
+        return {Transfer::Srgb};
     if (name == "linear")
-        return {Transfer::Linear, 1, false};
+        return {};
     float gamma = 0;
     if (name.starts_with("gamma ")) {
         const auto [end, error] = std::from_chars(&name[6], name.data() + name.size(), gamma);
         if (error == std::errc() && end == name.data() + name.size() && gamma > 0)
-            return {Transfer::Gamma, gamma, false};
+            return {Transfer::Gamma, gamma};
+        throw Error(params.whereIs(kEncoding), "\"gamma\" is followed by a positive number");
     }
-    throw Error(params.whereIs(kEncoding),
-                "unknown encoding \"" + name + "\" (known: sRGB, linear, gamma followed by a number)");
+    try {
+        return Transfer::of(*context.colour, name, params.whereIs(kEncoding));
+    } catch (const Error& e) {
+        throw Error(e.location, std::string("neither sRGB, linear nor gamma and a number; of ") + e.what());
+    }
 }
 
-Transfer transferFrom(const ParamSet& params, const BuildContext& context) {
+Transfer transferFrom(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
     if (params.has(kEncoding))
-        return encodingFrom(params);
+        return encodingFrom(params, context);
     for (const Param& p : params.all())
         if (p.name == kGamma.name && p.type == ParamType::Bool) { // pbrt-v3
             const bool srgb = params.get(ParamDef<bool>{kGamma.name, true, ""});
-            return {srgb ? Transfer::Srgb : Transfer::Linear, 1, false};
+            return {srgb ? Transfer::Srgb : Transfer::Linear};
         }
     if (params.has(kGamma)) {
         const float gamma = params.get(kGamma);
@@ -107,14 +113,17 @@ Transfer transferFrom(const ParamSet& params, const BuildContext& context) {
             throw Error(params.whereIs(kGamma), "gamma must be positive");
         return {Transfer::Gamma, gamma, true};
     }
-    return {context.conventions == Conventions::PbrtV4 ? Transfer::Srgb : Transfer::Linear, 1, false};
+    const Transfer usual{context.conventions == Conventions::PbrtV4 ? Transfer::Srgb : Transfer::Linear};
+    if (args.isFloat) // numbers, of which a config's rules know nothing
+        return usual;
+    return Transfer::ofFile(*context.colour, params.get(kFilename).path, params.whereIs(kFilename), usual);
 }
 
 TexturePtr create(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
     const std::filesystem::path path = params.require(kFilename).path;
     params.get(kTrilinear);
     params.get(kMaxAnisotropy);
-    const Transfer transfer = transferFrom(params, context);
+    const Transfer transfer = transferFrom(params, context, args);
     Settings settings;
     settings.wrap = wrapFrom(params);
     settings.filtered = isFiltered(params);

@@ -1,6 +1,7 @@
 #include "core/image.h"
 
 #include "core/atomic_file.h"
+#include "support/image_files.h"
 
 #include <OpenImageIO/imageio.h>
 
@@ -11,36 +12,15 @@
 #include <sstream>
 #include <sys/resource.h>
 #include <thread>
-#include <unistd.h>
 
 namespace strobe {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// A folder of its own for each test.
-class ImageFiles : public testing::Test {
-  protected:
-    void SetUp() override { fs::create_directories(m_folder); }
-    void TearDown() override { fs::remove_all(m_folder); }
-    fs::path operator/(const std::string& name) const { return m_folder / name; }
-    size_t fileCount() const {
-        return size_t(std::distance(fs::directory_iterator(m_folder), fs::directory_iterator()));
-    }
-    fs::path m_folder = fs::temp_directory_path() / ("strobe-image-" + std::to_string(::getpid()));
-};
 
 Image gradient(int width, int height) {
     Image image{width, height, {}};
     for (int i = 0; i < width * height; ++i)
         image.pixels.emplace_back(float(i % width) / width, float(i / width) / height, 3.5f * i);
     return image;
-}
-
-void writeRgb(const fs::path& path, const Image& image, bool half = false, const Metadata& metadata = {}) {
-    const float* data = &image.pixels[0].x;
-    writeExr(path, {0, 0, image.width, image.height}, image.width, image.height,
-             {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}, metadata, half);
 }
 
 std::string slurp(const fs::path& path) {
@@ -65,42 +45,7 @@ TEST_F(ImageFiles, ExrRoundTrip) {
     ASSERT_EQ(back.height, 5);
     for (size_t i = 0; i < image.pixels.size(); ++i)
         EXPECT_EQ(back.pixels[i], image.pixels[i]);
-    writeRgb(*this / "b.exr", image, true);
-    const Image half = readImage(*this / "b.exr", {});
-    for (size_t i = 0; i < image.pixels.size(); ++i)
-        EXPECT_NEAR(half.pixels[i].z, image.pixels[i].z, 1e-3f * image.pixels[i].z);
-    EXPECT_EQ(fileCount(), 2u);
-}
-
-TEST_F(ImageFiles, ExrKeepsWindowsNamesAndMetadata) {
-    const std::vector<float> values{0, 1, 2, 3, 4, 5};
-    writeExr(*this / "c.exr", {3, 2, 6, 4}, 20, 10,
-             {{"R", values.data()}, {"G", values.data()}, {"B", values.data()}, {"normal.X", values.data()}},
-             {{"renderer", std::string("strobe")}, {"samples", 64}, {"seconds", 1.5f}});
-    const auto in = OIIO::ImageInput::open((*this / "c.exr").string());
-    ASSERT_TRUE(in);
-    const OIIO::ImageSpec& spec = in->spec();
-    EXPECT_EQ(spec.full_width, 20);
-    EXPECT_EQ(spec.full_height, 10);
-    EXPECT_EQ(std::vector<int>({spec.x, spec.y, spec.width, spec.height}), std::vector<int>({3, 2, 3, 2}));
-    EXPECT_EQ(spec.channelnames, std::vector<std::string>({"R", "G", "B", "normal.X"}));
-    EXPECT_EQ(spec.get_string_attribute("renderer"), "strobe");
-    EXPECT_EQ(spec.get_int_attribute("samples"), 64);
-    EXPECT_EQ(spec.get_float_attribute("seconds"), 1.5f);
-    EXPECT_EQ(readImage(*this / "c.exr", {}).at(2, 1), Rgb(5));
-}
-
-TEST_F(ImageFiles, ExrRefusesNonsense) {
-    const float zero[4] = {};
-    const auto write = [&](const Window& w, const std::vector<Channel>& c, const Metadata& m = {}) {
-        writeExr(*this / "d.exr", w, 2, 2, c, m);
-    };
-    EXPECT_THROW(write({0, 0, 0, 2}, {{"R", zero}}), Error);
-    EXPECT_THROW(write({0, 0, 2, 2}, {}), Error);
-    EXPECT_THROW(write({0, 0, 2, 2}, {{"R", zero}, {"R", zero}}), Error);
-    EXPECT_THROW(write({0, 0, 2, 2}, {{"", zero}}), Error);
-    EXPECT_THROW(write({0, 0, 2, 2}, {{"R", zero}}, {{"channels", 1}}), Error); // a name of OpenEXR's own
-    EXPECT_EQ(fileCount(), 0u);
+    EXPECT_EQ(fileCount(), 1u);
 }
 
 TEST_F(ImageFiles, PngIsSrgb) {
@@ -111,9 +56,37 @@ TEST_F(ImageFiles, PngIsSrgb) {
     EXPECT_EQ(stored.at(0, 0).z, 1);
     EXPECT_EQ(stored.at(1, 0).x, 0);
     EXPECT_EQ(stored.at(1, 0).y, 1);
-    EXPECT_NEAR(readImage(*this / "e.png", {}, true).at(0, 0).y, .5f, .004f);
+    EXPECT_NEAR(readImage(*this / "e.png", {}, {Transfer::Srgb}).at(0, 0).y, .5f, .004f);
     const auto in = OIIO::ImageInput::open((*this / "e.png").string());
     EXPECT_EQ(in->spec().get_string_attribute("ImageDescription"), "a test");
+}
+
+TEST_F(ImageFiles, PngAsAViewShowsIt) {
+    const ColourTransform twice = [](std::span<Rgb> colours) {
+        for (Rgb& c : colours)
+            c *= 2;
+    };
+    writePng(*this / "r.png", Image{1, 1, {Rgb(.25f, .125f, 3)}}, {}, twice);
+    const Rgb stored = readImage(*this / "r.png", {}).at(0, 0);
+    EXPECT_EQ(
+        Imath::V3i(std::lround(stored.x * 255), std::lround(stored.y * 255), std::lround(stored.z * 255)),
+        Imath::V3i(128, 64, 255));
+}
+
+TEST_F(ImageFiles, AColourSpaceIsOfFloatsToo) {
+    const ColourConfig config;
+    writeRgb(*this / "s.exr", Image{1, 1, {Rgb(1, 0, 0)}});
+    writeGrey8(*this / "t.png", 1, 1, {255});
+    const Transfer acescg = Transfer::of(config, "ACEScg", {});
+    TextureCache cache;
+    for (const char* name : {"s.exr", "t.png"}) {
+        const Rgb read = readImage(*this / name, {}, acescg).at(0, 0);
+        const Rgb found =
+            cache.lookup(*cache.open(*this / name, {}, acescg), V2f(.5f), V2f(0), V2f(0), Wrap::Clamp);
+        EXPECT_LT((read - found).length(), 1e-6f);
+        EXPECT_LT((read - (name[0] == 's' ? Rgb(1.705051f, -.130256f, -.024003f) : Rgb(1))).length(), 1e-5f)
+            << read;
+    }
 }
 
 TEST_F(ImageFiles, GreyIsSpread) {

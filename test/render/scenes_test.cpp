@@ -158,7 +158,7 @@ TEST_P(PaperScene, MatchesTheReference) {
     }
     const BuiltScene built = test::buildFile(scene, options);
     Image image = test::render(built, 11).image;
-    Image wanted = readImage(reference, {}, false);
+    Image wanted = readImage(reference, {});
     ASSERT_EQ(wanted.width, built.resolution.x);
     ASSERT_EQ(wanted.height, built.resolution.y);
     wanted = cutOut(wanted, built.window);

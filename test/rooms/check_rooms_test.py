@@ -45,6 +45,7 @@ class CheckRooms(unittest.TestCase):
             "src/core/gone.cpp": '#include "core/gone.h"',
             "src/shapes/embree.cpp": "#  include <embree4/rtcore.h>",
             "src/core/pixels.cpp": "#include <OpenEXR/ImfRgbaFile.h>",
+            "src/core/planes.cpp": "#include <ImfHeader.h>",
             "src/core/film.cpp": "#include <OpenColorIO/OpenColorIO.h>",
             "src/core/loop.cpp": "#include <opensubdiv/far/x.h>",
         }.items():

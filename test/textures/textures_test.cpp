@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <unistd.h>
 
 namespace strobe {
@@ -237,11 +238,48 @@ TEST_F(ImageMaps, ParametersAct) {
                 1e-5f);
 }
 
+TEST_F(ImageMaps, EncodingsAreColourSpacesToo) {
+    const float stored = 188 / 255.f;
+    EXPECT_EQ(make({stringParam("encoding", "raw")})->rgb(at(.5f, .25f)).x,
+              make({stringParam("encoding", "linear")})->rgb(at(.5f, .25f)).x);
+    EXPECT_NEAR(make({stringParam("encoding", "texture_paint")})->rgb(at(.5f, .25f)).x, decodeSrgb(stored),
+                1e-4f);
+    const Rgb red = make({stringParam("encoding", "ACEScg")})->rgb(at(.5f, .75f)); // outside of Rec. 709
+    EXPECT_NEAR(red.x, 1.705051f, 1e-5f);
+    EXPECT_NEAR(red.y, -.130256f, 1e-5f);
+    EXPECT_NEAR(red.z, -.024003f, 1e-5f);
+}
+
+TEST_F(ImageMaps, RulesForFileNamesAreOfColoursThatSayNothing) {
+    const std::string config = m_path.string() + ".ocio";
+    std::string text = builtinColourConfig();
+    text.replace(
+        text.find("file_rules:"), 11,
+        "file_rules:\n  - !<Rule> {name: maps, pattern: \"*strobe-map*\", extension: png, colorspace: raw}");
+    std::ofstream(config) << text;
+    m_maker.context.colour = std::make_shared<const ColourConfig>(config);
+    const float stored = 188 / 255.f;
+    EXPECT_NEAR(make({})->rgb(at(.5f, .25f)).x, stored, 1e-5f);
+    EXPECT_NEAR(make({}, true)->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "a map of numbers";
+    EXPECT_NEAR(make({stringParam("encoding", "sRGB")})->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f);
+    EXPECT_NEAR(make({floatParam("gamma", 2)})->rgb(at(.5f, .25f)).x, sqr(stored), 1e-5f);
+    text.replace(text.find("*strobe-map*"), 12, "*another*");
+    std::ofstream(config) << text;
+    m_maker.context.colour = std::make_shared<const ColourConfig>(config);
+    EXPECT_NEAR(make({})->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "no rule but the default";
+    std::filesystem::remove(config);
+}
+
 TEST_F(ImageMaps, WhatIsUnknownIsAnError) {
     EXPECT_NE(errorOf({stringParam("wrap", "mirror")}).find("known: repeat, black, clamp"),
               std::string::npos);
     EXPECT_NE(errorOf({stringParam("filter", "box")}).find("known: point"), std::string::npos);
-    EXPECT_NE(errorOf({stringParam("encoding", "gamma x")}).find("known: sRGB"), std::string::npos);
+    EXPECT_EQ(errorOf({stringParam("encoding", "gamma x")}), "\"gamma\" is followed by a positive number");
+    EXPECT_EQ(
+        errorOf({stringParam("encoding", "ACESgc")}),
+        "neither sRGB, linear nor gamma and a number; of the built-in OpenColorIO config: unknown colour "
+        "space \"ACESgc\"; did you mean \"ACEScg\"? (known: ACES2065-1, ACEScg, ACEScct, lin_rec709, "
+        "srgb_texture, raw)");
     EXPECT_NE(errorOf({floatParam("gamma", 0)}).find("positive"), std::string::npos);
     Maker m;
     EXPECT_THROW(m.make(imagemapTexturePlugin(), {}), Error);
