@@ -29,6 +29,33 @@ const std::vector<float>& Film::plane(Layer layer) const {
     return m_planes.at(size_t(it - m_layers.begin()));
 }
 
+void Film::add(const Film& part) {
+    const Window& w = part.window();
+    for (int y = w.y0; y < w.y1; ++y)
+        for (int x = w.x0; x < w.x1; ++x)
+            add(x, y, part.m_sums.at(size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0)));
+}
+
+void Film::clear() {
+    std::fill(m_image.pixels.begin(), m_image.pixels.end(), Rgb(0));
+    std::fill(m_sums.begin(), m_sums.end(), PixelSum());
+    for (std::vector<float>& plane : m_planes)
+        std::fill(plane.begin(), plane.end(), 0.f);
+}
+
+void Film::copy(const Film& from, const Window& tile) {
+    for (int y = tile.y0 - m_window.y0; y < tile.y1 - m_window.y0; ++y) {
+        const ptrdiff_t row = ptrdiff_t(y) * m_image.width;
+        const ptrdiff_t begin = row + tile.x0 - m_window.x0, end = row + tile.x1 - m_window.x0;
+        const auto take = [&](const auto& in, auto& out) {
+            std::copy(in.begin() + begin, in.begin() + end, out.begin() + begin);
+        };
+        take(from.m_image.pixels, m_image.pixels);
+        for (size_t i = 0; i < m_planes.size(); ++i)
+            take(from.m_planes[i], m_planes[i]);
+    }
+}
+
 std::vector<Part> Film::exrParts() const {
     const float* data = &m_image.pixels[0].x;
     std::vector<Part> parts = {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}}};

@@ -40,6 +40,12 @@ class Film {
             m_sums[i].add(sum);
         m_image.pixels[i] = (m_sums.empty() ? sum : m_sums[i]).mean();
     }
+    /// Adds another film's samples, pixel by pixel; it covers a part of this one, and both keep sums.
+    void add(const Film& part);
+    /// No samples.
+    void clear();
+    /// Takes pixels and layers over, but no sums, from a film of the same window and layers.
+    void copy(const Film& from, const Window& tile);
     /// Row by row over the window; empty if they are not kept.
     const std::vector<PixelSum>& sums() const { return m_sums; }
     /// `value` of layer `index` (into `layers()`).

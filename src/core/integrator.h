@@ -32,11 +32,21 @@ struct PixelRef {
     uint64_t domain; ///< the sampler domain of the pixel: a hash of seed and position
 };
 
-/// All visibility samples of a few whole pixels, pixel by pixel, samples in order.
+/// Some of a pixel's samples: numbers `first` to `end`, without the latter.
+struct SampleSlice {
+    uint32_t first = 0, end = 0;
+    uint32_t count() const { return end - first; }
+    bool contains(uint32_t index) const { return first <= index && index < end; }
+    bool operator==(const SampleSlice&) const = default;
+};
+
+/// Visibility samples of a few pixels, pixel by pixel, samples in order: the same `slice` of each.
 struct VisibilityBatch {
     std::span<const PixelRef> pixels;
     std::span<const VisibilitySample> samples;
-    uint32_t samplesPerPixel = 0;
+    uint32_t samplesPerPixel = 0; ///< of the whole render
+    SampleSlice slice;  ///< of each pixel: what is here. All of them, if samples depend on their pixel
+    SampleSlice wanted; ///< a part of it: the values of others are not looked at
 };
 
 /// Which of the light to estimate. Direct: what lights the first surface beyond mirrors and glass, and what
@@ -62,7 +72,7 @@ class IntegratorWorker {
     virtual ~IntegratorWorker() = default;
     /// Appends the shades that the batch needs to `requests` (empty at the call).
     virtual void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) = 0;
-    /// values[i] = the radiance of batch.samples[i], from the shaded requests of `plan`.
+    /// values[i] = the radiance of batch.samples[i], from the shaded requests of `plan`, if it is wanted.
     virtual void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                          std::span<Rgb> values) = 0;
     /// Called before the first batch of each tile.
@@ -90,7 +100,15 @@ class IntegratorRender {
   public:
     virtual ~IntegratorRender() = default;
     virtual std::unique_ptr<IntegratorWorker> makeWorker() = 0;
+    /// Forgets what was shaded: from now on this is the render that `begin` would have made with this seed
+    /// and number of samples. The workers made before are gone.
+    virtual void restart(uint64_t /*seed*/, int /*samplesPerPixel*/) {}
 };
+
+/// On what a sample's value depends, beside the scene, the settings and its own numbers: on nothing (also
+/// not if what it shares depends on its place alone), on the other samples of its pixel, or on the course of
+/// the render.
+enum class Dependence { None, Pixel, Render };
 
 /// How far from a sample's own point the radiance may be taken that becomes its value: the mean over seeds
 /// departs from the truth by no more than radiance varies on the same surface within `reachPixels` (as seen
@@ -103,6 +121,8 @@ class Integrator {
   public:
     virtual ~Integrator() = default;
     virtual BiasBound biasBound(const Scene& /*scene*/) const { return {}; }
+    /// Decides how slices of a pixel's samples are rendered. With `Render`, they cannot be.
+    virtual Dependence dependence() const { return Dependence::Render; }
     /// Scene and whatever the context refers to outlive the render.
     virtual std::unique_ptr<IntegratorRender> begin(const Scene& scene,
                                                     const RenderContext& context) const = 0;

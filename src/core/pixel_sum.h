@@ -18,13 +18,16 @@ class PixelSum {
     /// A sample's value and its filter weight. False, and only counted as bad, if it is not a number or too
     /// large.
     bool add(const Rgb& value, float weight) {
-        // Products of two floats are exact. Comparisons with a NaN are false.
-        const double w = weight, r = w * value.x, g = w * value.y, b = w * value.z;
-        if (!(std::abs(r) < kMostValue && std::abs(g) < kMostValue && std::abs(b) < kMostValue)) {
+        // In quanta. Products of two floats are exact in a double; comparisons with a NaN are false.
+        const double w = weight * kPerUnit, r = w * value.x, g = w * value.y, b = w * value.z;
+        if (std::abs(r) + std::abs(g) + std::abs(b) < 0x1p63) [[likely]]
+            m_r += int64_t(r), m_g += int64_t(g), m_b += int64_t(b);
+        else if (fits(r) && fits(g) && fits(b))
+            m_r += wide(r), m_g += wide(g), m_b += wide(b);
+        else {
             ++m_bad;
             return false;
         }
-        m_r += quanta(r), m_g += quanta(g), m_b += quanta(b);
         ++m_good;
         return true;
     }
@@ -36,7 +39,7 @@ class PixelSum {
     Rgb mean() const {
         if (m_good == 0)
             return Rgb(0);
-        const double scale = kQuantum / m_good;
+        const double scale = 1 / (kPerUnit * m_good);
         return {float(double(m_r) * scale), float(double(m_g) * scale), float(double(m_b) * scale)};
     }
     uint32_t good() const { return m_good; }
@@ -45,13 +48,12 @@ class PixelSum {
 
   private:
     using Sum = __int128;
-    static constexpr double kQuantum = 0x1p-56;
-    /// `value` in quanta, towards zero.
-    static Sum quanta(double value) {
-        if (std::abs(value) < 0x1p7)
-            return int64_t(value * 0x1p56);
-        const int64_t coarse = int64_t(value * 0x1p4); // exact from here: a double has 53 bits
-        return (Sum(coarse) << 52) + int64_t((value - double(coarse) * 0x1p-4) * 0x1p56);
+    static constexpr double kPerUnit = 0x1p56;
+    static bool fits(double quanta) { return std::abs(quanta) < kMostValue * kPerUnit; }
+    /// Towards zero, as the conversion of small ones.
+    static Sum wide(double quanta) {
+        const int64_t coarse = int64_t(quanta * 0x1p-52); // what is left of a double's 53 bits is small
+        return (Sum(coarse) << 52) + int64_t(quanta - double(coarse) * 0x1p52);
     }
 
     Sum m_r = 0, m_g = 0, m_b = 0;

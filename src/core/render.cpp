@@ -47,9 +47,11 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
                            const Filter& filter, RenderSettings settings, const Window& window) {
     constexpr int kPixels = 16;
     settings.samplesPerPixel = 16;
+    settings.slice.reset();
     settings.probe = nullptr;
+    settings.stop = nullptr;
     UnsharedRender<PilotWorker> pilot(scene);
-    TileRenderer renderer(scene, pilot, shader, sampler, filter, settings);
+    TileRenderer renderer(scene, pilot, shader, sampler, filter, settings, Dependence::None);
     renderer.meterEvery(1);
     for (int i = 0; i < kPixels; ++i) {
         const uint64_t h = hashOf(settings.seed, i);
@@ -65,18 +67,69 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
     return cost;
 }
 
+/// Throws for samples that these settings cannot render.
+void checkSamples(const RenderSettings& settings, Dependence dependence) {
+    if (uint64_t(settings.samplesPerPixel) > PixelSum::kMostSamples)
+        throw Error("more than " + std::to_string(PixelSum::kMostSamples) + " samples per pixel",
+                    ErrorKind::Usage);
+    if (!settings.slice)
+        return;
+    if (dependence == Dependence::Render)
+        throw Error(
+            "the samples of this integrator depend on the course of the render: there are no slices of them",
+            ErrorKind::Usage);
+    const SampleSlice& s = *settings.slice;
+    if (s.first >= s.end || s.end > uint32_t(settings.samplesPerPixel))
+        throw Error("samples " + std::to_string(s.first) + ":" + std::to_string(s.end) + ": a pixel has " +
+                        std::to_string(settings.samplesPerPixel),
+                    ErrorKind::Usage);
+}
+
 } // namespace
 
-RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
-                   const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film) {
-    const auto start = std::chrono::steady_clock::now();
-    const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
-    const RenderContext context{
-        settings.seed, threads, settings.samplesPerPixel, film.window(), shader.hasIndirectLight(), [&] {
-            return measureShadeCost(scene, shader, sampler, filter, settings, film.window());
+Renderer::Renderer(const Scene& scene, const Integrator& integrator, const Shader& shader,
+                   const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
+                   const Window& window)
+    : m_scene(scene), m_integrator(integrator), m_shader(shader), m_sampler(sampler), m_filter(filter),
+      m_settings(settings), m_window(window) {}
+
+Renderer::~Renderer() = default;
+
+void Renderer::restart(uint64_t seed, int samplesPerPixel) {
+    m_settings.seed = seed;
+    m_settings.samplesPerPixel = samplesPerPixel;
+    m_settings.slice.reset();
+    if (m_shared)
+        m_shared->restart(seed, samplesPerPixel);
+}
+
+void Renderer::continueWith(const SampleSlice& slice) { m_settings.slice = slice; }
+
+RenderContext Renderer::context(int threads) const {
+    return {
+        m_settings.seed, threads, m_settings.samplesPerPixel, m_window, m_shader.hasIndirectLight(), [this] {
+            return measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_window);
         }};
-    const std::unique_ptr<IntegratorRender> shared = integrator.begin(scene, context);
-    const std::vector<Window> tiles = tilesOf(film.window(), std::clamp(settings.tileSize, 1, 1 << 16));
+}
+
+bool Renderer::render(Film& film) {
+    const auto start = std::chrono::steady_clock::now();
+    checkSamples(m_settings, m_integrator.dependence());
+    const int threads = m_settings.threads > 0 ? m_settings.threads : tbb::info::default_concurrency();
+    if (!m_shared)
+        m_shared = m_integrator.begin(m_scene, context(threads));
+    const bool whole =
+        renderTiles(tilesOf(m_window, std::clamp(m_settings.tileSize, 1, 1 << 16)), threads, film);
+    if (whole) {
+        ++m_stats.passes;
+        m_stats.samplesPerPixel +=
+            m_settings.slice ? m_settings.slice->count() : uint64_t(m_settings.samplesPerPixel);
+    }
+    m_stats.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return whole;
+}
+
+bool Renderer::renderTiles(const std::vector<Window>& tiles, int threads, Film& film) {
     tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;
     // TBB orders what is before, in and after its tasks. These two say so in the language, too:
     // ThreadSanitizer does not see into TBB.
@@ -99,28 +152,46 @@ RenderStats render(const Scene& scene, const Integrator& integrator, const Shade
                     auto& renderer = renderers.local();
                     if (!renderer)
                         renderer =
-                            std::make_unique<TileRenderer>(scene, *shared, shader, sampler, filter, settings);
-                    renderer->renderTile(tiles[i], film);
+                            std::make_unique<TileRenderer>(m_scene, *m_shared, m_shader, m_sampler, m_filter,
+                                                           m_settings, m_integrator.dependence());
+                    if (!renderer->renderTile(tiles[i], film))
+                        return;
                     const size_t finished = ++done;
-                    if (settings.progress) {
+                    if (m_settings.tileDone)
+                        m_settings.tileDone(film, tiles[i]);
+                    if (m_settings.progress) {
                         const std::lock_guard lock(progressMutex);
-                        settings.progress(double(finished) / double(tiles.size()));
+                        m_settings.progress(double(finished) / double(tiles.size()));
                     }
                 }
             },
             tbb::simple_partitioner{});
     });
 
-    RenderStats stats;
-    if (done.load(std::memory_order_acquire) != tiles.size())
+    const bool whole = done.load(std::memory_order_acquire) == tiles.size();
+    if (!whole && !m_settings.stop)
         throw std::logic_error("tiles were left out");
+    size_t thread = 0;
     for (const auto& renderer : renderers) {
         renderer->finish();
-        stats.threads.push_back(renderer->counters());
-        stats.total.add(renderer->counters());
+        addCounters(thread++, renderer->counters());
     }
-    stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return stats;
+    return whole;
+}
+
+void Renderer::addCounters(size_t thread, Counters counters) {
+    if (m_stats.passes > 0)
+        counters.pixels = 0; // they are the same ones
+    m_stats.threads.resize(std::max(m_stats.threads.size(), thread + 1));
+    m_stats.threads[thread].add(counters);
+    m_stats.total.add(counters);
+}
+
+RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
+                   const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film) {
+    Renderer renderer(scene, integrator, shader, sampler, filter, settings, film.window());
+    renderer.render(film);
+    return renderer.stats();
 }
 
 } // namespace strobe

@@ -5,6 +5,7 @@
 #include "core/integrator.h"
 
 #include <functional>
+#include <optional>
 
 namespace strobe {
 
@@ -20,6 +21,8 @@ struct SampleReport {
 
 struct RenderSettings {
     int samplesPerPixel = 1;
+    /// Of each pixel's samples, those to render: sums of slices add up to the whole's, to the bit. None: all.
+    std::optional<SampleSlice> slice;
     uint64_t seed = 0;
     int threads = 0;   ///< 0: as many as the machine has
     int tileSize = 32; ///< pixels; changes the time, never a pixel
@@ -27,12 +30,55 @@ struct RenderSettings {
     std::function<void(double)> progress;
     /// Called for every sample, from any thread: to look into pixels. Leave empty otherwise.
     std::function<void(const SampleReport&)> probe;
+    /// Called from any thread when a tile is in the film; no other thread writes there.
+    std::function<void(const Film&, const Window&)> tileDone;
+    /// Asked from any thread, some hundred samples apart; once true, the rest is left out.
+    std::function<bool()> stop;
 };
 
 struct RenderStats {
     Counters total;
     std::vector<Counters> threads;
     double seconds = 0; ///< wall clock
+    int passes = 0;     ///< over the whole window
+    uint64_t samplesPerPixel = 0;
+    std::optional<double> noise; ///< NoiseEstimate::level, where it was asked for
+};
+
+/// A render that may take several passes over its window, each of other samples.
+class Renderer {
+  public:
+    /// What is passed in outlives the renderer.
+    Renderer(const Scene& scene, const Integrator& integrator, const Shader& shader, const Sampler& sampler,
+             const Filter& filter, const RenderSettings& settings, const Window& window);
+    ~Renderer();
+
+    /// The whole window, or what there is of it when settings.stop says so: then false. Throws Error for a
+    /// slice of samples that depend on more than their pixel.
+    bool render(Film& film);
+    /// From now on this is a render with another seed and other samples per pixel: all of them are to be
+    /// rendered, and none of them depends on what came before.
+    void restart(uint64_t seed, int samplesPerPixel);
+    /// From now on, the next `render` is to render this slice of the same samples.
+    void continueWith(const SampleSlice& slice);
+
+    /// Of all passes.
+    const RenderStats& stats() const { return m_stats; }
+
+  private:
+    bool renderTiles(const std::vector<Window>& tiles, int threads, Film& film);
+    void addCounters(size_t thread, Counters counters);
+    RenderContext context(int threads) const;
+
+    const Scene& m_scene;
+    const Integrator& m_integrator;
+    const Shader& m_shader;
+    const Sampler& m_sampler;
+    const Filter& m_filter;
+    RenderSettings m_settings;
+    const Window m_window;
+    std::unique_ptr<IntegratorRender> m_shared;
+    RenderStats m_stats;
 };
 
 /// Renders the film's window. A pixel is a function of scene, shader, integrator, sampler, filter, seed and

@@ -25,26 +25,30 @@ bool countsAsShade(const ShadingRequest& request) {
 } // namespace
 
 TileRenderer::TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
-                           const Sampler& sampler, const Filter& filter, const RenderSettings& settings)
+                           const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
+                           Dependence dependence)
     : m_scene(scene), m_moves(scene.moves()), m_sampler(sampler), m_filter(filter), m_settings(settings),
+      m_wanted(settings.slice.value_or(SampleSlice{0, uint32_t(settings.samplesPerPixel)})),
+      m_slice(dependence == Dependence::None ? m_wanted : SampleSlice{0, uint32_t(settings.samplesPerPixel)}),
       m_integrator(integrator.makeWorker()), m_shader(shader.makeWorker(scene, sampler)) {
     m_counters.shadeCosts.resize(scene.materials().size() + 1);
 }
 
-void TileRenderer::renderTile(const Window& tile, Film& film) {
+bool TileRenderer::renderTile(const Window& tile, Film& film) {
     const FastFloats fast;
-    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
-    const uint32_t pixelsPerBatch = std::max(1u, kBatchSamples / spp);
+    const uint32_t pixelsPerBatch = std::max(1u, kBatchSamples / m_slice.count());
     m_integrator->beginTile();
     m_pixels.clear();
     for (int y = tile.y0; y < tile.y1; ++y)
         for (int x = tile.x0; x < tile.x1; ++x) {
             m_pixels.push_back({x, y, hashOf(m_settings.seed, x, y)});
-            if (m_pixels.size() == pixelsPerBatch)
-                renderBatch(film);
+            if (m_pixels.size() < pixelsPerBatch && !(x + 1 == tile.x1 && y + 1 == tile.y1))
+                continue;
+            if (m_settings.stop && m_settings.stop())
+                return false;
+            renderBatch(film);
         }
-    if (!m_pixels.empty())
-        renderBatch(film);
+    return true;
 }
 
 void TileRenderer::renderBatch(Film& film) {
@@ -53,7 +57,7 @@ void TileRenderer::renderBatch(Film& film) {
     clock.charge(Stage::Generate);
     trace();
     clock.charge(Stage::Trace);
-    const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel)};
+    const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel), m_slice, m_wanted};
     m_requests.clear();
     m_integrator->plan(batch, m_requests);
     clock.charge(Stage::Plan);
@@ -68,12 +72,12 @@ void TileRenderer::renderBatch(Film& film) {
         probe();
     clock.charge(Stage::Resolve);
     m_counters.pixels += m_pixels.size();
-    m_counters.visibilitySamples += m_samples.size();
+    m_counters.visibilitySamples += m_samples.size(); // traced, wanted or not
     m_pixels.clear();
 }
 
 void TileRenderer::generate() {
-    const uint32_t count = uint32_t(m_pixels.size()) * uint32_t(m_settings.samplesPerPixel);
+    const uint32_t count = uint32_t(m_pixels.size()) * m_slice.count();
     m_samples.resize(count);
     m_generated.resize((count + kLanes - 1) / kLanes);
     for (uint32_t first = 0; first < count; first += kLanes)
@@ -92,13 +96,14 @@ STROBE_LANES void addOffsets(int n, V2Lanes& film, const V2Lanes& offset) {
 
 /// The batch's samples `first` to `first + n`.
 void TileRenderer::generate(uint32_t first, int n, Generated& out) {
-    const uint32_t spp = uint32_t(m_settings.samplesPerPixel), end = first + uint32_t(n);
+    const uint32_t spp = uint32_t(m_settings.samplesPerPixel), inSlice = m_slice.count();
+    const uint32_t end = first + uint32_t(n);
     CameraSampleLanes& sample = out.sample;
     m_ranges.clear();
     for (uint32_t i = first; i < end;) {
-        const uint32_t p = i / spp, index = i % spp, count = std::min(spp - index, end - i);
+        const uint32_t p = i / inSlice, index = i % inSlice, count = std::min(inSlice - index, end - i);
         const PixelRef& pixel = m_pixels[p];
-        m_ranges.push_back({pixel.domain, index, count, spp});
+        m_ranges.push_back({pixel.domain, m_slice.first + index, count, spp});
         const float x = float(pixel.x) + 0.5f, y = float(pixel.y) + 0.5f;
         for (uint32_t k = 0; k < count; ++k, ++i)
             sample.film.x[i - first] = x, sample.film.y[i - first] = y;
@@ -122,8 +127,7 @@ void TileRenderer::trace() {
     const Tracer& tracer = m_scene.tracer();
     constexpr int kSize = RayBlock::kSize;
     static_assert(kLanes % kSize == 0);
-    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
-    uint32_t pixel = 0, index = 0;
+    uint32_t pixel = 0, index = m_slice.first;
     for (size_t first = 0; first < m_samples.size(); first += kSize) {
         const int n = int(std::min<size_t>(kSize, m_samples.size() - first));
         const Generated& g = m_generated[first / kLanes];
@@ -138,8 +142,8 @@ void TileRenderer::trace() {
                                             g.weight[k],
                                             pixel,
                                             index};
-            if (++index == spp)
-                index = 0, ++pixel;
+            if (++index == m_slice.end)
+                index = m_slice.first, ++pixel;
         }
     }
 }
@@ -184,19 +188,18 @@ void TileRenderer::shadeMetered() {
 }
 
 void TileRenderer::develop(Film& film) {
-    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
         PixelSum sum;
-        for (uint32_t i = p * spp; i < (p + 1) * spp; ++i)
+        const uint32_t first = p * m_slice.count() + m_wanted.first - m_slice.first;
+        for (uint32_t i = first; i < first + m_wanted.count(); ++i)
             if (!sum.add(m_values[i], m_samples[i].weight))
-                noteBad(m_pixels[p], i - p * spp);
+                noteBad(m_pixels[p], m_samples[i].index);
         film.add(m_pixels[p].x, m_pixels[p].y, sum);
     }
 }
 
 /// The film's layers, from who asked for which shade.
 void TileRenderer::describe(Film& film) {
-    const uint32_t spp = uint32_t(m_settings.samplesPerPixel);
     m_tallies.assign(m_pixels.size(), {});
     for (const VisibilitySample& sample : m_samples)
         m_tallies[sample.pixel].hits += bool(sample.hit);
@@ -219,11 +222,11 @@ void TileRenderer::describe(Film& film) {
         case Layer::Shades:
             return float(tally.shades);
         case Layer::Samples:
-            return float(spp);
+            return float(m_wanted.count());
         case Layer::HitRate:
             return tally.hits ? 1 - float(tally.asked) / float(tally.hits) : 0;
         case Layer::Block:
-            return float(m_integrator->blockOf(size_t(p) * spp) >> 40);
+            return float(m_integrator->blockOf(size_t(p) * m_slice.count()) >> 40);
         case Layer::ShadeTime:
             return tally.shades ? float(tally.time / tally.shades) : -1;
         }
@@ -240,6 +243,8 @@ void TileRenderer::probe() {
         asked[request.sample] += countsAsShade(request);
     for (size_t i = 0; i < m_samples.size(); ++i) {
         const VisibilitySample& sample = m_samples[i];
+        if (!m_wanted.contains(sample.index))
+            continue;
         const PixelRef& pixel = m_pixels[sample.pixel];
         m_settings.probe(
             {pixel.x, pixel.y, sample.index, sample, m_values[i], m_integrator->blockOf(i), asked[i]});

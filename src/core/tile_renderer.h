@@ -11,9 +11,11 @@ namespace strobe {
 class TileRenderer {
   public:
     TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
-                 const Sampler& sampler, const Filter& filter, const RenderSettings& settings);
+                 const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
+                 Dependence dependence);
 
-    void renderTile(const Window& tile, Film& film);
+    /// False: settings.stop said so before its end.
+    bool renderTile(const Window& tile, Film& film);
     /// Shades packet by packet, each of one material and timed, in every `interval`-th batch and some early
     /// ones.
     void meterEvery(uint32_t interval) { m_meterInterval = interval; }
@@ -46,6 +48,8 @@ class TileRenderer {
     const Sampler& m_sampler;
     const Filter& m_filter;
     const RenderSettings& m_settings;
+    const SampleSlice m_wanted; ///< of each pixel's samples: what goes into the film
+    const SampleSlice m_slice;  ///< what is traced: also those that the wanted ones depend on
     std::unique_ptr<IntegratorWorker> m_integrator;
     std::unique_ptr<ShaderWorker> m_shader;
     Counters m_counters;

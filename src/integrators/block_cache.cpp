@@ -16,18 +16,29 @@ uint64_t signature(uint64_t redGreen, uint64_t blue) { return mix64(redGreen ^ s
 
 } // namespace
 
-BlockCache::~BlockCache() { munmap(m_buckets, bytes()); }
+BlockCache::~BlockCache() {
+    if (m_buckets)
+        munmap(m_buckets, bytes());
+}
 
-BlockCache::BlockCache(size_t bytes) : m_count(std::max(bytes / sizeof(Bucket), size_t(1))) {
+BlockCache::BlockCache(size_t bytes) : m_count(std::max(bytes / sizeof(Bucket), size_t(1))) { map(); }
+
+void BlockCache::clear() {
+    munmap(m_buckets, bytes());
+    map();
+}
+
+void BlockCache::map() {
     // Fresh pages are zero, and all-zero bytes are empty entries. They cost memory only once they are used;
     // large pages keep the address translation from costing more than the lookup.
     static_assert(std::atomic<uint64_t>::is_always_lock_free && sizeof(Entry) == 24);
-    void* p = mmap(nullptr, this->bytes(), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    m_buckets = nullptr;
+    void* p = mmap(nullptr, bytes(), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (p == MAP_FAILED)
         throw std::bad_alloc();
     m_buckets = static_cast<Bucket*>(p);
 #ifdef MADV_HUGEPAGE
-    madvise(p, this->bytes(), MADV_HUGEPAGE);
+    madvise(p, bytes(), MADV_HUGEPAGE);
 #endif
 }
 

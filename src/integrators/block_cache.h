@@ -32,9 +32,12 @@ class BlockCache {
     /// Duplicate: the block was there already. Evicting: another block made room.
     Stored store(uint64_t key, const Rgb& value);
 
+    /// Forgets all blocks. No other thread is at it.
+    void clear();
     size_t bytes() const { return m_count * sizeof(Bucket); }
 
   private:
+    void map();
     struct Entry {
         std::atomic<uint64_t> check{0}, redGreen{0}, blue{0};
     };

@@ -17,7 +17,8 @@ struct CacheSettings {
     int shades, timeBins;
     bool nearest;
     size_t bytes;
-    bool indirectOnly = false; ///< scope shared: every sample has its own direct light
+    bool indirectOnly = false;        ///< scope shared: every sample has its own direct light
+    bool shadesFollowSamples = false; ///< scope shared: `shades` is the number of samples per pixel
 };
 
 /// Bytes of a cache as its user said it, or left it to us.

@@ -188,6 +188,7 @@ class FirstRayRender : public IntegratorRender {
   public:
     FirstRayRender(const Scene& scene, const CacheSettings& settings) : m_shared(scene, settings) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override { return std::make_unique<Worker>(m_shared); }
+    void restart(uint64_t, int) override { Blocks().swap(m_shared.blocks); }
 
   private:
     Shared m_shared;

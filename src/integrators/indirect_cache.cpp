@@ -31,6 +31,8 @@ class IndirectCache : public Integrator {
                       true};
     }
 
+    Dependence dependence() const override { return Dependence::None; }
+
     BiasBound biasBound(const Scene& scene) const override {
         if (m_settings.blockSize == 0)
             return {};
@@ -42,7 +44,8 @@ class IndirectCache : public Integrator {
         CacheSettings settings = m_settings;
         if (!context.hasIndirectLight)
             settings.blockSize = 0;
-        if (settings.shades == 0)
+        settings.shadesFollowSamples = settings.shades == 0;
+        if (settings.shadesFollowSamples)
             settings.shades = context.samplesPerPixel;
         if (m_size.automatic || settings.bytes == SIZE_MAX)
             settings.bytes =

@@ -16,8 +16,8 @@ struct Shared {
         : scene(scene), settings(settings), seed(seed),
           lattice(scene, settings.blockSize, SurfaceLattice::SmallTriangles::Shared), cache(settings.bytes) {}
     const Scene& scene;
-    const CacheSettings settings;
-    const uint64_t seed;
+    CacheSettings settings;
+    uint64_t seed;
     const SurfaceLattice lattice;
     BlockCache cache;
 };
@@ -337,6 +337,12 @@ class LatticeRender : public IntegratorRender {
     LatticeRender(const Scene& scene, const CacheSettings& settings, uint64_t seed)
         : m_shared(scene, settings, seed) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override { return std::make_unique<Worker>(m_shared); }
+    void restart(uint64_t seed, int samplesPerPixel) override {
+        m_shared.seed = seed;
+        if (m_shared.settings.shadesFollowSamples)
+            m_shared.settings.shades = samplesPerPixel;
+        m_shared.cache.clear();
+    }
 
   private:
     Shared m_shared;

@@ -31,7 +31,7 @@ class Worker : public IntegratorWorker {
 
     void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
         m_shares.resize(batch.samples.size());
-        const uint32_t spp = batch.samplesPerPixel;
+        const uint32_t spp = batch.slice.count();
         for (size_t first = 0; first < batch.samples.size(); first += spp)
             planPixel(batch, first, spp, requests);
     }
@@ -42,12 +42,12 @@ class Worker : public IntegratorWorker {
             Rgb sum(0);
             for (uint32_t k = 0; k < share.count; ++k)
                 sum += shaded[share.first + k];
-            values[i] = share.count == 1 ? sum : sum * (1 / float(share.count));
+            values[i] = share.count <= 1 ? sum : sum * (1 / float(share.count));
         }
     }
 
   private:
-    /// The requests whose mean a sample takes.
+    /// The requests whose mean a sample takes; none if its value is not wanted.
     struct Share {
         uint32_t first, count;
     };
@@ -73,7 +73,9 @@ class Worker : public IntegratorWorker {
 
     void planGroup(const VisibilityBatch& batch, uint32_t begin, uint32_t end,
                    std::vector<ShadingRequest>& requests) {
-        const uint32_t size = end - begin, count = std::min(size, m_shades);
+        const auto wanted = [&](uint32_t i) { return batch.wanted.contains(batch.samples[i].index); };
+        const bool any = std::any_of(&m_order[begin], &m_order[end - 1] + 1, wanted);
+        const uint32_t size = end - begin, count = any ? std::min(size, m_shades) : 0;
         const Share share{uint32_t(requests.size()), count};
         for (uint32_t i = begin; i < end; ++i)
             m_shares[m_order[i]] = share;
@@ -100,6 +102,7 @@ class Msaa : public Integrator {
         if (m_shades < 1)
             throw Error(params.whereIs(kShades), "\"shades\" must be at least 1");
     }
+    Dependence dependence() const override { return Dependence::Pixel; }
     std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedRender<Worker, int>>(scene, m_shades);
     }

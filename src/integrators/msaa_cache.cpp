@@ -41,6 +41,10 @@ class MsaaCache : public Integrator {
             scope, params.get(kBlockSize), params.get(kShades), params.get(kTimeBins), nearest, m_size.bytes};
     }
 
+    Dependence dependence() const override {
+        return isShared() || m_settings.blockSize == 0 ? Dependence::None : Dependence::Render;
+    }
+
     BiasBound biasBound(const Scene& scene) const override {
         if (m_settings.blockSize == 0)
             return {};

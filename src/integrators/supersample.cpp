@@ -22,6 +22,7 @@ class Worker : public IntegratorWorker {
 
 class Supersample : public Integrator {
   public:
+    Dependence dependence() const override { return Dependence::None; }
     std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedRender<Worker>>(scene);
     }

@@ -1,7 +1,7 @@
 // The command line program: parse, build, render, develop.
 #include "core/heatmap.h"
 #include "main/options.h"
-#include "main/progress.h"
+#include "main/picture.h"
 #include "main/report.h"
 #include "main/sample_table.h"
 #include "main/sequence.h"
@@ -12,13 +12,36 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <ctime>
+#include <fstream>
+#include <sstream>
+
 #include <unistd.h>
 
 namespace strobe {
 namespace {
 
-double secondsSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// When the system began to load the program: what a user sees as the start. (Or now, where that cannot be
+/// told.)
+Clock::time_point processStart() {
+    std::ifstream file("/proc/self/stat");
+    const std::string stat{std::istreambuf_iterator<char>(file), {}};
+    std::istringstream fields(stat.substr(std::min(stat.rfind(')') + 1, stat.size())));
+    std::string field; // the third of them all is the first here; the start, in ticks since boot, is the 22nd
+    for (int i = 3; i <= 22; ++i)
+        fields >> field;
+    timespec now;
+    if (!fields || clock_gettime(CLOCK_BOOTTIME, &now) != 0)
+        return Clock::now();
+    const double age = double(now.tv_sec) + 1e-9 * double(now.tv_nsec) -
+                       std::strtod(field.c_str(), nullptr) / double(sysconf(_SC_CLK_TCK));
+    return Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(age));
 }
 
 /// Where the picture goes: -o, else the scene's own name, else the scene file's stem, in the current folder.
@@ -118,7 +141,7 @@ void checkOptions(const Options& options) {
     outputSettingsOf(options);
     for (const auto& output : options.outputs)
         checkWritable(output);
-    for (const auto& file : {options.statsFile, options.heatmapFile, options.samplesFile})
+    for (const auto& file : {options.statsFile, options.heatmapFile, options.samplesFile, options.curveFile})
         if (!file.empty())
             checkWritable(file);
 }
@@ -132,8 +155,10 @@ RenderSettings settingsOf(const Options& options, const BuiltScene& built) {
     return settings;
 }
 
-/// Renders a picture and writes all that is asked for, the outputs last.
-void makePicture(const Options& options, const BuiltScene& built, StepSeconds seconds, spdlog::logger& log) {
+/// Renders a picture and writes all that is asked for, the outputs last. `start`: when its time began to
+/// count.
+void makePicture(const Options& options, const BuiltScene& built, StepSeconds seconds,
+                 Clock::time_point start, spdlog::logger& log) {
     for (const auto& output : options.outputs)
         checkWritable(output);
     RenderSettings settings = settingsOf(options, built);
@@ -144,27 +169,24 @@ void makePicture(const Options& options, const BuiltScene& built, StepSeconds se
     const OutputSettings outputSettings = outputSettingsOf(options);
     for (const auto& output : options.outputs)
         film.checkWrite(output, outputSettings);
-    Progress progress(options.quiet);
-    settings.progress = [&](double fraction) { progress.update(fraction); };
-    const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
-                                     *built.filter, settings, film);
-    seconds.render = stats.seconds;
-    progress.finish();
-
+    const WriteOutputs write = [&](const Film& picture, const RenderStats& so, bool finished) {
+        for (const auto& output : options.outputs) {
+            Metadata metadata = renderMetadata(built, options, so, seconds, finished);
+            if (output.extension() == ".png")
+                addViewMetadata(options, metadata);
+            warnOfClamped(output, picture.write(output, metadata, outputSettings), log);
+        }
+    };
+    const RenderStats stats = renderPicture(built, options, settings, start, film, write, log);
     warnOfBadSamples(stats, log);
     if (!options.heatmapFile.empty())
         writePng(options.heatmapFile, heatmap(film, options.heatmapLayer, settings.samplesPerPixel),
-                 renderMetadata(built, options, stats, seconds));
+                 renderMetadata(built, options, stats, seconds, true));
     if (!options.samplesFile.empty())
         samples.write(options.samplesFile);
     if (!options.statsFile.empty())
         writeStats(options.statsFile, built, options, stats, seconds);
-    for (const auto& output : options.outputs) {
-        Metadata metadata = renderMetadata(built, options, stats, seconds);
-        if (output.extension() == ".png")
-            addViewMetadata(options, metadata);
-        warnOfClamped(output, film.write(output, metadata, outputSettings), log);
-    }
+    write(film, stats, true);
     log.info("{}", summary(built, stats, seconds));
     for (const auto& output : options.outputs)
         log.info("wrote {}", output.string());
@@ -190,7 +212,7 @@ void makeSequence(const Options& given, SceneDescription&& description, StepSeco
         log.info("frame {} ({} of {})", frame, i + 1, count);
         const BuiltScene built = builder.build(shutterOf(sequence, frame));
         seconds.build = secondsSince(start);
-        makePicture(ofFrame, built, seconds, log);
+        makePicture(ofFrame, built, seconds, start, log);
         start = std::chrono::steady_clock::now();
         seconds.parse = 0; // once for all
     }
@@ -223,7 +245,7 @@ int run(const Options& options, spdlog::logger& log) {
     if (options.pixel)
         printPixel(options, built, settingsOf(options, built));
     else
-        makePicture(withOutput(options, built.filename, log), built, seconds, log);
+        makePicture(withOutput(options, built.filename, log), built, seconds, processStart(), log);
     return kOk;
 }
 

@@ -25,6 +25,38 @@ V2i parseResolution(const std::string& text) {
     return size;
 }
 
+/// What decides how long is rendered, and what shows it on the way.
+void addProgressive(CLI::App& app, Options& options, std::string& display) {
+    app.add_option("--time-limit", options.timeLimit,
+                   "render as well as these many seconds allow, all counted")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--noise-target", options.noiseTarget,
+                   "render until the noise of 95 % of the pixels is no more; passes of --spp samples")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--reference", options.reference, "print the error against this image while rendering");
+    app.add_option("--curve", options.curveFile, "with --reference: write errors and seconds as CSV");
+    app.add_option("--partial", options.partial, "write the image so far every so many seconds")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--display-server", display, "host:port: show the picture in tev while it is rendered");
+}
+
+void checkProgressive(Options& options, const std::string& display) {
+    if (!display.empty() && !(options.display = ViewerAddress::parse(display)))
+        throw CLI::ValidationError("--display-server", "takes host:port");
+    if (!options.curveFile.empty() && options.reference.empty())
+        throw CLI::ValidationError("--curve", "needs --reference");
+    const char* passes = options.timeLimit > 0        ? "--time-limit"
+                         : options.noiseTarget > 0    ? "--noise-target"
+                         : !options.reference.empty() ? "--reference"
+                                                      : nullptr;
+    if (passes && options.pixel)
+        throw CLI::ValidationError("--pixel", std::string("does not go with ") + passes);
+    if (passes && !options.samplesFile.empty())
+        throw CLI::ValidationError("--samples", std::string("does not go with ") + passes);
+    if (passes && (!options.layers.empty() || !options.heatmapFile.empty()))
+        throw CLI::ValidationError("--aov", std::string("layers do not go with ") + passes);
+}
+
 std::vector<Layer> layersCalled(const std::string& option, const std::vector<std::string>& names) {
     std::vector<Layer> layers;
     for (const std::string& name : names) {
@@ -118,7 +150,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     CLI::App app{"strobe: how little can you shade and still be right?"};
     app.set_version_flag("--version", "strobe " STROBE_VERSION);
     std::vector<float> crop;
-    std::string pixel, resolution, heatmapOf = "shades", exr;
+    std::string pixel, resolution, heatmapOf = "shades", exr, display;
     std::vector<std::string> layers;
     std::string frames, shutter;
     double fps = Sequence().fps;
@@ -160,6 +192,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--stats", options.statsFile, "write statistics as JSON");
     app.add_option("--log-level", options.logLevel, "debug, info, warn or error")
         ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+    addProgressive(app, options, display);
     app.add_flag("--list", options.list, "print every plugin with its parameters, and stop");
 
     try {
@@ -192,6 +225,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         if (!exr.empty())
             options.exr = exrCalled(exr);
         options.layers = layersCalled("--aov", layers);
+        checkProgressive(options, display);
         options.heatmapLayer = layersCalled("--heatmap-of", {heatmapOf}).front();
         if (options.scenes.empty() && !options.list && !options.printOcio)
             throw CLI::RequiredError("FILE");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/math.h"
+#include "main/display_server.h"
 #include "scene/builder.h"
 
 #include <filesystem>
@@ -28,6 +29,9 @@ struct Options {
     std::optional<V2i> pixel;
     std::optional<uint32_t> sample;
     std::filesystem::path statsFile, heatmapFile, samplesFile;
+    double timeLimit = 0, noiseTarget = 0, partial = 0; ///< 0: none
+    std::filesystem::path reference, curveFile;
+    std::optional<ViewerAddress> display;
     Layer heatmapLayer = Layer::Shades;
     std::vector<Layer> layers; ///< of EXR outputs
     ViewSettings view;         ///< of PNGs

@@ -8,15 +8,22 @@
 namespace strobe {
 
 Metadata renderMetadata(const BuiltScene& built, const Options& options, const RenderStats& stats,
-                        const StepSeconds& seconds) {
+                        const StepSeconds& seconds, bool finished) {
     Metadata m = built.metadata;
     m.emplace_back("Software", "strobe " STROBE_VERSION);
     m.emplace_back("strobe:version", STROBE_VERSION);
-    m.emplace_back("strobe:samplesPerPixel", built.sampler.samplesPerPixel);
+    m.emplace_back("strobe:samplesPerPixel", int(stats.samplesPerPixel));
+    if (!finished)
+        m.emplace_back("strobe:unfinished", 1);
+    if (stats.passes > 1)
+        m.emplace_back("strobe:passes", stats.passes);
+    if (stats.noise)
+        m.emplace_back("strobe:noise", float(*stats.noise));
     m.emplace_back("strobe:seed", std::to_string(options.seed));
     if (options.frame) {
         m.emplace_back("strobe:frame", *options.frame);
-        m.emplace_back("strobe:frameKey", options.frameKey);
+        if (finished) // an unfinished frame is not to be skipped
+            m.emplace_back("strobe:frameKey", options.frameKey);
     }
     m.emplace_back("strobe:shutter:open", built.scene->shutter().open);
     m.emplace_back("strobe:shutter:close", built.scene->shutter().close);
@@ -29,7 +36,7 @@ Metadata renderMetadata(const BuiltScene& built, const Options& options, const R
     m.emplace_back("strobe:badSamples", std::to_string(stats.total.badSamples));
     m.emplace_back("strobe:seconds:parse", float(seconds.parse));
     m.emplace_back("strobe:seconds:build", float(seconds.build));
-    m.emplace_back("strobe:seconds:render", float(seconds.render));
+    m.emplace_back("strobe:seconds:render", float(stats.seconds));
     for (int i = 0; i < kStageCount; ++i)
         m.emplace_back(std::string("strobe:threadSeconds:") + toString(Stage(i)),
                        float(stats.total.seconds[i]));
@@ -78,16 +85,19 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
     for (const auto& [key, value] : built.metadata)
         if (const auto* text = std::get_if<std::string>(&value))
             j["settings"][key.substr(key.find(':') + 1)] = *text;
-    j["settings"]["samplesPerPixel"] = built.sampler.samplesPerPixel;
+    j["settings"]["samplesPerPixel"] = stats.samplesPerPixel;
     j["settings"]["seed"] = options.seed;
     if (options.frame)
         j["settings"]["frame"] = *options.frame;
     j["settings"]["shutter"] = {built.scene->shutter().open, built.scene->shutter().close};
     const BiasBound bound = built.integrator->biasBound(*built.scene);
+    j["passes"] = stats.passes;
+    if (stats.noise)
+        j["noise"] = *stats.noise;
     j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
     j["resolution"] = {built.resolution.x, built.resolution.y};
     j["window"] = {built.window.x0, built.window.x1, built.window.y0, built.window.y1};
-    j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", seconds.render}};
+    j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", stats.seconds}};
     j["threadSeconds"] = stagesOf(c);
     for (const Counters& thread : stats.threads)
         j["threads"].push_back(
@@ -132,9 +142,9 @@ std::string summary(const BuiltScene& built, const RenderStats& stats, const Ste
     const Counters& c = stats.total;
     return fmt::format("{}x{} pixels, {} spp: {:.2f} s (+ {:.2f} s to load), {:.1f} M rays, {:.1f} M rays/s, "
                        "{:.2f} shades per pixel",
-                       built.window.width(), built.window.height(), built.sampler.samplesPerPixel,
-                       seconds.render, seconds.parse + seconds.build, double(c.rays()) * 1e-6,
-                       double(c.rays()) * 1e-6 / seconds.render,
+                       built.window.width(), built.window.height(), stats.samplesPerPixel, stats.seconds,
+                       seconds.parse + seconds.build, double(c.rays()) * 1e-6,
+                       double(c.rays()) * 1e-6 / stats.seconds,
                        double(c.shades) / double(std::max<uint64_t>(c.pixels, 1)));
 }
 

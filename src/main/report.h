@@ -6,13 +6,13 @@
 
 namespace strobe {
 
-/// Wall-clock seconds of the steps of main.
+/// Wall-clock seconds of the steps of main before rendering.
 struct StepSeconds {
-    double parse = 0, build = 0, render = 0;
+    double parse = 0, build = 0;
 };
 
 Metadata renderMetadata(const BuiltScene& built, const Options& options, const RenderStats& stats,
-                        const StepSeconds& seconds);
+                        const StepSeconds& seconds, bool finished);
 /// What of the picture a PNG shows, as far as options say so.
 void addViewMetadata(const Options& options, Metadata& metadata);
 /// Throws Error of kind Output.

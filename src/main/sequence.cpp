@@ -52,7 +52,7 @@ Options optionsOfFrame(const Options& options, int frame, uint64_t content) {
     Options o = options;
     for (auto& output : o.outputs)
         output = numbered(output, frame);
-    for (std::filesystem::path* file : {&o.statsFile, &o.heatmapFile, &o.samplesFile})
+    for (std::filesystem::path* file : {&o.statsFile, &o.heatmapFile, &o.samplesFile, &o.curveFile})
         *file = numbered(*file, frame);
     o.frame = frame;
     uint64_t key = hashOf(content, frame);

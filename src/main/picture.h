@@ -1,0 +1,21 @@
+// From a built scene to a finished film: in one go or in passes, watched or not.
+#pragma once
+
+#include "core/passes.h"
+#include "main/options.h"
+#include "main/progress.h"
+
+#include <spdlog/logger.h>
+
+namespace strobe {
+
+/// Writes outputs; `finished`: the picture is.
+using WriteOutputs = std::function<void(const Film&, const RenderStats&, bool finished)>;
+
+/// Renders what the options ask for into the film; all but the last writing of the outputs. `start`: of the
+/// program, for --time-limit. Throws Error.
+RenderStats renderPicture(const BuiltScene& built, const Options& options, RenderSettings settings,
+                          PassGoal::Clock::time_point start, Film& film, const WriteOutputs& write,
+                          spdlog::logger& log);
+
+} // namespace strobe
