@@ -81,9 +81,9 @@ void parseShutter(const std::string& text, Sequence& sequence) {
 
 /// What was given to all options but those that leave every picture as it is.
 std::string decisive(const CLI::App& app) {
-    static const std::set<std::string> others{"FILE",        "--output", "--threads",   "--tile",
-                                              "--quiet",     "--frames", "--overwrite", "--stats",
-                                              "--log-level", "--samples"};
+    static const std::set<std::string> others{
+        "FILE",    "--output",    "--threads", "--tile",    "--quiet",          "--frames",    "--overwrite",
+        "--stats", "--log-level", "--samples", "--partial", "--display-server", "--reference", "--curve"};
     std::string words = "strobe " STROBE_VERSION "\n";
     for (const CLI::Option* option : app.get_options())
         if (!others.count(option->get_name()))
