@@ -35,7 +35,8 @@ struct LatticeCell {
             weights[0] = std::max(1 - x - y, 0.f), weights[1] = x, weights[2] = y;
             return;
         }
-        weights[0] = (1 - x) * (1 - y), weights[1] = x * (1 - y), weights[2] = (1 - x) * y, weights[3] = x * y;
+        weights[0] = (1 - x) * (1 - y), weights[1] = x * (1 - y), weights[2] = (1 - x) * y,
+        weights[3] = x * y;
         if (kind == Grid)
             for (int k = 0; k < 4; ++k)
                 weights[4 + k] = weights[k] * z, weights[k] *= 1 - z;

@@ -120,7 +120,7 @@ class Worker : public IntegratorWorker {
     };
     /// A block's radiance; all zero where there is no point.
     struct alignas(16) Value {
-        float r = 0, g = 0, b = 0, weight = 0;
+        float numbers[4]{}; ///< red, green, blue, weight
     };
     /// What a sample takes from a cell.
     struct Share {
@@ -247,7 +247,7 @@ class Worker : public IntegratorWorker {
         Rgb value;
         if (m_shared.cache.find(block.key, value)) {
             ++m_hits;
-            valueAt(block.point, block.slot) = {value.x, value.y, value.z, 1};
+            valueAt(block.point, block.slot) = {{value.x, value.y, value.z, 1}};
             return;
         }
         block.request = int32_t(requests.size());
@@ -281,7 +281,7 @@ class Worker : public IntegratorWorker {
         for (int k = 0; k < m_shared.settings.shades; ++k)
             sum += shaded[size_t(block.request + k)];
         const Rgb value = sum * (1 / float(m_shared.settings.shades));
-        valueAt(block.point, block.slot) = {value.x, value.y, value.z, 1};
+        valueAt(block.point, block.slot) = {{value.x, value.y, value.z, 1}};
         switch (m_shared.cache.store(block.key, value)) {
         case BlockCache::Stored::Fresh:
             break;
@@ -294,24 +294,23 @@ class Worker : public IntegratorWorker {
         }
     }
 
-    Rgb valueOf(const Share& share) {
+    Rgb valueOf(const Share& share) const {
         const Cell& cell = m_cells[share.cell >> m_binBits];
-        const uint32_t slot = slotOf(share);
-        Value sum;
-        const auto add = [&](int k, float weight) {
-            const Value& v = valueAt(cell.point[k], slot);
-            sum.r += v.r * weight, sum.g += v.g * weight, sum.b += v.b * weight;
-            sum.weight += v.weight * weight;
-        };
+        const Value* values = &m_values[slotOf(share)];
         if (m_shared.settings.nearest) {
-            add(nearestOf(cell, share.place), 1);
-        } else {
-            float weights[kPoints];
-            LatticeCell::weigh(cell.kind, share.place, weights);
-            for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
-                add(k, weights[k]);
+            const float* v = values[cell.point[nearestOf(cell, share.place)] << m_binBits].numbers;
+            return {v[0], v[1], v[2]};
         }
-        return Rgb(sum.r, sum.g, sum.b) * (1 / sum.weight);
+        float weights[kPoints];
+        LatticeCell::weigh(cell.kind, share.place, weights);
+        Value sum;
+        for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k) {
+            const Value& v = values[cell.point[k] << m_binBits];
+            for (int c = 0; c < 4; ++c)
+                sum.numbers[c] += v.numbers[c] * weights[k];
+        }
+        const float scale = 1 / sum.numbers[3];
+        return {sum.numbers[0] * scale, sum.numbers[1] * scale, sum.numbers[2] * scale};
     }
 
     Shared& m_shared;

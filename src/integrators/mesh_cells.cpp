@@ -128,7 +128,8 @@ MeshCells::MeshCells(const TriangleMesh& mesh) : m_mesh(mesh), m_triangle(mesh.v
         m_levels[size_t(i)].cellSize = cellSizeOf(i, m_spacing);
 }
 
-bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, V3f& place) const {
+bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest,
+                         V3f& place) const {
     const Surrounding s = surrounding(Triangle(m_mesh, prim), u, v, cellArea, m_spacing, kLevels - 1);
     lowest = s.lowest, place = s.place;
     return s.found;
@@ -147,8 +148,8 @@ STROBE_LANES void surroundLanes(MeshCellLanes& l, int most) {
     const int n = l.count;
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-        const Surrounding s = surrounding({l.p.at(i), l.a.at(i), l.b.at(i)}, l.u[i], l.v[i], l.cellArea[i],
-                                          l.spacing[i], most);
+        const Surrounding s =
+            surrounding({l.p.at(i), l.a.at(i), l.b.at(i)}, l.u[i], l.v[i], l.cellArea[i], l.spacing[i], most);
         l.found[i] = s.found;
         l.level[i] = s.lowest.level, l.direction[i] = s.lowest.direction;
         l.x[i] = s.lowest.x, l.y[i] = s.lowest.y, l.z[i] = s.lowest.z;

@@ -29,9 +29,9 @@ struct MeshCellLanes {
     int count = 0;
     V3Lanes p, a, b; ///< a triangle's corner, and the edges from there to the others
     alignas(64) float u[kLanes], v[kLanes];
-    alignas(64) float cellArea[kLanes];  ///< see MeshCells::surround
-    alignas(64) float spacing[kLanes];   ///< of the mesh's vertices
-    alignas(64) int32_t found[kLanes];   ///< 0: nothing gained
+    alignas(64) float cellArea[kLanes]; ///< see MeshCells::surround
+    alignas(64) float spacing[kLanes];  ///< of the mesh's vertices
+    alignas(64) int32_t found[kLanes];  ///< 0: nothing gained
     alignas(64) int32_t level[kLanes], x[kLanes], y[kLanes], z[kLanes], direction[kLanes]; ///< the lowest
     V3Lanes place; ///< between the lowest centre and the highest, in (0,1)
 

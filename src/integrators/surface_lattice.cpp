@@ -122,10 +122,12 @@ void SurfaceLattice::gather(std::span<const LatticeQuery> queries, LatticeLanes&
             edges.transform(p.motion->at(sample.ray.time));
         return edges;
     };
-    Primitive primitive;
+    constexpr uint32_t kRemembered = 16;
+    Primitive remembered[kRemembered];
     for (int i = 0; i < lanes.count; ++i) {
         const VisibilitySample& sample = *queries[size_t(i)].sample;
         const RayCone& cone = queries[size_t(i)].cone;
+        Primitive& primitive = remembered[(sample.hit.prim + sample.hit.geometry) % kRemembered];
         if (!primitive.isOf(sample.hit))
             find(sample.hit, primitive);
         const Edges edges = primitive.isFixed ? primitive.edges : edgesAt(primitive, sample);
@@ -185,14 +187,10 @@ void SurfaceLattice::findGrids(std::span<const LatticeQuery> queries, LatticeLan
 
 LatticeCell SurfaceLattice::cellAt(std::span<const LatticeQuery> queries, const LatticeLanes& lanes, int i) {
     const Hit& hit = queries[size_t(i)].sample->hit;
-    LatticeCell cell{lanes.key[i],
-                     {hit.instance, hit.geometry, bool(lanes.positive[i])},
-                     hit.prim,
-                     LatticeCell::Kind(lanes.kind[i]),
-                     {},
-                     lanes.i[i],
-                     lanes.j[i],
-                     lanes.nu[i],
+    LatticeCell cell{lanes.key[i], {hit.instance, hit.geometry, bool(lanes.positive[i])},
+                     hit.prim,     LatticeCell::Kind(lanes.kind[i]),
+                     {},           lanes.i[i],
+                     lanes.j[i],   lanes.nu[i],
                      lanes.nv[i]};
     if (cell.kind == LatticeCell::Grid)
         cell.lowest = lanes.grid.lowest(lanes.inGrid[i]);
@@ -235,8 +233,8 @@ void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell,
     std::optional<MeshPlace> places[8];
     cells.places(cell.lowest, places);
     for (int k = 0; k < 8; ++k)
-        out[k] = places[k] ? innerPoint(cell.face, places[k]->prim, places[k]->u, places[k]->v)
-                           : LatticePoint();
+        out[k] =
+            places[k] ? innerPoint(cell.face, places[k]->prim, places[k]->u, places[k]->v) : LatticePoint();
 }
 
 V3f SurfaceLattice::rawNormal(const PlacedShape& placed, const Hit& hit, const M44f* toWorld,

@@ -53,8 +53,8 @@ class SurfaceLattice {
     RayCone coneOf(const PixelRef& pixel) const {
         return m_scene.camera().cone({float(pixel.x) + 0.5f, float(pixel.y) + 0.5f});
     }
-    /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be missing
-    /// (not all): the weights of the others, scaled to add up to 1, are then a hit's.
+    /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be
+    /// missing (not all): the weights of the others, scaled to add up to 1, are then a hit's.
     void points(const LatticeCell& cell, LatticePoint out[LatticeCell::kPoints]) const;
     /// Of face, place and part of the shutter: all that a shaded point's value depends on. Never 0.
     static uint64_t keyOf(const LatticePoint& point, uint32_t bin) {

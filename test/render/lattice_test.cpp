@@ -67,6 +67,20 @@ std::vector<VisibilitySample> randomHits(const Scene& scene, int count) {
     return samples;
 }
 
+/// The cell of one hit, found by itself, and its weights.
+struct Located : LatticeCell {
+    float weights[kPoints]{};
+};
+
+Located locate(const Scene& scene, const SurfaceLattice& lattice, const VisibilitySample& s) {
+    const LatticeQuery query[] = {{&s, scene.camera().cone(s.film)}};
+    LatticeLanes lanes;
+    lattice.locate(query, lanes);
+    Located located{SurfaceLattice::cellAt(query, lanes, 0)};
+    LatticeCell::weigh(located.kind, lanes.place.at(0), located.weights);
+    return located;
+}
+
 V3f placeOf(const Scene& scene, const LatticeFace& face, const LatticePoint& p, float time) {
     return scene.surface({face.instance, face.geometry, p.prim, p.u, p.v, 0}, time).p;
 }
@@ -83,18 +97,18 @@ Reach reachOf(const Scene& scene, float blockSize, const std::vector<VisibilityS
     const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
     Reach reach;
     for (const VisibilitySample& s : samples) {
-        const LatticeCell cell = lattice.locate(s, scene.camera().cone(s.film), 0);
+        const Located cell = locate(scene, lattice, s);
         LatticePoint points[LatticeCell::kPoints];
-        lattice.points(cell, 0, points);
+        lattice.points(cell, points);
         const RayCone cone = scene.camera().cone(s.film);
         const double block = double(blockSize) * double(cone.width + s.hit.t * cone.spread);
         const V3f at = scene.surface(s.hit, s.ray.time).p;
         double sum = 0, most = 0;
         bool any = false;
-        for (int k = 0; k < cell.count; ++k) {
+        for (int k = 0; k < cell.count(); ++k) {
             EXPECT_GE(cell.weights[k], 0);
             sum += double(cell.weights[k]);
-            if (!points[k].key)
+            if (!points[k])
                 continue;
             any = true;
             const V3f away = placeOf(scene, cell.face, points[k], s.ray.time) - at;
@@ -194,13 +208,13 @@ TEST(Lattice, ReproducesWhatIsLinearOverATriangle) {
         const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
         size_t whole = 0, vertices = 0;
         for (const VisibilitySample& s : randomHits(scene, 40000)) {
-            const LatticeCell cell = lattice.locate(s, scene.camera().cone(s.film), 0);
+            const Located cell = locate(scene, lattice, s);
             if (cell.kind == LatticeCell::Grid || (!isWhole(cell) && cell.nu != cell.nv))
                 continue;
             LatticePoint points[LatticeCell::kPoints];
-            lattice.points(cell, 0, points);
+            lattice.points(cell, points);
             V3f mixed(0);
-            for (int k = 0; k < cell.count; ++k)
+            for (int k = 0; k < cell.count(); ++k)
                 mixed += placeOf(scene, cell.face, points[k], 0) * cell.weights[k];
             ASSERT_LT(length(mixed - scene.surface(s.hit, 0).p), 3e-6f) << blockSize;
             ++whole, vertices += cell.kind == LatticeCell::Vertices;
@@ -213,15 +227,15 @@ TEST(Lattice, ReproducesWhatIsLinearOverATriangle) {
 /// What the lattice makes of a function of place that is nowhere linear and nowhere steeper than 1.
 double mixtureAt(const Scene& scene, const SurfaceLattice& lattice, const VisibilitySample& s,
                  std::map<uint64_t, float>* weights = nullptr) {
-    const LatticeCell cell = lattice.locate(s, scene.camera().cone(s.film), 0);
+    const Located cell = locate(scene, lattice, s);
     LatticePoint points[LatticeCell::kPoints];
-    lattice.points(cell, 0, points);
+    lattice.points(cell, points);
     double sum = 0;
-    for (int k = 0; k < cell.count; ++k) {
+    for (int k = 0; k < cell.count(); ++k) {
         const V3f p = placeOf(scene, cell.face, points[k], 0);
         sum += double(cell.weights[k]) * std::sin(20 * (p.x + 2 * p.z)) / (20 * std::sqrt(5.));
         if (weights && cell.weights[k] > 1e-6f)
-            (*weights)[points[k].key] += cell.weights[k];
+            (*weights)[SurfaceLattice::keyOf(points[k], 0)] += cell.weights[k];
     }
     return sum;
 }
@@ -279,8 +293,7 @@ TEST(Lattice, IsContinuousAcrossASharedEdge) {
                     const float along = random(i, edge.from);
                     const VisibilitySample a = sampleOn(scene, mesh, edge.prim[0], edge, along),
                                            b = sampleOn(scene, mesh, edge.prim[1], edge, along);
-                    const LatticeCell one = lattice.locate(a, scene.camera().cone(a.film), 0),
-                                      other = lattice.locate(b, scene.camera().cone(b.film), 0);
+                    const Located one = locate(scene, lattice, a), other = locate(scene, lattice, b);
                     const bool small = one.kind == LatticeCell::Vertices || one.kind == LatticeCell::Grid;
                     if (&world == worlds + 2 &&
                         (one.kind != LatticeCell::Vertices || other.kind != one.kind ||
@@ -312,8 +325,7 @@ TEST(Lattice, IsContinuousInsideATriangleOfOneDivision) {
         const uint32_t prim = uint32_t(i % 60);
         const VisibilitySample a = sampleAt(scene, prim, u, v);
         const VisibilitySample b = sampleAt(scene, prim, u + (i & 64 ? step : 0), v + (i & 64 ? 0 : step));
-        const LatticeCell one = lattice.locate(a, scene.camera().cone(a.film), 0),
-                          other = lattice.locate(b, scene.camera().cone(b.film), 0);
+        const Located one = locate(scene, lattice, a), other = locate(scene, lattice, b);
         if (one.nu != other.nu || one.nv != other.nv || one.kind == LatticeCell::Grid)
             continue;
         // A cell that the third edge cuts may be squeezed to nothing on one side: it is no steeper than the
@@ -335,19 +347,19 @@ TEST(Lattice, KeysTellPointsApart) {
     std::unordered_map<uint64_t, uint64_t> placeOfKey, keyOfPlace;
     const auto add = [&](const LatticeCell& cell, uint32_t bin) {
         LatticePoint points[LatticeCell::kPoints];
-        lattice.points(cell, bin, points);
-        for (int k = 0; k < cell.count; ++k) {
+        lattice.points(cell, points);
+        for (int k = 0; k < cell.count(); ++k) {
             const LatticePoint& p = points[k];
             uint64_t place = p.prim;
             for (const uint64_t part : {uint64_t(cell.face.instance), uint64_t(cell.face.positive),
                                         uint64_t(bin), uint64_t(p.u * 64), uint64_t(p.v * 64)})
                 place = place << 8 | part;
-            ASSERT_EQ(placeOfKey.try_emplace(p.key, place).first->second, place);
-            ASSERT_EQ(keyOfPlace.try_emplace(place, p.key).first->second, p.key);
+            const uint64_t key = SurfaceLattice::keyOf(p, bin);
+            ASSERT_EQ(placeOfKey.try_emplace(key, place).first->second, place);
+            ASSERT_EQ(keyOfPlace.try_emplace(place, key).first->second, key);
         }
     };
     LatticeCell cell{};
-    cell.count = 3;
     cell.kind = LatticeCell::Lower;
     for (const int n : {64, 16})
         for (uint32_t item = 0; item < 2 * 2 * 4 * 32; ++item) {
@@ -371,21 +383,50 @@ TEST(Lattice, CellsOfOneKeyHaveTheSamePoints) {
         const SurfaceLattice lattice(*built.scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
         std::unordered_map<uint64_t, std::vector<uint64_t>> pointsOf;
         size_t again = 0;
-        for (const VisibilitySample& s : hits)
-            for (uint32_t bin = 0; bin < 2; ++bin) {
-                const LatticeCell cell = lattice.locate(s, built.scene->camera().cone(s.film), bin);
-                LatticePoint points[LatticeCell::kPoints];
-                lattice.points(cell, bin, points);
-                std::vector<uint64_t> keys;
-                for (int k = 0; k < cell.count; ++k)
-                    keys.push_back(points[k].key);
-                const auto [at, isNew] = pointsOf.try_emplace(cell.key, keys);
-                ASSERT_EQ(at->second, keys);
-                again += !isNew;
-            }
+        for (const VisibilitySample& s : hits) {
+            const Located cell = locate(*built.scene, lattice, s);
+            LatticePoint points[LatticeCell::kPoints];
+            lattice.points(cell, points);
+            std::vector<uint64_t> keys;
+            for (int k = 0; k < cell.count(); ++k)
+                keys.push_back(points[k] ? SurfaceLattice::keyOf(points[k], 0) : 0);
+            const auto [at, isNew] = pointsOf.try_emplace(cell.key, keys);
+            ASSERT_EQ(at->second, keys);
+            again += !isNew;
+        }
         EXPECT_GT(again, 10000u);
         EXPECT_GT(pointsOf.size(), 1000u);
     }
+}
+
+TEST(Lattice, HitsSideBySideAreEachFoundAsIfAlone) {
+    const BuiltScene built = test::build(kView + randomTriangles(40, 1.5f) + instanced(subdivided(6)) +
+                                         kTurning + subdivided(4) + "Shape \"sphere\" \"float radius\" .5\n");
+    const Scene& scene = *built.scene;
+    const auto hits = randomHits(scene, 40000);
+    int ofKind[5] = {};
+    for (const float blockSize : {.25f, 2.f}) {
+        const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
+        for (size_t first = 0; first < hits.size(); first += kLanes) {
+            std::vector<LatticeQuery> queries;
+            for (size_t i = first; i < std::min(first + kLanes - first % 7, hits.size()); ++i)
+                queries.push_back({&hits[i], scene.camera().cone(hits[i].film)});
+            LatticeLanes lanes;
+            lattice.locate(queries, lanes);
+            for (int i = 0; i < lanes.count; ++i) {
+                const Located alone = locate(scene, lattice, *queries[size_t(i)].sample);
+                ASSERT_EQ(lanes.key[i], alone.key);
+                ASSERT_EQ(lanes.kind[i], alone.kind);
+                float weights[LatticeCell::kPoints]{};
+                LatticeCell::weigh(alone.kind, lanes.place.at(i), weights);
+                for (int k = 0; k < LatticeCell::kPoints; ++k)
+                    ASSERT_EQ(weights[k], alone.weights[k]);
+                ++ofKind[alone.kind];
+            }
+        }
+    }
+    for (const int count : ofKind)
+        EXPECT_GT(count, 100);
 }
 
 } // namespace

@@ -1,5 +1,5 @@
 // The grids of cells that small triangles share: coverage, density, interpolation, separation.
-#include "integrators/mesh_cells.h"
+#include "integrators/lattice_lanes.h"
 
 #include "core/hash.h"
 #include "support/render_text.h"
@@ -46,10 +46,12 @@ Mixture mixtureAt(const TriangleMesh& mesh, const MeshCells& cells, uint32_t pri
                   float cellArea) {
     Mixture m;
     MeshCell lowest;
-    float weights[8], sum = 0;
-    m.among = cells.surround(prim, u, v, cellArea, lowest, weights);
+    V3f place;
+    m.among = cells.surround(prim, u, v, cellArea, lowest, place);
     if (!m.among)
         return m;
+    float weights[8], sum = 0;
+    LatticeCell::weigh(LatticeCell::Grid, place, weights);
     std::optional<MeshPlace> places[8];
     cells.places(lowest, places);
     for (int k = 0; k < 8; ++k)
