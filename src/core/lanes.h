@@ -19,6 +19,13 @@ inline constexpr int kLanes = 64;
 #define STROBE_LANES
 #endif
 
+/// What such a loop calls, where the compiler finds it too long to inline.
+#if defined(__GNUC__)
+#define STROBE_INLINE inline __attribute__((always_inline))
+#else
+#define STROBE_INLINE inline
+#endif
+
 /// Before such a loop: no turn of it reads what another writes, whatever the pointers may say.
 #if defined(__clang__)
 #define STROBE_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")

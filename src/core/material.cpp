@@ -35,4 +35,9 @@ void Material::sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes
     }
 }
 
+void Material::maxPdfLanes(const BsdfLanes& jobs, float* out) const {
+    for (int i = jobs.begin; i < jobs.end; ++i)
+        out[i] = maxPdf(jobs.bsdf[jobs.point[i]], jobs.wo.at(i));
+}
+
 } // namespace strobe

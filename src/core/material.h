@@ -93,8 +93,15 @@ class Material {
     virtual void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const;
     virtual void sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
                              BsdfSampleLanes& out) const;
+    /// As sampleLanes, for who will evaluate some of the directions only: weight and pdf of smooth lobes may
+    /// be left undone, and some may be drawn whose pdf turns out to be 0.
+    virtual void drawLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
+                           BsdfSampleLanes& out) const {
+        sampleLanes(jobs, uc, u, out);
+    }
     /// An upper bound of pdf over all wi, given wo; infinity when there is none that is easy to give.
     virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
+    virtual void maxPdfLanes(const BsdfLanes& jobs, float* out) const;
     /// True when `sample` looks at uc.
     virtual bool picksLobe() const { return true; }
     /// True when the material has smooth (non-delta) lobes, so that direct light is worth sampling.

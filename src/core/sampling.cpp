@@ -64,18 +64,7 @@ float tent(float u) { return u < .5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 * 
 
 float tentInverse(float x) { return unit(x < 0 ? sqr(1 + x) / 2 : 1 - sqr(1 - x) / 2); }
 
-float sampleLinear(float u, float a, float b) {
-    if (u <= 0 && a <= 0)
-        return 0;
-    return std::min(u * (a + b) / (a + std::sqrt(lerp(a * a, b * b, u))), kOneMinusEpsilon);
-}
-
 float linearInverse(float x, float a, float b) { return unit(x * (a * (2 - x) + b * x) / (a + b)); }
-
-V2f Bilinear::sample(const V2f& u) const {
-    const float y = sampleLinear(u.y, f00 + f10, f01 + f11);
-    return {sampleLinear(u.x, lerp(f00, f01, y), lerp(f10, f11, y)), y};
-}
 
 V2f Bilinear::inverse(const V2f& p) const {
     return {linearInverse(p.x, lerp(f00, f01, p.y), lerp(f10, f11, p.y)),
@@ -96,16 +85,26 @@ uint32_t findInterval(const float* cdf, uint32_t n, float u) {
     return first;
 }
 
-Piecewise1D::Piecewise1D(const std::vector<float>& values) : m_values(values), m_cdf(values.size() + 1) {
+void makeGuide(const float* cdf, uint32_t n, uint32_t* guide) {
+    for (uint32_t g = 0, i = 0; g < n; ++g) {
+        while (i + 1 < n && cdf[i + 1] <= float(g) / float(n))
+            ++i;
+        guide[g] = i;
+    }
+}
+
+Piecewise1D::Piecewise1D(const std::vector<float>& values)
+    : m_values(values), m_cdf(values.size() + 1), m_guide(values.size()) {
     assert(!values.empty());
     const double sum = cumulate(values.data(), count(), m_cdf.data());
+    makeGuide(m_cdf.data(), count(), m_guide.data());
     m_integral = static_cast<float>(sum / count());
     for (float& v : m_values)
         v = sum > 0 ? static_cast<float>(v * (count() / sum)) : 1;
 }
 
 uint32_t Piecewise1D::sampleIndex(float u, float* remapped) const {
-    const uint32_t i = findInterval(m_cdf.data(), count(), u);
+    const uint32_t i = findGuided(m_cdf.data(), m_guide.data(), count(), u);
     if (remapped)
         *remapped = within(u, m_cdf[i], m_cdf[i + 1]);
     return i;
@@ -129,26 +128,32 @@ float Piecewise1D::inverse(float x) const {
 }
 
 Piecewise2D::Piecewise2D(const std::vector<float>& values, uint32_t nx, uint32_t ny)
-    : m_nx(nx), m_cdf(size_t(nx + 1) * ny), m_values(values) {
+    : m_nx(nx), m_cdf(size_t(nx + 1) * ny), m_guide(size_t(nx) * ny), m_values(values) {
     assert(values.size() == size_t(nx) * ny && nx > 0 && ny > 0);
     std::vector<float> rowMeans(ny);
-    for (uint32_t y = 0; y < ny; ++y)
-        rowMeans[y] =
-            static_cast<float>(cumulate(&values[size_t(y) * nx], nx, &m_cdf[size_t(y) * (nx + 1)]) / nx);
+    for (uint32_t y = 0; y < ny; ++y) {
+        float* cdf = &m_cdf[size_t(y) * (nx + 1)];
+        rowMeans[y] = static_cast<float>(cumulate(&values[size_t(y) * nx], nx, cdf) / nx);
+        makeGuide(cdf, nx, &m_guide[size_t(y) * nx]);
+    }
     m_rows = Piecewise1D(rowMeans);
     const float mean = m_rows.integral();
     for (float& v : m_values)
         v = mean > 0 ? v / mean : 1;
 }
 
-V2f Piecewise2D::sample(const V2f& u) const {
+Piecewise2D::Place Piecewise2D::samplePlace(const V2f& u) const {
     float fy;
     const uint32_t y = m_rows.sampleIndex(u.y, &fy);
     const float* cdf = cdfRow(y);
-    const uint32_t x = findInterval(cdf, m_nx, u.x);
-    const float fx = within(u.x, cdf[x], cdf[x + 1]);
-    return {std::min((float(x) + fx) / float(m_nx), kOneMinusEpsilon),
-            std::min((float(y) + fy) / float(ny()), kOneMinusEpsilon)};
+    const uint32_t x = findGuided(cdf, &m_guide[size_t(y) * m_nx], m_nx, u.x);
+    return {x, y, {within(u.x, cdf[x], cdf[x + 1]), fy}};
+}
+
+V2f Piecewise2D::sample(const V2f& u) const {
+    const Place place = samplePlace(u);
+    return {std::min((float(place.x) + place.at.x) / float(m_nx), kOneMinusEpsilon),
+            std::min((float(place.y) + place.at.y) / float(ny()), kOneMinusEpsilon)};
 }
 
 float Piecewise2D::pdf(const V2f& p) const {

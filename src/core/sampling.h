@@ -5,24 +5,14 @@
 // and Square", 1997), which keeps well-spread points well spread.
 #pragma once
 
-#include "core/math.h"
+#include "core/fast_math.h"
 
 #include <vector>
 
 namespace strobe {
 
-/// sin x and cos x for |x| <= π/4, to float precision (truncated series; no table, so loops vectorise).
-inline float sinQuarter(float x) {
-    const float x2 = x * x;
-    return x * (1 - x2 * (1.f / 6 - x2 * (1.f / 120 - x2 * (1.f / 5040 - x2 * (1.f / 362880)))));
-}
-inline float cosQuarter(float x) {
-    const float x2 = x * x;
-    return 1 - x2 * (.5f - x2 * (1.f / 24 - x2 * (1.f / 720 - x2 * (1.f / 40320 - x2 * (1.f / 3628800)))));
-}
-
 /// The unit disc, uniform by area (density 1/π).
-inline V2f concentricDisk(const V2f& u) {
+STROBE_INLINE V2f concentricDisk(const V2f& u) {
     const float a = 2 * u.x - 1, b = 2 * u.y - 1;
     const bool wide = std::abs(a) > std::abs(b);
     const float r = wide ? a : b, q = wide ? b : a;
@@ -33,7 +23,7 @@ inline V2f concentricDisk(const V2f& u) {
 V2f concentricDiskInverse(const V2f& p);
 
 /// The hemisphere with density cosθ/π.
-inline V3f cosineHemisphere(const V2f& u) {
+STROBE_INLINE V3f cosineHemisphere(const V2f& u) {
     const V2f d = concentricDisk(u);
     return {d.x, d.y, safeSqrt(1 - d.x * d.x - d.y * d.y)};
 }
@@ -43,7 +33,7 @@ inline float cosineHemispherePdf(float cosTheta) { return std::max(cosTheta, 0.f
 
 /// The cone around +z, uniform by solid angle. It is given by 1 - cosθmax (in (0,2]), which stays accurate
 /// for cones so narrow that cosθmax rounds to 1; see oneMinusCos.
-inline V3f uniformCone(const V2f& u, float oneMinusCosMax) {
+STROBE_INLINE V3f uniformCone(const V2f& u, float oneMinusCosMax) {
     const V2f d = concentricDisk(u);
     const float x = (d.x * d.x + d.y * d.y) * oneMinusCosMax; // 1 - cosθ
     const float scale = safeSqrt(oneMinusCosMax * (2 - x));   // sinθ over the point's radius in the disc
@@ -79,17 +69,25 @@ float tentInverse(float x);
 inline float tentPdf(float x) { return std::max(0.f, 1 - std::abs(x)); }
 
 /// x in [0,1] with density proportional to lerp(a, b, x); a, b >= 0, not both zero; u in [0,1).
-float sampleLinear(float u, float a, float b);
+STROBE_INLINE float sampleLinear(float u, float a, float b) {
+    const float denominator = a + std::sqrt(lerp(a * a, b * b, u)), x = u * (a + b) / denominator;
+    return std::min(denominator > 0 ? x : u, kOneMinusEpsilon);
+}
 float linearInverse(float x, float a, float b);
 inline float linearPdf(float x, float a, float b) { return 2 * lerp(a, b, x) / (a + b); }
 
 /// Values at the corners of the unit square, interpolated bilinearly.
 struct Bilinear {
     float f00, f10, f01, f11; ///< f10: at (1,0)
-    float eval(const V2f& p) const { return lerp(lerp(f00, f10, p.x), lerp(f01, f11, p.x), p.y); }
-    float mean() const { return (f00 + f10 + f01 + f11) / 4; }
-    /// A point of the unit square with density eval / mean. Needs values >= 0 and mean() > 0.
-    V2f sample(const V2f& u) const;
+    STROBE_INLINE float eval(const V2f& p) const {
+        return lerp(lerp(f00, f10, p.x), lerp(f01, f11, p.x), p.y);
+    }
+    STROBE_INLINE float mean() const { return (f00 + f10 + f01 + f11) / 4; }
+    /// A point of the unit square with density eval / mean. Needs values >= 0; u itself if all are 0.
+    STROBE_INLINE V2f sample(const V2f& u) const {
+        const float y = sampleLinear(u.y, f00 + f10, f01 + f11);
+        return {sampleLinear(u.x, lerp(f00, f01, y), lerp(f10, f11, y)), y};
+    }
     V2f inverse(const V2f& p) const;
     float pdf(const V2f& p) const { return eval(p) / mean(); }
 };
@@ -107,7 +105,21 @@ inline float powerHeuristic(float nf, float fPdf, float ng, float gPdf) {
 /// empty interval, unless all are.
 uint32_t findInterval(const float* cdf, uint32_t n, float u);
 
-/// A density on [0,1) that is constant on each of n equal cells, or the n outcomes themselves.
+/// For findInterval from a place nearby: guide[g] is the interval of u = g/n. Ascending, so well-spread
+/// numbers stay well spread.
+void makeGuide(const float* cdf, uint32_t n, uint32_t* guide);
+/// findInterval, in constant time on average over u.
+inline uint32_t findGuided(const float* cdf, const uint32_t* guide, uint32_t n, float u) {
+    uint32_t i = guide[std::min(uint32_t(u * float(n)), n - 1)];
+    while (i > 0 && cdf[i] > u) // u * n was rounded up
+        --i;
+    while (i + 1 < n && cdf[i + 1] <= u)
+        ++i;
+    return i;
+}
+
+/// A density on [0,1) that is constant on each of n equal cells, or the n outcomes themselves. Samples take
+/// constant time.
 class Piecewise1D {
   public:
     Piecewise1D() = default;
@@ -128,6 +140,7 @@ class Piecewise1D {
   private:
     std::vector<float> m_values; ///< scaled to a mean of 1
     std::vector<float> m_cdf;    ///< count()+1 values from 0 to 1
+    std::vector<uint32_t> m_guide;
     float m_integral = 0;
 };
 
@@ -143,6 +156,12 @@ class Piecewise2D {
     /// The mean of the values.
     float integral() const { return m_rows.integral(); }
     V2f sample(const V2f& u) const;
+    /// The same: the cell, and where in it, in [0,1)².
+    struct Place {
+        uint32_t x, y;
+        V2f at;
+    };
+    Place samplePlace(const V2f& u) const;
     /// Density at p in [0,1)², per area.
     float pdf(const V2f& p) const;
     V2f inverse(const V2f& p) const;
@@ -151,8 +170,9 @@ class Piecewise2D {
     const float* cdfRow(uint32_t y) const { return &m_cdf[size_t(y) * (m_nx + 1)]; }
     uint32_t m_nx = 0;
     Piecewise1D m_rows;
-    std::vector<float> m_cdf;    ///< per row nx+1 values from 0 to 1
-    std::vector<float> m_values; ///< scaled to a mean of 1
+    std::vector<float> m_cdf;      ///< per row nx+1 values from 0 to 1
+    std::vector<uint32_t> m_guide; ///< per row nx
+    std::vector<float> m_values;   ///< scaled to a mean of 1
 };
 
 /// A density on [0,1] interpolated linearly between n+1 equidistant nodes, with a guide table: sampling

@@ -2,6 +2,8 @@
 
 #include "core/sampling.h"
 
+#include <numeric>
+
 namespace strobe {
 
 namespace {
@@ -107,8 +109,11 @@ void VertexRows::repeat(const VertexRows& from, const int32_t* vertices, int cou
 
 void VertexLanes::finish() {
     completePoints(*this);
-    for (int i = 0; i < count; ++i)
-        maxPdf[i] = material[i]->maxPdf(bsdf[i], woLocal.at(i));
+    alignas(64) int32_t vertices[kLanes];
+    std::iota(vertices, vertices + count, 0);
+    forMaterials(vertices, count, [&](const Material& m, int begin, int end) {
+        m.maxPdfLanes({bsdf, vertices, woLocal, begin, end, nullptr}, maxPdf);
+    });
 }
 
 bool LightLanes::findUseful(const VertexRows& at) {

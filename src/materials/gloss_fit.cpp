@@ -1,5 +1,6 @@
 #include "materials/gloss_fit.h"
 
+#include <array>
 #include <vector>
 
 namespace strobe {
@@ -88,7 +89,8 @@ GlossFit::Lobe bestLobe(const GlossFit::Brdf& f, const V3f& wo) {
 GlossFit::GlossFit(const Brdf& f) {
     for (int i = 0; i <= kSteps; ++i) {
         const float cosO = std::max(float(i) / kSteps, .01f); // nothing is seen from the horizon itself
-        m_lobes[size_t(i)] = bestLobe(f, V3f(safeSqrt(1 - cosO * cosO), 0, cosO));
+        const Lobe lobe = bestLobe(f, V3f(safeSqrt(1 - cosO * cosO), 0, cosO));
+        m_share[i] = lobe.share, m_along[i] = lobe.alpha.along, m_across[i] = lobe.alpha.across;
     }
 }
 

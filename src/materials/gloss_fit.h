@@ -3,7 +3,6 @@
 
 #include "materials/ggx.h"
 
-#include <array>
 #include <functional>
 
 namespace strobe {
@@ -23,18 +22,17 @@ class GlossFit {
     explicit GlossFit(const Brdf& f);
 
     /// Linear between the wo of the fit. `cosO`: any sign, at most 1 in magnitude.
-    Lobe at(float cosO) const {
+    STROBE_INLINE Lobe at(float cosO) const {
         const float x = std::min(std::abs(cosO), 1.f) * kSteps;
         const int i = std::min(int(x), kSteps - 1);
-        const Lobe &a = m_lobes[size_t(i)], &b = m_lobes[size_t(i) + 1];
         const float t = x - float(i);
-        return {lerp(a.share, b.share, t),
-                {lerp(a.alpha.along, b.alpha.along, t), lerp(a.alpha.across, b.alpha.across, t)}};
+        return {lerp(m_share[i], m_share[i + 1], t),
+                {lerp(m_along[i], m_along[i + 1], t), lerp(m_across[i], m_across[i + 1], t)}};
     }
 
   private:
     static constexpr int kSteps = 16;
-    std::array<Lobe, kSteps + 1> m_lobes; ///< at |wo.z| = i / kSteps
+    float m_share[kSteps + 1], m_along[kSteps + 1], m_across[kSteps + 1]; ///< at |wo.z| = i / kSteps
 };
 
 } // namespace strobe

@@ -1,5 +1,6 @@
 #include "materials/irregular_brdf.h"
 
+#include "core/fast_math.h"
 #include "core/spectrum.h"
 
 #include <charconv>
@@ -12,7 +13,8 @@
 namespace strobe {
 namespace {
 
-constexpr int kCells = 16, kCoarse = 4; ///< per axis; a coarse block holds (kCells/kCoarse)³ cells
+/// Blocks per axis, of blocks within blocks; the last are the cells.
+constexpr int kLevels[] = {4, 16, 32}, kCells = 32;
 constexpr uint32_t kMaxCandidates = 512;
 constexpr float kSlack = 1e-5f; ///< for rounding, of lookups and of the bounds here
 
@@ -56,12 +58,37 @@ struct IrregularBrdf::Block {
     }
 };
 
-IrregularBrdf::IrregularBrdf(std::vector<Sample> samples) : m_samples(std::move(samples)) { buildCells(); }
+IrregularBrdf::IrregularBrdf(std::vector<Sample> samples) : m_samples(std::move(samples)) {
+    for (const Sample& s : m_samples)
+        for (int k = 0; k < 3; ++k)
+            m_rows[k].push_back(s.key[k]), m_rows[3 + k].push_back(s.value[k]);
+    for (int k = 0; k < 6; ++k)
+        m_rows[k].push_back(k < 3 ? 100.f : 0.f); // beyond all radii
+    buildCells();
+}
 
-V3f IrregularBrdf::keyOf(const V3f& wo, const V3f& wi) {
+namespace {
+
+STROBE_INLINE V3f keyOfPair(const V3f& wo, const V3f& wi) {
     const float sines = std::sqrt((wo.x * wo.x + wo.y * wo.y) * (wi.x * wi.x + wi.y * wi.y));
-    const float dPhi = std::atan2(std::abs(wo.x * wi.y - wo.y * wi.x), wo.x * wi.x + wo.y * wi.y);
+    const float dPhi = fastAtan2(std::abs(wo.x * wi.y - wo.y * wi.x), wo.x * wi.x + wo.y * wi.y);
     return {std::min(sines, 1.f), std::min(dPhi * kInvPi, 1.f), wo.z * wi.z};
+}
+
+STROBE_LANES void keysOfPairs(const V3Lanes& wo, const V3Lanes& wi, int begin, int end, V3Lanes& keys) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        const V3f key = keyOfPair(wo.at(i), wi.at(i));
+        keys.x[i] = key.x, keys.y[i] = key.y, keys.z[i] = key.z;
+    }
+}
+
+} // namespace
+
+V3f IrregularBrdf::keyOf(const V3f& wo, const V3f& wi) { return keyOfPair(wo, wi); }
+
+void IrregularBrdf::keyLanes(const V3Lanes& wo, const V3Lanes& wi, int begin, int end, V3Lanes& keys) {
+    keysOfPairs(wo, wi, begin, end, keys);
 }
 
 /// Those of `candidates` that a point of the block may need, and the least squared radius its points search.
@@ -84,75 +111,122 @@ std::vector<uint32_t> IrregularBrdf::needed(const Block& block, const std::vecto
 }
 
 void IrregularBrdf::buildCells() {
-    m_cells.resize(size_t(kCells) * kCells * kCells);
     std::vector<uint32_t> all(m_samples.size());
     std::iota(all.begin(), all.end(), 0u);
-    std::vector<std::vector<uint32_t>> coarse(size_t(kCoarse) * kCoarse * kCoarse);
-    float unused;
-    for (size_t i = 0; i < coarse.size(); ++i)
-        if (const Block block(i, kCoarse); block.isPossible())
-            coarse[i] = needed(block, all, unused);
-    constexpr size_t kRatio = kCells / kCoarse;
-    static_assert(kRatio * kCoarse == kCells);
-    for (size_t i = 0; i < m_cells.size(); ++i) {
-        const Block block(i, kCells);
-        const size_t x = i % kCells / kRatio, y = i / kCells % kCells / kRatio,
-                     z = i / kCells / kCells / kRatio;
-        if (!block.isPossible())
-            continue;
-        const std::vector<uint32_t> list =
-            needed(block, coarse[x + kCoarse * (y + kCoarse * z)], m_cells[i].r2);
-        // A cell of very many samples, or of distant ones only, is left empty: it looks at all of them.
-        if (list.size() > kMaxCandidates || m_cells[i].r2 == kInfinity)
-            continue;
-        m_cells[i].first = uint32_t(m_index.size());
-        for (const uint32_t k : list) {
-            const V3f& key = m_samples[k].key;
-            m_x.push_back(key.x), m_y.push_back(key.y), m_z.push_back(key.z);
-            m_index.push_back(k);
+    std::vector<std::vector<uint32_t>> outer{all}, inner;
+    int outerCount = 1;
+    m_cells.resize(size_t(kCells) * kCells * kCells);
+    for (const int count : kLevels) {
+        inner.assign(size_t(count) * size_t(count) * size_t(count), {});
+        for (size_t i = 0; i < inner.size(); ++i) {
+            const Block block(i, count);
+            if (!block.isPossible())
+                continue;
+            const size_t n = size_t(count), from = size_t(outerCount), x = i % n * from / n,
+                         y = i / n % n * from / n, z = i / n / n * from / n;
+            float r2;
+            inner[i] = needed(block, outer[x + from * (y + from * z)], r2);
+            if (count == kCells)
+                m_cells[i].r2 = r2, addCell(m_cells[i], inner[i]);
         }
-        for (; m_index.size() % kGroup != 0; m_index.push_back(0))
-            m_x.push_back(100), m_y.push_back(100), m_z.push_back(100); // beyond all radii
-        m_cells[i].groups = (uint32_t(m_index.size()) - m_cells[i].first) / kGroup;
+        outer.swap(inner);
+        outerCount = count;
     }
 }
 
+void IrregularBrdf::addCell(Cell& cell, const std::vector<uint32_t>& list) {
+    // A cell of very many samples, or of distant ones only, is left empty: it looks at all of them.
+    if (list.size() > kMaxCandidates || cell.r2 == kInfinity)
+        return;
+    cell.first = uint32_t(m_index.size());
+    m_index.insert(m_index.end(), list.begin(), list.end());
+    while (m_index.size() % kGroup != 0)
+        m_index.push_back(int32_t(m_samples.size()));
+    cell.groups = (uint32_t(m_index.size()) - cell.first) / kGroup;
+}
+
+/// What a lookup reads.
+struct IrregularBrdf::Grid {
+    const Cell* cells;
+    const int32_t* index;
+    const float *x, *y, *z, *r, *g, *b;
+
+    /// False where all samples are to be looked at.
+    STROBE_INLINE bool mean(const V3f& key, Rgb& out) const {
+        if (!(key.z >= 0)) // through the horizon: outside the grid
+            return false;
+        const int ix = std::min(int(key.x * kCells), kCells - 1),
+                  iy = std::min(int(key.y * kCells), kCells - 1),
+                  iz = std::min(int(key.z * kCells), kCells - 1);
+        const Cell cell = cells[ix + kCells * (iy + kCells * iz)];
+        if (cell.groups == 0)
+            return false;
+        const int32_t n = int32_t(cell.groups * kGroup);
+        const int32_t* of = index + cell.first;
+        const float kx = key.x, ky = key.y, kz = key.z;
+        alignas(64) float d2[kMaxCandidates + kGroup];
+        for (int32_t i = 0; i < n; ++i)
+            d2[i] = sqr(x[of[i]] - kx) + sqr(y[of[i]] - ky) + sqr(z[of[i]] - kz);
+        float r2 = cell.r2 / 2;
+        for (int32_t found = 0; found <= 2;) {
+            r2 *= 2;
+            if (r2 > 1.5f)
+                return false;
+            found = 0;
+            for (int32_t i = 0; i < n; ++i)
+                found += d2[i] < r2;
+        }
+        // Sums of kGroup rows: floats are not added in another order than is written. Weights are relative to
+        // that at d² = r²/2: the same quotient, but it can be neither 0/0 nor infinite.
+        alignas(64) float w[kGroup] = {}, red[kGroup] = {}, green[kGroup] = {}, blue[kGroup] = {};
+        for (int32_t first = 0; first < n; first += kGroup)
+            for (int32_t k = 0; k < int32_t(kGroup); ++k) {
+                const int32_t i = first + k, sample = of[i];
+                const float near = fastExp(100 * (r2 / 2 - d2[i])), weight = d2[i] < r2 ? near : 0;
+                w[k] += weight;
+                red[k] += r[sample] * weight, green[k] += g[sample] * weight, blue[k] += b[sample] * weight;
+            }
+        float sum = 0, sumR = 0, sumG = 0, sumB = 0;
+        for (uint32_t k = 0; k < kGroup; ++k)
+            sum += w[k], sumR += red[k], sumG += green[k], sumB += blue[k];
+        const float scale = 1 / sum;
+        out = Rgb(sumR * scale, sumG * scale, sumB * scale);
+        return true;
+    }
+
+    /// missing[0 … ] of the result: where all samples are to be looked at.
+    static int meanLanes(const Grid& grid, const V3Lanes& keys, const int32_t* wanted, int begin, int end,
+                         RgbLanes& out, int32_t* missing);
+};
+
+STROBE_LANES int IrregularBrdf::Grid::meanLanes(const Grid& grid, const V3Lanes& keys, const int32_t* wanted,
+                                                int begin, int end, RgbLanes& out, int32_t* missing) {
+    int count = 0;
+    for (int i = begin; i < end; ++i) {
+        Rgb mean(0);
+        if ((!wanted || wanted[i]) && !grid.mean(keys.at(i), mean))
+            missing[count++] = i;
+        out.set(i, mean);
+    }
+    return count;
+}
+
+IrregularBrdf::Grid IrregularBrdf::grid() const {
+    return {m_cells.data(),   m_index.data(),   m_rows[0].data(), m_rows[1].data(),
+            m_rows[2].data(), m_rows[3].data(), m_rows[4].data(), m_rows[5].data()};
+}
+
 Rgb IrregularBrdf::eval(const V3f& key) const {
-    if (key.z < 0) // through the horizon: outside the grid
-        return evalBruteForce(key);
-    const int x = std::min(int(key.x * kCells), kCells - 1), y = std::min(int(key.y * kCells), kCells - 1),
-              z = std::min(int(key.z * kCells), kCells - 1);
-    const Cell cell = m_cells[size_t(x + kCells * (y + kCells * z))];
-    if (cell.groups == 0)
-        return evalBruteForce(key);
-    const uint32_t n = cell.groups * kGroup;
-    const float *xs = &m_x[cell.first], *ys = &m_y[cell.first], *zs = &m_z[cell.first];
-    alignas(32) float d2[kMaxCandidates + kGroup];
-    for (uint32_t i = 0; i < n; ++i)
-        d2[i] = sqr(xs[i] - key.x) + sqr(ys[i] - key.y) + sqr(zs[i] - key.z);
-    float r2 = cell.r2 / 2;
-    for (int found = 0; found <= 2;) {
-        r2 *= 2;
-        if (r2 > 1.5f)
-            return evalBruteForce(key);
-        found = 0;
-        for (uint32_t i = 0; i < n; ++i)
-            found += d2[i] < r2;
-    }
-    uint32_t chosen[kMaxCandidates + kGroup], count = 0;
-    for (uint32_t i = 0; i < n; ++i) { // collects without branches
-        chosen[count] = i;
-        count += d2[i] < r2;
-    }
-    // Weights relative to that at d² = r²/2: the same quotient, but it can be neither 0/0 nor infinite.
-    Rgb sum(0);
-    float weights = 0;
-    for (uint32_t i = 0; i < count; ++i) {
-        const float weight = std::exp(-100 * (d2[chosen[i]] - r2 / 2));
-        sum += m_samples[m_index[cell.first + chosen[i]]].value * weight;
-        weights += weight;
-    }
-    return sum / weights;
+    Rgb mean;
+    return grid().mean(key, mean) ? mean : evalBruteForce(key);
+}
+
+void IrregularBrdf::evalLanes(const V3Lanes& keys, const int32_t* wanted, int begin, int end,
+                              RgbLanes& out) const {
+    int32_t missing[kLanes];
+    const int count = Grid::meanLanes(grid(), keys, wanted, begin, end, out, missing);
+    for (int i = 0; i < count; ++i)
+        out.set(missing[i], evalBruteForce(keys.at(missing[i])));
 }
 
 Rgb IrregularBrdf::evalBruteForce(const V3f& key) const {

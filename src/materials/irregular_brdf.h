@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/error.h"
-#include "core/math.h"
+#include "core/lanes.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -24,34 +24,41 @@ class IrregularBrdf {
     /// The key of a pair of unit directions; Δφ in [0,π] is folded, so the key is symmetric. Same for the
     /// directions negated.
     static V3f keyOf(const V3f& wo, const V3f& wi);
+    /// The same of pairs `begin` to `end`.
+    static void keyLanes(const V3Lanes& wo, const V3Lanes& wi, int begin, int end, V3Lanes& keys);
 
     /// The mean of all samples nearer than r, weighted by exp(-100 d²), where r² is the first of .001, .002,
     /// .004 … 1.024 that finds more than two samples, else infinite. (pbrt-v2 ends at 2.048, which differs by
     /// less than e^-150.)
     Rgb eval(const V3f& key) const;
+    /// The same of keys `begin` to `end`; where `wanted` (if not null) is 0, the result is black.
+    void evalLanes(const V3Lanes& keys, const int32_t* wanted, int begin, int end, RgbLanes& out) const;
     /// The same by looking at every sample: the definition that eval is tested against.
     Rgb evalBruteForce(const V3f& key) const;
 
     const std::vector<Sample>& samples() const { return m_samples; }
 
   private:
-    /// The samples that some point of a cell may need, in sample order: `groups` times kGroup entries of the
-    /// arrays below from `first` on, the last ones padded with samples far away.
+    struct Block;
+    struct Grid;
+    /// The samples that some point of a cell may need, in sample order: kGroup times `groups` entries of
+    /// m_index from `first` on, the last ones padded with a sample far away.
     struct Cell {
         uint32_t first = 0, groups = 0;
         float r2 = 0; ///< no point of the cell finds more than two samples within a smaller squared radius
     };
-    struct Block;
-    static constexpr uint32_t kGroup = 8;
+    static constexpr uint32_t kGroup = 16;
 
     void buildCells();
+    void addCell(Cell& cell, const std::vector<uint32_t>& list);
     std::vector<uint32_t> needed(const Block& block, const std::vector<uint32_t>& candidates,
                                  float& r2) const;
+    Grid grid() const;
 
     std::vector<Sample> m_samples;
-    std::vector<Cell> m_cells;        ///< a grid over [0,1]³
-    std::vector<float> m_x, m_y, m_z; ///< keys of the cells' samples
-    std::vector<uint32_t> m_index;    ///< and their places in m_samples
+    std::vector<float> m_rows[6]; ///< keys and values of all samples, and of one far away
+    std::vector<Cell> m_cells;    ///< a grid over [0,1]³
+    std::vector<int32_t> m_index; ///< of the cells' samples, in the rows
 };
 
 /// Reads pbrt-v2's text format: the number of wavelengths, the wavelengths (nm), then records of θi φi θo φo

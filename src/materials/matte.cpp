@@ -126,6 +126,9 @@ class Matte : public Material {
     bool picksLobe() const override { return false; }
 
     float maxPdf(const Bsdf&, const V3f&) const override { return kInvPi; }
+    void maxPdfLanes(const BsdfLanes& jobs, float* out) const override {
+        std::fill(out + jobs.begin, out + jobs.end, kInvPi);
+    }
     bool isSmooth() const override { return true; }
     bool isDiffuse() const override { return true; }
     bool isTextured() const override { return m_kd.texture != nullptr; }

@@ -5,6 +5,7 @@
 #include "materials/gloss_fit.h"
 #include "materials/inputs.h"
 #include "materials/irregular_brdf.h"
+#include "materials/lobe_lanes.h"
 #include "materials/merl_brdf.h"
 
 namespace strobe {
@@ -16,28 +17,78 @@ const ParamDef<FilePath> kFilename{"filename", {}, ".brdf text (pbrt-v2) or MERL
 struct Scattered {
     IrregularBrdf brdf;
     Rgb operator()(const V3f& wo, const V3f& wi) const { return brdf.eval(IrregularBrdf::keyOf(wo, wi)); }
+    void lanes(const BsdfLanes& jobs, const V3Lanes& wi, const int32_t* wanted, RgbLanes& out) const {
+        V3Lanes keys;
+        IrregularBrdf::keyLanes(jobs.wo, wi, jobs.begin, jobs.end, keys);
+        brdf.evalLanes(keys, wanted, jobs.begin, jobs.end, out);
+    }
 };
 struct Regular {
     MerlBrdf brdf;
     Rgb operator()(const V3f& wo, const V3f& wi) const { return brdf.eval(wo, wi); }
+    void lanes(const BsdfLanes& jobs, const V3Lanes& wi, const int32_t* wanted, RgbLanes& out) const {
+        for (int i = jobs.begin; i < jobs.end; ++i)
+            out.set(i, !wanted || wanted[i] ? brdf.eval(jobs.wo.at(i), wi.at(i)) : Rgb(0));
+    }
 };
 
-/// The density of `sample`, given wo.
+/// The directions that `sample` draws, given wo.
 struct Mixture {
     float share; ///< of the lobe
     float side;  ///< the sign of wi.z
     GgxReflection lobe;
 
-    Mixture(const GlossFit& fit, const V3f& wo) : Mixture(fit.at(wo.z), wo) {}
-    float pdf(const V3f& wo, const V3f& wi) const {
+    STROBE_INLINE Mixture(const GlossFit::Lobe& fit, const V3f& wo)
+        : share(fit.share), side(wo.z < 0 ? -1.f : 1.f), lobe(wo, fit.alpha) {}
+    STROBE_INLINE float pdf(const V3f& wo, const V3f& wi) const {
         const float cosI = side * wi.z;
         return cosI > 0 ? lerp(cosineHemispherePdf(cosI), lobe.pdf(wo, wi), share) : 0;
     }
-
-  private:
-    Mixture(const GlossFit::Lobe& fit, const V3f& wo)
-        : share(fit.share), side(wo.z < 0 ? -1.f : 1.f), lobe(wo, fit.alpha) {}
+    STROBE_INLINE int32_t draw(const V3f& wo, float uc, const V2f& u, V3f& wi) const {
+        V3f glossy;
+        const int32_t above = lobe.draw(wo, u, glossy);
+        const bool isGloss = uc < share;
+        const V3f any = cosineHemisphere(u);
+        wi.x = isGloss ? glossy.x : any.x;
+        wi.y = isGloss ? glossy.y : any.y;
+        wi.z = isGloss ? glossy.z : any.z * side;
+        return isGloss ? above : 1;
+    }
 };
+
+struct MixtureLanes {
+    const GlossFit& fit;
+    const V3Lanes& wo;
+    STROBE_INLINE Mixture at(int job) const { return {fit.at(wo.z[job]), wo.at(job)}; }
+};
+
+STROBE_LANES void pdfsOfMixtures(const MixtureLanes& lobes, int begin, int end, const V3Lanes& wi,
+                                 float* pdf) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i)
+        pdf[i] = lobes.at(i).pdf(lobes.wo.at(i), wi.at(i));
+}
+
+STROBE_INLINE float boundPdf(const GlossFit& fit, const V3f& wo) {
+    const GlossFit::Lobe lobe = fit.at(wo.z);
+    return lerp(kInvPi, GgxReflection::maxPdf(wo, lobe.alpha), lobe.share);
+}
+STROBE_LANES void boundsOfMixtures(const GlossFit& fit, const V3Lanes& wo, int begin, int end, float* out) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i)
+        out[i] = boundPdf(fit, wo.at(i));
+}
+
+/// Negative values count as zero; times the cosine.
+STROBE_LANES void shadeValues(int begin, int end, const V3Lanes& wi, RgbLanes& f) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        const float cosine = std::abs(wi.z[i]);
+        f.r[i] = std::max(f.r[i], 0.f) * cosine;
+        f.g[i] = std::max(f.g[i], 0.f) * cosine;
+        f.b[i] = std::max(f.b[i], 0.f) * cosine;
+    }
+}
 
 /// A BRDF of any table, sampled by the mixture of the cosine and a GGX lobe that fits it. Negative
 /// interpolated values (spectra outside the gamut of RGB) count as zero, as in pbrt-v2.
@@ -46,44 +97,62 @@ class Measured : public Material {
   public:
     explicit Measured(Table table)
         : m_table(std::move(table)),
-          m_fit([this](const V3f& wo, const V3f& wi) { return luminance(value(wo, wi)); }) {}
+          m_fit([this](const V3f& wo, const V3f& wi) { return luminance(nonNegative(m_table(wo, wi))); }) {}
 
     void prepare(const TextureQuery&, Bsdf&) const override {}
 
     void evalCos(const Bsdf&, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
         for (int i = 0; i < n; ++i)
-            f[i] = value(wo, wi[i]) * std::abs(wi[i].z);
+            f[i] = value(wo, wi[i]);
         if (!pdf)
             return;
-        const Mixture mixture(m_fit, wo);
+        const Mixture mixture(m_fit.at(wo.z), wo);
         for (int i = 0; i < n; ++i)
             pdf[i] = mixture.pdf(wo, wi[i]);
     }
+    void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const override {
+        valueLanes(jobs, wi, jobs.wanted, f);
+        if (pdf)
+            pdfsOfMixtures({m_fit, jobs.wo}, jobs.begin, jobs.end, wi, pdf);
+    }
     bool sample(const Bsdf&, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const override {
-        const Mixture mixture(m_fit, wo);
-        if (uc < mixture.share) {
-            if (!mixture.lobe.sample(wo, u, out.wi))
-                return false;
-        } else {
-            out.wi = cosineHemisphere(u);
-            out.wi.z *= mixture.side;
-        }
+        const Mixture mixture(m_fit.at(wo.z), wo);
+        if (!mixture.draw(wo, uc, u, out.wi))
+            return false;
         out.pdf = mixture.pdf(wo, out.wi);
         if (!(out.pdf > 0))
             return false;
-        out.weight = value(wo, out.wi) * (std::abs(out.wi.z) / out.pdf);
+        out.weight = value(wo, out.wi) * (1 / out.pdf);
         out.delta = out.transmits = false;
         out.eta = 1;
         return true;
     }
-    float maxPdf(const Bsdf&, const V3f& wo) const override {
-        const GlossFit::Lobe fit = m_fit.at(wo.z);
-        return lerp(kInvPi, GgxReflection::maxPdf(wo, fit.alpha), fit.share);
+    void sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
+                     BsdfSampleLanes& out) const override {
+        alignas(64) int32_t drawn[kLanes];
+        drawLobes(MixtureLanes{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
+        pdfsOfMixtures({m_fit, jobs.wo}, jobs.begin, jobs.end, out.wi, out.pdf);
+        valueLanes(jobs, out.wi, drawn, out.weight);
+        finishSamples(jobs, drawn, out);
+    }
+    void drawLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
+                   BsdfSampleLanes& out) const override {
+        alignas(64) int32_t drawn[kLanes];
+        drawLobes(MixtureLanes{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
+        finishDirections(jobs, drawn, out);
+    }
+    float maxPdf(const Bsdf&, const V3f& wo) const override { return boundPdf(m_fit, wo); }
+    void maxPdfLanes(const BsdfLanes& jobs, float* out) const override {
+        boundsOfMixtures(m_fit, jobs.wo, jobs.begin, jobs.end, out);
     }
     bool isSmooth() const override { return true; }
 
   private:
-    Rgb value(const V3f& wo, const V3f& wi) const { return nonNegative(m_table(wo, wi)); }
+    Rgb value(const V3f& wo, const V3f& wi) const { return nonNegative(m_table(wo, wi)) * std::abs(wi.z); }
+    void valueLanes(const BsdfLanes& jobs, const V3Lanes& wi, const int32_t* wanted, RgbLanes& f) const {
+        m_table.lanes(jobs, wi, wanted, f);
+        shadeValues(jobs.begin, jobs.end, wi, f);
+    }
 
     Table m_table;
     GlossFit m_fit; ///< of m_table: after it

@@ -3,6 +3,7 @@
 #include "materials/blinn.h"
 #include "materials/fresnel.h"
 #include "materials/inputs.h"
+#include "materials/lobe_lanes.h"
 
 namespace strobe {
 namespace {
@@ -14,57 +15,37 @@ const ParamDef<RgbInput> kK{"k", Rgb(3.91294f, 2.45284f, 2.14219f),
                             "absorption coefficient (default: copper)"};
 const ParamDef<FloatInput> kRoughness{"roughness", .01f, "the Blinn exponent is 1/roughness, at most 10000"};
 
+/// See LobeMaterial.
 struct Data {
-    PlainRgb eta, k;
-    float exponent;
+    float etaR, etaG, etaB, kR, kG, kB, exponent;
+
+    STROBE_INLINE LobeValue eval(const V3f& wo, const V3f& wi) const {
+        const MicrofacetTerm term = evalBlinn(exponent, wo, wi);
+        return {fresnelConductor(term.cosHalf, etaR, kR) * term.shape,
+                fresnelConductor(term.cosHalf, etaG, kG) * term.shape,
+                fresnelConductor(term.cosHalf, etaB, kB) * term.shape, term.pdf};
+    }
+    STROBE_INLINE int32_t draw(const V3f& wo, float, const V2f& u, V3f& wi) const {
+        return drawBlinn(exponent, wo, u, wi);
+    }
+    STROBE_INLINE float maxPdf(const V3f& wo) const { return maxBlinnPdf(exponent, wo); }
 };
 
-class Metal : public Material {
+class Metal : public LobeMaterial<Data> {
   public:
     Metal(RgbInput eta, RgbInput k, FloatInput roughness)
         : m_eta(std::move(eta)), m_k(std::move(k)), m_roughness(std::move(roughness)) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
-        bsdf.as<Data>() = {nonNegative(m_eta.at(q)), nonNegative(m_k.at(q)),
-                           blinnExponent(m_roughness.at(q))};
+        const Rgb eta = nonNegative(m_eta.at(q)), k = nonNegative(m_k.at(q));
+        bsdf.as<Data>() = {eta.x, eta.y, eta.z, k.x, k.y, k.z, blinnExponent(m_roughness.at(q))};
     }
-
-    void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
-        const Data& data = bsdf.as<Data>();
-        float unwanted;
-        for (int i = 0; i < n; ++i)
-            evalOne(data, wo, wi[i], f[i], pdf ? pdf[i] : unwanted);
-    }
-
-    bool sample(const Bsdf& bsdf, const V3f& wo, float, const V2f& u, BsdfSample& out) const override {
-        const Data& data = bsdf.as<Data>();
-        if (!sampleBlinn(data.exponent, wo, u, out.wi))
-            return false;
-        Rgb f;
-        evalOne(data, wo, out.wi, f, out.pdf);
-        if (!(out.pdf > 0))
-            return false;
-        out.weight = f / out.pdf;
-        out.delta = out.transmits = false;
-        out.eta = 1;
-        return true;
-    }
-
-    float maxPdf(const Bsdf& bsdf, const V3f& wo) const override {
-        return maxBlinnPdf(bsdf.as<Data>().exponent, wo);
-    }
-    bool isSmooth() const override { return true; }
+    bool picksLobe() const override { return false; }
     bool needsFootprint() const override {
         return m_eta.needsFootprint() || m_k.needsFootprint() || m_roughness.needsFootprint();
     }
 
   private:
-    static void evalOne(const Data& data, const V3f& wo, const V3f& wi, Rgb& f, float& pdf) {
-        const MicrofacetTerm term = evalBlinn(data.exponent, wo, wi);
-        f = fresnelConductor(term.cosHalf, data.eta, data.k) * term.shape;
-        pdf = term.pdf;
-    }
-
     RgbInput m_eta, m_k;
     FloatInput m_roughness;
 };

@@ -237,6 +237,29 @@ TEST(Sampling, FindIntervalIsExhaustive) {
     }
 }
 
+TEST(Sampling, GuidesFindTheSameIntervals) {
+    for (uint32_t n = 1; n < 60; ++n) {
+        // Some empty, some tiny, one that holds nearly all.
+        std::vector<float> cdf(n + 1);
+        for (uint32_t i = 0; i < n; ++i)
+            cdf[i + 1] = cdf[i] + (i % 3 == 0 ? 0 : i == n / 2 ? 1000 : i % 5 == 0 ? 1e-6f : 1.f);
+        for (float& c : cdf)
+            c = cdf[n] > 0 ? c / cdf[n] : 0;
+        cdf[n] = 1;
+        std::vector<uint32_t> guide(n);
+        makeGuide(cdf.data(), n, guide.data());
+        const auto expectSame = [&](float u) {
+            ASSERT_EQ(findGuided(cdf.data(), guide.data(), n, u), findInterval(cdf.data(), n, u)) << u;
+        };
+        for (int i = 0; i < 3000; ++i)
+            expectSame(random1D(18, i));
+        for (const float c : cdf)
+            for (const float u : {std::nextafter(c, 0.f), c, std::nextafter(c, 1.f)})
+                if (u >= 0 && u < 1)
+                    expectSame(u);
+    }
+}
+
 TEST(Sampling, Piecewise2D) {
     constexpr uint32_t nx = 6, ny = 5;
     std::vector<float> values(nx * ny);

@@ -1,5 +1,8 @@
 // What every material with smooth lobes must fulfil.
 #include "materials/material_fixture.h"
+#include "materials/matte.h"
+#include "materials/metal.h"
+#include "materials/plastic.h"
 
 #include <gtest/gtest.h>
 
@@ -92,9 +95,12 @@ TEST_F(SmoothMaterials, LanesGiveTheSameNumbers) {
         }
         const BsdfLanes jobs{bsdfs.data(), point, wo, 5, kLanes - 2, wanted};
         RgbLanes f;
-        BsdfSampleLanes drawn;
+        BsdfSampleLanes drawn, directions;
+        float bound[kLanes];
         m.material->evalCosLanes(jobs, wi, f, pdf);
         m.material->sampleLanes(jobs, uc, u, drawn);
+        m.material->drawLanes(jobs, uc, u, directions);
+        m.material->maxPdfLanes(jobs, bound);
         for (int i = jobs.begin; i < jobs.end; ++i) {
             if (!wanted[i])
                 continue;
@@ -104,15 +110,64 @@ TEST_F(SmoothMaterials, LanesGiveTheSameNumbers) {
             m.material->evalCos(bsdfs[0], view, &light, 1, &value, &density);
             EXPECT_EQ(f.at(i), value);
             EXPECT_EQ(pdf[i], density);
+            EXPECT_EQ(bound[i], m.material->maxPdf(bsdfs[0], view));
             BsdfSample s;
             ASSERT_EQ(drawn.drawn[i], m.material->sample(bsdfs[0], view, uc[i], u.at(i), s));
             if (!drawn.drawn[i])
                 continue;
+            EXPECT_TRUE(directions.drawn[i]);
+            EXPECT_EQ(directions.wi.at(i), s.wi);
             EXPECT_EQ(drawn.wi.at(i), s.wi);
             EXPECT_EQ(drawn.weight.at(i), s.weight);
             EXPECT_EQ(drawn.pdf[i], s.pdf);
             EXPECT_EQ(drawn.delta[i], s.delta);
             EXPECT_EQ(drawn.transmits[i], s.transmits);
+        }
+    }
+}
+
+/// A texture of the place.
+class Slope : public Texture {
+  public:
+    Rgb rgb(const TextureQuery& q) const override { return {.1f + .8f * q.uv.x, .5f, .1f + .8f * q.uv.y}; }
+};
+
+TEST(TexturedMaterials, LanesKeepPointsApart) {
+    const auto table = std::make_shared<TextureTable>();
+    table->rgbs = table->floats = {std::make_shared<Slope>()};
+    const auto textured = [&](const MaterialPlugin& plugin, const std::vector<std::string>& names) {
+        ParamSet set;
+        for (const std::string& name : names)
+            set.add({name, ParamType::Texture, {}, {}, {0, 0}, {"slope"}});
+        set.bindTextures(table);
+        Messages quiet;
+        return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
+    };
+    for (const MaterialPtr& material :
+         {textured(mattePlugin(), {"Kd", "sigma"}), textured(plasticPlugin(), {"Kd", "Ks", "roughness"}),
+          textured(metalPlugin(), {"eta", "roughness"})}) {
+        Random random(78);
+        std::vector<Bsdf> bsdfs(kLanes);
+        V3Lanes wo, wi;
+        int32_t point[kLanes];
+        for (int i = 0; i < kLanes; ++i) {
+            TextureQuery q;
+            q.uv = random.next2();
+            bsdfs[size_t(i)].material = material.get();
+            material->prepare(q, bsdfs[size_t(i)]);
+            point[i] = kLanes - 1 - i;
+            wo.set(i, random.direction()), wi.set(i, random.direction());
+        }
+        RgbLanes f;
+        float pdf[kLanes];
+        material->evalCosLanes({bsdfs.data(), point, wo, 0, kLanes, nullptr}, wi, f, pdf);
+        for (int i = 0; i < kLanes; ++i) {
+            const V3f light = wi.at(i);
+            Rgb value;
+            float density;
+            material->evalCos(bsdfs[size_t(point[i])], wo.at(i), &light, 1, &value, &density);
+            EXPECT_EQ(f.at(i), value);
+            EXPECT_EQ(pdf[i], density);
         }
     }
 }
