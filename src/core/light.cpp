@@ -15,6 +15,13 @@ void Light::sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) con
     }
 }
 
+void Light::environmentLanes(const V3Lanes& d, int n, RgbLanes& radiance, float* pdf) const {
+    for (int i = 0; i < n; ++i) {
+        radiance.set(i, environment(d.at(i)));
+        pdf[i] = this->pdf(V3f(0), 0, d.at(i), nullptr);
+    }
+}
+
 void Light::solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const {
     for (int i = 0; i < n; ++i)
         out[i] = solidAngle(p.at(i), time[i]);

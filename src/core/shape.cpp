@@ -25,4 +25,11 @@ QuadricRays::QuadricRays(const M44f& toObject, const float* rows, unsigned packe
     toObjectSpace(toObject, rows + first, packet, *this);
 }
 
+void Quadric::samplePoints(const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) const {
+    for (int i = 0; i < n; ++i) {
+        const QuadricPoint q = samplePoint(u.at(i));
+        p.set(i, q.p), normal.set(i, q.n);
+    }
+}
+
 } // namespace strobe

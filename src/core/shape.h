@@ -1,7 +1,7 @@
 // The shape seam. A shape is either a triangle mesh (plain data that Embree reads in place) or a quadric.
 #pragma once
 
-#include "core/math.h"
+#include "core/lanes.h"
 #include "core/texture.h"
 
 #include <memory>
@@ -61,6 +61,8 @@ class Quadric {
     virtual float area() const = 0;
     /// A point uniform by area from u in [0,1)²: `point` plus nothing else; density 1/area().
     virtual QuadricPoint samplePoint(const V2f& u) const = 0;
+    /// Its p and n for u 0 … n-1.
+    virtual void samplePoints(const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) const;
     /// The radius when the shape is a whole sphere about the origin (seen as a cone by lights), else 0.
     virtual float wholeSphereRadius() const { return 0; }
 };

@@ -65,9 +65,8 @@ void PathWorker::addLight(const int32_t* vertices, int count, int lightIndex, in
         for (int first = 0; first < n; first += kLanes)
             sendLightSamples(vertices + i, std::min(together, count - i), lightIndex, first,
                              std::min(n - first, kLanes), n, picked, weighs);
-    for (int i = 0; i < count; ++i)
-        if (m_bsdfShare[vertices[i]] > 0 && endsHere(m_paths[m_v.path[vertices[i]]]))
-            sendBsdfSamples(vertices[i], lightIndex, n, picked);
+    if (weighs)
+        addBsdfSamples(vertices, count, lightIndex, n, picked);
 }
 
 /// How many samples of the BSDF compete with those of the light, at each of the vertices; false: none.
@@ -112,37 +111,76 @@ void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightI
     m_shadows.add(m_v, at, l);
 }
 
-void PathWorker::sendBsdfSamples(int v, int lightIndex, int n, float picked) {
+/// n samples of the BSDF for the light, at those of the vertices where they compete with the light's and the
+/// path ends.
+void PathWorker::addBsdfSamples(const int32_t* vertices, int count, int lightIndex, int n, float picked) {
+    int32_t ending[kLanes];
+    int endingCount = 0;
+    for (int i = 0; i < count; ++i)
+        if (m_bsdfShare[vertices[i]] > 0 && endsHere(m_paths[m_v.path[vertices[i]]]))
+            ending[endingCount++] = vertices[i];
+    const int together = std::max(1, kLanes / n);
+    for (int i = 0; i < endingCount; i += together)
+        for (int first = 0; first < n; first += kLanes)
+            sendBsdfSamples(ending + i, std::min(together, endingCount - i), lightIndex, first,
+                            std::min(n - first, kLanes), n, picked);
+}
+
+/// Draws directions from BSDFs into m_wi and tells in m_light.useful which may meet the light; false: none.
+bool PathWorker::drawToLight(const VertexRows& at, const Light& light, uint32_t dim, const int32_t* vertices,
+                             int count, int first, int drawn, int n) {
+    LightLanes& l = m_light;
+    m_sampler.fill2D(ranges(vertices, count, first, drawn, n), dim + 1, m_u);
+    m_sampler.fill1D(ranges(vertices, count, first, drawn, n), dim + 2, m_uLobe);
+    m_v.forMaterials(l.vertex, l.count, [&](const Material& m, int begin, int end) {
+        m.drawLanes({m_v.bsdf, l.vertex, at.woLocal, begin, end, nullptr}, m_uLobe, m_u, m_drawn);
+    });
+    turnToWorld(at, l.count, m_drawn.wi, m_wi, m_cosine);
+    bool any = false;
+    for (int i = 0; i < l.count; ++i) {
+        l.useful[i] = m_drawn.drawn[i] && !m_drawn.delta[i] &&
+                      (m_cosine[i] * at.side[i] > 0) != m_drawn.transmits[i] &&
+                      light.mayMeet(at.p.at(i), at.time[i], m_wi.at(i));
+        any |= l.useful[i] != 0;
+        if (!l.useful[i]) // may be no direction at all
+            m_wi.set(i, V3f(0, 0, 1)), m_drawn.wi.set(i, V3f(0, 0, 1));
+    }
+    return any;
+}
+
+/// Samples `first` to `first + drawn` of n at each vertex: kLanes in all at most.
+void PathWorker::sendBsdfSamples(const int32_t* vertices, int count, int lightIndex, int first, int drawn,
+                                 int n, float picked) {
+    LightLanes& l = m_light;
     const Light& light = *m_scene.lights()[size_t(lightIndex)];
-    const Material& material = *m_v.material[v];
-    const uint32_t pathIndex = m_v.path[v];
-    const Path& path = m_paths[pathIndex];
+    l.count = 0;
+    for (int i = 0; i < count; ++i)
+        for (int k = 0; k < drawn; ++k)
+            l.vertex[l.count++] = vertices[i];
+    const VertexRows& at = rowsOf(vertices, count, drawn);
     const uint32_t dim = dimension(kDimLights + kDimensionsPerLight * uint32_t(lightIndex));
-    const SampleRange range{path.domain, path.index * uint32_t(n), uint32_t(n), path.total * uint32_t(n)};
-    m_uBsdf.resize(range.n), m_uBsdfLobe.resize(range.n);
-    m_sampler.fill2D(range, dim + 1, m_uBsdf.data());
-    m_sampler.fill1D(range, dim + 2, m_uBsdfLobe.data());
-    const V3f p = m_v.p.at(v), wo = m_v.woLocal.at(v);
-    const Frame frame = m_v.frame(v);
-    const float time = m_v.time[v];
-    for (uint32_t i = 0; i < range.n; ++i) {
-        BsdfSample b;
-        if (!material.sample(m_v.bsdf[v], wo, m_uBsdfLobe[i], m_uBsdf[i], b) || b.delta || !(b.pdf > 0))
+    if (!drawToLight(at, light, dim, vertices, count, first, drawn, n))
+        return;
+    m_v.forMaterials(l.vertex, l.count, [&](const Material& m, int begin, int end) {
+        m.evalCosLanes({m_v.bsdf, l.vertex, at.woLocal, begin, end, l.useful}, m_drawn.wi, l.f, l.pdf);
+    });
+    const bool isEnvironment = light.isEnvironment();
+    if (isEnvironment)
+        light.environmentLanes(m_wi, l.count, l.light.radiance, l.light.pdf);
+    for (int i = 0; i < l.count; ++i) {
+        if (!l.useful[i] || !(l.pdf[i] > 0))
             continue;
-        const V3f wi = frame.toWorld(b.wi);
-        if ((dot(wi, m_v.ng.at(v)) * m_v.side[v] > 0) == b.transmits || !light.mayMeet(p, time, wi))
-            continue;
-        const Rgb weight = path.beta * b.weight * (1 / (float(n) * picked));
-        if (!light.isEnvironment()) {
+        const int v = l.vertex[i];
+        const V3f wi = m_wi.at(i);
+        const Rgb weight = at.beta.at(i) * l.f.at(i) * (1 / (l.pdf[i] * float(n) * picked));
+        if (!isEnvironment) {
             m_probed = true;
-            m_probes.add(m_v.leave(v, wi), {pathIndex, lightIndex, b.pdf, p, wi, time, weight});
-            continue;
+            m_probes.add(m_v.leave(v, wi),
+                         {m_v.path[v], lightIndex, l.pdf[i], at.p.at(i), wi, at.time[i], weight});
+        } else if (const Rgb radiance = l.light.radiance.at(i); !isBlack(radiance)) {
+            m_shadows.add(m_v.leave(v, wi), kInfinity, m_v.path[v],
+                          weight * radiance * powerHeuristic(1, l.pdf[i], 1, l.light.pdf[i]));
         }
-        const Rgb radiance = light.environment(wi);
-        const float lightPdf = light.pdf(p, time, wi, nullptr);
-        if (!isBlack(radiance))
-            m_shadows.add(m_v.leave(v, wi), kInfinity, pathIndex,
-                          weight * radiance * powerHeuristic(1, b.pdf, 1, lightPdf));
     }
 }
 

@@ -83,10 +83,11 @@ void PathWorker::sortByMaterial() {
 /// Adds what the paths meet that shines, and makes vertices of those that may go on.
 void PathWorker::load(std::span<const uint32_t> paths) {
     m_v.count = 0;
+    size_t escaped = 0;
     for (uint32_t i : paths) {
         Path& path = m_paths[i];
         if (!path.hit) {
-            addEnvironment(path);
+            m_escaped[escaped++] = i;
             continue;
         }
         const RawSurfacePoint s = m_scene.rawSurface(path.hit, path.ray.time);
@@ -110,6 +111,7 @@ void PathWorker::load(std::span<const uint32_t> paths) {
         }
         m_v.add(i, s, path.ray, path.beta);
     }
+    addEnvironment(std::span(m_escaped).first(escaped));
 }
 
 void PathWorker::prepare(const RawSurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf) {
@@ -131,8 +133,9 @@ bool PathWorker::usesBsdfSampling(const Light& light, const V3f& p, float time, 
     return !light.isDelta() && bsdfSamplingCounts(maxPdf, light.solidAngle(p, time));
 }
 
-/// The weight of light `light` found by the path's last BSDF sample.
-float PathWorker::foundWeight(const Path& path, int index, const LightHit* hit) const {
+/// The weight of light `index` found by the path's last BSDF sample; lightPdf(): the light's density of it.
+template <class LightPdf>
+float PathWorker::foundWeight(const Path& path, int index, const LightPdf& lightPdf) const {
     if (path.part == LightPart::Indirect && m_bounce <= 1)
         return 0; // the first surface's own and its direct light
     if (path.countsAllLight)
@@ -142,14 +145,26 @@ float PathWorker::foundWeight(const Path& path, int index, const LightHit* hit) 
         return 0;
     const float n =
         path.fromAllLights ? float(m_settings.samplesOf(light)) : m_scene.lightPicker().probability(index);
-    return powerHeuristic(1, path.pdf, n, light.pdf(path.from, path.ray.time, path.ray.d, hit));
+    return powerHeuristic(1, path.pdf, n, lightPdf());
 }
 
-void PathWorker::addEnvironment(Path& path) const {
+/// The light of all environments along the last rays of paths.
+void PathWorker::addEnvironment(std::span<const uint32_t> paths) {
+    if (paths.empty() || m_scene.environments().empty())
+        return;
+    V3Lanes d;
+    RgbLanes radiance;
+    alignas(64) float pdf[kLanes];
+    for (size_t k = 0; k < paths.size(); ++k)
+        d.set(int(k), m_paths[paths[k]].ray.d);
     for (int i : m_scene.environments()) {
-        const Rgb radiance = m_scene.lights()[size_t(i)]->environment(path.ray.d);
-        if (!isBlack(radiance))
-            path.radiance += path.beta * radiance * foundWeight(path, i, nullptr);
+        m_scene.lights()[size_t(i)]->environmentLanes(d, int(paths.size()), radiance, pdf);
+        for (size_t k = 0; k < paths.size(); ++k) {
+            Path& path = m_paths[paths[k]];
+            const Rgb c = radiance.at(int(k));
+            if (!isBlack(c))
+                path.radiance += path.beta * c * foundWeight(path, i, [&] { return pdf[k]; });
+        }
     }
 }
 
@@ -158,8 +173,11 @@ void PathWorker::addEmission(Path& path, RawSurfacePoint s) const {
     const Rgb radiance = m_scene.lights()[size_t(s.light)]->emitted(s.ng, -path.ray.d);
     if (isBlack(radiance))
         return;
-    const LightHit hit{s.p, s.ng, length(s.p - path.from), s.prim};
-    path.radiance += path.beta * radiance * foundWeight(path, s.light, &hit);
+    path.radiance +=
+        path.beta * radiance * foundWeight(path, s.light, [&] {
+            const LightHit hit{s.p, s.ng, length(s.p - path.from), s.prim};
+            return m_scene.lights()[size_t(s.light)]->pdf(path.from, path.ray.time, path.ray.d, &hit);
+        });
 }
 
 std::span<const SampleRange> PathWorker::ranges(const int32_t* vertices, int count, int first, int drawn,

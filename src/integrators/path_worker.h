@@ -23,9 +23,10 @@ class PathWorker : public ShaderWorker {
     // One chunk of vertices:
     void load(std::span<const uint32_t> paths);
     void prepare(const RawSurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf);
-    void addEnvironment(Path& path) const;
+    void addEnvironment(std::span<const uint32_t> paths);
     void addEmission(Path& path, RawSurfacePoint s) const;
-    float foundWeight(const Path& path, int index, const LightHit* hit) const;
+    template <class LightPdf>
+    float foundWeight(const Path& path, int index, const LightPdf& lightPdf) const;
     bool usesBsdfSampling(const Light& light, const V3f& p, float time, float maxPdf) const;
 
     // Its direct light (path_lights.cpp):
@@ -36,7 +37,11 @@ class PathWorker : public ShaderWorker {
     void sendLightSamples(const int32_t* vertices, int count, int lightIndex, int first, int drawn, int n,
                           float picked, bool weighs);
     const VertexRows& rowsOf(const int32_t* vertices, int count, int times);
-    void sendBsdfSamples(int vertex, int lightIndex, int n, float picked);
+    void addBsdfSamples(const int32_t* vertices, int count, int lightIndex, int n, float picked);
+    void sendBsdfSamples(const int32_t* vertices, int count, int lightIndex, int first, int drawn, int n,
+                         float picked);
+    bool drawToLight(const VertexRows& at, const Light& light, uint32_t dim, const int32_t* vertices,
+                     int count, int first, int drawn, int n);
     void finishProbe(const LightProbe& probe, const Hit& hit);
 
     // Its next rays:
@@ -91,8 +96,7 @@ class PathWorker : public ShaderWorker {
     alignas(64) float m_uLobe[kLanes], m_uRoulette[kLanes], m_cosine[kLanes];
     alignas(64) float m_bsdfShare[kLanes]; ///< by vertex: BSDF samples that compete with the light's
     std::array<SampleRange, kLanes> m_ranges;
-    std::vector<V2f> m_uBsdf;
-    std::vector<float> m_uBsdfLobe;
+    uint32_t m_escaped[kLanes];
 };
 
 } // namespace strobe

@@ -2,96 +2,170 @@
 
 namespace strobe {
 
-namespace {
+/// What lookups read; all of it without branches.
+struct EnvironmentMap::View {
+    const float *texels, *density;
+    int width, height;
 
-V2f toMap(const V3f& w) {
-    const float phi = std::atan2(w.y, w.x);
-    const float u = (phi < 0 ? phi + 2 * kPi : phi) * (kInvPi / 2);
-    // atan2 tells directions near the poles apart, where acos does not.
-    return {std::min(u, kOneMinusEpsilon), std::atan2(std::sqrt(w.x * w.x + w.y * w.y), w.z) * kInvPi};
+    /// A cell between four pixel centres, x in [0, width) and y in [0, height]; the first and last row of
+    /// cells are half as high.
+    struct Cell {
+        int x, y;
+        V2f at; ///< in [0,1]² within the cell
+    };
+    STROBE_INLINE float top(int y) const { return std::max(float(y) - .5f, 0.f); }              ///< in pixels
+    STROBE_INLINE float bottom(int y) const { return std::min(float(y) + .5f, float(height)); } ///< in pixels
+
+    STROBE_INLINE Cell cellOf(const V3f& w) const {
+        const float phi = fastAtan2(w.y, w.x), turns = (phi < 0 ? phi + 2 * kPi : phi) * (kInvPi / 2);
+        // atan2 tells directions near the poles apart, where acos does not.
+        const float v = fastAtan2(std::sqrt(w.x * w.x + w.y * w.y), w.z) * kInvPi;
+        const float px = std::min(turns, kOneMinusEpsilon) * float(width) + .5f;
+        const float py = std::min(v, 1.f) * float(height);
+        const int x = int(px), y = std::min(std::max(int(py + .5f), 0), height);
+        const int wrapped = x >= width ? x - width : x;
+        return {std::max(wrapped, 0), y, {px - float(x), (py - top(y)) / (bottom(y) - top(y))}};
+    }
+
+    /// Radiance at the corners of a cell, and between.
+    struct Corners {
+        float r[4], g[4], b[4]; ///< as Bilinear's
+        STROBE_INLINE Bilinear luminances() const {
+            return {luminance({r[0], g[0], b[0]}), luminance({r[1], g[1], b[1]}),
+                    luminance({r[2], g[2], b[2]}), luminance({r[3], g[3], b[3]})};
+        }
+        STROBE_INLINE Rgb at(const V2f& p) const {
+            return {Bilinear{r[0], r[1], r[2], r[3]}.eval(p), Bilinear{g[0], g[1], g[2], g[3]}.eval(p),
+                    Bilinear{b[0], b[1], b[2], b[3]}.eval(p)};
+        }
+    };
+    STROBE_INLINE Corners corners(int x, int y) const {
+        const int upper = 3 * (x + (width + 1) * y), lower = upper + 3 * (width + 1);
+        return {{texels[upper], texels[upper + 3], texels[lower], texels[lower + 3]},
+                {texels[upper + 1], texels[upper + 4], texels[lower + 1], texels[lower + 4]},
+                {texels[upper + 2], texels[upper + 5], texels[lower + 2], texels[lower + 5]}};
+    }
+    STROBE_INLINE Rgb lookup(const V3f& w, float& pdf) const {
+        const Cell cell = cellOf(w);
+        const Rgb radiance = corners(cell.x, cell.y).at(cell.at);
+        pdf = pdfOf(cell.y, radiance, std::sqrt(w.x * w.x + w.y * w.y));
+        return radiance;
+    }
+    STROBE_INLINE float pdfOf(int y, const Rgb& radiance, float sinTheta) const {
+        const float scaled = luminance(radiance) * density[y] / sinTheta;
+        return sinTheta > 0 ? scaled : 0;
+    }
+    /// `u`: within the cell.
+    STROBE_INLINE Sample sampleIn(int x, int y, const V2f& u) const {
+        const Corners c = corners(x, y);
+        const V2f at = c.luminances().sample(u);
+        const SinCos phi = sinCosOfTurns((float(x) - .5f + at.x) / float(width));
+        const SinCos theta = sinCosOfTurns(lerp(top(y), bottom(y), at.y) / float(2 * height));
+        const Rgb radiance = c.at(at);
+        return {
+            {theta.sin * phi.cos, theta.sin * phi.sin, theta.cos}, radiance, pdfOf(y, radiance, theta.sin)};
+    }
+
+    static void lookups(const View& view, const V3Lanes& w, int n, RgbLanes& radiance, float* pdf);
+    static void samples(const View& view, const int32_t* x, const int32_t* y, const V2Lanes& u, int n,
+                        V3Lanes& w, RgbLanes& radiance, float* pdf);
+};
+
+STROBE_LANES void EnvironmentMap::View::lookups(const View& view, const V3Lanes& w, int n, RgbLanes& radiance,
+                                                float* pdf) {
+    const View v = view;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        float density;
+        const Rgb c = v.lookup(w.at(i), density);
+        radiance.r[i] = c.x, radiance.g[i] = c.y, radiance.b[i] = c.z;
+        pdf[i] = density;
+    }
 }
 
-} // namespace
+STROBE_LANES void EnvironmentMap::View::samples(const View& view, const int32_t* x, const int32_t* y,
+                                                const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance,
+                                                float* pdf) {
+    const View v = view;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const Sample s = v.sampleIn(x[i], y[i], u.at(i));
+        w.x[i] = s.w.x, w.y[i] = s.w.y, w.z[i] = s.w.z;
+        radiance.r[i] = s.radiance.x, radiance.g[i] = s.radiance.y, radiance.b[i] = s.radiance.z;
+        pdf[i] = s.pdf;
+    }
+}
 
-EnvironmentMap::EnvironmentMap(Image image) : m_image(std::move(image)) {
-    const int nx = m_image.width, ny = m_image.height + 1;
+EnvironmentMap::View EnvironmentMap::view() const {
+    return {m_texels.data(), m_density.data(), m_width, m_height};
+}
+
+EnvironmentMap::EnvironmentMap(const Image& image) : m_width(image.width), m_height(image.height) {
+    const int nx = m_width, ny = m_height + 1;
+    for (int y = -1; y <= m_height; ++y)
+        for (int x = -1; x < m_width; ++x) {
+            const Rgb& c = image.at((x + m_width) % m_width, std::clamp(y, 0, m_height - 1));
+            m_texels.insert(m_texels.end(), {c.x, c.y, c.z});
+        }
+    m_density.resize(size_t(ny)); // not read yet
+    const View map = view();
     std::vector<float> flux(size_t(nx) * size_t(ny));
+    std::vector<double> share(static_cast<size_t>(ny));
     double sum[3] = {0, 0, 0};
     for (int y = 0; y < ny; ++y) {
-        const double scale = kPi / m_image.height;
+        const double scale = kPi / m_height;
         // The cell's height in pixels, by the mean of sinθ over it, as the difference of two cosines.
-        const double share = (std::cos(top(y) * scale) - std::cos(bottom(y) * scale)) / scale;
+        share[size_t(y)] = (std::cos(map.top(y) * scale) - std::cos(map.bottom(y) * scale)) / scale;
         for (int x = 0; x < nx; ++x) {
-            const Cell cell{x, y, {.5f, .5f}};
-            const Rgb middle = lookup(cell);
-            flux[size_t(y) * size_t(nx) + size_t(x)] = float(luminances(cell).mean() * share);
+            const View::Corners corners = map.corners(x, y);
+            const Rgb middle = corners.at({.5f, .5f});
+            flux[size_t(y) * size_t(nx) + size_t(x)] = float(corners.luminances().mean() * share[size_t(y)]);
             for (int c = 0; c < 3; ++c)
-                sum[c] += middle[c] * share;
+                sum[c] += middle[c] * share[size_t(y)];
         }
     }
-    const double norm = kPi / 2 / (double(nx) * m_image.height);
+    const double norm = kPi / 2 / (double(nx) * m_height);
     m_mean = Rgb(float(sum[0] * norm), float(sum[1] * norm), float(sum[2] * norm));
     m_cells = Piecewise2D(flux, uint32_t(nx), uint32_t(ny));
-}
-
-EnvironmentMap::Cell EnvironmentMap::cellAt(float u, float v) const {
-    const float px = u * float(m_image.width) + .5f, py = std::clamp(v, 0.f, 1.f) * float(m_image.height);
-    const int x = int(px), y = std::min(int(py + .5f), m_image.height);
-    return {x % m_image.width, y, {px - float(x), (py - top(y)) / (bottom(y) - top(y))}};
-}
-
-const Rgb& EnvironmentMap::pixel(int x, int y) const {
-    return m_image.at((x + m_image.width) % m_image.width, std::clamp(y, 0, m_image.height - 1));
-}
-
-Rgb EnvironmentMap::lookup(const Cell& c) const {
-    const Rgb upper = pixel(c.x - 1, c.y - 1) * (1 - c.at.x) + pixel(c.x, c.y - 1) * c.at.x;
-    const Rgb lower = pixel(c.x - 1, c.y) * (1 - c.at.x) + pixel(c.x, c.y) * c.at.x;
-    return upper * (1 - c.at.y) + lower * c.at.y;
-}
-
-Bilinear EnvironmentMap::luminances(const Cell& c) const {
-    return {luminance(pixel(c.x - 1, c.y - 1)), luminance(pixel(c.x, c.y - 1)),
-            luminance(pixel(c.x - 1, c.y)), luminance(pixel(c.x, c.y))};
+    // A cell is drawn by its flux, and a point in it by its luminance over the cell's mean, which the flux
+    // has, too. Cells are equal on the unit square, but rows of the image are `height`, the outer ones
+    // halved.
+    for (int y = 0; y < ny; ++y) {
+        const double stretch = m_height / (double(ny) * (map.bottom(y) - map.top(y)));
+        m_density[size_t(y)] = m_cells.integral() > 0
+                                   ? float(share[size_t(y)] * stretch / (m_cells.integral() * 2 * kPi * kPi))
+                                   : 0;
+    }
 }
 
 Rgb EnvironmentMap::radiance(const V3f& w) const {
-    const V2f uv = toMap(w);
-    return lookup(cellAt(uv.x, uv.y));
-}
-
-float EnvironmentMap::pdf(const Cell& cell, float sinTheta) const {
-    const Bilinear corners = luminances(cell);
-    const float mean = corners.mean();
-    if (!(sinTheta > 0) || (mean <= 0 && m_cells.integral() > 0))
-        return 0;
-    const V2f middle((float(cell.x) + .5f) / float(m_cells.nx()),
-                     (float(cell.y) + .5f) / float(m_cells.ny()));
-    // Cells are equal on the unit square, but rows of the image are `height`, and the outer ones are halved.
-    const float stretch = float(m_image.height) / (float(m_cells.ny()) * (bottom(cell.y) - top(cell.y)));
-    const float inCell = mean > 0 ? corners.pdf(cell.at) : 1;
-    return m_cells.pdf(middle) * stretch * inCell / (2 * kPi * kPi * sinTheta);
+    float unwanted;
+    return view().lookup(w, unwanted);
 }
 
 float EnvironmentMap::pdf(const V3f& w) const {
-    const V2f uv = toMap(w);
-    return pdf(cellAt(uv.x, uv.y), std::sqrt(w.x * w.x + w.y * w.y));
+    float pdf;
+    view().lookup(w, pdf);
+    return pdf;
 }
 
 EnvironmentMap::Sample EnvironmentMap::sample(const V2f& u) const {
-    const V2f s = m_cells.sample(u);
-    const float sx = s.x * float(m_cells.nx()), sy = s.y * float(m_cells.ny());
-    Cell cell{std::min(int(sx), m_image.width - 1), std::min(int(sy), m_image.height), {}};
-    cell.at = {std::min(sx - float(cell.x), kOneMinusEpsilon),
-               std::min(sy - float(cell.y), kOneMinusEpsilon)};
-    const Bilinear corners = luminances(cell);
-    if (corners.mean() > 0)
-        cell.at = corners.sample(cell.at);
-    const float px = float(cell.x) - .5f + cell.at.x, py = lerp(top(cell.y), bottom(cell.y), cell.at.y);
-    const float phi = px / float(m_image.width) * 2 * kPi, theta = py / float(m_image.height) * kPi;
-    const float sinTheta = std::sin(theta);
-    const V3f w(sinTheta * std::cos(phi), sinTheta * std::sin(phi), std::cos(theta));
-    return {w, lookup(cell), pdf(cell, sinTheta)};
+    const Piecewise2D::Place place = m_cells.samplePlace(u);
+    return view().sampleIn(int(place.x), int(place.y), place.at);
+}
+
+void EnvironmentMap::lookupLanes(const V3Lanes& w, int n, RgbLanes& radiance, float* pdf) const {
+    View::lookups(view(), w, n, radiance, pdf);
+}
+
+void EnvironmentMap::sampleLanes(const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance, float* pdf) const {
+    alignas(64) int32_t x[kLanes], y[kLanes];
+    V2Lanes within;
+    for (int i = 0; i < n; ++i) { // a search: each its own way
+        const Piecewise2D::Place place = m_cells.samplePlace(u.at(i));
+        x[i] = int32_t(place.x), y[i] = int32_t(place.y), within.set(i, place.at);
+    }
+    View::samples(view(), x, y, within, n, w, radiance, pdf);
 }
 
 } // namespace strobe

@@ -11,7 +11,7 @@ namespace strobe {
 class EnvironmentMap {
   public:
     /// `image`: not empty, all values finite and not negative.
-    explicit EnvironmentMap(Image image);
+    explicit EnvironmentMap(const Image& image);
 
     Rgb radiance(const V3f& w) const;
     struct Sample {
@@ -24,25 +24,23 @@ class EnvironmentMap {
     Sample sample(const V2f& u) const;
     /// The density of `sample`; positive wherever radiance is not black.
     float pdf(const V3f& w) const;
+    /// radiance and pdf of directions 0 … n-1.
+    void lookupLanes(const V3Lanes& w, int n, RgbLanes& radiance, float* pdf) const;
+    /// sample for u 0 … n-1.
+    void sampleLanes(const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance, float* pdf) const;
     /// The mean over all directions.
     Rgb mean() const { return m_mean; }
 
   private:
-    /// A cell between four pixel centres; the first and last row of cells are half as high.
-    struct Cell {
-        int x, y;
-        V2f at; ///< in [0,1]² within the cell
-    };
-    Cell cellAt(float u, float v) const;
-    float top(int y) const { return std::max(float(y) - .5f, 0.f); }                      ///< in pixels
-    float bottom(int y) const { return std::min(float(y) + .5f, float(m_image.height)); } ///< in pixels
-    const Rgb& pixel(int x, int y) const;
-    Rgb lookup(const Cell& cell) const;
-    Bilinear luminances(const Cell& cell) const;
-    float pdf(const Cell& cell, float sinTheta) const;
+    struct View;
+    View view() const;
 
-    Image m_image;
-    Piecewise2D m_cells; ///< flux of cells: width by height + 1
+    int m_width, m_height;
+    /// Red, green and blue in turn, with the last column before the first, the first row before itself and
+    /// the last after itself: every cell between four pixel centres has its corners.
+    std::vector<float> m_texels;
+    std::vector<float> m_density; ///< by row of cells: pdf · sinθ over luminance
+    Piecewise2D m_cells;          ///< flux of cells: width by height + 1
     Rgb m_mean{0};
 };
 

@@ -14,11 +14,61 @@ const ParamDef<Rgb> kL{"L", Rgb(1), "radiance, or factor of the map"};
 const ParamDef<FilePath> kMap{
     "mapname", {}, "latitude-longitude image; none: the same from everywhere", "filename"};
 
+/// From the light's space to the world's and back.
+struct Turn {
+    M44f toWorld, toLight;
+    float determinant; ///< absolute, of toWorld
+
+    STROBE_INLINE V3f lightDirection(const V3f& d) const {
+        const V3f w = transformVector(toLight, d);
+        return w * (1 / std::sqrt(length2(w)));
+    }
+    /// Solid angle in light space over that in the world, for a unit direction that became `w`: 1 unless the
+    /// transform scales unevenly.
+    STROBE_INLINE float distortion(const V3f& w) const {
+        const float l2 = length2(w);
+        return l2 * std::sqrt(l2) / determinant;
+    }
+    /// A direction of the light to the world, unit length, its density with it.
+    STROBE_INLINE V3f worldDirection(const V3f& d, float& pdf) const {
+        const V3f w = transformVector(toWorld, d);
+        pdf *= distortion(w);
+        return w * (1 / std::sqrt(length2(w)));
+    }
+};
+
+STROBE_LANES void turnToLight(const Turn& turn, const V3Lanes& d, int n, V3Lanes& out) {
+    const Turn t = turn;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const V3f w = t.lightDirection(d.at(i));
+        out.x[i] = w.x, out.y[i] = w.y, out.z[i] = w.z;
+    }
+}
+
+STROBE_LANES void turnToWorld(const Turn& turn, V3Lanes& d, int n, float* pdf) {
+    const Turn t = turn;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        float p = pdf[i];
+        const V3f w = t.worldDirection(d.at(i), p);
+        d.x[i] = w.x, d.y[i] = w.y, d.z[i] = w.z;
+        pdf[i] = p;
+    }
+}
+
+STROBE_LANES void scale(RgbLanes& c, int n, const Rgb& factor) {
+    const float r = factor.x, g = factor.y, b = factor.z;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        c.r[i] *= r, c.g[i] *= g, c.b[i] *= b;
+}
+
 class InfiniteLight final : public Light {
   public:
     InfiniteLight(const M44f& toWorld, const Rgb& factor, std::optional<EnvironmentMap> map)
-        : m_toWorld(toWorld), m_toLight(toWorld.inverse()), m_determinant(std::abs(determinant3(toWorld))),
-          m_factor(factor), m_map(std::move(map)) {}
+        : m_turn{toWorld, toWorld.inverse(), std::abs(determinant3(toWorld))}, m_factor(factor),
+          m_map(std::move(map)) {}
 
     void sample(const V3f&, float, const V2f* u, int n, LightSample* out) const override {
         for (int i = 0; i < n; ++i) {
@@ -26,23 +76,42 @@ class InfiniteLight final : public Light {
                 out[i] = {uniformSphere(u[i]), kInfinity, m_factor, kUniformSpherePdf};
                 continue;
             }
-            const EnvironmentMap::Sample s = m_map->sample(u[i]);
-            const V3f w = transformVector(m_toWorld, s.w);
-            out[i] = {normalize(w), kInfinity, s.radiance * m_factor, s.pdf * distortion(w)};
+            EnvironmentMap::Sample s = m_map->sample(u[i]);
+            const V3f w = m_turn.worldDirection(s.w, s.pdf);
+            out[i] = {w, kInfinity, s.radiance * m_factor, s.pdf};
         }
+    }
+    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
+        if (!m_map)
+            return Light::sampleLanes(query, out);
+        m_map->sampleLanes(query.u, query.n, out.wi, out.radiance, out.pdf);
+        turnToWorld(m_turn, out.wi, query.n, out.pdf);
+        scale(out.radiance, query.n, m_factor);
+        std::fill(out.distance, out.distance + query.n, kInfinity);
     }
 
     float pdf(const V3f&, float, const V3f& wi, const LightHit*) const override {
         if (!m_map)
             return kUniformSpherePdf;
-        const V3f w = toLight(wi);
-        return m_map->pdf(w) * distortion(transformVector(m_toWorld, w));
+        const V3f w = m_turn.lightDirection(wi);
+        float pdf = m_map->pdf(w);
+        m_turn.worldDirection(w, pdf);
+        return pdf;
     }
 
     bool mayMeet(const V3f&, float, const V3f&) const override { return true; }
     float solidAngle(const V3f&, float) const override { return 4 * kPi; }
     Rgb environment(const V3f& d) const override {
-        return m_map ? m_map->radiance(toLight(d)) * m_factor : m_factor;
+        return m_map ? m_map->radiance(m_turn.lightDirection(d)) * m_factor : m_factor;
+    }
+    void environmentLanes(const V3Lanes& d, int n, RgbLanes& radiance, float* pdf) const override {
+        if (!m_map)
+            return Light::environmentLanes(d, n, radiance, pdf);
+        V3Lanes w;
+        turnToLight(m_turn, d, n, w);
+        m_map->lookupLanes(w, n, radiance, pdf);
+        turnToWorld(m_turn, w, n, pdf);
+        scale(radiance, n, m_factor);
     }
     Rgb power(float radius) const override {
         const Rgb mean = m_map ? m_map->mean() * m_factor : m_factor;
@@ -51,16 +120,7 @@ class InfiniteLight final : public Light {
     bool isEnvironment() const override { return true; }
 
   private:
-    V3f toLight(const V3f& d) const { return normalize(transformVector(m_toLight, d)); }
-    /// Solid angle in light space over that in the world, for a unit direction that became `w`: 1 unless the
-    /// transform scales unevenly.
-    float distortion(const V3f& w) const {
-        const float l2 = length2(w);
-        return l2 * std::sqrt(l2) / m_determinant;
-    }
-
-    M44f m_toWorld, m_toLight;
-    float m_determinant;
+    Turn m_turn;
     Rgb m_factor;
     std::optional<EnvironmentMap> m_map;
 };

@@ -14,6 +14,43 @@ struct Placed {
         : m(toWorld), inverse(toWorld.inverse()), determinant(std::abs(determinant3(toWorld))) {}
 };
 
+/// How a point of a surface shines, seen from elsewhere.
+struct Shine {
+    Placed placed;
+    Rgb radiance;
+    bool twoSided;
+    float area, normalSign; ///< area: in object space
+
+    STROBE_INLINE LightSample seen(const V3f& from, const V3f& onShape, const V3f& normalOfShape) const {
+        const V3f d = transformPoint(placed.m, onShape) - from;
+        // Its length is part of the stretch.
+        const V3f normal = transformNormal(placed.inverse, normalOfShape);
+        const float d2 = length2(d), distance = std::sqrt(d2);
+        const V3f wi = d * (1 / distance);
+        const float cosine = -dot(normal, wi) * normalSign;
+        const float denominator = area * placed.determinant * std::abs(cosine), pdf = d2 / denominator;
+        const bool exists = (d2 > 0) & (denominator > 0) & (pdf < kInfinity);
+        const float lit = exists & (twoSided | (cosine > 0)) ? 1.f : 0.f;
+        LightSample s;
+        s.wi.x = d2 > 0 ? wi.x : 0, s.wi.y = d2 > 0 ? wi.y : 0, s.wi.z = d2 > 0 ? wi.z : 1;
+        s.distance = distance;
+        s.radiance.x = radiance.x * lit, s.radiance.y = radiance.y * lit, s.radiance.z = radiance.z * lit;
+        s.pdf = exists ? pdf : 0;
+        return s;
+    }
+};
+
+STROBE_LANES void seenFrom(const Shine& shine, const V3Lanes& from, const V3Lanes& onShape,
+                           const V3Lanes& normal, int n, LightSampleLanes& out) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const LightSample s = shine.seen(from.at(i), onShape.at(i), normal.at(i));
+        out.wi.x[i] = s.wi.x, out.wi.y[i] = s.wi.y, out.wi.z[i] = s.wi.z;
+        out.radiance.r[i] = s.radiance.x, out.radiance.g[i] = s.radiance.y, out.radiance.b[i] = s.radiance.z;
+        out.distance[i] = s.distance, out.pdf[i] = s.pdf;
+    }
+}
+
 class QuadricLight final : public SurfaceLight {
   public:
     QuadricLight(const PlacedShape& shape, const Emission& emission)
@@ -36,9 +73,18 @@ class QuadricLight final : public SurfaceLight {
     }
 
     void sample(const V3f& p, float time, const V2f* u, int n, LightSample* out) const override {
-        const Placed placed = placedAt(time);
-        for (int i = 0; i < n; ++i)
-            out[i] = sampleOne(placed, p, u[i]);
+        const Shine shine = shineAt(time);
+        for (int i = 0; i < n; ++i) {
+            const QuadricPoint q = m_quadric.samplePoint(u[i]);
+            out[i] = shine.seen(p, q.p, q.n);
+        }
+    }
+    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
+        if (!m_still)
+            return Light::sampleLanes(query, out);
+        V3Lanes points, normals;
+        m_quadric.samplePoints(query.u, query.n, points, normals);
+        seenFrom(shineAt(0), query.p, points, normals, query.n, out);
     }
 
     float pdf(const V3f&, float time, const V3f& wi, const LightHit* hit) const override {
@@ -70,18 +116,8 @@ class QuadricLight final : public SurfaceLight {
 
     Placed placedAt(float time) const { return m_still ? m_stillPlaced : Placed(toWorld(time)); }
 
-    LightSample sampleOne(const Placed& placed, const V3f& p, const V2f& u) const {
-        const QuadricPoint q = m_quadric.samplePoint(u);
-        const V3f d = transformPoint(placed.m, q.p) - p;
-        const V3f normal = transformNormal(placed.inverse, q.n); // its length is part of the stretch
-        const float d2 = length2(d), distance = std::sqrt(d2);
-        const V3f wi = d2 > 0 ? d * (1 / distance) : V3f(0, 0, 1);
-        const float cosine = -dot(normal, wi) * normalSign();
-        const float denominator = m_quadric.area() * placed.determinant * std::abs(cosine);
-        const float pdf = d2 / denominator;
-        if (!(d2 > 0 && denominator > 0 && pdf < kInfinity))
-            return {wi, distance, Rgb(0), 0};
-        return {wi, distance, m_emission.towards(cosine), pdf};
+    Shine shineAt(float time) const {
+        return {placedAt(time), m_emission.radiance, m_emission.twoSided, m_quadric.area(), normalSign()};
     }
 
     /// For a shape in a plane: whether the ray leaves towards a shining side and crosses the plane in the

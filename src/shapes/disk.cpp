@@ -1,5 +1,6 @@
 #include "shapes/disk.h"
 
+#include "core/fast_math.h"
 #include "shapes/quadric_params.h"
 
 namespace strobe {
@@ -8,6 +9,27 @@ namespace {
 const ParamDef<float> kHeight{"height", 0, "z of the disk"};
 const ParamDef<float> kRadius{"radius", 1, "outer radius"};
 const ParamDef<float> kInnerRadius{"innerradius", 0, "radius of the hole"};
+
+/// Where a ring is sampled, uniform by area.
+struct RingSampler {
+    float height, inner2, width2, turns; ///< squares of radii; the sweep
+
+    STROBE_INLINE V3f at(const V2f& u) const {
+        const float r = std::sqrt(inner2 + u.x * width2);
+        const SinCos phi = sinCosOfTurns(u.y * turns);
+        return {r * phi.cos, r * phi.sin, height};
+    }
+};
+
+STROBE_LANES void sampleRing(const RingSampler& ring, const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) {
+    const RingSampler r = ring;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const V3f at = r.at(u.at(i));
+        p.x[i] = at.x, p.y[i] = at.y, p.z[i] = at.z;
+        normal.x[i] = 0, normal.y[i] = 0, normal.z[i] = 1;
+    }
+}
 
 /// u = phi / phimax, v = (radius - r) / (radius - innerradius): 0 at the rim.
 class Disk : public Quadric {
@@ -52,11 +74,20 @@ class Disk : public Quadric {
     }
 
     QuadricPoint samplePoint(const V2f& u) const override {
-        const double inner2 = m_inner * m_inner;
-        return at(u.y, std::sqrt(inner2 + u.x * (m_radius * m_radius - inner2)));
+        const RingSampler ring = sampler();
+        QuadricPoint q = at(u.y, std::sqrt(double(ring.inner2 + u.x * ring.width2)));
+        q.p = ring.at(u);
+        return q;
+    }
+    void samplePoints(const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) const override {
+        sampleRing(sampler(), u, n, p, normal);
     }
 
   private:
+    RingSampler sampler() const {
+        return {float(m_height), float(m_inner * m_inner), float(m_radius * m_radius - m_inner * m_inner),
+                float(m_phiMax / kTwoPi)};
+    }
     QuadricPoint at(float u, double r) const {
         const double phi = u * m_phiMax, width = m_radius - m_inner;
         const V3d outward(std::cos(phi), std::sin(phi), 0);

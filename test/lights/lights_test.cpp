@@ -263,6 +263,48 @@ TEST(InfiniteLight, ConstantIsUniform) {
     EXPECT_NEAR(light->power(1).x, 4 * M_PI * M_PI, 1e-4);
 }
 
+TEST(InfiniteLight, LanesAreTheSameSamples) {
+    std::vector<unsigned char> rgb;
+    for (int i = 0; i < 16 * 8 * 3; ++i)
+        rgb.push_back(static_cast<unsigned char>(i * 37 % 256));
+    const ImageFile file(16, 8, rgb);
+    for (const M44f& m : {M44f(), rotate({1, 2, 3}, 70), scale({1, 3, .5f})})
+        for (const bool hasMap : {false, true}) {
+            Params params = Params().rgb("L", 2, 1, .5f);
+            const auto light =
+                make(infiniteLightPlugin(), hasMap ? params.string("mapname", file.path()) : params,
+                     KeyedTransform(m));
+            constexpr int n = kLanes - 3;
+            V3Lanes p, d;
+            V2Lanes u;
+            float time[kLanes] = {}, pdf[kLanes];
+            int32_t point[kLanes];
+            for (int i = 0; i < n; ++i)
+                p.set(i, V3f(0)), u.set(i, random2D(8, i)), point[i] = i,
+                                                            d.set(i, uniformSphere(random2D(9, i)));
+            for (int axis = 0; axis < 6; ++axis) { // seams and poles
+                V3f w(0);
+                w[axis / 2] = axis % 2 ? -1.f : 1.f;
+                d.set(axis, w);
+            }
+            LightSampleLanes samples;
+            RgbLanes radiance;
+            light->sampleLanes({p, time, point, u, n}, samples);
+            light->environmentLanes(d, n, radiance, pdf);
+            for (int i = 0; i < n; ++i) {
+                const V2f ui = u.at(i);
+                LightSample s;
+                light->sample(V3f(0), 0, &ui, 1, &s);
+                EXPECT_EQ(samples.wi.at(i), s.wi);
+                EXPECT_EQ(samples.radiance.at(i), s.radiance);
+                EXPECT_EQ(samples.pdf[i], s.pdf);
+                EXPECT_EQ(samples.distance[i], s.distance);
+                EXPECT_EQ(radiance.at(i), light->environment(d.at(i)));
+                EXPECT_EQ(pdf[i], light->pdf(V3f(0), 0, d.at(i), nullptr));
+            }
+        }
+}
+
 TEST(InfiniteLight, FollowsItsTransform) {
     // 8 x 4 pixels, black but for one that is bright at φ = 22.5°, θ = 67.5°.
     std::vector<unsigned char> rgb(8 * 4 * 3, 0);
