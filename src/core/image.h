@@ -67,6 +67,8 @@ class TextureCache {
     /// Throws the located Error of `open` when a part of the file that was not read before turns out to be
     /// damaged.
     Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const;
+    /// The same without images kept in memory beside the cache: what `lookup` is held against.
+    Rgb lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const;
 
   private:
     struct Impl;

@@ -1,4 +1,5 @@
 #include "core/image.h"
+#include "core/texture_levels.h"
 
 #include <OpenImageIO/imagecache.h>
 #include <OpenImageIO/imageio.h>
@@ -7,6 +8,8 @@
 
 #include <cstring>
 #include <map>
+#include <mutex>
+#include <optional>
 
 namespace strobe {
 namespace {
@@ -83,9 +86,13 @@ OIIO::TextureOpt::Wrap toOiio(Wrap wrap) {
 
 struct TextureCache::File {
     OIIO::TextureSystem::TextureHandle* handle;
+    OIIO::ImageCache::ImageHandle* image;
     std::filesystem::path path;
     Location where;
     int channels; ///< 1 or 3
+    bool isSmall; ///< to be kept in memory as a whole, from the first lookup on
+    mutable std::once_flag read{};
+    mutable std::optional<TextureLevels> levels{}; ///< of a small file that could be read
 };
 
 struct TextureCache::Impl {
@@ -120,6 +127,14 @@ struct TextureCache::Impl {
     }
     tbb::enumerable_thread_specific<OIIO::TextureSystem::Perthread*> threads;
 
+    /// All levels of an image as the cache holds them; none when some cannot be read.
+    std::optional<TextureLevels> readLevels(const File& file);
+
+    /// Files of at most so many texels are kept in memory beside the cache, until they fill a budget.
+    static constexpr int64_t kSmall = 1 << 20, kBudget = 8 << 20;
+    std::mutex mutex;
+    int64_t kept = 0; ///< texels of their finest levels
+
     /// The cache's name for the file: its own, or one that stands for its linearised values.
     OIIO::ustring nameOf(const std::filesystem::path& path, const Transfer& transfer);
     std::map<OIIO::ustring, Transfer> transfers; ///< by those names
@@ -144,6 +159,26 @@ OIIO::ustring TextureCache::Impl::nameOf(const std::filesystem::path& path, cons
     return name;
 }
 
+std::optional<TextureLevels> TextureCache::Impl::readLevels(const File& file) {
+    std::vector<Image> levels;
+    OIIO::ImageSpec spec;
+    for (int level = 0; images->get_imagespec(file.image, nullptr, spec, 0, level); ++level) {
+        Image out{spec.width, spec.height, std::vector<Rgb>(size_t(spec.width) * size_t(spec.height))};
+        std::vector<float> values(out.pixels.size() * size_t(file.channels));
+        if (!images->get_pixels(file.image, nullptr, 0, level, 0, spec.width, 0, spec.height, 0, 1, 0,
+                                file.channels, OIIO::TypeDesc::FLOAT, values.data()))
+            return std::nullopt;
+        for (size_t i = 0; i < out.pixels.size(); ++i)
+            out.pixels[i] = file.channels == 1 ? Rgb(values[i])
+                                               : Rgb(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
+        levels.push_back(std::move(out));
+        if (spec.width == 1 && spec.height == 1)
+            break;
+    }
+    images->geterror(); // there may be no further level
+    return levels.empty() ? std::nullopt : std::optional<TextureLevels>(std::move(levels));
+}
+
 TextureCache::TextureCache(int megabytes) : m_impl(std::make_unique<Impl>(megabytes)) {}
 TextureCache::~TextureCache() = default;
 
@@ -156,11 +191,29 @@ TextureCache::open(const std::filesystem::path& path, const Location& where, con
     OIIO::ImageSpec spec;
     if (!textures.get_imagespec(handle, thread, 0, spec))
         throw Error(where, "cannot read the image " + path.string() + ": " + textures.geterror());
-    return std::make_shared<File>(File{handle, path, where, spec.nchannels >= 3 ? 3 : 1});
+    const int64_t texels = int64_t(spec.width) * spec.height;
+    const bool isPlain = spec.x == 0 && spec.y == 0 && spec.full_x == 0 && spec.full_y == 0 &&
+                         spec.full_width == spec.width && spec.full_height == spec.height;
+    const std::lock_guard lock(m_impl->mutex);
+    const bool isSmall = isPlain && texels <= Impl::kSmall && m_impl->kept + texels <= Impl::kBudget;
+    m_impl->kept += isSmall ? texels : 0;
+    return std::shared_ptr<const File>(new File{handle, m_impl->images->get_image_handle(name), path, where,
+                                                spec.nchannels >= 3 ? 3 : 1, isSmall});
 }
 
 Rgb TextureCache::lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
                          Wrap wrap) const {
+    if (file.isSmall) {
+        std::call_once(file.read, [&] { file.levels = m_impl->readLevels(file); });
+        Rgb c;
+        if (file.levels && file.levels->lookup(uv, duvdx, duvdy, wrap, c))
+            return c;
+    }
+    return lookupFiltered(file, uv, duvdx, duvdy, wrap);
+}
+
+Rgb TextureCache::lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
+                                 Wrap wrap) const {
     OIIO::TextureOpt options;
     options.swrap = options.twrap = toOiio(wrap);
     options.interpmode = OIIO::TextureOpt::InterpBilinear; // bicubic overshoots

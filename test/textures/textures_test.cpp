@@ -11,6 +11,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <unistd.h>
 
 namespace strobe {
@@ -268,6 +269,45 @@ TEST_F(ImageMaps, RulesForFileNamesAreOfColoursThatSayNothing) {
     m_maker.context.colour = std::make_shared<const ColourConfig>(config);
     EXPECT_NEAR(make({})->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "no rule but the default";
     std::filesystem::remove(config);
+}
+
+TEST_F(ImageMaps, SmallImagesInMemoryGiveWhatTheCacheGives) {
+    for (const auto& [width, height, channels] :
+         {std::tuple{64, 64, 3}, {96, 64, 3}, {50, 31, 3}, {32, 32, 1}}) {
+        const auto out = OIIO::ImageOutput::create(m_path.string());
+        std::vector<uint16_t> values(size_t(width * height * channels));
+        uint32_t state = 1;
+        for (uint16_t& v : values)
+            v = uint16_t((state = state * 1664525u + 1013904223u) >> 16);
+        ASSERT_TRUE(
+            out->open(m_path.string(), OIIO::ImageSpec(width, height, channels, OIIO::TypeDesc::UINT16)) &&
+            out->write_image(OIIO::TypeDesc::UINT16, values.data()) && out->close());
+        TextureCache cache;
+        const auto file = cache.open(m_path, {});
+        std::mt19937 engine(3);
+        std::uniform_real_distribution<float> number(0, 1);
+        double worst = 0;
+        for (int i = 0; i < 20000; ++i) {
+            // From far below a texel to far more than the image, round and stretched, turned and skewed.
+            const float size = std::exp2(-12 + 14 * number(engine)), thin = std::exp2(-3.9f * number(engine)),
+                        turn = 2 * kPi * number(engine), skew = kPi * number(engine);
+            const V2f a = V2f(std::cos(turn), std::sin(turn)) * size,
+                      b = V2f(-std::sin(turn), std::cos(turn)) * (size * thin);
+            const V2f dx = a * std::cos(skew) + b * std::sin(skew),
+                      dy = b * std::cos(skew) - a * std::sin(skew);
+            const V2f uv(4 * number(engine) - 2, 4 * number(engine) - 2);
+            const bool isPoint = i % 5 == 0;
+            for (const Wrap wrap : {Wrap::Repeat, Wrap::Clamp, Wrap::Black}) {
+                const V2f none(0);
+                const Rgb kept = cache.lookup(*file, uv, isPoint ? none : dx, isPoint ? none : dy, wrap);
+                const Rgb other =
+                    cache.lookupFiltered(*file, uv, isPoint ? none : dx, isPoint ? none : dy, wrap);
+                for (int c = 0; c < 3; ++c)
+                    worst = std::max(worst, double(std::abs(kept[c] - other[c])));
+            }
+        }
+        EXPECT_LT(worst, 1e-4) << width << " x " << height;
+    }
 }
 
 TEST_F(ImageMaps, WhatIsUnknownIsAnError) {
