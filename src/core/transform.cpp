@@ -1,5 +1,7 @@
 #include "core/transform.h"
 
+#include "core/fast_math.h"
+
 #include <Imath/ImathMatrixAlgo.h>
 
 #include <stdexcept>
@@ -212,17 +214,36 @@ Motion::Motion(const TransformPath& path, const Shutter& shutter, const Box3f& b
         m_count = segments + 1;
         m_matrices.clear();
         m_rotating.clear();
+        m_slerps.clear();
         for (int i = 0; i <= segments; ++i)
             m_matrices.push_back(path.at(shutter.sceneTime(float(i) / segments)));
         if (fits(segments))
             return;
-        for (const M44f& key : m_matrices)
-            m_rotating.push_back(decomposeTriangular(key));
-        alignRotations(m_rotating);
+        findRotations();
         if (fits(segments))
             return;
     }
     m_converged = false;
+}
+
+void Motion::findRotations() {
+    for (const M44f& key : m_matrices)
+        m_rotating.push_back(decomposeTriangular(key));
+    alignRotations(m_rotating);
+    for (size_t i = 1; i < m_rotating.size(); ++i)
+        m_slerps.emplace_back(m_rotating[i - 1].rotation, m_rotating[i].rotation);
+}
+
+Motion::Slerp::Slerp(const Quatf& a, const Quatf& b) : from(a), across(0, 0, 0, 0), turns(0) {
+    const Imath::Quatd start(a.r, a.v.x, a.v.y, a.v.z), end(b.r, b.v.x, b.v.y, b.v.z);
+    const double cosine = start ^ end;
+    const Imath::Quatd rest = end - start * cosine;
+    const double sine = std::sqrt(rest ^ rest);
+    if (!(sine > 0))
+        return;
+    const Imath::Quatd unit = rest * (1 / sine);
+    across = Quatf(float(unit.r), float(unit.v.x), float(unit.v.y), float(unit.v.z));
+    turns = float(std::atan2(sine, cosine) / (2 * M_PI));
 }
 
 M44f Motion::at(float time) const {
@@ -231,8 +252,23 @@ M44f Motion::at(float time) const {
     const float x = std::clamp(time, 0.f, 1.f) * float(m_count - 1);
     const int i = std::min(int(x), m_count - 2);
     const float t = x - float(i);
-    return usesRotation() ? compose(interpolate(m_rotating[i], m_rotating[i + 1], t))
-                          : lerp(m_matrices[i], m_matrices[i + 1], t);
+    if (!usesRotation())
+        return lerp(m_matrices[i], m_matrices[i + 1], t);
+    const Slerp& slerp = m_slerps[size_t(i)];
+    const SinCos angle = sinCosOfTurns(slerp.turns * t);
+    const Decomposed &a = m_rotating[size_t(i)], &b = m_rotating[size_t(i) + 1];
+    const M44f rotation = (slerp.from * angle.cos + slerp.across * angle.sin).toMatrix44();
+    M44f m; // the stretch is triangular
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column) {
+            float sum = 0;
+            for (int k = 0; k <= row; ++k)
+                sum += strobe::lerp(a.stretch[row][k], b.stretch[row][k], t) * rotation[k][column];
+            m[row][column] = sum;
+        }
+    const V3f translation = strobe::lerp(a.translation, b.translation, t);
+    m[3][0] = translation.x, m[3][1] = translation.y, m[3][2] = translation.z;
+    return m;
 }
 
 } // namespace strobe

@@ -99,10 +99,19 @@ class Motion {
     const Decomposed& rotationKey(int i) const { return m_rotating[i]; }
 
   private:
+    /// The rotation of a segment: from · cos(t · turns) + across · sin(t · turns).
+    struct Slerp {
+        Quatf from, across; ///< of unit length, at right angles
+        float turns;        ///< of the quaternion, which is half the rotation's angle; in full turns
+        Slerp(const Quatf& a, const Quatf& b);
+    };
+    void findRotations();
+
     int m_count = 1;
     bool m_converged = true;
     std::vector<M44f> m_matrices;
     std::vector<Decomposed> m_rotating;
+    std::vector<Slerp> m_slerps; ///< by segment
 };
 
 } // namespace strobe
