@@ -19,7 +19,7 @@ Image cropped(const Image& frame, const Window& window) {
 } // namespace
 
 ErrorCurve::ErrorCurve(const std::filesystem::path& reference, const Film& film)
-    : m_reference(readImage(reference, {}, true)) {
+    : m_reference(readImage(reference, {}, Transfer{Transfer::Srgb})) {
     const Window& w = film.window();
     if (m_reference.width == w.width() && m_reference.height == w.height())
         return;
