@@ -25,7 +25,7 @@ constexpr int kWindowsPerSide = 6;
 /// Every point is as bright as any other.
 class ConstantShader : public Shader {
   public:
-    std::unique_ptr<ShaderWorker> makeWorker(const Scene&, const Sampler&) const override {
+    std::unique_ptr<ShaderWorker> makeWorker(const Scene&, const Sampler&, const LightSplit&) const override {
         return std::make_unique<Worker>();
     }
     bool hasIndirectLight() const override { return false; }

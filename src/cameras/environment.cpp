@@ -35,6 +35,19 @@ class EnvironmentCamera final : public Camera {
     bool moves() const override { return m_placement.moves(); }
     V3f position(float time) const override { return transformPoint(m_placement.at(time), V3f(0)); }
     V3f viewpoint(const V3f&, const V2f&, float time) const override { return position(time); }
+    std::optional<FilmPoint> project(const V3f& p, float time) const override {
+        const float distance = length(p - position(time));
+        if (!(distance > 0))
+            return std::nullopt;
+        float depth;
+        const V3f at = m_placement.toCamera(p, time, depth);
+        const float phi = std::atan2(at.z, at.x), theta = std::atan2(std::hypot(at.x, at.z), at.y);
+        return FilmPoint{{(phi < 0 ? phi + 2 * kPi : phi) / m_perPixel.x, theta / m_perPixel.y}, distance};
+    }
+    V2f filmStep(const V2f& from, const V2f& to) const override {
+        const float around = 2 * kPi / m_perPixel.x, x = to.x - from.x;
+        return {x - around * std::round(x / around), to.y - from.y};
+    }
 
   private:
     CameraPlacement m_placement;

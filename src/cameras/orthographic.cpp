@@ -37,6 +37,13 @@ class OrthographicCamera final : public Camera {
         const V3f inCamera = transformPoint(m.inverse(), p);
         return transformPoint(m, inCamera - direction(m_lens.at(lens)) * inCamera.z);
     }
+    std::optional<FilmPoint> project(const V3f& p, float time) const override {
+        float depth;
+        const V3f at = m_placement.toCamera(p, time, depth);
+        if (!(at.z > 0))
+            return std::nullopt;
+        return FilmPoint{m_screen.filmAt({at.x, at.y}), depth};
+    }
 
   private:
     /// In camera space, with z = 1.

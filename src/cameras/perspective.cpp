@@ -70,6 +70,13 @@ class PerspectiveCamera final : public Camera {
     V3f viewpoint(const V3f&, const V2f& lens, float time) const override {
         return transformPoint(m_placement.at(time), m_lens.at(lens));
     }
+    std::optional<FilmPoint> project(const V3f& p, float time) const override {
+        float depth;
+        const V3f at = m_placement.toCamera(p, time, depth);
+        if (!(at.z > 0))
+            return std::nullopt;
+        return FilmPoint{m_screen.filmAt({at.x / at.z, at.y / at.z}), depth};
+    }
 
   private:
     float lensShift() const { return m_lens.radius > 0 ? 1 / m_lens.focalDistance : 0; }

@@ -16,6 +16,13 @@ CameraPlacement::CameraPlacement(const KeyedTransform& toWorld, const Shutter& s
     : m_toWorld(toWorld), m_shutter(shutter), m_moves(movesDuring(toWorld, shutter)),
       m_still(toWorld.at(shutter.sceneTime(0.5f))) {}
 
+V3f CameraPlacement::toCamera(const V3f& p, float time, float& depth) const {
+    const M44f m = at(time).inverse();
+    const V3f inCamera = transformPoint(m, p);
+    depth = inCamera.z / length(V3f(m[0][2], m[1][2], m[2][2]));
+    return inCamera;
+}
+
 ScreenWindow readScreenWindow(const ParamSet& params, const V2i& resolution) {
     float aspect = float(resolution.x) / float(resolution.y);
     if (params.has(kFrameAspect)) {

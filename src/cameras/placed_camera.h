@@ -16,6 +16,9 @@ class CameraPlacement {
     M44f at(float time) const { return m_moves ? m_toWorld.at(m_shutter.sceneTime(time)) : m_still; }
     /// The transform of a camera that does not move, or that at mid-shutter.
     const M44f& middle() const { return m_still; }
+    /// A world point in camera space at shutter fraction `time`; `depth` is its distance from the plane z = 0
+    /// of camera space, in scene units.
+    V3f toCamera(const V3f& p, float time, float& depth) const;
 
   private:
     KeyedTransform m_toWorld;
@@ -29,6 +32,10 @@ struct ScreenWindow {
     V2f origin; ///< of film point (0,0)
     V2f pixel;  ///< screen extent of one pixel; y is negative
     V2f at(const V2f& film) const { return {origin.x + film.x * pixel.x, origin.y + film.y * pixel.y}; }
+    /// The film point that is at a point of the screen plane.
+    V2f filmAt(const V2f& screen) const {
+        return {(screen.x - origin.x) / pixel.x, (screen.y - origin.y) / pixel.y};
+    }
 };
 
 inline const ParamDef<std::vector<float>> kScreenWindow{

@@ -4,6 +4,8 @@
 #include "core/lanes.h"
 #include "core/transform.h"
 
+#include <optional>
+
 namespace strobe {
 
 /// A ray. `time` is a fraction of the shutter interval, in [0, 1]: everything downstream of the camera counts
@@ -38,6 +40,12 @@ struct CameraRayLanes {
     V3Lanes o, d;
 };
 
+/// Where on the film a world point is seen.
+struct FilmPoint {
+    V2f film;    ///< as CameraSample::film
+    float depth; ///< along the camera's axis, in scene units; its distance, from a camera that has none
+};
+
 class Camera {
   public:
     virtual ~Camera() = default;
@@ -56,6 +64,11 @@ class Camera {
     virtual V3f position(float time) const = 0;
     /// Where a ray starts that goes through the lens at `lens` (in [0,1)²) and meets the world point p.
     virtual V3f viewpoint(const V3f& p, const V2f& lens, float time) const = 0;
+    /// Where the world point p is seen through the middle of the lens at shutter fraction `time`, on the film
+    /// or beside it; nothing if it is behind the camera.
+    virtual std::optional<FilmPoint> project(const V3f& p, float time) const = 0;
+    /// The way on the film from one point to another: the shorter one where the film closes on itself.
+    virtual V2f filmStep(const V2f& from, const V2f& to) const { return to - from; }
 };
 
 /// What a camera plugin's `create` gets besides its parameters.

@@ -56,29 +56,32 @@ void Film::copy(const Film& from, const Window& tile) {
     }
 }
 
-std::vector<Part> Film::exrParts() const {
+std::vector<Part> Film::exrParts(const std::vector<Part>& more) const {
     const float* data = &m_image.pixels[0].x;
     std::vector<Part> parts = {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}}};
     for (size_t i = 0; i < m_layers.size(); ++i) {
         const std::string name = layerTable()[size_t(m_layers[i])].name;
         parts.push_back({name, {{name + ".Y", m_planes[i].data(), 1, true}}});
     }
+    parts.insert(parts.end(), more.begin(), more.end());
     return parts;
 }
 
-void Film::checkWrite(const std::filesystem::path& path, const OutputSettings& settings) const {
+void Film::checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
+                      const std::vector<Part>& more) const {
     if (path.extension() == ".exr")
-        checkExr(path, exrParts(), settings.exr);
+        checkExr(path, exrParts(more), settings.exr);
     else if (path.extension() != ".png")
         throw Error("cannot write \"" + path.string() + "\": the name must end in .exr or .png",
                     ErrorKind::Usage);
 }
 
 size_t Film::write(const std::filesystem::path& path, const Metadata& metadata,
-                   const OutputSettings& settings) const {
-    checkWrite(path, settings);
+                   const OutputSettings& settings, const std::vector<Part>& more) const {
+    checkWrite(path, settings, more);
     if (path.extension() == ".exr")
-        return writeExr(path, {m_window, {m_fullWidth, m_fullHeight}}, exrParts(), metadata, settings.exr);
+        return writeExr(path, {m_window, {m_fullWidth, m_fullHeight}}, exrParts(more), metadata,
+                        settings.exr);
     Image image = m_image;
     for (Rgb& c : image.pixels)
         c *= std::exp2(settings.exposure);

@@ -62,14 +62,15 @@ class Film {
 
     /// Writes by the file name's extension: .exr (the first part, "rgba", has the colour; layers are channels
     /// "name.Y" in a part "name", with all bits) or .png (no layers). Returns how many values an EXR's half
-    /// floats could not hold. Throws Error of kind Output.
+    /// floats could not hold. `more`: parts beside the film's own. Throws Error of kind Output.
     size_t write(const std::filesystem::path& path, const Metadata& metadata,
-                 const OutputSettings& settings = {}) const;
+                 const OutputSettings& settings = {}, const std::vector<Part>& more = {}) const;
     /// Throws what `write` would throw because of the name and the settings.
-    void checkWrite(const std::filesystem::path& path, const OutputSettings& settings) const;
+    void checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
+                    const std::vector<Part>& more = {}) const;
 
   private:
-    std::vector<Part> exrParts() const;
+    std::vector<Part> exrParts(const std::vector<Part>& more) const;
 
     int m_fullWidth, m_fullHeight;
     Window m_window;

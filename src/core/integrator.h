@@ -55,6 +55,15 @@ struct VisibilityBatch {
 /// albedo there, so that it can be carried to other points. Albedo asks for theirs, and for no light.
 enum class LightPart : uint8_t { All, Direct, Indirect, Albedo };
 
+/// How radiance is to be split, besides its whole: into direct and indirect light (see LightPart; what is
+/// seen in mirrors and glass included), and by the groups of the lights that it comes from.
+struct LightSplit {
+    bool byBounce = false;
+    int groups = 0; ///< 0: not by groups
+    /// Parts per request: direct, indirect, then each group; those that are asked for.
+    int parts() const { return (byBounce ? 2 : 0) + groups; }
+};
+
 /// A place to shade: a surface point (or the emptiness) as seen along a ray.
 struct ShadingRequest {
     Hit hit;
@@ -75,6 +84,12 @@ class IntegratorWorker {
     /// values[i] = the radiance of batch.samples[i], from the shaded requests of `plan`, if it is wanted.
     virtual void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                          std::span<Rgb> values) = 0;
+    /// After `resolve`: the same for part `part` of the radiance, from the shades' parts. A worker whose
+    /// values are nothing but sums of its batch's shades needs no other than this.
+    virtual void resolvePart(const VisibilityBatch& batch, std::span<const Rgb> shaded, std::span<Rgb> values,
+                             int /*part*/) {
+        resolve(batch, shaded, values);
+    }
     /// Called before the first batch of each tile.
     virtual void beginTile() {}
     /// After `resolve`: a number for what the sample's value came from, the same for samples that share it; 0
@@ -93,6 +108,7 @@ struct RenderContext {
     bool hasIndirectLight = true; ///< see Shader
     /// Shades a few points here and there and measures what a shade costs.
     std::function<ShadeCost()> measureShadeCost;
+    int parts = 0; ///< that radiance is split into, see LightSplit
 };
 
 /// One render under way: what an integrator's workers share.
@@ -133,7 +149,8 @@ class Integrator {
 class ShaderWorker {
   public:
     virtual ~ShaderWorker() = default;
-    /// radiance[i] = an estimate of the light that arrives along requests[i].ray, reversed.
+    /// radiance[i] = an estimate of the light that arrives along requests[i].ray, reversed; then, for each
+    /// part of the split, as many numbers.
     virtual void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
                        Counters& counters) = 0;
 };
@@ -141,7 +158,8 @@ class ShaderWorker {
 class Shader {
   public:
     virtual ~Shader() = default;
-    virtual std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler) const = 0;
+    virtual std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
+                                                     const LightSplit& split) const = 0;
     /// False: LightPart::Indirect is always black.
     virtual bool hasIndirectLight() const = 0;
 };

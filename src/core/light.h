@@ -73,6 +73,8 @@ class Light {
     virtual bool isEnvironment() const { return false; }
     /// Samples per shading point that the scene asks for.
     int sampleCount = 1;
+    /// A number for the group that the scene puts it in, from 0.
+    int group = 0;
 };
 
 /// What a light plugin's `create` gets besides its parameters.

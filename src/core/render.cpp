@@ -50,6 +50,8 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
     settings.slice.reset();
     settings.probe = nullptr;
     settings.stop = nullptr;
+    settings.features = nullptr;
+    settings.lights = nullptr;
     UnsharedRender<PilotWorker> pilot(scene);
     TileRenderer renderer(scene, pilot, shader, sampler, filter, settings, Dependence::None);
     renderer.meterEvery(1);
@@ -106,10 +108,13 @@ void Renderer::restart(uint64_t seed, int samplesPerPixel) {
 void Renderer::continueWith(const SampleSlice& slice) { m_settings.slice = slice; }
 
 RenderContext Renderer::context(int threads) const {
-    return {
-        m_settings.seed, threads, m_settings.samplesPerPixel, m_window, m_shader.hasIndirectLight(), [this] {
-            return measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_window);
-        }};
+    return {m_settings.seed,
+            threads,
+            m_settings.samplesPerPixel,
+            m_window,
+            m_shader.hasIndirectLight(),
+            [this] { return measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_window); },
+            m_settings.split().parts()};
 }
 
 bool Renderer::render(Film& film) {

@@ -1,8 +1,10 @@
 // The render loop: tiles over threads, five steps per batch of pixels.
 #pragma once
 
+#include "core/features.h"
 #include "core/film.h"
 #include "core/integrator.h"
+#include "core/light_film.h"
 
 #include <functional>
 #include <optional>
@@ -34,6 +36,11 @@ struct RenderSettings {
     std::function<void(const Film&, const Window&)> tileDone;
     /// Asked from any thread, some hundred samples apart; once true, the rest is left out.
     std::function<bool()> stop;
+    /// Gathers what samples see, over the film's window; null: nothing does.
+    FeatureFilm* features = nullptr;
+    /// Takes parts of the radiance, over the film's window; null: it is not split.
+    LightFilm* lights = nullptr;
+    LightSplit split() const { return lights ? lights->split() : LightSplit{}; }
 };
 
 struct RenderStats {

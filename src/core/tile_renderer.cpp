@@ -30,7 +30,8 @@ TileRenderer::TileRenderer(const Scene& scene, IntegratorRender& integrator, con
     : m_scene(scene), m_moves(scene.moves()), m_sampler(sampler), m_filter(filter), m_settings(settings),
       m_wanted(settings.slice.value_or(SampleSlice{0, uint32_t(settings.samplesPerPixel)})),
       m_slice(dependence == Dependence::None ? m_wanted : SampleSlice{0, uint32_t(settings.samplesPerPixel)}),
-      m_integrator(integrator.makeWorker()), m_shader(shader.makeWorker(scene, sampler)) {
+      m_integrator(integrator.makeWorker()), m_shader(shader.makeWorker(scene, sampler, settings.split())),
+      m_parts(size_t(settings.split().parts())) {
     m_counters.shadeCosts.resize(scene.materials().size() + 1);
 }
 
@@ -64,10 +65,19 @@ void TileRenderer::renderBatch(Film& film) {
     shade();
     clock.charge(Stage::Shade);
     m_values.resize(m_samples.size());
-    m_integrator->resolve(batch, m_shaded, m_values);
+    const std::span<const Rgb> shaded(m_shaded);
+    m_integrator->resolve(batch, shaded.first(m_requests.size()), m_values);
     develop(film);
+    for (size_t part = 0; part < m_parts; ++part) {
+        m_partValues.resize(m_samples.size());
+        m_integrator->resolvePart(batch, shaded.subspan((1 + part) * m_requests.size(), m_requests.size()),
+                                  m_partValues, int(part));
+        developPart(int(part));
+    }
     if (!film.layers().empty())
         describe(film);
+    if (m_settings.features)
+        m_settings.features->add(batch, m_counters);
     if (m_settings.probe)
         probe();
     clock.charge(Stage::Resolve);
@@ -149,7 +159,7 @@ void TileRenderer::trace() {
 }
 
 void TileRenderer::shade() {
-    m_shaded.resize(m_requests.size());
+    m_shaded.resize(m_requests.size() * (1 + m_parts));
     // The first batch of a thread is slow for other reasons. Of the next, some more, for small pictures.
     const uint32_t batch = m_batches++;
     if (batch > 0 && (batch % m_meterInterval == 0 || std::has_single_bit(batch)))
@@ -168,7 +178,7 @@ void TileRenderer::shadeMetered() {
     std::stable_sort(m_order.begin(), m_order.end(), [&](uint32_t a, uint32_t b) {
         return costSlot(m_requests[a].hit) < costSlot(m_requests[b].hit);
     });
-    Rgb shaded[kMeteredPacket];
+    std::vector<Rgb> shaded(kMeteredPacket * (1 + m_parts));
     for (size_t first = 0; first < m_order.size(); first += m_packet.size()) {
         const size_t slot = costSlot(m_requests[m_order[first]].hit);
         m_packet.clear();
@@ -179,11 +189,12 @@ void TileRenderer::shadeMetered() {
             m_packet.push_back(request);
         }
         const auto start = std::chrono::steady_clock::now();
-        m_shader->shade(m_packet, std::span(shaded, m_packet.size()), m_counters);
+        m_shader->shade(m_packet, std::span(shaded).first(m_packet.size() * (1 + m_parts)), m_counters);
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
         m_counters.shadeCosts[slot].add(m_packet.size(), seconds.count());
         for (size_t i = 0; i < m_packet.size(); ++i)
-            m_shaded[m_order[first + i]] = shaded[i];
+            for (size_t part = 0; part <= m_parts; ++part)
+                m_shaded[part * m_requests.size() + m_order[first + i]] = shaded[part * m_packet.size() + i];
     }
 }
 
@@ -195,6 +206,18 @@ void TileRenderer::develop(Film& film) {
             if (!sum.add(m_values[i], m_samples[i].weight))
                 noteBad(m_pixels[p], m_samples[i].index);
         film.add(m_pixels[p].x, m_pixels[p].y, sum);
+    }
+}
+
+/// A part of the light, of the samples that are numbers as a whole.
+void TileRenderer::developPart(int part) {
+    for (uint32_t p = 0; p < m_pixels.size(); ++p) {
+        PixelSum sum, whole;
+        const uint32_t first = p * m_slice.count() + m_wanted.first - m_slice.first;
+        for (uint32_t i = first; i < first + m_wanted.count(); ++i)
+            if (whole.add(m_values[i], m_samples[i].weight))
+                sum.add(m_partValues[i], m_samples[i].weight);
+        m_settings.lights->add(part, m_pixels[p].x, m_pixels[p].y, sum);
     }
 }
 

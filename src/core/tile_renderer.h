@@ -39,6 +39,7 @@ class TileRenderer {
     void shadeMetered();
     size_t costSlot(const Hit& hit) const;
     void develop(Film& film);
+    void developPart(int part);
     void describe(Film& film);
     void probe();
     void noteBad(const PixelRef& pixel, uint32_t sample);
@@ -52,6 +53,7 @@ class TileRenderer {
     const SampleSlice m_slice;  ///< what is traced: also those that the wanted ones depend on
     std::unique_ptr<IntegratorWorker> m_integrator;
     std::unique_ptr<ShaderWorker> m_shader;
+    const size_t m_parts; ///< that radiance is split into
     Counters m_counters;
     uint32_t m_meterInterval = 64, m_batches = 0;
 
@@ -60,7 +62,8 @@ class TileRenderer {
     std::vector<Generated> m_generated;
     std::vector<SampleRange> m_ranges;
     std::vector<ShadingRequest> m_requests;
-    std::vector<Rgb> m_shaded, m_values;
+    std::vector<Rgb> m_shaded; ///< by request; then, part by part, the same
+    std::vector<Rgb> m_values, m_partValues;
     RayBlock m_block;
     // For metering and layers:
     std::vector<uint32_t> m_order;

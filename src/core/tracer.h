@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace strobe {
@@ -64,7 +65,8 @@ struct alignas(64) RayBlock {
 struct Geometry {
     PlacedShape placed;
     int material = 0;
-    int light = -1; ///< of the world's own geometry; instances keep their own list
+    int light = -1;     ///< of the world's own geometry; instances keep their own list
+    std::string name{}; ///< see ObjectNames
 };
 
 /// Geometry that moves (or is repeated) as one: an Embree scene of its own.
@@ -76,6 +78,7 @@ struct Instance {
     uint32_t group;
     std::shared_ptr<const Motion> motion;
     std::vector<int> lights; ///< per geometry of the group; empty: none shines
+    std::string name{};      ///< see ObjectNames
 };
 
 /// What the acceleration structures hold: for the test that cost follows need.

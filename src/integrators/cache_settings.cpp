@@ -49,7 +49,8 @@ size_t automaticBytes(const RenderContext& context, float blockSize, int timeBin
     const double pixels = double(context.window.width()) * context.window.height();
     const double blocks = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
     const double most = double(physicalMemory()) / 4;
-    return size_t(std::clamp(blocks * kBytesPerBlock * kSlack, double(kMegabyte), most));
+    return size_t(
+        std::clamp(blocks * kBytesPerBlock * kSlack * (1 + context.parts), double(kMegabyte), most));
 }
 
 } // namespace strobe

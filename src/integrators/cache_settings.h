@@ -19,6 +19,7 @@ struct CacheSettings {
     size_t bytes;
     bool indirectOnly = false;        ///< scope shared: every sample has its own direct light
     bool shadesFollowSamples = false; ///< scope shared: `shades` is the number of samples per pixel
+    int parts = 0;                    ///< of radiance, beside its whole: see LightSplit
 };
 
 /// Bytes of a cache as its user said it, or left it to us.

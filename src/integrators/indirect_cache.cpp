@@ -42,6 +42,7 @@ class IndirectCache : public Integrator {
 
     std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext& context) const override {
         CacheSettings settings = m_settings;
+        settings.parts = context.parts;
         if (!context.hasIndirectLight)
             settings.blockSize = 0;
         settings.shadesFollowSamples = settings.shades == 0;

@@ -65,14 +65,22 @@ class Worker : public IntegratorWorker {
         for (const Block& block : m_blocks)
             if (block.request >= 0)
                 finish(block, shaded);
-        for (size_t i = 0; i < values.size(); ++i) {
-            const Alone& alone = m_alone[i];
-            values[i] = alone.own >= 0 ? shaded[size_t(alone.own)] : Rgb(0);
-            if (m_shares[i].cell == kNone)
+        gather(shaded, values);
+    }
+
+    void resolvePart(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values,
+                     int part) override {
+        for (size_t i = 0; i < m_blocks.size(); ++i) {
+            const Block& block = m_blocks[i];
+            if (block.request < 0) {
+                setValue(block, m_parts[i * size_t(m_shared.settings.parts) + size_t(part)]);
                 continue;
-            const Rgb shared = valueOf(m_shares[i]);
-            values[i] += alone.albedo >= 0 ? shared * shaded[size_t(alone.albedo)] : shared;
+            }
+            const Rgb value = meanOf(block, shaded);
+            setValue(block, value);
+            m_shared.cache.store(keyOfPart(block.key, part), value);
         }
+        gather(shaded, values);
     }
 
     uint64_t blockOf(size_t sample) const override {
@@ -118,7 +126,7 @@ class Worker : public IntegratorWorker {
         uint32_t sample; ///< the first to ask for it
         int32_t request; ///< the first of its requests; -1: it was in the cache
     };
-    /// A block's radiance; all zero where there is no point.
+    /// A block's radiance, or the part of it at hand; all zero where there is no point.
     struct alignas(16) Value {
         float numbers[4]{}; ///< red, green, blue, weight
     };
@@ -134,6 +142,7 @@ class Worker : public IntegratorWorker {
 
     void clear(size_t samples) {
         m_blocks.clear();
+        m_parts.clear();
         m_cells.clear();
         m_points.assign(1, Point{}); // the one that is missing
         m_values.assign(size_t(1) << m_binBits, Value{});
@@ -141,6 +150,18 @@ class Worker : public IntegratorWorker {
         m_alone.assign(samples, {});
         m_pointTable.clear();
         m_cellTable.clear();
+    }
+
+    /// What samples take of their own shades and of the blocks around.
+    void gather(std::span<const Rgb> shaded, std::span<Rgb> values) {
+        for (size_t i = 0; i < values.size(); ++i) {
+            const Alone& alone = m_alone[i];
+            values[i] = alone.own >= 0 ? shaded[size_t(alone.own)] : Rgb(0);
+            if (m_shares[i].cell == kNone)
+                continue;
+            const Rgb shared = valueOf(m_shares[i]);
+            values[i] += alone.albedo >= 0 ? shared * shaded[size_t(alone.albedo)] : shared;
+        }
     }
 
     bool sharesAt(const Hit& hit) const {
@@ -245,14 +266,24 @@ class Worker : public IntegratorWorker {
     void lookUp(Block& block, std::vector<ShadingRequest>& requests) {
         ++m_lookups;
         Rgb value;
-        if (m_shared.cache.find(block.key, value)) {
+        const bool found = m_shared.cache.find(block.key, value);
+        if (findParts(block.key) && found) {
             ++m_hits;
-            valueAt(block.point, block.slot) = {{value.x, value.y, value.z, 1}};
+            setValue(block, value);
             return;
         }
         block.request = int32_t(requests.size());
         request(block, requests);
     }
+
+    /// Appends the parts of a block to m_parts; false if the cache does not have them all.
+    bool findParts(uint64_t key) {
+        bool all = true;
+        for (int part = 0; part < m_shared.settings.parts; ++part)
+            all &= m_shared.cache.find(keyOfPart(key, part), m_parts.emplace_back(0));
+        return all;
+    }
+    static uint64_t keyOfPart(uint64_t key, int part) { return hashOf(key, part) | 1; }
 
     /// The shades of a block: at random times, one in each of `shades` equal parts of its time bin, and
     /// through random points of the lens.
@@ -276,12 +307,20 @@ class Worker : public IntegratorWorker {
         }
     }
 
-    void finish(const Block& block, std::span<const Rgb> shaded) {
+    Rgb meanOf(const Block& block, std::span<const Rgb> shaded) const {
         Rgb sum(0);
         for (int k = 0; k < m_shared.settings.shades; ++k)
             sum += shaded[size_t(block.request + k)];
-        const Rgb value = sum * (1 / float(m_shared.settings.shades));
+        return sum * (1 / float(m_shared.settings.shades));
+    }
+
+    void setValue(const Block& block, const Rgb& value) {
         valueAt(block.point, block.slot) = {{value.x, value.y, value.z, 1}};
+    }
+
+    void finish(const Block& block, std::span<const Rgb> shaded) {
+        const Rgb value = meanOf(block, shaded);
+        setValue(block, value);
         switch (m_shared.cache.store(block.key, value)) {
         case BlockCache::Stored::Fresh:
             break;
@@ -319,6 +358,7 @@ class Worker : public IntegratorWorker {
     std::vector<Value> m_values; ///< by point, then slot
     std::vector<Cell> m_cells;
     std::vector<Block> m_blocks;
+    std::vector<Rgb> m_parts;    ///< of m_blocks, one after the other, as the cache has them
     std::vector<Share> m_shares; ///< by sample
     std::vector<Alone> m_alone;  ///< by sample
     SlotTable m_pointTable, m_cellTable;

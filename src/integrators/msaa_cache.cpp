@@ -55,6 +55,11 @@ class MsaaCache : public Integrator {
     std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext& context) const override {
         CacheSettings settings = m_settings;
         settings.timeBins = binsFor(scene);
+        settings.parts = context.parts;
+        if (!isShared() && context.parts > 0)
+            throw Error("the caches of scope thread, mutex and tile hold no parts of light: layers of direct "
+                        "light, indirect light and light groups need another scope or integrator",
+                        ErrorKind::Usage);
         if (m_size.automatic || (isShared() && settings.bytes == SIZE_MAX))
             settings.bytes =
                 settings.blockSize > 0 ? automaticBytes(context, settings.blockSize, settings.timeBins) : 0;

@@ -17,7 +17,7 @@ void PathWorker::addDirect() {
         Path& path = m_paths[m_v.path[i]];
         if (!m_v.material[i]->isSmooth() || (path.part == LightPart::Indirect && m_bounce == 0))
             continue;
-        path.fromAllLights = m_settings.allLights && (path.firstSmooth || endsHere(path));
+        path.fromAllLights = m_settings.allLights && (path.reach == Reach::Eye || endsHere(path));
         (path.fromAllLights ? all[allCount++] : one[oneCount++]) = i;
     }
     if (allCount > 0)
@@ -108,7 +108,7 @@ void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightI
                        weighs ? l.pdf : nullptr);
     });
     l.weigh(at, float(n) * picked, weighs);
-    m_shadows.add(m_v, at, l);
+    m_shadows.add(m_v, at, l, lightIndex);
 }
 
 /// n samples of the BSDF for the light, at those of the vertices where they compete with the light's and the
@@ -178,7 +178,7 @@ void PathWorker::sendBsdfSamples(const int32_t* vertices, int count, int lightIn
             m_probes.add(m_v.leave(v, wi),
                          {m_v.path[v], lightIndex, l.pdf[i], at.p.at(i), wi, at.time[i], weight});
         } else if (const Rgb radiance = l.light.radiance.at(i); !isBlack(radiance)) {
-            m_shadows.add(m_v.leave(v, wi), kInfinity, m_v.path[v],
+            m_shadows.add(m_v.leave(v, wi), kInfinity, m_v.path[v], lightIndex,
                           weight * radiance * powerHeuristic(1, l.pdf[i], 1, l.light.pdf[i]));
         }
     }
@@ -195,7 +195,11 @@ void PathWorker::finishProbe(const LightProbe& probe, const Hit& hit) {
     const LightHit lightHit{s.p, s.ng, length(s.p - probe.from), s.prim};
     const float lightPdf = light.pdf(probe.from, probe.time, probe.wi, &lightHit);
     const Rgb radiance = light.emitted(s.ng, -probe.wi);
-    m_paths[probe.path].viaBsdf += probe.weight * radiance * powerHeuristic(1, probe.pdf, 1, lightPdf);
+    const Rgb c = probe.weight * radiance * powerHeuristic(1, probe.pdf, 1, lightPdf);
+    Path& path = m_paths[probe.path];
+    path.viaBsdf += c;
+    if (!m_parts.empty())
+        addPart(m_partsViaBsdf, probe.path, probe.light, path.lightIsDirect, c);
 }
 
 } // namespace strobe

@@ -28,8 +28,9 @@ class PathShader : public Shader {
             if (params.get(*def) < 0)
                 throw Error(params.whereIs(*def), std::string("\"") + def->name + "\" must not be negative");
     }
-    std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler) const override {
-        return std::make_unique<PathWorker>(scene, sampler, m_settings);
+    std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
+                                             const LightSplit& split) const override {
+        return std::make_unique<PathWorker>(scene, sampler, m_settings, split);
     }
     bool hasIndirectLight() const override { return m_settings.path && m_settings.maxDepth > 1; }
 

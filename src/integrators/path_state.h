@@ -27,6 +27,10 @@ constexpr int kRouletteFrom = 3;
 enum : uint32_t { kDimDirection = 0, kDimLobe = 1, kDimRoulette = 2, kDimPick = 3, kDimLights = 8 };
 constexpr uint32_t kFirstDimension = 16, kDimensionsPerVertex = 1u << 20, kDimensionsPerLight = 4;
 
+/// What a path's ray left: the eye, or mirrors and glass that it sees; the first other surface; or what is
+/// beyond.
+enum class Reach : uint8_t { Eye, First, Beyond };
+
 /// One path under way.
 struct Path {
     Hit hit;
@@ -39,8 +43,9 @@ struct Path {
     LightPart part;
     // How the ray was made, to weight the light it may hit:
     bool countsAllLight; ///< camera rays and delta lobes: no other strategy could have found the light
-    bool firstSmooth;    ///< no smooth surface so far
-    bool fromAllLights;  ///< light sampling there took every light, not one
+    Reach reach;
+    bool lightIsDirect; ///< that of samples of lights at this wave's vertex
+    bool fromAllLights; ///< light sampling there took every light, not one
     float pdf, maxPdf;
     V3f from;
 
@@ -48,7 +53,7 @@ struct Path {
         hit = r.hit, ray = r.ray, cone = r.cone;
         beta = Rgb(1), radiance = viaBsdf = Rgb(0);
         domain = r.domain, index = r.index, total = r.total, part = r.part;
-        countsAllLight = firstSmooth = true, fromAllLights = false;
+        countsAllLight = lightIsDirect = true, fromAllLights = false, reach = Reach::Eye;
         pdf = maxPdf = 0, from = V3f(0);
     }
 };

@@ -4,18 +4,22 @@
 
 namespace strobe {
 
-PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings)
-    : m_scene(scene), m_sampler(sampler), m_settings(settings), m_shadows(scene.tracer(), LightVisible{this}),
-      m_probes(scene.tracer(), ProbeFound{this}), m_bounces(scene.tracer(), BounceFound{this}) {}
+PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
+                       const LightSplit& split)
+    : m_scene(scene), m_sampler(sampler), m_settings(settings), m_split(split),
+      m_shadows(scene.tracer(), LightVisible{this}), m_probes(scene.tracer(), ProbeFound{this}),
+      m_bounces(scene.tracer(), BounceFound{this}) {}
 
 void PathWorker::shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
                        Counters& counters) {
     m_counters = &counters;
     start(requests);
+    startParts(requests.size());
     for (m_bounce = 0; !m_active.empty(); ++m_bounce)
         wave();
     for (size_t i = 0; i < requests.size(); ++i)
         radiance[i] = m_paths[i].radiance;
+    takeParts(requests.size(), radiance.subspan(requests.size()));
     counters.shadowRays += m_shadows.takeCount();
     counters.lightRays += m_probes.takeCount();
     counters.bounceRays += m_bounces.takeCount();
@@ -50,9 +54,11 @@ void PathWorker::wave() {
     }
     m_shadows.flush();
     m_probes.flush();
-    if (m_probed)
+    if (m_probed) {
         for (uint32_t i : m_active)
             m_paths[i].radiance += std::exchange(m_paths[i].viaBsdf, Rgb(0));
+        joinParts();
+    }
     m_probed = false;
     for (uint32_t i : m_next)
         m_bounces.add(m_paths[i].ray, i);
@@ -86,6 +92,7 @@ void PathWorker::load(std::span<const uint32_t> paths) {
     size_t escaped = 0;
     for (uint32_t i : paths) {
         Path& path = m_paths[i];
+        path.lightIsDirect = path.reach == Reach::Eye;
         if (!path.hit) {
             m_escaped[escaped++] = i;
             continue;
@@ -93,7 +100,7 @@ void PathWorker::load(std::span<const uint32_t> paths) {
         const RawSurfacePoint s = m_scene.rawSurface(path.hit, path.ray.time);
         ++m_counters->surfaces;
         if (s.light >= 0 && path.part != LightPart::Albedo)
-            addEmission(path, s);
+            addEmission(i, s);
         if (m_bounce >= m_settings.maxDepth)
             continue;
         path.cone.width += path.hit.t * path.cone.spread;
@@ -161,23 +168,31 @@ void PathWorker::addEnvironment(std::span<const uint32_t> paths) {
         m_scene.lights()[size_t(i)]->environmentLanes(d, int(paths.size()), radiance, pdf);
         for (size_t k = 0; k < paths.size(); ++k) {
             Path& path = m_paths[paths[k]];
-            const Rgb c = radiance.at(int(k));
-            if (!isBlack(c))
-                path.radiance += path.beta * c * foundWeight(path, i, [&] { return pdf[k]; });
+            const Rgb arriving = radiance.at(int(k));
+            if (isBlack(arriving))
+                continue;
+            const Rgb c = path.beta * arriving * foundWeight(path, i, [&] { return pdf[k]; });
+            path.radiance += c;
+            if (!m_parts.empty())
+                addPart(m_parts, paths[k], i, path.reach != Reach::Beyond, c);
         }
     }
 }
 
-void PathWorker::addEmission(Path& path, RawSurfacePoint s) const {
+void PathWorker::addEmission(uint32_t index, RawSurfacePoint s) {
+    Path& path = m_paths[index];
     s.finish();
     const Rgb radiance = m_scene.lights()[size_t(s.light)]->emitted(s.ng, -path.ray.d);
     if (isBlack(radiance))
         return;
-    path.radiance +=
+    const Rgb c =
         path.beta * radiance * foundWeight(path, s.light, [&] {
             const LightHit hit{s.p, s.ng, length(s.p - path.from), s.prim};
             return m_scene.lights()[size_t(s.light)]->pdf(path.from, path.ray.time, path.ray.d, &hit);
         });
+    path.radiance += c;
+    if (!m_parts.empty())
+        addPart(m_parts, index, s.light, path.reach != Reach::Beyond, c);
 }
 
 std::span<const SampleRange> PathWorker::ranges(const int32_t* vertices, int count, int first, int drawn,
@@ -223,7 +238,7 @@ void PathWorker::extend() {
             continue;
         path.ray = {m_v.p.at(v), m_wi.at(i), m_v.time[v], clearOf(m_v.offset[v], m_cosine[i])};
         path.countsAllLight = m_drawn.delta[i];
-        path.firstSmooth &= m_drawn.delta[i];
+        path.reach = path.reach != Reach::Eye ? Reach::Beyond : m_drawn.delta[i] ? Reach::Eye : Reach::First;
         path.pdf = m_drawn.pdf[i];
         path.maxPdf = m_v.maxPdf[v];
         path.from = m_v.p.at(v);

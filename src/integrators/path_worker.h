@@ -11,7 +11,8 @@ namespace strobe {
 
 class PathWorker : public ShaderWorker {
   public:
-    PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings);
+    PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
+               const LightSplit& split);
     void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
                Counters& counters) override;
 
@@ -24,7 +25,7 @@ class PathWorker : public ShaderWorker {
     void load(std::span<const uint32_t> paths);
     void prepare(const RawSurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf);
     void addEnvironment(std::span<const uint32_t> paths);
-    void addEmission(Path& path, RawSurfacePoint s) const;
+    void addEmission(uint32_t path, RawSurfacePoint s);
     template <class LightPdf>
     float foundWeight(const Path& path, int index, const LightPdf& lightPdf) const;
     bool usesBsdfSampling(const Light& light, const V3f& p, float time, float maxPdf) const;
@@ -49,6 +50,12 @@ class PathWorker : public ShaderWorker {
     void drawDirections(const int32_t* vertices, int count);
     bool survivesRoulette(Path& path, float u) const;
 
+    // Parts of the radiance, if it is split:
+    void addPart(std::vector<Rgb>& parts, uint32_t path, int light, bool isDirect, const Rgb& c);
+    void startParts(size_t paths);
+    void joinParts();
+    void takeParts(size_t paths, std::span<Rgb> parts) const;
+
     /// At a surface that is neither mirror nor glass: whether the path is to bring direct light only. Then it
     /// finds lights by BSDF samples of their own, not by its next ray.
     bool endsHere(const Path& path) const { return !m_settings.path || path.part == LightPart::Direct; }
@@ -61,7 +68,12 @@ class PathWorker : public ShaderWorker {
 
     struct LightVisible {
         PathWorker* worker;
-        void operator()(uint32_t path, const Rgb& c) const { worker->m_paths[path].radiance += c; }
+        void operator()(uint32_t path, int light, const Rgb& c) const {
+            Path& p = worker->m_paths[path];
+            p.radiance += c;
+            if (!worker->m_parts.empty())
+                worker->addPart(worker->m_parts, path, light, p.lightIsDirect, c);
+        }
     };
     struct ProbeFound {
         PathWorker* worker;
@@ -75,8 +87,11 @@ class PathWorker : public ShaderWorker {
     const Scene& m_scene;
     const Sampler& m_sampler;
     const ShadeSettings m_settings;
+    const LightSplit m_split;
     Counters* m_counters = nullptr;
 
+    std::vector<Rgb> m_parts,
+        m_partsViaBsdf; ///< path by path, as Path's radiance and viaBsdf; empty: no split
     std::vector<Path> m_paths;
     std::vector<uint32_t> m_active, m_next, m_sorted;
     std::vector<uint8_t> m_buckets;

@@ -7,20 +7,20 @@
 
 namespace strobe {
 
-/// Occlusion rays with the light they carry. `visible(target, contribution)` is called, in the order of
-/// `add`, for those that get through.
+/// Occlusion rays with the light they carry. `visible(target, light, contribution)` is called, in the order
+/// of `add`, for those that get through.
 template <class Visible>
 class ShadowQueue {
   public:
     ShadowQueue(const Tracer& tracer, Visible visible) : m_tracer(tracer), m_visible(visible) {}
-    void add(const Ray& ray, float tmax, uint32_t target, const Rgb& contribution) {
+    void add(const Ray& ray, float tmax, uint32_t target, int light, const Rgb& contribution) {
         m_block.set(m_count, ray.o, ray.d, ray.tmin, tmax, ray.time);
         m_contribution.set(m_count, contribution);
-        m_target[m_count] = target;
+        m_target[m_count] = target, m_light[m_count] = light;
         grow(1);
     }
-    /// The useful ones of light samples.
-    void add(const VertexLanes& v, const VertexRows& at, const LightLanes& l) {
+    /// The useful ones of samples of a light.
+    void add(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light) {
         for (int i = 0; i < l.count;) {
             int n = 0; // a run of useful ones, as long as fits
             while (i + n < l.count && n < RayBlock::kSize - m_count && l.useful[i + n])
@@ -29,7 +29,7 @@ class ShadowQueue {
                 ++i;
                 continue;
             }
-            append(v, at, l, i, n);
+            append(v, at, l, light, i, n);
             i += n;
         }
     }
@@ -40,14 +40,15 @@ class ShadowQueue {
         m_traced += uint64_t(m_count);
         for (int i = 0; i < m_count; ++i)
             if (m_block.tfar[i] >= 0)
-                m_visible(m_target[i], m_contribution.at(i));
+                m_visible(m_target[i], m_light[i], m_contribution.at(i));
         m_count = 0;
     }
     /// How many rays were traced since the last call.
     uint64_t takeCount() { return std::exchange(m_traced, 0); }
 
   private:
-    void append(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int first, int n) {
+    void append(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light, int first,
+                int n) {
         const auto copy = [&](const float* from, float* to) {
             for (int k = 0; k < n; ++k)
                 to[m_count + k] = from[first + k];
@@ -58,7 +59,7 @@ class ShadowQueue {
         copy(l.contribution.r, m_contribution.r), copy(l.contribution.g, m_contribution.g);
         copy(l.contribution.b, m_contribution.b);
         for (int k = 0; k < n; ++k)
-            m_target[m_count + k] = v.path[l.vertex[first + k]];
+            m_target[m_count + k] = v.path[l.vertex[first + k]], m_light[m_count + k] = light;
         grow(n);
     }
     void grow(int n) {
@@ -72,6 +73,7 @@ class ShadowQueue {
     Visible m_visible;
     int m_count = 0;
     uint32_t m_target[RayBlock::kSize];
+    int m_light[RayBlock::kSize];
     RgbLanes m_contribution;
     RayBlock m_block;
 };

@@ -1,5 +1,6 @@
 // The command line program: parse, build, render, develop.
 #include "core/heatmap.h"
+#include "main/aov_films.h"
 #include "main/options.h"
 #include "main/picture.h"
 #include "main/report.h"
@@ -166,15 +167,20 @@ void makePicture(const Options& options, const BuiltScene& built, StepSeconds se
     if (!options.samplesFile.empty())
         settings.probe = [&](const SampleReport& report) { samples.add(report); };
     Film film(built.resolution.x, built.resolution.y, built.window, layersOf(options));
+    AovFilms aovs(options, built, log);
+    aovs.addTo(settings);
     const OutputSettings outputSettings = outputSettingsOf(options);
     for (const auto& output : options.outputs)
-        film.checkWrite(output, outputSettings);
+        film.checkWrite(output, outputSettings, aovs.develop().parts);
     const WriteOutputs write = [&](const Film& picture, const RenderStats& so, bool finished) {
+        const DevelopedAovs developed = finished ? aovs.develop() : DevelopedAovs{};
         for (const auto& output : options.outputs) {
             Metadata metadata = renderMetadata(built, options, so, seconds, finished);
             if (output.extension() == ".png")
                 addViewMetadata(options, metadata);
-            warnOfClamped(output, picture.write(output, metadata, outputSettings), log);
+            else
+                metadata.insert(metadata.end(), developed.metadata.begin(), developed.metadata.end());
+            warnOfClamped(output, picture.write(output, metadata, outputSettings, developed.parts), log);
         }
     };
     const RenderStats stats = renderPicture(built, options, settings, start, film, write, log);

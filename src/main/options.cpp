@@ -8,11 +8,16 @@ namespace strobe {
 
 namespace {
 
-std::string layerNames() {
+template <class Table>
+std::string namesIn(const Table& table) {
     std::string names;
-    for (const LayerInfo& info : layerTable())
+    for (const auto& info : table)
         names += (names.empty() ? "" : ", ") + std::string(info.name);
     return names;
+}
+
+std::string aovNames() {
+    return namesIn(featureTable()) + ", " + namesIn(lightLayerTable()) + ", " + namesIn(layerTable());
 }
 
 V2i parseResolution(const std::string& text) {
@@ -53,22 +58,46 @@ void checkProgressive(Options& options, const std::string& display) {
         throw CLI::ValidationError("--pixel", std::string("does not go with ") + passes);
     if (passes && !options.samplesFile.empty())
         throw CLI::ValidationError("--samples", std::string("does not go with ") + passes);
-    if (passes && (!options.layers.empty() || !options.heatmapFile.empty()))
+    if (passes && (!options.layers.empty() || !options.features.empty() || !options.lights.empty() ||
+                   !options.heatmapFile.empty()))
         throw CLI::ValidationError("--aov", std::string("layers do not go with ") + passes);
 }
 
-std::vector<Layer> layersCalled(const std::string& option, const std::vector<std::string>& names) {
-    std::vector<Layer> layers;
-    for (const std::string& name : names) {
-        const auto row = std::find_if(layerTable().begin(), layerTable().end(),
-                                      [&](const LayerInfo& info) { return name == info.name; });
-        if (row == layerTable().end())
-            throw CLI::ValidationError(option,
-                                       "unknown layer \"" + name + "\" (known: " + layerNames() + ")");
-        if (std::find(layers.begin(), layers.end(), row->layer) == layers.end())
-            layers.push_back(row->layer);
-    }
-    return layers;
+/// The row called `name`, or null.
+template <class Row>
+const Row* rowCalled(const std::vector<Row>& table, const std::string& name) {
+    const auto row =
+        std::find_if(table.begin(), table.end(), [&](const Row& info) { return name == info.name; });
+    return row == table.end() ? nullptr : &*row;
+}
+
+[[noreturn]] void failUnknown(const char* option, const std::string& name, const std::string& known) {
+    throw CLI::ValidationError(option, "unknown layer \"" + name + "\" (known: " + known + ")");
+}
+
+template <class T>
+void addOnce(std::vector<T>& values, const T& value) {
+    if (std::find(values.begin(), values.end(), value) == values.end())
+        values.push_back(value);
+}
+
+void chooseLayers(const std::vector<std::string>& names, Options& options) {
+    for (const std::string& name : names)
+        if (const FeatureInfo* feature = rowCalled(featureTable(), name))
+            addOnce(options.features, feature->feature);
+        else if (const LightLayerInfo* light = rowCalled(lightLayerTable(), name))
+            addOnce(options.lights, light->layer);
+        else if (const LayerInfo* layer = rowCalled(layerTable(), name))
+            addOnce(options.layers, layer->layer);
+        else
+            failUnknown("--aov", name, aovNames());
+}
+
+Layer layerCalled(const char* option, const std::string& name) {
+    const LayerInfo* layer = rowCalled(layerTable(), name);
+    if (!layer)
+        failUnknown(option, name, namesIn(layerTable()));
+    return layer->layer;
 }
 
 /// "open,close" in frames.
@@ -184,7 +213,10 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_flag("--overwrite", options.overwrite, "render finished frames again");
     app.add_flag("--quick", options.build.quick, "a quarter of the resolution and of the samples");
     app.add_flag("--quiet", options.quiet, "print errors only");
-    app.add_option("--aov", layers, "layers of EXR outputs: " + layerNames())->delimiter(',');
+    app.add_option("--aov", layers, "layers of EXR outputs: " + aovNames())->delimiter(',');
+    app.add_option("--crypto-depth", options.cryptoLevels,
+                   "how many things a pixel of a Cryptomatte layer can name")
+        ->check(CLI::Range(1, 200));
     app.add_option("--heatmap", options.heatmapFile, "write a layer in false colour, with its scale (.png)");
     app.add_option("--heatmap-of", heatmapOf, "the layer that --heatmap shows");
     app.add_option("--samples", options.samplesFile,
@@ -224,9 +256,9 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         readSequence(app, frames, shutter, fps, options);
         if (!exr.empty())
             options.exr = exrCalled(exr);
-        options.layers = layersCalled("--aov", layers);
+        chooseLayers(layers, options);
         checkProgressive(options, display);
-        options.heatmapLayer = layersCalled("--heatmap-of", {heatmapOf}).front();
+        options.heatmapLayer = layerCalled("--heatmap-of", heatmapOf);
         if (options.scenes.empty() && !options.list && !options.printOcio)
             throw CLI::RequiredError("FILE");
     } catch (const CLI::ParseError& e) {

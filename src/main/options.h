@@ -1,6 +1,8 @@
 // The command line.
 #pragma once
 
+#include "core/features.h"
+#include "core/light_film.h"
 #include "core/math.h"
 #include "main/display_server.h"
 #include "scene/builder.h"
@@ -33,10 +35,13 @@ struct Options {
     std::filesystem::path reference, curveFile;
     std::optional<ViewerAddress> display;
     Layer heatmapLayer = Layer::Shades;
-    std::vector<Layer> layers; ///< of EXR outputs
-    ViewSettings view;         ///< of PNGs
-    float exposure = 0;        ///< of PNGs, in stops
+    ViewSettings view;  ///< of PNGs
+    float exposure = 0; ///< of PNGs, in stops
     ExrSettings exr;
+    std::vector<Layer> layers;      ///< of EXR outputs: of sharing,
+    std::vector<Feature> features;  ///< of what is seen,
+    std::vector<LightLayer> lights; ///< and of parts of the light
+    int cryptoLevels = 6;
     std::string logLevel = "info";
     bool quiet = false;
     bool list = false, printOcio = false;

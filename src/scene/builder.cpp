@@ -2,6 +2,7 @@
 
 #include "cameras/shutter.h"
 #include "scene/geometry_builder.h"
+#include "scene/names.h"
 
 #include <cmath>
 
@@ -164,6 +165,12 @@ class SceneBuilder::Impl {
         m_shutter = options.shutter.value_or(readShutter(m_camera.params));
         makeTextures();
         makeMaterials();
+        for (LightDecl& decl : m_description.lights)
+            decl.group = groupOf(decl.light.params, m_setup.lightGroups);
+        for (AreaLightDecl& decl : m_description.areaLights)
+            decl.group = groupOf(decl.light.params, m_setup.lightGroups);
+        nameShapes(m_description);
+        m_setup.materialMattes = mattesOf(m_description.materials);
     }
 
     const FrameSetup& setup() const { return m_setup; }
@@ -176,8 +183,10 @@ class SceneBuilder::Impl {
         std::vector<std::shared_ptr<const Light>> lights = makeLights(shutter);
         const MakeAreaLight makeAreaLight = [&](const AreaLightDecl& decl, const PlacedShape& shape) {
             Statement statement = decl.light;
-            return std::shared_ptr<const Light>(
-                m_maker.make(m_tables.areaLights, statement, "area light", AreaLightArgs{shape}));
+            auto light = m_maker.make(m_tables.areaLights, statement, "area light", AreaLightArgs{shape});
+            if (light)
+                light->group = decl.group;
+            return std::shared_ptr<const Light>(std::move(light));
         };
         BuiltGeometry geometry = buildGeometry(m_description, *camera, shutter, int(lights.size()), m_shapes,
                                                makeAreaLight, m_messages);
@@ -261,8 +270,13 @@ class SceneBuilder::Impl {
         for (size_t i = 0; i < m_lights.size(); ++i) {
             LightDecl& decl = m_description.lights[i];
             std::optional<std::shared_ptr<const Light>>& light = m_lights[i];
-            if (!light || !decl.toWorld.isStill())
-                light = m_maker.make(m_tables.lights, decl.light, "light", LightArgs{decl.toWorld, shutter});
+            if (!light || !decl.toWorld.isStill()) {
+                auto made =
+                    m_maker.make(m_tables.lights, decl.light, "light", LightArgs{decl.toWorld, shutter});
+                if (made)
+                    made->group = decl.group;
+                light = std::move(made);
+            }
             if (*light)
                 lights.push_back(*light);
         }

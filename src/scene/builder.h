@@ -31,8 +31,10 @@ struct FrameSetup {
     std::shared_ptr<const Integrator> integrator;
     V2i resolution;
     Window window;
-    std::vector<std::string> materialNames; ///< of the scene's materials, for people
-    std::string filename;                   ///< the scene's own output name
+    std::vector<std::string> materialNames;  ///< of the scene's materials, for people
+    std::vector<std::string> materialMattes; ///< the same for Cryptomatte: without places in files
+    std::vector<std::string> lightGroups;    ///< by Light::group
+    std::string filename;                    ///< the scene's own output name
     Metadata metadata; ///< integrator and shading with all their parameters, sampler, filter
 };
 

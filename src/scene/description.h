@@ -31,6 +31,7 @@ struct MaterialDecl {
 
 struct AreaLightDecl {
     Statement light;
+    int group = 0; ///< see groupOf
 };
 
 struct ShapeDecl {
@@ -39,12 +40,14 @@ struct ShapeDecl {
     int material = 0;        ///< index into SceneDescription::materials
     int areaLight = -1;      ///< index into SceneDescription::areaLights, or none
     bool reverseOrientation = false;
+    std::string name{}; ///< empty: see ObjectNames
 };
 
 struct InstanceDecl {
     int object = 0; ///< index into SceneDescription::objects
     KeyedTransform toParent;
     Location where;
+    std::string name{}; ///< empty: that of its object, and a number
 };
 
 /// ObjectBegin … ObjectEnd, and the world itself.
@@ -58,6 +61,7 @@ struct ObjectDecl {
 struct LightDecl {
     Statement light;
     KeyedTransform toWorld;
+    int group = 0; ///< see groupOf
 };
 
 struct SceneDescription {

@@ -1,5 +1,7 @@
 #include "scene/geometry_builder.h"
 
+#include "core/object_names.h"
+
 #include <tbb/parallel_for.h>
 
 namespace strobe {
@@ -140,6 +142,7 @@ void padForEmbree(TriangleMesh& mesh) {
 struct GroupUse {
     uint32_t group;
     TransformPath path;
+    std::string name{}; ///< of the instance that it is part of, if any
 };
 
 class GeometryBuilder {
@@ -155,11 +158,7 @@ class GeometryBuilder {
         m_groups.emplace_back();
         m_areaLightDecls.emplace_back();
         placeShapes(m_description.world.shapes, 0, m_worldUses);
-        for (const InstanceDecl& instance : m_description.world.instances)
-            for (GroupUse use : usesOf(instance)) {
-                use.path.append(instance.toParent);
-                m_worldUses.push_back(std::move(use));
-            }
+        appendUses(m_description.world.instances, m_worldUses);
         // Instances first: area lights keep pointers to motions, and need groups that no longer move in
         // memory.
         for (const GroupUse& use : m_worldUses)
@@ -189,7 +188,7 @@ class GeometryBuilder {
                     mesh = deformed(*mesh, moves ? decl.toParent.at(m_shutter.open) : M44f(), home == 0);
                 padForEmbree(*mesh);
             }
-            m_groups[group].geometries.push_back({std::move(placed), decl.material, -1});
+            m_groups[group].geometries.push_back({std::move(placed), decl.material, -1, decl.name});
             m_areaLightDecls[group].push_back(decl.areaLight);
         }
     }
@@ -233,12 +232,22 @@ class GeometryBuilder {
         placeShapes(object.shapes, home, uses);
         if (!m_groups[home].geometries.empty())
             uses.push_back({home, TransformPath()});
-        for (const InstanceDecl& nested : object.instances)
-            for (GroupUse use : usesOf(nested)) {
-                use.path.append(nested.toParent);
+        appendUses(object.instances, uses);
+        return cached.emplace(std::move(uses));
+    }
+
+    void appendUses(const std::vector<InstanceDecl>& instances, std::vector<GroupUse>& uses) {
+        Numbering numbers;
+        for (const InstanceDecl& instance : instances) {
+            const std::string name = instance.name.empty()
+                                         ? numbers.next(m_description.objects[size_t(instance.object)].name)
+                                         : instance.name;
+            for (GroupUse use : usesOf(instance)) {
+                use.path.append(instance.toParent);
+                use.name = joinedName(name, use.name);
                 uses.push_back(std::move(use));
             }
-        return cached.emplace(std::move(uses));
+        }
     }
 
     void addInstance(const GroupUse& use) {
@@ -252,7 +261,7 @@ class GeometryBuilder {
                 "motion fit", {},
                 "a motion turns too much during the shutter to be followed within 1/20 pixel; it is "
                 "approximated by 128 pieces");
-        m_built.instances.push_back({use.group, std::move(motion), {}});
+        m_built.instances.push_back({use.group, std::move(motion), {}, use.name});
     }
 
     Box3f groupBounds(uint32_t group) {

@@ -45,7 +45,7 @@
 namespace strobe {
 
 PluginTables pluginTables() {
-    return {
+    PluginTables tables{
         .shapes = {triangleMeshPlugin(), plyMeshPlugin(), loopSubdivPlugin(), spherePlugin(), diskPlugin()},
         .materials = {mattePlugin(), plasticPlugin(), mirrorPlugin(), glassPlugin(), metalPlugin(),
                       measuredPlugin()},
@@ -61,6 +61,13 @@ PluginTables pluginTables() {
         .shaders = {directLightingPlugin(), pathPlugin()},
         .integrators = {supersamplePlugin(), msaaPlugin(), msaaCachePlugin(), indirectCachePlugin()},
     };
+    for (auto& shape : tables.shapes)
+        shape.params.push_back(kShapeName);
+    for (auto& light : tables.lights)
+        light.params.push_back(kLightGroup);
+    for (auto& light : tables.areaLights)
+        light.params.push_back(kLightGroup);
+    return tables;
 }
 
 namespace {

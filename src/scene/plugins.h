@@ -36,6 +36,14 @@ struct PluginTables {
 
 PluginTables pluginTables();
 
+/// Every shape's, read by the builder.
+inline const ParamDef<std::string> kShapeName{
+    "name", "", "what layers call it; default: the file's name or the kind, and a number"};
+
+/// Every light's and area light's, likewise.
+inline const ParamDef<std::string> kLightGroup{"group", "rest",
+                                               "the lights that share a layer of --aov lightgroups"};
+
 /// Another renderer's name for one of ours, or for the nearest thing we have.
 struct StandIn {
     std::string name;   ///< ours; empty: there is nothing like it, skip it

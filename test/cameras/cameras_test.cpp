@@ -278,3 +278,54 @@ TEST(Cameras, ViewpointIsWhereTheRayThroughAPointStarts) {
             EXPECT_NEAR(length(seen - ray.o), 0, 1e-4);
         }
 }
+
+TEST(Cameras, ProjectFindsTheFilmPointOfARay) {
+    const KeyedTransform slide({0, 1}, {placement(V3f(2), 20, V3f(0)), placement(V3f(2), 50, V3f(3, 1, 0))},
+                               MotionConvention::ObjectToWorld);
+    const V2i size(40, 30);
+    for (const auto& camera :
+         {make(perspectivePlugin(), size, Params().floats("fov", {70}), slide),
+          make(orthographicPlugin(), size, {}, slide), make(environmentPlugin(), size, {}, slide)})
+        for (int i = 0; i < 50; ++i) {
+            const V2f film = random2D(2, i) * V2f(40, 30);
+            const float time = random1D(3, i);
+            const Ray ray = rayAt(*camera, film, time);
+            const auto seen = camera->project(ray.o + ray.d * 7.f, time);
+            ASSERT_TRUE(seen);
+            EXPECT_NEAR((seen->film - film).length(), 0, 1e-3) << film;
+        }
+}
+
+TEST(Cameras, ProjectsWhatIsInFocusThroughAnyPointOfTheLens) {
+    const auto lens = Params().floats("lensradius", {.3f}).floats("focaldistance", {5});
+    for (const auto& camera :
+         {make(perspectivePlugin(), {40, 30}, lens), make(orthographicPlugin(), {40, 30}, lens)})
+        for (int i = 0; i < 50; ++i) {
+            const V2f film = random2D(2, i) * V2f(40, 30);
+            const Ray ray = rayAt(*camera, film, 0, random2D(1, i));
+            const auto seen = camera->project(ray.o + ray.d * (5 / ray.d.z), 0);
+            ASSERT_TRUE(seen);
+            EXPECT_NEAR((seen->film - film).length(), 0, 1e-3);
+            EXPECT_NEAR(seen->depth, 5, 1e-5);
+        }
+}
+
+TEST(Cameras, DepthIsInUnitsOfTheScene) {
+    const KeyedTransform large(placement({-3, 3, 3}, 0, {0, 0, 10}));
+    for (const auto& plugin : {perspectivePlugin(), orthographicPlugin()}) {
+        const auto camera = make(plugin, {40, 30}, {}, large);
+        EXPECT_NEAR(camera->project({1, 1, 16}, 0)->depth, 6, 1e-5) << plugin.name;
+        EXPECT_FALSE(camera->project({0, 0, 9}, 0)) << "it is behind";
+    }
+    const auto around = make(environmentPlugin(), {40, 30}, {}, large);
+    EXPECT_NEAR(around->project({0, 3, 6}, 0)->depth, 5, 1e-5);
+    EXPECT_FALSE(around->project({0, 0, 10}, 0));
+}
+
+TEST(Cameras, FilmStepsGoTheShorterWay) {
+    const auto around = make(environmentPlugin(), {360, 180});
+    EXPECT_EQ(around->filmStep({350, 40}, {5, 42}), V2f(15, 2));
+    EXPECT_EQ(around->filmStep({5, 42}, {350, 40}), V2f(-15, -2));
+    EXPECT_EQ(around->filmStep({100, 0}, {120, 0}), V2f(20, 0));
+    EXPECT_EQ(make(perspectivePlugin(), {360, 180})->filmStep({350, 40}, {5, 42}), V2f(-345, 2));
+}

@@ -81,7 +81,7 @@ class CliTest(unittest.TestCase):
 class Information(CliTest):
     def test_help_names_every_option(self):
         text = self.run_strobe("--help").out
-        for option in ("--integrator --shading -D --spp --resolution --aov --exr --view --display --look --exposure --print-ocio --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed --frame-time --frames --fps --shutter --overwrite "
+        for option in ("--integrator --shading -D --spp --resolution --aov --crypto-depth --exr --view --display --look --exposure --print-ocio --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed --frame-time --frames --fps --shutter --overwrite "
                        "--quick --quiet --stats --log-level --list --version --help").split():
             self.assertRegex(text, rf"(^|[\s,]){option}[\s,]")
         self.assertEqual(self.run_strobe("-h").out, text)
@@ -314,6 +314,43 @@ class Options(CliTest):
         self.assertEqual(picture.value("samples.Y", 3, 4), 16)
         self.assertEqual(picture.pixels(), self.render("--integrator", "msaa").pixels(), "they change the picture")
 
+    def test_layers_of_what_is_seen(self):
+        world = WORLD.replace('"float radius" .8', '"float radius" .8 "string name" "ball \\"1\\""')
+        self.write("named.scene", OPTIONS + world)
+        names = "normal,albedo,depth,position,uv,motionvector,objectid,materialid,primitiveid,cryptoobject,cryptomaterial"
+        picture = self.render("--aov", names, "--crypto-depth", "4", scene="named.scene")
+        layers = {"normal": "XYZ", "albedo": "RGB", "depth": "Z", "position": "XYZ", "uv": "UV", "motionvector": "XY",
+                  "objectid": "Y", "materialid": "Y", "primitiveid": "Y",
+                  **{f"Crypto{kind}0{i}": "RGBA" for kind in ("Object", "Material") for i in (0, 1)}}
+        self.assertEqual(sorted(picture.channels),
+                         sorted([*"RGB", *(f"{layer}.{c}" for layer, cs in layers.items() for c in cs)]))
+        metadata = {k.split("/")[2]: v for k, v in picture.attributes.items() if k.startswith("cryptomatte/3ae39a5/")}
+        self.assertEqual((metadata["name"], metadata["hash"], metadata["conversion"]),
+                         ("CryptoObject", "MurmurHash3_32", "uint32_to_float32"))
+        manifest = json.loads(metadata["manifest"])
+        self.assertEqual(set(manifest), {'ball "1"', "sphere#1"})
+        ball, = struct.unpack("<f", struct.pack("<I", int(manifest['ball "1"'], 16)))
+        x, y = 12, 8  # the ball passes the middle
+        self.assertEqual(picture.value("CryptoObject00.R", x, y), ball)
+        self.assertGreater(picture.value("CryptoObject00.G", x, y), .2)
+        self.assertEqual(picture.value("depth.Z", 0, 15), float(struct.unpack("<f", struct.pack("<f", 1e10))[0]))
+        self.assertEqual(self.render(scene="named.scene").pixels(), picture.pixels())
+
+    def test_layers_of_light(self):
+        self.write("lights.scene", OPTIONS + WORLD.replace('[.2 .3 .4]', '[.2 .3 .4] "string group" "sky"'))
+        picture = self.render("--aov", "direct,indirect,lightgroups", scene="lights.scene")
+        self.assertEqual(sorted(picture.channels), sorted(
+            [*"RGB", *(f"{layer}.{c}" for layer in ("direct", "indirect", "light_sky", "light_rest") for c in "RGB")]))
+        for (x, y), pixel in picture.pixels().items():
+            for c, whole in zip("RGB", pixel):
+                for a, b in (("direct", "indirect"), ("light_sky", "light_rest")):
+                    parts = picture.value(f"{a}.{c}", x, y) + picture.value(f"{b}.{c}", x, y)
+                    self.assertAlmostEqual(parts, whole, delta=1e-5 * whole + 1e-6)
+
+    def test_layers_need_an_exr(self):
+        error = self.run_strobe("s.scene", "-o", "picture.png", "--spp", "1", "--aov", "depth").err
+        self.assertIn("--aov: there is no .exr output to hold the layers", error)
+
     def test_heatmap(self):
         self.run_strobe("s.scene", "--quiet", "-o", "picture.exr", "--heatmap", "heat.png", "--heatmap-of", "hitrate")
         width, height = struct.unpack(">II", self.read("heat.png")[16:24])
@@ -447,7 +484,8 @@ class Failures(CliTest):
             (["s.scene", "--resolution", "10"], "--resolution"),
             (["s.scene", "--resolution", "0x4"], "--resolution"),
             (["s.scene", "--resolution", "4x4x4"], "--resolution"),
-            (["s.scene", "--aov", "shade"], 'unknown layer "shade" (known: shades, samples, hitrate, block, shadetime)'),
+            (["s.scene", "--aov", "shade"], 'unknown layer "shade" (known: normal, albedo, depth, position, uv, motionvector, objectid, materialid, '
+             'primitiveid, cryptoobject, cryptomaterial, direct, indirect, lightgroups, shades, samples, hitrate, block, shadetime)'),
             (["s.scene", "--heatmap", "heat.exr"], "must end in .png"),
             (["s.scene", "--heatmap-of", "x"], 'unknown layer "x"'),
             (["s.scene", "--shading", "toon"], "toon"),
