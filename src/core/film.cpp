@@ -13,6 +13,7 @@ const std::vector<LayerInfo>& layerTable() {
         {Layer::Block, "block",
          "a number (24 bits) for what the first sample shares its shade with; 0: nothing"},
         {Layer::ShadeTime, "shadetime", "the mean shutter fraction of the pixel's shades; -1: it has none"},
+        {Layer::Variance, "variance", "of the pixel's luminance, as the passes of --noise-target tell"},
     };
     return table;
 }
@@ -27,6 +28,15 @@ Film::Film(int fullWidth, int fullHeight, const Window& window, std::vector<Laye
 const std::vector<float>& Film::plane(Layer layer) const {
     const auto it = std::find(m_layers.begin(), m_layers.end(), layer);
     return m_planes.at(size_t(it - m_layers.begin()));
+}
+
+bool Film::has(Layer layer) const {
+    return std::find(m_layers.begin(), m_layers.end(), layer) != m_layers.end();
+}
+
+void Film::setPlane(Layer layer, std::vector<float> values) {
+    const auto it = std::find(m_layers.begin(), m_layers.end(), layer);
+    m_planes.at(size_t(it - m_layers.begin())) = std::move(values);
 }
 
 void Film::add(const Film& part) {

@@ -9,7 +9,7 @@
 namespace strobe {
 
 /// A number per pixel beside its colour.
-enum class Layer { Shades, Samples, HitRate, Block, ShadeTime };
+enum class Layer { Shades, Samples, HitRate, Block, ShadeTime, Variance };
 
 struct LayerInfo {
     Layer layer;
@@ -52,6 +52,9 @@ class Film {
     void setLayer(size_t index, int x, int y, float value) {
         m_planes[index][size_t(y - m_window.y0) * size_t(m_image.width) + size_t(x - m_window.x0)] = value;
     }
+    bool has(Layer layer) const;
+    /// All of a layer, which must be one of `layers()`: row by row over the window.
+    void setPlane(Layer layer, std::vector<float> values);
     const Image& image() const { return m_image; }
     const std::vector<Layer>& layers() const { return m_layers; }
     /// Row by row over the window; the layer must be one of `layers()`.

@@ -60,6 +60,14 @@ std::vector<float> NoiseEstimate::pixels() const {
     return noise;
 }
 
+std::vector<float> NoiseEstimate::variances() const {
+    std::vector<float> variances(m_squares.size(), kInfinity);
+    if (m_passes > 1)
+        for (size_t i = 0; i < variances.size(); ++i)
+            variances[i] = m_squares[i] / (float(m_passes) * float(m_passes - 1));
+    return variances;
+}
+
 double NoiseEstimate::level() const {
     std::vector<float> noise = pixels();
     if (noise.empty())

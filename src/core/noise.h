@@ -21,6 +21,8 @@ class NoiseEstimate {
     /// nearly, the mean variance around it counts: what it has not met yet, its neighbours have.) Infinite
     /// before the second pass.
     std::vector<float> pixels() const;
+    /// The variance of the pixel's luminance as the mean of the passes. Infinite before the second pass.
+    std::vector<float> variances() const;
     /// The noise that `kPart` of the pixels do not exceed.
     double level() const;
 

@@ -90,6 +90,8 @@ RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const
         if (goal.noise) {
             estimate.add(pass.image());
             noise = estimate.level();
+            if (film.has(Layer::Variance))
+                film.setPlane(Layer::Variance, estimate.variances());
         }
         const RenderStats stats = statsSoFar();
         if (const auto later = done(film, stats))

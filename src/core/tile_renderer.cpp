@@ -252,6 +252,8 @@ void TileRenderer::describe(Film& film) {
             return float(m_integrator->blockOf(size_t(p) * m_slice.count()) >> 40);
         case Layer::ShadeTime:
             return tally.shades ? float(tally.time / tally.shades) : -1;
+        case Layer::Variance: // of passes, not of this
+            return 0;
         }
         return 0.f;
     };

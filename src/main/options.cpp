@@ -58,9 +58,14 @@ void checkProgressive(Options& options, const std::string& display) {
         throw CLI::ValidationError("--pixel", std::string("does not go with ") + passes);
     if (passes && !options.samplesFile.empty())
         throw CLI::ValidationError("--samples", std::string("does not go with ") + passes);
-    if (passes && (!options.layers.empty() || !options.features.empty() || !options.lights.empty() ||
-                   !options.heatmapFile.empty()))
+    const bool varies =
+        std::find(options.layers.begin(), options.layers.end(), Layer::Variance) != options.layers.end();
+    const bool others = options.layers.size() > size_t(varies) || !options.features.empty() ||
+                        !options.lights.empty() || !options.heatmapFile.empty();
+    if (passes && others)
         throw CLI::ValidationError("--aov", std::string("layers do not go with ") + passes);
+    if (varies && !(options.noiseTarget > 0))
+        throw CLI::ValidationError("--aov", "variance is told by passes: it needs --noise-target");
 }
 
 /// The row called `name`, or null.
@@ -97,6 +102,8 @@ Layer layerCalled(const char* option, const std::string& name) {
     const LayerInfo* layer = rowCalled(layerTable(), name);
     if (!layer)
         failUnknown(option, name, namesIn(layerTable()));
+    if (layer->layer == Layer::Variance)
+        throw CLI::ValidationError(option, "variance has no heat map");
     return layer->layer;
 }
 

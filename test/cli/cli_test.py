@@ -347,6 +347,16 @@ class Options(CliTest):
                     parts = picture.value(f"{a}.{c}", x, y) + picture.value(f"{b}.{c}", x, y)
                     self.assertAlmostEqual(parts, whole, delta=1e-5 * whole + 1e-6)
 
+    def test_variance_is_told_by_passes(self):
+        picture = self.render("--spp", "4", "--noise-target", "0.2", "--aov", "variance")
+        self.assertEqual(sorted(picture.channels), ["B", "G", "R", "variance.Y"])
+        values = [picture.value("variance.Y", x, y) for x, y in picture.pixels()]
+        self.assertTrue(all(0 <= v < 1 for v in values))
+        self.assertGreater(max(values), 0)
+        for words, says in ((("variance",), "variance is told by passes: it needs --noise-target"),
+                            (("variance,depth", "--noise-target", "1"), "layers do not go with --noise-target")):
+            self.assertIn(says, self.run_strobe("s.scene", "--aov", *words, code=USAGE).err)
+
     def test_layers_need_an_exr(self):
         error = self.run_strobe("s.scene", "-o", "picture.png", "--spp", "1", "--aov", "depth").err
         self.assertIn("--aov: there is no .exr output to hold the layers", error)
@@ -485,7 +495,7 @@ class Failures(CliTest):
             (["s.scene", "--resolution", "0x4"], "--resolution"),
             (["s.scene", "--resolution", "4x4x4"], "--resolution"),
             (["s.scene", "--aov", "shade"], 'unknown layer "shade" (known: normal, albedo, depth, position, uv, motionvector, objectid, materialid, '
-             'primitiveid, cryptoobject, cryptomaterial, direct, indirect, lightgroups, shades, samples, hitrate, block, shadetime)'),
+             'primitiveid, cryptoobject, cryptomaterial, direct, indirect, lightgroups, shades, samples, hitrate, block, shadetime, variance)'),
             (["s.scene", "--heatmap", "heat.exr"], "must end in .png"),
             (["s.scene", "--heatmap-of", "x"], 'unknown layer "x"'),
             (["s.scene", "--shading", "toon"], "toon"),

@@ -68,6 +68,21 @@ TEST(NoiseEstimate, TheLevelFallsWithTheRootOfThePasses) {
     EXPECT_NEAR(levels[0] / levels[1], 2, 0.15);
 }
 
+TEST(NoiseEstimate, VariancesAreThoseOfTheMean) {
+    NoiseEstimate estimate;
+    for (int p = 0; p < 20; ++p) {
+        estimate.add(noisy(100, 100, 0.5f, 0.1f, uint64_t(p)));
+        if (p == 0) {
+            EXPECT_EQ(estimate.variances().at(0), kInfinity);
+        }
+    }
+    double mean = 0;
+    for (const float v : estimate.variances())
+        mean += double(v) / 10000;
+    // Over 10,000 pixels, a variance told by 20 numbers is off by sqrt(2 / 19) / 100 of itself.
+    EXPECT_NEAR(mean, 0.01 / 20, 5 * std::sqrt(2. / 19) / 100 * 0.01 / 20);
+}
+
 TEST(NoiseEstimate, DarkPixelsCountByTheFloor) {
     NoiseEstimate dark;
     for (int p = 0; p < 100; ++p)
