@@ -65,9 +65,11 @@ std::string room(const std::string& lights) {
            ".7\nAttributeEnd\n";
 }
 const std::string kSky = "LightSource \"infinite\" \"rgb L\" [.3 .4 .5] \"string group\" \"sky\"\n";
+const std::string kBall = "Shape \"sphere\" \"float radius\" .6\nAttributeEnd\n";
+const std::string kPlace = "AttributeBegin\nTranslate 2 3 1\n";
 const std::string kLamp =
-    "AttributeBegin\nTranslate 2 3 1\nAreaLightSource \"diffuse\" \"rgb L\" [20 18 15] \"string group\" "
-    "\"lamp\"\nShape \"sphere\" \"float radius\" .6\nAttributeEnd\n";
+    kPlace + "AreaLightSource \"diffuse\" \"rgb L\" [20 18 15] \"string group\" \"lamp\"\n" + kBall;
+const std::string kDarkLamp = kPlace + kBall;
 const std::string kPoint = "LightSource \"point\" \"point from\" [-3 4 -2] \"rgb I\" [6 5 4]\n";
 
 double valueOf(const Layers& layers, const std::string& layer, size_t at, int c) {
@@ -85,10 +87,10 @@ TEST(LightLayers, AddUpToThePicture) {
                 for (int c = 0; c < 3; ++c) {
                     const auto part = [&](const char* name) { return valueOf(lit.layers, name, i, c); };
                     const double whole = image.pixels[i][c];
-                    EXPECT_NEAR(part("direct") + part("indirect"), whole, 1e-5 * std::abs(whole) + 1e-6)
+                    EXPECT_NEAR(part("direct") + part("indirect"), whole, 1e-5 * (std::abs(whole) + 1))
                         << integrator << ' ' << shading << ", pixel " << i;
                     EXPECT_NEAR(part("light_sky") + part("light_lamp") + part("light_rest"), whole,
-                                1e-5 * std::abs(whole) + 1e-6)
+                                1e-5 * (std::abs(whole) + 1))
                         << integrator << ' ' << shading << ", pixel " << i;
                 }
         }
@@ -99,7 +101,7 @@ TEST(LightLayers, ChangeNeitherThePictureNorTheWork) {
     for (const char* integrator : {"supersample", "msaa", "msaa-cache", "indirect-cache"}) {
         BuildOptions options = with(integrator);
         if (std::string(integrator).find("cache") != std::string::npos)
-            options.defines = {"cache-mb=8"};
+            options.defines = {"cache-mb=64"};
         const Lit without = light(text, options, {}, 0, 1), split = light(text, options, kAll, 0, 1);
         EXPECT_EQ(0, std::memcmp(without.film.image().pixels.data(), split.film.image().pixels.data(),
                                  without.film.image().pixels.size() * sizeof(Rgb)))
@@ -178,16 +180,18 @@ TEST(LightLayers, AGroupIsThePictureOfItsLightsAlone) {
     const std::string all = room(kSky + kLamp + kPoint);
     for (const auto& [layer, lights] : {std::pair("light_sky", kSky), std::pair("light_rest", kPoint)})
         expectEqual(meansOfLayer(all, with("supersample"), LightLayer::Groups, layer, kSeeds),
-                    meansOfPicture(room(lights), with("supersample"), kSeeds), kSeeds, layer);
+                    meansOfPicture(room(lights + kDarkLamp), with("supersample"), kSeeds), kSeeds, layer);
 }
 
 TEST(LightLayers, DirectIsThePictureOfDirectLighting) {
     constexpr int kSeeds = 12;
     const std::string text = room(kSky + kLamp + kPoint);
-    expectEqual(meansOfLayer(text, with("supersample", "path"), LightLayer::Direct, "direct", kSeeds),
-                meansOfPicture(text, with("supersample", "directlighting"), kSeeds), kSeeds, "direct");
+    BuildOptions path = with("supersample", "path"), direct = with("supersample", "directlighting");
+    path.defines = direct.defines = {"maxdepth=12"}; // mirrors and glass are counted a little differently
+    expectEqual(meansOfLayer(text, path, LightLayer::Direct, "direct", kSeeds),
+                meansOfPicture(text, direct, kSeeds), kSeeds, "direct");
     // ... and direct lighting has no other.
-    const Lit lit = light(text, with("supersample", "directlighting"), {LightLayer::Indirect});
+    const Lit lit = light(text, direct, {LightLayer::Indirect});
     EXPECT_EQ(lit.layers.size(), 3u) << "only what was asked for";
     for (const float v : lit.layers.at("indirect.R"))
         EXPECT_EQ(v, 0);
