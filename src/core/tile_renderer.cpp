@@ -253,7 +253,7 @@ void TileRenderer::describe(Film& film) {
         case Layer::ShadeTime:
             return tally.shades ? float(tally.time / tally.shades) : -1;
         case Layer::Variance: // of passes, not of this
-            return 0;
+            return 0.f;
         }
         return 0.f;
     };
