@@ -106,6 +106,7 @@ void alphaFilter(const RTCFilterFunctionNArguments* args) {
         const float u = RTCHitN_u(args->hit, args->N, i), v = RTCHitN_v(args->hit, args->N, i);
         TextureQuery q;
         q.uv = triangleUv(mesh, prim, u, v);
+        q.prim = prim, q.barycentrics = V2f(u, v);
         const float alpha = mesh.alpha.at(q);
         if (alpha >= 1)
             continue;

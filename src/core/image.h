@@ -49,10 +49,26 @@ struct Transfer {
 Image readImage(const std::filesystem::path& path, const Location& where, const Transfer& transfer = {});
 
 /// How an image texture is read outside [0,1]².
-enum class Wrap { Repeat, Black, Clamp };
+enum class Wrap { Repeat, Black, Clamp, Mirror };
+
+/// An encoded image (PNG or JPEG) in memory. `name` is its own among all that one cache opens, and is what
+/// messages call it.
+struct EncodedImage {
+    std::string name;
+    std::vector<unsigned char> bytes;
+};
+
+/// Which channels of an image make a texture.
+enum class ImagePart { Colour, Alpha };
+
+/// How a texture is looked up beyond the place.
+struct Lookup {
+    Wrap u = Wrap::Repeat, v = Wrap::Repeat;
+    bool nearest = false; ///< texels show as squares
+};
 
 /// OIIO's texture system: tiled, cached, filtered by footprint. One per scene; lookups are thread-safe.
-class TextureCache {
+class TextureCache : public std::enable_shared_from_this<TextureCache> {
   public:
     explicit TextureCache(int megabytes = 256);
     ~TextureCache();
@@ -62,13 +78,24 @@ class TextureCache {
     struct File;
     std::shared_ptr<const File> open(const std::filesystem::path& path, const Location& where,
                                      const Transfer& transfer = {});
+    /// The same of an image in memory, whose alpha is not multiplied into its colour; null when it has not
+    /// the part that is wanted. The values of an Alpha part are read as they are stored.
+    std::shared_ptr<const File> open(std::shared_ptr<const EncodedImage> image, const Location& where,
+                                     const Transfer& transfer, ImagePart part);
     /// The filtered colour at `uv` (v = 0 is the image's first row), over the ellipse duvdx, duvdy; zero
     /// derivatives give a bilinear lookup in the finest level. Grey images are spread to three channels.
     /// Throws the located Error of `open` when a part of the file that was not read before turns out to be
     /// damaged.
-    Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const;
+    Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, const Lookup& how) const;
+    Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const {
+        return lookup(file, uv, duvdx, duvdy, Lookup{wrap, wrap});
+    }
     /// The same without images kept in memory beside the cache: what `lookup` is held against.
-    Rgb lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const;
+    Rgb lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
+                       const Lookup& how) const;
+    Rgb lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const {
+        return lookupFiltered(file, uv, duvdx, duvdy, Lookup{wrap, wrap});
+    }
 
   private:
     struct Impl;

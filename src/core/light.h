@@ -60,7 +60,11 @@ class Light {
     virtual void solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const;
     /// Radiance leaving the light's surface towards `w` (unit) at a point with surface normal ng. Area
     /// lights.
-    virtual Rgb emitted(const V3f& /*ng*/, const V3f& /*w*/) const { return Rgb(0); }
+    virtual Rgb emitted(const V3f& /*ng*/, const V3f& /*w*/, const TextureQuery& /*at*/) const {
+        return Rgb(0);
+    }
+    /// Of a light without a texture.
+    Rgb emitted(const V3f& ng, const V3f& w) const { return emitted(ng, w, {}); }
     /// Radiance arriving from infinity along the reversed direction `d` (unit, away from the scene).
     /// Environments.
     virtual Rgb environment(const V3f& /*d*/) const { return Rgb(0); }

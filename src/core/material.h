@@ -78,6 +78,13 @@ struct BsdfLanes {
     }
 };
 
+/// How a material wants the normal that it is shaded with.
+enum class ShadingNormal {
+    AsIs,    ///< the surface's own; lobes cope with views from below its horizon
+    Visible, ///< turned, where it must be, until it is seen from the geometric side that the viewer is on
+    Mapped,  ///< the same, after the material's `tangentNormal` has been applied
+};
+
 class Material {
   public:
     virtual ~Material() = default;
@@ -114,6 +121,10 @@ class Material {
     virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
     /// True when light passes through.
     virtual bool transmits() const { return false; }
+    virtual ShadingNormal shadingNormal() const { return ShadingNormal::AsIs; }
+    /// Of a material that wants Mapped normals: the normal in the frame of dp/du, dp/dv (both made orthogonal
+    /// to the surface's normal) and the normal; need not be of unit length.
+    virtual V3f tangentNormal(const TextureQuery&) const { return V3f(0, 0, 1); }
     /// True when one of its textures does.
     virtual bool needsFootprint() const { return false; }
 };

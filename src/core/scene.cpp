@@ -162,6 +162,32 @@ RawSurfacePoint Scene::rawSurface(const Hit& hit, float time) const {
     return s;
 }
 
+void Scene::tangents(const Hit& hit, float time, V3f& dpdu, V3f& dpdv) const {
+    const PlacedShape& placed = geometry(hit).placed;
+    dpdu = dpdv = V3f(0);
+    if (placed.shape.mesh) {
+        const TriangleMesh& mesh = *placed.shape.mesh;
+        V3f v[3];
+        triangleVertices(mesh, hit.prim, time, v);
+        const V2f uv[3] = {triangleUv(mesh, hit.prim, 0, 0), triangleUv(mesh, hit.prim, 1, 0),
+                           triangleUv(mesh, hit.prim, 0, 1)};
+        derivatives(v, uv, dpdu, dpdv);
+        if (!mesh.tangents.empty() && !mesh.deforms()) {
+            const uint32_t* index = &mesh.indices[3 * size_t(hit.prim)];
+            dpdu = mesh.tangents[index[0]] * (1 - hit.u - hit.v) + mesh.tangents[index[1]] * hit.u +
+                   mesh.tangents[index[2]] * hit.v;
+        }
+    } else {
+        const QuadricPoint q = placed.shape.quadric->point(hit.u, hit.v);
+        dpdu = q.dpdu, dpdv = q.dpdv;
+    }
+    if (hit.instance == kNone && placed.shape.mesh)
+        return; // baked
+    const M44f m = hit.instance == kNone ? placed.toParent
+                                         : placed.toParent * m_instances[hit.instance].motion->at(time);
+    dpdu = transformVector(m, dpdu), dpdv = transformVector(m, dpdv);
+}
+
 void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q) {
     const float cosine = dot(d, s.ng);
     if (std::abs(cosine) < 1e-3f || width <= 0)

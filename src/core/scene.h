@@ -100,6 +100,10 @@ class Scene {
         return s;
     }
     RawSurfacePoint rawSurface(const Hit& hit, float time) const;
+    /// dp/du and dp/dv there, in world space, as normal maps mean them: the direction of the first is that of
+    /// the mesh's tangents where it has them and does not deform. Zero where texture coordinates are
+    /// degenerate.
+    void tangents(const Hit& hit, float time, V3f& dpdu, V3f& dpdv) const;
     /// Radiance of all environments arriving from direction d.
     Rgb environment(const V3f& d) const;
 

@@ -12,6 +12,8 @@ struct TextureQuery {
     V2f uv;
     V3f p;                  ///< world space
     V2f duvdx{0}, duvdy{0}; ///< the two axes of the (one pixel wide) ray footprint, in uv
+    uint32_t prim = 0;      ///< triangle of a mesh
+    V2f barycentrics{0};    ///< of its second and third vertex
 };
 
 class Texture {

@@ -194,7 +194,7 @@ void PathWorker::finishProbe(const LightProbe& probe, const Hit& hit) {
     const Light& light = *m_scene.lights()[size_t(s.light)];
     const LightHit lightHit{s.p, s.ng, length(s.p - probe.from), s.prim};
     const float lightPdf = light.pdf(probe.from, probe.time, probe.wi, &lightHit);
-    const Rgb radiance = light.emitted(s.ng, -probe.wi);
+    const Rgb radiance = light.emitted(s.ng, -probe.wi, queryAt(s, hit));
     const Rgb c = probe.weight * radiance * powerHeuristic(1, probe.pdf, 1, lightPdf);
     Path& path = m_paths[probe.path];
     path.viaBsdf += c;

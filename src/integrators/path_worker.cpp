@@ -4,6 +4,15 @@
 
 namespace strobe {
 
+TextureQuery PathWorker::queryAt(const SurfacePoint& s, const Hit& hit) {
+    TextureQuery q;
+    q.uv = s.uv;
+    q.p = s.p;
+    q.prim = s.prim;
+    q.barycentrics = V2f(hit.u, hit.v);
+    return q;
+}
+
 PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
                        const LightSplit& split)
     : m_scene(scene), m_sampler(sampler), m_settings(settings), m_split(split),
@@ -97,7 +106,7 @@ void PathWorker::load(std::span<const uint32_t> paths) {
             m_escaped[escaped++] = i;
             continue;
         }
-        const RawSurfacePoint s = m_scene.rawSurface(path.hit, path.ray.time);
+        RawSurfacePoint s = m_scene.rawSurface(path.hit, path.ray.time);
         ++m_counters->surfaces;
         if (s.light >= 0 && path.part != LightPart::Albedo)
             addEmission(i, s);
@@ -105,7 +114,7 @@ void PathWorker::load(std::span<const uint32_t> paths) {
             continue;
         path.cone.width += path.hit.t * path.cone.spread;
         Bsdf& bsdf = m_v.bsdf[m_v.count];
-        prepare(s, path.ray, path.cone.width, bsdf);
+        prepare(s, path.hit, path.ray, path.cone.width, bsdf);
         if (path.part == LightPart::Albedo) {
             path.radiance = s.material->albedo(bsdf);
             continue;
@@ -121,10 +130,8 @@ void PathWorker::load(std::span<const uint32_t> paths) {
     addEnvironment(std::span(m_escaped).first(escaped));
 }
 
-void PathWorker::prepare(const RawSurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf) {
-    TextureQuery q;
-    q.uv = s.uv;
-    q.p = s.p;
+void PathWorker::prepare(RawSurfacePoint& s, const Hit& hit, const Ray& ray, float width, Bsdf& bsdf) {
+    TextureQuery q = queryAt(s, hit);
     if (s.material->needsFootprint()) {
         RawSurfacePoint finished = s;
         finished.finish();
@@ -133,6 +140,31 @@ void PathWorker::prepare(const RawSurfacePoint& s, const Ray& ray, float width, 
     }
     bsdf.material = s.material;
     s.material->prepare(q, bsdf);
+    if (s.material->shadingNormal() != ShadingNormal::AsIs)
+        adjustNormal(s, hit, ray, q);
+}
+
+/// Gives the surface the shading normal that its material wants, and finishes its normals.
+void PathWorker::adjustNormal(RawSurfacePoint& s, const Hit& hit, const Ray& ray,
+                              const TextureQuery& q) const {
+    RawSurfacePoint::finishNormals(s.ng, s.ns, s.orientation);
+    s.orientation = 1;
+    V3f n = s.ns;
+    if (s.material->shadingNormal() == ShadingNormal::Mapped) {
+        V3f dpdu, dpdv;
+        m_scene.tangents(hit, ray.time, dpdu, dpdv);
+        const V3f t = normalize(dpdu - n * dot(n, dpdu)), b = cross(n, t),
+                  local = s.material->tangentNormal(q);
+        n = t * local.x + b * std::copysign(local.y, local.y * dot(b, dpdv)) + n * local.z;
+    }
+    // It stays above the surface, and faces the viewer's side: else no light that the lobes see would count.
+    constexpr float kLeast = 0.01f;
+    const V3f wo = dot(ray.d, s.ng) > 0 ? ray.d : -ray.d;
+    n = normalize(n);
+    for (const V3f& towards : {s.ng, wo})
+        if (const float c = dot(n, towards); c < kLeast)
+            n = normalize(n + towards * (kLeast - c));
+    s.ns = n;
 }
 
 /// False when light sampling alone serves this light at a vertex of this sharpness.
@@ -182,7 +214,7 @@ void PathWorker::addEnvironment(std::span<const uint32_t> paths) {
 void PathWorker::addEmission(uint32_t index, RawSurfacePoint s) {
     Path& path = m_paths[index];
     s.finish();
-    const Rgb radiance = m_scene.lights()[size_t(s.light)]->emitted(s.ng, -path.ray.d);
+    const Rgb radiance = m_scene.lights()[size_t(s.light)]->emitted(s.ng, -path.ray.d, queryAt(s, path.hit));
     if (isBlack(radiance))
         return;
     const Rgb c =

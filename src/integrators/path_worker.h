@@ -23,7 +23,10 @@ class PathWorker : public ShaderWorker {
 
     // One chunk of vertices:
     void load(std::span<const uint32_t> paths);
-    void prepare(const RawSurfacePoint& s, const Ray& ray, float width, Bsdf& bsdf);
+    void prepare(RawSurfacePoint& s, const Hit& hit, const Ray& ray, float width, Bsdf& bsdf);
+    /// Without a footprint.
+    static TextureQuery queryAt(const SurfacePoint& s, const Hit& hit);
+    void adjustNormal(RawSurfacePoint& s, const Hit& hit, const Ray& ray, const TextureQuery& q) const;
     void addEnvironment(std::span<const uint32_t> paths);
     void addEmission(uint32_t path, RawSurfacePoint s);
     template <class LightPdf>

@@ -11,6 +11,7 @@ namespace strobe {
 namespace {
 
 const ParamDef<Rgb> kL{"L", Rgb(1), "emitted radiance"};
+const ParamDef<RgbInput> kTexture{"texture", Rgb(1), "texture that multiplies L, on meshes"};
 const ParamDef<bool> kTwoSided{"twosided", false, "shine on both sides"};
 
 /// The light of the kind that suits the shape.
@@ -30,7 +31,9 @@ void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Messages& m
 
 std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext& context,
                                      const AreaLightArgs& args) {
-    const Emission emission{readEmission(params, kL), params.get(kTwoSided)};
+    const Emission emission{readEmission(params, kL), params.get(kTwoSided), params.get(kTexture).texture};
+    if (emission.texture && !args.shape.shape.mesh)
+        throw Error(params.whereIs(kTexture), "only meshes can shine with a texture");
     std::shared_ptr<SurfaceLight> light = makeLight(args.shape, emission);
     if (!(light->area() > 0))
         throw Error(params.where(), "area light on a shape of zero area");
@@ -46,7 +49,7 @@ std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext&
 Plugin<std::shared_ptr<Light>, const AreaLightArgs&> diffuseAreaLightPlugin() {
     return {"diffuse",
             "radiance L from every point of a shape",
-            {kL, kLightScale, kTwoSided, kLightSamples},
+            {kL, kLightScale, kTexture, kTwoSided, kLightSamples},
             createDiffuse};
 }
 

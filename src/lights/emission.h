@@ -10,6 +10,8 @@ namespace strobe {
 struct Emission {
     Rgb radiance;
     bool twoSided = false;
+    std::shared_ptr<const Texture> texture{}; ///< multiplies it, or null; meshes only
+    Rgb at(const TextureQuery& q) const { return texture ? radiance * texture->rgb(q) : radiance; }
     /// Towards a direction whose cosine with the surface's normal is `cosTheta`.
     Rgb towards(float cosTheta) const { return twoSided || cosTheta > 0 ? radiance : Rgb(0); }
     /// The flux of a surface of area `area`.
@@ -33,8 +35,11 @@ bool meetsSphere(const BoundingSphere& sphere, const V3f& p, const V3f& wi);
 class SurfaceLight : public Light {
   public:
     SurfaceLight(PlacedShape shape, const Emission& emission);
-    Rgb emitted(const V3f& ng, const V3f& w) const final { return m_emission.towards(dot(ng, w)); }
-    Rgb power(float) const final { return m_emission.power(m_area); }
+    Rgb emitted(const V3f& ng, const V3f& w, const TextureQuery& at) const final {
+        const Rgb radiance = m_emission.towards(dot(ng, w));
+        return m_emission.texture && !isBlack(radiance) ? m_emission.at(at) : radiance;
+    }
+    Rgb power(float) const final { return m_emission.power(m_area) * m_meanFactor; }
     bool mayMeet(const V3f& p, float time, const V3f& wi) const override {
         return meetsSphere(bounds(time), p, wi);
     }
@@ -56,6 +61,7 @@ class SurfaceLight : public Light {
     M44f m_stillToWorld;
     BoundingSphere m_objectBounds, m_stillBounds;
     float m_area = 0;
+    Rgb m_meanFactor{1}; ///< of the emission's texture over the surface, about
 };
 
 } // namespace strobe

@@ -33,6 +33,8 @@ class MeshLight final : public SurfaceLight {
         if (m_area > 0 && std::isfinite(m_area))
             m_choice = Piecewise1D(areas);
         m_plane = findPlane();
+        if (m_emission.texture && m_area > 0)
+            m_meanFactor = meanFactor();
     }
 
     void sample(const V3f& p, float time, const V2f* u, int n, LightSample* out) const override {
@@ -133,7 +135,28 @@ class MeshLight final : public SurfaceLight {
         if (!(pdf > 0))
             return {wi, distance, Rgb(0), 0};
         const float cosine = -dot(t.cross, wi) * side(m, prim, time, t, b.x, b.y);
-        return {wi, distance, m_emission.towards(cosine), pdf};
+        const Rgb radiance = m_emission.towards(cosine);
+        return {wi, distance,
+                m_emission.texture && !isBlack(radiance) ? m_emission.at(queryAt(prim, b)) : radiance, pdf};
+    }
+
+    TextureQuery queryAt(uint32_t prim, const V2f& barycentrics) const {
+        TextureQuery q;
+        q.uv = triangleUv(m_mesh, prim, barycentrics.x, barycentrics.y);
+        q.prim = prim, q.barycentrics = barycentrics;
+        return q;
+    }
+
+    /// By a few hundred points, uniform by area: it only decides how often the light is picked.
+    Rgb meanFactor() const {
+        constexpr int kSide = 16;
+        Rgb sum(0);
+        for (int i = 0; i < kSide * kSide; ++i) {
+            V2f u((i % kSide + .5f) / kSide, (i / kSide + .5f) / kSide);
+            const uint32_t prim = m_choice.sampleIndex(u.x, &u.x);
+            sum += m_emission.texture->rgb(queryAt(prim, uniformTriangle(u)));
+        }
+        return sum / float(kSide * kSide);
     }
 
     Plane findPlane() const {

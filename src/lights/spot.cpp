@@ -13,8 +13,11 @@ const ParamDef<V3f> kTo{"to", V3f(0, 0, 1), "a point on the axis, in light space
 const ParamDef<float> kConeAngle{"coneangle", 30, "angle between axis and rim, in degrees"};
 const ParamDef<float> kConeDelta{"conedeltaangle", 5, "width of the soft rim, inside coneangle, in degrees"};
 
-/// pbrt-v2 and v3 fall off with the fourth power, v4 with smoothstep.
-enum class Falloff { Quartic, Smoothstep };
+const ParamDef<std::string> kFalloff{
+    "falloff", "", "across the rim: quartic (default in v2), smoothstep (default in v4) or squared (glTF)"};
+
+/// pbrt-v2 and v3 fall off with the fourth power, v4 with smoothstep, glTF with the square.
+enum class Falloff { Quartic, Smoothstep, Squared };
 
 class SpotLight final : public DeltaLight {
   public:
@@ -38,7 +41,9 @@ class SpotLight final : public DeltaLight {
         if (cosTheta <= m_cosRim)
             return 0;
         const float x = (cosTheta - m_cosRim) / (m_cosFull - m_cosRim);
-        return m_falloff == Falloff::Quartic ? sqr(sqr(x)) : x * x * (3 - 2 * x);
+        return m_falloff == Falloff::Quartic      ? sqr(sqr(x))
+               : m_falloff == Falloff::Smoothstep ? x * x * (3 - 2 * x)
+                                                  : sqr(x);
     }
 
     LightPlacement m_placement;
@@ -47,6 +52,20 @@ class SpotLight final : public DeltaLight {
     float m_cosRim, m_cosFull;
     Falloff m_falloff;
 };
+
+Falloff falloffFrom(const ParamSet& params, const BuildContext& context) {
+    const std::string name = params.get(kFalloff);
+    if (name.empty())
+        return context.conventions == Conventions::PbrtV2 ? Falloff::Quartic : Falloff::Smoothstep;
+    if (name == "quartic")
+        return Falloff::Quartic;
+    if (name == "smoothstep")
+        return Falloff::Smoothstep;
+    if (name == "squared")
+        return Falloff::Squared;
+    throw Error(params.whereIs(kFalloff),
+                "unknown falloff \"" + name + "\" (known: quartic, smoothstep, squared)");
+}
 
 std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& context,
                                   const LightArgs& args) {
@@ -59,10 +78,9 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
     if (!(delta >= 0))
         throw Error(params.whereIs(kConeDelta), "\"conedeltaangle\" must not be negative");
     const float full = std::max(rim - delta, 0.f);
-    const bool v2 = context.conventions == Conventions::PbrtV2;
-    auto light = std::make_shared<SpotLight>(
-        LightPlacement(args, context.conventions), from, to, readEmission(params, kI), std::cos(radians(rim)),
-        std::cos(radians(full)), v2 ? Falloff::Quartic : Falloff::Smoothstep);
+    auto light = std::make_shared<SpotLight>(LightPlacement(args, context.conventions), from, to,
+                                             readEmission(params, kI), std::cos(radians(rim)),
+                                             std::cos(radians(full)), falloffFrom(params, context));
     light->sampleCount = readSampleCount(params);
     return light;
 }
@@ -72,7 +90,7 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
 Plugin<std::shared_ptr<Light>, const LightArgs&> spotLightPlugin() {
     return {"spot",
             "a point light that shines into a cone",
-            {kI, kLightScale, kFrom, kTo, kConeAngle, kConeDelta, kLightSamples},
+            {kI, kLightScale, kFrom, kTo, kConeAngle, kConeDelta, kFalloff, kLightSamples},
             createSpot};
 }
 

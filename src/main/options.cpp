@@ -218,6 +218,8 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--shutter", shutter,
                    "open,close: when a frame's shutter opens and closes, in frames [0,0.5]");
     app.add_flag("--overwrite", options.overwrite, "render finished frames again");
+    app.add_option("--animation", options.build.gltfAnimation, "the animation of glTF files that plays");
+    app.add_option("--camera", options.build.gltfCamera, "the camera of glTF files that is taken");
     app.add_flag("--quick", options.build.quick, "a quarter of the resolution and of the samples");
     app.add_flag("--quiet", options.quiet, "print errors only");
     app.add_option("--aov", layers, "layers of EXR outputs: " + aovNames())->delimiter(',');

@@ -2,6 +2,7 @@
 
 #include "cameras/shutter.h"
 #include "scene/geometry_builder.h"
+#include "scene/gltf_scene.h"
 #include "scene/names.h"
 
 #include <cmath>
@@ -150,11 +151,26 @@ std::string materialName(const MaterialDecl& decl) {
 
 } // namespace
 
+namespace {
+
+SceneDescription withChoices(SceneDescription&& description, const BuildOptions& options) {
+    for (GltfDecl& file : description.gltfs) {
+        if (file.settings.animation.empty())
+            file.settings.animation = options.gltfAnimation;
+        if (file.settings.camera.empty())
+            file.settings.camera = options.gltfCamera;
+    }
+    return std::move(description);
+}
+
+} // namespace
+
 class SceneBuilder::Impl {
   public:
     Impl(SceneDescription&& description, const BuildOptions& options, Messages& messages, Frames frames)
-        : m_description(std::move(description)), m_messages(messages), m_tables(pluginTables()),
-          m_maker(m_description, options.colour, messages),
+        : m_description(withChoices(std::move(description), options)), m_messages(messages),
+          m_tables(pluginTables()), m_maker(m_description, options.colour, messages),
+          m_gltf(m_description, *m_maker.context().textureCache, messages),
           m_camera(orDefault(m_description.camera, "perspective")),
           m_shapes([this](ShapeDecl& decl, Messages& told) { return makeShape(decl, told); },
                    frames == Frames::Many),
@@ -162,7 +178,10 @@ class SceneBuilder::Impl {
         makeFilm(options);
         makeIntegrators(options);
         makeSampler(options);
-        m_shutter = options.shutter.value_or(readShutter(m_camera.params));
+        if (m_gltf.givesCamera())
+            m_camera = m_gltf.camera(m_setup.resolution);
+        m_shutter =
+            options.shutter.value_or(m_gltf.givesCamera() ? kGltfShutter : readShutter(m_camera.params));
         makeTextures();
         makeMaterials();
         for (LightDecl& decl : m_description.lights)
@@ -177,6 +196,9 @@ class SceneBuilder::Impl {
     const Shutter& shutter() const { return m_shutter; }
 
     BuiltScene build(const Shutter& shutter) {
+        m_gltf.beginFrame(m_description, shutter);
+        for (const size_t light : m_gltf.movingLights())
+            m_lights[light].reset();
         const std::shared_ptr<const Camera> camera =
             m_maker.make(m_tables.cameras, m_camera, "camera",
                          CameraArgs{m_description.cameraToWorld, m_setup.resolution, shutter});
@@ -191,6 +213,7 @@ class SceneBuilder::Impl {
         BuiltGeometry geometry = buildGeometry(m_description, *camera, shutter, int(lights.size()), m_shapes,
                                                makeAreaLight, m_messages);
         lights.insert(lights.end(), geometry.areaLights.begin(), geometry.areaLights.end());
+        m_gltf.endFrame(m_description);
         if (lights.empty())
             m_messages.warn({}, "the scene has no light: the picture will be black");
         return {m_setup,
@@ -200,6 +223,8 @@ class SceneBuilder::Impl {
 
   private:
     void makeFilm(const BuildOptions& options) {
+        if (!m_description.film && m_gltf.givesCamera())
+            m_description.film = m_gltf.film();
         Statement statement = orDefault(m_description.film, "image");
         const FilmSetup film = m_maker.make(m_tables.films, statement, "film");
         m_setup.resolution = options.resolution.value_or(film.resolution);
@@ -244,8 +269,9 @@ class SceneBuilder::Impl {
     void makeTextures() {
         for (TextureDecl& decl : m_description.textures) {
             const M44f toWorld = decl.toWorld.keys().front();
-            TexturePtr texture =
-                m_maker.make(m_tables.textures, decl.texture, "texture", TextureArgs{decl.isFloat, toWorld});
+            TexturePtr texture = decl.made ? decl.made
+                                           : m_maker.make(m_tables.textures, decl.texture, "texture",
+                                                          TextureArgs{decl.isFloat, toWorld});
             m_maker.textures().floats.push_back(texture);
             m_maker.textures().rgbs.push_back(texture);
         }
@@ -254,11 +280,14 @@ class SceneBuilder::Impl {
     void makeMaterials() {
         for (MaterialDecl& decl : m_description.materials) {
             m_setup.materialNames.push_back(materialName(decl));
-            m_materials.push_back(m_maker.make(m_tables.materials, decl.material, "material"));
+            m_materials.push_back(decl.made ? decl.made
+                                            : m_maker.make(m_tables.materials, decl.material, "material"));
         }
     }
 
     Shape makeShape(ShapeDecl& decl, Messages& told) const {
+        if (decl.made.mesh)
+            return std::move(decl.made);
         Shape shape = Maker(m_maker, told).make(m_tables.shapes, decl.shape, "shape");
         decl.shape.params = ParamSet(); // most of a scene's memory
         return shape;
@@ -287,6 +316,7 @@ class SceneBuilder::Impl {
     Messages& m_messages;
     const PluginTables m_tables;
     Maker m_maker;
+    GltfScene m_gltf;
     Statement m_camera;
     ShapeStore m_shapes;
     FrameSetup m_setup;

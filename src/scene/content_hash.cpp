@@ -63,6 +63,9 @@ uint64_t contentHash(const SceneDescription& d) {
     for (const ObjectDecl& object : d.objects)
         hash.add(object);
     hash.add(d.world);
+    for (const GltfDecl& file : d.gltfs)
+        for (const std::filesystem::path& path : gltf::filesOf(*file.document))
+            hash.addFile(path);
     return hash.value();
 }
 

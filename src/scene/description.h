@@ -1,9 +1,12 @@
 // What a scene file says, before anything is built: plain data, in the order of the text.
 #pragma once
 
+#include "core/material.h"
 #include "core/params.h"
 #include "core/plugin.h"
+#include "core/shape.h"
 #include "core/transform.h"
+#include "gltf/import.h"
 
 #include <map>
 #include <optional>
@@ -17,16 +20,27 @@ struct Statement {
     Location where; ///< of the directive word
 };
 
+/// A glTF file that is part of the scene, read but not yet built: what it becomes depends on the shutter.
+struct GltfDecl {
+    std::shared_ptr<const gltf::Document> document;
+    gltf::Settings settings;
+    KeyedTransform toParent; ///< to world, or to its object's space
+    int object = -1;         ///< index into SceneDescription::objects; -1: the world
+    Location where;
+};
+
 struct TextureDecl {
     std::string name;
     bool isFloat = false; ///< else rgb
     Statement texture;    ///< refers only to textures declared before it
     KeyedTransform toWorld;
+    std::shared_ptr<const Texture> made{}; ///< in place of the statement, when it is there
 };
 
 struct MaterialDecl {
     std::string name; ///< empty unless made by MakeNamedMaterial
     Statement material;
+    std::shared_ptr<const Material> made{}; ///< in place of the statement, when it is there
 };
 
 struct AreaLightDecl {
@@ -41,11 +55,13 @@ struct ShapeDecl {
     int areaLight = -1;      ///< index into SceneDescription::areaLights, or none
     bool reverseOrientation = false;
     std::string name{}; ///< empty: see ObjectNames
+    Shape made{};           ///< in place of the statement, when it is there
+    bool isPassing = false; ///< there for one frame alone
 };
 
 struct InstanceDecl {
     int object = 0; ///< index into SceneDescription::objects
-    KeyedTransform toParent;
+    TransformPath toParent;
     Location where;
     std::string name{}; ///< empty: that of its object, and a number
 };
@@ -84,6 +100,8 @@ struct SceneDescription {
     std::vector<LightDecl> lights;
     std::vector<ObjectDecl> objects;
     ObjectDecl world;
+    ObjectDecl frame; ///< more of the world: what is there for one frame alone; shapes only
+    std::vector<GltfDecl> gltfs;
 };
 
 } // namespace strobe

@@ -138,6 +138,11 @@ void padForEmbree(TriangleMesh& mesh) {
         key.reserve(key.size() + 2);
 }
 
+void append(TransformPath& path, const TransformPath& then) {
+    for (const KeyedTransform& t : then.chain())
+        path.append(t);
+}
+
 /// A group somewhere inside an object (or the world), with the path from there.
 struct GroupUse {
     uint32_t group;
@@ -158,6 +163,7 @@ class GeometryBuilder {
         m_groups.emplace_back();
         m_areaLightDecls.emplace_back();
         placeShapes(m_description.world.shapes, 0, m_worldUses);
+        placeShapes(m_description.frame.shapes, 0, m_worldUses);
         appendUses(m_description.world.instances, m_worldUses);
         // Instances first: area lights keep pointers to motions, and need groups that no longer move in
         // memory.
@@ -243,7 +249,7 @@ class GeometryBuilder {
                                          ? numbers.next(m_description.objects[size_t(instance.object)].name)
                                          : instance.name;
             for (GroupUse use : usesOf(instance)) {
-                use.path.append(instance.toParent);
+                append(use.path, instance.toParent);
                 use.name = joinedName(name, use.name);
                 uses.push_back(std::move(use));
             }
@@ -354,7 +360,7 @@ void ShapeStore::make(std::vector<ShapeDecl>& decls, Messages& messages) {
 
 ShapeStore::Entry& ShapeStore::take(const ShapeDecl& decl) {
     Entry& entry = m_entries.at(&decl);
-    if (m_keep)
+    if (m_keep && !decl.isPassing)
         return entry;
     m_passing = std::move(entry);
     m_entries.erase(&decl);
@@ -368,7 +374,7 @@ PlacedShape ShapeStore::resting(const ShapeDecl& decl, float time) {
         return {kept.shape, m, nullptr, decl.reverseOrientation};
     Entry baked = kept;
     if (!baked.isBaked) {
-        const bool forGood = !m_keep || decl.toParent.isStill();
+        const bool forGood = !m_keep || decl.isPassing || decl.toParent.isStill();
         if (!forGood)
             baked.shape.mesh = std::make_shared<TriangleMesh>(*baked.shape.mesh);
         baked.isMirrored = bake(*baked.shape.mesh, m);

@@ -1,6 +1,7 @@
 // The parser's frame: files, blocks and the table of directives.
 #include "scene/parser.h"
 
+#include "scene/gltf_scene.h"
 #include "scene/parser_impl.h"
 
 #include <fmt/format.h>
@@ -34,8 +35,14 @@ void followPbrtV2(SceneDescription& desc) {
     const auto followObject = [](ObjectDecl& object) {
         for (ShapeDecl& shape : object.shapes)
             followPbrtV2(shape.toParent);
-        for (InstanceDecl& instance : object.instances)
-            followPbrtV2(instance.toParent);
+        for (InstanceDecl& instance : object.instances) {
+            TransformPath path;
+            for (KeyedTransform t : instance.toParent.chain()) {
+                followPbrtV2(t);
+                path.append(std::move(t));
+            }
+            instance.toParent = std::move(path);
+        }
     };
     followObject(desc.world);
     for (ObjectDecl& object : desc.objects)
@@ -119,6 +126,13 @@ void Parser::parse(std::shared_ptr<const Source> source) {
     parseSource(std::move(source));
 }
 
+void Parser::parseGltf(const std::filesystem::path& path) {
+    const auto source = makeSource("", path);
+    if (!m_worldBegin)
+        worldBegin({"WorldBegin", {source, 0}});
+    addGltf(readGltf(path, {}));
+}
+
 void Parser::parseSource(std::shared_ptr<const Source> source) {
     m_files.push_back(canonicalPath(source->path));
     m_desc.sources.push_back(source);
@@ -162,6 +176,11 @@ void Parser::include(const Call& call) {
     const std::string name = readString(call, "the name of a file");
     refuseCompressed(name, where);
     const std::filesystem::path path = resolveFile(name, where);
+    if (gltf::isGltfName(path)) {
+        if (!m_worldBegin)
+            throw Error(where, "a glTF file is part of the world: Include it after WorldBegin");
+        return addGltf(readGltf(path, where));
+    }
     if (std::find(m_files.begin(), m_files.end(), canonicalPath(path)) != m_files.end())
         throw Error(where, fmt::format("\"{}\" includes itself", path.string()));
     if (m_files.size() > kMaxIncludeDepth)
@@ -252,7 +271,10 @@ SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
     Parser parser(sharingNames, messages);
     for (const std::filesystem::path& file : files) {
         refuseCompressed(file, {});
-        parser.parse(readSource(file, file.parent_path(), {}));
+        if (gltf::isGltfName(file))
+            parser.parseGltf(file);
+        else
+            parser.parse(readSource(file, file.parent_path(), {}));
     }
     return parser.finish(files.front().extension() != ".pbrt");
 }

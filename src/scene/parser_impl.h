@@ -15,6 +15,8 @@ class Parser {
   public:
     Parser(const std::set<std::string>& sharingNames, Messages& messages);
     void parse(std::shared_ptr<const Source> source);
+    /// A glTF file of the command line; it begins the world, if no file before it has.
+    void parseGltf(const std::filesystem::path& path);
     /// Checks that everything is closed and settles the conventions. `isStrict`: a .scene file.
     SceneDescription finish(bool isStrict);
 
@@ -111,6 +113,7 @@ class Parser {
     void lightSource(const Call&);
     void areaLightSource(const Call&);
     void shape(const Call&);
+    void addGltf(GltfDecl decl);
     void objectInstance(const Call&);
     ObjectDecl& target() { return m_object < 0 ? m_desc.world : m_desc.objects[m_object]; }
     KeyedTransform keyed() const { return toKeyed(m_state.transform.keys(), m_desc.keyTimes); }

@@ -22,6 +22,7 @@
 #include "materials/matte.h"
 #include "materials/measured.h"
 #include "materials/metal.h"
+#include "materials/metallic_roughness.h"
 #include "materials/mirror.h"
 #include "materials/plastic.h"
 #include "samplers/aliases.h"
@@ -29,6 +30,7 @@
 #include "samplers/sobol.h"
 #include "samplers/stratified.h"
 #include "scene/film_plugin.h"
+#include "scene/gltf_scene.h"
 #include "shapes/disk.h"
 #include "shapes/loopsubdiv.h"
 #include "shapes/plymesh.h"
@@ -46,9 +48,10 @@ namespace strobe {
 
 PluginTables pluginTables() {
     PluginTables tables{
-        .shapes = {triangleMeshPlugin(), plyMeshPlugin(), loopSubdivPlugin(), spherePlugin(), diskPlugin()},
+        .shapes = {triangleMeshPlugin(), plyMeshPlugin(), loopSubdivPlugin(), spherePlugin(), diskPlugin(),
+                   gltfPlugin()},
         .materials = {mattePlugin(), plasticPlugin(), mirrorPlugin(), glassPlugin(), metalPlugin(),
-                      measuredPlugin()},
+                      measuredPlugin(), metallicRoughnessPlugin()},
         .textures = {constantTexturePlugin(), scaleTexturePlugin(), mixTexturePlugin(),
                      checkerboardTexturePlugin(), imagemapTexturePlugin()},
         .lights = {pointLightPlugin(), spotLightPlugin(), distantLightPlugin(), infiniteLightPlugin()},

@@ -1,4 +1,5 @@
 // Directives after WorldBegin: what the scene consists of.
+#include "scene/gltf_scene.h"
 #include "scene/parser_impl.h"
 
 #include <fmt/format.h>
@@ -102,8 +103,16 @@ void Parser::areaLightSource(const Call& call) {
     m_state.areaLight = static_cast<int>(m_desc.areaLights.size()) - 1;
 }
 
+void Parser::addGltf(GltfDecl decl) {
+    decl.toParent = keyed();
+    decl.object = m_object;
+    m_desc.gltfs.push_back(std::move(decl));
+}
+
 void Parser::shape(const Call& call) {
     Statement statement = readStatement(call, "shape");
+    if (statement.name == "gltf")
+        return addGltf(readGltf(statement.params, m_lexer->source().path.extension() != ".pbrt", m_messages));
     target().shapes.push_back(
         {std::move(statement), keyed(), m_state.material, m_state.areaLight, m_state.reverseOrientation});
 }

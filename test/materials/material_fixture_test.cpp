@@ -3,6 +3,7 @@
 #include "materials/matte.h"
 #include "materials/measured.h"
 #include "materials/metal.h"
+#include "materials/metallic_roughness.h"
 #include "materials/plastic.h"
 
 #include <gtest/gtest.h>
@@ -93,6 +94,17 @@ std::vector<NamedMaterial> smoothMaterials() {
     const auto metal = [](float roughness) {
         return makeMaterial(metalPlugin(), {floatParam("roughness", roughness)});
     };
+    const auto metallicRoughness = [](float base, float metallic, float roughness) {
+        return makeMaterial(metallicRoughnessPlugin(),
+                            {rgbParam("basecolor", Rgb(base)), floatParam("metallic", metallic),
+                             floatParam("roughness", roughness)});
+    };
+    const auto coated = [] {
+        return makeMaterial(metallicRoughnessPlugin(),
+                            {rgbParam("basecolor", Rgb(.5f)), floatParam("metallic", 0),
+                             floatParam("roughness", .8f), floatParam("clearcoat", 1),
+                             floatParam("clearcoatroughness", .3f)});
+    };
     return {{"matte", matte(.5f, 0)},
             {"matte white", matte(1, 0)},
             {"matte black", matte(0, 0)},
@@ -109,6 +121,12 @@ std::vector<NamedMaterial> smoothMaterials() {
             {"metal", metal(.01f)},
             {"metal roughness .001", metal(.001f), true, true},
             {"metal roughness 1", metal(1)},
+            {"metallic-roughness dielectric", metallicRoughness(.6f, 0, .5f)},
+            {"metallic-roughness rough metal", metallicRoughness(.9f, 1, .9f)},
+            {"metallic-roughness half metal", metallicRoughness(.8f, .5f, .3f)},
+            {"metallic-roughness sharp metal", metallicRoughness(.9f, 1, .15f), true, true},
+            {"metallic-roughness white", metallicRoughness(1, 0, .6f), false},
+            {"metallic-roughness coated", coated()},
             {"measured", scatteredExample(600, smoothValue)},
             {"measured glossy", scatteredExample(3000, glossyValue)},
             {"measured, MERL even", merlExample(.5, 0, 1)},

@@ -1,0 +1,291 @@
+#include "gltf/material.h"
+
+#include <algorithm>
+
+namespace strobe::gltf {
+namespace {
+
+/// An extension of a material: null when the material has not got it.
+const tinygltf::Value* extension(const tinygltf::Material& material, const char* name) {
+    const auto it = material.extensions.find(name);
+    return it == material.extensions.end() ? nullptr : &it->second;
+}
+
+/// Opaque from the cutoff on, else cut away.
+class Cutout : public Texture {
+  public:
+    Cutout(FloatInput alpha, float cutoff) : m_alpha(std::move(alpha)), m_cutoff(cutoff) {}
+    Rgb rgb(const TextureQuery& q) const override { return Rgb(m_alpha.at(q) >= m_cutoff ? 1.f : 0.f); }
+
+  private:
+    FloatInput m_alpha;
+    float m_cutoff;
+};
+
+} // namespace
+
+struct MaterialBuilder::Source {
+    std::string name, place;
+    Rgb base{1}, emissive{0}, specularColour{1};
+    float opacity = 1, metallic = 1, roughness = 1, ior = 1.5f, specular = 1, transmission = 0, clearcoat = 0,
+          clearcoatRoughness = 0, normalScale = 1, cutoff = .5f;
+    TextureSlot baseSlot, packedSlot, normalSlot, emissiveSlot, specularSlot, specularColourSlot,
+        transmissionSlot, clearcoatSlot, clearcoatRoughnessSlot;
+    enum { Opaque, Mask, Blend } alphaMode = Opaque;
+    bool unlit = false, doubleSided = false;
+
+    std::vector<const TextureSlot*> slots() const {
+        std::vector<const TextureSlot*> used;
+        for (const TextureSlot* slot :
+             {&baseSlot, &packedSlot, &normalSlot, &emissiveSlot, &specularSlot, &specularColourSlot,
+              &transmissionSlot, &clearcoatSlot, &clearcoatRoughnessSlot})
+            if (*slot)
+                used.push_back(slot);
+        return used;
+    }
+    int mainUvSet() const { return slots().empty() ? 0 : slots().front()->texCoord; }
+    bool usesOtherUvs() const {
+        const auto used = slots();
+        return std::any_of(used.begin(), used.end(),
+                           [&](const TextureSlot* slot) { return slot->texCoord != mainUvSet(); });
+    }
+};
+
+struct MaterialBuilder::Placement {
+    const Primitive& primitive;
+    const std::string& place;
+    int mainUvSet;
+    std::shared_ptr<const VertexValues<Rgb>> colours, opacities;
+};
+
+namespace {
+
+/// Reads a material's members.
+class Reader {
+  public:
+    Reader(const Document& document, std::string place) : m_document(document), m_place(std::move(place)) {}
+
+    float number(const tinygltf::Value& object, const char* member, float fallback) const {
+        if (!object.Has(member))
+            return fallback;
+        if (!object.Get(member).IsNumber())
+            m_document.fail(m_place + "." + member, "must be a number");
+        return float(object.Get(member).GetNumberAsDouble());
+    }
+    Rgb colour(const tinygltf::Value& object, const char* member, const Rgb& fallback) const {
+        if (!object.Has(member))
+            return fallback;
+        std::vector<double> numbers;
+        const tinygltf::Value& list = object.Get(member);
+        for (size_t i = 0; i < list.ArrayLen(); ++i)
+            if (list.Get(int(i)).IsNumber())
+                numbers.push_back(list.Get(int(i)).GetNumberAsDouble());
+        return colour(numbers, member, 3);
+    }
+    /// The first three of `count` numbers from 0.
+    Rgb colour(const std::vector<double>& numbers, const char* member, size_t count) const {
+        if (numbers.size() != count ||
+            std::any_of(numbers.begin(), numbers.end(), [](double x) { return x < 0; }))
+            m_document.fail(m_place + "." + member, "must be " + std::to_string(count) + " numbers from 0");
+        return {float(numbers[0]), float(numbers[1]), float(numbers[2])};
+    }
+    template <class Info>
+    TextureSlot slot(const Info& info, const char* member) const {
+        return slotFrom(m_document, info, m_place + "." + member);
+    }
+    TextureSlot slot(const tinygltf::Value& object, const char* member) const {
+        return slotFrom(m_document, object, member, m_place);
+    }
+
+  private:
+    const Document& m_document;
+    std::string m_place;
+};
+
+} // namespace
+
+std::string MaterialBuilder::nameOf(int material) const {
+    return material < 0 ? "default" : m_document.model().materials[size_t(material)].name;
+}
+
+MaterialBuilder::Source MaterialBuilder::read(int index) const {
+    Source s;
+    s.name = nameOf(index);
+    if (index < 0)
+        return s;
+    const tinygltf::Material& m = m_document.model().materials[size_t(index)];
+    s.place = item("materials", size_t(index));
+    const Reader reader(m_document, s.place);
+    const auto& pbr = m.pbrMetallicRoughness;
+    s.base = reader.colour(pbr.baseColorFactor, "pbrMetallicRoughness.baseColorFactor", 4);
+    s.opacity = float(pbr.baseColorFactor[3]);
+    s.metallic = float(pbr.metallicFactor), s.roughness = float(pbr.roughnessFactor);
+    s.baseSlot = reader.slot(pbr.baseColorTexture, "pbrMetallicRoughness.baseColorTexture");
+    s.packedSlot = reader.slot(pbr.metallicRoughnessTexture, "pbrMetallicRoughness.metallicRoughnessTexture");
+    s.normalSlot = reader.slot(m.normalTexture, "normalTexture");
+    s.normalScale = float(m.normalTexture.scale);
+    if (!m.emissiveFactor.empty())
+        s.emissive = reader.colour(m.emissiveFactor, "emissiveFactor", 3);
+    s.emissiveSlot = reader.slot(m.emissiveTexture, "emissiveTexture");
+    s.doubleSided = m.doubleSided;
+    s.cutoff = float(m.alphaCutoff);
+    if (m.alphaMode == "MASK")
+        s.alphaMode = Source::Mask;
+    else if (m.alphaMode == "BLEND")
+        s.alphaMode = Source::Blend;
+    else if (m.alphaMode != "OPAQUE")
+        m_document.fail(s.place + ".alphaMode",
+                        "unknown \"" + m.alphaMode + "\" (known: OPAQUE, MASK, BLEND)");
+    if (m.occlusionTexture.index >= 0)
+        m_document.warnOnce(m_messages, "occlusion", s.place + ".occlusionTexture",
+                            "occlusion textures are ignored: occlusion is computed");
+    s.unlit = extension(m, "KHR_materials_unlit") != nullptr;
+    if (const auto* e = extension(m, "KHR_materials_emissive_strength"))
+        s.emissive *= std::max(reader.number(*e, "emissiveStrength", 1), 0.f);
+    if (const auto* e = extension(m, "KHR_materials_ior"))
+        s.ior = reader.number(*e, "ior", 1.5f);
+    if (const auto* e = extension(m, "KHR_materials_specular")) {
+        s.specular = reader.number(*e, "specularFactor", 1);
+        s.specularColour = reader.colour(*e, "specularColorFactor", Rgb(1));
+        s.specularSlot = reader.slot(*e, "specularTexture");
+        s.specularColourSlot = reader.slot(*e, "specularColorTexture");
+    }
+    if (const auto* e = extension(m, "KHR_materials_transmission")) {
+        s.transmission = reader.number(*e, "transmissionFactor", 0);
+        s.transmissionSlot = reader.slot(*e, "transmissionTexture");
+    }
+    if (const auto* e = extension(m, "KHR_materials_clearcoat")) {
+        s.clearcoat = reader.number(*e, "clearcoatFactor", 0);
+        s.clearcoatRoughness = reader.number(*e, "clearcoatRoughnessFactor", 0);
+        s.clearcoatSlot = reader.slot(*e, "clearcoatTexture");
+        s.clearcoatRoughnessSlot = reader.slot(*e, "clearcoatRoughnessTexture");
+        if (e->Has("clearcoatNormalTexture"))
+            m_document.warnOnce(m_messages, "clearcoat normal", s.place,
+                                "clearcoatNormalTexture is ignored: the coat has the normals beneath it");
+    }
+    return s;
+}
+
+std::shared_ptr<PlacedImage> MaterialBuilder::texture(const TextureSlot& slot, TextureUse use,
+                                                      const Placement& placement, const Rgb& factor,
+                                                      int channel) {
+    std::shared_ptr<PlacedImage> out = m_images.open(slot, use, placement.place);
+    if (!out)
+        return nullptr;
+    out->factor = factor;
+    out->channel = channel;
+    const auto& sets = placement.primitive.uvSets;
+    const auto wanted = sets.find(slot.texCoord);
+    if (wanted == sets.end())
+        m_document.warnOnce(m_messages, "no uvs", placement.primitive.place,
+                            "has no TEXCOORD_" + std::to_string(slot.texCoord) + " for the textures of " +
+                                placement.place);
+    if (slot.texCoord != placement.mainUvSet) {
+        auto uvs = std::make_shared<OtherUvs>();
+        uvs->indices = placement.primitive.mesh.indices;
+        const std::vector<V2f> zeros(placement.primitive.mesh.vertexCount(), V2f(0));
+        const auto main = sets.find(placement.mainUvSet);
+        uvs->mesh = main == sets.end() ? zeros : main->second;
+        uvs->other = wanted == sets.end() ? zeros : wanted->second;
+        out->uvs = std::move(uvs);
+    }
+    return out;
+}
+
+RgbInput MaterialBuilder::baseColour(const Source& s, const Placement& placement) {
+    RgbInput input(s.base);
+    auto image = texture(s.baseSlot, TextureUse::Colour, placement, s.base);
+    if (!image && placement.colours) {
+        image = std::make_shared<PlacedImage>();
+        image->factor = s.base;
+    }
+    if (image)
+        image->colours = placement.colours;
+    input.texture = image;
+    return input;
+}
+
+FloatInput MaterialBuilder::alpha(const Source& s, const Placement& placement) {
+    if (s.alphaMode == Source::Opaque)
+        return 1;
+    FloatInput input(s.opacity);
+    auto image = texture(s.baseSlot, TextureUse::Alpha, placement, Rgb(s.opacity));
+    if (!image && placement.opacities) {
+        image = std::make_shared<PlacedImage>();
+        image->factor = Rgb(s.opacity);
+    }
+    if (image)
+        image->colours = placement.opacities;
+    input.texture = image;
+    if (s.alphaMode == Source::Blend)
+        return input;
+    if (!input.texture)
+        return input.constant >= s.cutoff ? 1.f : 0.f;
+    FloatInput cut(1);
+    cut.texture = std::make_shared<Cutout>(std::move(input), s.cutoff);
+    return cut;
+}
+
+Look MaterialBuilder::make(const Source& s, const Primitive& primitive) {
+    Placement placement{primitive, s.place, s.mainUvSet(), nullptr, nullptr};
+    if (!primitive.colours.empty())
+        placement.colours =
+            std::make_shared<VertexValues<Rgb>>(VertexValues<Rgb>{primitive.mesh.indices, primitive.colours});
+    if (!primitive.opacities.empty()) {
+        auto opacities = std::make_shared<VertexValues<Rgb>>();
+        opacities->indices = primitive.mesh.indices;
+        for (const float opacity : primitive.opacities)
+            opacities->values.emplace_back(opacity);
+        placement.opacities = std::move(opacities);
+    }
+    const auto numberFrom = [&](float factor, const TextureSlot& slot, int channel) {
+        FloatInput input(factor);
+        input.texture = texture(slot, TextureUse::Data, placement, Rgb(factor), channel);
+        return input;
+    };
+    MetallicRoughnessInputs in;
+    ImportedMaterial out;
+    out.name = s.name, out.doubleSided = s.doubleSided;
+    if (s.unlit) { // it looks the same from everywhere: it shines, and reflects nothing
+        const RgbInput base = baseColour(s, placement);
+        out.emission = base.texture ? Rgb(1) : s.base;
+        out.emissionTexture = base.texture;
+        out.doubleSided = true;
+        in.baseColour = Rgb(0), in.metallic = 0, in.specular = 0;
+    } else {
+        in.baseColour = baseColour(s, placement);
+        in.metallic = s.metallic, in.roughness = s.roughness;
+        in.packed = texture(s.packedSlot, TextureUse::Data, placement);
+        in.ior = s.ior;
+        in.specular = s.specular;
+        in.specular.texture = texture(s.specularSlot, TextureUse::Alpha, placement, Rgb(s.specular));
+        in.specularColour = s.specularColour;
+        in.specularColour.texture =
+            texture(s.specularColourSlot, TextureUse::Colour, placement, s.specularColour);
+        in.transmission = numberFrom(s.transmission, s.transmissionSlot, 0);
+        in.clearcoat = numberFrom(s.clearcoat, s.clearcoatSlot, 0);
+        in.clearcoatRoughness = numberFrom(s.clearcoatRoughness, s.clearcoatRoughnessSlot, 1);
+        in.normalMap = texture(s.normalSlot, TextureUse::Data, placement);
+        in.normalScale = s.normalScale;
+        out.emission = s.emissive;
+        if (!isBlack(s.emissive))
+            out.emissionTexture = texture(s.emissiveSlot, TextureUse::Colour, placement);
+    }
+    out.material = makeMetallicRoughness(in);
+    const Look look{int(m_materials.size()), alpha(s, placement), s.mainUvSet(), !s.slots().empty()};
+    m_materials.push_back(std::move(out));
+    return look;
+}
+
+Look MaterialBuilder::look(const Primitive& primitive) {
+    const auto found = m_shared.find(primitive.material);
+    if (found != m_shared.end() && primitive.colours.empty())
+        return found->second;
+    const Source source = read(primitive.material);
+    const Look look = make(source, primitive);
+    if (primitive.colours.empty() && !source.usesOtherUvs())
+        m_shared[primitive.material] = look;
+    return look;
+}
+
+} // namespace strobe::gltf

@@ -1,0 +1,292 @@
+#include "materials/metallic_roughness.h"
+
+#include "core/sampling.h"
+#include "materials/ggx.h"
+#include "materials/inputs.h"
+
+namespace strobe {
+namespace {
+
+const ParamDef<RgbInput> kBaseColour{"basecolor", Rgb(1), "diffuse albedo, or reflectance of a metal"};
+const ParamDef<FloatInput> kMetallic{"metallic", 1.f, "0: dielectric, 1: metal"};
+const ParamDef<FloatInput> kRoughness{"roughness", 1.f, "its square is GGX's alpha; below 0.03 a mirror"};
+const ParamDef<FloatInput> kIor{"ior", 1.5f, "index of refraction of the dielectric"};
+const ParamDef<FloatInput> kSpecular{"specular", 1.f, "factor of the dielectric's reflection"};
+const ParamDef<RgbInput> kSpecularColour{"specularcolor", Rgb(1), "its colour at normal incidence"};
+const ParamDef<FloatInput> kTransmission{"transmission", 0.f,
+                                         "how much goes through instead of being diffused; thin walls"};
+const ParamDef<FloatInput> kClearcoat{"clearcoat", 0.f, "strength of a coat of lacquer"};
+const ParamDef<FloatInput> kClearcoatRoughness{"clearcoatroughness", 0.f, "its roughness"};
+const ParamDef<RgbInput> kNormalMap{"normalmap", Rgb(.5f, .5f, 1), "texture of tangent-space normals"};
+const ParamDef<float> kNormalScale{"normalscale", 1.f, "factor of how far they lean"};
+
+/// Lobes with a smaller alpha are exact mirrors: no float density follows them, and no pixel tells.
+constexpr float kLeastAlpha = 1e-3f;
+
+struct Data {
+    PlainRgb diffuse; ///< albedo / π
+    PlainRgb f0;      ///< reflectance at normal incidence
+    float f90;        ///< at grazing incidence
+    float alpha;      ///< 0: a mirror
+    PlainRgb through; ///< albedo of the transmission
+    float coat, coatAlpha;
+};
+
+float clamp01(float x) { return std::clamp(x, 0.f, 1.f); } // NaN stays NaN: it is to be seen and reported
+Rgb clamp01(const Rgb& c) { return {clamp01(c.x), clamp01(c.y), clamp01(c.z)}; }
+float alphaOf(float roughness) {
+    const float alpha = sqr(clamp01(roughness));
+    return alpha < kLeastAlpha ? 0 : alpha;
+}
+
+/// Schlick's factor of the way from f0 to f90.
+inline float schlick(float cosine) {
+    const float x = 1 - std::min(cosine, 1.f), x2 = x * x;
+    return x2 * x2 * x;
+}
+inline Rgb fresnel(const Data& data, float cosine) {
+    const float x = schlick(cosine);
+    return Rgb(data.f0) * (1 - x) + Rgb(data.f90 * x);
+}
+constexpr float kCoatF0 = 0.04f;
+inline float coatFresnel(const Data& data, float cosine) {
+    return data.coat * (kCoatF0 + (1 - kCoatF0) * schlick(cosine));
+}
+
+/// Smith's masking of one direction.
+inline float masking(float cosine, float alpha) {
+    const float c = std::abs(cosine), a2 = sqr(alpha);
+    return c > 0 ? 2 * c / (c + std::sqrt(a2 + (1 - a2) * sqr(c))) : 0;
+}
+
+/// The lobes' probabilities at wo: their rough shares of the albedo.
+struct Shares {
+    float gloss, diffuse, through, coat;
+
+    Shares(const Data& data, const V3f& wo) {
+        const Rgb f = fresnel(data, std::abs(wo.z));
+        coat = coatFresnel(data, std::abs(wo.z));
+        gloss = (1 - coat) * luminance(f);
+        // Diffuse light comes in from where little of it is reflected, whatever wo is.
+        diffuse = (1 - coat) * kPi * luminance(data.diffuse);
+        through = (1 - coat) * luminance(data.through) * std::max(1 - maxComponent(f), .1f);
+        const float sum = gloss + diffuse + through + coat;
+        const float scale = sum > 0 ? 1 / sum : 0;
+        gloss *= scale, diffuse *= scale, through *= scale, coat *= scale;
+    }
+};
+
+/// What does not depend on wi.
+struct View {
+    const Data& data;
+    const V3f& wo;
+    Shares shares;
+    GgxReflection gloss, coat;
+
+    View(const Data& d, const V3f& w)
+        : data(d), wo(w), shares(d, w), gloss(w, ggx(d.alpha)), coat(w, ggx(d.coatAlpha)) {}
+    static GgxAlpha ggx(float alpha) {
+        const float a = std::max(alpha, kLeastAlpha); // of a mirror it is not used
+        return {a, a};
+    }
+
+    void eval(const V3f& wi, Rgb& f, float& pdf) const {
+        f = Rgb(0), pdf = 0;
+        const float cosHalf = safeSqrt((1 + dot(wo, wi)) / 2); // between either direction and the half vector
+        if (wo.z * wi.z > 0)
+            reflect(wi, cosHalf, f, pdf);
+        else if (wo.z * wi.z < 0 && data.alpha > 0 && shares.through > 0)
+            transmit(wi, f, pdf);
+    }
+
+  private:
+    void reflect(const V3f& wi, float cosHalf, Rgb& f, float& pdf) const {
+        const Rgb reflected = fresnel(data, cosHalf);
+        const float cosine = std::abs(wi.z);
+        f = Rgb(data.diffuse) * ((1 - maxComponent(reflected)) * cosine);
+        pdf = shares.diffuse * cosine * kInvPi;
+        if (data.alpha > 0) {
+            const float density = gloss.pdf(wo, wi);
+            f += reflected * (density * masking(wi.z, data.alpha));
+            pdf += shares.gloss * density;
+        }
+        if (!(data.coat > 0))
+            return;
+        const float lacquer = coatFresnel(data, cosHalf);
+        f *= 1 - lacquer;
+        if (data.coatAlpha > 0) {
+            const float density = coat.pdf(wo, wi);
+            f += Rgb(lacquer * density * masking(wi.z, data.coatAlpha));
+            pdf += shares.coat * density;
+        }
+    }
+
+    /// Through thin walls light goes on as if it were reflected, and the picture turned over.
+    void transmit(const V3f& wi, Rgb& f, float& pdf) const {
+        const V3f mirrored(wi.x, wi.y, -wi.z);
+        const float cosHalf = safeSqrt((1 + dot(wo, mirrored)) / 2), density = gloss.pdf(wo, mirrored);
+        f = Rgb(data.through) * ((1 - maxComponent(fresnel(data, cosHalf))) * density *
+                                 masking(wi.z, data.alpha) * (1 - coatFresnel(data, cosHalf)));
+        pdf = shares.through * density;
+    }
+};
+
+class MetallicRoughness : public Material {
+  public:
+    explicit MetallicRoughness(MetallicRoughnessInputs inputs)
+        : m_in(std::move(inputs)), m_transmits(m_in.transmission.texture || m_in.transmission.constant > 0) {}
+
+    void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
+        const Rgb base = clamp01(m_in.baseColour.at(q));
+        float metallic = m_in.metallic.at(q), roughness = m_in.roughness.at(q);
+        if (m_in.packed) {
+            const Rgb packed = m_in.packed->rgb(q);
+            roughness *= packed.y, metallic *= packed.z;
+        }
+        metallic = clamp01(metallic);
+        const float ior = std::max(m_in.ior.at(q), 0.f), specular = clamp01(m_in.specular.at(q));
+        const Rgb f0 =
+            clamp01(nonNegative(m_in.specularColour.at(q)) * sqr((ior - 1) / (ior + 1))) * specular;
+        const float transmission = m_transmits ? clamp01(m_in.transmission.at(q)) : 0.f;
+        const Rgb body = base * (1 - metallic);
+        Data& data = bsdf.as<Data>();
+        data.diffuse = body * ((1 - transmission) * kInvPi);
+        data.through = body * transmission;
+        data.f0 = f0 * (1 - metallic) + base * metallic;
+        data.f90 = lerp(specular, 1, metallic);
+        data.alpha = alphaOf(roughness);
+        data.coat = clamp01(m_in.clearcoat.at(q));
+        data.coatAlpha = alphaOf(m_in.clearcoatRoughness.at(q));
+    }
+
+    void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
+        const View view(bsdf.as<Data>(), wo);
+        float unwanted;
+        for (int i = 0; i < n; ++i)
+            view.eval(wi[i], f[i], pdf ? pdf[i] : unwanted);
+    }
+
+    bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const override {
+        const Data& data = bsdf.as<Data>();
+        const View view(data, wo);
+        const Shares& p = view.shares;
+        out.eta = 1;
+        if (uc < p.gloss) {
+            if (data.alpha == 0)
+                return mirror(data, wo, p.gloss, out);
+            if (!view.gloss.sample(wo, u, out.wi))
+                return false;
+        } else if ((uc -= p.gloss) < p.coat) {
+            if (data.coatAlpha == 0)
+                return lacquer(data, wo, p.coat, out);
+            if (!view.coat.sample(wo, u, out.wi))
+                return false;
+        } else if ((uc -= p.coat) < p.through) {
+            if (data.alpha == 0)
+                return window(data, wo, p.through, out);
+            if (!view.gloss.sample(wo, u, out.wi))
+                return false;
+            out.wi.z = -out.wi.z;
+        } else {
+            out.wi = cosineHemisphere(u);
+            if (wo.z < 0)
+                out.wi.z = -out.wi.z;
+        }
+        Rgb f;
+        view.eval(out.wi, f, out.pdf);
+        if (!(out.pdf > 0))
+            return false;
+        out.weight = f / out.pdf;
+        out.delta = false;
+        out.transmits = wo.z * out.wi.z < 0;
+        return true;
+    }
+
+    float maxPdf(const Bsdf& bsdf, const V3f& wo) const override {
+        const Data& data = bsdf.as<Data>();
+        const Shares shares(data, wo);
+        float bound = shares.diffuse * kInvPi;
+        if (data.alpha > 0) // reflection and transmission lie on different sides
+            bound = std::max(bound + shares.gloss * GgxReflection::maxPdf(wo, View::ggx(data.alpha)),
+                             shares.through * GgxReflection::maxPdf(wo, View::ggx(data.alpha)));
+        if (data.coatAlpha > 0)
+            bound += shares.coat * GgxReflection::maxPdf(wo, View::ggx(data.coatAlpha));
+        return bound;
+    }
+
+    bool isSmooth() const override { return true; }
+    bool isDiffuse() const override { return m_in.metallic.constant < .5f && !m_transmits; }
+    bool isTextured() const override { return m_in.baseColour.texture != nullptr; }
+    Rgb albedo(const Bsdf& bsdf) const override {
+        const Data& data = bsdf.as<Data>();
+        return Rgb(data.diffuse) * kPi + Rgb(data.f0) + Rgb(data.through);
+    }
+    bool transmits() const override { return m_transmits; }
+    bool needsFootprint() const override {
+        const auto textureNeeds = [](const auto& texture) { return texture && texture->needsFootprint(); };
+        return m_in.baseColour.needsFootprint() || m_in.metallic.needsFootprint() ||
+               m_in.roughness.needsFootprint() || textureNeeds(m_in.packed) || m_in.ior.needsFootprint() ||
+               m_in.specular.needsFootprint() || m_in.specularColour.needsFootprint() ||
+               m_in.transmission.needsFootprint() || m_in.clearcoat.needsFootprint() ||
+               m_in.clearcoatRoughness.needsFootprint() || textureNeeds(m_in.normalMap);
+    }
+    ShadingNormal shadingNormal() const override {
+        return m_in.normalMap ? ShadingNormal::Mapped : ShadingNormal::Visible;
+    }
+    V3f tangentNormal(const TextureQuery& q) const override {
+        const Rgb c = m_in.normalMap->rgb(q) * 2 - Rgb(1);
+        return {c.x * m_in.normalScale, c.y * m_in.normalScale, c.z};
+    }
+
+  private:
+    static bool delta(const V3f& wi, const Rgb& weight, bool transmits, BsdfSample& out) {
+        out.wi = wi, out.weight = weight, out.pdf = 0, out.delta = true, out.transmits = transmits;
+        return true;
+    }
+    static bool mirror(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
+        const float cosine = std::abs(wo.z);
+        return delta({-wo.x, -wo.y, wo.z},
+                     fresnel(data, cosine) * ((1 - coatFresnel(data, cosine)) / probability), false, out);
+    }
+    static bool lacquer(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
+        return delta({-wo.x, -wo.y, wo.z}, Rgb(coatFresnel(data, std::abs(wo.z)) / probability), false, out);
+    }
+    static bool window(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
+        const float cosine = std::abs(wo.z), passed = 1 - maxComponent(fresnel(data, cosine));
+        return delta(-wo, Rgb(data.through) * (passed * (1 - coatFresnel(data, cosine)) / probability), true,
+                     out);
+    }
+
+    MetallicRoughnessInputs m_in;
+    bool m_transmits;
+};
+
+} // namespace
+
+std::shared_ptr<const Material> makeMetallicRoughness(const MetallicRoughnessInputs& inputs) {
+    return std::make_shared<const MetallicRoughness>(inputs);
+}
+
+Plugin<std::shared_ptr<const Material>> metallicRoughnessPlugin() {
+    return {"metallicroughness",
+            "glTF's: diffuse, or metal, under a GGX gloss; thin transmission; clearcoat",
+            {kBaseColour, kMetallic, kRoughness, kIor, kSpecular, kSpecularColour, kTransmission, kClearcoat,
+             kClearcoatRoughness, kNormalMap, kNormalScale},
+            [](const ParamSet& params, const BuildContext&) {
+                MetallicRoughnessInputs in;
+                in.baseColour = params.get(kBaseColour);
+                in.metallic = params.get(kMetallic);
+                in.roughness = params.get(kRoughness);
+                in.ior = params.get(kIor);
+                in.specular = params.get(kSpecular);
+                in.specularColour = params.get(kSpecularColour);
+                in.transmission = params.get(kTransmission);
+                in.clearcoat = params.get(kClearcoat);
+                in.clearcoatRoughness = params.get(kClearcoatRoughness);
+                in.normalMap = params.get(kNormalMap).texture;
+                in.normalScale = params.get(kNormalScale);
+                return makeMetallicRoughness(in);
+            }};
+}
+
+} // namespace strobe

@@ -1,0 +1,133 @@
+// What is the metallic-roughness material's own; what it shares with others is in smooth_materials_test.cpp.
+#include "materials/metallic_roughness.h"
+
+#include "materials/material_fixture.h"
+
+#include <gtest/gtest.h>
+
+namespace strobe::test {
+namespace {
+
+MetallicRoughnessInputs inputs(float base, float metallic, float roughness) {
+    MetallicRoughnessInputs in;
+    in.baseColour = Rgb(base);
+    in.metallic = metallic;
+    in.roughness = roughness;
+    return in;
+}
+
+struct Pair {
+    V3f wo, wi;
+};
+/// cosθ of 0.8 and 0.6 on opposite sides of the normal: the half vector leans.
+const Pair kOblique{{.6f, 0, .8f}, {-.8f, 0, .6f}};
+
+TEST(MetallicRoughness, ValuesOfAppendixB) {
+    const auto material = makeMetallicRoughness(inputs(.5f, .25f, .6f));
+    const Bsdf bsdf = prepared(*material);
+    Rgb f;
+    material->evalCos(bsdf, kOblique.wo, &kOblique.wi, 1, &f, nullptr);
+    // By hand, in doubles.
+    const double alpha = .36, a2 = alpha * alpha, hx = -.2, hz = 1.4, l = std::sqrt(hx * hx + hz * hz);
+    const double nh = hz / l, vh = (.6 * hx + .8 * hz) / l;
+    const double f0 = .04 * .75 + .5 * .25, fresnel = f0 + (1 - f0) * std::pow(1 - vh, 5);
+    const double d = a2 / (M_PI * std::pow(nh * nh * (a2 - 1) + 1, 2));
+    const auto g = [&](double c) { return 2 * c / (c + std::sqrt(a2 + (1 - a2) * c * c)); };
+    const double expected = (1 - fresnel) * .5 * .75 / M_PI + fresnel * d * g(.8) * g(.6) / (4 * .8 * .6);
+    EXPECT_NEAR(f.x, expected * .6, 1e-5);
+}
+
+TEST(MetallicRoughness, SpecularAndIndexScaleTheReflection) {
+    auto in = inputs(0, 0, .5f); // black: only the gloss
+    const auto glossOf = [&] {
+        const auto material = makeMetallicRoughness(in);
+        Rgb f;
+        const V3f up(0, 0, 1);
+        material->evalCos(prepared(*material), up, &up, 1, &f, nullptr);
+        return f;
+    };
+    const Rgb plain = glossOf();
+    in.specular = .5f;
+    EXPECT_NEAR(glossOf().x / plain.x, .5f, 1e-5f);
+    in.specular = 1, in.specularColour = Rgb(1, .25f, 0);
+    EXPECT_NEAR(glossOf().y / plain.x, .25f, 1e-5f);
+    EXPECT_EQ(glossOf().z, 0);
+    in.specularColour = Rgb(1), in.ior = 2;
+    EXPECT_NEAR(glossOf().x / plain.x, (1. / 9) / .04, 1e-4);
+}
+
+TEST(MetallicRoughness, TransmissionIsSampledAsItIsEvaluated) {
+    auto in = inputs(.8f, 0, .5f);
+    in.transmission = .7f;
+    const auto material = makeMetallicRoughness(in);
+    ASSERT_TRUE(material->transmits());
+    const Bsdf bsdf = prepared(*material);
+    for (const V3f& wo : {V3f(0, 0, 1), normalize(V3f(1, .3f, .7f)), normalize(V3f(.5f, 0, -.4f))}) {
+        constexpr int kN = 200000;
+        Random random(7);
+        double sampled = 0, sampled2 = 0, uniform = 0, uniform2 = 0, density = 0, through = 0;
+        for (int i = 0; i < kN; ++i) {
+            BsdfSample s;
+            const float uc = random.next();
+            if (material->sample(bsdf, wo, uc, random.next2(), s)) {
+                ASSERT_EQ(s.transmits, s.wi.z * wo.z < 0);
+                Rgb f;
+                float pdf;
+                material->evalCos(bsdf, wo, &s.wi, 1, &f, &pdf);
+                ASSERT_NEAR(pdf, s.pdf, 1e-4f * pdf);
+                sampled += s.weight.x, sampled2 += sqr(s.weight.x), through += s.transmits;
+            }
+            const V3f wi = random.direction();
+            Rgb f;
+            float pdf;
+            material->evalCos(bsdf, wo, &wi, 1, &f, &pdf);
+            uniform += 4 * kPi * f.x, uniform2 += sqr(4 * kPi * f.x), density += 4 * kPi * pdf;
+        }
+        const double a = sampled / kN, b = uniform / kN;
+        const double error = std::sqrt((sampled2 / kN - a * a + uniform2 / kN - b * b) / kN);
+        EXPECT_NEAR(a, b, 4 * error);
+        EXPECT_LE(a, 1);
+        EXPECT_NEAR(density / kN, 1, .05); // what falls below the horizon is missing
+        EXPECT_GT(through / kN, .2);
+    }
+}
+
+TEST(MetallicRoughness, SmoothPanesAreExact) {
+    auto in = inputs(.5f, 0, 0);
+    in.transmission = 1;
+    const auto material = makeMetallicRoughness(in);
+    const Bsdf bsdf = prepared(*material);
+    const V3f wo = normalize(V3f(.3f, .2f, .6f));
+    const float fresnel = .04f + .96f * std::pow(1 - wo.z, 5.f);
+    Rgb reflected(0), passed(0);
+    constexpr int kN = 1000;
+    for (int i = 0; i < kN; ++i) {
+        BsdfSample s;
+        ASSERT_TRUE(material->sample(bsdf, wo, (float(i) + .5f) / kN, V2f(.5f), s));
+        ASSERT_TRUE(s.delta);
+        EXPECT_EQ(s.wi, s.transmits ? -wo : V3f(-wo.x, -wo.y, wo.z));
+        (s.transmits ? passed : reflected) += s.weight * (1.f / kN);
+    }
+    EXPECT_NEAR(reflected.x, fresnel, .002f);
+    EXPECT_NEAR(passed.x, .5f * (1 - fresnel), .002f);
+    Rgb f;
+    float pdf;
+    const V3f down = -wo;
+    material->evalCos(bsdf, wo, &down, 1, &f, &pdf);
+    EXPECT_EQ(f, Rgb(0));
+    EXPECT_EQ(pdf, 0);
+}
+
+TEST(MetallicRoughness, MetalsAndRoughDielectricsKeepEnergy) {
+    for (const float roughness : {.2f, .5f, 1.f})
+        for (const auto& [base, metallic, least] : {std::tuple{1.f, 1.f, 0.f}, {.7f, 0.f, 0.f}})
+            for (const float cosine : {1.f, .7f, .4f}) {
+                const auto material = makeMetallicRoughness(inputs(base, metallic, roughness));
+                const V3f wo(std::sqrt(1 - cosine * cosine), 0, cosine);
+                EXPECT_LE(integrate(*material, prepared(*material), wo).albedo, 1.0005)
+                    << base << " " << metallic << " " << roughness << " " << cosine << least;
+            }
+}
+
+} // namespace
+} // namespace strobe::test

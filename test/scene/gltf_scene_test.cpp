@@ -1,0 +1,215 @@
+// glTF files in scenes.
+#include "support/gltf_file.h"
+#include "support/render_text.h"
+
+#include <gtest/gtest.h>
+
+namespace strobe::test {
+namespace {
+
+class GltfScenes : public testing::Test {
+  protected:
+    BuiltScene build(const std::string& scene, const BuildOptions& options = {}) {
+        Messages messages([this](const std::string& text) { m_warnings.push_back(text); });
+        const auto path = m_folder.write("test.scene", scene);
+        return buildScene(parseFiles({path}, {"supersample"}, messages), options, messages);
+    }
+    BuiltScene buildFile(const GltfFile& file, const BuildOptions& options = {}) {
+        Messages messages([this](const std::string& text) { m_warnings.push_back(text); });
+        const auto path = m_folder.write("model.gltf", file.text());
+        return buildScene(parseFiles({path}, {"supersample"}, messages), options, messages);
+    }
+    /// A square of side 2 about the origin, facing +z, of material 0.
+    static GltfFile square() {
+        GltfFile file;
+        file.addNode(
+            {{"mesh",
+              file.addMesh({{"attributes",
+                             {{"POSITION", file.addFloats({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}, "VEC3")},
+                              {"TEXCOORD_0", file.addFloats({0, 1, 1, 1, 1, 0, 0, 0}, "VEC2")}}},
+                            {"indices", file.add(std::vector<uint8_t>{0, 1, 2, 0, 2, 3}, "SCALAR", UByte)},
+                            {"material", 0}})}});
+        file.root["materials"] = {json::object()};
+        return file;
+    }
+    /// A camera at (0,0,5) that looks along -z and sees ±1 across.
+    static void addCamera(GltfFile& file) {
+        file.root["cameras"] = {{{"type", "orthographic"},
+                                 {"orthographic", {{"xmag", 1}, {"ymag", 1}, {"znear", 0}, {"zfar", 9}}}}};
+        file.addNode({{"camera", 0}, {"translation", {0, 0, 5}}});
+    }
+    /// A light that gives none: without one there would be a sky.
+    static void addDarkness(GltfFile& file) {
+        file.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 0}}};
+        file.addNode({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    }
+    static BuildOptions small() {
+        BuildOptions options;
+        options.resolution = V2i(8, 8);
+        options.samplesPerPixel = 4;
+        return options;
+    }
+    /// A picture of four colours, a quarter each: red and green above, blue and white below.
+    std::string quarters() const {
+        Image image{2, 2, {Rgb(1, 0, 0), Rgb(0, 1, 0), Rgb(0, 0, 1), Rgb(1, 1, 1)}};
+        writePng(m_folder.path() / "quarters.png", image, {});
+        return "quarters.png";
+    }
+    static void addTexture(GltfFile& file, const std::string& image) {
+        file.root["images"] = {{{"uri", image}}};
+        file.root["samplers"] = {{{"magFilter", 9728}, {"wrapS", 33071}, {"wrapT", 33071}}};
+        file.root["textures"] = {{{"source", 0}, {"sampler", 0}}};
+    }
+    static void expectQuarters(const Image& image, const Rgb& topLeft, const Rgb& topRight,
+                               const Rgb& bottomLeft, const Rgb& bottomRight) {
+        const auto expectNear = [&](int x, int y, const Rgb& c) {
+            for (int k = 0; k < 3; ++k)
+                EXPECT_NEAR(image.at(x, y)[k], c[k], 1e-3f) << x << " " << y;
+        };
+        expectNear(1, 1, topLeft), expectNear(6, 1, topRight), expectNear(1, 6, bottomLeft),
+            expectNear(6, 6, bottomRight);
+    }
+
+    GltfFolder m_folder;
+    std::vector<std::string> m_warnings;
+};
+
+const Rgb kRed(1, 0, 0), kGreen(0, 1, 0), kBlue(0, 0, 1), kWhite(1, 1, 1);
+
+TEST_F(GltfScenes, UnlitTexturesAreSeenAsTheyAre) {
+    GltfFile file = square();
+    addCamera(file);
+    addTexture(file, quarters());
+    json& material = file.root["materials"][0];
+    material["extensions"]["KHR_materials_unlit"] = json::object();
+    material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+    expectQuarters(render(buildFile(file, small())).image, kRed, kGreen, kBlue, kWhite);
+    // The coordinates turn counter-clockwise by a quarter, the picture clockwise.
+    material["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] = {
+        {"rotation", kPi / 2}, {"offset", {0, 1}}};
+    expectQuarters(render(buildFile(file, small())).image, kBlue, kRed, kWhite, kGreen);
+    material["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] = {
+        {"scale", {-1, 1}}, {"offset", {1, 0}}};
+    expectQuarters(render(buildFile(file, small())).image, kGreen, kRed, kWhite, kBlue);
+}
+
+TEST_F(GltfScenes, VertexColoursAndASecondSetOfCoordinates) {
+    GltfFile file = square();
+    addCamera(file);
+    addTexture(file, quarters());
+    json& attributes = file.root["meshes"][0]["primitives"][0]["attributes"];
+    attributes["TEXCOORD_1"] = file.addFloats({1, 1, 0, 1, 0, 0, 1, 0}, "VEC2"); // u turned round
+    attributes["COLOR_0"] =
+        file.add(std::vector<uint8_t>{255, 255, 0, 9, 255, 255, 0, 9, 255, 255, 0, 9, 255, 255, 0, 9}, "VEC4",
+                 UByte, true);
+    json& material = file.root["materials"][0];
+    material["extensions"]["KHR_materials_unlit"] = json::object();
+    material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}, {"texCoord", 1}};
+    expectQuarters(render(buildFile(file, small())).image, kGreen, kRed, Rgb(1, 1, 0), Rgb(0));
+    // With another texture on the first set, the second is looked up beside it: here, of what shines.
+    addDarkness(file);
+    material = {{"emissiveFactor", {1, 1, 1}}, {"emissiveTexture", {{"index", 0}, {"texCoord", 1}}}};
+    material["pbrMetallicRoughness"] = {{"baseColorFactor", {0, 0, 0, 1}},
+                                        {"baseColorTexture", {{"index", 0}}}};
+    expectQuarters(render(buildFile(file, small())).image, kGreen, kRed, kWhite, kBlue);
+}
+
+TEST_F(GltfScenes, MasksCutAndBlendsCover) {
+    GltfFile file = square();
+    addCamera(file);
+    addDarkness(file);
+    json& material = file.root["materials"][0];
+    material["extensions"]["KHR_materials_unlit"] = json::object();
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, .4};
+    BuildOptions options = small();
+    options.samplesPerPixel = 64;
+    const auto meanWith = [&](const char* mode) {
+        material["alphaMode"] = mode;
+        double sum = 0;
+        const Image image = render(buildFile(file, options)).image;
+        for (const Rgb& p : image.pixels)
+            sum += p.x;
+        return sum / double(image.pixels.size());
+    };
+    EXPECT_EQ(meanWith("OPAQUE"), 1);
+    EXPECT_NEAR(meanWith("BLEND"), .4, .03); // 4096 samples: five standard deviations
+    EXPECT_EQ(meanWith("MASK"), 0);
+    material["alphaCutoff"] = .3;
+    EXPECT_EQ(meanWith("MASK"), 1);
+}
+
+TEST_F(GltfScenes, ADefaultViewSeesItUnmirrored) {
+    GltfFile file = square();
+    file.root["materials"][0]["pbrMetallicRoughness"] = {{"baseColorFactor", {0, 0, 0, 1}},
+                                                         {"metallicFactor", 0}};
+    // What is on the right in glTF (+x) shines.
+    json lamp = file.root["meshes"][0]["primitives"][0];
+    lamp["material"] = 1;
+    file.root["materials"].push_back(
+        {{"emissiveFactor", {1, 1, 1}},
+         {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 5}}}}},
+         {"doubleSided", true}});
+    file.root["meshes"].push_back({{"primitives", {lamp}}});
+    file.addNode({{"mesh", 1}, {"translation", {3, 0, 0}}});
+    const Image image = render(buildFile(file, small())).image;
+    double left = 0, right = 0;
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x)
+            (x < 4 ? left : right) += image.at(x, y).x;
+    EXPECT_GT(right, 10);
+    EXPECT_LT(left, .2 * right);
+}
+
+TEST_F(GltfScenes, IncludeAndShapePlaceFilesInScenes) {
+    GltfFile file = square();
+    file.root["materials"][0]["extensions"]["KHR_materials_unlit"] = json::object();
+    m_folder.write("model.gltf", file.text());
+    const std::string before =
+        "LookAt 0 0 5  0 0 0  0 1 0 Camera \"orthographic\" \"float screenwindow\" [-1 1 -1 1] "
+        "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\nWorldBegin ";
+    const auto centre = [&](const std::string& world) {
+        return render(build(before + world, small())).image.at(4, 4).x;
+    };
+    EXPECT_EQ(centre("Include \"model.gltf\""), 1);
+    EXPECT_EQ(centre("Translate 9 0 0 Include \"model.gltf\" LightSource \"point\""), 0);
+    EXPECT_EQ(centre("Shape \"gltf\" \"string filename\" \"model.gltf\""), 1);
+    EXPECT_EQ(centre("ObjectBegin \"o\" Include \"model.gltf\" ObjectEnd ObjectInstance \"o\""), 1);
+    EXPECT_EQ(centre("ObjectBegin \"o\" Include \"model.gltf\" ObjectEnd LightSource \"point\""), 0);
+    for (const auto& [world, message] :
+         {std::pair{"Shape \"gltf\" \"string filenam\" \"model.gltf\"", "parameter \"filename\" is missing"},
+          {"Shape \"gltf\" \"string filename\" \"model.gltf\" \"bool light\" true", "unknown parameter"},
+          {"Shape \"gltf\" \"string filename\" \"model.gltf\" \"string animation\" \"Run\"",
+           "there is no animation \"Run\""}})
+        try {
+            build(before + world, small());
+            ADD_FAILURE() << world;
+        } catch (const Error& e) {
+            EXPECT_NE(std::string(e.what()).find(message), std::string::npos) << e.what();
+            EXPECT_TRUE(e.location);
+        }
+}
+
+TEST_F(GltfScenes, FramesOfAnAnimationAreThoseOfTheirTimes) {
+    GltfFile file = square();
+    addCamera(file);
+    addDarkness(file);
+    file.root["materials"][0]["extensions"]["KHR_materials_unlit"] = json::object();
+    file.animate("a", 0, "translation", {0, 1}, {0, 0, 0, 2, 0, 0}, "VEC3"); // to the right, out of sight
+    Messages quiet;
+    const auto path = m_folder.write("model.gltf", file.text());
+    BuildOptions options = small();
+    options.samplesPerPixel = 256;
+    SceneBuilder builder(parseFiles({path}, {"supersample"}, quiet), options, quiet);
+    for (const float time : {0.f, .5f, 1.f, .25f}) {
+        const Image image = render(builder.build({time, time})).image;
+        for (int x = 0; x < 8; ++x)
+            EXPECT_EQ(image.at(x, 3).x, float(x) / 4 >= 2 * time) << time << " " << x;
+    }
+    // While the shutter is open from 0 to 1 the square's left edge crosses all of the frame.
+    const Image blurred = render(builder.build({0, 1})).image;
+    for (int x = 0; x < 8; ++x)
+        EXPECT_NEAR(blurred.at(x, 3).x, (float(x) + .5f) / 8, .03f);
+}
+
+} // namespace
+} // namespace strobe::test

@@ -1,0 +1,159 @@
+// Small glTF files, written by hand.
+#pragma once
+
+#include "core/math.h"
+
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace strobe::test {
+
+using nlohmann::json;
+
+inline std::string base64(const std::vector<unsigned char>& bytes) {
+    static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string out;
+    for (size_t i = 0; i < bytes.size(); i += 3) {
+        uint32_t word = 0;
+        for (size_t k = 0; k < 3; ++k)
+            word = word << 8 | (i + k < bytes.size() ? bytes[i + k] : 0);
+        for (size_t k = 0; k < 4; ++k)
+            out += i + k <= bytes.size() ? kDigits[word >> (18 - 6 * k) & 63] : '=';
+    }
+    return out;
+}
+
+enum ComponentType { Byte = 5120, UByte, Short, UShort, UInt = 5125, Float };
+
+/// A file under construction: `root` is its JSON, to be changed at will. Buffers become a data URI.
+class GltfFile {
+  public:
+    json root = {{"asset", {{"version", "2.0"}}},
+                 {"scene", 0},
+                 {"scenes", {{{"nodes", json::array()}}}},
+                 {"nodes", json::array()},
+                 {"meshes", json::array()},
+                 {"accessors", json::array()},
+                 {"bufferViews", json::array()}};
+
+    /// Appends numbers as an accessor; its index.
+    template <class T>
+    int add(const std::vector<T>& numbers, const char* type, ComponentType component,
+            bool normalized = false) {
+        const int perElement = type == std::string("SCALAR") ? 1
+                               : type == std::string("MAT4") ? 16
+                                                             : type[3] - '0';
+        root["accessors"].push_back({{"bufferView", addView(numbers)},
+                                     {"componentType", int(component)},
+                                     {"count", numbers.size() / size_t(perElement)},
+                                     {"type", type},
+                                     {"normalized", normalized}});
+        return int(root["accessors"].size()) - 1;
+    }
+    int addFloats(const std::vector<float>& numbers, const char* type) { return add(numbers, type, Float); }
+    /// Appends bytes as a buffer view; its index.
+    template <class T>
+    int addView(const std::vector<T>& numbers) {
+        m_bytes.resize((m_bytes.size() + 3) / 4 * 4);
+        const size_t offset = m_bytes.size(), size = numbers.size() * sizeof(T);
+        m_bytes.resize(offset + size);
+        std::memcpy(m_bytes.data() + offset, numbers.data(), size);
+        root["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", offset}, {"byteLength", size}});
+        return int(root["bufferViews"].size()) - 1;
+    }
+    int addMesh(const json& primitive) {
+        root["meshes"].push_back({{"primitives", {primitive}}});
+        return int(root["meshes"].size()) - 1;
+    }
+    /// A triangle (0,0,0) (1,0,0) (0,1,0).
+    int addTriangle() {
+        return addMesh({{"attributes", {{"POSITION", addFloats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3")}}}});
+    }
+    /// Appends a root node of the scene, or one below it.
+    int addNode(const json& node, bool isRoot = true) {
+        root["nodes"].push_back(node);
+        const int index = int(root["nodes"].size()) - 1;
+        if (isRoot)
+            root["scenes"][0]["nodes"].push_back(index);
+        return index;
+    }
+    /// Animates a node's member: keys of `values`, with the animation's name.
+    void animate(const std::string& name, int node, const char* path, const std::vector<float>& times,
+                 const std::vector<float>& values, const char* type, const char* interpolation = "LINEAR") {
+        auto& animations = root["animations"];
+        json* animation = nullptr;
+        for (json& a : animations)
+            if (a["name"] == name)
+                animation = &a;
+        if (!animation) {
+            animations.push_back({{"name", name}, {"channels", json::array()}, {"samplers", json::array()}});
+            animation = &animations.back();
+        }
+        const int input = addFloats(times, "SCALAR"), output = addFloats(values, type);
+        (*animation)["channels"].push_back(
+            {{"sampler", (*animation)["samplers"].size()}, {"target", {{"node", node}, {"path", path}}}});
+        (*animation)["samplers"].push_back(
+            {{"input", input}, {"output", output}, {"interpolation", interpolation}});
+    }
+
+    std::string text() const {
+        json out = root;
+        if (!m_bytes.empty() && !out.contains("buffers"))
+            out["buffers"] = {{{"byteLength", m_bytes.size()},
+                               {"uri", "data:application/octet-stream;base64," + base64(m_bytes)}}};
+        return out.dump();
+    }
+    /// The same as a .glb.
+    std::string binary() const {
+        json out = root;
+        auto bytes = m_bytes;
+        bytes.resize((bytes.size() + 3) / 4 * 4);
+        out["buffers"] = {{{"byteLength", bytes.size()}}};
+        std::string text = out.dump();
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        std::string glb = "glTF";
+        const auto word = [&](uint32_t w) { glb.append(reinterpret_cast<const char*>(&w), 4); };
+        word(2), word(uint32_t(28 + text.size() + bytes.size()));
+        word(uint32_t(text.size())), glb += "JSON" + text;
+        word(uint32_t(bytes.size())),
+            glb += std::string("BIN\0", 4) + std::string(bytes.begin(), bytes.end());
+        return glb;
+    }
+    const std::vector<unsigned char>& bytes() const { return m_bytes; }
+
+  private:
+    std::vector<unsigned char> m_bytes;
+};
+
+/// A folder for the files of one test, gone with it.
+class GltfFolder {
+  public:
+    GltfFolder() {
+        std::string name = (std::filesystem::temp_directory_path() / "strobe-gltf-XXXXXX").string();
+        if (!mkdtemp(name.data()))
+            throw std::runtime_error("mkdtemp");
+        m_path = name;
+    }
+    ~GltfFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(m_path, ignored);
+    }
+    GltfFolder(const GltfFolder&) = delete;
+    GltfFolder& operator=(const GltfFolder&) = delete;
+    std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+        std::ofstream(m_path / name, std::ios::binary) << bytes;
+        return m_path / name;
+    }
+    const std::filesystem::path& path() const { return m_path; }
+
+  private:
+    std::filesystem::path m_path;
+};
+
+} // namespace strobe::test
