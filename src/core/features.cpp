@@ -190,6 +190,8 @@ Rgb FeatureFilm::albedo(const VisibilityBatch& batch, const VisibilitySample& sa
     TextureQuery query;
     query.uv = surface.uv;
     query.p = surface.p;
+    query.prim = sample.hit.prim;
+    query.barycentrics = V2f(sample.hit.u, sample.hit.v);
     if (material.needsFootprint()) {
         const RayCone cone = m_scene.camera().cone(sample.film);
         footprint(surface, sample.ray.d, cone.width + sample.hit.t * cone.spread, query);

@@ -228,8 +228,8 @@ TextureCache::Impl::open(OIIO::ustring name, const std::string& shown, const Loc
     const std::lock_guard lock(mutex);
     const bool isSmall = isPlain && texels <= kSmall && kept + texels <= kBudget;
     kept += isSmall ? texels : 0;
-    return std::shared_ptr<const File>(new File{handle, images->get_image_handle(name), shown, where,
-                                                spec.nchannels >= 3 ? 3 : 1, isSmall});
+    return std::shared_ptr<const File>(
+        new File{handle, images->get_image_handle(name), shown, where, spec.nchannels >= 3 ? 3 : 1, isSmall});
 }
 
 std::optional<TextureLevels> TextureCache::Impl::readLevels(const File& file) {

@@ -54,7 +54,7 @@ struct ShapeDecl {
     int material = 0;        ///< index into SceneDescription::materials
     int areaLight = -1;      ///< index into SceneDescription::areaLights, or none
     bool reverseOrientation = false;
-    std::string name{}; ///< empty: see ObjectNames
+    std::string name{};     ///< empty: see ObjectNames
     Shape made{};           ///< in place of the statement, when it is there
     bool isPassing = false; ///< there for one frame alone
 };

@@ -88,9 +88,9 @@ class GltfScene::File {
                 .instances.push_back(
                     {moving.object, joined(motions[moving.node], m_decl.toParent), m_decl.where});
         for (gltf::ImportedDeformation& d : m_importer.deformations(motions, shutter))
-            addShapes(description, d.name, shapesOf(d.name, d.shapes, true), joined(d.toScene, m_decl.toParent),
-                      m_decl.object < 0 ? description.frame.shapes : home(description).shapes,
-                      m_decl.object < 0);
+            addShapes(
+                description, d.name, shapesOf(d.name, d.shapes, true), joined(d.toScene, m_decl.toParent),
+                m_decl.object < 0 ? description.frame.shapes : home(description).shapes, m_decl.object < 0);
         for (size_t i = 0; i < m_importer.lights().size(); ++i)
             if (const gltf::ImportedLight& light = m_importer.lights()[i]; moves(light.moves))
                 description.lights[m_firstLight + i].toWorld = placed(motions[light.node], shutter);
@@ -140,8 +140,14 @@ class GltfScene::File {
                                     bool isPassing) const {
         std::vector<ShapeDecl> out;
         for (const gltf::ImportedShape& shape : shapes)
-            out.push_back({statement("gltf", {}, m_decl.where), {}, m_firstMaterial + shape.material,
-                           m_areaLights[size_t(shape.material)], false, name, {shape.mesh, nullptr}, isPassing});
+            out.push_back({statement("gltf", {}, m_decl.where),
+                           {},
+                           m_firstMaterial + shape.material,
+                           m_areaLights[size_t(shape.material)],
+                           false,
+                           name,
+                           {shape.mesh, nullptr},
+                           isPassing});
         return out;
     }
 
