@@ -27,7 +27,16 @@ class Mirror : public Material {
         out = {V3f(-wo.x, -wo.y, wo.z), bsdf.as<Data>().kr, 0, true, false, 1};
         return !isBlack(out.weight);
     }
+    void sampleLanes(const BsdfLanes& jobs, const float*, const V2Lanes&,
+                     BsdfSampleLanes& out) const override {
+        for (int i = jobs.begin; i < jobs.end; ++i) {
+            const Rgb kr = jobs.bsdf[jobs.point[i]].as<Data>().kr;
+            out.set(i, {V3f(-jobs.wo.x[i], -jobs.wo.y[i], jobs.wo.z[i]), kr, 0, true, false, 1});
+            out.drawn[i] = !isBlack(kr);
+        }
+    }
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
+    bool picksLobe() const override { return false; }
     bool isSmooth() const override { return false; }
     bool needsFootprint() const override { return m_kr.needsFootprint(); }
 

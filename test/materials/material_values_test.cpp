@@ -76,6 +76,27 @@ TEST(Metal, CopperAtNormalIncidence) {
     }
 }
 
+TEST(Mirror, LanesAreTheSameSamples) {
+    const auto m = makeMaterial(mirrorPlugin(), {rgbParam("Kr", {.2f, .4f, .8f})});
+    const Bsdf bsdf = prepared(*m);
+    Random random(5);
+    V3Lanes wo;
+    V2Lanes u;
+    float uc[kLanes] = {};
+    int32_t point[kLanes] = {};
+    for (int i = 0; i < kLanes; ++i)
+        wo.set(i, random.direction()), u.set(i, random.next2());
+    BsdfSampleLanes out;
+    m->sampleLanes({&bsdf, point, wo, 2, kLanes - 1, nullptr}, uc, u, out);
+    for (int i = 2; i < kLanes - 1; ++i) {
+        BsdfSample s;
+        ASSERT_EQ(out.drawn[i], m->sample(bsdf, wo.at(i), 0, u.at(i), s));
+        EXPECT_EQ(out.wi.at(i), s.wi);
+        EXPECT_EQ(out.weight.at(i), s.weight);
+        EXPECT_TRUE(out.delta[i] && !out.transmits[i] && out.pdf[i] == 0);
+    }
+}
+
 TEST(Mirror, ReflectsOnBothSides) {
     const auto m = makeMaterial(mirrorPlugin(), {});
     for (const V3f& wo : {direction(30, 1), direction(140, 2)}) {
