@@ -174,17 +174,17 @@ class MetallicRoughness : public Material {
         if (uc < p.gloss) {
             if (data.alpha == 0)
                 return mirror(data, wo, p.gloss, out);
-            if (!view.gloss.sample(wo, u, out.wi))
+            if (!view.gloss.draw(wo, u, out.wi))
                 return false;
         } else if ((uc -= p.gloss) < p.coat) {
             if (data.coatAlpha == 0)
                 return lacquer(data, wo, p.coat, out);
-            if (!view.coat.sample(wo, u, out.wi))
+            if (!view.coat.draw(wo, u, out.wi))
                 return false;
         } else if ((uc -= p.coat) < p.through) {
             if (data.alpha == 0)
                 return window(data, wo, p.through, out);
-            if (!view.gloss.sample(wo, u, out.wi))
+            if (!view.gloss.draw(wo, u, out.wi))
                 return false;
             out.wi.z = -out.wi.z;
         } else {
