@@ -281,8 +281,10 @@ TEST_F(GltfErrors, BinaryFilesCutAnywhere) {
     uint32_t state = 1;
     for (int i = 0; i < 300; ++i) {
         std::string spoiled = whole;
-        for (int k = 0; k < 4; ++k)
-            spoiled[(state = state * 1664525u + 1013904223u) % whole.size()] = char(state >> 13);
+        for (int k = 0; k < 4; ++k) {
+            state = state * 1664525u + 1013904223u;
+            spoiled[state % whole.size()] = char(state >> 13);
+        }
         messageOf(spoiled, "spoiled.glb");
     }
 }
