@@ -1,0 +1,333 @@
+"""Broken glTF files, through the program: each ends with exit code 2 and a message that tells file, place and fault.
+
+    gltf_mangled_test.py STROBE [--sanitized] [--flips N]
+
+--sanitized: the program was built with sanitizers: memory is not measured, and it may take longer. --flips N: besides,
+N files of which some bytes are random; they may be read or refused, but nothing else.
+"""
+import argparse
+import base64
+import concurrent.futures
+import json
+import os
+import random
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+
+import gltf_model
+from gltf_model import *  # noqa: F403  (the numbers of accessors and nodes)
+from strobe_gltf.glb import pack
+
+SECONDS, MEGABYTES = 5, 500
+
+
+def put(root, path, value):
+    """Sets root["a"][0]["b"] for the path "a.0.b"; None removes it."""
+    *outer, last = [int(part) if part.isdigit() else part for part in path.split(".")]
+    for part in outer:
+        root = root[part]
+    if value is None:
+        del root[last]
+    elif isinstance(root, list) and last == len(root):
+        root.append(value)
+    else:
+        root[last] = value
+
+
+def edited(*changes):
+    """The model with members changed: path, value, path, value, …"""
+    glb = gltf_model.model()
+    for path, value in zip(changes[::2], changes[1::2]):
+        put(glb.root, path, value)
+    return glb.bytes()
+
+
+def numbers(accessor, element, value):
+    """The model with a number of an accessor changed."""
+    glb = gltf_model.model()
+    of = glb.root["accessors"][accessor]
+    kind = {5126: "<f", 5123: "<H", 5121: "<B"}[of["componentType"]]
+    start = glb.root["bufferViews"][of["bufferView"]]["byteOffset"]
+    struct.pack_into(kind, glb.binary, start + element * struct.calcsize(kind), value)
+    return glb.bytes()
+
+
+def buffered(**members):
+    """The model as text, with other members of its buffer."""
+    glb = gltf_model.model()
+    glb.root["buffers"] = [dict({"byteLength": len(glb.binary)}, **members)]
+    return json.dumps(glb.root).encode()
+
+
+def data_uri(data):
+    return "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+
+
+def headed(data, at, value):
+    """Bytes with a 32-bit word changed."""
+    return data[:at] + struct.pack("<I", value) + data[at + 4:]
+
+
+def cut(data, length, fix_header=False):
+    data = data[:length]
+    return headed(data, 8, length) if fix_header else data
+
+
+def text(source):
+    """A .glb whose JSON is this text."""
+    return pack(source, b"")
+
+
+def deep_nodes(count):
+    return text(json.dumps({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+                            "nodes": [{"children": [i + 1]} for i in range(count - 1)] + [{}]}).encode())
+
+
+A = "accessors"
+PRIMITIVE = "meshes.0.primitives.0"
+
+
+def container_cases():
+    whole = gltf_model.model().bytes()
+    size = struct.unpack_from("<I", whole, 12)[0]
+    yield "nothing", b"", "the file is empty"
+    yield "magic only", cut(whole, 4), "cut off within its header"
+    yield "cut in the header", cut(whole, 19), "cut off within its header"
+    for name, length in (("after the header", 20), ("in the JSON", 20 + size // 2), ("after the JSON", 20 + size),
+                         ("in the second header", 24 + size), ("before the buffer", 28 + size),
+                         ("in the buffer", (28 + size + len(whole)) // 2), ("before the last byte", len(whole) - 1)):
+        yield "cut " + name, cut(whole, length), f"it has {length} of {len(whole)} bytes"
+    yield "cut in the JSON, header mended", cut(whole, 20 + size // 2, True), "reaches beyond the end of the file"
+    yield "cut after the JSON, header mended", cut(whole, 20 + size, True), "Invalid binary data in `Buffer'"
+    yield "cut in the second header, mended", cut(whole, 24 + size, True), "within the header of a chunk"
+    yield "cut in the buffer, header mended", cut(whole, len(whole) - 40, True), "reaches beyond the end of the file"
+    yield "version 1", headed(whole, 4, 1), "a .glb of version 1"
+    yield "endless chunk", headed(whole, 12, 0xffffffff), "a chunk of 4294967295 bytes reaches beyond"
+    yield "length beyond 31 bits", headed(whole, 8, 0xfffffff0), "the file is cut off"
+    yield "first chunk is BIN", headed(whole, 16, 0x004e4942), "the first chunk is not JSON"
+    yield "second chunk is unknown", headed(whole, 24 + size, 0x12345678), "the second chunk is not the binary buffer"
+    yield "no JSON", text(b"what?"), "this is not valid JSON"
+    yield "a list", text(b"[1, 2]"), "is not an object"
+    yield "bad UTF-8", text(b'{"asset": {"version": "2.0", "generator": "\xff\xfe"}}'), "not valid JSON"
+    yield "NaN in JSON", text(b'{"asset": {"version": "2.0"}, "scene": NaN}'), "not valid JSON"
+    yield "nested without end", text(b"[" * 300000), "nested more than 128 deep"
+    yield "no asset", edited("asset", None), "asset.version: is missing"
+    yield "glTF 1", edited("asset.version", "1.0"), "this is glTF 1.0"
+
+
+def accessor_cases():
+    for count, what in ((2**40, "1099511627776 is out of range"), (2**64, "must be an integer"), (-1, "-1 is out of range"),
+                        (2.5, "must be an integer"), ("many", "must be an integer")):
+        yield f"count {count}", edited(f"{A}.{POSITION}.count", count), "accessors[0].count: " + what
+    yield "count 2^31 - 1", edited(f"{A}.{POSITION}.count", 2**31 - 1), "2147483647 elements do not fit into bufferViews[0]"
+    yield "offset beyond", edited(f"{A}.{POSITION}.byteOffset", 2**31 - 1), "there is room for 0"
+    yield "offset by one vertex", edited(f"{A}.{POSITION}.byteOffset", 12), "4 elements do not fit"
+    yield "offset 2^63", edited(f"{A}.{POSITION}.byteOffset", 2**63), "accessors[0].byteOffset: 9223372036854775808 is out of range"
+    yield "wide stride", edited("bufferViews.0.byteStride", 252), "4 elements do not fit"
+    yield "stride 3", edited("bufferViews.0.byteStride", 3), "`byteStride' must be the multiple of 4"
+    yield "view offset 2^31", edited("bufferViews.0.byteOffset", 2**31 - 1), "bufferViews[0]"
+    yield "view too long", edited("bufferViews.0.byteLength", 2**31 - 1), "bufferViews[0]"
+    yield "view of no buffer", edited("bufferViews.0.buffer", 7), "there is no buffer 7"
+    yield "no such view", edited(f"{A}.{POSITION}.bufferView", 99), "there is no bufferView 99"
+    yield "negative view", edited(f"{A}.{POSITION}.bufferView", -3), "out of range"
+    yield "component type int", edited(f"{A}.{POSITION}.componentType", 5124), "componentType"
+    yield "component type 9999", edited(f"{A}.{POSITION}.componentType", 9999), "omponentType"
+    yield "type VEC7", edited(f"{A}.{POSITION}.type", "VEC7"), "VEC7"
+    yield "flat positions", edited(f"{A}.{POSITION}.type", "VEC2"), "has 2 components instead of 3"
+    yield "too few normals", edited(f"{A}.{NORMAL}.count", 3), "has 3 elements instead of 4"
+    yield "float indices", edited(f"{A}.{INDICES}.componentType", 5126), "must be of unsigned integers"
+    yield "index beyond", numbers(INDICES, 4, 4), "index 4 (number 4) of 4 vertices"
+    yield "five indices", edited(f"{A}.{INDICES}.count", 5), "5 vertices do not make whole triangles"
+    yield "NaN position", numbers(POSITION, 4, float("nan")), "element 1 is not finite"
+    yield "infinite normal", numbers(NORMAL, 0, float("inf")), "element 0 is not finite"
+    yield "huge positions", numbers(POSITION, 0, 3e38), "too large"
+    yield "zeros without end", edited(f"{A}.{SPARSE}.count", 2**31 - 1), "without a bufferView"
+    yield "sparse count", edited(f"{A}.{SPARSE}.sparse.count", 1000), "1000 elements do not fit"
+    yield "sparse index beyond", edited(f"{A}.{SPARSE}.count", 2, "meshes.2.primitives.0.attributes.NORMAL", None,
+                                        "meshes.2.primitives.0.indices", None), "index 3 of 2 elements"
+    yield "sparse values too short", edited(f"{A}.{SPARSE}.sparse.count", 6, f"{A}.{SPARSE}.sparse.indices.bufferView", 6), \
+        "sparse.values: 6 elements do not fit"
+    yield "sparse views missing", edited(f"{A}.{SPARSE}.sparse.values.bufferView", 99), "there is no bufferView 99"
+    yield "sparse float indices", edited(f"{A}.{SPARSE}.sparse.indices.componentType", 5126), "are not unsigned integers"
+    yield "no such accessor", edited(PRIMITIVE + ".attributes.POSITION", 99), "there is no accessor 99"
+    yield "negative accessor", edited(PRIMITIVE + ".attributes.NORMAL", -7), "out of range"
+    yield "no POSITION", edited(PRIMITIVE + ".attributes.POSITION", None), "there is no POSITION"
+    yield "mode 9", edited(PRIMITIVE + ".mode", 9), "unknown mode 9"
+
+
+def node_cases():
+    yield "child 99", edited(f"nodes.{HIP}.children", [99]), "there is no node 99"
+    yield "child -1", edited(f"nodes.{HIP}.children", [-1]), "out of range"
+    yield "its own child", edited(f"nodes.{HIP}.children", [HIP]), "round in a circle"
+    yield "a circle of two", edited(f"nodes.{KNEE}.children", [HIP]), "round in a circle"
+    yield "two parents", edited(f"nodes.{BODY}.children", [KNEE]), "already"
+    yield "deep tree", deep_nodes(20000), "more than 1000 levels below the root"
+    yield "scene shows node 99", edited("scenes.0.nodes", [99]), "there is no node 99"
+    yield "scene shows a node twice", edited("scenes.0.nodes", [LIGHT, LIGHT]), "twice"
+    yield "scene 5", edited("scene", 5), "there is no scene 5"
+    for name, node, member, place in (("mesh", BODY, "mesh", "mesh"), ("skin", BODY, "skin", "skin"),
+                                      ("camera", CAMERA, "camera", "camera")):
+        yield f"no such {name}", edited(f"nodes.{node}.{member}", 99), f"nodes[{node}].{place}: there is no {name} 99"
+    yield "no such light", edited(f"nodes.{LIGHT}.extensions.KHR_lights_punctual.light", 99), "there is no light 99"
+    yield "light -1", edited(f"nodes.{LIGHT}.extensions.KHR_lights_punctual.light", -1), "out of range"
+    yield "short rotation", edited(f"nodes.{KNEE}.rotation", [0, 0, 1]), "rotation: must be four numbers"
+    yield "zero rotation", edited(f"nodes.{KNEE}.rotation", [0, 0, 0, 0]), "not a unit quaternion"
+    yield "short matrix", edited(f"nodes.{SCARF}.matrix", [1] * 15), "matrix: must be sixteen numbers"
+    yield "projective matrix", edited(f"nodes.{SCARF}.matrix", [1] * 16), "is not affine"
+    yield "scale of 1e300", edited(f"nodes.{SCARF}.scale", [1e300, 1, 1]), "does not fit a 32-bit float"
+    yield "scale of 1e38", edited(f"nodes.{SCARF}.scale", [1e38, 1e38, 1e38]), "too large"
+    yield "yfov 0", edited("cameras.0.perspective.yfov", 0), "yfov"
+    yield "cone turned over", edited("extensions.KHR_lights_punctual.lights.0.spot.innerConeAngle", 1.2), "innerConeAngle"
+    yield "laser", edited("extensions.KHR_lights_punctual.lights.0.type", "laser"), "laser"
+    yield "negative light", edited("extensions.KHR_lights_punctual.lights.0.intensity", -1), "must not be negative"
+
+
+def material_cases():
+    colour = "materials.0.pbrMetallicRoughness."
+    yield "no such material", edited(PRIMITIVE + ".material", 99), "there is no material 99"
+    yield "no such texture", edited(colour + "baseColorTexture.index", 99), "there is no texture 99"
+    yield "negative texture", edited(colour + "baseColorTexture.index", -1), "out of range"
+    yield "no such image", edited("textures.0.source", 99), "there is no image 99"
+    yield "no such sampler", edited("textures.0.sampler", 99), "there is no sampler 99"
+    yield "image of no view", edited("images.0.bufferView", 99), "image[0] bufferView \"99\" not found"
+    yield "image that is none", edited("images.0.bufferView", 0), "images[0]"
+    yield "image file missing", edited("images.0", {"uri": "nowhere.png"}), "nowhere.png"
+    yield "image outside", edited("images.0", {"uri": "../../etc/x.png"}), "leads out of the file's folder"
+    yield "image outside, in code", edited("images.0", {"uri": "%2e%2e/x.png"}), "leads out of the file's folder"
+    yield "image without bytes", edited("images.0", {"uri": "data:image/png;base64,"}), "Failed to decode 'uri' for image[0]"
+    yield "image without source", edited("images.0", {}), "Neither required `bufferView` nor `uri` defined for image[0]"
+    yield "two colours", edited(colour + "baseColorFactor", [1, 1]), "baseColorFactor"
+
+
+def motion_cases():
+    first = "animations.0.samplers.0"
+    yield "short matrices", edited(f"{A}.{MATRICES}.count", 1), "1 matrices for 2 joints"
+    yield "no such joint node", edited("skins.0.joints", [HIP, 99]), "there is no node 99"
+    yield "no joints", edited("skins.0.joints", []), "skins[0].joints"
+    yield "joint 9 of 2", numbers(JOINTS, 1, 9), "joint 9 of a skin with 2 joints"
+    yield "joints without weights", edited(PRIMITIVE + ".attributes.WEIGHTS_0", None), "go together"
+    yield "two weights", edited("meshes.0.weights", [0.5, 0.5]), "weights"
+    yield "short output", edited(f"{A}.{MOVES}.count", 2), "animations[0].samplers[0].output"
+    yield "spline with too few", edited(first + ".interpolation", "CUBICSPLINE"), "animations[0].samplers[0].output"
+    yield "times go back", numbers(TIMES, 1, 2.0), "the times do not ascend at key 2"
+    yield "time NaN", numbers(TIMES, 0, float("nan")), "element 0 is not finite"
+    yield "interpolation BOUNCE", edited(first + ".interpolation", "BOUNCE"), "unknown \"BOUNCE\""
+    yield "no such animation sampler", edited("animations.0.channels.0.sampler", 99), "there is no sampler 99"
+    yield "moves node 99", edited("animations.0.channels.0.target.node", 99), "there is no node 99"
+    yield "moves twice", edited("animations.0.channels.3", {"sampler": 0, "target": {"node": FLOOR, "path": "translation"}}), \
+        "what another channel does"
+    yield "weights of none", edited("animations.0.channels.2.target.node", FLOOR), "without morph targets"
+    yield "target too long", edited(f"{A}.{TARGET}.count", 5), "targets[0].POSITION"
+
+
+def buffer_cases():
+    whole = bytes(gltf_model.model().binary)
+    yield "buffer without uri", buffered(), "buffer"
+    yield "buffer file missing", buffered(uri="nowhere.bin"), "nowhere.bin\" cannot be read"
+    yield "buffer outside", buffered(uri="../x.bin"), "leads out of the file's folder"
+    yield "buffer of the system", buffered(uri="/etc/passwd"), "leads out of the file's folder"
+    yield "buffer from the net", buffered(uri="http://example.com/x.bin"), "is not the name of a file"
+    yield "buffer is a folder", buffered(uri="."), "cannot be read"
+    yield "no base64", buffered(uri="data:application/octet-stream;base64,?!?!"), "Failed to decode 'uri'"
+    yield "buffer too short", buffered(uri=data_uri(whole[:40])), "Failed to decode 'uri'"
+    yield "buffer of 2^31 bytes", buffered(uri=data_uri(whole), byteLength=2**31 - 1), "Failed to decode 'uri'"
+    yield "buffer longer than its chunk", pack(json.loads(buffered(byteLength=len(whole) + 1000)), whole), "Must be equal or less than binary size"
+
+
+def extension_cases():
+    for name, what in (("ACME_secret", "ACME_secret"), ("KHR_draco_mesh_compression", "compressed by Draco"),
+                       ("EXT_meshopt_compression", "compressed by meshoptimizer"), ("KHR_texture_basisu", "Basis Universal")):
+        yield f"needs {name}", edited("extensionsUsed.1", name, "extensionsRequired", [name]), what
+    yield "extensions no list", edited("extensionsRequired", "all"), "must be a list of strings"
+
+
+# What is odd and yet allowed: it renders.
+def harmless_cases():
+    whole = gltf_model.model()
+    whole.root["buffers"] = [{"byteLength": len(whole.binary)}]
+    twice = json.dumps(whole.root).replace('"scene": 0', '"scene": 99, "scene": 0').encode()
+    yield "as it is", whole.bytes(), ""
+    yield "a key twice, of which the last counts", pack(twice, whole.binary), ""
+    yield "nothing to see", text(b'{"asset": {"version": "2.0"}}'), ""
+    yield "path colour", edited("animations.0.channels.0.target.path", "colour"), "\"colour\" is not animated"
+    yield "unneeded extension", edited("extensionsUsed.1", "ACME_secret"), "ACME_secret is ignored"
+
+
+def flipped(count):
+    """Files with some random bytes; the same ones every time."""
+    whole = gltf_model.model().bytes()
+    for i in range(count):
+        chance = random.Random(i)
+        data = bytearray(whole)
+        for _ in range(chance.choice((1, 1, 2, 5))):
+            data[chance.randrange(len(data))] = chance.choice((0, 1, 34, 44, 45, 48, 57, 91, 93, 125, 127, 128, 255,
+                                                                   chance.randrange(256)))
+        yield f"flip {i}", bytes(data), None
+
+
+class Runner:
+    def __init__(self, args, folder):
+        self.args, self.folder = args, folder
+        self.seconds = SECONDS * (6 if args.sanitized else 1)
+
+    def run(self, number, data):
+        """Exit code (a negative signal where it used up its seconds), messages and megabytes of one file's rendering."""
+        path = os.path.join(self.folder, f"{number}.gl" + ("tf" if data[:1] == b"{" else "b"))
+        with open(path, "wb") as file:
+            file.write(data)
+        command = ["prlimit", f"--cpu={self.seconds}", self.args.strobe, path, "--resolution", "6x6", "--spp", "1",
+                   "--threads", "1", "--frames", "3:3", "-o", path + ".exr"]
+        environment = dict(os.environ, ASAN_OPTIONS="new_delete_type_mismatch=0", UBSAN_OPTIONS="halt_on_error=1")
+        with open(path + ".log", "w+", errors="replace") as log:
+            process = subprocess.Popen(command, stdout=log, stderr=log, env=environment)
+            watch = threading.Timer(12 * self.seconds, process.kill)  # should it sleep
+            watch.start()
+            _, status, usage = os.wait4(process.pid, 0)
+            watch.cancel()
+            process.returncode = os.waitstatus_to_exitcode(status)
+            log.seek(0)
+            return process.returncode, log.read(), usage.ru_maxrss / 1024, path
+
+    def fault(self, number, case, codes):
+        """What is wrong with how the program took a case, or None."""
+        name, data, expected = case
+        code, said, megabytes, path = self.run(number, data)
+        where = f"{name}: exit code {code}, said: {said.strip()[:300] or 'nothing'}"
+        if code not in codes:
+            return where
+        if code == 2 and os.path.basename(path) not in said:
+            return where + " — without the file's name"
+        if expected is not None and expected not in said:
+            return where + f" — without \"{expected}\""
+        if "Sanitizer" in said or "runtime error" in said:
+            return where
+        if megabytes > MEGABYTES and not self.args.sanitized:
+            return where + f" — with {megabytes:.0f} MB"
+        return None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("strobe")
+    parser.add_argument("--sanitized", action="store_true")
+    parser.add_argument("--flips", type=int, default=0)
+    args = parser.parse_args()
+    groups = (container_cases, accessor_cases, node_cases, material_cases, motion_cases, buffer_cases, extension_cases)
+    broken = [case for group in groups for case in group()]
+    jobs = [(case, {2}) for case in broken] + [(case, {0}) for case in harmless_cases()]
+    jobs += [(case, {0, 2}) for case in flipped(args.flips)]
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(2) as pool:
+        runner = Runner(args, folder)
+        faults = list(pool.map(lambda job: runner.fault(job[0], job[1][0], job[1][1]), enumerate(jobs)))
+    for fault in filter(None, faults):
+        print("FAILED", fault)
+    print(f"{len(broken)} broken files, {len(jobs) - len(broken) - args.flips} odd ones, {args.flips} with random bytes: "
+          f"{sum(map(bool, faults))} failures")
+    return 1 if any(faults) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
