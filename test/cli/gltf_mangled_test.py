@@ -17,6 +17,7 @@ import sys
 import tempfile
 import threading
 
+sys.dont_write_bytecode = True
 import gltf_model
 from gltf_model import *  # noqa: F403  (the numbers of accessors and nodes)
 from strobe_gltf.glb import pack

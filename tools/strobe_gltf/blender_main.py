@@ -9,7 +9,7 @@ sys.dont_write_bytecode = True
 import kit
 import scenes
 
-SAMPLES, BOUNCES = 400, 2
+SAMPLES, BOUNCES = 256, 2
 
 
 def make(name, folder, effort):

@@ -70,12 +70,11 @@ def link(made, source, target):
     made.node_tree.links.new(source, target)
 
 
-def image(name, pixels, colour=True, embedded=True):
-    """An image of rows of RGBA numbers, from the bottom up, as encoded in the file."""
-    height, width = len(pixels), len(pixels[0])
-    made = bpy.data.images.new(name, width, height, alpha=True)
+def image(name, texel, colour=True, embedded=True, size=64):
+    """An image whose texels, RGBA as encoded in the file, are a function of (x, y) in 0..1, y up."""
+    made = bpy.data.images.new(name, size, size, alpha=True)
     made.colorspace_settings.name = "sRGB" if colour else "Non-Color"
-    made.pixels = [x for row in pixels for texel in row for x in texel]
+    made.pixels = [c for y in range(size) for x in range(size) for c in texel((x + 0.5) / size, (y + 0.5) / size)]
     if embedded:
         made.pack()
     return made
@@ -175,6 +174,9 @@ def shape(kind, made, at=(0, 0, 0), smooth=False, rotation=(0, 0, 0), scale=(1, 
     """One of Blender's primitives ("cube", "uv_sphere", …)."""
     getattr(bpy.ops.mesh, f"primitive_{kind}_add")(**how)
     thing = bpy.context.object
+    if kind == "monkey":  # its faces are large: Cycles leaves normals alone that lean away from the eye, strobe does not
+        thing.modifiers.new("fine", "SUBSURF").levels = 2
+        bpy.ops.object.modifier_apply(modifier="fine")
     thing.location, thing.rotation_euler, thing.scale = at, rotation, scale
     thing.parent = parent
     if name:
@@ -207,7 +209,19 @@ def light(kind, energy, at=(0, 0, 0), rotation=(0, 0, 0), colour=(1, 1, 1), cone
         data.shadow_soft_size = 0
     if cone:
         data.spot_size, data.spot_blend = math.radians(cone), blend
+        _dressers.append(lambda: _level_spot(data))
     return put(data, kind.lower(), at, rotation)
+
+
+def _level_spot(data):
+    """Cycles' spots fade with the cosine off their axis, glTF's do not before the inner cone ends."""
+    data.use_nodes = True
+    tree = data.node_tree
+    place, parts, inverse = (tree.nodes.new("ShaderNode" + kind) for kind in ("TexCoord", "SeparateXYZ", "Math"))
+    inverse.operation, inverse.inputs[0].default_value = "DIVIDE", -1
+    tree.links.new(place.outputs["Normal"], parts.inputs[0])
+    tree.links.new(parts.outputs["Z"], inverse.inputs[1])
+    tree.links.new(inverse.outputs[0], tree.nodes["Emission"].inputs["Strength"])
 
 
 def camera(at=(0, -8, 4), rotation=(65, 0, 0), width=None):

@@ -5,9 +5,13 @@ import math
 
 import bpy
 import kit
-from kit import camera, export, floor, keys, light, link, material, put, shape
+from kit import camera, floor, keys, light, link, material, put, shape
+from mathutils import Quaternion
 
 ANIMATED = dict(frame=7, shutter=0.5, last=13)
+# Blender derives normals from deformed faces, glTF deforms normals. Without any, both have those of the faces.
+FACED = dict(ANIMATED, export=dict(export_normals=False))
+BENT_NORMALS = "Blender derives normals from the deformed faces, glTF deforms those of the rest pose"
 
 
 def lamps():
@@ -95,8 +99,8 @@ def _bend(mesh, bones, at):
     return rig
 
 
-def _tube(made, at, height=2.4, radius=0.35):
-    tube = shape("cylinder", made, (at[0], at[1], at[2] + height / 2), smooth=True, radius=radius, depth=height,
+def _tube(made, at, smooth, height=2.4, radius=0.35):
+    tube = shape("cylinder", made, (at[0], at[1], at[2] + height / 2), smooth=smooth, radius=radius, depth=height,
                  vertices=24)
     bpy.context.view_layer.objects.active = tube
     bpy.ops.object.mode_set(mode="EDIT")
@@ -109,11 +113,11 @@ def _tube(made, at, height=2.4, radius=0.35):
     return tube
 
 
-def skinned():
-    """Two tubes that bend over chains of three bones."""
+def _skins(smooth):
     floor()
-    for name, at, colour, turn in (("left", (-1.4, 0, 0), (0.1, 0.3, 0.8), 1), ("right", (1.4, 0.3, 0), (0.8, 0.3, 0.1), -0.8)):
-        rig = _bend(_tube(material(name, colour), at), (0.8, 1.6, 2.4), at)
+    for name, at, colour, turn in (("left", (-1.4, 0, 0), (0.1, 0.3, 0.8), 1),
+                                   ("right", (1.4, 0.3, 0), (0.8, 0.3, 0.1), -0.8)):
+        rig = _bend(_tube(material(name, colour), at, smooth), (0.8, 1.6, 2.4), at)
         for i, bone in enumerate(rig.pose.bones):
             bone.rotation_mode = "QUATERNION"
             axis = (0, 0, turn) if i % 2 else (turn, 0, 0)
@@ -121,11 +125,21 @@ def skinned():
                  {f: (math.cos(a := (f - 5) * 0.03 * (i + 1)), *[math.sin(a) * x for x in axis]) for f in range(1, 14)})
     lamps()
     camera()
-    return ANIMATED
 
 
-def morphs():
-    """Shape keys, one at a time and two at once."""
+def skinned():
+    """Two tubes that bend over chains of three bones."""
+    _skins(False)
+    return FACED
+
+
+def skinned_smooth():
+    """The same with normals."""
+    _skins(True)
+    return dict(ANIMATED, why=BENT_NORMALS)
+
+
+def _shape_keys(smooth):
     floor()
     box = shape("cube", material("green", (0.1, 0.6, 0.2)), (1.6, -0.6, 0.8), size=1.2)
     box.shape_key_add(name="Basis")
@@ -134,7 +148,7 @@ def morphs():
         if vertex.co.z > 0:
             vertex.co.x, vertex.co.y, vertex.co.z = vertex.co.x * 0.3, vertex.co.y * 0.3, vertex.co.z * 3
     keys(tall, "value", {1: 0, 13: 1})
-    ball = shape("uv_sphere", material("red", (0.8, 0.2, 0.1)), (-1.5, 0, 1.1), smooth=True, segments=32, ring_count=16)
+    ball = shape("uv_sphere", material("red", (0.8, 0.2, 0.1)), (-1.5, 0, 1.1), smooth=smooth, segments=32, ring_count=16)
     ball.shape_key_add(name="Basis")
     wide, nose = ball.shape_key_add(name="wide"), ball.shape_key_add(name="nose")
     for vertex in wide.data:
@@ -146,7 +160,18 @@ def morphs():
     keys(nose, "value", {1: 1, 13: 0.2})
     lamps()
     camera()
-    return ANIMATED
+
+
+def morphs():
+    """Shape keys, one at a time and two at once."""
+    _shape_keys(False)
+    return FACED
+
+
+def morphs_smooth():
+    """The same with normals."""
+    _shape_keys(True)
+    return dict(ANIMATED, why=BENT_NORMALS)
 
 
 def moving_camera():
@@ -159,8 +184,6 @@ def moving_camera():
     view = camera((-2, -8, 4))
     view.rotation_mode = "QUATERNION"
     keys(view, "location", {1: (-2, -8, 4), 13: (2, -7, 3.4)})
-    start = view.matrix_world.to_quaternion()
-    from mathutils import Quaternion
     keys(view, "rotation_quaternion",
          {f: Quaternion((0, 0, 1), (7 - f) * 0.03) @ Quaternion((1, 0, 0), math.radians(65)) for f in range(1, 14)})
     return ANIMATED
@@ -195,24 +218,23 @@ def emissive():
     shape("cube", material("box", (0.7, 0.7, 0.7)), (0, 0, 0.6), rotation=(0, 0, 0.4), size=1.2)
     shape("plane", material("panel", (0, 0, 0), emission=(1, 0.8, 0.5), strength=12), (-2, 0, 3.6), size=1.5,
           rotation=(math.pi, 0.4, 0))
-    shape("ico_sphere", material("bulb", (0, 0, 0), emission=(0.2, 0.5, 1), strength=6), (2.2, -1, 0.7), radius=0.5,
+    shape("ico_sphere", material("bulb", (0, 0, 0), emission=(0.2, 0.5, 1), strength=3), (2.2, -0.4, 1.5), radius=0.5,
           subdivisions=3)
     camera()
-    return dict(bounces=4)
+    return dict(bounces=4, samples=600)
 
 
 def metals():
     """GGX metals of growing roughness under a large panel."""
     floor((0.4, 0.4, 0.4))
-    for i, roughness in enumerate((0.25, 0.4, 0.6, 0.8, 1)):
+    for i, roughness in enumerate((0.35, 0.45, 0.6, 0.8, 1)):
         colour = ((0.95, 0.85, 0.6), (0.9, 0.9, 0.92), (0.9, 0.6, 0.5), (0.8, 0.8, 0.8), (0.95, 0.95, 0.95))[i]
         shape("uv_sphere", material(f"metal{i}", colour, 1, roughness), (i * 1.5 - 3, 0.3 * (i % 2), 0.75), smooth=True,
               segments=48, ring_count=24, radius=0.7)
     panel = material("panel", (0, 0, 0), emission=(1, 1, 1), strength=6)
     shape("plane", panel, (0, -2, 5), rotation=(math.pi - 0.4, 0, 0), size=4)
-    light("POINT", 300, (-4, -3, 4))
-    camera((0, -7, 3), (70, 0, 0))
-    return dict(samples=500)
+    camera((0, -9, 3.5), (70, 0, 0))
+    return dict(samples=400)
 
 
 def two_clips():
@@ -234,11 +256,6 @@ def two_clips():
     return dict(ANIMATED, clip="climb")
 
 
-def _picture(name, texel, size=64, **how):
-    """An image whose texels are a function of (x, y) in 0..1, y up."""
-    return kit.image(name, [[texel((x + 0.5) / size, (y + 0.5) / size) for x in range(size)] for y in range(size)], **how)
-
-
 def _wave(x, n):
     return 0.5 + 0.5 * math.sin(2 * math.pi * n * x)
 
@@ -254,26 +271,26 @@ def _dotted(name, dots=4):
     def texel(x, y):
         r = math.hypot((x * dots) % 1 - 0.5, (y * dots) % 1 - 0.5)
         return (0.9, 0.5 + 0.4 * y, 0.3, min(max((r - 0.2) * 5, 0), 1))
-    return _picture(name, texel)
+    return kit.image(name, texel)
 
 
 def textures():
     """Base colour, metallic-roughness, normals (with tangents) and emission from images, some placed by
     KHR_texture_transform; separate files."""
     ground = material("tiles", (1, 1, 1))
-    tiles = _picture("tiles", lambda x, y: (0.35 + 0.4 * _wave(x, 2), 0.5, 0.35 + 0.4 * _wave(y, 3), 1), embedded=False)
+    tiles = kit.image("tiles", lambda x, y: (0.35 + 0.4 * _wave(x, 2), 0.5, 0.35 + 0.4 * _wave(y, 3), 1), embedded=False)
     link(ground, kit.texture(ground, tiles, (3, 2), (0.2, 0.1), 0.3).outputs["Color"], kit.bsdf_of(ground).inputs["Base Color"])
     shape("plane", ground, size=12)
 
     patches = material("patches", (0.95, 0.85, 0.7))
-    parts = _separated(patches, kit.texture(patches, _picture(
-        "patches", lambda x, y: (0, 0.45 + 0.5 * _wave(y, 1), float(x > 0.5), 1), colour=False)))
+    parts = _separated(patches, kit.texture(patches, kit.image(
+        "patches", lambda x, y: (0, 0.45 + 0.5 * _wave(y, 1), float(4 * x % 1 > 0.5), 1), colour=False)))
     link(patches, parts["Green"], kit.bsdf_of(patches).inputs["Roughness"])
     link(patches, parts["Blue"], kit.bsdf_of(patches).inputs["Metallic"])
     shape("uv_sphere", patches, (-2.3, 0.4, 1), smooth=True, segments=48, ring_count=24)
 
     bumpy = material("bumpy", (0.7, 0.5, 0.4))
-    node = kit.texture(bumpy, _picture("bumps", lambda x, y: (
+    node = kit.texture(bumpy, kit.image("bumps", lambda x, y: (
         0.5 + 0.25 * math.cos(2 * math.pi * 3 * x), 0.5 + 0.2 * math.cos(2 * math.pi * 2 * y), 0.93, 1), colour=False))
     normals = bumpy.node_tree.nodes.new("ShaderNodeNormalMap")
     normals.uv_map = "UVMap"
@@ -282,7 +299,7 @@ def textures():
     shape("plane", bumpy, (0.2, 0.8, 1.2), rotation=(1.2, 0, 0.2), size=2)
 
     screen = material("screen", (0.1, 0.1, 0.1), emission=(1, 1, 1), strength=1.5)
-    glow = _picture("glow", lambda x, y: (_wave(x, 1), _wave(y, 2), 0.3, 1))
+    glow = kit.image("glow", lambda x, y: (_wave(x, 1), _wave(y, 2), 0.3, 1))
     link(screen, kit.texture(screen, glow, (1, 1), (0.25, 0)).outputs["Color"], kit.bsdf_of(screen).inputs["Emission"])
     shape("cube", screen, (2.2, -0.6, 0.6), rotation=(0, 0, 0.5), size=1.2)
     lamps()
@@ -359,7 +376,7 @@ def extensions():
 def parade():
     """24 frames in which everything moves: a rigid thing, a skin, a morph, the camera."""
     floor()
-    rig = _bend(_tube(material("tube", (0.1, 0.3, 0.8)), (-1.6, 0.4, 0)), (0.8, 1.6, 2.4), (-1.6, 0.4, 0))
+    rig = _bend(_tube(material("tube", (0.1, 0.3, 0.8)), (-1.6, 0.4, 0), False), (0.8, 1.6, 2.4), (-1.6, 0.4, 0))
     for i, bone in enumerate(rig.pose.bones):
         bone.rotation_mode = "QUATERNION"
         keys(bone, "rotation_quaternion",
@@ -371,11 +388,11 @@ def parade():
         if vertex.co.z > 0:
             vertex.co.x, vertex.co.y, vertex.co.z = vertex.co.x * 0.3, vertex.co.y * 0.3, vertex.co.z * 3
     keys(tall, "value", {0: 0, 12: 1, 24: 0.2})
-    ball = shape("monkey", material("head", (0.8, 0.2, 0.1)), smooth=True, size=1.2)
+    ball = shape("monkey", material("head", (0.8, 0.2, 0.1)), size=1.2)
     keys(ball, "location", {0: (-3, -2, 0.8), 24: (3, -1.8, 0.8)})
     ball.rotation_mode = "QUATERNION"
     keys(ball, "rotation_quaternion", {f: (math.cos(f * 0.1), 0, math.sin(f * 0.1), 0) for f in range(0, 25)})
     lamps()
     view = camera((-0.6, -8, 4))
     keys(view, "location", {0: (-0.6, -8, 4), 24: (0.6, -7.6, 3.8)})
-    return dict(ANIMATED, frame=15, last=24)
+    return dict(FACED, frame=15, last=24)
