@@ -20,7 +20,7 @@ def make(name, folder, effort):
     base = os.path.join(folder, name)
     export = dict({"export_format": "GLB" if ending == ".glb" else "GLTF_SEPARATE"}, **how.get("export", {}))
     kit.export(base + ending, 1, how.get("last"), **export)
-    facts = {key: how.get(key) for key in ("frame", "shutter", "clip", "why")}
+    facts = {key: how.get(key) for key in ("frame", "shutter", "clip", "why", "more")}
     facts.update(file=name + ending, bounces=how.get("bounces", BOUNCES),
                  samples=max(1, round(how.get("samples", SAMPLES) * effort)))
     kit.render(base + ".exr", facts["samples"], facts["bounces"], facts["frame"], facts["shutter"])

@@ -66,7 +66,7 @@ class Glb:
         view = self.root["bufferViews"][accessor["bufferView"]]
         offset = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
         n = COMPONENTS[accessor["type"]]
-        data = np.frombuffer(self.binary, TYPES[accessor["componentType"]], accessor["count"] * n, offset)
+        data = np.frombuffer(self.binary, TYPES[accessor["componentType"]], accessor["count"] * n, offset).copy()
         return data.reshape(-1, n) if n > 1 else data
 
     def primitives(self):

@@ -1,6 +1,6 @@
 """Runs inside Blender: the scenes. Each makes itself and returns how it is exported and rendered:
 frame, shutter: of the picture (none: at rest); export: options of the exporter; bounces, samples: of Cycles;
-file: its name's ending; exact: False where Cycles has no equal material, and why."""
+more: how many times as many strobe takes, where it is noisier; file: its name's ending; why: Cycles has no equal material."""
 import math
 
 import bpy
@@ -202,13 +202,13 @@ def lights():
     """Coloured point, spot and sun; hard cones. A closed corner sends light on."""
     floor((0.7, 0.7, 0.7))
     shape("plane", material("wall", (0.6, 0.55, 0.5)), (0, 3, 2), rotation=(math.pi / 2, 0, 0), size=12)
-    shape("uv_sphere", material("ball", (0.7, 0.7, 0.7)), (0, 0.5, 1), smooth=True)
+    shape("uv_sphere", material("ball", (0.7, 0.7, 0.7)), (0, 0.5, 1), smooth=True, segments=96, ring_count=48)
     light("POINT", 300, (-3, -1, 2), colour=(1, 0.3, 0.2))
     light("SPOT", 1500, (3, -2, 5), (0.45, 0.45, 0), (0.3, 0.6, 1), cone=40)
     light("SPOT", 800, (-1, -3, 4), (0.6, -0.2, 0), (0.4, 1, 0.4), cone=25)
     light("SUN", 0.3, rotation=(-0.3, 0.7, 0), colour=(1, 0.9, 0.6))
     camera()
-    return dict(bounces=5)
+    return dict(bounces=5, samples=400, more=6)
 
 
 def emissive():
@@ -225,8 +225,9 @@ def emissive():
 
 
 def metals():
-    """GGX metals of growing roughness under a large panel."""
+    """GGX metals of growing roughness under a large panel, before a wall."""
     floor((0.4, 0.4, 0.4))
+    shape("plane", material("wall", (0.5, 0.5, 0.5)), (0, 3, 2), rotation=(math.pi / 2, 0, 0), size=16)
     for i, roughness in enumerate((0.35, 0.45, 0.6, 0.8, 1)):
         colour = ((0.95, 0.85, 0.6), (0.9, 0.9, 0.92), (0.9, 0.6, 0.5), (0.8, 0.8, 0.8), (0.95, 0.95, 0.95))[i]
         shape("uv_sphere", material(f"metal{i}", colour, 1, roughness), (i * 1.5 - 3, 0.3 * (i % 2), 0.75), smooth=True,
@@ -234,7 +235,7 @@ def metals():
     panel = material("panel", (0, 0, 0), emission=(1, 1, 1), strength=6)
     shape("plane", panel, (0, -2, 5), rotation=(math.pi - 0.4, 0, 0), size=4)
     camera((0, -9, 3.5), (70, 0, 0))
-    return dict(samples=400)
+    return dict(samples=600)
 
 
 def two_clips():
