@@ -44,6 +44,8 @@ std::unique_ptr<OIIO::ImageInput> openStored(const Recipe& recipe,
     memory.emplace(bytes.data(), bytes.size());
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
+    void* proxy = &*memory; // OpenImageIO 2.4 forgets its argument where there is a configuration
+    config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     const bool isJpeg = bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8;
     return OIIO::ImageInput::open(isJpeg ? "memory.jpg" : "memory.png", &config, &*memory);
 }
