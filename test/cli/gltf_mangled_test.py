@@ -102,7 +102,7 @@ def container_cases():
                          ("in the buffer", (28 + size + len(whole)) // 2), ("before the last byte", len(whole) - 1)):
         yield "cut " + name, cut(whole, length), f"it has {length} of {len(whole)} bytes"
     yield "cut in the JSON, header mended", cut(whole, 20 + size // 2, True), "reaches beyond the end of the file"
-    yield "cut after the JSON, header mended", cut(whole, 20 + size, True), "Invalid binary data in `Buffer'"
+    yield "cut after the JSON, header mended", cut(whole, 20 + size, True), "buffers[0]: has no uri, and the file no binary chunk"
     yield "cut in the second header, mended", cut(whole, 24 + size, True), "within the header of a chunk"
     yield "cut in the buffer, header mended", cut(whole, len(whole) - 40, True), "reaches beyond the end of the file"
     yield "version 1", headed(whole, 4, 1), "a .glb of version 1"
@@ -120,7 +120,7 @@ def container_cases():
 
 
 def accessor_cases():
-    for count, what in ((2**40, "1099511627776 is out of range"), (2**64, "must be an integer"), (-1, "-1 is out of range"),
+    for count, what in ((2**40, "1099511627776 is out of range"), (2**64, "is out of range"), (-1, "-1 is out of range"),
                         (2.5, "must be an integer"), ("many", "must be an integer")):
         yield f"count {count}", edited(f"{A}.{POSITION}.count", count), "accessors[0].count: " + what
     yield "count 2^31 - 1", edited(f"{A}.{POSITION}.count", 2**31 - 1), "2147483647 elements do not fit into bufferViews[0]"
@@ -128,7 +128,7 @@ def accessor_cases():
     yield "offset by one vertex", edited(f"{A}.{POSITION}.byteOffset", 12), "4 elements do not fit"
     yield "offset 2^63", edited(f"{A}.{POSITION}.byteOffset", 2**63), "accessors[0].byteOffset: 9223372036854775808 is out of range"
     yield "wide stride", edited("bufferViews.0.byteStride", 252), "4 elements do not fit"
-    yield "stride 3", edited("bufferViews.0.byteStride", 3), "`byteStride' must be the multiple of 4"
+    yield "stride 3", edited("bufferViews.0.byteStride", 3), "bufferViews[0].byteStride: 3 is not a multiple of 4"
     yield "view offset 2^31", edited("bufferViews.0.byteOffset", 2**31 - 1), "bufferViews[0]"
     yield "view too long", edited("bufferViews.0.byteLength", 2**31 - 1), "bufferViews[0]"
     yield "view of no buffer", edited("bufferViews.0.buffer", 7), "there is no buffer 7"
@@ -193,13 +193,13 @@ def material_cases():
     yield "negative texture", edited(colour + "baseColorTexture.index", -1), "out of range"
     yield "no such image", edited("textures.0.source", 99), "there is no image 99"
     yield "no such sampler", edited("textures.0.sampler", 99), "there is no sampler 99"
-    yield "image of no view", edited("images.0.bufferView", 99), "image[0] bufferView \"99\" not found"
+    yield "image of no view", edited("images.0.bufferView", 99), "images[0].bufferView: there is no bufferView 99"
     yield "image that is none", edited("images.0.bufferView", 0), "images[0]"
     yield "image file missing", edited("images.0", {"uri": "nowhere.png"}), "nowhere.png"
     yield "image outside", edited("images.0", {"uri": "../../etc/x.png"}), "leads out of the file's folder"
     yield "image outside, in code", edited("images.0", {"uri": "%2e%2e/x.png"}), "leads out of the file's folder"
-    yield "image without bytes", edited("images.0", {"uri": "data:image/png;base64,"}), "Failed to decode 'uri' for image[0]"
-    yield "image without source", edited("images.0", {}), "Neither required `bufferView` nor `uri` defined for image[0]"
+    yield "image without bytes", edited("images.0", {"uri": "data:image/png;base64,"}), "images[0].uri: is empty"
+    yield "image without source", edited("images.0", {}), "images[0]: needs a uri or a bufferView"
     yield "two colours", edited(colour + "baseColorFactor", [1, 1]), "baseColorFactor"
 
 
@@ -232,10 +232,10 @@ def buffer_cases():
     yield "buffer of the system", buffered(uri="/etc/passwd"), "leads out of the file's folder"
     yield "buffer from the net", buffered(uri="http://example.com/x.bin"), "is not the name of a file"
     yield "buffer is a folder", buffered(uri="."), "cannot be read"
-    yield "no base64", buffered(uri="data:application/octet-stream;base64,?!?!"), "Failed to decode 'uri'"
-    yield "buffer too short", buffered(uri=data_uri(whole[:40])), "Failed to decode 'uri'"
-    yield "buffer of 2^31 bytes", buffered(uri=data_uri(whole), byteLength=2**31 - 1), "Failed to decode 'uri'"
-    yield "buffer longer than its chunk", pack(json.loads(buffered(byteLength=len(whole) + 1000)), whole), "Must be equal or less than binary size"
+    yield "no base64", buffered(uri="data:application/octet-stream;base64,?!?!"), "buffers[0].uri: is not base64"
+    yield "buffer too short", buffered(uri=data_uri(whole[:40])), "buffers[0].byteLength: 626 bytes, where there are 40"
+    yield "buffer of 2^31 bytes", buffered(uri=data_uri(whole), byteLength=2**31 - 1), "buffers[0].byteLength: 2147483647 bytes, where there are 626"
+    yield "buffer longer than its chunk", pack(json.loads(buffered(byteLength=len(whole) + 1000)), whole), "buffers[0].byteLength: 1626 bytes, where there are 628"
 
 
 def extension_cases():
