@@ -31,7 +31,7 @@ V2i parseResolution(const std::string& text) {
 }
 
 /// What decides how long is rendered, and what shows it on the way.
-void addProgressive(CLI::App& app, Options& options, std::string& display) {
+void addProgressive(CLI::App& app, Options& options, std::optional<std::string>& display) {
     app.add_option("--time-limit", options.timeLimit,
                    "render as well as these many seconds allow, all counted")
         ->check(CLI::PositiveNumber);
@@ -45,8 +45,8 @@ void addProgressive(CLI::App& app, Options& options, std::string& display) {
     app.add_option("--display-server", display, "host:port: show the picture in tev while it is rendered");
 }
 
-void checkProgressive(Options& options, const std::string& display) {
-    if (!display.empty() && !(options.display = ViewerAddress::parse(display)))
+void checkProgressive(Options& options, const std::optional<std::string>& display) {
+    if (display && !(options.display = ViewerAddress::parse(*display)))
         throw CLI::ValidationError("--display-server", "takes host:port");
     if (!options.curveFile.empty() && options.reference.empty())
         throw CLI::ValidationError("--curve", "needs --reference");
@@ -186,7 +186,8 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     CLI::App app{"strobe: how little can you shade and still be right?"};
     app.set_version_flag("--version", "strobe " STROBE_VERSION);
     std::vector<float> crop;
-    std::string pixel, resolution, heatmapOf = "shades", exr, display;
+    std::string pixel, resolution, heatmapOf = "shades", exr;
+    std::optional<std::string> display;
     std::vector<std::string> layers;
     std::string frames, shutter;
     double fps = Sequence().fps;

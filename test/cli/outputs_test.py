@@ -66,7 +66,7 @@ class OutputTest(CliTest):
         self.assertIsNotNone(file, oiio.geterror())
         found, part = {}, 0
         while file.seek_subimage(part, 0):
-            pixels = file.read_image(part, 0, 0, -1, oiio.UINT8 if name.endswith(".png") else oiio.FLOAT)
+            pixels = file.read_image(part, 0, 0, file.spec().nchannels, oiio.UINT8 if name.endswith(".png") else oiio.FLOAT)
             self.assertIsNotNone(pixels, file.geterror())
             found.update({channel: pixels[..., k] for k, channel in enumerate(file.spec().channelnames)})
             part += 1

@@ -126,11 +126,12 @@ TEST(BuildErrors, Shapes) {
     expectErrors({
         {R"(WorldBegin
 Shape "sphere" "float raduis" 2)",
-         2, 16, R"(unknown parameter "raduis"; did you mean "radius"? (known: radius, zmin, zmax, phimax))"},
+         2, 16,
+         R"(unknown parameter "raduis"; did you mean "radius"? (known: radius, zmin, zmax, phimax, name))"},
         {R"(WorldBegin
 Shape "sphre")",
          2, 1,
-         R"(unknown shape "sphre"; did you mean "sphere"? (known: trianglemesh, plymesh, loopsubdiv, sphere, disk))"},
+         R"(unknown shape "sphre"; did you mean "sphere"? (known: trianglemesh, plymesh, loopsubdiv, sphere, disk, gltf))"},
         {R"(WorldBegin
 Shape "sphere" "float radius" -1)",
          2, 16, R"("radius" must be positive and finite)"},
@@ -236,11 +237,11 @@ TEST(BuildErrors, MaterialsAndTextures) {
         {R"(WorldBegin
 Material "matte" "rgb Kd" [.5 .5 .5]
 Shape "sphere" "float xyzzy" 2)",
-         3, 16, R"(unknown parameter "xyzzy" (known: radius, zmin, zmax, phimax))"},
+         3, 16, R"(unknown parameter "xyzzy" (known: radius, zmin, zmax, phimax, name))"},
         {R"(WorldBegin
 Material "mate")",
          2, 1,
-         R"(unknown material "mate"; did you mean "matte"? (known: matte, plastic, mirror, glass, metal, measured))"},
+         R"(unknown material "mate"; did you mean "matte"? (known: matte, plastic, mirror, glass, metal, measured, metallicroughness))"},
         {R"(WorldBegin
 Material "matte" "rgb Kd" [.5 .5 .5] "float sigmaa" 3)",
          2, 38, R"(unknown parameter "sigmaa"; did you mean "sigma"? (known: Kd, reflectance, sigma))"},
