@@ -444,7 +444,7 @@ class Messages(CliTest):
         self.write("bad.scene", 'WorldBegin\n  Shape "sphere" "float raduis" 2\n')
         err = self.run_strobe("bad.scene", code=SCENE).err
         self.assertEqual(err, 'bad.scene:2:18: error: unknown parameter "raduis"; did you mean "radius"? (known: radius, '
-                              'zmin, zmax, phimax)\n    Shape "sphere" "float raduis" 2\n                   ^\n')
+                              'zmin, zmax, phimax, name)\n    Shape "sphere" "float raduis" 2\n                   ^\n')
 
 
 class Failures(CliTest):

@@ -213,7 +213,7 @@ TEST_F(GltfErrors, ImagesThatAreNone) {
     expect("images[0]: is neither a PNG nor a JPEG image", [&](GltfFile& f) {
         useImage(f, {{"bufferView", f.addView(std::vector<uint8_t>(40, 7))}, {"mimeType", "image/png"}});
     });
-    expect("image[0] bufferView \"70\" not found in the scene.", [&](GltfFile& f) {
+    expect("images[0].bufferView: there is no bufferView 70: the file has 9", [&](GltfFile& f) {
         useImage(f, {{"bufferView", 70}, {"mimeType", "image/png"}});
     });
     expect("images[0].uri: \"" + (m_folder.path() / "missing.png").string() + "\" cannot be read",
