@@ -266,7 +266,7 @@ class ExrFiles(OutputTest):
         self.render_all()
         self.write("open.py", BLENDER)
         files = [self.path(f"{k}.exr") for k in range(len(self.KINDS))]
-        subprocess.run(["blender", "-b", "--factory-startup", "--python-exit-code", "1", "--python", "open.py", "--",
+        subprocess.run(["blender", "-b", "--factory-startup", "--python-exit-code", "1", "--python", self.path("open.py"), "--",
                         self.path("opened"), *files], cwd=self.folder, check=True, capture_output=True, timeout=120)
         for k, kind in enumerate(self.KINDS):
             with self.subTest(kind):
