@@ -316,7 +316,7 @@ TEST(BuildErrors, PbrtFilesAreWarned) {
                          "Shape \"sphere\" \"float raduis\" 2",
                          4, 16,
                          "unknown parameter \"raduis\"; did you mean \"radius\"? (known: radius, zmin, zmax, "
-                         "phimax)"};
+                         "phimax, name)"};
     EXPECT_EQ(outcomeOf(misspelt.text).error, located(misspelt));
     const Outcome lenient = outcomeOf(misspelt.text, "t.pbrt");
     EXPECT_EQ(lenient.error, "");
