@@ -107,7 +107,7 @@ void ParamSet::reportUnused(const std::vector<ParamInfo>& known, bool strict, Me
         const std::string message = unusedMessage(p, known);
         if (strict && !p.isDefault)
             throw Error(p.where, message);
-        messages.warn(p.where, message);
+        messages.warnOnce(message, p.where, message);
     }
 }
 

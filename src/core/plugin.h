@@ -25,6 +25,7 @@ struct BuildContext {
     std::shared_ptr<TextureCache> textureCache{};
     /// Of the colours in files.
     std::shared_ptr<const ColourConfig> colour = std::make_shared<const ColourConfig>();
+    bool lenient = false; ///< the scene is what another program wrote: trifles are warned about
 };
 
 /// One row of a plugin table. `Product` is what `create` returns; `Args` is what it gets besides the

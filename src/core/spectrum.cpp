@@ -150,7 +150,37 @@ Rgb readSpd(const std::filesystem::path& path, const Location& where) {
     return spectrumToRgb(wavelengths, values);
 }
 
+namespace {
+
+/// CIE 15:2004's chromaticities of illuminants (2° observer).
+struct Illuminant {
+    std::string_view name;
+    float x, y;
+};
+constexpr Illuminant kIlluminants[] = {
+    {"A", .44757f, .40745f},   {"D50", .34567f, .35850f}, {"D65", .31272f, .32903f},
+    {"F1", .31310f, .33727f},  {"F2", .37208f, .37529f},  {"F3", .40910f, .39430f},
+    {"F4", .44018f, .40329f},  {"F5", .31379f, .34531f},  {"F6", .37790f, .38835f},
+    {"F7", .31292f, .32933f},  {"F8", .34588f, .35875f},  {"F9", .37417f, .37281f},
+    {"F10", .34609f, .35986f}, {"F11", .38052f, .37713f}, {"F12", .43695f, .40441f}};
+
+std::optional<Rgb> illuminant(std::string_view name) {
+    for (const Illuminant& light : kIlluminants)
+        if (name == light.name) {
+            const float x = light.x / light.y, z = (1 - light.x - light.y) / light.y;
+            const Rgb c(3.240970f * x - 1.537383f - .498611f * z, -.969244f * x + 1.875968f + .041555f * z,
+                        .055630f * x - .203977f + 1.056972f * z); // IEC 61966-2-1
+            return Rgb(std::max(c.x, 0.f), std::max(c.y, 0.f), std::max(c.z, 0.f));
+        }
+    return std::nullopt;
+}
+
+} // namespace
+
 std::optional<Rgb> namedSpectrum(const std::string& name) {
+    constexpr std::string_view kPrefix = "stdillum-";
+    if (name.starts_with(kPrefix))
+        return illuminant(std::string_view(name).substr(kPrefix.size()));
     for (const Entry& entry : kNamed)
         if (name == entry.name)
             return entry.value;

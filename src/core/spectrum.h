@@ -29,7 +29,7 @@ Rgb readSpd(const std::filesystem::path& path, const Location& where);
 /// pbrt-v4's named spectra: "metal-Cu-eta" and "-k" (also Ag, Al, Au) and "glass-BK7", "-BAF10", "-FK51A",
 /// "-LASF9", "-SF5", "-SF10", "-SF11", "-F5", "-F10", "-F11". Unlike spectrumToRgb these are divided by the
 /// RGB of a flat spectrum, since v4 renders spectra: a grey index stays grey. Glasses are their index at
-/// 587.6 nm.
+/// 587.6 nm. Illuminants, "stdillum-A", "-D50", "-D65" and "-F1" to "-F12", have luminance 1; D65 is white.
 std::optional<Rgb> namedSpectrum(const std::string& name);
 
 } // namespace strobe

@@ -1,5 +1,6 @@
 #include "lights/diffuse_area.h"
 
+#include "core/image.h"
 #include "lights/emission.h"
 #include "lights/mesh_light.h"
 #include "lights/placement.h"
@@ -12,6 +13,7 @@ namespace {
 
 const ParamDef<Rgb> kL{"L", Rgb(1), "emitted radiance"};
 const ParamDef<RgbInput> kTexture{"texture", Rgb(1), "texture that multiplies L, on meshes"};
+const ParamDef<FilePath> kImage{"filename", {}, "image of the radiance over the shape: its mean is taken"};
 const ParamDef<bool> kTwoSided{"twosided", false, "shine on both sides"};
 
 /// The light of the kind that suits the shape.
@@ -29,12 +31,32 @@ void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Messages& m
         messages.warn(params.where(), "the shape's alpha is ignored where its light is sampled");
 }
 
+Rgb meanOf(const ParamSet& params, const BuildContext& context) {
+    const Location where = params.whereIs(kImage);
+    context.messages.warnOnce("area light image", where,
+                              "an area light shines alike all over: the image's mean is taken");
+    const std::filesystem::path path = params.get(kImage).path;
+    const Image image =
+        readImage(path, where, Transfer::ofFile(*context.colour, path, where, {Transfer::Srgb}));
+    Rgb sum(0);
+    for (const Rgb& c : image.pixels)
+        sum += c / float(image.pixels.size());
+    return sum;
+}
+
 std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext& context,
                                      const AreaLightArgs& args) {
-    const Emission emission{readEmission(params, kL), params.get(kTwoSided), params.get(kTexture).texture};
+    Emission emission{readEmission(params, kL), params.get(kTwoSided), params.get(kTexture).texture};
     if (emission.texture && !args.shape.shape.mesh)
         throw Error(params.whereIs(kTexture), "only meshes can shine with a texture");
+    if (params.has(kImage))
+        emission.radiance *= meanOf(params, context);
     std::shared_ptr<SurfaceLight> light = makeLight(args.shape, emission);
+    if (params.has(kPower) && light->area() > 0) {
+        emission.radiance *=
+            readTotal(params, kPower, luminance(Emission{Rgb(1), emission.twoSided}.power(light->area())));
+        light = makeLight(args.shape, emission);
+    }
     if (!(light->area() > 0))
         throw Error(params.where(), "area light on a shape of zero area");
     if (!std::isfinite(light->area()))
@@ -49,7 +71,7 @@ std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext&
 Plugin<std::shared_ptr<Light>, const AreaLightArgs&> diffuseAreaLightPlugin() {
     return {"diffuse",
             "radiance L from every point of a shape",
-            {kL, kLightScale, kTexture, kTwoSided, kLightSamples},
+            {kL, kLightScale, kPower, kTexture, kTwoSided, kImage, kLightSamples},
             createDiffuse};
 }
 

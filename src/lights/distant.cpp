@@ -31,13 +31,14 @@ class DistantLight final : public DeltaLight {
 Plugin<std::shared_ptr<Light>, const LightArgs&> distantLightPlugin() {
     return {"distant",
             "parallel light",
-            {kL, kLightScale, kFrom, kTo, kLightSamples},
+            {kL, kLightScale, kIlluminance, kFrom, kTo, kLightSamples},
             [](const ParamSet& params, const BuildContext& context, const LightArgs& args) {
                 const V3f towards = params.get(kFrom) - params.get(kTo);
                 if (towards == V3f(0))
                     throw Error(params.whereIs(kTo), "\"from\" and \"to\" are the same point");
-                auto light = std::make_shared<DistantLight>(LightPlacement(args, context.conventions),
-                                                            towards, readEmission(params, kL));
+                auto light = std::make_shared<DistantLight>(
+                    LightPlacement(args, context.conventions), towards,
+                    readEmission(params, kL) * readTotal(params, kIlluminance, 1));
                 light->sampleCount = readSampleCount(params);
                 return light;
             }};

@@ -1,7 +1,9 @@
 #include "lights/infinite.h"
 
 #include "core/image.h"
+#include "core/sampling.h"
 #include "lights/environment_map.h"
+#include "lights/equal_area.h"
 #include "lights/placement.h"
 
 #include <optional>
@@ -148,12 +150,23 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
     Image image = readImage(path, where, Transfer::ofFile(*context.colour, path, where, usual));
     if (image.width < 1 || image.height < 1)
         throw Error(where, "the environment map is empty");
-    if (image.width == image.height && image.width > 1 && context.conventions == Conventions::PbrtV4)
-        context.messages.warn(where,
-                              "the environment map is square: it is read as latitude-longitude, not as "
-                              "pbrt-v4's equal-area map");
     cleanPixels(image, where, context.messages);
+    if (image.width == image.height && image.width > 1 && context.conventions == Conventions::PbrtV4)
+        image = latitudeLongitudeOf(image);
     return EnvironmentMap(std::move(image));
+}
+
+/// What light from above gives a horizontal surface, by its luminance.
+float illuminanceOf(const EnvironmentMap* map) {
+    if (!map)
+        return kPi;
+    constexpr int kRows = 256;
+    double sum = 0;
+    for (int i = 0; i < kRows * kRows; ++i) { // equal projected solid angles
+        const V3f w = cosineHemisphere({(float(i % kRows) + .5f) / kRows, (float(i / kRows) + .5f) / kRows});
+        sum += luminance(map->radiance(w));
+    }
+    return float(sum * kPi / (kRows * kRows));
 }
 
 std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext& context,
@@ -165,7 +178,11 @@ std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext
     const M44f toWorld = LightPlacement(args, context.conventions).at(0);
     if (!(std::abs(determinant3(toWorld)) > 0))
         throw Error(params.where(), "the environment light's transform is singular");
-    auto light = std::make_shared<InfiniteLight>(toWorld, readEmission(params, kL), readMap(params, context));
+    std::optional<EnvironmentMap> map = readMap(params, context);
+    Rgb factor = readEmission(params, kL);
+    if (params.has(kIlluminance))
+        factor *= readTotal(params, kIlluminance, illuminanceOf(map ? &*map : nullptr));
+    auto light = std::make_shared<InfiniteLight>(toWorld, factor, std::move(map));
     light->sampleCount = readSampleCount(params);
     return light;
 }
@@ -173,10 +190,11 @@ std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext
 } // namespace
 
 Plugin<std::shared_ptr<Light>, const LightArgs&> infiniteLightPlugin() {
-    return {"infinite",
-            "light from all directions, constant or from a latitude-longitude map",
-            {kL, kLightScale, kMap, kLightSamples},
-            createInfinite};
+    return {
+        "infinite",
+        "light from all directions, constant or from a map: latitude-longitude or (v4, square) equal-area",
+        {kL, kLightScale, kIlluminance, kMap, kLightSamples},
+        createInfinite};
 }
 
 } // namespace strobe

@@ -9,6 +9,15 @@ int readSampleCount(const ParamSet& params) {
     return n;
 }
 
+float readTotal(const ParamSet& params, const ParamDef<float>& def, float ofUnit) {
+    if (!params.has(def))
+        return 1;
+    const float total = params.get(def);
+    if (!(total > 0 && std::isfinite(total)))
+        throw Error(params.whereIs(def), std::string("\"") + def.name + "\" must be positive");
+    return total / ofUnit;
+}
+
 Rgb readLightScale(const ParamSet& params) {
     // pbrt-v2 writes a colour, v4 a number.
     for (const Param& p : params.all())

@@ -9,6 +9,16 @@ namespace strobe {
 inline const ParamDef<Rgb> kLightScale{"scale", Rgb(1), "factor of the emission"};
 inline const ParamDef<int> kLightSamples{"nsamples", 1, "samples per shading point", "samples"};
 
+/// pbrt-v4: what the whole light is to give. 0: as its intensity says.
+inline const ParamDef<float> kPower{"power", 0,
+                                    "total power of a white light, in place of the intensity's size"};
+inline const ParamDef<float> kIlluminance{
+    "illuminance", 0,
+    "irradiance by a white light of a surface that faces it, in place of the radiance's size"};
+/// `def`'s value over `ofUnit`, what a light of intensity (or radiance) 1 gives; 1 when it is not given.
+/// Throws a located Error unless it is positive.
+float readTotal(const ParamSet& params, const ParamDef<float>& def, float ofUnit);
+
 /// "nsamples"; throws a located Error unless it is at least 1.
 int readSampleCount(const ParamSet& params);
 /// "scale": one number, or one per channel.

@@ -30,10 +30,11 @@ class PointLight final : public DeltaLight {
 Plugin<std::shared_ptr<Light>, const LightArgs&> pointLightPlugin() {
     return {"point",
             "the same intensity in all directions, from one point",
-            {kI, kLightScale, kFrom, kLightSamples},
+            {kI, kLightScale, kPower, kFrom, kLightSamples},
             [](const ParamSet& params, const BuildContext& context, const LightArgs& args) {
-                auto light = std::make_shared<PointLight>(LightPlacement(args, context.conventions),
-                                                          params.get(kFrom), readEmission(params, kI));
+                auto light = std::make_shared<PointLight>(
+                    LightPlacement(args, context.conventions), params.get(kFrom),
+                    readEmission(params, kI) * readTotal(params, kPower, 4 * kPi));
                 light->sampleCount = readSampleCount(params);
                 return light;
             }};

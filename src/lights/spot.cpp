@@ -78,9 +78,10 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
     if (!(delta >= 0))
         throw Error(params.whereIs(kConeDelta), "\"conedeltaangle\" must not be negative");
     const float full = std::max(rim - delta, 0.f);
-    auto light = std::make_shared<SpotLight>(LightPlacement(args, context.conventions), from, to,
-                                             readEmission(params, kI), std::cos(radians(rim)),
-                                             std::cos(radians(full)), falloffFrom(params, context));
+    const float cosRim = std::cos(radians(rim)), cosFull = std::cos(radians(full));
+    const Rgb intensity = readEmission(params, kI) * readTotal(params, kPower, kPi * (2 - cosFull - cosRim));
+    auto light = std::make_shared<SpotLight>(LightPlacement(args, context.conventions), from, to, intensity,
+                                             cosRim, cosFull, falloffFrom(params, context));
     light->sampleCount = readSampleCount(params);
     return light;
 }
@@ -90,7 +91,7 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
 Plugin<std::shared_ptr<Light>, const LightArgs&> spotLightPlugin() {
     return {"spot",
             "a point light that shines into a cone",
-            {kI, kLightScale, kFrom, kTo, kConeAngle, kConeDelta, kFalloff, kLightSamples},
+            {kI, kLightScale, kPower, kFrom, kTo, kConeAngle, kConeDelta, kFalloff, kLightSamples},
             createSpot};
 }
 

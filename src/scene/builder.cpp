@@ -3,6 +3,8 @@
 #include "cameras/shutter.h"
 #include "scene/geometry_builder.h"
 #include "scene/gltf_scene.h"
+#include "scene/maker.h"
+#include "scene/material_makers.h"
 #include "scene/names.h"
 
 #include <cmath>
@@ -10,68 +12,6 @@
 namespace strobe {
 
 namespace {
-
-/// The name of a plugin that is skipped; no scene can spell it.
-const char* const kLeftOut = "\n";
-
-/// Makes plugins from statements: looks the name up, creates, reports what was not read.
-class Maker {
-  public:
-    Maker(SceneDescription& description, std::shared_ptr<const ColourConfig> colour, Messages& messages)
-        : m_strict(description.strictParameters), m_context{messages, description.conventions,
-                                                            description.keyTimes,
-                                                            std::make_shared<TextureCache>(),
-                                                            std::move(colour)},
-          m_textures(std::make_shared<TextureTable>()) {}
-    /// The same maker, which tells its warnings to another.
-    Maker(const Maker& other, Messages& messages)
-        : m_strict(other.m_strict), m_context{messages, other.m_context.conventions, other.m_context.keyTimes,
-                                              other.m_context.textureCache, other.m_context.colour},
-          m_textures(other.m_textures) {}
-
-    template <class Product, class... Args>
-    Product make(const std::vector<Plugin<Product, Args...>>& table, Statement& statement, const char* kind,
-                 const std::type_identity_t<Args>&... args) {
-        resolveName(statement, kind);
-        if (statement.name == kLeftOut)
-            return Product{};
-        const auto& row = findPlugin(table, statement.name, kind, statement.where);
-        statement.params.bindTextures(m_textures);
-        Product product = row.create(statement.params, m_context, args...);
-        statement.params.reportUnused(row.params, m_strict, m_context.messages);
-        return product;
-    }
-
-    /// Puts our name in the place of another renderer's, saying so where it is not the same thing; kLeftOut
-    /// where there is nothing like it.
-    void resolveName(Statement& statement, const char* kind) {
-        const auto& known = standIns(kind);
-        const auto it = known.find(statement.name);
-        if (it == known.end())
-            return;
-        const StandIn& standIn = it->second;
-        const std::string what = std::string(kind) + " \"" + statement.name + "\"";
-        if (!standIn.exact)
-            statement.params.markAllUsed(); // another plugin's parameters: those we know will be read
-        if (standIn.name.empty())
-            m_context.messages.warnOnce(what, statement.where, what + " is not supported; it is left out");
-        else if (!standIn.exact)
-            m_context.messages.warnOnce(what, statement.where,
-                                        what + " is not supported; \"" + standIn.name + "\" takes its place");
-        else if (!standIn.silent)
-            m_context.messages.warnOnce(what, statement.where,
-                                        what + " is called \"" + standIn.name + "\" here");
-        statement.name = standIn.name.empty() ? kLeftOut : standIn.name;
-    }
-
-    TextureTable& textures() { return *m_textures; }
-    const BuildContext& context() const { return m_context; }
-
-  private:
-    bool m_strict;
-    BuildContext m_context;
-    std::shared_ptr<TextureTable> m_textures;
-};
 
 Statement orDefault(std::optional<Statement>& given, const char* name) {
     return given ? std::move(*given) : Statement{name, ParamSet{}, Location{}};
@@ -149,6 +89,32 @@ std::string materialName(const MaterialDecl& decl) {
     return (decl.name.empty() ? decl.material.name : decl.name) + (where.empty() ? "" : " (" + where + ")");
 }
 
+std::vector<std::shared_ptr<const Material>> materialsOf(const std::vector<MadeMaterial>& made) {
+    std::vector<std::shared_ptr<const Material>> materials;
+    for (const MadeMaterial& m : made)
+        materials.push_back(m.material);
+    return materials;
+}
+
+/// Brightens a light by a factor.
+void scaleLight(ParamSet& params, float factor) {
+    for (Param& p : params.all())
+        if (p.name == "scale" && (p.type == ParamType::Float || p.type == ParamType::Rgb)) {
+            for (float& f : p.floats)
+                f *= factor;
+            return;
+        }
+    params.add({"scale", ParamType::Float, {}, {factor}, {}, {}, false, false});
+}
+
+/// A film's scale is a factor of all light.
+void scaleLights(SceneDescription& description, float factor) {
+    for (LightDecl& light : description.lights)
+        scaleLight(light.light.params, factor);
+    for (AreaLightDecl& light : description.areaLights)
+        scaleLight(light.light.params, factor);
+}
+
 } // namespace
 
 namespace {
@@ -218,7 +184,7 @@ class SceneBuilder::Impl {
             m_messages.warn({}, "the scene has no light: the picture will be black");
         return {m_setup,
                 std::make_unique<const Scene>(std::move(geometry.groups), std::move(geometry.instances),
-                                              m_materials, std::move(lights), camera, shutter)};
+                                              materialsOf(m_materials), std::move(lights), camera, shutter)};
     }
 
   private:
@@ -233,6 +199,10 @@ class SceneBuilder::Impl {
                                   std::max(1, m_setup.resolution.y / 4)};
         m_setup.window = windowOf(film, options, m_setup.resolution, statement.where);
         m_setup.filename = film.filename;
+        if (m_camera.name == "realistic")
+            makePerspective(m_camera.params, statement.params, m_setup.resolution);
+        if (film.scale != 1)
+            scaleLights(m_description, film.scale);
     }
 
     void makeSampler(const BuildOptions& options) {
@@ -256,7 +226,7 @@ class SceneBuilder::Impl {
             integrator = Statement{options.integrator, ParamSet{}, Location{}};
         if (!options.shading.empty() && options.shading != shading.name)
             shading = Statement{options.shading, ParamSet{}, Location{}};
-        m_maker.resolveName(shading, "shading integrator");
+        m_maker.resolveName(shading, "shading integrator", m_tables.shaders);
         applyDefines(options.defines, m_tables, integrator, shading);
         m_setup.shader = m_maker.make(m_tables.shaders, shading, "shading integrator");
         m_setup.integrator = m_maker.make(m_tables.integrators, integrator, "integrator");
@@ -267,10 +237,11 @@ class SceneBuilder::Impl {
     }
 
     void makeTextures() {
+        const auto foreign = foreignTextures();
         for (TextureDecl& decl : m_description.textures) {
             const M44f toWorld = decl.toWorld.keys().front();
             TexturePtr texture = decl.made ? decl.made
-                                           : m_maker.make(m_tables.textures, decl.texture, "texture",
+                                           : m_maker.make(m_tables.textures, foreign, decl.texture, "texture",
                                                           TextureArgs{decl.isFloat, toWorld});
             m_maker.textures().floats.push_back(texture);
             m_maker.textures().rgbs.push_back(texture);
@@ -278,18 +249,21 @@ class SceneBuilder::Impl {
     }
 
     void makeMaterials() {
-        for (MaterialDecl& decl : m_description.materials) {
+        for (MaterialDecl& decl : m_description.materials)
             m_setup.materialNames.push_back(materialName(decl));
-            m_materials.push_back(decl.made ? decl.made
-                                            : m_maker.make(m_tables.materials, decl.material, "material"));
-        }
+        m_materials = strobe::makeMaterials(m_description.materials, m_tables.materials, m_maker);
     }
 
     Shape makeShape(ShapeDecl& decl, Messages& told) const {
         if (decl.made.mesh)
             return std::move(decl.made);
-        Shape shape = Maker(m_maker, told).make(m_tables.shapes, decl.shape, "shape");
+        const MadeMaterial& material = m_materials[size_t(decl.material)];
+        Shape shape;
+        if (!material.isNothing || decl.areaLight >= 0)
+            shape = Maker(m_maker, told).make(m_tables.shapes, m_foreignShapes, decl.shape, "shape");
         decl.shape.params = ParamSet(); // most of a scene's memory
+        if (shape.mesh && !shape.mesh->alpha.texture && shape.mesh->alpha.constant >= 1)
+            shape.mesh->alpha = material.opacity;
         return shape;
     }
 
@@ -321,7 +295,8 @@ class SceneBuilder::Impl {
     ShapeStore m_shapes;
     FrameSetup m_setup;
     Shutter m_shutter;
-    std::vector<std::shared_ptr<const Material>> m_materials;
+    const std::vector<Foreign<ShapeRow>> m_foreignShapes = foreignShapes();
+    std::vector<MadeMaterial> m_materials;                             ///< beside the declarations
     std::vector<std::optional<std::shared_ptr<const Light>>> m_lights; ///< beside the declarations
 };
 

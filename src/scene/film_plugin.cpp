@@ -13,6 +13,10 @@ const ParamDef<std::vector<float>> kCropWindow{
 const ParamDef<std::vector<int>> kPixelBounds{"pixelbounds", {}, "part to render: x0 x1 y0 y1, pixels"};
 const ParamDef<std::string> kFilename{"filename", "", "output file; the command line's -o goes before it"};
 
+const ParamDef<float> kScale{"scale", 1, "factor of all light (pbrt-v2 and v3)"};
+const ParamDef<float> kIso{"iso", 100, "sensitivity; 100 leaves the light as it is (pbrt-v4)"};
+const ParamDef<float> kExposureTime{"exposuretime", 1, "another factor of all light (pbrt-v4)"};
+
 /// Beyond this an image of floats would not fit any machine this is meant for.
 constexpr int kMaxResolution = 1 << 16;
 
@@ -41,6 +45,9 @@ FilmSetup makeFilm(const ParamSet& params, const BuildContext&) {
         film.boundsY = {bounds[2], bounds[3]};
     }
     film.filename = params.get(kFilename);
+    film.scale = params.get(kScale) * params.get(kExposureTime) * params.get(kIso) / 100;
+    if (!(film.scale > 0 && film.scale < 1e30f))
+        throw Error(params.whereIs(kScale), "the film's factors of light must be positive");
     return film;
 }
 
@@ -49,7 +56,7 @@ FilmSetup makeFilm(const ParamSet& params, const BuildContext&) {
 Plugin<FilmSetup> imageFilmPlugin() {
     return {"image",
             "an image file",
-            {kXResolution, kYResolution, kCropWindow, kPixelBounds, kFilename},
+            {kXResolution, kYResolution, kCropWindow, kPixelBounds, kFilename, kScale, kIso, kExposureTime},
             makeFilm};
 }
 

@@ -1,12 +1,11 @@
 #include "scene/lexer.h"
 
+#include "core/file_bytes.h"
+
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <limits>
 
 namespace strobe {
@@ -242,22 +241,13 @@ std::string describe(const Token& token) {
 
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
                                          const std::filesystem::path& mainDirectory, const Location& where) {
-    const auto fail = [&](const std::string& why) {
-        throw Error(where, fmt::format("cannot read \"{}\": {}", path.string(), why),
+    try {
+        const FileBytes file = readFileBytes(path);
+        return std::make_shared<Source>(Source{path, file.view(), file.bytes, mainDirectory});
+    } catch (const std::runtime_error& e) {
+        throw Error(where, fmt::format("cannot read \"{}\": {}", path.string(), e.what()),
                     where ? ErrorKind::Scene : ErrorKind::Usage);
-    };
-    std::error_code code;
-    if (!std::filesystem::is_regular_file(path, code))
-        fail(code ? code.message() : "not a regular file");
-    const auto size = std::filesystem::file_size(path, code);
-    std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
-    if (code || !file)
-        fail(code ? code.message() : std::strerror(errno));
-    std::shared_ptr<char[]> bytes(new char[size + 1]); // not zeroed: make_shared would
-    const size_t read = std::fread(bytes.get(), 1, size, file.get());
-    if (read != size)
-        fail("it is shorter than it was a moment ago");
-    return std::make_shared<Source>(Source{path, {bytes.get(), read}, bytes, mainDirectory});
+    }
 }
 
 std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name) {

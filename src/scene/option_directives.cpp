@@ -6,10 +6,9 @@
 namespace strobe {
 
 ParamSet Parser::readParameters(const Call& call, const char* kind) {
-    ParamSet params = readParams(*m_lexer, call.where, m_looksLikeV4);
-    for (Param& param : params.all())
-        if (param.type == ParamType::Texture)
-            resolveTexture(param);
+    ParamSet params = readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
+    std::erase_if(params.all(),
+                  [&](Param& param) { return param.type == ParamType::Texture && !resolveTexture(param); });
     const auto defaults = kind ? m_state.defaults->find(kind) : m_state.defaults->end();
     if (defaults == m_state.defaults->end())
         return params;
@@ -58,7 +57,8 @@ void Parser::integrator(const Call& call) {
 }
 
 void Parser::option(const Call& call) {
-    const ParamSet params = readParams(*m_lexer, call.where, m_looksLikeV4);
+    const ParamSet params =
+        readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
     const ParamDef<std::string> conventions{"conventions", "", ""};
     for (const Param& param : params.all())
         if (param.name != conventions.name) {
@@ -85,13 +85,13 @@ void Parser::colorSpace(const Call& call) {
 
 void Parser::accelerator(const Call& call) {
     readString(call, "a name");
-    readParams(*m_lexer, call.where, m_looksLikeV4);
+    readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
     m_messages.warnOnce(call.name, call.where, "Accelerator is ignored: Embree builds its own");
 }
 
 void Parser::skip(const Call& call) {
     readString(call, "a name");
-    readParams(*m_lexer, call.where, m_looksLikeV4);
+    readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
     m_looksLikeV4 |= call.name == "MakeNamedMedium";
     skipNotice(call);
 }

@@ -194,10 +194,16 @@ Param readParam(Lexer& lexer, bool& looksLikeV4) {
 
 } // namespace
 
-ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4) {
+ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Messages* lenient) {
     ParamSet params(where);
-    while (lexer.peek() == TokenKind::String)
-        params.add(readParam(lexer, looksLikeV4));
+    while (lexer.peek() == TokenKind::String) {
+        Param param = readParam(lexer, looksLikeV4);
+        const auto isIt = [&](const Param& p) { return p.name == param.name; };
+        if (lenient && std::erase_if(params.all(), isIt) > 0)
+            lenient->warnOnce("parameter given twice " + param.name, param.where,
+                              fmt::format("parameter \"{}\" is given twice; the last counts", param.name));
+        params.add(std::move(param));
+    }
     return params;
 }
 

@@ -8,7 +8,8 @@ namespace strobe {
 
 /// Reads parameters up to the first token that is not a string. `where`: the directive's place. Textures keep
 /// their name in `strings`; the caller looks it up. `looksLikeV4` becomes true if only pbrt-v3 or v4 would
-/// write so. Throws located Errors.
-ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4);
+/// write so. A name that is given twice is an Error, or, with `lenient`, a warning there: the last counts.
+/// Throws located Errors.
+ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Messages* lenient);
 
 } // namespace strobe

@@ -20,9 +20,30 @@ std::filesystem::path canonicalPath(const std::filesystem::path& path) {
     return ignored ? path : result;
 }
 
-void refuseCompressed(const std::filesystem::path& name, const Location& where) {
-    if (name.extension() == ".gz")
-        throw Error(where, fmt::format("\"{}\" is compressed: unpack it first (gunzip)", name.string()));
+/// The source without the commas that some exporters put between numbers: pbrt reads over them. Offsets stay
+/// what they are.
+std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source, Messages& messages) {
+    const std::string_view text = source->text;
+    if (text.find(',') == std::string_view::npos)
+        return source;
+    std::shared_ptr<std::string> copy;
+    for (size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '#') {
+            i = std::min(text.find('\n', i), text.size());
+        } else if (text[i] == '"') {
+            while (++i < text.size() && text[i] != '"' && text[i] != '\n')
+                i += text[i] == '\\';
+        } else if (text[i] == ',') {
+            if (!copy) {
+                copy = std::make_shared<std::string>(text);
+                messages.warnOnce("commas", {source, i}, "commas between numbers are read as blanks");
+            }
+            (*copy)[i] = ' ';
+        }
+    }
+    if (!copy)
+        return source;
+    return std::make_shared<Source>(Source{source->path, *copy, copy, source->mainDirectory});
 }
 
 void followPbrtV2(KeyedTransform& t) {
@@ -54,6 +75,10 @@ void followPbrtV2(SceneDescription& desc) {
 }
 
 } // namespace
+
+bool isPbrtName(const std::filesystem::path& name) {
+    return (name.extension() == ".gz" ? name.stem() : name).extension() == ".pbrt";
+}
 
 std::string inQuotes(std::string_view name) { return describe({TokenKind::String, 0, name}); }
 
@@ -115,8 +140,8 @@ const std::map<std::string, Parser::Directive, std::less<>>& Parser::directives(
     return table;
 }
 
-Parser::Parser(const std::set<std::string>& sharingNames, Messages& messages)
-    : m_sharingNames(sharingNames), m_messages(messages) {
+Parser::Parser(const std::set<std::string>& sharingNames, Messages& messages, bool isStrict)
+    : m_sharingNames(sharingNames), m_messages(messages), m_isStrict(isStrict) {
     m_desc.materials.push_back({"", {"matte", ParamSet(), {}}});
     m_desc.world.name = "world";
 }
@@ -134,6 +159,8 @@ void Parser::parseGltf(const std::filesystem::path& path) {
 }
 
 void Parser::parseSource(std::shared_ptr<const Source> source) {
+    if (!m_isStrict)
+        source = withoutCommas(std::move(source), m_messages);
     m_files.push_back(canonicalPath(source->path));
     m_desc.sources.push_back(source);
     Lexer lexer(std::move(source));
@@ -174,7 +201,6 @@ void Parser::checkBlock(const Directive& directive, const Call& call) const {
 void Parser::include(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the name of a file");
-    refuseCompressed(name, where);
     const std::filesystem::path path = resolveFile(name, where);
     if (gltf::isGltfName(path)) {
         if (!m_worldBegin)
@@ -251,14 +277,14 @@ void Parser::objectEnd(const Call& call) {
     m_object = -1;
 }
 
-SceneDescription Parser::finish(bool isStrict) {
+SceneDescription Parser::finish() {
     checkAllClosed();
     if (!m_worldBegin)
         throw Error(m_end, "the scene has no WorldBegin");
-    m_desc.strictParameters = isStrict;
-    m_desc.conventions = m_saidConventions           ? *m_saidConventions
-                         : isStrict || m_looksLikeV4 ? Conventions::PbrtV4
-                                                     : Conventions::PbrtV2;
+    m_desc.strictParameters = m_isStrict;
+    m_desc.conventions = m_saidConventions             ? *m_saidConventions
+                         : m_isStrict || m_looksLikeV4 ? Conventions::PbrtV4
+                                                       : Conventions::PbrtV2;
     if (m_desc.conventions == Conventions::PbrtV2)
         followPbrtV2(m_desc);
     return std::move(m_desc);
@@ -268,22 +294,21 @@ SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
                             const std::set<std::string>& sharingNames, Messages& messages) {
     if (files.empty())
         throw Error("no scene file is given", ErrorKind::Usage);
-    Parser parser(sharingNames, messages);
+    Parser parser(sharingNames, messages, !isPbrtName(files.front()));
     for (const std::filesystem::path& file : files) {
-        refuseCompressed(file, {});
         if (gltf::isGltfName(file))
             parser.parseGltf(file);
         else
             parser.parse(readSource(file, file.parent_path(), {}));
     }
-    return parser.finish(files.front().extension() != ".pbrt");
+    return parser.finish();
 }
 
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
                            const std::set<std::string>& sharingNames, Messages& messages) {
-    Parser parser(sharingNames, messages);
+    Parser parser(sharingNames, messages, !isPbrtName(name));
     parser.parse(makeSource(text, name));
-    return parser.finish(name.extension() != ".pbrt");
+    return parser.finish();
 }
 
 } // namespace strobe

@@ -10,6 +10,9 @@
 
 namespace strobe {
 
+/// True for the names of files that other programs write: .pbrt, .pbrt.gz.
+bool isPbrtName(const std::filesystem::path& name);
+
 /// Parses the files one after another as if they were one (pbrt's habit). `.pbrt` files are lenient about
 /// unread parameters and follow pbrt-v2's or v4's conventions by what they contain; others are strict and
 /// follow v4's. `sharingNames`: names of integrators that choose how shading is shared, so that `Integrator

@@ -13,12 +13,13 @@ namespace strobe {
 /// Parses sources in order into one description.
 class Parser {
   public:
-    Parser(const std::set<std::string>& sharingNames, Messages& messages);
+    /// `isStrict`: false for what other programs write, where trifles are warned about.
+    Parser(const std::set<std::string>& sharingNames, Messages& messages, bool isStrict);
     void parse(std::shared_ptr<const Source> source);
     /// A glTF file of the command line; it begins the world, if no file before it has.
     void parseGltf(const std::filesystem::path& path);
-    /// Checks that everything is closed and settles the conventions. `isStrict`: a .scene file.
-    SceneDescription finish(bool isStrict);
+    /// Checks that everything is closed and settles the conventions.
+    SceneDescription finish();
 
   private:
     /// A directive word where it stands.
@@ -63,7 +64,10 @@ class Parser {
     /// Parameters, with the defaults of `kind` and with textures looked up.
     ParamSet readParameters(const Call& call, const char* kind = nullptr);
     Statement readStatement(const Call& call, const char* kind = nullptr);
-    void resolveTexture(Param& param) const;
+    /// False, with a warning, when it is unknown and the file is lenient.
+    bool resolveTexture(Param& param);
+    /// An Error in a strict file; in a lenient one, a warning that says how it goes on.
+    void complain(const Location& where, const std::string& what, const std::string& soThat);
 
     // Transforms (transform_directives.cpp).
     void identity(const Call&);
@@ -125,7 +129,8 @@ class Parser {
     std::vector<Open> m_open;
     Lexer* m_lexer = nullptr;                   ///< of the file being read
     std::vector<std::filesystem::path> m_files; ///< being read, the innermost last
-    bool m_looksLikeV4 = false;                 ///< something only pbrt-v3 or v4 has was seen
+    bool m_isStrict;
+    bool m_looksLikeV4 = false; ///< something only pbrt-v3 or v4 has was seen
     std::optional<Conventions> m_saidConventions;
     Location m_worldBegin, m_worldEnd, m_end;
     int m_object = -1; ///< the object being defined

@@ -18,6 +18,7 @@ struct FilmSetup {
     bool hasPixelBounds = false;
     V2i boundsX, boundsY; ///< pixels, half-open
     std::string filename;
+    float scale = 1; ///< of all light
 };
 
 struct PluginTables {

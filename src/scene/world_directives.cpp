@@ -6,7 +6,13 @@
 
 namespace strobe {
 
-void Parser::resolveTexture(Param& param) const {
+void Parser::complain(const Location& where, const std::string& what, const std::string& soThat) {
+    if (m_isStrict)
+        throw Error(where, what);
+    m_messages.warnOnce(what, where, what + ": " + soThat);
+}
+
+bool Parser::resolveTexture(Param& param) {
     const std::string& name = param.strings.at(0);
     const auto indexIn = [&](const std::map<std::string, int>& textures) {
         const auto found = textures.find(name);
@@ -14,11 +20,13 @@ void Parser::resolveTexture(Param& param) const {
     };
     param.ints = {indexIn(m_floatTextures), indexIn(m_rgbTextures)};
     if (param.ints[0] >= 0 || param.ints[1] >= 0)
-        return;
+        return true;
     std::vector<std::string> names = namesOf(m_floatTextures);
     for (const auto& entry : m_rgbTextures)
         names.push_back(entry.first);
-    throw Error(param.where, fmt::format("unknown texture {}{}", inQuotes(name), suggestion(name, names)));
+    complain(param.where, fmt::format("unknown texture {}{}", inQuotes(name), suggestion(name, names)),
+             "what it would be for keeps its default");
+    return false;
 }
 
 void Parser::attribute(const Call& call) {
@@ -66,9 +74,11 @@ void Parser::namedMaterial(const Call& call) {
     const std::string name = readString(call, "the name of a material");
     const auto found = m_namedMaterials.find(name);
     if (found == m_namedMaterials.end())
-        throw Error(where, fmt::format("unknown material {}{}", inQuotes(name),
-                                       suggestion(name, namesOf(m_namedMaterials))));
-    m_state.material = found->second;
+        complain(
+            where,
+            fmt::format("unknown material {}{}", inQuotes(name), suggestion(name, namesOf(m_namedMaterials))),
+            "its shapes are matte");
+    m_state.material = found == m_namedMaterials.end() ? 0 : found->second;
 }
 
 void Parser::texture(const Call& call) {
@@ -112,7 +122,7 @@ void Parser::addGltf(GltfDecl decl) {
 void Parser::shape(const Call& call) {
     Statement statement = readStatement(call, "shape");
     if (statement.name == "gltf")
-        return addGltf(readGltf(statement.params, m_lexer->source().path.extension() != ".pbrt", m_messages));
+        return addGltf(readGltf(statement.params, m_isStrict, m_messages));
     target().shapes.push_back(
         {std::move(statement), keyed(), m_state.material, m_state.areaLight, m_state.reverseOrientation});
 }
@@ -124,8 +134,9 @@ void Parser::objectInstance(const Call& call) {
         throw Error(where, fmt::format("object {} holds an instance of itself", inQuotes(name)));
     const auto found = m_objects.find(name);
     if (found == m_objects.end())
-        throw Error(where,
-                    fmt::format("unknown object {}{}", inQuotes(name), suggestion(name, namesOf(m_objects))));
+        return complain(
+            where, fmt::format("unknown object {}{}", inQuotes(name), suggestion(name, namesOf(m_objects))),
+            "its instances are left out");
     target().instances.push_back({found->second, keyed(), call.where});
 }
 

@@ -77,7 +77,23 @@ KeyedPoints readPositions(const ParamSet& params) {
     return parts;
 }
 
-KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions) {
+void checkNormals(std::vector<V3f>& normals, const std::string& ofKey, const Location& where,
+                  const BuildContext& context) {
+    if (!context.lenient)
+        return requireFinite(normals, "normal", ofKey, where);
+    for (V3f& n : normals)
+        if (!(std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z))) {
+            n = V3f(0);
+            context.messages.warnOnce("normals", where,
+                                      "some normals are not finite; the surface's own take their place");
+        }
+}
+
+void warnOfEmptyMesh(const Location& where, const BuildContext& context) {
+    context.messages.warnOnce("empty mesh", where, "a mesh of no triangles is left out");
+}
+
+KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions, const BuildContext& context) {
     if (!params.has(kN))
         return {};
     const std::vector<V3f> given = params.get(kN);
@@ -92,7 +108,8 @@ KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions) {
         throw Error(where, "\"N\" has " + count(given.size(), "normal", "normals") + ", but the mesh has " +
                                vertices(perKey) +
                                (keys > 1 ? " in each of " + std::to_string(keys) + " keys" : ""));
-    requireFinite(normals, "normal", where);
+    for (size_t k = 0; k < keys; ++k)
+        checkNormals(normals[k], keys > 1 ? " of key " + std::to_string(k) : "", where, context);
     return normals;
 }
 

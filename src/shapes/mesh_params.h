@@ -33,7 +33,15 @@ std::vector<uint32_t> readIndices(const ParamSet& params, size_t vertexCount);
 KeyedPoints readPositions(const ParamSet& params);
 
 /// "N", one array per key of `positions`; a single set is used for every key; empty when not given.
-KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions);
+KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions, const BuildContext& context);
+
+/// Normals that are NaN or infinite: an Error, or, in a lenient file, a warning, and they become zero, which
+/// stands for the geometry's own.
+void checkNormals(std::vector<V3f>& normals, const std::string& ofKey, const Location& where,
+                  const BuildContext& context);
+
+/// Warns that a mesh of no triangles is left out, which only a lenient file may have.
+void warnOfEmptyMesh(const Location& where, const BuildContext& context);
 
 /// The scene time of each of `keyCount` keys, strictly ascending; empty when there is only one.
 std::vector<float> readKeyTimes(const ParamSet& params, size_t keyCount, const BuildContext& context);

@@ -1,13 +1,12 @@
 #include "shapes/ply.h"
 
+#include "core/file_bytes.h"
 #include "core/memory.h"
 #include "shapes/ply_header.h"
 
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <fstream>
-#include <memory>
 
 namespace strobe {
 namespace {
@@ -283,11 +282,14 @@ void readFaces(const Element& faces, uint64_t vertexCount, Body& body, const Fai
 
 } // namespace
 
-PlyMesh parsePly(std::string_view contents, const std::string& fileName, const Location& where) {
+PlyMesh parsePly(std::string_view contents, const std::string& fileName, const Location& where,
+                 bool mayBeEmpty) {
     const Failure fail{fileName, where};
     const Header header = parseHeader(contents, fail);
     const Element* vertex = header.find("vertex");
     const Element* face = header.find("face");
+    if (mayBeEmpty && vertex && face && (vertex->count == 0 || face->count == 0))
+        return {};
     if (!vertex || vertex->count == 0)
         fail("has no vertices");
     if (!face || face->count == 0)
@@ -313,17 +315,14 @@ PlyMesh parsePly(std::string_view contents, const std::string& fileName, const L
     return mesh;
 }
 
-PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where) {
-    std::error_code error;
-    const uintmax_t size = std::filesystem::file_size(path, error); // also refuses what is not a file
-    if (error)
-        throw Error(where, "\"" + path.string() + "\" cannot be read: " + error.message());
-    const auto contents = std::make_unique_for_overwrite<char[]>(size);
-    preferLargePages(contents.get(), size);
-    std::ifstream file(path, std::ios::binary);
-    if (!file.read(contents.get(), static_cast<std::streamsize>(size)))
-        throw Error(where, "\"" + path.string() + "\" cannot be read");
-    return parsePly({contents.get(), size}, path.string(), where);
+PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where, bool mayBeEmpty) {
+    FileBytes file;
+    try {
+        file = readFileBytes(path);
+    } catch (const std::runtime_error& e) {
+        throw Error(where, "\"" + path.string() + "\" cannot be read: " + e.what());
+    }
+    return parsePly(file.view(), path.string(), where, mayBeEmpty);
 }
 
 } // namespace strobe

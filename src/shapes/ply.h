@@ -25,9 +25,11 @@ struct PlyMesh {
 /// texture_s texture_t]; faces: a list called vertex_indices or vertex_index. Other properties and elements
 /// are skipped. Values may be NaN. Anything malformed is an Error at `where` that names `fileName`; no
 /// allocation is larger than the contents warrant, whatever the header claims.
-PlyMesh parsePly(std::string_view contents, const std::string& fileName, const Location& where);
+PlyMesh parsePly(std::string_view contents, const std::string& fileName, const Location& where,
+                 bool mayBeEmpty = false);
 
-/// As parsePly, from a file.
-PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where);
+/// As parsePly, from a file, which may be packed by gzip. `mayBeEmpty`: a file without vertices or faces is a
+/// mesh without them.
+PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where, bool mayBeEmpty = false);
 
 } // namespace strobe

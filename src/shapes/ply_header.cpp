@@ -11,8 +11,6 @@ class HeaderParser {
     HeaderParser(std::string_view text, const Failure& fail) : m_text(text), m_fail(fail) {}
 
     Header parse() {
-        if (m_text.starts_with("\x1f\x8b"))
-            m_fail("is compressed with gzip; unpack it first");
         if (nextLine() != std::vector<std::string_view>{"ply"})
             m_fail("is not a PLY file (it does not start with the line \"ply\")");
         parseFormat(nextLine());

@@ -11,13 +11,13 @@ using namespace mesh_params;
 const ParamDef<std::vector<std::string>> kFilename{
     "filename", {}, "PLY file; several of the same topology: keys of a deforming mesh"};
 
-PlyMesh readKey(const std::string& name, const Location& where, Messages& messages) {
-    PlyMesh ply = readPlyFile(resolveFile(name, where), where);
+PlyMesh readKey(const std::string& name, const Location& where, const BuildContext& context) {
+    PlyMesh ply = readPlyFile(resolveFile(name, where), where, context.lenient);
     if (ply.trailingBytes > 0)
-        messages.warn(where, "\"" + name + "\": " + std::to_string(ply.trailingBytes) +
-                                 " bytes after the last element are ignored");
+        context.messages.warn(where, "\"" + name + "\": " + std::to_string(ply.trailingBytes) +
+                                         " bytes after the last element are ignored");
     requireFinite(ply.positions, "position", "", where);
-    requireFinite(ply.normals, "normal", "", where);
+    checkNormals(ply.normals, "", where, context);
     return ply;
 }
 
@@ -39,7 +39,12 @@ Shape createPlyMesh(const ParamSet& params, const BuildContext& context) {
     const Location where = params.whereIs(kFilename);
     if (names.empty())
         throw Error(where, "\"filename\" names no file");
-    PlyMesh first = readKey(names.front(), where, context.messages);
+    PlyMesh first = readKey(names.front(), where, context);
+    if (first.indices.empty()) {
+        params.markAllUsed();
+        warnOfEmptyMesh(where, context);
+        return {};
+    }
     auto mesh = std::make_shared<TriangleMesh>();
     const auto addKey = [&](PlyMesh& ply) {
         mesh->positions.push_back(std::move(ply.positions));
@@ -48,7 +53,7 @@ Shape createPlyMesh(const ParamSet& params, const BuildContext& context) {
     };
     std::vector<PlyMesh> others;
     for (size_t k = 1; k < names.size(); ++k) {
-        others.push_back(readKey(names[k], where, context.messages));
+        others.push_back(readKey(names[k], where, context));
         requireSameTopology(first, others.back(), names.front(), names[k], where);
         others.back().indices = {}; // only the first is kept
     }

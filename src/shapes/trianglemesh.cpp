@@ -37,12 +37,21 @@ std::vector<V3f> readTangents(const ParamSet& params, size_t vertexCount) {
     return tangents;
 }
 
+bool isEmpty(const ParamSet& params) {
+    return params.get(kP).empty() || (params.has(kIndices) && params.get(kIndices).empty());
+}
+
 Shape createTriangleMesh(const ParamSet& params, const BuildContext& context) {
+    if (context.lenient && isEmpty(params)) {
+        params.markAllUsed();
+        warnOfEmptyMesh(params.where(), context);
+        return {};
+    }
     auto mesh = std::make_shared<TriangleMesh>();
     mesh->positions = readPositions(params);
     mesh->keyTimes = readKeyTimes(params, mesh->positions.size(), context);
     mesh->indices = readIndices(params, mesh->vertexCount());
-    mesh->normals = readNormals(params, mesh->positions);
+    mesh->normals = readNormals(params, mesh->positions, context);
     mesh->tangents = readTangents(params, mesh->vertexCount());
     mesh->uvs = readUvs(params, mesh->vertexCount());
     mesh->alpha = readAlpha(params, context);

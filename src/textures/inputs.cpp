@@ -51,9 +51,14 @@ Mapping2D::Mapping2D(const ParamSet& params, const BuildContext& context, const 
     : m_scale(params.get(kUScale), params.get(kVScale)), m_delta(params.get(kUDelta), params.get(kVDelta)) {
     const std::string mapping = params.get(kMapping);
     m_planar = mapping == "planar";
-    if (!m_planar && mapping != "uv")
-        throw Error(params.whereIs(kMapping),
-                    "texture mapping \"" + mapping + "\" is not supported (known: uv, planar)");
+    if (!m_planar && mapping != "uv") {
+        if (!context.lenient)
+            throw Error(params.whereIs(kMapping),
+                        "texture mapping \"" + mapping + "\" is not supported (known: uv, planar)");
+        context.messages.warnOnce("mapping " + mapping, params.whereIs(kMapping),
+                                  "texture mapping \"" + mapping +
+                                      "\" is not supported; \"uv\" takes its place");
+    }
     if (m_planar) {
         m_v1 = params.get(kV1);
         m_v2 = params.get(kV2);

@@ -79,6 +79,11 @@ TEST(Spectrum, NamedSpectra) {
     expectNear(*namedSpectrum("metal-Cu-k"), Rgb(3.2476f, 2.5868f, 2.3560f), 1e-4f);
     expectNear(*namedSpectrum("glass-BK7"), Rgb(1.5168f), 1e-5f);
     EXPECT_FALSE(namedSpectrum("metal-Xx-eta"));
+    expectNear(*namedSpectrum("stdillum-D65"), Rgb(1), 1e-3f);
+    const Rgb a = *namedSpectrum("stdillum-A");
+    EXPECT_NEAR(luminance(a), 1, 2e-3f);
+    EXPECT_GT(a.x, 2 * a.z);
+    EXPECT_FALSE(namedSpectrum("stdillum-F13"));
 }
 
 class SpdFile : public testing::Test {

@@ -356,8 +356,8 @@ TEST(BuildErrors, CommandLine) {
 TEST(BuildErrors, SomeThingsAreOnlyWarned) {
     EXPECT_EQ(outcomeOf("WorldBegin").warnings,
               std::vector<std::string>{"warning: the scene has no light: the picture will be black"});
-    const Wrong cone{"WorldBegin\nLightSource \"point\"\nShape \"cone\"", 3, 1,
-                     "shape \"cone\" is not supported; it is left out"};
+    const Wrong cone{"WorldBegin\nLightSource \"point\"\nShape \"nurbs\"", 3, 1,
+                     "shape \"nurbs\" is not supported; it is left out"};
     EXPECT_EQ(outcomeOf(cone.text).warnings, std::vector<std::string>{located(cone, "warning")});
     EXPECT_EQ(outcomeOf(cone.text).error, "");
 }

@@ -242,9 +242,6 @@ TEST(SceneErrors, Includes) {
     EXPECT_EQ(error("Include 3"),
               dir + "main.scene:1:9: error: Include needs the name of a file in quotes, found '3'\n"
                     "  Include 3\n          ^");
-    EXPECT_EQ(error("Include \"mesh.pbrt.gz\""),
-              dir + "main.scene:1:9: error: \"mesh.pbrt.gz\" is compressed: unpack it first (gunzip)\n"
-                    "  Include \"mesh.pbrt.gz\"\n          ^");
     EXPECT_EQ(error("WorldBegin Include \"wrong.pbrt\""),
               dir +
                   "wrong.pbrt:2:9: error: Shape needs a name in quotes, found '1'\n    Shape 1\n          ^");

@@ -152,7 +152,6 @@ std::vector<Mangled> mangledHeaders() {
     return {
         {"", "no end"},
         {"plx\n", "is not a PLY file"},
-        {"\x1f\x8b\x08\x01", "gzip"},
         {"ply\nelement vertex 3\n", "second line"},
         {swap("ascii", "binary_middle_endian"), "unknown format \"binary_middle_endian\""},
         {swap("1.0", "2.0"), "version \"2.0\""},
@@ -336,6 +335,33 @@ TEST(PlyMesh, LocatedErrors) {
     expectShapeError(plugin, named({good.path, other.path}), "filename", "its faces differ");
     expectShapeError(plugin, named({good.path, good.path}).floats("keytimes", {1, 0}), "keytimes",
                      "ascending");
+}
+
+TEST(PlyMesh, LenientFilesMayBeEmptyOrHaveBadNormals) {
+    const TemporaryFile none("none.ply", ascii("0", kXyz, "0", kList, "")),
+        nan("nan.ply",
+            ascii("3", std::string(kXyz) + "property float nx\nproperty float ny\nproperty float nz\n", "1",
+                  kList, "0 0 0 nan 0 0 1 0 0 0 0 1 0 1 0 0 0 1 3 0 1 2\n"));
+    for (const bool lenient : {false, true}) {
+        std::string warning;
+        Messages messages([&](const std::string& text) { warning = text; });
+        BuildContext context{messages};
+        context.lenient = lenient;
+        const auto make = [&](const TemporaryFile& file) {
+            return plyMeshPlugin().create(named({file.path}).set(), context);
+        };
+        if (!lenient) {
+            EXPECT_THROW(make(none), Error);
+            EXPECT_THROW(make(nan), Error);
+            continue;
+        }
+        EXPECT_FALSE(make(none).mesh);
+        EXPECT_NE(warning.find("a mesh of no triangles is left out"), std::string::npos);
+        const Shape shape = make(nan);
+        EXPECT_EQ(shape.mesh->normals[0][0], V3f(0));
+        EXPECT_EQ(shape.mesh->normals[0][1], V3f(0, 0, 1));
+        EXPECT_NE(warning.find("some normals are not finite"), std::string::npos);
+    }
 }
 
 TEST(PlyMesh, WarnsOfTrailingBytes) {

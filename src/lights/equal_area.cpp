@@ -1,0 +1,57 @@
+#include "lights/equal_area.h"
+
+namespace strobe {
+namespace {
+
+/// Bilinear; over an edge the square goes on at the edge's own mirror image.
+Rgb lookup(const Image& image, const V2f& at) {
+    const int n = image.width;
+    const auto pixel = [&](int x, int y) {
+        if (x < 0 || x >= n)
+            x = x < 0 ? -x - 1 : 2 * n - 1 - x, y = n - 1 - y;
+        if (y < 0 || y >= n)
+            y = y < 0 ? -y - 1 : 2 * n - 1 - y, x = n - 1 - x;
+        return image.at(std::clamp(x, 0, n - 1), std::clamp(y, 0, n - 1));
+    };
+    const float px = at.x * float(n) - .5f, py = at.y * float(n) - .5f;
+    const int x = int(std::floor(px)), y = int(std::floor(py));
+    const float dx = px - float(x), dy = py - float(y);
+    return (pixel(x, y) * (1 - dx) + pixel(x + 1, y) * dx) * (1 - dy) +
+           (pixel(x, y + 1) * (1 - dx) + pixel(x + 1, y + 1) * dx) * dy;
+}
+
+} // namespace
+
+V2f equalAreaPoint(const V3f& w) {
+    const float x = std::abs(w.x), y = std::abs(w.y), z = std::abs(w.z);
+    // Rings around the pole become squares around the centre: of as large an area.
+    const float r = std::sqrt(std::max(1 - z, 0.f)), turn = x + y > 0 ? std::atan2(y, x) * (2 / kPi) : 0;
+    float u = r * (1 - turn), v = r * turn;
+    if (w.z < 0) { // folded outwards over the diagonal
+        const float unfolded = u;
+        u = 1 - v, v = 1 - unfolded;
+    }
+    return {(std::copysign(u, w.x) + 1) / 2, (std::copysign(v, w.y) + 1) / 2};
+}
+
+Image latitudeLongitudeOf(const Image& equalArea) {
+    constexpr int kSub =
+        2; // samples of a pixel along each axis: near the equator it is as large as a square's
+    Image out{2 * equalArea.width, equalArea.width, {}};
+    out.pixels.reserve(size_t(out.width) * size_t(out.height));
+    for (int y = 0; y < out.height; ++y)
+        for (int x = 0; x < out.width; ++x) {
+            Rgb sum(0);
+            for (int k = 0; k < kSub * kSub; ++k) {
+                const float phi = (float(x) + (float(k % kSub) + .5f) / kSub) / float(out.width) * 2 * kPi;
+                const float theta = (float(y) + (float(k / kSub) + .5f) / kSub) / float(out.height) * kPi;
+                const float s = std::sin(theta);
+                sum += lookup(equalArea,
+                              equalAreaPoint({s * std::cos(phi), s * std::sin(phi), std::cos(theta)}));
+            }
+            out.pixels.push_back(sum / float(kSub * kSub));
+        }
+    return out;
+}
+
+} // namespace strobe

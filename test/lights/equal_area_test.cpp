@@ -1,0 +1,70 @@
+#include "lights/equal_area.h"
+
+#include "core/sampling.h"
+
+#include <gtest/gtest.h>
+
+namespace strobe {
+namespace {
+
+TEST(EqualArea, KnownDirections) {
+    const auto expectAt = [](const V3f& w, float x, float y) {
+        const V2f p = equalAreaPoint(w);
+        EXPECT_NEAR(p.x, x, 1e-6f) << w.x << ' ' << w.y << ' ' << w.z;
+        EXPECT_NEAR(p.y, y, 1e-6f) << w.x << ' ' << w.y << ' ' << w.z;
+    };
+    expectAt({0, 0, 1}, .5f, .5f);
+    expectAt({1, 0, 0}, 1, .5f);
+    expectAt({0, 1, 0}, .5f, 1);
+    expectAt({-1, 0, 0}, 0, .5f);
+    expectAt({0, -1, 0}, .5f, 0);
+    const float h = std::sqrt(.5f);
+    expectAt({h, h, 0}, .75f, .75f);
+    const V2f below = equalAreaPoint(normalize(V3f(1e-4f, 1e-4f, -1)));
+    EXPECT_NEAR(below.x, 1, 1e-3f);
+    EXPECT_NEAR(below.y, 1, 1e-3f);
+}
+
+TEST(EqualArea, IsOfEqualArea) {
+    constexpr int kSide = 8, kSamples = 512;
+    std::vector<int> counts(kSide * kSide);
+    for (int i = 0; i < kSamples * kSamples; ++i) {
+        const V3f w =
+            uniformSphere({(float(i % kSamples) + .5f) / kSamples, (float(i / kSamples) + .5f) / kSamples});
+        const V2f p = equalAreaPoint(w);
+        ++counts[size_t(std::min(int(p.y * kSide), kSide - 1) * kSide +
+                        std::min(int(p.x * kSide), kSide - 1))];
+    }
+    const double expected = double(kSamples) * kSamples / (kSide * kSide);
+    for (const int count : counts)
+        EXPECT_NEAR(count / expected, 1, .02);
+}
+
+TEST(EqualArea, LatitudeLongitudeShowsTheSameLight) {
+    // A square that holds the direction's own components, smooth over all edges.
+    constexpr int n = 128;
+    Image square{n, n, std::vector<Rgb>(size_t(n * n))};
+    std::vector<int> hits(size_t(n * n));
+    constexpr int kSamples = 1024;
+    for (int i = 0; i < kSamples * kSamples; ++i) {
+        const V3f w =
+            uniformSphere({(float(i % kSamples) + .5f) / kSamples, (float(i / kSamples) + .5f) / kSamples});
+        const V2f p = equalAreaPoint(w);
+        const size_t at = size_t(std::min(int(p.y * n), n - 1) * n + std::min(int(p.x * n), n - 1));
+        square.pixels[at] += w, ++hits[at];
+    }
+    for (size_t i = 0; i < hits.size(); ++i)
+        square.pixels[i] = square.pixels[i] / float(std::max(hits[i], 1));
+    const Image map = latitudeLongitudeOf(square);
+    ASSERT_EQ(map.width, 2 * n);
+    for (int y = 0; y < map.height; ++y)
+        for (int x = 0; x < map.width; ++x) {
+            const float phi = (float(x) + .5f) / float(map.width) * 2 * kPi,
+                        theta = (float(y) + .5f) / float(map.height) * kPi;
+            const V3f w(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+            EXPECT_LT(length(map.at(x, y) - w), .04f) << x << ' ' << y;
+        }
+}
+
+} // namespace
+} // namespace strobe
