@@ -58,6 +58,10 @@ bool Maker::resolveStandIn(Statement& statement, const char* kind) {
     if (it == known.end())
         return false;
     const StandIn& standIn = it->second;
+    if (statement.name == "projection") // its picture becomes a cone
+        for (Param& p : statement.params.all())
+            if (p.name == "fov" && p.floats.size() == 1)
+                p.name = "coneangle", p.floats[0] /= 2;
     if (!standIn.exact)
         statement.params.markAllUsed(); // another plugin's parameters: those we know will be read
     if (standIn.name.empty())
