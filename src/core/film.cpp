@@ -53,6 +53,20 @@ void Film::clear() {
         std::fill(plane.begin(), plane.end(), 0.f);
 }
 
+void Film::clear(const Window& tile) {
+    for (int y = tile.y0; y < tile.y1; ++y)
+        for (int x = tile.x0; x < tile.x1; ++x)
+            m_sums[index(x, y)] = {}, m_image.pixels[index(x, y)] = Rgb(0);
+}
+
+bool Film::holds(const Window& tile, uint32_t samples) const {
+    for (int y = tile.y0; y < tile.y1; ++y)
+        for (int x = tile.x0; x < tile.x1; ++x)
+            if (const PixelSum& sum = m_sums[index(x, y)]; sum.good() + sum.bad() != samples)
+                return false;
+    return true;
+}
+
 void Film::copy(const Film& from, const Window& tile) {
     for (int y = tile.y0 - m_window.y0; y < tile.y1 - m_window.y0; ++y) {
         const ptrdiff_t row = ptrdiff_t(y) * m_image.width;
@@ -61,6 +75,8 @@ void Film::copy(const Film& from, const Window& tile) {
             std::copy(in.begin() + begin, in.begin() + end, out.begin() + begin);
         };
         take(from.m_image.pixels, m_image.pixels);
+        if (!from.m_sums.empty() && !m_sums.empty())
+            take(from.m_sums, m_sums);
         for (size_t i = 0; i < m_planes.size(); ++i)
             take(from.m_planes[i], m_planes[i]);
     }

@@ -35,7 +35,7 @@ class Film {
     void keepSums() { m_sums.resize(m_image.pixels.size()); }
     /// The pixel's samples: all of them, unless the film keeps sums.
     void add(int x, int y, const PixelSum& sum) {
-        const size_t i = size_t(y - m_window.y0) * size_t(m_image.width) + size_t(x - m_window.x0);
+        const size_t i = index(x, y);
         if (!m_sums.empty())
             m_sums[i].add(sum);
         m_image.pixels[i] = (m_sums.empty() ? sum : m_sums[i]).mean();
@@ -44,7 +44,11 @@ class Film {
     void add(const Film& part);
     /// No samples.
     void clear();
-    /// Takes pixels and layers over, but no sums, from a film of the same window and layers.
+    /// None in these pixels; the film keeps sums.
+    void clear(const Window& tile);
+    /// Whether each of these pixels has `samples` samples; the film keeps sums.
+    bool holds(const Window& tile, uint32_t samples) const;
+    /// Takes pixels and layers over, and sums if both keep them, from a film of the same window and layers.
     void copy(const Film& from, const Window& tile);
     /// Row by row over the window; empty if they are not kept.
     const std::vector<PixelSum>& sums() const { return m_sums; }
@@ -74,6 +78,9 @@ class Film {
 
   private:
     std::vector<Part> exrParts(const std::vector<Part>& more) const;
+    size_t index(int x, int y) const {
+        return size_t(y - m_window.y0) * size_t(m_image.width) + size_t(x - m_window.x0);
+    }
 
     int m_fullWidth, m_fullHeight;
     Window m_window;

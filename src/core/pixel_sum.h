@@ -3,6 +3,9 @@
 
 #include "core/math.h"
 
+#include <bit>
+#include <cstring>
+
 namespace strobe {
 
 /// Sums of weighted sample values as 128-bit integers. Each value is cut to a multiple of 2^-56 (far less
@@ -45,6 +48,18 @@ class PixelSum {
     uint32_t good() const { return m_good; }
     uint32_t bad() const { return m_bad; }
     bool operator==(const PixelSum&) const = default;
+
+    /// As bytes, for files.
+    static constexpr size_t kBytes = 3 * 16 + 2 * 4;
+    void store(char* bytes) const {
+        std::memcpy(bytes, &m_r, 16), std::memcpy(bytes + 16, &m_g, 16), std::memcpy(bytes + 32, &m_b, 16);
+        std::memcpy(bytes + 48, &m_good, 4), std::memcpy(bytes + 52, &m_bad, 4);
+    }
+    void load(const char* bytes) {
+        static_assert(std::endian::native == std::endian::little);
+        std::memcpy(&m_r, bytes, 16), std::memcpy(&m_g, bytes + 16, 16), std::memcpy(&m_b, bytes + 32, 16);
+        std::memcpy(&m_good, bytes + 48, 4), std::memcpy(&m_bad, bytes + 52, 4);
+    }
 
   private:
     using Sum = __int128;

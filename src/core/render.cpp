@@ -48,6 +48,7 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
     constexpr int kPixels = 16;
     settings.samplesPerPixel = 16;
     settings.slice.reset();
+    settings.resume = false;
     settings.probe = nullptr;
     settings.stop = nullptr;
     settings.features = nullptr;
@@ -134,6 +135,17 @@ bool Renderer::render(Film& film) {
     return whole;
 }
 
+bool Renderer::isThere(const Window& tile, Film& film) const {
+    if (!m_settings.resume)
+        return false;
+    const uint32_t samples =
+        m_settings.slice ? m_settings.slice->count() : uint32_t(m_settings.samplesPerPixel);
+    if (film.holds(tile, samples))
+        return true;
+    film.clear(tile);
+    return false;
+}
+
 bool Renderer::renderTiles(const std::vector<Window>& tiles, int threads, Film& film) {
     tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;
     // TBB orders what is before, in and after its tasks. These two say so in the language, too:
@@ -159,7 +171,7 @@ bool Renderer::renderTiles(const std::vector<Window>& tiles, int threads, Film& 
                         renderer =
                             std::make_unique<TileRenderer>(m_scene, *m_shared, m_shader, m_sampler, m_filter,
                                                            m_settings, m_integrator.dependence());
-                    if (!renderer->renderTile(tiles[i], film))
+                    if (!isThere(tiles[i], film) && !renderer->renderTile(tiles[i], film))
                         return;
                     const size_t finished = ++done;
                     if (m_settings.tileDone)

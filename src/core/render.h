@@ -25,6 +25,9 @@ struct RenderSettings {
     int samplesPerPixel = 1;
     /// Of each pixel's samples, those to render: sums of slices add up to the whole's, to the bit. None: all.
     std::optional<SampleSlice> slice;
+    /// The film keeps sums, and pixels that have all these samples already: tiles of them are left as they
+    /// are; others are begun anew.
+    bool resume = false;
     uint64_t seed = 0;
     int threads = 0;   ///< 0: as many as the machine has
     int tileSize = 32; ///< pixels; changes the time, never a pixel
@@ -73,6 +76,8 @@ class Renderer {
     const RenderStats& stats() const { return m_stats; }
 
   private:
+    /// Whether the film has it already; what it has of it in part is taken away.
+    bool isThere(const Window& tile, Film& film) const;
     bool renderTiles(const std::vector<Window>& tiles, int threads, Film& film);
     void addCounters(size_t thread, Counters counters);
     RenderContext context(int threads) const;

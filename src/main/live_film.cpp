@@ -13,7 +13,10 @@ int piecesOf(int pixels) { return (pixels + kPiece - 1) / kPiece; }
 LiveFilm::LiveFilm(const Film& like)
     : m_window(like.window()), m_film(like.fullWidth(), like.fullHeight(), like.window(), like.layers()),
       m_across(piecesOf(m_window.width())), m_down(piecesOf(m_window.height())),
-      m_filled(size_t(m_across) * size_t(m_down)), m_waits(m_filled.size()) {}
+      m_filled(size_t(m_across) * size_t(m_down)), m_waits(m_filled.size()) {
+    if (!like.sums().empty())
+        m_film.keepSums();
+}
 
 void LiveFilm::update(const Film& film, const Window& tile) {
     {

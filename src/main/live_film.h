@@ -15,7 +15,7 @@ namespace strobe {
 /// piles up.
 class LiveFilm {
   public:
-    /// `like`: its size and layers.
+    /// `like`: its size and layers, and whether it keeps sums.
     explicit LiveFilm(const Film& like);
 
     /// Copies what `film` has in a tile of the window. From any thread.

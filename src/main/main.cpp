@@ -1,6 +1,8 @@
 // The command line program: parse, build, render, develop.
 #include "core/heatmap.h"
 #include "main/aov_films.h"
+#include "main/checkpoint.h"
+#include "main/merge.h"
 #include "main/options.h"
 #include "main/picture.h"
 #include "main/report.h"
@@ -150,16 +152,19 @@ void checkOptions(const Options& options) {
 RenderSettings settingsOf(const Options& options, const BuiltScene& built) {
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
+    settings.slice = options.samples;
     settings.seed = options.seed;
     settings.threads = options.threads;
     settings.tileSize = options.tile;
     return settings;
 }
 
+bool isPart(const std::filesystem::path& output) { return output.extension() == ".part"; }
+
 /// Renders a picture and writes all that is asked for, the outputs last. `start`: when its time began to
-/// count.
-void makePicture(const Options& options, const BuiltScene& built, StepSeconds seconds,
-                 Clock::time_point start, spdlog::logger& log) {
+/// count. False: signals ended it.
+bool makePicture(const Options& options, const BuiltScene& built, StepSeconds seconds,
+                 Clock::time_point start, StopSignals* signals, spdlog::logger& log) {
     for (const auto& output : options.outputs)
         checkWritable(output);
     RenderSettings settings = settingsOf(options, built);
@@ -169,12 +174,20 @@ void makePicture(const Options& options, const BuiltScene& built, StepSeconds se
     Film film(built.resolution.x, built.resolution.y, built.window, layersOf(options));
     AovFilms aovs(options, built, log);
     aovs.addTo(settings);
+    if (std::any_of(options.outputs.begin(), options.outputs.end(), isPart))
+        film.keepSums();
     const OutputSettings outputSettings = outputSettingsOf(options);
     for (const auto& output : options.outputs)
-        film.checkWrite(output, outputSettings, aovs.develop().parts);
+        if (!isPart(output))
+            film.checkWrite(output, outputSettings, aovs.develop().parts);
     const WriteOutputs write = [&](const Film& picture, const RenderStats& so, bool finished) {
         const DevelopedAovs developed = finished ? aovs.develop() : DevelopedAovs{};
         for (const auto& output : options.outputs) {
+            if (isPart(output)) {
+                if (finished)
+                    writePart(output, partOf(picture, options, built));
+                continue;
+            }
             Metadata metadata = renderMetadata(built, options, so, seconds, finished);
             if (output.extension() == ".png")
                 addViewMetadata(options, metadata);
@@ -183,7 +196,8 @@ void makePicture(const Options& options, const BuiltScene& built, StepSeconds se
             warnOfClamped(output, picture.write(output, metadata, outputSettings, developed.parts), log);
         }
     };
-    const RenderStats stats = renderPicture(built, options, settings, start, film, write, log);
+    const RenderStats stats = renderPicture(built, options, settings, start, signals, film, write, log);
+    const bool finished = stats.passes > 0;
     warnOfBadSamples(stats, log);
     if (!options.heatmapFile.empty())
         writePng(options.heatmapFile, heatmap(film, options.heatmapLayer, settings.samplesPerPixel),
@@ -192,10 +206,17 @@ void makePicture(const Options& options, const BuiltScene& built, StepSeconds se
         samples.write(options.samplesFile);
     if (!options.statsFile.empty())
         writeStats(options.statsFile, built, options, stats, seconds);
-    write(film, stats, true);
+    write(film, stats, finished);
+    if (!finished) {
+        log.warn("stopped; --resume goes on");
+        return false;
+    }
+    if (options.checkpoint > 0)
+        Checkpoint::remove(options);
     log.info("{}", summary(built, stats, seconds));
     for (const auto& output : options.outputs)
         log.info("wrote {}", output.string());
+    return true;
 }
 
 void makeSequence(const Options& given, SceneDescription&& description, StepSeconds seconds,
@@ -218,14 +239,17 @@ void makeSequence(const Options& given, SceneDescription&& description, StepSeco
         log.info("frame {} ({} of {})", frame, i + 1, count);
         const BuiltScene built = builder.build(shutterOf(sequence, frame));
         seconds.build = secondsSince(start);
-        makePicture(ofFrame, built, seconds, start, log);
+        makePicture(ofFrame, built, seconds, start, nullptr, log);
         start = std::chrono::steady_clock::now();
         seconds.parse = 0; // once for all
     }
     log.info("{} frames: {} rendered now, {} before", count, count - finished, finished);
 }
 
-int run(const Options& options, spdlog::logger& log) {
+int run(Options options, spdlog::logger& log) {
+    std::optional<StopSignals> signals; // before there are threads
+    if (options.checkpoint > 0)
+        signals.emplace();
     if (options.list) {
         fmt::print("{}", listPlugins(pluginTables()));
         return kOk;
@@ -244,14 +268,17 @@ int run(const Options& options, spdlog::logger& log) {
         makeSequence(options, std::move(description), seconds, messages, log);
         return kOk;
     }
+    if (options.checkpoint > 0 || std::any_of(options.outputs.begin(), options.outputs.end(), isPart))
+        options.content = contentHash(description);
     start = std::chrono::steady_clock::now();
     const BuiltScene built = buildScene(std::move(description), options.build, messages);
     seconds.build = secondsSince(start);
     log.debug("parsed in {:.3f} s, built in {:.3f} s", seconds.parse, seconds.build);
     if (options.pixel)
         printPixel(options, built, settingsOf(options, built));
-    else
-        makePicture(withOutput(options, built.filename, log), built, seconds, processStart(), log);
+    else if (!makePicture(withOutput(options, built.filename, log), built, seconds, processStart(),
+                          signals ? &*signals : nullptr, log))
+        return kInterrupted;
     return kOk;
 }
 
@@ -269,13 +296,20 @@ int exitCodeOf(ErrorKind kind) {
 
 int guardedMain(int argc, char** argv) {
     Options options;
-    if (const auto code = parseCommandLine(argc, argv, options))
+    MergeOptions merging;
+    const bool merges = argc > 1 && std::string_view(argv[1]) == "merge";
+    if (const auto code =
+            merges ? parseMerge(argc - 1, argv + 1, merging) : parseCommandLine(argc, argv, options))
         return *code;
+    options.quiet |= merging.quiet;
     spdlog::logger log("strobe", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
     log.set_pattern("%v");
     log.set_level(options.quiet ? spdlog::level::err : spdlog::level::from_str(options.logLevel));
     try {
-        return run(options, log);
+        if (!merges)
+            return run(options, log);
+        merge(merging, log);
+        return kOk;
     } catch (const Error& e) {
         log.error("{}", formatDiagnostic(e.location, "error", e.what()));
         return exitCodeOf(e.kind);

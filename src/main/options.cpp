@@ -1,5 +1,6 @@
 #include "main/options.h"
 
+#include "main/progressive_options.h"
 #include "main/sequence.h"
 
 #include <CLI/CLI.hpp>
@@ -28,44 +29,6 @@ V2i parseResolution(const std::string& text) {
         size.x > kMost || size.y > kMost)
         throw CLI::ValidationError("--resolution", "takes WxH, two positive integers");
     return size;
-}
-
-/// What decides how long is rendered, and what shows it on the way.
-void addProgressive(CLI::App& app, Options& options, std::optional<std::string>& display) {
-    app.add_option("--time-limit", options.timeLimit,
-                   "render as well as these many seconds allow, all counted")
-        ->check(CLI::PositiveNumber);
-    app.add_option("--noise-target", options.noiseTarget,
-                   "render until the noise of 95 % of the pixels is no more; passes of --spp samples")
-        ->check(CLI::PositiveNumber);
-    app.add_option("--reference", options.reference, "print the error against this image while rendering");
-    app.add_option("--curve", options.curveFile, "with --reference: write errors and seconds as CSV");
-    app.add_option("--partial", options.partial, "write the image so far every so many seconds")
-        ->check(CLI::PositiveNumber);
-    app.add_option("--display-server", display, "host:port: show the picture in tev while it is rendered");
-}
-
-void checkProgressive(Options& options, const std::optional<std::string>& display) {
-    if (display && !(options.display = ViewerAddress::parse(*display)))
-        throw CLI::ValidationError("--display-server", "takes host:port");
-    if (!options.curveFile.empty() && options.reference.empty())
-        throw CLI::ValidationError("--curve", "needs --reference");
-    const char* passes = options.timeLimit > 0        ? "--time-limit"
-                         : options.noiseTarget > 0    ? "--noise-target"
-                         : !options.reference.empty() ? "--reference"
-                                                      : nullptr;
-    if (passes && options.pixel)
-        throw CLI::ValidationError("--pixel", std::string("does not go with ") + passes);
-    if (passes && !options.samplesFile.empty())
-        throw CLI::ValidationError("--samples", std::string("does not go with ") + passes);
-    const bool varies =
-        std::find(options.layers.begin(), options.layers.end(), Layer::Variance) != options.layers.end();
-    const bool others = options.layers.size() > size_t(varies) || !options.features.empty() ||
-                        !options.lights.empty() || !options.heatmapFile.empty();
-    if (passes && others)
-        throw CLI::ValidationError("--aov", std::string("layers do not go with ") + passes);
-    if (varies && !(options.noiseTarget > 0))
-        throw CLI::ValidationError("--aov", "variance is told by passes: it needs --noise-target");
 }
 
 /// The row called `name`, or null.
@@ -182,12 +145,18 @@ void addPictureOptions(CLI::App& app, Options& options, std::string& exr) {
 
 } // namespace
 
+void checkOutputName(const std::filesystem::path& output) {
+    const auto extension = output.extension();
+    if (extension != ".exr" && extension != ".png" && extension != ".part")
+        throw CLI::ValidationError("-o", "\"" + output.string() + "\" must end in .exr, .png or .part");
+}
+
 std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     CLI::App app{"strobe: how little can you shade and still be right?"};
     app.set_version_flag("--version", "strobe " STROBE_VERSION);
     std::vector<float> crop;
     std::string pixel, resolution, heatmapOf = "shades", exr;
-    std::optional<std::string> display;
+    ProgressiveTexts progressive;
     std::vector<std::string> layers;
     std::string frames, shutter;
     double fps = Sequence().fps;
@@ -201,7 +170,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--spp", options.build.samplesPerPixel, "visibility samples per pixel")
         ->check(CLI::PositiveNumber);
     app.add_option("--resolution", resolution, "WxH: of the frame, in pixels");
-    app.add_option("-o,--output", options.outputs, "output file (.exr or .png); may be given again")
+    app.add_option("-o,--output", options.outputs, "output file (.exr, .png or .part); may be given again")
         ->allow_extra_args(false);
     addPictureOptions(app, options, exr);
     app.add_option("--threads", options.threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
@@ -234,7 +203,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--stats", options.statsFile, "write statistics as JSON");
     app.add_option("--log-level", options.logLevel, "debug, info, warn or error")
         ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
-    addProgressive(app, options, display);
+    addProgressiveOptions(app, options, progressive);
     app.add_flag("--list", options.list, "print every plugin with its parameters, and stop");
 
     try {
@@ -256,8 +225,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
             options.build.crop = {crop[0], crop[1], crop[2], crop[3]};
         }
         for (const auto& output : options.outputs)
-            if (output.extension() != ".exr" && output.extension() != ".png")
-                throw CLI::ValidationError("-o", "\"" + output.string() + "\" must end in .exr or .png");
+            checkOutputName(output);
         if (!options.heatmapFile.empty() && options.heatmapFile.extension() != ".png")
             throw CLI::ValidationError("--heatmap",
                                        "\"" + options.heatmapFile.string() + "\" must end in .png");
@@ -267,7 +235,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         if (!exr.empty())
             options.exr = exrCalled(exr);
         chooseLayers(layers, options);
-        checkProgressive(options, display);
+        readProgressiveOptions(progressive, options);
         options.heatmapLayer = layerCalled("--heatmap-of", heatmapOf);
         if (options.scenes.empty() && !options.list && !options.printOcio)
             throw CLI::RequiredError("FILE");

@@ -31,8 +31,11 @@ struct Options {
     std::optional<V2i> pixel;
     std::optional<uint32_t> sample;
     std::filesystem::path statsFile, heatmapFile, samplesFile;
-    double timeLimit = 0, noiseTarget = 0, partial = 0; ///< 0: none
+    double timeLimit = 0, noiseTarget = 0, partial = 0, checkpoint = 0; ///< 0: none
+    bool resume = false;
     std::filesystem::path reference, curveFile;
+    std::optional<SampleSlice> samples; ///< of each pixel; none: all
+    uint64_t content = 0;               ///< contentHash of the scene, where parts are written
     std::optional<ViewerAddress> display;
     Layer heatmapLayer = Layer::Shades;
     ViewSettings view;  ///< of PNGs
@@ -53,7 +56,17 @@ struct Options {
 };
 
 /// Exit codes of the program.
-enum ExitCode { kOk = 0, kUsageError = 1, kSceneError = 2, kOutputError = 3, kInternalError = 4 };
+enum ExitCode {
+    kOk = 0,
+    kUsageError = 1,
+    kSceneError = 2,
+    kOutputError = 3,
+    kInternalError = 4,
+    kInterrupted = 5
+};
+
+/// Throws CLI::ValidationError unless the name is that of a file that can be written: .exr, .png or .part.
+void checkOutputName(const std::filesystem::path& output);
 
 /// Fills `options`; returns an exit code when the program has nothing more to do (--help, --version, a
 /// mistake).

@@ -1,5 +1,6 @@
 #include "main/picture.h"
 
+#include "main/checkpoint.h"
 #include "main/display_server.h"
 #include "main/error_curve.h"
 #include "main/partial_writer.h"
@@ -22,15 +23,20 @@ std::string imageName(const Options& options) {
 class Picture {
   public:
     Picture(const BuiltScene& built, const Options& options, const RenderSettings& settings,
-            Clock::time_point start, Film& film, const WriteOutputs& write, spdlog::logger& log)
+            Clock::time_point start, StopSignals* signals, Film& film, const WriteOutputs& write,
+            spdlog::logger& log)
         : m_built(built), m_options(options), m_settings(settings), m_start(start), m_film(film),
           m_write(write), m_log(log), m_progress(options.quiet) {
         if (!options.reference.empty())
             m_curve.emplace(options.reference, film);
-        if (options.partial > 0 || options.display)
+        if (options.checkpoint > 0)
+            goOn(signals);
+        if (options.partial > 0 || options.display || m_checkpoint)
             m_live = std::make_shared<LiveFilm>(film);
         if (m_live)
             m_settings.tileDone = [this](const Film& of, const Window& tile) { m_live->update(of, tile); };
+        if (m_live && m_settings.resume)
+            m_live->update(film, film.window());
         m_settings.progress = [this](double part) { m_progress.update(m_fraction(part)); };
     }
 
@@ -43,12 +49,55 @@ class Picture {
         std::optional<PartialWriter> partial;
         if (m_options.partial > 0)
             partial.emplace(Seconds(m_options.partial), [this] { writePartial(); });
-        const RenderStats stats = render();
+        const RenderStats stats = renderSafely();
         m_progress.finish();
         return stats;
     }
 
   private:
+    /// Takes up what there is of the picture.
+    void goOn(StopSignals* signals) {
+        m_film.keepSums();
+        m_checkpoint.emplace(m_options, m_built);
+        m_settings.resume = m_options.resume && m_checkpoint->resume(m_film);
+        if (m_options.resume && !m_settings.resume)
+            m_log.info("there is nothing to resume from");
+        m_signals = signals;
+        m_settings.stop = [signals] { return signals->stops(); };
+    }
+
+    /// With checkpoints, if that is wanted.
+    RenderStats renderSafely() {
+        if (!m_checkpoint)
+            return render();
+        RenderStats stats;
+        {
+            const auto save = [this] {
+                attempt("--checkpoint", [this] { m_checkpoint->save(m_live->film()); });
+            };
+            const PartialWriter saver(Seconds(m_options.checkpoint), save);
+            const OnSave onSave(*m_signals, save);
+            stats = render();
+        }
+        if (stats.passes == 0)
+            m_checkpoint->save(m_film);
+        return stats;
+    }
+
+    /// What SIGHUP does, for a while.
+    class OnSave {
+      public:
+        OnSave(StopSignals& signals, std::function<void()> save) : m_signals(signals) {
+            m_signals.onSave(std::move(save));
+        }
+        ~OnSave() { m_signals.onSave(nullptr); }
+        OnSave(const OnSave&) = delete;
+        OnSave& operator=(const OnSave&) = delete;
+
+      private:
+        StopSignals& m_signals;
+    };
+
     RenderStats render() {
         const BuiltScene& b = m_built;
         const Sampler& sampler = *b.sampler.sampler;
@@ -141,11 +190,16 @@ class Picture {
             const std::lock_guard lock(m_mutex);
             stats = m_stats;
         }
+        attempt("--partial", [&] { m_write(m_live->film(), stats, false); });
+    }
+
+    /// Something that may fail, and be tried again later: the disk may have room when it matters.
+    void attempt(const char* option, const std::function<void()>& write) {
         try {
-            m_write(m_live->film(), stats, false);
+            write();
         } catch (const Error& e) {
-            if (!std::exchange(m_warnedOfWriting, true)) // the disk may have room again when it matters
-                m_log.warn("--partial: {}", e.what());
+            if (!m_warnedOfWriting.exchange(true))
+                m_log.warn("{}: {}", option, e.what());
         }
     }
 
@@ -163,15 +217,17 @@ class Picture {
     std::shared_ptr<LiveFilm> m_live;
     std::mutex m_mutex;
     RenderStats m_stats; ///< of the passes so far; under m_mutex
-    bool m_warnedOfWriting = false;
+    std::optional<Checkpoint> m_checkpoint;
+    StopSignals* m_signals = nullptr;
+    std::atomic<bool> m_warnedOfWriting{false};
 };
 
 } // namespace
 
 RenderStats renderPicture(const BuiltScene& built, const Options& options, RenderSettings settings,
-                          PassGoal::Clock::time_point start, Film& film, const WriteOutputs& write,
-                          spdlog::logger& log) {
-    RenderStats stats = Picture(built, options, settings, start, film, write, log).make();
+                          PassGoal::Clock::time_point start, StopSignals* signals, Film& film,
+                          const WriteOutputs& write, spdlog::logger& log) {
+    RenderStats stats = Picture(built, options, settings, start, signals, film, write, log).make();
     if (stats.noise)
         log.info("noise {:.4g} after {} passes{}", *stats.noise, stats.passes,
                  *stats.noise <= options.noiseTarget ? "" : ": the target is not met");

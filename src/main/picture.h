@@ -4,6 +4,7 @@
 #include "core/passes.h"
 #include "main/options.h"
 #include "main/progress.h"
+#include "main/stop_signals.h"
 
 #include <spdlog/logger.h>
 
@@ -13,9 +14,10 @@ namespace strobe {
 using WriteOutputs = std::function<void(const Film&, const RenderStats&, bool finished)>;
 
 /// Renders what the options ask for into the film; all but the last writing of the outputs. `start`: of the
-/// program, for --time-limit. Throws Error.
+/// program, for --time-limit. `signals`: there with --checkpoint. No passes in the result: they ended the
+/// render before its time, and a checkpoint is saved. Throws Error.
 RenderStats renderPicture(const BuiltScene& built, const Options& options, RenderSettings settings,
-                          PassGoal::Clock::time_point start, Film& film, const WriteOutputs& write,
-                          spdlog::logger& log);
+                          PassGoal::Clock::time_point start, StopSignals* signals, Film& film,
+                          const WriteOutputs& write, spdlog::logger& log);
 
 } // namespace strobe

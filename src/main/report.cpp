@@ -15,6 +15,8 @@ Metadata renderMetadata(const BuiltScene& built, const Options& options, const R
     m.emplace_back("strobe:samplesPerPixel", int(stats.samplesPerPixel));
     if (!finished)
         m.emplace_back("strobe:unfinished", 1);
+    if (const auto& s = options.samples)
+        m.emplace_back("strobe:samples", fmt::format("{}:{}", s->first, s->end));
     if (stats.passes > 1)
         m.emplace_back("strobe:passes", stats.passes);
     if (stats.noise)

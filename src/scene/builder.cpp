@@ -36,6 +36,13 @@ void applyDefines(const std::vector<std::string>& defines, const PluginTables& t
 
 Window windowOf(const FilmSetup& film, const BuildOptions& options, const V2i& resolution,
                 const Location& filmWhere) {
+    if (const auto& b = options.pixelBounds) {
+        if (b->x0 < 0 || b->y0 < 0 || b->x1 > resolution.x || b->y1 > resolution.y)
+            throw Error("--pixel-bounds: the frame has " + std::to_string(resolution.x) + "x" +
+                            std::to_string(resolution.y) + " pixels",
+                        ErrorKind::Usage);
+        return *b;
+    }
     V2f x = film.cropX, y = film.cropY;
     if (options.crop) {
         x = {(*options.crop)[0], (*options.crop)[1]};

@@ -18,6 +18,7 @@ struct BuildOptions {
     int samplesPerPixel = 0;          ///< 0: as the scene says
     std::optional<V2i> resolution;
     std::optional<std::array<float, 4>> crop; ///< x0 x1 y0 y1, fractions
+    std::optional<Window> pixelBounds;        ///< goes before crop; must lie in the frame
     std::optional<Shutter> shutter; ///< in scene time, in place of the camera's; closing as it opens: a still
     bool quick = false;             ///< a quarter of the resolution and of the samples
     std::shared_ptr<const ColourConfig> colour = std::make_shared<const ColourConfig>();

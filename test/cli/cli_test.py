@@ -353,8 +353,8 @@ class Options(CliTest):
         values = [picture.value("variance.Y", x, y) for x, y in picture.pixels()]
         self.assertTrue(all(0 <= v < 1 for v in values))
         self.assertGreater(max(values), 0)
-        for words, says in ((("variance",), "variance is told by passes: it needs --noise-target"),
-                            (("variance,depth", "--noise-target", "1"), "layers do not go with --noise-target")):
+        for words, says in ((("variance",), "--aov variance: needs --noise-target"),
+                            (("variance,depth", "--noise-target", "1"), "--aov: does not go with --noise-target")):
             self.assertIn(says, self.run_strobe("s.scene", "--aov", *words, code=USAGE).err)
 
     def test_layers_need_an_exr(self):

@@ -1,0 +1,72 @@
+#include "main/merge.h"
+
+#include "main/options.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace strobe {
+
+namespace {
+
+Film filmOf(const RenderPart& part) {
+    Film film(part.fullWidth, part.fullHeight, part.window);
+    const Window& w = part.window;
+    for (int y = w.y0; y < w.y1; ++y)
+        for (int x = w.x0; x < w.x1; ++x)
+            film.add(x, y, part.sums[size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0)]);
+    return film;
+}
+
+Metadata metadataOf(const RenderPart& part, uint64_t missing) {
+    Metadata m;
+    for (const auto& [name, value] : part.key)
+        m.emplace_back("strobe:" + name, value);
+    m.emplace_back("Software", "strobe " STROBE_VERSION);
+    m.emplace_back("strobe:samplesPerPixel", part.samplesPerPixel);
+    uint64_t bad = 0;
+    for (const PixelSum& sum : part.sums)
+        bad += sum.bad();
+    m.emplace_back("strobe:badSamples", std::to_string(bad));
+    if (missing > 0)
+        m.emplace_back("strobe:unfinished", 1);
+    return m;
+}
+
+} // namespace
+
+std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options) {
+    CLI::App app{"strobe merge: puts the parts of a render together"};
+    app.add_option("PART", options.parts, "files that strobe -o NAME.part wrote")->required();
+    app.add_option("-o,--output", options.outputs, "output file (.exr, .png or .part); may be given again")
+        ->allow_extra_args(false)
+        ->required();
+    app.add_flag("--quiet", options.quiet, "print errors only");
+    try {
+        app.parse(argc, argv);
+        for (const auto& output : options.outputs)
+            checkOutputName(output);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? kOk : kUsageError;
+    }
+    return std::nullopt;
+}
+
+void merge(const MergeOptions& options, spdlog::logger& log) {
+    RenderPart whole = readPart(options.parts.front());
+    for (size_t i = 1; i < options.parts.size(); ++i)
+        addPart(whole, readPart(options.parts[i]), options.parts[i]);
+    const uint64_t missing = missingSamples(whole);
+    if (missing > 0)
+        log.warn("{} samples of the pixels from {},{} to {},{} are missing", missing, whole.window.x0,
+                 whole.window.y0, whole.window.x1 - 1, whole.window.y1 - 1);
+    for (const auto& output : options.outputs) {
+        if (output.extension() == ".part")
+            writePart(output, whole);
+        else
+            filmOf(whole).write(output, metadataOf(whole, missing));
+        log.info("wrote {}", output.string());
+    }
+}
+
+} // namespace strobe

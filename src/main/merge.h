@@ -1,0 +1,22 @@
+// strobe merge PART… -o OUT…: parts of a render become the whole.
+#pragma once
+
+#include "main/part_file.h"
+
+#include <spdlog/logger.h>
+
+namespace strobe {
+
+struct MergeOptions {
+    std::vector<std::filesystem::path> parts, outputs;
+    bool quiet = false;
+};
+
+/// The arguments after "merge"; an exit code when there is nothing more to do.
+std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options);
+
+/// Reads the parts, puts them together and writes the outputs: pictures, or (.part) a part again. Warns of
+/// samples that are still missing. Throws Error.
+void merge(const MergeOptions& options, spdlog::logger& log);
+
+} // namespace strobe
