@@ -81,13 +81,13 @@ void addProgressiveOptions(CLI::App& app, Options& options, ProgressiveTexts& te
 }
 
 void readProgressiveOptions(const ProgressiveTexts& texts, Options& options) {
-    if (!texts.display.empty() && !(options.display = ViewerAddress::parse(texts.display)))
+    if (texts.display && !(options.display = ViewerAddress::parse(*texts.display)))
         throw CLI::ValidationError("--display-server", "takes host:port");
     keepApart({{"--crop", options.build.crop.has_value()}}, {{"--pixel-bounds", !texts.bounds.empty()}});
     if (!texts.bounds.empty())
         options.build.pixelBounds = readBounds(texts.bounds);
-    if (!texts.samples.empty())
-        options.samples = readSlice(texts.samples);
+    if (texts.samples)
+        options.samples = readSlice(*texts.samples);
     checkTogether(options);
 }
 

@@ -9,7 +9,7 @@ namespace strobe {
 
 /// Texts as given, until they are read.
 struct ProgressiveTexts {
-    std::string display, samples;
+    std::optional<std::string> display, samples;
     std::vector<int> bounds;
 };
 
