@@ -9,7 +9,8 @@ bool isCalled(const Param& param, std::string_view name, const char* alias) {
     return param.name == name || (alias && param.name == alias);
 }
 
-std::string unusedMessage(const Param& param, const std::vector<ParamInfo>& known) {
+/// `strict`: it must be a mistake; otherwise it may be another program's.
+std::string unusedMessage(const Param& param, const std::vector<ParamInfo>& known, bool strict) {
     std::vector<std::string> names;
     for (const ParamInfo& info : known) {
         if (info.name == param.name || info.alias == param.name)
@@ -18,7 +19,8 @@ std::string unusedMessage(const Param& param, const std::vector<ParamInfo>& know
         if (!info.alias.empty())
             names.push_back(info.alias);
     }
-    std::string message = fmt::format("unknown parameter \"{}\"", param.name);
+    std::string message = strict ? fmt::format("unknown parameter \"{}\"", param.name)
+                                 : fmt::format("parameter \"{}\" is ignored", param.name);
     if (const std::string nearest = nearestName(param.name, names); !nearest.empty())
         message += fmt::format("; did you mean \"{}\"?", nearest);
     return message +
@@ -104,7 +106,7 @@ void ParamSet::reportUnused(const std::vector<ParamInfo>& known, bool strict, Me
             continue;
         if (p.isDefault && isKnown(p, known))
             continue;
-        const std::string message = unusedMessage(p, known);
+        const std::string message = unusedMessage(p, known, strict);
         if (strict && !p.isDefault)
             throw Error(p.where, message);
         messages.warnOnce(message, p.where, message);

@@ -14,16 +14,23 @@ const ParamDef<std::string> kStrategy{
 const ParamDef<int> kLightSamples{"lightsamples", 0,
                                   "samples of each light at a surface; 0: each light's own nsamples"};
 
+/// Whether all lights are sampled at the first surface. pbrt-v3's and v4's names for ways to pick one mean
+/// "one".
+bool readStrategy(const ParamSet& params) {
+    const std::string strategy = params.get(kStrategy);
+    for (const char* one : {"one", "power", "uniform", "spatial", "bvh", "exhaustive"})
+        if (strategy == one)
+            return false;
+    if (strategy != "all" && strategy != "weighted")
+        throw Error(params.whereIs(kStrategy),
+                    "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"");
+    return true;
+}
+
 class PathShader : public Shader {
   public:
     PathShader(const ParamSet& params, bool path) {
-        const std::string strategy = params.get(kStrategy);
-        const bool one =
-            strategy == "one" || strategy == "power" || strategy == "uniform" || strategy == "bvh";
-        if (!one && strategy != "all" && strategy != "weighted")
-            throw Error(params.whereIs(kStrategy),
-                        "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"");
-        m_settings = {path, params.get(kMaxDepth), !one, params.get(kLightSamples)};
+        m_settings = {path, params.get(kMaxDepth), readStrategy(params), params.get(kLightSamples)};
         for (const ParamDef<int>* def : {&kMaxDepth, &kLightSamples})
             if (params.get(*def) < 0)
                 throw Error(params.whereIs(*def), std::string("\"") + def->name + "\" must not be negative");

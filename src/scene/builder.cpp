@@ -199,6 +199,8 @@ class SceneBuilder::Impl {
         if (!m_description.film && m_gltf.givesCamera())
             m_description.film = m_gltf.film();
         Statement statement = orDefault(m_description.film, "image");
+        const bool isRealistic = m_camera.name == "realistic";
+        const float diagonal = isRealistic ? readDiagonal(statement.params) : 0;
         const FilmSetup film = m_maker.make(m_tables.films, statement, "film");
         m_setup.resolution = options.resolution.value_or(film.resolution);
         if (options.quick)
@@ -206,8 +208,8 @@ class SceneBuilder::Impl {
                                   std::max(1, m_setup.resolution.y / 4)};
         m_setup.window = windowOf(film, options, m_setup.resolution, statement.where);
         m_setup.filename = film.filename;
-        if (m_camera.name == "realistic")
-            makePerspective(m_camera.params, statement.params, m_setup.resolution);
+        if (isRealistic)
+            makePerspective(m_camera.params, diagonal, m_setup.resolution);
         if (film.scale != 1)
             scaleLights(m_description, film.scale);
     }

@@ -27,7 +27,9 @@ std::vector<Foreign<TextureRow>> foreignTextures();
 /// Shapes: surfaces of revolution, bilinear patches, height fields and curves, as triangles.
 std::vector<Foreign<ShapeRow>> foreignShapes();
 
-/// Gives pbrt's "realistic" camera the parameters of a perspective one of the same focal length.
-void makePerspective(ParamSet& camera, const ParamSet& film, const V2i& resolution);
+/// The diagonal, in mm, of the film behind pbrt's "realistic" camera.
+float readDiagonal(const ParamSet& film);
+/// Gives such a camera the parameters of a perspective one of the same focal length.
+void makePerspective(ParamSet& camera, float filmDiagonal, const V2i& resolution);
 
 } // namespace strobe

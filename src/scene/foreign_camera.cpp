@@ -29,10 +29,12 @@ Param number(const char* name, float value) {
 
 } // namespace
 
-void makePerspective(ParamSet& camera, const ParamSet& film, const V2i& resolution) {
+float readDiagonal(const ParamSet& film) { return film.get(kDiagonal); }
+
+void makePerspective(ParamSet& camera, float filmDiagonal, const V2i& resolution) {
     const float mm = focalLength(camera.get(kLensFile));
-    const float diagonal = film.get(kDiagonal), x = float(resolution.x), y = float(resolution.y);
-    const float shorter = diagonal * std::min(x, y) / std::hypot(x, y);
+    const float x = float(resolution.x), y = float(resolution.y);
+    const float shorter = filmDiagonal * std::min(x, y) / std::hypot(x, y);
     std::vector<Param> ours{
         number("fov", 2 * std::atan(shorter / (2 * mm)) * (180 / std::numbers::pi_v<float>)),
         number("lensradius", camera.get(kAperture) / 2000),

@@ -306,7 +306,10 @@ MaterialPtr createHair(const ParamSet& params, const BuildContext& context) {
     return matte(colour, context);
 }
 
-MaterialPtr createGrey(const ParamSet&, const BuildContext& context) { return matte(Rgb(.5f), context); }
+MaterialPtr createGrey(const ParamSet& params, const BuildContext& context) {
+    params.markAllUsed(); // of measurements that are not read
+    return matte(Rgb(.5f), context);
+}
 
 } // namespace
 

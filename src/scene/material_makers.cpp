@@ -11,6 +11,20 @@ const ParamDef<std::string> kFirst{"namedmaterial1", "", "one of the two"},
 const ParamDef<std::vector<std::string>> kMaterials{"materials", {}, "both"};
 const ParamDef<RgbInput> kAmount{"amount", Rgb(.5f), "pbrt-v3: share of the first; v4: of the second"};
 
+/// Of a "matte" that reflects nothing.
+ParamSet blackParams() {
+    ParamSet params;
+    params.add({"Kd", ParamType::Rgb, {}, {0, 0, 0}, {}, {}, false, false});
+    return params;
+}
+
+/// A colour in pbrt-v3, a number in v4.
+float readAmount(const ParamSet& params) {
+    if (params.typeOf(kAmount) == ParamType::Float)
+        return params.get(ParamDef<float>{kAmount.name, 0, kAmount.doc});
+    return meanOf(params.get(kAmount));
+}
+
 bool isNothing(const std::string& name) { return name.empty() || name == "none" || name == "interface"; }
 
 class MaterialMakers {
@@ -34,7 +48,7 @@ class MaterialMakers {
         if (isNothing(statement.name)) {
             made.isNothing = true;
             m_maker.note(statement, "material", "its shapes are left out, unless they shine");
-            statement = {"matte", ParamSet(), statement.where};
+            statement = {"matte", blackParams(), statement.where};
         }
         if (statement.name == "uber") {
             const RgbInput opacity = statement.params.get(kOpacity);
@@ -48,7 +62,7 @@ class MaterialMakers {
     MadeMaterial heavier(const Statement& statement) {
         m_maker.note(statement, "material", "the heavier of its two takes its place");
         const ParamSet& params = statement.params;
-        const float amount = meanOf(params.get(kAmount));
+        const float amount = readAmount(params);
         std::vector<std::string> names = params.get(kMaterials);
         const bool isV4 = names.size() == 2;
         if (!isV4)

@@ -171,7 +171,7 @@ TEST(Params, MisspeltOnes) {
               "(known: Kd, reflectance, roughness, alpha)");
     set.reportUnused(known, false, messages);
     ASSERT_EQ(seen.size(), 1u);
-    EXPECT_EQ(seen[0], "d/a.scene:1:4: warning: unknown parameter \"Kdd\"; did you mean \"Kd\"? "
+    EXPECT_EQ(seen[0], "d/a.scene:1:4: warning: parameter \"Kdd\" is ignored; did you mean \"Kd\"? "
                        "(known: Kd, reflectance, roughness, alpha)\n  0123456789\n     ^");
     EXPECT_EQ(
         errorOf([&] { setOf({make("alpha", ParamType::Float, {1})}).reportUnused(known, true, messages); }),
