@@ -15,22 +15,25 @@ const ParamDef<int> kLightSamples{"lightsamples", 0,
                                   "samples of each light at a surface; 0: each light's own nsamples"};
 
 /// Whether all lights are sampled at the first surface. pbrt-v3's and v4's names for ways to pick one mean
-/// "one".
-bool readStrategy(const ParamSet& params) {
+/// "one", and so does what nobody knows in a lenient file.
+bool readStrategy(const ParamSet& params, const BuildContext& context) {
     const std::string strategy = params.get(kStrategy);
     for (const char* one : {"one", "power", "uniform", "spatial", "bvh", "exhaustive"})
         if (strategy == one)
             return false;
-    if (strategy != "all" && strategy != "weighted")
-        throw Error(params.whereIs(kStrategy),
-                    "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"");
-    return true;
+    if (strategy == "all" || strategy == "weighted")
+        return true;
+    const std::string must = "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"";
+    if (!context.lenient)
+        throw Error(params.whereIs(kStrategy), must);
+    context.messages.warn(params.whereIs(kStrategy), must + "; \"one\" takes its place");
+    return false;
 }
 
 class PathShader : public Shader {
   public:
-    PathShader(const ParamSet& params, bool path) {
-        m_settings = {path, params.get(kMaxDepth), readStrategy(params), params.get(kLightSamples)};
+    PathShader(const ParamSet& params, const BuildContext& context, bool path) {
+        m_settings = {path, params.get(kMaxDepth), readStrategy(params, context), params.get(kLightSamples)};
         for (const ParamDef<int>* def : {&kMaxDepth, &kLightSamples})
             if (params.get(*def) < 0)
                 throw Error(params.whereIs(*def), std::string("\"") + def->name + "\" must not be negative");
@@ -49,8 +52,8 @@ ShaderPlugin plugin(const char* name, const char* doc, bool path) {
     return {name,
             doc,
             {kMaxDepth, kStrategy, kLightSamples},
-            [path](const ParamSet& params, const BuildContext&) {
-                return std::make_shared<const PathShader>(params, path);
+            [path](const ParamSet& params, const BuildContext& context) {
+                return std::make_shared<const PathShader>(params, context, path);
             }};
 }
 

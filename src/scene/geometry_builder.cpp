@@ -310,7 +310,10 @@ class GeometryBuilder {
             return -1;
         PlacedShape placed = m_groups[group].geometries[geometry].placed;
         placed.motion = std::move(motion);
-        m_built.areaLights.push_back(m_makeAreaLight(m_description.areaLights[size_t(decl)], placed));
+        auto light = m_makeAreaLight(m_description.areaLights[size_t(decl)], placed);
+        if (!light) // of a kind that is left out
+            return -1;
+        m_built.areaLights.push_back(std::move(light));
         return m_firstLight + int(m_built.areaLights.size()) - 1;
     }
 

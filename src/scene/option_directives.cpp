@@ -5,8 +5,12 @@
 
 namespace strobe {
 
+ParamSet Parser::readRawParameters(const Call& call) {
+    return readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
+}
+
 ParamSet Parser::readParameters(const Call& call, const char* kind) {
-    ParamSet params = readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
+    ParamSet params = readRawParameters(call);
     std::erase_if(params.all(),
                   [&](Param& param) { return param.type == ParamType::Texture && !resolveTexture(param); });
     const auto defaults = kind ? m_state.defaults->find(kind) : m_state.defaults->end();
@@ -57,8 +61,7 @@ void Parser::integrator(const Call& call) {
 }
 
 void Parser::option(const Call& call) {
-    const ParamSet params =
-        readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
+    const ParamSet params = readRawParameters(call);
     const ParamDef<std::string> conventions{"conventions", "", ""};
     for (const Param& param : params.all())
         if (param.name != conventions.name) {
@@ -85,13 +88,13 @@ void Parser::colorSpace(const Call& call) {
 
 void Parser::accelerator(const Call& call) {
     readString(call, "a name");
-    readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
+    readRawParameters(call);
     m_messages.warnOnce(call.name, call.where, "Accelerator is ignored: Embree builds its own");
 }
 
 void Parser::skip(const Call& call) {
     readString(call, "a name");
-    readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
+    readRawParameters(call);
     m_looksLikeV4 |= call.name == "MakeNamedMedium";
     skipNotice(call);
 }

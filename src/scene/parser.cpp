@@ -235,13 +235,28 @@ void Parser::checkAllClosed() const {
 
 void Parser::beginBlock(const Call& call) { m_open.push_back({call.name, call.where, m_state}); }
 
-const Parser::Open& Parser::closeBlock(const Call& call, const char* opener) const {
+/// Objects and attributes may end in the wrong order: as pbrt has one stack for both, this changes only what
+/// the blocks are called. False if `opener` is none of these.
+bool Parser::untangle(const std::string& opener) {
+    for (auto open = m_open.rbegin(); open != m_open.rend() && open->name != "TransformBegin"; ++open)
+        if (open->name == opener) {
+            std::swap(open->name, m_open.back().name);
+            return true;
+        }
+    return false;
+}
+
+const Parser::Open& Parser::closeBlock(const Call& call, const std::string& opener) {
     if (m_open.empty())
         throw Error(call.where, fmt::format("{} without {}", call.name, opener));
     const Open& open = m_open.back();
-    if (open.name != opener)
-        throw Error(call.where, fmt::format("{} comes before the end of {} ({})", call.name, open.name,
-                                            open.where.toString()));
+    if (open.name != opener) {
+        const std::string what =
+            fmt::format("{} comes before the end of {} ({})", call.name, open.name, open.where.toString());
+        if (m_isStrict || !untangle(opener))
+            throw Error(call.where, what);
+        m_messages.warnOnce("tangled blocks", call.where, what + ": what was saved last is restored first");
+    }
     return open;
 }
 

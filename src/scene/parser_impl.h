@@ -61,6 +61,7 @@ class Parser {
     double readNumber(const Call& call);
     template <size_t n>
     std::array<double, n> readNumbers(const Call& call, bool mayBracket = false);
+    ParamSet readRawParameters(const Call& call);
     /// Parameters, with the defaults of `kind` and with textures looked up.
     ParamSet readParameters(const Call& call, const char* kind = nullptr);
     Statement readStatement(const Call& call, const char* kind = nullptr);
@@ -91,7 +92,8 @@ class Parser {
     void worldBegin(const Call&);
     void worldEnd(const Call&);
     void checkAllClosed() const;
-    const Open& closeBlock(const Call&, const char* opener) const;
+    const Open& closeBlock(const Call&, const std::string& opener);
+    bool untangle(const std::string& opener);
 
     // Options (option_directives.cpp).
     void setOnce(std::optional<Statement>& slot, Statement statement);

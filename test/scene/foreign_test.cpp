@@ -271,6 +271,11 @@ TEST(Foreign, TrifleInAPbrtFileIsAWarning) {
               "material \"carpaint\" is not known; \"matte\" takes its place");
     EXPECT_EQ(warning("Shape \"teapot\" \"float size\" 2\n"),
               "shape \"teapot\" is not known; it is left out");
+    EXPECT_EQ(warning("AttributeBegin\nAreaLightSource \"portal\"\nShape \"sphere\"\nAttributeEnd\n"),
+              "area light \"portal\" is not known; it is left out");
+    EXPECT_EQ(warning("AttributeBegin\nObjectBegin \"o\"\nAttributeEnd\nShape \"sphere\"\nObjectEnd\n"),
+              "AttributeEnd comes before the end of ObjectBegin (test.pbrt:11:1): what was saved last is "
+              "restored first");
     EXPECT_EQ(warning("LightSource \"laser\" \"float size\" 2\n"),
               "light \"laser\" is not known; it is left out");
     EXPECT_EQ(warning("Shape \"trianglemesh\" \"point P\" [] \"integer indices\" []\n"),
@@ -281,11 +286,27 @@ TEST(Foreign, TrifleInAPbrtFileIsAWarning) {
               "parameter \"sheen\" is ignored (known: radius, zmin, zmax, phimax, name)");
 }
 
+TEST(Foreign, EveryWayToPickALightIsOne) {
+    const auto with = [](const std::string& strategy) {
+        return load(kView + "Integrator \"path\" \"string lightsamplestrategy\" \"" + strategy + "\"\n" +
+                    kLit + kBall);
+    };
+    const Loaded one = with("one"), unknown = with("photontree");
+    EXPECT_FALSE(equal(one.image, with("all").image));
+    EXPECT_TRUE(equal(one.image, with("spatial").image));
+    EXPECT_TRUE(one.warnings.empty());
+    EXPECT_TRUE(equal(one.image, unknown.image));
+    EXPECT_EQ(unknown.warnings,
+              std::vector<std::string>{
+                  "\"strategy\" must be \"all\" or \"one\", not \"photontree\"; \"one\" takes its place"});
+}
+
 TEST(Foreign, TrifleInASceneFileIsAnError) {
     for (const char* text :
          {"Translate 1, 2, 0\n", "Shape \"sphere\" \"float radius\" 1 \"float radius\" 2\n",
           "NamedMaterial \"lost\"\n", "ObjectInstance \"lost\"\n", "Material \"carpaint\"\n",
-          "Shape \"teapot\"\n", "Material \"matte\" \"float bumpmap\" 1\n",
+          "Shape \"teapot\"\n", "AttributeBegin\nObjectBegin \"o\"\nAttributeEnd\nObjectEnd\n",
+          "Material \"matte\" \"float bumpmap\" 1\n",
           "Shape \"trianglemesh\" \"point P\" [] \"integer indices\" []\n"})
         EXPECT_THROW(load(kV4 + kLit + text, "test.scene"), Error) << text;
 }
