@@ -3,69 +3,24 @@ Usage: progressive_test.py PATH_OF_STROBE [unittest arguments]"""
 import csv
 import json
 import os
-import random
-import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.dont_write_bytecode = True  # the source tree stays clean
 from exr import Exr  # noqa: E402
+from scene_case import STROBE, SceneTest  # noqa: E402
 from tev_server import TevServer  # noqa: E402
 
-STROBE = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else os.environ.get("STROBE", "strobe")
 
-SCENE = """TransformTimes 0 1
-Film "image" "integer xresolution" 150 "integer yresolution" 100
-Sampler "sobol" "integer pixelsamples" 8
-Integrator "directlighting"
-Camera "perspective" "float fov" 60
-WorldBegin
-LightSource "infinite" "rgb L" [.2 .3 .4]
-AttributeBegin
-  Translate 2 3 1
-  AreaLightSource "diffuse" "rgb L" [20 20 20]
-  Shape "sphere" "float radius" .5
-AttributeEnd
-Material "matte" "rgb Kd" [.6 .5 .4]
-Translate -.6 0 4
-ActiveTransform EndTime
-Translate 1.2 0 0
-ActiveTransform All
-Shape "sphere" "float radius" .8
-"""
-
-
-class ProgressiveTest(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="strobe-progressive-")
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-        with open(self.path("s.scene"), "w", encoding="utf-8") as file:
-            file.write(SCENE)
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
-    def run_strobe(self, *args, code=0):
-        """What it says on standard error, and how long it takes."""
-        start = time.monotonic()
-        done = subprocess.run([STROBE, "s.scene", *args], cwd=self.folder, capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done.stderr, time.monotonic() - start
-
+class ProgressiveTest(SceneTest):
     def server(self, **how):
         server = TevServer(**how)
         self.addCleanup(server.close)
         return server
-
-    def pixels(self, name):
-        """Row by row."""
-        return list(Exr(self.path(name)).pixels().values())
 
     # A viewer
 
@@ -114,7 +69,7 @@ class ProgressiveTest(unittest.TestCase):
 
     def test_viewer_comes_back(self):
         server = self.server(die_after=1)
-        self.run_strobe("-o", "o.exr", "--time-limit", "5", "--crop", "0", ".3", "0", ".3", "--display-server", server.address)
+        self.run_strobe("-o", "o.exr", "--time-limit", "4", "--crop", "0", ".3", "0", ".3", "--display-server", server.address)
         server.thread.join(0.2)
         self.assertEqual(server.connections, 2)
         self.assertNotIn(None, server.images["o.exr"].pixels()[0])
@@ -128,8 +83,8 @@ class ProgressiveTest(unittest.TestCase):
 
     def test_time_limit(self):
         for integrator in ("supersample", "msaa-cache"):
-            _, seconds = self.run_strobe("--integrator", integrator, "--time-limit", "2", "-o", "o.exr", "--stats", "s.json")
-            self.assertLess(seconds, 2.6)
+            _, seconds = self.run_strobe("--integrator", integrator, "--time-limit", "1", "-o", "o.exr", "--stats", "s.json")
+            self.assertLess(seconds, 1.6)
             with open(self.path("s.json"), encoding="utf-8") as file:
                 stats = json.load(file)
             self.assertGreater(stats["passes"], 2)
@@ -212,150 +167,6 @@ class ProgressiveTest(unittest.TestCase):
         self.run_strobe("-o", "b.exr")
         self.assertEqual(self.pixels("a.exr"), self.pixels("b.exr"))
         self.assertNotIn("strobe:unfinished", Exr(self.path("a.exr")).attributes)
-
-    # Parts
-
-    def merged(self, parts, out="m.exr", code=0):
-        done = subprocess.run([STROBE, "merge", *parts, "-o", out], cwd=self.folder, capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done.stderr
-
-    def test_random_splits_merge_to_the_whole(self):
-        random_numbers = random.Random(7)
-        small = ["--resolution", "30x20", "--spp", "16", "--quiet"]
-        for integrator in (["supersample"], ["msaa"], ["msaa", "-D", "shades=2"], ["msaa-cache"], ["indirect-cache", "--shading", "path"]):
-            settings = ["--integrator", *integrator, *small]
-            self.run_strobe(*settings, "-o", "whole.exr")
-            x, y = random_numbers.randrange(1, 30), random_numbers.randrange(1, 20)
-            names = []
-            for bounds in ((0, x, 0, 20), (x, 30, 0, y), (x, 30, y, 20)):
-                cut = random_numbers.randrange(1, 16)
-                for slice in ((0, cut), (cut, 16)):
-                    names.append("p%d.part" % len(names))
-                    self.run_strobe(*settings, "--pixel-bounds", *map(str, bounds), "--sample-range", "%d:%d" % slice,
-                                    "--threads", str(random_numbers.randrange(1, 4)), "-o", names[-1])
-            random_numbers.shuffle(names)
-            self.merged(names[:3], "some.part")  # merging may itself be split
-            said = self.merged([*names[3:], "some.part"])
-            self.assertNotIn("missing", said)
-            self.assertEqual(self.pixels("m.exr"), self.pixels("whole.exr"), integrator)
-            attributes = Exr(self.path("m.exr")).attributes
-            self.assertEqual(attributes["strobe:integrator"], integrator[0])
-            self.assertNotIn("strobe:unfinished", attributes)
-
-    def test_parts_that_do_not_belong_together(self):
-        small = ["--resolution", "30x20", "--quiet"]
-        self.run_strobe(*small, "--sample-range", "0:4", "-o", "a.part")
-        for change, reason in ((["--seed", "1"], "seed is 1, not 0"), (["--integrator", "msaa"], "integrator is msaa, not supersample"),
-                               (["--spp", "16"], "pixels have 16 samples, not 8"), (["--resolution", "31x20"], "the frame has 31x20 pixels, not 30x20"),
-                               (["-D", "maxdepth=2"], "shading:maxdepth is 2, not 5")):
-            settings = [*small, "--sample-range", "4:8", *change]
-            if change[0] == "--resolution":
-                settings = [*change, "--quiet", "--sample-range", "4:8"]
-            self.run_strobe(*settings, "-o", "b.part")
-            self.assertIn("b.part: it is a part of another render: " + reason, self.merged(["a.part", "b.part"], code=1))
-        with open(self.path("s.scene"), "a", encoding="utf-8") as file:
-            file.write("# another\n")
-        self.run_strobe(*small, "--sample-range", "4:8", "-o", "b.part")
-        self.assertRegex(self.merged(["a.part", "b.part"], code=1), "it is a part of another render: scene is [0-9a-f]+, not [0-9a-f]+")
-        self.assertFalse(os.path.exists(self.path("m.exr")))
-
-    def test_parts_that_overlap_or_lack(self):
-        small = ["--resolution", "30x20", "--quiet"]
-        self.run_strobe(*small, "--sample-range", "0:5", "-o", "a.part")
-        self.run_strobe(*small, "--sample-range", "4:8", "--pixel-bounds", "0", "10", "0", "20", "-o", "b.part")
-        self.assertIn("b.part: samples 4:8 of pixels 0 10 0 20 are, in part, in another file too", self.merged(["a.part", "b.part"], code=1))
-        self.assertIn("1800 samples of the pixels from 0,0 to 29,19 are missing", self.merged(["a.part"]))
-        self.assertEqual(Exr(self.path("m.exr")).attributes["strobe:unfinished"], 1)
-
-    def test_damaged_parts(self):
-        self.run_strobe("--resolution", "30x20", "--quiet", "-o", "a.part")
-        with open(self.path("a.part"), "rb") as file:
-            good = file.read()
-        for bytes, reason in ((good[:-1], "it is cut short or too long"), (good + b"x", "it is cut short or too long"),
-                              (b"hello", "it is not a part of a render"), (good[:60], "it is damaged"),
-                              (good[:-9] + b"x" + good[-8:], "it is damaged"),
-                              (good.replace(b'"window":[0,30,0,20]', b'"window":[0,30,0,99]', 1), "it is damaged")):
-            with open(self.path("b.part"), "wb") as file:
-                file.write(bytes)
-            self.assertIn("b.part: " + reason, self.merged(["b.part"], code=1))
-        self.assertIn("none.part: cannot read it: No such file", self.merged(["none.part"], code=1))
-
-    def test_slices_that_cannot_be(self):
-        for args, reason in ((["--sample-range", "8:9"], "samples 8:9: a pixel has 8"), (["--sample-range", "-1:2"], "takes first:end"),
-                             (["--pixel-bounds", "0", "200", "0", "9"], "the frame has 150x100 pixels"),
-                             (["--sample-range", "0:4", "--integrator", "msaa-cache", "-D", "scope=tile"], "there are no slices of them"),
-                             (["--sample-range", "0:4", "--noise-target", "1"], "--sample-range: does not go with --noise-target"),
-                             (["--sample-range", "0:4", "--aov", "shades"], "--aov: does not go with --sample-range")):
-            said, _ = self.run_strobe(*args, "-o", "o.exr", code=1)
-            self.assertIn(reason, said)
-
-    # Checkpoints
-
-    def start(self, *args):
-        return subprocess.Popen([STROBE, "s.scene", *args, "--quiet"], cwd=self.folder)
-
-    def killed_and_resumed(self, settings, kills, seed):
-        """Renders with checkpoints, killed at random moments; how often a render went on from one."""
-        delays = random.Random(seed)
-        resumed, tile = 0, 8
-        for _ in range(kills):
-            if os.path.exists(self.path("o.exr.checkpoint")):
-                resumed += 1
-            process = self.start(*settings, "--checkpoint", "0.01", "--resume", "--tile", str(tile), "--threads",
-                                 str(1 + resumed % 3), "-o", "o.exr")
-            time.sleep(delays.uniform(0.05, 0.35))
-            process.kill()
-            process.wait()
-            tile = 16 if tile == 8 else 8
-        self.run_strobe(*settings, "--checkpoint", "0.01", "--resume", "-o", "o.exr")
-        self.assertFalse(os.path.exists(self.path("o.exr.checkpoint")))
-        return resumed
-
-    def test_kills_lose_nothing(self):
-        for number, integrator in enumerate((["supersample"], ["msaa"], ["msaa-cache"], ["indirect-cache", "--shading", "path"])):
-            settings = ["--integrator", *integrator, "--spp", "64", "--resolution", "90x60"]
-            self.run_strobe(*settings, "-o", "whole.exr")
-            resumed = self.killed_and_resumed(settings, 6, number)
-            self.assertEqual(self.pixels("o.exr"), self.pixels("whole.exr"), integrator)
-            self.assertGreater(resumed, 1)
-
-    def test_signals(self):
-        settings = ["--spp", "4096", "--checkpoint", "100", "-o", "o.exr"]
-        process = self.start(*settings)
-        time.sleep(0.7)
-        process.send_signal(signal.SIGHUP)  # saves, and goes on
-        limit = time.monotonic() + 20
-        while not os.path.exists(self.path("o.exr.checkpoint")) and time.monotonic() < limit:
-            time.sleep(0.05)
-        self.assertTrue(os.path.exists(self.path("o.exr.checkpoint")))
-        self.assertIsNone(process.poll())
-        process.send_signal(signal.SIGTERM)
-        self.assertEqual(process.wait(20), 5)
-        self.assertEqual(Exr(self.path("o.exr")).attributes["strobe:unfinished"], 1)
-        said, _ = self.run_strobe(*settings, code=1)
-        self.assertIn("o.exr.checkpoint is there: --resume goes on from it; remove it to begin anew", said)
-        for change, reason in ((["--seed", "3"], "it is a part of another render: seed is 0, not 3"),
-                               (["--pixel-bounds", "0", "90", "0", "60"], "its pixels are 0 150 0 100, not 0 90 0 60"),
-                               (["--sample-range", "0:9"], "it has samples 0:4096, not 0:9")):
-            said, _ = self.run_strobe(*settings, *change, "--resume", code=1)
-            self.assertIn("o.exr.checkpoint: " + reason, said)
-
-    def test_second_interrupt_stops_at_once(self):
-        process = self.start("--spp", "65536", "--checkpoint", "100", "-o", "o.exr", "--tile", "256")
-        time.sleep(0.7)
-        process.send_signal(signal.SIGINT)
-        time.sleep(0.15)
-        process.send_signal(signal.SIGINT)
-        self.assertIn(process.wait(5), (5, 130))  # the first may have been enough
-
-    def test_what_has_no_checkpoints(self):
-        for args, reason in ((["--resume"], "--resume: needs --checkpoint"),
-                             (["--checkpoint", "1", "--frames", "1:2"], "--frames: does not go with --checkpoint"),
-                             (["--checkpoint", "1", "--time-limit", "1"], "--checkpoint: does not go with --time-limit"),
-                             (["--checkpoint", "1", "--integrator", "msaa-cache", "-D", "scope=tile"], "which cannot be taken up again")):
-            said, _ = self.run_strobe(*args, "-o", "o.exr", code=1)
-            self.assertIn(reason, said)
 
 
 if __name__ == "__main__":

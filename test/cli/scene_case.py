@@ -1,0 +1,54 @@
+"""What the tests of renders in pieces share: a small scene and the program."""
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from exr import Exr
+
+STROBE = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else os.environ.get("STROBE", "strobe")
+
+SCENE = """TransformTimes 0 1
+Film "image" "integer xresolution" 150 "integer yresolution" 100
+Sampler "sobol" "integer pixelsamples" 8
+Integrator "directlighting"
+Camera "perspective" "float fov" 60
+WorldBegin
+LightSource "infinite" "rgb L" [.2 .3 .4]
+AttributeBegin
+  Translate 2 3 1
+  AreaLightSource "diffuse" "rgb L" [20 20 20]
+  Shape "sphere" "float radius" .5
+AttributeEnd
+Material "matte" "rgb Kd" [.6 .5 .4]
+Translate -.6 0 4
+ActiveTransform EndTime
+Translate 1.2 0 0
+ActiveTransform All
+Shape "sphere" "float radius" .8
+"""
+
+
+class SceneTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="strobe-progressive-")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        with open(self.path("s.scene"), "w", encoding="utf-8") as file:
+            file.write(SCENE)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def run_strobe(self, *args, code=0):
+        """What it says on standard error, and how long it takes."""
+        start = time.monotonic()
+        done = subprocess.run([STROBE, "s.scene", *args], cwd=self.folder, capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done.stderr, time.monotonic() - start
+
+    def pixels(self, name):
+        """Row by row."""
+        return list(Exr(self.path(name)).pixels().values())
