@@ -32,8 +32,7 @@ class ConstantShader : public Shader {
 
   private:
     struct Worker : ShaderWorker {
-        void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
-                   Counters& counters) override {
+        void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) override {
             counters.shades += requests.size();
             std::fill(radiance.begin(), radiance.end(), Rgb(.5f));
         }

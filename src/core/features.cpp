@@ -98,28 +98,28 @@ void FeatureFilm::add(const VisibilityBatch& batch, Counters& counters) {
         const PixelRef& pixel = batch.pixels[p];
         const size_t at =
             size_t(pixel.y - m_window.y0) * size_t(m_window.width()) + size_t(pixel.x - m_window.x0);
-        const auto samples = batch.samples.subspan(p * inSlice + first, count);
+        const size_t begin = p * inSlice + first, end = begin + count;
         if (!m_planes.empty())
-            addNearest(batch, samples, at, counters);
+            addNearest(batch, begin, end, at, counters);
         if (!m_means.empty())
-            for (const VisibilitySample& sample : samples)
-                if (sample.hit)
+            for (size_t i = begin; i < end; ++i)
+                if (const VisibilitySample sample = batch.samples[i]; sample.hit)
                     addMeans(batch, sample, at, counters);
         for (Crypto& crypto : m_cryptos)
-            for (const VisibilitySample& sample : samples)
-                if (sample.hit)
-                    crypto.counts[at].add(thingOf(crypto.feature, sample.hit));
+            for (size_t i = begin; i < end; ++i)
+                if (const Hit hit = batch.samples[i].hit)
+                    crypto.counts[at].add(thingOf(crypto.feature, hit));
         m_samples[at] += uint32_t(count);
     }
 }
 
-void FeatureFilm::addNearest(const VisibilityBatch& batch, std::span<const VisibilitySample> samples,
-                             size_t at, Counters& counters) {
-    const V2f middle = middleOf(batch.pixels[samples.front().pixel]);
-    const VisibilitySample* nearest = nullptr;
-    for (const VisibilitySample& sample : samples)
-        if (const V2f d = sample.film - middle; d.length2() < m_distance2[at])
-            m_distance2[at] = d.length2(), nearest = &sample;
+void FeatureFilm::addNearest(const VisibilityBatch& batch, size_t first, size_t end, size_t at,
+                             Counters& counters) {
+    const V2f middle = middleOf(batch.pixels[batch.samples[first].pixel]);
+    std::optional<VisibilitySample> nearest;
+    for (size_t i = first; i < end; ++i)
+        if (const V2f d = batch.samples[i].film - middle; d.length2() < m_distance2[at])
+            m_distance2[at] = d.length2(), nearest = batch.samples[i];
     if (!nearest)
         return;
     std::optional<SurfacePoint> surface;

@@ -82,8 +82,8 @@ class FeatureFilm {
     };
 
     // Of the pixel number `at`:
-    void addNearest(const VisibilityBatch& batch, std::span<const VisibilitySample> samples, size_t at,
-                    Counters& counters);
+    /// Of samples `first` to `end` of the batch.
+    void addNearest(const VisibilityBatch& batch, size_t first, size_t end, size_t at, Counters& counters);
     void addMeans(const VisibilityBatch& batch, const VisibilitySample& sample, size_t at,
                   Counters& counters);
     void show(Feature feature, const VisibilitySample& sample, const std::optional<SurfacePoint>& surface,

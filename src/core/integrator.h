@@ -3,7 +3,7 @@
 //     camera samples -> trace -> hits -> PLAN -> shading requests -> shade(batch) -> RESOLVE -> film
 #pragma once
 
-#include "core/camera.h"
+#include "core/batch.h"
 #include "core/image.h"
 #include "core/plugin.h"
 #include "core/scene.h"
@@ -17,44 +17,6 @@
 
 namespace strobe {
 
-/// One camera ray and what it met.
-struct VisibilitySample {
-    Hit hit;
-    Ray ray;
-    V2f film;       ///< film position, in pixels of the full frame
-    float weight;   ///< of the pixel filter: plus or minus the same number for all samples of a render
-    uint32_t pixel; ///< index into VisibilityBatch::pixels
-    uint32_t index; ///< of the sample in its pixel
-};
-
-struct PixelRef {
-    int x, y;
-    uint64_t domain; ///< the sampler domain of the pixel: a hash of seed and position
-};
-
-/// Some of a pixel's samples: numbers `first` to `end`, without the latter.
-struct SampleSlice {
-    uint32_t first = 0, end = 0;
-    uint32_t count() const { return end - first; }
-    bool contains(uint32_t index) const { return first <= index && index < end; }
-    bool operator==(const SampleSlice&) const = default;
-};
-
-/// Visibility samples of a few pixels, pixel by pixel, samples in order: the same `slice` of each.
-struct VisibilityBatch {
-    std::span<const PixelRef> pixels;
-    std::span<const VisibilitySample> samples;
-    uint32_t samplesPerPixel = 0; ///< of the whole render
-    SampleSlice slice;  ///< of each pixel: what is here. All of them, if samples depend on their pixel
-    SampleSlice wanted; ///< a part of it: the values of others are not looked at
-};
-
-/// Which of the light to estimate. Direct: what lights the first surface beyond mirrors and glass, and what
-/// that surface and the emptiness emit. Indirect: the rest, of a first surface that is neither mirror nor
-/// glass. Their sum is all; but where the first surface's material is textured, Indirect is divided by its
-/// albedo there, so that it can be carried to other points. Albedo asks for theirs, and for no light.
-enum class LightPart : uint8_t { All, Direct, Indirect, Albedo };
-
 /// How radiance is to be split, besides its whole: into direct and indirect light (see LightPart; what is
 /// seen in mirrors and glass included), and by the groups of the lights that it comes from.
 struct LightSplit {
@@ -64,23 +26,12 @@ struct LightSplit {
     int parts() const { return (byBounce ? 2 : 0) + groups; }
 };
 
-/// A place to shade: a surface point (or the emptiness) as seen along a ray.
-struct ShadingRequest {
-    Hit hit;
-    Ray ray;         ///< towards the surface; its time is the time of shading
-    RayCone cone;    ///< at the ray's origin
-    uint64_t domain; ///< sampler set of the random numbers: member `index` of `total`
-    uint32_t index, total;
-    uint32_t sample; ///< the sample of the batch that asked for it; shading does not look at it
-    LightPart part = LightPart::All;
-};
-
 /// The mapping from visibility samples to shades, many to one. One worker per thread.
 class IntegratorWorker {
   public:
     virtual ~IntegratorWorker() = default;
     /// Appends the shades that the batch needs to `requests` (empty at the call).
-    virtual void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) = 0;
+    virtual void plan(const VisibilityBatch& batch, ShadingRequests& requests) = 0;
     /// values[i] = the radiance of batch.samples[i], from the shaded requests of `plan`, if it is wanted.
     virtual void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                          std::span<Rgb> values) = 0;
@@ -151,8 +102,7 @@ class ShaderWorker {
     virtual ~ShaderWorker() = default;
     /// radiance[i] = an estimate of the light that arrives along requests[i].ray, reversed; then, for each
     /// part of the split, as many numbers.
-    virtual void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
-                       Counters& counters) = 0;
+    virtual void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) = 0;
 };
 
 class Shader {
@@ -179,17 +129,5 @@ class UnsharedRender : public IntegratorRender {
     const Scene& m_scene;
     std::tuple<Settings...> m_settings;
 };
-
-/// The request that a visibility sample would make for itself.
-inline ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch,
-                                 const VisibilitySample& sample) {
-    return {sample.hit,
-            sample.ray,
-            scene.needsFootprint() ? scene.camera().cone(sample.film) : RayCone{},
-            batch.pixels[sample.pixel].domain,
-            sample.index,
-            batch.samplesPerPixel,
-            uint32_t(&sample - batch.samples.data())};
-}
 
 } // namespace strobe

@@ -34,6 +34,9 @@ class PixelSum {
         ++m_good;
         return true;
     }
+    /// Several at once, at most kTogether. False if they need to be looked at one by one; none is added then.
+    bool addTogether(const Rgb* values, const float* weights, int n);
+    static constexpr int kTogether = 32;
     void add(const PixelSum& other) {
         m_r += other.m_r, m_g += other.m_g, m_b += other.m_b;
         m_good += other.m_good, m_bad += other.m_bad;

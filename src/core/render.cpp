@@ -29,7 +29,7 @@ std::vector<Window> tilesOf(const Window& window, int size) {
 class PilotWorker : public IntegratorWorker {
   public:
     explicit PilotWorker(const Scene& scene) : m_scene(scene) {}
-    void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         for (const VisibilitySample& sample : batch.samples)
             if (sample.hit)
                 requests.push_back(requestFor(m_scene, batch, sample));

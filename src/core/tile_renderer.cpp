@@ -87,11 +87,9 @@ void TileRenderer::renderBatch(Film& film) {
 }
 
 void TileRenderer::generate() {
-    const uint32_t count = uint32_t(m_pixels.size()) * m_slice.count();
-    m_samples.resize(count);
-    m_generated.resize((count + kLanes - 1) / kLanes);
-    for (uint32_t first = 0; first < count; first += kLanes)
-        generate(first, int(std::min<uint32_t>(kLanes, count - first)), m_generated[first / kLanes]);
+    m_samples.resize(m_pixels.size() * m_slice.count());
+    for (size_t b = 0; b < m_samples.blocks(); ++b)
+        generate(uint32_t(b * kLanes), m_samples.inBlock(b), m_samples.block(b));
 }
 
 namespace {
@@ -104,19 +102,22 @@ STROBE_LANES void addOffsets(int n, V2Lanes& film, const V2Lanes& offset) {
 
 } // namespace
 
-/// The batch's samples `first` to `first + n`.
-void TileRenderer::generate(uint32_t first, int n, Generated& out) {
+/// The batch's samples `first` to `first + n`, but for their hits.
+void TileRenderer::generate(uint32_t first, int n, VisibilityLanes& out) {
     const uint32_t spp = uint32_t(m_settings.samplesPerPixel), inSlice = m_slice.count();
     const uint32_t end = first + uint32_t(n);
-    CameraSampleLanes& sample = out.sample;
+    CameraSampleLanes& sample = out.camera;
     m_ranges.clear();
     for (uint32_t i = first; i < end;) {
         const uint32_t p = i / inSlice, index = i % inSlice, count = std::min(inSlice - index, end - i);
         const PixelRef& pixel = m_pixels[p];
         m_ranges.push_back({pixel.domain, m_slice.first + index, count, spp});
-        const float x = float(pixel.x) + 0.5f, y = float(pixel.y) + 0.5f;
-        for (uint32_t k = 0; k < count; ++k, ++i)
-            sample.film.x[i - first] = x, sample.film.y[i - first] = y;
+        const uint32_t at = i - first;
+        std::fill_n(sample.film.x + at, count, float(pixel.x) + 0.5f);
+        std::fill_n(sample.film.y + at, count, float(pixel.y) + 0.5f);
+        std::fill_n(out.pixel + at, count, p);
+        std::iota(out.index + at, out.index + at + count, m_slice.first + index);
+        i += count;
     }
     V2Lanes u, offset;
     m_sampler.fill2D(m_ranges, kDimFilm, u);
@@ -137,23 +138,13 @@ void TileRenderer::trace() {
     const Tracer& tracer = m_scene.tracer();
     constexpr int kSize = RayBlock::kSize;
     static_assert(kLanes % kSize == 0);
-    uint32_t pixel = 0, index = m_slice.first;
-    for (size_t first = 0; first < m_samples.size(); first += kSize) {
-        const int n = int(std::min<size_t>(kSize, m_samples.size() - first));
-        const Generated& g = m_generated[first / kLanes];
-        const int lane = int(first % kLanes);
-        m_block.setCamera(g.ray, g.sample.time, lane);
-        tracer.intersect(m_block, n, true);
-        for (int i = 0; i < n; ++i) {
-            const int k = lane + i;
-            m_samples[first + size_t(i)] = {tracer.hit(m_block, i),
-                                            {g.ray.o.at(k), g.ray.d.at(k), g.sample.time[k]},
-                                            g.sample.film.at(k),
-                                            g.weight[k],
-                                            pixel,
-                                            index};
-            if (++index == m_slice.end)
-                index = m_slice.first, ++pixel;
+    for (size_t b = 0; b < m_samples.blocks(); ++b) {
+        VisibilityLanes& lanes = m_samples.block(b);
+        const int count = m_samples.inBlock(b);
+        for (int first = 0; first < count; first += kSize) {
+            m_block.setCamera(lanes.ray, lanes.camera.time, first);
+            tracer.intersect(m_block, std::min(kSize, count - first), true);
+            tracer.hits(m_block, lanes.hit, first);
         }
     }
 }
@@ -162,7 +153,8 @@ void TileRenderer::shade() {
     m_shaded.resize(m_requests.size() * (1 + m_parts));
     // The first batch of a thread is slow for other reasons. Of the next, some more, for small pictures.
     const uint32_t batch = m_batches++;
-    if (batch > 0 && (batch % m_meterInterval == 0 || std::has_single_bit(batch)))
+    const bool isPowerOfFour = std::has_single_bit(batch) && std::countr_zero(batch) % 2 == 0;
+    if (batch > 0 && (batch % m_meterInterval == 0 || isPowerOfFour))
         shadeMetered();
     else
         m_shader->shade(m_requests, m_shaded, m_counters);
@@ -175,18 +167,19 @@ size_t TileRenderer::costSlot(const Hit& hit) const {
 void TileRenderer::shadeMetered() {
     m_order.resize(m_requests.size());
     std::iota(m_order.begin(), m_order.end(), 0u);
-    std::stable_sort(m_order.begin(), m_order.end(), [&](uint32_t a, uint32_t b) {
-        return costSlot(m_requests[a].hit) < costSlot(m_requests[b].hit);
-    });
+    m_slots.resize(m_requests.size());
+    for (size_t i = 0; i < m_slots.size(); ++i)
+        m_slots[i] = uint32_t(costSlot(m_requests[i].hit));
+    std::stable_sort(m_order.begin(), m_order.end(),
+                     [&](uint32_t a, uint32_t b) { return m_slots[a] < m_slots[b]; });
     std::vector<Rgb> shaded(kMeteredPacket * (1 + m_parts));
     for (size_t first = 0; first < m_order.size(); first += m_packet.size()) {
-        const size_t slot = costSlot(m_requests[m_order[first]].hit);
+        const uint32_t slot = m_slots[m_order[first]];
         m_packet.clear();
         for (size_t i = first; i < m_order.size() && m_packet.size() < kMeteredPacket; ++i) {
-            const ShadingRequest& request = m_requests[m_order[i]];
-            if (costSlot(request.hit) != slot)
+            if (m_slots[m_order[i]] != slot)
                 break;
-            m_packet.push_back(request);
+            m_packet.push_back(m_requests[m_order[i]]);
         }
         const auto start = std::chrono::steady_clock::now();
         m_shader->shade(m_packet, std::span(shaded).first(m_packet.size() * (1 + m_parts)), m_counters);
@@ -202,9 +195,14 @@ void TileRenderer::develop(Film& film) {
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
         PixelSum sum;
         const uint32_t first = p * m_slice.count() + m_wanted.first - m_slice.first;
-        for (uint32_t i = first; i < first + m_wanted.count(); ++i)
-            if (!sum.add(m_values[i], m_samples[i].weight))
-                noteBad(m_pixels[p], m_samples[i].index);
+        for (uint32_t i = first, end = first + m_wanted.count(), n; i < end; i += n) {
+            n = std::min({end - i, uint32_t(PixelSum::kTogether), kLanes - i % kLanes});
+            if (sum.addTogether(&m_values[i], &m_samples.block(i / kLanes).weight[i % kLanes], int(n)))
+                continue;
+            for (uint32_t k = i; k < i + n; ++k)
+                if (!sum.add(m_values[k], m_samples[k].weight))
+                    noteBad(m_pixels[p], m_samples[k].index);
+        }
         film.add(m_pixels[p].x, m_pixels[p].y, sum);
     }
 }

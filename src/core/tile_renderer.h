@@ -24,16 +24,9 @@ class TileRenderer {
     const Counters& counters() const { return m_counters; }
 
   private:
-    /// Camera samples side by side, on their way to becoming visibility samples.
-    struct Generated {
-        CameraSampleLanes sample;
-        CameraRayLanes ray;
-        alignas(64) float weight[kLanes];
-    };
-
     void renderBatch(Film& film);
     void generate();
-    void generate(uint32_t first, int n, Generated& out);
+    void generate(uint32_t first, int n, VisibilityLanes& out);
     void trace();
     void shade();
     void shadeMetered();
@@ -55,19 +48,18 @@ class TileRenderer {
     std::unique_ptr<ShaderWorker> m_shader;
     const size_t m_parts; ///< that radiance is split into
     Counters m_counters;
-    uint32_t m_meterInterval = 64, m_batches = 0;
+    uint32_t m_meterInterval = 256, m_batches = 0;
 
     std::vector<PixelRef> m_pixels;
-    std::vector<VisibilitySample> m_samples;
-    std::vector<Generated> m_generated;
+    LaneSequence<VisibilityLanes> m_samples;
     std::vector<SampleRange> m_ranges;
-    std::vector<ShadingRequest> m_requests;
+    ShadingRequests m_requests;
     std::vector<Rgb> m_shaded; ///< by request; then, part by part, the same
     std::vector<Rgb> m_values, m_partValues;
     RayBlock m_block;
     // For metering and layers:
-    std::vector<uint32_t> m_order;
-    std::vector<ShadingRequest> m_packet;
+    std::vector<uint32_t> m_order, m_slots;
+    ShadingRequests m_packet;
     struct PixelTally {
         uint32_t shades = 0, asked = 0, hits = 0;
         double time = 0;

@@ -25,6 +25,17 @@ struct Hit {
     explicit operator bool() const { return geometry != kNone; }
 };
 
+/// Hits side by side.
+struct HitLanes {
+    alignas(64) uint32_t instance[kLanes], geometry[kLanes], prim[kLanes];
+    alignas(64) float u[kLanes], v[kLanes], t[kLanes];
+    Hit at(int i) const { return {instance[i], geometry[i], prim[i], u[i], v[i], t[i]}; }
+    void set(int i, const Hit& h) {
+        instance[i] = h.instance, geometry[i] = h.geometry, prim[i] = h.prim;
+        u[i] = h.u, v[i] = h.v, t[i] = h.t;
+    }
+};
+
 /// Sixteen rays in Embree's structure-of-arrays layout, with room for their hits. Lanes are independent: what
 /// is found does not depend on which rays share a block (measured, and tested: it is what makes images
 /// independent of tiles and threads).
@@ -114,6 +125,9 @@ class Tracer {
                 block.v[lane],
                 block.tfar[lane]};
     }
+
+    /// Those of all lanes; they become the lanes of `out` from `first` on.
+    void hits(const RayBlock& block, HitLanes& out, int first) const;
 
     Box3f bounds() const;
     const TracerCounts& counts() const;

@@ -50,7 +50,7 @@ class Worker : public IntegratorWorker {
             m_blocks.clear();
     }
 
-    void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         if (m_scope == CacheSettings::Scope::Mutex)
             m_shared.turn.acquire();
         boundSize();
@@ -119,7 +119,7 @@ class Worker : public IntegratorWorker {
     static uint64_t keyOf(uint64_t primitive, int i, int j) { return hashOf(primitive, i, j) | 1; }
 
     Place placeOf(const VisibilitySample& sample) {
-        const LatticeQuery query{&sample, m_shared.scene.camera().cone(sample.film)};
+        const LatticeQuery query{sample, m_shared.scene.camera().cone(sample.film)};
         m_shared.lattice.locate({&query, 1}, m_lanes);
         const LatticeCell cell = SurfaceLattice::cellAt({&query, 1}, m_lanes, 0);
         const int bins = m_shared.settings.timeBins;

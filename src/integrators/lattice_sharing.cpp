@@ -28,7 +28,7 @@ class Worker : public IntegratorWorker {
         : m_shared(shared),
           m_binBits(std::min(int(std::bit_width(uint32_t(shared.settings.timeBins - 1))), kMostBinBits)) {}
 
-    void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         clear(batch.samples.size());
         const bool indirectOnly = m_shared.settings.indirectOnly;
         uint32_t pixel = ~0u;
@@ -40,18 +40,19 @@ class Worker : public IntegratorWorker {
             }
             const bool shares = sharesAt(sample.hit);
             const auto ask = [&](LightPart part) {
-                requests.push_back(requestFor(m_shared.scene, batch, sample));
-                requests.back().part = part;
+                ShadingRequest own = requestFor(m_shared.scene, batch, sample);
+                own.part = part;
+                requests.push_back(own);
                 return int32_t(requests.size()) - 1;
             };
-            const uint32_t index = uint32_t(&sample - batch.samples.data());
+            const uint32_t index = batch.placeOf(sample.pixel, sample.index);
             if (!shares || indirectOnly)
                 m_alone[index].own = ask(shares ? LightPart::Direct : LightPart::All);
             if (!shares)
                 continue;
             if (indirectOnly && materialOf(sample.hit).isTextured())
                 m_alone[index].albedo = ask(LightPart::Albedo);
-            m_queries[m_queryCount] = {&sample, cone};
+            m_queries[m_queryCount] = {sample, cone};
             m_sampleOf[m_queryCount++] = index;
             if (m_queryCount == kLanes)
                 planShared();
@@ -184,7 +185,7 @@ class Worker : public IntegratorWorker {
         const int bins = m_shared.settings.timeBins;
         const uint32_t slots = (1u << m_binBits) - 1;
         for (int i = 0; i < m_lanes.count; ++i) {
-            const float time = queries[size_t(i)].sample->ray.time;
+            const float time = queries[size_t(i)].time;
             const uint32_t bin = uint32_t(std::min(int(time * float(bins)), bins - 1));
             const uint32_t era = bin >> m_binBits, slot = bin & slots;
             const uint32_t next = uint32_t(m_cells.size());
@@ -263,7 +264,7 @@ class Worker : public IntegratorWorker {
         return best;
     }
 
-    void lookUp(Block& block, std::vector<ShadingRequest>& requests) {
+    void lookUp(Block& block, ShadingRequests& requests) {
         ++m_lookups;
         Rgb value;
         const bool found = m_shared.cache.find(block.key, value);
@@ -287,7 +288,7 @@ class Worker : public IntegratorWorker {
 
     /// The shades of a block: at random times, one in each of `shades` equal parts of its time bin, and
     /// through random points of the lens.
-    void request(const Block& block, std::vector<ShadingRequest>& requests) const {
+    void request(const Block& block, ShadingRequests& requests) const {
         const CacheSettings& settings = m_shared.settings;
         const Point& point = m_points[block.point];
         const uint64_t domain = hashOf(m_shared.seed, block.key);

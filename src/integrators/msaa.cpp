@@ -29,7 +29,7 @@ class Worker : public IntegratorWorker {
   public:
     Worker(const Scene& scene, int shades) : m_scene(scene), m_shades(uint32_t(shades)) {}
 
-    void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         m_shares.resize(batch.samples.size());
         const uint32_t spp = batch.slice.count();
         for (size_t first = 0; first < batch.samples.size(); first += spp)
@@ -54,8 +54,7 @@ class Worker : public IntegratorWorker {
 
     /// Groups the pixel's samples by primitive and draws the shades of each group uniformly, without repeats.
     /// Samples that escaped shade for themselves: looking up the surroundings costs nothing worth sharing.
-    void planPixel(const VisibilityBatch& batch, size_t first, uint32_t spp,
-                   std::vector<ShadingRequest>& requests) {
+    void planPixel(const VisibilityBatch& batch, size_t first, uint32_t spp, ShadingRequests& requests) {
         m_order.resize(spp);
         std::iota(m_order.begin(), m_order.end(), uint32_t(first));
         std::stable_sort(m_order.begin(), m_order.end(), [&](uint32_t a, uint32_t b) {
@@ -71,8 +70,7 @@ class Worker : public IntegratorWorker {
         }
     }
 
-    void planGroup(const VisibilityBatch& batch, uint32_t begin, uint32_t end,
-                   std::vector<ShadingRequest>& requests) {
+    void planGroup(const VisibilityBatch& batch, uint32_t begin, uint32_t end, ShadingRequests& requests) {
         const auto wanted = [&](uint32_t i) { return batch.wanted.contains(batch.samples[i].index); };
         const bool any = std::any_of(&m_order[begin], &m_order[end - 1] + 1, wanted);
         const uint32_t size = end - begin, count = any ? std::min(size, m_shades) : 0;

@@ -19,8 +19,7 @@ PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSe
       m_shadows(scene.tracer(), LightVisible{this}), m_probes(scene.tracer(), ProbeFound{this}),
       m_bounces(scene.tracer(), BounceFound{this}) {}
 
-void PathWorker::shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
-                       Counters& counters) {
+void PathWorker::shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) {
     m_counters = &counters;
     start(requests);
     startParts(requests.size());
@@ -34,12 +33,12 @@ void PathWorker::shade(std::span<const ShadingRequest> requests, std::span<Rgb> 
     counters.bounceRays += m_bounces.takeCount();
 }
 
-void PathWorker::start(std::span<const ShadingRequest> requests) {
+void PathWorker::start(const ShadingRequests& requests) {
     if (m_paths.size() < requests.size())
         m_paths.resize(requests.size());
     m_active.resize(requests.size());
     for (uint32_t i = 0; i < requests.size(); ++i) {
-        const ShadingRequest& r = requests[i];
+        const ShadingRequest r = requests[i];
         m_paths[i].start(r);
         if (r.part != LightPart::Albedo)
             ++(!r.hit                        ? m_counters->escaped

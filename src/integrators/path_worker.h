@@ -13,11 +13,10 @@ class PathWorker : public ShaderWorker {
   public:
     PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
                const LightSplit& split);
-    void shade(std::span<const ShadingRequest> requests, std::span<Rgb> radiance,
-               Counters& counters) override;
+    void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) override;
 
   private:
-    void start(std::span<const ShadingRequest> requests);
+    void start(const ShadingRequests& requests);
     void wave();
     void sortByMaterial();
 

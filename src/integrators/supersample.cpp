@@ -7,10 +7,8 @@ namespace {
 class Worker : public IntegratorWorker {
   public:
     explicit Worker(const Scene& scene) : m_scene(scene) {}
-    void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
-        requests.reserve(batch.samples.size());
-        for (const VisibilitySample& sample : batch.samples)
-            requests.push_back(requestFor(m_scene, batch, sample));
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
+        requestForEach(m_scene, batch, requests);
     }
     void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
         std::copy(shaded.begin(), shaded.end(), values.begin());

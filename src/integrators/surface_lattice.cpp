@@ -109,31 +109,30 @@ void SurfaceLattice::find(const Hit& hit, Primitive& p) const {
 }
 
 void SurfaceLattice::gather(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const {
-    const auto edgesAt = [](const Primitive& p, const VisibilitySample& sample) {
+    const auto edgesAt = [](const Primitive& p, const LatticeQuery& query) {
         const Shape& shape = p.placed->shape;
         Edges edges = p.edges;
         if (!shape.mesh)
-            edges = edgesOf(*shape.quadric, sample.hit);
+            edges = edgesOf(*shape.quadric, query.hit);
         else if (shape.mesh->deforms())
-            edges = edgesOf(*shape.mesh, sample.hit.prim, sample.ray.time);
+            edges = edgesOf(*shape.mesh, query.hit.prim, query.time);
         if (!shape.mesh || (p.motion && shape.mesh->deforms()))
             edges.transform(p.placed->toParent);
         if (p.motion)
-            edges.transform(p.motion->at(sample.ray.time));
+            edges.transform(p.motion->at(query.time));
         return edges;
     };
     constexpr uint32_t kRemembered = 16;
     Primitive remembered[kRemembered];
     for (int i = 0; i < lanes.count; ++i) {
-        const VisibilitySample& sample = *queries[size_t(i)].sample;
-        const RayCone& cone = queries[size_t(i)].cone;
-        Primitive& primitive = remembered[(sample.hit.prim + sample.hit.geometry) % kRemembered];
-        if (!primitive.isOf(sample.hit))
-            find(sample.hit, primitive);
-        const Edges edges = primitive.isFixed ? primitive.edges : edgesAt(primitive, sample);
-        lanes.a.set(i, edges.a), lanes.b.set(i, edges.b), lanes.d.set(i, sample.ray.d);
-        lanes.block[i] = m_blockSize * (cone.width + sample.hit.t * cone.spread);
-        lanes.u[i] = sample.hit.u, lanes.v[i] = sample.hit.v;
+        const LatticeQuery& query = queries[size_t(i)];
+        Primitive& primitive = remembered[(query.hit.prim + query.hit.geometry) % kRemembered];
+        if (!primitive.isOf(query.hit))
+            find(query.hit, primitive);
+        const Edges edges = primitive.isFixed ? primitive.edges : edgesAt(primitive, query);
+        lanes.a.set(i, edges.a), lanes.b.set(i, edges.b), lanes.d.set(i, query.d);
+        lanes.block[i] = m_blockSize * (query.cone.width + query.hit.t * query.cone.spread);
+        lanes.u[i] = query.hit.u, lanes.v[i] = query.hit.v;
         lanes.keySum[i] = primitive.keySum;
         lanes.bends[i] = !primitive.placed->shape.mesh;
     }
@@ -145,12 +144,12 @@ void SurfaceLattice::locate(std::span<const LatticeQuery> queries, LatticeLanes&
     lanes.divideTriangles(m_sharesSmall);
     for (int i = 0; i < lanes.count; ++i)
         if (lanes.bends[i]) {
-            const VisibilitySample& sample = *queries[size_t(i)].sample;
-            const PlacedShape& placed = m_scene.geometry(sample.hit).placed;
+            const LatticeQuery& query = queries[size_t(i)];
+            const PlacedShape& placed = m_scene.geometry(query.hit).placed;
             M44f storage;
-            const M44f* toWorld = transformOf(sample.hit.instance, placed, sample.ray.time, storage);
-            const V3f n = rawNormal(placed, sample.hit, toWorld, sample.ray.time);
-            lanes.divideQuadric(i, dot(n, sample.ray.d) < 0);
+            const M44f* toWorld = transformOf(query.hit.instance, placed, query.time, storage);
+            const V3f n = rawNormal(placed, query.hit, toWorld, query.time);
+            lanes.divideQuadric(i, dot(n, query.d) < 0);
         }
     lanes.mixKeys();
     findGrids(queries, lanes);
@@ -162,7 +161,7 @@ void SurfaceLattice::findGrids(std::span<const LatticeQuery> queries, LatticeLan
     grid.count = 0;
     for (int i = 0; i < lanes.count; ++i)
         if (lanes.kind[i] == LatticeCell::Vertices) {
-            const Hit& hit = queries[size_t(i)].sample->hit;
+            const Hit& hit = queries[size_t(i)].hit;
             lanes.inGrid[i] = grid.count;
             cellsOf(hit.instance, hit.geometry)
                 ->ask(hit.prim, lanes.place.x[i], lanes.place.y[i], lanes.cellArea[i], grid);
@@ -174,7 +173,7 @@ void SurfaceLattice::findGrids(std::span<const LatticeQuery> queries, LatticeLan
         const int g = lanes.inGrid[i];
         if (lanes.kind[i] != LatticeCell::Vertices || !grid.found[g])
             continue;
-        const Hit& hit = queries[size_t(i)].sample->hit;
+        const Hit& hit = queries[size_t(i)].hit;
         const MeshCell lowest = grid.lowest(g);
         const uint32_t item = uint32_t(lowest.level << 3 | lowest.direction);
         lanes.kind[i] = LatticeCell::Grid;
@@ -186,7 +185,7 @@ void SurfaceLattice::findGrids(std::span<const LatticeQuery> queries, LatticeLan
 }
 
 LatticeCell SurfaceLattice::cellAt(std::span<const LatticeQuery> queries, const LatticeLanes& lanes, int i) {
-    const Hit& hit = queries[size_t(i)].sample->hit;
+    const Hit& hit = queries[size_t(i)].hit;
     LatticeCell cell{lanes.key[i], {hit.instance, hit.geometry, bool(lanes.positive[i])},
                      hit.prim,     LatticeCell::Kind(lanes.kind[i]),
                      {},           lanes.i[i],

@@ -20,8 +20,14 @@ struct LatticePoint {
 
 /// A hit to be found a cell for.
 struct LatticeQuery {
-    const VisibilitySample* sample;
+    Hit hit;
+    V3f d; ///< of the ray
+    float time;
     RayCone cone; ///< of the sample's pixel
+
+    LatticeQuery() = default;
+    LatticeQuery(const VisibilitySample& s, const RayCone& cone)
+        : hit(s.hit), d(s.ray.d), time(s.ray.time), cone(cone) {}
 };
 
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:

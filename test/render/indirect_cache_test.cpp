@@ -49,7 +49,7 @@ bool sameBits(const Image& a, const Image& b) {
 class PartsWorker : public IntegratorWorker {
   public:
     explicit PartsWorker(const Scene& scene) : m_scene(scene) {}
-    void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         m_first.clear();
         for (const VisibilitySample& s : batch.samples) {
             ShadingRequest r = requestFor(m_scene, batch, s);

@@ -73,7 +73,7 @@ struct Located : LatticeCell {
 };
 
 Located locate(const Scene& scene, const SurfaceLattice& lattice, const VisibilitySample& s) {
-    const LatticeQuery query[] = {{&s, scene.camera().cone(s.film)}};
+    const LatticeQuery query[] = {{s, scene.camera().cone(s.film)}};
     LatticeLanes lanes;
     lattice.locate(query, lanes);
     Located located{SurfaceLattice::cellAt(query, lanes, 0)};
@@ -412,11 +412,11 @@ TEST(Lattice, HitsSideBySideAreEachFoundAsIfAlone) {
         for (size_t first = 0; first < hits.size(); first += kLanes) {
             std::vector<LatticeQuery> queries;
             for (size_t i = first; i < std::min(first + kLanes - first % 7, hits.size()); ++i)
-                queries.push_back({&hits[i], scene.camera().cone(hits[i].film)});
+                queries.push_back({hits[i], scene.camera().cone(hits[i].film)});
             LatticeLanes lanes;
             lattice.locate(queries, lanes);
             for (int i = 0; i < lanes.count; ++i) {
-                const Located alone = locate(scene, lattice, *queries[size_t(i)].sample);
+                const Located alone = locate(scene, lattice, hits[first + size_t(i)]);
                 ASSERT_EQ(lanes.key[i], alone.key);
                 ASSERT_EQ(lanes.kind[i], alone.kind);
                 float weights[LatticeCell::kPoints]{};

@@ -13,7 +13,7 @@ namespace {
 class QuadWorker : public IntegratorWorker {
   public:
     explicit QuadWorker(const Scene& scene) : m_scene(scene) {}
-    void plan(const VisibilityBatch& batch, std::vector<ShadingRequest>& requests) override {
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         std::map<std::array<uint32_t, 5>, uint32_t> groups;
         m_request.clear();
         for (const VisibilitySample& s : batch.samples) {
