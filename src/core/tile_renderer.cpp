@@ -13,7 +13,7 @@ namespace {
 enum : uint32_t { kDimFilm = 0, kDimLens = 1, kDimTime = 2 };
 
 /// About as many samples as keep all buffers of a batch in the second-level cache.
-constexpr uint32_t kBatchSamples = 512;
+constexpr uint32_t kBatchSamples = 1024;
 /// Shades timed together: the rays of so many are traced about as well as those of a batch.
 constexpr size_t kMeteredPacket = 16;
 
@@ -38,18 +38,24 @@ TileRenderer::TileRenderer(const Scene& scene, IntegratorRender& integrator, con
 bool TileRenderer::renderTile(const Window& tile, Film& film) {
     const FastFloats fast;
     const uint32_t pixelsPerBatch = std::max(1u, kBatchSamples / m_slice.count());
+    // A batch is about as high as wide: what its samples meet, and share, lies close together.
+    const int rows = 1 << (std::bit_width(pixelsPerBatch) - 1) / 2;
+    const auto render = [&] {
+        if (m_settings.stop && m_settings.stop())
+            return false;
+        renderBatch(film);
+        return true;
+    };
     m_integrator->beginTile();
     m_pixels.clear();
-    for (int y = tile.y0; y < tile.y1; ++y)
-        for (int x = tile.x0; x < tile.x1; ++x) {
-            m_pixels.push_back({x, y, hashOf(m_settings.seed, x, y)});
-            if (m_pixels.size() < pixelsPerBatch && !(x + 1 == tile.x1 && y + 1 == tile.y1))
-                continue;
-            if (m_settings.stop && m_settings.stop())
-                return false;
-            renderBatch(film);
-        }
-    return true;
+    for (int top = tile.y0; top < tile.y1; top += rows)
+        for (int x = tile.x0; x < tile.x1; ++x)
+            for (int y = top; y < std::min(top + rows, tile.y1); ++y) {
+                m_pixels.push_back({x, y, hashOf(m_settings.seed, x, y)});
+                if (m_pixels.size() == pixelsPerBatch && !render())
+                    return false;
+            }
+    return m_pixels.empty() || render();
 }
 
 void TileRenderer::renderBatch(Film& film) {
