@@ -37,7 +37,7 @@ struct RenderSettings {
     std::function<void(const SampleReport&)> probe;
     /// Called from any thread when a tile is in the film; no other thread writes there.
     std::function<void(const Film&, const Window&)> tileDone;
-    /// Asked from any thread, some hundred samples apart; once true, the rest is left out.
+    /// Asked from any thread, about a thousand samples apart; once true, the rest is left out.
     std::function<bool()> stop;
     /// Gathers what samples see, over the film's window; null: nothing does.
     FeatureFilm* features = nullptr;

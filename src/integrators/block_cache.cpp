@@ -1,5 +1,7 @@
 #include "integrators/block_cache.h"
 
+#include "core/memory.h"
+
 #include "core/hash.h"
 
 #include <algorithm>
@@ -37,9 +39,7 @@ void BlockCache::map() {
     if (p == MAP_FAILED)
         throw std::bad_alloc();
     m_buckets = static_cast<Bucket*>(p);
-#ifdef MADV_HUGEPAGE
-    madvise(p, bytes(), MADV_HUGEPAGE);
-#endif
+    preferLargePages(p, bytes());
 }
 
 uint64_t BlockCache::read(const Entry& entry, uint64_t& redGreen, uint64_t& blue) {

@@ -119,9 +119,10 @@ class Worker : public IntegratorWorker {
     static uint64_t keyOf(uint64_t primitive, int i, int j) { return hashOf(primitive, i, j) | 1; }
 
     Place placeOf(const VisibilitySample& sample) {
-        const LatticeQuery query{sample, m_shared.scene.camera().cone(sample.film)};
-        m_shared.lattice.locate({&query, 1}, m_lanes);
-        const LatticeCell cell = SurfaceLattice::cellAt({&query, 1}, m_lanes, 0);
+        m_lanes.count = 0;
+        m_lanes.add(sample, m_shared.scene.camera().cone(sample.film));
+        m_shared.lattice.locate(m_lanes);
+        const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, 0);
         const int bins = m_shared.settings.timeBins;
         const int bin = std::min(int(sample.ray.time * float(bins)), bins - 1);
         const uint64_t surface = uint64_t(cell.face.instance) << 32 | cell.face.geometry;

@@ -52,15 +52,16 @@ inline Divided divide(float u, float v, int divideU, int divideV) {
     return r;
 }
 
-STROBE_LANES void divideTriangleLanes(LatticeLanes& l, bool sharesSmall) {
+STROBE_LANES void divideTriangleLanes(LatticeLanes& l, float blockSize, bool sharesSmall) {
     const int n = l.count;
     STROBE_INDEPENDENT
     for (int k = 0; k < n; ++k) {
         const V3f a = l.a.at(k), b = l.b.at(k), d = l.d.at(k), normal = cross(a, b);
+        l.block[k] = blockSize * (l.width[k] + l.hit.t[k] * l.spread[k]);
         const float facing = dot(normal, d), block2 = sqr(l.block[k]);
         const float a2 = seenLength2(a, d), b2 = seenLength2(b, d), c2 = seenLength2(b - a, d);
         const float sized2 = block2 * slantOf(a2, b2, sqr(facing));
-        const Divided r = divide(l.u[k], l.v[k], divisionFor(a2, sized2), divisionFor(b2, sized2));
+        const Divided r = divide(l.hit.u[k], l.hit.v[k], divisionFor(a2, sized2), divisionFor(b2, sized2));
         const float rest = 1 - r.x - r.y;
         const bool upper = rest < 0;
         // Edge-on, a triangle is small whatever its area.
@@ -69,7 +70,7 @@ STROBE_LANES void divideTriangleLanes(LatticeLanes& l, bool sharesSmall) {
         l.kind[k] = small ? LatticeCell::Vertices : upper ? LatticeCell::Upper : LatticeCell::Lower;
         l.i[k] = small ? 0 : r.i, l.j[k] = small ? 0 : r.j;
         l.nu[k] = small ? 0 : r.nu, l.nv[k] = small ? 0 : r.nv;
-        const float u = std::max(l.u[k], 0.f), v = std::max(l.v[k], 0.f);
+        const float u = std::max(l.hit.u[k], 0.f), v = std::max(l.hit.v[k], 0.f);
         l.place.x[k] = small ? u : upper ? 1 - r.y : r.x;
         l.place.y[k] = small ? v : upper ? 1 - r.x : r.y;
         l.cellArea[k] = 2 * block2 / length(normal);
@@ -88,7 +89,15 @@ STROBE_LANES void mixKeyLanes(LatticeLanes& l) {
 
 } // namespace
 
-void LatticeLanes::divideTriangles(bool sharesSmall) { divideTriangleLanes(*this, sharesSmall); }
+void LatticeLanes::add(const VisibilitySample& sample, const RayCone& pixel) {
+    hit.set(count, sample.hit), d.set(count, sample.ray.d), time[count] = sample.ray.time;
+    width[count] = pixel.width, spread[count] = pixel.spread;
+    ++count;
+}
+
+void LatticeLanes::divideTriangles(float blockSize, bool sharesSmall) {
+    divideTriangleLanes(*this, blockSize, sharesSmall);
+}
 void LatticeLanes::mixKeys() { mixKeyLanes(*this); }
 
 void LatticeLanes::divideQuadric(int lane, bool isPositive) {
@@ -103,7 +112,7 @@ void LatticeLanes::divideQuadric(int lane, bool isPositive) {
     const float apart = 2 * kTurn * std::ldexp(alongV, -divideV);
     const int divideU =
         std::max({divisionFor(a2, sized2), divisionAbove(kTurn * alongU), divisionAbove(sqr(apart))});
-    const Divided r = divide(u[lane], v[lane], divideU, divideV);
+    const Divided r = divide(hit.u[lane], hit.v[lane], divideU, divideV);
     positive[lane] = isPositive;
     kind[lane] = LatticeCell::Rectangle;
     i[lane] = r.i, j[lane] = r.j, nu[lane] = r.nu, nv[lane] = r.nv;

@@ -1,6 +1,7 @@
 // The places of many hits in the lattice, side by side.
 #pragma once
 
+#include "core/batch.h"
 #include "core/hash.h"
 #include "integrators/mesh_cells.h"
 
@@ -46,13 +47,17 @@ struct LatticeCell {
 /// Up to kLanes hits on their way into the lattice.
 struct LatticeLanes {
     int count = 0;
-    V3Lanes d;    ///< of the rays, unit length
+    HitLanes hit;
+    V3Lanes d; ///< of the rays, unit length
+    alignas(64) float time[kLanes];
+    alignas(64) float width[kLanes], spread[kLanes]; ///< of the cones of the pixels
+    void add(const VisibilitySample& sample, const RayCone& pixel);
+    // Fetched for these:
     V3Lanes a, b; ///< world-space edges from a triangle's first vertex; or a quadric's derivatives
-    alignas(64) float block[kLanes]; ///< the size of a block at the hit, in scene units
-    alignas(64) float u[kLanes], v[kLanes];
     alignas(64) uint64_t keySum[kLanes]; ///< of what the cell's key is of, begun: face and primitive
     bool bends[kLanes];                  ///< it is a quadric
-    // Found from these:
+    // Found from all of these:
+    alignas(64) float block[kLanes];      ///< the size of a block at the hit, in scene units
     alignas(64) int32_t positive[kLanes]; ///< see LatticeFace
     alignas(64) int32_t kind[kLanes];     ///< of LatticeCell
     alignas(64) float i[kLanes], j[kLanes], nu[kLanes], nv[kLanes];
@@ -64,8 +69,9 @@ struct LatticeLanes {
     int32_t inGrid[kLanes]; ///< of those whose kind is Grid: the lane of `grid`
     MeshCellLanes grid;
 
-    /// Divides them all, as triangles; those smaller than a block become Vertices if they share.
-    void divideTriangles(bool sharesSmall);
+    /// Divides them all, as triangles, by blocks of so many pixels; those smaller than a block become
+    /// Vertices if they share.
+    void divideTriangles(float blockSize, bool sharesSmall);
     void divideQuadric(int lane, bool isPositive);
     /// Completes `key`, but for those in a Grid.
     void mixKeys();

@@ -108,63 +108,59 @@ void SurfaceLattice::find(const Hit& hit, Primitive& p) const {
         p.edges.transform(p.motion->at(0));
 }
 
-void SurfaceLattice::gather(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const {
-    const auto edgesAt = [](const Primitive& p, const LatticeQuery& query) {
+void SurfaceLattice::fetch(LatticeLanes& lanes) const {
+    const auto edgesAt = [](const Primitive& p, const Hit& hit, float time) {
         const Shape& shape = p.placed->shape;
         Edges edges = p.edges;
         if (!shape.mesh)
-            edges = edgesOf(*shape.quadric, query.hit);
+            edges = edgesOf(*shape.quadric, hit);
         else if (shape.mesh->deforms())
-            edges = edgesOf(*shape.mesh, query.hit.prim, query.time);
+            edges = edgesOf(*shape.mesh, hit.prim, time);
         if (!shape.mesh || (p.motion && shape.mesh->deforms()))
             edges.transform(p.placed->toParent);
         if (p.motion)
-            edges.transform(p.motion->at(query.time));
+            edges.transform(p.motion->at(time));
         return edges;
     };
     constexpr uint32_t kRemembered = 16;
     Primitive remembered[kRemembered];
     for (int i = 0; i < lanes.count; ++i) {
-        const LatticeQuery& query = queries[size_t(i)];
-        Primitive& primitive = remembered[(query.hit.prim + query.hit.geometry) % kRemembered];
-        if (!primitive.isOf(query.hit))
-            find(query.hit, primitive);
-        const Edges edges = primitive.isFixed ? primitive.edges : edgesAt(primitive, query);
-        lanes.a.set(i, edges.a), lanes.b.set(i, edges.b), lanes.d.set(i, query.d);
-        lanes.block[i] = m_blockSize * (query.cone.width + query.hit.t * query.cone.spread);
-        lanes.u[i] = query.hit.u, lanes.v[i] = query.hit.v;
+        const Hit hit = lanes.hit.at(i);
+        Primitive& primitive = remembered[(hit.prim + hit.geometry) % kRemembered];
+        if (!primitive.isOf(hit))
+            find(hit, primitive);
+        const Edges edges = primitive.isFixed ? primitive.edges : edgesAt(primitive, hit, lanes.time[i]);
+        lanes.a.set(i, edges.a), lanes.b.set(i, edges.b);
         lanes.keySum[i] = primitive.keySum;
         lanes.bends[i] = !primitive.placed->shape.mesh;
     }
 }
 
-void SurfaceLattice::locate(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const {
-    lanes.count = int(queries.size());
-    gather(queries, lanes);
-    lanes.divideTriangles(m_sharesSmall);
+void SurfaceLattice::locate(LatticeLanes& lanes) const {
+    fetch(lanes);
+    lanes.divideTriangles(m_blockSize, m_sharesSmall);
     for (int i = 0; i < lanes.count; ++i)
         if (lanes.bends[i]) {
-            const LatticeQuery& query = queries[size_t(i)];
-            const PlacedShape& placed = m_scene.geometry(query.hit).placed;
+            const Hit hit = lanes.hit.at(i);
+            const PlacedShape& placed = m_scene.geometry(hit).placed;
             M44f storage;
-            const M44f* toWorld = transformOf(query.hit.instance, placed, query.time, storage);
-            const V3f n = rawNormal(placed, query.hit, toWorld, query.time);
-            lanes.divideQuadric(i, dot(n, query.d) < 0);
+            const M44f* toWorld = transformOf(hit.instance, placed, lanes.time[i], storage);
+            const V3f n = rawNormal(placed, hit, toWorld, lanes.time[i]);
+            lanes.divideQuadric(i, dot(n, lanes.d.at(i)) < 0);
         }
     lanes.mixKeys();
-    findGrids(queries, lanes);
+    findGrids(lanes);
 }
 
 /// Small triangles whose vertices are more than blocks share the places of a grid.
-void SurfaceLattice::findGrids(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const {
+void SurfaceLattice::findGrids(LatticeLanes& lanes) const {
     MeshCellLanes& grid = lanes.grid;
     grid.count = 0;
     for (int i = 0; i < lanes.count; ++i)
         if (lanes.kind[i] == LatticeCell::Vertices) {
-            const Hit& hit = queries[size_t(i)].hit;
             lanes.inGrid[i] = grid.count;
-            cellsOf(hit.instance, hit.geometry)
-                ->ask(hit.prim, lanes.place.x[i], lanes.place.y[i], lanes.cellArea[i], grid);
+            cellsOf(lanes.hit.instance[i], lanes.hit.geometry[i])
+                ->ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], lanes.cellArea[i], grid);
         }
     if (grid.count == 0)
         return;
@@ -173,23 +169,25 @@ void SurfaceLattice::findGrids(std::span<const LatticeQuery> queries, LatticeLan
         const int g = lanes.inGrid[i];
         if (lanes.kind[i] != LatticeCell::Vertices || !grid.found[g])
             continue;
-        const Hit& hit = queries[size_t(i)].hit;
+        const LatticeFace face{lanes.hit.instance[i], lanes.hit.geometry[i], false};
         const MeshCell lowest = grid.lowest(g);
         const uint32_t item = uint32_t(lowest.level << 3 | lowest.direction);
         lanes.kind[i] = LatticeCell::Grid;
         lanes.place.set(i, grid.place.at(g));
-        lanes.key[i] = mix64(quickSum<1>(faceSum({hit.instance, hit.geometry, false}),
-                                         latticeItem(item, kGridKey, lanes.positive[i]),
+        lanes.key[i] = mix64(quickSum<1>(faceSum(face), latticeItem(item, kGridKey, lanes.positive[i]),
                                          uint64_t(uint32_t(lowest.x)) << 32 | uint32_t(lowest.y), lowest.z));
     }
 }
 
-LatticeCell SurfaceLattice::cellAt(std::span<const LatticeQuery> queries, const LatticeLanes& lanes, int i) {
-    const Hit& hit = queries[size_t(i)].hit;
-    LatticeCell cell{lanes.key[i], {hit.instance, hit.geometry, bool(lanes.positive[i])},
-                     hit.prim,     LatticeCell::Kind(lanes.kind[i]),
-                     {},           lanes.i[i],
-                     lanes.j[i],   lanes.nu[i],
+LatticeCell SurfaceLattice::cellAt(const LatticeLanes& lanes, int i) {
+    LatticeCell cell{lanes.key[i],
+                     {lanes.hit.instance[i], lanes.hit.geometry[i], bool(lanes.positive[i])},
+                     lanes.hit.prim[i],
+                     LatticeCell::Kind(lanes.kind[i]),
+                     {},
+                     lanes.i[i],
+                     lanes.j[i],
+                     lanes.nu[i],
                      lanes.nv[i]};
     if (cell.kind == LatticeCell::Grid)
         cell.lowest = lanes.grid.lowest(lanes.inGrid[i]);

@@ -18,18 +18,6 @@ struct LatticePoint {
     explicit operator bool() const { return prim != kNone; }
 };
 
-/// A hit to be found a cell for.
-struct LatticeQuery {
-    Hit hit;
-    V3f d; ///< of the ray
-    float time;
-    RayCone cone; ///< of the sample's pixel
-
-    LatticeQuery() = default;
-    LatticeQuery(const VisibilitySample& s, const RayCone& cone)
-        : hit(s.hit), d(s.ray.d), time(s.ray.time), cone(cone) {}
-};
-
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
 /// - triangles larger than a block are divided along two of their edges into powers of two; points of a
 /// coarser
@@ -51,10 +39,10 @@ class SurfaceLattice {
     enum class SmallTriangles { Shared, Apart };
     SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small);
 
-    /// The places of at most kLanes hits. Each is a function of its query alone.
-    void locate(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const;
-    /// The cell of query `i` of the last `locate`.
-    static LatticeCell cellAt(std::span<const LatticeQuery> queries, const LatticeLanes& lanes, int i);
+    /// Finds the places of hits. Each is a function of its own numbers alone.
+    void locate(LatticeLanes& lanes) const;
+    /// The cell of a hit that was located.
+    static LatticeCell cellAt(const LatticeLanes& lanes, int i);
     /// The cone of a pixel, for `locate`: that of its centre.
     RayCone coneOf(const PixelRef& pixel) const {
         return m_scene.camera().cone({float(pixel.x) + 0.5f, float(pixel.y) + 0.5f});
@@ -75,8 +63,8 @@ class SurfaceLattice {
   private:
     struct Primitive;
     void find(const Hit& hit, Primitive& primitive) const;
-    void gather(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const;
-    void findGrids(std::span<const LatticeQuery> queries, LatticeLanes& lanes) const;
+    void fetch(LatticeLanes& lanes) const;
+    void findGrids(LatticeLanes& lanes) const;
     void gridPoints(const MeshCells& cells, const LatticeCell& cell, LatticePoint out[8]) const;
     const MeshCells* cellsOf(uint32_t instance, uint32_t geometry) const {
         return m_cellsOf[instance == kNone ? 0 : m_scene.instances()[instance].group][geometry];

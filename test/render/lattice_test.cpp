@@ -73,10 +73,10 @@ struct Located : LatticeCell {
 };
 
 Located locate(const Scene& scene, const SurfaceLattice& lattice, const VisibilitySample& s) {
-    const LatticeQuery query[] = {{s, scene.camera().cone(s.film)}};
     LatticeLanes lanes;
-    lattice.locate(query, lanes);
-    Located located{SurfaceLattice::cellAt(query, lanes, 0)};
+    lanes.add(s, scene.camera().cone(s.film));
+    lattice.locate(lanes);
+    Located located{SurfaceLattice::cellAt(lanes, 0)};
     LatticeCell::weigh(located.kind, lanes.place.at(0), located.weights);
     return located;
 }
@@ -410,11 +410,10 @@ TEST(Lattice, HitsSideBySideAreEachFoundAsIfAlone) {
     for (const float blockSize : {.25f, 2.f}) {
         const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
         for (size_t first = 0; first < hits.size(); first += kLanes) {
-            std::vector<LatticeQuery> queries;
-            for (size_t i = first; i < std::min(first + kLanes - first % 7, hits.size()); ++i)
-                queries.push_back({hits[i], scene.camera().cone(hits[i].film)});
             LatticeLanes lanes;
-            lattice.locate(queries, lanes);
+            for (size_t i = first; i < std::min(first + kLanes - first % 7, hits.size()); ++i)
+                lanes.add(hits[i], scene.camera().cone(hits[i].film));
+            lattice.locate(lanes);
             for (int i = 0; i < lanes.count; ++i) {
                 const Located alone = locate(scene, lattice, hits[first + size_t(i)]);
                 ASSERT_EQ(lanes.key[i], alone.key);

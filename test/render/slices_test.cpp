@@ -164,7 +164,7 @@ TEST(Slices, StopLeavesTheRestOut) {
     Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
                       settings, built.window);
     EXPECT_FALSE(renderer.render(film));
-    EXPECT_LE(renderer.stats().total.pixels, 5u * 32u);
+    EXPECT_LE(renderer.stats().total.pixels, 5u * 64u);
     EXPECT_GT(renderer.stats().total.pixels, 0u);
 }
 
