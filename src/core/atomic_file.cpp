@@ -18,6 +18,25 @@ namespace fs = std::filesystem;
     throw Error("cannot write " + path.string() + ": " + reason, ErrorKind::Output);
 }
 
+/// Calls `f` until no signal interrupts it.
+template <class F>
+auto uninterrupted(const F& f) {
+    for (;;)
+        if (const auto result = f(); result >= 0 || errno != EINTR)
+            return result;
+}
+
+/// Makes a rename in the folder last. Errors are no reason to fail: some file systems do not know how, and
+/// the file is there.
+void flushFolder(const fs::path& folder) {
+    const int fd = uninterrupted(
+        [&] { return ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
+    if (fd < 0)
+        return;
+    uninterrupted([&] { return ::fsync(fd); });
+    ::close(fd);
+}
+
 /// A newly made file that removes itself unless it was renamed.
 class TemporaryFile {
   public:
@@ -27,7 +46,7 @@ class TemporaryFile {
                 final.parent_path() / ("." + final.filename().string() + "." + std::to_string(::getpid()) +
                                        "-" + std::to_string(attempt) + ".tmp");
             m_fd = ::open(m_path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-            if (m_fd < 0 && (errno != EEXIST || attempt == 1000))
+            if (m_fd < 0 && errno != EINTR && (errno != EEXIST || attempt == 1000))
                 fail(m_final, std::strerror(errno));
         }
     }
@@ -43,18 +62,21 @@ class TemporaryFile {
     void write(std::string_view bytes) {
         while (!bytes.empty()) {
             const ssize_t n = ::write(m_fd, bytes.data(), bytes.size());
-            if (n < 0 && errno != EINTR)
-                fail(m_final, std::strerror(errno));
+            if (n == 0 || (n < 0 && errno != EINTR))
+                fail(m_final, n == 0 ? "nothing more is taken" : std::strerror(errno));
             bytes.remove_prefix(n > 0 ? size_t(n) : 0);
         }
     }
     void rename() {
-        if (::fsync(m_fd) != 0)
+        if (uninterrupted([&] { return ::fsync(m_fd); }) != 0)
             fail(m_final, std::strerror(errno));
         const int fd = std::exchange(m_fd, -1);
-        if (::close(fd) != 0 || ::rename(m_path.c_str(), m_final.c_str()) != 0)
+        if (::close(fd) != 0 && errno != EINTR) // interrupted or not, it is closed
+            fail(m_final, std::strerror(errno));
+        if (uninterrupted([&] { return ::rename(m_path.c_str(), m_final.c_str()); }) != 0)
             fail(m_final, std::strerror(errno));
         m_renamed = true;
+        flushFolder(m_final.parent_path());
     }
 
   private:

@@ -13,13 +13,17 @@
 
 namespace strobe {
 
+class Guard;
+
 /// A text file that locations point into. `mainDirectory` is the directory of the file given on the command
-/// line: the second place where relative file names are looked for, after the file's own directory.
+/// line: the second place where relative file names are looked for, after the file's own directory. `guard`:
+/// what the text may have read; null: everything.
 struct Source {
     std::filesystem::path path; ///< as the user would name it
     std::string_view text;      ///< whole contents; `owner` keeps it alive
     std::shared_ptr<const void> owner;
     std::filesystem::path mainDirectory;
+    std::shared_ptr<const Guard> guard{};
 };
 
 /// A place in a source text; default-constructed: nowhere (command line, or made by a program).

@@ -21,7 +21,7 @@ Buffer newBuffer(size_t size) {
     return buffer;
 }
 
-FileBytes readPlain(const std::filesystem::path& path) {
+FileBytes readPlain(const std::filesystem::path& path, const MayTake& mayTake) {
     std::error_code code;
     if (!std::filesystem::is_regular_file(path, code))
         throw std::runtime_error(code ? code.message() : "not a regular file");
@@ -29,6 +29,8 @@ FileBytes readPlain(const std::filesystem::path& path) {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
     if (code || !file)
         throw std::runtime_error(code ? code.message() : std::strerror(errno));
+    if (mayTake)
+        mayTake(size);
     const Buffer buffer = newBuffer(size + 1);
     if (std::fread(buffer.get(), 1, size, file.get()) != size)
         throw std::runtime_error("it is shorter than it was a moment ago");
@@ -85,7 +87,7 @@ class Inflater {
     bool m_done = false;
 };
 
-FileBytes unpack(const FileBytes& packed) {
+FileBytes unpack(const FileBytes& packed, const MayTake& mayTake) {
     Inflater inflater(packed);
     size_t capacity = 4 * packed.size + 64, size = 0;
     Buffer buffer = newBuffer(capacity);
@@ -93,6 +95,8 @@ FileBytes unpack(const FileBytes& packed) {
         size += inflater.read(buffer.get() + size, capacity - size);
         if (inflater.isDone())
             return {buffer, size};
+        if (mayTake)
+            mayTake(2 * capacity);
         const Buffer larger = newBuffer(2 * capacity);
         std::memcpy(larger.get(), buffer.get(), size);
         buffer = larger;
@@ -102,9 +106,9 @@ FileBytes unpack(const FileBytes& packed) {
 
 } // namespace
 
-FileBytes readFileBytes(const std::filesystem::path& path) {
-    FileBytes file = readPlain(path);
-    return file.view().starts_with("\x1f\x8b") ? unpack(file) : file;
+FileBytes readFileBytes(const std::filesystem::path& path, const MayTake& mayTake) {
+    FileBytes file = readPlain(path, mayTake);
+    return file.view().starts_with("\x1f\x8b") ? unpack(file, mayTake) : file;
 }
 
 } // namespace strobe

@@ -1,7 +1,9 @@
 // Whole files in memory.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,8 +17,11 @@ struct FileBytes {
     std::string_view view() const { return {bytes.get(), size}; }
 };
 
+/// Told how many bytes of memory are about to be taken; throws if that is too much.
+using MayTake = std::function<void(uint64_t bytes)>;
+
 /// Reads a regular file; one that gzip has packed (whatever it is called) is unpacked. Throws
-/// std::runtime_error that says what is wrong, without the file's name.
-FileBytes readFileBytes(const std::filesystem::path& path);
+/// std::runtime_error that says what is wrong, without the file's name, and what `mayTake` throws.
+FileBytes readFileBytes(const std::filesystem::path& path, const MayTake& mayTake = nullptr);
 
 } // namespace strobe

@@ -1,9 +1,14 @@
 #include "core/image.h"
 
 #include "core/atomic_file.h"
+#include "core/guard.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cctype>
+#include <set>
 
 namespace strobe {
 
@@ -28,10 +33,33 @@ float Transfer::linear(float stored) const {
                            : stored;
 }
 
+void checkImage(const std::filesystem::path& path, const Location& where) {
+    static const std::set<std::string> plain{".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff",
+                                             ".tx",  ".hdr", ".pfm", ".ppm",  ".pgm", ".tga",
+                                             ".bmp", ".gif", ".dpx", ".webp"};
+    if (!guardOf(where).confines())
+        return;
+    // OIIO would offer a file to every reader it has. Those of films follow references to other files.
+    OIIO::attribute("try_all_readers", 0);
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    if (!plain.contains(extension))
+        throw Error(where,
+                    "the image " + path.string() + ": with --sandbox, no images of this kind are read");
+    // In such names OIIO sees patterns for many files.
+    const std::string name = path.string();
+    for (const char* pattern : {"<", "%(", "##", "?"})
+        if (name.find(pattern) != std::string::npos)
+            throw Error(where,
+                        "the image " + name + ": with --sandbox, its name must not contain " + pattern);
+}
+
 Image readImage(const std::filesystem::path& path, const Location& where, const Transfer& transfer) {
     const auto fail = [&](const std::string& reason) -> Error {
         return {where, "cannot read the image " + path.string() + ": " + reason};
     };
+    checkImage(path, where);
     const auto input = OIIO::ImageInput::open(path.string());
     if (!input)
         throw fail(OIIO::geterror());
@@ -39,6 +67,8 @@ Image readImage(const std::filesystem::path& path, const Location& where, const 
     if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1)
         throw fail("it is empty or not two-dimensional");
     const int n = spec.nchannels >= 3 ? 3 : 1;
+    guardOf(where).require(uint64_t(spec.width) * uint64_t(spec.height) * (4 * uint64_t(n) + sizeof(Rgb)),
+                           "the image " + path.string(), "make it smaller", where);
     Image image{spec.width, spec.height, {}};
     std::vector<float> values(size_t(spec.width) * spec.height * n);
     if (!input->read_image(0, 0, 0, n, OIIO::TypeDesc::FLOAT, values.data()))

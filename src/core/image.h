@@ -46,6 +46,10 @@ struct Transfer {
 
 /// Reads the first three channels (an image of one or two is grey: its first is spread to three), as stored
 /// but for what `transfer` says. Throws a located Error.
+/// Readies the reading of an image for a text that may not read everything (see Guard): throws an Error at
+/// `where` unless the name is that of a kind of image whose files cannot refer to others, and sees to it that
+/// what its name says decides how it is read. Without such a guard it does nothing.
+void checkImage(const std::filesystem::path& path, const Location& where);
 Image readImage(const std::filesystem::path& path, const Location& where, const Transfer& transfer = {});
 
 /// How an image texture is read outside [0,1]².

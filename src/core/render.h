@@ -29,6 +29,9 @@ struct RenderSettings {
     /// are; others are begun anew.
     bool resume = false;
     uint64_t seed = 0;
+    /// Samples of which a channel is more become darker, so that it is this. Biased; 0: none do. (Those that
+    /// are not finite stay what they are.)
+    float clamp = 0;
     int threads = 0;   ///< 0: as many as the machine has
     int tileSize = 32; ///< pixels; changes the time, never a pixel
     /// Called now and then, from any thread but one at a time, with the fraction done.

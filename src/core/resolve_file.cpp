@@ -1,8 +1,10 @@
+#include "core/guard.h"
 #include "core/params.h"
 
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <optional>
 
 namespace strobe {
 namespace {
@@ -30,20 +32,41 @@ std::vector<fs::path> sharedScenes(const Location& where) {
     }
 }
 
+/// The first of the places where there is a file, as it is to be opened; empty: there is none. Where the
+/// guard has something against a place, it is not even looked at.
+fs::path firstFile(const std::vector<fs::path>& places, const Location& where) {
+    std::optional<Error> refused;
+    for (const fs::path& place : places)
+        try {
+            fs::path file = guardOf(where).admit(place, where);
+            std::error_code ignored;
+            if (isFile(file) && !fs::is_regular_file(file, ignored))
+                throw Error(where, fmt::format("\"{}\" is not a regular file", place.string()));
+            if (isFile(file))
+                return file;
+        } catch (const Error& e) {
+            refused = refused ? refused : e;
+        }
+    if (refused)
+        throw *refused;
+    return {};
+}
+
 fs::path resolveInScenes(const std::string& name, const Location& where) {
     const std::string rest = name.substr(kScenesPrefix.size());
     const char* variable = std::getenv("STROBE_SCENES");
-    const std::vector<fs::path> places =
+    std::vector<fs::path> places =
         variable && *variable ? std::vector<fs::path>{variable} : sharedScenes(where);
-    for (const fs::path& place : places)
-        if (isFile(place / rest))
-            return place / rest;
+    for (fs::path& place : places)
+        place /= rest;
+    if (fs::path file = firstFile(places, where); !file.empty())
+        return file;
     if (places.empty())
         throw Error(where, fmt::format("file \"{}\" not found: set the environment variable STROBE_SCENES to "
                                        "the folder that holds the scenes",
                                        name));
-    throw Error(where, fmt::format("file \"{}\" not found; looked for \"{}\"", name,
-                                   (places.front() / rest).string()));
+    throw Error(where,
+                fmt::format("file \"{}\" not found; looked for \"{}\"", name, places.front().string()));
 }
 
 } // namespace
@@ -64,9 +87,8 @@ fs::path resolveFile(const std::string& name, const Location& where) {
             second != places[0])
             places.push_back(second);
     }
-    for (const fs::path& place : places)
-        if (isFile(place))
-            return place;
+    if (fs::path file = firstFile(places, where); !file.empty())
+        return file;
     std::string looked;
     for (const fs::path& place : places)
         looked += (looked.empty() ? "\"" : " and \"") + place.string() + '"';

@@ -29,6 +29,7 @@ void Counters::add(const Counters& other) {
     surfaces += other.surfaces;
     footprints += other.footprints;
     badSamples += other.badSamples;
+    clampedSamples += other.clampedSamples;
     blockLookups += other.blockLookups;
     blockHits += other.blockHits;
     blockDuplicates += other.blockDuplicates;

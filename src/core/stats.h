@@ -18,6 +18,8 @@ const char* toString(Stage stage);
 struct BadSample {
     int x, y;
     uint32_t sample;
+    uint64_t seed; ///< of its pass, like
+    int samplesPerPixel;
 };
 
 /// Seconds per shade, from packets of shades that were timed.
@@ -55,6 +57,7 @@ struct Counters {
     uint64_t surfaces = 0;   ///< surface points evaluated
     uint64_t footprints = 0; ///< of those, with a texture footprint
     uint64_t badSamples = 0;
+    uint64_t clampedSamples = 0; ///< see RenderSettings::clamp
     // Of integrators that cache:
     uint64_t blockLookups = 0;       ///< lattice points asked for, once per batch each
     uint64_t blockHits = 0;          ///< of those, found in the cache

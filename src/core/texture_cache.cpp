@@ -1,3 +1,4 @@
+#include "core/guard.h"
 #include "core/image.h"
 #include "core/texture_levels.h"
 
@@ -225,6 +226,9 @@ TextureCache::Impl::open(OIIO::ustring name, const std::string& shown, const Loc
     if (!textures->get_imagespec(handle, thread, 0, spec))
         throw Error(where, "cannot read the image " + shown + ": " + textures->geterror());
     const int64_t texels = int64_t(spec.width) * spec.height;
+    if (spec.tile_width == 0) // it is read as a whole, to make the coarser levels
+        guardOf(where).require(uint64_t(texels) * uint64_t(spec.nchannels) * sizeof(float) * 4 / 3,
+                               "the image " + shown, "make it smaller, or convert it by maketx", where);
     const bool isPlain = spec.x == 0 && spec.y == 0 && spec.full_x == 0 && spec.full_y == 0 &&
                          spec.full_width == spec.width && spec.full_height == spec.height;
     const std::lock_guard lock(mutex);
@@ -259,6 +263,7 @@ TextureCache::~TextureCache() = default;
 
 std::shared_ptr<const TextureCache::File>
 TextureCache::open(const std::filesystem::path& path, const Location& where, const Transfer& transfer) {
+    checkImage(path, where);
     return m_impl->open(m_impl->nameOf(path, transfer), path.string(), where);
 }
 

@@ -73,11 +73,15 @@ void TileRenderer::renderBatch(Film& film) {
     m_values.resize(m_samples.size());
     const std::span<const Rgb> shaded(m_shaded);
     m_integrator->resolve(batch, shaded.first(m_requests.size()), m_values);
+    if (m_settings.clamp > 0)
+        clampValues();
     develop(film);
     for (size_t part = 0; part < m_parts; ++part) {
         m_partValues.resize(m_samples.size());
         m_integrator->resolvePart(batch, shaded.subspan((1 + part) * m_requests.size(), m_requests.size()),
                                   m_partValues, int(part));
+        for (size_t i = 0; i < m_dimming.size(); ++i)
+            m_partValues[i] *= m_dimming[i];
         developPart(int(part));
     }
     if (!film.layers().empty())
@@ -197,6 +201,19 @@ void TileRenderer::shadeMetered() {
     }
 }
 
+void TileRenderer::clampValues() {
+    m_dimming.assign(m_values.size(), 1.f);
+    for (size_t i = 0; i < m_values.size(); ++i) {
+        Rgb& c = m_values[i];
+        const float most = std::max({c.x, c.y, c.z});
+        if (!(most > m_settings.clamp) || !std::isfinite(c.x + c.y + c.z))
+            continue;
+        m_dimming[i] = m_settings.clamp / most;
+        c *= m_dimming[i];
+        m_counters.clampedSamples += m_wanted.contains(m_samples[i].index);
+    }
+}
+
 void TileRenderer::develop(Film& film) {
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
         PixelSum sum;
@@ -283,7 +300,8 @@ void TileRenderer::probe() {
 void TileRenderer::noteBad(const PixelRef& pixel, uint32_t sample) {
     ++m_counters.badSamples;
     if (m_counters.firstBad.size() < 16)
-        m_counters.firstBad.push_back({pixel.x, pixel.y, sample});
+        m_counters.firstBad.push_back(
+            {pixel.x, pixel.y, sample, m_settings.seed, m_settings.samplesPerPixel});
 }
 
 } // namespace strobe

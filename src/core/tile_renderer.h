@@ -31,6 +31,7 @@ class TileRenderer {
     void shade();
     void shadeMetered();
     size_t costSlot(const Hit& hit) const;
+    void clampValues();
     void develop(Film& film);
     void developPart(int part);
     void describe(Film& film);
@@ -56,6 +57,7 @@ class TileRenderer {
     ShadingRequests m_requests;
     std::vector<Rgb> m_shaded; ///< by request; then, part by part, the same
     std::vector<Rgb> m_values, m_partValues;
+    std::vector<float> m_dimming; ///< by sample, of settings.clamp; empty without
     RayBlock m_block;
     // For metering and layers:
     std::vector<uint32_t> m_order, m_slots;

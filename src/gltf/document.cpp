@@ -85,14 +85,17 @@ std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<
 
 /// What tinygltf may read: buffers that the check has found, in the folder of the file.
 struct AllowedFiles {
-    fs::path folder;
-    std::map<std::string, uint64_t> names; ///< with the bytes wanted
+    struct File {
+        fs::path asked, place; ///< place: what to open
+        uint64_t bytes;        ///< that are wanted
+    };
+    std::vector<File> files;
 
-    /// The bytes wanted of a file; null where it is none of them.
-    const uint64_t* find(const std::string& path) const {
-        for (const auto& [name, bytes] : names)
-            if (fs::path(path) == folder / name)
-                return &bytes;
+    /// Null where it is none of them.
+    const File* find(const std::string& path) const {
+        for (const File& file : files)
+            if (path == file.asked)
+                return &file;
         return nullptr;
     }
 };
@@ -104,11 +107,11 @@ tinygltf::FsCallbacks callbacks(AllowedFiles& files) {
             },
             [](const std::string& path, void*) { return path; },
             [](Bytes* out, std::string* why, const std::string& path, void* user) {
-                const uint64_t* wanted = static_cast<AllowedFiles*>(user)->find(path);
-                if (!wanted || !readWhole(path, *out, *why))
+                const AllowedFiles::File* file = static_cast<AllowedFiles*>(user)->find(path);
+                if (!file || !readWhole(file->place, *out, *why))
                     return false;
-                if (out->size() > *wanted) // which tinygltf would take for a mistake
-                    out->resize(*wanted);
+                if (out->size() > file->bytes) // which tinygltf would take for a mistake
+                    out->resize(file->bytes);
                 return true;
             },
             [](std::string*, const std::string&, const Bytes&, void*) { return false; }, &files};
@@ -137,7 +140,9 @@ std::string onOneLine(std::string text) {
 
 } // namespace
 
-fs::path Document::resolve(const std::string& uri) const { return folderOf(m_path) / decodeUri(uri); }
+fs::path Document::resolve(const std::string& uri) const {
+    return admitted(folderOf(m_path) / decodeUri(uri));
+}
 
 std::vector<fs::path> Document::files() const {
     std::vector<fs::path> files{m_path};
@@ -170,9 +175,10 @@ void Document::warnOnce(Messages& messages, const std::string& key, const std::s
     messages.warnOnce(m_path.string() + " " + key, m_where, text(place, message));
 }
 
-Document::Document(const fs::path& path, const Location& where) : m_path(path), m_where(where) {
+Document::Document(const fs::path& path, const Location& where, std::shared_ptr<const Guard> guard)
+    : m_path(path), m_where(where), m_guard(std::move(guard)) {
     Bytes bytes;
-    if (std::string why; !readWhole(path, bytes, why))
+    if (std::string why; !readWhole(admitted(path), bytes, why))
         fail("", why);
     if (bytes.empty())
         fail("", "the file is empty");
@@ -188,9 +194,10 @@ void Document::parse(const Bytes& bytes) {
     JsonFacts facts = checkJson(json, chunk, failHere);
     m_ignored = std::move(facts.ignoredExtensions);
     const fs::path folder = folderOf(m_path);
-    AllowedFiles files{folder, std::move(facts.bufferFiles)};
-    for (const auto& [name, wanted] : files.names) {
-        const fs::path file = folder / name;
+    AllowedFiles files;
+    for (const auto& [name, wanted] : facts.bufferFiles) {
+        const fs::path file = admitted(folder / name);
+        files.files.push_back({folder / name, file, wanted});
         std::error_code error;
         const uint64_t there = fs::is_regular_file(file, error) ? fs::file_size(file, error) : 0;
         if (error || !fs::is_regular_file(file, error))

@@ -1,7 +1,7 @@
 // A glTF 2.0 file in memory: read, and checked as far as can be without knowing what is wanted of it.
 #pragma once
 
-#include "core/error.h"
+#include "core/guard.h"
 
 #include <tiny_gltf.h>
 
@@ -18,13 +18,14 @@ class Document {
     /// of data URIs stand in tinygltf::Image::image. Throws an Error at `where` (who asks for the file) whose
     /// message begins with the file's name and, where it can, the place in its JSON: "a.gltf: nodes[3].mesh:
     /// …".
-    Document(const std::filesystem::path& path, const Location& where);
+    Document(const std::filesystem::path& path, const Location& where,
+             std::shared_ptr<const Guard> guard = nullptr);
 
     const tinygltf::Model& model() const { return m_model; }
     const std::filesystem::path& path() const { return m_path; }
     /// The file, its .bin files and its image files.
     std::vector<std::filesystem::path> files() const;
-    /// Where a relative URI of the file leads.
+    /// Where a relative URI of the file leads: what to open. Throws if it must not be read.
     std::filesystem::path resolve(const std::string& uri) const;
     const Location& where() const { return m_where; }
     /// Extensions that the file uses and can do without, and that are not known here.
@@ -46,11 +47,16 @@ class Document {
 
   private:
     [[noreturn]] void failIndex(int index, size_t count, const char* noun, const std::string& place) const;
+    /// The path to open; throws if the guard has something against it.
+    std::filesystem::path admitted(const std::filesystem::path& file) const {
+        return m_guard ? m_guard->admit(file, m_where) : file;
+    }
     void parse(const std::vector<unsigned char>& bytes);
     std::string text(const std::string& place, const std::string& message) const;
 
     std::filesystem::path m_path;
     Location m_where;
+    std::shared_ptr<const Guard> m_guard; ///< or null
     tinygltf::Model m_model;
     std::vector<std::string> m_ignored;
 };

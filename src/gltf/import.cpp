@@ -221,8 +221,9 @@ std::vector<ImportedDeformation> Importer::deformations(const std::vector<Transf
     return m_impl->deformations(motions, shutter);
 }
 
-std::shared_ptr<const Document> open(const std::filesystem::path& path, const Location& where) {
-    return std::make_shared<const Document>(path, where);
+std::shared_ptr<const Document> open(const std::filesystem::path& path, const Location& where,
+                                     std::shared_ptr<const Guard> guard) {
+    return std::make_shared<const Document>(path, where, std::move(guard));
 }
 
 std::vector<std::filesystem::path> filesOf(const Document& document) { return document.files(); }

@@ -16,8 +16,10 @@ namespace strobe::gltf {
 
 class Document;
 
-/// Reads a file with its buffers; images are read when they are used. Throws an Error at `where`.
-std::shared_ptr<const Document> open(const std::filesystem::path& path, const Location& where);
+/// Reads a file with its buffers; images are read when they are used. `guard`: what may be read; null: all.
+/// Throws an Error at `where`.
+std::shared_ptr<const Document> open(const std::filesystem::path& path, const Location& where,
+                                     std::shared_ptr<const Guard> guard = nullptr);
 
 /// True for the name of a file of this kind: .gltf or .glb.
 bool isGltfName(const std::filesystem::path& path);

@@ -49,6 +49,7 @@ RenderPart partOf(const Film& film, const Options& options, const BuiltScene& bu
     for (const auto& [name, value] : built.metadata)
         if (const auto* text = std::get_if<std::string>(&value))
             part.key.emplace_back(name.substr(name.find(':') + 1), *text);
+    part.key.emplace_back("bias:clamp", options.clamp > 0 ? fmt::format("{}", options.clamp) : "none");
     part.key.emplace_back("seed", std::to_string(options.seed));
     const Shutter& shutter = built.scene->shutter();
     part.key.emplace_back("shutter", fmt::format("{} {}", shutter.open, shutter.close));
@@ -96,10 +97,10 @@ bool Checkpoint::resume(Film& film) const {
     return true;
 }
 
-void Checkpoint::save(const Film& film) const {
-    RenderPart part = partOf(film, m_options, m_built);
+void Checkpoint::save(const Film& film, Rescue& rescue) const {
+    const RenderPart part = partOf(film, m_options, m_built);
     if (!part.boxes.empty()) // else there is nothing to lose
-        writePart(m_file, part);
+        rescue.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part); });
 }
 
 void Checkpoint::remove(const Options& options) {

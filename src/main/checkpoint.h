@@ -3,6 +3,7 @@
 
 #include "main/options.h"
 #include "main/part_file.h"
+#include "main/rescue.h"
 
 namespace strobe {
 
@@ -18,8 +19,8 @@ class Checkpoint {
     /// Fills the film with what is there; false: nothing is. Throws Error of kind Usage if it is damaged, or
     /// of another render.
     bool resume(Film& film) const;
-    /// Throws Error of kind Output.
-    void save(const Film& film) const;
+    /// Where it belongs, or where `rescue` finds room.
+    void save(const Film& film, Rescue& rescue) const;
     /// When the picture is written.
     static void remove(const Options& options);
 

@@ -2,10 +2,12 @@
 #include "core/heatmap.h"
 #include "main/aov_films.h"
 #include "main/checkpoint.h"
+#include "main/guard_options.h"
 #include "main/merge.h"
 #include "main/options.h"
 #include "main/picture.h"
 #include "main/report.h"
+#include "main/rescue.h"
 #include "main/sample_table.h"
 #include "main/sequence.h"
 #include "scene/content_hash.h"
@@ -17,6 +19,7 @@
 
 #include <ctime>
 #include <fstream>
+#include <numeric>
 #include <sstream>
 
 #include <unistd.h>
@@ -47,11 +50,16 @@ Clock::time_point processStart() {
     return Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(age));
 }
 
-/// Where the picture goes: -o, else the scene's own name, else the scene file's stem, in the current folder.
+/// Where the picture goes: -o, else the scene's own name (but with --sandbox), else the scene file's stem, in
+/// the current folder.
 Options withOutput(Options options, const std::string& scenesOwn, spdlog::logger& log) {
     if (!options.outputs.empty())
         return options;
     std::filesystem::path path = scenesOwn;
+    if (!options.guard.roots.empty() && !path.empty()) {
+        log.warn("with --sandbox, scenes do not say where pictures go: \"{}\" is ignored", path.string());
+        path.clear();
+    }
     if (path.empty())
         path = options.scenes.front().stem().string() + ".exr";
     if (path.extension() != ".exr" && path.extension() != ".png") {
@@ -71,7 +79,8 @@ void checkWritable(const std::filesystem::path& path) {
         throw Error("cannot write \"" + path.string() + "\": it is a folder", ErrorKind::Output);
 }
 
-void printPixel(const Options& options, const BuiltScene& built, RenderSettings settings) {
+/// Returns the exit code.
+int printPixel(const Options& options, const BuiltScene& built, RenderSettings settings) {
     const V2i p = *options.pixel;
     if (p.x < 0 || p.y < 0 || p.x >= built.resolution.x || p.y >= built.resolution.y)
         throw Error(fmt::format("--pixel {},{}: the frame has {}x{} pixels", p.x, p.y, built.resolution.x,
@@ -87,20 +96,38 @@ void printPixel(const Options& options, const BuiltScene& built, RenderSettings 
                        report.value.x, report.value.y, report.value.z);
     };
     Film film(built.resolution.x, built.resolution.y, {p.x, p.y, p.x + 1, p.y + 1});
-    render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter, settings,
-           film);
+    const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
+                                     *built.filter, settings, film);
     const Rgb& mean = film.image().pixels[0];
     if (!options.sample)
         fmt::print("pixel {},{}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, mean.x, mean.y, mean.z);
+    return options.strict && stats.total.badSamples > 0 ? kBadSamples : kOk;
 }
 
-void warnOfBadSamples(const RenderStats& stats, spdlog::logger& log) {
+/// The options that, beside those of the picture, render this sample alone.
+std::string replayOf(const BadSample& bad, const Options& options, const BuiltScene& built) {
+    std::string words = fmt::format("--pixel {},{} --sample {}", bad.x, bad.y, bad.sample);
+    if (options.frame)
+        words += fmt::format(" --frames {0}:{0}", *options.frame);
+    if (bad.seed != options.seed)
+        words += fmt::format(" --seed {}", bad.seed);
+    if (bad.samplesPerPixel != built.sampler.samplesPerPixel)
+        words += fmt::format(" --spp {}", bad.samplesPerPixel);
+    return words;
+}
+
+void warnOfSamples(const RenderStats& stats, const Options& options, const BuiltScene& built,
+                   spdlog::logger& log) {
+    if (stats.total.clampedSamples > 0)
+        log.warn("--clamp {} made {} samples darker: the picture is biased", options.clamp,
+                 stats.total.clampedSamples);
     if (stats.total.badSamples == 0)
         return;
-    log.warn("{} samples were NaN, infinite or beyond 2.8e14 and are left out; the first:",
-             stats.total.badSamples);
+    log.log(options.strict ? spdlog::level::err : spdlog::level::warn,
+            "{} samples were NaN, infinite or beyond 2.8e14 and are left out{}", stats.total.badSamples,
+            stats.total.firstBad.empty() ? "" : "; the first:");
     for (const BadSample& bad : stats.total.firstBad)
-        log.warn("  replay with --pixel {},{} --sample {}", bad.x, bad.y, bad.sample);
+        log.warn("  replay with {}", replayOf(bad, options, built));
 }
 
 void warnOfClamped(const std::filesystem::path& output, size_t clamped, spdlog::logger& log) {
@@ -149,11 +176,12 @@ void checkOptions(const Options& options) {
             checkWritable(file);
 }
 
-RenderSettings settingsOf(const Options& options, const BuiltScene& built) {
+RenderSettings settingsOf(const Options& options, const FrameSetup& built) {
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.slice = options.samples;
     settings.seed = options.seed;
+    settings.clamp = options.clamp;
     settings.threads = options.threads;
     settings.tileSize = options.tile;
     return settings;
@@ -161,10 +189,10 @@ RenderSettings settingsOf(const Options& options, const BuiltScene& built) {
 
 bool isPart(const std::filesystem::path& output) { return output.extension() == ".part"; }
 
-/// Renders a picture and writes all that is asked for, the outputs last. `start`: when its time began to
-/// count. False: signals ended it.
-bool makePicture(const Options& options, const BuiltScene& built, StepSeconds seconds,
-                 Clock::time_point start, StopSignals* signals, spdlog::logger& log) {
+/// Renders a picture and writes all that is asked for, the outputs first. `start`: when its time began to
+/// count. Returns the exit code.
+int makePicture(const Options& options, const BuiltScene& built, StepSeconds seconds, Clock::time_point start,
+                StopSignals* signals, spdlog::logger& log) {
     for (const auto& output : options.outputs)
         checkWritable(output);
     RenderSettings settings = settingsOf(options, built);
@@ -180,52 +208,71 @@ bool makePicture(const Options& options, const BuiltScene& built, StepSeconds se
     for (const auto& output : options.outputs)
         if (!isPart(output))
             film.checkWrite(output, outputSettings, aovs.develop().parts);
-    const WriteOutputs write = [&](const Film& picture, const RenderStats& so, bool finished) {
-        const DevelopedAovs developed = finished ? aovs.develop() : DevelopedAovs{};
-        for (const auto& output : options.outputs) {
-            if (isPart(output)) {
-                if (finished)
-                    writePart(output, partOf(picture, options, built));
-                continue;
-            }
-            Metadata metadata = renderMetadata(built, options, so, seconds, finished);
-            if (output.extension() == ".png")
-                addViewMetadata(options, metadata);
-            else
-                metadata.insert(metadata.end(), developed.metadata.begin(), developed.metadata.end());
-            warnOfClamped(output, picture.write(output, metadata, outputSettings, developed.parts), log);
+    const auto writeTo = [&](const std::filesystem::path& file, const Film& picture, const RenderStats& so,
+                             bool finished) {
+        if (isPart(file)) {
+            if (finished)
+                writePart(file, partOf(picture, options, built));
+            return;
         }
+        const DevelopedAovs developed = finished ? aovs.develop() : DevelopedAovs{};
+        Metadata metadata = renderMetadata(built, options, so, seconds, finished);
+        if (file.extension() == ".png")
+            addViewMetadata(options, metadata);
+        else
+            metadata.insert(metadata.end(), developed.metadata.begin(), developed.metadata.end());
+        warnOfClamped(file, picture.write(file, metadata, outputSettings, developed.parts), log);
     };
-    const RenderStats stats = renderPicture(built, options, settings, start, signals, film, write, log);
+    const WriteOutputs write = [&](const Film& picture, const RenderStats& so, bool finished) {
+        for (const auto& output : options.outputs)
+            writeTo(output, picture, so, finished);
+    };
+    RenderStats stats = renderPicture(built, options, settings, start, signals, film, write, log);
     const bool finished = stats.passes > 0;
-    warnOfBadSamples(stats, log);
+    if (!film.sums().empty()) // of earlier runs, too
+        stats.total.badSamples =
+            std::accumulate(film.sums().begin(), film.sums().end(), uint64_t(0),
+                            [](uint64_t sum, const PixelSum& pixel) { return sum + pixel.bad(); });
+    warnOfSamples(stats, options, built, log);
+    Rescue rescue(log);
+    for (const auto& output : options.outputs)
+        rescue.write(output, [&](const auto& file) { writeTo(file, film, stats, finished); });
     if (!options.heatmapFile.empty())
-        writePng(options.heatmapFile, heatmap(film, options.heatmapLayer, settings.samplesPerPixel),
-                 renderMetadata(built, options, stats, seconds, true));
+        rescue.write(options.heatmapFile, [&](const auto& file) {
+            writePng(file, heatmap(film, options.heatmapLayer, settings.samplesPerPixel),
+                     renderMetadata(built, options, stats, seconds, true));
+        });
     if (!options.samplesFile.empty())
-        samples.write(options.samplesFile);
+        rescue.write(options.samplesFile, [&](const auto& file) { samples.write(file); });
     if (!options.statsFile.empty())
-        writeStats(options.statsFile, built, options, stats, seconds);
-    write(film, stats, finished);
+        rescue.write(options.statsFile,
+                     [&](const auto& file) { writeStats(file, built, options, stats, seconds); });
+    if (!rescue.isWhole())
+        return kOutputError;
     if (!finished) {
         log.warn("stopped; --resume goes on");
-        return false;
+        return kInterrupted;
     }
     if (options.checkpoint > 0)
         Checkpoint::remove(options);
     log.info("{}", summary(built, stats, seconds));
     for (const auto& output : options.outputs)
         log.info("wrote {}", output.string());
-    return true;
+    return options.strict && stats.total.badSamples > 0 ? kBadSamples : kOk;
 }
 
-void makeSequence(const Options& given, SceneDescription&& description, StepSeconds seconds,
-                  Messages& messages, spdlog::logger& log) {
+/// Returns the exit code.
+int makeSequence(const Options& given, SceneDescription&& description, StepSeconds seconds,
+                 Messages& messages, spdlog::logger& log) {
     const Sequence& sequence = *given.sequence;
     const uint64_t content = contentHash(description);
     auto start = std::chrono::steady_clock::now();
     SceneBuilder builder(std::move(description), given.build, messages);
     const Options options = withOutput(given, builder.setup().filename, log);
+    if (options.pixel) // of one frame
+        return printPixel(options, builder.build(shutterOf(sequence, sequence.first)),
+                          settingsOf(options, builder.setup()));
+    int code = kOk;
     const int64_t count = (int64_t(sequence.last) - sequence.first) / sequence.step + 1;
     int64_t finished = 0;
     for (int64_t i = 0; i < count; ++i) {
@@ -239,14 +286,19 @@ void makeSequence(const Options& given, SceneDescription&& description, StepSeco
         log.info("frame {} ({} of {})", frame, i + 1, count);
         const BuiltScene built = builder.build(shutterOf(sequence, frame));
         seconds.build = secondsSince(start);
-        makePicture(ofFrame, built, seconds, start, nullptr, log);
+        if (const int one = makePicture(ofFrame, built, seconds, start, nullptr, log); one != kOk)
+            code = one;
+        if (code == kOutputError) // the next frames would fare no better
+            return code;
         start = std::chrono::steady_clock::now();
         seconds.parse = 0; // once for all
     }
     log.info("{} frames: {} rendered now, {} before", count, count - finished, finished);
+    return code;
 }
 
 int run(Options options, spdlog::logger& log) {
+    limitMemory(options.guard);
     std::optional<StopSignals> signals; // before there are threads
     if (options.checkpoint > 0)
         signals.emplace();
@@ -262,12 +314,11 @@ int run(Options options, spdlog::logger& log) {
     Messages messages([&](const std::string& text) { log.warn("{}", text); });
     StepSeconds seconds;
     auto start = std::chrono::steady_clock::now();
-    SceneDescription description = parseFiles(options.scenes, sharingNames(), messages);
+    const auto guard = std::make_shared<const Guard>(options.guard);
+    SceneDescription description = parseFiles(options.scenes, sharingNames(), messages, guard);
     seconds.parse = secondsSince(start);
-    if (options.sequence) {
-        makeSequence(options, std::move(description), seconds, messages, log);
-        return kOk;
-    }
+    if (options.sequence)
+        return makeSequence(options, std::move(description), seconds, messages, log);
     if (options.checkpoint > 0 || std::any_of(options.outputs.begin(), options.outputs.end(), isPart))
         options.content = contentHash(description);
     start = std::chrono::steady_clock::now();
@@ -275,11 +326,9 @@ int run(Options options, spdlog::logger& log) {
     seconds.build = secondsSince(start);
     log.debug("parsed in {:.3f} s, built in {:.3f} s", seconds.parse, seconds.build);
     if (options.pixel)
-        printPixel(options, built, settingsOf(options, built));
-    else if (!makePicture(withOutput(options, built.filename, log), built, seconds, processStart(),
-                          signals ? &*signals : nullptr, log))
-        return kInterrupted;
-    return kOk;
+        return printPixel(options, built, settingsOf(options, built));
+    return makePicture(withOutput(options, built.filename, log), built, seconds, processStart(),
+                       signals ? &*signals : nullptr, log);
 }
 
 int exitCodeOf(ErrorKind kind) {
@@ -308,13 +357,15 @@ int guardedMain(int argc, char** argv) {
     try {
         if (!merges)
             return run(options, log);
-        merge(merging, log);
-        return kOk;
+        return merge(merging, log);
     } catch (const Error& e) {
         log.error("{}", formatDiagnostic(e.location, "error", e.what()));
         return exitCodeOf(e.kind);
     } catch (const std::bad_alloc&) {
-        log.error("error: out of memory");
+        log.error("error: out of memory{}",
+                  options.guard.memory > 0 ? fmt::format(": the scene takes more than the {} of --max-memory",
+                                                         inBytes(options.guard.memory))
+                                           : "");
         return kSceneError;
     } catch (const std::exception& e) {
         log.error("internal error: {}", e.what());

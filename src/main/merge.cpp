@@ -18,16 +18,20 @@ Film filmOf(const RenderPart& part) {
     return film;
 }
 
+uint64_t badSamplesOf(const RenderPart& part) {
+    uint64_t bad = 0;
+    for (const PixelSum& sum : part.sums)
+        bad += sum.bad();
+    return bad;
+}
+
 Metadata metadataOf(const RenderPart& part, uint64_t missing) {
     Metadata m;
     for (const auto& [name, value] : part.key)
         m.emplace_back("strobe:" + name, value);
     m.emplace_back("Software", "strobe " STROBE_VERSION);
     m.emplace_back("strobe:samplesPerPixel", part.samplesPerPixel);
-    uint64_t bad = 0;
-    for (const PixelSum& sum : part.sums)
-        bad += sum.bad();
-    m.emplace_back("strobe:badSamples", std::to_string(bad));
+    m.emplace_back("strobe:badSamples", std::to_string(badSamplesOf(part)));
     if (missing > 0)
         m.emplace_back("strobe:unfinished", 1);
     return m;
@@ -41,6 +45,7 @@ std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options) {
     app.add_option("-o,--output", options.outputs, "output file (.exr, .png or .part); may be given again")
         ->allow_extra_args(false)
         ->required();
+    app.add_flag("--strict", options.strict, "fail (exit code 6) if a sample is NaN, infinite or too large");
     app.add_flag("--quiet", options.quiet, "print errors only");
     try {
         app.parse(argc, argv);
@@ -52,7 +57,7 @@ std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options) {
     return std::nullopt;
 }
 
-void merge(const MergeOptions& options, spdlog::logger& log) {
+int merge(const MergeOptions& options, spdlog::logger& log) {
     RenderPart whole = readPart(options.parts.front());
     for (size_t i = 1; i < options.parts.size(); ++i)
         addPart(whole, readPart(options.parts[i]), options.parts[i]);
@@ -67,6 +72,11 @@ void merge(const MergeOptions& options, spdlog::logger& log) {
             filmOf(whole).write(output, metadataOf(whole, missing));
         log.info("wrote {}", output.string());
     }
+    const uint64_t bad = badSamplesOf(whole);
+    if (bad > 0)
+        log.log(options.strict ? spdlog::level::err : spdlog::level::warn,
+                "{} samples were NaN, infinite or beyond 2.8e14 and are left out", bad);
+    return options.strict && bad > 0 ? kBadSamples : kOk;
 }
 
 } // namespace strobe

@@ -9,14 +9,14 @@ namespace strobe {
 
 struct MergeOptions {
     std::vector<std::filesystem::path> parts, outputs;
-    bool quiet = false;
+    bool quiet = false, strict = false;
 };
 
 /// The arguments after "merge"; an exit code when there is nothing more to do.
 std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options);
 
 /// Reads the parts, puts them together and writes the outputs: pictures, or (.part) a part again. Warns of
-/// samples that are still missing. Throws Error.
-void merge(const MergeOptions& options, spdlog::logger& log);
+/// samples that are still missing. Returns the exit code; throws Error.
+int merge(const MergeOptions& options, spdlog::logger& log);
 
 } // namespace strobe

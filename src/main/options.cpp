@@ -1,5 +1,6 @@
 #include "main/options.h"
 
+#include "main/guard_options.h"
 #include "main/progressive_options.h"
 #include "main/sequence.h"
 
@@ -80,9 +81,10 @@ void parseShutter(const std::string& text, Sequence& sequence) {
 
 /// What was given to all options but those that leave every picture as it is.
 std::string decisive(const CLI::App& app) {
-    static const std::set<std::string> others{
-        "FILE",    "--output",    "--threads", "--tile",    "--quiet",          "--frames",    "--overwrite",
-        "--stats", "--log-level", "--samples", "--partial", "--display-server", "--reference", "--curve"};
+    static const std::set<std::string> others{"FILE",        "--output",  "--threads",   "--tile",
+                                              "--quiet",     "--frames",  "--overwrite", "--stats",
+                                              "--log-level", "--samples", "--partial",   "--display-server",
+                                              "--reference", "--curve",   "--sandbox",   "--max-memory"};
     std::string words = "strobe " STROBE_VERSION "\n";
     for (const CLI::Option* option : app.get_options())
         if (!others.count(option->get_name()))
@@ -102,12 +104,13 @@ void readSequence(const CLI::App& app, const std::string& frames, const std::str
                 throw CLI::ValidationError(name, "needs --frames");
         return;
     }
-    for (const char* name : {"--frame-time", "--pixel"})
-        if (app.count(name) > 0)
-            throw CLI::ValidationError(name, "is of one frame: it does not go with --frames");
     options.sequence = parseFrames(frames);
     if (!options.sequence)
         throw CLI::ValidationError("--frames", "takes first:last or first:last:step: integers that ascend");
+    if (app.count("--frame-time") > 0)
+        throw CLI::ValidationError("--frame-time", "is of one frame: it does not go with --frames");
+    if (options.pixel && options.sequence->first != options.sequence->last)
+        throw CLI::ValidationError("--pixel", "is of one frame: it does not go with --frames of more");
     options.sequence->fps = fps;
     if (!shutter.empty())
         parseShutter(shutter, *options.sequence);
@@ -204,6 +207,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--log-level", options.logLevel, "debug, info, warn or error")
         ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
     addProgressiveOptions(app, options, progressive);
+    addGuardOptions(app, options);
     app.add_flag("--list", options.list, "print every plugin with its parameters, and stop");
 
     try {

@@ -15,7 +15,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-constexpr std::string_view kFirstLine = "strobe part 1\n";
+constexpr std::string_view kFirstLine = "strobe part 2\n";
+constexpr size_t kChecksum = 17;     ///< hexadecimal digits and a line end, after the header
 constexpr int kMostPixels = 1 << 16; ///< along a side
 
 [[noreturn]] void fail(const fs::path& file, const std::string& reason) {
@@ -58,7 +59,7 @@ bool isSound(const RenderPart& part) {
     });
 }
 
-RenderPart partFrom(const Json& header) {
+RenderPart fromJson(const Json& header) {
     RenderPart part;
     for (const auto& [name, value] : header.at("key").items())
         part.key.emplace_back(name, value.get<std::string>());
@@ -115,8 +116,8 @@ void writePart(const fs::path& file, const RenderPart& part) {
     for (const SampleBox& box : part.boxes)
         header["boxes"].push_back(
             {{"window", toJson(box.window)}, {"samples", {box.samples.first, box.samples.end}}});
-    header["checksum"] = checksum(sums);
-    writeFileAtomically(file, std::string(kFirstLine) + header.dump() + '\n' + sums);
+    const std::string text = header.dump() + '\n';
+    writeFileAtomically(file, std::string(kFirstLine) + checksum(text + sums) + '\n' + text + sums);
 }
 
 RenderPart readPart(const fs::path& file) {
@@ -124,23 +125,28 @@ RenderPart readPart(const fs::path& file) {
     if (!stream)
         fail(file, std::string("cannot read it: ") + std::strerror(errno));
     const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+    return partFrom(bytes, file);
+}
+
+RenderPart partFrom(std::string_view bytes, const fs::path& file) {
     if (!bytes.starts_with(kFirstLine))
         fail(file, "it is not a part of a render");
-    const size_t end = bytes.find('\n', kFirstLine.size());
-    Json header;
+    bytes.remove_prefix(kFirstLine.size());
+    const std::string_view sum = bytes.substr(0, std::min(kChecksum, bytes.size()));
+    bytes.remove_prefix(sum.size());
+    const size_t end = bytes.find('\n');
     RenderPart part;
     try {
-        header = Json::parse(bytes.substr(0, end).substr(kFirstLine.size()));
-        part = partFrom(header);
+        part = fromJson(Json::parse(bytes.substr(0, end)));
     } catch (const Json::exception&) {
         fail(file, "it is damaged");
     }
     if (end == std::string::npos || !isSound(part))
         fail(file, "it is damaged");
-    const std::string_view sums = std::string_view(bytes).substr(end + 1);
+    const std::string_view sums = bytes.substr(end + 1);
     if (sums.size() != pixelsOf(part.window) * PixelSum::kBytes)
         fail(file, "it is cut short or too long");
-    if (header.value("checksum", "") != checksum(sums))
+    if (sum != checksum(bytes) + '\n')
         fail(file, "it is damaged");
     part.sums.resize(pixelsOf(part.window));
     for (size_t i = 0; i < part.sums.size(); ++i)

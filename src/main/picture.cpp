@@ -73,14 +73,14 @@ class Picture {
         RenderStats stats;
         {
             const auto save = [this] {
-                attempt("--checkpoint", [this] { m_checkpoint->save(m_live->film()); });
+                attempt("--checkpoint", [this] { m_checkpoint->save(m_live->film(), m_rescue); });
             };
             const PartialWriter saver(Seconds(m_options.checkpoint), save);
             const OnSave onSave(*m_signals, save);
             stats = render();
         }
         if (stats.passes == 0)
-            m_checkpoint->save(m_film);
+            m_checkpoint->save(m_film, m_rescue);
         return stats;
     }
 
@@ -154,7 +154,7 @@ class Picture {
         if (begin > timeLimit())
             m_log.warn("--time-limit {}: a single pass took {:.1f} s", m_options.timeLimit,
                        Seconds(begin - m_start).count());
-        m_write(film, stats, false);
+        attempt("--time-limit", [&] { m_write(film, stats, false); });
         const int writings = m_options.partial > 0 ? 2 : 1; // the end may have to wait for one under way
         return timeLimit() - writings * (Clock::now() - begin);
     }
@@ -197,7 +197,7 @@ class Picture {
     void attempt(const char* option, const std::function<void()>& write) {
         try {
             write();
-        } catch (const Error& e) {
+        } catch (const std::exception& e) { // memory may be short, too
             if (!m_warnedOfWriting.exchange(true))
                 m_log.warn("{}: {}", option, e.what());
         }
@@ -218,6 +218,7 @@ class Picture {
     std::mutex m_mutex;
     RenderStats m_stats; ///< of the passes so far; under m_mutex
     std::optional<Checkpoint> m_checkpoint;
+    Rescue m_rescue{m_log}; ///< of checkpoints
     StopSignals* m_signals = nullptr;
     std::atomic<bool> m_warnedOfWriting{false};
 };

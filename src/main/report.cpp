@@ -32,6 +32,8 @@ Metadata renderMetadata(const BuiltScene& built, const Options& options, const R
     const BiasBound bound = built.integrator->biasBound(*built.scene);
     m.emplace_back("strobe:bias:reachPixels", bound.reachPixels);
     m.emplace_back("strobe:bias:shutterFraction", bound.shutterFraction);
+    if (options.clamp > 0)
+        m.emplace_back("strobe:bias:clamp", options.clamp);
     m.emplace_back("strobe:rays", std::to_string(stats.total.rays()));
     m.emplace_back("strobe:visibilitySamples", std::to_string(stats.total.visibilitySamples));
     m.emplace_back("strobe:shades", std::to_string(stats.total.shades));
@@ -118,6 +120,7 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
     j["surfaces"] = c.surfaces;
     j["footprints"] = c.footprints;
     j["badSamples"] = c.badSamples;
+    j["clampedSamples"] = c.clampedSamples;
     j["blocks"] = {{"lookups", c.blockLookups},
                    {"hits", c.blockHits},
                    {"hitRate", c.blockLookups ? double(c.blockHits) / double(c.blockLookups) : 0},

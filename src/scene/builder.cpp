@@ -1,6 +1,7 @@
 #include "scene/builder.h"
 
 #include "cameras/shutter.h"
+#include "core/guard.h"
 #include "scene/geometry_builder.h"
 #include "scene/gltf_scene.h"
 #include "scene/maker.h"
@@ -114,6 +115,22 @@ void scaleLight(ParamSet& params, float factor) {
     params.add({"scale", ParamType::Float, {}, {factor}, {}, {}, false, false});
 }
 
+/// Asks for the memory of what rays are traced against, before it is built.
+void requireTracing(const BuiltGeometry& geometry, const Location& where) {
+    constexpr uint64_t kTriangle = 150, kKey = 100, kInstance = 500; // bytes, while Embree builds
+    uint64_t triangles = 0, keys = 0;
+    for (const Group& group : geometry.groups)
+        for (const Geometry& g : group.geometries)
+            if (const auto& mesh = g.placed.shape.mesh) {
+                triangles += mesh->triangleCount();
+                keys += mesh->triangleCount() * (mesh->positions.size() - 1);
+            }
+    guardOf(where).require(kTriangle * triangles + kKey * keys + kInstance * geometry.instances.size(),
+                           std::to_string(triangles) + " triangles and " +
+                               std::to_string(geometry.instances.size()) + " instances",
+                           "subdivide less, simplify meshes, or repeat them as instances", where);
+}
+
 /// A film's scale is a factor of all light.
 void scaleLights(SceneDescription& description, float factor) {
     for (LightDecl& light : description.lights)
@@ -185,6 +202,7 @@ class SceneBuilder::Impl {
         };
         BuiltGeometry geometry = buildGeometry(m_description, *camera, shutter, int(lights.size()), m_shapes,
                                                makeAreaLight, m_messages);
+        requireTracing(geometry, m_description.world.where);
         lights.insert(lights.end(), geometry.areaLights.begin(), geometry.areaLights.end());
         m_gltf.endFrame(m_description);
         if (lights.empty())
@@ -210,6 +228,14 @@ class SceneBuilder::Impl {
         m_setup.filename = film.filename;
         if (isRealistic)
             makePerspective(m_camera.params, diagonal, m_setup.resolution);
+        constexpr uint64_t kPixel = 100; // bytes: its value, its sum, and what files are made from
+        const Window& w = m_setup.window;
+        guardOf(m_description.world.where)
+            .require(kPixel * uint64_t(w.width()) * uint64_t(w.height()),
+                     "a picture of " + std::to_string(w.width()) + "x" + std::to_string(w.height()) +
+                         " pixels",
+                     "lower the resolution, or render it in parts (--pixel-bounds)",
+                     statement.where ? statement.where : m_description.world.where);
         if (film.scale != 1)
             scaleLights(m_description, film.scale);
     }

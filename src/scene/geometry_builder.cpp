@@ -1,5 +1,6 @@
 #include "scene/geometry_builder.h"
 
+#include "core/guard.h"
 #include "core/object_names.h"
 
 #include <tbb/parallel_for.h>
@@ -9,6 +10,8 @@ namespace strobe {
 namespace {
 
 constexpr float kPathTolerancePixels = 0.05f;
+constexpr size_t kMostInstances = size_t(1) << 26, kBytesPerInstance = 600;
+constexpr int kMaxObjectDepth = 64;
 
 Box3f meshBounds(const TriangleMesh& mesh) {
     Box3f box;
@@ -238,17 +241,34 @@ class GeometryBuilder {
         placeShapes(object.shapes, home, uses);
         if (!m_groups[home].geometries.empty())
             uses.push_back({home, TransformPath()});
+        ++m_depth;
         appendUses(object.instances, uses);
+        --m_depth;
         return cached.emplace(std::move(uses));
+    }
+
+    /// A few lines of text can ask for more instances than any machine holds: those of those of those.
+    void checkCount(size_t count, const InstanceDecl& instance) const {
+        if (count > kMostInstances)
+            throw Error(instance.where, "objects that hold one another make more than " +
+                                            std::to_string(kMostInstances) + " instances");
+        guardOf(instance.where)
+            .require(count * kBytesPerInstance, std::to_string(count) + " instances", "use fewer",
+                     instance.where);
     }
 
     void appendUses(const std::vector<InstanceDecl>& instances, std::vector<GroupUse>& uses) {
         Numbering numbers;
         for (const InstanceDecl& instance : instances) {
+            if (m_depth > kMaxObjectDepth)
+                throw Error(instance.where, "objects hold one another more than " +
+                                                std::to_string(kMaxObjectDepth) + " deep");
             const std::string name = instance.name.empty()
                                          ? numbers.next(m_description.objects[size_t(instance.object)].name)
                                          : instance.name;
-            for (GroupUse use : usesOf(instance)) {
+            const std::vector<GroupUse>& inner = usesOf(instance);
+            checkCount(uses.size() + inner.size(), instance);
+            for (GroupUse use : inner) {
                 append(use.path, instance.toParent);
                 use.name = joinedName(name, use.name);
                 uses.push_back(std::move(use));
@@ -330,6 +350,7 @@ class GeometryBuilder {
     std::vector<Box3f> m_groupBounds;
     std::vector<GroupUse> m_worldUses;
     std::vector<std::optional<std::vector<GroupUse>>> m_objectUses;
+    int m_depth = 0; ///< of objects in objects, while m_objectUses is filled
     BuiltGeometry m_built;
 };
 

@@ -252,14 +252,16 @@ Plugin<Shape> gltfPlugin() {
 }
 
 GltfDecl readGltf(const ParamSet& params, bool strict, Messages& messages) {
-    GltfDecl decl = readGltf(params.require(kFilename).path, params.whereIs(kFilename));
+    const Location where = params.whereIs(kFilename);
+    GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->guard : nullptr);
     decl.settings = {params.get(kScene), params.get(kAnimation), params.get(kCamera), params.get(kLights)};
     params.reportUnused(gltfPlugin().params, strict, messages);
     return decl;
 }
 
-GltfDecl readGltf(const std::filesystem::path& path, const Location& where) {
-    return {gltf::open(path, where), {}, {}, -1, where};
+GltfDecl readGltf(const std::filesystem::path& path, const Location& where,
+                  std::shared_ptr<const Guard> guard) {
+    return {gltf::open(path, where, std::move(guard)), {}, {}, -1, where};
 }
 
 GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, Messages& messages) {

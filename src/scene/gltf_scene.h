@@ -12,7 +12,8 @@ Plugin<Shape> gltfPlugin();
 /// A file named by such a shape's parameters, read.
 GltfDecl readGltf(const ParamSet& params, bool strict, Messages& messages);
 /// A whole file, as Include and the command line name it.
-GltfDecl readGltf(const std::filesystem::path& path, const Location& where);
+GltfDecl readGltf(const std::filesystem::path& path, const Location& where,
+                  std::shared_ptr<const Guard> guard);
 
 /// While the shutter of a scene is open that names no camera: half a frame of 24 a second, in seconds.
 inline constexpr Shutter kGltfShutter{0, 1.f / 48};

@@ -1,6 +1,7 @@
 #include "scene/lexer.h"
 
 #include "core/file_bytes.h"
+#include "core/guard.h"
 
 #include <fmt/format.h>
 
@@ -240,19 +241,28 @@ std::string describe(const Token& token) {
 }
 
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
-                                         const std::filesystem::path& mainDirectory, const Location& where) {
+                                         const std::filesystem::path& mainDirectory, const Location& where,
+                                         std::shared_ptr<const Guard> guard) {
+    const std::filesystem::path place = guard ? guard->admit(path, where) : path;
     try {
-        const FileBytes file = readFileBytes(path);
-        return std::make_shared<Source>(Source{path, file.view(), file.bytes, mainDirectory});
+        const FileBytes file = readFileBytes(place, [&](uint64_t bytes) {
+            if (guard)
+                guard->require(bytes, "the text of \"" + path.string() + '"', "split the scene", where);
+        });
+        return std::make_shared<Source>(
+            Source{path, file.view(), file.bytes, mainDirectory, std::move(guard)});
+    } catch (const Error&) {
+        throw;
     } catch (const std::runtime_error& e) {
         throw Error(where, fmt::format("cannot read \"{}\": {}", path.string(), e.what()),
                     where ? ErrorKind::Scene : ErrorKind::Usage);
     }
 }
 
-std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name) {
+std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name,
+                                         std::shared_ptr<const Guard> guard) {
     const auto owner = std::make_shared<const std::string>(std::move(text));
-    return std::make_shared<Source>(Source{name, *owner, owner, name.parent_path()});
+    return std::make_shared<Source>(Source{name, *owner, owner, name.parent_path(), std::move(guard)});
 }
 
 } // namespace strobe

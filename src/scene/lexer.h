@@ -61,10 +61,13 @@ class Lexer {
 /// A token as messages show it: quoted, on one line, not too long.
 std::string describe(const Token& token);
 
-/// Reads a whole file. `where`: who asks for it, or nowhere for a file of the command line.
+/// Reads a whole file if the guard allows it. `where`: who asks for it, or nowhere for a file of the command
+/// line.
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
-                                         const std::filesystem::path& mainDirectory, const Location& where);
+                                         const std::filesystem::path& mainDirectory, const Location& where,
+                                         std::shared_ptr<const Guard> guard = nullptr);
 /// A text in memory as a source called `name`.
-std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name);
+std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name,
+                                         std::shared_ptr<const Guard> guard = nullptr);
 
 } // namespace strobe

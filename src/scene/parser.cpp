@@ -12,7 +12,7 @@
 namespace strobe {
 namespace {
 
-constexpr size_t kMaxIncludeDepth = 64;
+constexpr size_t kMaxIncludeDepth = 64, kMaxBlockDepth = 4096;
 
 std::filesystem::path canonicalPath(const std::filesystem::path& path) {
     std::error_code ignored; // a text in memory has a name but no file
@@ -43,7 +43,7 @@ std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source
     }
     if (!copy)
         return source;
-    return std::make_shared<Source>(Source{source->path, *copy, copy, source->mainDirectory});
+    return std::make_shared<Source>(Source{source->path, *copy, copy, source->mainDirectory, source->guard});
 }
 
 void followPbrtV2(KeyedTransform& t) {
@@ -140,8 +140,9 @@ const std::map<std::string, Parser::Directive, std::less<>>& Parser::directives(
     return table;
 }
 
-Parser::Parser(const std::set<std::string>& sharingNames, Messages& messages, bool isStrict)
-    : m_sharingNames(sharingNames), m_messages(messages), m_isStrict(isStrict) {
+Parser::Parser(const std::set<std::string>& sharingNames, Messages& messages, bool isStrict,
+               std::shared_ptr<const Guard> guard)
+    : m_sharingNames(sharingNames), m_messages(messages), m_guard(std::move(guard)), m_isStrict(isStrict) {
     m_desc.materials.push_back({"", {"matte", ParamSet(), {}}});
     m_desc.world.name = "world";
 }
@@ -152,10 +153,10 @@ void Parser::parse(std::shared_ptr<const Source> source) {
 }
 
 void Parser::parseGltf(const std::filesystem::path& path) {
-    const auto source = makeSource("", path);
+    const auto source = makeSource("", path, m_guard);
     if (!m_worldBegin)
         worldBegin({"WorldBegin", {source, 0}});
-    addGltf(readGltf(path, {}));
+    addGltf(readGltf(path, {}, m_guard));
 }
 
 void Parser::parseSource(std::shared_ptr<const Source> source) {
@@ -205,14 +206,14 @@ void Parser::include(const Call& call) {
     if (gltf::isGltfName(path)) {
         if (!m_worldBegin)
             throw Error(where, "a glTF file is part of the world: Include it after WorldBegin");
-        return addGltf(readGltf(path, where));
+        return addGltf(readGltf(path, where, m_guard));
     }
     if (std::find(m_files.begin(), m_files.end(), canonicalPath(path)) != m_files.end())
         throw Error(where, fmt::format("\"{}\" includes itself", path.string()));
     if (m_files.size() > kMaxIncludeDepth)
         throw Error(where, fmt::format("files include one another more than {} deep", kMaxIncludeDepth));
     m_looksLikeV4 |= call.name == "Import";
-    parseSource(readSource(path, m_lexer->source().mainDirectory, where));
+    parseSource(readSource(path, m_lexer->source().mainDirectory, where, m_guard));
 }
 
 void Parser::worldBegin(const Call& call) {
@@ -233,7 +234,11 @@ void Parser::checkAllClosed() const {
         throw Error(m_open.back().where, fmt::format("{} is never closed", m_open.back().name));
 }
 
-void Parser::beginBlock(const Call& call) { m_open.push_back({call.name, call.where, m_state}); }
+void Parser::beginBlock(const Call& call) {
+    if (m_open.size() >= kMaxBlockDepth)
+        throw Error(call.where, fmt::format("blocks stand in one another more than {} deep", kMaxBlockDepth));
+    m_open.push_back({call.name, call.where, m_state});
+}
 
 /// Objects and attributes may end in the wrong order: as pbrt has one stack for both, this changes only what
 /// the blocks are called. False if `opener` is none of these.
@@ -306,23 +311,25 @@ SceneDescription Parser::finish() {
 }
 
 SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
-                            const std::set<std::string>& sharingNames, Messages& messages) {
+                            const std::set<std::string>& sharingNames, Messages& messages,
+                            std::shared_ptr<const Guard> guard) {
     if (files.empty())
         throw Error("no scene file is given", ErrorKind::Usage);
-    Parser parser(sharingNames, messages, !isPbrtName(files.front()));
+    Parser parser(sharingNames, messages, !isPbrtName(files.front()), guard);
     for (const std::filesystem::path& file : files) {
         if (gltf::isGltfName(file))
             parser.parseGltf(file);
         else
-            parser.parse(readSource(file, file.parent_path(), {}));
+            parser.parse(readSource(file, file.parent_path(), {}, guard));
     }
     return parser.finish();
 }
 
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
-                           const std::set<std::string>& sharingNames, Messages& messages) {
-    Parser parser(sharingNames, messages, !isPbrtName(name));
-    parser.parse(makeSource(text, name));
+                           const std::set<std::string>& sharingNames, Messages& messages,
+                           std::shared_ptr<const Guard> guard) {
+    Parser parser(sharingNames, messages, !isPbrtName(name), guard);
+    parser.parse(makeSource(text, name, guard));
     return parser.finish();
 }
 

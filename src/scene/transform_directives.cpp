@@ -4,6 +4,11 @@
 #include <fmt/format.h>
 
 namespace strobe {
+namespace {
+
+constexpr size_t kMostTimes = 4096; ///< every transform has as many matrices
+
+} // namespace
 
 void Parser::failFound(const Call& call, const std::string& needed) {
     const Token found = m_lexer->next();
@@ -97,6 +102,8 @@ void Parser::transformTimes(const Call& call) {
         failFound(call, "numbers and ']'");
     if (bracket)
         m_lexer->next();
+    if (times.size() > kMostTimes)
+        throw Error(call.where, fmt::format("TransformTimes takes {} numbers at most", kMostTimes));
     if (times.size() < 2)
         throw Error(call.where,
                     fmt::format("TransformTimes needs at least two numbers, got {}", times.size()));

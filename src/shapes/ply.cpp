@@ -1,6 +1,7 @@
 #include "shapes/ply.h"
 
 #include "core/file_bytes.h"
+#include "core/guard.h"
 #include "core/memory.h"
 #include "shapes/ply_header.h"
 
@@ -318,7 +319,11 @@ PlyMesh parsePly(std::string_view contents, const std::string& fileName, const L
 PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where, bool mayBeEmpty) {
     FileBytes file;
     try {
-        file = readFileBytes(path);
+        file = readFileBytes(path, [&](uint64_t bytes) { // and as much again for the mesh
+            guardOf(where).require(2 * bytes, "the mesh \"" + path.string() + '"', "simplify it", where);
+        });
+    } catch (const Error&) {
+        throw;
     } catch (const std::runtime_error& e) {
         throw Error(where, "\"" + path.string() + "\" cannot be read: " + e.what());
     }

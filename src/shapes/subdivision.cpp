@@ -1,5 +1,7 @@
 #include "shapes/subdivision.h"
 
+#include "core/guard.h"
+
 #include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
 
@@ -12,8 +14,9 @@ namespace {
 namespace Far = OpenSubdiv::Far;
 namespace Sdc = OpenSubdiv::Sdc;
 
-// About 15 GB of topology and vertices while refining.
-constexpr uint64_t kMaxTriangles = uint64_t(1) << 26;
+/// Of topology and vertices while refining, at the finest level.
+constexpr uint64_t kBytesPerTriangle = 225;
+constexpr uint64_t kMaxTriangles = uint64_t(1) << 26; ///< 15 GB
 
 /// Numbers the vertices that triangles use, in order; OpenSubdiv makes NaN of the others.
 struct UsedVertices {
@@ -42,6 +45,10 @@ void requireSubdividable(const std::vector<uint32_t>& indices, int levels, const
         throw Error(where, "subdividing " + std::to_string(triangles) + " triangles " +
                                std::to_string(levels) + " times would make more than " +
                                std::to_string(kMaxTriangles));
+    guardOf(where).require(kBytesPerTriangle * (triangles << (2 * levels)),
+                           "subdividing " + std::to_string(triangles) + " triangles " +
+                               std::to_string(levels) + " times",
+                           "subdivide less often", where);
     for (size_t i = 0; i < indices.size(); i += 3) {
         if (indices[i] == indices[i + 1] || indices[i + 1] == indices[i + 2] || indices[i + 2] == indices[i])
             throw Error(where, "triangle " + std::to_string(i / 3) +

@@ -81,7 +81,7 @@ class CliTest(unittest.TestCase):
 class Information(CliTest):
     def test_help_names_every_option(self):
         text = self.run_strobe("--help").out
-        for option in ("--integrator --shading -D --spp --resolution --aov --crypto-depth --exr --view --display --look --exposure --print-ocio --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed --frame-time --frames --fps --shutter --overwrite --time-limit --noise-target --reference --curve --partial --display-server --pixel-bounds --sample-range --checkpoint --resume "
+        for option in ("--integrator --shading -D --spp --resolution --aov --crypto-depth --exr --view --display --look --exposure --print-ocio --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed --frame-time --frames --fps --shutter --overwrite --time-limit --noise-target --reference --curve --partial --display-server --pixel-bounds --sample-range --checkpoint --resume --sandbox --max-memory --strict --clamp "
                        "--quick --quiet --stats --log-level --list --version --help").split():
             self.assertRegex(text, rf"(^|[\s,]){option}[\s,]")
         self.assertEqual(self.run_strobe("-h").out, text)

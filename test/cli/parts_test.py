@@ -79,6 +79,7 @@ class PartsTest(SceneTest):
         for bytes, reason in ((good[:-1], "it is cut short or too long"), (good + b"x", "it is cut short or too long"),
                               (b"hello", "it is not a part of a render"), (good[:60], "it is damaged"),
                               (good[:-9] + b"x" + good[-8:], "it is damaged"),
+                              (good.replace(b'"seed":"0"', b'"seed":"1"', 1), "it is damaged"),
                               (good.replace(b'"window":[0,30,0,20]', b'"window":[0,30,0,99]', 1), "it is damaged")):
             with open(self.path("b.part"), "wb") as file:
                 file.write(bytes)

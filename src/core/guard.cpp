@@ -1,0 +1,76 @@
+#include "core/guard.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <unistd.h>
+
+namespace strobe {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isWithin(const fs::path& root, const fs::path& file) {
+    return std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first == root.end();
+}
+
+} // namespace
+
+Guard::Guard(const Settings& settings) : m_settings(settings) {
+    for (fs::path& root : m_settings.roots) {
+        std::error_code error;
+        const fs::path real = fs::canonical(root, error);
+        if (error)
+            throw Error(fmt::format("--sandbox \"{}\": {}", root.string(), error.message()),
+                        ErrorKind::Usage);
+        root = real;
+    }
+}
+
+fs::path Guard::admit(const fs::path& file, const Location& where) const {
+    if (!confines())
+        return file;
+    std::error_code error;
+    fs::path real = fs::absolute(file, error);
+    if (!error)
+        real = fs::weakly_canonical(real, error);
+    if (!error && std::any_of(m_settings.roots.begin(), m_settings.roots.end(),
+                              [&](const fs::path& root) { return isWithin(root, real); }))
+        return real;
+    throw Error(
+        where,
+        fmt::format("file \"{}\" must not be read: it is outside of what --sandbox allows", file.string()),
+        where ? ErrorKind::Scene : ErrorKind::Usage);
+}
+
+void Guard::require(uint64_t bytes, const std::string& what, const std::string& remedy,
+                    const Location& where) const {
+    if (m_settings.memory == 0)
+        return;
+    const uint64_t held = residentBytes();
+    if (held < m_settings.memory && bytes <= m_settings.memory - held)
+        return;
+    throw Error(where, fmt::format("{} would take {} more, with {} in use: --max-memory allows {}; {}", what,
+                                   inBytes(bytes), inBytes(held), inBytes(m_settings.memory), remedy));
+}
+
+const Guard& guardOf(const Location& where) {
+    static const Guard all;
+    return where && where.source->guard ? *where.source->guard : all;
+}
+
+uint64_t residentBytes() {
+    std::ifstream file("/proc/self/statm");
+    uint64_t total = 0, resident = 0;
+    file >> total >> resident;
+    return file ? resident * uint64_t(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+std::string inBytes(uint64_t bytes) {
+    if (bytes >= 1000000000)
+        return fmt::format("{:.1f} GB", double(bytes) * 1e-9);
+    return fmt::format("{:.1f} MB", double(bytes) * 1e-6);
+}
+
+} // namespace strobe

@@ -1,0 +1,129 @@
+"""File calls that fail: whatever does, strobe does not crash, no file is half-written, and what was rendered is not lost.
+Usage: faults_test.py PATH_OF_STROBE PATH_OF_THE_SHIM [unittest arguments]; STROBE_FAULTS: how many runs (20)"""
+import os
+import re
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.dont_write_bytecode = True
+if __name__ == "__main__":
+    SHIM = os.path.abspath(sys.argv.pop(2))
+from cli_test import OPTIONS, STROBE, WORLD, CliTest  # noqa: E402
+from exr import Exr  # noqa: E402
+
+RUNS = int(os.environ.get("STROBE_FAULTS", "20"))
+PLY = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+-1 -1 0
+1 -1 0
+0 1 0
+3 0 1 2
+"""
+
+
+class FaultsTest(CliTest):
+    def setUp(self):
+        super().setUp()
+        os.mkdir(self.path("disk"))
+        os.mkdir(self.path("spare"))
+        self.write("disk/mesh.ply", PLY)
+        self.write("disk/s.scene", OPTIONS + WORLD + 'Shape "plymesh" "string filename" "mesh.ply"\n')
+        self.log = self.path("faults.log")
+
+    def faulty(self, seed, *arguments, every=12):
+        """Runs strobe on a bad disk; its exit code and what it said."""
+        environment = {**os.environ, "LD_PRELOAD": SHIM, "FAULTS_DIR": self.path("disk"), "FAULTS_SEED": str(seed),
+                       "FAULTS_EVERY": str(every), "FAULTS_LOG": self.log, "TMPDIR": self.path("spare")}
+        result = subprocess.run([STROBE, *arguments], cwd=self.path("disk"), capture_output=True, timeout=60, env=environment)
+        return result.returncode, result.stderr.decode()
+
+    def pixels(self, name):
+        picture = Exr(self.path(name))
+        return picture.window, picture.rows
+
+    def assertSound(self, seed, code, said):
+        self.assertIn(code, (0, 1, 2, 3), f"seed {seed}: {said}")
+        self.assertEqual([name for name in os.listdir(self.path("disk")) if name.endswith(".tmp")], [], f"seed {seed}")
+
+    def test_pictures(self):
+        self.run_strobe("disk/s.scene", "--quiet", "-o", "good.exr", "-o", "good.png")
+        good, good_png = self.pixels("good.exr"), self.read("good.png")
+        self.run_strobe("disk/s.scene", "--quiet", "-o", "disk/p.exr", "--spp", "1")
+        old = self.read("disk/p.exr")
+        saved = codes = 0
+        for seed in range(RUNS):
+            with self.subTest(seed=seed):
+                self.write("disk/p.exr", old)
+                code, said = self.faulty(seed, "s.scene", "--quiet", "-o", "p.exr", "-o", "p.png")
+                self.assertSound(seed, code, said)
+                if self.read("disk/p.exr") != old:
+                    self.assertEqual(self.pixels("disk/p.exr"), good)
+                elif code == 0:
+                    self.fail("the picture is an old one")
+                if os.path.exists(self.path("disk/p.png")):
+                    self.assertEqual(self.png_pixels(self.read("disk/p.png")), self.png_pixels(good_png))
+                    os.remove(self.path("disk/p.png"))
+                for file in re.findall(r"SAVED INSTEAD: p\.exr is in (\S+)", said):
+                    self.assertEqual(self.pixels(os.path.relpath(file, self.folder)), good)
+                    saved += 1
+                if code == 3 and "SAVED" not in said:  # nothing was rendered yet
+                    self.assertRegex(said, "cannot write")
+                codes += code != 0
+        self.assertGreater(codes, RUNS // 10, "there were no faults")
+        self.assertGreater(saved, 0)
+
+    @staticmethod
+    def png_pixels(data):
+        """The compressed pixels; the text beside them tells of seconds."""
+        return b"".join(re.findall(rb"IDAT.*?(?=....(?:IDAT|IEND))", data, re.S))
+
+    def test_checkpoints(self):
+        """A render on a bad disk goes on from its checkpoints until it is done, and is the same picture."""
+        settings = ["s.scene", "--quiet", "--spp", "256", "--tile", "4"]
+        self.run_strobe("disk/s.scene", *settings[1:], "-o", "good.exr")
+        good = self.pixels("good.exr")
+        for seed in range(max(1, RUNS // 5)):
+            for attempt in range(100):
+                code, said = self.faulty(1000 * seed + 2 * attempt, *settings, "--checkpoint", "0.01", "--resume", "-o", "o.exr",
+                                         every=40)
+                self.assertSound(seed, code, said)
+                if code == 0:
+                    break
+            self.assertEqual(code, 0)
+            self.assertEqual(self.pixels("disk/o.exr"), good)
+            os.remove(self.path("disk/o.exr"))
+
+    def test_merging(self):
+        for name, samples in (("a.part", "0:5"), ("b.part", "5:16")):
+            self.run_strobe("disk/s.scene", "--quiet", "--sample-range", samples, "-o", "disk/" + name)
+        self.run_strobe("merge", "disk/a.part", "disk/b.part", "--quiet", "-o", "good.exr", "-o", "good.part")
+        good, good_part = self.read("good.exr"), self.read("good.part")
+        for seed in range(RUNS):
+            with self.subTest(seed=seed):
+                code, said = self.faulty(seed, "merge", "a.part", "b.part", "--quiet", "-o", "m.part", "-o", "m.exr", every=6)
+                self.assertSound(seed, code, said)
+                for name, content in (("m.part", good_part), ("m.exr", good)):
+                    if code == 0 or os.path.exists(self.path("disk/" + name)):
+                        self.assertEqual(self.read("disk/" + name), content)
+                        os.remove(self.path("disk/" + name))
+
+    def test_full_disk(self):
+        """Not a shim's: a device on which there is never room."""
+        if not os.path.exists("/dev/full"):
+            self.skipTest("no /dev/full")
+        self.assertIn("/dev/full: it is not a regular file", self.run_strobe(
+            "disk/s.scene", "--quiet", "-o", "picture.exr", "--stats", "/dev/full", code=3).err)
+        self.assertIn("picture.exr", self.names())
+
+
+if __name__ == "__main__":
+    unittest.main()
