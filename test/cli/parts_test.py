@@ -148,7 +148,7 @@ class PartsTest(SceneTest):
             self.assertGreater(resumed, 1)
 
     def test_signals(self):
-        settings = ["--spp", "4096", "--checkpoint", "100", "-o", "o.exr"]
+        settings = ["--spp", "4096", "--tile", "8", "--checkpoint", "100", "-o", "o.exr"]
         process = self.start(*settings)
         self.wait_until(lambda: self.listens(process))
         self.wait_until(lambda: process.send_signal(signal.SIGHUP) or self.checkpoint())  # saves what is finished, and goes on
