@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstring>
 #include <mutex>
+#include <new>
 
 #if defined(__x86_64__)
 #include <pmmintrin.h>
@@ -132,6 +133,7 @@ struct Tracer::Impl {
     size_t worldGeometries = 0;
     TracerCounts counts;
     std::string error;
+    bool isOutOfMemory = false;
     std::mutex errorMutex;
 
     Impl() {
@@ -140,10 +142,11 @@ struct Tracer::Impl {
             throw Error("Embree could not be started");
         rtcSetDeviceErrorFunction(
             device,
-            [](void* self, RTCError, const char* text) {
+            [](void* self, RTCError code, const char* text) {
                 auto& impl = *static_cast<Impl*>(self);
                 const std::lock_guard lock(impl.errorMutex);
                 impl.error = text;
+                impl.isOutOfMemory |= code == RTC_ERROR_OUT_OF_MEMORY;
             },
             this);
     }
@@ -255,6 +258,8 @@ struct Tracer::Impl {
     }
 
     void check() const {
+        if (isOutOfMemory)
+            throw std::bad_alloc();
         if (!error.empty())
             throw Error("Embree: " + error);
     }

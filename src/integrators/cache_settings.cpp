@@ -2,6 +2,7 @@
 
 #include <charconv>
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 namespace strobe {
@@ -14,7 +15,12 @@ const ParamDef<float> kNumber{"cache-mb", 0, ""};
 constexpr double kMemorySeconds = 3e-7;
 constexpr size_t kMegabyte = 1024 * 1024;
 
-size_t physicalMemory() { return size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGE_SIZE)); }
+/// The machine's, or less where the process is limited (--max-memory).
+size_t memoryForUs() {
+    const size_t physical = size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGE_SIZE));
+    rlimit limit{};
+    return getrlimit(RLIMIT_DATA, &limit) == 0 ? std::min<size_t>(physical, limit.rlim_cur) : physical;
+}
 
 } // namespace
 
@@ -48,7 +54,7 @@ size_t automaticBytes(const RenderContext& context, float blockSize, int timeBin
     constexpr double kBytesPerBlock = 24, kSlack = 4;
     const double pixels = double(context.window.width()) * context.window.height();
     const double blocks = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
-    const double most = double(physicalMemory()) / 4;
+    const double most = double(memoryForUs()) / 4;
     return size_t(
         std::clamp(blocks * kBytesPerBlock * kSlack * (1 + context.parts), double(kMegabyte), most));
 }

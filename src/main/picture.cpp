@@ -77,7 +77,12 @@ class Picture {
             };
             const PartialWriter saver(Seconds(m_options.checkpoint), save);
             const OnSave onSave(*m_signals, save);
-            stats = render();
+            try {
+                stats = render();
+            } catch (...) { // a texture may have vanished: what was rendered until then is not lost
+                save();
+                throw;
+            }
         }
         if (stats.passes == 0)
             m_checkpoint->save(m_film, m_rescue);

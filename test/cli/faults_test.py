@@ -2,9 +2,11 @@
 Usage: faults_test.py PATH_OF_STROBE PATH_OF_THE_SHIM [unittest arguments]; STROBE_FAULTS: how many runs (20)"""
 import os
 import re
+import struct
 import subprocess
 import sys
 import unittest
+import zlib
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.dont_write_bytecode = True
@@ -115,6 +117,22 @@ class FaultsTest(CliTest):
                     if code == 0 or os.path.exists(self.path("disk/" + name)):
                         self.assertEqual(self.read("disk/" + name), content)
                         os.remove(self.path("disk/" + name))
+
+    def test_a_texture_that_ends_early(self):
+        """Found only while rendering; what was rendered until then is kept."""
+        rows = b"".join(b"\0" + bytes((97 * x * y + x) & 255 for x in range(3 * 256)) for y in range(256))
+        chunks = [struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in (
+            (b"IHDR", struct.pack(">IIBBBBB", 256, 256, 8, 2, 0, 0, 0)), (b"IDAT", zlib.compress(rows)), (b"IEND", b""))]
+        whole = b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+        self.write("s.scene", 'Option "string conventions" "pbrt-v2"\n' + OPTIONS + WORLD.split("Material")[0] +
+                   'Texture "t" "rgb" "imagemap" "string filename" "t.png"\nMaterial "matte" "texture Kd" "t"\nTranslate 0 -3 4\n'
+                   'Shape "sphere" "float radius" 2\n')
+        settings = ["s.scene", "--quiet", "--threads", "1", "--tile", "4", "--checkpoint", "100", "--resume", "-o", "o.exr"]
+        self.write("t.png", whole[: len(whole) // 2])
+        said = self.run_strobe(*settings, code=2).err
+        self.assertRegex(said, r"s\.scene:\d+:\d+: error: cannot read the image t\.png")
+        self.assertIn("o.exr.checkpoint", self.names())
+        self.assertGreater(os.path.getsize(self.path("o.exr.checkpoint")), 24 * 16 * 56)
 
     def test_full_disk(self):
         """Not a shim's: a device on which there is never room."""
