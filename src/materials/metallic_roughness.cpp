@@ -24,11 +24,12 @@ const ParamDef<float> kNormalScale{"normalscale", 1.f, "factor of how far they l
 constexpr float kLeastAlpha = 1e-3f;
 
 struct Data {
-    PlainRgb diffuse; ///< albedo / π
-    PlainRgb f0;      ///< reflectance at normal incidence
-    float f90;        ///< at grazing incidence
-    float alpha;      ///< 0: a mirror
-    PlainRgb through; ///< albedo of the transmission
+    PlainRgb diffuse;      ///< albedo / π
+    PlainRgb f0;           ///< reflectance at normal incidence, of dielectric and metal mixed
+    float f90;             ///< at grazing incidence
+    float skinF0, skinF90; ///< the dielectric's own, in its brightest channel: what its body does not get
+    float alpha;           ///< 0: a mirror
+    PlainRgb through;      ///< albedo of the transmission
     float coat, coatAlpha;
 };
 
@@ -48,6 +49,12 @@ inline Rgb fresnel(const Data& data, float cosine) {
     const float x = schlick(cosine);
     return Rgb(data.f0) * (1 - x) + Rgb(data.f90 * x);
 }
+/// What of the light gets through a dielectric's surface to its body. How much of the material is metal does
+/// not matter there: glTF mixes a dielectric with a metal (glTF 2.0, appendix B.2).
+inline float passed(const Data& data, float cosine) {
+    const float x = schlick(cosine);
+    return 1 - (data.skinF0 * (1 - x) + data.skinF90 * x);
+}
 constexpr float kCoatF0 = 0.04f;
 inline float coatFresnel(const Data& data, float cosine) {
     return data.coat * (kCoatF0 + (1 - kCoatF0) * schlick(cosine));
@@ -64,12 +71,11 @@ struct Shares {
     float gloss, diffuse, through, coat;
 
     Shares(const Data& data, const V3f& wo) {
-        const Rgb f = fresnel(data, std::abs(wo.z));
         coat = coatFresnel(data, std::abs(wo.z));
-        gloss = (1 - coat) * luminance(f);
+        gloss = (1 - coat) * luminance(fresnel(data, std::abs(wo.z)));
         // Diffuse light comes in from where little of it is reflected, whatever wo is.
         diffuse = (1 - coat) * kPi * luminance(data.diffuse);
-        through = (1 - coat) * luminance(data.through) * std::max(1 - maxComponent(f), .1f);
+        through = (1 - coat) * luminance(data.through) * std::max(passed(data, std::abs(wo.z)), .1f);
         const float sum = gloss + diffuse + through + coat;
         const float scale = sum > 0 ? 1 / sum : 0;
         gloss *= scale, diffuse *= scale, through *= scale, coat *= scale;
@@ -101,13 +107,12 @@ struct View {
 
   private:
     void reflect(const V3f& wi, float cosHalf, Rgb& f, float& pdf) const {
-        const Rgb reflected = fresnel(data, cosHalf);
         const float cosine = std::abs(wi.z);
-        f = Rgb(data.diffuse) * ((1 - maxComponent(reflected)) * cosine);
+        f = Rgb(data.diffuse) * (passed(data, cosHalf) * cosine);
         pdf = shares.diffuse * cosine * kInvPi;
         if (data.alpha > 0) {
             const float density = gloss.pdf(wo, wi);
-            f += reflected * (density * masking(wi.z, data.alpha));
+            f += fresnel(data, cosHalf) * (density * masking(wi.z, data.alpha));
             pdf += shares.gloss * density;
         }
         if (!(data.coat > 0))
@@ -125,8 +130,8 @@ struct View {
     void transmit(const V3f& wi, Rgb& f, float& pdf) const {
         const V3f mirrored(wi.x, wi.y, -wi.z);
         const float cosHalf = safeSqrt((1 + dot(wo, mirrored)) / 2), density = gloss.pdf(wo, mirrored);
-        f = Rgb(data.through) * ((1 - maxComponent(fresnel(data, cosHalf))) * density *
-                                 masking(wi.z, data.alpha) * (1 - coatFresnel(data, cosHalf)));
+        f = Rgb(data.through) *
+            (passed(data, cosHalf) * density * masking(wi.z, data.alpha) * (1 - coatFresnel(data, cosHalf)));
         pdf = shares.through * density;
     }
 };
@@ -154,6 +159,7 @@ class MetallicRoughness : public Material {
         data.through = body * transmission;
         data.f0 = f0 * (1 - metallic) + base * metallic;
         data.f90 = lerp(specular, 1, metallic);
+        data.skinF0 = maxComponent(f0), data.skinF90 = specular;
         data.alpha = alphaOf(roughness);
         data.coat = clamp01(m_in.clearcoat.at(q));
         data.coatAlpha = alphaOf(m_in.clearcoatRoughness.at(q));
@@ -252,9 +258,8 @@ class MetallicRoughness : public Material {
         return delta({-wo.x, -wo.y, wo.z}, Rgb(coatFresnel(data, std::abs(wo.z)) / probability), false, out);
     }
     static bool window(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
-        const float cosine = std::abs(wo.z), passed = 1 - maxComponent(fresnel(data, cosine));
-        return delta(-wo, Rgb(data.through) * (passed * (1 - coatFresnel(data, cosine)) / probability), true,
-                     out);
+        const float cosine = std::abs(wo.z), share = passed(data, cosine) * (1 - coatFresnel(data, cosine));
+        return delta(-wo, Rgb(data.through) * (share / probability), true, out);
     }
 
     MetallicRoughnessInputs m_in;

@@ -30,10 +30,12 @@ TEST(MetallicRoughness, ValuesOfAppendixB) {
     // By hand, in doubles.
     const double alpha = .36, a2 = alpha * alpha, hx = -.2, hz = 1.4, l = std::sqrt(hx * hx + hz * hz);
     const double nh = hz / l, vh = (.6 * hx + .8 * hz) / l;
-    const double f0 = .04 * .75 + .5 * .25, fresnel = f0 + (1 - f0) * std::pow(1 - vh, 5);
+    const double grazing = std::pow(1 - vh, 5), metal = .5 + .5 * grazing, skin = .04 + .96 * grazing;
     const double d = a2 / (M_PI * std::pow(nh * nh * (a2 - 1) + 1, 2));
     const auto g = [&](double c) { return 2 * c / (c + std::sqrt(a2 + (1 - a2) * c * c)); };
-    const double expected = (1 - fresnel) * .5 * .75 / M_PI + fresnel * d * g(.8) * g(.6) / (4 * .8 * .6);
+    const double gloss = d * g(.8) * g(.6) / (4 * .8 * .6),
+                 dielectric = (1 - skin) * .5 / M_PI + skin * gloss;
+    const double expected = .75 * dielectric + .25 * metal * gloss; // a mix of the two
     EXPECT_NEAR(f.x, expected * .6, 1e-5);
 }
 
