@@ -42,6 +42,9 @@ struct LightSampleLanes {
     }
 };
 
+/// More samples of a light at one surface are a mistake: shading a batch would take minutes.
+inline constexpr int kMostLightSamples = 1 << 16;
+
 class Light {
   public:
     virtual ~Light() = default;

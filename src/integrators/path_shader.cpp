@@ -14,6 +14,9 @@ const ParamDef<std::string> kStrategy{
 const ParamDef<int> kLightSamples{"lightsamples", 0,
                                   "samples of each light at a surface; 0: each light's own nsamples"};
 
+/// Paths this long say nothing more; among perfect mirrors no chance would end them.
+constexpr int kMostDepth = 1024;
+
 /// Whether all lights are sampled at the first surface. pbrt-v3's and v4's names for ways to pick one mean
 /// "one", and so does what nobody knows in a lenient file.
 bool readStrategy(const ParamSet& params, const BuildContext& context) {
@@ -34,9 +37,12 @@ class PathShader : public Shader {
   public:
     PathShader(const ParamSet& params, const BuildContext& context, bool path) {
         m_settings = {path, params.get(kMaxDepth), readStrategy(params, context), params.get(kLightSamples)};
-        for (const ParamDef<int>* def : {&kMaxDepth, &kLightSamples})
-            if (params.get(*def) < 0)
-                throw Error(params.whereIs(*def), std::string("\"") + def->name + "\" must not be negative");
+        for (const auto& [def, most] :
+             {std::pair{&kMaxDepth, kMostDepth}, {&kLightSamples, kMostLightSamples}})
+            if (const int value = params.get(*def); value < 0 || value > most)
+                throw Error(params.whereIs(*def),
+                            std::string("\"") + def->name + "\" must " +
+                                (value < 0 ? "not be negative" : "be at most " + std::to_string(most)));
     }
     std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
                                              const LightSplit& split) const override {

@@ -19,7 +19,7 @@ inline const ParamDef<float> kIlluminance{
 /// Throws a located Error unless it is positive.
 float readTotal(const ParamSet& params, const ParamDef<float>& def, float ofUnit);
 
-/// "nsamples"; throws a located Error unless it is at least 1.
+/// "nsamples"; throws a located Error unless it is from 1 to kMostLightSamples.
 int readSampleCount(const ParamSet& params);
 /// "scale": one number, or one per channel.
 Rgb readLightScale(const ParamSet& params);

@@ -207,6 +207,10 @@ AreaLightSource "diffuse" "integer nsamples" 0
 Shape "sphere")",
          2, 27, R"("nsamples" must be at least 1)"},
         {R"(WorldBegin
+AreaLightSource "diffuse" "integer nsamples" 65537
+Shape "sphere")",
+         2, 27, R"("nsamples" must be at most 65536)"},
+        {R"(WorldBegin
 AreaLightSource "diffuse" "rgb L" [1 -1 1]
 Shape "sphere")",
          2, 27, R"("L" must be finite and not negative)"},
