@@ -137,7 +137,7 @@ struct Tracer::Impl {
     std::mutex errorMutex;
 
     Impl() {
-        device = rtcNewDevice(nullptr);
+        device = rtcNewDevice("tessellation_cache_size=1"); // MB, in place of 128: nothing is tessellated
         if (!device)
             throw Error("Embree could not be started");
         rtcSetDeviceErrorFunction(

@@ -117,7 +117,7 @@ void scaleLight(ParamSet& params, float factor) {
 
 /// Asks for the memory of what rays are traced against, before it is built.
 void requireTracing(const BuiltGeometry& geometry, const Location& where) {
-    constexpr uint64_t kTriangle = 150, kKey = 100, kInstance = 500; // bytes, while Embree builds
+    constexpr uint64_t kTriangle = 100, kKey = 60, kInstance = 500; // bytes, while Embree builds
     uint64_t triangles = 0, keys = 0;
     for (const Group& group : geometry.groups)
         for (const Geometry& g : group.geometries)
