@@ -13,8 +13,8 @@ import unittest
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.dont_write_bytecode = True  # the source tree stays clean
 from exr import Exr  # noqa: E402
+from scene_case import STROBE, WORLD  # noqa: E402
 
-STROBE = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else os.environ.get("STROBE", "strobe")
 os.environ.pop("OCIO", None)  # what the tests see does not depend on who runs them
 OK, USAGE, SCENE, OUTPUT = 0, 1, 2, 3
 
@@ -24,20 +24,6 @@ Sampler "sobol" "integer pixelsamples" 16
 PixelFilter "gaussian"
 Integrator "path" "integer maxdepth" 3
 Camera "perspective" "float fov" 60
-"""
-WORLD = """WorldBegin
-LightSource "infinite" "rgb L" [.2 .3 .4]
-AttributeBegin
-  Translate 2 3 1
-  AreaLightSource "diffuse" "rgb L" [20 20 20]
-  Shape "sphere" "float radius" .5
-AttributeEnd
-Material "matte" "rgb Kd" [.6 .5 .4]
-Translate -.6 0 4
-ActiveTransform EndTime
-Translate 1.2 0 0
-ActiveTransform All
-Shape "sphere" "float radius" .8
 """
 
 

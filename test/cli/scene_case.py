@@ -10,12 +10,7 @@ from exr import Exr
 
 STROBE = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else os.environ.get("STROBE", "strobe")
 
-SCENE = """TransformTimes 0 1
-Film "image" "integer xresolution" 150 "integer yresolution" 100
-Sampler "sobol" "integer pixelsamples" 8
-Integrator "directlighting"
-Camera "perspective" "float fov" 60
-WorldBegin
+WORLD = """WorldBegin
 LightSource "infinite" "rgb L" [.2 .3 .4]
 AttributeBegin
   Translate 2 3 1
@@ -29,6 +24,12 @@ Translate 1.2 0 0
 ActiveTransform All
 Shape "sphere" "float radius" .8
 """
+SCENE = """TransformTimes 0 1
+Film "image" "integer xresolution" 150 "integer yresolution" 100
+Sampler "sobol" "integer pixelsamples" 8
+Integrator "directlighting"
+Camera "perspective" "float fov" 60
+""" + WORLD
 
 
 class SceneTest(unittest.TestCase):
