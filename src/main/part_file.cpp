@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <fstream>
+#include <limits>
 
 namespace strobe {
 
@@ -34,7 +35,19 @@ std::string checksum(std::string_view bytes) {
 }
 
 Json toJson(const Window& w) { return {w.x0, w.x1, w.y0, w.y1}; }
-Window windowFrom(const Json& j) { return {j.at(0), j.at(2), j.at(1), j.at(3)}; }
+
+/// -1, which is sound nowhere, where there is anything else: the library would convert any number, even one
+/// that no int can hold.
+int integerFrom(const Json& j) {
+    constexpr uint64_t kMost = std::numeric_limits<int>::max();
+    return j.is_number_unsigned() && j.get<uint64_t>() <= kMost ? j.get<int>() : -1;
+}
+Window windowFrom(const Json& j) {
+    return {integerFrom(j.at(0)), integerFrom(j.at(2)), integerFrom(j.at(1)), integerFrom(j.at(3))};
+}
+SampleSlice sliceFrom(const Json& j) {
+    return {uint32_t(integerFrom(j.at(0))), uint32_t(integerFrom(j.at(1)))};
+}
 
 size_t pixelsOf(const Window& w) { return size_t(w.width()) * size_t(w.height()); }
 
@@ -63,12 +76,12 @@ RenderPart fromJson(const Json& header) {
     RenderPart part;
     for (const auto& [name, value] : header.at("key").items())
         part.key.emplace_back(name, value.get<std::string>());
-    part.fullWidth = header.at("frame").at(0), part.fullHeight = header.at("frame").at(1);
-    part.samplesPerPixel = header.at("samplesPerPixel");
+    part.fullWidth = integerFrom(header.at("frame").at(0));
+    part.fullHeight = integerFrom(header.at("frame").at(1));
+    part.samplesPerPixel = integerFrom(header.at("samplesPerPixel"));
     part.window = windowFrom(header.at("window"));
     for (const Json& box : header.at("boxes"))
-        part.boxes.push_back(
-            {windowFrom(box.at("window")), {box.at("samples").at(0), box.at("samples").at(1)}});
+        part.boxes.push_back({windowFrom(box.at("window")), sliceFrom(box.at("samples"))});
     return part;
 }
 

@@ -80,7 +80,9 @@ class PartsTest(SceneTest):
                               (b"hello", "it is not a part of a render"), (good[:60], "it is damaged"),
                               (good[:-9] + b"x" + good[-8:], "it is damaged"),
                               (good.replace(b'"seed":"0"', b'"seed":"1"', 1), "it is damaged"),
-                              (good.replace(b'"window":[0,30,0,20]', b'"window":[0,30,0,99]', 1), "it is damaged")):
+                              (good.replace(b'"window":[0,30,0,20]', b'"window":[0,30,0,99]', 1), "it is damaged"),
+                              (good.replace(b'"frame":[30,20]', b'"frame":[3e+10,20]', 1), "it is damaged"),
+                              (good.replace(b'"samplesPerPixel":', b'"samplesPerPixel":4294967296', 1), "it is damaged")):
             with open(self.path("b.part"), "wb") as file:
                 file.write(bytes)
             self.assertIn("b.part: " + reason, self.merged(["b.part"], code=1))
