@@ -13,14 +13,18 @@ static_assert(offsetof(RayBlock, mask) == sizeof(Packet::rows));
 Packet::Packet(const RayBlock& block, int n) : count(n) { std::memcpy(rows, &block, sizeof rows); }
 
 void Packet::load(RayBlock& block) const {
-    std::memcpy(static_cast<void*>(&block), rows, sizeof rows);
+    float* out[] = {block.ox, block.oy, block.oz,   block.tnear, block.dx,
+                    block.dy, block.dz, block.time, block.tfar};
+    for (size_t row = 0; row < std::size(rows); ++row)
+        std::copy_n(rows[row], RayBlock::kSize,
+                    out[row]); // a copy of all at once would be a call, and slower
     std::fill(block.geom, block.geom + RayBlock::kSize, kNone);
     std::fill(block.inst, block.inst + RayBlock::kSize, kNone);
 }
 
 namespace {
 
-constexpr int kWindowsPerSide = 6;
+constexpr int kWindowsPerSide = 4;
 
 /// Every point is as bright as any other.
 class ConstantShader : public Shader {
@@ -34,7 +38,8 @@ class ConstantShader : public Shader {
     struct Worker : ShaderWorker {
         void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) override {
             counters.shades += requests.size();
-            std::fill(radiance.begin(), radiance.end(), Rgb(.5f));
+            if (!radiance.empty())
+                std::fill_n(&radiance[0].x, 3 * radiance.size(), .5f);
         }
     };
 };

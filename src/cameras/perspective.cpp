@@ -3,6 +3,8 @@
 #include "cameras/placed_camera.h"
 #include "cameras/shutter.h"
 
+#include <limits>
+
 namespace strobe {
 
 namespace {
@@ -24,6 +26,23 @@ STROBE_LANES void stillRays(const M44f& m, const ScreenWindow& screen, float rad
         const V3f o(disk.x * radius, disk.y * radius, 0);
         const V3f from = transformPoint(m, o);
         const V3f d = normalize(transformVector(m, throughLens(screen, shift, samples.film.at(i), o)));
+        out.o.x[i] = from.x, out.o.y[i] = from.y, out.o.z[i] = from.z;
+        out.d.x[i] = d.x, out.d.y[i] = d.y, out.d.z[i] = d.z;
+    }
+}
+
+/// Without a lens all start at one point.
+STROBE_LANES void pinholeRays(const M44f& matrix, const ScreenWindow& window,
+                              const CameraSampleLanes& samples, int n, CameraRayLanes& out) {
+    const M44f m = matrix; // not changed by what is written
+    const ScreenWindow screen = window;
+    constexpr float kLeast = std::numeric_limits<float>::min();
+    const V3f from = transformPoint(m, V3f(0));
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const V3f v = transformVector(m, throughLens(screen, 0, samples.film.at(i), V3f(0)));
+        const float l2 = length2(v);
+        const V3f d = v * (1 / std::sqrt(l2 > kLeast ? l2 : kLeast)); // no branch
         out.o.x[i] = from.x, out.o.y[i] = from.y, out.o.z[i] = from.z;
         out.d.x[i] = d.x, out.d.y[i] = d.y, out.d.z[i] = d.z;
     }
@@ -52,6 +71,8 @@ class PerspectiveCamera final : public Camera {
     void rayLanes(const CameraSampleLanes& samples, int n, CameraRayLanes& out) const override {
         if (m_placement.moves())
             Camera::rayLanes(samples, n, out);
+        else if (!hasLens())
+            pinholeRays(m_placement.middle(), m_screen, samples, n, out);
         else
             stillRays(m_placement.middle(), m_screen, m_lens.radius, lensShift(), samples, n, out);
     }

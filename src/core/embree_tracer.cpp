@@ -370,29 +370,6 @@ void Tracer::occluded(RayBlock& block, int n) const {
         occludedScene(m_impl->moving, valid, block);
 }
 
-namespace {
-
-STROBE_LANES void takeHits(const RayBlock& b, uint32_t firstInstance, HitLanes& out, int first) {
-    const Hit none;
-    STROBE_INDEPENDENT
-    for (int i = 0; i < RayBlock::kSize; ++i) {
-        const bool any = b.geom[i] != kNone;
-        const int k = first + i;
-        out.instance[k] = b.inst[i] == kNone ? kNone : b.inst[i] - firstInstance;
-        out.geometry[k] = b.geom[i];
-        out.prim[k] = any ? b.prim[i] : none.prim;
-        out.u[k] = any ? b.u[i] : none.u;
-        out.v[k] = any ? b.v[i] : none.v;
-        out.t[k] = any ? b.tfar[i] : none.t;
-    }
-}
-
-} // namespace
-
-void Tracer::hits(const RayBlock& block, HitLanes& out, int first) const {
-    takeHits(block, m_firstInstance, out, first);
-}
-
 Box3f Tracer::bounds() const {
     Box3f box = Impl::boundsOf(m_impl->scenes[0]);
     if (m_impl->moving)

@@ -32,14 +32,15 @@ class IntegratorWorker {
     virtual ~IntegratorWorker() = default;
     /// Appends the shades that the batch needs to `requests` (empty at the call).
     virtual void plan(const VisibilityBatch& batch, ShadingRequests& requests) = 0;
-    /// values[i] = the radiance of batch.samples[i], from the shaded requests of `plan`, if it is wanted.
-    virtual void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
-                         std::span<Rgb> values) = 0;
+    /// The radiance of each of batch.samples that is wanted, from the shaded requests of `plan`: written to
+    /// `room`, unless it is `shaded` as it stands.
+    virtual std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
+                                         std::span<Rgb> room) = 0;
     /// After `resolve`: the same for part `part` of the radiance, from the shades' parts. A worker whose
     /// values are nothing but sums of its batch's shades needs no other than this.
-    virtual void resolvePart(const VisibilityBatch& batch, std::span<const Rgb> shaded, std::span<Rgb> values,
-                             int /*part*/) {
-        resolve(batch, shaded, values);
+    virtual std::span<const Rgb> resolvePart(const VisibilityBatch& batch, std::span<const Rgb> shaded,
+                                             std::span<Rgb> room, int /*part*/) {
+        return resolve(batch, shaded, room);
     }
     /// Called before the first batch of each tile.
     virtual void beginTile() {}

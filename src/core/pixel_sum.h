@@ -1,12 +1,21 @@
 // What a pixel's samples add up to, exactly: in any order, in any grouping, on any machine, to the same bits.
 #pragma once
 
-#include "core/math.h"
+#include "core/lanes.h"
 
 #include <bit>
 #include <cstring>
 
 namespace strobe {
+
+/// Weighted values of samples, ready to be added to a PixelSum: as the integers that it adds up.
+struct SampleQuanta {
+    alignas(64) int64_t r[kLanes], g[kLanes], b[kLanes];
+
+    /// Those of n samples. False if some need to be added one by one: they are bad, or so large that the sum
+    /// of kLanes could overflow.
+    bool set(const Rgb* values, const float* weights, int n);
+};
 
 /// Sums of weighted sample values as 128-bit integers. Each value is cut to a multiple of 2^-56 (far less
 /// than a float's own error, of anything brighter than 1e-9), once, when it is added; after that nothing
@@ -17,6 +26,8 @@ class PixelSum {
     static constexpr double kMostValue = 0x1p48;
     /// ... and no more than these many samples of a pixel are: then nothing overflows.
     static constexpr uint32_t kMostSamples = 1u << 23;
+    /// Sums are in units of 1 / kPerUnit.
+    static constexpr double kPerUnit = 0x1p56;
 
     /// A sample's value and its filter weight. False, and only counted as bad, if it is not a number or too
     /// large.
@@ -34,9 +45,14 @@ class PixelSum {
         ++m_good;
         return true;
     }
-    /// Several at once, at most kTogether. False if they need to be looked at one by one; none is added then.
-    bool addTogether(const Rgb* values, const float* weights, int n);
-    static constexpr int kTogether = 32;
+    /// Members `first` to `first + n`, all of which must be ready.
+    void add(const SampleQuanta& quanta, int first, int n) {
+        int64_t r = 0, g = 0, b = 0;
+        for (int i = first; i < first + n; ++i)
+            r += quanta.r[i], g += quanta.g[i], b += quanta.b[i];
+        m_r += r, m_g += g, m_b += b;
+        m_good += uint32_t(n);
+    }
     void add(const PixelSum& other) {
         m_r += other.m_r, m_g += other.m_g, m_b += other.m_b;
         m_good += other.m_good, m_bad += other.m_bad;
@@ -46,7 +62,7 @@ class PixelSum {
         if (m_good == 0)
             return Rgb(0);
         const double scale = 1 / (kPerUnit * m_good);
-        return {float(double(m_r) * scale), float(double(m_g) * scale), float(double(m_b) * scale)};
+        return {float(toDouble(m_r) * scale), float(toDouble(m_g) * scale), float(toDouble(m_b) * scale)};
     }
     uint32_t good() const { return m_good; }
     uint32_t bad() const { return m_bad; }
@@ -66,7 +82,11 @@ class PixelSum {
 
   private:
     using Sum = __int128;
-    static constexpr double kPerUnit = 0x1p56;
+    /// The nearest double. (Sums are small as a rule, and the processor converts 64 bits.)
+    static double toDouble(Sum sum) {
+        const int64_t small = int64_t(sum);
+        return small == sum ? double(small) : double(sum);
+    }
     static bool fits(double quanta) { return std::abs(quanta) < kMostValue * kPerUnit; }
     /// Towards zero, as the conversion of small ones.
     static Sum wide(double quanta) {

@@ -34,8 +34,10 @@ class PilotWorker : public IntegratorWorker {
             if (sample.hit)
                 requests.push_back(requestFor(m_scene, batch, sample));
     }
-    void resolve(const VisibilityBatch&, std::span<const Rgb>, std::span<Rgb> values) override {
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb>,
+                                 std::span<Rgb> values) override {
         std::fill(values.begin(), values.end(), Rgb(0));
+        return values;
     }
 
   private:

@@ -30,16 +30,31 @@ TileRenderer::TileRenderer(const Scene& scene, IntegratorRender& integrator, con
     : m_scene(scene), m_moves(scene.moves()), m_sampler(sampler), m_filter(filter), m_settings(settings),
       m_wanted(settings.slice.value_or(SampleSlice{0, uint32_t(settings.samplesPerPixel)})),
       m_slice(dependence == Dependence::None ? m_wanted : SampleSlice{0, uint32_t(settings.samplesPerPixel)}),
-      m_integrator(integrator.makeWorker()), m_shader(shader.makeWorker(scene, sampler, settings.split())),
+      m_pixelsPerBatch(std::max(1u, kBatchSamples / m_slice.count())), m_integrator(integrator.makeWorker()),
+      m_shader(shader.makeWorker(scene, sampler, settings.split())),
       m_parts(size_t(settings.split().parts())) {
     m_counters.shadeCosts.resize(scene.materials().size() + 1);
+    layOut();
+}
+
+/// What is the same in every batch: which samples are whose, and numbers that nobody draws.
+void TileRenderer::layOut() {
+    m_samples.resize(size_t(m_pixelsPerBatch) * m_slice.count());
+    for (size_t b = 0; b < m_samples.blocks(); ++b) {
+        VisibilityLanes& lanes = m_samples.block(b);
+        for (uint32_t i = 0; i < kLanes; ++i) {
+            const uint32_t sample = uint32_t(b * kLanes) + i;
+            lanes.pixel[i] = sample / m_slice.count(),
+            lanes.index[i] = m_slice.first + sample % m_slice.count();
+            lanes.camera.time[i] = lanes.camera.lens.x[i] = lanes.camera.lens.y[i] = 0.5f;
+        }
+    }
 }
 
 bool TileRenderer::renderTile(const Window& tile, Film& film) {
     const FastFloats fast;
-    const uint32_t pixelsPerBatch = std::max(1u, kBatchSamples / m_slice.count());
     // A batch is about as high as wide: what its samples meet, and share, lies close together.
-    const int rows = 1 << (std::bit_width(pixelsPerBatch) - 1) / 2;
+    const int rows = 1 << (std::bit_width(m_pixelsPerBatch) - 1) / 2;
     const auto render = [&] {
         if (m_settings.stop && m_settings.stop())
             return false;
@@ -49,12 +64,14 @@ bool TileRenderer::renderTile(const Window& tile, Film& film) {
     m_integrator->beginTile();
     m_pixels.clear();
     for (int top = tile.y0; top < tile.y1; top += rows)
-        for (int x = tile.x0; x < tile.x1; ++x)
+        for (int x = tile.x0; x < tile.x1; ++x) {
+            const uint64_t column = hashOf(m_settings.seed, x);
             for (int y = top; y < std::min(top + rows, tile.y1); ++y) {
-                m_pixels.push_back({x, y, hashOf(m_settings.seed, x, y)});
-                if (m_pixels.size() == pixelsPerBatch && !render())
+                m_pixels.push_back({x, y, hashCombine(column, uint64_t(y))});
+                if (m_pixels.size() == m_pixelsPerBatch && !render())
                     return false;
             }
+        }
     return m_pixels.empty() || render();
 }
 
@@ -70,19 +87,20 @@ void TileRenderer::renderBatch(Film& film) {
     clock.charge(Stage::Plan);
     shade();
     clock.charge(Stage::Shade);
-    m_values.resize(m_samples.size());
+    m_resolved.resize(m_samples.size());
     const std::span<const Rgb> shaded(m_shaded);
-    m_integrator->resolve(batch, shaded.first(m_requests.size()), m_values);
+    m_values = m_integrator->resolve(batch, shaded.first(m_requests.size()), m_resolved);
     if (m_settings.clamp > 0)
         clampValues();
     develop(film);
     for (size_t part = 0; part < m_parts; ++part) {
-        m_partValues.resize(m_samples.size());
-        m_integrator->resolvePart(batch, shaded.subspan((1 + part) * m_requests.size(), m_requests.size()),
-                                  m_partValues, int(part));
-        for (size_t i = 0; i < m_dimming.size(); ++i)
-            m_partValues[i] *= m_dimming[i];
-        developPart(int(part));
+        m_partRoom.resize(m_samples.size());
+        const std::span<const Rgb> partShades =
+            shaded.subspan((1 + part) * m_requests.size(), m_requests.size());
+        std::span<const Rgb> values = m_integrator->resolvePart(batch, partShades, m_partRoom, int(part));
+        if (m_settings.clamp > 0)
+            values = dimmed(values, m_partRoom);
+        developPart(int(part), values);
     }
     if (!film.layers().empty())
         describe(film);
@@ -104,6 +122,17 @@ void TileRenderer::generate() {
 
 namespace {
 
+/// Fills lanes `at` to `at + n` of a row, in fours; so it may write lanes after them, too, which are filled
+/// next.
+void fillRun(float (&row)[kLanes], uint32_t at, uint32_t n, float value) {
+    constexpr uint32_t kFour = 4;
+    uint32_t k = 0;
+    for (; k < n && at + k + kFour <= kLanes; k += kFour)
+        std::fill_n(row + at + k, kFour, value);
+    for (; k < n; ++k)
+        row[at + k] = value;
+}
+
 STROBE_LANES void addOffsets(int n, V2Lanes& film, const V2Lanes& offset) {
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i)
@@ -123,22 +152,16 @@ void TileRenderer::generate(uint32_t first, int n, VisibilityLanes& out) {
         const PixelRef& pixel = m_pixels[p];
         m_ranges.push_back({pixel.domain, m_slice.first + index, count, spp});
         const uint32_t at = i - first;
-        std::fill_n(sample.film.x + at, count, float(pixel.x) + 0.5f);
-        std::fill_n(sample.film.y + at, count, float(pixel.y) + 0.5f);
-        std::fill_n(out.pixel + at, count, p);
-        std::iota(out.index + at, out.index + at + count, m_slice.first + index);
+        fillRun(sample.film.x, at, count, float(pixel.x) + 0.5f);
+        fillRun(sample.film.y, at, count, float(pixel.y) + 0.5f);
         i += count;
     }
     V2Lanes u, offset;
     m_sampler.fill2D(m_ranges, kDimFilm, u);
     if (m_moves)
         m_sampler.fill1D(m_ranges, kDimTime, sample.time);
-    else
-        std::fill_n(sample.time, kLanes, 0.5f);
     if (m_scene.camera().hasLens())
         m_sampler.fill2D(m_ranges, kDimLens, sample.lens);
-    else
-        std::fill_n(sample.lens.x, kLanes, 0.5f), std::fill_n(sample.lens.y, kLanes, 0.5f);
     m_filter.sampleLanes(u, n, offset, out.weight);
     addOffsets(n, sample.film, offset);
     m_scene.camera().rayLanes(sample, n, out.ray);
@@ -163,8 +186,8 @@ void TileRenderer::shade() {
     m_shaded.resize(m_requests.size() * (1 + m_parts));
     // The first batch of a thread is slow for other reasons. Of the next, some more, for small pictures.
     const uint32_t batch = m_batches++;
-    const bool isPowerOfFour = std::has_single_bit(batch) && std::countr_zero(batch) % 2 == 0;
-    if (batch > 0 && (batch % m_meterInterval == 0 || isPowerOfFour))
+    const bool isPowerOf16 = std::has_single_bit(batch) && std::countr_zero(batch) % 4 == 0;
+    if (batch > 0 && (batch % m_meterInterval == 0 || isPowerOf16))
         shadeMetered();
     else
         m_shader->shade(m_requests, m_shaded, m_counters);
@@ -204,40 +227,60 @@ void TileRenderer::shadeMetered() {
 void TileRenderer::clampValues() {
     m_dimming.assign(m_values.size(), 1.f);
     for (size_t i = 0; i < m_values.size(); ++i) {
-        Rgb& c = m_values[i];
+        const Rgb& c = m_values[i];
         const float most = std::max({c.x, c.y, c.z});
         if (!(most > m_settings.clamp) || !std::isfinite(c.x + c.y + c.z))
             continue;
         m_dimming[i] = m_settings.clamp / most;
-        c *= m_dimming[i];
         m_counters.clampedSamples += m_wanted.contains(m_samples[i].index);
     }
+    m_values = dimmed(m_values, m_resolved);
+}
+
+std::span<const Rgb> TileRenderer::dimmed(std::span<const Rgb> values, std::span<Rgb> room) const {
+    for (size_t i = 0; i < values.size(); ++i)
+        room[i] = values[i] * m_dimming[i];
+    return room;
 }
 
 void TileRenderer::develop(Film& film) {
+    SampleQuanta quanta;
+    bool ready = false;
+    size_t block = m_samples.blocks(); // that `quanta` are of
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
         PixelSum sum;
         const uint32_t first = p * m_slice.count() + m_wanted.first - m_slice.first;
         for (uint32_t i = first, end = first + m_wanted.count(), n; i < end; i += n) {
-            n = std::min({end - i, uint32_t(PixelSum::kTogether), kLanes - i % kLanes});
-            if (sum.addTogether(&m_values[i], &m_samples.block(i / kLanes).weight[i % kLanes], int(n)))
-                continue;
-            for (uint32_t k = i; k < i + n; ++k)
-                if (!sum.add(m_values[k], m_samples[k].weight))
-                    noteBad(m_pixels[p], m_samples[k].index);
+            const uint32_t lane = i % kLanes;
+            n = std::min(end - i, kLanes - lane);
+            if (i / kLanes != block) {
+                block = i / kLanes;
+                ready =
+                    quanta.set(&m_values[i - lane], m_samples.block(block).weight, m_samples.inBlock(block));
+            }
+            if (ready)
+                sum.add(quanta, int(lane), int(n));
+            else
+                addOneByOne(sum, i, n);
         }
         film.add(m_pixels[p].x, m_pixels[p].y, sum);
     }
 }
 
+void TileRenderer::addOneByOne(PixelSum& sum, uint32_t first, uint32_t n) {
+    for (uint32_t i = first; i < first + n; ++i)
+        if (!sum.add(m_values[i], m_samples[i].weight))
+            noteBad(m_pixels[m_samples[i].pixel], m_samples[i].index);
+}
+
 /// A part of the light, of the samples that are numbers as a whole.
-void TileRenderer::developPart(int part) {
+void TileRenderer::developPart(int part, std::span<const Rgb> values) {
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
         PixelSum sum, whole;
         const uint32_t first = p * m_slice.count() + m_wanted.first - m_slice.first;
         for (uint32_t i = first; i < first + m_wanted.count(); ++i)
             if (whole.add(m_values[i], m_samples[i].weight))
-                sum.add(m_partValues[i], m_samples[i].weight);
+                sum.add(values[i], m_samples[i].weight);
         m_settings.lights->add(part, m_pixels[p].x, m_pixels[p].y, sum);
     }
 }

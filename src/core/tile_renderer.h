@@ -24,6 +24,7 @@ class TileRenderer {
     const Counters& counters() const { return m_counters; }
 
   private:
+    void layOut();
     void renderBatch(Film& film);
     void generate();
     void generate(uint32_t first, int n, VisibilityLanes& out);
@@ -32,8 +33,10 @@ class TileRenderer {
     void shadeMetered();
     size_t costSlot(const Hit& hit) const;
     void clampValues();
+    std::span<const Rgb> dimmed(std::span<const Rgb> values, std::span<Rgb> room) const;
     void develop(Film& film);
-    void developPart(int part);
+    void addOneByOne(PixelSum& sum, uint32_t first, uint32_t n);
+    void developPart(int part, std::span<const Rgb> values);
     void describe(Film& film);
     void probe();
     void noteBad(const PixelRef& pixel, uint32_t sample);
@@ -45,6 +48,7 @@ class TileRenderer {
     const RenderSettings& m_settings;
     const SampleSlice m_wanted; ///< of each pixel's samples: what goes into the film
     const SampleSlice m_slice;  ///< what is traced: also those that the wanted ones depend on
+    const uint32_t m_pixelsPerBatch;
     std::unique_ptr<IntegratorWorker> m_integrator;
     std::unique_ptr<ShaderWorker> m_shader;
     const size_t m_parts; ///< that radiance is split into
@@ -55,8 +59,9 @@ class TileRenderer {
     LaneSequence<VisibilityLanes> m_samples;
     std::vector<SampleRange> m_ranges;
     ShadingRequests m_requests;
-    std::vector<Rgb> m_shaded; ///< by request; then, part by part, the same
-    std::vector<Rgb> m_values, m_partValues;
+    std::vector<Rgb> m_shaded;     ///< by request; then, part by part, the same
+    std::span<const Rgb> m_values; ///< by sample: somewhere in m_shaded or in m_resolved
+    std::vector<Rgb> m_resolved, m_partRoom;
     std::vector<float> m_dimming; ///< by sample, of settings.clamp; empty without
     RayBlock m_block;
     // For metering and layers:

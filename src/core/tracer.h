@@ -62,14 +62,7 @@ struct alignas(64) RayBlock {
         geom[lane] = kNone, inst[lane] = kNone;
     }
     /// Sixteen camera rays, from lane `first` of `rays` on.
-    void setCamera(const CameraRayLanes& rays, const float* times, int first) {
-        std::copy_n(rays.o.x + first, kSize, ox), std::copy_n(rays.o.y + first, kSize, oy);
-        std::copy_n(rays.o.z + first, kSize, oz), std::copy_n(rays.d.x + first, kSize, dx);
-        std::copy_n(rays.d.y + first, kSize, dy), std::copy_n(rays.d.z + first, kSize, dz);
-        std::copy_n(times + first, kSize, time);
-        std::fill_n(tnear, kSize, 0.f), std::fill_n(tfar, kSize, kInfinity);
-        std::fill_n(geom, kSize, kNone), std::fill_n(inst, kSize, kNone);
-    }
+    void setCamera(const CameraRayLanes& rays, const float* times, int first);
 };
 
 /// One shape of a group.

@@ -76,7 +76,8 @@ class Worker : public IntegratorWorker {
         }
     }
 
-    void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                 std::span<Rgb> values) override {
         for (const Shading& s : m_shading) {
             Block& block = m_blocks.at(s.key);
             block.sum += shaded[s.request], block.x += s.x, block.y += s.y;
@@ -89,6 +90,7 @@ class Worker : public IntegratorWorker {
         m_peakBytes = std::max(m_peakBytes, m_blocks.size() * kBytesPerBlock);
         if (m_scope == CacheSettings::Scope::Mutex)
             m_shared.turn.release();
+        return values;
     }
 
     uint64_t blockOf(size_t sample) const override { return m_places[sample].key; }

@@ -39,16 +39,18 @@ class Worker : public IntegratorWorker {
             m_requestOf.push_back(lookUp(block, requests));
     }
 
-    void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                 std::span<Rgb> values) override {
         const std::vector<Block>& blocks = m_lattice.blocks();
         for (size_t i = 0; i < blocks.size(); ++i)
             if (m_requestOf[i] >= 0)
                 finish(blocks[i], meanFrom(m_requestOf[i], shaded));
         gather(shaded, values);
+        return values;
     }
 
-    void resolvePart(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values,
-                     int part) override {
+    std::span<const Rgb> resolvePart(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                     std::span<Rgb> values, int part) override {
         const std::vector<Block>& blocks = m_lattice.blocks();
         for (size_t i = 0; i < blocks.size(); ++i) {
             if (m_requestOf[i] < 0) {
@@ -60,6 +62,7 @@ class Worker : public IntegratorWorker {
             m_shared.cache.store(keyOfPart(blocks[i].key, part), value);
         }
         gather(shaded, values);
+        return values;
     }
 
     uint64_t blockOf(size_t sample) const override {

@@ -36,7 +36,8 @@ class Worker : public IntegratorWorker {
             planPixel(batch, first, spp, requests);
     }
 
-    void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                 std::span<Rgb> values) override {
         for (size_t i = 0; i < values.size(); ++i) {
             const Share& share = m_shares[i];
             Rgb sum(0);
@@ -44,6 +45,7 @@ class Worker : public IntegratorWorker {
                 sum += shaded[share.first + k];
             values[i] = share.count <= 1 ? sum : sum * (1 / float(share.count));
         }
+        return values;
     }
 
   private:

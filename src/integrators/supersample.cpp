@@ -10,8 +10,9 @@ class Worker : public IntegratorWorker {
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         requestForEach(m_scene, batch, requests);
     }
-    void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
-        std::copy(shaded.begin(), shaded.end(), values.begin());
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                 std::span<Rgb>) override {
+        return shaded;
     }
 
   private:

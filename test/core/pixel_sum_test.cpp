@@ -53,25 +53,26 @@ TEST(PixelSum, TogetherIsOneByOne) {
     const std::vector<Sample> all = samples(2000);
     const float nan = std::numeric_limits<float>::quiet_NaN();
     int together = 0;
-    for (size_t first = 0; first + PixelSum::kTogether <= all.size(); ++first) {
-        const int n = 1 + int(first % PixelSum::kTogether);
-        Rgb values[PixelSum::kTogether];
-        float weights[PixelSum::kTogether];
+    for (size_t first = 0; first + kLanes <= all.size(); ++first) {
+        const int n = 1 + int(first % kLanes), from = int(first % size_t(n));
+        Rgb values[kLanes];
+        float weights[kLanes];
         PixelSum one, many;
         for (int i = 0; i < n; ++i) {
             // Of all sizes, but mostly small enough.
-            values[i] = all[first + size_t(i)].value * (first % 3 ? 0x1p-40f : 1.f);
+            values[i] = all[first + size_t(i)].value * (first % 3 ? 0x1p-41f : 1.f);
             weights[i] = all[first + size_t(i)].weight;
-            one.add(values[i], weights[i]);
+            if (i >= from)
+                one.add(values[i], weights[i]);
         }
-        if (many.addTogether(values, weights, n)) {
+        SampleQuanta quanta;
+        if (quanta.set(values, weights, n)) {
+            many.add(quanta, from, n - from);
             EXPECT_EQ(one, many);
             ++together;
-        } else {
-            EXPECT_EQ(many, PixelSum());
         }
         values[n / 2].y = nan;
-        EXPECT_FALSE(many.addTogether(values, weights, n));
+        EXPECT_FALSE(quanta.set(values, weights, n));
     }
     EXPECT_GT(together, 1000);
 }

@@ -37,8 +37,10 @@ class ComparingWorker : public IntegratorWorker {
             ++*m_compared;
         }
     }
-    void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                 std::span<Rgb> values) override {
         std::copy(shaded.begin(), shaded.end(), values.begin());
+        return values;
     }
 
   private:

@@ -67,7 +67,8 @@ class PartsWorker : public IntegratorWorker {
         }
         m_first.push_back(requests.size());
     }
-    void resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded, std::span<Rgb> values) override {
+    std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
+                                 std::span<Rgb> values) override {
         for (size_t i = 0; i < values.size(); ++i) {
             const Rgb* part = &shaded[m_first[i]];
             values[i] = part[0];
@@ -77,6 +78,7 @@ class PartsWorker : public IntegratorWorker {
                 *m_scene.materials()[size_t(m_scene.geometry(batch.samples[i].hit).material)];
             values[i] += material.isTextured() ? part[1] * part[2] : part[1];
         }
+        return values;
     }
 
   private:

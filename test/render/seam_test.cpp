@@ -26,9 +26,11 @@ class QuadWorker : public IntegratorWorker {
             m_request.push_back(it->second);
         }
     }
-    void resolve(const VisibilityBatch&, std::span<const Rgb> shaded, std::span<Rgb> values) override {
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                 std::span<Rgb> values) override {
         for (size_t i = 0; i < values.size(); ++i)
             values[i] = shaded[m_request[i]];
+        return values;
     }
 
   private:
