@@ -1,12 +1,15 @@
 #include "core/texture_levels.h"
 
 #include "core/fast_math.h"
+#include "core/lanes.h"
 
 namespace strobe {
 
 namespace {
 
 int wrapped(int i, int n, Wrap wrap) {
+    if (i >= 0 && i < n)
+        return i; // as nearly all: divisions are slow
     if (wrap == Wrap::Clamp)
         return std::clamp(i, 0, n - 1);
     const int rest = i % n;
@@ -31,6 +34,16 @@ struct Axes {
     }
 };
 
+/// Places in (-1, 1) and the weights exp(-2 (spread x)²) there.
+STROBE_LANES void placeProbes(int probes, float spread, float* x, float* weight) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < probes; ++i) {
+        x[i] = (2 * float(i) + 1) / float(probes) - 1;
+        const float w = fastExp(-2 * sqr(x[i] * spread));
+        weight[i] = probes == 2 ? 1 : w;
+    }
+}
+
 float lesserSide(const Image& level) { return float(std::min(level.width, level.height)); }
 
 } // namespace
@@ -45,18 +58,22 @@ Rgb TextureLevels::bilinear(const Image& level, const V2f& uv, Wrap wrap) const 
     return upper * (1 - fy) + lower * fy;
 }
 
+TextureLevels::Line::Line(const V2f& at, const V2f& toEnd, int n, float spread)
+    : middle(at), half(toEnd), probes(n) {
+    if (probes == 1)
+        return;
+    placeProbes(probes, spread, x, weight);
+    for (int i = 0; i < probes; ++i)
+        weights += weight[i];
+}
+
 Rgb TextureLevels::along(const Image& level, const Line& line, Wrap wrap) const {
     if (line.probes == 1)
         return bilinear(level, line.middle, wrap);
     Rgb sum(0);
-    float weights = 0;
-    for (int i = 0; i < line.probes; ++i) {
-        const float x = (2 * float(i) + 1) / float(line.probes) - 1;
-        const float weight = line.probes == 2 ? 1 : fastExp(-2 * sqr(x * line.spread));
-        sum += bilinear(level, line.middle + line.half * x, wrap) * weight;
-        weights += weight;
-    }
-    return sum * (1 / weights);
+    for (int i = 0; i < line.probes; ++i)
+        sum += bilinear(level, line.middle + line.half * line.x[i], wrap) * line.weight[i];
+    return sum * (1 / line.weights);
 }
 
 bool TextureLevels::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const {
@@ -79,8 +96,8 @@ bool TextureLevels::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wr
     if (level == 0 && axes.minor * texels < .5f) // thinner than half a texel counts as that
         aspect = std::max(axes.major * texels * 2, 1.f);
     const float length = axes.major - axes.minor;
-    const Line line{uv, axes.direction * length, std::max(1, int(2 * aspect - 1)),
-                    axes.major / std::max(2 * length, 1e-20f)};
+    const Line line(uv, axes.direction * length, std::max(1, int(2 * aspect - 1)),
+                    axes.major / std::max(2 * length, 1e-20f));
     if (level == 0) {
         out = along(finest, line, wrap);
     } else if (level == m_levels.size()) {

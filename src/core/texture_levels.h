@@ -18,13 +18,17 @@ class TextureLevels {
     bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const;
 
   private:
-    static constexpr float kMostStretched = 16;
+    static constexpr int kMostStretched = 16;
 
-    /// Probes along the major axis of an ellipse, all of one weight pattern.
+    /// Probes along the major axis of an ellipse, fewer than 2 kMostStretched.
     struct Line {
         V2f middle, half; ///< texture space
         int probes;
-        float spread; ///< of the weights: exp(-2 (spread x)²), x in (-1, 1) along the line
+        float x[2 * kMostStretched],
+            weight[2 * kMostStretched]; ///< of each, middle + x half; unless there is one
+        float weights = 0;              ///< their sum
+
+        Line(const V2f& at, const V2f& toEnd, int n, float spread);
     };
     Rgb bilinear(const Image& level, const V2f& uv, Wrap wrap) const;
     Rgb along(const Image& level, const Line& line, Wrap wrap) const;

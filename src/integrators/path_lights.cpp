@@ -111,6 +111,29 @@ void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightI
     m_shadows.add(m_v, at, l, lightIndex);
 }
 
+void PathWorker::addVisible(const ShadowAnswers& a) {
+    for (int i = 0; i < a.count;) {
+        // One after the other, so that no sum depends on how rays fill packets; but the path's stays in
+        // registers.
+        const uint32_t target = a.target[i];
+        Rgb& radiance = m_paths[target].radiance;
+        float r = radiance.x, g = radiance.y, b = radiance.z;
+        for (; i < a.count && a.target[i] == target; ++i) {
+            const bool visible = a.isVisible(i);
+            r += visible ? a.contribution.r[i] : 0;
+            g += visible ? a.contribution.g[i] : 0;
+            b += visible ? a.contribution.b[i] : 0;
+        }
+        radiance.x = r, radiance.y = g, radiance.z = b;
+    }
+    if (m_parts.empty())
+        return;
+    for (int i = 0; i < a.count; ++i)
+        if (a.isVisible(i))
+            addPart(m_parts, a.target[i], a.light[i], m_paths[a.target[i]].lightIsDirect,
+                    a.contribution.at(i));
+}
+
 /// n samples of the BSDF for the light, at those of the vertices where they compete with the light's and the
 /// path ends.
 void PathWorker::addBsdfSamples(const int32_t* vertices, int count, int lightIndex, int n, float picked) {

@@ -37,14 +37,17 @@ void PathWorker::start(const ShadingRequests& requests) {
     if (m_paths.size() < requests.size())
         m_paths.resize(requests.size());
     m_active.resize(requests.size());
-    for (uint32_t i = 0; i < requests.size(); ++i) {
-        const ShadingRequest r = requests[i];
-        m_paths[i].start(r);
-        if (r.part != LightPart::Albedo)
-            ++(!r.hit                        ? m_counters->escaped
-               : r.part == LightPart::Direct ? m_counters->directShades
-                                             : m_counters->shades);
-        m_active[i] = i;
+    uint32_t next = 0;
+    for (size_t b = 0; b < requests.blocks(); ++b) {
+        const RequestLanes& r = requests.block(b);
+        for (int i = 0; i < requests.inBlock(b); ++i, ++next) {
+            m_paths[next].start(r, i);
+            m_active[next] = next;
+            if (r.part[i] != LightPart::Albedo)
+                ++(r.hit.geometry[i] == kNone       ? m_counters->escaped
+                   : r.part[i] == LightPart::Direct ? m_counters->directShades
+                                                    : m_counters->shades);
+        }
     }
 }
 

@@ -40,6 +40,7 @@ class PathWorker : public ShaderWorker {
     void sendLightSamples(const int32_t* vertices, int count, int lightIndex, int first, int drawn, int n,
                           float picked, bool weighs);
     const VertexRows& rowsOf(const int32_t* vertices, int count, int times);
+    void addVisible(const ShadowAnswers& answers);
     void addBsdfSamples(const int32_t* vertices, int count, int lightIndex, int n, float picked);
     void sendBsdfSamples(const int32_t* vertices, int count, int lightIndex, int first, int drawn, int n,
                          float picked);
@@ -70,12 +71,7 @@ class PathWorker : public ShaderWorker {
 
     struct LightVisible {
         PathWorker* worker;
-        void operator()(uint32_t path, int light, const Rgb& c) const {
-            Path& p = worker->m_paths[path];
-            p.radiance += c;
-            if (!worker->m_parts.empty())
-                worker->addPart(worker->m_parts, path, light, p.lightIsDirect, c);
-        }
+        void operator()(const ShadowAnswers& answers) const { worker->addVisible(answers); }
     };
     struct ProbeFound {
         PathWorker* worker;

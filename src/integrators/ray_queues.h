@@ -7,8 +7,17 @@
 
 namespace strobe {
 
-/// Occlusion rays with the light they carry. `visible(target, light, contribution)` is called, in the order
-/// of `add`, for those that get through.
+/// A packet of occlusion rays with the light they carry, in the order in which they were added.
+struct ShadowAnswers {
+    int count;
+    const uint32_t* target;
+    const int* light;
+    const RgbLanes& contribution;
+    const float* tfar;
+    bool isVisible(int i) const { return tfar[i] >= 0; }
+};
+
+/// Occlusion rays with the light they carry; `visible(answers)` is called for each packet.
 template <class Visible>
 class ShadowQueue {
   public:
@@ -38,9 +47,7 @@ class ShadowQueue {
             return;
         m_tracer.occluded(m_block, m_count);
         m_traced += uint64_t(m_count);
-        for (int i = 0; i < m_count; ++i)
-            if (m_block.tfar[i] >= 0)
-                m_visible(m_target[i], m_light[i], m_contribution.at(i));
+        m_visible(ShadowAnswers{m_count, m_target, m_light, m_contribution, m_block.tfar});
         m_count = 0;
     }
     /// How many rays were traced since the last call.
