@@ -32,6 +32,15 @@ struct Axes {
         direction = {float(std::sqrt(std::max(1 + cos2, 0.) / 2)),
                      float(std::copysign(std::sqrt(std::max(1 - cos2, 0.) / 2), st))};
     }
+    /// Makes an ellipse that is too thin wider, and half as much too long as it was. Returns how many times
+    /// as long as wide it is then.
+    float limit(float mostStretched) {
+        if (major <= mostStretched * minor)
+            return major / minor;
+        major = (major + minor * mostStretched) / 2;
+        minor = major / mostStretched;
+        return mostStretched;
+    }
 };
 
 /// Places in (-1, 1) and the weights exp(-2 (spread x)²) there.
@@ -80,18 +89,18 @@ bool TextureLevels::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wr
     if (wrap == Wrap::Black || !(std::abs(uv.x) < 1e6f) || !(std::abs(uv.y) < 1e6f))
         return false;
     const Image& finest = m_levels.front();
-    const Axes axes(duvdx, duvdy);
+    Axes axes(duvdx, duvdy);
     if (axes.major * float(std::max(finest.width, finest.height)) < .5f) { // all of it between texels
         out = bilinear(finest, uv, wrap);
         return true;
     }
-    if (!(axes.major < kMostStretched * axes.minor) || !(axes.major < 1000))
+    if (!(axes.major < 1000))
         return false;
+    float aspect = axes.limit(kMostStretched);
     // The first level where the ellipse is no wider than a texel, blended with the finer one before it.
     size_t level = 0;
     while (level < m_levels.size() && axes.minor * lesserSide(m_levels[level]) > 1)
         ++level;
-    float aspect = axes.major / axes.minor;
     const float texels = float(std::max(finest.width, finest.height));
     if (level == 0 && axes.minor * texels < .5f) // thinner than half a texel counts as that
         aspect = std::max(axes.major * texels * 2, 1.f);

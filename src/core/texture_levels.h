@@ -14,19 +14,19 @@ class TextureLevels {
 
     /// The colour at `uv`, wrapped by repetition or clamped, over the ellipse duvdx, duvdy; for zeros,
     /// bilinear in the finest level. False: OpenImageIO is to be asked, since the wrap is another or the
-    /// ellipse more than kMostStretched times as long as it is wide, which has rules of its own.
+    /// ellipse large.
     bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const;
 
   private:
-    static constexpr int kMostStretched = 16;
+    static constexpr int kMostStretched = 32; ///< of ellipses; those that are more are taken for wider ones
 
     /// Probes along the major axis of an ellipse, fewer than 2 kMostStretched.
     struct Line {
         V2f middle, half; ///< texture space
         int probes;
-        float x[2 * kMostStretched],
-            weight[2 * kMostStretched]; ///< of each, middle + x half; unless there is one
-        float weights = 0;              ///< their sum
+        /// Of each probe, which is at middle + x half; unless there is but one.
+        float x[2 * kMostStretched], weight[2 * kMostStretched];
+        float weights = 0; ///< their sum
 
         Line(const V2f& at, const V2f& toEnd, int n, float spread);
     };
