@@ -1,5 +1,6 @@
 """Renders in parts, and renders that are killed and go on, from outside.
-Usage: parts_test.py PATH_OF_STROBE [unittest arguments]"""
+Usage: parts_test.py PATH_OF_STROBE [unittest arguments]; for long runs, of each integrator, STROBE_KILLS: how many kills (3),
+STROBE_SPLITS: how many pictures in 16 parts (one in 4)"""
 import os
 import random
 import signal
@@ -14,6 +15,21 @@ sys.dont_write_bytecode = True  # the source tree stays clean
 from exr import Exr  # noqa: E402
 from scene_case import STROBE, SceneTest  # noqa: E402
 
+KILLS = int(os.environ.get("STROBE_KILLS", "3"))
+SPLITS, PARTS = int(os.environ.get("STROBE_SPLITS", "1")), 16 if "STROBE_SPLITS" in os.environ else 4
+INTEGRATORS = (["supersample"], ["msaa", "-D", "shades=2"], ["msaa-cache"], ["indirect-cache", "--shading", "path"])
+
+
+def split(box, parts, chance):
+    """Cuts a box, [first, end] of columns, rows and samples, at random into so many; it is large enough."""
+    if parts == 1:
+        return [box]
+    side = chance.choice([side for side in range(3) if box[side][1] - box[side][0] >= parts])
+    first, end = box[side]
+    cut = chance.randrange(first + parts // 2, end - (parts - 1) // 2)
+    halves = [[*box[:side], part, *box[side + 1:]] for part in ([first, cut], [cut, end])]
+    return split(halves[0], parts // 2, chance) + split(halves[1], parts - parts // 2, chance)
+
 
 class PartsTest(SceneTest):
     # Parts
@@ -23,29 +39,32 @@ class PartsTest(SceneTest):
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr
 
+    def random_parts(self, settings, chance):
+        """Renders the picture of run_strobe in parts, in any order; their names."""
+        names, commands = [], []
+        for x, y, samples in split([[0, 30], [0, 20], [0, 16]], PARTS, chance):
+            names.append("p%d.part" % len(names))
+            commands.append([*settings, "--pixel-bounds", *map(str, x + y), "--sample-range", "%d:%d" % tuple(samples),
+                             "--threads", str(chance.randrange(1, 4)), "-o", names[-1]])
+        with ThreadPoolExecutor() as pool:
+            list(pool.map(lambda command: self.run_strobe(*command), commands))
+        chance.shuffle(names)
+        return names
+
     def test_random_splits_merge_to_the_whole(self):
-        random_numbers = random.Random(7)
-        small = ["--resolution", "30x20", "--spp", "16", "--quiet"]
-        for integrator in (["supersample"], ["msaa", "-D", "shades=2"], ["msaa-cache"], ["indirect-cache", "--shading", "path"]):
-            settings = ["--integrator", *integrator, *small]
+        chance = random.Random(7)
+        for integrator in INTEGRATORS:
+            settings = ["--integrator", *integrator, "--resolution", "30x20", "--spp", "16", "--quiet"]
             self.run_strobe(*settings, "-o", "whole.exr")
-            x, y = random_numbers.randrange(1, 30), random_numbers.randrange(1, 20)
-            names, commands = [], []
-            cut = random_numbers.randrange(1, 16)
-            for bounds, slice in (((0, x, 0, 20), (0, cut)), ((0, x, 0, 20), (cut, 16)), ((x, 30, 0, y), (0, 16)), ((x, 30, y, 20), (0, 16))):
-                names.append("p%d.part" % len(names))
-                commands.append([*settings, "--pixel-bounds", *map(str, bounds), "--sample-range", "%d:%d" % slice,
-                                 "--threads", str(random_numbers.randrange(1, 4)), "-o", names[-1]])
-            with ThreadPoolExecutor() as pool:
-                list(pool.map(lambda command: self.run_strobe(*command), commands))
-            random_numbers.shuffle(names)
-            self.merged(names[:2], "some.part")  # merging may itself be split
-            said = self.merged([*names[2:], "some.part"])
-            self.assertNotIn("missing", said)
-            self.assertEqual(self.pixels("m.exr"), self.pixels("whole.exr"), integrator)
-            attributes = Exr(self.path("m.exr")).attributes
-            self.assertEqual(attributes["strobe:integrator"], integrator[0])
-            self.assertNotIn("strobe:unfinished", attributes)
+            for number in range(SPLITS):
+                names = self.random_parts(settings, chance)
+                self.merged(names[:2], "some.part")  # merging may itself be split
+                said = self.merged([*names[2:], "some.part"])
+                self.assertNotIn("missing", said)
+                self.assertEqual(self.pixels("m.exr"), self.pixels("whole.exr"), (integrator, number))
+                attributes = Exr(self.path("m.exr")).attributes
+                self.assertEqual(attributes["strobe:integrator"], integrator[0])
+                self.assertNotIn("strobe:unfinished", attributes)
 
     def test_parts_that_do_not_belong_together(self):
         small = ["--resolution", "30x20", "--quiet"]
@@ -144,12 +163,14 @@ class PartsTest(SceneTest):
         return resumed
 
     def test_kills_lose_nothing(self):
-        for number, integrator in enumerate((["supersample"], ["msaa"], ["msaa-cache"], ["indirect-cache", "--shading", "path"])):
+        for number, integrator in enumerate(INTEGRATORS):
             settings = ["--integrator", *integrator, "--spp", "1024", "--resolution", "90x60"]
             self.run_strobe(*settings, "-o", "whole.exr")
-            resumed = self.killed_and_resumed(settings, 3, number)
-            self.assertEqual(self.pixels("o.exr"), self.pixels("whole.exr"), integrator)
-            self.assertGreater(resumed, 1)
+            resumed = 0
+            for killed in range(0, KILLS, 3):  # a picture lasts for three
+                resumed += self.killed_and_resumed(settings, min(3, KILLS - killed), 1000 * number + killed)
+                self.assertEqual(self.pixels("o.exr"), self.pixels("whole.exr"), (integrator, killed))
+            self.assertGreater(resumed, KILLS / 2)
 
     def test_signals(self):
         settings = ["--spp", "4096", "--tile", "8", "--checkpoint", "100", "-o", "o.exr"]
