@@ -1,7 +1,8 @@
 #include "core/colour.h"
 
+#include "core/parallel.h"
+
 #include <OpenColorIO/OpenColorIO.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -38,8 +39,10 @@ ColourTransform transformOf(const OCIO::ConstProcessorRcPtr& processor) {
         return {};
     const OCIO::ConstCPUProcessorRcPtr cpu = processor->getOptimizedCPUProcessor(OCIO::OPTIMIZATION_LOSSLESS);
     return [cpu](std::span<Rgb> colours) {
-        tbb::parallel_for(tbb::blocked_range<size_t>(0, colours.size(), 4096), [&](const auto& range) {
-            const std::span<Rgb> some = colours.subspan(range.begin(), range.size());
+        constexpr size_t kSome = 4096;
+        parallelFor((colours.size() + kSome - 1) / kSome, [&](size_t i) {
+            const std::span<Rgb> some =
+                colours.subspan(i * kSome).first(std::min(kSome, colours.size() - i * kSome));
             OCIO::PackedImageDesc image(some.data(), long(some.size()), 1, 3);
             cpu->apply(image);
         });

@@ -1,12 +1,12 @@
 #include "core/render.h"
 
 #include "core/hash.h"
+#include "core/parallel.h"
 #include "core/tile_renderer.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <atomic>
@@ -150,9 +150,6 @@ bool Renderer::isThere(const Window& tile, Film& film) const {
 
 bool Renderer::renderTiles(const std::vector<Window>& tiles, int threads, Film& film) {
     tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;
-    // TBB orders what is before, in and after its tasks. These two say so in the language, too:
-    // ThreadSanitizer does not see into TBB.
-    std::atomic<bool> begun{false};
     std::atomic<size_t> done{0};
     std::mutex progressMutex;
 
@@ -160,34 +157,25 @@ bool Renderer::renderTiles(const std::vector<Window>& tiles, int threads, Film& 
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                       size_t(std::max(threads, 1)));
     tbb::task_arena arena(threads);
-    begun.store(true, std::memory_order_release);
     arena.execute([&] {
-        tbb::parallel_for(
-            tbb::blocked_range<size_t>(0, tiles.size(), 1),
-            [&](const tbb::blocked_range<size_t>& range) {
-                if (!begun.load(std::memory_order_acquire))
-                    return;
-                for (size_t i = range.begin(); i < range.end(); ++i) {
-                    auto& renderer = renderers.local();
-                    if (!renderer)
-                        renderer =
-                            std::make_unique<TileRenderer>(m_scene, *m_shared, m_shader, m_sampler, m_filter,
-                                                           m_settings, m_integrator.dependence());
-                    if (!isThere(tiles[i], film) && !renderer->renderTile(tiles[i], film))
-                        return;
-                    const size_t finished = ++done;
-                    if (m_settings.tileDone)
-                        m_settings.tileDone(film, tiles[i]);
-                    if (m_settings.progress) {
-                        const std::lock_guard lock(progressMutex);
-                        m_settings.progress(double(finished) / double(tiles.size()));
-                    }
-                }
-            },
-            tbb::simple_partitioner{});
+        parallelFor(tiles.size(), [&](size_t i) {
+            auto& renderer = renderers.local();
+            if (!renderer)
+                renderer = std::make_unique<TileRenderer>(m_scene, *m_shared, m_shader, m_sampler, m_filter,
+                                                          m_settings, m_integrator.dependence());
+            if (!isThere(tiles[i], film) && !renderer->renderTile(tiles[i], film))
+                return;
+            const size_t finished = ++done;
+            if (m_settings.tileDone)
+                m_settings.tileDone(film, tiles[i]);
+            if (m_settings.progress) {
+                const std::lock_guard lock(progressMutex);
+                m_settings.progress(double(finished) / double(tiles.size()));
+            }
+        });
     });
 
-    const bool whole = done.load(std::memory_order_acquire) == tiles.size();
+    const bool whole = done == tiles.size();
     if (!whole && !m_settings.stop)
         throw std::logic_error("tiles were left out");
     size_t thread = 0;

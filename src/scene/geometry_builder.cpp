@@ -2,8 +2,7 @@
 
 #include "core/guard.h"
 #include "core/object_names.h"
-
-#include <tbb/parallel_for.h>
+#include "core/parallel.h"
 
 namespace strobe {
 
@@ -367,7 +366,7 @@ void ShapeStore::make(std::vector<ShapeDecl>& decls, Messages& messages) {
         if (!m_entries.contains(&decl))
             missing.push_back(&decl);
     std::vector<Made> made(missing.size());
-    tbb::parallel_for(size_t(0), missing.size(), [&](size_t i) {
+    parallelFor(missing.size(), [&](size_t i) {
         try {
             made[i].shape = m_make(*missing[i], made[i].messages);
         } catch (...) {
