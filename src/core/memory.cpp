@@ -3,6 +3,9 @@
 #include <cstdint>
 
 #if defined(__linux__)
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <sys/mman.h>
 #endif
 
@@ -17,6 +20,12 @@ void preferLargePages(void* block, size_t bytes) {
         madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE);
 #else
     static_cast<void>(block), static_cast<void>(bytes);
+#endif
+}
+
+void giveBackMemory() {
+#ifdef __GLIBC__
+    malloc_trim(0);
 #endif
 }
 

@@ -10,4 +10,8 @@ namespace strobe {
 /// does not pay.
 void preferLargePages(void* block, size_t bytes);
 
+/// Gives the operating system back what was freed: the heaps of many threads keep it, in pieces that fit the
+/// next time less and less. Milliseconds.
+void giveBackMemory();
+
 } // namespace strobe

@@ -1,5 +1,6 @@
 // The command line program: parse, build, render, develop.
 #include "core/heatmap.h"
+#include "core/memory.h"
 #include "main/aov_films.h"
 #include "main/checkpoint.h"
 #include "main/guard_options.h"
@@ -283,6 +284,7 @@ int makeSequence(const Options& given, SceneDescription&& description, StepSecon
             ++finished;
             continue;
         }
+        giveBackMemory(); // of the frame before
         log.info("frame {} ({} of {})", frame, i + 1, count);
         const BuiltScene built = builder.build(shutterOf(sequence, frame));
         seconds.build = secondsSince(start);
