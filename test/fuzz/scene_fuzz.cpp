@@ -1,8 +1,7 @@
 // The scene language: any bytes give a scene or a located Error, and what is small is built, too. Mutations
 // keep to the language: they move, repeat, drop and exchange words and directives.
-#include "core/guard.h"
-#include "scene/builder.h"
-#include "scene/parser.h"
+#include "fuzz_file.h"
+#include "fuzz_scene.h"
 
 #include <algorithm>
 #include <array>
@@ -19,24 +18,6 @@ extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t maxSize);
 namespace {
 
 constexpr size_t kMostToBuild = 4096; ///< bytes
-
-/// Reads nothing but an empty place, and takes little memory.
-std::shared_ptr<const Guard> guard() {
-    static const auto all = [] {
-        std::string folder = (std::filesystem::temp_directory_path() / "strobe-fuzz-XXXXXX").string();
-        if (!mkdtemp(folder.data()))
-            throw std::runtime_error("no folder for temporary files");
-        return std::make_shared<const Guard>(Guard::Settings{{folder}, uint64_t(2) << 30});
-    }();
-    return all;
-}
-
-void build(SceneDescription&& description, Messages& messages) {
-    BuildOptions options;
-    options.resolution = V2i(4, 4);
-    options.samplesPerPixel = 1;
-    buildScene(std::move(description), options, messages);
-}
 
 /// Words, strings, brackets and comments with the blanks after them: put together, they are the text again.
 std::vector<std::string> tokensOf(const std::string& text) {
@@ -190,15 +171,18 @@ extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    Messages quiet;
-    try {
-        SceneDescription description =
-            parseText(std::string(reinterpret_cast<const char*>(data), size), "fuzz.scene",
-                      {"supersample", "msaa", "msaa-cache"}, quiet, guard());
-        if (size <= kMostToBuild)
-            build(std::move(description), quiet);
-    } catch (const Error& e) {
-        formatDiagnostic(e.location, "error", e.what());
+    const std::string text(reinterpret_cast<const char*>(data), size);
+    // Other renderers' files are read with other rules, and make plugins of other names.
+    for (const char* name : {"fuzz.scene", "fuzz.pbrt"}) {
+        Messages quiet;
+        try {
+            SceneDescription description =
+                parseText(text, name, {"supersample", "msaa", "msaa-cache"}, quiet, fuzzGuard());
+            if (size <= kMostToBuild)
+                buildSmall(std::move(description), quiet);
+        } catch (const Error& e) {
+            formatDiagnostic(e.location, "error", e.what());
+        }
     }
     return 0;
 }

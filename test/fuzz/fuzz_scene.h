@@ -1,0 +1,13 @@
+// Scenes made of what was read.
+#pragma once
+
+#include "scene/builder.h"
+#include "scene/parser.h"
+
+/// Builds it for a picture of few pixels. Throws Error.
+inline void buildSmall(strobe::SceneDescription&& description, strobe::Messages& messages) {
+    strobe::BuildOptions options;
+    options.resolution = strobe::V2i(4, 4);
+    options.samplesPerPixel = 1;
+    strobe::buildScene(std::move(description), options, messages);
+}
