@@ -43,19 +43,24 @@ install_packages() {
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}" </dev/null
 }
 
-# Configures and builds into build/release: all, or the targets given.
-build_release() {
-    local launcher=() target=()
+# Configures and builds a preset into build/PRESET: all, or the targets given.
+build_preset() {
+    local preset=$1 launcher=() target=()
+    shift
     [ $# -eq 0 ] || target=(--target "$@")
     if command -v ccache >/dev/null; then
         launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
     fi
-    mkdir -p -- "$build"
-    (cd -- "$root" && cmake --preset release ${launcher[@]+"${launcher[@]}"} >"$build/configure.log") || {
-        cat -- "$build/configure.log"
+    mkdir -p -- "$root/build/$preset"
+    (cd -- "$root" && cmake --preset "$preset" ${launcher[@]+"${launcher[@]}"} >"$root/build/$preset/configure.log") || {
+        cat -- "$root/build/$preset/configure.log"
         return 1
     }
-    (cd -- "$root" && cmake --build --preset release ${target[@]+"${target[@]}"})
+    (cd -- "$root" && cmake --build --preset "$preset" ${target[@]+"${target[@]}"})
+}
+
+build_release() {
+    build_preset release "$@"
 }
 
 make_geometry() {

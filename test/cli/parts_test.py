@@ -118,15 +118,6 @@ class PartsTest(SceneTest):
 
     # Checkpoints
 
-    def start(self, *args):
-        return subprocess.Popen([STROBE, "s.scene", *args, "--quiet"], cwd=self.folder)
-
-    def wait_until(self, condition):
-        limit = time.monotonic() + 20
-        while not condition():
-            self.assertLess(time.monotonic(), limit, "it takes too long")
-            time.sleep(0.005)
-
     @staticmethod
     def listens(process):
         """Whether it has begun to take care of signals itself."""

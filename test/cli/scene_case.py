@@ -50,6 +50,15 @@ class SceneTest(unittest.TestCase):
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr, time.monotonic() - start
 
+    def start(self, *args):
+        return subprocess.Popen([STROBE, "s.scene", *args, "--quiet"], cwd=self.folder)
+
+    def wait_until(self, condition):
+        limit = time.monotonic() + 60
+        while not condition():
+            self.assertLess(time.monotonic(), limit, "it takes too long")
+            time.sleep(0.005)
+
     def pixels(self, name):
         """Row by row."""
         return list(Exr(self.path(name)).pixels().values())
