@@ -4,7 +4,12 @@
 
 #include <algorithm>
 #include <fstream>
+#include <limits>
 #include <unistd.h>
+
+#ifdef __linux__
+#include <sys/sysinfo.h>
+#endif
 
 namespace strobe {
 namespace {
@@ -13,6 +18,16 @@ namespace fs = std::filesystem;
 
 bool isWithin(const fs::path& root, const fs::path& file) {
     return std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first == root.end();
+}
+
+/// Memory that the machine has at all, on its disks, too.
+uint64_t machineBytes() {
+#ifdef __linux__
+    struct sysinfo info;
+    if (sysinfo(&info) == 0)
+        return (uint64_t(info.totalram) + info.totalswap) * info.mem_unit;
+#endif
+    return std::numeric_limits<uint64_t>::max();
 }
 
 } // namespace
@@ -46,13 +61,13 @@ fs::path Guard::admit(const fs::path& file, const Location& where) const {
 
 void Guard::require(uint64_t bytes, const std::string& what, const std::string& remedy,
                     const Location& where) const {
-    if (m_settings.memory == 0)
+    const bool isAsked = m_settings.memory != 0;
+    const uint64_t held = residentBytes(), most = isAsked ? m_settings.memory : machineBytes();
+    if (held < most && bytes <= most - held)
         return;
-    const uint64_t held = residentBytes();
-    if (held < m_settings.memory && bytes <= m_settings.memory - held)
-        return;
-    throw Error(where, fmt::format("{} would take {} more, with {} in use: --max-memory allows {}; {}", what,
-                                   inBytes(bytes), inBytes(held), inBytes(m_settings.memory), remedy));
+    throw Error(where, fmt::format("{} would take {} more, with {} in use: {} {}; {}", what, inBytes(bytes),
+                                   inBytes(held), isAsked ? "--max-memory allows" : "this machine has",
+                                   inBytes(most), remedy));
 }
 
 const Guard& guardOf(const Location& where) {

@@ -55,6 +55,8 @@ class LimitsTest(CliTest):
         self.scene(f'Shape "trianglemesh" {TRIANGLE}\n')
         self.assertIn("a picture of 30000x30000 pixels would take 90.0 GB more",
                       self.refused("--max-memory", "1G", "--resolution", "30000x30000"))
+        if os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") < 300e9:
+            self.assertRegex(self.refused("--resolution", "65536x65536"), r"pixels would take 429.5 GB more, .*: this machine has [\d.]+ GB; ")
         # A picture whose header says that it is large.
         self.write("large.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 20000 +X 20000\n")
         self.scene('LightSource "infinite" "string mapname" "large.hdr"\n')
