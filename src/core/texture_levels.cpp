@@ -86,15 +86,17 @@ Rgb TextureLevels::along(const Image& level, const Line& line, Wrap wrap) const 
 }
 
 bool TextureLevels::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const {
-    if (wrap == Wrap::Black || !(std::abs(uv.x) < 1e6f) || !(std::abs(uv.y) < 1e6f))
-        return false;
     const Image& finest = m_levels.front();
+    // Texels are counted by ints, also those at the end of the longest ellipse.
+    const float most = 0x1p30f / float(std::max(finest.width, finest.height)) - kLongest;
+    if (wrap == Wrap::Black || !(std::abs(uv.x) < most) || !(std::abs(uv.y) < most))
+        return false;
     Axes axes(duvdx, duvdy);
     if (axes.major * float(std::max(finest.width, finest.height)) < .5f) { // all of it between texels
         out = bilinear(finest, uv, wrap);
         return true;
     }
-    if (!(axes.major < 1000))
+    if (!(axes.major < kLongest))
         return false;
     float aspect = axes.limit(kMostStretched);
     // The first level where the ellipse is no wider than a texel, blended with the finer one before it.

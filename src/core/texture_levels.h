@@ -19,6 +19,7 @@ class TextureLevels {
 
   private:
     static constexpr int kMostStretched = 32; ///< of ellipses; those that are more are taken for wider ones
+    static constexpr float kLongest = 1000;   ///< ellipse, in images
 
     /// Probes along the major axis of an ellipse, fewer than 2 kMostStretched.
     struct Line {
