@@ -14,7 +14,7 @@ class Guard {
   public:
     struct Settings {
         std::vector<std::filesystem::path> roots; ///< files and folders that may be read; none: all
-        uint64_t memory = 0;                      ///< resident bytes; 0: no limit
+        uint64_t memory = 0;                      ///< resident bytes; 0: what the machine has
     };
     Guard() = default; ///< allows everything
     /// Throws Error of kind Usage where a root does not exist.
