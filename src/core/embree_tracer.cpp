@@ -1,7 +1,7 @@
 // The one file that knows Embree; builds against versions 3 and 4.
 #include "core/error.h"
 #include "core/hash.h"
-#include "core/tracer.h"
+#include "core/still_quadrics.h"
 
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
@@ -83,16 +83,8 @@ void quadricOccluded(const RTCOccludedFunctionNArguments* args) {
 
 void quadricBounds(const RTCBoundsFunctionArguments* args) {
     const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
-    const Box3f box = data.placed->shape.quadric->bounds();
-    Box3f world;
-    for (int i = 0; i < 8; ++i)
-        world.extendBy(transformPoint(
-            data.placed->toParent,
-            {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z}));
-    // A flat disk must not have an empty box.
-    const float pad = 1e-6f * (length(world.max - world.min) + 1e-30f);
-    *args->bounds_o = {world.min.x - pad, world.min.y - pad, world.min.z - pad, 0,
-                       world.max.x + pad, world.max.y + pad, world.max.z + pad, 0};
+    const Box3f box = quadricBounds(*data.placed);
+    *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
 }
 
 /// Lets a ray through a hit whose alpha is less than a number hashed from ray and triangle: in the mean over
@@ -129,6 +121,7 @@ struct Tracer::Impl {
     // What moves is a scene of its own, behind a box, so that it costs nothing where it is not.
     RTCScene moving = nullptr;
     Box3f movingBounds;
+    StillQuadrics quadrics; ///< of the world; the first few
     std::vector<std::unique_ptr<CallbackData>> callbackData;
     size_t worldGeometries = 0;
     TracerCounts counts;
@@ -203,6 +196,11 @@ struct Tracer::Impl {
         scenes.push_back(rtcNewScene(device));
         unsigned id = 0;
         for (const Geometry& geometry : group.geometries) {
+            if (isWorld && geometry.placed.shape.quadric && !quadrics.isFull()) {
+                quadrics.add(geometry, id++);
+                ++counts.quadrics;
+                continue;
+            }
             callbackData.push_back(std::make_unique<CallbackData>(CallbackData{
                 &geometry.placed, geometry.placed.toParent.inverse(), uint32_t(callbackData.size())}));
             RTCGeometry g = geometry.placed.shape.mesh ? makeMesh(geometry) : makeQuadric();
@@ -289,59 +287,26 @@ Tracer::~Tracer() = default;
 
 namespace {
 
-/// Clears lanes whose rays do not pass through the box.
-STROBE_LANES void keepThrough(const RayBlock& b, const Box3f& box, int* lanes) {
-    STROBE_INDEPENDENT
-    for (int i = 0; i < RayBlock::kSize; ++i) {
-        const float rx = 1 / b.dx[i], ry = 1 / b.dy[i], rz = 1 / b.dz[i];
-        const float x0 = (box.min.x - b.ox[i]) * rx, x1 = (box.max.x - b.ox[i]) * rx;
-        const float y0 = (box.min.y - b.oy[i]) * ry, y1 = (box.max.y - b.oy[i]) * ry;
-        const float z0 = (box.min.z - b.oz[i]) * rz, z1 = (box.max.z - b.oz[i]) * rz;
-        const float near =
-            std::max(std::max(std::min(x0, x1), std::min(y0, y1)), std::max(std::min(z0, z1), b.tnear[i]));
-        const float far =
-            std::min(std::min(std::max(x0, x1), std::max(y0, y1)), std::min(std::max(z0, z1), b.tfar[i]));
-        // Rounding must not lose a ray; 0 * infinity (a ray in a face of the box) compares false and is kept.
-        lanes[i] &= near * 0.99999f > far * 1.00001f ? 0 : -1;
-    }
-}
-
-struct alignas(64) ValidMask {
-    int lanes[16];
-    explicit ValidMask(int n) {
-        for (int i = 0; i < 16; ++i)
-            lanes[i] = i < n ? -1 : 0;
-    }
-    /// Leaves the lanes whose rays pass through the box; false when there is none.
-    bool keepThrough(const RayBlock& block, const Box3f& box) {
-        strobe::keepThrough(block, box, lanes);
-        int any = 0;
-        for (int lane : lanes)
-            any |= lane;
-        return any != 0;
-    }
-};
-
 #if RTC_VERSION_MAJOR >= 4
-void intersectScene(RTCScene scene, const ValidMask& valid, RayBlock& block, bool coherent) {
+void intersectScene(RTCScene scene, const PacketMask& valid, RayBlock& block, bool coherent) {
     RTCIntersectArguments args;
     rtcInitIntersectArguments(&args);
     args.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
     rtcIntersect16(valid.lanes, scene, reinterpret_cast<RTCRayHit16*>(&block), &args);
 }
-void occludedScene(RTCScene scene, const ValidMask& valid, RayBlock& block) {
+void occludedScene(RTCScene scene, const PacketMask& valid, RayBlock& block) {
     RTCOccludedArguments args;
     rtcInitOccludedArguments(&args);
     rtcOccluded16(valid.lanes, scene, reinterpret_cast<RTCRay16*>(&block), &args);
 }
 #else
-void intersectScene(RTCScene scene, const ValidMask& valid, RayBlock& block, bool coherent) {
+void intersectScene(RTCScene scene, const PacketMask& valid, RayBlock& block, bool coherent) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     rtcIntersect16(valid.lanes, scene, &context, reinterpret_cast<RTCRayHit16*>(&block));
 }
-void occludedScene(RTCScene scene, const ValidMask& valid, RayBlock& block) {
+void occludedScene(RTCScene scene, const PacketMask& valid, RayBlock& block) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcOccluded16(valid.lanes, scene, &context, reinterpret_cast<RTCRay16*>(&block));
@@ -353,27 +318,30 @@ void occludedScene(RTCScene scene, const ValidMask& valid, RayBlock& block) {
 void Tracer::intersect(RayBlock& block, int n, bool coherent) const {
     if (m_observer)
         m_observer(block, n, coherent ? Query::Coherent : Query::Nearest);
-    ValidMask valid(n);
+    PacketMask valid(n);
     intersectScene(m_impl->scenes[0], valid, block, coherent);
     // Never with the coherent flag: Embree 3.13's coherent path rounds differently when instances move, so it
     // would make lanes depend on their neighbours.
     if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
         intersectScene(m_impl->moving, valid, block, false);
+    m_impl->quadrics.intersect(block, PacketMask(n));
 }
 
 void Tracer::occluded(RayBlock& block, int n) const {
     if (m_observer)
         m_observer(block, n, Query::Occluded);
-    ValidMask valid(n);
+    PacketMask valid(n);
     occludedScene(m_impl->scenes[0], valid, block);
     if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
         occludedScene(m_impl->moving, valid, block);
+    m_impl->quadrics.occluded(block, PacketMask(n));
 }
 
 Box3f Tracer::bounds() const {
     Box3f box = Impl::boundsOf(m_impl->scenes[0]);
     if (m_impl->moving)
         box.extendBy(m_impl->movingBounds);
+    m_impl->quadrics.extend(box);
     return box;
 }
 

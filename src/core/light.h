@@ -78,6 +78,8 @@ class Light {
     virtual Rgb power(float radius) const = 0;
     virtual bool isDelta() const { return false; }
     virtual bool isEnvironment() const { return false; }
+    /// True when the light's own shape never lies before its samples: rays to them need not ask it.
+    virtual bool hidesNoSample() const { return false; }
     /// Samples per shading point that the scene asks for.
     int sampleCount = 1;
     /// A number for the group that the scene puts it in, from 0.

@@ -44,7 +44,9 @@ struct alignas(64) RayBlock {
     float ox[kSize], oy[kSize], oz[kSize], tnear[kSize];
     float dx[kSize], dy[kSize], dz[kSize], time[kSize];
     float tfar[kSize];
-    uint32_t mask[kSize], id[kSize], flags[kSize];
+    uint32_t mask[kSize];
+    uint32_t id[kSize]; ///< of occlusion rays: 0, or idOfLight where they end
+    uint32_t flags[kSize];
     float ngx[kSize], ngy[kSize], ngz[kSize];
     float u[kSize], v[kSize];
     uint32_t prim[kSize], geom[kSize], inst[kSize];
@@ -55,6 +57,8 @@ struct alignas(64) RayBlock {
         std::fill(id, id + kSize, 0u);
         std::fill(flags, flags + kSize, 0u);
     }
+    /// Of a ray to a sample of a light that hides none of its samples: it does not ask the light's own shape.
+    static uint32_t idOfLight(int light) { return uint32_t(light) + 1; }
     void set(int lane, const V3f& o, const V3f& d, float tmin, float tmax, float rayTime) {
         ox[lane] = o.x, oy[lane] = o.y, oz[lane] = o.z, tnear[lane] = tmin;
         dx[lane] = d.x, dy[lane] = d.y, dz[lane] = d.z, time[lane] = rayTime;

@@ -100,7 +100,8 @@ void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightI
             l.vertex[l.count++] = vertices[i];
         }
     const VertexRows& at = rowsOf(vertices, count, drawn);
-    m_scene.lights()[size_t(lightIndex)]->sampleLanes({at.p, at.time, l.vertex, m_u, l.count}, l.light);
+    const Light& light = *m_scene.lights()[size_t(lightIndex)];
+    light.sampleLanes({at.p, at.time, l.vertex, m_u, l.count}, l.light);
     if (!l.findUseful(at))
         return;
     m_v.forMaterials(l.vertex, l.count, [&](const Material& m, int begin, int end) {
@@ -108,7 +109,7 @@ void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightI
                        weighs ? l.pdf : nullptr);
     });
     l.weigh(at, float(n) * picked, weighs);
-    m_shadows.add(m_v, at, l, lightIndex);
+    m_shadows.add(m_v, at, l, lightIndex, light.hidesNoSample() ? RayBlock::idOfLight(lightIndex) : 0);
 }
 
 void PathWorker::addVisible(const ShadowAnswers& a) {

@@ -25,11 +25,11 @@ class ShadowQueue {
     void add(const Ray& ray, float tmax, uint32_t target, int light, const Rgb& contribution) {
         m_block.set(m_count, ray.o, ray.d, ray.tmin, tmax, ray.time);
         m_contribution.set(m_count, contribution);
-        m_target[m_count] = target, m_light[m_count] = light;
+        m_target[m_count] = target, m_light[m_count] = light, m_block.id[m_count] = 0;
         grow(1);
     }
-    /// The useful ones of samples of a light.
-    void add(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light) {
+    /// The useful ones of samples of a light; `id`: see RayBlock.
+    void add(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light, uint32_t id) {
         for (int i = 0; i < l.count;) {
             int n = 0; // a run of useful ones, as long as fits
             while (i + n < l.count && n < RayBlock::kSize - m_count && l.useful[i + n])
@@ -38,7 +38,7 @@ class ShadowQueue {
                 ++i;
                 continue;
             }
-            append(v, at, l, light, i, n);
+            append(v, at, l, light, id, i, n);
             i += n;
         }
     }
@@ -54,8 +54,8 @@ class ShadowQueue {
     uint64_t takeCount() { return std::exchange(m_traced, 0); }
 
   private:
-    void append(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light, int first,
-                int n) {
+    void append(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light, uint32_t id,
+                int first, int n) {
         const auto copy = [&](const float* from, float* to) {
             for (int k = 0; k < n; ++k)
                 to[m_count + k] = from[first + k];
@@ -65,8 +65,10 @@ class ShadowQueue {
         copy(l.tmin, m_block.tnear), copy(l.tmax, m_block.tfar), copy(at.time, m_block.time);
         copy(l.contribution.r, m_contribution.r), copy(l.contribution.g, m_contribution.g);
         copy(l.contribution.b, m_contribution.b);
-        for (int k = 0; k < n; ++k)
-            m_target[m_count + k] = v.path[l.vertex[first + k]], m_light[m_count + k] = light;
+        for (int k = m_count; k < m_count + n; ++k) {
+            m_target[k] = v.path[l.vertex[first + k - m_count]];
+            m_light[k] = light, m_block.id[k] = id;
+        }
         grow(n);
     }
     void grow(int n) {

@@ -113,6 +113,8 @@ class SphereLight final : public SurfaceLight {
         return shinesTo(view) && (view.inside || meets(view, wi));
     }
 
+    bool hidesNoSample() const override { return true; }
+
     float solidAngle(const V3f& p, float time) const override {
         const View view = viewFrom(p, time);
         if (!shinesTo(view))
