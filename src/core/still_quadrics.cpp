@@ -23,6 +23,14 @@ STROBE_LANES void clearMisses(const RayBlock& b, const Box3f& box, uint32_t exce
     }
 }
 
+/// False when no lane has another id.
+bool hasOther(const RayBlock& b, uint32_t id) {
+    uint32_t other = 0;
+    for (int i = 0; i < RayBlock::kSize; ++i)
+        other |= b.id[i] ^ id;
+    return other != 0;
+}
+
 bool any(const int* lanes) {
     int all = 0;
     for (int i = 0; i < RayBlock::kSize; ++i)
@@ -60,6 +68,8 @@ void StillQuadrics::add(const Geometry& geometry, uint32_t index) {
 template <class Met>
 void StillQuadrics::trace(const RayBlock& block, const PacketMask& valid, const Met& met) const {
     for (const Entry& entry : m_entries) {
+        if (!hasOther(block, entry.except))
+            continue;
         PacketMask through = valid;
         if (through.keepThrough(block, entry.box, entry.except))
             intersectPacket(*entry.quadric, entry.toObject, through.lanes, block.ox, RayBlock::kSize,

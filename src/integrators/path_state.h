@@ -49,10 +49,9 @@ struct Path {
     float pdf, maxPdf;
     V3f from;
 
-    /// Number by number: the processor waits where it reads as one what it has just written in pieces.
+    /// But for the hit. Number by number: the processor waits where it reads as one what it has just written
+    /// in pieces.
     void start(const RequestLanes& r, int i) {
-        hit.instance = r.hit.instance[i], hit.geometry = r.hit.geometry[i], hit.prim = r.hit.prim[i];
-        hit.u = r.hit.u[i], hit.v = r.hit.v[i], hit.t = r.hit.t[i];
         ray.o.x = r.ray.o.x[i], ray.o.y = r.ray.o.y[i], ray.o.z = r.ray.o.z[i];
         ray.d.x = r.ray.d.x[i], ray.d.y = r.ray.d.y[i], ray.d.z = r.ray.d.z[i];
         ray.time = r.time[i], ray.tmin = 0;

@@ -16,8 +16,8 @@ TextureQuery PathWorker::queryAt(const SurfacePoint& s, const Hit& hit) {
 PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
                        const LightSplit& split)
     : m_scene(scene), m_sampler(sampler), m_settings(settings), m_split(split),
-      m_shadows(scene.tracer(), LightVisible{this}), m_probes(scene.tracer(), ProbeFound{this}),
-      m_bounces(scene.tracer(), BounceFound{this}) {}
+      m_manyMaterials(scene.materials().size() > 1), m_shadows(scene.tracer(), LightVisible{this}),
+      m_probes(scene.tracer(), ProbeFound{this}), m_bounces(scene.tracer(), BounceFound{this}) {}
 
 void PathWorker::shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) {
     m_counters = &counters;
@@ -35,13 +35,14 @@ void PathWorker::shade(const ShadingRequests& requests, std::span<Rgb> radiance,
 
 void PathWorker::start(const ShadingRequests& requests) {
     if (m_paths.size() < requests.size())
-        m_paths.resize(requests.size());
+        m_paths.resize(requests.size()), m_bucket.resize(requests.size());
     m_active.resize(requests.size());
     uint32_t next = 0;
     for (size_t b = 0; b < requests.blocks(); ++b) {
         const RequestLanes& r = requests.block(b);
         for (int i = 0; i < requests.inBlock(b); ++i, ++next) {
             m_paths[next].start(r, i);
+            meet(next, r.hit.at(i));
             m_active[next] = next;
             if (r.part[i] != LightPart::Albedo)
                 ++(r.hit.geometry[i] == kNone       ? m_counters->escaped
@@ -71,29 +72,29 @@ void PathWorker::wave() {
         joinParts();
     }
     m_probed = false;
-    for (uint32_t i : m_next)
-        m_bounces.add(m_paths[i].ray, i);
     m_bounces.flush();
     m_active.swap(m_next);
 }
 
+/// Notes what a path meets next.
+void PathWorker::meet(uint32_t path, const Hit& hit) {
+    m_paths[path].hit = hit;
+    if (m_manyMaterials)
+        m_bucket[path] = hit ? uint8_t(m_scene.geometry(hit).material % kBuckets) : 0;
+}
+
 /// Brings paths whose surfaces are of one material together, as far as it matters.
 void PathWorker::sortByMaterial() {
-    if (m_scene.materials().size() < 2)
+    if (!m_manyMaterials)
         return;
-    constexpr int kBuckets = 64;
     uint32_t places[kBuckets + 1] = {};
-    m_buckets.resize(m_active.size());
-    for (size_t i = 0; i < m_active.size(); ++i) {
-        const Hit& hit = m_paths[m_active[i]].hit;
-        m_buckets[i] = hit ? uint8_t(m_scene.geometry(hit).material % kBuckets) : 0;
-        ++places[m_buckets[i] + 1];
-    }
+    for (uint32_t i : m_active)
+        ++places[m_bucket[i] + 1];
     for (int b = 0; b < kBuckets; ++b)
         places[b + 1] += places[b];
     m_sorted.resize(m_active.size());
-    for (size_t i = 0; i < m_active.size(); ++i)
-        m_sorted[places[m_buckets[i]]++] = m_active[i];
+    for (uint32_t i : m_active)
+        m_sorted[places[m_bucket[i]]++] = i;
     m_active.swap(m_sorted);
 }
 
@@ -277,6 +278,7 @@ void PathWorker::extend() {
         path.maxPdf = m_v.maxPdf[v];
         path.from = m_v.p.at(v);
         m_next.push_back(m_v.path[v]);
+        m_bounces.add(path.ray, m_v.path[v]);
     }
 }
 

@@ -16,8 +16,11 @@ class PathWorker : public ShaderWorker {
     void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) override;
 
   private:
+    static constexpr int kBuckets = 64; ///< of paths, by material
+
     void start(const ShadingRequests& requests);
     void wave();
+    void meet(uint32_t path, const Hit& hit);
     void sortByMaterial();
 
     // One chunk of vertices:
@@ -79,21 +82,22 @@ class PathWorker : public ShaderWorker {
     };
     struct BounceFound {
         PathWorker* worker;
-        void operator()(uint32_t path, const Hit& hit) const { worker->m_paths[path].hit = hit; }
+        void operator()(uint32_t path, const Hit& hit) const { worker->meet(path, hit); }
     };
 
     const Scene& m_scene;
     const Sampler& m_sampler;
     const ShadeSettings m_settings;
     const LightSplit m_split;
+    const bool m_manyMaterials;
     Counters* m_counters = nullptr;
 
     std::vector<Rgb> m_parts,
         m_partsViaBsdf; ///< path by path, as Path's radiance and viaBsdf; empty: no split
     std::vector<Path> m_paths;
     std::vector<uint32_t> m_active, m_next, m_sorted;
-    std::vector<uint8_t> m_buckets;
-    bool m_probed = false; ///< in this wave
+    std::vector<uint8_t> m_bucket; ///< path by path: a number for the material that it meets
+    bool m_probed = false;         ///< in this wave
     int m_bounce = 0;
     ShadowQueue<LightVisible> m_shadows;
     HitQueue<LightProbe, ProbeFound> m_probes;

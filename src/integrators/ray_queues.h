@@ -30,16 +30,16 @@ class ShadowQueue {
     }
     /// The useful ones of samples of a light; `id`: see RayBlock.
     void add(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light, uint32_t id) {
-        for (int i = 0; i < l.count;) {
-            int n = 0; // a run of useful ones, as long as fits
-            while (i + n < l.count && n < RayBlock::kSize - m_count && l.useful[i + n])
-                ++n;
-            if (n == 0) {
-                ++i;
-                continue;
-            }
-            append(v, at, l, light, id, i, n);
-            i += n;
+        int32_t order[kLanes];
+        int count = 0;
+        for (int i = 0; i < l.count; ++i) {
+            order[count] = i;
+            count += l.useful[i] != 0;
+        }
+        for (int first = 0; first < count;) {
+            const int n = std::min(count - first, RayBlock::kSize - m_count);
+            append(v, at, l, light, id, order + first, n);
+            first += n;
         }
     }
     void flush() {
@@ -55,19 +55,23 @@ class ShadowQueue {
 
   private:
     void append(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light, uint32_t id,
-                int first, int n) {
+                const int32_t* order, int n) {
+        const bool isWholeRow = n == RayBlock::kSize && order[n - 1] - order[0] == n - 1;
         const auto copy = [&](const float* from, float* to) {
-            for (int k = 0; k < n; ++k)
-                to[m_count + k] = from[first + k];
+            if (isWholeRow)
+                std::copy_n(from + order[0], RayBlock::kSize, to);
+            else
+                for (int k = 0; k < n; ++k)
+                    to[m_count + k] = from[order[k]];
         };
         copy(at.p.x, m_block.ox), copy(at.p.y, m_block.oy), copy(at.p.z, m_block.oz);
         copy(l.light.wi.x, m_block.dx), copy(l.light.wi.y, m_block.dy), copy(l.light.wi.z, m_block.dz);
         copy(l.tmin, m_block.tnear), copy(l.tmax, m_block.tfar), copy(at.time, m_block.time);
         copy(l.contribution.r, m_contribution.r), copy(l.contribution.g, m_contribution.g);
         copy(l.contribution.b, m_contribution.b);
-        for (int k = m_count; k < m_count + n; ++k) {
-            m_target[k] = v.path[l.vertex[first + k - m_count]];
-            m_light[k] = light, m_block.id[k] = id;
+        for (int k = 0; k < n; ++k) {
+            m_target[m_count + k] = v.path[l.vertex[order[k]]];
+            m_light[m_count + k] = light, m_block.id[m_count + k] = id;
         }
         grow(n);
     }

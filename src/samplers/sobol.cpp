@@ -91,8 +91,11 @@ struct MemberLanes {
     int n = 0;
 
     MemberLanes(std::span<const SampleRange> ranges, uint64_t dimension) {
+        uint64_t domain = ranges.front().domain;
+        Seeds s = seedsOf(domain, dimension);
         for (const SampleRange& range : ranges) {
-            const Seeds s = seedsOf(range.domain, dimension);
+            if (range.domain != domain) // neighbours are often samples of one pixel
+                domain = range.domain, s = seedsOf(domain, dimension);
             for (uint32_t i = 0; i < range.n; i += kFour)
                 for (uint32_t k = i; k < i + kFour; ++k) {
                     member[n + k] = range.first + k;
