@@ -14,8 +14,8 @@ namespace strobe {
 namespace {
 
 /// Blocks per axis, of blocks within blocks; the last are the cells.
-constexpr int kLevels[] = {4, 16, 32}, kCells = 32;
-constexpr uint32_t kMaxCandidates = 512;
+constexpr int kLevels[] = {4, 16}, kCells = 16;
+constexpr uint32_t kMaxCandidates = 1024;
 constexpr float kSlack = 1e-5f; ///< for rounding, of lookups and of the bounds here
 
 /// r² of the search: the first of pbrt's radii that lies beyond three samples, given the squared distance of
@@ -58,14 +58,7 @@ struct IrregularBrdf::Block {
     }
 };
 
-IrregularBrdf::IrregularBrdf(std::vector<Sample> samples) : m_samples(std::move(samples)) {
-    for (const Sample& s : m_samples)
-        for (int k = 0; k < 3; ++k)
-            m_rows[k].push_back(s.key[k]), m_rows[3 + k].push_back(s.value[k]);
-    for (int k = 0; k < 6; ++k)
-        m_rows[k].push_back(k < 3 ? 100.f : 0.f); // beyond all radii
-    buildCells();
-}
+IrregularBrdf::IrregularBrdf(std::vector<Sample> samples) : m_samples(std::move(samples)) { buildCells(); }
 
 namespace {
 
@@ -138,59 +131,69 @@ void IrregularBrdf::addCell(Cell& cell, const std::vector<uint32_t>& list) {
     // A cell of very many samples, or of distant ones only, is left empty: it looks at all of them.
     if (list.size() > kMaxCandidates || cell.r2 == kInfinity)
         return;
-    cell.first = uint32_t(m_index.size());
-    m_index.insert(m_index.end(), list.begin(), list.end());
-    while (m_index.size() % kGroup != 0)
-        m_index.push_back(int32_t(m_samples.size()));
-    cell.groups = (uint32_t(m_index.size()) - cell.first) / kGroup;
+    cell.first = uint32_t(m_groups.size());
+    cell.count = uint32_t((list.size() + Group::kSize - 1) / Group::kSize);
+    const Sample far{V3f(100), Rgb(0)}; // beyond all radii
+    for (uint32_t i = 0; i < cell.count * Group::kSize; ++i) {
+        const int k = int(i % Group::kSize);
+        if (k == 0)
+            m_groups.emplace_back();
+        const Sample& s = i < list.size() ? m_samples[list[i]] : far;
+        Group& group = m_groups.back();
+        group.x[k] = s.key.x, group.y[k] = s.key.y, group.z[k] = s.key.z;
+        group.r[k] = s.value.x, group.g[k] = s.value.y, group.b[k] = s.value.z;
+    }
 }
 
 /// What a lookup reads.
 struct IrregularBrdf::Grid {
     const Cell* cells;
-    const int32_t* index;
-    const float *x, *y, *z, *r, *g, *b;
+    const Group* groups;
 
     /// False where all samples are to be looked at.
     STROBE_INLINE bool mean(const V3f& key, Rgb& out) const {
+        constexpr int kSize = Group::kSize;
         if (!(key.z >= 0)) // through the horizon: outside the grid
             return false;
         const int ix = std::min(int(key.x * kCells), kCells - 1),
                   iy = std::min(int(key.y * kCells), kCells - 1),
                   iz = std::min(int(key.z * kCells), kCells - 1);
         const Cell cell = cells[ix + kCells * (iy + kCells * iz)];
-        if (cell.groups == 0)
+        if (cell.count == 0)
             return false;
-        const int32_t n = int32_t(cell.groups * kGroup);
-        const int32_t* of = index + cell.first;
+        const Group* of = groups + cell.first;
         const float kx = key.x, ky = key.y, kz = key.z;
-        alignas(64) float d2[kMaxCandidates + kGroup];
-        for (int32_t i = 0; i < n; ++i)
-            d2[i] = sqr(x[of[i]] - kx) + sqr(y[of[i]] - ky) + sqr(z[of[i]] - kz);
+        alignas(64) float d2[kMaxCandidates];
+        for (uint32_t i = 0; i < cell.count; ++i)
+            for (int k = 0; k < kSize; ++k)
+                d2[i * kSize + k] = sqr(of[i].x[k] - kx) + sqr(of[i].y[k] - ky) + sqr(of[i].z[k] - kz);
         float r2 = cell.r2 / 2;
         for (int32_t found = 0; found <= 2;) {
             r2 *= 2;
             if (r2 > 1.5f)
                 return false;
             found = 0;
-            for (int32_t i = 0; i < n; ++i)
+            for (uint32_t i = 0; i < cell.count * kSize; ++i)
                 found += d2[i] < r2;
         }
-        // Sums of kGroup rows: floats are not added in another order than is written. Weights are relative to
-        // that at d² = r²/2: the same quotient, but it can be neither 0/0 nor infinite.
-        alignas(64) float w[kGroup] = {}, red[kGroup] = {}, green[kGroup] = {}, blue[kGroup] = {};
-        for (int32_t first = 0; first < n; first += kGroup)
-            for (int32_t k = 0; k < int32_t(kGroup); ++k) {
-                const int32_t i = first + k, sample = of[i];
-                const float near = fastExp(100 * (r2 / 2 - d2[i])), weight = d2[i] < r2 ? near : 0;
+        // Sums of rows: floats are not added in another order than is written. Weights are relative to that
+        // at d² = r²/2: the same quotient, but it can be neither 0/0 nor infinite.
+        alignas(64) float w[kSize] = {}, red[kSize] = {}, green[kSize] = {}, blue[kSize] = {};
+        for (uint32_t i = 0; i < cell.count; ++i)
+            for (int k = 0; k < kSize; ++k) {
+                const float d = d2[i * kSize + k], near = fastExp(100 * (r2 / 2 - d)),
+                            weight = d < r2 ? near : 0;
                 w[k] += weight;
-                red[k] += r[sample] * weight, green[k] += g[sample] * weight, blue[k] += b[sample] * weight;
+                red[k] += of[i].r[k] * weight, green[k] += of[i].g[k] * weight;
+                blue[k] += of[i].b[k] * weight;
             }
-        float sum = 0, sumR = 0, sumG = 0, sumB = 0;
-        for (uint32_t k = 0; k < kGroup; ++k)
-            sum += w[k], sumR += red[k], sumG += green[k], sumB += blue[k];
-        const float scale = 1 / sum;
-        out = Rgb(sumR * scale, sumG * scale, sumB * scale);
+        for (int half = kSize / 2; half > 0; half /= 2)
+            for (int k = 0; k < half; ++k) {
+                w[k] += w[k + half];
+                red[k] += red[k + half], green[k] += green[k + half], blue[k] += blue[k + half];
+            }
+        const float scale = 1 / w[0];
+        out = Rgb(red[0] * scale, green[0] * scale, blue[0] * scale);
         return true;
     }
 
@@ -211,20 +214,16 @@ STROBE_LANES int IrregularBrdf::Grid::meanLanes(const Grid& grid, const V3Lanes&
     return count;
 }
 
-IrregularBrdf::Grid IrregularBrdf::grid() const {
-    return {m_cells.data(),   m_index.data(),   m_rows[0].data(), m_rows[1].data(),
-            m_rows[2].data(), m_rows[3].data(), m_rows[4].data(), m_rows[5].data()};
-}
-
 Rgb IrregularBrdf::eval(const V3f& key) const {
     Rgb mean;
-    return grid().mean(key, mean) ? mean : evalBruteForce(key);
+    return Grid{m_cells.data(), m_groups.data()}.mean(key, mean) ? mean : evalBruteForce(key);
 }
 
 void IrregularBrdf::evalLanes(const V3Lanes& keys, const int32_t* wanted, int begin, int end,
                               RgbLanes& out) const {
     int32_t missing[kLanes];
-    const int count = Grid::meanLanes(grid(), keys, wanted, begin, end, out, missing);
+    const Grid grid{m_cells.data(), m_groups.data()};
+    const int count = Grid::meanLanes(grid, keys, wanted, begin, end, out, missing);
     for (int i = 0; i < count; ++i)
         out.set(missing[i], evalBruteForce(keys.at(missing[i])));
 }

@@ -40,25 +40,27 @@ class IrregularBrdf {
 
   private:
     struct Block;
-    struct Grid;
-    /// The samples that some point of a cell may need, in sample order: kGroup times `groups` entries of
-    /// m_index from `first` on, the last ones padded with a sample far away.
+    /// Samples side by side.
+    struct alignas(64) Group {
+        static constexpr int kSize = 16;
+        float x[kSize], y[kSize], z[kSize], r[kSize], g[kSize], b[kSize];
+    };
+    /// The samples that some point of a cube of the space may need: `count` groups from `first` on, the last
+    /// one filled up with samples far away.
     struct Cell {
-        uint32_t first = 0, groups = 0;
+        uint32_t first = 0, count = 0;
         float r2 = 0; ///< no point of the cell finds more than two samples within a smaller squared radius
     };
-    static constexpr uint32_t kGroup = 16;
+    struct Grid;
 
     void buildCells();
     void addCell(Cell& cell, const std::vector<uint32_t>& list);
     std::vector<uint32_t> needed(const Block& block, const std::vector<uint32_t>& candidates,
                                  float& r2) const;
-    Grid grid() const;
 
     std::vector<Sample> m_samples;
-    std::vector<float> m_rows[6]; ///< keys and values of all samples, and of one far away
-    std::vector<Cell> m_cells;    ///< a grid over [0,1]³
-    std::vector<int32_t> m_index; ///< of the cells' samples, in the rows
+    std::vector<Cell> m_cells; ///< a grid over [0,1]³
+    std::vector<Group> m_groups;
 };
 
 /// Reads pbrt-v2's text format: the number of wavelengths, the wavelengths (nm), then records of θi φi θo φo
