@@ -43,7 +43,7 @@ TEST(EqualArea, IsOfEqualArea) {
 TEST(EqualArea, LatitudeLongitudeShowsTheSameLight) {
     // A square that holds the direction's own components, smooth over all edges.
     constexpr int n = 128;
-    Image square{n, n, std::vector<Rgb>(size_t(n * n))};
+    Image square{n, n, std::vector<Rgb>(size_t(n * n), Rgb(0))};
     std::vector<int> hits(size_t(n * n));
     constexpr int kSamples = 1 << 20;
     for (int i = 0; i < kSamples; ++i) { // along a golden spiral: no pixel is missed, not at the poles either
