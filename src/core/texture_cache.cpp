@@ -62,6 +62,10 @@ bool Recipe::decode(DecodedImage& out, std::string& error) const {
     return true;
 }
 
+Error cannotRead(const std::string& shown, const Location& where, const std::string& reason) {
+    return {where, "cannot read the image " + shown + ": " + reason};
+}
+
 } // namespace
 
 struct TextureCache::File {
@@ -73,9 +77,6 @@ struct TextureCache::File {
     mutable std::once_flag read{};
     mutable std::optional<TextureLevels> levels{}; ///< of a small file that could be read
 
-    Error cannotRead(const std::string& reason) const {
-        return {where, "cannot read the image " + shown + ": " + reason};
-    }
     std::optional<TextureLevels> readLevels() const;
 };
 
@@ -139,7 +140,7 @@ TextureCache::Impl::open(const std::string& name, const std::string& shown, cons
     std::string error;
     auto texture = files->open(name, error);
     if (!texture)
-        throw Error(where, "cannot read the image " + shown + ": " + error);
+        throw cannotRead(shown, where, error);
     const int64_t texels = int64_t(texture->width) * texture->height;
     const int channels = texture->channels;
     if (!texture->isTiled)
@@ -195,7 +196,7 @@ Rgb TextureCache::lookupFiltered(const File& file, const V2f& uv, const V2f& duv
     float c[3];
     std::string error;
     if (!file.texture->lookup(uv, duvdx, duvdy, how, file.channels, c, error))
-        throw file.cannotRead(error);
+        throw cannotRead(file.shown, file.where, error);
     return file.channels == 1 ? Rgb(c[0]) : Rgb(c[0], c[1], c[2]);
 }
 
