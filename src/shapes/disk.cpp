@@ -58,11 +58,11 @@ class Disk : public Quadric {
         if (!(candidate > tmin && candidate < tmax))
             return false;
         const double x = o.x + exact * d.x, y = o.y + exact * d.y;
-        const double r = std::hypot(x, y), phi = azimuth(x, y);
-        if (!(r <= m_radius && r >= m_inner && phi <= m_phiMax))
+        const double r = std::sqrt(x * x + y * y), phi = azimuth(float(x), float(y));
+        if (!(r <= m_radius && r >= m_inner && (phi <= m_phiMax || m_phiMax >= kTwoPi)))
             return false;
         t = candidate;
-        u = static_cast<float>(phi / m_phiMax);
+        u = std::min(static_cast<float>(phi / m_phiMax), 1.f);
         v = static_cast<float>((m_radius - r) / (m_radius - m_inner));
         return true;
     }
@@ -89,8 +89,9 @@ class Disk : public Quadric {
                 float(m_phiMax / kTwoPi)};
     }
     QuadricPoint at(float u, double r) const {
-        const double phi = u * m_phiMax, width = m_radius - m_inner;
-        const V3d outward(std::cos(phi), std::sin(phi), 0);
+        const double width = m_radius - m_inner;
+        const V2d phi = unitVector(u * m_phiMax);
+        const V3d outward(phi.x, phi.y, 0);
         QuadricPoint q;
         q.p = V3f(outward * r + V3d(0, 0, m_height));
         q.n = {0, 0, 1};

@@ -1,11 +1,13 @@
 // What the quadrics share: their sweep angle and the checks of their lengths.
 #pragma once
 
+#include "core/fast_math.h"
 #include "core/plugin.h"
 #include "core/shape.h"
 
 namespace strobe {
 
+using Imath::V2d;
 using Imath::V3d;
 
 inline constexpr double kTwoPi = 6.283185307179586;
@@ -30,10 +32,17 @@ inline double positive(const ParamSet& params, const ParamDef<float>& def) {
     return value;
 }
 
-/// The angle of (x, y) from the x axis, in [0, 2 pi].
-inline double azimuth(double x, double y) {
-    const double phi = std::atan2(y, x);
-    return phi < 0 ? phi + kTwoPi : phi;
+/// Cosine and sine of an angle: to the precision of floats, but of unit length to that of doubles.
+inline V2d unitVector(double angle) {
+    const SinCos s = sinCosOfTurns(float(angle / kTwoPi));
+    const double cos = s.cos, sin = s.sin, scale = 1 / std::sqrt(cos * cos + sin * sin);
+    return {cos * scale, sin * scale};
+}
+
+/// The angle of (x, y) from the x axis, in [0, 2 pi], as a float of the latter may round.
+inline float azimuth(float x, float y) {
+    const float phi = fastAtan2(y, x);
+    return phi < 0 ? phi + float(kTwoPi) : phi;
 }
 
 } // namespace strobe

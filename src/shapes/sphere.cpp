@@ -1,5 +1,6 @@
 #include "shapes/sphere.h"
 
+#include "core/fast_math.h"
 #include "core/lanes.h"
 #include "shapes/quadric_params.h"
 
@@ -88,7 +89,8 @@ class Sphere : public Quadric {
 
     QuadricPoint point(float u, float v) const override {
         const double theta = m_thetaMin + v * (m_thetaMax - m_thetaMin);
-        return at(u, std::cos(theta), std::sin(theta));
+        const V2d polar = unitVector(theta);
+        return at(u, polar.x, polar.y);
     }
 
     float area() const override { return static_cast<float>(m_phiMax * m_radius * (m_zMax - m_zMin)); }
@@ -110,17 +112,18 @@ class Sphere : public Quadric {
         // Whole ends are not compared with: rounding must not open holes at the poles.
         if ((m_zMin > -m_radius && p.z < m_zMin) || (m_zMax < m_radius && p.z > m_zMax))
             return false;
-        const double phi = azimuth(p.x, p.y);
-        if (phi > m_phiMax)
+        const float phi = azimuth(float(p.x), float(p.y));
+        if (m_phiMax < kTwoPi && phi > m_phiMax)
             return false;
-        const double theta = std::atan2(std::hypot(p.x, p.y), p.z);
-        u = static_cast<float>(phi / m_phiMax);
+        const double theta = fastAtan2(float(std::sqrt(p.x * p.x + p.y * p.y)), float(p.z));
+        u = std::min(static_cast<float>(phi / m_phiMax), 1.f);
         v = static_cast<float>(std::clamp((theta - m_thetaMin) / (m_thetaMax - m_thetaMin), 0., 1.));
         return true;
     }
 
     QuadricPoint at(float u, double cosTheta, double sinTheta) const {
-        const double phi = u * m_phiMax, cosPhi = std::cos(phi), sinPhi = std::sin(phi);
+        const V2d phi = unitVector(u * m_phiMax);
+        const double cosPhi = phi.x, sinPhi = phi.y;
         const V3d n(cosPhi * sinTheta, sinPhi * sinTheta, cosTheta);
         const double thetaSpan = m_thetaMax - m_thetaMin;
         QuadricPoint q;
@@ -129,7 +132,8 @@ class Sphere : public Quadric {
         // Not zero at the poles, where only the direction is wanted.
         q.dpdu = V3f(V3d(-sinPhi, cosPhi, 0) * (m_phiMax * m_radius * std::max(sinTheta, kPoleRadius)));
         q.dpdv = V3f(V3d(cosPhi * cosTheta, sinPhi * cosTheta, -sinTheta) * (m_radius * thetaSpan));
-        q.uv = {u, static_cast<float>((std::atan2(sinTheta, cosTheta) - m_thetaMin) / thetaSpan)};
+        q.uv = {u,
+                static_cast<float>((fastAtan2(float(sinTheta), float(cosTheta)) - m_thetaMin) / thetaSpan)};
         return q;
     }
 
