@@ -30,6 +30,8 @@ void BatchLattice::begin(size_t samples) {
     m_points.assign(1, Point{}); // the one that is missing
     m_values.assign(size_t(1) << m_binBits, Value{});
     m_shares.assign(samples, {V3f(0), kNone});
+    if (m_settings.nearest)
+        m_nearest.resize(samples);
     m_pointTable.clear();
     m_cellTable.clear();
 }
@@ -73,7 +75,9 @@ void BatchLattice::locate() {
         const V3f place = m_lanes.place.at(i);
         m_shares[m_sampleOf[i]] = {place, c << m_binBits | slot};
         if (m_settings.nearest) {
-            ask(cell.point[nearestOf(cell, place)], slot, m_sampleOf[i]);
+            const uint32_t point = cell.point[nearestOf(cell, place)];
+            m_nearest[m_sampleOf[i]] = point << m_binBits | slot;
+            ask(point, slot, m_sampleOf[i]);
         } else if (!(cell.asked >> slot & 1)) {
             cell.asked |= uint8_t(1u << slot);
             for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
@@ -118,19 +122,19 @@ void BatchLattice::ask(uint32_t index, uint32_t slot, uint32_t sample) {
 uint64_t BatchLattice::mainKeyOf(size_t sample) const {
     const Share& share = m_shares[sample];
     const Cell& cell = m_cells[share.cell >> m_binBits];
-    const int main = m_settings.nearest ? nearestOf(cell, share.place) : heaviestOf(cell, share.place);
-    const Point& point = m_points[cell.point[main]];
+    const Point& point = m_points[m_settings.nearest ? m_nearest[sample] >> m_binBits
+                                                     : cell.point[heaviestOf(cell, share.place)]];
     return SurfaceLattice::keyOf(point.at, binOf(point, slotOf(share)));
 }
 
 /// Of a cell's points, that with the greatest weight.
-int BatchLattice::heaviestOf(const Cell& cell, const V3f& place, bool orMissing) {
+int BatchLattice::heaviestOf(const Cell& cell, const V3f& place) {
     float weights[kPoints];
     LatticeCell::weigh(cell.kind, place, weights);
     int best = 0;
     float most = -1;
     for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
-        if ((cell.point[k] || orMissing) && weights[k] > most)
+        if (cell.point[k] && weights[k] > most)
             best = k, most = weights[k];
     return best;
 }
@@ -138,8 +142,10 @@ int BatchLattice::heaviestOf(const Cell& cell, const V3f& place, bool orMissing)
 /// Of a cell's points, the nearest; if it is missing, of the others, which are a grid cell's, the one fewest
 /// edges away.
 int BatchLattice::nearestOf(const Cell& cell, const V3f& place) {
-    const int wanted = heaviestOf(cell, place, true);
-    int best = wanted, fewest = cell.point[wanted] ? 0 : kPoints;
+    const int wanted = LatticeCell::nearest(cell.kind, place);
+    if (cell.point[wanted])
+        return wanted;
+    int best = wanted, fewest = kPoints;
     for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
         if (const int edges = std::popcount(unsigned(k ^ wanted)); cell.point[k] && edges < fewest)
             best = k, fewest = edges;

@@ -45,13 +45,13 @@ class BatchLattice {
     bool has(size_t sample) const { return m_shares[sample].cell != kNone; }
     /// What a sample takes of the values, which must all be set.
     Rgb valueOf(size_t sample) const {
+        if (m_settings.nearest) {
+            const float* v = m_values[m_nearest[sample]].numbers;
+            return {v[0], v[1], v[2]};
+        }
         const Share& share = m_shares[sample];
         const Cell& cell = m_cells[share.cell >> m_binBits];
         const Value* values = &m_values[slotOf(share)];
-        if (m_settings.nearest) {
-            const float* v = values[cell.point[nearestOf(cell, share.place)] << m_binBits].numbers;
-            return {v[0], v[1], v[2]};
-        }
         float weights[kPoints];
         LatticeCell::weigh(cell.kind, share.place, weights);
         Value sum;
@@ -98,7 +98,7 @@ class BatchLattice {
     Cell makeCell(const LatticeCell& cell, uint32_t era);
     uint32_t pointAt(const LatticeFace& face, const LatticePoint& at, uint32_t era);
     void ask(uint32_t index, uint32_t slot, uint32_t sample);
-    static int heaviestOf(const Cell& cell, const V3f& place, bool orMissing = false);
+    static int heaviestOf(const Cell& cell, const V3f& place);
     static int nearestOf(const Cell& cell, const V3f& place);
     uint32_t binOf(const Point& point, uint32_t slot) const { return point.era << m_binBits | slot; }
     uint32_t slotOf(const Share& share) const { return share.cell & ((1u << m_binBits) - 1); }
@@ -111,7 +111,8 @@ class BatchLattice {
     std::vector<Value> m_values; ///< by point, then slot
     std::vector<Cell> m_cells;
     std::vector<Block> m_blocks;
-    std::vector<Share> m_shares; ///< by sample
+    std::vector<Share> m_shares;     ///< by sample
+    std::vector<uint32_t> m_nearest; ///< by sample, if that is what it takes: a value
     SlotTable m_pointTable, m_cellTable;
 
     // Samples on their way in:

@@ -42,6 +42,13 @@ struct LatticeCell {
             for (int k = 0; k < 4; ++k)
                 weights[4 + k] = weights[k] * z, weights[k] *= 1 - z;
     }
+    /// The point of the greatest of these weights.
+    static int nearest(Kind kind, const V3f& place) {
+        const float x = place.x, y = place.y, rest = 1 - x - y;
+        if (kind == Grid || kind == Rectangle)
+            return int(x > .5f) | int(y > .5f) << 1 | int(kind == Grid && place.z > .5f) << 2;
+        return std::max(x, y) > rest ? 1 + int(y > x) : 0;
+    }
 };
 
 /// Up to kLanes hits on their way into the lattice.
