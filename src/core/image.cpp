@@ -3,9 +3,6 @@
 #include "core/atomic_file.h"
 #include "core/guard.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cctype>
 #include <set>
@@ -39,15 +36,15 @@ void checkImage(const std::filesystem::path& path, const Location& where) {
                                              ".bmp", ".gif", ".dpx", ".webp"};
     if (!guardOf(where).confines())
         return;
-    // OIIO would offer a file to every reader it has. Those of films follow references to other files.
-    OIIO::attribute("try_all_readers", 0);
+    // Readers of films follow references to other files.
+    imageLibrary().trustNames();
     std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return char(std::tolower(c)); });
     if (!plain.contains(extension))
         throw Error(where,
                     "the image " + path.string() + ": with --sandbox, no images of this kind are read");
-    // In such names OIIO sees patterns for many files.
+    // In such names OpenImageIO sees patterns for many files.
     const std::string name = path.string();
     for (const char* pattern : {"<", "%(", "##", "?"})
         if (name.find(pattern) != std::string::npos)
@@ -60,24 +57,25 @@ Image readImage(const std::filesystem::path& path, const Location& where, const 
         return {where, "cannot read the image " + path.string() + ": " + reason};
     };
     checkImage(path, where);
-    const auto input = OIIO::ImageInput::open(path.string());
-    if (!input)
-        throw fail(OIIO::geterror());
-    const OIIO::ImageSpec spec = input->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1)
+    std::string error;
+    const auto file = imageLibrary().open(path.string(), error);
+    if (!file)
+        throw fail(error);
+    const int width = file->width, height = file->height;
+    if (width < 1 || height < 1 || file->channels < 1 || file->depth > 1)
         throw fail("it is empty or not two-dimensional");
-    const int n = spec.nchannels >= 3 ? 3 : 1;
-    guardOf(where).require(uint64_t(spec.width) * uint64_t(spec.height) * (4 * uint64_t(n) + sizeof(Rgb)),
+    const int n = file->channels >= 3 ? 3 : 1;
+    guardOf(where).require(uint64_t(width) * uint64_t(height) * (4 * uint64_t(n) + sizeof(Rgb)),
                            "the image " + path.string(), "make it smaller", where);
-    Image image{spec.width, spec.height, {}};
-    std::vector<float> values(size_t(spec.width) * spec.height * n);
-    if (!input->read_image(0, 0, 0, n, OIIO::TypeDesc::FLOAT, values.data()))
-        throw fail(input->geterror());
-    const bool changes = transfer.changes(spec.format.is_floating_point());
+    Image image{width, height, {}};
+    std::vector<float> values(size_t(width) * size_t(height) * size_t(n));
+    if (!file->read(0, n, values.data(), error))
+        throw fail(error);
+    const bool changes = transfer.changes(file->ofFloats);
     if (changes && transfer.kind != Transfer::Space)
         for (float& v : values)
             v = transfer.linear(v);
-    image.pixels.resize(size_t(spec.width) * spec.height);
+    image.pixels.resize(size_t(width) * size_t(height));
     for (size_t i = 0; i < image.pixels.size(); ++i)
         image.pixels[i] = n == 1 ? Rgb(values[i]) : Rgb(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
     if (changes && transfer.kind == Transfer::Space)
@@ -94,12 +92,9 @@ namespace {
 } // namespace
 
 std::string readMetadata(const std::filesystem::path& path, const std::string& name) {
-    const auto input = OIIO::ImageInput::open(path.string());
-    if (!input) {
-        OIIO::geterror(); // not to be met by who asks next
-        return "";
-    }
-    return std::string(input->spec().get_string_attribute(name));
+    std::string error;
+    const auto file = imageLibrary().open(path.string(), error);
+    return file ? file->text(name) : "";
 }
 
 void writePng(const std::filesystem::path& path, Image image, const Metadata& metadata,
@@ -116,19 +111,11 @@ void writePng(const std::filesystem::path& path, Image image, const Metadata& me
             bytes.push_back(uint8_t(255 * (view ? shown : encodeSrgb(shown)) + 0.5f));
         }
 
-    OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
-    if (!view)
-        spec.attribute("oiio:ColorSpace", "sRGB");
-    for (const auto& [name, value] : metadata)
-        std::visit([&, &key = name](const auto& v) { spec.attribute(key, v); }, value);
-    std::vector<unsigned char> encoded;
-    OIIO::Filesystem::IOVecOutput memory(encoded);
-    const auto output = OIIO::ImageOutput::create("png", &memory);
-    if (!output)
-        failWrite(path, OIIO::geterror());
-    if (!output->open("image.png", spec) || !output->write_image(OIIO::TypeDesc::UINT8, bytes.data()) ||
-        !output->close())
-        failWrite(path, output->geterror());
+    std::string error;
+    const std::vector<unsigned char> encoded =
+        imageLibrary().encodePng(image.width, image.height, bytes, !view, metadata, error);
+    if (encoded.empty())
+        failWrite(path, error);
     writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
 }
 

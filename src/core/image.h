@@ -1,17 +1,16 @@
-// Images and their files: with texture_cache.cpp, the one file that knows OpenImageIO. EXRs are written by
-// core/exr_file.h.
+// Images and their files, which core/image_library.h reads. EXRs are written by core/exr_file.h.
 #pragma once
 
 #include "core/colour.h"
 #include "core/error.h"
+#include "core/image_library.h"
 #include "core/math.h"
 #include "core/texture.h"
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <string>
-#include <utility>
-#include <variant>
 #include <vector>
 
 namespace strobe {
@@ -44,16 +43,13 @@ struct Transfer {
     float linear(float stored) const;
 };
 
-/// Reads the first three channels (an image of one or two is grey: its first is spread to three), as stored
-/// but for what `transfer` says. Throws a located Error.
 /// Readies the reading of an image for a text that may not read everything (see Guard): throws an Error at
 /// `where` unless the name is that of a kind of image whose files cannot refer to others, and sees to it that
 /// what its name says decides how it is read. Without such a guard it does nothing.
 void checkImage(const std::filesystem::path& path, const Location& where);
+/// Reads the first three channels (an image of one or two is grey: its first is spread to three), as stored
+/// but for what `transfer` says. Throws a located Error.
 Image readImage(const std::filesystem::path& path, const Location& where, const Transfer& transfer = {});
-
-/// How an image texture is read outside [0,1]².
-enum class Wrap { Repeat, Black, Clamp, Mirror };
 
 /// An encoded image (PNG or JPEG) in memory. `name` is its own among all that one cache opens, and is what
 /// messages call it.
@@ -65,13 +61,8 @@ struct EncodedImage {
 /// Which channels of an image make a texture.
 enum class ImagePart { Colour, Alpha };
 
-/// How a texture is looked up beyond the place.
-struct Lookup {
-    Wrap u = Wrap::Repeat, v = Wrap::Repeat;
-    bool nearest = false; ///< texels show as squares
-};
-
-/// OIIO's texture system: tiled, cached, filtered by footprint. One per scene; lookups are thread-safe.
+/// The image library's texture system: tiled, cached, filtered by footprint. One per scene; lookups are
+/// thread-safe.
 class TextureCache : public std::enable_shared_from_this<TextureCache> {
   public:
     explicit TextureCache(int megabytes = 256);
@@ -103,12 +94,12 @@ class TextureCache : public std::enable_shared_from_this<TextureCache> {
 
   private:
     struct Impl;
-    std::unique_ptr<Impl> m_impl;
-};
+    Impl& impl();
 
-/// A metadata entry of an output file.
-using MetadataValue = std::variant<int, float, std::string>;
-using Metadata = std::vector<std::pair<std::string, MetadataValue>>;
+    const int m_megabytes;
+    std::once_flag m_made;
+    std::unique_ptr<Impl> m_impl; ///< from the first `open` on
+};
 
 /// Where an image's data window lies in the full frame (display window).
 struct Window {

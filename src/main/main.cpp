@@ -78,6 +78,8 @@ void checkWritable(const std::filesystem::path& path) {
         throw Error("cannot write \"" + path.string() + "\": " + std::strerror(errno), ErrorKind::Output);
     if (std::filesystem::is_directory(path))
         throw Error("cannot write \"" + path.string() + "\": it is a folder", ErrorKind::Output);
+    if (path.extension() == ".png")
+        imageLibrary();
 }
 
 /// Returns the exit code.

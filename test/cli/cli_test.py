@@ -4,6 +4,7 @@ import json
 import os
 import pty
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -547,6 +548,17 @@ class Failures(CliTest):
         self.fails(OUTPUT, "s.scene", "-o", "new.exr", "--stats", ".", says="cannot write")
         self.write("named.scene", OPTIONS.replace('"image"', '"image" "string filename" "none/out.exr"') + WORLD)
         self.fails(OUTPUT, "named.scene", says="none/out.exr")
+
+    def test_without_the_library_of_images(self):
+        shutil.copy(STROBE, self.path("alone"))
+        def run(*arguments):
+            return subprocess.run([self.path("alone"), "s.scene", "--quiet", *arguments], cwd=self.folder, capture_output=True,
+                                  timeout=60)
+        self.assertEqual(run("-o", "out.exr").returncode, OK, "no image is read, and no PNG written")
+        result = run("-o", "new.exr", "-o", "out.png")
+        self.assertEqual(result.returncode, SCENE)
+        self.assertIn(b"libstrobe_images.so, cannot be loaded: it is not beside the program", result.stderr)
+        self.assertFalse(os.path.exists(self.path("new.exr")), "found out after the work")
 
 
 class Sequences(CliTest):

@@ -11,7 +11,7 @@ SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "t
 GOOD = {
     "src/core/math.h": "#pragma once\n#include <vector>\n",
     "src/core/embree_tracer.cpp": '#include <embree3/rtcore.h>\n#include "core/math.h"\n',
-    "src/core/image.cpp": "#include <OpenImageIO/imageio.h>\n",
+    "src/images/openimageio.cpp": "#include <OpenImageIO/imageio.h>\n",
     "src/shapes/sphere.h": '#include "core/math.h"\n',
     "src/shapes/sphere.cpp": '#include "shapes/sphere.h"\n#include <opensubdiv/far/x.h>\n',
     "src/scene/builder.cpp": '#include "shapes/sphere.h"\n',

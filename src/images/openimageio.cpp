@@ -1,0 +1,287 @@
+// The library of images: the one file that knows OpenImageIO. A loadable file of its own (see
+// core/image_library.h), of which nothing but its last function is seen from outside.
+#include "core/image_library.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imagecache.h>
+#include <OpenImageIO/imageio.h>
+#include <OpenImageIO/texture.h>
+#include <tbb/enumerable_thread_specific.h>
+
+#include <array>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <optional>
+
+namespace strobe {
+namespace {
+
+class OpenedFile final : public StoredImage {
+  public:
+    /// Null: OIIO::geterror() says why.
+    static std::unique_ptr<StoredImage> open(const std::string& path) {
+        auto file = std::make_unique<OpenedFile>();
+        return file->take(OIIO::ImageInput::open(path)) ? std::move(file) : nullptr;
+    }
+    static std::unique_ptr<StoredImage> open(std::span<const unsigned char> encoded) {
+        auto file = std::make_unique<OpenedFile>();
+        OIIO::Filesystem::IOProxy& memory = file->m_memory.emplace(encoded.data(), encoded.size());
+        OIIO::ImageSpec config;
+        config.attribute("oiio:UnassociatedAlpha", 1);
+        void* proxy = &memory; // OpenImageIO 2.4 forgets its argument where there is a configuration
+        config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+        const bool isJpeg = encoded.size() > 2 && encoded[0] == 0xff && encoded[1] == 0xd8;
+        return file->take(OIIO::ImageInput::open(isJpeg ? "memory.jpg" : "memory.png", &config, &memory))
+                   ? std::move(file)
+                   : nullptr;
+    }
+
+    bool read(int first, int last, float* out, std::string& error) override {
+        if (m_input->read_image(0, 0, first, last, OIIO::TypeDesc::FLOAT, out))
+            return true;
+        error = m_input->geterror();
+        return false;
+    }
+    std::string text(const std::string& name) const override {
+        return std::string(m_input->spec().get_string_attribute(name));
+    }
+
+  private:
+    bool take(std::unique_ptr<OIIO::ImageInput> input) {
+        m_input = std::move(input);
+        if (!m_input)
+            return false;
+        const OIIO::ImageSpec& spec = m_input->spec();
+        width = spec.width, height = spec.height, depth = spec.depth, channels = spec.nchannels;
+        alpha = spec.alpha_channel, ofFloats = spec.format.is_floating_point();
+        return true;
+    }
+
+    std::optional<OIIO::Filesystem::IOMemReader> m_memory; ///< outlives the input
+    std::unique_ptr<OIIO::ImageInput> m_input;
+};
+
+/// Presents what a Decode makes to OIIO's cache as a file of scanlines.
+class DecodedInput final : public OIIO::ImageInput {
+  public:
+    using Decode = TextureFiles::Decode;
+    static OIIO::ImageInput* create() { return new DecodedInput; }
+    /// Where `open` looks for the function, which must outlive the cache.
+    static void write(OIIO::ImageSpec& config, const Decode& decode) {
+        config.attribute("strobe:decode", OIIO::TypeDesc::PTR, std::array<const void*, 1>{&decode}.data());
+    }
+    const char* format_name() const override { return "strobe-decoded"; }
+    bool open(const std::string&, OIIO::ImageSpec&) override { return false; } // needs the configuration
+
+    bool open(const std::string&, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
+        const OIIO::ParamValue* value = config.find_attribute("strobe:decode");
+        std::string error;
+        if (!value)
+            return false;
+        if (!(**static_cast<const Decode* const*>(value->data()))(m_image, error)) {
+            errorfmt("{}", error);
+            return false;
+        }
+        m_spec = OIIO::ImageSpec(m_image.width, m_image.height, m_image.channels, OIIO::TypeDesc::FLOAT);
+        spec = m_spec;
+        return true;
+    }
+    bool close() override { return true; }
+    bool read_native_scanline(int subimage, int miplevel, int y, int, void* data) override {
+        if (subimage != 0 || miplevel != 0 || y < 0 || y >= m_spec.height)
+            return false;
+        const size_t row = size_t(m_image.width) * size_t(m_image.channels);
+        std::memcpy(data, &m_image.values[size_t(y) * row], row * sizeof(float));
+        return true;
+    }
+
+  private:
+    DecodedImage m_image;
+};
+
+OIIO::TextureOpt::Wrap toOiio(Wrap wrap) {
+    switch (wrap) {
+    case Wrap::Repeat:
+        return OIIO::TextureOpt::WrapPeriodic;
+    case Wrap::Black:
+        return OIIO::TextureOpt::WrapBlack;
+    case Wrap::Mirror:
+        return OIIO::TextureOpt::WrapMirror;
+    case Wrap::Clamp:
+        break;
+    }
+    return OIIO::TextureOpt::WrapClamp;
+}
+
+/// OIIO's texture system and the cache below it.
+class System {
+  public:
+    explicit System(int megabytes) : images(OIIO::ImageCache::create(false)) {
+        images->attribute("max_memory_MB", float(megabytes));
+        images->attribute("autotile", 64);
+        images->attribute("automip", 1);
+        images->attribute("accept_untiled", 1);
+        images->attribute("accept_unmipped", 1);
+        textures = OIIO::TextureSystem::create(false, images);
+    }
+    ~System() {
+        for (OIIO::TextureSystem::Perthread* info : m_threads)
+            textures->destroy_thread_info(info);
+        OIIO::TextureSystem::destroy(textures, false);
+        OIIO::ImageCache::destroy(images, false);
+    }
+    System(const System&) = delete;
+    System& operator=(const System&) = delete;
+
+    /// The calling thread's own part of the cache. OIIO would keep it, too, but under the cache's address: a
+    /// thread that outlives one cache and meets another in its place would use what is gone.
+    OIIO::TextureSystem::Perthread* ofThread() {
+        bool exists = false;
+        OIIO::TextureSystem::Perthread*& info = m_threads.local(exists);
+        if (!exists)
+            info = textures->create_thread_info();
+        return info;
+    }
+
+    OIIO::ImageCache* images;
+    OIIO::TextureSystem* textures;
+
+  private:
+    tbb::enumerable_thread_specific<OIIO::TextureSystem::Perthread*> m_threads;
+};
+
+class OpenedTexture final : public TextureFile {
+  public:
+    OpenedTexture(System& system, OIIO::TextureSystem::TextureHandle* handle,
+                  OIIO::ImageCache::ImageHandle* image, const OIIO::ImageSpec& spec)
+        : m_system(system), m_handle(handle), m_image(image) {
+        width = spec.width, height = spec.height, channels = spec.nchannels;
+        isTiled = spec.tile_width != 0;
+        isPlain = spec.x == 0 && spec.y == 0 && spec.full_x == 0 && spec.full_y == 0 &&
+                  spec.full_width == spec.width && spec.full_height == spec.height;
+    }
+
+    bool readLevels(int n, std::vector<DecodedImage>& out) const override {
+        OIIO::ImageCache& images = *m_system.images;
+        // The thread's own that OIIO would make keeps tiles beyond the cache's end.
+        const auto destroy = [&](OIIO::ImageCache::Perthread* info) { images.destroy_thread_info(info); };
+        const std::unique_ptr<OIIO::ImageCache::Perthread, decltype(destroy)> thread(
+            images.create_thread_info(), destroy);
+        OIIO::ImageSpec spec;
+        for (int level = 0; images.get_imagespec(m_image, thread.get(), spec, 0, level); ++level) {
+            DecodedImage image{spec.width, spec.height, n, {}};
+            image.values.resize(size_t(spec.width) * size_t(spec.height) * size_t(n));
+            if (!images.get_pixels(m_image, thread.get(), 0, level, 0, spec.width, 0, spec.height, 0, 1, 0, n,
+                                   OIIO::TypeDesc::FLOAT, image.values.data())) {
+                out.clear();
+                break;
+            }
+            out.push_back(std::move(image));
+            if (spec.width == 1 && spec.height == 1)
+                break;
+        }
+        images.geterror(); // not to be met by who asks next: there may be no further level
+        return !out.empty();
+    }
+
+    bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const Lookup& how, int n, float* out,
+                std::string& error) const override {
+        OIIO::TextureOpt options;
+        options.swrap = toOiio(how.u), options.twrap = toOiio(how.v);
+        options.interpmode = how.nearest ? OIIO::TextureOpt::InterpClosest
+                                         : OIIO::TextureOpt::InterpBilinear; // bicubic overshoots
+        const bool isPoint = duvdx == V2f(0) && duvdy == V2f(0);
+        options.mipmode = isPoint ? OIIO::TextureOpt::MipModeNoMIP : OIIO::TextureOpt::MipModeAniso;
+        OIIO::TextureSystem& textures = *m_system.textures;
+        if (textures.texture(m_handle, m_system.ofThread(), options, uv.x, uv.y, duvdx.x, duvdx.y, duvdy.x,
+                             duvdy.y, n, out))
+            return true;
+        error = textures.geterror();
+        return false;
+    }
+
+  private:
+    System& m_system;
+    OIIO::TextureSystem::TextureHandle* m_handle;
+    OIIO::ImageCache::ImageHandle* m_image;
+};
+
+class Textures final : public TextureFiles {
+  public:
+    explicit Textures(int megabytes) : m_system(megabytes) {}
+
+    void define(const std::string& name, Decode decode) override {
+        const std::lock_guard lock(m_mutex);
+        const Decode& kept = m_decodes.try_emplace(name, std::move(decode)).first->second;
+        OIIO::ImageSpec config;
+        DecodedInput::write(config, kept);
+        m_system.images->add_file(OIIO::ustring(name), DecodedInput::create, &config);
+    }
+    std::unique_ptr<const TextureFile> open(const std::string& path, std::string& error) override {
+        const OIIO::ustring name(path);
+        OIIO::TextureSystem& textures = *m_system.textures;
+        OIIO::TextureSystem::TextureHandle* handle = textures.get_texture_handle(name, m_system.ofThread());
+        OIIO::ImageSpec spec;
+        if (!textures.get_imagespec(handle, m_system.ofThread(), 0, spec)) {
+            error = textures.geterror();
+            return nullptr;
+        }
+        return std::make_unique<OpenedTexture>(m_system, handle, m_system.images->get_image_handle(name),
+                                               spec);
+    }
+
+  private:
+    std::mutex m_mutex;
+    std::map<std::string, Decode> m_decodes; ///< kept: OIIO reads files when it wants to
+    System m_system;
+};
+
+class OpenImageIo final : public ImageLibrary {
+  public:
+    void trustNames() const override { OIIO::attribute("try_all_readers", 0); }
+    std::unique_ptr<StoredImage> open(const std::string& path, std::string& error) const override {
+        return orError(OpenedFile::open(path), error);
+    }
+    std::unique_ptr<StoredImage> open(std::span<const unsigned char> encoded,
+                                      std::string& error) const override {
+        return orError(OpenedFile::open(encoded), error);
+    }
+
+    std::vector<unsigned char> encodePng(int width, int height, std::span<const uint8_t> rgb, bool isSrgb,
+                                         const Metadata& metadata, std::string& error) const override {
+        OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
+        if (isSrgb)
+            spec.attribute("oiio:ColorSpace", "sRGB");
+        for (const auto& [name, value] : metadata)
+            std::visit([&, &key = name](const auto& v) { spec.attribute(key, v); }, value);
+        std::vector<unsigned char> encoded;
+        OIIO::Filesystem::IOVecOutput memory(encoded);
+        const auto output = OIIO::ImageOutput::create("png", &memory);
+        if (!output || !output->open("image.png", spec) ||
+            !output->write_image(OIIO::TypeDesc::UINT8, rgb.data()) || !output->close()) {
+            error = output ? output->geterror() : OIIO::geterror();
+            encoded.clear();
+        }
+        return encoded;
+    }
+
+    std::unique_ptr<TextureFiles> makeTextures(int megabytes) const override {
+        return std::make_unique<Textures>(megabytes);
+    }
+
+  private:
+    static std::unique_ptr<StoredImage> orError(std::unique_ptr<StoredImage> file, std::string& error) {
+        if (!file)
+            error = OIIO::geterror();
+        return file;
+    }
+};
+
+} // namespace
+} // namespace strobe
+
+extern "C" __attribute__((visibility("default"))) const strobe::ImageLibrary* strobeImageLibrary() {
+    static const strobe::OpenImageIo library;
+    return &library;
+}
