@@ -3,6 +3,7 @@
 #include "core/fast_math.h"
 #include "core/spectrum.h"
 
+#include <array>
 #include <charconv>
 #include <fstream>
 #include <numeric>
@@ -13,15 +14,17 @@
 namespace strobe {
 namespace {
 
-/// Blocks per axis, of blocks within blocks; the last are the cells.
-constexpr int kLevels[] = {4, 16}, kCells = 16;
-constexpr uint32_t kMaxCandidates = 1024;
-constexpr float kSlack = 1e-5f; ///< for rounding, of lookups and of the bounds here
+/// Blocks of key space along an axis: coarse ones, which only narrow down what the next look at; those with
+/// lists of samples; and those that know where a search begins.
+constexpr int kCoarse = 4, kCells = 16, kFine = 32;
+constexpr uint32_t kMaxCandidates = 1008; ///< below 2^10
+constexpr float kMaxRadius2 = 1.5f;       ///< no search is wider, but for that of all samples
+constexpr float kSlack = 1e-5f;           ///< for rounding, of lookups and of the bounds here
 
 /// r² of the search: the first of pbrt's radii that lies beyond three samples, given the squared distance of
 /// the third nearest.
 float searchRadius2(float third2) {
-    for (float r2 = .001f; r2 < 1.5f; r2 *= 2)
+    for (float r2 = .001f; r2 < kMaxRadius2; r2 *= 2)
         if (third2 < r2)
             return r2;
     return kInfinity;
@@ -39,15 +42,17 @@ struct Smallest3 {
 
 } // namespace
 
-/// A cube of key space.
+/// A cube of key space: one of so many along an axis.
 struct IrregularBrdf::Block {
+    std::array<int, 3> at;
+    int perAxis;
     V3f lo;
     float side;
 
-    Block(size_t i, int perAxis)
-        : lo(V3f(float(i % perAxis), float(i / perAxis % perAxis), float(i / perAxis / perAxis)) /
-             float(perAxis)),
+    Block(const std::array<int, 3>& at, int perAxis)
+        : at(at), perAxis(perAxis), lo(V3f(float(at[0]), float(at[1]), float(at[2])) / float(perAxis)),
           side(1.f / float(perAxis)) {}
+    size_t index() const { return size_t(at[0] + perAxis * (at[1] + perAxis * at[2])); }
     /// False where sinθi sinθo + cosθi cosθo > 1: no pair of directions has such a key.
     bool isPossible() const { return lo.x + lo.z < 1 + kSlack; }
     float distance2(const V3f& p) const {
@@ -57,6 +62,22 @@ struct IrregularBrdf::Block {
         return d2;
     }
 };
+
+namespace {
+
+/// The possible blocks of `perAxis` along an axis that lie in one, `at`, of `outer` along it.
+template <class Do>
+void forEachBlock(const std::array<int, 3>& at, int outer, int perAxis, const Do& visit) {
+    const int n = perAxis / outer;
+    for (int i = 0; i < n * n * n; ++i) {
+        const IrregularBrdf::Block block({at[0] * n + i % n, at[1] * n + i / n % n, at[2] * n + i / n / n},
+                                         perAxis);
+        if (block.isPossible())
+            visit(block);
+    }
+}
+
+} // namespace
 
 IrregularBrdf::IrregularBrdf(std::vector<Sample> samples) : m_samples(std::move(samples)) { buildCells(); }
 
@@ -84,9 +105,7 @@ void IrregularBrdf::keyLanes(const V3Lanes& wo, const V3Lanes& wi, int begin, in
     keysOfPairs(wo, wi, begin, end, keys);
 }
 
-/// Those of `candidates` that a point of the block may need, and the least squared radius its points search.
-std::vector<uint32_t> IrregularBrdf::needed(const Block& block, const std::vector<uint32_t>& candidates,
-                                            float& r2) const {
+IrregularBrdf::Search IrregularBrdf::searchOf(const Block& block, const List& candidates) const {
     const V3f centre = block.lo + V3f(block.side / 2);
     const float halfDiagonal = block.side * std::sqrt(3.f) / 2 + kSlack;
     Smallest3 nearest;
@@ -94,9 +113,13 @@ std::vector<uint32_t> IrregularBrdf::needed(const Block& block, const std::vecto
         nearest.add(length2(m_samples[k].key - centre));
     // The distance of the third nearest sample changes no faster than the point moves.
     const float third = std::sqrt(nearest.c);
-    r2 = searchRadius2(sqr(std::max(0.f, third - halfDiagonal)));
-    const float r = std::sqrt(searchRadius2(sqr(third + halfDiagonal))) + kSlack;
-    std::vector<uint32_t> result;
+    return {searchRadius2(sqr(std::max(0.f, third - halfDiagonal))),
+            searchRadius2(sqr(third + halfDiagonal))};
+}
+
+IrregularBrdf::List IrregularBrdf::needed(const Block& block, const List& candidates) const {
+    const float r = std::sqrt(searchOf(block, candidates).most) + kSlack;
+    List result;
     for (const uint32_t k : candidates)
         if (block.distance2(m_samples[k].key) <= r * r)
             result.push_back(k);
@@ -104,33 +127,39 @@ std::vector<uint32_t> IrregularBrdf::needed(const Block& block, const std::vecto
 }
 
 void IrregularBrdf::buildCells() {
-    std::vector<uint32_t> all(m_samples.size());
+    List all(m_samples.size());
     std::iota(all.begin(), all.end(), 0u);
-    std::vector<std::vector<uint32_t>> outer{all}, inner;
-    int outerCount = 1;
     m_cells.resize(size_t(kCells) * kCells * kCells);
-    for (const int count : kLevels) {
-        inner.assign(size_t(count) * size_t(count) * size_t(count), {});
-        for (size_t i = 0; i < inner.size(); ++i) {
-            const Block block(i, count);
-            if (!block.isPossible())
-                continue;
-            const size_t n = size_t(count), from = size_t(outerCount), x = i % n * from / n,
-                         y = i / n % n * from / n, z = i / n / n * from / n;
-            float r2;
-            inner[i] = needed(block, outer[x + from * (y + from * z)], r2);
-            if (count == kCells)
-                m_cells[i].r2 = r2, addCell(m_cells[i], inner[i]);
-        }
-        outer.swap(inner);
-        outerCount = count;
-    }
+    m_least.assign(size_t(kFine) * kFine * kFine, kInfinity);
+    forEachBlock({0, 0, 0}, 1, kCoarse, [&](const Block& coarse) {
+        const List near = needed(coarse, all);
+        forEachBlock(coarse.at, kCoarse, kCells,
+                     [&](const Block& cell) { buildCell(cell, needed(cell, near)); });
+    });
 }
 
-void IrregularBrdf::addCell(Cell& cell, const std::vector<uint32_t>& list) {
-    // A cell of very many samples, or of distant ones only, is left empty: it looks at all of them.
-    if (list.size() > kMaxCandidates || cell.r2 == kInfinity)
-        return;
+void IrregularBrdf::buildCell(const Block& block, const List& candidates) {
+    // What its finer blocks need, which is less than it seems to need itself.
+    std::vector<char> isNeeded(candidates.size());
+    bool isWide = false;
+    forEachBlock(block.at, kCells, kFine, [&](const Block& fine) {
+        const Search search = searchOf(fine, candidates);
+        m_least[fine.index()] = search.least;
+        isWide |= search.least == kInfinity;
+        const float r = std::sqrt(search.most) + kSlack;
+        for (size_t i = 0; i < candidates.size(); ++i)
+            isNeeded[i] |= fine.distance2(m_samples[candidates[i]].key) <= r * r;
+    });
+    List list;
+    for (size_t i = 0; i < candidates.size(); ++i)
+        if (isNeeded[i])
+            list.push_back(candidates[i]);
+    // Where there are very many, or only distant ones, the cell is left empty: all samples are looked at.
+    if (list.size() <= kMaxCandidates && !isWide)
+        addCell(m_cells[block.index()], list);
+}
+
+void IrregularBrdf::addCell(Cell& cell, const List& list) {
     cell.first = uint32_t(m_groups.size());
     cell.count = uint32_t((list.size() + Group::kSize - 1) / Group::kSize);
     const Sample far{V3f(100), Rgb(0)}; // beyond all radii
@@ -145,85 +174,127 @@ void IrregularBrdf::addCell(Cell& cell, const std::vector<uint32_t>& list) {
     }
 }
 
-/// What a lookup reads.
+namespace {
+
+using Row = IrregularBrdf::Group::Row;
+using Ints = IrregularBrdf::Group::Ints;
+
+/// The sum of a row's sixteen numbers.
+template <class Sixteen>
+STROBE_INLINE auto sumOf(const Sixteen& v) {
+    const auto h = __builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7) +
+                   __builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15);
+    const auto q = __builtin_shufflevector(h, h, 0, 1, 2, 3) + __builtin_shufflevector(h, h, 4, 5, 6, 7);
+    return (q[0] + q[2]) + (q[1] + q[3]);
+}
+
+/// A key's samples and the squared radius within which they count: at first one that is not too large.
+struct Lookup {
+    const IrregularBrdf::Group* groups;
+    uint32_t count;
+    int32_t lane;
+    float r2;
+
+    /// The search's squared radius; infinite where all samples count.
+    STROBE_INLINE float radius2(const V3f& key) const {
+        // Three radii at a time: bits 0 …, 10 … and 20 … count what each finds.
+        for (float least = r2; least < kMaxRadius2; least *= 8) {
+            Ints found{};
+            for (uint32_t i = 0; i < count; ++i) {
+                const Row x = groups[i].x - key.x, y = groups[i].y - key.y, z = groups[i].z - key.z,
+                          d2 = x * x + y * y + z * z;
+                found += ((d2 < least) & 1) + ((d2 < 2 * least) & 1 << 10) + ((d2 < 4 * least) & 1 << 20);
+            }
+            const int32_t n = sumOf(found);
+            if (n >> 20 > 2)
+                return least * float(1 << (int((n & 1023) <= 2) + int((n >> 10 & 1023) <= 2)));
+        }
+        return kInfinity;
+    }
+
+    /// The mean of those within the radius.
+    STROBE_INLINE Rgb mean(const V3f& key) const {
+        Row w{}, red{}, green{}, blue{};
+        for (uint32_t i = 0; i < count; ++i) {
+            const IrregularBrdf::Group& s = groups[i];
+            const Row x = s.x - key.x, y = s.y - key.y, z = s.z - key.z, d2 = x * x + y * y + z * z;
+            // Weights are relative to that at d² = r²/2: the same quotient, but it can be neither 0/0 nor
+            // infinite. e^(100 …) is 2^(k + u): adding 1.5 2^23 rounds to k, and the polynomial is that with
+            // the least relative error (9e-8) for |u| <= 1/2 (found by exchange). Beyond r² it is anything.
+            const Row power = (100 * 1.44269504f) * (r2 / 2 - d2), k = power + 12582912.f,
+                      u = power - (k - 12582912.f);
+            const Row fraction =
+                1.f +
+                u * (.693147f + u * (.24022242f + u * (.055507336f + u * (.009671513f + u * .0013264727f))));
+            const Ints near = (Ints)fraction + ((Ints)k << 23);
+            const Row weight = (Row)((d2 < r2) & near);
+            w += weight, red += s.r * weight, green += s.g * weight, blue += s.b * weight;
+        }
+        const float scale = 1 / sumOf(w);
+        return Rgb(sumOf(red) * scale, sumOf(green) * scale, sumOf(blue) * scale);
+    }
+};
+
+} // namespace
+
+/// What lookups read.
 struct IrregularBrdf::Grid {
     const Cell* cells;
     const Group* groups;
+    const float* least;
 
-    /// False where all samples are to be looked at.
-    STROBE_INLINE bool mean(const V3f& key, Rgb& out) const {
-        constexpr int kSize = Group::kSize;
-        if (!(key.z >= 0)) // through the horizon: outside the grid
-            return false;
-        const int ix = std::min(int(key.x * kCells), kCells - 1),
-                  iy = std::min(int(key.y * kCells), kCells - 1),
-                  iz = std::min(int(key.z * kCells), kCells - 1);
-        const Cell cell = cells[ix + kCells * (iy + kCells * iz)];
-        if (cell.count == 0)
-            return false;
-        const Group* of = groups + cell.first;
-        const float kx = key.x, ky = key.y, kz = key.z;
-        alignas(64) float d2[kMaxCandidates];
-        for (uint32_t i = 0; i < cell.count; ++i)
-            for (int k = 0; k < kSize; ++k)
-                d2[i * kSize + k] = sqr(of[i].x[k] - kx) + sqr(of[i].y[k] - ky) + sqr(of[i].z[k] - kz);
-        float r2 = cell.r2 / 2;
-        for (int32_t found = 0; found <= 2;) {
-            r2 *= 2;
-            if (r2 > 1.5f)
-                return false;
-            found = 0;
-            for (uint32_t i = 0; i < cell.count * kSize; ++i)
-                found += d2[i] < r2;
-        }
-        // Sums of rows: floats are not added in another order than is written. Weights are relative to that
-        // at d² = r²/2: the same quotient, but it can be neither 0/0 nor infinite.
-        alignas(64) float w[kSize] = {}, red[kSize] = {}, green[kSize] = {}, blue[kSize] = {};
-        for (uint32_t i = 0; i < cell.count; ++i)
-            for (int k = 0; k < kSize; ++k) {
-                const float d = d2[i * kSize + k], near = fastExp(100 * (r2 / 2 - d)),
-                            weight = d < r2 ? near : 0;
-                w[k] += weight;
-                red[k] += of[i].r[k] * weight, green[k] += of[i].g[k] * weight;
-                blue[k] += of[i].b[k] * weight;
-            }
-        for (int half = kSize / 2; half > 0; half /= 2)
-            for (int k = 0; k < half; ++k) {
-                w[k] += w[k + half];
-                red[k] += red[k + half], green[k] += green[k + half], blue[k] += blue[k + half];
-            }
-        const float scale = 1 / w[0];
-        out = Rgb(red[0] * scale, green[0] * scale, blue[0] * scale);
-        return true;
-    }
-
-    /// missing[0 … ] of the result: where all samples are to be looked at.
-    static int meanLanes(const Grid& grid, const V3Lanes& keys, const int32_t* wanted, int begin, int end,
+    /// missing[0 … ] of the result: lanes where all samples are to be looked at. Step by step for all lanes:
+    /// while one waits, others go on.
+    static int evalLanes(const Grid& grid, const V3Lanes& keys, const int32_t* wanted, int begin, int end,
                          RgbLanes& out, int32_t* missing);
 };
 
-STROBE_LANES int IrregularBrdf::Grid::meanLanes(const Grid& grid, const V3Lanes& keys, const int32_t* wanted,
+STROBE_LANES int IrregularBrdf::Grid::evalLanes(const Grid& grid, const V3Lanes& keys, const int32_t* wanted,
                                                 int begin, int end, RgbLanes& out, int32_t* missing) {
-    int count = 0;
+    constexpr int kPer = kFine / kCells;
+    int32_t fine[kLanes], cell[kLanes];
+    STROBE_INDEPENDENT
     for (int i = begin; i < end; ++i) {
-        Rgb mean(0);
-        if ((!wanted || wanted[i]) && !grid.mean(keys.at(i), mean))
-            missing[count++] = i;
-        out.set(i, mean);
+        const int x = std::min(int(std::max(0.f, keys.x[i]) * kFine), kFine - 1),
+                  y = std::min(int(std::max(0.f, keys.y[i]) * kFine), kFine - 1),
+                  z = std::min(int(std::max(0.f, keys.z[i]) * kFine), kFine - 1);
+        fine[i] = x + kFine * (y + kFine * z);
+        cell[i] = x / kPer + kCells * (y / kPer + kCells * (z / kPer));
     }
-    return count;
+    Lookup lookups[kLanes];
+    int n = 0, missed = 0;
+    for (int i = begin; i < end; ++i) {
+        const Cell of = grid.cells[cell[i]];
+        if (wanted && !wanted[i])
+            out.set(i, Rgb(0));
+        else if (!(keys.z[i] >= 0) || of.count == 0) // through the horizon, keys are outside the grid
+            missing[missed++] = i;
+        else
+            lookups[n++] = {grid.groups + of.first, of.count, i, grid.least[fine[i]]};
+    }
+    for (int k = 0; k < n; ++k)
+        lookups[k].r2 = lookups[k].radius2(keys.at(lookups[k].lane));
+    for (int k = 0; k < n; ++k)
+        if (lookups[k].r2 < kMaxRadius2)
+            out.set(lookups[k].lane, lookups[k].mean(keys.at(lookups[k].lane)));
+        else
+            missing[missed++] = lookups[k].lane;
+    return missed;
 }
 
 Rgb IrregularBrdf::eval(const V3f& key) const {
-    Rgb mean;
-    return Grid{m_cells.data(), m_groups.data()}.mean(key, mean) ? mean : evalBruteForce(key);
+    V3Lanes keys;
+    RgbLanes mean;
+    keys.set(0, key);
+    evalLanes(keys, nullptr, 0, 1, mean);
+    return mean.at(0);
 }
 
 void IrregularBrdf::evalLanes(const V3Lanes& keys, const int32_t* wanted, int begin, int end,
                               RgbLanes& out) const {
     int32_t missing[kLanes];
-    const Grid grid{m_cells.data(), m_groups.data()};
-    const int count = Grid::meanLanes(grid, keys, wanted, begin, end, out, missing);
+    const Grid grid{m_cells.data(), m_groups.data(), m_least.data()};
+    const int count = Grid::evalLanes(grid, keys, wanted, begin, end, out, missing);
     for (int i = 0; i < count; ++i)
         out.set(missing[i], evalBruteForce(keys.at(missing[i])));
 }

@@ -38,29 +38,39 @@ class IrregularBrdf {
 
     const std::vector<Sample>& samples() const { return m_samples; }
 
-  private:
     struct Block;
     /// Samples side by side.
     struct alignas(64) Group {
         static constexpr int kSize = 16;
-        float x[kSize], y[kSize], z[kSize], r[kSize], g[kSize], b[kSize];
+        typedef float Row __attribute__((vector_size(4 * kSize)));
+        typedef int32_t Ints __attribute__((vector_size(4 * kSize)));
+        Row x, y, z, r, g, b;
     };
+
+  private:
+    using List = std::vector<uint32_t>; ///< of samples
     /// The samples that some point of a cube of the space may need: `count` groups from `first` on, the last
     /// one filled up with samples far away.
     struct Cell {
         uint32_t first = 0, count = 0;
-        float r2 = 0; ///< no point of the cell finds more than two samples within a smaller squared radius
     };
     struct Grid;
+    /// The squared radii that points of a block search.
+    struct Search {
+        float least, most;
+    };
 
     void buildCells();
-    void addCell(Cell& cell, const std::vector<uint32_t>& list);
-    std::vector<uint32_t> needed(const Block& block, const std::vector<uint32_t>& candidates,
-                                 float& r2) const;
+    void buildCell(const Block& block, const List& candidates);
+    void addCell(Cell& cell, const List& list);
+    Search searchOf(const Block& block, const List& candidates) const;
+    /// Those of `candidates` that a point of the block may need.
+    List needed(const Block& block, const List& candidates) const;
 
     std::vector<Sample> m_samples;
     std::vector<Cell> m_cells; ///< a grid over [0,1]³
     std::vector<Group> m_groups;
+    std::vector<float> m_least; ///< of a finer grid: no point of a block finds three samples within less
 };
 
 /// Reads pbrt-v2's text format: the number of wavelengths, the wavelengths (nm), then records of θi φi θo φo
