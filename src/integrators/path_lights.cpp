@@ -91,8 +91,10 @@ bool PathWorker::findBsdfShares(const int32_t* vertices, int count, const Light&
 void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightIndex, int first, int drawn,
                                   int n, float picked, bool weighs) {
     LightLanes& l = m_light;
-    m_sampler.fill2D(ranges(vertices, count, first, drawn, n),
-                     dimension(kDimLights + kDimensionsPerLight * uint32_t(lightIndex)), m_u);
+    const Light& light = *m_scene.lights()[size_t(lightIndex)];
+    if (!light.isDelta())
+        m_sampler.fill2D(ranges(vertices, count, first, drawn, n),
+                         dimension(kDimLights + kDimensionsPerLight * uint32_t(lightIndex)), m_u);
     l.count = 0;
     for (int i = 0; i < count; ++i)
         for (int k = 0; k < drawn; ++k) {
@@ -100,7 +102,6 @@ void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightI
             l.vertex[l.count++] = vertices[i];
         }
     const VertexRows& at = rowsOf(vertices, count, drawn);
-    const Light& light = *m_scene.lights()[size_t(lightIndex)];
     light.sampleLanes({at.p, at.time, l.vertex, m_u, l.count}, l.light);
     if (!l.findUseful(at))
         return;

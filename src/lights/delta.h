@@ -13,6 +13,14 @@ class DeltaLight : public Light {
         for (int i = 0; i < n; ++i)
             out[i] = s;
     }
+    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
+        LightSample s{};
+        for (int i = 0; i < query.n; ++i) {
+            if (i == 0 || query.point[i] != query.point[i - 1])
+                s = only(query.p.at(i), query.time[i]);
+            out.set(i, s);
+        }
+    }
     float pdf(const V3f&, float, const V3f&, const LightHit*) const final { return 0; }
     bool mayMeet(const V3f&, float, const V3f&) const final { return false; }
     float solidAngle(const V3f&, float) const final { return 0; }
@@ -22,12 +30,17 @@ class DeltaLight : public Light {
     /// The light's one sample, pdf = 1.
     virtual LightSample only(const V3f& p, float time) const = 0;
     /// Light of intensity `intensity` that arrives from a point; black at that very point.
-    static LightSample fromPoint(const V3f& p, const V3f& light, const Rgb& intensity) {
+    static STROBE_INLINE LightSample fromPoint(const V3f& p, const V3f& light, const Rgb& intensity) {
         const V3f d = light - p;
-        const float d2 = length2(d);
-        if (!(d2 > 0))
-            return {V3f(0, 0, 1), 0, Rgb(0), 1};
-        return {normalize(d), std::sqrt(d2), intensity * (1 / d2), 1};
+        const float d2 = length2(d), distance = std::sqrt(d2), along = 1 / distance, fall = 1 / d2;
+        const bool isApart = d2 > 0;
+        LightSample s;
+        s.wi.x = isApart ? d.x * along : 0, s.wi.y = isApart ? d.y * along : 0;
+        s.wi.z = isApart ? d.z * along : 1;
+        s.distance = distance, s.pdf = 1;
+        s.radiance.x = isApart ? intensity.x * fall : 0, s.radiance.y = isApart ? intensity.y * fall : 0;
+        s.radiance.z = isApart ? intensity.z * fall : 0;
+        return s;
     }
 };
 

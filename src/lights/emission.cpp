@@ -40,11 +40,6 @@ BoundingSphere transformSphere(const M44f& m, const BoundingSphere& sphere) {
     return {centre, sphere.radius * std::sqrt(stretch2) * (1 + 1e-5f) + rounding};
 }
 
-float sphereSolidAngle(const BoundingSphere& sphere, const V3f& p) {
-    const float d2 = length2(sphere.centre - p), r2 = sqr(sphere.radius);
-    return d2 > r2 ? 2 * kPi * oneMinusCos(r2 / d2) : 4 * kPi;
-}
-
 bool meetsSphere(const BoundingSphere& sphere, const V3f& p, const V3f& wi) {
     const V3f to = sphere.centre - p;
     const float d2 = length2(to), r2 = sqr(sphere.radius) + 1e-6f * d2;

@@ -3,6 +3,7 @@
 
 #include "core/geometry.h"
 #include "core/light.h"
+#include "core/sampling.h"
 
 namespace strobe {
 
@@ -27,7 +28,10 @@ BoundingSphere objectSphere(const Shape& shape);
 /// A sphere that holds `sphere` after the transform `m`, enlarged a little against rounding.
 BoundingSphere transformSphere(const M44f& m, const BoundingSphere& sphere);
 /// The solid angle of a sphere seen from p: 4π within.
-float sphereSolidAngle(const BoundingSphere& sphere, const V3f& p);
+STROBE_INLINE float sphereSolidAngle(const BoundingSphere& sphere, const V3f& p) {
+    const float d2 = length2(sphere.centre - p), r2 = sqr(sphere.radius), part = oneMinusCos(r2 / d2);
+    return d2 > r2 ? 2 * kPi * part : 4 * kPi;
+}
 /// True when a ray from p along unit wi meets the sphere.
 bool meetsSphere(const BoundingSphere& sphere, const V3f& p, const V3f& wi);
 

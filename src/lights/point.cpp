@@ -17,13 +17,35 @@ class PointLight final : public DeltaLight {
     LightSample only(const V3f& p, float time) const override {
         return fromPoint(p, transformPoint(m_placement.at(time), m_from), m_intensity);
     }
+    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
+        if (m_placement.isStill())
+            samplesFrom(transformPoint(m_placement.at(0), m_from), m_intensity, query, out);
+        else
+            DeltaLight::sampleLanes(query, out);
+    }
     Rgb power(float) const override { return m_intensity * (4 * kPi); }
 
   private:
+    static void samplesFrom(const V3f& light, const Rgb& intensity, const LightQueryLanes& query,
+                            LightSampleLanes& out);
+
     LightPlacement m_placement;
     V3f m_from;
     Rgb m_intensity;
 };
+
+STROBE_LANES void PointLight::samplesFrom(const V3f& light, const Rgb& intensity,
+                                          const LightQueryLanes& query, LightSampleLanes& out) {
+    const V3f from = light;
+    const Rgb of = intensity;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < query.n; ++i) {
+        const LightSample s = fromPoint(query.p.at(i), from, of);
+        out.wi.x[i] = s.wi.x, out.wi.y[i] = s.wi.y, out.wi.z[i] = s.wi.z;
+        out.radiance.r[i] = s.radiance.x, out.radiance.g[i] = s.radiance.y, out.radiance.b[i] = s.radiance.z;
+        out.distance[i] = s.distance, out.pdf[i] = 1;
+    }
+}
 
 } // namespace
 

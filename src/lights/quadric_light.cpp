@@ -51,6 +51,31 @@ STROBE_LANES void seenFrom(const Shine& shine, const V3Lanes& from, const V3Lane
     }
 }
 
+/// Where a flat shape that shines on one side is to be seen from.
+struct Front {
+    M44f toObject;
+    V3f centre, normal; ///< of the side that shines
+    float behind;       ///< how far behind, along the normal, nothing is seen
+    STROBE_INLINE bool isSeenFrom(const V3f& p) const {
+        return dot(transformPoint(toObject, p) - centre, normal) >= -behind;
+    }
+};
+
+/// `front`: null where the whole shape shines.
+STROBE_LANES void solidAngles(const BoundingSphere& bounds, const Front* front, const V3Lanes& p, int n,
+                              float* out) {
+    const BoundingSphere sphere = bounds;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        out[i] = sphereSolidAngle(sphere, p.at(i));
+    if (!front)
+        return;
+    const Front side = *front;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        out[i] = side.isSeenFrom(p.at(i)) ? out[i] : 0;
+}
+
 class QuadricLight final : public SurfaceLight {
   public:
     QuadricLight(const PlacedShape& shape, const Emission& emission)
@@ -102,19 +127,25 @@ class QuadricLight final : public SurfaceLight {
     }
 
     float solidAngle(const V3f& p, float time) const override {
-        if (m_flatAxis >= 0 && !m_emission.twoSided) {
-            const Placed placed = placedAt(time);
-            const V3f local = transformPoint(placed.inverse, p) - m_objectBounds.centre;
-            if (dot(local, m_flatNormal) * normalSign() < -kMargin * m_objectBounds.radius)
-                return 0;
-        }
-        return sphereSolidAngle(bounds(time), p);
+        return !hasFront() || frontAt(time).isSeenFrom(p) ? sphereSolidAngle(bounds(time), p) : 0;
+    }
+    void solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const override {
+        if (!m_still)
+            return Light::solidAngleLanes(p, time, n, out);
+        const Front front = frontAt(0);
+        solidAngles(m_stillBounds, hasFront() ? &front : nullptr, p, n, out);
     }
 
   private:
     static constexpr float kMargin = 1e-4f; ///< of the shape's size: against rounding, here or in the tracer
 
     Placed placedAt(float time) const { return m_still ? m_stillPlaced : Placed(toWorld(time)); }
+
+    bool hasFront() const { return m_flatAxis >= 0 && !m_emission.twoSided; }
+    Front frontAt(float time) const {
+        return {placedAt(time).inverse, m_objectBounds.centre, m_flatNormal * normalSign(),
+                kMargin * m_objectBounds.radius};
+    }
 
     Shine shineAt(float time) const {
         return {placedAt(time), m_emission.radiance, m_emission.twoSided, m_quadric.area(), normalSign()};

@@ -98,6 +98,33 @@ TEST(PointLight, MovesOnlyInV4) {
     EXPECT_NEAR(one(*still, {0, 0, 1}, 1).distance, 1, 1e-5);
 }
 
+TEST(PointLight, LanesAreTheSameSamples) {
+    const auto test = [](const Light& light) {
+        constexpr int n = kLanes - 3;
+        V3Lanes p;
+        V2Lanes u;
+        float time[kLanes];
+        int32_t point[kLanes];
+        for (int i = 0; i < n; ++i) { // a point twice in a row; the first is the light's own
+            const V2f a = random2D(1, i / 2), b = random2D(2, i / 2);
+            point[i] = i / 2, time[i] = b.y, p.set(i, i < 2 ? V3f(1, 0, 0) : V3f(a.x, a.y, b.x) * 3.f);
+        }
+        LightSampleLanes samples;
+        light.sampleLanes({p, time, point, u, n}, samples);
+        for (int i = 0; i < n; ++i) {
+            const LightSample s = one(light, p.at(i), time[i]);
+            EXPECT_EQ(samples.wi.at(i), s.wi);
+            EXPECT_EQ(samples.radiance.at(i), s.radiance);
+            EXPECT_EQ(samples.pdf[i], 1);
+            EXPECT_EQ(samples.distance[i], s.distance);
+        }
+    };
+    const Params params = Params().rgb("I", 8, 4, 1).point("from", {1, 0, 0});
+    test(*make(pointLightPlugin(), params));
+    test(*make(pointLightPlugin(), params, sliding()));
+    test(*make(spotLightPlugin(), params));
+}
+
 TEST(SpotLight, FallsOffWithinItsRim) {
     const Params params = Params()
                               .rgb("I", 1, 1, 1)
