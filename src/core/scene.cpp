@@ -125,6 +125,21 @@ V3f turnedNormal(const M44f& m, const V3f& n) {
 
 } // namespace
 
+void Scene::fetchAhead(std::span<const Hit> hits) const {
+    const auto meshOf = [&](const Hit& hit) { return hit ? geometry(hit).placed.shape.mesh.get() : nullptr; };
+    for (const Hit& hit : hits)
+        if (const TriangleMesh* mesh = meshOf(hit))
+            __builtin_prefetch(&mesh->indices[3 * size_t(hit.prim)]);
+    for (const Hit& hit : hits)
+        if (const TriangleMesh* mesh = meshOf(hit))
+            for (int k = 0; k < 3; ++k) {
+                const uint32_t vertex = mesh->indices[3 * size_t(hit.prim) + size_t(k)];
+                __builtin_prefetch(&mesh->positions[0][vertex]);
+                if (!mesh->normals.empty())
+                    __builtin_prefetch(&mesh->normals[0][vertex]);
+            }
+}
+
 RawSurfacePoint Scene::rawSurface(const Hit& hit, float time) const {
     const Geometry& geometry = this->geometry(hit);
     const PlacedShape& placed = geometry.placed;

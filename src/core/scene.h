@@ -9,6 +9,7 @@
 #include "core/tracer.h"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace strobe {
@@ -100,6 +101,9 @@ class Scene {
         return s;
     }
     RawSurfacePoint rawSurface(const Hit& hit, float time) const;
+    /// Asks for the memory that the surfaces of some hits, or of none, are read from: it arrives while others
+    /// are worked on.
+    void fetchAhead(std::span<const Hit> hits) const;
     /// dp/du and dp/dv there, in world space, as normal maps mean them: the direction of the first is that of
     /// the mesh's tangents where it has them and does not deform. Zero where texture coordinates are
     /// degenerate.

@@ -14,9 +14,9 @@
 namespace strobe {
 namespace {
 
-/// Blocks of key space along an axis: coarse ones, which only narrow down what the next look at; those with
-/// lists of samples; and those that know where a search begins.
-constexpr int kCoarse = 4, kCells = 16, kFine = 32;
+/// Blocks of key space along an axis: coarse ones, which only narrow down what the next look at; cubes, each
+/// with groups of samples; and cells, which say which of these they need.
+constexpr int kCoarse = 4, kCubes = 16, kCells = 32;
 constexpr uint32_t kMaxCandidates = 1008; ///< below 2^10
 constexpr float kMaxRadius2 = 1.5f;       ///< no search is wider, but for that of all samples
 constexpr float kSlack = 1e-5f;           ///< for rounding, of lookups and of the bounds here
@@ -29,6 +29,12 @@ float searchRadius2(float third2) {
             return r2;
     return kInfinity;
 }
+
+/// The indices seen, and those between.
+struct Range {
+    uint32_t begin = ~0u, end = 0;
+    void include(uint32_t i) { begin = std::min(begin, i), end = std::max(end, i + 1); }
+};
 
 /// The three smallest of the numbers seen.
 struct Smallest3 {
@@ -129,42 +135,56 @@ IrregularBrdf::List IrregularBrdf::needed(const Block& block, const List& candid
 void IrregularBrdf::buildCells() {
     List all(m_samples.size());
     std::iota(all.begin(), all.end(), 0u);
+    std::sort(all.begin(), all.end(), [&](uint32_t a, uint32_t b) {
+        return m_samples[a].key.z < m_samples[b].key.z; // so that a cell needs neighbours
+    });
     m_cells.resize(size_t(kCells) * kCells * kCells);
-    m_least.assign(size_t(kFine) * kFine * kFine, kInfinity);
     forEachBlock({0, 0, 0}, 1, kCoarse, [&](const Block& coarse) {
         const List near = needed(coarse, all);
-        forEachBlock(coarse.at, kCoarse, kCells,
-                     [&](const Block& cell) { buildCell(cell, needed(cell, near)); });
+        forEachBlock(coarse.at, kCoarse, kCubes,
+                     [&](const Block& cube) { buildCube(cube, needed(cube, near)); });
     });
 }
 
-void IrregularBrdf::buildCell(const Block& block, const List& candidates) {
-    // What its finer blocks need, which is less than it seems to need itself.
-    std::vector<char> isNeeded(candidates.size());
-    bool isWide = false;
-    forEachBlock(block.at, kCells, kFine, [&](const Block& fine) {
-        const Search search = searchOf(fine, candidates);
-        m_least[fine.index()] = search.least;
-        isWide |= search.least == kInfinity;
+void IrregularBrdf::buildCube(const Block& cube, const List& candidates) {
+    constexpr int kPer = kCells / kCubes;
+    static_assert(kPer * kPer * kPer <= 8, "cells of a cube are bits");
+    std::vector<uint8_t> neededBy(candidates.size());
+    std::vector<std::pair<Cell*, Range>> cells;
+    forEachBlock(cube.at, kCubes, kCells, [&](const Block& block) {
+        const Search search = searchOf(block, candidates);
         const float r = std::sqrt(search.most) + kSlack;
         for (size_t i = 0; i < candidates.size(); ++i)
-            isNeeded[i] |= fine.distance2(m_samples[candidates[i]].key) <= r * r;
+            neededBy[i] |= uint8_t((block.distance2(m_samples[candidates[i]].key) <= r * r) << cells.size());
+        Cell& cell = m_cells[block.index()];
+        cell.least = search.least;
+        cells.push_back({&cell, {}});
     });
-    List list;
-    for (size_t i = 0; i < candidates.size(); ++i)
-        if (isNeeded[i])
-            list.push_back(candidates[i]);
-    // Where there are very many, or only distant ones, the cell is left empty: all samples are looked at.
-    if (list.size() <= kMaxCandidates && !isWide)
-        addCell(m_cells[block.index()], list);
+    List list; // of what a cell needs, which is less than the cube seems to need
+    for (size_t i = 0; i < candidates.size(); ++i) {
+        if (neededBy[i] == 0)
+            continue;
+        for (size_t k = 0; k < cells.size(); ++k)
+            if (neededBy[i] >> k & 1)
+                cells[k].second.include(uint32_t(list.size()));
+        list.push_back(candidates[i]);
+    }
+    if (list.size() > kMaxCandidates)
+        return;
+    for (auto& [cell, range] : cells) {
+        if (cell->least == kInfinity)
+            continue;
+        const uint32_t first = range.begin / Group::kSize;
+        cell->first = uint32_t(m_groups.size()) + first;
+        cell->count = (range.end + Group::kSize - 1) / Group::kSize - first;
+    }
+    addGroups(list);
 }
 
-void IrregularBrdf::addCell(Cell& cell, const List& list) {
-    cell.first = uint32_t(m_groups.size());
-    cell.count = uint32_t((list.size() + Group::kSize - 1) / Group::kSize);
+void IrregularBrdf::addGroups(const List& list) {
     const Sample far{V3f(100), Rgb(0)}; // beyond all radii
-    for (uint32_t i = 0; i < cell.count * Group::kSize; ++i) {
-        const int k = int(i % Group::kSize);
+    for (size_t i = 0; i < list.size() || i % Group::kSize != 0; ++i) {
+        const size_t k = i % Group::kSize;
         if (k == 0)
             m_groups.emplace_back();
         const Sample& s = i < list.size() ? m_samples[list[i]] : far;
@@ -241,7 +261,6 @@ struct Lookup {
 struct IrregularBrdf::Grid {
     const Cell* cells;
     const Group* groups;
-    const float* least;
 
     /// missing[0 … ] of the result: lanes where all samples are to be looked at. Step by step for all lanes:
     /// while one waits, others go on.
@@ -251,15 +270,13 @@ struct IrregularBrdf::Grid {
 
 STROBE_LANES int IrregularBrdf::Grid::evalLanes(const Grid& grid, const V3Lanes& keys, const int32_t* wanted,
                                                 int begin, int end, RgbLanes& out, int32_t* missing) {
-    constexpr int kPer = kFine / kCells;
-    int32_t fine[kLanes], cell[kLanes];
+    int32_t cell[kLanes];
     STROBE_INDEPENDENT
     for (int i = begin; i < end; ++i) {
-        const int x = std::min(int(std::max(0.f, keys.x[i]) * kFine), kFine - 1),
-                  y = std::min(int(std::max(0.f, keys.y[i]) * kFine), kFine - 1),
-                  z = std::min(int(std::max(0.f, keys.z[i]) * kFine), kFine - 1);
-        fine[i] = x + kFine * (y + kFine * z);
-        cell[i] = x / kPer + kCells * (y / kPer + kCells * (z / kPer));
+        const int x = std::min(int(std::max(0.f, keys.x[i]) * kCells), kCells - 1),
+                  y = std::min(int(std::max(0.f, keys.y[i]) * kCells), kCells - 1),
+                  z = std::min(int(std::max(0.f, keys.z[i]) * kCells), kCells - 1);
+        cell[i] = x + kCells * (y + kCells * z);
     }
     Lookup lookups[kLanes];
     int n = 0, missed = 0;
@@ -270,7 +287,7 @@ STROBE_LANES int IrregularBrdf::Grid::evalLanes(const Grid& grid, const V3Lanes&
         else if (!(keys.z[i] >= 0) || of.count == 0) // through the horizon, keys are outside the grid
             missing[missed++] = i;
         else
-            lookups[n++] = {grid.groups + of.first, of.count, i, grid.least[fine[i]]};
+            lookups[n++] = {grid.groups + of.first, of.count, i, of.least};
     }
     for (int k = 0; k < n; ++k)
         lookups[k].r2 = lookups[k].radius2(keys.at(lookups[k].lane));
@@ -293,7 +310,7 @@ Rgb IrregularBrdf::eval(const V3f& key) const {
 void IrregularBrdf::evalLanes(const V3Lanes& keys, const int32_t* wanted, int begin, int end,
                               RgbLanes& out) const {
     int32_t missing[kLanes];
-    const Grid grid{m_cells.data(), m_groups.data(), m_least.data()};
+    const Grid grid{m_cells.data(), m_groups.data()};
     const int count = Grid::evalLanes(grid, keys, wanted, begin, end, out, missing);
     for (int i = 0; i < count; ++i)
         out.set(missing[i], evalBruteForce(keys.at(missing[i])));

@@ -49,9 +49,10 @@ class IrregularBrdf {
 
   private:
     using List = std::vector<uint32_t>; ///< of samples
-    /// The samples that some point of a cube of the space may need: `count` groups from `first` on, the last
-    /// one filled up with samples far away.
+    /// What a point of a cube of the space finds: `count` groups from `first` on hold the samples that it may
+    /// need; none: all are to be looked at.
     struct Cell {
+        float least = 0; ///< no point finds three samples within less, squared
         uint32_t first = 0, count = 0;
     };
     struct Grid;
@@ -61,8 +62,9 @@ class IrregularBrdf {
     };
 
     void buildCells();
-    void buildCell(const Block& block, const List& candidates);
-    void addCell(Cell& cell, const List& list);
+    /// Makes the groups of a cube and the cells in it.
+    void buildCube(const Block& cube, const List& candidates);
+    void addGroups(const List& list);
     Search searchOf(const Block& block, const List& candidates) const;
     /// Those of `candidates` that a point of the block may need.
     List needed(const Block& block, const List& candidates) const;
@@ -70,7 +72,6 @@ class IrregularBrdf {
     std::vector<Sample> m_samples;
     std::vector<Cell> m_cells; ///< a grid over [0,1]³
     std::vector<Group> m_groups;
-    std::vector<float> m_least; ///< of a finer grid: no point of a block finds three samples within less
 };
 
 /// Reads pbrt-v2's text format: the number of wavelengths, the wavelengths (nm), then records of θi φi θo φo

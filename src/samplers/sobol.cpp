@@ -96,6 +96,11 @@ struct MemberLanes {
         for (const SampleRange& range : ranges) {
             if (range.domain != domain) // neighbours are often samples of one pixel
                 domain = range.domain, s = seedsOf(domain, dimension);
+            if (range.n == 1) { // as of bounces
+                member[n] = range.first, order[n] = s.order, x[n] = s.x, y[n] = s.y;
+                ++n;
+                continue;
+            }
             for (uint32_t i = 0; i < range.n; i += kFour)
                 for (uint32_t k = i; k < i + kFour; ++k) {
                     member[n + k] = range.first + k;
