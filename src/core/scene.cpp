@@ -40,6 +40,11 @@ Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
     m_lightPicker = LightPicker(std::move(powers));
     for (const auto& material : m_materials)
         m_needsFootprint |= material->needsFootprint();
+    constexpr size_t kLarge = 4096; // triangles: some 100 kB
+    for (const Group& group : m_groups)
+        for (const Geometry& geometry : group.geometries)
+            if (const TriangleMesh* mesh = geometry.placed.shape.mesh.get())
+                m_hasLargeMeshes |= mesh->triangleCount() > kLarge;
 }
 
 Rgb Scene::environment(const V3f& d) const {

@@ -101,8 +101,10 @@ class Scene {
         return s;
     }
     RawSurfacePoint rawSurface(const Hit& hit, float time) const;
+    /// Whether its meshes are more than a processor's nearest cache holds.
+    bool hasLargeMeshes() const { return m_hasLargeMeshes; }
     /// Asks for the memory that the surfaces of some hits, or of none, are read from: it arrives while others
-    /// are worked on.
+    /// are worked on. Worth its time where meshes are large.
     void fetchAhead(std::span<const Hit> hits) const;
     /// dp/du and dp/dv there, in world space, as normal maps mean them: the direction of the first is that of
     /// the mesh's tangents where it has them and does not deform. Zero where texture coordinates are
@@ -122,7 +124,7 @@ class Scene {
     LightPicker m_lightPicker;
     std::shared_ptr<const Camera> m_camera;
     Shutter m_shutter;
-    bool m_needsFootprint = false;
+    bool m_needsFootprint = false, m_hasLargeMeshes = false;
     std::unique_ptr<const Tracer> m_tracer;
 };
 

@@ -102,10 +102,12 @@ void PathWorker::sortByMaterial() {
 void PathWorker::load(std::span<const uint32_t> paths) {
     m_v.count = 0;
     size_t escaped = 0;
-    Hit hits[kLanes];
-    for (size_t i = 0; i < paths.size(); ++i)
-        hits[i] = m_paths[paths[i]].hit;
-    m_scene.fetchAhead(std::span(hits).first(paths.size()));
+    if (m_scene.hasLargeMeshes()) {
+        Hit hits[kLanes];
+        for (size_t i = 0; i < paths.size(); ++i)
+            hits[i] = m_paths[paths[i]].hit;
+        m_scene.fetchAhead(std::span(hits).first(paths.size()));
+    }
     for (uint32_t i : paths) {
         Path& path = m_paths[i];
         path.lightIsDirect = path.reach == Reach::Eye;
