@@ -1,7 +1,5 @@
 #include "lights/emission.h"
 
-#include "core/sampling.h"
-
 namespace strobe {
 
 BoundingSphere objectSphere(const Shape& shape) {
