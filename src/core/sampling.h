@@ -162,11 +162,14 @@ class Piecewise2D {
         V2f at;
     };
     Place samplePlace(const V2f& u) const;
+    /// The same of many: none waits for the memory of another.
+    void samplePlaces(const V2f* u, int n, Place* out) const;
     /// Density at p in [0,1)², per area.
     float pdf(const V2f& p) const;
     V2f inverse(const V2f& p) const;
 
   private:
+    Place placeIn(uint32_t y, float fy, float u) const;
     const float* cdfRow(uint32_t y) const { return &m_cdf[size_t(y) * (m_nx + 1)]; }
     uint32_t m_nx = 0;
     Piecewise1D m_rows;

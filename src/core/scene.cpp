@@ -171,7 +171,7 @@ RawSurfacePoint Scene::rawSurface(const Hit& hit, float time) const {
         const M44f m = instance ? placed.toParent * instance->motion->at(time) : placed.toParent;
         s.p = transformPoint(m, s.p);
         s.ng = turnedNormal(m, s.ng);
-        s.ns = turnedNormal(m, s.ns);
+        s.ns = isMesh ? turnedNormal(m, s.ns) : s.ng;
         s.dpdu = transformVector(m, s.dpdu);
         s.dpdv = transformVector(m, s.dpdv);
         const float stretch =

@@ -93,7 +93,7 @@ std::optional<TextureLevels> TextureCache::File::readLevels() const {
         for (size_t i = 0; i < level.pixels.size(); ++i)
             level.pixels[i] = channels == 1 ? Rgb(v[i]) : Rgb(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
     }
-    return TextureLevels(std::move(levels));
+    return TextureLevels(levels);
 }
 
 struct TextureCache::Impl {

@@ -161,8 +161,13 @@ void EnvironmentMap::lookupLanes(const V3Lanes& w, int n, RgbLanes& radiance, fl
 void EnvironmentMap::sampleLanes(const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance, float* pdf) const {
     alignas(64) int32_t x[kLanes], y[kLanes];
     V2Lanes within;
-    for (int i = 0; i < n; ++i) { // a search: each its own way
-        const Piecewise2D::Place place = m_cells.samplePlace(u.at(i));
+    V2f numbers[kLanes];
+    Piecewise2D::Place places[kLanes];
+    for (int i = 0; i < n; ++i)
+        numbers[i] = u.at(i);
+    m_cells.samplePlaces(numbers, n, places); // searches: each its own way
+    for (int i = 0; i < n; ++i) {
+        const Piecewise2D::Place& place = places[i];
         x[i] = int32_t(place.x), y[i] = int32_t(place.y), within.set(i, place.at);
     }
     View::samples(view(), x, y, within, n, w, radiance, pdf);

@@ -34,8 +34,9 @@ inline double positive(const ParamSet& params, const ParamDef<float>& def) {
 
 /// Cosine and sine of an angle: to the precision of floats, but of unit length to that of doubles.
 inline V2d unitVector(double angle) {
-    const SinCos s = sinCosOfTurns(float(angle / kTwoPi));
-    const double cos = s.cos, sin = s.sin, scale = 1 / std::sqrt(cos * cos + sin * sin);
+    const SinCos s = sinCosOfTurns(float(angle * (1 / kTwoPi)));
+    const double cos = s.cos, sin = s.sin;
+    const double scale = 1.5 - .5 * (cos * cos + sin * sin); // Newton's step to 1 over the length, from 1
     return {cos * scale, sin * scale};
 }
 

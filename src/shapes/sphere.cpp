@@ -40,6 +40,7 @@ class Sphere : public Quadric {
                         "\"zmin\" and \"zmax\" leave nothing of the sphere");
         m_thetaMin = std::acos(m_zMin / m_radius);
         m_thetaMax = std::acos(m_zMax / m_radius);
+        m_perPhi = 1 / m_phiMax, m_perTheta = 1 / (m_thetaMax - m_thetaMin);
     }
 
     Box3f bounds() const override {
@@ -58,9 +59,9 @@ class Sphere : public Quadric {
         const double dd = direction.dot(direction);
         if (!(dd > 0))
             return false;
-        const double middle = -origin.dot(direction) / dd;
+        const double inverse = 1 / dd, middle = -origin.dot(direction) * inverse;
         const V3d nearest = origin + direction * middle;
-        const double discriminant = (m_radius * m_radius - nearest.dot(nearest)) / dd;
+        const double discriminant = (m_radius * m_radius - nearest.dot(nearest)) * inverse;
         if (!(discriminant >= 0))
             return false;
         const double half = std::sqrt(discriminant), margin = 1e-6 * (std::abs(middle) + half);
@@ -68,7 +69,7 @@ class Sphere : public Quadric {
             return false;
         // The root farther from 0 is exact; the other follows from their product.
         const double far = middle + std::copysign(half, middle);
-        const double product = (origin.dot(origin) - m_radius * m_radius) / dd;
+        const double product = (origin.dot(origin) - m_radius * m_radius) * inverse;
         const double other = far != 0 ? product / far : 0;
         for (const double root : {std::min(far, other), std::max(far, other)}) {
             const auto candidate = static_cast<float>(root);
@@ -90,7 +91,7 @@ class Sphere : public Quadric {
     QuadricPoint point(float u, float v) const override {
         const double theta = m_thetaMin + v * (m_thetaMax - m_thetaMin);
         const V2d polar = unitVector(theta);
-        return at(u, polar.x, polar.y);
+        return at({u, v}, polar.x, polar.y);
     }
 
     float area() const override { return static_cast<float>(m_phiMax * m_radius * (m_zMax - m_zMin)); }
@@ -98,7 +99,8 @@ class Sphere : public Quadric {
     QuadricPoint samplePoint(const V2f& u) const override {
         // Equal slices in z have equal areas (Archimedes).
         const double cosTheta = (m_zMin + u.x * (m_zMax - m_zMin)) / m_radius;
-        return at(u.y, cosTheta, std::sqrt(std::max(0., 1 - cosTheta * cosTheta)));
+        const double sinTheta = std::sqrt(std::max(0., 1 - cosTheta * cosTheta));
+        return at({u.y, alongTheta(fastAtan2(float(sinTheta), float(cosTheta)))}, cosTheta, sinTheta);
     }
 
     float wholeSphereRadius() const override {
@@ -115,14 +117,14 @@ class Sphere : public Quadric {
         const float phi = azimuth(float(p.x), float(p.y));
         if (m_phiMax < kTwoPi && phi > m_phiMax)
             return false;
-        const double theta = fastAtan2(float(std::sqrt(p.x * p.x + p.y * p.y)), float(p.z));
-        u = std::min(static_cast<float>(phi / m_phiMax), 1.f);
-        v = static_cast<float>(std::clamp((theta - m_thetaMin) / (m_thetaMax - m_thetaMin), 0., 1.));
+        u = std::min(static_cast<float>(phi * m_perPhi), 1.f);
+        v = std::clamp(alongTheta(fastAtan2(float(std::sqrt(p.x * p.x + p.y * p.y)), float(p.z))), 0.f, 1.f);
         return true;
     }
+    float alongTheta(double theta) const { return static_cast<float>((theta - m_thetaMin) * m_perTheta); }
 
-    QuadricPoint at(float u, double cosTheta, double sinTheta) const {
-        const V2d phi = unitVector(u * m_phiMax);
+    QuadricPoint at(const V2f& uv, double cosTheta, double sinTheta) const {
+        const V2d phi = unitVector(uv.x * m_phiMax);
         const double cosPhi = phi.x, sinPhi = phi.y;
         const V3d n(cosPhi * sinTheta, sinPhi * sinTheta, cosTheta);
         const double thetaSpan = m_thetaMax - m_thetaMin;
@@ -132,12 +134,12 @@ class Sphere : public Quadric {
         // Not zero at the poles, where only the direction is wanted.
         q.dpdu = V3f(V3d(-sinPhi, cosPhi, 0) * (m_phiMax * m_radius * std::max(sinTheta, kPoleRadius)));
         q.dpdv = V3f(V3d(cosPhi * cosTheta, sinPhi * cosTheta, -sinTheta) * (m_radius * thetaSpan));
-        q.uv = {u,
-                static_cast<float>((fastAtan2(float(sinTheta), float(cosTheta)) - m_thetaMin) / thetaSpan)};
+        q.uv = uv;
         return q;
     }
 
     double m_radius, m_phiMax, m_zMin, m_zMax, m_thetaMin, m_thetaMax;
+    double m_perPhi, m_perTheta; ///< of u and of v
 };
 
 Shape createSphere(const ParamSet& params, const BuildContext&) {
