@@ -209,22 +209,21 @@ void Scene::tangents(const Hit& hit, float time, V3f& dpdu, V3f& dpdv) const {
 }
 
 void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q) {
-    const float cosine = dot(d, s.ng);
-    if (std::abs(cosine) < 1e-3f || width <= 0)
+    const float cosine = dot(d, s.ng); // times the normal's length, as all that follows
+    if (!(sqr(cosine) > 1e-6f * length2(s.ng)) || width <= 0)
         return;
-    const Frame across = Frame::fromNormal(d);
     const float uu = dot(s.dpdu, s.dpdu), uv = dot(s.dpdu, s.dpdv), vv = dot(s.dpdv, s.dpdv);
     const float det = uu * vv - uv * uv;
     if (!(det > 0))
         return;
-    const auto project =
-        [&](const V3f& axis) { // along d onto the tangent plane, then into (u,v) by least squares
-            const V3f dp = (axis - d * (dot(axis, s.ng) / cosine)) * width;
-            const float a = dot(dp, s.dpdu), b = dot(dp, s.dpdv);
-            return V2f((vv * a - uv * b) / det, (uu * b - uv * a) / det);
-        };
-    q.duvdx = project(across.s);
-    q.duvdy = project(across.t);
+    // What lies across d is moved along d onto the tangent plane, then into (u,v) by least squares.
+    const V3f n = s.ng * (1 / cosine), along = s.dpdu - n * dot(d, s.dpdu),
+              across = s.dpdv - n * dot(d, s.dpdv);
+    const float scale = width / det;
+    const V3f toU = (along * vv - across * uv) * scale, toV = (across * uu - along * uv) * scale;
+    const Frame frame = Frame::fromNormal(d);
+    q.duvdx = {dot(frame.s, toU), dot(frame.s, toV)};
+    q.duvdy = {dot(frame.t, toU), dot(frame.t, toV)};
 }
 
 } // namespace strobe

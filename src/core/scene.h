@@ -128,8 +128,8 @@ class Scene {
     std::unique_ptr<const Tracer> m_tracer;
 };
 
-/// The texture footprint of a ray cone `width` wide (perpendicular to ray direction d) on a surface: fills
-/// duvdx and duvdy of `q`.
+/// The texture footprint of a ray cone `width` wide (perpendicular to ray direction d) on a surface, whose
+/// normal may be of any length: fills duvdx and duvdy of `q`.
 void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q);
 
 } // namespace strobe

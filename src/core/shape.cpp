@@ -25,6 +25,11 @@ QuadricRays::QuadricRays(const M44f& toObject, const float* rows, unsigned packe
     toObjectSpace(toObject, rows + first, packet, *this);
 }
 
+void Quadric::intersectLanes(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const {
+    for (int i = 0; i < rays.n; ++i)
+        hit[i] = hit[i] && intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t[i], u[i], v[i]);
+}
+
 void Quadric::samplePoints(const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) const {
     for (int i = 0; i < n; ++i) {
         const QuadricPoint q = samplePoint(u.at(i));

@@ -54,8 +54,9 @@ class Quadric {
     /// numbers (u, v) that `point` needs.
     virtual bool intersect(const V3f& o, const V3f& d, float tmin, float tmax, float& t, float& u,
                            float& v) const = 0;
-    /// Sets may[i] to 0 for rays that `intersect` would not find to hit, as far as that is quickly told.
-    virtual void leaveOutMisses(const QuadricRays& /*rays*/, int32_t* /*may*/) const {}
+    /// The same for many rays: hit[i] says whether ray i is asked for, and then, whether it hits. What t, u
+    /// and v of others become does not matter.
+    virtual void intersectLanes(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const;
     /// The surface at (u, v) of `intersect`.
     virtual QuadricPoint point(float u, float v) const = 0;
     virtual float area() const = 0;
@@ -75,15 +76,13 @@ void intersectPacket(const Quadric& quadric, const M44f& toObject, const int* va
     for (unsigned first = 0; first < packet; first += QuadricRays::kMost) {
         const QuadricRays rays(toObject, rows, packet, first,
                                std::min(packet - first, unsigned(QuadricRays::kMost)));
-        int32_t may[QuadricRays::kMost];
-        std::copy_n(valid + first, rays.n, may);
-        if (rays.n > 1)
-            quadric.leaveOutMisses(rays, may);
-        for (int i = 0; i < rays.n; ++i) {
-            float t, u, v;
-            if (may[i] && quadric.intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t, u, v))
-                met(first + unsigned(i), t, u, v);
-        }
+        alignas(64) int32_t hit[QuadricRays::kMost];
+        alignas(64) float t[QuadricRays::kMost], u[QuadricRays::kMost], v[QuadricRays::kMost];
+        std::copy_n(valid + first, rays.n, hit);
+        quadric.intersectLanes(rays, hit, t, u, v);
+        for (int i = 0; i < rays.n; ++i)
+            if (hit[i])
+                met(first + unsigned(i), t[i], u[i], v[i]);
     }
 }
 

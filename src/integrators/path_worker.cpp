@@ -142,9 +142,7 @@ void PathWorker::load(std::span<const uint32_t> paths) {
 void PathWorker::prepare(RawSurfacePoint& s, const Hit& hit, const Ray& ray, float width, Bsdf& bsdf) {
     TextureQuery q = queryAt(s, hit);
     if (s.material->needsFootprint()) {
-        RawSurfacePoint finished = s;
-        finished.finish();
-        footprint(finished, ray.d, width, q);
+        footprint(s, ray.d, width, q);
         ++m_counters->footprints;
     }
     bsdf.material = s.material;

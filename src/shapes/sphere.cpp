@@ -11,20 +11,81 @@ const ParamDef<float> kRadius{"radius", 1, "radius"};
 const ParamDef<float> kZMin{"zmin", -kInfinity, "the part below this z is cut away; default: -radius"};
 const ParamDef<float> kZMax{"zmax", kInfinity, "the part above this z is cut away; default: radius"};
 
-/// By how much rays miss the sphere, which is positive for those that surely do: what `Sphere::intersect`
-/// does before it knows where the hit is. Roots are compared with a margin, since here they are less exact.
-STROBE_LANES void missesOfSphere(double radius, const QuadricRays& rays, float* miss) {
-    STROBE_INDEPENDENT
-    for (int i = 0; i < rays.n; ++i) {
-        const double ox = rays.ox[i], oy = rays.oy[i], oz = rays.oz[i];
-        const double dx = rays.dx[i], dy = rays.dy[i], dz = rays.dz[i];
-        const double inverse = 1 / (dx * dx + dy * dy + dz * dz);
+/// What is there of a sphere. Whole ends have no limits: rounding must not open holes at the poles.
+struct Part {
+    double radius;
+    float zMin = -kInfinity, zMax = kInfinity;
+    int32_t beyondHalf = 1;   ///< phiMax > pi
+    float cos = 1, sin = 0;   ///< of phiMax
+    float least = -kInfinity; ///< what `across` must be; 0, unless all the way round is there
+
+    STROBE_INLINE int32_t has(float x, float y, float z) const {
+        const float across = x * sin - y * cos; // positive in the half circle before phiMax
+        const int32_t first = y >= 0 ? 1 : 0, second = across >= least ? 1 : 0;
+        const int32_t inSweep = (first & second) | (beyondHalf & (first | second));
+        return inSweep & (z >= zMin ? 1 : 0) & (z <= zMax ? 1 : 0);
+    }
+};
+
+/// Where a ray hits. Without branches, for loops over rays.
+struct SphereHit {
+    int32_t met; ///< 0 or 1
+    float t, x, y, z;
+
+    /// In double: float loses the hit of a small sphere far away. The discriminant is that of the point of
+    /// closest approach, which does not cancel (Haines et al. 2019, "Precision Improvements for Ray/Sphere
+    /// Intersection"). Directions of no length make it no number, which no comparison holds for.
+    STROBE_INLINE SphereHit(const Part& s, const V3f& o, const V3f& d, float tmin, float tmax) {
+        const double ox = o.x, oy = o.y, oz = o.z, dx = d.x, dy = d.y, dz = d.z;
+        const double inverse = 1 / (dx * dx + dy * dy + dz * dz), radius2 = s.radius * s.radius;
         const double middle = -(ox * dx + oy * dy + oz * dz) * inverse;
-        const double x = ox + dx * middle, y = oy + dy * middle, z = oz + dz * middle;
-        const double discriminant = (radius * radius - (x * x + y * y + z * z)) * inverse;
-        const double half = std::sqrt(std::max(discriminant, 0.)), margin = 1e-6 * (std::abs(middle) + half);
-        const double apart = std::max(middle - half - rays.tmax[i], rays.tmin[i] - middle - half) - margin;
-        miss[i] = float(discriminant < 0 ? 1. : apart);
+        const double nx = ox + dx * middle, ny = oy + dy * middle, nz = oz + dz * middle;
+        const double discriminant = (radius2 - (nx * nx + ny * ny + nz * nz)) * inverse;
+        const double half = std::sqrt(discriminant > 0 ? discriminant : 0.);
+        // The root farther from 0 is exact; the other follows from their product.
+        const double far = middle + (middle < 0 ? -half : half);
+        const double product = (ox * ox + oy * oy + oz * oz - radius2) * inverse, ratio = product / far;
+        const double other = far != 0 ? ratio : 0.;
+        const double root0 = far < other ? far : other, root1 = far < other ? other : far;
+
+        const float x0 = float(ox + dx * root0), x1 = float(ox + dx * root1);
+        const float y0 = float(oy + dy * root0), y1 = float(oy + dy * root1);
+        const float z0 = float(oz + dz * root0), z1 = float(oz + dz * root1);
+        const float t0 = float(root0), t1 = float(root1), exists = float(discriminant);
+        const int32_t is0 = (t0 > tmin ? 1 : 0) & (t0 < tmax ? 1 : 0) & s.has(x0, y0, z0);
+        const int32_t is1 = (t1 > tmin ? 1 : 0) & (t1 < tmax ? 1 : 0) & s.has(x1, y1, z1);
+        met = (exists >= 0 ? 1 : 0) & (is0 | is1);
+        t = is0 ? t0 : t1, x = is0 ? x0 : x1, y = is0 ? y0 : y1, z = is0 ? z0 : z1;
+    }
+};
+
+STROBE_INLINE float polarAngle(float x, float y, float z) { return fastAtan2(std::sqrt(x * x + y * y), z); }
+
+struct SphereHits {
+    alignas(64) float t[QuadricRays::kMost], x[QuadricRays::kMost], y[QuadricRays::kMost],
+        z[QuadricRays::kMost];
+};
+
+STROBE_LANES int32_t findHits(const Part& sphere, const QuadricRays& rays, int32_t* hit, SphereHits& out) {
+    const Part s = sphere;
+    const float *tmin = rays.tmin, *tmax = rays.tmax;
+    const int n = rays.n;
+    int32_t any = 0;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const SphereHit found(s, rays.o(i), rays.d(i), tmin[i], tmax[i]);
+        hit[i] = found.met ? hit[i] : 0;
+        out.t[i] = found.t, out.x[i] = found.x, out.y[i] = found.y, out.z[i] = found.z;
+        any |= hit[i];
+    }
+    return any;
+}
+
+STROBE_LANES void findAngles(const SphereHits& hits, int n, float* phi, float* theta) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const float x = hits.x[i], y = hits.y[i], z = hits.z[i];
+        phi[i] = azimuth(x, y), theta[i] = polarAngle(x, y, z);
     }
 }
 
@@ -38,6 +99,15 @@ class Sphere : public Quadric {
         if (!(m_zMin < m_zMax)) // also catches NaN
             throw Error(params.has(kZMin) ? params.whereIs(kZMin) : params.whereIs(kZMax),
                         "\"zmin\" and \"zmax\" leave nothing of the sphere");
+        m_part.radius = m_radius;
+        if (m_zMin > -m_radius)
+            m_part.zMin = float(m_zMin);
+        if (m_zMax < m_radius)
+            m_part.zMax = float(m_zMax);
+        if (m_phiMax < kTwoPi) {
+            m_part.beyondHalf = m_phiMax > kTwoPi / 2;
+            m_part.cos = float(std::cos(m_phiMax)), m_part.sin = float(std::sin(m_phiMax)), m_part.least = 0;
+        }
         m_thetaMin = std::acos(m_zMin / m_radius);
         m_thetaMax = std::acos(m_zMax / m_radius);
         m_perPhi = 1 / m_phiMax, m_perTheta = 1 / (m_thetaMax - m_thetaMin);
@@ -52,40 +122,20 @@ class Sphere : public Quadric {
 
     bool intersect(const V3f& o, const V3f& d, float tmin, float tmax, float& t, float& u,
                    float& v) const override {
-        // In double: float loses the hit of a small sphere far away. The discriminant is that of the point
-        // of closest approach, which does not cancel (Haines et al. 2019, "Precision Improvements for
-        // Ray/Sphere Intersection").
-        const V3d origin(o), direction(d);
-        const double dd = direction.dot(direction);
-        if (!(dd > 0))
+        const SphereHit hit(m_part, o, d, tmin, tmax);
+        if (!hit.met)
             return false;
-        const double inverse = 1 / dd, middle = -origin.dot(direction) * inverse;
-        const V3d nearest = origin + direction * middle;
-        const double discriminant = (m_radius * m_radius - nearest.dot(nearest)) * inverse;
-        if (!(discriminant >= 0))
-            return false;
-        const double half = std::sqrt(discriminant), margin = 1e-6 * (std::abs(middle) + half);
-        if (middle - half > tmax + margin || middle + half < tmin - margin)
-            return false;
-        // The root farther from 0 is exact; the other follows from their product.
-        const double far = middle + std::copysign(half, middle);
-        const double product = (origin.dot(origin) - m_radius * m_radius) * inverse;
-        const double other = far != 0 ? product / far : 0;
-        for (const double root : {std::min(far, other), std::max(far, other)}) {
-            const auto candidate = static_cast<float>(root);
-            if (candidate > tmin && candidate < tmax && parametrise(origin + direction * root, u, v)) {
-                t = candidate;
-                return true;
-            }
-        }
-        return false;
+        t = hit.t, u = alongPhi(azimuth(hit.x, hit.y)), v = alongTheta(polarAngle(hit.x, hit.y, hit.z));
+        return true;
     }
 
-    void leaveOutMisses(const QuadricRays& rays, int32_t* may) const override {
-        alignas(64) float miss[QuadricRays::kMost];
-        missesOfSphere(m_radius, rays, miss);
+    void intersectLanes(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const override {
+        SphereHits hits;
+        if (findHits(m_part, rays, hit, hits) == 0)
+            return;
+        findAngles(hits, rays.n, u, v);
         for (int i = 0; i < rays.n; ++i)
-            may[i] = miss[i] > 0 ? 0 : may[i];
+            t[i] = hits.t[i], u[i] = alongPhi(u[i]), v[i] = alongTheta(v[i]);
     }
 
     QuadricPoint point(float u, float v) const override {
@@ -109,19 +159,10 @@ class Sphere : public Quadric {
     }
 
   private:
-    /// The uv of a point on the sphere; false where the sphere is cut away.
-    bool parametrise(const V3d& p, float& u, float& v) const {
-        // Whole ends are not compared with: rounding must not open holes at the poles.
-        if ((m_zMin > -m_radius && p.z < m_zMin) || (m_zMax < m_radius && p.z > m_zMax))
-            return false;
-        const float phi = azimuth(float(p.x), float(p.y));
-        if (m_phiMax < kTwoPi && phi > m_phiMax)
-            return false;
-        u = std::min(static_cast<float>(phi * m_perPhi), 1.f);
-        v = std::clamp(alongTheta(fastAtan2(float(std::sqrt(p.x * p.x + p.y * p.y)), float(p.z))), 0.f, 1.f);
-        return true;
+    float alongPhi(float phi) const { return std::min(static_cast<float>(phi * m_perPhi), 1.f); }
+    float alongTheta(double theta) const {
+        return std::clamp(static_cast<float>((theta - m_thetaMin) * m_perTheta), 0.f, 1.f);
     }
-    float alongTheta(double theta) const { return static_cast<float>((theta - m_thetaMin) * m_perTheta); }
 
     QuadricPoint at(const V2f& uv, double cosTheta, double sinTheta) const {
         const V2d phi = unitVector(uv.x * m_phiMax);
@@ -140,6 +181,7 @@ class Sphere : public Quadric {
 
     double m_radius, m_phiMax, m_zMin, m_zMax, m_thetaMin, m_thetaMax;
     double m_perPhi, m_perTheta; ///< of u and of v
+    Part m_part;
 };
 
 Shape createSphere(const ParamSet& params, const BuildContext&) {
