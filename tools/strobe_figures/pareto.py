@@ -17,6 +17,7 @@ class Line:
     name: str
     integrator: str
     defines: tuple = ()
+    further: int = 0  # how many times as many samples as the first line, at each step; 0: as its kind
 
 
 BASELINES = (Line("supersample", "supersample"),
@@ -73,7 +74,8 @@ def split_of(pictures, truth, relative):
 
 def ladder(context, line):
     """Samples per pixel. The cheaper go further, so that the curves span about the same seconds."""
-    further = 1 if line == BASELINES[0] else 2 if line.integrator in ("supersample", "indirect-cache") else 4
+    further = line.further or (1 if line == BASELINES[0] else
+                               2 if line.integrator in ("supersample", "indirect-cache") else 4)
     return tuple(further * n for n in context.pick((2, 8, 32), (1, 4, 16, 64)))
 
 

@@ -18,7 +18,8 @@ from .sharing import columns
 
 LINES = BASELINES + (Line("msaa-cache", "msaa-cache"), Line("msaa-cache, 1 time bin", "msaa-cache", ("timebins=1",)),
                      Line("msaa-cache, blocks of 0.5", "msaa-cache", ("blocksize=0.5",)),
-                     Line("indirect-cache, 1 light sample", "indirect-cache", ("lightsamples=1",)))
+                     Line("indirect-cache, blocks of 2, 1 light sample", "indirect-cache", ("blocksize=2", "lightsamples=1"), 4),
+                     Line("indirect-cache, 1 light sample", "indirect-cache", ("lightsamples=1",), 4))
 CYCLES = Line("Blender's Cycles", "cycles")
 SCENES = (("killeroo-simple", False), ("anim-killeroos-moving", True))
 NAMES = ["scene", "line", "spp", "seconds", "RMSE", "low", "high", "reference's noise"]
