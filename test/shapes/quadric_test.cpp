@@ -143,11 +143,54 @@ const Cut kSphereCuts[] = {
     {-9, 9, 360}, {-1.5f, 9, 360}, {-9, 0.5f, 360}, {-0.7f, 1.9f, 200}, {1.2f, 1.6f, 90}};
 const Cut kDiskCuts[] = {{0, 0, 360}, {0.7f, 0.3f, 360}, {0, -1, 250}, {1.5f, 1, 60}};
 
+/// Rays side by side are those one by one, to the bit; those not asked for never hit.
+void comparePackets(const Quadric& shape) {
+    constexpr unsigned kPacket = 16;
+    float rows[9][kPacket]; // origin, tmin, direction, time, tmax
+    Random random(11);
+    int hits = 0;
+    for (int packet = 0; packet < 1000; ++packet) {
+        int valid[kPacket];
+        for (unsigned i = 0; i < kPacket; ++i) {
+            const V3f o = inCube(random, 5), d = inCube(random, 2) - o;
+            const float ray[] = {o.x, o.y, o.z, i % 3 ? 0 : .5f, d.x, d.y, d.z, 0, i % 5 ? kInfinity : 1};
+            for (int k = 0; k < 9; ++k)
+                rows[k][i] = ray[k];
+            valid[i] = random() % 4 ? -1 : 0;
+        }
+        const unsigned n = packet % 2 ? kPacket : 1 + random() % kPacket;
+        const QuadricRays rays(M44f(), rows[0], kPacket, 0, n);
+        alignas(64) int32_t hit[QuadricRays::kMost];
+        alignas(64) float t[QuadricRays::kMost], u[QuadricRays::kMost], v[QuadricRays::kMost];
+        std::copy_n(valid, n, hit);
+        shape.intersectLanes(rays, hit, t, u, v);
+        for (int i = 0; i < int(n); ++i) {
+            float t1, u1, v1;
+            const bool alone = shape.intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t1, u1, v1);
+            ASSERT_EQ(hit[i] != 0, alone && valid[i]) << "packet " << packet << ", ray " << i;
+            if (!hit[i])
+                continue;
+            ++hits;
+            ASSERT_EQ(t[i], t1);
+            ASSERT_EQ(u[i], u1);
+            ASSERT_EQ(v[i], v1);
+        }
+    }
+    EXPECT_GT(hits, 50);
+}
+
 TEST(Sphere, AgreesWithTheReference) {
     for (const Cut& cut : kSphereCuts) {
         SCOPED_TRACE(cut.phiMax);
         compareRays(*sphere(2, cut), sphereReference(2, cut), 2, 50000, 3);
     }
+}
+
+TEST(Quadrics, MeetPacketsAsSingleRays) {
+    for (const Cut& cut : kSphereCuts)
+        comparePackets(*sphere(2, cut));
+    for (const Cut& cut : kDiskCuts)
+        comparePackets(*disk(2, cut));
 }
 
 TEST(Sphere, AgreesFromFarAway) {
