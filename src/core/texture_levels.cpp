@@ -60,37 +60,38 @@ struct Axes {
 /// Few probes are done as quickly as one, if there are as many as a vector has.
 STROBE_INLINE int fullVectors(int probes) { return (probes + 7) & ~7; }
 
-/// Places in (-1, 1) and the weights exp(-2 (spread x)²) there.
-STROBE_LANES void placeProbes(int probes, float spread, float* x, float* weight) {
-    const int n = fullVectors(probes);
-    STROBE_INDEPENDENT
-    for (int i = 0; i < n; ++i) {
-        x[i] = (2 * float(i) + 1) / float(probes) - 1;
-        const float w = fastExp(-2 * sqr(x[i] * spread));
-        weight[i] = probes == 2 ? 1 : w;
-    }
-}
-
 } // namespace
 
 TextureLevels::Level::Level(const Image& image) : width(image.width), height(image.height) {
     texels.reserve(image.pixels.size());
     for (const Rgb& c : image.pixels)
-        texels.push_back({{c.x, c.y, c.z, 0}});
+        texels.push_back({{c.x, c.y, c.z, 1}});
 }
 
-STROBE_LANES void TextureLevels::take(const Level& level, const Line& line, bool repeats, Taken& out) {
-    const int width = level.width, height = level.height, n = fullVectors(line.probes);
+STROBE_LANES void TextureLevels::take(const Line& line, const Level& finer, const Level* coarser,
+                                      bool repeats, Taken* out) {
+    const int n = fullVectors(line.probes);
     const V2f middle = line.middle, half = line.half;
+    const float probes = float(line.probes), steep = line.probes == 2 ? 0 : -2 * sqr(line.spread);
+    alignas(64) float x[kMostProbes], weight[kMostProbes];
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-        const Between u = between(middle.x + half.x * line.x[i], width, repeats);
-        const Between v = between(middle.y + half.y * line.x[i], height, repeats);
-        out.texel[0][i] = v.first * width + u.first, out.texel[1][i] = v.first * width + u.second;
-        out.texel[2][i] = v.second * width + u.first, out.texel[3][i] = v.second * width + u.second;
-        const float upper = line.weight[i] * (1 - v.x), lower = line.weight[i] * v.x;
-        out.weight[0][i] = upper * (1 - u.x), out.weight[1][i] = upper * u.x;
-        out.weight[2][i] = lower * (1 - u.x), out.weight[3][i] = lower * u.x;
+        x[i] = (2 * float(i) + 1) / probes - 1;
+        weight[i] = fastExp(steep * sqr(x[i]));
+    }
+    for (const Level* level = &finer; level; level = level == &finer ? coarser : nullptr, ++out) {
+        const int width = level->width, height = level->height;
+        Taken& taken = *out;
+        STROBE_INDEPENDENT
+        for (int i = 0; i < n; ++i) {
+            const Between u = between(middle.x + half.x * x[i], width, repeats);
+            const Between v = between(middle.y + half.y * x[i], height, repeats);
+            taken.texel[0][i] = v.first * width + u.first, taken.texel[1][i] = v.first * width + u.second;
+            taken.texel[2][i] = v.second * width + u.first, taken.texel[3][i] = v.second * width + u.second;
+            const float upper = weight[i] * (1 - v.x), lower = weight[i] * v.x;
+            taken.weight[0][i] = upper * (1 - u.x), taken.weight[1][i] = upper * u.x;
+            taken.weight[2][i] = lower * (1 - u.x), taken.weight[3][i] = lower * u.x;
+        }
     }
 }
 
@@ -106,30 +107,29 @@ Rgb TextureLevels::bilinear(const Level& level, const V2f& uv, bool repeats) {
            mean(lower[u.first], lower[u.second], u.x) * v.x;
 }
 
-TextureLevels::Line::Line(const V2f& at, const V2f& toEnd, int n, float spread)
-    : middle(at), half(toEnd), probes(n) {
-    if (probes == 1)
-        return;
-    placeProbes(probes, spread, x, weight);
-    for (int i = 0; i < probes; ++i)
-        weights += weight[i];
-}
-
-Rgb TextureLevels::along(const Level& level, const Line& line, bool repeats) {
-    if (line.probes == 1)
-        return bilinear(level, line.middle, repeats);
-    Taken taken;
-    take(level, line, repeats, taken);
+Rgb TextureLevels::mean(const Level& level, const Taken& taken, int probes) {
     typedef float Four __attribute__((vector_size(16)));
     Four sums[4]{}; // one for each corner: none waits for another
-    for (int i = 0; i < line.probes; ++i)
+    for (int i = 0; i < probes; ++i)
         for (int k = 0; k < 4; ++k) {
             Four texel;
             std::memcpy(&texel, &level.texels[size_t(taken.texel[k][i])], sizeof texel);
             sums[k] += texel * taken.weight[k][i];
         }
-    const Four sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])) * (1 / line.weights);
-    return {sum[0], sum[1], sum[2]};
+    const Four sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    return Rgb(sum[0], sum[1], sum[2]) * (1 / sum[3]);
+}
+
+Rgb TextureLevels::along(const Line& line, const Level& finer, const Level* coarser, float blend,
+                         bool repeats) {
+    if (line.probes == 1) {
+        const Rgb c = bilinear(finer, line.middle, repeats);
+        return coarser ? c * (1 - blend) + bilinear(*coarser, line.middle, repeats) * blend : c;
+    }
+    Taken taken[2];
+    take(line, finer, coarser, repeats, taken);
+    const Rgb c = mean(finer, taken[0], line.probes);
+    return coarser ? c * (1 - blend) + mean(*coarser, taken[1], line.probes) * blend : c;
 }
 
 bool TextureLevels::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const {
@@ -149,24 +149,19 @@ bool TextureLevels::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wr
     float aspect = axes.limit(kMostStretched);
     // The first level where the ellipse is no wider than a texel, blended with the finer one before it.
     size_t level = 0;
-    while (level < m_levels.size() && axes.minor * lesserSide(m_levels[level]) > 1)
+    while (level < m_levels.size() && axes.minor * float(m_levels[level].lesserSide()) > 1)
         ++level;
     const float texels = float(std::max(finest.width, finest.height));
     if (level == 0 && axes.minor * texels < .5f) // thinner than half a texel counts as that
         aspect = std::max(axes.major * texels * 2, 1.f);
     const float length = axes.major - axes.minor;
-    const Line line(uv, axes.direction * length, std::max(1, int(2 * aspect - 1)),
-                    axes.major / std::max(2 * length, 1e-20f));
-    if (level == 0) {
-        out = along(finest, line, repeats);
-    } else if (level == m_levels.size()) {
-        out = along(m_levels.back(), line, repeats);
-    } else {
-        const float blend = std::clamp(2 * axes.minor * lesserSide(m_levels[level]) - 1, 0.f, 1.f);
-        out = along(m_levels[level - 1], line, repeats) * (1 - blend);
-        if (blend > 0)
-            out += along(m_levels[level], line, repeats) * blend;
-    }
+    const Line line{uv, axes.direction * length, std::max(1, int(2 * aspect - 1)),
+                    axes.major / std::max(2 * length, 1e-20f)};
+    const Level& finer = m_levels[level == 0 ? 0 : level - 1];
+    const bool isBetween = level > 0 && level < m_levels.size();
+    const float blend =
+        isBetween ? std::clamp(2 * axes.minor * float(m_levels[level].lesserSide()) - 1, 0.f, 1.f) : 0;
+    out = along(line, finer, blend > 0 ? &m_levels[level] : nullptr, blend, repeats);
     return true;
 }
 

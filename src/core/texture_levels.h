@@ -23,34 +23,30 @@ class TextureLevels {
     static constexpr float kLongest = 1000; ///< ellipse, in images
 
     struct alignas(16) Texel {
-        float numbers[4]; ///< red, green, blue, nothing
+        float numbers[4]; ///< red, green, blue, 1
     };
     struct Level {
         int width, height;
         std::vector<Texel> texels;
 
         explicit Level(const Image& image);
+        int lesserSide() const { return std::min(width, height); }
     };
-    /// Probes along the major axis of an ellipse.
+    /// Probes along the major axis of an ellipse, in texture space, from middle - half to middle + half.
     struct Line {
-        V2f middle, half; ///< texture space
+        V2f middle, half;
         int probes;
-        /// Of each probe, which is at middle + x half; unless there is but one.
-        alignas(64) float x[kMostProbes];
-        alignas(64) float weight[kMostProbes];
-        float weights = 0; ///< their sum
-
-        Line(const V2f& at, const V2f& toEnd, int n, float spread);
+        float spread; ///< weights are exp(-2 (spread x)²), at x from -1 to 1
     };
     /// What the probes of a line take: of each the four texels around, by index, and how much of these.
     struct Taken {
         alignas(64) int32_t texel[4][kMostProbes];
         alignas(64) float weight[4][kMostProbes];
     };
-    static void take(const Level& level, const Line& line, bool repeats, Taken& out);
+    static void take(const Line& line, const Level& finer, const Level* coarser, bool repeats, Taken* out);
     static Rgb bilinear(const Level& level, const V2f& uv, bool repeats);
-    static Rgb along(const Level& level, const Line& line, bool repeats);
-    static float lesserSide(const Level& level) { return float(std::min(level.width, level.height)); }
+    static Rgb mean(const Level& level, const Taken& taken, int probes);
+    static Rgb along(const Line& line, const Level& finer, const Level* coarser, float blend, bool repeats);
 
     std::vector<Level> m_levels;
 };
