@@ -154,17 +154,17 @@ Piecewise2D::Place Piecewise2D::samplePlace(const V2f& u) const {
     return placeIn(y, fy, u.x);
 }
 
-void Piecewise2D::samplePlaces(const V2f* u, int n, Place* out) const {
+void Piecewise2D::samplePlaces(const V2Lanes& u, int n, Place* out) const {
     for (int i = 0; i < n; ++i) {
         Place& place = out[i];
-        place.y = m_rows.sampleIndex(u[i].y, &place.at.y);
-        place.x = std::min(uint32_t(u[i].x * float(m_nx)), m_nx - 1);
+        place.y = m_rows.sampleIndex(u.y[i], &place.at.y);
+        place.x = std::min(uint32_t(u.x[i] * float(m_nx)), m_nx - 1);
         __builtin_prefetch(&m_guide[size_t(place.y) * m_nx + place.x]);
     }
     for (int i = 0; i < n; ++i)
         __builtin_prefetch(cdfRow(out[i].y) + m_guide[size_t(out[i].y) * m_nx + out[i].x]);
     for (int i = 0; i < n; ++i)
-        out[i] = placeIn(out[i].y, out[i].at.y, u[i].x);
+        out[i] = placeIn(out[i].y, out[i].at.y, u.x[i]);
 }
 
 V2f Piecewise2D::sample(const V2f& u) const {

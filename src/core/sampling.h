@@ -162,8 +162,8 @@ class Piecewise2D {
         V2f at;
     };
     Place samplePlace(const V2f& u) const;
-    /// The same of many: none waits for the memory of another.
-    void samplePlaces(const V2f* u, int n, Place* out) const;
+    /// The same for u 0 … n-1: none waits for the memory of another.
+    void samplePlaces(const V2Lanes& u, int n, Place* out) const;
     /// Density at p in [0,1)², per area.
     float pdf(const V2f& p) const;
     V2f inverse(const V2f& p) const;

@@ -161,11 +161,8 @@ void EnvironmentMap::lookupLanes(const V3Lanes& w, int n, RgbLanes& radiance, fl
 void EnvironmentMap::sampleLanes(const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance, float* pdf) const {
     alignas(64) int32_t x[kLanes], y[kLanes];
     V2Lanes within;
-    V2f numbers[kLanes];
     Piecewise2D::Place places[kLanes];
-    for (int i = 0; i < n; ++i)
-        numbers[i] = u.at(i);
-    m_cells.samplePlaces(numbers, n, places); // searches: each its own way
+    m_cells.samplePlaces(u, n, places); // searches: each its own way
     for (int i = 0; i < n; ++i) {
         const Piecewise2D::Place& place = places[i];
         x[i] = int32_t(place.x), y[i] = int32_t(place.y), within.set(i, place.at);

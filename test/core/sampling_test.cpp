@@ -285,13 +285,13 @@ TEST(Sampling, Piecewise2D) {
         expected[i] = kSamples * values[i] / sum;
     EXPECT_GT(chiSquareP(counts, expected), kAlpha);
 
-    V2f numbers[100];
-    Piecewise2D::Place places[100];
-    for (int i = 0; i < 100; ++i)
-        numbers[i] = random2D(20, i);
-    density.samplePlaces(numbers, 100, places);
-    for (int i = 0; i < 100; ++i) {
-        const Piecewise2D::Place place = density.samplePlace(numbers[i]);
+    V2Lanes numbers;
+    Piecewise2D::Place places[kLanes];
+    for (int i = 0; i < kLanes; ++i)
+        numbers.set(i, random2D(20, i));
+    density.samplePlaces(numbers, kLanes, places);
+    for (int i = 0; i < kLanes; ++i) {
+        const Piecewise2D::Place place = density.samplePlace(numbers.at(i));
         EXPECT_EQ(places[i].x, place.x);
         EXPECT_EQ(places[i].y, place.y);
         EXPECT_EQ(places[i].at, place.at);
