@@ -196,6 +196,12 @@ Motion::Motion(const M44f& still) : m_matrices{still} {}
 
 Motion::Motion(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
                int maxKeys) {
+    fit(path, shutter, bounds, tolerance, maxKeys);
+    m_onlyTranslates = keepsDirections();
+}
+
+void Motion::fit(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
+                 int maxKeys) {
     if (restsDuring(path, shutter)) {
         m_matrices = {path.at(shutter.open)};
         return;
@@ -224,6 +230,16 @@ Motion::Motion(const TransformPath& path, const Shutter& shutter, const Box3f& b
             return;
     }
     m_converged = false;
+}
+
+bool Motion::keepsDirections() const {
+    const auto linear = [](M44f m) {
+        m[3][0] = m[3][1] = m[3][2] = m[3][3] = 0;
+        return m;
+    };
+    const M44f first = linear(m_matrices[0]);
+    return !usesRotation() && std::all_of(m_matrices.begin(), m_matrices.end(),
+                                          [&](const M44f& key) { return nearlyEqual(first, linear(key)); });
 }
 
 void Motion::findRotations() {

@@ -92,6 +92,8 @@ class Motion {
     /// False when even `maxKeys` keys do not keep to the tolerance.
     bool converged() const { return m_converged; }
     bool usesRotation() const { return !m_rotating.empty(); }
+    /// Directions and lengths stay as they are (to 1e-6): all that moves is the place.
+    bool onlyTranslates() const { return m_onlyTranslates; }
     /// Object-to-world at shutter fraction `time`.
     M44f at(float time) const;
     /// Key i as a matrix / as parts whose `stretch` is upper triangular (Embree's decomposition, QR).
@@ -105,10 +107,13 @@ class Motion {
         float turns;        ///< of the quaternion, which is half the rotation's angle; in full turns
         Slerp(const Quatf& a, const Quatf& b);
     };
+    void fit(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
+             int maxKeys);
     void findRotations();
+    bool keepsDirections() const;
 
     int m_count = 1;
-    bool m_converged = true;
+    bool m_converged = true, m_onlyTranslates = true;
     std::vector<M44f> m_matrices;
     std::vector<Decomposed> m_rotating;
     std::vector<Slerp> m_slerps; ///< by segment

@@ -97,7 +97,18 @@ TEST_F(MotionFit, TranslationTakesTwoMatrices) {
     const Motion motion(path, {0, 1}, box, kTolerance);
     EXPECT_EQ(motion.keyCount(), 2);
     EXPECT_FALSE(motion.usesRotation());
+    EXPECT_TRUE(motion.onlyTranslates());
     expectFollows(motion, path, {0, 1});
+}
+
+TEST_F(MotionFit, TellsTranslationFromGrowth) {
+    const M44f small = scaling(V3f(1e-4f));
+    const auto onlyTranslates = [&](const M44f& last) {
+        const TransformPath path(KeyedTransform({0, 1}, {small, last}, MotionConvention::WorldToObject));
+        return Motion(path, {.1f, .6f}, box, kTolerance).onlyTranslates();
+    };
+    EXPECT_TRUE(onlyTranslates(small * translation({5, 2, 1})));
+    EXPECT_FALSE(onlyTranslates(scaling(V3f(1.1e-4f)) * translation({5, 2, 1})));
 }
 
 TEST_F(MotionFit, FullTurnTakesFewKeys) {
@@ -107,6 +118,7 @@ TEST_F(MotionFit, FullTurnTakesFewKeys) {
     const TransformPath path(KeyedTransform({0, .25f, .5f, .75f, 1}, keys, MotionConvention::ObjectToWorld));
     const Motion motion(path, {0, 1}, box, kTolerance);
     EXPECT_TRUE(motion.usesRotation());
+    EXPECT_FALSE(motion.onlyTranslates());
     EXPECT_LE(motion.keyCount(), 5);
     expectFollows(motion, path, {0, 1});
 }
