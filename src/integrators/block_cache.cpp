@@ -14,7 +14,9 @@ namespace strobe {
 
 namespace {
 
-uint64_t signature(uint64_t redGreen, uint64_t blue) { return mix64(redGreen ^ std::rotl(blue, 23)); }
+uint64_t signature(uint64_t redGreen, uint32_t blue) {
+    return mix64(redGreen ^ std::rotl(uint64_t(blue), 23));
+}
 
 } // namespace
 
@@ -33,7 +35,7 @@ void BlockCache::clear() {
 void BlockCache::map() {
     // Fresh pages are zero, and all-zero bytes are empty entries. They cost memory only once they are used;
     // large pages keep the address translation from costing more than the lookup.
-    static_assert(std::atomic<uint64_t>::is_always_lock_free && sizeof(Entry) == 24);
+    static_assert(std::atomic<uint64_t>::is_always_lock_free && sizeof(Bucket) == 64);
     m_buckets = nullptr;
     void* p = mmap(nullptr, bytes(), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (p == MAP_FAILED)
@@ -42,20 +44,22 @@ void BlockCache::map() {
     preferLargePages(p, bytes());
 }
 
-uint64_t BlockCache::read(const Entry& entry, uint64_t& redGreen, uint64_t& blue) {
-    const uint64_t check = entry.check.load(std::memory_order_relaxed);
-    redGreen = entry.redGreen.load(std::memory_order_relaxed);
-    blue = entry.blue.load(std::memory_order_relaxed);
+uint64_t BlockCache::read(const Bucket& bucket, int way, uint64_t& redGreen, uint32_t& blue) {
+    const uint64_t check = bucket.check[way].load(std::memory_order_relaxed);
+    redGreen = bucket.redGreen[way].load(std::memory_order_relaxed);
+    blue = bucket.blue[way].load(std::memory_order_relaxed);
     return check ^ signature(redGreen, blue);
 }
 
 bool BlockCache::find(uint64_t key, Rgb& value) const {
-    for (const Entry& entry : bucketOf(key).entries) {
-        uint64_t redGreen, blue;
-        if (read(entry, redGreen, blue) != key)
+    const Bucket& bucket = bucketOf(key);
+    for (int way = 0; way < kWays; ++way) {
+        uint64_t redGreen;
+        uint32_t blue;
+        if (read(bucket, way, redGreen, blue) != key)
             continue;
         value = Rgb(std::bit_cast<float>(uint32_t(redGreen)), std::bit_cast<float>(uint32_t(redGreen >> 32)),
-                    std::bit_cast<float>(uint32_t(blue)));
+                    std::bit_cast<float>(blue));
         return true;
     }
     return false;
@@ -63,24 +67,25 @@ bool BlockCache::find(uint64_t key, Rgb& value) const {
 
 BlockCache::Stored BlockCache::store(uint64_t key, const Rgb& value) {
     Bucket& bucket = bucketOf(key);
-    Entry* place = nullptr;
-    for (Entry& entry : bucket.entries) {
-        uint64_t redGreen, blue;
-        const uint64_t found = read(entry, redGreen, blue);
+    int place = -1;
+    for (int way = 0; way < kWays; ++way) {
+        uint64_t redGreen;
+        uint32_t blue;
+        const uint64_t found = read(bucket, way, redGreen, blue);
         if (found == key)
             return Stored::Duplicate;
-        if (found == 0 && !place)
-            place = &entry;
+        if (found == 0 && place < 0)
+            place = way;
     }
-    const Stored result = place ? Stored::Fresh : Stored::Evicting;
-    if (!place)
-        place = &bucket.entries[key % kWays];
+    const Stored result = place >= 0 ? Stored::Fresh : Stored::Evicting;
+    if (place < 0)
+        place = int(key % kWays);
     const uint64_t redGreen = std::bit_cast<uint32_t>(value.x) | uint64_t(std::bit_cast<uint32_t>(value.y))
                                                                      << 32;
-    const uint64_t blue = std::bit_cast<uint32_t>(value.z);
-    place->check.store(key ^ signature(redGreen, blue), std::memory_order_relaxed);
-    place->redGreen.store(redGreen, std::memory_order_relaxed);
-    place->blue.store(blue, std::memory_order_relaxed);
+    const uint32_t blue = std::bit_cast<uint32_t>(value.z);
+    bucket.check[place].store(key ^ signature(redGreen, blue), std::memory_order_relaxed);
+    bucket.redGreen[place].store(redGreen, std::memory_order_relaxed);
+    bucket.blue[place].store(blue, std::memory_order_relaxed);
     return result;
 }
 

@@ -22,11 +22,7 @@ class BlockCache {
 
     bool find(uint64_t key, Rgb& value) const;
     /// Asks the memory for what `find` will read.
-    void prefetch(uint64_t key) const {
-        const char* p = reinterpret_cast<const char*>(&bucketOf(key));
-        __builtin_prefetch(p);
-        __builtin_prefetch(p + 64);
-    }
+    void prefetch(uint64_t key) const { __builtin_prefetch(&bucketOf(key)); }
 
     enum class Stored { Fresh, Duplicate, Evicting };
     /// Duplicate: the block was there already. Evicting: another block made room.
@@ -38,16 +34,15 @@ class BlockCache {
 
   private:
     void map();
-    struct Entry {
-        std::atomic<uint64_t> check{0}, redGreen{0}, blue{0};
-    };
-    static constexpr int kWays = 4;
-    struct Bucket {
-        Entry entries[kWays];
+    static constexpr int kWays = 3;
+    /// A line of the processor's cache: what is looked up is one piece of memory.
+    struct alignas(64) Bucket {
+        std::atomic<uint64_t> check[kWays], redGreen[kWays];
+        std::atomic<uint32_t> blue[kWays];
     };
     Bucket& bucketOf(uint64_t key) const { return m_buckets[size_t((unsigned __int128)(key)*m_count >> 64)]; }
     /// The key of an entry, 0 when it is empty or torn beyond recognition.
-    static uint64_t read(const Entry& entry, uint64_t& redGreen, uint64_t& blue);
+    static uint64_t read(const Bucket& bucket, int way, uint64_t& redGreen, uint32_t& blue);
 
     size_t m_count;
     Bucket* m_buckets;
