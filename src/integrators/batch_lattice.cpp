@@ -7,13 +7,64 @@ namespace strobe {
 
 namespace {
 
-/// The time bins of hits, and the keys of their cells in the eras of these.
-STROBE_LANES void binLanes(const LatticeLanes& l, int bins, int binBits, uint32_t* bin, uint64_t* key) {
+/// The time bins of hits, and the keys of their cells in these and in the eras of these.
+STROBE_LANES void binLanes(const LatticeLanes& l, int bins, int binBits, uint32_t* bin, uint64_t* key,
+                           uint64_t* keyInBin) {
     const int n = l.count;
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i) {
         bin[i] = uint32_t(std::min(int(l.time[i] * float(bins)), bins - 1));
         key[i] = quickSum<4>(l.key[i], bin[i] >> binBits);
+        keyInBin[i] = quickSum<4>(l.key[i], bin[i]);
+    }
+}
+
+/// The points' keys in an era.
+STROBE_LANES void mixPointKeys(const TrianglePointLanes::Points& points, const uint32_t* firstBin, int n,
+                               uint64_t* key) {
+    STROBE_INDEPENDENT
+    for (int c = 0; c < n; ++c)
+        key[c] = mix64(quickSum<3>(points.keySum[c], firstBin[c]));
+}
+
+template <int kCount>
+STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Value* values, const uint32_t* first,
+                                          const float* weights) {
+    LatticeTake::Value sum = values[first[0]] * weights[0];
+    for (int k = 1; k < kCount; ++k)
+        sum += values[first[k]] * weights[k];
+    return sum;
+}
+
+/// What a share takes of the values, all times its weights' sum.
+STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Cell& cell, const V3f& place,
+                                          const LatticeTake::Value* values) {
+    float weights[LatticeCell::kPoints];
+    if (cell.kind == LatticeCell::Grid) {
+        LatticeCell::weigh(LatticeCell::Grid, place, weights);
+        return weighted<8>(values, cell.first, weights);
+    }
+    if (cell.kind == LatticeCell::Rectangle) {
+        LatticeCell::weigh(LatticeCell::Rectangle, place, weights);
+        return weighted<4>(values, cell.first, weights);
+    }
+    LatticeCell::weigh(LatticeCell::Lower, place, weights);
+    return weighted<3>(values, cell.first, weights);
+}
+
+STROBE_LANES void takeWeighted(const LatticeTake::Shares& shares, const LatticeTake::Cell* cells, int binBits,
+                               const LatticeTake::Value* values, Rgb* out, int n) {
+    const uint32_t slots = (1u << binBits) - 1;
+    for (int i = 0; i < n; ++i) {
+        const uint32_t share = shares.cell[i];
+        if (share == kNone) {
+            out[i] = Rgb(0);
+            continue;
+        }
+        const LatticeTake::Value sum =
+            weighted(cells[share >> binBits], shares.place.at(i), values + (share & slots));
+        const LatticeTake::Value mean = sum * (1 / sum[3]);
+        out[i] = Rgb(mean[0], mean[1], mean[2]);
     }
 }
 
@@ -27,11 +78,11 @@ BatchLattice::BatchLattice(const SurfaceLattice& lattice, const Settings& settin
 void BatchLattice::begin(size_t samples) {
     m_blocks.clear();
     m_cells.clear();
-    m_points.assign(1, Point{}); // the one that is missing
-    m_values.assign(size_t(1) << m_binBits, Value{});
-    m_shares.assign(samples, {V3f(0), kNone});
-    if (m_settings.nearest)
-        m_nearest.resize(samples);
+    m_points.assign(1, Point{{}, {}, 0, ~0u}); // the one that is missing: nobody asks for it
+    m_values.resize(std::max(m_values.size(), size_t(1) << m_binBits)); // the first are never set
+    m_shares.resize((samples + kLanes - 1) / kLanes);
+    for (Shares& shares : m_shares)
+        std::fill_n(shares.cell, kLanes, kNone);
     m_pointTable.clear();
     m_cellTable.clear();
 }
@@ -64,67 +115,194 @@ void BatchLattice::locate() {
     if (m_lanes.count == 0)
         return;
     m_lattice.locate(m_lanes);
-    binLanes(m_lanes, m_settings.timeBins, m_binBits, m_bin, m_key);
-    const uint32_t slots = (1u << m_binBits) - 1;
-    for (int i = 0; i < m_lanes.count; ++i) {
-        const uint32_t slot = m_bin[i] & slots, next = uint32_t(m_cells.size());
-        const uint32_t c = m_cellTable.insert(m_key[i], next);
-        if (c == next)
-            m_cells.push_back(makeCell(SurfaceLattice::cellAt(m_lanes, i), m_bin[i] >> m_binBits));
-        Cell& cell = m_cells[c];
-        const V3f place = m_lanes.place.at(i);
-        m_shares[m_sampleOf[i]] = {place, c << m_binBits | slot};
-        if (m_settings.nearest) {
-            const uint32_t point = cell.point[nearestOf(cell, place)];
-            m_nearest[m_sampleOf[i]] = point << m_binBits | slot;
-            ask(point, slot, m_sampleOf[i]);
-        } else if (!(cell.asked >> slot & 1)) {
-            cell.asked |= uint8_t(1u << slot);
-            for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
-                if (cell.point[k])
-                    ask(cell.point[k], slot, m_sampleOf[i]);
-        }
-    }
+    binLanes(m_lanes, m_settings.timeBins, m_binBits, m_bin, m_key, m_keyInBin);
+    const size_t known = m_blocks.size();
+    leaveOutRepeats();
+    findCells();
+    if (m_settings.nearest)
+        shareNearest();
+    else
+        shareCells();
+    fileBlocks(known);
     m_lanes.count = 0;
 }
 
-BatchLattice::Cell BatchLattice::makeCell(const LatticeCell& cell, uint32_t era) {
-    LatticePoint points[kPoints];
-    m_lattice.points(cell, points);
-    Cell made{cell.kind, 0, {}};
-    for (int k = 0; k < cell.count(); ++k)
-        if (points[k])
-            made.point[k] = pointAt(cell.face, points[k], era);
-    return made;
+/// Neighbours are often in few cells. What is looked up for the first of each is left out for the others;
+/// some more are looked up, where two cells' keys look alike.
+void BatchLattice::leaveOutRepeats() {
+    uint8_t first[256]; // by a part of the key
+    for (int i = m_lanes.count; i-- > 0;)
+        first[uint8_t(m_keyInBin[i])] = uint8_t(i);
+    m_firstCount = 0;
+    for (int i = 0; i < m_lanes.count; ++i) {
+        const uint32_t other = first[uint8_t(m_keyInBin[i])];
+        m_firstOf[i] = m_keyInBin[other] == m_keyInBin[i] ? other : uint32_t(i);
+        m_firsts[m_firstCount] = i;
+        m_firstCount += m_firstOf[i] == uint32_t(i);
+    }
 }
 
-uint32_t BatchLattice::pointAt(const LatticeFace& face, const LatticePoint& at, uint32_t era) {
-    const uint64_t key = SurfaceLattice::keyOf(at, era << m_binBits);
+/// In two steps, so that no lookup waits for a cell to be made.
+void BatchLattice::findCells() {
+    int32_t made[kLanes];
+    int count = 0;
+    const uint32_t known = uint32_t(m_cells.size());
+    for (int k = 0; k < m_firstCount; ++k) {
+        const int32_t i = m_firsts[k];
+        const uint32_t next = known + uint32_t(count);
+        m_cellOf[i] = m_cellTable.insert(m_key[i], next);
+        made[count] = i;
+        count += m_cellOf[i] == next;
+    }
+    makeCells(made, count);
+    for (int i = 0; i < m_lanes.count; ++i)
+        m_cellOf[i] = m_cellOf[m_firstOf[i]];
+}
+
+/// Appends the cells of some lanes.
+void BatchLattice::makeCells(const int32_t* lanes, int count) {
+    const size_t known = m_cells.size();
+    m_newPoints.count = 0;
+    for (int k = 0; k < count; ++k) {
+        const int32_t i = lanes[k];
+        const auto kind = LatticeCell::Kind(m_lanes.kind[i]);
+        Cell& made = m_cells.emplace_back(Cell{{}, kind, 0});
+        if (kind == LatticeCell::Lower || kind == LatticeCell::Upper) {
+            m_newPoints.push(m_lanes, i);
+            continue;
+        }
+        const uint32_t era = m_bin[i] >> m_binBits;
+        const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, i);
+        LatticePoint points[kPoints];
+        m_lattice.points(cell, points);
+        for (int p = 0; p < cell.count(); ++p)
+            if (points[p])
+                made.first[p] =
+                    pointAt(cell.face, points[p], SurfaceLattice::keyOf(points[p], era << m_binBits), era)
+                    << m_binBits;
+    }
+    addTriangles(known);
+}
+
+/// The points of new cells in divided triangles; the first new cell is number `known`.
+void BatchLattice::addTriangles(size_t known) {
+    m_lattice.points(m_lanes, m_newPoints);
+    TrianglePointLanes& p = m_newPoints;
+    alignas(64) uint64_t keys[3][kLanes];
+    alignas(64) uint32_t firstBin[kLanes];
+    for (int c = 0; c < p.count; ++c)
+        firstBin[c] = m_bin[p.lane[c]] & ~slots();
+    for (int k = 0; k < 3; ++k)
+        mixPointKeys(p.points[k], firstBin, p.count, keys[k]);
+    for (int c = 0; c < p.count; ++c) {
+        while (m_cells[known].kind != LatticeCell::Lower && m_cells[known].kind != LatticeCell::Upper)
+            ++known;
+        Cell& cell = m_cells[known++];
+        const int32_t i = p.lane[c];
+        const LatticeFace face{m_lanes.hit.instance[i], m_lanes.hit.geometry[i], bool(m_lanes.positive[i])};
+        for (int k = 0; k < 3; ++k)
+            cell.first[k] = pointAt(face, p.points[k].at(c), keys[k][c], firstBin[c] >> m_binBits)
+                            << m_binBits;
+    }
+}
+
+uint32_t BatchLattice::pointAt(const LatticeFace& face, const LatticePoint& at, uint64_t key, uint32_t era) {
     const uint32_t next = uint32_t(m_points.size()), index = m_pointTable.insert(key, next);
     if (index == next) {
         m_points.push_back({face, at, era, 0});
-        m_values.resize(m_points.size() << m_binBits);
+        if (m_points.size() << m_binBits > m_values.size())
+            m_values.resize(2 * m_points.size() << m_binBits);
     }
     return index;
 }
 
-/// Files the block of a point; it is looked up later, when the cache's memory has arrived.
+void BatchLattice::shareCells() {
+    for (int k = 0; k < m_firstCount; ++k) {
+        const int32_t i = m_firsts[k];
+        askAround(m_cellOf[i], m_bin[i] & slots(), m_sampleOf[i]);
+    }
+    const int n = m_lanes.count;
+    const uint32_t first = m_sampleOf[0];
+    if (first % kLanes == 0 && m_sampleOf[n - 1] == first + uint32_t(n) - 1) {
+        Shares& shares = m_shares[first / kLanes];
+        shares.place = m_lanes.place;
+        for (int i = 0; i < n; ++i)
+            shares.cell[i] = m_cellOf[i] << m_binBits | (m_bin[i] & slots());
+        return;
+    }
+    for (int i = 0; i < n; ++i) {
+        Shares& shares = m_shares[m_sampleOf[i] / kLanes];
+        shares.place.set(int(m_sampleOf[i] % kLanes), m_lanes.place.at(i));
+        shares.cell[m_sampleOf[i] % kLanes] = m_cellOf[i] << m_binBits | (m_bin[i] & slots());
+    }
+}
+
+void BatchLattice::shareNearest() {
+    for (int i = 0; i < m_lanes.count; ++i) {
+        const uint32_t slot = m_bin[i] & slots(), sample = m_sampleOf[i];
+        const Cell& cell = m_cells[m_cellOf[i]];
+        const uint32_t value = cell.first[nearestOf(cell, m_lanes.place.at(i))] | slot;
+        m_shares[sample / kLanes].cell[sample % kLanes] = value;
+        ask(value >> m_binBits, slot, sample);
+    }
+}
+
+/// Without branches on what was asked before, which is anyone's guess.
+void BatchLattice::askAround(uint32_t index, uint32_t slot, uint32_t sample) {
+    Cell& cell = m_cells[index];
+    if (cell.asked >> slot & 1)
+        return;
+    cell.asked |= uint8_t(1u << slot);
+    Block blocks[kPoints];
+    int count = 0;
+    for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k) {
+        Point& point = m_points[cell.first[k] >> m_binBits];
+        blocks[count] = {0, cell.first[k] >> m_binBits, slot, sample};
+        count += !(point.asked >> slot & 1);
+        point.asked |= 1u << slot;
+    }
+    m_blocks.insert(m_blocks.end(), blocks, blocks + count);
+}
+
 void BatchLattice::ask(uint32_t index, uint32_t slot, uint32_t sample) {
     Point& point = m_points[index];
     if (point.asked >> slot & 1)
         return;
     point.asked |= 1u << slot;
-    const uint64_t key = SurfaceLattice::keyOf(point.at, binOf(point, slot));
-    m_cache.prefetch(key);
-    m_blocks.push_back({key, index, slot, sample});
+    m_blocks.push_back({0, index, slot, sample});
+}
+
+/// Files the blocks from number `first` on; they are looked up later, when the cache's memory has arrived.
+void BatchLattice::fileBlocks(size_t first) {
+    for (size_t i = first; i < m_blocks.size(); ++i) {
+        Block& block = m_blocks[i];
+        block.key = SurfaceLattice::keyOf(placeOf(block), binOf(block));
+        m_cache.prefetch(block.key);
+    }
+}
+
+void BatchLattice::take(std::span<Rgb> values) const {
+    if (m_settings.nearest) {
+        for (size_t i = 0; i < values.size(); ++i) {
+            const Value value = has(i) ? m_values[shareOf(i)] : Value{};
+            values[i] = {value[0], value[1], value[2]};
+        }
+        return;
+    }
+    for (size_t first = 0; first < values.size(); first += kLanes)
+        takeWeighted(m_shares[first / kLanes], m_cells.data(), m_binBits, m_values.data(), &values[first],
+                     int(std::min<size_t>(kLanes, values.size() - first)));
 }
 
 uint64_t BatchLattice::mainKeyOf(size_t sample) const {
-    const Share& share = m_shares[sample];
-    const Cell& cell = m_cells[share.cell >> m_binBits];
-    const Point& point = m_points[m_settings.nearest ? m_nearest[sample] >> m_binBits
-                                                     : cell.point[heaviestOf(cell, share.place)]];
-    return SurfaceLattice::keyOf(point.at, binOf(point, slotOf(share)));
+    uint32_t value = shareOf(sample);
+    const uint32_t slot = value & slots();
+    if (!m_settings.nearest) {
+        const Cell& cell = m_cells[value >> m_binBits];
+        value = cell.first[heaviestOf(cell, insideOf(sample))];
+    }
+    const Point& point = m_points[value >> m_binBits];
+    return SurfaceLattice::keyOf(point.at, binOf(point, slot));
 }
 
 /// Of a cell's points, that with the greatest weight.
@@ -134,7 +312,7 @@ int BatchLattice::heaviestOf(const Cell& cell, const V3f& place) {
     int best = 0;
     float most = -1;
     for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
-        if (cell.point[k] && weights[k] > most)
+        if (cell.first[k] && weights[k] > most)
             best = k, most = weights[k];
     return best;
 }
@@ -143,11 +321,11 @@ int BatchLattice::heaviestOf(const Cell& cell, const V3f& place) {
 /// edges away.
 int BatchLattice::nearestOf(const Cell& cell, const V3f& place) {
     const int wanted = LatticeCell::nearest(cell.kind, place);
-    if (cell.point[wanted])
+    if (cell.first[wanted])
         return wanted;
     int best = wanted, fewest = kPoints;
     for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
-        if (const int edges = std::popcount(unsigned(k ^ wanted)); cell.point[k] && edges < fewest)
+        if (const int edges = std::popcount(unsigned(k ^ wanted)); cell.first[k] && edges < fewest)
             best = k, fewest = edges;
     return best;
 }

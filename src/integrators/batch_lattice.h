@@ -5,7 +5,27 @@
 #include "integrators/slot_table.h"
 #include "integrators/surface_lattice.h"
 
+#include <span>
+
 namespace strobe {
+
+/// What a batch's samples take, side by side for quick sums.
+struct LatticeTake {
+    /// A block's radiance, or the part of it at hand, and 1; all zero where there is no point.
+    using Value __attribute__((vector_size(16))) = float;
+    /// A cell of the batch in an era of time bins.
+    struct Cell {
+        uint32_t first[LatticeCell::kPoints]; ///< of each point's values; 0: there is no point
+        LatticeCell::Kind kind;
+        uint8_t asked; ///< bits of slots: those whose points are
+    };
+    /// What samples take.
+    struct Shares {
+        V3Lanes place;                     ///< in the cell
+        alignas(64) uint32_t cell[kLanes]; ///< and the slot; if samples take the value of one point, that;
+                                           ///< kNone: nothing
+    };
+};
 
 /// Gathers the cells of samples, the points around them, and the values of these that it is then given:
 /// blocks, which are points in a part of the shutter. Samples take the values around them.
@@ -39,30 +59,12 @@ class BatchLattice {
     const LatticePoint& placeOf(const Block& block) const { return m_points[block.point].at; }
     uint32_t binOf(const Block& block) const { return binOf(m_points[block.point], block.slot); }
     void setValue(const Block& block, const Rgb& value) {
-        m_values[block.point << m_binBits | block.slot] = {{value.x, value.y, value.z, 1}};
+        m_values[block.point << m_binBits | block.slot] = Value{value.x, value.y, value.z, 1};
     }
 
-    bool has(size_t sample) const { return m_shares[sample].cell != kNone; }
-    /// What a sample takes of the values, which must all be set.
-    Rgb valueOf(size_t sample) const {
-        if (m_settings.nearest) {
-            const float* v = m_values[m_nearest[sample]].numbers;
-            return {v[0], v[1], v[2]};
-        }
-        const Share& share = m_shares[sample];
-        const Cell& cell = m_cells[share.cell >> m_binBits];
-        const Value* values = &m_values[slotOf(share)];
-        float weights[kPoints];
-        LatticeCell::weigh(cell.kind, share.place, weights);
-        Value sum;
-        for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k) {
-            const Value& v = values[cell.point[k] << m_binBits];
-            for (int c = 0; c < 4; ++c)
-                sum.numbers[c] += v.numbers[c] * weights[k];
-        }
-        const float scale = 1 / sum.numbers[3];
-        return {sum.numbers[0] * scale, sum.numbers[1] * scale, sum.numbers[2] * scale};
-    }
+    bool has(size_t sample) const { return shareOf(sample) != kNone; }
+    /// What each sample takes of the values, which must all be set; black if it takes none.
+    void take(std::span<Rgb> values) const;
     /// The key of the block that a sample takes most from.
     uint64_t mainKeyOf(size_t sample) const;
 
@@ -78,41 +80,37 @@ class BatchLattice {
         uint32_t era;
         uint32_t asked; ///< bits of slots: those that are among the blocks
     };
-    /// A cell of the batch in an era.
-    struct Cell {
-        LatticeCell::Kind kind;
-        uint8_t asked;           ///< bits of slots: those whose points are
-        uint32_t point[kPoints]; ///< 0: there is none
-    };
-    /// A block's radiance, or the part of it at hand; all zero where there is no point.
-    struct alignas(16) Value {
-        float numbers[4]{}; ///< red, green, blue, weight
-    };
-    /// What a sample takes from a cell.
-    struct Share {
-        V3f place;     ///< in the cell
-        uint32_t cell; ///< and the slot; kNone: it shares nothing
-    };
+    using Value = LatticeTake::Value;
+    using Cell = LatticeTake::Cell;
+    using Shares = LatticeTake::Shares;
 
     void locate();
-    Cell makeCell(const LatticeCell& cell, uint32_t era);
-    uint32_t pointAt(const LatticeFace& face, const LatticePoint& at, uint32_t era);
-    void ask(uint32_t index, uint32_t slot, uint32_t sample);
+    void leaveOutRepeats();
+    void findCells();
+    void makeCells(const int32_t* lanes, int count);
+    void addTriangles(size_t known);
+    void shareCells();
+    void shareNearest();
+    uint32_t pointAt(const LatticeFace& face, const LatticePoint& at, uint64_t key, uint32_t era);
+    void askAround(uint32_t cell, uint32_t slot, uint32_t sample);
+    void ask(uint32_t point, uint32_t slot, uint32_t sample);
+    void fileBlocks(size_t first);
     static int heaviestOf(const Cell& cell, const V3f& place);
     static int nearestOf(const Cell& cell, const V3f& place);
+    uint32_t slots() const { return (1u << m_binBits) - 1; }
     uint32_t binOf(const Point& point, uint32_t slot) const { return point.era << m_binBits | slot; }
-    uint32_t slotOf(const Share& share) const { return share.cell & ((1u << m_binBits) - 1); }
+    uint32_t shareOf(size_t sample) const { return m_shares[sample / kLanes].cell[sample % kLanes]; }
+    V3f insideOf(size_t sample) const { return m_shares[sample / kLanes].place.at(int(sample % kLanes)); }
 
     const SurfaceLattice& m_lattice;
     const Settings m_settings;
     const BlockCache& m_cache;
     const int m_binBits; ///< of a slot
     std::vector<Point> m_points;
-    std::vector<Value> m_values; ///< by point, then slot
+    std::vector<Value> m_values; ///< by point, then slot; some more than there are
     std::vector<Cell> m_cells;
     std::vector<Block> m_blocks;
-    std::vector<Share> m_shares;     ///< by sample
-    std::vector<uint32_t> m_nearest; ///< by sample, if that is what it takes: a value
+    std::vector<Shares> m_shares; ///< of kLanes samples each
     SlotTable m_pointTable, m_cellTable;
 
     // Samples on their way in:
@@ -120,6 +118,12 @@ class BatchLattice {
     uint32_t m_sampleOf[kLanes];
     alignas(64) uint32_t m_bin[kLanes];
     alignas(64) uint64_t m_key[kLanes]; ///< of a cell in an era
+    alignas(64) uint64_t m_keyInBin[kLanes];
+    alignas(64) uint32_t m_cellOf[kLanes];
+    alignas(64) uint32_t m_firstOf[kLanes]; ///< the first lane in the same cell and bin, nearly always
+    int32_t m_firsts[kLanes];               ///< all of those
+    int m_firstCount = 0;
+    TrianglePointLanes m_newPoints;
 };
 
 } // namespace strobe

@@ -87,7 +87,43 @@ STROBE_LANES void mixKeyLanes(LatticeLanes& l) {
     }
 }
 
+STROBE_LANES void findPoints(const TrianglePointLanes& l, int n, int k, TrianglePointLanes::Points& p) {
+    const float ofUpper = k == 0, alongU = k == 1,
+                alongV = k == 2; // the first is the upper cells' fourth corner
+    STROBE_INDEPENDENT
+    for (int c = 0; c < n; ++c) {
+        const float upper = float(l.isUpper[c]) * ofUpper, nu = l.nu[c], nv = l.nv[c];
+        const float x = (l.i[c] + alongU + upper) / nu, y = (l.j[c] + alongV + upper) / nv;
+        // Beyond the third edge, where divisions differ, the finer one's points on it stand in.
+        const float most = x + y > 1 ? 1.f : kInfinity;
+        const float u = nu < nv ? std::min(x, most - y) : x, v = nu < nv ? y : std::min(y, most - x);
+        const int onV = v == 1 ? 2 : -1, onU = u == 0 ? 0 : -1;
+        p.u[c] = u, p.v[c] = v;
+        p.corner[c] = u == 1 ? 1 : v == 0 ? onU : onV;
+        p.keySum[c] =
+            quickSum<1>(l.keySum[c], latticeItem(0, kSurfaceKey, l.positive[c]), latticeFloatBits(u, v));
+    }
+}
+
 } // namespace
+
+void TrianglePointLanes::push(const LatticeLanes& from, int at) {
+    lane[count] = at;
+    i[count] = from.i[at], j[count] = from.j[at], nu[count] = from.nu[at], nv[count] = from.nv[at];
+    isUpper[count] = from.kind[at] == LatticeCell::Upper, positive[count] = from.positive[at];
+    keySum[count] = from.keySum[at];
+    for (Points& p : points)
+        p.prim[count] = from.hit.prim[at];
+    ++count;
+}
+
+void TrianglePointLanes::find() {
+    // The processor takes this many about as fast as one. What lies beyond `count` does not matter.
+    constexpr int kTogether = 16;
+    static_assert(kLanes % kTogether == 0);
+    for (int k = 0; k < 3; ++k)
+        findPoints(*this, (count + kTogether - 1) / kTogether * kTogether, k, points[k]);
+}
 
 void LatticeLanes::add(const VisibilitySample& sample, const RayCone& pixel) {
     hit.set(count, sample.hit), d.set(count, sample.ray.d), time[count] = sample.ray.time;

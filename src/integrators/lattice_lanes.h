@@ -84,6 +84,41 @@ struct LatticeLanes {
     void mixKeys();
 };
 
+/// A point of the lattice: a place on a primitive.
+struct LatticePoint {
+    uint32_t prim = kNone; ///< of the face's geometry; kNone: no point
+    float u = 0, v = 0;    ///< a triangle's barycentrics, or a quadric's numbers
+    uint64_t keySum = 0;   ///< see SurfaceLattice::keyOf
+
+    explicit operator bool() const { return prim != kNone; }
+};
+
+/// The three points of each of some cells of divided triangles, side by side.
+struct TrianglePointLanes {
+    int count = 0;
+    int32_t lane[kLanes]; ///< of the LatticeLanes where a cell's hit is
+    alignas(64) float i[kLanes]{}, j[kLanes]{}, nu[kLanes]{}, nv[kLanes]{};
+    alignas(64) int32_t isUpper[kLanes]{}, positive[kLanes]{};
+    alignas(64) uint64_t keySum[kLanes]{};
+    // Found:
+    struct Points {
+        alignas(64) float u[kLanes], v[kLanes];
+        alignas(64) int32_t corner[kLanes]; ///< of the triangle; -1: none
+        alignas(64) uint32_t prim[kLanes];
+        alignas(64) uint64_t keySum[kLanes];
+        LatticePoint at(int i) const { return {prim[i], u[i], v[i], keySum[i]}; }
+        void set(int i, const LatticePoint& p) {
+            prim[i] = p.prim, u[i] = p.u, v[i] = p.v, keySum[i] = p.keySum;
+        }
+    };
+    Points points[3];
+
+    /// Adds the cell of a hit that was located.
+    void push(const LatticeLanes& from, int at);
+    /// Finds the points, as if corners belonged to their triangle alone.
+    void find();
+};
+
 /// What a key is of. Keys of cells and of points are never compared. A cell's kind is added to kCellKey.
 enum LatticeKeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kGridKey = 3, kCellKey = 4 };
 

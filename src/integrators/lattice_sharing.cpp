@@ -26,7 +26,7 @@ class Worker : public IntegratorWorker {
 
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         m_lattice.begin(batch.samples.size());
-        m_alone.assign(batch.samples.size(), {});
+        m_alone.clear();
         for (size_t b = 0; b < batch.samples.blocks(); ++b)
             if (allShareOnly(batch, b))
                 m_lattice.addAll(batch, b);
@@ -81,18 +81,19 @@ class Worker : public IntegratorWorker {
     using Block = BatchLattice::Block;
     /// The requests that a sample made for itself; negative: none.
     struct Alone {
+        uint32_t sample;
         int32_t own = -1, albedo = -1; ///< albedo: a factor of what it shares
     };
 
     /// What samples take of their own shades and of the blocks around.
     void gather(std::span<const Rgb> shaded, std::span<Rgb> values) {
-        for (size_t i = 0; i < values.size(); ++i) {
-            const Alone& alone = m_alone[i];
-            values[i] = alone.own >= 0 ? shaded[size_t(alone.own)] : Rgb(0);
-            if (!m_lattice.has(i))
-                continue;
-            const Rgb shared = m_lattice.valueOf(i);
-            values[i] += alone.albedo >= 0 ? shared * shaded[size_t(alone.albedo)] : shared;
+        m_lattice.take(values);
+        for (const Alone& alone : m_alone) {
+            Rgb& value = values[alone.sample];
+            if (alone.albedo >= 0)
+                value *= shaded[size_t(alone.albedo)];
+            if (alone.own >= 0)
+                value += shaded[size_t(alone.own)];
         }
     }
 
@@ -129,11 +130,11 @@ class Worker : public IntegratorWorker {
                 return int32_t(requests.size()) - 1;
             };
             if (!shares || indirectOnly)
-                m_alone[i].own = ask(shares ? LightPart::Direct : LightPart::All);
+                m_alone.push_back({i, ask(shares ? LightPart::Direct : LightPart::All)});
             if (!shares)
                 continue;
             if (indirectOnly && materialOf(sample.hit).isTextured())
-                m_alone[i].albedo = ask(LightPart::Albedo);
+                m_alone.back().albedo = ask(LightPart::Albedo);
             m_lattice.add(sample, batch.pixels[sample.pixel], i);
         }
     }
@@ -208,7 +209,7 @@ class Worker : public IntegratorWorker {
     BatchLattice m_lattice;
     std::vector<int32_t> m_requestOf; ///< by block: the first of its requests; -1: it was in the cache
     std::vector<Rgb> m_parts;         ///< of blocks, one after the other, as the cache has them
-    std::vector<Alone> m_alone;       ///< by sample
+    std::vector<Alone> m_alone;       ///< samples, in order
     uint64_t m_lookups = 0, m_hits = 0, m_duplicates = 0, m_evictions = 0;
 };
 

@@ -61,6 +61,11 @@ uint64_t faceSum(const LatticeFace& face) {
     return quickSum<0>(kQuickSum, uint64_t(face.instance) << 32 | face.geometry);
 }
 
+/// What the keys of cells and points in a primitive have in common.
+uint64_t primitiveSum(uint64_t faceSum, uint32_t prim) {
+    return quickSum<1>(faceSum, latticeItem(prim, 0, false));
+}
+
 LatticePoint innerPoint(const LatticeFace& face, uint32_t prim, float u, float v) {
     const uint64_t item = latticeItem(prim, kSurfaceKey, face.positive);
     return {prim, u, v, quickSum<1>(faceSum(face), item, latticeFloatBits(u, v))};
@@ -76,63 +81,98 @@ LatticePoint vertexPoint(const TriangleMesh& mesh, const MeshCells& cells, const
 
 } // namespace
 
-/// What hits of one triangle, or of one quadric, have in common: neighbours often do.
-struct SurfaceLattice::Primitive {
-    uint32_t instance = kNone, geometry = kNone, prim = 0;
+/// What hits of one shape have in common: neighbours often do.
+struct SurfaceLattice::Part {
+    uint32_t instance = kNone, geometry = kNone;
     const PlacedShape* placed;
-    const Motion* motion; ///< of its group; null: it rests
-    bool isFixed;         ///< `edges` are the world's, at any time and place
-    Edges edges;          ///< of what neither deforms nor bends, in its group's space
-    uint64_t keySum;
+    const TriangleMesh* mesh; ///< null: a quadric
+    const Motion* motion;     ///< of its group; null: it rests
+    bool isFixed;             ///< it has triangles, whose edges are the same at any time; then:
+    const uint32_t* indices;
+    const V3f* positions;
+    M44f toWorld; ///< unless it rests: the world's own meshes stand where they are
+    uint64_t faceSum;
 
-    bool isOf(const Hit& hit) const {
-        return hit.prim == prim && hit.geometry == geometry && hit.instance == instance;
+    bool isOf(const HitLanes& hit, int i) const {
+        return hit.geometry[i] == geometry && hit.instance[i] == instance;
+    }
+    /// Of a hit whose shape is fixed.
+    Edges fixedEdges(uint32_t prim) const {
+        const uint32_t* index = indices + 3 * size_t(prim);
+        const V3f p = positions[index[0]];
+        Edges edges{positions[index[1]] - p, positions[index[2]] - p};
+        if (motion)
+            edges.transform(toWorld);
+        return edges;
+    }
+    Edges edgesAt(const Hit& hit, float time) const {
+        Edges edges = mesh ? edgesOf(*mesh, hit.prim, time) : edgesOf(*placed->shape.quadric, hit);
+        if (!mesh || motion)
+            edges.transform(placed->toParent);
+        if (motion)
+            edges.transform(motion->at(time));
+        return edges;
     }
 };
 
-void SurfaceLattice::find(const Hit& hit, Primitive& p) const {
-    p.instance = hit.instance, p.geometry = hit.geometry, p.prim = hit.prim;
+void SurfaceLattice::find(const Hit& hit, Part& p) const {
+    p.instance = hit.instance, p.geometry = hit.geometry;
     p.placed = &m_scene.geometry(hit).placed;
+    p.mesh = p.placed->shape.mesh.get();
     p.motion = hit.instance == kNone ? nullptr : m_scene.instances()[hit.instance].motion.get();
-    p.keySum = quickSum<1>(faceSum({hit.instance, hit.geometry, false}), latticeItem(hit.prim, 0, false));
-    const TriangleMesh* mesh = p.placed->shape.mesh.get();
-    p.isFixed = mesh && !mesh->deforms();
+    p.isFixed = p.mesh && !p.mesh->deforms() && (!p.motion || p.motion->onlyTranslates());
+    p.faceSum = faceSum({hit.instance, hit.geometry, false});
     if (!p.isFixed)
         return;
-    p.edges = edgesOf(*mesh, hit.prim, 0);
-    if (!p.motion)
-        return; // the world's own meshes stand where they are
-    p.edges.transform(p.placed->toParent);
-    p.isFixed = p.motion->isStill();
-    if (p.isFixed)
-        p.edges.transform(p.motion->at(0));
+    p.indices = p.mesh->indices.data(), p.positions = p.mesh->positions[0].data();
+    if (p.motion)
+        p.toWorld = p.placed->toParent * p.motion->at(0);
 }
 
+namespace {
+
+/// Whether all lanes hit one primitive.
+STROBE_LANES bool hitOnePrimitive(const HitLanes& hit, int n) {
+    uint32_t differences = 0;
+    for (int i = 0; i < n; ++i)
+        differences |= (hit.prim[i] ^ hit.prim[0]) | (hit.geometry[i] ^ hit.geometry[0]) |
+                       (hit.instance[i] ^ hit.instance[0]);
+    return differences == 0;
+}
+
+STROBE_LANES void setAll(LatticeLanes& l, const V3f& a, const V3f& b, uint64_t keySum) {
+    const int n = l.count;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        l.a.set(i, a), l.b.set(i, b);
+        l.keySum[i] = keySum, l.bends[i] = false;
+    }
+}
+
+} // namespace
+
 void SurfaceLattice::fetch(LatticeLanes& lanes) const {
-    const auto edgesAt = [](const Primitive& p, const Hit& hit, float time) {
-        const Shape& shape = p.placed->shape;
-        Edges edges = p.edges;
-        if (!shape.mesh)
-            edges = edgesOf(*shape.quadric, hit);
-        else if (shape.mesh->deforms())
-            edges = edgesOf(*shape.mesh, hit.prim, time);
-        if (!shape.mesh || (p.motion && shape.mesh->deforms()))
-            edges.transform(p.placed->toParent);
-        if (p.motion)
-            edges.transform(p.motion->at(time));
-        return edges;
-    };
-    constexpr uint32_t kRemembered = 16;
-    Primitive remembered[kRemembered];
+    if (hitOnePrimitive(lanes.hit, lanes.count)) {
+        Part only;
+        find(lanes.hit.at(0), only);
+        const uint32_t prim = lanes.hit.prim[0];
+        if (only.isFixed) {
+            const Edges edges = only.fixedEdges(prim);
+            return setAll(lanes, edges.a, edges.b, primitiveSum(only.faceSum, prim));
+        }
+    }
+    constexpr uint32_t kRemembered = 4;
+    Part remembered[kRemembered];
     for (int i = 0; i < lanes.count; ++i) {
-        const Hit hit = lanes.hit.at(i);
-        Primitive& primitive = remembered[(hit.prim + hit.geometry) % kRemembered];
-        if (!primitive.isOf(hit))
-            find(hit, primitive);
-        const Edges edges = primitive.isFixed ? primitive.edges : edgesAt(primitive, hit, lanes.time[i]);
+        Part& part = remembered[(lanes.hit.instance[i] + lanes.hit.geometry[i]) % kRemembered];
+        if (!part.isOf(lanes.hit, i))
+            find(lanes.hit.at(i), part);
+        const uint32_t prim = lanes.hit.prim[i];
+        const Edges edges =
+            part.isFixed ? part.fixedEdges(prim) : part.edgesAt(lanes.hit.at(i), lanes.time[i]);
         lanes.a.set(i, edges.a), lanes.b.set(i, edges.b);
-        lanes.keySum[i] = primitive.keySum;
-        lanes.bends[i] = !primitive.placed->shape.mesh;
+        lanes.keySum[i] = primitiveSum(part.faceSum, prim);
+        lanes.bends[i] = !part.mesh;
     }
 }
 
@@ -145,7 +185,7 @@ void SurfaceLattice::locate(LatticeLanes& lanes) const {
             const PlacedShape& placed = m_scene.geometry(hit).placed;
             M44f storage;
             const M44f* toWorld = transformOf(hit.instance, placed, lanes.time[i], storage);
-            const V3f n = rawNormal(placed, hit, toWorld, lanes.time[i]);
+            const V3f n = spotOf(placed, hit, toWorld, lanes.time[i]).n;
             lanes.divideQuadric(i, dot(n, lanes.d.at(i)) < 0);
         }
     lanes.mixKeys();
@@ -212,18 +252,35 @@ void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[LatticeCel
             out[k] = vertexPoint(mesh, cells, face, index[k]);
         return;
     }
-    const float upper = cell.kind == LatticeCell::Upper ? 1.f : 0.f;
-    const float corners[3][2] = {
-        {cell.i + upper, cell.j + upper}, {cell.i + 1, cell.j}, {cell.i, cell.j + 1}};
-    for (int k = 0; k < 3; ++k) {
-        float u = corners[k][0] / cell.nu, v = corners[k][1] / cell.nv;
-        if (u + v > 1) // beyond the third edge, where divisions differ: the finer one's points on it stand in
-            (cell.nu < cell.nv ? u : v) = 1 - (cell.nu < cell.nv ? v : u);
-        const int corner = u == 0 && v == 0 ? 0 : u == 1 ? 1 : v == 1 ? 2 : -1;
-        // Corners of flat triangles are not shared: the neighbours' normals differ.
-        out[k] = corner >= 0 && !mesh.normals.empty() ? vertexPoint(mesh, cells, face, index[corner])
-                                                      : inner(u, v);
-    }
+    LatticeLanes lanes;
+    lanes.count = 1;
+    lanes.hit.set(0, {face.instance, face.geometry, cell.prim, 0, 0, 0});
+    lanes.kind[0] = cell.kind, lanes.positive[0] = face.positive;
+    lanes.i[0] = cell.i, lanes.j[0] = cell.j, lanes.nu[0] = cell.nu, lanes.nv[0] = cell.nv;
+    lanes.keySum[0] = primitiveSum(faceSum(face), cell.prim);
+    TrianglePointLanes found;
+    found.push(lanes, 0);
+    points(lanes, found);
+    for (int k = 0; k < 3; ++k)
+        out[k] = found.points[k].at(0);
+}
+
+void SurfaceLattice::points(const LatticeLanes& lanes, TrianglePointLanes& out) const {
+    out.find();
+    for (TrianglePointLanes::Points& points : out.points)
+        for (int c = 0; c < out.count; ++c) {
+            const int lane = out.lane[c];
+            if (points.corner[c] < 0)
+                continue;
+            const LatticeFace face{lanes.hit.instance[lane], lanes.hit.geometry[lane],
+                                   bool(lanes.positive[lane])};
+            const TriangleMesh& mesh = *m_scene.geometry({face.instance, face.geometry}).placed.shape.mesh;
+            if (mesh.normals
+                    .empty()) // flat triangles' corners are not shared: the neighbours' normals differ
+                continue;
+            const uint32_t vertex = mesh.indices[3 * size_t(lanes.hit.prim[lane]) + size_t(points.corner[c])];
+            points.set(c, vertexPoint(mesh, *cellsOf(face.instance, face.geometry), face, vertex));
+        }
 }
 
 void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell, LatticePoint out[8]) const {
@@ -234,15 +291,19 @@ void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell,
             places[k] ? innerPoint(cell.face, places[k]->prim, places[k]->u, places[k]->v) : LatticePoint();
 }
 
-V3f SurfaceLattice::rawNormal(const PlacedShape& placed, const Hit& hit, const M44f* toWorld,
-                              float time) const {
-    if (placed.shape.mesh) {
-        Edges e = edgesOf(*placed.shape.mesh, hit.prim, time);
-        if (toWorld)
-            e.transform(*toWorld);
-        return normalize(cross(e.a, e.b));
+SurfaceLattice::Spot SurfaceLattice::spotOf(const PlacedShape& placed, const Hit& hit, const M44f* toWorld,
+                                            float time) {
+    if (!placed.shape.mesh) {
+        const QuadricPoint q = placed.shape.quadric->point(hit.u, hit.v);
+        return {transformPoint(*toWorld, q.p), normalize(transformNormal(toWorld->inverse(), q.n))};
     }
-    return normalize(transformNormal(toWorld->inverse(), placed.shape.quadric->point(hit.u, hit.v).n));
+    V3f v[3];
+    triangleVertices(*placed.shape.mesh, hit.prim, time, v);
+    V3f p = v[0] * (1 - hit.u - hit.v) + v[1] * hit.u + v[2] * hit.v;
+    Edges e{v[1] - v[0], v[2] - v[0]};
+    if (toWorld)
+        p = transformPoint(*toWorld, p), e.transform(*toWorld);
+    return {p, normalize(cross(e.a, e.b))};
 }
 
 ShadingRequest SurfaceLattice::request(const LatticeFace& face, const LatticePoint& point, float time,
@@ -255,8 +316,8 @@ ShadingRequest SurfaceLattice::request(const LatticeFace& face, const LatticePoi
     const PlacedShape& placed = m_scene.geometry(request.hit).placed;
     M44f storage;
     const M44f* toWorld = transformOf(face.instance, placed, time, storage);
-    const V3f n = rawNormal(placed, request.hit, toWorld, time) * (face.positive ? 1.f : -1.f);
-    const V3f p = m_scene.surface(request.hit, time).p;
+    const Spot spot = spotOf(placed, request.hit, toWorld, time);
+    const V3f n = spot.n * (face.positive ? 1.f : -1.f), p = spot.p;
     const V3f to = p - m_scene.camera().viewpoint(p, lens, time);
     request.hit.t = length(to);
     V3f wo = normalize(-to);

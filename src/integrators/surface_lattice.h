@@ -9,15 +9,6 @@
 
 namespace strobe {
 
-/// A point of the lattice: a place on a primitive.
-struct LatticePoint {
-    uint32_t prim = kNone; ///< of the face's geometry; kNone: no point
-    float u = 0, v = 0;    ///< a triangle's barycentrics, or a quadric's numbers
-    uint64_t keySum = 0;   ///< see SurfaceLattice::keyOf
-
-    explicit operator bool() const { return prim != kNone; }
-};
-
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
 /// - triangles larger than a block are divided along two of their edges into powers of two; points of a
 /// coarser
@@ -50,6 +41,8 @@ class SurfaceLattice {
     /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be
     /// missing (not all): the weights of the others, scaled to add up to 1, are then a hit's.
     void points(const LatticeCell& cell, LatticePoint out[LatticeCell::kPoints]) const;
+    /// The same for those of located hits that are in divided triangles (Lower, Upper).
+    void points(const LatticeLanes& lanes, TrianglePointLanes& out) const;
     /// Of face, place and part of the shutter: all that a shaded point's value depends on. Never 0.
     static uint64_t keyOf(const LatticePoint& point, uint32_t bin) {
         const uint64_t key = mix64(quickSum<3>(point.keySum, bin));
@@ -61,15 +54,19 @@ class SurfaceLattice {
                            const V2f& lens) const;
 
   private:
-    struct Primitive;
-    void find(const Hit& hit, Primitive& primitive) const;
+    struct Part;
+    void find(const Hit& hit, Part& part) const;
     void fetch(LatticeLanes& lanes) const;
     void findGrids(LatticeLanes& lanes) const;
     void gridPoints(const MeshCells& cells, const LatticeCell& cell, LatticePoint out[8]) const;
     const MeshCells* cellsOf(uint32_t instance, uint32_t geometry) const {
         return m_cellsOf[instance == kNone ? 0 : m_scene.instances()[instance].group][geometry];
     }
-    V3f rawNormal(const PlacedShape& placed, const Hit& hit, const M44f* toWorld, float time) const;
+    /// The place of a hit in the world, and the raw unit normal there.
+    struct Spot {
+        V3f p, n;
+    };
+    static Spot spotOf(const PlacedShape& placed, const Hit& hit, const M44f* toWorld, float time);
     /// The transform that placed geometry has at `time`; identity (null) for the world's baked meshes.
     const M44f* transformOf(uint32_t instance, const PlacedShape& placed, float time, M44f& storage) const;
 

@@ -377,6 +377,26 @@ TEST(Lattice, KeysTellPointsApart) {
     EXPECT_GT(placeOfKey.size(), 1000000u);
 }
 
+TEST(Lattice, DividesWhatOnlyTranslatesLikeWhatRests) {
+    const std::string world = "Rotate 30 1 2 3\nScale 1 1.5 .8\n" + randomTriangles(40, 1.5f);
+    const BuiltScene still = test::build(kView + world);
+    const BuiltScene moving = test::build(
+        std::string(kView) + "ActiveTransform EndTime\nTranslate .7 0 .4\nActiveTransform All\n" + world);
+    ASSERT_TRUE(moving.scene->instances().at(0).motion->onlyTranslates());
+    const SurfaceLattice ofStill(*still.scene, 1, SurfaceLattice::SmallTriangles::Shared),
+        ofMoving(*moving.scene, 1, SurfaceLattice::SmallTriangles::Shared);
+    const auto hits = randomHits(*moving.scene, 20000);
+    ASSERT_GT(hits.size(), 1000u);
+    size_t differing = 0;
+    for (VisibilitySample s : hits) {
+        const Located cell = locate(*moving.scene, ofMoving, s);
+        s.hit.instance = kNone;
+        const Located other = locate(*still.scene, ofStill, s);
+        differing += cell.kind != other.kind || cell.nu != other.nu || cell.nv != other.nv;
+    }
+    EXPECT_LE(differing, hits.size() / 1000); // rounding
+}
+
 TEST(Lattice, CellsOfOneKeyHaveTheSamePoints) {
     const BuiltScene built = test::build(kView + randomTriangles(40, 1.5f) + instanced(subdivided(6)) +
                                          "Shape \"sphere\" \"float radius\" .5\n");
