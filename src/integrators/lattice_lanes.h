@@ -62,7 +62,8 @@ struct LatticeLanes {
     // Fetched for these:
     V3Lanes a, b; ///< world-space edges from a triangle's first vertex; or a quadric's derivatives
     alignas(64) uint64_t keySum[kLanes]; ///< of what the cell's key is of, begun: face and primitive
-    bool bends[kLanes];                  ///< it is a quadric
+    bool bends[kLanes];                  ///< it is a quadric, of which the ray
+    bool seesFront[kLanes];              ///< sees the side of its own normal
     // Found from all of these:
     alignas(64) float block[kLanes];      ///< the size of a block at the hit, in scene units
     alignas(64) int32_t positive[kLanes]; ///< see LatticeFace

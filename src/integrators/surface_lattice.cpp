@@ -52,11 +52,6 @@ Edges edgesOf(const TriangleMesh& mesh, uint32_t prim, float time) {
     return {p[1] - p[0], p[2] - p[0]};
 }
 
-Edges edgesOf(const Quadric& quadric, const Hit& hit) {
-    const QuadricPoint q = quadric.point(hit.u, hit.v);
-    return {q.dpdu, q.dpdv};
-}
-
 uint64_t faceSum(const LatticeFace& face) {
     return quickSum<0>(kQuickSum, uint64_t(face.instance) << 32 | face.geometry);
 }
@@ -87,16 +82,17 @@ struct SurfaceLattice::Part {
     const PlacedShape* placed;
     const TriangleMesh* mesh; ///< null: a quadric
     const Motion* motion;     ///< of its group; null: it rests
-    bool isFixed;             ///< it has triangles, whose edges are the same at any time; then:
+    uint64_t faceSum;
+    bool isFixed; ///< directions on it are the same at any time; then:
+    M44f toWorld;
+    M44f toObject; ///< of a quadric
     const uint32_t* indices;
     const V3f* positions;
-    M44f toWorld; ///< unless it rests: the world's own meshes stand where they are
-    uint64_t faceSum;
 
     bool isOf(const HitLanes& hit, int i) const {
         return hit.geometry[i] == geometry && hit.instance[i] == instance;
     }
-    /// Of a hit whose shape is fixed.
+    /// Of a mesh that is fixed. The world's own meshes stand where they are.
     Edges fixedEdges(uint32_t prim) const {
         const uint32_t* index = indices + 3 * size_t(prim);
         const V3f p = positions[index[0]];
@@ -106,12 +102,26 @@ struct SurfaceLattice::Part {
         return edges;
     }
     Edges edgesAt(const Hit& hit, float time) const {
-        Edges edges = mesh ? edgesOf(*mesh, hit.prim, time) : edgesOf(*placed->shape.quadric, hit);
-        if (!mesh || motion)
-            edges.transform(placed->toParent);
+        Edges edges = edgesOf(*mesh, hit.prim, time);
+        if (motion)
+            place(edges, time);
+        return edges;
+    }
+    void place(Edges& edges, float time) const {
+        edges.transform(placed->toParent);
         if (motion)
             edges.transform(motion->at(time));
-        return edges;
+    }
+    /// Of a hit of a quadric: its edges, and whether the ray sees the side of its own normal.
+    bool look(const Hit& hit, const V3f& d, float time, Edges& edges) const {
+        const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
+        edges = {q.dpdu, q.dpdv};
+        if (isFixed) {
+            edges.transform(toWorld);
+            return dot(transformNormal(toObject, q.n), d) < 0;
+        }
+        place(edges, time);
+        return dot(transformNormal((placed->toParent * motion->at(time)).inverse(), q.n), d) < 0;
     }
 };
 
@@ -120,13 +130,15 @@ void SurfaceLattice::find(const Hit& hit, Part& p) const {
     p.placed = &m_scene.geometry(hit).placed;
     p.mesh = p.placed->shape.mesh.get();
     p.motion = hit.instance == kNone ? nullptr : m_scene.instances()[hit.instance].motion.get();
-    p.isFixed = p.mesh && !p.mesh->deforms() && (!p.motion || p.motion->onlyTranslates());
     p.faceSum = faceSum({hit.instance, hit.geometry, false});
+    p.isFixed = !(p.mesh && p.mesh->deforms()) && (!p.motion || p.motion->onlyTranslates());
     if (!p.isFixed)
         return;
-    p.indices = p.mesh->indices.data(), p.positions = p.mesh->positions[0].data();
-    if (p.motion)
-        p.toWorld = p.placed->toParent * p.motion->at(0);
+    p.toWorld = p.motion ? p.placed->toParent * p.motion->at(0) : p.placed->toParent;
+    if (p.mesh)
+        p.indices = p.mesh->indices.data(), p.positions = p.mesh->positions[0].data();
+    else
+        p.toObject = p.toWorld.inverse();
 }
 
 namespace {
@@ -156,7 +168,7 @@ void SurfaceLattice::fetch(LatticeLanes& lanes) const {
         Part only;
         find(lanes.hit.at(0), only);
         const uint32_t prim = lanes.hit.prim[0];
-        if (only.isFixed) {
+        if (only.isFixed && only.mesh) {
             const Edges edges = only.fixedEdges(prim);
             return setAll(lanes, edges.a, edges.b, primitiveSum(only.faceSum, prim));
         }
@@ -168,11 +180,16 @@ void SurfaceLattice::fetch(LatticeLanes& lanes) const {
         if (!part.isOf(lanes.hit, i))
             find(lanes.hit.at(i), part);
         const uint32_t prim = lanes.hit.prim[i];
-        const Edges edges =
-            part.isFixed ? part.fixedEdges(prim) : part.edgesAt(lanes.hit.at(i), lanes.time[i]);
+        Edges edges;
+        lanes.bends[i] = !part.mesh;
+        if (!part.mesh)
+            lanes.seesFront[i] = part.look(lanes.hit.at(i), lanes.d.at(i), lanes.time[i], edges);
+        else if (part.isFixed)
+            edges = part.fixedEdges(prim);
+        else
+            edges = part.edgesAt(lanes.hit.at(i), lanes.time[i]);
         lanes.a.set(i, edges.a), lanes.b.set(i, edges.b);
         lanes.keySum[i] = primitiveSum(part.faceSum, prim);
-        lanes.bends[i] = !part.mesh;
     }
 }
 
@@ -180,14 +197,8 @@ void SurfaceLattice::locate(LatticeLanes& lanes) const {
     fetch(lanes);
     lanes.divideTriangles(m_blockSize, m_sharesSmall);
     for (int i = 0; i < lanes.count; ++i)
-        if (lanes.bends[i]) {
-            const Hit hit = lanes.hit.at(i);
-            const PlacedShape& placed = m_scene.geometry(hit).placed;
-            M44f storage;
-            const M44f* toWorld = transformOf(hit.instance, placed, lanes.time[i], storage);
-            const V3f n = spotOf(placed, hit, toWorld, lanes.time[i]).n;
-            lanes.divideQuadric(i, dot(n, lanes.d.at(i)) < 0);
-        }
+        if (lanes.bends[i])
+            lanes.divideQuadric(i, lanes.seesFront[i]);
     lanes.mixKeys();
     findGrids(lanes);
 }
