@@ -88,8 +88,8 @@ STROBE_LANES void mixKeyLanes(LatticeLanes& l) {
 }
 
 STROBE_LANES void findPoints(const TrianglePointLanes& l, int n, int k, TrianglePointLanes::Points& p) {
-    const float ofUpper = k == 0, alongU = k == 1,
-                alongV = k == 2; // the first is the upper cells' fourth corner
+    // The first point of an upper cell is the corner across from that of a lower one.
+    const float ofUpper = k == 0, alongU = k == 1, alongV = k == 2;
     STROBE_INDEPENDENT
     for (int c = 0; c < n; ++c) {
         const float upper = float(l.isUpper[c]) * ofUpper, nu = l.nu[c], nv = l.nv[c];

@@ -286,8 +286,7 @@ void SurfaceLattice::points(const LatticeLanes& lanes, TrianglePointLanes& out) 
             const LatticeFace face{lanes.hit.instance[lane], lanes.hit.geometry[lane],
                                    bool(lanes.positive[lane])};
             const TriangleMesh& mesh = *m_scene.geometry({face.instance, face.geometry}).placed.shape.mesh;
-            if (mesh.normals
-                    .empty()) // flat triangles' corners are not shared: the neighbours' normals differ
+            if (mesh.normals.empty()) // the neighbours' normals differ: they do not share the corner
                 continue;
             const uint32_t vertex = mesh.indices[3 * size_t(lanes.hit.prim[lane]) + size_t(points.corner[c])];
             points.set(c, vertexPoint(mesh, *cellsOf(face.instance, face.geometry), face, vertex));
