@@ -41,22 +41,19 @@ struct HitLanes {
 /// independent of tiles and threads).
 struct alignas(64) RayBlock {
     static constexpr int kSize = 16;
-    float ox[kSize], oy[kSize], oz[kSize], tnear[kSize];
-    float dx[kSize], dy[kSize], dz[kSize], time[kSize];
-    float tfar[kSize];
+    // Zeros: Embree with assertions (Debian's, under valgrind) was seen to look at lanes not asked for.
+    float ox[kSize]{}, oy[kSize]{}, oz[kSize]{}, tnear[kSize]{};
+    float dx[kSize]{}, dy[kSize]{}, dz[kSize]{}, time[kSize]{};
+    float tfar[kSize]{};
     uint32_t mask[kSize];
-    uint32_t id[kSize]; ///< of occlusion rays: 0, or idOfLight where they end
-    uint32_t flags[kSize];
+    uint32_t id[kSize]{}; ///< of occlusion rays: 0, or idOfLight where they end
+    uint32_t flags[kSize]{};
     float ngx[kSize], ngy[kSize], ngz[kSize];
     float u[kSize], v[kSize];
     uint32_t prim[kSize], geom[kSize], inst[kSize];
     uint32_t spare[kSize]; ///< Embree 4 may write another number per hit here
 
-    RayBlock() {
-        std::fill(mask, mask + kSize, ~0u);
-        std::fill(id, id + kSize, 0u);
-        std::fill(flags, flags + kSize, 0u);
-    }
+    RayBlock() { std::fill(mask, mask + kSize, ~0u); }
     /// Of a ray to a sample of a light that hides none of its samples: it does not ask the light's own shape.
     static uint32_t idOfLight(int light) { return uint32_t(light) + 1; }
     void set(int lane, const V3f& o, const V3f& d, float tmin, float tmax, float rayTime) {
