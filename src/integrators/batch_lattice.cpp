@@ -76,7 +76,7 @@ BatchLattice::BatchLattice(const SurfaceLattice& lattice, const Settings& settin
       m_binBits(std::min(int(std::bit_width(uint32_t(settings.timeBins - 1))), kMostBinBits)) {}
 
 void BatchLattice::begin(size_t samples) {
-    m_blocks.clear();
+    m_blockCount = 0;
     m_cells.clear();
     m_points.assign(1, Point{{}, {}, 0, ~0u}); // the one that is missing: nobody asks for it
     m_values.resize(std::max(m_values.size(), size_t(1) << m_binBits)); // the first are never set
@@ -116,7 +116,7 @@ void BatchLattice::locate() {
         return;
     m_lattice.locate(m_lanes);
     binLanes(m_lanes, m_settings.timeBins, m_binBits, m_bin, m_key, m_keyInBin);
-    const size_t known = m_blocks.size();
+    const size_t known = m_blockCount;
     leaveOutRepeats();
     findCells();
     if (m_settings.nearest)
@@ -217,6 +217,7 @@ uint32_t BatchLattice::pointAt(const LatticeFace& face, const LatticePoint& at, 
 }
 
 void BatchLattice::shareCells() {
+    makeRoom(size_t(kPoints) * size_t(m_firstCount));
     for (int k = 0; k < m_firstCount; ++k) {
         const int32_t i = m_firsts[k];
         askAround(m_cellOf[i], m_bin[i] & slots(), m_sampleOf[i]);
@@ -238,6 +239,7 @@ void BatchLattice::shareCells() {
 }
 
 void BatchLattice::shareNearest() {
+    makeRoom(size_t(m_lanes.count));
     for (int i = 0; i < m_lanes.count; ++i) {
         const uint32_t slot = m_bin[i] & slots(), sample = m_sampleOf[i];
         const Cell& cell = m_cells[m_cellOf[i]];
@@ -247,34 +249,32 @@ void BatchLattice::shareNearest() {
     }
 }
 
-/// Without branches on what was asked before, which is anyone's guess.
+void BatchLattice::makeRoom(size_t blocks) {
+    if (m_blocks.size() < m_blockCount + blocks)
+        m_blocks.resize(2 * (m_blockCount + blocks));
+}
+
+/// There is room.
 void BatchLattice::askAround(uint32_t index, uint32_t slot, uint32_t sample) {
     Cell& cell = m_cells[index];
     if (cell.asked >> slot & 1)
         return;
     cell.asked |= uint8_t(1u << slot);
-    Block blocks[kPoints];
-    int count = 0;
-    for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k) {
-        Point& point = m_points[cell.first[k] >> m_binBits];
-        blocks[count] = {0, cell.first[k] >> m_binBits, slot, sample};
-        count += !(point.asked >> slot & 1);
-        point.asked |= 1u << slot;
-    }
-    m_blocks.insert(m_blocks.end(), blocks, blocks + count);
+    for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
+        ask(cell.first[k] >> m_binBits, slot, sample);
 }
 
+/// There is room. Without a branch on what was asked before, which is anyone's guess.
 void BatchLattice::ask(uint32_t index, uint32_t slot, uint32_t sample) {
     Point& point = m_points[index];
-    if (point.asked >> slot & 1)
-        return;
+    m_blocks[m_blockCount] = {0, index, slot, sample};
+    m_blockCount += !(point.asked >> slot & 1);
     point.asked |= 1u << slot;
-    m_blocks.push_back({0, index, slot, sample});
 }
 
 /// Files the blocks from number `first` on; they are looked up later, when the cache's memory has arrived.
 void BatchLattice::fileBlocks(size_t first) {
-    for (size_t i = first; i < m_blocks.size(); ++i) {
+    for (size_t i = first; i < m_blockCount; ++i) {
         Block& block = m_blocks[i];
         block.key = SurfaceLattice::keyOf(placeOf(block), binOf(block));
         m_cache.prefetch(block.key);

@@ -54,7 +54,7 @@ class BatchLattice {
     void finish() { locate(); }
 
     /// In the order in which they were asked for.
-    const std::vector<Block>& blocks() const { return m_blocks; }
+    std::span<const Block> blocks() const { return {m_blocks.data(), m_blockCount}; }
     const LatticeFace& faceOf(const Block& block) const { return m_points[block.point].face; }
     const LatticePoint& placeOf(const Block& block) const { return m_points[block.point].at; }
     uint32_t binOf(const Block& block) const { return binOf(m_points[block.point], block.slot); }
@@ -94,6 +94,7 @@ class BatchLattice {
     uint32_t pointAt(const LatticeFace& face, const LatticePoint& at, uint64_t key, uint32_t era);
     void askAround(uint32_t cell, uint32_t slot, uint32_t sample);
     void ask(uint32_t point, uint32_t slot, uint32_t sample);
+    void makeRoom(size_t blocks);
     void fileBlocks(size_t first);
     static int heaviestOf(const Cell& cell, const V3f& place);
     static int nearestOf(const Cell& cell, const V3f& place);
@@ -109,7 +110,8 @@ class BatchLattice {
     std::vector<Point> m_points;
     std::vector<Value> m_values; ///< by point, then slot; some more than there are
     std::vector<Cell> m_cells;
-    std::vector<Block> m_blocks;
+    std::vector<Block> m_blocks; ///< and room for some more
+    size_t m_blockCount = 0;
     std::vector<Shares> m_shares; ///< of kLanes samples each
     SlotTable m_pointTable, m_cellTable;
 

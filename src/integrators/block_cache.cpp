@@ -2,8 +2,6 @@
 
 #include "core/memory.h"
 
-#include "core/hash.h"
-
 #include <algorithm>
 #include <bit>
 #include <new>
@@ -14,9 +12,7 @@ namespace strobe {
 
 namespace {
 
-uint64_t signature(uint64_t redGreen, uint32_t blue) {
-    return mix64(redGreen ^ std::rotl(uint64_t(blue), 23));
-}
+uint64_t signature(uint64_t redGreen, uint32_t blue) { return redGreen ^ std::rotl(uint64_t(blue), 23); }
 
 } // namespace
 

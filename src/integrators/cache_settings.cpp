@@ -51,7 +51,7 @@ size_t automaticBytes(const RenderContext& context, float blockSize, int timeBin
     const ShadeCost cost = context.measureShadeCost();
     if (cost.shades() > 0 && cost.mean() + cost.deviation() < kMemorySeconds)
         return kMegabyte * size_t(context.threads);
-    constexpr double kBytesPerBlock = 24, kSlack = 4;
+    constexpr double kBytesPerBlock = 64 / 3., kSlack = 2;
     const double pixels = double(context.window.width()) * context.window.height();
     const double blocks = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
     const double most = double(memoryForUs()) / 4;

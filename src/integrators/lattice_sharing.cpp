@@ -18,6 +18,26 @@ struct Shared {
     BlockCache cache;
 };
 
+/// Draws the times and places on the lens of points, in time bins `bin`, and what else is random of their
+/// requests, from number `at` on; of these, `domain` is the key of the block.
+STROBE_LANES void drawShades(uint64_t seed, const CacheSettings& settings, RequestLanes& out, int at,
+                             ShadedPointLanes& points, const uint32_t* bin) {
+    const int n = points.count;
+    const float bins = float(settings.timeBins), shades = float(settings.shades);
+    const uint32_t total = uint32_t(settings.shades);
+    const LightPart part = settings.indirectOnly ? LightPart::Indirect : LightPart::All;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const uint64_t domain = hashOf(seed, out.domain[at + i]);
+        const uint64_t random = hashOf(domain, out.index[at + i]), more = mix64(random);
+        const float inBin = (float(int32_t(out.index[at + i])) + unitFloat(uint32_t(random >> 32))) / shades;
+        points.time[i] = std::min((float(int32_t(bin[i])) + inBin) / bins, kOneMinusEpsilon);
+        points.lens.x[i] = unitFloat(uint32_t(more)), points.lens.y[i] = unitFloat(uint32_t(more >> 32));
+        out.domain[at + i] = domain, out.total[at + i] = total;
+    }
+    std::fill_n(out.part + at, n, part);
+}
+
 class Worker : public IntegratorWorker {
   public:
     explicit Worker(Shared& shared)
@@ -35,13 +55,15 @@ class Worker : public IntegratorWorker {
         m_lattice.finish();
         m_requestOf.clear();
         m_parts.clear();
+        m_missing.clear();
         for (const Block& block : m_lattice.blocks())
-            m_requestOf.push_back(lookUp(block, requests));
+            lookUp(block, requests.size());
+        request(requests);
     }
 
     std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override {
-        const std::vector<Block>& blocks = m_lattice.blocks();
+        const std::span<const Block> blocks = m_lattice.blocks();
         for (size_t i = 0; i < blocks.size(); ++i)
             if (m_requestOf[i] >= 0)
                 finish(blocks[i], meanFrom(m_requestOf[i], shaded));
@@ -51,7 +73,7 @@ class Worker : public IntegratorWorker {
 
     std::span<const Rgb> resolvePart(const VisibilityBatch&, std::span<const Rgb> shaded,
                                      std::span<Rgb> values, int part) override {
-        const std::vector<Block>& blocks = m_lattice.blocks();
+        const std::span<const Block> blocks = m_lattice.blocks();
         for (size_t i = 0; i < blocks.size(); ++i) {
             if (m_requestOf[i] < 0) {
                 m_lattice.setValue(blocks[i], m_parts[i * size_t(m_shared.settings.parts) + size_t(part)]);
@@ -139,19 +161,21 @@ class Worker : public IntegratorWorker {
         }
     }
 
-    /// The first of the block's requests; -1: the cache has its value.
-    int32_t lookUp(const Block& block, ShadingRequests& requests) {
+    /// Takes the block's value from the cache, or notes that it is missing; its requests will come after
+    /// so many.
+    void lookUp(const Block& block, size_t requests) {
         ++m_lookups;
         Rgb value;
         const bool found = m_shared.cache.find(block.key, value);
         if (findParts(block.key) && found) {
             ++m_hits;
             m_lattice.setValue(block, value);
-            return -1;
+            m_requestOf.push_back(-1);
+            return;
         }
-        const int32_t first = int32_t(requests.size());
-        request(block, requests);
-        return first;
+        const size_t before = m_missing.size() * size_t(m_shared.settings.shades);
+        m_missing.push_back(uint32_t(m_requestOf.size()));
+        m_requestOf.push_back(int32_t(requests + before));
     }
 
     /// Appends the parts of a block to m_parts; false if the cache does not have them all.
@@ -163,25 +187,33 @@ class Worker : public IntegratorWorker {
     }
     static uint64_t keyOfPart(uint64_t key, int part) { return hashOf(key, part) | 1; }
 
-    /// The shades of a block: at random times, one in each of `shades` equal parts of its time bin, and
-    /// through random points of the lens.
-    void request(const Block& block, ShadingRequests& requests) const {
-        const CacheSettings& settings = m_shared.settings;
-        const uint64_t domain = hashOf(m_shared.seed, block.key);
-        for (int k = 0; k < settings.shades; ++k) {
-            const uint64_t random = hashOf(domain, k), more = mix64(random);
-            const float inBin = (float(k) + unitFloat(uint32_t(random >> 32))) / float(settings.shades);
-            const float time = (float(m_lattice.binOf(block)) + inBin) / float(settings.timeBins);
-            ShadingRequest r = m_shared.lattice.request(
-                m_lattice.faceOf(block), m_lattice.placeOf(block), std::min(time, kOneMinusEpsilon),
-                V2f(unitFloat(uint32_t(more)), unitFloat(uint32_t(more >> 32))));
-            r.domain = domain;
-            r.index = uint32_t(k);
-            r.total = uint32_t(settings.shades);
-            r.sample = block.sample;
-            r.part = settings.indirectOnly ? LightPart::Indirect : LightPart::All;
-            requests.push_back(r);
+    /// Appends the shades of the missing blocks: at random times, one in each of `shades` equal parts of
+    /// their time bins, and through random points of the lens.
+    void request(ShadingRequests& requests) {
+        const size_t shades = size_t(m_shared.settings.shades), end = m_missing.size() * shades;
+        for (size_t next = 0; next < end; next += size_t(m_points.count)) {
+            const size_t at = requests.size() % kLanes;
+            m_points.count = int(std::min(end - next, kLanes - at));
+            requests.resize(requests.size() + size_t(m_points.count));
+            RequestLanes& out = requests.block(requests.blocks() - 1);
+            for (int i = 0; i < m_points.count; ++i) {
+                const size_t shade = next + size_t(i), missing = shades == 1 ? shade : shade / shades;
+                setRow(m_lattice.blocks()[m_missing[missing]], uint32_t(shade - missing * shades), i, out,
+                       int(at) + i);
+            }
+            drawShades(m_shared.seed, m_shared.settings, out, int(at), m_points, m_bin);
+            m_shared.lattice.request(m_points, out, int(at));
         }
+    }
+
+    /// A block's shade number k becomes number i of the points, and is drawn as number `to` of the requests.
+    void setRow(const Block& block, uint32_t k, int i, RequestLanes& out, int to) {
+        const LatticeFace& face = m_lattice.faceOf(block);
+        const LatticePoint& place = m_lattice.placeOf(block);
+        m_points.hit.set(i, {face.instance, face.geometry, place.prim, place.u, place.v, 0});
+        m_points.positive[i] = face.positive;
+        m_bin[i] = m_lattice.binOf(block);
+        out.domain[to] = block.key, out.index[to] = k, out.sample[to] = block.sample;
     }
 
     Rgb meanFrom(int32_t request, std::span<const Rgb> shaded) const {
@@ -207,9 +239,12 @@ class Worker : public IntegratorWorker {
 
     Shared& m_shared;
     BatchLattice m_lattice;
-    std::vector<int32_t> m_requestOf; ///< by block: the first of its requests; -1: it was in the cache
-    std::vector<Rgb> m_parts;         ///< of blocks, one after the other, as the cache has them
-    std::vector<Alone> m_alone;       ///< samples, in order
+    std::vector<int32_t> m_requestOf;   ///< by block: the first of its requests; -1: it was in the cache
+    std::vector<uint32_t> m_missing;    ///< blocks that are not
+    ShadedPointLanes m_points;          ///< of those, on their way
+    alignas(64) uint32_t m_bin[kLanes]; ///< and their time bins
+    std::vector<Rgb> m_parts;           ///< of blocks, one after the other, as the cache has them
+    std::vector<Alone> m_alone;         ///< samples, in order
     uint64_t m_lookups = 0, m_hits = 0, m_duplicates = 0, m_evictions = 0;
 };
 

@@ -27,17 +27,6 @@ SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangl
     }
 }
 
-const M44f* SurfaceLattice::transformOf(uint32_t instance, const PlacedShape& placed, float time,
-                                        M44f& storage) const {
-    if (instance != kNone)
-        storage = placed.toParent * m_scene.instances()[instance].motion->at(time);
-    else if (placed.shape.mesh)
-        return nullptr;
-    else
-        storage = placed.toParent;
-    return &storage;
-}
-
 namespace {
 
 /// Two edges of a triangle from its first vertex, or the derivatives of a quadric's place.
@@ -112,6 +101,29 @@ struct SurfaceLattice::Part {
         if (motion)
             edges.transform(motion->at(time));
     }
+    M44f toWorldAt(float time) const {
+        if (isFixed && (!motion || motion->isStill()))
+            return toWorld;
+        return motion ? placed->toParent * motion->at(time) : placed->toParent;
+    }
+    /// The place of a hit in the world, and a normal there, of any length.
+    void spot(const Hit& hit, float time, V3f& p, V3f& n) const {
+        if (!mesh) {
+            const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
+            const M44f m = toWorldAt(time);
+            p = transformPoint(m, q.p), n = transformNormal(isFixed ? toObject : m.inverse(), q.n);
+            return;
+        }
+        V3f v[3];
+        triangleVertices(*mesh, hit.prim, time, v);
+        p = v[0] * (1 - hit.u - hit.v) + v[1] * hit.u + v[2] * hit.v;
+        Edges e{v[1] - v[0], v[2] - v[0]};
+        if (motion) {
+            const M44f m = toWorldAt(time);
+            p = transformPoint(m, p), e.transform(m);
+        }
+        n = cross(e.a, e.b);
+    }
     /// Of a hit of a quadric: its edges, and whether the ray sees the side of its own normal.
     bool look(const Hit& hit, const V3f& d, float time, Edges& edges) const {
         const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
@@ -123,6 +135,23 @@ struct SurfaceLattice::Part {
         place(edges, time);
         return dot(transformNormal((placed->toParent * motion->at(time)).inverse(), q.n), d) < 0;
     }
+};
+
+/// The parts of the last few shapes.
+class SurfaceLattice::Parts {
+  public:
+    explicit Parts(const SurfaceLattice& lattice) : m_lattice(lattice) {}
+    const Part& of(const HitLanes& hit, int i) {
+        Part& part = m_parts[(hit.instance[i] + hit.geometry[i]) % kCount];
+        if (!part.isOf(hit, i))
+            m_lattice.find(hit.at(i), part);
+        return part;
+    }
+
+  private:
+    static constexpr uint32_t kCount = 4;
+    const SurfaceLattice& m_lattice;
+    Part m_parts[kCount];
 };
 
 void SurfaceLattice::find(const Hit& hit, Part& p) const {
@@ -164,21 +193,17 @@ STROBE_LANES void setAll(LatticeLanes& l, const V3f& a, const V3f& b, uint64_t k
 } // namespace
 
 void SurfaceLattice::fetch(LatticeLanes& lanes) const {
+    Parts parts(*this);
     if (hitOnePrimitive(lanes.hit, lanes.count)) {
-        Part only;
-        find(lanes.hit.at(0), only);
+        const Part& only = parts.of(lanes.hit, 0);
         const uint32_t prim = lanes.hit.prim[0];
         if (only.isFixed && only.mesh) {
             const Edges edges = only.fixedEdges(prim);
             return setAll(lanes, edges.a, edges.b, primitiveSum(only.faceSum, prim));
         }
     }
-    constexpr uint32_t kRemembered = 4;
-    Part remembered[kRemembered];
     for (int i = 0; i < lanes.count; ++i) {
-        Part& part = remembered[(lanes.hit.instance[i] + lanes.hit.geometry[i]) % kRemembered];
-        if (!part.isOf(lanes.hit, i))
-            find(lanes.hit.at(i), part);
+        const Part& part = parts.of(lanes.hit, i);
         const uint32_t prim = lanes.hit.prim[i];
         Edges edges;
         lanes.bends[i] = !part.mesh;
@@ -301,41 +326,46 @@ void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell,
             places[k] ? innerPoint(cell.face, places[k]->prim, places[k]->u, places[k]->v) : LatticePoint();
 }
 
-SurfaceLattice::Spot SurfaceLattice::spotOf(const PlacedShape& placed, const Hit& hit, const M44f* toWorld,
-                                            float time) {
-    if (!placed.shape.mesh) {
-        const QuadricPoint q = placed.shape.quadric->point(hit.u, hit.v);
-        return {transformPoint(*toWorld, q.p), normalize(transformNormal(toWorld->inverse(), q.n))};
-    }
-    V3f v[3];
-    triangleVertices(*placed.shape.mesh, hit.prim, time, v);
-    V3f p = v[0] * (1 - hit.u - hit.v) + v[1] * hit.u + v[2] * hit.v;
-    Edges e{v[1] - v[0], v[2] - v[0]};
-    if (toWorld)
-        p = transformPoint(*toWorld, p), e.transform(*toWorld);
-    return {p, normalize(cross(e.a, e.b))};
-}
+namespace {
 
-ShadingRequest SurfaceLattice::request(const LatticeFace& face, const LatticePoint& point, float time,
-                                       const V2f& lens) const {
+/// Rows `at` to `at + points.count`: rays from where the camera sees the points.
+STROBE_LANES void look(const ShadedPointLanes& points, RayCone cone, RequestLanes& out, int at) {
     // A point beyond the silhouette is shaded as if seen at a grazing angle from the side that the sample
     // saw.
     constexpr float kGrazing = 0.02f;
-    ShadingRequest request{};
-    request.hit = {face.instance, face.geometry, point.prim, point.u, point.v, 0};
-    const PlacedShape& placed = m_scene.geometry(request.hit).placed;
-    M44f storage;
-    const M44f* toWorld = transformOf(face.instance, placed, time, storage);
-    const Spot spot = spotOf(placed, request.hit, toWorld, time);
-    const V3f n = spot.n * (face.positive ? 1.f : -1.f), p = spot.p;
-    const V3f to = p - m_scene.camera().viewpoint(p, lens, time);
-    request.hit.t = length(to);
-    V3f wo = normalize(-to);
-    if (const float cosine = dot(wo, n); cosine < kGrazing)
-        wo = normalize(wo + n * (kGrazing - cosine));
-    request.ray = {p + wo * request.hit.t, -wo, time, 0};
-    request.cone = m_cone;
-    return request;
+    const int n = points.count;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const V3f normal = normalize(points.n.at(i)) * (points.positive[i] ? 1.f : -1.f);
+        const V3f p = points.p.at(i), to = p - points.viewpoint.at(i);
+        const float t = length(to);
+        const V3f towards = normalize(-to);
+        const float cosine = dot(towards, normal);
+        const V3f raised = normalize(towards + normal * (kGrazing - cosine));
+        const V3f wo(cosine < kGrazing ? raised.x : towards.x, cosine < kGrazing ? raised.y : towards.y,
+                     cosine < kGrazing ? raised.z : towards.z);
+        const int k = at + i;
+        out.ray.o.x[k] = p.x + wo.x * t, out.ray.o.y[k] = p.y + wo.y * t, out.ray.o.z[k] = p.z + wo.z * t;
+        out.ray.d.x[k] = -wo.x, out.ray.d.y[k] = -wo.y, out.ray.d.z[k] = -wo.z;
+        out.hit.instance[k] = points.hit.instance[i], out.hit.geometry[k] = points.hit.geometry[i];
+        out.hit.prim[k] = points.hit.prim[i];
+        out.hit.u[k] = points.hit.u[i], out.hit.v[k] = points.hit.v[i], out.hit.t[k] = t;
+        out.time[k] = points.time[i], out.width[k] = cone.width, out.spread[k] = cone.spread;
+    }
+}
+
+} // namespace
+
+void SurfaceLattice::request(ShadedPointLanes& points, RequestLanes& out, int at) const {
+    Parts parts(*this);
+    const Camera& camera = m_scene.camera();
+    for (int i = 0; i < points.count; ++i) {
+        V3f p, n;
+        parts.of(points.hit, i).spot(points.hit.at(i), points.time[i], p, n);
+        points.p.set(i, p), points.n.set(i, n);
+        points.viewpoint.set(i, camera.viewpoint(p, points.lens.at(i), points.time[i]));
+    }
+    look(points, m_cone, out, at);
 }
 
 } // namespace strobe

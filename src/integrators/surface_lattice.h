@@ -9,6 +9,19 @@
 
 namespace strobe {
 
+/// Points of the lattice that are to be shaded, at shutter fractions `time`, as the camera sees them then
+/// through points `lens` (in [0,1)²) of its lens.
+struct ShadedPointLanes {
+    int count = 0;
+    HitLanes hit;                         ///< but for t
+    alignas(64) int32_t positive[kLanes]; ///< see LatticeFace
+    alignas(64) float time[kLanes];
+    V2Lanes lens;
+    // Fetched for these:
+    V3Lanes p, n; ///< in the world; the normal of any length
+    V3Lanes viewpoint;
+};
+
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
 /// - triangles larger than a block are divided along two of their edges into powers of two; points of a
 /// coarser
@@ -48,13 +61,12 @@ class SurfaceLattice {
         const uint64_t key = mix64(quickSum<3>(point.keySum, bin));
         return key ? key : 1;
     }
-    /// The request to shade a point at shutter fraction `time`, as the camera sees it then through the point
-    /// `lens` (in [0,1)²) of its lens.
-    ShadingRequest request(const LatticeFace& face, const LatticePoint& point, float time,
-                           const V2f& lens) const;
+    /// The requests to shade points, from lane `at` on: hits, rays, times and cones.
+    void request(ShadedPointLanes& points, RequestLanes& out, int at) const;
 
   private:
     struct Part;
+    class Parts;
     void find(const Hit& hit, Part& part) const;
     void fetch(LatticeLanes& lanes) const;
     void findGrids(LatticeLanes& lanes) const;
@@ -62,13 +74,6 @@ class SurfaceLattice {
     const MeshCells* cellsOf(uint32_t instance, uint32_t geometry) const {
         return m_cellsOf[instance == kNone ? 0 : m_scene.instances()[instance].group][geometry];
     }
-    /// The place of a hit in the world, and the raw unit normal there.
-    struct Spot {
-        V3f p, n;
-    };
-    static Spot spotOf(const PlacedShape& placed, const Hit& hit, const M44f* toWorld, float time);
-    /// The transform that placed geometry has at `time`; identity (null) for the world's baked meshes.
-    const M44f* transformOf(uint32_t instance, const PlacedShape& placed, float time, M44f& storage) const;
 
     const Scene& m_scene;
     const float m_blockSize;
