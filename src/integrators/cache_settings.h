@@ -30,7 +30,7 @@ struct CacheSize {
     bool automatic = false;
     static const ParamDef<std::string> kParam;
 };
-/// As large as all the blocks that the picture can be expected to need (twice the points of its pixels, in
+/// As large as all the blocks that the picture can be expected to need (the points of its pixels, in
 /// buckets half full), a quarter of the machine's memory at most; but if a shade costs no more than
 /// fetching it from memory, no larger than a processor's own cache. (The paper, Section 2.3: "cycle counting
 /// the average and standard deviation for a set of typical shades would give a good indication of how much
