@@ -73,7 +73,8 @@ STROBE_LANES void takeWeighted(const LatticeTake::Shares& shares, const LatticeT
 BatchLattice::BatchLattice(const SurfaceLattice& lattice, const Settings& settings,
                            const BlockCache& prefetchFrom)
     : m_lattice(lattice), m_settings(settings), m_cache(prefetchFrom),
-      m_binBits(std::min(int(std::bit_width(uint32_t(settings.timeBins - 1))), kMostBinBits)) {}
+      m_binBits(std::min(int(std::bit_width(uint32_t(settings.timeBins - 1))), kMostBinBits)),
+      m_parts(lattice.parts()) {}
 
 void BatchLattice::begin(size_t samples) {
     m_blockCount = 0;
@@ -114,7 +115,7 @@ void BatchLattice::addAll(const VisibilityBatch& batch, size_t b) {
 void BatchLattice::locate() {
     if (m_lanes.count == 0)
         return;
-    m_lattice.locate(m_lanes);
+    m_lattice.locate(m_lanes, m_parts);
     binLanes(m_lanes, m_settings.timeBins, m_binBits, m_bin, m_key, m_keyInBin);
     const size_t known = m_blockCount;
     leaveOutRepeats();

@@ -116,6 +116,7 @@ class BatchLattice {
     SlotTable m_pointTable, m_cellTable;
 
     // Samples on their way in:
+    SurfaceParts m_parts;
     LatticeLanes m_lanes;
     uint32_t m_sampleOf[kLanes];
     alignas(64) uint32_t m_bin[kLanes];

@@ -43,7 +43,8 @@ class Worker : public IntegratorWorker {
   public:
     explicit Worker(Shared& shared)
         : m_shared(shared), m_scope(shared.settings.scope),
-          m_blocks(m_scope == CacheSettings::Scope::Mutex ? shared.blocks : m_own) {}
+          m_blocks(m_scope == CacheSettings::Scope::Mutex ? shared.blocks : m_own),
+          m_parts(shared.lattice.parts()) {}
 
     void beginTile() override {
         if (m_scope == CacheSettings::Scope::Tile)
@@ -123,7 +124,7 @@ class Worker : public IntegratorWorker {
     Place placeOf(const VisibilitySample& sample) {
         m_lanes.count = 0;
         m_lanes.add(sample, m_shared.scene.camera().cone(sample.film));
-        m_shared.lattice.locate(m_lanes);
+        m_shared.lattice.locate(m_lanes, m_parts);
         const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, 0);
         const int bins = m_shared.settings.timeBins;
         const int bin = std::min(int(sample.ray.time * float(bins)), bins - 1);
@@ -180,6 +181,7 @@ class Worker : public IntegratorWorker {
     const CacheSettings::Scope m_scope;
     Blocks m_own;
     Blocks& m_blocks;
+    SurfaceParts m_parts;
     LatticeLanes m_lanes;
     std::vector<Place> m_places; ///< one per sample
     std::vector<Shading> m_shading;

@@ -42,7 +42,8 @@ class Worker : public IntegratorWorker {
   public:
     explicit Worker(Shared& shared)
         : m_shared(shared),
-          m_lattice(shared.lattice, {shared.settings.timeBins, shared.settings.nearest}, shared.cache) {}
+          m_lattice(shared.lattice, {shared.settings.timeBins, shared.settings.nearest}, shared.cache),
+          m_surfaces(shared.lattice.parts()) {}
 
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         m_lattice.begin(batch.samples.size());
@@ -202,7 +203,7 @@ class Worker : public IntegratorWorker {
                        int(at) + i);
             }
             drawShades(m_shared.seed, m_shared.settings, out, int(at), m_points, m_bin);
-            m_shared.lattice.request(m_points, out, int(at));
+            m_shared.lattice.request(m_points, m_surfaces, out, int(at));
         }
     }
 
@@ -239,6 +240,7 @@ class Worker : public IntegratorWorker {
 
     Shared& m_shared;
     BatchLattice m_lattice;
+    SurfaceParts m_surfaces;            ///< for requests
     std::vector<int32_t> m_requestOf;   ///< by block: the first of its requests; -1: it was in the cache
     std::vector<uint32_t> m_missing;    ///< blocks that are not
     ShadedPointLanes m_points;          ///< of those, on their way

@@ -29,21 +29,7 @@ SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangl
 
 namespace {
 
-/// Two edges of a triangle from its first vertex, or the derivatives of a quadric's place.
-struct Edges {
-    V3f a, b;
-    void transform(const M44f& m) { a = transformVector(m, a), b = transformVector(m, b); }
-};
-
-Edges edgesOf(const TriangleMesh& mesh, uint32_t prim, float time) {
-    V3f p[3];
-    triangleVertices(mesh, prim, time, p);
-    return {p[1] - p[0], p[2] - p[0]};
-}
-
-uint64_t faceSum(const LatticeFace& face) {
-    return quickSum<0>(kQuickSum, uint64_t(face.instance) << 32 | face.geometry);
-}
+uint64_t faceSum(const LatticeFace& face) { return surfaceSum(face.instance, face.geometry); }
 
 /// What the keys of cells and points in a primitive have in common.
 uint64_t primitiveSum(uint64_t faceSum, uint32_t prim) {
@@ -64,111 +50,6 @@ LatticePoint vertexPoint(const TriangleMesh& mesh, const MeshCells& cells, const
 }
 
 } // namespace
-
-/// What hits of one shape have in common: neighbours often do.
-struct SurfaceLattice::Part {
-    uint32_t instance = kNone, geometry = kNone;
-    const PlacedShape* placed;
-    const TriangleMesh* mesh; ///< null: a quadric
-    const Motion* motion;     ///< of its group; null: it rests
-    uint64_t faceSum;
-    bool isFixed; ///< directions on it are the same at any time; then:
-    M44f toWorld;
-    M44f toObject; ///< of a quadric
-    const uint32_t* indices;
-    const V3f* positions;
-
-    bool isOf(const HitLanes& hit, int i) const {
-        return hit.geometry[i] == geometry && hit.instance[i] == instance;
-    }
-    /// Of a mesh that is fixed. The world's own meshes stand where they are.
-    Edges fixedEdges(uint32_t prim) const {
-        const uint32_t* index = indices + 3 * size_t(prim);
-        const V3f p = positions[index[0]];
-        Edges edges{positions[index[1]] - p, positions[index[2]] - p};
-        if (motion)
-            edges.transform(toWorld);
-        return edges;
-    }
-    Edges edgesAt(const Hit& hit, float time) const {
-        Edges edges = edgesOf(*mesh, hit.prim, time);
-        if (motion)
-            place(edges, time);
-        return edges;
-    }
-    void place(Edges& edges, float time) const {
-        edges.transform(placed->toParent);
-        if (motion)
-            edges.transform(motion->at(time));
-    }
-    M44f toWorldAt(float time) const {
-        if (isFixed && (!motion || motion->isStill()))
-            return toWorld;
-        return motion ? placed->toParent * motion->at(time) : placed->toParent;
-    }
-    /// The place of a hit in the world, and a normal there, of any length.
-    void spot(const Hit& hit, float time, V3f& p, V3f& n) const {
-        if (!mesh) {
-            const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
-            const M44f m = toWorldAt(time);
-            p = transformPoint(m, q.p), n = transformNormal(isFixed ? toObject : m.inverse(), q.n);
-            return;
-        }
-        V3f v[3];
-        triangleVertices(*mesh, hit.prim, time, v);
-        p = v[0] * (1 - hit.u - hit.v) + v[1] * hit.u + v[2] * hit.v;
-        Edges e{v[1] - v[0], v[2] - v[0]};
-        if (motion) {
-            const M44f m = toWorldAt(time);
-            p = transformPoint(m, p), e.transform(m);
-        }
-        n = cross(e.a, e.b);
-    }
-    /// Of a hit of a quadric: its edges, and whether the ray sees the side of its own normal.
-    bool look(const Hit& hit, const V3f& d, float time, Edges& edges) const {
-        const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
-        edges = {q.dpdu, q.dpdv};
-        if (isFixed) {
-            edges.transform(toWorld);
-            return dot(transformNormal(toObject, q.n), d) < 0;
-        }
-        place(edges, time);
-        return dot(transformNormal((placed->toParent * motion->at(time)).inverse(), q.n), d) < 0;
-    }
-};
-
-/// The parts of the last few shapes.
-class SurfaceLattice::Parts {
-  public:
-    explicit Parts(const SurfaceLattice& lattice) : m_lattice(lattice) {}
-    const Part& of(const HitLanes& hit, int i) {
-        Part& part = m_parts[(hit.instance[i] + hit.geometry[i]) % kCount];
-        if (!part.isOf(hit, i))
-            m_lattice.find(hit.at(i), part);
-        return part;
-    }
-
-  private:
-    static constexpr uint32_t kCount = 4;
-    const SurfaceLattice& m_lattice;
-    Part m_parts[kCount];
-};
-
-void SurfaceLattice::find(const Hit& hit, Part& p) const {
-    p.instance = hit.instance, p.geometry = hit.geometry;
-    p.placed = &m_scene.geometry(hit).placed;
-    p.mesh = p.placed->shape.mesh.get();
-    p.motion = hit.instance == kNone ? nullptr : m_scene.instances()[hit.instance].motion.get();
-    p.faceSum = faceSum({hit.instance, hit.geometry, false});
-    p.isFixed = !(p.mesh && p.mesh->deforms()) && (!p.motion || p.motion->onlyTranslates());
-    if (!p.isFixed)
-        return;
-    p.toWorld = p.motion ? p.placed->toParent * p.motion->at(0) : p.placed->toParent;
-    if (p.mesh)
-        p.indices = p.mesh->indices.data(), p.positions = p.mesh->positions[0].data();
-    else
-        p.toObject = p.toWorld.inverse();
-}
 
 namespace {
 
@@ -192,18 +73,17 @@ STROBE_LANES void setAll(LatticeLanes& l, const V3f& a, const V3f& b, uint64_t k
 
 } // namespace
 
-void SurfaceLattice::fetch(LatticeLanes& lanes) const {
-    Parts parts(*this);
+void SurfaceLattice::fetch(LatticeLanes& lanes, SurfaceParts& parts) const {
     if (hitOnePrimitive(lanes.hit, lanes.count)) {
-        const Part& only = parts.of(lanes.hit, 0);
+        const SurfacePart& only = parts.of(lanes.hit, 0);
         const uint32_t prim = lanes.hit.prim[0];
         if (only.isFixed && only.mesh) {
             const Edges edges = only.fixedEdges(prim);
-            return setAll(lanes, edges.a, edges.b, primitiveSum(only.faceSum, prim));
+            return setAll(lanes, edges.a, edges.b, primitiveSum(only.keySum, prim));
         }
     }
     for (int i = 0; i < lanes.count; ++i) {
-        const Part& part = parts.of(lanes.hit, i);
+        const SurfacePart& part = parts.of(lanes.hit, i);
         const uint32_t prim = lanes.hit.prim[i];
         Edges edges;
         lanes.bends[i] = !part.mesh;
@@ -212,14 +92,14 @@ void SurfaceLattice::fetch(LatticeLanes& lanes) const {
         else if (part.isFixed)
             edges = part.fixedEdges(prim);
         else
-            edges = part.edgesAt(lanes.hit.at(i), lanes.time[i]);
+            edges = part.edgesAt(prim, lanes.time[i]);
         lanes.a.set(i, edges.a), lanes.b.set(i, edges.b);
-        lanes.keySum[i] = primitiveSum(part.faceSum, prim);
+        lanes.keySum[i] = primitiveSum(part.keySum, prim);
     }
 }
 
-void SurfaceLattice::locate(LatticeLanes& lanes) const {
-    fetch(lanes);
+void SurfaceLattice::locate(LatticeLanes& lanes, SurfaceParts& parts) const {
+    fetch(lanes, parts);
     lanes.divideTriangles(m_blockSize, m_sharesSmall);
     for (int i = 0; i < lanes.count; ++i)
         if (lanes.bends[i])
@@ -356,8 +236,7 @@ STROBE_LANES void look(const ShadedPointLanes& points, RayCone cone, RequestLane
 
 } // namespace
 
-void SurfaceLattice::request(ShadedPointLanes& points, RequestLanes& out, int at) const {
-    Parts parts(*this);
+void SurfaceLattice::request(ShadedPointLanes& points, SurfaceParts& parts, RequestLanes& out, int at) const {
     const Camera& camera = m_scene.camera();
     for (int i = 0; i < points.count; ++i) {
         V3f p, n;

@@ -4,6 +4,7 @@
 #include "core/hash.h"
 #include "core/integrator.h"
 #include "integrators/lattice_lanes.h"
+#include "integrators/surface_parts.h"
 
 #include <unordered_map>
 
@@ -44,7 +45,9 @@ class SurfaceLattice {
     SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small);
 
     /// Finds the places of hits. Each is a function of its own numbers alone.
-    void locate(LatticeLanes& lanes) const;
+    void locate(LatticeLanes& lanes, SurfaceParts& parts) const;
+    /// What a thread brings along.
+    SurfaceParts parts() const { return SurfaceParts(m_scene); }
     /// The cell of a hit that was located.
     static LatticeCell cellAt(const LatticeLanes& lanes, int i);
     /// The cone of a pixel, for `locate`: that of its centre.
@@ -62,13 +65,10 @@ class SurfaceLattice {
         return key ? key : 1;
     }
     /// The requests to shade points, from lane `at` on: hits, rays, times and cones.
-    void request(ShadedPointLanes& points, RequestLanes& out, int at) const;
+    void request(ShadedPointLanes& points, SurfaceParts& parts, RequestLanes& out, int at) const;
 
   private:
-    struct Part;
-    class Parts;
-    void find(const Hit& hit, Part& part) const;
-    void fetch(LatticeLanes& lanes) const;
+    void fetch(LatticeLanes& lanes, SurfaceParts& parts) const;
     void findGrids(LatticeLanes& lanes) const;
     void gridPoints(const MeshCells& cells, const LatticeCell& cell, LatticePoint out[8]) const;
     const MeshCells* cellsOf(uint32_t instance, uint32_t geometry) const {

@@ -48,11 +48,12 @@ TEST_P(LatticeRequests, ComeFromTheCameraOrGrazeTheSideThatIsAsked) {
     const BuiltScene built = test::build(kStart + GetParam().view + "WorldBegin\n" + GetParam().world);
     const Scene& scene = *built.scene;
     const SurfaceLattice lattice(scene, 1, SurfaceLattice::SmallTriangles::Shared);
+    SurfaceParts parts = lattice.parts();
     int facing = 0, raised = 0;
     for (uint64_t seed = 0; seed < 40; ++seed) {
         ShadedPointLanes points = randomPoints(scene, seed, kLanes);
         RequestLanes requests;
-        lattice.request(points, requests, 0);
+        lattice.request(points, parts, requests, 0);
         for (int i = 0; i < kLanes; ++i) {
             const V2f lens = points.lens.at(i);
             const float time = requests.time[i];
@@ -86,9 +87,10 @@ TEST_P(LatticeRequests, ComeFromTheCameraOrGrazeTheSideThatIsAsked) {
 TEST_P(LatticeRequests, DoNotDependOnTheLane) {
     const BuiltScene built = test::build(kStart + GetParam().view + "WorldBegin\n" + GetParam().world);
     const SurfaceLattice lattice(*built.scene, 1, SurfaceLattice::SmallTriangles::Shared);
+    SurfaceParts parts = lattice.parts();
     ShadedPointLanes points = randomPoints(*built.scene, 7, kLanes);
     RequestLanes together;
-    lattice.request(points, together, 0);
+    lattice.request(points, parts, together, 0);
     for (int i = 0; i < kLanes; ++i) {
         const int at = (i * 7 + 3) % kLanes;
         ShadedPointLanes one;
@@ -96,7 +98,7 @@ TEST_P(LatticeRequests, DoNotDependOnTheLane) {
         one.hit.set(0, points.hit.at(i)), one.positive[0] = points.positive[i];
         one.time[0] = points.time[i], one.lens.set(0, points.lens.at(i));
         RequestLanes alone;
-        lattice.request(one, alone, at);
+        lattice.request(one, parts, alone, at);
         EXPECT_EQ(alone.ray.o.at(at), together.ray.o.at(i));
         EXPECT_EQ(alone.ray.d.at(at), together.ray.d.at(i));
         EXPECT_EQ(alone.hit.t[at], together.hit.t[i]);

@@ -75,7 +75,8 @@ struct Located : LatticeCell {
 Located locate(const Scene& scene, const SurfaceLattice& lattice, const VisibilitySample& s) {
     LatticeLanes lanes;
     lanes.add(s, scene.camera().cone(s.film));
-    lattice.locate(lanes);
+    SurfaceParts parts = lattice.parts();
+    lattice.locate(lanes, parts);
     Located located{SurfaceLattice::cellAt(lanes, 0)};
     LatticeCell::weigh(located.kind, lanes.place.at(0), located.weights);
     return located;
@@ -433,7 +434,8 @@ TEST(Lattice, HitsSideBySideAreEachFoundAsIfAlone) {
             LatticeLanes lanes;
             for (size_t i = first; i < std::min(first + kLanes - first % 7, hits.size()); ++i)
                 lanes.add(hits[i], scene.camera().cone(hits[i].film));
-            lattice.locate(lanes);
+            SurfaceParts parts = lattice.parts();
+            lattice.locate(lanes, parts);
             for (int i = 0; i < lanes.count; ++i) {
                 const Located alone = locate(scene, lattice, hits[first + size_t(i)]);
                 ASSERT_EQ(lanes.key[i], alone.key);

@@ -1,0 +1,70 @@
+#include "integrators/surface_parts.h"
+
+namespace strobe {
+
+SurfacePart::SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry)
+    : instance(instance), geometry(geometry), placed(&scene.geometry({instance, geometry}).placed),
+      mesh(placed->shape.mesh.get()),
+      motion(instance == kNone ? nullptr : scene.instances()[instance].motion.get()),
+      keySum(surfaceSum(instance, geometry)),
+      isFixed(!(mesh && mesh->deforms()) && (!motion || motion->onlyTranslates())) {
+    if (!isFixed)
+        return;
+    toWorld = motion ? placed->toParent * motion->at(0) : placed->toParent;
+    if (mesh)
+        indices = mesh->indices.data(), positions = mesh->positions[0].data();
+    else
+        toObject = toWorld.inverse();
+}
+
+void SurfacePart::place(Edges& edges, float time) const {
+    edges.transform(placed->toParent);
+    if (motion)
+        edges.transform(motion->at(time));
+}
+
+M44f SurfacePart::toWorldAt(float time) const {
+    if (isFixed && (!motion || motion->isStill()))
+        return toWorld;
+    return motion ? placed->toParent * motion->at(time) : placed->toParent;
+}
+
+Edges SurfacePart::edgesAt(uint32_t prim, float time) const {
+    V3f p[3];
+    triangleVertices(*mesh, prim, time, p);
+    Edges edges{p[1] - p[0], p[2] - p[0]};
+    if (motion)
+        place(edges, time);
+    return edges;
+}
+
+bool SurfacePart::look(const Hit& hit, const V3f& d, float time, Edges& edges) const {
+    const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
+    edges = {q.dpdu, q.dpdv};
+    if (isFixed) {
+        edges.transform(toWorld);
+        return dot(transformNormal(toObject, q.n), d) < 0;
+    }
+    place(edges, time);
+    return dot(transformNormal((placed->toParent * motion->at(time)).inverse(), q.n), d) < 0;
+}
+
+void SurfacePart::spot(const Hit& hit, float time, V3f& p, V3f& n) const {
+    if (!mesh) {
+        const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
+        const M44f m = toWorldAt(time);
+        p = transformPoint(m, q.p), n = transformNormal(isFixed ? toObject : m.inverse(), q.n);
+        return;
+    }
+    V3f v[3];
+    triangleVertices(*mesh, hit.prim, time, v);
+    p = v[0] * (1 - hit.u - hit.v) + v[1] * hit.u + v[2] * hit.v;
+    Edges e{v[1] - v[0], v[2] - v[0]};
+    if (motion) {
+        const M44f m = toWorldAt(time);
+        p = transformPoint(m, p), e.transform(m);
+    }
+    n = cross(e.a, e.b);
+}
+
+} // namespace strobe

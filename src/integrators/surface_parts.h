@@ -1,0 +1,76 @@
+// What hits of one shape have in common.
+#pragma once
+
+#include "core/hash.h"
+#include "core/scene.h"
+
+namespace strobe {
+
+/// Two edges of a triangle from its first vertex, or the derivatives of a quadric's place.
+struct Edges {
+    V3f a, b;
+    void transform(const M44f& m) { a = transformVector(m, a), b = transformVector(m, b); }
+};
+
+/// A shape, or an instance's.
+struct SurfacePart {
+    uint32_t instance = kNone, geometry = kNone;
+    const PlacedShape* placed;
+    const TriangleMesh* mesh; ///< null: a quadric
+    const Motion* motion;     ///< of its group; null: it rests
+    uint64_t keySum;          ///< surfaceSum
+    bool isFixed;             ///< directions on it are the same at any time; then:
+    M44f toWorld;
+    M44f toObject; ///< of a quadric
+    const uint32_t* indices;
+    const V3f* positions;
+
+    SurfacePart() = default;
+    SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry);
+    bool isOf(const HitLanes& hit, int i) const {
+        return hit.geometry[i] == geometry && hit.instance[i] == instance;
+    }
+    /// Of a mesh that is fixed. The world's own meshes stand where they are.
+    Edges fixedEdges(uint32_t prim) const {
+        const uint32_t* index = indices + 3 * size_t(prim);
+        const V3f p = positions[index[0]];
+        Edges edges{positions[index[1]] - p, positions[index[2]] - p};
+        if (motion)
+            edges.transform(toWorld);
+        return edges;
+    }
+    /// Of any mesh, in the world, at a shutter fraction.
+    Edges edgesAt(uint32_t prim, float time) const;
+    /// Of a hit of a quadric: its edges, and whether the ray along d sees the side of its own normal.
+    bool look(const Hit& hit, const V3f& d, float time, Edges& edges) const;
+    /// The place of a hit in the world, and a normal there, of any length.
+    void spot(const Hit& hit, float time, V3f& p, V3f& n) const;
+
+  private:
+    void place(Edges& edges, float time) const;
+    M44f toWorldAt(float time) const;
+};
+
+/// What the keys of the lattice have in common on a surface.
+inline uint64_t surfaceSum(uint32_t instance, uint32_t geometry) {
+    return quickSum<0>(kQuickSum, uint64_t(instance) << 32 | geometry);
+}
+
+/// Remembers the last few parts: neighbours often are on the same. For one thread; the scene outlives it.
+class SurfaceParts {
+  public:
+    explicit SurfaceParts(const Scene& scene) : m_scene(scene) {}
+    const SurfacePart& of(const HitLanes& hit, int i) {
+        SurfacePart& part = m_parts[(hit.instance[i] + hit.geometry[i]) % kCount];
+        if (!part.isOf(hit, i))
+            part = SurfacePart(m_scene, hit.instance[i], hit.geometry[i]);
+        return part;
+    }
+
+  private:
+    static constexpr uint32_t kCount = 8;
+    const Scene& m_scene;
+    SurfacePart m_parts[kCount];
+};
+
+} // namespace strobe
