@@ -1,9 +1,10 @@
 #include "integrators/msaa.h"
 
 #include "core/hash.h"
+#include "integrators/slot_table.h"
 
 #include <algorithm>
-#include <numeric>
+#include <bit>
 
 namespace strobe {
 
@@ -12,17 +13,15 @@ namespace {
 const ParamDef<int> kShades{"shades", 1,
                             "shades per pixel and primitive, drawn from the samples that hit it"};
 
-/// Equal for samples that share: a triangle, or the whole of any other shape. Samples under a negative lobe
-/// of the pixel filter keep to themselves, since a group's mean stands for its members only if they weigh the
-/// same.
-struct GroupId {
-    uint32_t instance, geometry, prim;
-    bool negative;
-    auto operator<=>(const GroupId&) const = default;
-};
-
-GroupId groupOf(const VisibilitySample& s) {
-    return {s.hit.instance, s.hit.geometry, s.hit.prim, s.weight < 0};
+/// Equal for samples that share: those that hit the same triangle, or any other shape. Samples under a
+/// negative lobe of the pixel filter keep to themselves, since a group's mean stands for its members only if
+/// they weigh the same.
+STROBE_LANES void findGroupKeys(const VisibilityLanes& samples, uint64_t* keys) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < kLanes; ++i)
+        keys[i] = quickHashOf(uint64_t(samples.hit.instance[i]) << 32 | samples.hit.geometry[i],
+                              uint64_t(samples.hit.prim[i]) << 1 |
+                                  std::bit_cast<uint32_t>(samples.weight[i]) >> 31);
 }
 
 class Worker : public IntegratorWorker {
@@ -31,9 +30,13 @@ class Worker : public IntegratorWorker {
 
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         m_shares.resize(batch.samples.size());
+        m_keys.resize(batch.samples.blocks() * kLanes);
+        for (size_t b = 0; b < batch.samples.blocks(); ++b)
+            findGroupKeys(batch.samples.block(b), &m_keys[b * kLanes]);
         const uint32_t spp = batch.slice.count();
+        m_groupOf.resize(spp), m_order.resize(spp), m_ends.resize(spp);
         for (size_t first = 0; first < batch.samples.size(); first += spp)
-            planPixel(batch, first, spp, requests);
+            planPixel(batch, uint32_t(first), spp, requests);
     }
 
     std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
@@ -56,20 +59,32 @@ class Worker : public IntegratorWorker {
 
     /// Groups the pixel's samples by primitive and draws the shades of each group uniformly, without repeats.
     /// Samples that escaped shade for themselves: looking up the surroundings costs nothing worth sharing.
-    void planPixel(const VisibilityBatch& batch, size_t first, uint32_t spp, ShadingRequests& requests) {
-        m_order.resize(spp);
-        std::iota(m_order.begin(), m_order.end(), uint32_t(first));
-        std::stable_sort(m_order.begin(), m_order.end(), [&](uint32_t a, uint32_t b) {
-            return groupOf(batch.samples[a]) < groupOf(batch.samples[b]);
-        });
-        for (uint32_t begin = 0; begin < spp;) {
-            const VisibilitySample& head = batch.samples[m_order[begin]];
-            uint32_t end = begin + 1;
-            while (head.hit && end < spp && groupOf(batch.samples[m_order[end]]) == groupOf(head))
-                ++end;
-            planGroup(batch, begin, end, requests);
-            begin = end;
+    void planPixel(const VisibilityBatch& batch, uint32_t first, uint32_t spp, ShadingRequests& requests) {
+        const uint32_t groups = findGroups(batch, first, spp);
+        for (uint32_t group = 0, end = 0; group < groups; ++group) {
+            const uint32_t size = m_ends[group];
+            m_ends[group] = end, end += size;
         }
+        for (uint32_t i = 0; i < spp; ++i)
+            m_order[m_ends[m_groupOf[i]]++] = first + i;
+        for (uint32_t group = 0, begin = 0; group < groups; begin = m_ends[group++])
+            planGroup(batch, begin, m_ends[group], requests);
+    }
+
+    /// Numbers the groups, in the order of their first samples: m_groupOf each sample. Returns how many there
+    /// are; their sizes are in m_ends.
+    uint32_t findGroups(const VisibilityBatch& batch, uint32_t first, uint32_t spp) {
+        m_table.clear();
+        uint32_t groups = 0;
+        for (uint32_t i = 0; i < spp; ++i) {
+            const uint32_t at = first + i;
+            const bool escaped = batch.samples.block(at / kLanes).hit.geometry[at % kLanes] == kNone;
+            const uint32_t group = escaped ? groups : m_table.insert(m_keys[at], groups);
+            if (group == groups)
+                m_ends[groups++] = 0;
+            m_groupOf[i] = group, ++m_ends[group];
+        }
+        return groups;
     }
 
     void planGroup(const VisibilityBatch& batch, uint32_t begin, uint32_t end, ShadingRequests& requests) {
@@ -92,7 +107,12 @@ class Worker : public IntegratorWorker {
 
     const Scene& m_scene;
     const uint32_t m_shades;
-    std::vector<uint32_t> m_order;
+    std::vector<uint64_t> m_keys; ///< by sample of the batch
+    SlotTable m_table;
+    // Of a pixel's samples:
+    std::vector<uint32_t> m_groupOf;
+    std::vector<uint32_t> m_order; ///< group by group, samples of the batch
+    std::vector<uint32_t> m_ends;  ///< of groups in m_order
     std::vector<Share> m_shares;
 };
 
