@@ -2,6 +2,7 @@
 
 #include "core/atomic_file.h"
 
+#include <IlmThreadPool.h>
 #include <ImfChannelList.h>
 #include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
@@ -22,6 +23,7 @@
 #include <charconv>
 #include <deque>
 #include <set>
+#include <thread>
 
 namespace strobe {
 
@@ -215,6 +217,24 @@ void writePixels(Imf::MultiPartOutputFile& file, int index, const Pixels& pixels
     }
 }
 
+/// OpenEXR's threads, of which a process has one set, while a file is compressed.
+class CompressionThreads {
+  public:
+    /// As many as asked for, 0 being one per core, but no more than have something to do.
+    CompressionThreads(int threads, int height) {
+        constexpr int kLinesOfTask = 16;
+        const int wanted = threads > 0 ? threads : int(std::thread::hardware_concurrency());
+        const int used = std::min(wanted, (height + kLinesOfTask - 1) / kLinesOfTask);
+        IlmThread::ThreadPool::globalThreadPool().setNumThreads(used > 1 ? used : 0);
+    }
+    ~CompressionThreads() { IlmThread::ThreadPool::globalThreadPool().setNumThreads(m_before); }
+    CompressionThreads(const CompressionThreads&) = delete;
+    CompressionThreads& operator=(const CompressionThreads&) = delete;
+
+  private:
+    const int m_before = IlmThread::ThreadPool::globalThreadPool().numThreads();
+};
+
 std::string encode(const ImageFrame& frame, const std::vector<Part>& parts, const Metadata& metadata,
                    const ExrSettings& settings, size_t& clamped) {
     std::vector<Imf::Header> headers;
@@ -264,13 +284,14 @@ void checkExr(const std::filesystem::path& path, const std::vector<Part>& parts,
 }
 
 size_t writeExr(const std::filesystem::path& path, const ImageFrame& frame, const std::vector<Part>& parts,
-                const Metadata& metadata, const ExrSettings& settings) {
+                const Metadata& metadata, const ExrSettings& settings, int threads) {
     if (frame.data.width() < 1 || frame.data.height() < 1)
         failWrite(path, "the image is empty");
     checkExr(path, parts, settings);
     size_t clamped = 0;
     std::string bytes; // made in memory: OpenEXR's destructors swallow the errors of a full disk
     try {
+        const CompressionThreads compressing(threads, frame.data.height());
         bytes = encode(frame, settings.parts ? parts : merged(parts), metadata, settings, clamped);
     } catch (const std::exception& e) {
         failWrite(path, e.what());

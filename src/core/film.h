@@ -24,6 +24,7 @@ struct OutputSettings {
     float exposure = 0;     ///< of PNGs, in stops
     ColourTransform view{}; ///< of PNGs; empty: sRGB
     ExrSettings exr{};
+    int threads = 1; ///< that compress EXRs; 0: one per core
 };
 
 /// Pixel values over a window of the full frame. Different pixels may be written by different threads.

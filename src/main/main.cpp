@@ -157,7 +157,7 @@ std::vector<Layer> layersOf(const Options& options) {
 
 /// Throws where there is no such view.
 OutputSettings outputSettingsOf(const Options& options) {
-    OutputSettings settings{options.exposure, {}, options.exr};
+    OutputSettings settings{options.exposure, {}, options.exr, options.threads};
     const ColourConfig& colour = *options.build.colour;
     if (!options.view.isDefault())
         settings.view = colour.view(options.view);

@@ -69,7 +69,7 @@ int merge(const MergeOptions& options, spdlog::logger& log) {
         if (output.extension() == ".part")
             writePart(output, whole);
         else
-            filmOf(whole).write(output, metadataOf(whole, missing));
+            filmOf(whole).write(output, metadataOf(whole, missing), {.threads = 0});
         log.info("wrote {}", output.string());
     }
     const uint64_t bad = badSamplesOf(whole);

@@ -2,6 +2,8 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include <fstream>
+
 namespace strobe {
 namespace {
 
@@ -159,6 +161,27 @@ TEST_F(ExrFiles, NumbersAreNotLostSilently) {
     EXPECT_EQ(fileCount(), 0u);
     write("b44");
     EXPECT_EQ(channel("number.Y")[7], m_numbers[7]);
+}
+
+TEST_F(ExrFiles, AreTheSameWhateverThreadsCompressThem) {
+    constexpr int kLarge = 200;
+    std::vector<float> values(size_t(kLarge) * kLarge);
+    for (size_t i = 0; i < values.size(); ++i)
+        values[i] = std::sin(float(i));
+    const std::vector<Part> parts{{"a", {{"R", values.data()}}}, {"b", {{"b.Y", values.data(), 1, true}}}};
+    for (const char* words : {"zip", "piz", "zips,parts", "zip,tiles:32", "dwaa,half,parts"}) {
+        std::string bytes[3];
+        for (const int threads : {0, 1, 5}) {
+            const fs::path file = *this / "t.exr";
+            writeExr(file, {{0, 0, kLarge, kLarge}, {kLarge, kLarge}}, parts, {}, exrSettingsFrom(words),
+                     threads);
+            std::ifstream stream(file, std::ios::binary);
+            bytes[threads % 3] = std::string(std::istreambuf_iterator<char>(stream), {});
+        }
+        EXPECT_FALSE(bytes[0].empty());
+        EXPECT_EQ(bytes[0], bytes[1]) << words;
+        EXPECT_EQ(bytes[0], bytes[2]) << words;
+    }
 }
 
 TEST_F(ExrFiles, RefusesNonsense) {
