@@ -106,8 +106,8 @@ size_t Film::write(const std::filesystem::path& path, const Metadata& metadata,
                    const OutputSettings& settings, const std::vector<Part>& more) const {
     checkWrite(path, settings, more);
     if (path.extension() == ".exr")
-        return writeExr(path, {m_window, {m_fullWidth, m_fullHeight}}, exrParts(more), metadata,
-                        settings.exr, settings.threads);
+        return writeExr(path, {m_window, {m_fullWidth, m_fullHeight}}, exrParts(more), metadata, settings.exr,
+                        settings.threads);
     Image image = m_image;
     for (Rgb& c : image.pixels)
         c *= std::exp2(settings.exposure);

@@ -88,11 +88,21 @@ void BatchLattice::begin(size_t samples) {
     m_cellTable.clear();
 }
 
-void BatchLattice::add(const VisibilitySample& sample, const PixelRef& pixel, uint32_t index) {
-    m_sampleOf[m_lanes.count] = index;
-    m_lanes.add(sample, m_lattice.coneOf(pixel));
-    if (m_lanes.count == kLanes)
-        locate();
+void BatchLattice::addSome(const VisibilityBatch& batch, size_t b, const int32_t* lanes, int count) {
+    const VisibilityLanes& samples = batch.samples.block(b);
+    uint32_t pixel = kNone;
+    RayCone cone{};
+    for (int k = 0; k < count; ++k) {
+        const int i = lanes[k];
+        if (samples.pixel[i] != pixel) {
+            pixel = samples.pixel[i];
+            cone = m_lattice.coneOf(batch.pixels[pixel]);
+        }
+        m_sampleOf[m_lanes.count] = uint32_t(b * kLanes) + uint32_t(i);
+        m_lanes.add(samples.hit.at(i), samples.ray.d.at(i), samples.camera.time[i], cone);
+        if (m_lanes.count == kLanes)
+            locate();
+    }
 }
 
 void BatchLattice::addAll(const VisibilityBatch& batch, size_t b) {

@@ -46,8 +46,8 @@ class BatchLattice {
 
     /// Begins a batch of so many samples.
     void begin(size_t samples);
-    /// Sample `index` of the batch takes from the lattice.
-    void add(const VisibilitySample& sample, const PixelRef& pixel, uint32_t index);
+    /// Some samples of the batch's block b, by lane, take from the lattice.
+    void addSome(const VisibilityBatch& batch, size_t b, const int32_t* lanes, int count);
     /// So do all samples of the batch's block b.
     void addAll(const VisibilityBatch& batch, size_t b);
     /// All are added.

@@ -123,7 +123,7 @@ class Worker : public IntegratorWorker {
 
     Place placeOf(const VisibilitySample& sample) {
         m_lanes.count = 0;
-        m_lanes.add(sample, m_shared.scene.camera().cone(sample.film));
+        m_lanes.add(sample.hit, sample.ray.d, sample.ray.time, m_shared.scene.camera().cone(sample.film));
         m_shared.lattice.locate(m_lanes, m_parts);
         const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, 0);
         const int bins = m_shared.settings.timeBins;

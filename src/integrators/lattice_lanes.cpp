@@ -125,8 +125,8 @@ void TrianglePointLanes::find() {
         findPoints(*this, (count + kTogether - 1) / kTogether * kTogether, k, points[k]);
 }
 
-void LatticeLanes::add(const VisibilitySample& sample, const RayCone& pixel) {
-    hit.set(count, sample.hit), d.set(count, sample.ray.d), time[count] = sample.ray.time;
+void LatticeLanes::add(const Hit& one, const V3f& direction, float at, const RayCone& pixel) {
+    hit.set(count, one), d.set(count, direction), time[count] = at;
     width[count] = pixel.width, spread[count] = pixel.spread;
     ++count;
 }

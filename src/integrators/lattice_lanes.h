@@ -58,7 +58,7 @@ struct LatticeLanes {
     V3Lanes d; ///< of the rays, unit length
     alignas(64) float time[kLanes];
     alignas(64) float width[kLanes], spread[kLanes]; ///< of the cones of the pixels
-    void add(const VisibilitySample& sample, const RayCone& pixel);
+    void add(const Hit& hit, const V3f& direction, float time, const RayCone& pixel);
     // Fetched for these:
     V3Lanes a, b; ///< world-space edges from a triangle's first vertex; or a quadric's derivatives
     alignas(64) uint64_t keySum[kLanes]; ///< of what the cell's key is of, begun: face and primitive

@@ -2,6 +2,8 @@
 #include "integrators/batch_lattice.h"
 #include "integrators/cache_settings.h"
 
+#include <numeric>
+
 namespace strobe {
 
 namespace {
@@ -10,12 +12,40 @@ namespace {
 struct Shared {
     Shared(const Scene& scene, const CacheSettings& settings, uint64_t seed)
         : scene(scene), settings(settings), seed(seed),
-          lattice(scene, settings.blockSize, SurfaceLattice::SmallTriangles::Shared), cache(settings.bytes) {}
+          lattice(scene, settings.blockSize, SurfaceLattice::SmallTriangles::Shared), cache(settings.bytes) {
+        for (const auto& m : scene.materials()) {
+            const bool shares = settings.blockSize > 0 && (!settings.indirectOnly || m->isDiffuse());
+            materials.push_back({shares, m->isTextured()});
+            allShare &= shares, hasTextures |= m->isTextured();
+        }
+    }
+    struct Kind {
+        bool shares, isTextured;
+    };
+    const Kind& materialAt(const HitLanes& hit, int i) const {
+        return materials[size_t(scene.geometry({hit.instance[i], hit.geometry[i]}).material)];
+    }
+    /// Those of n samples that share. Returns how many there are.
+    int findSharing(const HitLanes& hit, int n, int32_t* lanes) const {
+        if (allShare && std::find(hit.geometry, hit.geometry + n, kNone) == hit.geometry + n) {
+            std::iota(lanes, lanes + n, 0);
+            return n;
+        }
+        int count = 0;
+        for (int i = 0; i < n; ++i) {
+            lanes[count] = i;
+            count += hit.geometry[i] != kNone && materialAt(hit, i).shares;
+        }
+        return count;
+    }
+
     const Scene& scene;
     CacheSettings settings;
     uint64_t seed;
     const SurfaceLattice lattice;
     BlockCache cache;
+    std::vector<Kind> materials;
+    bool allShare = true, hasTextures = false; ///< of the materials: all, any
 };
 
 /// Draws the times and places on the lens of points, in time bins `bin`, and what else is random of their
@@ -48,11 +78,11 @@ class Worker : public IntegratorWorker {
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         m_lattice.begin(batch.samples.size());
         m_alone.clear();
+        m_albedos.clear();
+        if (m_shared.settings.indirectOnly)
+            requestForEach(m_shared.scene, batch, requests);
         for (size_t b = 0; b < batch.samples.blocks(); ++b)
-            if (allShareOnly(batch, b))
-                m_lattice.addAll(batch, b);
-            else
-                planOneByOne(batch, b, requests);
+            planBlock(batch, b, requests);
         m_lattice.finish();
         m_requestOf.clear();
         m_parts.clear();
@@ -102,63 +132,70 @@ class Worker : public IntegratorWorker {
 
   private:
     using Block = BatchLattice::Block;
-    /// The requests that a sample made for itself; negative: none.
-    struct Alone {
-        uint32_t sample;
-        int32_t own = -1, albedo = -1; ///< albedo: a factor of what it shares
+    /// What a sample asked for itself.
+    struct Own {
+        uint32_t sample, request;
     };
 
     /// What samples take of their own shades and of the blocks around.
     void gather(std::span<const Rgb> shaded, std::span<Rgb> values) {
         m_lattice.take(values);
-        for (const Alone& alone : m_alone) {
-            Rgb& value = values[alone.sample];
-            if (alone.albedo >= 0)
-                value *= shaded[size_t(alone.albedo)];
-            if (alone.own >= 0)
-                value += shaded[size_t(alone.own)];
+        for (const Own& own : m_albedos)
+            values[own.sample] *= shaded[own.request];
+        if (m_shared.settings.indirectOnly) // each sample's own are the first requests
+            for (size_t i = 0; i < values.size(); ++i)
+                values[i] += shaded[i];
+        for (const Own& own : m_alone)
+            values[own.sample] = shaded[own.request];
+    }
+
+    /// Tells which samples of the batch's block b share, and adds them to the lattice. The others ask for
+    /// themselves.
+    void planBlock(const VisibilityBatch& batch, size_t b, ShadingRequests& requests) {
+        const HitLanes& hit = batch.samples.block(b).hit;
+        const int n = batch.samples.inBlock(b);
+        int32_t sharing[kLanes];
+        const int count = m_shared.findSharing(hit, n, sharing);
+        if (m_shared.settings.indirectOnly)
+            askForDirect(hit, b, sharing, count, requests);
+        else if (count < n)
+            askAlone(batch, b, sharing, count, requests);
+        if (count == n)
+            m_lattice.addAll(batch, b);
+        else
+            m_lattice.addSome(batch, b, sharing, count);
+    }
+
+    /// Of the requests that the samples of a block made for themselves, those of sharing ones are for direct
+    /// light, and for the albedo where that is textured.
+    void askForDirect(const HitLanes& hit, size_t b, const int32_t* sharing, int count,
+                      ShadingRequests& requests) {
+        for (int k = 0; k < count; ++k)
+            requests.block(b).part[sharing[k]] = LightPart::Direct;
+        if (!m_shared.hasTextures)
+            return;
+        for (int k = 0; k < count; ++k) {
+            const uint32_t sample = uint32_t(b * kLanes) + uint32_t(sharing[k]);
+            if (!m_shared.materialAt(hit, sharing[k]).isTextured)
+                continue;
+            m_albedos.push_back({sample, uint32_t(requests.size())});
+            ShadingRequest albedo = requests[sample];
+            albedo.part = LightPart::Albedo;
+            requests.push_back(albedo);
         }
     }
 
-    bool sharesAt(const Hit& hit) const {
-        const CacheSettings& settings = m_shared.settings;
-        if (!hit || settings.blockSize == 0)
-            return false;
-        return !settings.indirectOnly || materialOf(hit).isDiffuse();
-    }
-
-    const Material& materialOf(const Hit& hit) const {
-        const Scene& scene = m_shared.scene;
-        return *scene.materials()[size_t(scene.geometry(hit).material)];
-    }
-
-    /// Whether the samples of the batch's block b share, and have nothing else to ask for.
-    bool allShareOnly(const VisibilityBatch& batch, size_t b) const {
-        const auto* geometry = batch.samples.block(b).hit.geometry;
-        const auto* end = geometry + batch.samples.inBlock(b);
-        return m_shared.settings.blockSize > 0 && !m_shared.settings.indirectOnly &&
-               std::find(geometry, end, kNone) == end;
-    }
-
-    void planOneByOne(const VisibilityBatch& batch, size_t b, ShadingRequests& requests) {
-        const bool indirectOnly = m_shared.settings.indirectOnly;
-        const uint32_t first = uint32_t(b * kLanes), end = first + uint32_t(batch.samples.inBlock(b));
-        for (uint32_t i = first; i < end; ++i) {
-            const VisibilitySample sample = batch.samples[i];
-            const bool shares = sharesAt(sample.hit);
-            const auto ask = [&](LightPart part) {
-                ShadingRequest own = requestFor(m_shared.scene, batch, sample);
-                own.part = part;
-                requests.push_back(own);
-                return int32_t(requests.size()) - 1;
-            };
-            if (!shares || indirectOnly)
-                m_alone.push_back({i, ask(shares ? LightPart::Direct : LightPart::All)});
-            if (!shares)
+    /// Those that do not share shade as without sharing.
+    void askAlone(const VisibilityBatch& batch, size_t b, const int32_t* sharing, int count,
+                  ShadingRequests& requests) {
+        for (int i = 0, k = 0; i < batch.samples.inBlock(b); ++i) {
+            if (k < count && sharing[k] == i) {
+                ++k;
                 continue;
-            if (indirectOnly && materialOf(sample.hit).isTextured())
-                m_alone.back().albedo = ask(LightPart::Albedo);
-            m_lattice.add(sample, batch.pixels[sample.pixel], i);
+            }
+            const uint32_t sample = uint32_t(b * kLanes) + uint32_t(i);
+            m_alone.push_back({sample, uint32_t(requests.size())});
+            requests.push_back(requestFor(m_shared.scene, batch, batch.samples[sample]));
         }
     }
 
@@ -246,7 +283,8 @@ class Worker : public IntegratorWorker {
     ShadedPointLanes m_points;          ///< of those, on their way
     alignas(64) uint32_t m_bin[kLanes]; ///< and their time bins
     std::vector<Rgb> m_parts;           ///< of blocks, one after the other, as the cache has them
-    std::vector<Alone> m_alone;         ///< samples, in order
+    std::vector<Own> m_alone;           ///< the samples that share nothing
+    std::vector<Own> m_albedos;         ///< factors of what samples share
     uint64_t m_lookups = 0, m_hits = 0, m_duplicates = 0, m_evictions = 0;
 };
 

@@ -74,7 +74,7 @@ struct Located : LatticeCell {
 
 Located locate(const Scene& scene, const SurfaceLattice& lattice, const VisibilitySample& s) {
     LatticeLanes lanes;
-    lanes.add(s, scene.camera().cone(s.film));
+    lanes.add(s.hit, s.ray.d, s.ray.time, scene.camera().cone(s.film));
     SurfaceParts parts = lattice.parts();
     lattice.locate(lanes, parts);
     Located located{SurfaceLattice::cellAt(lanes, 0)};
@@ -433,7 +433,7 @@ TEST(Lattice, HitsSideBySideAreEachFoundAsIfAlone) {
         for (size_t first = 0; first < hits.size(); first += kLanes) {
             LatticeLanes lanes;
             for (size_t i = first; i < std::min(first + kLanes - first % 7, hits.size()); ++i)
-                lanes.add(hits[i], scene.camera().cone(hits[i].film));
+                lanes.add(hits[i].hit, hits[i].ray.d, hits[i].ray.time, scene.camera().cone(hits[i].film));
             SurfaceParts parts = lattice.parts();
             lattice.locate(lanes, parts);
             for (int i = 0; i < lanes.count; ++i) {
