@@ -90,6 +90,11 @@ class Material {
     virtual ~Material() = default;
     /// Looks textures up and fills `bsdf.data`. (The caller sets `bsdf.material`.)
     virtual void prepare(const TextureQuery& q, Bsdf& bsdf) const = 0;
+    /// The same at points `begin` to `end`, to the same bits.
+    virtual void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const {
+        for (int i = begin; i < end; ++i)
+            prepare(q.at(i), bsdf[i]);
+    }
     /// For each i: f[i] = BSDF(wo, wi[i]) * |wi[i].z| over all smooth lobes, and pdf[i] = the density per
     /// solid angle of `sample` for smooth lobes. A material of delta lobes only gives zeros. `pdf` may be
     /// null: not wanted.
@@ -111,6 +116,8 @@ class Material {
     virtual void maxPdfLanes(const BsdfLanes& jobs, float* out) const;
     /// True when `sample` looks at uc.
     virtual bool picksLobe() const { return true; }
+    /// True when `sample` looks at u.
+    virtual bool picksDirection() const { return true; }
     /// True when the material has smooth (non-delta) lobes, so that direct light is worth sampling.
     virtual bool isSmooth() const = 0;
     /// True when its indirect light is smooth over the surface: most of it comes from all around.

@@ -54,6 +54,25 @@ struct RawSurfacePoint : SurfacePoint {
     }
 };
 
+/// RawSurfacePoints side by side.
+struct SurfaceLanes {
+    V3Lanes p, ng, ns, dpdu, dpdv;
+    V2Lanes uv;
+    alignas(64) float scale[kLanes], orientation[kLanes];
+    const Material* material[kLanes];
+    int light[kLanes];
+    uint32_t prim[kLanes];
+
+    RawSurfacePoint at(int i) const {
+        RawSurfacePoint s;
+        s.p = p.at(i), s.ng = ng.at(i), s.ns = ns.at(i), s.uv = uv.at(i);
+        s.dpdu = dpdu.at(i), s.dpdv = dpdv.at(i);
+        s.material = material[i], s.light = light[i], s.prim = prim[i];
+        s.scale = scale[i], s.orientation = orientation[i];
+        return s;
+    }
+};
+
 /// A small discrete distribution over lights, by power.
 class LightPicker {
   public:
@@ -101,6 +120,8 @@ class Scene {
         return s;
     }
     RawSurfacePoint rawSurface(const Hit& hit, float time) const;
+    /// The same of hits 0 … n-1, none of them empty; quicker where neighbours are on the same geometry.
+    void rawSurfaces(const HitLanes& hits, const float* time, int n, SurfaceLanes& out) const;
     /// Whether its meshes are more than a processor's nearest cache holds.
     bool hasLargeMeshes() const { return m_hasLargeMeshes; }
     /// Asks for the memory that the surfaces of some hits, or of none, are read from: it arrives while others
@@ -115,6 +136,22 @@ class Scene {
 
   private:
     static void meshSurface(const PlacedShape& placed, const Hit& hit, float time, RawSurfacePoint& s);
+    void surfacesOfOne(const HitLanes& hits, const float* time, int begin, int end, SurfaceLanes& out) const;
+    /// The light that shines there, or -1.
+    int lightOf(const Hit& hit) const {
+        if (hit.instance == kNone)
+            return geometry(hit).light;
+        const std::vector<int>& lights = m_instances[hit.instance].lights;
+        return lights.empty() ? -1 : lights[hit.geometry];
+    }
+    /// Meshes of the world are: their points need no transform.
+    static bool isBaked(const Hit& hit, const PlacedShape& placed) {
+        return hit.instance == kNone && placed.shape.mesh;
+    }
+    M44f toWorld(const Hit& hit, const PlacedShape& placed, float time) const {
+        return hit.instance == kNone ? placed.toParent
+                                     : placed.toParent * m_instances[hit.instance].motion->at(time);
+    }
 
     std::vector<Group> m_groups;
     std::vector<Instance> m_instances;
@@ -131,5 +168,8 @@ class Scene {
 /// The texture footprint of a ray cone `width` wide (perpendicular to ray direction d) on a surface, whose
 /// normal may be of any length: fills duvdx and duvdy of `q`.
 void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q);
+/// The same of points `begin` to `end`, for rays along -wo.
+void footprints(const SurfaceLanes& s, const V3Lanes& wo, const float* width, int begin, int end,
+                V2Lanes& duvdx, V2Lanes& duvdy);
 
 } // namespace strobe

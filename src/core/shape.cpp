@@ -30,6 +30,14 @@ void Quadric::intersectLanes(const QuadricRays& rays, int32_t* hit, float* t, fl
         hit[i] = hit[i] && intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t[i], u[i], v[i]);
 }
 
+void Quadric::pointLanes(const float* u, const float* v, int begin, int end, QuadricPointLanes& out) const {
+    for (int i = begin; i < end; ++i) {
+        const QuadricPoint q = point(u[i], v[i]);
+        out.p.set(i, q.p), out.n.set(i, q.n);
+        out.dpdu.set(i, q.dpdu), out.dpdv.set(i, q.dpdv), out.uv.set(i, q.uv);
+    }
+}
+
 void Quadric::samplePoints(const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) const {
     for (int i = 0; i < n; ++i) {
         const QuadricPoint q = samplePoint(u.at(i));

@@ -31,6 +31,12 @@ struct QuadricPoint {
     V2f uv;         ///< pbrt's parametrisation
 };
 
+/// Where QuadricPoints go that are found side by side.
+struct QuadricPointLanes {
+    V3Lanes &p, &n, &dpdu, &dpdv;
+    V2Lanes& uv;
+};
+
 /// Rays side by side, in a quadric's object space; directions of any length.
 struct QuadricRays {
     static constexpr int kMost = 16;
@@ -59,6 +65,8 @@ class Quadric {
     virtual void intersectLanes(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const;
     /// The surface at (u, v) of `intersect`.
     virtual QuadricPoint point(float u, float v) const = 0;
+    /// Those at (u[i], v[i]), i from `begin` to `end`.
+    virtual void pointLanes(const float* u, const float* v, int begin, int end, QuadricPointLanes& out) const;
     virtual float area() const = 0;
     /// A point uniform by area from u in [0,1)²: `point` plus nothing else; density 1/area().
     virtual QuadricPoint samplePoint(const V2f& u) const = 0;

@@ -287,4 +287,37 @@ M44f Motion::at(float time) const {
     return m;
 }
 
+namespace {
+
+/// `keys`: `count` matrices, at least two.
+STROBE_LANES void interpolateKeys(const float* keys, int count, const float* time, int begin, int end,
+                                  AffineLanes& out) {
+    const int last = count - 2;
+    const float spans = float(count - 1);
+    V3Lanes* const rows[] = {&out.x, &out.y, &out.z, &out.o};
+    for (int row = 0; row < 4; ++row) {
+        const float* from = keys + 4 * row;
+        V3Lanes& to = *rows[row];
+        STROBE_INDEPENDENT
+        for (int i = begin; i < end; ++i) {
+            const float x = std::min(std::max(time[i], 0.f), 1.f) * spans;
+            const int key = std::min(int(x), last);
+            const float t = x - float(key);
+            const int a = 16 * key, b = a + 16;
+            to.x[i] = from[a] * (1 - t) + from[b] * t;
+            to.y[i] = from[a + 1] * (1 - t) + from[b + 1] * t;
+            to.z[i] = from[a + 2] * (1 - t) + from[b + 2] * t;
+        }
+    }
+}
+
+} // namespace
+
+void Motion::atLanes(const float* time, int begin, int end, AffineLanes& out) const {
+    if (m_count > 1 && !usesRotation())
+        return interpolateKeys(m_matrices[0].getValue(), m_count, time, begin, end, out);
+    for (int i = begin; i < end; ++i)
+        out.set(i, at(time[i]));
+}
+
 } // namespace strobe

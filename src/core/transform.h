@@ -1,7 +1,7 @@
 // Transforms that move: any number of keys, decomposed into translation, rotation and stretch.
 #pragma once
 
-#include "core/math.h"
+#include "core/lanes.h"
 
 #include <array>
 #include <vector>
@@ -74,6 +74,15 @@ struct Shutter {
 /// True when the path stays where it is (to 1e-6 of its size) while the shutter is open.
 bool restsDuring(const TransformPath& path, const Shutter& shutter);
 
+/// Transforms side by side: their rows, without the column that all transforms share.
+struct AffineLanes {
+    V3Lanes x, y, z, o;
+    void set(int i, const M44f& m) {
+        x.set(i, {m[0][0], m[0][1], m[0][2]}), y.set(i, {m[1][0], m[1][1], m[1][2]});
+        z.set(i, {m[2][0], m[2][1], m[2][2]}), o.set(i, {m[3][0], m[3][1], m[3][2]});
+    }
+};
+
 /// A path over the shutter in the form in which Embree follows it: uniform keys, either matrices interpolated
 /// linearly or translation-rotation-stretch with slerp. What the tracer intersects and what shading
 /// transforms by are this one thing.
@@ -96,6 +105,8 @@ class Motion {
     bool onlyTranslates() const { return m_onlyTranslates; }
     /// Object-to-world at shutter fraction `time`.
     M44f at(float time) const;
+    /// Those of times `begin` to `end`.
+    void atLanes(const float* time, int begin, int end, AffineLanes& out) const;
     /// Key i as a matrix / as parts whose `stretch` is upper triangular (Embree's decomposition, QR).
     const M44f& matrixKey(int i) const { return m_matrices[i]; }
     const Decomposed& rotationKey(int i) const { return m_rotating[i]; }

@@ -4,15 +4,6 @@
 
 namespace strobe {
 
-TextureQuery PathWorker::queryAt(const SurfacePoint& s, const Hit& hit) {
-    TextureQuery q;
-    q.uv = s.uv;
-    q.p = s.p;
-    q.prim = s.prim;
-    q.barycentrics = V2f(hit.u, hit.v);
-    return q;
-}
-
 PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
                        const LightSplit& split)
     : m_scene(scene), m_sampler(sampler), m_settings(settings), m_split(split),
@@ -96,82 +87,6 @@ void PathWorker::sortByMaterial() {
     for (uint32_t i : m_active)
         m_sorted[places[m_bucket[i]]++] = i;
     m_active.swap(m_sorted);
-}
-
-/// Adds what the paths meet that shines, and makes vertices of those that may go on.
-void PathWorker::load(std::span<const uint32_t> paths) {
-    m_v.count = 0;
-    size_t escaped = 0;
-    if (m_scene.hasLargeMeshes()) {
-        Hit hits[kLanes];
-        for (size_t i = 0; i < paths.size(); ++i)
-            hits[i] = m_paths[paths[i]].hit;
-        m_scene.fetchAhead(std::span(hits).first(paths.size()));
-    }
-    for (uint32_t i : paths) {
-        Path& path = m_paths[i];
-        path.lightIsDirect = path.reach == Reach::Eye;
-        if (!path.hit) {
-            m_escaped[escaped++] = i;
-            continue;
-        }
-        RawSurfacePoint s = m_scene.rawSurface(path.hit, path.ray.time);
-        ++m_counters->surfaces;
-        if (s.light >= 0 && path.part != LightPart::Albedo)
-            addEmission(i, s);
-        if (m_bounce >= m_settings.maxDepth)
-            continue;
-        path.cone.width += path.hit.t * path.cone.spread;
-        Bsdf& bsdf = m_v.bsdf[m_v.count];
-        prepare(s, path.hit, path.ray, path.cone.width, bsdf);
-        if (path.part == LightPart::Albedo) {
-            path.radiance = s.material->albedo(bsdf);
-            continue;
-        }
-        if (path.part == LightPart::Indirect && m_bounce == 0 && s.material->isTextured()) {
-            // What is black gives nothing to carry elsewhere.
-            constexpr float kBlack = 1e-4f;
-            const Rgb a = s.material->albedo(bsdf);
-            path.beta = {a.x > kBlack ? 1 / a.x : 0, a.y > kBlack ? 1 / a.y : 0, a.z > kBlack ? 1 / a.z : 0};
-        }
-        m_v.add(i, s, path.ray, path.beta);
-    }
-    addEnvironment(std::span(m_escaped).first(escaped));
-}
-
-void PathWorker::prepare(RawSurfacePoint& s, const Hit& hit, const Ray& ray, float width, Bsdf& bsdf) {
-    TextureQuery q = queryAt(s, hit);
-    if (s.material->needsFootprint()) {
-        footprint(s, ray.d, width, q);
-        ++m_counters->footprints;
-    }
-    bsdf.material = s.material;
-    s.material->prepare(q, bsdf);
-    if (s.material->shadingNormal() != ShadingNormal::AsIs)
-        adjustNormal(s, hit, ray, q);
-}
-
-/// Gives the surface the shading normal that its material wants, and finishes its normals.
-void PathWorker::adjustNormal(RawSurfacePoint& s, const Hit& hit, const Ray& ray,
-                              const TextureQuery& q) const {
-    RawSurfacePoint::finishNormals(s.ng, s.ns, s.orientation);
-    s.orientation = 1;
-    V3f n = s.ns;
-    if (s.material->shadingNormal() == ShadingNormal::Mapped) {
-        V3f dpdu, dpdv;
-        m_scene.tangents(hit, ray.time, dpdu, dpdv);
-        const V3f t = normalize(dpdu - n * dot(n, dpdu)), b = cross(n, t),
-                  local = s.material->tangentNormal(q);
-        n = t * local.x + b * std::copysign(local.y, local.y * dot(b, dpdv)) + n * local.z;
-    }
-    // It stays above the surface, and faces the viewer's side: else no light that the lobes see would count.
-    constexpr float kLeast = 0.01f;
-    const V3f wo = dot(ray.d, s.ng) > 0 ? ray.d : -ray.d;
-    n = normalize(n);
-    for (const V3f& towards : {s.ng, wo})
-        if (const float c = dot(n, towards); c < kLeast)
-            n = normalize(n + towards * (kLeast - c));
-    s.ns = n;
 }
 
 /// False when light sampling alone serves this light at a vertex of this sharpness.
@@ -288,11 +203,14 @@ void PathWorker::extend() {
 
 /// Fills m_drawn, m_wi (world) and m_cosine.
 void PathWorker::drawDirections(const int32_t* vertices, int count) {
-    bool picks = false;
-    m_v.forMaterials(vertices, count, [&](const Material& m, int, int) { picks |= m.picksLobe(); });
-    if (picks)
+    bool lobes = false, directions = false;
+    m_v.forMaterials(vertices, count, [&](const Material& m, int, int) {
+        lobes |= m.picksLobe(), directions |= m.picksDirection();
+    });
+    if (lobes)
         m_sampler.fill1D(ranges(vertices, count), dimension(kDimLobe), m_uLobe);
-    m_sampler.fill2D(ranges(vertices, count), dimension(kDimDirection), m_u);
+    if (directions)
+        m_sampler.fill2D(ranges(vertices, count), dimension(kDimDirection), m_u);
     const VertexRows& at = rowsOf(vertices, count, 1);
     m_v.forMaterials(vertices, count, [&](const Material& m, int begin, int end) {
         m.sampleLanes({m_v.bsdf, vertices, at.woLocal, begin, end, nullptr}, m_uLobe, m_u, m_drawn);

@@ -23,12 +23,17 @@ class PathWorker : public ShaderWorker {
     void meet(uint32_t path, const Hit& hit);
     void sortByMaterial();
 
-    // One chunk of vertices:
+    // One chunk of vertices (path_vertices.cpp):
     void load(std::span<const uint32_t> paths);
-    void prepare(RawSurfacePoint& s, const Hit& hit, const Ray& ray, float width, Bsdf& bsdf);
+    void fetchAhead(std::span<const uint32_t> paths) const;
+    void gather(uint32_t index, Path& path, int i);
+    void prepare();
+    void findFootprints(const Material& material, int begin, int end);
+    void divideByAlbedo(const Material& material, int begin, int end);
+    void adjustNormal(int i, const TextureQuery& q);
+    Rgb albedoAt(const Path& path);
     /// Without a footprint.
     static TextureQuery queryAt(const SurfacePoint& s, const Hit& hit);
-    void adjustNormal(RawSurfacePoint& s, const Hit& hit, const Ray& ray, const TextureQuery& q) const;
     void addEnvironment(std::span<const uint32_t> paths);
     void addEmission(uint32_t path, RawSurfacePoint s);
     template <class LightPdf>
@@ -105,7 +110,11 @@ class PathWorker : public ShaderWorker {
 
     // The chunk at hand, and scratch.
     VertexLanes m_v;
-    VertexRows m_rows; ///< of m_v, by sample
+    HitLanes m_hits; ///< this and the next three: by vertex
+    SurfaceLanes m_surface;
+    V2Lanes m_duvdx, m_duvdy;
+    alignas(64) float m_width[kLanes]; ///< of the rays' cones
+    VertexRows m_rows;                 ///< of m_v, by sample
     LightLanes m_light;
     BsdfSampleLanes m_drawn;
     V3Lanes m_wi;

@@ -107,6 +107,12 @@ void VertexRows::repeat(const VertexRows& from, const int32_t* vertices, int cou
                  times);
 }
 
+void VertexLanes::setSurfaces(const SurfaceLanes& from) {
+    p = from.p, ng = from.ng, n = from.ns;
+    std::copy_n(from.scale, kLanes, scale);
+    std::copy_n(from.orientation, kLanes, orientation);
+}
+
 void VertexLanes::finish() {
     completePoints(*this);
     alignas(64) int32_t vertices[kLanes];

@@ -30,15 +30,8 @@ struct VertexLanes : VertexRows {
     alignas(64) float scale[kLanes], orientation[kLanes]; ///< of RawSurfacePoint
     alignas(64) float maxPdf[kLanes];
 
-    /// Appends a vertex whose BSDF is ready at bsdf[count]; `finish` does the rest.
-    void add(uint32_t pathIndex, const RawSurfacePoint& surface, const Ray& ray, const Rgb& throughput) {
-        const int i = count++;
-        path[i] = pathIndex, material[i] = surface.material;
-        p.set(i, surface.p), ng.set(i, surface.ng), n.set(i, surface.ns), wo.set(i, -ray.d);
-        beta.set(i, throughput);
-        time[i] = ray.time, scale[i] = surface.scale, orientation[i] = surface.orientation;
-        transmits[i] = surface.material->transmits();
-    }
+    /// Takes points and normals, of which `finish` makes those of SurfacePoints.
+    void setSurfaces(const SurfaceLanes& from);
     /// Completes the points, the frames, and what follows from them.
     void finish();
 

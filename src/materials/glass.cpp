@@ -54,6 +54,7 @@ class Glass : public Material {
         return true;
     }
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
+    bool picksDirection() const override { return false; }
     bool isSmooth() const override { return false; }
     bool transmits() const override { return true; }
     bool needsFootprint() const override {

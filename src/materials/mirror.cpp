@@ -18,6 +18,13 @@ class Mirror : public Material {
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
         bsdf.as<Data>().kr = nonNegative(m_kr.at(q));
     }
+    void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const override {
+        if (m_kr.texture)
+            return Material::prepareLanes(q, begin, end, bsdf);
+        const PlainRgb kr = nonNegative(m_kr.constant);
+        for (int i = begin; i < end; ++i)
+            bsdf[i].as<Data>().kr = kr;
+    }
     void evalCos(const Bsdf&, const V3f&, const V3f*, int n, Rgb* f, float* pdf) const override {
         std::fill_n(f, n, Rgb(0));
         if (pdf)
@@ -37,6 +44,7 @@ class Mirror : public Material {
     }
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
     bool picksLobe() const override { return false; }
+    bool picksDirection() const override { return false; }
     bool isSmooth() const override { return false; }
     bool needsFootprint() const override { return m_kr.needsFootprint(); }
 

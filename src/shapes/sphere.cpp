@@ -89,6 +89,45 @@ STROBE_LANES void findAngles(const SphereHits& hits, int n, float* phi, float* t
     }
 }
 
+/// What a point follows from.
+struct Surface {
+    double radius, phiMax, thetaMin, thetaSpan;
+
+    STROBE_INLINE QuadricPoint at(float u, float v, double cosTheta, double sinTheta) const {
+        const V2d phi = unitVector(u * phiMax);
+        const double cosPhi = phi.x, sinPhi = phi.y;
+        const double x = cosPhi * sinTheta, y = sinPhi * sinTheta, z = cosTheta;
+        // Not zero at the poles, where only the direction is wanted.
+        const double perU = phiMax * radius * (sinTheta > kPoleRadius ? sinTheta : kPoleRadius);
+        const double perV = radius * thetaSpan;
+        return {
+            V3f(float(x * radius), float(y * radius), float(z * radius)), V3f(float(x), float(y), float(z)),
+            V3f(float(-sinPhi * perU), float(cosPhi * perU), 0.f),
+            V3f(float(cosPhi * cosTheta * perV), float(sinPhi * cosTheta * perV), float(-sinTheta * perV)),
+            V2f(u, v)};
+    }
+    STROBE_INLINE QuadricPoint at(float u, float v) const {
+        const V2d polar = unitVector(thetaMin + v * thetaSpan);
+        return at(u, v, polar.x, polar.y);
+    }
+};
+
+STROBE_LANES void findPoints(const Surface& surface, const float* u, const float* v, int begin, int end,
+                             QuadricPointLanes& lanes) {
+    const Surface s = surface;
+    V3Lanes &p = lanes.p, &n = lanes.n, &dpdu = lanes.dpdu, &dpdv = lanes.dpdv;
+    V2Lanes& uv = lanes.uv;
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        const QuadricPoint q = s.at(u[i], v[i]);
+        p.x[i] = q.p.x, p.y[i] = q.p.y, p.z[i] = q.p.z;
+        n.x[i] = q.n.x, n.y[i] = q.n.y, n.z[i] = q.n.z;
+        dpdu.x[i] = q.dpdu.x, dpdu.y[i] = q.dpdu.y, dpdu.z[i] = q.dpdu.z;
+        dpdv.x[i] = q.dpdv.x, dpdv.y[i] = q.dpdv.y, dpdv.z[i] = q.dpdv.z;
+        uv.x[i] = q.uv.x, uv.y[i] = q.uv.y;
+    }
+}
+
 /// u = phi / phimax, v = (theta - thetaMin) / (thetaMax - thetaMin), thetaMin being that of zmin.
 class Sphere : public Quadric {
   public:
@@ -138,10 +177,10 @@ class Sphere : public Quadric {
             t[i] = hits.t[i], u[i] = alongPhi(u[i]), v[i] = alongTheta(v[i]);
     }
 
-    QuadricPoint point(float u, float v) const override {
-        const double theta = m_thetaMin + v * (m_thetaMax - m_thetaMin);
-        const V2d polar = unitVector(theta);
-        return at({u, v}, polar.x, polar.y);
+    QuadricPoint point(float u, float v) const override { return surface().at(u, v); }
+    void pointLanes(const float* u, const float* v, int begin, int end,
+                    QuadricPointLanes& out) const override {
+        findPoints(surface(), u, v, begin, end, out);
     }
 
     float area() const override { return static_cast<float>(m_phiMax * m_radius * (m_zMax - m_zMin)); }
@@ -150,7 +189,7 @@ class Sphere : public Quadric {
         // Equal slices in z have equal areas (Archimedes).
         const double cosTheta = (m_zMin + u.x * (m_zMax - m_zMin)) / m_radius;
         const double sinTheta = std::sqrt(std::max(0., 1 - cosTheta * cosTheta));
-        return at({u.y, alongTheta(fastAtan2(float(sinTheta), float(cosTheta)))}, cosTheta, sinTheta);
+        return surface().at(u.y, alongTheta(fastAtan2(float(sinTheta), float(cosTheta))), cosTheta, sinTheta);
     }
 
     float wholeSphereRadius() const override {
@@ -164,20 +203,7 @@ class Sphere : public Quadric {
         return std::clamp(static_cast<float>((theta - m_thetaMin) * m_perTheta), 0.f, 1.f);
     }
 
-    QuadricPoint at(const V2f& uv, double cosTheta, double sinTheta) const {
-        const V2d phi = unitVector(uv.x * m_phiMax);
-        const double cosPhi = phi.x, sinPhi = phi.y;
-        const V3d n(cosPhi * sinTheta, sinPhi * sinTheta, cosTheta);
-        const double thetaSpan = m_thetaMax - m_thetaMin;
-        QuadricPoint q;
-        q.n = V3f(n);
-        q.p = V3f(n * m_radius);
-        // Not zero at the poles, where only the direction is wanted.
-        q.dpdu = V3f(V3d(-sinPhi, cosPhi, 0) * (m_phiMax * m_radius * std::max(sinTheta, kPoleRadius)));
-        q.dpdv = V3f(V3d(cosPhi * cosTheta, sinPhi * cosTheta, -sinTheta) * (m_radius * thetaSpan));
-        q.uv = uv;
-        return q;
-    }
+    Surface surface() const { return {m_radius, m_phiMax, m_thetaMin, m_thetaMax - m_thetaMin}; }
 
     double m_radius, m_phiMax, m_zMin, m_zMax, m_thetaMin, m_thetaMax;
     double m_perPhi, m_perTheta; ///< of u and of v

@@ -134,6 +134,31 @@ TEST_F(MotionFit, UnevenKeysStretchAndNestingAreFollowed) {
     expectFollows(motion, path, shutter);
 }
 
+TEST_F(MotionFit, TransformsSideBySideAreThoseOneByOne) {
+    const auto moving = [&](const M44f& last) {
+        return Motion(KeyedTransform({0, 1}, {M44f(), last}, MotionConvention::WorldToObject), {0, 1}, box,
+                      kTolerance);
+    };
+    const Motion motions[] = {Motion(translation({1, 2, 3})), moving(translation({5, 0, 0})),
+                              moving(scaling({1, 2, 1}) * translation({5, 0, 0})), moving(rotationZ(170))};
+    EXPECT_TRUE(motions[2].keyCount() > 2 && !motions[2].usesRotation());
+    EXPECT_TRUE(motions[3].usesRotation());
+    float time[kLanes];
+    for (int i = 0; i < kLanes; ++i)
+        time[i] = float(i) / float(kLanes - 1);
+    for (const Motion& motion : motions) {
+        AffineLanes lanes;
+        motion.atLanes(time, 0, 3, lanes);
+        motion.atLanes(time, 3, kLanes, lanes);
+        for (int i = 0; i < kLanes; ++i) {
+            const M44f m = motion.at(time[i]);
+            const V3f rows[] = {lanes.x.at(i), lanes.y.at(i), lanes.z.at(i), lanes.o.at(i)};
+            for (int row = 0; row < 4; ++row)
+                EXPECT_EQ(rows[row], V3f(m[row][0], m[row][1], m[row][2])) << i;
+        }
+    }
+}
+
 TEST_F(MotionFit, MotionOutsideTheShutterIsStill) {
     const TransformPath path(KeyedTransform({0, .5f, 1}, {M44f(), M44f(), translation({5, 0, 0})},
                                             MotionConvention::ObjectToWorld));

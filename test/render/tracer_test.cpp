@@ -96,6 +96,49 @@ TEST_P(TracerTest, SurfaceIsWhereTheRayMetIt) {
     EXPECT_GT(count, 5000);
 }
 
+bool same(const SurfacePoint& a, const SurfacePoint& b) {
+    return a.p == b.p && a.ng == b.ng && a.ns == b.ns && a.uv == b.uv && a.dpdu == b.dpdu &&
+           a.dpdv == b.dpdv && a.offset == b.offset && a.material == b.material && a.light == b.light &&
+           a.prim == b.prim;
+}
+
+TEST_P(TracerTest, SurfacesSideBySideAreThoseOneByOne) {
+    const BuiltScene built = test::build(GetParam());
+    const auto rays = randomRays(20000);
+    std::vector<int> order(rays.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto hits = trace(built.scene->tracer(), rays, order, 16);
+    HitLanes lanes;
+    V3Lanes wo;
+    SurfaceLanes surfaces;
+    V2Lanes duvdx, duvdy;
+    float time[kLanes], width[kLanes];
+    size_t from[kLanes];
+    const auto check = [&](int n) {
+        built.scene->rawSurfaces(lanes, time, n, surfaces);
+        footprints(surfaces, wo, width, 0, n, duvdx, duvdy);
+        for (int i = 0; i < n; ++i) {
+            RawSurfacePoint s = surfaces.at(i);
+            TextureQuery q;
+            footprint(s, rays[from[i]].d, width[i], q);
+            EXPECT_EQ(q.duvdx, duvdx.at(i)) << from[i];
+            EXPECT_EQ(q.duvdy, duvdy.at(i)) << from[i];
+            s.finish();
+            EXPECT_TRUE(same(s, built.scene->surface(hits[from[i]], time[i]))) << from[i];
+        }
+    };
+    int n = 0;
+    for (size_t i = 0; i < rays.size(); ++i) {
+        if (!hits[i])
+            continue;
+        lanes.set(n, hits[i]), wo.set(n, -rays[i].d);
+        from[n] = i, time[n] = rays[i].time, width[n] = float(i % 7) * .01f;
+        if (++n >= 1 + int(i % kLanes))
+            check(std::exchange(n, 0));
+    }
+    check(n);
+}
+
 TEST_P(TracerTest, LanesAreIndependent) {
     const BuiltScene built = test::build(GetParam());
     const auto rays = randomRays(50000);
@@ -143,6 +186,20 @@ TEST(TracerScale, NormalsOfTinyAndHugeInstances) {
         EXPECT_NEAR(length(s.ns), 1, 1e-5) << scale;
     }
 }
+
+// Several geometries in turn, with texture coordinates, normals and a texture that asks for footprints.
+INSTANTIATE_TEST_SUITE_P(
+    Mixed, TracerTest,
+    testing::Values(
+        std::string(kHead) +
+        "Texture \"t\" \"rgb\" \"checkerboard\"\nMaterial \"matte\" \"texture Kd\" \"t\"\n"
+        "Translate 0 0 10\n" +
+        kMesh +
+        "AttributeBegin\nReverseOrientation\nTranslate 1 0 0\nShape \"sphere\" \"float phimax\" 300\n"
+        "AttributeEnd\nAttributeBegin\nTranslate 0 1 .5\nRotate 60 1 2 0\nShape \"disk\"\nAttributeEnd\n"
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 .2 1 -1 .2 1 1 0 -1 1 "
+        "0] "
+        "\"float uv\" [0 0 2 0 2 3 0 3] \"normal N\" [0 0 1 0 .1 1 .1 0 1 0 0 2]\n"));
 
 TEST(TracerCost, StillSceneHasNoTimeSteps) {
     const BuiltScene still = test::build(movingScene(kMesh));

@@ -410,5 +410,29 @@ TEST(Quadrics, LocatedErrors) {
     expectShapeError(plate, ShapeParams().floats("height", {kInfinity}), "height", "must be finite");
 }
 
+TEST(Quadrics, PointsSideBySideAreThoseOneByOne) {
+    Random random(5);
+    for (const auto& quadric : {sphere(2), sphere(.7f, {-.3f, .6f, 250}), disk(1.5f, {.2f, 3, 120})}) {
+        float u[kLanes], v[kLanes];
+        V3Lanes p, n, dpdu, dpdv;
+        V2Lanes uv;
+        QuadricPointLanes out{p, n, dpdu, dpdv, uv};
+        for (int i = 0; i < kLanes; ++i)
+            u[i] = uniform(random), v[i] = i % 8 ? uniform(random) : float(i / 8 % 2); // poles and rims, too
+        for (int begin = 0, end; begin < kLanes; begin = end) {
+            end = std::min(kLanes, begin + 1 + begin / 2);
+            quadric->pointLanes(u, v, begin, end, out);
+        }
+        for (int i = 0; i < kLanes; ++i) {
+            const QuadricPoint q = quadric->point(u[i], v[i]);
+            EXPECT_EQ(q.p, p.at(i)) << i;
+            EXPECT_EQ(q.n, n.at(i)) << i;
+            EXPECT_EQ(q.dpdu, dpdu.at(i)) << i;
+            EXPECT_EQ(q.dpdv, dpdv.at(i)) << i;
+            EXPECT_EQ(q.uv, uv.at(i)) << i;
+        }
+    }
+}
+
 } // namespace
 } // namespace strobe
