@@ -61,6 +61,8 @@ struct EncodedImage {
 /// Which channels of an image make a texture.
 enum class ImagePart { Colour, Alpha };
 
+class TextureLevels;
+
 /// The image library's texture system: tiled, cached, filtered by footprint. One per scene; lookups are
 /// thread-safe.
 class TextureCache : public std::enable_shared_from_this<TextureCache> {
@@ -85,6 +87,9 @@ class TextureCache : public std::enable_shared_from_this<TextureCache> {
     Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const {
         return lookup(file, uv, duvdx, duvdy, Lookup{wrap, wrap});
     }
+    /// The same at points `begin` to `end`, to the same bits.
+    void lookupLanes(const File& file, const TexturePointLanes& at, int begin, int end, const Lookup& how,
+                     RgbLanes& out) const;
     /// The same without images kept in memory beside the cache: what `lookup` is held against.
     Rgb lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
                        const Lookup& how) const;
@@ -95,6 +100,7 @@ class TextureCache : public std::enable_shared_from_this<TextureCache> {
   private:
     struct Impl;
     Impl& impl();
+    static const TextureLevels* levelsOf(const File& file, const Lookup& how);
 
     const int m_megabytes;
     std::once_flag m_made;

@@ -178,15 +178,32 @@ std::shared_ptr<const TextureCache::File> TextureCache::open(std::shared_ptr<con
     return impl().open(impl().nameOf(recipe, image->name), image->name, where);
 }
 
+/// Its levels, if they serve this kind of lookup, else null.
+const TextureLevels* TextureCache::levelsOf(const File& file, const Lookup& how) {
+    if (!file.isSmall || how.u != how.v || how.u == Wrap::Mirror || how.nearest)
+        return nullptr;
+    std::call_once(file.read, [&] { file.levels = file.readLevels(); });
+    return file.levels ? &*file.levels : nullptr;
+}
+
 Rgb TextureCache::lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
                          const Lookup& how) const {
-    if (file.isSmall && how.u == how.v && how.u != Wrap::Mirror && !how.nearest) {
-        std::call_once(file.read, [&] { file.levels = file.readLevels(); });
-        Rgb c;
-        if (file.levels && file.levels->lookup(uv, duvdx, duvdy, how.u, c))
-            return c;
-    }
+    const TextureLevels* levels = levelsOf(file, how);
+    if (Rgb c; levels && levels->lookup(uv, duvdx, duvdy, how.u, c))
+        return c;
     return lookupFiltered(file, uv, duvdx, duvdy, how);
+}
+
+void TextureCache::lookupLanes(const File& file, const TexturePointLanes& at, int begin, int end,
+                               const Lookup& how, RgbLanes& out) const {
+    alignas(64) int32_t found[kLanes];
+    if (const TextureLevels* levels = levelsOf(file, how))
+        levels->lookupLanes(at, begin, end, how.u, out, found);
+    else
+        std::fill(found + begin, found + end, 0);
+    for (int i = begin; i < end; ++i)
+        if (!found[i])
+            out.set(i, lookupFiltered(file, at.uv.at(i), at.duvdx.at(i), at.duvdy.at(i), how));
 }
 
 Rgb TextureCache::lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,

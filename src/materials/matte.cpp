@@ -84,12 +84,12 @@ class Matte : public Material {
   public:
     Matte(RgbInput kd, FloatInput sigma) : m_kd(std::move(kd)), m_sigma(std::move(sigma)) {}
 
-    void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
-        Data& data = bsdf.as<Data>();
-        data.scaledKd = nonNegative(m_kd.at(q)) * kInvPi;
-        const float s2 = sqr(radians(m_sigma.at(q)));
-        data.a = 1 - s2 / (2 * (s2 + 0.33f));
-        data.b = 0.45f * s2 / (s2 + 0.09f);
+    void prepare(const TextureQuery& q, Bsdf& bsdf) const override { fill(m_kd.at(q), m_sigma.at(q), bsdf); }
+    void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const override {
+        RgbLanes kd;
+        m_kd.atLanes(q, begin, end, kd);
+        for (int i = begin; i < end; ++i)
+            fill(kd.at(i), m_sigma.texture ? m_sigma.at(q.at(i)) : m_sigma.constant, bsdf[i]);
     }
 
     void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
@@ -136,6 +136,13 @@ class Matte : public Material {
     bool needsFootprint() const override { return m_kd.needsFootprint() || m_sigma.needsFootprint(); }
 
   private:
+    static void fill(const Rgb& kd, float sigma, Bsdf& bsdf) {
+        Data& data = bsdf.as<Data>();
+        data.scaledKd = nonNegative(kd) * kInvPi;
+        const float s2 = sqr(radians(sigma));
+        data.a = 1 - s2 / (2 * (s2 + 0.33f));
+        data.b = 0.45f * s2 / (s2 + 0.09f);
+    }
     bool isSame() const { return !m_kd.texture && !m_sigma.texture; }
 
     RgbInput m_kd;

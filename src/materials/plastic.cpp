@@ -65,10 +65,17 @@ class Plastic : public LobeMaterial<Data> {
         : m_kd(std::move(kd)), m_ks(std::move(ks)), m_roughness(std::move(roughness)) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
-        const Rgb kd = nonNegative(m_kd.at(q)), ks = nonNegative(m_ks.at(q)), scaledKd = kd * kInvPi;
-        bsdf.as<Data>() = {
-            scaledKd.x,    scaledKd.y,   scaledKd.z, ks.x, ks.y, ks.z, blinnExponent(m_roughness.at(q)),
-            luminance(kd), luminance(ks)};
+        fill(m_kd.at(q), m_ks.at(q), blinnExponent(m_roughness.at(q)), bsdf);
+    }
+    void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const override {
+        RgbLanes kd, ks;
+        m_kd.atLanes(q, begin, end, kd), m_ks.atLanes(q, begin, end, ks);
+        float exponent = blinnExponent(m_roughness.constant);
+        for (int i = begin; i < end; ++i) {
+            if (m_roughness.texture)
+                exponent = blinnExponent(m_roughness.at(q.at(i)));
+            fill(kd.at(i), ks.at(i), exponent, bsdf[i]);
+        }
     }
     bool isDiffuse() const override { return true; }
     bool isTextured() const override { return m_kd.texture || m_ks.texture; }
@@ -81,6 +88,12 @@ class Plastic : public LobeMaterial<Data> {
     }
 
   private:
+    static void fill(const Rgb& kdOrLess, const Rgb& ksOrLess, float exponent, Bsdf& bsdf) {
+        const Rgb kd = nonNegative(kdOrLess), ks = nonNegative(ksOrLess), scaledKd = kd * kInvPi;
+        bsdf.as<Data>() = {scaledKd.x, scaledKd.y, scaledKd.z,    ks.x,         ks.y,
+                           ks.z,       exponent,   luminance(kd), luminance(ks)};
+    }
+
     RgbInput m_kd, m_ks;
     FloatInput m_roughness;
 };

@@ -43,12 +43,29 @@ class ImageMap : public Texture {
         }
         if (!m_settings.filtered)
             p.dstdx = p.dstdy = V2f(0);
-        const Rgb c = m_cache->lookup(*m_file, p.st, p.dstdx, p.dstdy, m_settings.wrap) * m_settings.scale;
-        return m_settings.invert ? nonNegative(Rgb(1) - c) : c;
+        return valueOf(m_cache->lookup(*m_file, p.st, p.dstdx, p.dstdy, m_settings.wrap));
+    }
+    void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const override {
+        TexturePointLanes p;
+        m_mapping.atLanes(q, begin, end, p);
+        for (int i = begin; m_settings.flipV && i < end; ++i) {
+            p.uv.y[i] = 1 - p.uv.y[i];
+            p.duvdx.y[i] = -p.duvdx.y[i], p.duvdy.y[i] = -p.duvdy.y[i];
+        }
+        if (!m_settings.filtered)
+            for (float* row : {p.duvdx.x, p.duvdx.y, p.duvdy.x, p.duvdy.y})
+                std::fill(row + begin, row + end, 0.f);
+        m_cache->lookupLanes(*m_file, p, begin, end, {m_settings.wrap, m_settings.wrap}, out);
+        for (int i = begin; i < end; ++i)
+            out.set(i, valueOf(out.at(i)));
     }
     bool needsFootprint() const override { return m_settings.filtered && m_mapping.hasFootprint(); }
 
   private:
+    Rgb valueOf(const Rgb& stored) const {
+        const Rgb c = stored * m_settings.scale;
+        return m_settings.invert ? nonNegative(Rgb(1) - c) : c;
+    }
     static Rgb nonNegative(const Rgb& c) {
         return {std::max(c.x, 0.f), std::max(c.y, 0.f), std::max(c.z, 0.f)};
     }

@@ -11,6 +11,14 @@ const ParamDef<float> kVDelta{"vdelta", 0.f, "added to v"};
 const ParamDef<V3f> kV1{"v1", V3f(1, 0, 0), "planar: the vector whose dot product with the position is u"};
 const ParamDef<V3f> kV2{"v2", V3f(0, 1, 0), "planar: the vector whose dot product with the position is v"};
 
+STROBE_LANES void place(const V2Lanes& from, const V2f& scale, const V2f& delta, int begin, int end,
+                        V2Lanes& to) {
+    const float sx = scale.x, sy = scale.y, dx = delta.x, dy = delta.y;
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i)
+        to.x[i] = from.x[i] * sx + dx, to.y[i] = from.y[i] * sy + dy;
+}
+
 bool isGivenAsFloat(const ParamSet& params, const InputDef& def) {
     for (const Param& p : params.all())
         if (p.name == def.scalar.name || (def.scalar.alias && p.name == def.scalar.alias))
@@ -73,6 +81,19 @@ TexturePoint Mapping2D::at(const TextureQuery& q) const {
         return {m_delta + V2f(dot(p, m_v1), dot(p, m_v2)), V2f(0), V2f(0)};
     }
     return {q.uv * m_scale + m_delta, q.duvdx * m_scale, q.duvdy * m_scale};
+}
+
+void Mapping2D::atLanes(const TextureQueryLanes& q, int begin, int end, TexturePointLanes& out) const {
+    if (m_planar) {
+        for (int i = begin; i < end; ++i) {
+            const TexturePoint p = at(q.at(i));
+            out.uv.set(i, p.st), out.duvdx.set(i, p.dstdx), out.duvdy.set(i, p.dstdy);
+        }
+        return;
+    }
+    place(q.uv, m_scale, m_delta, begin, end, out.uv);
+    place(q.duvdx, m_scale, V2f(0), begin, end, out.duvdx);
+    place(q.duvdy, m_scale, V2f(0), begin, end, out.duvdy);
 }
 
 } // namespace strobe

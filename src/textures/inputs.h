@@ -49,6 +49,8 @@ class Mapping2D {
     /// Reads mapping, uscale, vscale, udelta, vdelta, v1 and v2. Throws a located Error for another mapping.
     Mapping2D(const ParamSet& params, const BuildContext& context, const TextureArgs& args);
     TexturePoint at(const TextureQuery& q) const;
+    /// The same of queries `begin` to `end`.
+    void atLanes(const TextureQueryLanes& q, int begin, int end, TexturePointLanes& out) const;
     bool hasFootprint() const { return !m_planar; }
 
   private:

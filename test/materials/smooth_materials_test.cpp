@@ -2,9 +2,12 @@
 #include "materials/material_fixture.h"
 #include "materials/matte.h"
 #include "materials/metal.h"
+#include "materials/mirror.h"
 #include "materials/plastic.h"
 
 #include <gtest/gtest.h>
+
+#include <cstring>
 
 namespace strobe::test {
 namespace {
@@ -334,6 +337,47 @@ TEST_F(SmoothMaterials, ExactlyGrazingAndOppositeDirectionsAreFinite) {
                         EXPECT_TRUE(std::isfinite(s.pdf) && s.pdf > 0) << wo;
                     }
                 }
+        }
+    }
+}
+
+/// Colours by place; as a number, too.
+class Stripes : public Texture {
+  public:
+    Rgb rgb(const TextureQuery& q) const override { return {q.uv.x, q.uv.y, .5f}; }
+};
+
+TEST_F(SmoothMaterials, PreparedSideBySideAreThoseOneByOne) {
+    const auto table = std::make_shared<TextureTable>();
+    table->floats.push_back(std::make_shared<Stripes>()), table->rgbs.push_back(table->floats[0]);
+    const auto textured = [&](const MaterialPlugin& plugin, const std::vector<std::string>& names) {
+        ParamSet set;
+        for (const std::string& name : names)
+            set.add({name, ParamType::Texture, {}, {}, {0, 0}, {"t"}});
+        set.bindTextures(table);
+        Messages quiet;
+        return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
+    };
+    std::vector<MaterialPtr> materials = {
+        textured(mattePlugin(), {"Kd"}),   textured(mattePlugin(), {"Kd", "sigma"}),
+        textured(plasticPlugin(), {"Kd"}), textured(plasticPlugin(), {"Ks", "roughness"}),
+        textured(mirrorPlugin(), {"Kr"}),  makeMaterial(mirrorPlugin(), {})};
+    for (const NamedMaterial& m : all())
+        materials.push_back(m.material);
+    V2Lanes uv, none{};
+    const V3Lanes p{};
+    const uint32_t prim[kLanes] = {};
+    const float barycentrics[kLanes] = {};
+    Random random(3);
+    for (int i = 0; i < kLanes; ++i)
+        uv.set(i, random.next2() - V2f(.2f));
+    const TextureQueryLanes q{uv, p, none, none, prim, barycentrics, barycentrics};
+    for (const MaterialPtr& material : materials) {
+        Bsdf beside[kLanes] = {}, alone{};
+        material->prepareLanes(q, 0, 5, beside), material->prepareLanes(q, 5, kLanes, beside);
+        for (int i = 0; i < kLanes; ++i) {
+            material->prepare(q.at(i), alone);
+            EXPECT_EQ(0, std::memcmp(alone.data, beside[i].data, sizeof alone.data)) << i;
         }
     }
 }

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -192,6 +193,16 @@ class ImageMaps : public testing::Test {
         ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, bytes) && out->close());
     }
     void TearDown() override { std::filesystem::remove(m_path); }
+    void writeNoise(int width, int height, int channels) const {
+        const auto out = OIIO::ImageOutput::create(m_path.string());
+        std::vector<uint16_t> values(size_t(width * height * channels));
+        uint32_t state = 1;
+        for (uint16_t& v : values)
+            v = uint16_t((state = state * 1664525u + 1013904223u) >> 16);
+        ASSERT_TRUE(
+            out->open(m_path.string(), OIIO::ImageSpec(width, height, channels, OIIO::TypeDesc::UINT16)) &&
+            out->write_image(OIIO::TypeDesc::UINT16, values.data()) && out->close());
+    }
     TexturePtr make(std::vector<Param> params, bool isFloat = false) {
         params.push_back(stringParam("filename", m_path.string()));
         return m_maker.make(imagemapTexturePlugin(), params, isFloat);
@@ -274,14 +285,7 @@ TEST_F(ImageMaps, RulesForFileNamesAreOfColoursThatSayNothing) {
 TEST_F(ImageMaps, SmallImagesInMemoryGiveWhatTheCacheGives) {
     for (const auto& [width, height, channels] :
          {std::tuple{64, 64, 3}, {96, 64, 3}, {50, 31, 3}, {32, 32, 1}}) {
-        const auto out = OIIO::ImageOutput::create(m_path.string());
-        std::vector<uint16_t> values(size_t(width * height * channels));
-        uint32_t state = 1;
-        for (uint16_t& v : values)
-            v = uint16_t((state = state * 1664525u + 1013904223u) >> 16);
-        ASSERT_TRUE(
-            out->open(m_path.string(), OIIO::ImageSpec(width, height, channels, OIIO::TypeDesc::UINT16)) &&
-            out->write_image(OIIO::TypeDesc::UINT16, values.data()) && out->close());
+        writeNoise(width, height, channels);
         TextureCache cache;
         const auto file = cache.open(m_path, {});
         std::mt19937 engine(3);
@@ -313,6 +317,45 @@ TEST_F(ImageMaps, SmallImagesInMemoryGiveWhatTheCacheGives) {
         // Where the number of probes is on the verge of another, rounding decides.
         EXPECT_LT(differing, lookups / 5000) << width << " x " << height;
         EXPECT_LT(worst, .02) << width << " x " << height;
+    }
+}
+
+TEST_F(ImageMaps, LookupsSideBySideAreThoseOneByOne) {
+    writeNoise(50, 31, 3);
+    const TexturePtr textures[] = {make({}),
+                                   make({floatParam("uscale", 3), floatParam("vdelta", .4f)}),
+                                   make({stringParam("wrap", "clamp"),
+                                         {"invert", ParamType::Bool, {}, {}, {1}, {}},
+                                         floatParam("scale", .5f)}),
+                                   make({stringParam("wrap", "black")}),
+                                   make({stringParam("filter", "point")}),
+                                   make({stringParam("mapping", "planar")})};
+    std::mt19937 engine(7);
+    std::uniform_real_distribution<float> number(0, 1);
+    for (int round = 0; round < 200; ++round) {
+        V2Lanes uv, dx, dy;
+        V3Lanes p;
+        uint32_t prim[kLanes] = {};
+        float barycentrics[kLanes] = {};
+        const TextureQueryLanes q{uv, p, dx, dy, prim, barycentrics, barycentrics};
+        for (int i = 0; i < kLanes; ++i) {
+            const float size = i % 9 ? std::exp2(-8 + 10 * number(engine)) : 0, thin = number(engine),
+                        turn = 2 * kPi * number(engine);
+            uv.set(i, {4 * number(engine) - 2, 4 * number(engine) - 2});
+            dx.set(i, V2f(std::cos(turn), std::sin(turn)) * size);
+            dy.set(i, V2f(-std::sin(turn), std::cos(turn) + .3f) * (size * sqr(sqr(thin))));
+            p.set(i, {uv.x[i], number(engine), uv.y[i]});
+        }
+        uv.x[5] = 1e12f, dx.x[6] = 1e5f, dy.y[7] = std::nanf(""); // left to OpenImageIO
+        const int begin = round % 7, end = kLanes - round % 50;
+        for (const TexturePtr& texture : textures) {
+            RgbLanes out;
+            texture->rgbLanes(q, begin, end, out);
+            for (int i = begin; i < end; ++i) {
+                const Rgb alone = texture->rgb(q.at(i)), beside = out.at(i);
+                EXPECT_EQ(0, std::memcmp(&alone, &beside, sizeof alone)) << i;
+            }
+        }
     }
 }
 
