@@ -48,15 +48,36 @@ STROBE_LANES void pinholeRays(const M44f& matrix, const ScreenWindow& window,
     }
 }
 
+/// The spread of the cone of a pixel, from the direction of film points and its change per pixel.
+struct PixelCones {
+    V3f corner, dx, dy;
+    float volume;
+
+    STROBE_INLINE float spread(float x, float y) const {
+        // The solid angle of the pixel is the determinant of (v, dv/dx, dv/dy) over |v|³, and that
+        // determinant is the same all over the film.
+        const V3f v = corner + dx * x + dy * y;
+        const float l2 = length2(v);
+        return std::sqrt(volume / (l2 * std::sqrt(l2)));
+    }
+};
+
+STROBE_LANES void findSpreads(const PixelCones& cones, const V2Lanes& film, int n, float* spread) {
+    const PixelCones c = cones;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        spread[i] = c.spread(film.x[i], film.y[i]);
+}
+
 class PerspectiveCamera final : public Camera {
   public:
     PerspectiveCamera(const CameraArgs& args, const ScreenWindow& screen, const Lens& lens)
         : m_placement(args.toWorld, args.shutter), m_screen(screen), m_lens(lens) {
         const M44f& m = m_placement.middle();
-        m_corner = transformVector(m, {screen.origin.x, screen.origin.y, 1});
-        m_dx = transformVector(m, {screen.pixel.x, 0, 0});
-        m_dy = transformVector(m, {0, screen.pixel.y, 0});
-        m_pixelVolume = absDot(m_corner, cross(m_dx, m_dy));
+        m_cones.corner = transformVector(m, {screen.origin.x, screen.origin.y, 1});
+        m_cones.dx = transformVector(m, {screen.pixel.x, 0, 0});
+        m_cones.dy = transformVector(m, {0, screen.pixel.y, 0});
+        m_cones.volume = absDot(m_cones.corner, cross(m_cones.dx, m_cones.dy));
     }
 
     void rays(const CameraSample* samples, int n, Ray* out) const override {
@@ -77,12 +98,10 @@ class PerspectiveCamera final : public Camera {
             stillRays(m_placement.middle(), m_screen, m_lens.radius, lensShift(), samples, n, out);
     }
 
-    RayCone cone(const V2f& film) const override {
-        // The solid angle of the pixel is the determinant of (v, dv/dx, dv/dy) over |v|³, and that
-        // determinant is the same all over the film.
-        const V3f v = m_corner + m_dx * film.x + m_dy * film.y;
-        const float l2 = length2(v);
-        return {0, std::sqrt(m_pixelVolume / (l2 * std::sqrt(l2)))};
+    RayCone cone(const V2f& film) const override { return {0, m_cones.spread(film.x, film.y)}; }
+    void coneLanes(const V2Lanes& film, int n, float* width, float* spread) const override {
+        std::fill_n(width, n, 0.f);
+        findSpreads(m_cones, film, n, spread);
     }
 
     bool hasLens() const override { return m_lens.radius > 0; }
@@ -105,8 +124,7 @@ class PerspectiveCamera final : public Camera {
     CameraPlacement m_placement;
     ScreenWindow m_screen; ///< at distance 1
     Lens m_lens;
-    V3f m_corner, m_dx, m_dy; ///< world space: direction of film point (0,0), and its change per pixel
-    float m_pixelVolume;
+    PixelCones m_cones; ///< world space
 };
 
 float halfFov(const ParamSet& params) {

@@ -43,12 +43,8 @@ void requestForEach(const Scene& scene, const VisibilityBatch& batch, ShadingReq
             run = std::min(n - i, batch.slice.count() - (from.index[i] - batch.slice.first));
             std::fill_n(to.domain + i, run, batch.pixels[from.pixel[i]].domain);
         }
-        if (!scene.needsFootprint())
-            continue;
-        for (int i = 0; i < requests.inBlock(b); ++i) {
-            const RayCone cone = scene.camera().cone(from.camera.film.at(i));
-            to.width[i] = cone.width, to.spread[i] = cone.spread;
-        }
+        if (scene.needsFootprint())
+            scene.camera().coneLanes(from.camera.film, requests.inBlock(b), to.width, to.spread);
     }
 }
 

@@ -55,6 +55,8 @@ class Camera {
     virtual void rayLanes(const CameraSampleLanes& samples, int n, CameraRayLanes& out) const;
     /// The cone of one pixel around a film point.
     virtual RayCone cone(const V2f& film) const = 0;
+    /// Their widths and spreads around film points 0 … n-1.
+    virtual void coneLanes(const V2Lanes& film, int n, float* width, float* spread) const;
     /// True when rays need `CameraSample::lens`.
     virtual bool hasLens() const = 0;
     /// True when the camera moves during the shutter.

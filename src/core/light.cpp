@@ -18,7 +18,8 @@ void Light::sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) con
 void Light::environmentLanes(const V3Lanes& d, int n, RgbLanes& radiance, float* pdf) const {
     for (int i = 0; i < n; ++i) {
         radiance.set(i, environment(d.at(i)));
-        pdf[i] = this->pdf(V3f(0), 0, d.at(i), nullptr);
+        if (pdf)
+            pdf[i] = this->pdf(V3f(0), 0, d.at(i), nullptr);
     }
 }
 

@@ -71,7 +71,7 @@ class Light {
     /// Radiance arriving from infinity along the reversed direction `d` (unit, away from the scene).
     /// Environments.
     virtual Rgb environment(const V3f& /*d*/) const { return Rgb(0); }
-    /// The same of directions 0 … n-1, with the density of `sample` there.
+    /// The same of directions 0 … n-1, with the density of `sample` there; `pdf` may be null: not wanted.
     virtual void environmentLanes(const V3Lanes& d, int n, RgbLanes& radiance, float* pdf) const;
     /// A rough figure of the total flux, to choose one light among many. `radius`: of the scene's bounding
     /// sphere.

@@ -1,8 +1,8 @@
 #include "core/texture_levels.h"
 
 #include "core/fast_math.h"
+#include "core/fours.h"
 
-#include <cstring>
 #include <utility>
 
 namespace strobe {
@@ -225,17 +225,13 @@ TextureLevels::TextureLevels(const std::vector<Image>& levels) {
 }
 
 void TextureLevels::addTexels(const Taken& taken, int count, Texel* sums) const {
-    typedef float Four __attribute__((vector_size(16)));
     const Texel* texels = m_texels.data();
     for (int k = 0; k < count; ++k) {
-        Four part[4], sum;
-        for (int c = 0; c < 4; ++c) {
-            std::memcpy(&part[c], texels + taken.texel[c][k], sizeof part[c]);
-            part[c] *= taken.weight[c][k];
-        }
-        std::memcpy(&sum, sums + k, sizeof sum);
-        sum += (part[0] + part[1]) + (part[2] + part[3]);
-        std::memcpy(sums + k, &sum, sizeof sum);
+        const auto part = [&](int c) {
+            return loadFour(texels[taken.texel[c][k]].numbers) * taken.weight[c][k];
+        };
+        float* sum = sums[k].numbers;
+        storeFour(sum, loadFour(sum) + ((part(0) + part(1)) + (part(2) + part(3))));
     }
 }
 

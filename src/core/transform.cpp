@@ -1,6 +1,7 @@
 #include "core/transform.h"
 
 #include "core/fast_math.h"
+#include "core/fours.h"
 
 #include <Imath/ImathMatrixAlgo.h>
 
@@ -289,34 +290,33 @@ M44f Motion::at(float time) const {
 
 namespace {
 
-/// `keys`: `count` matrices, at least two.
-STROBE_LANES void interpolateKeys(const float* keys, int count, const float* time, int begin, int end,
-                                  AffineLanes& out) {
-    const int last = count - 2;
-    const float spans = float(count - 1);
+/// `keys`: `count` matrices, at least two. For four lanes from `i` on.
+void interpolateFour(const float* keys, int count, const float* time, int i, AffineLanes& out) {
+    const float* key[4];
+    float t[4];
+    for (int k = 0; k < 4; ++k) {
+        const float x = std::clamp(time[i + k], 0.f, 1.f) * float(count - 1);
+        const int before = std::min(int(x), count - 2);
+        key[k] = keys + 16 * before, t[k] = x - float(before);
+    }
     V3Lanes* const rows[] = {&out.x, &out.y, &out.z, &out.o};
     for (int row = 0; row < 4; ++row) {
-        const float* from = keys + 4 * row;
-        V3Lanes& to = *rows[row];
-        STROBE_INDEPENDENT
-        for (int i = begin; i < end; ++i) {
-            const float x = std::min(std::max(time[i], 0.f), 1.f) * spans;
-            const int key = std::min(int(x), last);
-            const float t = x - float(key);
-            const int a = 16 * key, b = a + 16;
-            to.x[i] = from[a] * (1 - t) + from[b] * t;
-            to.y[i] = from[a + 1] * (1 - t) + from[b + 1] * t;
-            to.z[i] = from[a + 2] * (1 - t) + from[b + 2] * t;
-        }
+        const auto at = [&](int k) {
+            const float* from = key[k] + 4 * row;
+            return loadFour(from) * (1 - t[k]) + loadFour(from + 16) * t[k];
+        };
+        storeLanes(at(0), at(1), at(2), at(3), rows[row]->x + i, rows[row]->y + i, rows[row]->z + i);
     }
 }
 
 } // namespace
 
 void Motion::atLanes(const float* time, int begin, int end, AffineLanes& out) const {
+    int i = begin;
     if (m_count > 1 && !usesRotation())
-        return interpolateKeys(m_matrices[0].getValue(), m_count, time, begin, end, out);
-    for (int i = begin; i < end; ++i)
+        for (; i + 4 <= end; i += 4)
+            interpolateFour(m_matrices[0].getValue(), m_count, time, i, out);
+    for (; i < end; ++i)
         out.set(i, at(time[i]));
 }
 

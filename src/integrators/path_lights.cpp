@@ -15,7 +15,7 @@ void PathWorker::addDirect() {
     int allCount = 0, oneCount = 0;
     for (int i = 0; i < m_v.count; ++i) {
         Path& path = m_paths[m_v.path[i]];
-        if (!m_v.material[i]->isSmooth() || (path.part == LightPart::Indirect && m_bounce == 0))
+        if (!m_v.isSmooth[i] || (path.part == LightPart::Indirect && m_bounce == 0))
             continue;
         path.fromAllLights = m_settings.allLights && (path.reach == Reach::Eye || endsHere(path));
         (path.fromAllLights ? all[allCount++] : one[oneCount++]) = i;

@@ -66,6 +66,7 @@ void PathWorker::prepare() {
         const Material& material = *s.material[begin];
         for (end = begin; end < n && s.material[end] == &material; ++end)
             m_v.bsdf[end].material = &material, m_v.material[end] = &material;
+        std::fill(m_v.isSmooth + begin, m_v.isSmooth + end, material.isSmooth());
         std::fill(m_v.transmits + begin, m_v.transmits + end, material.transmits() ? 1.f : 0.f);
         findFootprints(material, begin, end);
         material.prepareLanes(q, begin, end, m_v.bsdf);

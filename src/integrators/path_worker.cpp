@@ -116,10 +116,14 @@ void PathWorker::addEnvironment(std::span<const uint32_t> paths) {
     V3Lanes d;
     RgbLanes radiance;
     alignas(64) float pdf[kLanes];
-    for (size_t k = 0; k < paths.size(); ++k)
-        d.set(int(k), m_paths[paths[k]].ray.d);
+    bool weighs = false;
+    for (size_t k = 0; k < paths.size(); ++k) {
+        const Path& path = m_paths[paths[k]];
+        d.set(int(k), path.ray.d);
+        weighs |= !path.countsAllLight;
+    }
     for (int i : m_scene.environments()) {
-        m_scene.lights()[size_t(i)]->environmentLanes(d, int(paths.size()), radiance, pdf);
+        m_scene.lights()[size_t(i)]->environmentLanes(d, int(paths.size()), radiance, weighs ? pdf : nullptr);
         for (size_t k = 0; k < paths.size(); ++k) {
             Path& path = m_paths[paths[k]];
             const Rgb arriving = radiance.at(int(k));
@@ -174,7 +178,7 @@ void PathWorker::extend() {
     // Direct lighting goes on through mirrors and glass only.
     if (m_settings.path || m_bounce + 1 < m_settings.maxDepth)
         for (int i = 0; i < m_v.count; ++i)
-            if (!(m_v.material[i]->isSmooth() && endsHere(m_paths[m_v.path[i]])))
+            if (!(m_v.isSmooth[i] && endsHere(m_paths[m_v.path[i]])))
                 vertices[count++] = i;
     if (count == 0)
         return;

@@ -29,6 +29,7 @@ struct VertexLanes : VertexRows {
     V3Lanes wo;
     alignas(64) float scale[kLanes], orientation[kLanes]; ///< of RawSurfacePoint
     alignas(64) float maxPdf[kLanes];
+    bool isSmooth[kLanes]; ///< as the material
 
     /// Takes points and normals, of which `finish` makes those of SurfacePoints.
     void setSurfaces(const SurfaceLanes& from);

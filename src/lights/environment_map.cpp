@@ -1,5 +1,7 @@
 #include "lights/environment_map.h"
 
+#include "core/fours.h"
+
 namespace strobe {
 
 /// What lookups read; all of it without branches.
@@ -39,8 +41,10 @@ struct EnvironmentMap::View {
                     Bilinear{b[0], b[1], b[2], b[3]}.eval(p)};
         }
     };
+    STROBE_INLINE int upperLeft(int x, int y) const { return 3 * (x + (width + 1) * y); }
+    STROBE_INLINE int perRow() const { return 3 * (width + 1); }
     STROBE_INLINE Corners corners(int x, int y) const {
-        const int upper = 3 * (x + (width + 1) * y), lower = upper + 3 * (width + 1);
+        const int upper = upperLeft(x, y), lower = upper + perRow();
         return {{texels[upper], texels[upper + 3], texels[lower], texels[lower + 3]},
                 {texels[upper + 1], texels[upper + 4], texels[lower + 1], texels[lower + 4]},
                 {texels[upper + 2], texels[upper + 5], texels[lower + 2], texels[lower + 5]}};
@@ -56,8 +60,7 @@ struct EnvironmentMap::View {
         return sinTheta > 0 ? scaled : 0;
     }
     /// `u`: within the cell.
-    STROBE_INLINE Sample sampleIn(int x, int y, const V2f& u) const {
-        const Corners c = corners(x, y);
+    STROBE_INLINE Sample sampleIn(int x, int y, const Corners& c, const V2f& u) const {
         const V2f at = c.luminances().sample(u);
         const SinCos phi = sinCosOfTurns((float(x) - .5f + at.x) / float(width));
         const SinCos theta = sinCosOfTurns(lerp(top(y), bottom(y), at.y) / float(2 * height));
@@ -66,30 +69,85 @@ struct EnvironmentMap::View {
             {theta.sin * phi.cos, theta.sin * phi.sin, theta.cos}, radiance, pdfOf(y, radiance, theta.sin)};
     }
 
-    static void lookups(const View& view, const V3Lanes& w, int n, RgbLanes& radiance, float* pdf);
-    static void samples(const View& view, const int32_t* x, const int32_t* y, const V2Lanes& u, int n,
-                        V3Lanes& w, RgbLanes& radiance, float* pdf);
+    struct Lanes;
+    static void findCells(const View& view, const V3Lanes& w, int n, Lanes& cells);
+    static void findFirst(const View& view, int n, Lanes& cells);
+    void fetch(int n, Lanes& cells) const;
+    static void blend(const Lanes& cells, int n, RgbLanes& radiance);
+    static void densities(const View& view, const Lanes& cells, const V3Lanes& w, const RgbLanes& radiance,
+                          int n, float* pdf);
+    static void samples(const View& view, const Lanes& cells, int n, V3Lanes& w, RgbLanes& radiance,
+                        float* pdf);
 };
 
-STROBE_LANES void EnvironmentMap::View::lookups(const View& view, const V3Lanes& w, int n, RgbLanes& radiance,
-                                                float* pdf) {
+/// Places in cells, side by side, with what is at the cells' corners.
+struct EnvironmentMap::View::Lanes {
+    alignas(64) int32_t x[kLanes], y[kLanes];
+    V2Lanes at;
+    alignas(64) int32_t first[kLanes]; ///< number of the upper left corner
+    RgbLanes corner[4];
+
+    STROBE_INLINE Corners corners(int i) const {
+        return {{corner[0].r[i], corner[1].r[i], corner[2].r[i], corner[3].r[i]},
+                {corner[0].g[i], corner[1].g[i], corner[2].g[i], corner[3].g[i]},
+                {corner[0].b[i], corner[1].b[i], corner[2].b[i], corner[3].b[i]}};
+    }
+};
+
+STROBE_LANES void EnvironmentMap::View::findCells(const View& view, const V3Lanes& w, int n, Lanes& cells) {
     const View v = view;
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-        float density;
-        const Rgb c = v.lookup(w.at(i), density);
-        radiance.r[i] = c.x, radiance.g[i] = c.y, radiance.b[i] = c.z;
-        pdf[i] = density;
+        const Cell cell = v.cellOf(w.at(i));
+        cells.x[i] = cell.x, cells.y[i] = cell.y;
+        cells.at.x[i] = cell.at.x, cells.at.y[i] = cell.at.y;
     }
 }
 
-STROBE_LANES void EnvironmentMap::View::samples(const View& view, const int32_t* x, const int32_t* y,
-                                                const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance,
-                                                float* pdf) {
+STROBE_LANES void EnvironmentMap::View::findFirst(const View& view, int n, Lanes& cells) {
+    const View v = view;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        cells.first[i] = v.upperLeft(cells.x[i], cells.y[i]);
+}
+
+/// Fills the corners, four lanes at a time: some more than n, too.
+void EnvironmentMap::View::fetch(int n, Lanes& cells) const {
+    const int offsets[] = {0, 3, perRow(), perRow() + 3};
+    for (int i = n; i < ((n + 3) & ~3); ++i)
+        cells.first[i] = 0;
+    for (int i = 0; i < n; i += 4)
+        for (int k = 0; k < 4; ++k) {
+            const float* from = texels + offsets[k];
+            const int32_t* first = cells.first + i;
+            RgbLanes& to = cells.corner[k];
+            storeLanes(loadFour(from + first[0]), loadFour(from + first[1]), loadFour(from + first[2]),
+                       loadFour(from + first[3]), to.r + i, to.g + i, to.b + i);
+        }
+}
+
+STROBE_LANES void EnvironmentMap::View::blend(const Lanes& cells, int n, RgbLanes& radiance) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const Rgb c = cells.corners(i).at(cells.at.at(i));
+        radiance.r[i] = c.x, radiance.g[i] = c.y, radiance.b[i] = c.z;
+    }
+}
+
+STROBE_LANES void EnvironmentMap::View::densities(const View& view, const Lanes& cells, const V3Lanes& w,
+                                                  const RgbLanes& radiance, int n, float* pdf) {
+    const View v = view;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        pdf[i] = v.pdfOf(cells.y[i], radiance.at(i), std::sqrt(w.x[i] * w.x[i] + w.y[i] * w.y[i]));
+}
+
+STROBE_LANES void EnvironmentMap::View::samples(const View& view, const Lanes& cells, int n, V3Lanes& w,
+                                                RgbLanes& radiance, float* pdf) {
     const View v = view;
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-        const Sample s = v.sampleIn(x[i], y[i], u.at(i));
+        const Sample s = v.sampleIn(cells.x[i], cells.y[i], cells.corners(i), cells.at.at(i));
         w.x[i] = s.w.x, w.y[i] = s.w.y, w.z[i] = s.w.z;
         radiance.r[i] = s.radiance.x, radiance.g[i] = s.radiance.y, radiance.b[i] = s.radiance.z;
         pdf[i] = s.pdf;
@@ -107,6 +165,7 @@ EnvironmentMap::EnvironmentMap(const Image& image) : m_width(image.width), m_hei
             const Rgb& c = image.at((x + m_width) % m_width, std::clamp(y, 0, m_height - 1));
             m_texels.insert(m_texels.end(), {c.x, c.y, c.z});
         }
+    m_texels.push_back(0);        // they are read by fours
     m_density.resize(size_t(ny)); // not read yet
     const View map = view();
     std::vector<float> flux(size_t(nx) * size_t(ny));
@@ -151,23 +210,33 @@ float EnvironmentMap::pdf(const V3f& w) const {
 
 EnvironmentMap::Sample EnvironmentMap::sample(const V2f& u) const {
     const Piecewise2D::Place place = m_cells.samplePlace(u);
-    return view().sampleIn(int(place.x), int(place.y), place.at);
+    const int x = int(place.x), y = int(place.y);
+    return view().sampleIn(x, y, view().corners(x, y), place.at);
 }
 
 void EnvironmentMap::lookupLanes(const V3Lanes& w, int n, RgbLanes& radiance, float* pdf) const {
-    View::lookups(view(), w, n, radiance, pdf);
+    const View v = view();
+    View::Lanes cells;
+    View::findCells(v, w, n, cells);
+    View::findFirst(v, n, cells);
+    v.fetch(n, cells);
+    View::blend(cells, n, radiance);
+    if (pdf)
+        View::densities(v, cells, w, radiance, n, pdf);
 }
 
 void EnvironmentMap::sampleLanes(const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance, float* pdf) const {
-    alignas(64) int32_t x[kLanes], y[kLanes];
-    V2Lanes within;
+    View::Lanes cells;
     Piecewise2D::Place places[kLanes];
     m_cells.samplePlaces(u, n, places); // searches: each its own way
     for (int i = 0; i < n; ++i) {
         const Piecewise2D::Place& place = places[i];
-        x[i] = int32_t(place.x), y[i] = int32_t(place.y), within.set(i, place.at);
+        cells.x[i] = int32_t(place.x), cells.y[i] = int32_t(place.y), cells.at.set(i, place.at);
     }
-    View::samples(view(), x, y, within, n, w, radiance, pdf);
+    const View v = view();
+    View::findFirst(v, n, cells);
+    v.fetch(n, cells);
+    View::samples(v, cells, n, w, radiance, pdf);
 }
 
 } // namespace strobe

@@ -24,7 +24,7 @@ class EnvironmentMap {
     Sample sample(const V2f& u) const;
     /// The density of `sample`; positive wherever radiance is not black.
     float pdf(const V3f& w) const;
-    /// radiance and pdf of directions 0 … n-1.
+    /// radiance and pdf of directions 0 … n-1; `pdf` may be null: not wanted.
     void lookupLanes(const V3Lanes& w, int n, RgbLanes& radiance, float* pdf) const;
     /// sample for u 0 … n-1.
     void sampleLanes(const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance, float* pdf) const;

@@ -112,7 +112,8 @@ class InfiniteLight final : public Light {
         V3Lanes w;
         turnToLight(m_turn, d, n, w);
         m_map->lookupLanes(w, n, radiance, pdf);
-        turnToWorld(m_turn, w, n, pdf);
+        if (pdf)
+            turnToWorld(m_turn, w, n, pdf);
         scale(radiance, n, m_factor);
     }
     Rgb power(float radius) const override {

@@ -54,6 +54,9 @@ class Glass : public Material {
         return true;
     }
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
+    void maxPdfLanes(const BsdfLanes& jobs, float* out) const override {
+        std::fill(out + jobs.begin, out + jobs.end, 0.f);
+    }
     bool picksDirection() const override { return false; }
     bool isSmooth() const override { return false; }
     bool transmits() const override { return true; }

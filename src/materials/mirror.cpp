@@ -37,12 +37,19 @@ class Mirror : public Material {
     void sampleLanes(const BsdfLanes& jobs, const float*, const V2Lanes&,
                      BsdfSampleLanes& out) const override {
         for (int i = jobs.begin; i < jobs.end; ++i) {
-            const Rgb kr = jobs.bsdf[jobs.point[i]].as<Data>().kr;
-            out.set(i, {V3f(-jobs.wo.x[i], -jobs.wo.y[i], jobs.wo.z[i]), kr, 0, true, false, 1});
+            const PlainRgb& kr = jobs.bsdf[jobs.point[i]].as<Data>().kr;
+            out.wi.x[i] = -jobs.wo.x[i], out.wi.y[i] = -jobs.wo.y[i], out.wi.z[i] = jobs.wo.z[i];
+            out.weight.r[i] = kr.x, out.weight.g[i] = kr.y, out.weight.b[i] = kr.z;
             out.drawn[i] = !isBlack(kr);
         }
+        std::fill(out.pdf + jobs.begin, out.pdf + jobs.end, 0.f);
+        std::fill(out.delta + jobs.begin, out.delta + jobs.end, true);
+        std::fill(out.transmits + jobs.begin, out.transmits + jobs.end, false);
     }
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
+    void maxPdfLanes(const BsdfLanes& jobs, float* out) const override {
+        std::fill(out + jobs.begin, out + jobs.end, 0.f);
+    }
     bool picksLobe() const override { return false; }
     bool picksDirection() const override { return false; }
     bool isSmooth() const override { return false; }

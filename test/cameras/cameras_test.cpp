@@ -68,7 +68,12 @@ TEST(Cameras, LanesAreTheSameRays) {
             samples.time[i] = random2D(3, i).x;
         }
         camera->rayLanes(samples, kLanes - 5, rays);
+        float width[kLanes], spread[kLanes];
+        camera->coneLanes(samples.film, kLanes - 5, width, spread);
         for (int i = 0; i < kLanes - 5; ++i) {
+            const RayCone cone = camera->cone(samples.film.at(i));
+            EXPECT_EQ(cone.width, width[i]);
+            EXPECT_EQ(cone.spread, spread[i]);
             const Ray ray = rayAt(*camera, samples.film.at(i), samples.time[i], samples.lens.at(i));
             EXPECT_EQ(ray.o, rays.o.at(i));
             EXPECT_EQ(ray.d, rays.d.at(i));

@@ -315,9 +315,10 @@ TEST(InfiniteLight, LanesAreTheSameSamples) {
                 d.set(axis, w);
             }
             LightSampleLanes samples;
-            RgbLanes radiance;
+            RgbLanes radiance, withoutPdf;
             light->sampleLanes({p, time, point, u, n}, samples);
             light->environmentLanes(d, n, radiance, pdf);
+            light->environmentLanes(d, n, withoutPdf, nullptr);
             for (int i = 0; i < n; ++i) {
                 const V2f ui = u.at(i);
                 LightSample s;
@@ -327,6 +328,7 @@ TEST(InfiniteLight, LanesAreTheSameSamples) {
                 EXPECT_EQ(samples.pdf[i], s.pdf);
                 EXPECT_EQ(samples.distance[i], s.distance);
                 EXPECT_EQ(radiance.at(i), light->environment(d.at(i)));
+                EXPECT_EQ(radiance.at(i), withoutPdf.at(i));
                 EXPECT_EQ(pdf[i], light->pdf(V3f(0), 0, d.at(i), nullptr));
             }
         }
