@@ -15,7 +15,6 @@ TextureQuery PathWorker::queryAt(const SurfacePoint& s, const Hit& hit) {
 /// Adds what the paths meet that shines, and makes vertices of those that may go on.
 void PathWorker::load(std::span<const uint32_t> paths) {
     fetchAhead(paths);
-    const bool goesOn = m_bounce < m_settings.maxDepth;
     size_t escaped = 0;
     int n = 0;
     for (uint32_t i : paths) {
@@ -23,10 +22,8 @@ void PathWorker::load(std::span<const uint32_t> paths) {
         path.lightIsDirect = path.reach == Reach::Eye;
         if (!path.hit)
             m_escaped[escaped++] = i;
-        else if (path.part != LightPart::Albedo)
+        else
             gather(i, path, n++);
-        else if (goesOn)
-            path.radiance = albedoAt(path);
     }
     addEnvironment(std::span(m_escaped).first(escaped));
     m_scene.rawSurfaces(m_hits, m_v.time, n, m_surface);
@@ -34,9 +31,9 @@ void PathWorker::load(std::span<const uint32_t> paths) {
     for (int i = 0; i < n; ++i)
         if (m_surface.light[i] >= 0)
             addEmission(m_v.path[i], m_surface.at(i));
-    m_v.count = goesOn ? n : 0;
+    m_v.count = m_bounce < m_settings.maxDepth ? n : 0;
     if (m_v.count > 0)
-        prepare();
+        prepare(true);
 }
 
 void PathWorker::fetchAhead(std::span<const uint32_t> paths) const {
@@ -57,8 +54,8 @@ void PathWorker::gather(uint32_t index, Path& path, int i) {
     m_v.wo.set(i, -path.ray.d), m_v.beta.set(i, path.beta);
 }
 
-/// Fills what is left of m_v to fill before it is finished.
-void PathWorker::prepare() {
+/// Fills what is left of m_v to fill before it is finished, or only what is needed for albedos.
+void PathWorker::prepare(bool forLight) {
     const int n = m_v.count;
     const SurfaceLanes& s = m_surface;
     const TextureQueryLanes q{s.uv, s.p, m_duvdx, m_duvdy, s.prim, m_hits.u, m_hits.v};
@@ -70,10 +67,10 @@ void PathWorker::prepare() {
         std::fill(m_v.transmits + begin, m_v.transmits + end, material.transmits() ? 1.f : 0.f);
         findFootprints(material, begin, end);
         material.prepareLanes(q, begin, end, m_v.bsdf);
-        if (material.shadingNormal() != ShadingNormal::AsIs)
+        if (forLight && material.shadingNormal() != ShadingNormal::AsIs)
             for (int i = begin; i < end; ++i)
                 adjustNormal(i, q.at(i));
-        if (m_bounce == 0 && material.isTextured())
+        if (forLight && m_bounce == 0 && material.isTextured())
             divideByAlbedo(material, begin, end);
     }
     m_v.setSurfaces(s);
@@ -102,18 +99,22 @@ void PathWorker::divideByAlbedo(const Material& material, int begin, int end) {
     }
 }
 
-Rgb PathWorker::albedoAt(const Path& path) {
-    const SurfacePoint s = m_scene.rawSurface(path.hit, path.ray.time);
-    ++m_counters->surfaces;
-    TextureQuery q = queryAt(s, path.hit);
-    if (s.material->needsFootprint()) {
-        footprint(s, path.ray.d, path.cone.width + path.hit.t * path.cone.spread, q);
-        ++m_counters->footprints;
+/// What those paths ask for that ask for an albedo.
+void PathWorker::addAlbedos() {
+    sortByMaterial(m_albedos);
+    for (size_t first = 0; first < m_albedos.size(); first += kLanes) {
+        const auto paths = std::span(m_albedos).subspan(first);
+        const int n = int(std::min<size_t>(kLanes, paths.size()));
+        fetchAhead(paths.first(size_t(n)));
+        for (int i = 0; i < n; ++i)
+            gather(paths[size_t(i)], m_paths[paths[size_t(i)]], i);
+        m_scene.rawSurfaces(m_hits, m_v.time, n, m_surface);
+        m_counters->surfaces += uint64_t(n);
+        m_v.count = n;
+        prepare(false);
+        for (int i = 0; i < n; ++i)
+            m_paths[m_v.path[i]].radiance = m_v.material[i]->albedo(m_v.bsdf[i]);
     }
-    Bsdf bsdf;
-    bsdf.material = s.material;
-    s.material->prepare(q, bsdf);
-    return s.material->albedo(bsdf);
 }
 
 /// Gives the surface of vertex i the shading normal that its material wants, and finishes its normals.

@@ -14,7 +14,10 @@ void PathWorker::shade(const ShadingRequests& requests, std::span<Rgb> radiance,
     m_counters = &counters;
     start(requests);
     startParts(requests.size());
-    for (m_bounce = 0; !m_active.empty(); ++m_bounce)
+    m_bounce = 0;
+    if (m_settings.maxDepth > 0)
+        addAlbedos();
+    for (; !m_active.empty(); ++m_bounce)
         wave();
     for (size_t i = 0; i < requests.size(); ++i)
         radiance[i] = m_paths[i].radiance;
@@ -28,24 +31,31 @@ void PathWorker::start(const ShadingRequests& requests) {
     if (m_paths.size() < requests.size())
         m_paths.resize(requests.size()), m_bucket.resize(requests.size());
     m_active.resize(requests.size());
-    uint32_t next = 0;
+    m_albedos.clear();
+    uint32_t next = 0, active = 0;
     for (size_t b = 0; b < requests.blocks(); ++b) {
         const RequestLanes& r = requests.block(b);
         for (int i = 0; i < requests.inBlock(b); ++i, ++next) {
             m_paths[next].start(r, i);
             meet(next, r.hit.at(i));
-            m_active[next] = next;
+            const bool escapes = r.hit.geometry[i] == kNone;
+            if (r.part[i] == LightPart::Albedo && !escapes) {
+                m_albedos.push_back(next);
+                continue;
+            }
+            m_active[active++] = next;
             if (r.part[i] != LightPart::Albedo)
-                ++(r.hit.geometry[i] == kNone       ? m_counters->escaped
+                ++(escapes                          ? m_counters->escaped
                    : r.part[i] == LightPart::Direct ? m_counters->directShades
                                                     : m_counters->shades);
         }
     }
+    m_active.resize(active);
 }
 
 /// One vertex of every active path; then all their rays.
 void PathWorker::wave() {
-    sortByMaterial();
+    sortByMaterial(m_active);
     m_next.clear();
     for (size_t first = 0; first < m_active.size(); first += kLanes) {
         load(std::span(m_active).subspan(first, std::min<size_t>(kLanes, m_active.size() - first)));
@@ -75,18 +85,18 @@ void PathWorker::meet(uint32_t path, const Hit& hit) {
 }
 
 /// Brings paths whose surfaces are of one material together, as far as it matters.
-void PathWorker::sortByMaterial() {
+void PathWorker::sortByMaterial(std::vector<uint32_t>& paths) {
     if (!m_manyMaterials)
         return;
     uint32_t places[kBuckets + 1] = {};
-    for (uint32_t i : m_active)
+    for (uint32_t i : paths)
         ++places[m_bucket[i] + 1];
     for (int b = 0; b < kBuckets; ++b)
         places[b + 1] += places[b];
-    m_sorted.resize(m_active.size());
-    for (uint32_t i : m_active)
+    m_sorted.resize(paths.size());
+    for (uint32_t i : paths)
         m_sorted[places[m_bucket[i]]++] = i;
-    m_active.swap(m_sorted);
+    paths.swap(m_sorted);
 }
 
 /// False when light sampling alone serves this light at a vertex of this sharpness.

@@ -21,17 +21,17 @@ class PathWorker : public ShaderWorker {
     void start(const ShadingRequests& requests);
     void wave();
     void meet(uint32_t path, const Hit& hit);
-    void sortByMaterial();
+    void sortByMaterial(std::vector<uint32_t>& paths);
 
     // One chunk of vertices (path_vertices.cpp):
     void load(std::span<const uint32_t> paths);
     void fetchAhead(std::span<const uint32_t> paths) const;
     void gather(uint32_t index, Path& path, int i);
-    void prepare();
+    void prepare(bool forLight);
     void findFootprints(const Material& material, int begin, int end);
     void divideByAlbedo(const Material& material, int begin, int end);
     void adjustNormal(int i, const TextureQuery& q);
-    Rgb albedoAt(const Path& path);
+    void addAlbedos();
     /// Without a footprint.
     static TextureQuery queryAt(const SurfacePoint& s, const Hit& hit);
     void addEnvironment(std::span<const uint32_t> paths);
@@ -101,8 +101,9 @@ class PathWorker : public ShaderWorker {
         m_partsViaBsdf; ///< path by path, as Path's radiance and viaBsdf; empty: no split
     std::vector<Path> m_paths;
     std::vector<uint32_t> m_active, m_next, m_sorted;
-    std::vector<uint8_t> m_bucket; ///< path by path: a number for the material that it meets
-    bool m_probed = false;         ///< in this wave
+    std::vector<uint32_t> m_albedos; ///< paths that ask for one, and for no light
+    std::vector<uint8_t> m_bucket;   ///< path by path: a number for the material that it meets
+    bool m_probed = false;           ///< in this wave
     int m_bounce = 0;
     ShadowQueue<LightVisible> m_shadows;
     HitQueue<LightProbe, ProbeFound> m_probes;
