@@ -13,6 +13,7 @@ constexpr float kMostStretched = 32; ///< of ellipses; those that are more are t
 constexpr int kMostProbes = 64;      ///< along one
 constexpr float kLongest = 1000;     ///< ellipse, in images
 constexpr int kMostLines = 2 * kLanes;
+static_assert(2 * kMostProbes <= kMostLines);
 
 /// Where a lookup lies along one axis of n texels: between two of them, and how far from the first.
 struct Between {
@@ -110,6 +111,8 @@ STROBE_LANES void TextureLevels::Shapes::findLevels(const float* lesserSide, int
             s.isWider[i] &= s.minor[i] * side > 1 ? 1 : 0;
             s.level[i] += s.isWider[i];
         }
+        if (end - begin == 1 && !s.isWider[begin])
+            return;
     }
 }
 
@@ -138,16 +141,19 @@ STROBE_LANES void TextureLevels::Shapes::findProbes(const float* lesserSide, int
     }
 }
 
-/// Rows of probes, each in one level; those with the most come first.
+/// Rows of probes, each in one level; those with the most come first. Or single probes of them.
 struct TextureLevels::Lines {
     int count = 0;
     alignas(64) int32_t owner[kMostLines], level[kMostLines], probes[kMostLines];
     alignas(64) float share[kMostLines]; ///< in the owner's colour
     alignas(64) float x[kMostLines], y[kMostLines], halfX[kMostLines], halfY[kMostLines];
     alignas(64) float number[kMostLines], steep[kMostLines];
+    alignas(64) float middle[kMostLines]; ///< of the first probe, in 2 number parts of the line
     alignas(64) int32_t width[kMostLines], height[kMostLines], first[kMostLines];
 
+    Lines() = default;
     Lines(const Shapes& s, int begin, int end, const int32_t* found);
+    void spread(const Lines& few);
     static void fill(const Shapes& s, const V2Lanes& uv, const TextureLevels& levels, Lines& lines);
 };
 
@@ -190,17 +196,32 @@ STROBE_LANES void TextureLevels::Lines::fill(const Shapes& s, const V2Lanes& uv,
         const int32_t i = lines.owner[k], level = lines.level[k];
         lines.x[k] = uv.x[i], lines.y[k] = uv.y[i];
         lines.halfX[k] = s.half.x[i], lines.halfY[k] = s.half.y[i];
-        lines.number[k] = float(lines.probes[k]), lines.steep[k] = s.steep[i];
+        lines.number[k] = float(lines.probes[k]), lines.steep[k] = s.steep[i], lines.middle[k] = 1;
         lines.width[k] = width[level], lines.height[k] = height[level], lines.first[k] = first[level];
+    }
+}
+
+/// Becomes all probes of some lines; the owners are the lines.
+void TextureLevels::Lines::spread(const Lines& few) {
+    count = 0;
+    for (int k = 0; k < few.count; ++k) {
+        const int n = few.probes[k];
+        const auto repeat = [&](const auto* from, auto* to) { std::fill_n(to + count, n, from[k]); };
+        repeat(few.x, x), repeat(few.y, y), repeat(few.halfX, halfX), repeat(few.halfY, halfY);
+        repeat(few.number, number), repeat(few.steep, steep);
+        repeat(few.width, width), repeat(few.height, height), repeat(few.first, first);
+        for (int i = 0; i < n; ++i, ++count)
+            owner[count] = k, middle[count] = float(2 * i + 1);
     }
 }
 
 STROBE_LANES void TextureLevels::Taken::take(const Lines& lines, int probe, int count, int32_t repeats,
                                              Taken& out) {
-    const float middle = 2 * float(probe) + 1, image = repeats ? 1.f : 0.f;
+    const float before = 2 * float(probe), image = repeats ? 1.f : 0.f;
     STROBE_INDEPENDENT
     for (int k = 0; k < count; ++k) {
-        const float x = middle / lines.number[k] - 1, weight = fastExp(lines.steep[k] * sqr(x));
+        const float x = (lines.middle[k] + before) / lines.number[k] - 1,
+                    weight = fastExp(lines.steep[k] * sqr(x));
         const int32_t width = lines.width[k], first = lines.first[k];
         const Between u = between(lines.x[k] + lines.halfX[k] * x, width, repeats, image);
         const Between v = between(lines.y[k] + lines.halfY[k] * x, lines.height[k], repeats, image);
@@ -224,14 +245,32 @@ TextureLevels::TextureLevels(const std::vector<Image>& levels) {
     m_longestSide = std::max(m_width.front(), m_height.front());
 }
 
-void TextureLevels::addTexels(const Taken& taken, int count, Texel* sums) const {
+void TextureLevels::addTexels(const Taken& taken, int k, Texel& sum) const {
     const Texel* texels = m_texels.data();
-    for (int k = 0; k < count; ++k) {
-        const auto part = [&](int c) {
-            return loadFour(texels[taken.texel[c][k]].numbers) * taken.weight[c][k];
-        };
-        float* sum = sums[k].numbers;
-        storeFour(sum, loadFour(sum) + ((part(0) + part(1)) + (part(2) + part(3))));
+    const auto part = [&](int c) { return loadFour(texels[taken.texel[c][k]].numbers) * taken.weight[c][k]; };
+    storeFour(sum.numbers, loadFour(sum.numbers) + ((part(0) + part(1)) + (part(2) + part(3))));
+}
+
+void TextureLevels::probe(const Lines& lines, int32_t repeats, Texel* sums) const {
+    constexpr int kFew = 2; // as one lookup has
+    Taken taken;
+    std::fill_n(sums, lines.count, Texel{});
+    if (lines.count <= kFew) { // all probes of all lines side by side
+        Lines probes;
+        probes.spread(lines);
+        Taken::take(probes, 0, probes.count, repeats, taken);
+        for (int k = 0; k < probes.count; ++k)
+            addTexels(taken, k, sums[probes.owner[k]]);
+        return;
+    }
+    for (int number = 0, left = lines.count;; ++number) { // one of each line
+        while (left > 0 && lines.probes[left - 1] <= number)
+            --left;
+        if (left == 0)
+            return;
+        Taken::take(lines, number, left, repeats, taken);
+        for (int k = 0; k < left; ++k)
+            addTexels(taken, k, sums[k]);
     }
 }
 
@@ -248,17 +287,8 @@ void TextureLevels::lookupLanes(const TexturePointLanes& at, int begin, int end,
     Lines lines(shapes, begin, end, found);
     Lines::fill(shapes, at.uv, *this, lines);
 
-    Taken taken;
     Texel sums[kMostLines];
-    std::fill_n(sums, lines.count, Texel{});
-    for (int probe = 0, left = lines.count;; ++probe) {
-        while (left > 0 && lines.probes[left - 1] <= probe)
-            --left;
-        if (left == 0)
-            break;
-        Taken::take(lines, probe, left, wrap == Wrap::Repeat ? -1 : 0, taken);
-        addTexels(taken, left, sums);
-    }
+    probe(lines, wrap == Wrap::Repeat ? -1 : 0, sums);
     for (float* row : {out.r, out.g, out.b})
         std::fill(row + begin, row + end, 0.f);
     for (int k = 0; k < lines.count; ++k) {

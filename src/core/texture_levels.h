@@ -28,7 +28,8 @@ class TextureLevels {
     struct Shapes;
     struct Lines;
     struct Taken;
-    void addTexels(const Taken& taken, int count, Texel* sums) const;
+    void addTexels(const Taken& taken, int k, Texel& sum) const;
+    void probe(const Lines& lines, int32_t repeats, Texel* sums) const;
 
     int m_longestSide = 0;                           ///< of the finest level
     std::vector<int32_t> m_width, m_height, m_first; ///< by level; the latter among the texels

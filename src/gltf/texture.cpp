@@ -91,21 +91,37 @@ void OtherUvs::apply(TextureQuery& q) const {
     q.duvdx = turned(q.duvdx), q.duvdy = turned(q.duvdy);
 }
 
-Rgb PlacedImage::rgb(const TextureQuery& query) const {
-    Rgb c = factor;
-    if (colours)
-        c *= colours->at(query);
-    if (!file)
-        return c;
-    TextureQuery q = query;
+TextureQuery PlacedImage::inImage(TextureQuery q) const {
     if (uvs)
         uvs->apply(q);
     const auto turned = [&](float u, float v) { // v from the top
         const V2f w(u * scale.x, v * scale.y);
         return V2f(turn.x * w.x + turn.y * w.y, turn.x * w.y - turn.y * w.x);
     };
-    return c * cache->lookup(*file, turned(q.uv.x, 1 - q.uv.y) + offset, turned(q.duvdx.x, -q.duvdx.y),
-                             turned(q.duvdy.x, -q.duvdy.y), how);
+    q.uv = turned(q.uv.x, 1 - q.uv.y) + offset;
+    q.duvdx = turned(q.duvdx.x, -q.duvdx.y), q.duvdy = turned(q.duvdy.x, -q.duvdy.y);
+    return q;
+}
+
+Rgb PlacedImage::rgb(const TextureQuery& query) const {
+    const Rgb c = colourAt(query);
+    if (!file)
+        return c;
+    const TextureQuery q = inImage(query);
+    return c * cache->lookup(*file, q.uv, q.duvdx, q.duvdy, how);
+}
+
+void PlacedImage::rgbLanes(const TextureQueryLanes& queries, int begin, int end, RgbLanes& out) const {
+    if (!file)
+        return Texture::rgbLanes(queries, begin, end, out);
+    TexturePointLanes points{};
+    for (int i = begin; i < end; ++i) {
+        const TextureQuery q = inImage(queries.at(i));
+        points.uv.set(i, q.uv), points.duvdx.set(i, q.duvdx), points.duvdy.set(i, q.duvdy);
+    }
+    cache->lookupLanes(*file, points, begin, end, how, out);
+    for (int i = begin; i < end; ++i)
+        out.set(i, colourAt(queries.at(i)) * out.at(i));
 }
 
 std::shared_ptr<const EncodedImage> Images::encoded(size_t index) {

@@ -62,8 +62,14 @@ class PlacedImage : public Texture {
     int channel = 0;
 
     Rgb rgb(const TextureQuery& q) const override;
+    void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const override;
     float value(const TextureQuery& q) const override { return rgb(q)[channel]; }
     bool needsFootprint() const override { return file != nullptr && !how.nearest; }
+
+  private:
+    Rgb colourAt(const TextureQuery& q) const { return colours ? factor * colours->at(q) : factor; }
+    /// The place in the image; the query's coordinates and footprint become the image's.
+    TextureQuery inImage(TextureQuery q) const;
 };
 
 /// How a texture's stored numbers are meant.

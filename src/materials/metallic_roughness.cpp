@@ -142,27 +142,15 @@ class MetallicRoughness : public Material {
         : m_in(std::move(inputs)), m_transmits(m_in.transmission.texture || m_in.transmission.constant > 0) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
-        const Rgb base = clamp01(m_in.baseColour.at(q));
-        float metallic = m_in.metallic.at(q), roughness = m_in.roughness.at(q);
-        if (m_in.packed) {
-            const Rgb packed = m_in.packed->rgb(q);
-            roughness *= packed.y, metallic *= packed.z;
-        }
-        metallic = clamp01(metallic);
-        const float ior = std::max(m_in.ior.at(q), 0.f), specular = clamp01(m_in.specular.at(q));
-        const Rgb f0 =
-            clamp01(nonNegative(m_in.specularColour.at(q)) * sqr((ior - 1) / (ior + 1))) * specular;
-        const float transmission = m_transmits ? clamp01(m_in.transmission.at(q)) : 0.f;
-        const Rgb body = base * (1 - metallic);
-        Data& data = bsdf.as<Data>();
-        data.diffuse = body * ((1 - transmission) * kInvPi);
-        data.through = body * transmission;
-        data.f0 = f0 * (1 - metallic) + base * metallic;
-        data.f90 = lerp(specular, 1, metallic);
-        data.skinF0 = maxComponent(f0), data.skinF90 = specular;
-        data.alpha = alphaOf(roughness);
-        data.coat = clamp01(m_in.clearcoat.at(q));
-        data.coatAlpha = alphaOf(m_in.clearcoatRoughness.at(q));
+        fill(q, m_in.baseColour.at(q), m_in.packed ? m_in.packed->rgb(q) : Rgb(1), bsdf);
+    }
+    void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const override {
+        RgbLanes base, packed;
+        m_in.baseColour.atLanes(q, begin, end, base);
+        if (m_in.packed)
+            m_in.packed->rgbLanes(q, begin, end, packed);
+        for (int i = begin; i < end; ++i)
+            fill(q.at(i), base.at(i), m_in.packed ? packed.at(i) : Rgb(1), bsdf[i]);
     }
 
     void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
@@ -260,6 +248,26 @@ class MetallicRoughness : public Material {
     static bool window(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
         const float cosine = std::abs(wo.z), share = passed(data, cosine) * (1 - coatFresnel(data, cosine));
         return delta(-wo, Rgb(data.through) * (share / probability), true, out);
+    }
+
+    void fill(const TextureQuery& q, const Rgb& baseOrMore, const Rgb& packed, Bsdf& bsdf) const {
+        const Rgb base = clamp01(baseOrMore);
+        const float metallic = clamp01(m_in.metallic.at(q) * packed.z);
+        const float roughness = m_in.roughness.at(q) * packed.y;
+        const float ior = std::max(m_in.ior.at(q), 0.f), specular = clamp01(m_in.specular.at(q));
+        const Rgb f0 =
+            clamp01(nonNegative(m_in.specularColour.at(q)) * sqr((ior - 1) / (ior + 1))) * specular;
+        const float transmission = m_transmits ? clamp01(m_in.transmission.at(q)) : 0.f;
+        const Rgb body = base * (1 - metallic);
+        Data& data = bsdf.as<Data>();
+        data.diffuse = body * ((1 - transmission) * kInvPi);
+        data.through = body * transmission;
+        data.f0 = f0 * (1 - metallic) + base * metallic;
+        data.f90 = lerp(specular, 1, metallic);
+        data.skinF0 = maxComponent(f0), data.skinF90 = specular;
+        data.alpha = alphaOf(roughness);
+        data.coat = clamp01(m_in.clearcoat.at(q));
+        data.coatAlpha = alphaOf(m_in.clearcoatRoughness.at(q));
     }
 
     MetallicRoughnessInputs m_in;

@@ -44,6 +44,13 @@ float Input::value(const TextureQuery& q) const {
     return (m_colour.constant.x + m_colour.constant.y + m_colour.constant.z) / 3;
 }
 
+void Input::rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const {
+    if (!m_isFloat)
+        return m_colour.atLanes(q, begin, end, out);
+    for (int i = begin; i < end; ++i)
+        out.set(i, Rgb(m_scalar.at(q.at(i))));
+}
+
 bool Input::isConstant() const {
     const TexturePtr& texture = m_isFloat ? m_scalar.texture : m_colour.texture;
     return !texture || texture->isConstant();

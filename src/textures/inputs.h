@@ -22,6 +22,8 @@ class Input {
     Input(const ParamSet& params, const TextureArgs& args, const InputDef& def);
     Rgb rgb(const TextureQuery& q) const { return m_isFloat ? Rgb(m_scalar.at(q)) : m_colour.at(q); }
     float value(const TextureQuery& q) const;
+    /// `rgb` of queries `begin` to `end`.
+    void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const;
     bool needsFootprint() const { return m_scalar.needsFootprint() || m_colour.needsFootprint(); }
     bool isConstant() const;
     /// True when both are known to be the same everywhere.

@@ -12,6 +12,12 @@ class Scale : public Texture {
   public:
     Scale(Input a, Input b) : m_a(std::move(a)), m_b(std::move(b)) {}
     Rgb rgb(const TextureQuery& q) const override { return m_a.rgb(q) * m_b.rgb(q); }
+    void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const override {
+        RgbLanes b;
+        m_a.rgbLanes(q, begin, end, out), m_b.rgbLanes(q, begin, end, b);
+        for (int i = begin; i < end; ++i)
+            out.set(i, out.at(i) * b.at(i));
+    }
     float value(const TextureQuery& q) const override { return m_a.value(q) * m_b.value(q); }
     bool needsFootprint() const override { return m_a.needsFootprint() || m_b.needsFootprint(); }
     bool isConstant() const override { return m_a.isConstant() && m_b.isConstant(); }

@@ -2,6 +2,7 @@
 #include "materials/material_fixture.h"
 #include "materials/matte.h"
 #include "materials/metal.h"
+#include "materials/metallic_roughness.h"
 #include "materials/mirror.h"
 #include "materials/plastic.h"
 
@@ -358,10 +359,13 @@ TEST_F(SmoothMaterials, PreparedSideBySideAreThoseOneByOne) {
         Messages quiet;
         return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
     };
-    std::vector<MaterialPtr> materials = {
-        textured(mattePlugin(), {"Kd"}),   textured(mattePlugin(), {"Kd", "sigma"}),
-        textured(plasticPlugin(), {"Kd"}), textured(plasticPlugin(), {"Ks", "roughness"}),
-        textured(mirrorPlugin(), {"Kr"}),  makeMaterial(mirrorPlugin(), {})};
+    std::vector<MaterialPtr> materials = {textured(mattePlugin(), {"Kd"}),
+                                          textured(mattePlugin(), {"Kd", "sigma"}),
+                                          textured(plasticPlugin(), {"Kd"}),
+                                          textured(plasticPlugin(), {"Ks", "roughness"}),
+                                          textured(metallicRoughnessPlugin(), {"basecolor", "metallic"}),
+                                          textured(mirrorPlugin(), {"Kr"}),
+                                          makeMaterial(mirrorPlugin(), {})};
     for (const NamedMaterial& m : all())
         materials.push_back(m.material);
     V2Lanes uv, none{};

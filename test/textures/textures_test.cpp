@@ -322,14 +322,22 @@ TEST_F(ImageMaps, SmallImagesInMemoryGiveWhatTheCacheGives) {
 
 TEST_F(ImageMaps, LookupsSideBySideAreThoseOneByOne) {
     writeNoise(50, 31, 3);
-    const TexturePtr textures[] = {make({}),
-                                   make({floatParam("uscale", 3), floatParam("vdelta", .4f)}),
-                                   make({stringParam("wrap", "clamp"),
-                                         {"invert", ParamType::Bool, {}, {}, {1}, {}},
-                                         floatParam("scale", .5f)}),
-                                   make({stringParam("wrap", "black")}),
-                                   make({stringParam("filter", "point")}),
-                                   make({stringParam("mapping", "planar")})};
+    Maker maker;
+    const int map = maker.add(make({})), other = maker.add(make({floatParam("uscale", 2)}));
+    const TexturePtr textures[] = {
+        make({}),
+        maker.make(scaleTexturePlugin(), {textureParam("tex1", map), rgbParam("tex2", Rgb(.5f, 2, 1))}),
+        maker.make(scaleTexturePlugin(), {textureParam("tex1", map), floatParam("tex2", .3f)}),
+        maker.make(mixTexturePlugin(),
+                   {textureParam("tex1", map), textureParam("tex2", other), textureParam("amount", map)}),
+        maker.make(mixTexturePlugin(), {textureParam("tex1", map), floatParam("amount", .3f)}),
+        make({floatParam("uscale", 3), floatParam("vdelta", .4f)}),
+        make({stringParam("wrap", "clamp"),
+              {"invert", ParamType::Bool, {}, {}, {1}, {}},
+              floatParam("scale", .5f)}),
+        make({stringParam("wrap", "black")}),
+        make({stringParam("filter", "point")}),
+        make({stringParam("mapping", "planar")})};
     std::mt19937 engine(7);
     std::uniform_real_distribution<float> number(0, 1);
     for (int round = 0; round < 200; ++round) {
