@@ -22,6 +22,7 @@
 #include <array>
 #include <charconv>
 #include <deque>
+#include <mutex>
 #include <set>
 #include <thread>
 
@@ -217,22 +218,28 @@ void writePixels(Imf::MultiPartOutputFile& file, int index, const Pixels& pixels
     }
 }
 
-/// OpenEXR's threads, of which a process has one set, while a file is compressed.
+/// OpenEXR's threads, of which a process has one set, for the one file that is being compressed.
 class CompressionThreads {
   public:
     /// As many as asked for, 0 being one per core, but no more than have something to do.
-    CompressionThreads(int threads, int height) {
+    CompressionThreads(int threads, int height) : m_alone(turns()), m_before(pool().numThreads()) {
         constexpr int kLinesOfTask = 16;
         const int wanted = threads > 0 ? threads : int(std::thread::hardware_concurrency());
         const int used = std::min(wanted, (height + kLinesOfTask - 1) / kLinesOfTask);
-        IlmThread::ThreadPool::globalThreadPool().setNumThreads(used > 1 ? used : 0);
+        pool().setNumThreads(used > 1 ? used : 0);
     }
-    ~CompressionThreads() { IlmThread::ThreadPool::globalThreadPool().setNumThreads(m_before); }
+    ~CompressionThreads() { pool().setNumThreads(m_before); }
     CompressionThreads(const CompressionThreads&) = delete;
     CompressionThreads& operator=(const CompressionThreads&) = delete;
 
   private:
-    const int m_before = IlmThread::ThreadPool::globalThreadPool().numThreads();
+    static IlmThread::ThreadPool& pool() { return IlmThread::ThreadPool::globalThreadPool(); }
+    static std::mutex& turns() { // as many as there are pools
+        static std::mutex one;
+        return one;
+    }
+    const std::lock_guard<std::mutex> m_alone;
+    const int m_before;
 };
 
 std::string encode(const ImageFrame& frame, const std::vector<Part>& parts, const Metadata& metadata,

@@ -52,8 +52,8 @@ void checkExr(const std::filesystem::path& path, const std::vector<Part>& parts,
 /// name the working space, or say "data" for parts of exact channels alone. In a multi-part file, a part with
 /// exact channels is compressed by Zips where `settings` say a compression that would change them. Returns
 /// how many finite values were beyond what half floats hold and became their largest. The file is the same
-/// whatever `threads` (0: one per core) compress it; they are OpenEXR's, so that only one file is written at
-/// a time. Throws Error of kind Output, also for what checkExr throws for.
+/// whatever `threads` (0: one per core) compress it; they are OpenEXR's, of which a process has one set: one
+/// file waits for another. Throws Error of kind Output, also for what checkExr throws for.
 size_t writeExr(const std::filesystem::path& path, const ImageFrame& frame, const std::vector<Part>& parts,
                 const Metadata& metadata, const ExrSettings& settings = {}, int threads = 1);
 
