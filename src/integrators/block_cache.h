@@ -32,6 +32,9 @@ class BlockCache {
     void clear();
     size_t bytes() const { return m_count * sizeof(Bucket); }
 
+    /// What room for a block takes.
+    static constexpr double bytesPerBlock() { return double(sizeof(Bucket)) / kWays; }
+
   private:
     void map();
     static constexpr int kWays = 3;

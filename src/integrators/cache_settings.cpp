@@ -1,5 +1,7 @@
 #include "integrators/cache_settings.h"
 
+#include "integrators/block_cache.h"
+
 #include <charconv>
 
 #include <sys/resource.h>
@@ -51,12 +53,12 @@ size_t automaticBytes(const RenderContext& context, float blockSize, int timeBin
     const ShadeCost cost = context.measureShadeCost();
     if (cost.shades() > 0 && cost.mean() + cost.deviation() < kMemorySeconds)
         return kMegabyte * size_t(context.threads);
-    constexpr double kBytesPerBlock = 64 / 3., kSlack = 2;
+    constexpr double kSlack = 2;
     const double pixels = double(context.window.width()) * context.window.height();
     const double blocks = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
     const double most = double(memoryForUs()) / 4;
-    return size_t(
-        std::clamp(blocks * kBytesPerBlock * kSlack * (1 + context.parts), double(kMegabyte), most));
+    return size_t(std::clamp(blocks * BlockCache::bytesPerBlock() * kSlack * (1 + context.parts),
+                             double(kMegabyte), most));
 }
 
 } // namespace strobe

@@ -1,5 +1,7 @@
 #include "integrators/surface_parts.h"
 
+#include "core/surface_math.h"
+
 namespace strobe {
 
 SurfacePart::SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry)
@@ -30,9 +32,8 @@ M44f SurfacePart::toWorldAt(float time) const {
 }
 
 Edges SurfacePart::edgesAt(uint32_t prim, float time) const {
-    V3f p[3];
-    triangleVertices(*mesh, prim, time, p);
-    Edges edges{p[1] - p[0], p[2] - p[0]};
+    const Triangle t = triangleOf(*mesh, prim, time);
+    Edges edges{t.b - t.a, t.c - t.a};
     if (motion)
         place(edges, time);
     return edges;
@@ -56,10 +57,9 @@ void SurfacePart::spot(const Hit& hit, float time, V3f& p, V3f& n) const {
         p = transformPoint(m, q.p), n = transformNormal(isFixed ? toObject : m.inverse(), q.n);
         return;
     }
-    V3f v[3];
-    triangleVertices(*mesh, hit.prim, time, v);
-    p = v[0] * (1 - hit.u - hit.v) + v[1] * hit.u + v[2] * hit.v;
-    Edges e{v[1] - v[0], v[2] - v[0]};
+    const Triangle t = triangleOf(*mesh, hit.prim, time);
+    p = t.point(hit.u, hit.v);
+    Edges e{t.b - t.a, t.c - t.a};
     if (motion) {
         const M44f m = toWorldAt(time);
         p = transformPoint(m, p), e.transform(m);

@@ -136,16 +136,22 @@ class Slope : public Texture {
     Rgb rgb(const TextureQuery& q) const override { return {.1f + .8f * q.uv.x, .5f, .1f + .8f * q.uv.y}; }
 };
 
+/// All of these parameters are the table's first texture.
+MaterialPtr texturedMaterial(const MaterialPlugin& plugin, const std::vector<std::string>& names,
+                             const std::shared_ptr<const TextureTable>& table) {
+    ParamSet set;
+    for (const std::string& name : names)
+        set.add({name, ParamType::Texture, {}, {}, {0, 0}, {"t"}});
+    set.bindTextures(table);
+    Messages quiet;
+    return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
+}
+
 TEST(TexturedMaterials, LanesKeepPointsApart) {
     const auto table = std::make_shared<TextureTable>();
     table->rgbs = table->floats = {std::make_shared<Slope>()};
     const auto textured = [&](const MaterialPlugin& plugin, const std::vector<std::string>& names) {
-        ParamSet set;
-        for (const std::string& name : names)
-            set.add({name, ParamType::Texture, {}, {}, {0, 0}, {"slope"}});
-        set.bindTextures(table);
-        Messages quiet;
-        return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
+        return texturedMaterial(plugin, names, table);
     };
     for (const MaterialPtr& material :
          {textured(mattePlugin(), {"Kd", "sigma"}), textured(plasticPlugin(), {"Kd", "Ks", "roughness"}),
@@ -352,12 +358,7 @@ TEST_F(SmoothMaterials, PreparedSideBySideAreThoseOneByOne) {
     const auto table = std::make_shared<TextureTable>();
     table->floats.push_back(std::make_shared<Stripes>()), table->rgbs.push_back(table->floats[0]);
     const auto textured = [&](const MaterialPlugin& plugin, const std::vector<std::string>& names) {
-        ParamSet set;
-        for (const std::string& name : names)
-            set.add({name, ParamType::Texture, {}, {}, {0, 0}, {"t"}});
-        set.bindTextures(table);
-        Messages quiet;
-        return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
+        return texturedMaterial(plugin, names, table);
     };
     std::vector<MaterialPtr> materials = {textured(mattePlugin(), {"Kd"}),
                                           textured(mattePlugin(), {"Kd", "sigma"}),

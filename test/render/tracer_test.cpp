@@ -68,6 +68,13 @@ std::vector<Hit> trace(const Tracer& tracer, const std::vector<Ray1>& rays, cons
     return hits;
 }
 
+/// In their own order.
+std::vector<Hit> trace(const Tracer& tracer, const std::vector<Ray1>& rays) {
+    std::vector<int> order(rays.size());
+    std::iota(order.begin(), order.end(), 0);
+    return trace(tracer, rays, order, 16);
+}
+
 bool same(const Hit& a, const Hit& b) {
     return a.geometry == b.geometry && a.instance == b.instance &&
            (!a || (a.prim == b.prim && !std::memcmp(&a.u, &b.u, 4) && !std::memcmp(&a.v, &b.v, 4) &&
@@ -79,9 +86,7 @@ class TracerTest : public testing::TestWithParam<std::string> {};
 TEST_P(TracerTest, SurfaceIsWhereTheRayMetIt) {
     const BuiltScene built = test::build(GetParam());
     const auto rays = randomRays(20000);
-    std::vector<int> order(rays.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto hits = trace(built.scene->tracer(), rays, order, 16);
+    const auto hits = trace(built.scene->tracer(), rays);
     int count = 0;
     for (size_t i = 0; i < rays.size(); ++i) {
         if (!hits[i])
@@ -105,9 +110,7 @@ bool same(const SurfacePoint& a, const SurfacePoint& b) {
 TEST_P(TracerTest, SurfacesSideBySideAreThoseOneByOne) {
     const BuiltScene built = test::build(GetParam());
     const auto rays = randomRays(20000);
-    std::vector<int> order(rays.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto hits = trace(built.scene->tracer(), rays, order, 16);
+    const auto hits = trace(built.scene->tracer(), rays);
     HitLanes lanes;
     V3Lanes wo;
     SurfaceLanes surfaces;
