@@ -13,6 +13,7 @@
 #include <cstring>
 #include <mutex>
 #include <new>
+#include <utility>
 
 #if defined(__x86_64__)
 #include <pmmintrin.h>
@@ -117,6 +118,7 @@ void alphaFilter(const RTCFilterFunctionNArguments* args) {
 
 struct Tracer::Impl {
     RTCDevice device = nullptr;
+    const std::vector<Group>& groups;
     std::vector<RTCScene> scenes; ///< one per group; [0] also holds the instances that rest
     // What moves is a scene of its own, behind a box, so that it costs nothing where it is not.
     RTCScene moving = nullptr;
@@ -129,7 +131,7 @@ struct Tracer::Impl {
     bool isOutOfMemory = false;
     std::mutex errorMutex;
 
-    Impl() {
+    explicit Impl(const std::vector<Group>& groups) : groups(groups) {
         device = rtcNewDevice("tessellation_cache_size=1"); // MB, in place of 128: nothing is tessellated
         if (!device)
             throw Error("Embree could not be started");
@@ -182,6 +184,10 @@ struct Tracer::Impl {
         return g;
     }
 
+    static bool deforms(const Geometry& geometry) {
+        return geometry.placed.shape.mesh && geometry.placed.shape.mesh->deforms();
+    }
+
     /// Where geometry of the world goes.
     RTCScene worldScene(bool moves) {
         if (!moves)
@@ -205,8 +211,7 @@ struct Tracer::Impl {
                 &geometry.placed, geometry.placed.toParent.inverse(), uint32_t(callbackData.size())}));
             RTCGeometry g = geometry.placed.shape.mesh ? makeMesh(geometry) : makeQuadric();
             rtcSetGeometryUserData(g, callbackData.back().get());
-            const bool deforms = geometry.placed.shape.mesh && geometry.placed.shape.mesh->deforms();
-            attach(isWorld ? worldScene(deforms) : scenes.back(), g, id++);
+            attach(isWorld ? worldScene(deforms(geometry)) : scenes.back(), g, id++);
         }
         if (isWorld)
             worldGeometries = group.geometries.size();
@@ -264,7 +269,7 @@ struct Tracer::Impl {
 };
 
 Tracer::Tracer(const std::vector<Group>& groups, const std::vector<Instance>& instances)
-    : m_impl(std::make_unique<Impl>()) {
+    : m_impl(std::make_unique<Impl>(groups)) {
     for (const Group& group : groups)
         m_impl->addGroup(group);
     for (size_t i = 1; i < m_impl->scenes.size(); ++i)
@@ -335,6 +340,35 @@ void Tracer::occluded(RayBlock& block, int n) const {
     if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
         occludedScene(m_impl->moving, valid, block);
     m_impl->quadrics.occluded(block, PacketMask(n));
+}
+
+namespace {
+
+struct LookingAround {
+    uint32_t geometry;
+    const Tracer::LookAt& look;
+};
+
+/// Whether the query's radius has changed.
+bool lookAtPrimitive(RTCPointQueryFunctionArguments* args) {
+    const auto& looking = *static_cast<const LookingAround*>(args->userPtr);
+    if (args->context->instStackSize > 0 || args->geomID != looking.geometry)
+        return false;
+    const float before = std::exchange(args->query->radius, looking.look(args->primID));
+    return args->query->radius < before;
+}
+
+} // namespace
+
+void Tracer::lookAround(uint32_t group, uint32_t geometry, const V3f& p, float radius,
+                        const LookAt& look) const {
+    const bool isMoving = group == 0 && Impl::deforms(m_impl->groups[0].geometries[geometry]);
+    LookingAround looking{geometry, look};
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    RTCPointQuery query{p.x, p.y, p.z, 0, radius};
+    rtcPointQuery(isMoving ? m_impl->moving : m_impl->scenes[group], &query, &context, lookAtPrimitive,
+                  &looking);
 }
 
 Box3f Tracer::bounds() const {

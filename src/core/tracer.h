@@ -123,6 +123,12 @@ class Tracer {
     /// Those of all lanes; they become the lanes of `out` from `first` on.
     void hits(const RayBlock& block, HitLanes& out, int first) const;
 
+    /// Told of a triangle; answers how far the next may be and still matter: no farther than before.
+    using LookAt = std::function<float(uint32_t prim)>;
+    /// Shows all triangles of a mesh, as it is at its first key, that come within `radius` of a point of its
+    /// group's space, and perhaps others. Their order is anyone's guess.
+    void lookAround(uint32_t group, uint32_t geometry, const V3f& p, float radius, const LookAt& look) const;
+
     Box3f bounds() const;
     const TracerCounts& counts() const;
 

@@ -185,7 +185,7 @@ void BatchLattice::makeCells(const int32_t* lanes, int count) {
         const uint32_t era = m_bin[i] >> m_binBits;
         const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, i);
         LatticePoint points[kPoints];
-        m_lattice.points(cell, points);
+        m_lattice.points(cell, m_places, points);
         for (int p = 0; p < cell.count(); ++p)
             if (points[p])
                 made.first[p] =

@@ -117,6 +117,7 @@ class BatchLattice {
 
     // Samples on their way in:
     SurfaceParts m_parts;
+    MeshPlaces m_places;
     LatticeLanes m_lanes;
     uint32_t m_sampleOf[kLanes];
     alignas(64) uint32_t m_bin[kLanes];

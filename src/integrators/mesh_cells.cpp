@@ -108,15 +108,10 @@ inline Surrounding surrounding(const Triangle& t, float u, float v, float cellAr
 
 V3f centreOf(const MeshCell& cell) { return V3f(float(cell.x), float(cell.y), float(cell.z)) + V3f(.5f); }
 
-uint64_t keyOf(const MeshCell& cell) {
-    const uint64_t key = hashCombine(uint64_t(uint32_t(cell.x)) << 32 | uint32_t(cell.y),
-                                     uint64_t(uint32_t(cell.z)) << 3 | uint32_t(cell.direction));
-    return key ? key : 1;
-}
-
 } // namespace
 
-MeshCells::MeshCells(const TriangleMesh& mesh) : m_mesh(mesh), m_triangle(mesh.vertexCount(), 0) {
+MeshCells::MeshCells(const TriangleMesh& mesh, LookAround lookAround)
+    : m_mesh(mesh), m_lookAround(std::move(lookAround)), m_triangle(mesh.vertexCount(), 0) {
     double area = 0;
     for (uint32_t prim = uint32_t(mesh.triangleCount()); prim-- > 0;) {
         for (int k = 0; k < 3; ++k)
@@ -124,8 +119,6 @@ MeshCells::MeshCells(const TriangleMesh& mesh) : m_mesh(mesh), m_triangle(mesh.v
         area += double(length(Triangle(mesh, prim).normal())) / 2;
     }
     m_spacing = std::max(float(std::sqrt(area / double(std::max<size_t>(mesh.vertexCount(), 1)))), 1e-20f);
-    for (int i = 0; i < kLevels; ++i)
-        m_levels[size_t(i)].cellSize = cellSizeOf(i, m_spacing);
 }
 
 bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest,
@@ -161,104 +154,45 @@ STROBE_LANES void surroundLanes(MeshCellLanes& l, int most) {
 
 void MeshCellLanes::surround() { surroundLanes(*this, MeshCells::kLevels - 1); }
 
-void MeshCells::places(const MeshCell& lowest, std::optional<MeshPlace> out[8]) const {
-    const float scale = 1 / m_levels[size_t(lowest.level)].cellSize;
-    bool isNear[8], anyNear = false;
-    for (int k = 0; k < 8; ++k) {
-        MeshCell cell = lowest;
-        cell.x += k & 1, cell.y += k >> 1 & 1, cell.z += k >> 2;
-        const Entry* entry = find(cell);
-        out[k] = entry ? std::optional(entry->place()) : std::nullopt;
-        isNear[k] = entry && distance2(entry->place(), scale, centreOf(cell)) <= sqr(kNear);
-        anyNear |= isNear[k];
+void MeshCells::places(const MeshCell& lowest, MeshPlaces& known, std::optional<MeshPlace> out[8]) const {
+    // Enough but at rims and tips: there, what is farther away stands in. Any place lies in one of the eight
+    // cells around it, no farther from its centre than half a diagonal; but for rounding.
+    for (const float radius : {kNear, .87f, kInfinity}) {
+        bool any = false;
+        for (int k = 0; k < 8; ++k) {
+            MeshCell cell = lowest;
+            cell.x += k & 1, cell.y += k >> 1 & 1, cell.z += k >> 2;
+            const uint64_t key = hashOf(reinterpret_cast<uintptr_t>(&m_mesh), cell.x, cell.y, cell.z,
+                                        cell.level, cell.direction, std::bit_cast<uint32_t>(radius));
+            out[k] = known.of(key | 1, [&] { return nearest(cell, radius); });
+            any |= out[k].has_value();
+        }
+        if (any)
+            return;
     }
-    if (anyNear) // as is always so but at rims and tips: there, what the surface only passes through stands
-                 // in
-        for (int k = 0; k < 8; ++k)
-            if (!isNear[k])
-                out[k].reset();
 }
 
-/// Of a place from a cell's centre, in cells, squared.
-float MeshCells::distance2(const MeshPlace& place, float scale, const V3f& centre) const {
-    return length2(Triangle(m_mesh, place.prim).at(place.u, place.v) * scale - centre);
-}
-
-const MeshCells::Entry* MeshCells::find(const MeshCell& cell) const {
-    Level& level = m_levels[size_t(cell.level)];
-    std::call_once(level.once, [&] { make(level); });
-    const uint64_t key = keyOf(cell);
-    const Part& part = level.partOf(key);
-    const Entry* entry = part.entries.empty() ? nullptr : &part.entries[part.slot(key)];
-    return entry && entry->key ? entry : nullptr;
-}
-
-/// The key's slot, or the free one where it belongs.
-size_t MeshCells::Part::slot(uint64_t key) const {
-    const uint64_t inPart = key << kPartBits; // the upper bits chose the part
-    size_t i = size_t((unsigned __int128)(inPart)*entries.size() >> 64);
-    while (entries[i].key && entries[i].key != key)
-        i = i + 1 < entries.size() ? i + 1 : 0;
-    return i;
-}
-
-/// The key's entry, filed if it was not: then its key is 0 and to be filled in.
-MeshCells::Entry& MeshCells::Part::add(uint64_t key) {
-    if (5 * (count + 1) > 4 * entries.size()) {
-        std::vector<Entry> old(entries.size() + entries.size() / 4 + 8);
-        old.swap(entries);
-        for (const Entry& e : old)
-            if (e.key)
-                entries[slot(e.key)] = e;
-    }
-    Entry& entry = entries[slot(key)];
-    count += !entry.key;
-    return entry;
-}
-
-void MeshCells::make(Level& level) const {
-    for (uint32_t prim = 0; prim < m_mesh.triangleCount(); ++prim)
-        addTriangle(level, prim);
-}
-
-/// Of a triangle's points nearest to the centres of the cells around it, each is offered to the cell in which
-/// it lies. Of the eight cells around a point of the triangle, at least one is so given a place: the
-/// triangle's nearest point to the centre of the cell that holds the given point lies in a ball between the
-/// two (nearest points of convex sets), which is too small to reach beyond the eight.
-void MeshCells::addTriangle(Level& level, uint32_t prim) const {
-    Triangle t(m_mesh, prim);
-    if (!t.shorterThan(kLongest * level.cellSize))
-        return;
-    const int direction = mainDirection(t.normal()); // as `surround` sees it, before any rounding
-    const float scale = 1 / level.cellSize;
-    t.p *= scale, t.a *= scale, t.b *= scale;
-    Box3f box(t.p);
-    box.extendBy(t.p + t.a);
-    box.extendBy(t.p + t.b);
-    MeshCell first{}, last{};
-    moveTo(first, box.min);
-    moveTo(last, box.max);
-    for (int z = first.z; z <= last.z; ++z)
-        for (int y = first.y; y <= last.y; ++y)
-            for (int x = first.x; x <= last.x; ++x) {
-                MeshCell cell{0, x, y, z, direction};
-                const V2f uv = nearestPoint(t, centreOf(cell));
-                const V3f p = t.at(uv.x, uv.y);
-                moveTo(cell, p);
-                const uint64_t key = keyOf(cell);
-                Entry& held = level.partOf(key).add(key);
-                const V3f centre = centreOf(cell);
-                if (!held.key || length2(p - centre) < distance2(held.place(), scale, centre))
-                    held = Entry(key, {prim, uv.x, uv.y});
-            }
-}
-
-size_t MeshCells::bytes() const {
-    size_t sum = m_triangle.capacity() * sizeof(uint32_t);
-    for (const Level& level : m_levels)
-        for (const Part& part : level.parts)
-            sum += part.entries.capacity() * sizeof(Entry);
-    return sum;
+/// The place nearest to the cell's centre, if it is no farther than `radius` cells; of several the first
+/// triangle's.
+std::optional<MeshPlace> MeshCells::nearest(const MeshCell& cell, float radius) const {
+    const float size = cellSizeOf(cell.level, m_spacing), scale = 1 / size;
+    const V3f centre = centreOf(cell), p = centre * size;
+    const float rounding = 1e-6f * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    const auto within = [&](float radius2) { return std::sqrt(radius2) * size * 1.0001f + rounding; };
+    std::optional<MeshPlace> best;
+    float best2 = sqr(radius);
+    m_lookAround(p, within(best2), [&](uint32_t prim) {
+        Triangle t(m_mesh, prim);
+        if (t.shorterThan(kLongest * size) && mainDirection(t.normal()) == cell.direction) {
+            t.p *= scale, t.a *= scale, t.b *= scale;
+            const V2f uv = nearestPoint(t, centre);
+            const float d2 = length2(t.at(uv.x, uv.y) - centre);
+            if (best && d2 == best2 ? prim < best->prim : d2 <= best2)
+                best = {prim, uv.x, uv.y}, best2 = d2;
+        }
+        return within(best2);
+    });
+    return best;
 }
 
 } // namespace strobe

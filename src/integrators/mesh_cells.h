@@ -1,11 +1,8 @@
 // Few places that stand for the surface of a mesh of many triangles.
 #pragma once
 
-#include "core/lanes.h"
-#include "core/shape.h"
+#include "core/tracer.h"
 
-#include <array>
-#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -40,19 +37,41 @@ struct MeshCellLanes {
     void surround();
 };
 
+/// The places of cells that a thread asked for lately.
+class MeshPlaces {
+  public:
+    /// What is kept under the key, which is not 0, or else what `find` says.
+    template <class Find>
+    std::optional<MeshPlace> of(uint64_t key, const Find& find) {
+        Entry& entry = m_entries[key >> (64 - kBits)];
+        if (entry.key != key)
+            entry = {key, find().value_or(MeshPlace{kNone, 0, 0})};
+        return entry.place.prim == kNone ? std::nullopt : std::optional(entry.place);
+    }
+
+  private:
+    static constexpr int kBits = 12;
+    struct Entry {
+        uint64_t key = 0;
+        MeshPlace place{};
+    };
+    std::vector<Entry> m_entries = std::vector<Entry>(size_t(1) << kBits);
+};
+
 /// Grids of cells at many sizes (levels). What stands for a cell is the surface's nearest point to its
 /// centre, so that between cells, interpolation by position is nearly that of a regular grid, however the
 /// mesh is triangulated. A cell counts when its centre is no farther from the surface than half a cell: of a
 /// plane of any orientation, that makes one place per cell's area. Triangles that look different ways are
 /// kept apart: the two sides of a thin thing do not mix.
 ///
-/// A level is made when it is first asked for, by whichever thread asks; what it holds depends on the mesh
-/// alone.
+/// Nothing is made ahead: a place is looked for when it is asked for.
 class MeshCells {
   public:
     static constexpr int kLevels = 48;
+    /// Tracer::lookAround, for one mesh.
+    using LookAround = std::function<void(const V3f& p, float radius, const Tracer::LookAt& look)>;
     /// The mesh outlives its cells.
-    explicit MeshCells(const TriangleMesh& mesh);
+    MeshCells(const TriangleMesh& mesh, LookAround lookAround);
 
     /// Finds the eight cells whose centres surround (u, v) of a triangle, from cells with about `cellArea`
     /// times the triangle's area (that of a cell's side, in rest space). Sets the lowest cell, and the place
@@ -64,48 +83,17 @@ class MeshCells {
     void ask(uint32_t prim, float u, float v, float cellArea, MeshCellLanes& lanes) const;
     /// The places of the eight cells from the lowest one that `surround` found; null for those that do not
     /// count. At least one is not null.
-    void places(const MeshCell& lowest, std::optional<MeshPlace> out[8]) const;
+    void places(const MeshCell& lowest, MeshPlaces& known, std::optional<MeshPlace> out[8]) const;
     /// A triangle that has the vertex (always the same one).
     uint32_t triangleOf(uint32_t vertex) const { return m_triangle[vertex]; }
-    /// Of what is made so far.
-    size_t bytes() const;
 
   private:
-    struct Entry {
-        uint64_t key = 0; ///< 0: free
-        uint32_t prim = 0;
-        uint16_t u = 0, v = 0; ///< in 1/65535
-
-        Entry() = default;
-        Entry(uint64_t key, const MeshPlace& place)
-            : key(key), prim(place.prim), u(uint16_t(place.u * 65535 + .5f)),
-              v(std::min(uint16_t(place.v * 65535 + .5f), uint16_t(65535 - u))) {}
-        MeshPlace place() const { return {prim, float(u) * (1.f / 65535), float(v) * (1.f / 65535)}; }
-    };
-    /// A hash table in parts that grow one by one: growing takes little more than what is kept.
-    struct Part {
-        std::vector<Entry> entries; ///< at most 4/5 of them used
-        size_t count = 0;
-        size_t slot(uint64_t key) const;
-        Entry& add(uint64_t key);
-    };
-    static constexpr int kPartBits = 6;
-    struct Level {
-        float cellSize = 0;
-        std::once_flag once;
-        std::array<Part, size_t(1) << kPartBits> parts;
-        Part& partOf(uint64_t key) { return parts[key >> (64 - kPartBits)]; }
-    };
-
-    const Entry* find(const MeshCell& cell) const;
-    float distance2(const MeshPlace& place, float scale, const V3f& centre) const;
-    void make(Level& level) const;
-    void addTriangle(Level& level, uint32_t prim) const;
+    std::optional<MeshPlace> nearest(const MeshCell& cell, float radius) const;
 
     const TriangleMesh& m_mesh;
+    const LookAround m_lookAround;
     float m_spacing; ///< of the vertices: each has the square of it
     std::vector<uint32_t> m_triangle;
-    mutable std::array<Level, kLevels> m_levels;
 };
 
 } // namespace strobe

@@ -18,11 +18,16 @@ SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangl
       m_cone(coneOfBlock(scene.camera(), blockSize)) {
     if (!m_sharesSmall)
         return;
-    for (const Group& group : scene.groups()) {
+    for (uint32_t group = 0; group < scene.groups().size(); ++group) {
         std::vector<const MeshCells*>& cells = m_cellsOf.emplace_back();
-        for (const Geometry& geometry : group.geometries) {
+        for (uint32_t i = 0; const Geometry& geometry : scene.groups()[group].geometries) {
+            const auto lookAround = [&tracer = scene.tracer(), group, i](const V3f& p, float radius,
+                                                                         const Tracer::LookAt& look) {
+                tracer.lookAround(group, i, p, radius, look);
+            };
             const TriangleMesh* mesh = geometry.placed.shape.mesh.get();
-            cells.push_back(mesh ? &m_cells.try_emplace(mesh, *mesh).first->second : nullptr);
+            cells.push_back(mesh ? &m_cells.try_emplace(mesh, *mesh, lookAround).first->second : nullptr);
+            ++i;
         }
     }
 }
@@ -150,7 +155,8 @@ LatticeCell SurfaceLattice::cellAt(const LatticeLanes& lanes, int i) {
     return cell;
 }
 
-void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[LatticeCell::kPoints]) const {
+void SurfaceLattice::points(const LatticeCell& cell, MeshPlaces& known,
+                            LatticePoint out[LatticeCell::kPoints]) const {
     const LatticeFace& face = cell.face;
     const auto inner = [&](float u, float v) { return innerPoint(face, cell.prim, u, v); };
     if (cell.kind == LatticeCell::Rectangle) {
@@ -161,7 +167,7 @@ void SurfaceLattice::points(const LatticeCell& cell, LatticePoint out[LatticeCel
     const TriangleMesh& mesh = *m_scene.geometry({face.instance, face.geometry}).placed.shape.mesh;
     const MeshCells& cells = *cellsOf(face.instance, face.geometry);
     if (cell.kind == LatticeCell::Grid)
-        return gridPoints(cells, cell, out);
+        return gridPoints(cells, cell, known, out);
     const uint32_t* index = &mesh.indices[3 * size_t(cell.prim)];
     if (cell.kind == LatticeCell::Vertices) {
         for (int k = 0; k < 3; ++k)
@@ -198,9 +204,10 @@ void SurfaceLattice::points(const LatticeLanes& lanes, TrianglePointLanes& out) 
         }
 }
 
-void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell, LatticePoint out[8]) const {
+void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPlaces& known,
+                                LatticePoint out[8]) const {
     std::optional<MeshPlace> places[8];
-    cells.places(cell.lowest, places);
+    cells.places(cell.lowest, known, places);
     for (int k = 0; k < 8; ++k)
         out[k] =
             places[k] ? innerPoint(cell.face, places[k]->prim, places[k]->u, places[k]->v) : LatticePoint();

@@ -56,7 +56,7 @@ class SurfaceLattice {
     }
     /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be
     /// missing (not all): the weights of the others, scaled to add up to 1, are then a hit's.
-    void points(const LatticeCell& cell, LatticePoint out[LatticeCell::kPoints]) const;
+    void points(const LatticeCell& cell, MeshPlaces& known, LatticePoint out[LatticeCell::kPoints]) const;
     /// The same for those of located hits that are in divided triangles (Lower, Upper).
     void points(const LatticeLanes& lanes, TrianglePointLanes& out) const;
     /// Of face, place and part of the shutter: all that a shaded point's value depends on. Never 0.
@@ -70,7 +70,8 @@ class SurfaceLattice {
   private:
     void fetch(LatticeLanes& lanes, SurfaceParts& parts) const;
     void findGrids(LatticeLanes& lanes) const;
-    void gridPoints(const MeshCells& cells, const LatticeCell& cell, LatticePoint out[8]) const;
+    void gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPlaces& known,
+                    LatticePoint out[8]) const;
     const MeshCells* cellsOf(uint32_t instance, uint32_t geometry) const {
         return m_cellsOf[instance == kNone ? 0 : m_scene.instances()[instance].group][geometry];
     }

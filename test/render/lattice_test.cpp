@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <map>
 #include <unordered_map>
 
@@ -82,6 +83,14 @@ Located locate(const Scene& scene, const SurfaceLattice& lattice, const Visibili
     return located;
 }
 
+std::array<LatticePoint, LatticeCell::kPoints> pointsAround(const SurfaceLattice& lattice,
+                                                            const LatticeCell& cell) {
+    static thread_local MeshPlaces known;
+    std::array<LatticePoint, LatticeCell::kPoints> points;
+    lattice.points(cell, known, points.data());
+    return points;
+}
+
 V3f placeOf(const Scene& scene, const LatticeFace& face, const LatticePoint& p, float time) {
     return scene.surface({face.instance, face.geometry, p.prim, p.u, p.v, 0}, time).p;
 }
@@ -99,8 +108,7 @@ Reach reachOf(const Scene& scene, float blockSize, const std::vector<VisibilityS
     Reach reach;
     for (const VisibilitySample& s : samples) {
         const Located cell = locate(scene, lattice, s);
-        LatticePoint points[LatticeCell::kPoints];
-        lattice.points(cell, points);
+        const auto points = pointsAround(lattice, cell);
         const RayCone cone = scene.camera().cone(s.film);
         const double block = double(blockSize) * double(cone.width + s.hit.t * cone.spread);
         const V3f at = scene.surface(s.hit, s.ray.time).p;
@@ -212,8 +220,7 @@ TEST(Lattice, ReproducesWhatIsLinearOverATriangle) {
             const Located cell = locate(scene, lattice, s);
             if (cell.kind == LatticeCell::Grid || (!isWhole(cell) && cell.nu != cell.nv))
                 continue;
-            LatticePoint points[LatticeCell::kPoints];
-            lattice.points(cell, points);
+            const auto points = pointsAround(lattice, cell);
             V3f mixed(0);
             for (int k = 0; k < cell.count(); ++k)
                 mixed += placeOf(scene, cell.face, points[k], 0) * cell.weights[k];
@@ -229,8 +236,7 @@ TEST(Lattice, ReproducesWhatIsLinearOverATriangle) {
 double mixtureAt(const Scene& scene, const SurfaceLattice& lattice, const VisibilitySample& s,
                  std::map<uint64_t, float>* weights = nullptr) {
     const Located cell = locate(scene, lattice, s);
-    LatticePoint points[LatticeCell::kPoints];
-    lattice.points(cell, points);
+    const auto points = pointsAround(lattice, cell);
     double sum = 0;
     for (int k = 0; k < cell.count(); ++k) {
         if (!points[k])
@@ -349,8 +355,7 @@ TEST(Lattice, KeysTellPointsApart) {
     const SurfaceLattice lattice(*built.scene, 1, SurfaceLattice::SmallTriangles::Shared);
     std::unordered_map<uint64_t, uint64_t> placeOfKey, keyOfPlace;
     const auto add = [&](const LatticeCell& cell, uint32_t bin) {
-        LatticePoint points[LatticeCell::kPoints];
-        lattice.points(cell, points);
+        const auto points = pointsAround(lattice, cell);
         for (int k = 0; k < cell.count(); ++k) {
             const LatticePoint& p = points[k];
             uint64_t place = p.prim;
@@ -408,8 +413,7 @@ TEST(Lattice, CellsOfOneKeyHaveTheSamePoints) {
         size_t again = 0;
         for (const VisibilitySample& s : hits) {
             const Located cell = locate(*built.scene, lattice, s);
-            LatticePoint points[LatticeCell::kPoints];
-            lattice.points(cell, points);
+            const auto points = pointsAround(lattice, cell);
             std::vector<uint64_t> keys;
             for (int k = 0; k < cell.count(); ++k)
                 keys.push_back(points[k] ? SurfaceLattice::keyOf(points[k], 0) : 0);

@@ -35,6 +35,26 @@ V3f pointOf(const TriangleMesh& mesh, uint32_t prim, float u, float v) {
     return p[0] * (1 - u - v) + p[1] * u + p[2] * v;
 }
 
+/// A mesh's cells, and what they look for triangles in.
+struct TracedCells {
+    std::vector<Group> groups;
+    Tracer tracer;
+    MeshCells cells;
+
+    explicit TracedCells(const TriangleMesh& mesh)
+        : groups{groupOf(mesh)}, tracer(groups, {}),
+          cells(*groups[0].geometries[0].placed.shape.mesh,
+                [this](const V3f& p, float radius, const Tracer::LookAt& look) {
+                    tracer.lookAround(0, 0, p, radius, look);
+                }) {}
+    static Group groupOf(const TriangleMesh& mesh) {
+        Group group;
+        group.geometries.emplace_back();
+        group.geometries[0].placed.shape.mesh = std::make_shared<TriangleMesh>(mesh);
+        return group;
+    }
+};
+
 struct Mixture {
     bool among = false;
     int count = 0;
@@ -42,18 +62,20 @@ struct Mixture {
     std::vector<MeshPlace> places;
 };
 
-Mixture mixtureAt(const TriangleMesh& mesh, const MeshCells& cells, uint32_t prim, float u, float v,
+Mixture mixtureAt(const TriangleMesh& mesh, const TracedCells& traced, uint32_t prim, float u, float v,
                   float cellArea) {
     Mixture m;
     MeshCell lowest;
     V3f place;
+    const MeshCells& cells = traced.cells;
     m.among = cells.surround(prim, u, v, cellArea, lowest, place);
     if (!m.among)
         return m;
     float weights[8], sum = 0;
     LatticeCell::weigh(LatticeCell::Grid, place, weights);
     std::optional<MeshPlace> places[8];
-    cells.places(lowest, places);
+    MeshPlaces known;
+    cells.places(lowest, known, places);
     for (int k = 0; k < 8; ++k)
         if (places[k]) {
             EXPECT_GT(weights[k], 0);
@@ -76,7 +98,7 @@ TEST(MeshCells, HoldOnePlacePerCellOfAPlaneAndInterpolateByPosition) {
         const Frame frame = Frame::fromNormal(n);
         TriangleMesh mesh;
         addPlane(mesh, kSquares, V3f(.3f, .4f, .1f), frame.s, frame.t);
-        const MeshCells cells(mesh);
+        const TracedCells cells(mesh);
         std::set<std::tuple<uint32_t, float, float>> used;
         double error2 = 0, cellArea = kSize * kSize / .5;
         int hits = 0;
@@ -119,7 +141,7 @@ TEST(MeshCells, AnyPointOfAnyTriangleHasAPlace) {
             mesh.positions[0].push_back(vertex);
         }
     }
-    const MeshCells cells(mesh);
+    const TracedCells cells(mesh);
     int among = 0;
     for (uint32_t prim = 0; prim < mesh.triangleCount(); ++prim)
         for (uint32_t k = 0; k < 64; ++k) {
@@ -142,7 +164,7 @@ TEST(MeshCells, TwoSidesOfAThinThingDoNotMix) {
     addPlane(mesh, 40, V3f(0), V3f(1, 0, 0), V3f(0, 1, 0));
     const uint32_t front = uint32_t(mesh.triangleCount());
     addPlane(mesh, 40, V3f(0, 0, .1f), V3f(0, 1, 0), V3f(1, 0, 0));
-    const MeshCells cells(mesh);
+    const TracedCells cells(mesh);
     for (uint32_t prim = 0; prim < mesh.triangleCount(); ++prim)
         for (const MeshPlace& place : mixtureAt(mesh, cells, prim, .2f, .4f, 50).places)
             EXPECT_EQ(place.prim < front, prim < front);
@@ -156,7 +178,7 @@ TEST(MeshCells, LargeTrianglesAndFineCellsAreLeftToTheVertices) {
         mesh.positions[0].push_back(p);
     for (uint32_t k = 0; k < 3; ++k)
         mesh.indices.push_back(vertex + k);
-    const MeshCells cells(mesh);
+    const TracedCells cells(mesh);
     EXPECT_FALSE(mixtureAt(mesh, cells, 7, .3f, .3f, .5f).among);
     EXPECT_TRUE(mixtureAt(mesh, cells, 7, .3f, .3f, 50).among);
     EXPECT_FALSE(mixtureAt(mesh, cells, 800, .3f, .3f, 1).among);

@@ -159,6 +159,45 @@ TEST_P(TracerTest, LanesAreIndependent) {
     }
 }
 
+/// How far a triangle's nearest corner is, as the mesh is at its first key.
+float cornerDistance(const TriangleMesh& mesh, uint32_t prim, const V3f& p) {
+    float least = kInfinity;
+    for (size_t k = 0; k < 3; ++k)
+        least = std::min(least, length(mesh.positions[0][mesh.indices[3 * size_t(prim) + k]] - p));
+    return least;
+}
+
+TEST_P(TracerTest, TrianglesAroundAPointAreShown) {
+    const BuiltScene built = test::build(GetParam());
+    const Scene& scene = *built.scene;
+    std::mt19937 rng(3);
+    std::uniform_real_distribution<float> u(0, 1);
+    for (uint32_t group = 0; group < scene.groups().size(); ++group)
+        for (uint32_t g = 0; g < scene.groups()[group].geometries.size(); ++g) {
+            const TriangleMesh* mesh = scene.groups()[group].geometries[g].placed.shape.mesh.get();
+            for (int i = 0; mesh && i < 50; ++i) {
+                const V3f p =
+                    mesh->positions[0][rng() % mesh->vertexCount()] + uniformSphere({u(rng), u(rng)}) * .2f;
+                const float radius = .1f + .4f * u(rng);
+                std::vector<bool> shown(mesh->triangleCount());
+                scene.tracer().lookAround(group, g, p, radius, [&](uint32_t prim) {
+                    shown[prim] = true;
+                    return radius;
+                });
+                float least = kInfinity, found = radius;
+                for (uint32_t prim = 0; prim < mesh->triangleCount(); ++prim) {
+                    const float distance = cornerDistance(*mesh, prim, p);
+                    least = std::min(least, distance);
+                    EXPECT_TRUE(shown[prim] || distance > radius) << prim;
+                }
+                scene.tracer().lookAround(group, g, p, radius, [&](uint32_t prim) {
+                    return found = std::min(found, cornerDistance(*mesh, prim, p));
+                });
+                EXPECT_EQ(found, std::min(least, radius));
+            }
+        }
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Scenes, TracerTest,
     testing::Values(
