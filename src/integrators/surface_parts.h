@@ -61,14 +61,14 @@ class SurfaceParts {
   public:
     explicit SurfaceParts(const Scene& scene) : m_scene(scene) {}
     const SurfacePart& of(const HitLanes& hit, int i) {
-        SurfacePart& part = m_parts[(hit.instance[i] + hit.geometry[i]) % kCount];
+        SurfacePart& part = m_parts[(5 * hit.instance[i] + hit.geometry[i]) % kCount];
         if (!part.isOf(hit, i))
             part = SurfacePart(m_scene, hit.instance[i], hit.geometry[i]);
         return part;
     }
 
   private:
-    static constexpr uint32_t kCount = 8;
+    static constexpr uint32_t kCount = 16;
     const Scene& m_scene;
     SurfacePart m_parts[kCount];
 };
