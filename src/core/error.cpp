@@ -52,12 +52,23 @@ std::string excerpt(std::string_view text, size_t offset) {
 
 } // namespace
 
+size_t Source::linesBefore(size_t offset) const {
+    const auto linesIn = [&](size_t begin, size_t end) {
+        return size_t(std::count(text.begin() + ptrdiff_t(begin), text.begin() + ptrdiff_t(end), '\n'));
+    };
+    std::call_once(m_once, [&] { // large scenes are asked for the lines of all their materials
+        m_lines.push_back(0);
+        for (size_t begin = 0; begin + kBlock <= text.size(); begin += kBlock)
+            m_lines.push_back(m_lines.back() + linesIn(begin, begin + kBlock));
+    });
+    const size_t end = std::min(offset, text.size()), block = end / kBlock;
+    return m_lines[block] + linesIn(block * kBlock, end);
+}
+
 std::pair<int, int> Location::lineColumn() const {
     if (!source)
         return {0, 0};
-    const size_t end = std::min(offset, source->text.size());
-    const std::string_view before = source->text.substr(0, end);
-    const auto lines = std::count(before.begin(), before.end(), '\n');
+    const size_t end = std::min(offset, source->text.size()), lines = source->linesBefore(end);
     return {static_cast<int>(lines) + 1, static_cast<int>(end - lineAround(source->text, end).begin) + 1};
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -23,7 +24,20 @@ struct Source {
     std::string_view text;      ///< whole contents; `owner` keeps it alive
     std::shared_ptr<const void> owner;
     std::filesystem::path mainDirectory;
-    std::shared_ptr<const Guard> guard{};
+    std::shared_ptr<const Guard> guard;
+
+    explicit Source(std::filesystem::path path = {}, std::string_view text = {},
+                    std::shared_ptr<const void> owner = {}, std::filesystem::path mainDirectory = {},
+                    std::shared_ptr<const Guard> guard = {})
+        : path(std::move(path)), text(text), owner(std::move(owner)), mainDirectory(std::move(mainDirectory)),
+          guard(std::move(guard)) {}
+    /// How many lines end before the offset.
+    size_t linesBefore(size_t offset) const;
+
+  private:
+    static constexpr size_t kBlock = 4096;
+    mutable std::once_flag m_once;
+    mutable std::vector<size_t> m_lines; ///< those that end before each block of so many bytes
 };
 
 /// A place in a source text; default-constructed: nowhere (command line, or made by a program).

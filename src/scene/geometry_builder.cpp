@@ -1,15 +1,19 @@
 #include "scene/geometry_builder.h"
 
 #include "core/guard.h"
+#include "core/hash.h"
 #include "core/object_names.h"
 #include "core/parallel.h"
+
+#include <bit>
+#include <unordered_map>
 
 namespace strobe {
 
 namespace {
 
 constexpr float kPathTolerancePixels = 0.05f;
-constexpr size_t kMostInstances = size_t(1) << 26, kBytesPerInstance = 600;
+constexpr size_t kMostInstances = size_t(1) << 26, kBytesPerInstance = 600, kCheckEvery = 1024;
 constexpr int kMaxObjectDepth = 64;
 
 Box3f meshBounds(const TriangleMesh& mesh) {
@@ -179,7 +183,7 @@ class GeometryBuilder {
     /// Makes shapes: those that rest into group `home`, those that move into groups of their own (shared by
     /// equal paths), whose uses are appended.
     void placeShapes(std::vector<ShapeDecl>& decls, uint32_t home, std::vector<GroupUse>& uses) {
-        std::vector<std::pair<KeyedTransform, uint32_t>> movingGroups;
+        MovingGroups movingGroups;
         m_shapes.make(decls, m_messages);
         for (const ShapeDecl& decl : decls) {
             const bool moves = !restsDuring(TransformPath(decl.toParent), m_shutter);
@@ -210,16 +214,23 @@ class GeometryBuilder {
                                       : 2e-5f * length(box.size()));
     }
 
-    uint32_t groupMovingWith(const KeyedTransform& toParent,
-                             std::vector<std::pair<KeyedTransform, uint32_t>>& movingGroups,
+    struct HashOfKeys {
+        size_t operator()(const KeyedTransform& transform) const {
+            uint64_t hash = 0;
+            for (const M44f& key : transform.keys())
+                for (int i = 0; i < 16; ++i) // -0 is equal to 0
+                    hash = hashCombine(hash, std::bit_cast<uint32_t>(key.getValue()[i] + 0.f));
+            return hash;
+        }
+    };
+    using MovingGroups = std::unordered_map<KeyedTransform, uint32_t, HashOfKeys>;
+
+    uint32_t groupMovingWith(const KeyedTransform& toParent, MovingGroups& movingGroups,
                              std::vector<GroupUse>& uses) {
-        for (const auto& [transform, group] : movingGroups)
-            if (transform == toParent)
-                return group;
-        const uint32_t group = newGroup();
-        movingGroups.emplace_back(toParent, group);
-        uses.push_back({group, TransformPath(toParent)});
-        return group;
+        const auto [known, isNew] = movingGroups.try_emplace(toParent, uint32_t(m_groups.size()));
+        if (isNew)
+            uses.push_back({newGroup(), TransformPath(toParent)});
+        return known->second;
     }
 
     uint32_t newGroup() {
@@ -247,10 +258,15 @@ class GeometryBuilder {
     }
 
     /// A few lines of text can ask for more instances than any machine holds: those of those of those.
-    void checkCount(size_t count, const InstanceDecl& instance) const {
+    /// `count`: in all, with those now added.
+    void checkCount(size_t count, size_t added, const InstanceDecl& instance) {
         if (count > kMostInstances)
             throw Error(instance.where, "objects that hold one another make more than " +
                                             std::to_string(kMostInstances) + " instances");
+        m_unchecked += added;
+        if (m_unchecked < kCheckEvery) // the system is asked for the memory in use: that takes its time
+            return;
+        m_unchecked = 0;
         guardOf(instance.where)
             .require(count * kBytesPerInstance, std::to_string(count) + " instances", "use fewer",
                      instance.where);
@@ -266,7 +282,7 @@ class GeometryBuilder {
                                          ? numbers.next(m_description.objects[size_t(instance.object)].name)
                                          : instance.name;
             const std::vector<GroupUse>& inner = usesOf(instance);
-            checkCount(uses.size() + inner.size(), instance);
+            checkCount(uses.size() + inner.size(), inner.size(), instance);
             for (GroupUse use : inner) {
                 append(use.path, instance.toParent);
                 use.name = joinedName(name, use.name);
@@ -278,7 +294,7 @@ class GeometryBuilder {
     void addInstance(const GroupUse& use) {
         const Box3f bounds = groupBounds(use.group);
         Box3f swept;
-        for (int i = 0; i <= 8; ++i)
+        for (int i = use.path.isStill() ? 8 : 0; i <= 8; ++i)
             swept.extendBy(transformBounds(bounds, use.path.at(m_shutter.sceneTime(float(i) / 8))));
         auto motion = std::make_shared<Motion>(use.path, m_shutter, bounds, pixelTolerance(swept));
         if (!motion->converged())
@@ -349,7 +365,8 @@ class GeometryBuilder {
     std::vector<Box3f> m_groupBounds;
     std::vector<GroupUse> m_worldUses;
     std::vector<std::optional<std::vector<GroupUse>>> m_objectUses;
-    int m_depth = 0; ///< of objects in objects, while m_objectUses is filled
+    size_t m_unchecked = 0; ///< instances since memory was checked
+    int m_depth = 0;        ///< of objects in objects, while m_objectUses is filled
     BuiltGeometry m_built;
 };
 

@@ -249,8 +249,7 @@ std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
             if (guard)
                 guard->require(bytes, "the text of \"" + path.string() + '"', "split the scene", where);
         });
-        return std::make_shared<Source>(
-            Source{path, file.view(), file.bytes, mainDirectory, std::move(guard)});
+        return std::make_shared<Source>(path, file.view(), file.bytes, mainDirectory, std::move(guard));
     } catch (const Error&) {
         throw;
     } catch (const std::runtime_error& e) {
@@ -262,7 +261,7 @@ std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
 std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name,
                                          std::shared_ptr<const Guard> guard) {
     const auto owner = std::make_shared<const std::string>(std::move(text));
-    return std::make_shared<Source>(Source{name, *owner, owner, name.parent_path(), std::move(guard)});
+    return std::make_shared<Source>(name, *owner, owner, name.parent_path(), std::move(guard));
 }
 
 } // namespace strobe

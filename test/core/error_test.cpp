@@ -10,7 +10,7 @@ namespace {
 
 Location at(std::string text, size_t offset) {
     const auto owner = std::make_shared<std::string>(std::move(text));
-    return {std::make_shared<Source>(Source{"dir/a.scene", *owner, owner, "dir"}), offset};
+    return {std::make_shared<Source>("dir/a.scene", *owner, owner, "dir"), offset};
 }
 
 TEST(Location, CountsLinesAndColumns) {
@@ -23,6 +23,16 @@ TEST(Location, CountsLinesAndColumns) {
     EXPECT_EQ(Location{}.toString(), "");
     EXPECT_FALSE(Location{});
     EXPECT_EQ(at("", 0).toString(), "dir/a.scene:1:1");
+}
+
+TEST(Location, CountsLinesOfLargeTexts) {
+    std::string text(20000, 'x');
+    for (size_t i = 0; i < text.size(); i += 1 + i % 97)
+        text[i] = '\n';
+    const Location somewhere = at(text, 0);
+    for (size_t i = 0, lines = 0; i <= text.size(); lines += i < text.size() && text[i] == '\n', ++i)
+        ASSERT_EQ(somewhere.source->linesBefore(i), lines) << i;
+    EXPECT_EQ(at(text, 1 << 20).lineColumn(), at(text, text.size()).lineColumn());
 }
 
 TEST(Diagnostic, ShowsTheLineAndACaret) {

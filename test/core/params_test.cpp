@@ -24,7 +24,7 @@ const ParamDef<std::vector<V3f>> kP{"P", {}, "points"};
 const ParamDef<std::vector<int>> kIndices{"indices", {1, 2}, "corners"};
 
 Location somewhere(size_t offset = 0) {
-    static const auto source = std::make_shared<Source>(Source{"d/a.scene", "0123456789", nullptr, "d"});
+    static const auto source = std::make_shared<Source>("d/a.scene", "0123456789", nullptr, "d");
     return {source, offset};
 }
 
@@ -240,7 +240,7 @@ class ResolveFile : public ::testing::Test {
             std::filesystem::create_directories((root / name).parent_path());
             std::ofstream(root / name) << name;
         }
-        where = {std::make_shared<Source>(Source{root / "a/geo/part.pbrt", "", nullptr, root / "a"}), 0};
+        where = {std::make_shared<Source>(root / "a/geo/part.pbrt", "", nullptr, root / "a"), 0};
     }
     void TearDown() override { std::filesystem::remove_all(root); }
     std::filesystem::path root;
