@@ -96,7 +96,8 @@ struct TracerCounts {
 /// Acceleration structures over the world's geometry and instances of groups; immutable, thread-safe.
 class Tracer {
   public:
-    /// Refers to the arrays' meshes: they must outlive the tracer. groups[0] is the world's own geometry.
+    /// Refers to the groups and their meshes: they must outlive the tracer. groups[0] is the world's own
+    /// geometry.
     Tracer(const std::vector<Group>& groups, const std::vector<Instance>& instances);
     ~Tracer();
     Tracer(const Tracer&) = delete;

@@ -162,8 +162,9 @@ void MeshCells::places(const MeshCell& lowest, MeshPlaces& known, std::optional<
         for (int k = 0; k < 8; ++k) {
             MeshCell cell = lowest;
             cell.x += k & 1, cell.y += k >> 1 & 1, cell.z += k >> 2;
-            const uint64_t key = hashOf(reinterpret_cast<uintptr_t>(&m_mesh), cell.x, cell.y, cell.z,
-                                        cell.level, cell.direction, std::bit_cast<uint32_t>(radius));
+            const uint64_t key =
+                quickHashOf(reinterpret_cast<uintptr_t>(&m_mesh), cell.x, cell.y, cell.z,
+                            cell.level << 3 | cell.direction, std::bit_cast<uint32_t>(radius));
             out[k] = known.of(key | 1, [&] { return nearest(cell, radius); });
             any |= out[k].has_value();
         }

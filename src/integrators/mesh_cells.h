@@ -40,9 +40,11 @@ struct MeshCellLanes {
 /// The places of cells that a thread asked for lately.
 class MeshPlaces {
   public:
-    /// What is kept under the key, which is not 0, or else what `find` says.
+    /// What is kept under the key, which is not 0 and well mixed, or else what `find` says.
     template <class Find>
     std::optional<MeshPlace> of(uint64_t key, const Find& find) {
+        if (m_entries.empty())
+            m_entries.resize(size_t(1) << kBits);
         Entry& entry = m_entries[key >> (64 - kBits)];
         if (entry.key != key)
             entry = {key, find().value_or(MeshPlace{kNone, 0, 0})};
@@ -50,12 +52,12 @@ class MeshPlaces {
     }
 
   private:
-    static constexpr int kBits = 12;
+    static constexpr int kBits = 15; ///< of places in .75 MB; fewer are looked for again and again
     struct Entry {
         uint64_t key = 0;
         MeshPlace place{};
     };
-    std::vector<Entry> m_entries = std::vector<Entry>(size_t(1) << kBits);
+    std::vector<Entry> m_entries; ///< none before the first question
 };
 
 /// Grids of cells at many sizes (levels). What stands for a cell is the surface's nearest point to its

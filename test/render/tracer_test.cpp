@@ -175,7 +175,15 @@ TEST_P(TracerTest, TrianglesAroundAPointAreShown) {
     for (uint32_t group = 0; group < scene.groups().size(); ++group)
         for (uint32_t g = 0; g < scene.groups()[group].geometries.size(); ++g) {
             const TriangleMesh* mesh = scene.groups()[group].geometries[g].placed.shape.mesh.get();
-            for (int i = 0; mesh && i < 50; ++i) {
+            if (!mesh)
+                continue;
+            size_t all = 0;
+            scene.tracer().lookAround(group, g, V3f(0), kInfinity, [&](uint32_t) {
+                ++all;
+                return kInfinity;
+            });
+            EXPECT_EQ(all, mesh->triangleCount());
+            for (int i = 0; i < 50; ++i) {
                 const V3f p =
                     mesh->positions[0][rng() % mesh->vertexCount()] + uniformSphere({u(rng), u(rng)}) * .2f;
                 const float radius = .1f + .4f * u(rng);
