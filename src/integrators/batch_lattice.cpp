@@ -7,13 +7,19 @@ namespace strobe {
 
 namespace {
 
-/// The time bins of hits, and the keys of their cells in these and in the eras of these.
-STROBE_LANES void binLanes(const LatticeLanes& l, int bins, int binBits, uint32_t* bin, uint64_t* key,
-                           uint64_t* keyInBin) {
+/// The time bins of shutter fractions.
+STROBE_LANES void findBins(const float* time, int n, int bins, uint32_t* bin) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        bin[i] = uint32_t(std::min(int(time[i] * float(bins)), bins - 1));
+}
+
+/// The keys of hits' cells in their time bins and in the eras of these.
+STROBE_LANES void mixBins(const LatticeLanes& l, const uint32_t* bin, int binBits, uint64_t* key,
+                          uint64_t* keyInBin) {
     const int n = l.count;
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-        bin[i] = uint32_t(std::min(int(l.time[i] * float(bins)), bins - 1));
         key[i] = quickSum<4>(l.key[i], bin[i] >> binBits);
         keyInBin[i] = quickSum<4>(l.key[i], bin[i]);
     }
@@ -109,16 +115,60 @@ void BatchLattice::addAll(const VisibilityBatch& batch, size_t b) {
     locate();
     const VisibilityLanes& samples = batch.samples.block(b);
     const int n = batch.samples.inBlock(b);
-    m_lanes.count = n, m_lanes.hit = samples.hit, m_lanes.d = samples.ray.d;
-    std::copy_n(samples.camera.time, kLanes, m_lanes.time);
     for (int i = 0; i < n;) {
         const uint32_t pixel = samples.pixel[i];
         const RayCone cone = m_lattice.coneOf(batch.pixels[pixel]);
-        for (; i < n && samples.pixel[i] == pixel; ++i)
-            m_lanes.width[i] = cone.width, m_lanes.spread[i] = cone.spread;
+        const int first = i;
+        i = samples.pixel[n - 1] == pixel ? n : i + 1;
+        while (i < n && samples.pixel[i] == pixel)
+            ++i;
+        std::fill(m_lanes.width + first, m_lanes.width + i, cone.width);
+        std::fill(m_lanes.spread + first, m_lanes.spread + i, cone.spread);
     }
+    if (addPatch(batch, b))
+        return;
+    m_lanes.count = n, m_lanes.hit = samples.hit, m_lanes.d = samples.ray.d;
+    std::copy_n(samples.camera.time, kLanes, m_lanes.time);
     std::iota(m_sampleOf, m_sampleOf + n, uint32_t(b * kLanes));
     locate();
+}
+
+/// The samples of a block that are a patch need no keys of cells.
+bool BatchLattice::addPatch(const VisibilityBatch& batch, size_t b) {
+    const VisibilityLanes& samples = batch.samples.block(b);
+    const int n = batch.samples.inBlock(b);
+    Shares& shares = m_shares[b];
+    if (m_settings.nearest || m_settings.timeBins > 1 << m_binBits ||
+        !m_lattice.findPatch(samples, n, m_lanes, m_parts, m_patch, shares.place))
+        return false;
+    findBins(samples.camera.time, n, m_settings.timeBins, m_bin);
+    m_patch.list(m_bin);
+
+    TrianglePointLanes& nodes = m_patch.nodes;
+    m_lattice.points(samples.hit, nodes, 1);
+    constexpr uint32_t kOnlyEra[kLanes]{};
+    mixPointKeys(nodes.points[0], kOnlyEra, nodes.count, m_key);
+    const LatticeFace face{samples.hit.instance[0], samples.hit.geometry[0], bool(nodes.positive[0])};
+    const size_t known = m_blockCount;
+    makeRoom(size_t(nodes.count) << m_binBits);
+    uint32_t point[kLanes];
+    for (int k = 0; k < nodes.count; ++k) {
+        point[k] = pointAt(face, nodes.points[0].at(k), m_key[k], 0);
+        for (uint32_t asking = m_patch.slots[k]; asking; asking &= asking - 1)
+            ask(point[k], uint32_t(std::countr_zero(asking)), uint32_t(b * kLanes) + m_patch.hit[k]);
+    }
+    uint32_t share[2 * kLanes];
+    for (int k = 0; k < m_patch.cells; ++k) {
+        const LatticePatch::Cell& cell = m_patch.listed[k];
+        share[cell.cell] = uint32_t(m_cells.size()) << m_binBits;
+        Cell& made = m_cells.emplace_back(Cell{{}, LatticeCell::Lower, 0});
+        for (int p = 0; p < 3; ++p)
+            made.first[p] = point[cell.node[p]] << m_binBits;
+    }
+    for (int i = 0; i < n; ++i)
+        shares.cell[i] = share[m_patch.cell[i]] | m_bin[i];
+    fileBlocks(known);
+    return true;
 }
 
 /// Finds the cells of the samples on their way, and asks for their points.
@@ -126,7 +176,8 @@ void BatchLattice::locate() {
     if (m_lanes.count == 0)
         return;
     m_lattice.locate(m_lanes, m_parts);
-    binLanes(m_lanes, m_settings.timeBins, m_binBits, m_bin, m_key, m_keyInBin);
+    findBins(m_lanes.time, m_lanes.count, m_settings.timeBins, m_bin);
+    mixBins(m_lanes, m_bin, m_binBits, m_key, m_keyInBin);
     const size_t known = m_blockCount;
     leaveOutRepeats();
     findCells();
@@ -197,7 +248,7 @@ void BatchLattice::makeCells(const int32_t* lanes, int count) {
 
 /// The points of new cells in divided triangles; the first new cell is number `known`.
 void BatchLattice::addTriangles(size_t known) {
-    m_lattice.points(m_lanes, m_newPoints);
+    m_lattice.points(m_lanes.hit, m_newPoints, 3);
     TrianglePointLanes& p = m_newPoints;
     alignas(64) uint64_t keys[3][kLanes];
     alignas(64) uint32_t firstBin[kLanes];
@@ -287,7 +338,7 @@ void BatchLattice::ask(uint32_t index, uint32_t slot, uint32_t sample) {
 void BatchLattice::fileBlocks(size_t first) {
     for (size_t i = first; i < m_blockCount; ++i) {
         Block& block = m_blocks[i];
-        block.key = SurfaceLattice::keyOf(placeOf(block), binOf(block));
+        block.key = SurfaceLattice::keyOf(m_points[block.point].at, binOf(block));
         m_cache.prefetch(block.key);
     }
 }

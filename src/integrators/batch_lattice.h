@@ -56,7 +56,9 @@ class BatchLattice {
     /// In the order in which they were asked for.
     std::span<const Block> blocks() const { return {m_blocks.data(), m_blockCount}; }
     const LatticeFace& faceOf(const Block& block) const { return m_points[block.point].face; }
-    const LatticePoint& placeOf(const Block& block) const { return m_points[block.point].at; }
+    LatticePoint placeOf(const Block& block) const {
+        return m_lattice.placeOf(faceOf(block), m_points[block.point].at);
+    }
     uint32_t binOf(const Block& block) const { return binOf(m_points[block.point], block.slot); }
     void setValue(const Block& block, const Rgb& value) {
         m_values[block.point << m_binBits | block.slot] = Value{value.x, value.y, value.z, 1};
@@ -85,6 +87,7 @@ class BatchLattice {
     using Shares = LatticeTake::Shares;
 
     void locate();
+    bool addPatch(const VisibilityBatch& batch, size_t b);
     void leaveOutRepeats();
     void findCells();
     void makeCells(const int32_t* lanes, int count);
@@ -128,6 +131,7 @@ class BatchLattice {
     int32_t m_firsts[kLanes];               ///< all of those
     int m_firstCount = 0;
     TrianglePointLanes m_newPoints;
+    LatticePatch m_patch;
 };
 
 } // namespace strobe

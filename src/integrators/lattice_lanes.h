@@ -62,6 +62,7 @@ struct LatticeLanes {
     // Fetched for these:
     V3Lanes a, b; ///< world-space edges from a triangle's first vertex; or a quadric's derivatives
     alignas(64) uint64_t keySum[kLanes]; ///< of what the cell's key is of, begun: face and primitive
+    alignas(64) int32_t toPlace[kLanes]; ///< the edges are not yet placed in the world
     bool bends[kLanes];                  ///< it is a quadric, of which the ray
     bool seesFront[kLanes];              ///< sees the side of its own normal
     // Found from all of these:
@@ -85,10 +86,11 @@ struct LatticeLanes {
     void mixKeys();
 };
 
-/// A point of the lattice: a place on a primitive.
+/// A point of the lattice: a place on a primitive, or a vertex of a mesh.
 struct LatticePoint {
-    uint32_t prim = kNone; ///< of the face's geometry; kNone: no point
+    uint32_t prim = kNone; ///< of the face's geometry, or the vertex; kNone: no point
     float u = 0, v = 0;    ///< a triangle's barycentrics, or a quadric's numbers
+    bool isVertex = false; ///< SurfaceLattice::placeOf knows where
     uint64_t keySum = 0;   ///< see SurfaceLattice::keyOf
 
     explicit operator bool() const { return prim != kNone; }
@@ -104,20 +106,17 @@ struct TrianglePointLanes {
     // Found:
     struct Points {
         alignas(64) float u[kLanes], v[kLanes];
-        alignas(64) int32_t corner[kLanes]; ///< of the triangle; -1: none
+        alignas(64) int32_t corner[kLanes]; ///< of the triangle, whose vertex it is; negative: none
         alignas(64) uint32_t prim[kLanes];
         alignas(64) uint64_t keySum[kLanes];
-        LatticePoint at(int i) const { return {prim[i], u[i], v[i], keySum[i]}; }
-        void set(int i, const LatticePoint& p) {
-            prim[i] = p.prim, u[i] = p.u, v[i] = p.v, keySum[i] = p.keySum;
-        }
+        LatticePoint at(int i) const { return {prim[i], u[i], v[i], corner[i] >= 0, keySum[i]}; }
     };
     Points points[3];
 
     /// Adds the cell of a hit that was located.
     void push(const LatticeLanes& from, int at);
-    /// Finds the points, as if corners belonged to their triangle alone.
-    void find();
+    /// Finds the first `each` points of all, as if corners belonged to their triangle alone.
+    void find(int each);
 };
 
 /// What a key is of. Keys of cells and of points are never compared. A cell's kind is added to kCellKey.

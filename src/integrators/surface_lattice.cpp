@@ -43,15 +43,12 @@ uint64_t primitiveSum(uint64_t faceSum, uint32_t prim) {
 
 LatticePoint innerPoint(const LatticeFace& face, uint32_t prim, float u, float v) {
     const uint64_t item = latticeItem(prim, kSurfaceKey, face.positive);
-    return {prim, u, v, quickSum<1>(faceSum(face), item, latticeFloatBits(u, v))};
+    return {prim, u, v, false, quickSum<1>(faceSum(face), item, latticeFloatBits(u, v))};
 }
 
-LatticePoint vertexPoint(const TriangleMesh& mesh, const MeshCells& cells, const LatticeFace& face,
-                         uint32_t vertex) {
-    const uint32_t prim = cells.triangleOf(vertex);
-    const uint32_t* index = &mesh.indices[3 * size_t(prim)];
-    const uint64_t sum = quickSum<1>(faceSum(face), latticeItem(vertex, kVertexKey, face.positive));
-    return {prim, index[1] == vertex ? 1.f : 0.f, index[2] == vertex ? 1.f : 0.f, sum};
+LatticePoint vertexPoint(const LatticeFace& face, uint32_t vertex) {
+    const uint64_t item = latticeItem(vertex, kVertexKey, face.positive);
+    return {vertex, 0, 0, true, quickSum<1>(faceSum(face), item)};
 }
 
 } // namespace
@@ -65,6 +62,24 @@ STROBE_LANES bool hitOnePrimitive(const HitLanes& hit, int n) {
         differences |= (hit.prim[i] ^ hit.prim[0]) | (hit.geometry[i] ^ hit.geometry[0]) |
                        (hit.instance[i] ^ hit.instance[0]);
     return differences == 0;
+}
+
+/// Places the edges of all hits of a part in the world.
+STROBE_LANES void placeAll(LatticeLanes& l, const SurfacePart& part) {
+    const int n = l.count;
+    const uint32_t instance = part.instance, geometry = part.geometry;
+    const M44f m = part.toWorld;
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i) {
+        const bool ofPart = (l.hit.instance[i] == instance) & (l.hit.geometry[i] == geometry);
+        Edges e{l.a.at(i), l.b.at(i)};
+        e.transform(m);
+        l.a.x[i] = ofPart ? e.a.x : l.a.x[i], l.a.y[i] = ofPart ? e.a.y : l.a.y[i];
+        l.a.z[i] = ofPart ? e.a.z : l.a.z[i];
+        l.b.x[i] = ofPart ? e.b.x : l.b.x[i], l.b.y[i] = ofPart ? e.b.y : l.b.y[i];
+        l.b.z[i] = ofPart ? e.b.z : l.b.z[i];
+        l.toPlace[i] = ofPart ? 0 : l.toPlace[i];
+    }
 }
 
 STROBE_LANES void setAll(LatticeLanes& l, const V3f& a, const V3f& b, uint64_t keySum) {
@@ -87,20 +102,38 @@ void SurfaceLattice::fetch(LatticeLanes& lanes, SurfaceParts& parts) const {
             return setAll(lanes, edges.a, edges.b, primitiveSum(only.keySum, prim));
         }
     }
+    bool anyToPlace = false;
     for (int i = 0; i < lanes.count; ++i) {
         const SurfacePart& part = parts.of(lanes.hit, i);
         const uint32_t prim = lanes.hit.prim[i];
         Edges edges;
         lanes.bends[i] = !part.mesh;
+        const bool toPlace = part.isFixed && part.mesh && part.motion;
+        lanes.toPlace[i] = toPlace, anyToPlace |= toPlace;
         if (!part.mesh)
             lanes.seesFront[i] = part.look(lanes.hit.at(i), lanes.d.at(i), lanes.time[i], edges);
         else if (part.isFixed)
-            edges = part.fixedEdges(prim);
+            edges = part.keptEdges(prim);
         else
             edges = part.edgesAt(prim, lanes.time[i]);
         lanes.a.set(i, edges.a), lanes.b.set(i, edges.b);
         lanes.keySum[i] = primitiveSum(part.keySum, prim);
     }
+    for (int i = 0; anyToPlace && i < lanes.count; ++i)
+        if (lanes.toPlace[i])
+            placeAll(lanes, parts.of(lanes.hit, i));
+}
+
+bool SurfaceLattice::findPatch(const VisibilityLanes& samples, int count, const LatticeLanes& cones,
+                               SurfaceParts& parts, LatticePatch& patch, V3Lanes& place) const {
+    if (!hitOnePrimitive(samples.hit, count))
+        return false;
+    const SurfacePart& part = parts.of(samples.hit, 0);
+    if (!part.isFixed || !part.mesh)
+        return false;
+    const uint32_t prim = samples.hit.prim[0];
+    return patch.find(samples, count, part.fixedEdges(prim), primitiveSum(part.keySum, prim), cones,
+                      m_blockSize, m_sharesSmall, place);
 }
 
 void SurfaceLattice::locate(LatticeLanes& lanes, SurfaceParts& parts) const {
@@ -164,14 +197,12 @@ void SurfaceLattice::points(const LatticeCell& cell, MeshPlaces& known,
             out[k] = inner((cell.i + float(k & 1)) / cell.nu, (cell.j + float(k >> 1)) / cell.nv);
         return;
     }
-    const TriangleMesh& mesh = *m_scene.geometry({face.instance, face.geometry}).placed.shape.mesh;
-    const MeshCells& cells = *cellsOf(face.instance, face.geometry);
     if (cell.kind == LatticeCell::Grid)
-        return gridPoints(cells, cell, known, out);
-    const uint32_t* index = &mesh.indices[3 * size_t(cell.prim)];
+        return gridPoints(*cellsOf(face.instance, face.geometry), cell, known, out);
     if (cell.kind == LatticeCell::Vertices) {
+        const uint32_t* index = &meshOf(face).indices[3 * size_t(cell.prim)];
         for (int k = 0; k < 3; ++k)
-            out[k] = vertexPoint(mesh, cells, face, index[k]);
+            out[k] = vertexPoint(face, index[k]);
         return;
     }
     LatticeLanes lanes;
@@ -182,26 +213,40 @@ void SurfaceLattice::points(const LatticeCell& cell, MeshPlaces& known,
     lanes.keySum[0] = primitiveSum(faceSum(face), cell.prim);
     TrianglePointLanes found;
     found.push(lanes, 0);
-    points(lanes, found);
+    points(lanes.hit, found, 3);
     for (int k = 0; k < 3; ++k)
         out[k] = found.points[k].at(0);
 }
 
-void SurfaceLattice::points(const LatticeLanes& lanes, TrianglePointLanes& out) const {
-    out.find();
-    for (TrianglePointLanes::Points& points : out.points)
-        for (int c = 0; c < out.count; ++c) {
-            const int lane = out.lane[c];
-            if (points.corner[c] < 0)
-                continue;
-            const LatticeFace face{lanes.hit.instance[lane], lanes.hit.geometry[lane],
-                                   bool(lanes.positive[lane])};
-            const TriangleMesh& mesh = *m_scene.geometry({face.instance, face.geometry}).placed.shape.mesh;
-            if (mesh.normals.empty()) // the neighbours' normals differ: they do not share the corner
-                continue;
-            const uint32_t vertex = mesh.indices[3 * size_t(lanes.hit.prim[lane]) + size_t(points.corner[c])];
-            points.set(c, vertexPoint(mesh, *cellsOf(face.instance, face.geometry), face, vertex));
-        }
+void SurfaceLattice::points(const HitLanes& hits, TrianglePointLanes& out, int each) const {
+    out.find(each);
+    for (int k = 0; k < each; ++k)
+        for (int c = 0; c < out.count; ++c)
+            if (out.points[k].corner[c] >= 0)
+                findVertex(hits, out, out.points[k], c);
+}
+
+/// Point number c is a triangle's corner. It is the vertex if the triangles around share its normal.
+void SurfaceLattice::findVertex(const HitLanes& hits, const TrianglePointLanes& cells,
+                                TrianglePointLanes::Points& points, int c) const {
+    const int lane = cells.lane[c];
+    const LatticeFace face{hits.instance[lane], hits.geometry[lane], bool(cells.positive[c])};
+    const TriangleMesh& mesh = meshOf(face);
+    if (mesh.normals.empty()) {
+        points.corner[c] = -1;
+        return;
+    }
+    const LatticePoint vertex =
+        vertexPoint(face, mesh.indices[3 * size_t(hits.prim[lane]) + size_t(points.corner[c])]);
+    points.prim[c] = vertex.prim, points.keySum[c] = vertex.keySum;
+}
+
+LatticePoint SurfaceLattice::placeOf(const LatticeFace& face, const LatticePoint& point) const {
+    if (!point.isVertex)
+        return point;
+    const uint32_t vertex = point.prim, prim = cellsOf(face.instance, face.geometry)->triangleOf(vertex);
+    const uint32_t* index = &meshOf(face).indices[3 * size_t(prim)];
+    return {prim, index[1] == vertex ? 1.f : 0.f, index[2] == vertex ? 1.f : 0.f, false, point.keySum};
 }
 
 void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPlaces& known,

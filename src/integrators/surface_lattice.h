@@ -3,7 +3,7 @@
 
 #include "core/hash.h"
 #include "core/integrator.h"
-#include "integrators/lattice_lanes.h"
+#include "integrators/lattice_patch.h"
 #include "integrators/surface_parts.h"
 
 #include <unordered_map>
@@ -57,8 +57,14 @@ class SurfaceLattice {
     /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be
     /// missing (not all): the weights of the others, scaled to add up to 1, are then a hit's.
     void points(const LatticeCell& cell, MeshPlaces& known, LatticePoint out[LatticeCell::kPoints]) const;
-    /// The same for those of located hits that are in divided triangles (Lower, Upper).
-    void points(const LatticeLanes& lanes, TrianglePointLanes& out) const;
+    /// The same for those of some hits that are in divided triangles (Lower, Upper): the first `each` points.
+    void points(const HitLanes& hits, TrianglePointLanes& out, int each) const;
+    /// Finds the places of all samples of a block at once, if their hits are a patch; `cones` has those of
+    /// their pixels.
+    bool findPatch(const VisibilityLanes& samples, int count, const LatticeLanes& cones, SurfaceParts& parts,
+                   LatticePatch& patch, V3Lanes& place) const;
+    /// Where a point is: vertices lie in one of their triangles.
+    LatticePoint placeOf(const LatticeFace& face, const LatticePoint& point) const;
     /// Of face, place and part of the shutter: all that a shaded point's value depends on. Never 0.
     static uint64_t keyOf(const LatticePoint& point, uint32_t bin) {
         const uint64_t key = mix64(quickSum<3>(point.keySum, bin));
@@ -70,6 +76,11 @@ class SurfaceLattice {
   private:
     void fetch(LatticeLanes& lanes, SurfaceParts& parts) const;
     void findGrids(LatticeLanes& lanes) const;
+    void findVertex(const HitLanes& hits, const TrianglePointLanes& cells, TrianglePointLanes::Points& points,
+                    int c) const;
+    const TriangleMesh& meshOf(const LatticeFace& face) const {
+        return *m_scene.geometry({face.instance, face.geometry}).placed.shape.mesh;
+    }
     void gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPlaces& known,
                     LatticePoint out[8]) const;
     const MeshCells* cellsOf(uint32_t instance, uint32_t geometry) const {

@@ -30,11 +30,15 @@ struct SurfacePart {
     bool isOf(const HitLanes& hit, int i) const {
         return hit.geometry[i] == geometry && hit.instance[i] == instance;
     }
-    /// Of a mesh that is fixed. The world's own meshes stand where they are.
-    Edges fixedEdges(uint32_t prim) const {
+    /// Of a mesh that is fixed, as its vertices are kept.
+    Edges keptEdges(uint32_t prim) const {
         const uint32_t* index = indices + 3 * size_t(prim);
         const V3f p = positions[index[0]];
-        Edges edges{positions[index[1]] - p, positions[index[2]] - p};
+        return {positions[index[1]] - p, positions[index[2]] - p};
+    }
+    /// The same in the world; whose own meshes stand where they are.
+    Edges fixedEdges(uint32_t prim) const {
+        Edges edges = keptEdges(prim);
         if (motion)
             edges.transform(toWorld);
         return edges;

@@ -88,6 +88,8 @@ std::array<LatticePoint, LatticeCell::kPoints> pointsAround(const SurfaceLattice
     static thread_local MeshPlaces known;
     std::array<LatticePoint, LatticeCell::kPoints> points;
     lattice.points(cell, known, points.data());
+    for (LatticePoint& point : points)
+        point = lattice.placeOf(cell.face, point);
     return points;
 }
 
