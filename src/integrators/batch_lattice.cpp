@@ -42,13 +42,14 @@ STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Value* values, cons
     return sum;
 }
 
-/// What a share takes of the values, all times its weights' sum.
+/// What a share takes of the values.
 STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Cell& cell, const V3f& place,
                                           const LatticeTake::Value* values) {
     float weights[LatticeCell::kPoints];
     if (cell.kind == LatticeCell::Grid) {
         LatticeCell::weigh(LatticeCell::Grid, place, weights);
-        return weighted<8>(values, cell.first, weights);
+        const LatticeTake::Value sum = weighted<8>(values, cell.first, weights);
+        return sum * (1 / sum[3]); // some may be missing
     }
     if (cell.kind == LatticeCell::Rectangle) {
         LatticeCell::weigh(LatticeCell::Rectangle, place, weights);
@@ -67,9 +68,8 @@ STROBE_LANES void takeWeighted(const LatticeTake::Shares& shares, const LatticeT
             out[i] = Rgb(0);
             continue;
         }
-        const LatticeTake::Value sum =
+        const LatticeTake::Value mean =
             weighted(cells[share >> binBits], shares.place.at(i), values + (share & slots));
-        const LatticeTake::Value mean = sum * (1 / sum[3]);
         out[i] = Rgb(mean[0], mean[1], mean[2]);
     }
 }
@@ -82,30 +82,26 @@ BatchLattice::BatchLattice(const SurfaceLattice& lattice, const Settings& settin
       m_binBits(std::min(int(std::bit_width(uint32_t(settings.timeBins - 1))), kMostBinBits)),
       m_parts(lattice.parts()) {}
 
-void BatchLattice::begin(size_t samples) {
+void BatchLattice::begin(const VisibilityBatch& batch) {
     m_blockCount = 0;
     m_cells.clear();
     m_points.assign(1, Point{{}, {}, 0, ~0u}); // the one that is missing: nobody asks for it
     m_values.resize(std::max(m_values.size(), size_t(1) << m_binBits)); // the first are never set
-    m_shares.resize((samples + kLanes - 1) / kLanes);
+    m_shares.resize(batch.samples.blocks());
     for (Shares& shares : m_shares)
         std::fill_n(shares.cell, kLanes, kNone);
     m_pointTable.clear();
     m_cellTable.clear();
+    m_lattice.findCones(batch.pixels, m_cones);
 }
 
 void BatchLattice::addSome(const VisibilityBatch& batch, size_t b, const int32_t* lanes, int count) {
     const VisibilityLanes& samples = batch.samples.block(b);
-    uint32_t pixel = kNone;
-    RayCone cone{};
     for (int k = 0; k < count; ++k) {
         const int i = lanes[k];
-        if (samples.pixel[i] != pixel) {
-            pixel = samples.pixel[i];
-            cone = m_lattice.coneOf(batch.pixels[pixel]);
-        }
         m_sampleOf[m_lanes.count] = uint32_t(b * kLanes) + uint32_t(i);
-        m_lanes.add(samples.hit.at(i), samples.ray.d.at(i), samples.camera.time[i], cone);
+        m_lanes.add(samples.hit.at(i), samples.ray.d.at(i), samples.camera.time[i],
+                    m_cones[samples.pixel[i]]);
         if (m_lanes.count == kLanes)
             locate();
     }
@@ -117,7 +113,7 @@ void BatchLattice::addAll(const VisibilityBatch& batch, size_t b) {
     const int n = batch.samples.inBlock(b);
     for (int i = 0; i < n;) {
         const uint32_t pixel = samples.pixel[i];
-        const RayCone cone = m_lattice.coneOf(batch.pixels[pixel]);
+        const RayCone cone = m_cones[pixel];
         const int first = i;
         i = samples.pixel[n - 1] == pixel ? n : i + 1;
         while (i < n && samples.pixel[i] == pixel)
@@ -217,8 +213,6 @@ void BatchLattice::findCells() {
         count += m_cellOf[i] == next;
     }
     makeCells(made, count);
-    for (int i = 0; i < m_lanes.count; ++i)
-        m_cellOf[i] = m_cellOf[m_firstOf[i]];
 }
 
 /// Appends the cells of some lanes.
@@ -279,24 +273,21 @@ uint32_t BatchLattice::pointAt(const LatticeFace& face, const LatticePoint& at, 
 }
 
 void BatchLattice::shareCells() {
-    makeRoom(size_t(kPoints) * size_t(m_firstCount));
-    for (int k = 0; k < m_firstCount; ++k) {
-        const int32_t i = m_firsts[k];
-        askAround(m_cellOf[i], m_bin[i] & slots(), m_sampleOf[i]);
-    }
+    askAround();
     const int n = m_lanes.count;
-    const uint32_t first = m_sampleOf[0];
-    if (first % kLanes == 0 && m_sampleOf[n - 1] == first + uint32_t(n) - 1) {
-        Shares& shares = m_shares[first / kLanes];
+    const uint32_t from = m_sampleOf[0];
+    const auto shareAt = [&](int i) { return cellAt(i) << m_binBits | (m_bin[i] & slots()); };
+    if (from % kLanes == 0 && m_sampleOf[n - 1] == from + uint32_t(n - 1)) {
+        Shares& shares = m_shares[from / kLanes];
         shares.place = m_lanes.place;
         for (int i = 0; i < n; ++i)
-            shares.cell[i] = m_cellOf[i] << m_binBits | (m_bin[i] & slots());
+            shares.cell[i] = shareAt(i);
         return;
     }
     for (int i = 0; i < n; ++i) {
         Shares& shares = m_shares[m_sampleOf[i] / kLanes];
         shares.place.set(int(m_sampleOf[i] % kLanes), m_lanes.place.at(i));
-        shares.cell[m_sampleOf[i] % kLanes] = m_cellOf[i] << m_binBits | (m_bin[i] & slots());
+        shares.cell[m_sampleOf[i] % kLanes] = shareAt(i);
     }
 }
 
@@ -304,7 +295,7 @@ void BatchLattice::shareNearest() {
     makeRoom(size_t(m_lanes.count));
     for (int i = 0; i < m_lanes.count; ++i) {
         const uint32_t slot = m_bin[i] & slots(), sample = m_sampleOf[i];
-        const Cell& cell = m_cells[m_cellOf[i]];
+        const Cell& cell = m_cells[cellAt(i)];
         const uint32_t value = cell.first[nearestOf(cell, m_lanes.place.at(i))] | slot;
         m_shares[sample / kLanes].cell[sample % kLanes] = value;
         ask(value >> m_binBits, slot, sample);
@@ -316,14 +307,26 @@ void BatchLattice::makeRoom(size_t blocks) {
         m_blocks.resize(2 * (m_blockCount + blocks));
 }
 
-/// There is room.
-void BatchLattice::askAround(uint32_t index, uint32_t slot, uint32_t sample) {
-    Cell& cell = m_cells[index];
-    if (cell.asked >> slot & 1)
-        return;
-    cell.asked |= uint8_t(1u << slot);
-    for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
-        ask(cell.first[k] >> m_binBits, slot, sample);
+/// Asks for the points of the first in each cell and bin. In two steps, as most were asked for before, but
+/// which is anyone's guess.
+void BatchLattice::askAround() {
+    int32_t asking[kLanes];
+    int count = 0;
+    for (int k = 0; k < m_firstCount; ++k) {
+        const int32_t i = m_firsts[k];
+        Cell& cell = m_cells[m_cellOf[i]];
+        const uint32_t bit = 1u << (m_bin[i] & slots());
+        asking[count] = i;
+        count += !(cell.asked & bit);
+        cell.asked |= uint8_t(bit);
+    }
+    makeRoom(size_t(kPoints) * size_t(count));
+    for (int k = 0; k < count; ++k) {
+        const int32_t i = asking[k];
+        const Cell& cell = m_cells[m_cellOf[i]];
+        for (int p = 0; p < LatticeCell::pointsOf(cell.kind); ++p)
+            ask(cell.first[p] >> m_binBits, m_bin[i] & slots(), m_sampleOf[i]);
+    }
 }
 
 /// There is room. Without a branch on what was asked before, which is anyone's guess.

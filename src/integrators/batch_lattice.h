@@ -44,8 +44,8 @@ class BatchLattice {
     /// The lattice outlives it. `prefetchFrom`: where blocks will be looked up.
     BatchLattice(const SurfaceLattice& lattice, const Settings& settings, const BlockCache& prefetchFrom);
 
-    /// Begins a batch of so many samples.
-    void begin(size_t samples);
+    /// Begins a batch.
+    void begin(const VisibilityBatch& batch);
     /// Some samples of the batch's block b, by lane, take from the lattice.
     void addSome(const VisibilityBatch& batch, size_t b, const int32_t* lanes, int count);
     /// So do all samples of the batch's block b.
@@ -95,7 +95,7 @@ class BatchLattice {
     void shareCells();
     void shareNearest();
     uint32_t pointAt(const LatticeFace& face, const LatticePoint& at, uint64_t key, uint32_t era);
-    void askAround(uint32_t cell, uint32_t slot, uint32_t sample);
+    void askAround();
     void ask(uint32_t point, uint32_t slot, uint32_t sample);
     void makeRoom(size_t blocks);
     void fileBlocks(size_t first);
@@ -103,6 +103,7 @@ class BatchLattice {
     static int nearestOf(const Cell& cell, const V3f& place);
     uint32_t slots() const { return (1u << m_binBits) - 1; }
     uint32_t binOf(const Point& point, uint32_t slot) const { return point.era << m_binBits | slot; }
+    uint32_t cellAt(int i) const { return m_cellOf[m_firstOf[i]]; }
     uint32_t shareOf(size_t sample) const { return m_shares[sample / kLanes].cell[sample % kLanes]; }
     V3f insideOf(size_t sample) const { return m_shares[sample / kLanes].place.at(int(sample % kLanes)); }
 
@@ -119,6 +120,7 @@ class BatchLattice {
     SlotTable m_pointTable, m_cellTable;
 
     // Samples on their way in:
+    std::vector<RayCone> m_cones; ///< of the batch's pixels
     SurfaceParts m_parts;
     MeshPlaces m_places;
     LatticeLanes m_lanes;
@@ -126,7 +128,7 @@ class BatchLattice {
     alignas(64) uint32_t m_bin[kLanes];
     alignas(64) uint64_t m_key[kLanes]; ///< of a cell in an era
     alignas(64) uint64_t m_keyInBin[kLanes];
-    alignas(64) uint32_t m_cellOf[kLanes];
+    alignas(64) uint32_t m_cellOf[kLanes];  ///< of the firsts
     alignas(64) uint32_t m_firstOf[kLanes]; ///< the first lane in the same cell and bin, nearly always
     int32_t m_firsts[kLanes];               ///< all of those
     int m_firstCount = 0;

@@ -11,30 +11,28 @@ inline constexpr int kMaxDivide = 20;
 /// Squared lengths, in blocks, below which an edge is not divided.
 inline constexpr float kUndivided = 2;
 
-/// The exponent of the power of two that cuts a length into parts as long as a block, to a factor of the root
-/// of two; both are given squared. Half the binary logarithm of their ratio, rounded: read off the number's
+/// The exponent of the power of two that cuts a length into parts of about 1, to a factor of the root of two.
+/// Given is the length's fourth power, a quarter of whose binary logarithm, rounded, is read off the number's
 /// exponent.
-inline int divisionFor(float length2, float block2) {
-    const float ratio = length2 / block2;
-    const int floorLog2 = int(std::bit_cast<uint32_t>(ratio) >> 23) - 127;
-    const int division = std::min((floorLog2 + 1) / 2, kMaxDivide);
-    return ratio >= kUndivided ? division : 0;
+inline int divisionFor(float length4) {
+    const int floorLog2 = int(std::bit_cast<uint32_t>(length4) >> 23) - 127;
+    const int division = std::min(((floorLog2 >> 1) + 1) >> 1, kMaxDivide);
+    return length4 >= sqr(kUndivided) ? division : 0;
 }
 
 /// The exponent of the least power of two whose square is above n2, or one.
-inline int divisionAbove(float n2) { return divisionFor(2 * n2, 1); }
+inline int divisionAbove(float n2) { return divisionFor(sqr(2 * n2)); }
 
 /// The squared length of `edge` as seen along the unit direction d, in scene units.
 inline float seenLength2(const V3f& edge, const V3f& d) {
     return std::max(length2(edge) - sqr(dot(d, edge)), 0.f);
 }
 
-/// How much longer than a block's the sides of its parallelogram must be, squared, for it to have a block's
-/// area as seen: the inverse sine of the angle between them, at most 2. The squared lengths as seen are a2
-/// and b2, the squared area `area2`.
-inline float slantOf(float a2, float b2, float area2) {
-    const float slant = std::sqrt(a2 * b2 / area2);
-    return a2 * b2 < 4 * area2 ? slant : 2;
+/// The squared sine of the angle between the sides of a parallelogram, at least a quarter; given are their
+/// squared lengths and its squared area. For it to have a block's area its sides must be longer than a
+/// block's by the sine's inverse.
+inline float sine2Of(float a2, float b2, float area2) {
+    return a2 * b2 < 4 * area2 ? std::min(area2 / (a2 * b2), 1.f) : .25f;
 }
 
 /// A place in a mesh of divided u and v.
@@ -69,8 +67,9 @@ inline DividedTriangle divideTriangle(const V3f& a, const V3f& b, const V3f& d, 
     const V3f normal = cross(a, b);
     const float facing = dot(normal, d), block2 = sqr(block);
     const float a2 = seenLength2(a, d), b2 = seenLength2(b, d), c2 = seenLength2(b - a, d);
-    const float sized2 = block2 * slantOf(a2, b2, sqr(facing));
-    const Divided at = divide(u, v, divisionFor(a2, sized2), divisionFor(b2, sized2));
+    const float sine2 = sine2Of(a2, b2, sqr(facing)), perBlock2 = 1 / block2;
+    const Divided at =
+        divide(u, v, divisionFor(sqr(a2 * perBlock2) * sine2), divisionFor(sqr(b2 * perBlock2) * sine2));
     // Edge-on, a triangle is small whatever its area.
     return {at,
             block2,

@@ -22,7 +22,7 @@ STROBE_LANES void divideTriangleLanes(LatticeLanes& l, float blockSize, bool sha
         const float u = std::max(l.hit.u[k], 0.f), v = std::max(l.hit.v[k], 0.f);
         l.place.x[k] = small ? u : r.upper ? 1 - r.at.y : r.at.x;
         l.place.y[k] = small ? v : r.upper ? 1 - r.at.x : r.at.y;
-        l.cellArea[k] = 2 * r.block2 / std::sqrt(r.normal2);
+        l.normal2[k] = r.normal2;
     }
 }
 
@@ -88,15 +88,15 @@ void LatticeLanes::mixKeys() { mixKeyLanes(*this); }
 void LatticeLanes::divideQuadric(int lane, bool isPositive) {
     const V3f du = a.at(lane), dv = b.at(lane), dir = d.at(lane);
     const float size = block[lane], a2 = seenLength2(du, dir), b2 = seenLength2(dv, dir);
-    const float sized2 = sqr(size) * slantOf(a2, b2, sqr(dot(cross(du, dv), dir)));
+    const float sine2 = sine2Of(a2, b2, sqr(dot(cross(du, dv), dir))), perBlock2 = 1 / sqr(size);
     const float alongU = length(du) / size, alongV = length(dv) / size;
     // What is seen edge-on here turns to face us further along: neither side of a cell bows by more than half
     // a block, nor do the ends of one turn apart by more. Both numbers go at most once around.
     constexpr float kTurn = 2 * kPi;
-    const int divideV = std::max(divisionFor(b2, sized2), divisionAbove(kTurn * alongV));
+    const int divideV = std::max(divisionFor(sqr(b2 * perBlock2) * sine2), divisionAbove(kTurn * alongV));
     const float apart = 2 * kTurn * std::ldexp(alongV, -divideV);
-    const int divideU =
-        std::max({divisionFor(a2, sized2), divisionAbove(kTurn * alongU), divisionAbove(sqr(apart))});
+    const int divideU = std::max(
+        {divisionFor(sqr(a2 * perBlock2) * sine2), divisionAbove(kTurn * alongU), divisionAbove(sqr(apart))});
     const Divided r = divide(hit.u[lane], hit.v[lane], divideU, divideV);
     positive[lane] = isPositive;
     kind[lane] = LatticeCell::Rectangle;

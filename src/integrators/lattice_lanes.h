@@ -73,7 +73,7 @@ struct LatticeLanes {
     /// In the cell. In a triangle: the weights of its second point and third; else how far from the lowest
     /// point to the highest.
     V3Lanes place;
-    alignas(64) float cellArea[kLanes]; ///< a block's, in triangles: for MeshCells
+    alignas(64) float normal2[kLanes]; ///< the squared length of twice the triangle's area
     alignas(64) uint64_t key[kLanes];
     int32_t inGrid[kLanes]; ///< of those whose kind is Grid: the lane of `grid`
     MeshCellLanes grid;

@@ -8,6 +8,13 @@ namespace strobe {
 
 namespace {
 
+STROBE_LANES bool anyMisses(const HitLanes& hit, int n) {
+    int32_t misses = 0;
+    for (int i = 0; i < n; ++i)
+        misses |= hit.geometry[i] == kNone;
+    return misses;
+}
+
 /// What the workers of one render share.
 struct Shared {
     Shared(const Scene& scene, const CacheSettings& settings, uint64_t seed)
@@ -27,7 +34,7 @@ struct Shared {
     }
     /// Those of n samples that share. Returns how many there are.
     int findSharing(const HitLanes& hit, int n, int32_t* lanes) const {
-        if (allShare && std::find(hit.geometry, hit.geometry + n, kNone) == hit.geometry + n) {
+        if (allShare && !anyMisses(hit, n)) {
             std::iota(lanes, lanes + n, 0);
             return n;
         }
@@ -76,7 +83,7 @@ class Worker : public IntegratorWorker {
           m_surfaces(shared.lattice.parts()) {}
 
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
-        m_lattice.begin(batch.samples.size());
+        m_lattice.begin(batch);
         m_alone.clear();
         m_albedos.clear();
         if (m_shared.settings.indirectOnly)

@@ -128,11 +128,12 @@ bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCe
     return s.found;
 }
 
-void MeshCells::ask(uint32_t prim, float u, float v, float cellArea, MeshCellLanes& lanes) const {
+void MeshCells::ask(uint32_t prim, float u, float v, float side2, float area2, MeshCellLanes& lanes) const {
     const int i = lanes.count++;
     const Triangle t(m_mesh, prim);
     lanes.p.set(i, t.p), lanes.a.set(i, t.a), lanes.b.set(i, t.b);
-    lanes.u[i] = u, lanes.v[i] = v, lanes.cellArea[i] = cellArea, lanes.spacing[i] = m_spacing;
+    lanes.u[i] = u, lanes.v[i] = v, lanes.side2[i] = side2, lanes.area2[i] = area2,
+    lanes.spacing[i] = m_spacing;
 }
 
 namespace {
@@ -141,8 +142,9 @@ STROBE_LANES void surroundLanes(MeshCellLanes& l, int most) {
     const int n = l.count;
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i) {
+        const float cellArea = 2 * l.side2[i] / std::sqrt(l.area2[i]);
         const Surrounding s =
-            surrounding({l.p.at(i), l.a.at(i), l.b.at(i)}, l.u[i], l.v[i], l.cellArea[i], l.spacing[i], most);
+            surrounding({l.p.at(i), l.a.at(i), l.b.at(i)}, l.u[i], l.v[i], cellArea, l.spacing[i], most);
         l.found[i] = s.found;
         l.level[i] = s.lowest.level, l.direction[i] = s.lowest.direction;
         l.x[i] = s.lowest.x, l.y[i] = s.lowest.y, l.z[i] = s.lowest.z;

@@ -26,9 +26,10 @@ struct MeshCellLanes {
     int count = 0;
     V3Lanes p, a, b; ///< a triangle's corner, and the edges from there to the others
     alignas(64) float u[kLanes], v[kLanes];
-    alignas(64) float cellArea[kLanes]; ///< see MeshCells::surround
-    alignas(64) float spacing[kLanes];  ///< of the mesh's vertices
-    alignas(64) int32_t found[kLanes];  ///< 0: nothing gained
+    /// Squared, of cells and of the triangle as these are measured: the side, twice the area.
+    alignas(64) float side2[kLanes], area2[kLanes];
+    alignas(64) float spacing[kLanes]; ///< of the mesh's vertices
+    alignas(64) int32_t found[kLanes]; ///< 0: nothing gained
     alignas(64) int32_t level[kLanes], x[kLanes], y[kLanes], z[kLanes], direction[kLanes]; ///< the lowest
     V3Lanes place; ///< between the lowest centre and the highest, in (0,1)
 
@@ -81,8 +82,8 @@ class MeshCells {
     /// upper cell along axis k) are then all positive. False: nothing gained, for the triangle is too large
     /// for such cells, or they would be more than the mesh has vertices.
     bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, V3f& place) const;
-    /// Appends the same question to others.
-    void ask(uint32_t prim, float u, float v, float cellArea, MeshCellLanes& lanes) const;
+    /// Appends the same question to others: `cellArea` is twice side2 over the root of area2.
+    void ask(uint32_t prim, float u, float v, float side2, float area2, MeshCellLanes& lanes) const;
     /// The places of the eight cells from the lowest one that `surround` found; null for those that do not
     /// count. At least one is not null.
     void places(const MeshCell& lowest, MeshPlaces& known, std::optional<MeshPlace> out[8]) const;

@@ -32,6 +32,22 @@ SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangl
     }
 }
 
+void SurfaceLattice::findCones(std::span<const PixelRef> pixels, std::vector<RayCone>& cones) const {
+    cones.resize(pixels.size());
+    V2Lanes film;
+    alignas(64) float width[kLanes], spread[kLanes];
+    for (size_t first = 0; first < pixels.size(); first += kLanes) {
+        const int n = int(std::min<size_t>(kLanes, pixels.size() - first));
+        for (int i = 0; i < n; ++i) {
+            const PixelRef& pixel = pixels[first + size_t(i)];
+            film.set(i, {float(pixel.x) + 0.5f, float(pixel.y) + 0.5f});
+        }
+        m_scene.camera().coneLanes(film, n, width, spread);
+        for (int i = 0; i < n; ++i)
+            cones[first + size_t(i)] = {width[i], spread[i]};
+    }
+}
+
 namespace {
 
 uint64_t faceSum(const LatticeFace& face) { return surfaceSum(face.instance, face.geometry); }
@@ -154,7 +170,8 @@ void SurfaceLattice::findGrids(LatticeLanes& lanes) const {
         if (lanes.kind[i] == LatticeCell::Vertices) {
             lanes.inGrid[i] = grid.count;
             cellsOf(lanes.hit.instance[i], lanes.hit.geometry[i])
-                ->ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], lanes.cellArea[i], grid);
+                ->ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], sqr(lanes.block[i]),
+                      lanes.normal2[i], grid);
         }
     if (grid.count == 0)
         return;

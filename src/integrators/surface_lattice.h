@@ -50,10 +50,8 @@ class SurfaceLattice {
     SurfaceParts parts() const { return SurfaceParts(m_scene); }
     /// The cell of a hit that was located.
     static LatticeCell cellAt(const LatticeLanes& lanes, int i);
-    /// The cone of a pixel, for `locate`: that of its centre.
-    RayCone coneOf(const PixelRef& pixel) const {
-        return m_scene.camera().cone({float(pixel.x) + 0.5f, float(pixel.y) + 0.5f});
-    }
+    /// The cones of pixels, for `locate`: those of their centres.
+    void findCones(std::span<const PixelRef> pixels, std::vector<RayCone>& cones) const;
     /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be
     /// missing (not all): the weights of the others, scaled to add up to 1, are then a hit's.
     void points(const LatticeCell& cell, MeshPlaces& known, LatticePoint out[LatticeCell::kPoints]) const;
