@@ -80,19 +80,30 @@ BatchLattice::BatchLattice(const SurfaceLattice& lattice, const Settings& settin
                            const BlockCache& prefetchFrom)
     : m_lattice(lattice), m_settings(settings), m_cache(prefetchFrom),
       m_binBits(std::min(int(std::bit_width(uint32_t(settings.timeBins - 1))), kMostBinBits)),
-      m_parts(lattice.parts()) {}
+      m_parts(lattice.parts()) {
+    forget();
+}
 
 void BatchLattice::begin(const VisibilityBatch& batch) {
+    // What a thing in motion covers is much the same for many batches. Measured: with half as many or twice
+    // as many, all takes longer.
+    constexpr size_t kMostPoints = 4000, kMostCells = 8000;
     m_blockCount = 0;
+    if (!m_settings.remembers || m_points.size() > kMostPoints || m_cells.size() > kMostCells)
+        forget();
+    m_patchCells.clear();
+    m_shares.resize(batch.samples.blocks());
+    for (Shares& shares : m_shares)
+        shares.ofPatch = false, std::fill_n(shares.cell, kLanes, kNone);
+    m_lattice.findCones(batch.pixels, m_cones);
+}
+
+void BatchLattice::forget() {
     m_cells.clear();
     m_points.assign(1, Point{{}, {}, 0, ~0u}); // the one that is missing: nobody asks for it
     m_values.resize(std::max(m_values.size(), size_t(1) << m_binBits)); // the first are never set
-    m_shares.resize(batch.samples.blocks());
-    for (Shares& shares : m_shares)
-        std::fill_n(shares.cell, kLanes, kNone);
     m_pointTable.clear();
     m_cellTable.clear();
-    m_lattice.findCones(batch.pixels, m_cones);
 }
 
 void BatchLattice::addSome(const VisibilityBatch& batch, size_t b, const int32_t* lanes, int count) {
@@ -156,11 +167,12 @@ bool BatchLattice::addPatch(const VisibilityBatch& batch, size_t b) {
     uint32_t share[2 * kLanes];
     for (int k = 0; k < m_patch.cells; ++k) {
         const LatticePatch::Cell& cell = m_patch.listed[k];
-        share[cell.cell] = uint32_t(m_cells.size()) << m_binBits;
-        Cell& made = m_cells.emplace_back(Cell{{}, LatticeCell::Lower, 0});
+        share[cell.cell] = uint32_t(m_patchCells.size()) << m_binBits;
+        Cell& made = m_patchCells.emplace_back(Cell{{}, LatticeCell::Lower, 0});
         for (int p = 0; p < 3; ++p)
             made.first[p] = point[cell.node[p]] << m_binBits;
     }
+    shares.ofPatch = true;
     for (int i = 0; i < n; ++i)
         shares.cell[i] = share[m_patch.cell[i]] | m_bin[i];
     fileBlocks(known);
@@ -355,15 +367,15 @@ void BatchLattice::take(std::span<Rgb> values) const {
         return;
     }
     for (size_t first = 0; first < values.size(); first += kLanes)
-        takeWeighted(m_shares[first / kLanes], m_cells.data(), m_binBits, m_values.data(), &values[first],
-                     int(std::min<size_t>(kLanes, values.size() - first)));
+        takeWeighted(m_shares[first / kLanes], cellsOf(m_shares[first / kLanes]).data(), m_binBits,
+                     m_values.data(), &values[first], int(std::min<size_t>(kLanes, values.size() - first)));
 }
 
 uint64_t BatchLattice::mainKeyOf(size_t sample) const {
     uint32_t value = shareOf(sample);
     const uint32_t slot = value & slots();
     if (!m_settings.nearest) {
-        const Cell& cell = m_cells[value >> m_binBits];
+        const Cell& cell = cellsOf(m_shares[sample / kLanes])[value >> m_binBits];
         value = cell.first[heaviestOf(cell, insideOf(sample))];
     }
     const Point& point = m_points[value >> m_binBits];

@@ -24,11 +24,13 @@ struct LatticeTake {
         V3Lanes place;                     ///< in the cell
         alignas(64) uint32_t cell[kLanes]; ///< and the slot; if samples take the value of one point, that;
                                            ///< kNone: nothing
+        bool ofPatch = false;              ///< cells are those of the batch's patches
     };
 };
 
 /// Gathers the cells of samples, the points around them, and the values of these that it is then given:
-/// blocks, which are points in a part of the shutter. Samples take the values around them.
+/// blocks, which are points in a part of the shutter. Samples take the values around them. What was found for
+/// some batches before is known still.
 class BatchLattice {
   public:
     /// A point in a time bin, that some sample asks for.
@@ -39,7 +41,8 @@ class BatchLattice {
     };
     struct Settings {
         int timeBins;
-        bool nearest; ///< a sample takes the value of one point, not a weighted mean
+        bool nearest;   ///< a sample takes the value of one point, not a weighted mean
+        bool remembers; ///< values too are those of the batches before: a block has one only
     };
     /// The lattice outlives it. `prefetchFrom`: where blocks will be looked up.
     BatchLattice(const SurfaceLattice& lattice, const Settings& settings, const BlockCache& prefetchFrom);
@@ -53,7 +56,7 @@ class BatchLattice {
     /// All are added.
     void finish() { locate(); }
 
-    /// In the order in which they were asked for.
+    /// Those whose values are wanted, in the order in which they were asked for.
     std::span<const Block> blocks() const { return {m_blocks.data(), m_blockCount}; }
     const LatticeFace& faceOf(const Block& block) const { return m_points[block.point].face; }
     LatticePoint placeOf(const Block& block) const {
@@ -80,12 +83,13 @@ class BatchLattice {
         LatticeFace face;
         LatticePoint at;
         uint32_t era;
-        uint32_t asked; ///< bits of slots: those that are among the blocks
+        uint32_t asked; ///< bits of slots: those that are, or were, among the blocks
     };
     using Value = LatticeTake::Value;
     using Cell = LatticeTake::Cell;
     using Shares = LatticeTake::Shares;
 
+    void forget();
     void locate();
     bool addPatch(const VisibilityBatch& batch, size_t b);
     void leaveOutRepeats();
@@ -104,6 +108,9 @@ class BatchLattice {
     uint32_t slots() const { return (1u << m_binBits) - 1; }
     uint32_t binOf(const Point& point, uint32_t slot) const { return point.era << m_binBits | slot; }
     uint32_t cellAt(int i) const { return m_cellOf[m_firstOf[i]]; }
+    const std::vector<Cell>& cellsOf(const Shares& shares) const {
+        return shares.ofPatch ? m_patchCells : m_cells;
+    }
     uint32_t shareOf(size_t sample) const { return m_shares[sample / kLanes].cell[sample % kLanes]; }
     V3f insideOf(size_t sample) const { return m_shares[sample / kLanes].place.at(int(sample % kLanes)); }
 
@@ -112,9 +119,9 @@ class BatchLattice {
     const BlockCache& m_cache;
     const int m_binBits; ///< of a slot
     std::vector<Point> m_points;
-    std::vector<Value> m_values; ///< by point, then slot; some more than there are
-    std::vector<Cell> m_cells;
-    std::vector<Block> m_blocks; ///< and room for some more
+    std::vector<Value> m_values;             ///< by point, then slot; some more than there are
+    std::vector<Cell> m_cells, m_patchCells; ///< the latter of the batch only
+    std::vector<Block> m_blocks;             ///< and room for some more
     size_t m_blockCount = 0;
     std::vector<Shares> m_shares; ///< of kLanes samples each
     SlotTable m_pointTable, m_cellTable;

@@ -79,7 +79,9 @@ class Worker : public IntegratorWorker {
   public:
     explicit Worker(Shared& shared)
         : m_shared(shared),
-          m_lattice(shared.lattice, {shared.settings.timeBins, shared.settings.nearest}, shared.cache),
+          m_lattice(shared.lattice,
+                    {shared.settings.timeBins, shared.settings.nearest, shared.settings.parts == 0},
+                    shared.cache),
           m_surfaces(shared.lattice.parts()) {}
 
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
