@@ -43,24 +43,26 @@ STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Value* values, cons
 }
 
 /// What a share takes of the values.
-STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Cell& cell, const V3f& place,
-                                          const LatticeTake::Value* values) {
+STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Cell& cell, const LatticeTake::Firsts* more,
+                                          const V3f& place, const LatticeTake::Value* values) {
     float weights[LatticeCell::kPoints];
-    if (cell.kind == LatticeCell::Grid) {
-        LatticeCell::weigh(LatticeCell::Grid, place, weights);
-        const LatticeTake::Value sum = weighted<8>(values, cell.first, weights);
-        return sum * (1 / sum[3]); // some may be missing
+    if (!cell.hasMore()) {
+        LatticeCell::weigh(LatticeCell::Lower, place, weights);
+        return weighted<3>(values, cell.few, weights);
     }
+    const uint32_t* firsts = more[cell.few[0]].data();
     if (cell.kind == LatticeCell::Rectangle) {
         LatticeCell::weigh(LatticeCell::Rectangle, place, weights);
-        return weighted<4>(values, cell.first, weights);
+        return weighted<4>(values, firsts, weights);
     }
-    LatticeCell::weigh(LatticeCell::Lower, place, weights);
-    return weighted<3>(values, cell.first, weights);
+    LatticeCell::weigh(LatticeCell::Grid, place, weights);
+    const LatticeTake::Value sum = weighted<8>(values, firsts, weights);
+    return sum * (1 / sum[3]); // some may be missing
 }
 
-STROBE_LANES void takeWeighted(const LatticeTake::Shares& shares, const LatticeTake::Cell* cells, int binBits,
-                               const LatticeTake::Value* values, Rgb* out, int n) {
+STROBE_LANES void takeWeighted(const LatticeTake::Shares& shares, const LatticeTake::Cell* cells,
+                               const LatticeTake::Firsts* more, int binBits, const LatticeTake::Value* values,
+                               Rgb* out, int n) {
     const uint32_t slots = (1u << binBits) - 1;
     for (int i = 0; i < n; ++i) {
         const uint32_t share = shares.cell[i];
@@ -69,7 +71,7 @@ STROBE_LANES void takeWeighted(const LatticeTake::Shares& shares, const LatticeT
             continue;
         }
         const LatticeTake::Value mean =
-            weighted(cells[share >> binBits], shares.place.at(i), values + (share & slots));
+            weighted(cells[share >> binBits], more, shares.place.at(i), values + (share & slots));
         out[i] = Rgb(mean[0], mean[1], mean[2]);
     }
 }
@@ -87,7 +89,7 @@ BatchLattice::BatchLattice(const SurfaceLattice& lattice, const Settings& settin
 void BatchLattice::begin(const VisibilityBatch& batch) {
     // What a thing in motion covers is much the same for many batches. Measured: with half as many or twice
     // as many, all takes longer.
-    constexpr size_t kMostPoints = 4000, kMostCells = 8000;
+    constexpr size_t kMostPoints = 3000, kMostCells = 6000;
     m_blockCount = 0;
     if (!m_settings.remembers || m_points.size() > kMostPoints || m_cells.size() > kMostCells)
         forget();
@@ -99,7 +101,7 @@ void BatchLattice::begin(const VisibilityBatch& batch) {
 }
 
 void BatchLattice::forget() {
-    m_cells.clear();
+    m_cells.clear(), m_more.clear();
     m_points.assign(1, Point{{}, {}, 0, ~0u}); // the one that is missing: nobody asks for it
     m_values.resize(std::max(m_values.size(), size_t(1) << m_binBits)); // the first are never set
     m_pointTable.clear();
@@ -170,7 +172,7 @@ bool BatchLattice::addPatch(const VisibilityBatch& batch, size_t b) {
         share[cell.cell] = uint32_t(m_patchCells.size()) << m_binBits;
         Cell& made = m_patchCells.emplace_back(Cell{{}, LatticeCell::Lower, 0});
         for (int p = 0; p < 3; ++p)
-            made.first[p] = point[cell.node[p]] << m_binBits;
+            made.few[p] = point[cell.node[p]] << m_binBits;
     }
     shares.ofPatch = true;
     for (int i = 0; i < n; ++i)
@@ -239,17 +241,28 @@ void BatchLattice::makeCells(const int32_t* lanes, int count) {
             m_newPoints.push(m_lanes, i);
             continue;
         }
-        const uint32_t era = m_bin[i] >> m_binBits;
-        const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, i);
-        LatticePoint points[kPoints];
-        m_lattice.points(cell, m_places, points);
-        for (int p = 0; p < cell.count(); ++p)
-            if (points[p])
-                made.first[p] =
-                    pointAt(cell.face, points[p], SurfaceLattice::keyOf(points[p], era << m_binBits), era)
-                    << m_binBits;
+        const LatticeTake::Firsts firsts = findPoints(i);
+        if (made.hasMore())
+            made.few[0] = uint32_t(m_more.size()), m_more.push_back(firsts);
+        else
+            std::copy_n(firsts.begin(), 3, made.few);
     }
     addTriangles(known);
+}
+
+/// The points of a lane's cell of any kind.
+LatticeTake::Firsts BatchLattice::findPoints(int lane) {
+    const uint32_t era = m_bin[lane] >> m_binBits;
+    const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, lane);
+    LatticePoint points[kPoints];
+    m_lattice.points(cell, m_places, points);
+    LatticeTake::Firsts firsts{};
+    for (int p = 0; p < cell.count(); ++p)
+        if (points[p]) {
+            const uint64_t key = SurfaceLattice::keyOf(points[p], era << m_binBits);
+            firsts[p] = pointAt(cell.face, points[p], key, era) << m_binBits;
+        }
+    return firsts;
 }
 
 /// The points of new cells in divided triangles; the first new cell is number `known`.
@@ -269,8 +282,7 @@ void BatchLattice::addTriangles(size_t known) {
         const int32_t i = p.lane[c];
         const LatticeFace face{m_lanes.hit.instance[i], m_lanes.hit.geometry[i], bool(m_lanes.positive[i])};
         for (int k = 0; k < 3; ++k)
-            cell.first[k] = pointAt(face, p.points[k].at(c), keys[k][c], firstBin[c] >> m_binBits)
-                            << m_binBits;
+            cell.few[k] = pointAt(face, p.points[k].at(c), keys[k][c], firstBin[c] >> m_binBits) << m_binBits;
     }
 }
 
@@ -308,7 +320,7 @@ void BatchLattice::shareNearest() {
     for (int i = 0; i < m_lanes.count; ++i) {
         const uint32_t slot = m_bin[i] & slots(), sample = m_sampleOf[i];
         const Cell& cell = m_cells[cellAt(i)];
-        const uint32_t value = cell.first[nearestOf(cell, m_lanes.place.at(i))] | slot;
+        const uint32_t value = firstsOf(cell)[nearestOf(cell, m_lanes.place.at(i))] | slot;
         m_shares[sample / kLanes].cell[sample % kLanes] = value;
         ask(value >> m_binBits, slot, sample);
     }
@@ -336,8 +348,9 @@ void BatchLattice::askAround() {
     for (int k = 0; k < count; ++k) {
         const int32_t i = asking[k];
         const Cell& cell = m_cells[m_cellOf[i]];
+        const uint32_t* firsts = firstsOf(cell);
         for (int p = 0; p < LatticeCell::pointsOf(cell.kind); ++p)
-            ask(cell.first[p] >> m_binBits, m_bin[i] & slots(), m_sampleOf[i]);
+            ask(firsts[p] >> m_binBits, m_bin[i] & slots(), m_sampleOf[i]);
     }
 }
 
@@ -367,8 +380,9 @@ void BatchLattice::take(std::span<Rgb> values) const {
         return;
     }
     for (size_t first = 0; first < values.size(); first += kLanes)
-        takeWeighted(m_shares[first / kLanes], cellsOf(m_shares[first / kLanes]).data(), m_binBits,
-                     m_values.data(), &values[first], int(std::min<size_t>(kLanes, values.size() - first)));
+        takeWeighted(m_shares[first / kLanes], cellsOf(m_shares[first / kLanes]).data(), m_more.data(),
+                     m_binBits, m_values.data(), &values[first],
+                     int(std::min<size_t>(kLanes, values.size() - first)));
 }
 
 uint64_t BatchLattice::mainKeyOf(size_t sample) const {
@@ -376,33 +390,35 @@ uint64_t BatchLattice::mainKeyOf(size_t sample) const {
     const uint32_t slot = value & slots();
     if (!m_settings.nearest) {
         const Cell& cell = cellsOf(m_shares[sample / kLanes])[value >> m_binBits];
-        value = cell.first[heaviestOf(cell, insideOf(sample))];
+        value = firstsOf(cell)[heaviestOf(cell, insideOf(sample))];
     }
     const Point& point = m_points[value >> m_binBits];
     return SurfaceLattice::keyOf(point.at, binOf(point, slot));
 }
 
 /// Of a cell's points, that with the greatest weight.
-int BatchLattice::heaviestOf(const Cell& cell, const V3f& place) {
+int BatchLattice::heaviestOf(const Cell& cell, const V3f& place) const {
+    const uint32_t* firsts = firstsOf(cell);
     float weights[kPoints];
     LatticeCell::weigh(cell.kind, place, weights);
     int best = 0;
     float most = -1;
     for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
-        if (cell.first[k] && weights[k] > most)
+        if (firsts[k] && weights[k] > most)
             best = k, most = weights[k];
     return best;
 }
 
 /// Of a cell's points, the nearest; if it is missing, of the others, which are a grid cell's, the one fewest
 /// edges away.
-int BatchLattice::nearestOf(const Cell& cell, const V3f& place) {
+int BatchLattice::nearestOf(const Cell& cell, const V3f& place) const {
+    const uint32_t* firsts = firstsOf(cell);
     const int wanted = LatticeCell::nearest(cell.kind, place);
-    if (cell.first[wanted])
+    if (firsts[wanted])
         return wanted;
     int best = wanted, fewest = kPoints;
     for (int k = 0; k < LatticeCell::pointsOf(cell.kind); ++k)
-        if (const int edges = std::popcount(unsigned(k ^ wanted)); cell.first[k] && edges < fewest)
+        if (const int edges = std::popcount(unsigned(k ^ wanted)); firsts[k] && edges < fewest)
             best = k, fewest = edges;
     return best;
 }

@@ -5,6 +5,7 @@
 #include "integrators/slot_table.h"
 #include "integrators/surface_lattice.h"
 
+#include <array>
 #include <span>
 
 namespace strobe {
@@ -13,12 +14,17 @@ namespace strobe {
 struct LatticeTake {
     /// A block's radiance, or the part of it at hand, and 1; all zero where there is no point.
     using Value __attribute__((vector_size(16))) = float;
-    /// A cell of the batch in an era of time bins.
+    /// For each point of a cell, the first of its values; 0: there is no point.
+    using Firsts = std::array<uint32_t, LatticeCell::kPoints>;
+    /// A cell in an era of time bins. Small, for they are many.
     struct Cell {
-        uint32_t first[LatticeCell::kPoints]; ///< of each point's values; 0: there is no point
+        uint32_t few[3]; ///< of three points; if there are more, the first number is where their Firsts are
         LatticeCell::Kind kind;
         uint8_t asked; ///< bits of slots: those whose points are
+        bool hasMore() const { return LatticeCell::pointsOf(kind) > 3; }
+        const uint32_t* firsts(const Firsts* more) const { return hasMore() ? more[few[0]].data() : few; }
     };
+    static_assert(sizeof(Cell) == 16);
     /// What samples take.
     struct Shares {
         V3Lanes place;                     ///< in the cell
@@ -95,6 +101,7 @@ class BatchLattice {
     void leaveOutRepeats();
     void findCells();
     void makeCells(const int32_t* lanes, int count);
+    LatticeTake::Firsts findPoints(int lane);
     void addTriangles(size_t known);
     void shareCells();
     void shareNearest();
@@ -103,8 +110,9 @@ class BatchLattice {
     void ask(uint32_t point, uint32_t slot, uint32_t sample);
     void makeRoom(size_t blocks);
     void fileBlocks(size_t first);
-    static int heaviestOf(const Cell& cell, const V3f& place);
-    static int nearestOf(const Cell& cell, const V3f& place);
+    const uint32_t* firstsOf(const Cell& cell) const { return cell.firsts(m_more.data()); }
+    int heaviestOf(const Cell& cell, const V3f& place) const;
+    int nearestOf(const Cell& cell, const V3f& place) const;
     uint32_t slots() const { return (1u << m_binBits) - 1; }
     uint32_t binOf(const Point& point, uint32_t slot) const { return point.era << m_binBits | slot; }
     uint32_t cellAt(int i) const { return m_cellOf[m_firstOf[i]]; }
@@ -121,6 +129,7 @@ class BatchLattice {
     std::vector<Point> m_points;
     std::vector<Value> m_values;             ///< by point, then slot; some more than there are
     std::vector<Cell> m_cells, m_patchCells; ///< the latter of the batch only
+    std::vector<LatticeTake::Firsts> m_more; ///< of m_cells
     std::vector<Block> m_blocks;             ///< and room for some more
     size_t m_blockCount = 0;
     std::vector<Shares> m_shares; ///< of kLanes samples each
