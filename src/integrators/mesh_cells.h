@@ -87,6 +87,8 @@ class MeshCells {
     /// The places of the eight cells from the lowest one that `surround` found; null for those that do not
     /// count. At least one is not null.
     void places(const MeshCell& lowest, MeshPlaces& known, std::optional<MeshPlace> out[8]) const;
+    /// Of the mesh, for each of its vertices. Cells of less do not gain anything.
+    float vertexArea() const { return sqr(m_spacing); }
     /// A triangle that has the vertex (always the same one).
     uint32_t triangleOf(uint32_t vertex) const { return m_triangle[vertex]; }
 

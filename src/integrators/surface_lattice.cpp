@@ -159,31 +159,37 @@ void SurfaceLattice::locate(LatticeLanes& lanes, SurfaceParts& parts) const {
         if (lanes.bends[i])
             lanes.divideQuadric(i, lanes.seesFront[i]);
     lanes.mixKeys();
-    findGrids(lanes);
+    findGrids(lanes, parts);
 }
 
 /// Small triangles whose vertices are more than blocks share the places of a grid.
-void SurfaceLattice::findGrids(LatticeLanes& lanes) const {
+void SurfaceLattice::findGrids(LatticeLanes& lanes, SurfaceParts& parts) const {
     MeshCellLanes& grid = lanes.grid;
+    int32_t lane[kLanes];
     grid.count = 0;
-    for (int i = 0; i < lanes.count; ++i)
-        if (lanes.kind[i] == LatticeCell::Vertices) {
-            lanes.inGrid[i] = grid.count;
-            cellsOf(lanes.hit.instance[i], lanes.hit.geometry[i])
-                ->ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], sqr(lanes.block[i]),
-                      lanes.normal2[i], grid);
-        }
+    for (int i = 0; i < lanes.count; ++i) {
+        if (lanes.kind[i] != LatticeCell::Vertices)
+            continue;
+        const MeshCells& cells = *cellsOf(lanes.hit.instance[i], lanes.hit.geometry[i]);
+        const SurfacePart& part = parts.of(lanes.hit, i);
+        // Most that gain nothing, and need not be asked about.
+        if (part.isFixed && sqr(lanes.block[i]) < .999f * part.leastArea * cells.vertexArea())
+            continue;
+        lane[grid.count] = i;
+        cells.ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], sqr(lanes.block[i]),
+                  lanes.normal2[i], grid);
+    }
     if (grid.count == 0)
         return;
     grid.surround();
-    for (int i = 0; i < lanes.count; ++i) {
-        const int g = lanes.inGrid[i];
-        if (lanes.kind[i] != LatticeCell::Vertices || !grid.found[g])
+    for (int g = 0; g < grid.count; ++g) {
+        const int i = lane[g];
+        if (!grid.found[g])
             continue;
         const LatticeFace face{lanes.hit.instance[i], lanes.hit.geometry[i], false};
         const MeshCell lowest = grid.lowest(g);
         const uint32_t item = uint32_t(lowest.level << 3 | lowest.direction);
-        lanes.kind[i] = LatticeCell::Grid;
+        lanes.kind[i] = LatticeCell::Grid, lanes.inGrid[i] = g;
         lanes.place.set(i, grid.place.at(g));
         lanes.key[i] = mix64(quickSum<1>(faceSum(face), latticeItem(item, kGridKey, lanes.positive[i]),
                                          uint64_t(uint32_t(lowest.x)) << 32 | uint32_t(lowest.y), lowest.z));

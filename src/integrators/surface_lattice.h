@@ -73,7 +73,7 @@ class SurfaceLattice {
 
   private:
     void fetch(LatticeLanes& lanes, SurfaceParts& parts) const;
-    void findGrids(LatticeLanes& lanes) const;
+    void findGrids(LatticeLanes& lanes, SurfaceParts& parts) const;
     void findVertex(const HitLanes& hits, const TrianglePointLanes& cells, TrianglePointLanes::Points& points,
                     int c) const;
     const TriangleMesh& meshOf(const LatticeFace& face) const {

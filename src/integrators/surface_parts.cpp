@@ -4,6 +4,21 @@
 
 namespace strobe {
 
+namespace {
+
+/// No area becomes smaller than this many times itself. The largest singular value is at most the root of the
+/// largest sum of magnitudes in a row of the matrix times itself transposed.
+float leastAreaOf(const M44f& m) {
+    const V3f rows[] = {
+        {m[0][0], m[0][1], m[0][2]}, {m[1][0], m[1][1], m[1][2]}, {m[2][0], m[2][1], m[2][2]}};
+    float most = 0;
+    for (const V3f& row : rows)
+        most = std::max(most, absDot(row, rows[0]) + absDot(row, rows[1]) + absDot(row, rows[2]));
+    return most > 0 ? std::abs(determinant3(m)) / std::sqrt(most) : 0;
+}
+
+} // namespace
+
 SurfacePart::SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry)
     : instance(instance), geometry(geometry), placed(&scene.geometry({instance, geometry}).placed),
       mesh(placed->shape.mesh.get()),
@@ -13,6 +28,7 @@ SurfacePart::SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometr
     if (!isFixed)
         return;
     toWorld = motion ? placed->toParent * motion->at(0) : placed->toParent;
+    leastArea = !motion ? 1 : leastAreaOf(toWorld);
     if (mesh)
         indices = mesh->indices.data(), positions = mesh->positions[0].data();
     else

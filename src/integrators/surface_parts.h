@@ -21,7 +21,8 @@ struct SurfacePart {
     uint64_t keySum;          ///< surfaceSum
     bool isFixed;             ///< directions on it are the same at any time; then:
     M44f toWorld;
-    M44f toObject; ///< of a quadric
+    M44f toObject;   ///< of a quadric
+    float leastArea; ///< of a mesh: that in the world of one of 1 as its vertices are kept, or less
     const uint32_t* indices;
     const V3f* positions;
 
