@@ -157,6 +157,8 @@ bool BatchLattice::addPatch(const VisibilityBatch& batch, size_t b) {
     m_lattice.points(samples.hit, nodes, 1);
     constexpr uint32_t kOnlyEra[kLanes]{};
     mixPointKeys(nodes.points[0], kOnlyEra, nodes.count, m_key);
+    for (int k = 0; k < nodes.count; ++k)
+        m_pointTable.prefetch(m_key[k]);
     const LatticeFace face{samples.hit.instance[0], samples.hit.geometry[0], bool(nodes.positive[0])};
     const size_t known = m_blockCount;
     makeRoom(size_t(nodes.count) << m_binBits);
@@ -216,6 +218,8 @@ void BatchLattice::leaveOutRepeats() {
 
 /// In two steps, so that no lookup waits for a cell to be made.
 void BatchLattice::findCells() {
+    for (int k = 0; k < m_firstCount; ++k)
+        m_cellTable.prefetch(m_key[m_firsts[k]]);
     int32_t made[kLanes];
     int count = 0;
     const uint32_t known = uint32_t(m_cells.size());
@@ -275,6 +279,9 @@ void BatchLattice::addTriangles(size_t known) {
         firstBin[c] = m_bin[p.lane[c]] & ~slots();
     for (int k = 0; k < 3; ++k)
         mixPointKeys(p.points[k], firstBin, p.count, keys[k]);
+    for (int k = 0; k < 3; ++k)
+        for (int c = 0; c < p.count; ++c)
+            m_pointTable.prefetch(keys[k][c]);
     for (int c = 0; c < p.count; ++c) {
         while (m_cells[known].kind != LatticeCell::Lower && m_cells[known].kind != LatticeCell::Upper)
             ++known;
