@@ -59,8 +59,8 @@ struct Counters {
     uint64_t badSamples = 0;
     uint64_t clampedSamples = 0; ///< see RenderSettings::clamp
     // Of integrators that cache:
-    uint64_t blockLookups = 0;       ///< lattice points asked for, once per batch each
-    uint64_t blockHits = 0;          ///< of those, found in the cache
+    uint64_t blockLookups = 0; ///< blocks looked up in a cache; the latest, threads may remember themselves
+    uint64_t blockHits = 0;    ///< of those, found in the cache
     uint64_t blockDuplicates = 0;    ///< shaded, then found stored by another thread
     uint64_t blockEvictions = 0;     ///< stored over another block
     uint64_t cacheBytes = 0;         ///< the table's size
