@@ -13,7 +13,7 @@ namespace {
 enum : uint32_t { kDimFilm = 0, kDimLens = 1, kDimTime = 2 };
 
 /// About as many samples as keep all buffers of a batch in the second-level cache.
-constexpr uint32_t kBatchSamples = 1024;
+constexpr uint32_t kBatchSamples = 2048;
 /// Shades timed together: the rays of so many are traced about as well as those of a batch.
 constexpr size_t kMeteredPacket = 16;
 

@@ -1,6 +1,7 @@
 #include "materials/irregular_brdf.h"
 
 #include "core/fast_math.h"
+#include "core/fours.h"
 #include "core/spectrum.h"
 
 #include <array>
@@ -199,13 +200,26 @@ namespace {
 using Row = IrregularBrdf::Group::Row;
 using Ints = IrregularBrdf::Group::Ints;
 
-/// The sum of a row's sixteen numbers.
+/// Four sums that add up to that of a row's sixteen numbers.
 template <class Sixteen>
-STROBE_INLINE auto sumOf(const Sixteen& v) {
+STROBE_INLINE auto foldedOf(const Sixteen& v) {
     const auto h = __builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7) +
                    __builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15);
-    const auto q = __builtin_shufflevector(h, h, 0, 1, 2, 3) + __builtin_shufflevector(h, h, 4, 5, 6, 7);
+    return __builtin_shufflevector(h, h, 0, 1, 2, 3) + __builtin_shufflevector(h, h, 4, 5, 6, 7);
+}
+
+/// The sum of a row's sixteen numbers.
+STROBE_INLINE int32_t sumOf(const Ints& v) {
+    const auto q = foldedOf(v);
     return (q[0] + q[2]) + (q[1] + q[3]);
+}
+
+/// The sums of four rows.
+STROBE_INLINE Four sumsOf(const Row& a, const Row& b, const Row& c, const Row& d) {
+    const Four p = foldedOf(a), q = foldedOf(b), r = foldedOf(c), s = foldedOf(d);
+    const Four pq = __builtin_shufflevector(p, q, 0, 4, 1, 5) + __builtin_shufflevector(p, q, 2, 6, 3, 7),
+               rs = __builtin_shufflevector(r, s, 0, 4, 1, 5) + __builtin_shufflevector(r, s, 2, 6, 3, 7);
+    return __builtin_shufflevector(pq, rs, 0, 1, 4, 5) + __builtin_shufflevector(pq, rs, 2, 3, 6, 7);
 }
 
 /// A key's samples and the squared radius within which they count: at first one that is not too large.
@@ -250,8 +264,8 @@ struct Lookup {
             const Row weight = (Row)((d2 < r2) & near);
             w += weight, red += s.r * weight, green += s.g * weight, blue += s.b * weight;
         }
-        const float scale = 1 / sumOf(w);
-        return Rgb(sumOf(red) * scale, sumOf(green) * scale, sumOf(blue) * scale);
+        const Four sums = sumsOf(red, green, blue, w), mean = sums * (1 / sums[3]);
+        return Rgb(mean[0], mean[1], mean[2]);
     }
 };
 
