@@ -104,9 +104,13 @@ class Worker : public IntegratorWorker {
     std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override {
         const std::span<const Block> blocks = m_lattice.blocks();
-        for (size_t i = 0; i < blocks.size(); ++i)
-            if (m_requestOf[i] >= 0)
-                finish(blocks[i], meanFrom(m_requestOf[i], shaded));
+        constexpr size_t kAhead = 8;
+        for (size_t k = 0; k < m_missing.size(); ++k) {
+            if (k + kAhead < m_missing.size()) // what was there when planning may be gone
+                m_shared.cache.prefetch(blocks[m_missing[k + kAhead]].key);
+            const uint32_t i = m_missing[k];
+            finish(blocks[i], meanFrom(m_requestOf[i], shaded));
+        }
         gather(shaded, values);
         return values;
     }
