@@ -49,15 +49,15 @@ CacheSize::CacheSize(const ParamSet& params) {
     bytes = size_t(std::min(megabytes * double(kMegabyte), 1e18));
 }
 
-size_t automaticBytes(const RenderContext& context, float blockSize, int timeBins) {
+size_t automaticBytes(const RenderContext& context, float blockSize, int timeBins, bool remembered) {
     const ShadeCost cost = context.measureShadeCost();
     if (cost.shades() > 0 && cost.mean() + cost.deviation() < kMemorySeconds)
         return kMegabyte * size_t(context.threads);
-    constexpr double kSlack = 2;
+    const double room = remembered ? .5 : 2; // for each block
     const double pixels = double(context.window.width()) * context.window.height();
     const double blocks = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
     const double most = double(memoryForUs()) / 4;
-    return size_t(std::clamp(blocks * BlockCache::bytesPerBlock() * kSlack * (1 + context.parts),
+    return size_t(std::clamp(blocks * BlockCache::bytesPerBlock() * room * (1 + context.parts),
                              double(kMegabyte), most));
 }
 

@@ -30,12 +30,13 @@ struct CacheSize {
     bool automatic = false;
     static const ParamDef<std::string> kParam;
 };
-/// As large as all the blocks that the picture can be expected to need (the points of its pixels, in
-/// buckets half full), a quarter of the machine's memory at most; but if a shade costs no more than
-/// fetching it from memory, no larger than a processor's own cache. (The paper, Section 2.3: "cycle counting
-/// the average and standard deviation for a set of typical shades would give a good indication of how much
-/// space to dedicate to the cache, and which level of the memory hierarchy".)
-size_t automaticBytes(const RenderContext& context, float blockSize, int timeBins);
+/// Of all the blocks that the picture can be expected to need (the points of its pixels), twice the size; or
+/// half of it if threads remember the latest themselves: the others are seldom asked for again. A quarter of
+/// the machine's memory at most; but if a shade costs no more than fetching it from memory, no larger than a
+/// processor's own cache. (The paper, Section 2.3: "cycle counting the average and standard deviation for a
+/// set of typical shades would give a good indication of how much space to dedicate to the cache, and which
+/// level of the memory hierarchy".)
+size_t automaticBytes(const RenderContext& context, float blockSize, int timeBins, bool remembered);
 
 /// The value that a word stands for; anything else is an error that lists the words.
 template <class T>

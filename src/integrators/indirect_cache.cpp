@@ -49,8 +49,9 @@ class IndirectCache : public Integrator {
         if (settings.shadesFollowSamples)
             settings.shades = context.samplesPerPixel;
         if (m_size.automatic || settings.bytes == SIZE_MAX)
-            settings.bytes =
-                settings.blockSize > 0 ? automaticBytes(context, settings.blockSize, settings.timeBins) : 0;
+            settings.bytes = settings.blockSize > 0 ? automaticBytes(context, settings.blockSize,
+                                                                     settings.timeBins, context.parts == 0)
+                                                    : 0;
         return beginLatticeSharing(scene, settings, context.seed);
     }
 

@@ -61,8 +61,10 @@ class MsaaCache : public Integrator {
                         "light, indirect light and light groups need another scope or integrator",
                         ErrorKind::Usage);
         if (m_size.automatic || (isShared() && settings.bytes == SIZE_MAX))
-            settings.bytes =
-                settings.blockSize > 0 ? automaticBytes(context, settings.blockSize, settings.timeBins) : 0;
+            settings.bytes = settings.blockSize > 0
+                                 ? automaticBytes(context, settings.blockSize, settings.timeBins,
+                                                  isShared() && context.parts == 0)
+                                 : 0;
         return isShared() ? beginLatticeSharing(scene, settings, context.seed)
                           : beginFirstRaySharing(scene, settings);
     }

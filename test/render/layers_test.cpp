@@ -135,7 +135,7 @@ TEST(ShadeCost, EstimatesMeanAndDeviation) {
 
 TEST(ShadeCost, IsMeasuredPerMaterial) {
     BuildOptions options;
-    const auto rendered = test::render(test::build(halfWall(), options), 0, 1);
+    const auto rendered = test::render(test::build(halfWall(), options), 0, 1, 8); // several batches
     const auto& costs = rendered.stats.total.shadeCosts;
     ASSERT_GE(costs.size(), 2u);
     uint64_t shades = 0;
