@@ -29,8 +29,8 @@ inline float seenLength2(const V3f& edge, const V3f& d) {
 }
 
 /// The squared sine of the angle between the sides of a parallelogram, at least a quarter; given are their
-/// squared lengths and its squared area. For it to have a block's area its sides must be longer than a
-/// block's by the sine's inverse.
+/// squared lengths and its squared area. For it to have a block's area, its sides must be longer than a
+/// block's by the root of the sine's inverse.
 inline float sine2Of(float a2, float b2, float area2) {
     return a2 * b2 < 4 * area2 ? std::min(area2 / (a2 * b2), 1.f) : .25f;
 }

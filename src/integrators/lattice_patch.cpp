@@ -81,7 +81,8 @@ uint8_t bitsOfBytes(uint64_t bytes) {
 } // namespace
 
 void LatticePatch::list(const uint32_t* slot) {
-    // By cell and slot: 0, or 1 and the last hit's number. What is written is not read at once.
+    // By cell and slot, a byte each: 0, or 1 and the last hit's number. What is written is not read at once.
+    static_assert(std::endian::native == std::endian::little, "the first slot is the lowest byte");
     uint64_t asked[2 * kMostNodes];
     std::fill_n(asked, 2 * columns * rows, 0);
     for (int k = 0; k < count; ++k)
