@@ -7,8 +7,9 @@ namespace strobe {
 
 namespace {
 
-STROBE_LANES void divideTriangleLanes(LatticeLanes& l, float blockSize, bool sharesSmall) {
+STROBE_LANES bool divideTriangleLanes(LatticeLanes& l, float blockSize, bool sharesSmall) {
     const int n = l.count;
+    int32_t anySmall = 0;
     STROBE_INDEPENDENT
     for (int k = 0; k < n; ++k) {
         l.block[k] = blockSize * (l.width[k] + l.hit.t[k] * l.spread[k]);
@@ -23,7 +24,9 @@ STROBE_LANES void divideTriangleLanes(LatticeLanes& l, float blockSize, bool sha
         l.place.x[k] = small ? u : r.upper ? 1 - r.at.y : r.at.x;
         l.place.y[k] = small ? v : r.upper ? 1 - r.at.x : r.at.y;
         l.normal2[k] = r.normal2;
+        anySmall |= small;
     }
+    return anySmall;
 }
 
 STROBE_LANES void mixKeyLanes(LatticeLanes& l) {
@@ -80,8 +83,8 @@ void LatticeLanes::add(const Hit& one, const V3f& direction, float at, const Ray
     ++count;
 }
 
-void LatticeLanes::divideTriangles(float blockSize, bool sharesSmall) {
-    divideTriangleLanes(*this, blockSize, sharesSmall);
+bool LatticeLanes::divideTriangles(float blockSize, bool sharesSmall) {
+    return divideTriangleLanes(*this, blockSize, sharesSmall);
 }
 void LatticeLanes::mixKeys() { mixKeyLanes(*this); }
 

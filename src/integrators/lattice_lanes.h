@@ -79,8 +79,8 @@ struct LatticeLanes {
     MeshCellLanes grid;
 
     /// Divides them all, as triangles, by blocks of so many pixels; those smaller than a block become
-    /// Vertices if they share.
-    void divideTriangles(float blockSize, bool sharesSmall);
+    /// Vertices if they share. Returns whether some did.
+    bool divideTriangles(float blockSize, bool sharesSmall);
     void divideQuadric(int lane, bool isPositive);
     /// Completes `key`, but for those in a Grid.
     void mixKeys();

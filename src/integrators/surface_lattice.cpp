@@ -71,7 +71,15 @@ LatticePoint vertexPoint(const LatticeFace& face, uint32_t vertex) {
 
 namespace {
 
-/// Whether all lanes hit one primitive.
+/// Whether all lanes hit one shape.
+STROBE_LANES bool hitOneShape(const HitLanes& hit, int n) {
+    uint32_t differences = 0;
+    for (int i = 0; i < n; ++i)
+        differences |= (hit.geometry[i] ^ hit.geometry[0]) | (hit.instance[i] ^ hit.instance[0]);
+    return differences == 0;
+}
+
+/// Whether they hit one primitive.
 STROBE_LANES bool hitOnePrimitive(const HitLanes& hit, int n) {
     uint32_t differences = 0;
     for (int i = 0; i < n; ++i)
@@ -98,32 +106,41 @@ STROBE_LANES void placeAll(LatticeLanes& l, const SurfacePart& part) {
     }
 }
 
-STROBE_LANES void setAll(LatticeLanes& l, const V3f& a, const V3f& b, uint64_t keySum) {
+STROBE_LANES void setSums(LatticeLanes& l, uint64_t faceSum) {
     const int n = l.count;
     STROBE_INDEPENDENT
-    for (int i = 0; i < n; ++i) {
-        l.a.set(i, a), l.b.set(i, b);
-        l.keySum[i] = keySum, l.bends[i] = false;
+    for (int i = 0; i < n; ++i)
+        l.keySum[i] = primitiveSum(faceSum, l.hit.prim[i]);
+}
+
+/// All hits are of one mesh.
+void fetchFixed(LatticeLanes& l, const SurfacePart& part) {
+    for (int i = 0; i < l.count; ++i) {
+        const Edges edges = part.keptEdges(l.hit.prim[i]);
+        l.a.set(i, edges.a), l.b.set(i, edges.b);
     }
+    if (part.motion)
+        placeAll(l, part);
+    setSums(l, part.keySum);
 }
 
 } // namespace
 
-void SurfaceLattice::fetch(LatticeLanes& lanes, SurfaceParts& parts) const {
-    if (hitOnePrimitive(lanes.hit, lanes.count)) {
+/// Returns whether there are quadrics.
+bool SurfaceLattice::fetch(LatticeLanes& lanes, SurfaceParts& parts) const {
+    if (hitOneShape(lanes.hit, lanes.count)) {
         const SurfacePart& only = parts.of(lanes.hit, 0);
-        const uint32_t prim = lanes.hit.prim[0];
         if (only.isFixed && only.mesh) {
-            const Edges edges = only.fixedEdges(prim);
-            return setAll(lanes, edges.a, edges.b, primitiveSum(only.keySum, prim));
+            fetchFixed(lanes, only);
+            return false;
         }
     }
-    bool anyToPlace = false;
+    bool anyToPlace = false, anyBends = false;
     for (int i = 0; i < lanes.count; ++i) {
         const SurfacePart& part = parts.of(lanes.hit, i);
         const uint32_t prim = lanes.hit.prim[i];
         Edges edges;
-        lanes.bends[i] = !part.mesh;
+        lanes.bends[i] = !part.mesh, anyBends |= !part.mesh;
         const bool toPlace = part.isFixed && part.mesh && part.motion;
         lanes.toPlace[i] = toPlace, anyToPlace |= toPlace;
         if (!part.mesh)
@@ -138,6 +155,7 @@ void SurfaceLattice::fetch(LatticeLanes& lanes, SurfaceParts& parts) const {
     for (int i = 0; anyToPlace && i < lanes.count; ++i)
         if (lanes.toPlace[i])
             placeAll(lanes, parts.of(lanes.hit, i));
+    return anyBends;
 }
 
 bool SurfaceLattice::findPatch(const VisibilityLanes& samples, int count, const LatticeLanes& cones,
@@ -153,13 +171,14 @@ bool SurfaceLattice::findPatch(const VisibilityLanes& samples, int count, const 
 }
 
 void SurfaceLattice::locate(LatticeLanes& lanes, SurfaceParts& parts) const {
-    fetch(lanes, parts);
-    lanes.divideTriangles(m_blockSize, m_sharesSmall);
-    for (int i = 0; i < lanes.count; ++i)
+    const bool anyBends = fetch(lanes, parts);
+    const bool anySmall = lanes.divideTriangles(m_blockSize, m_sharesSmall);
+    for (int i = 0; anyBends && i < lanes.count; ++i)
         if (lanes.bends[i])
             lanes.divideQuadric(i, lanes.seesFront[i]);
     lanes.mixKeys();
-    findGrids(lanes, parts);
+    if (anySmall)
+        findGrids(lanes, parts);
 }
 
 /// Small triangles whose vertices are more than blocks share the places of a grid.

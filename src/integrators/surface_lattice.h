@@ -72,7 +72,7 @@ class SurfaceLattice {
     void request(ShadedPointLanes& points, SurfaceParts& parts, RequestLanes& out, int at) const;
 
   private:
-    void fetch(LatticeLanes& lanes, SurfaceParts& parts) const;
+    bool fetch(LatticeLanes& lanes, SurfaceParts& parts) const;
     void findGrids(LatticeLanes& lanes, SurfaceParts& parts) const;
     void findVertex(const HitLanes& hits, const TrianglePointLanes& cells, TrianglePointLanes::Points& points,
                     int c) const;
