@@ -43,7 +43,7 @@ class BatchLattice {
     struct Block {
         uint64_t key; ///< see SurfaceLattice::keyOf
         uint32_t point, slot;
-        uint32_t sample; ///< the first to ask for it
+        uint32_t sample; ///< one that asks for it
     };
     struct Settings {
         int timeBins;
