@@ -54,7 +54,6 @@ inline Divided divide(float u, float v, int divideU, int divideV) {
 /// Where a hit lies in a triangle divided by blocks.
 struct DividedTriangle {
     Divided at;
-    float block2;      ///< the squared size of a block
     float facing;      ///< negative: the ray sees the side of the triangle's own normal
     float normal2;     ///< the squared length of that, which is twice the area
     bool upper, small; ///< in the upper half of a mesh; all edges are seen as less than a block
@@ -71,11 +70,7 @@ inline DividedTriangle divideTriangle(const V3f& a, const V3f& b, const V3f& d, 
     const Divided at =
         divide(u, v, divisionFor(sqr(a2 * perBlock2) * sine2), divisionFor(sqr(b2 * perBlock2) * sine2));
     // Edge-on, a triangle is small whatever its area.
-    return {at,
-            block2,
-            facing,
-            length2(normal),
-            1 - at.x - at.y < 0,
+    return {at, facing, length2(normal), 1 - at.x - at.y < 0,
             std::max(std::max(a2, b2), c2) < kUndivided * block2};
 }
 

@@ -113,7 +113,7 @@ STROBE_LANES void setSums(LatticeLanes& l, uint64_t faceSum) {
         l.keySum[i] = primitiveSum(faceSum, l.hit.prim[i]);
 }
 
-/// All hits are of one mesh.
+/// All hits are of one mesh, which is fixed.
 void fetchFixed(LatticeLanes& l, const SurfacePart& part) {
     for (int i = 0; i < l.count; ++i) {
         const Edges edges = part.keptEdges(l.hit.prim[i]);
