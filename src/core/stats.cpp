@@ -6,7 +6,7 @@
 namespace strobe {
 
 const char* toString(Stage stage) {
-    static constexpr const char* names[] = {"generate", "trace", "plan", "shade", "resolve"};
+    static constexpr const char* names[] = {"generate", "trace", "plan", "shade", "resolve", "film"};
     return names[int(stage)];
 }
 

@@ -9,9 +9,11 @@
 
 namespace strobe {
 
-/// The steps of rendering a batch; their seconds add up to the time threads spent in tiles.
-enum class Stage { Generate, Trace, Plan, Shade, Resolve };
-inline constexpr int kStageCount = 5;
+/// The steps of rendering a batch; their seconds add up to the time threads spent in tiles. Plan and Resolve
+/// are the integrator's; Film is what every integrator's samples cost once they have their values: layers and
+/// features too.
+enum class Stage { Generate, Trace, Plan, Shade, Resolve, Film };
+inline constexpr int kStageCount = 6;
 const char* toString(Stage stage);
 
 /// A sample that came out as NaN or infinite, and how to find it again.

@@ -90,6 +90,7 @@ void TileRenderer::renderBatch(Film& film) {
     m_resolved.resize(m_samples.size());
     const std::span<const Rgb> shaded(m_shaded);
     m_values = m_integrator->resolve(batch, shaded.first(m_requests.size()), m_resolved);
+    clock.charge(Stage::Resolve);
     if (m_settings.clamp > 0)
         clampValues();
     develop(film);
@@ -97,7 +98,9 @@ void TileRenderer::renderBatch(Film& film) {
         m_partRoom.resize(m_samples.size());
         const std::span<const Rgb> partShades =
             shaded.subspan((1 + part) * m_requests.size(), m_requests.size());
+        clock.charge(Stage::Film);
         std::span<const Rgb> values = m_integrator->resolvePart(batch, partShades, m_partRoom, int(part));
+        clock.charge(Stage::Resolve);
         if (m_settings.clamp > 0)
             values = dimmed(values, m_partRoom);
         developPart(int(part), values);
@@ -108,7 +111,7 @@ void TileRenderer::renderBatch(Film& film) {
         m_settings.features->add(batch, m_counters);
     if (m_settings.probe)
         probe();
-    clock.charge(Stage::Resolve);
+    clock.charge(Stage::Film);
     m_counters.pixels += m_pixels.size();
     m_counters.visibilitySamples += m_samples.size(); // traced, wanted or not
     m_pixels.clear();

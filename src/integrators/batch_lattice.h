@@ -30,7 +30,6 @@ struct LatticeTake {
         V3Lanes place;                     ///< in the cell
         alignas(64) uint32_t cell[kLanes]; ///< and the slot; if samples take the value of one point, that;
                                            ///< kNone: nothing
-        bool ofPatch = false;              ///< cells are those of the batch's patches
     };
 };
 
@@ -57,10 +56,12 @@ class BatchLattice {
     void begin(const VisibilityBatch& batch);
     /// Some samples of the batch's block b, by lane, take from the lattice.
     void addSome(const VisibilityBatch& batch, size_t b, const int32_t* lanes, int count);
-    /// So do all samples of the batch's block b.
+    /// So do all samples of the batch's block b, if they are in one patch. Returns whether they are.
+    bool addPatch(const VisibilityBatch& batch, size_t b);
+    /// So do all, wherever they are.
     void addAll(const VisibilityBatch& batch, size_t b);
     /// All are added.
-    void finish() { locate(); }
+    void finish() { locate(), addPatchPoints(); }
 
     /// Those whose values are wanted, in the order in which they were asked for.
     std::span<const Block> blocks() const { return {m_blocks.data(), m_blockCount}; }
@@ -97,7 +98,11 @@ class BatchLattice {
 
     void forget();
     void locate();
-    bool addPatch(const VisibilityBatch& batch, size_t b);
+    void spreadCones(const VisibilityLanes& samples, int count);
+    uint32_t askAtPlace(uint32_t id, uint64_t asking, uint32_t firstSample);
+    uint32_t learnCell(uint32_t column, uint32_t row, uint32_t isUpper);
+    uint32_t learnNode(uint32_t column, uint32_t row);
+    void addPatchPoints();
     void leaveOutRepeats();
     void findCells();
     void makeCells(const int32_t* lanes, int count);
@@ -116,9 +121,6 @@ class BatchLattice {
     uint32_t slots() const { return (1u << m_binBits) - 1; }
     uint32_t binOf(const Point& point, uint32_t slot) const { return point.era << m_binBits | slot; }
     uint32_t cellAt(int i) const { return m_cellOf[m_firstOf[i]]; }
-    const std::vector<Cell>& cellsOf(const Shares& shares) const {
-        return shares.ofPatch ? m_patchCells : m_cells;
-    }
     uint32_t shareOf(size_t sample) const { return m_shares[sample / kLanes].cell[sample % kLanes]; }
     V3f insideOf(size_t sample) const { return m_shares[sample / kLanes].place.at(int(sample % kLanes)); }
 
@@ -127,8 +129,8 @@ class BatchLattice {
     const BlockCache& m_cache;
     const int m_binBits; ///< of a slot
     std::vector<Point> m_points;
-    std::vector<Value> m_values;             ///< by point, then slot; some more than there are
-    std::vector<Cell> m_cells, m_patchCells; ///< the latter of the batch only
+    std::vector<Value> m_values; ///< by point, then slot; some more than there are
+    std::vector<Cell> m_cells;
     std::vector<LatticeTake::Firsts> m_more; ///< of m_cells
     std::vector<Block> m_blocks;             ///< and room for some more
     size_t m_blockCount = 0;
@@ -149,7 +151,20 @@ class BatchLattice {
     int32_t m_firsts[kLanes];               ///< all of those
     int m_firstCount = 0;
     TrianglePointLanes m_newPoints;
+
+    // Blocks of samples in patches. What these ask for is found later, for some of them together.
+    static constexpr uint32_t kNew = 1u << 31; ///< a new node's number, not a point's
+    PatchFile m_patchFile;
     LatticePatch m_patch;
+    PatchPlaces m_patchPlaces;
+    TrianglePointLanes m_newNodes;      ///< the first point of each
+    HitLanes m_newNodesHits;            ///< of those, what is needed to find vertices
+    uint32_t m_newNodesAt[kLanes];      ///< where they are filed
+    std::vector<uint32_t> m_unfinished; ///< cells some of whose points are new nodes
+    struct Asking {
+        uint32_t cell, slot, sample;
+    };
+    std::vector<Asking> m_asking; ///< for the points of cells
 };
 
 } // namespace strobe

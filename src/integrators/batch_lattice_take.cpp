@@ -1,6 +1,7 @@
 #include "integrators/batch_lattice.h"
 
 #include <bit>
+#include <cstring>
 
 namespace strobe {
 
@@ -37,16 +38,16 @@ STROBE_LANES void takeWeighted(const LatticeTake::Shares& shares, const LatticeT
                                const LatticeTake::Firsts* more, int binBits, const LatticeTake::Value* values,
                                Rgb* out, int n) {
     const uint32_t slots = (1u << binBits) - 1;
+    LatticeTake::Value mean{};
     for (int i = 0; i < n; ++i) {
+        if (i > 0) // in one go, the last number over what comes next
+            std::memcpy(&out[i - 1], &mean, sizeof mean);
         const uint32_t share = shares.cell[i];
-        if (share == kNone) {
-            out[i] = Rgb(0);
-            continue;
-        }
-        const LatticeTake::Value mean =
-            weighted(cells[share >> binBits], more, shares.place.at(i), values + (share & slots));
-        out[i] = Rgb(mean[0], mean[1], mean[2]);
+        mean = share == kNone
+                   ? LatticeTake::Value{}
+                   : weighted(cells[share >> binBits], more, shares.place.at(i), values + (share & slots));
     }
+    out[n - 1] = Rgb(mean[0], mean[1], mean[2]);
 }
 
 } // namespace
@@ -60,16 +61,15 @@ void BatchLattice::take(std::span<Rgb> values) const {
         return;
     }
     for (size_t first = 0; first < values.size(); first += kLanes)
-        takeWeighted(m_shares[first / kLanes], cellsOf(m_shares[first / kLanes]).data(), m_more.data(),
-                     m_binBits, m_values.data(), &values[first],
-                     int(std::min<size_t>(kLanes, values.size() - first)));
+        takeWeighted(m_shares[first / kLanes], m_cells.data(), m_more.data(), m_binBits, m_values.data(),
+                     &values[first], int(std::min<size_t>(kLanes, values.size() - first)));
 }
 
 uint64_t BatchLattice::mainKeyOf(size_t sample) const {
     uint32_t value = shareOf(sample);
     const uint32_t slot = value & slots();
     if (!m_settings.nearest) {
-        const Cell& cell = cellsOf(m_shares[sample / kLanes])[value >> m_binBits];
+        const Cell& cell = m_cells[value >> m_binBits];
         value = firstsOf(cell)[heaviestOf(cell, insideOf(sample))];
     }
     const Point& point = m_points[value >> m_binBits];

@@ -41,15 +41,22 @@ struct Divided {
     float x, y;         ///< inside, in [0,1]
 };
 
-inline Divided divide(float u, float v, int divideU, int divideV) {
+/// How many parts a division makes.
+inline float partsOf(int division) { return std::bit_cast<float>(uint32_t(127 + division) << 23); }
+
+inline Divided divideBy(float u, float v, float nu, float nv) {
     Divided r;
-    r.nu = std::bit_cast<float>(uint32_t(127 + divideU) << 23);
-    r.nv = std::bit_cast<float>(uint32_t(127 + divideV) << 23);
-    const float x = std::clamp(u, 0.f, 1.f) * r.nu, y = std::clamp(v, 0.f, 1.f) * r.nv;
-    r.i = std::min(float(int(x)), r.nu - 1), r.j = std::min(float(int(y)), r.nv - 1);
+    r.nu = nu, r.nv = nv;
+    const float x = std::clamp(u, 0.f, 1.f) * nu, y = std::clamp(v, 0.f, 1.f) * nv;
+    r.i = std::min(float(int(x)), nu - 1), r.j = std::min(float(int(y)), nv - 1);
     r.x = x - r.i, r.y = y - r.j;
     return r;
 }
+inline Divided divide(float u, float v, int divideU, int divideV) {
+    return divideBy(u, v, partsOf(divideU), partsOf(divideV));
+}
+/// Whether a place of a triangle is in the upper half of the parallelogram.
+inline bool isUpper(const Divided& at) { return 1 - at.x - at.y < 0; }
 
 /// Where a hit lies in a triangle divided by blocks.
 struct DividedTriangle {
@@ -70,8 +77,7 @@ inline DividedTriangle divideTriangle(const V3f& a, const V3f& b, const V3f& d, 
     const Divided at =
         divide(u, v, divisionFor(sqr(a2 * perBlock2) * sine2), divisionFor(sqr(b2 * perBlock2) * sine2));
     // Edge-on, a triangle is small whatever its area.
-    return {at, facing, length2(normal), 1 - at.x - at.y < 0,
-            std::max(std::max(a2, b2), c2) < kUndivided * block2};
+    return {at, facing, length2(normal), isUpper(at), std::max(std::max(a2, b2), c2) < kUndivided * block2};
 }
 
 } // namespace strobe

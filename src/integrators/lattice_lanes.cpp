@@ -21,8 +21,9 @@ STROBE_LANES bool divideTriangleLanes(LatticeLanes& l, float blockSize, bool sha
         l.i[k] = small ? 0 : r.at.i, l.j[k] = small ? 0 : r.at.j;
         l.nu[k] = small ? 0 : r.at.nu, l.nv[k] = small ? 0 : r.at.nv;
         const float u = std::max(l.hit.u[k], 0.f), v = std::max(l.hit.v[k], 0.f);
-        l.place.x[k] = small ? u : r.upper ? 1 - r.at.y : r.at.x;
-        l.place.y[k] = small ? v : r.upper ? 1 - r.at.x : r.at.y;
+        const float x = small ? u : r.upper ? 1 - r.at.y : r.at.x;
+        const float y = small ? v : r.upper ? 1 - r.at.x : r.at.y;
+        l.place.x[k] = x, l.place.y[k] = y, l.place.z[k] = firstWeight(x, y);
         l.normal2[k] = r.normal2;
         anySmall |= small;
     }

@@ -15,6 +15,9 @@ struct LatticeFace {
     bool positive;
 };
 
+/// Of a triangle's first point, given those of the others.
+inline float firstWeight(float second, float third) { return std::max(1 - second - third, 0.f); }
+
 /// A mesh of the lattice: what lies between neighbouring points.
 struct LatticeCell {
     static constexpr int kPoints = 8; ///< at most
@@ -33,7 +36,7 @@ struct LatticeCell {
     static void weigh(Kind kind, const V3f& place, float weights[kPoints]) {
         const float x = place.x, y = place.y, z = place.z;
         if (kind != Grid && kind != Rectangle) {
-            weights[0] = std::max(1 - x - y, 0.f), weights[1] = x, weights[2] = y;
+            weights[0] = z, weights[1] = x, weights[2] = y;
             return;
         }
         weights[0] = (1 - x) * (1 - y), weights[1] = x * (1 - y), weights[2] = (1 - x) * y,
@@ -70,8 +73,8 @@ struct LatticeLanes {
     alignas(64) int32_t positive[kLanes]; ///< see LatticeFace
     alignas(64) int32_t kind[kLanes];     ///< of LatticeCell
     alignas(64) float i[kLanes], j[kLanes], nu[kLanes], nv[kLanes];
-    /// In the cell. In a triangle: the weights of its second point and third; else how far from the lowest
-    /// point to the highest.
+    /// In the cell. In a triangle: the weights of its second point, third and first; else how far from the
+    /// lowest point to the highest.
     V3Lanes place;
     alignas(64) float normal2[kLanes]; ///< the squared length of twice the triangle's area
     alignas(64) uint64_t key[kLanes];

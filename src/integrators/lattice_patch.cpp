@@ -1,127 +1,147 @@
 #include "integrators/lattice_patch.h"
 
-#include "integrators/lattice_division.h"
+#include <climits>
 
 namespace strobe {
 
 namespace {
 
-/// Divides the triangle for each hit. Returns whether some are small.
-STROBE_LANES bool dividePatch(LatticePatch& l, const VisibilityLanes& samples, const Edges& edges,
-                              const LatticeLanes& cones, float blockSize, V3Lanes& place) {
-    const int n = l.count;
-    const V3f a = edges.a, b = edges.b;
-    int32_t anySmall = 0;
-    STROBE_INDEPENDENT
+/// The least and the greatest of numbers that are not negative: their bits are in the same order.
+struct Range {
+    int32_t least = INT_MAX, most = 0;
+    float low() const { return std::bit_cast<float>(least); }
+    float high() const { return std::bit_cast<float>(most); }
+};
+
+/// Of what a division depends on.
+struct DivisionRanges {
+    Range a2, b2, area2, block;
+    int32_t anyFront = 0, anyBack = 0;
+};
+
+/// The same steps as in divideTriangle.
+STROBE_LANES void findRanges(const VisibilityLanes& samples, int n, const Edges& edges,
+                             const LatticeLanes& cones, float blockSize, DivisionRanges& out) {
+    const V3f a = edges.a, b = edges.b, normal = cross(a, b);
+    Range a2Range, b2Range, area2Range, blockRange;
+    int32_t anyFront = 0, anyBack = 0;
+    const auto bits = [](float x) { return std::bit_cast<int32_t>(x); };
     for (int k = 0; k < n; ++k) {
-        const float block = blockSize * (cones.width[k] + samples.hit.t[k] * cones.spread[k]);
-        const DividedTriangle r =
-            divideTriangle(a, b, samples.ray.d.at(k), samples.hit.u[k], samples.hit.v[k], block);
-        l.column[k] = int32_t(r.at.i), l.row[k] = int32_t(r.at.j);
-        l.nu[k] = r.at.nu, l.nv[k] = r.at.nv;
-        l.isUpper[k] = r.upper, l.negative[k] = !(r.facing < 0);
-        place.x[k] = r.upper ? 1 - r.at.y : r.at.x;
-        place.y[k] = r.upper ? 1 - r.at.x : r.at.y;
-        anySmall |= r.small;
+        const V3f d = samples.ray.d.at(k);
+        const float facing = dot(normal, d);
+        const int32_t a2 = bits(seenLength2(a, d)), b2 = bits(seenLength2(b, d)), area2 = bits(sqr(facing));
+        const int32_t block = bits(blockSize * (cones.width[k] + samples.hit.t[k] * cones.spread[k]));
+        a2Range = {std::min(a2Range.least, a2), std::max(a2Range.most, a2)};
+        b2Range = {std::min(b2Range.least, b2), std::max(b2Range.most, b2)};
+        area2Range = {std::min(area2Range.least, area2), std::max(area2Range.most, area2)};
+        blockRange = {std::min(blockRange.least, block), std::max(blockRange.most, block)};
+        anyFront |= facing < 0, anyBack |= !(facing < 0);
     }
-    return anySmall;
-}
-
-/// Whether all hits are divided like the first.
-STROBE_LANES bool areAlike(const LatticePatch& l) {
-    const int n = l.count;
-    const float nu = l.nu[0], nv = l.nv[0];
-    const int32_t negative = l.negative[0];
-    int32_t differs = 0;
-    for (int k = 0; k < n; ++k)
-        differs |= (l.nu[k] != nu) | (l.nv[k] != nv) | (l.negative[k] ^ negative);
-    return !differs;
-}
-
-/// The least number, and how many there are from there to the greatest.
-STROBE_LANES void findRange(const int32_t* numbers, int n, int& first, int& count) {
-    int32_t least = numbers[0], most = numbers[0];
-    for (int k = 1; k < n; ++k)
-        least = std::min(least, numbers[k]), most = std::max(most, numbers[k]);
-    first = least, count = most - least + 1;
-}
-
-STROBE_LANES void numberCells(LatticePatch& l) {
-    const int n = l.count;
-    STROBE_INDEPENDENT
-    for (int k = 0; k < n; ++k)
-        l.cell[k] = ((l.row[k] - l.firstRow) * l.columns + l.column[k] - l.firstColumn) * 2 + l.isUpper[k];
+    out = {a2Range, b2Range, area2Range, blockRange, anyFront, anyBack};
 }
 
 } // namespace
 
-bool LatticePatch::find(const VisibilityLanes& samples, int samplesCount, const Edges& edges, uint64_t sum,
-                        const LatticeLanes& cones, float blockSize, bool sharesSmall, V3Lanes& place) {
-    count = samplesCount, keySum = sum, prim = samples.hit.prim[0];
-    const bool anySmall = dividePatch(*this, samples, edges, cones, blockSize, place);
-    if ((anySmall && sharesSmall) || !areAlike(*this))
+bool LatticePatch::divide(const VisibilityLanes& samples, int count, const Edges& edges,
+                          const LatticeLanes& cones, float blockSize, bool sharesSmall) {
+    DivisionRanges r;
+    findRanges(samples, count, edges, cones, blockSize, r);
+    if (r.anyFront && r.anyBack)
         return false;
-    findRange(column, count, firstColumn, columns);
-    findRange(row, count, firstRow, rows);
-    if (columns >= kMostNodes || rows >= kMostNodes || (columns + 1) * (rows + 1) > kMostNodes)
+    // Rounded sums and products grow with what they are of, as divisions do: where those of the ends are
+    // the same, so are all between.
+    const float leastBlock2 = sqr(r.block.low()), mostBlock2 = sqr(r.block.high());
+    if (sharesSmall && !(std::max(r.a2.low(), r.b2.low()) >= kUndivided * mostBlock2))
         return false;
-    numberCells(*this);
-    return true;
+    const float leastSine2 = sine2Of(r.a2.high(), r.b2.high(), r.area2.low());
+    const float mostSine2 = sine2Of(r.a2.low(), r.b2.low(), r.area2.high());
+    const auto isOne = [&](const Range& edge2, float& n) {
+        const int least = divisionFor(sqr(edge2.low() * (1 / mostBlock2)) * leastSine2);
+        const int most = divisionFor(sqr(edge2.high() * (1 / leastBlock2)) * mostSine2);
+        n = partsOf(least);
+        return least == most;
+    };
+    positive = r.anyFront;
+    return isOne(r.a2, nu) && isOne(r.b2, nv);
 }
 
 namespace {
 
-/// Of eight bytes: bits of those that are not 0, all below 128.
-uint8_t bitsOfBytes(uint64_t bytes) {
-    constexpr uint64_t kOnes = 0x0101010101010101, kGather = 0x0102040810204080;
-    const uint64_t ones = (bytes + 0x7f * kOnes) >> 7 & kOnes;
-    return uint8_t(ones * kGather >> 56);
+struct PlaceRange {
+    uint32_t firstColumn = UINT32_MAX, lastColumn = 0, firstRow = UINT32_MAX, lastRow = 0;
+};
+
+STROBE_LANES PlaceRange findPlaces(const LatticePatch& patch, const HitLanes& hits, int n, uint32_t* columns,
+                                   uint32_t* rows, uint32_t* uppers, V3Lanes& place) {
+    const float nu = patch.nu, nv = patch.nv;
+    PlaceRange r;
+    STROBE_INDEPENDENT
+    for (int k = 0; k < n; ++k) {
+        const Divided at = divideBy(hits.u[k], hits.v[k], nu, nv);
+        const bool upper = isUpper(at);
+        const uint32_t column = uint32_t(int(at.i)), row = uint32_t(int(at.j));
+        const float x = upper ? 1 - at.y : at.x, y = upper ? 1 - at.x : at.y;
+        place.x[k] = x, place.y[k] = y, place.z[k] = firstWeight(x, y);
+        columns[k] = column, rows[k] = row, uppers[k] = upper;
+        r.firstColumn = std::min(r.firstColumn, column), r.lastColumn = std::max(r.lastColumn, column);
+        r.firstRow = std::min(r.firstRow, row), r.lastRow = std::max(r.lastRow, row);
+    }
+    return r;
+}
+
+/// Numbers the places of a part of the mesh.
+STROBE_LANES void numberPlaces(const PlaceRange& range, int columnBits, int n, const uint32_t* columns,
+                               const uint32_t* rows, const uint32_t* uppers, uint32_t* id) {
+    const uint32_t firstColumn = range.firstColumn, firstRow = range.firstRow;
+    STROBE_INDEPENDENT
+    for (int k = 0; k < n; ++k)
+        id[k] = ((rows[k] - firstRow) << columnBits | (columns[k] - firstColumn)) << 1 | uppers[k];
+}
+
+/// Bits of those numbers from `first` to `first` + 63 that are there.
+STROBE_LANES uint64_t bitsOf(const uint32_t* numbers, int n, uint32_t first) {
+    uint64_t bits = 0;
+    for (int k = 0; k < n; ++k) {
+        const uint64_t bit = numbers[k] - first;
+        bits |= uint64_t(bit < 64) << (bit & 63);
+    }
+    return bits;
 }
 
 } // namespace
 
-void LatticePatch::list(const uint32_t* slot) {
-    // By cell and slot, a byte each: 0, or 1 and the last hit's number. What is written is not read at once.
-    static_assert(std::endian::native == std::endian::little, "the first slot is the lowest byte");
-    uint64_t asked[2 * kMostNodes];
-    std::fill_n(asked, 2 * columns * rows, 0);
-    for (int k = 0; k < count; ++k)
-        reinterpret_cast<uint8_t*>(asked)[cell[k] * 8 + int(slot[k])] = uint8_t(k + 1);
-
-    constexpr uint8_t kUnlisted = 255;
-    uint8_t number[kMostNodes];
-    const int along = columns + 1;
-    std::fill_n(number, along * (rows + 1), kUnlisted);
-    nodes.count = cells = 0;
-    const auto nodeAt = [&](int c, int r, uint8_t asking, uint8_t hitAsking) {
-        uint8_t& node = number[r * along + c];
-        if (node == kUnlisted) {
-            node = uint8_t(nodes.count++);
-            nodes.i[node] = float(firstColumn + c), nodes.j[node] = float(firstRow + r);
-            slots[node] = 0, hit[node] = hitAsking;
-        }
-        slots[node] |= asking;
-        return node;
-    };
-    for (int r = 0, k = 0; r < rows; ++r)
-        for (int c = 0; c < columns; ++c)
-            for (int upper = 0; upper < 2; ++upper, ++k) {
-                if (!asked[k])
-                    continue;
-                const uint8_t bits = bitsOfBytes(asked[k]);
-                const auto one = uint8_t((asked[k] >> 8 * std::countr_zero(bits) & 0xff) - 1);
-                listed[cells++] = {k,
-                                   {nodeAt(c + upper, r + upper, bits, one), nodeAt(c + 1, r, bits, one),
-                                    nodeAt(c, r + 1, bits, one)}};
-            }
-    fillNodes();
+bool PatchPlaces::find(const LatticePatch& patch, const HitLanes& hits, int count, V3Lanes& place) {
+    const PlaceRange range = findPlaces(patch, hits, count, m_column, m_row, m_isUpper, place);
+    const uint32_t columns = range.lastColumn - range.firstColumn, rows = range.lastRow - range.firstRow;
+    columnBits = std::bit_width(columns);
+    if (columnBits > 5 || rows >= uint32_t(kMost / 2) >> columnBits)
+        return false;
+    firstColumn = range.firstColumn, firstRow = range.firstRow;
+    numberPlaces(range, columnBits, count, m_column, m_row, m_isUpper, id);
+    this->count = int(rows + 1) << (columnBits + 1);
+    any[0] = bitsOf(id, count, 0), any[1] = this->count > 64 ? bitsOf(id, count, 64) : 0;
+    return true;
 }
 
-void LatticePatch::fillNodes() {
-    std::fill_n(nodes.lane, nodes.count, 0);
-    std::fill_n(nodes.nu, nodes.count, nu[0]), std::fill_n(nodes.nv, nodes.count, nv[0]);
-    std::fill_n(nodes.isUpper, nodes.count, 0), std::fill_n(nodes.positive, nodes.count, !negative[0]);
-    std::fill_n(nodes.keySum, nodes.count, keySum), std::fill_n(nodes.points[0].prim, nodes.count, prim);
+void PatchFile::clear() {
+    for (Numbered& known : m_patches)
+        known.number = 0;
+}
+
+/// Known patches have the number that they had; others have one that nobody had.
+void PatchFile::open(const LatticePatch& patch) {
+    const auto exponent = [](float n) { return std::bit_cast<uint32_t>(n) >> 23; };
+    const uint32_t mixed =
+        uint32_t(patch.keySum >> 60) + exponent(patch.nu) + 3 * exponent(patch.nv) + patch.positive;
+    Numbered& known = m_patches[mixed % kPatches];
+    const LatticePatch& p = known.patch;
+    const bool isKnown = known.number && p.keySum == patch.keySum && p.nu == patch.nu && p.nv == patch.nv &&
+                         p.positive == patch.positive;
+    if (!isKnown && m_last == UINT32_MAX)
+        *this = PatchFile();
+    if (!isKnown)
+        known = {patch, ++m_last};
+    m_patch = known.number;
 }
 
 } // namespace strobe

@@ -167,12 +167,17 @@ class Worker : public IntegratorWorker {
     void planBlock(const VisibilityBatch& batch, size_t b, ShadingRequests& requests) {
         const HitLanes& hit = batch.samples.block(b).hit;
         const int n = batch.samples.inBlock(b);
+        const bool inPatch = m_shared.allShare && m_lattice.addPatch(batch, b);
+        if (inPatch && !m_shared.settings.indirectOnly)
+            return;
         int32_t sharing[kLanes];
         const int count = m_shared.findSharing(hit, n, sharing);
         if (m_shared.settings.indirectOnly)
             askForDirect(hit, b, sharing, count, requests);
         else if (count < n)
             askAlone(batch, b, sharing, count, requests);
+        if (inPatch)
+            return;
         if (count == n)
             m_lattice.addAll(batch, b);
         else

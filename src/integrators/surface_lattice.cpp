@@ -158,16 +158,22 @@ bool SurfaceLattice::fetch(LatticeLanes& lanes, SurfaceParts& parts) const {
     return anyBends;
 }
 
-bool SurfaceLattice::findPatch(const VisibilityLanes& samples, int count, const LatticeLanes& cones,
-                               SurfaceParts& parts, LatticePatch& patch, V3Lanes& place) const {
-    if (!hitOnePrimitive(samples.hit, count))
+bool SurfaceLattice::findTriangle(const HitLanes& hits, int count, SurfaceParts& parts,
+                                  LatticePatch& patch) const {
+    if (hits.geometry[0] == kNone || !hitOnePrimitive(hits, count))
         return false;
-    const SurfacePart& part = parts.of(samples.hit, 0);
+    const SurfacePart& part = parts.of(hits, 0);
     if (!part.isFixed || !part.mesh)
         return false;
-    const uint32_t prim = samples.hit.prim[0];
-    return patch.find(samples, count, part.fixedEdges(prim), primitiveSum(part.keySum, prim), cones,
-                      m_blockSize, m_sharesSmall, place);
+    patch.instance = part.instance, patch.geometry = part.geometry, patch.prim = hits.prim[0];
+    patch.keySum = primitiveSum(part.keySum, patch.prim);
+    return true;
+}
+
+bool SurfaceLattice::divide(const VisibilityLanes& samples, int count, const LatticeLanes& cones,
+                            SurfaceParts& parts, LatticePatch& patch) const {
+    const Edges edges = parts.of(samples.hit, 0).fixedEdges(patch.prim);
+    return patch.divide(samples, count, edges, cones, m_blockSize, m_sharesSmall);
 }
 
 void SurfaceLattice::locate(LatticeLanes& lanes, SurfaceParts& parts) const {

@@ -57,10 +57,11 @@ class SurfaceLattice {
     void points(const LatticeCell& cell, MeshPlaces& known, LatticePoint out[LatticeCell::kPoints]) const;
     /// The same for those of some hits that are in divided triangles (Lower, Upper): the first `each` points.
     void points(const HitLanes& hits, TrianglePointLanes& out, int each) const;
-    /// Finds the places of all samples of a block at once, if their hits are a patch; `cones` has those of
-    /// their pixels.
-    bool findPatch(const VisibilityLanes& samples, int count, const LatticeLanes& cones, SurfaceParts& parts,
-                   LatticePatch& patch, V3Lanes& place) const;
+    /// Whether all hits are of one triangle of a mesh that is fixed, and which.
+    bool findTriangle(const HitLanes& hits, int count, SurfaceParts& parts, LatticePatch& patch) const;
+    /// Then, whether the samples' hits are a patch; `cones` has those of their pixels.
+    bool divide(const VisibilityLanes& samples, int count, const LatticeLanes& cones, SurfaceParts& parts,
+                LatticePatch& patch) const;
     /// Where a point is: vertices lie in one of their triangles.
     LatticePoint placeOf(const LatticeFace& face, const LatticePoint& point) const;
     /// Of face, place and part of the shutter: all that a shaded point's value depends on. Never 0.

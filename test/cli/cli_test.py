@@ -167,7 +167,7 @@ class Options(CliTest):
         self.assertIn(a["strobe:version"], self.run_strobe("--version").out)
         for stage in "parse build render".split():
             self.assertGreaterEqual(a["strobe:seconds:" + stage], 0)
-        for stage in "generate trace plan shade resolve".split():
+        for stage in "generate trace plan shade resolve film".split():
             self.assertGreaterEqual(a["strobe:threadSeconds:" + stage], 0)
 
     def test_integrator(self):

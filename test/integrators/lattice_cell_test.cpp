@@ -14,10 +14,12 @@ TEST(LatticeCell, TheNearestPointHasTheGreatestWeight) {
     for (const Cell::Kind kind : {Cell::Vertices, Cell::Lower, Cell::Upper, Cell::Rectangle, Cell::Grid})
         for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
             const auto at = [](int k) { return (float(k % kSteps) + .4f) / float(kSteps); };
-            const V3f place(at(i), at(i / kSteps), at(i / kSteps / kSteps));
+            V3f place(at(i), at(i / kSteps), at(i / kSteps / kSteps));
             const bool isTriangle = Cell::pointsOf(kind) == 3;
             if (isTriangle && place.x + place.y > 1)
                 continue;
+            if (isTriangle)
+                place.z = firstWeight(place.x, place.y);
             float weights[Cell::kPoints];
             Cell::weigh(kind, place, weights);
             const int nearest = Cell::nearest(kind, place);
