@@ -110,6 +110,13 @@ class PerspectiveCamera final : public Camera {
     V3f viewpoint(const V3f&, const V2f& lens, float time) const override {
         return transformPoint(m_placement.at(time), m_lens.at(lens));
     }
+    void viewpointLanes(const V3Lanes& p, const V2Lanes& lens, const float* time, int n,
+                        V3Lanes& out) const override {
+        if (hasLens() || moves())
+            return Camera::viewpointLanes(p, lens, time, n, out);
+        const V3f only = position(0);
+        std::fill_n(out.x, n, only.x), std::fill_n(out.y, n, only.y), std::fill_n(out.z, n, only.z);
+    }
     std::optional<FilmPoint> project(const V3f& p, float time) const override {
         float depth;
         const V3f at = m_placement.toCamera(p, time, depth);

@@ -66,6 +66,9 @@ class Camera {
     virtual V3f position(float time) const = 0;
     /// Where a ray starts that goes through the lens at `lens` (in [0,1)²) and meets the world point p.
     virtual V3f viewpoint(const V3f& p, const V2f& lens, float time) const = 0;
+    /// The same for world points 0 … n-1.
+    virtual void viewpointLanes(const V3Lanes& p, const V2Lanes& lens, const float* time, int n,
+                                V3Lanes& out) const;
     /// Where the world point p is seen through the middle of the lens at shutter fraction `time`, on the film
     /// or beside it; nothing if it is behind the camera.
     virtual std::optional<FilmPoint> project(const V3f& p, float time) const = 0;

@@ -41,7 +41,7 @@ STROBE_LANES void takeWeighted(const LatticeTake::Shares& shares, const LatticeT
     LatticeTake::Value mean{};
     for (int i = 0; i < n; ++i) {
         if (i > 0) // in one go, the last number over what comes next
-            std::memcpy(&out[i - 1], &mean, sizeof mean);
+            std::memcpy(static_cast<void*>(&out[i - 1]), &mean, sizeof mean);
         const uint32_t share = shares.cell[i];
         mean = share == kNone
                    ? LatticeTake::Value{}

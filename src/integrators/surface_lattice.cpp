@@ -190,19 +190,19 @@ void SurfaceLattice::locate(LatticeLanes& lanes, SurfaceParts& parts) const {
 /// Small triangles whose vertices are more than blocks share the places of a grid.
 void SurfaceLattice::findGrids(LatticeLanes& lanes, SurfaceParts& parts) const {
     MeshCellLanes& grid = lanes.grid;
-    int32_t lane[kLanes];
+    int32_t small[kLanes], lane[kLanes];
+    int count = 0;
+    for (int i = 0; i < lanes.count; ++i)
+        small[count] = i, count += lanes.kind[i] == LatticeCell::Vertices;
     grid.count = 0;
-    for (int i = 0; i < lanes.count; ++i) {
-        if (lanes.kind[i] != LatticeCell::Vertices)
-            continue;
-        const MeshCells& cells = *cellsOf(lanes.hit.instance[i], lanes.hit.geometry[i]);
+    for (int k = 0; k < count; ++k) {
+        const int i = small[k];
         const SurfacePart& part = parts.of(lanes.hit, i);
-        // Most that gain nothing, and need not be asked about.
-        if (part.isFixed && sqr(lanes.block[i]) < .999f * part.leastArea * cells.vertexArea())
+        if (sqr(lanes.block[i]) < part.leastBlock2) // most gain nothing, and need not be asked about
             continue;
         lane[grid.count] = i;
-        cells.ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], sqr(lanes.block[i]),
-                  lanes.normal2[i], grid);
+        part.cells->ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], sqr(lanes.block[i]),
+                        lanes.normal2[i], grid);
     }
     if (grid.count == 0)
         return;
@@ -337,13 +337,13 @@ STROBE_LANES void look(const ShadedPointLanes& points, RayCone cone, RequestLane
 } // namespace
 
 void SurfaceLattice::request(ShadedPointLanes& points, SurfaceParts& parts, RequestLanes& out, int at) const {
-    const Camera& camera = m_scene.camera();
-    for (int i = 0; i < points.count; ++i) {
-        V3f p, n;
-        parts.of(points.hit, i).spot(points.hit.at(i), points.time[i], p, n);
-        points.p.set(i, p), points.n.set(i, n);
-        points.viewpoint.set(i, camera.viewpoint(p, points.lens.at(i), points.time[i]));
+    for (int begin = 0, end; begin < points.count; begin = end) {
+        const SurfacePart& part = parts.of(points.hit, begin);
+        for (end = begin + 1; end < points.count && part.isOf(points.hit, end);)
+            ++end;
+        part.spots(points.hit, points.time, begin, end, points.p, points.n);
     }
+    m_scene.camera().viewpointLanes(points.p, points.lens, points.time, points.count, points.viewpoint);
     look(points, m_cone, out, at);
 }
 

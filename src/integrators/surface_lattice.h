@@ -47,7 +47,7 @@ class SurfaceLattice {
     /// Finds the places of hits. Each is a function of its own numbers alone.
     void locate(LatticeLanes& lanes, SurfaceParts& parts) const;
     /// What a thread brings along.
-    SurfaceParts parts() const { return SurfaceParts(m_scene); }
+    SurfaceParts parts() const { return SurfaceParts(m_scene, m_cellsOf); }
     /// The cell of a hit that was located.
     static LatticeCell cellAt(const LatticeLanes& lanes, int i);
     /// The cones of pixels, for `locate`: those of their centres.
@@ -91,7 +91,7 @@ class SurfaceLattice {
     const bool m_sharesSmall;
     const RayCone m_cone; ///< the footprint of points that no single pixel asked for
     std::unordered_map<const TriangleMesh*, MeshCells> m_cells; ///< empty unless small triangles share
-    std::vector<std::vector<const MeshCells*>> m_cellsOf;       ///< of a group's geometries; null: none
+    CellsOfGroups m_cellsOf;
 };
 
 } // namespace strobe

@@ -19,16 +19,20 @@ float leastAreaOf(const M44f& m) {
 
 } // namespace
 
-SurfacePart::SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry)
+SurfacePart::SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry,
+                         const CellsOfGroups& cellsOf)
     : instance(instance), geometry(geometry), placed(&scene.geometry({instance, geometry}).placed),
       mesh(placed->shape.mesh.get()),
       motion(instance == kNone ? nullptr : scene.instances()[instance].motion.get()),
       keySum(surfaceSum(instance, geometry)),
       isFixed(!(mesh && mesh->deforms()) && (!motion || motion->onlyTranslates())) {
+    if (!cellsOf.empty())
+        cells = cellsOf[instance == kNone ? 0 : scene.instances()[instance].group][geometry];
     if (!isFixed)
         return;
     toWorld = motion ? placed->toParent * motion->at(0) : placed->toParent;
-    leastArea = !motion ? 1 : leastAreaOf(toWorld);
+    if (cells)
+        leastBlock2 = .999f * cells->vertexArea() * (!motion ? 1 : leastAreaOf(toWorld));
     if (mesh)
         indices = mesh->indices.data(), positions = mesh->positions[0].data();
     else
@@ -66,21 +70,67 @@ bool SurfacePart::look(const Hit& hit, const V3f& d, float time, Edges& edges) c
     return dot(transformNormal((placed->toParent * motion->at(time)).inverse(), q.n), d) < 0;
 }
 
-void SurfacePart::spot(const Hit& hit, float time, V3f& p, V3f& n) const {
+namespace {
+
+struct TriangleLanes {
+    V3Lanes a, b, c;
+};
+
+STROBE_LANES void findSpots(const TriangleLanes& t, const HitLanes& hits, int begin, int end, V3Lanes& p,
+                            V3Lanes& n) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        const Triangle triangle{t.a.at(i), t.b.at(i), t.c.at(i)};
+        const V3f at = triangle.point(hits.u[i], hits.v[i]), normal = triangle.normal();
+        p.x[i] = at.x, p.y[i] = at.y, p.z[i] = at.z;
+        n.x[i] = normal.x, n.y[i] = normal.y, n.z[i] = normal.z;
+    }
+}
+
+/// The same for triangles in motion.
+STROBE_LANES void findSpots(const TriangleLanes& t, const AffineLanes& m, const HitLanes& hits, int begin,
+                            int end, V3Lanes& p, V3Lanes& n) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        const Triangle triangle{t.a.at(i), t.b.at(i), t.c.at(i)};
+        const Affine toWorld(m.x.at(i), m.y.at(i), m.z.at(i), m.o.at(i));
+        const V3f at = toWorld.point(triangle.point(hits.u[i], hits.v[i]));
+        const V3f normal =
+            cross(toWorld.vector(triangle.b - triangle.a), toWorld.vector(triangle.c - triangle.a));
+        p.x[i] = at.x, p.y[i] = at.y, p.z[i] = at.z;
+        n.x[i] = normal.x, n.y[i] = normal.y, n.z[i] = normal.z;
+    }
+}
+
+} // namespace
+
+void SurfacePart::spots(const HitLanes& hits, const float* time, int begin, int end, V3Lanes& p,
+                        V3Lanes& n) const {
     if (!mesh) {
-        const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
-        const M44f m = toWorldAt(time);
-        p = transformPoint(m, q.p), n = transformNormal(isFixed ? toObject : m.inverse(), q.n);
+        for (int i = begin; i < end; ++i)
+            spotQuadric(hits.at(i), time[i], p, n, i);
         return;
     }
-    const Triangle t = triangleOf(*mesh, hit.prim, time);
-    p = t.point(hit.u, hit.v);
-    Edges e{t.b - t.a, t.c - t.a};
-    if (motion) {
-        const M44f m = toWorldAt(time);
-        p = transformPoint(m, p), e.transform(m);
+    TriangleLanes t;
+    for (int i = begin; i < end; ++i) {
+        const Triangle one = triangleOf(*mesh, hits.prim[i], time[i]);
+        t.a.set(i, one.a), t.b.set(i, one.b), t.c.set(i, one.c);
     }
-    n = cross(e.a, e.b);
+    if (!motion)
+        return findSpots(t, hits, begin, end, p, n);
+    AffineLanes m;
+    if (placed->toParent == M44f())
+        motion->atLanes(time, begin, end, m);
+    else
+        for (int i = begin; i < end; ++i)
+            m.set(i, toWorldAt(time[i]));
+    findSpots(t, m, hits, begin, end, p, n);
+}
+
+void SurfacePart::spotQuadric(const Hit& hit, float time, V3Lanes& p, V3Lanes& n, int i) const {
+    const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
+    const M44f m = toWorldAt(time);
+    p.set(i, transformPoint(m, q.p)), n.set(i, transformNormal(isFixed ? toObject : m.inverse(), q.n));
 }
 
 } // namespace strobe

@@ -3,6 +3,7 @@
 
 #include "core/hash.h"
 #include "core/scene.h"
+#include "integrators/mesh_cells.h"
 
 namespace strobe {
 
@@ -11,6 +12,9 @@ struct Edges {
     V3f a, b;
     void transform(const M44f& m) { a = transformVector(m, a), b = transformVector(m, b); }
 };
+
+/// Of each geometry of each group of a scene; null, or empty: none.
+using CellsOfGroups = std::vector<std::vector<const MeshCells*>>;
 
 /// A shape, or an instance's.
 struct SurfacePart {
@@ -21,13 +25,15 @@ struct SurfacePart {
     uint64_t keySum;          ///< surfaceSum
     bool isFixed;             ///< directions on it are the same at any time; then:
     M44f toWorld;
-    M44f toObject;   ///< of a quadric
-    float leastArea; ///< of a mesh: that in the world of one of 1 as its vertices are kept, or less
+    M44f toObject; ///< of a quadric
+    /// Of a mesh's small triangles; null if they do not share. Blocks of a smaller area gain nothing by them.
+    const MeshCells* cells = nullptr;
+    float leastBlock2 = 0;
     const uint32_t* indices;
     const V3f* positions;
 
     SurfacePart() = default;
-    SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry);
+    SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry, const CellsOfGroups& cells);
     bool isOf(const HitLanes& hit, int i) const {
         return hit.geometry[i] == geometry && hit.instance[i] == instance;
     }
@@ -48,10 +54,12 @@ struct SurfacePart {
     Edges edgesAt(uint32_t prim, float time) const;
     /// Of a hit of a quadric: its edges, and whether the ray along d sees the side of its own normal.
     bool look(const Hit& hit, const V3f& d, float time, Edges& edges) const;
-    /// The place of a hit in the world, and a normal there, of any length.
-    void spot(const Hit& hit, float time, V3f& p, V3f& n) const;
+    /// The places in the world of hits `begin` to `end`, all of this shape, at shutter fractions, and normals
+    /// there, of any length.
+    void spots(const HitLanes& hits, const float* time, int begin, int end, V3Lanes& p, V3Lanes& n) const;
 
   private:
+    void spotQuadric(const Hit& hit, float time, V3Lanes& p, V3Lanes& n, int i) const;
     void place(Edges& edges, float time) const;
     M44f toWorldAt(float time) const;
 };
@@ -61,20 +69,22 @@ inline uint64_t surfaceSum(uint32_t instance, uint32_t geometry) {
     return quickSum<0>(kQuickSum, uint64_t(instance) << 32 | geometry);
 }
 
-/// Remembers the last few parts: neighbours often are on the same. For one thread; the scene outlives it.
+/// Remembers the last few parts: neighbours often are on the same. For one thread; scene and cells outlive
+/// it.
 class SurfaceParts {
   public:
-    explicit SurfaceParts(const Scene& scene) : m_scene(scene) {}
+    SurfaceParts(const Scene& scene, const CellsOfGroups& cells) : m_scene(scene), m_cells(cells) {}
     const SurfacePart& of(const HitLanes& hit, int i) {
         SurfacePart& part = m_parts[(5 * hit.instance[i] + hit.geometry[i]) % kCount];
         if (!part.isOf(hit, i))
-            part = SurfacePart(m_scene, hit.instance[i], hit.geometry[i]);
+            part = SurfacePart(m_scene, hit.instance[i], hit.geometry[i], m_cells);
         return part;
     }
 
   private:
     static constexpr uint32_t kCount = 16;
     const Scene& m_scene;
+    const CellsOfGroups& m_cells;
     SurfacePart m_parts[kCount];
 };
 

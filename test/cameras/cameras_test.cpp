@@ -70,10 +70,13 @@ TEST(Cameras, LanesAreTheSameRays) {
         camera->rayLanes(samples, kLanes - 5, rays);
         float width[kLanes], spread[kLanes];
         camera->coneLanes(samples.film, kLanes - 5, width, spread);
+        V3Lanes viewpoints;
+        camera->viewpointLanes(rays.d, samples.lens, samples.time, kLanes - 5, viewpoints);
         for (int i = 0; i < kLanes - 5; ++i) {
             const RayCone cone = camera->cone(samples.film.at(i));
             EXPECT_EQ(cone.width, width[i]);
             EXPECT_EQ(cone.spread, spread[i]);
+            EXPECT_EQ(camera->viewpoint(rays.d.at(i), samples.lens.at(i), samples.time[i]), viewpoints.at(i));
             const Ray ray = rayAt(*camera, samples.film.at(i), samples.time[i], samples.lens.at(i));
             EXPECT_EQ(ray.o, rays.o.at(i));
             EXPECT_EQ(ray.d, rays.d.at(i));
