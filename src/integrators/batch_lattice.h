@@ -98,7 +98,7 @@ class BatchLattice {
 
     void forget();
     void locate();
-    void spreadCones(const VisibilityLanes& samples, int count);
+    void spreadCones(const VisibilityLanes& samples, int n);
     uint32_t askAtPlace(uint32_t id, uint64_t asking, uint32_t firstSample);
     uint32_t learnCell(uint32_t column, uint32_t row, uint32_t isUpper);
     uint32_t learnNode(uint32_t column, uint32_t row);

@@ -58,7 +58,26 @@ STROBE_LANES void findPoints(const TrianglePointLanes& l, int n, int k, Triangle
     }
 }
 
+STROBE_LANES void mixPointKeys(const TrianglePointLanes::Points& points, const uint32_t* firstBin, int n,
+                               uint64_t* keys) {
+    STROBE_INDEPENDENT
+    for (int c = 0; c < n; ++c)
+        keys[c] = mix64(quickSum<3>(points.keySum[c], firstBin[c]));
+}
+
+STROBE_LANES void findBins(const float* time, int n, int bins, uint32_t* bin) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < n; ++i)
+        bin[i] = uint32_t(std::min(int(time[i] * float(bins)), bins - 1));
+}
+
 } // namespace
+
+void findTimeBins(const float* time, int n, int bins, uint32_t* bin) { findBins(time, n, bins, bin); }
+
+void TrianglePointLanes::mixKeys(int k, const uint32_t* firstBin, uint64_t* keys) const {
+    mixPointKeys(points[k], firstBin, count, keys);
+}
 
 void TrianglePointLanes::push(const LatticeLanes& from, int at) {
     lane[count] = at;

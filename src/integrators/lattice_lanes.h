@@ -120,7 +120,12 @@ struct TrianglePointLanes {
     void push(const LatticeLanes& from, int at);
     /// Finds the first `each` points of all, as if corners belonged to their triangle alone.
     void find(int each);
+    /// The keys of points number k in the eras that begin with these time bins (SurfaceLattice::keyOf).
+    void mixKeys(int k, const uint32_t* firstBin, uint64_t* keys) const;
 };
+
+/// The time bins, out of so many, of shutter fractions.
+void findTimeBins(const float* time, int n, int bins, uint32_t* bin);
 
 /// What a key is of. Keys of cells and of points are never compared. A cell's kind is added to kCellKey.
 enum LatticeKeyKind : uint64_t { kVertexKey = 1, kSurfaceKey = 2, kGridKey = 3, kCellKey = 4 };

@@ -25,9 +25,8 @@ struct ShadedPointLanes {
 
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
 /// - triangles larger than a block are divided along two of their edges into powers of two; points of a
-/// coarser
-///   division are points of the finer one too, and corners with vertex normals belong to the vertex, whoever
-///   shares it;
+///   coarser division are points of the finer one too, and corners with vertex normals belong to the vertex,
+///   whoever shares it;
 /// - triangles smaller than a block share their vertices or, where these are more than blocks, the places
 ///   that stand for the cells of a grid (MeshCells);
 /// - quadrics are divided in their (u, v).
