@@ -149,11 +149,14 @@ void printRates(const std::vector<Row>& rows) {
 }
 
 void printRendering(const std::vector<Row>& rows) {
-    fmt::print(
-        "\nThe renderer: its rays, its rate on the clock, and where its time goes.\n\n"
-        "| scene | threads | camera rays | shadow rays | other rays | M rays/s on the clock | generate | "
-        "trace | plan | shade | resolve |\n"
-        "|---|---|---|---|---|---|---|---|---|---|---|\n");
+    fmt::print("\nThe renderer: its rays, its rate on the clock, and where its time goes.\n\n"
+               "| scene | threads | camera rays | shadow rays | other rays | M rays/s on the clock |");
+    std::string line = "|---|---|---|---|---|---|";
+    for (int i = 0; i < kStageCount; ++i) {
+        fmt::print(" {} |", toString(Stage(i)));
+        line += "---|";
+    }
+    fmt::print("\n{}\n", line);
     for (const Row& row : rows) {
         const Counters& c = row.result.counters;
         double stages = 0;
