@@ -246,7 +246,7 @@ void SurfaceLattice::points(const LatticeCell& cell, MeshPlaces& known,
         return;
     }
     if (cell.kind == LatticeCell::Grid)
-        return gridPoints(*cellsOf(face.instance, face.geometry), cell, known, out);
+        return gridPoints(cellsOf(face), cell, known, out);
     if (cell.kind == LatticeCell::Vertices) {
         const uint32_t* index = &meshOf(face).indices[3 * size_t(cell.prim)];
         for (int k = 0; k < 3; ++k)
@@ -292,7 +292,7 @@ void SurfaceLattice::findVertex(const HitLanes& hits, const TrianglePointLanes& 
 LatticePoint SurfaceLattice::placeOf(const LatticeFace& face, const LatticePoint& point) const {
     if (!point.isVertex)
         return point;
-    const uint32_t vertex = point.prim, prim = cellsOf(face.instance, face.geometry)->triangleOf(vertex);
+    const uint32_t vertex = point.prim, prim = cellsOf(face).triangleOf(vertex);
     const uint32_t* index = &meshOf(face).indices[3 * size_t(prim)];
     return {prim, index[1] == vertex ? 1.f : 0.f, index[2] == vertex ? 1.f : 0.f, false, point.keySum};
 }

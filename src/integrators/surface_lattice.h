@@ -81,8 +81,8 @@ class SurfaceLattice {
     }
     void gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPlaces& known,
                     LatticePoint out[8]) const;
-    const MeshCells* cellsOf(uint32_t instance, uint32_t geometry) const {
-        return m_cellsOf[instance == kNone ? 0 : m_scene.instances()[instance].group][geometry];
+    const MeshCells& cellsOf(const LatticeFace& face) const {
+        return *strobe::cellsOf(m_cellsOf, m_scene, face.instance, face.geometry);
     }
 
     const Scene& m_scene;

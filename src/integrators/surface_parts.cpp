@@ -20,14 +20,12 @@ float leastAreaOf(const M44f& m) {
 } // namespace
 
 SurfacePart::SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry,
-                         const CellsOfGroups& cellsOf)
+                         const CellsOfGroups& ofGroups)
     : instance(instance), geometry(geometry), placed(&scene.geometry({instance, geometry}).placed),
       mesh(placed->shape.mesh.get()),
       motion(instance == kNone ? nullptr : scene.instances()[instance].motion.get()),
-      keySum(surfaceSum(instance, geometry)),
+      keySum(surfaceSum(instance, geometry)), cells(cellsOf(ofGroups, scene, instance, geometry)),
       isFixed(!(mesh && mesh->deforms()) && (!motion || motion->onlyTranslates())) {
-    if (!cellsOf.empty())
-        cells = cellsOf[instance == kNone ? 0 : scene.instances()[instance].group][geometry];
     if (!isFixed)
         return;
     toWorld = motion ? placed->toParent * motion->at(0) : placed->toParent;

@@ -15,20 +15,25 @@ struct Edges {
 
 /// Of each geometry of each group of a scene; null, or empty: none.
 using CellsOfGroups = std::vector<std::vector<const MeshCells*>>;
+inline const MeshCells* cellsOf(const CellsOfGroups& cells, const Scene& scene, uint32_t instance,
+                                uint32_t geometry) {
+    if (cells.empty())
+        return nullptr;
+    return cells[instance == kNone ? 0 : scene.instances()[instance].group][geometry];
+}
 
 /// A shape, or an instance's.
 struct SurfacePart {
     uint32_t instance = kNone, geometry = kNone;
     const PlacedShape* placed;
-    const TriangleMesh* mesh; ///< null: a quadric
-    const Motion* motion;     ///< of its group; null: it rests
-    uint64_t keySum;          ///< surfaceSum
-    bool isFixed;             ///< directions on it are the same at any time; then:
+    const TriangleMesh* mesh;         ///< null: a quadric
+    const Motion* motion;             ///< of its group; null: it rests
+    uint64_t keySum;                  ///< surfaceSum
+    const MeshCells* cells = nullptr; ///< of a mesh's small triangles; null if they do not share
+    bool isFixed;                     ///< directions on it are the same at any time; then:
     M44f toWorld;
-    M44f toObject; ///< of a quadric
-    /// Of a mesh's small triangles; null if they do not share. Blocks of a smaller area gain nothing by them.
-    const MeshCells* cells = nullptr;
-    float leastBlock2 = 0;
+    M44f toObject;         ///< of a quadric
+    float leastBlock2 = 0; ///< blocks of a smaller area gain nothing by the cells
     const uint32_t* indices;
     const V3f* positions;
 
