@@ -127,10 +127,16 @@ void BatchLattice::findCells() {
     int32_t made[kLanes];
     int count = 0;
     const uint32_t known = uint32_t(m_cells.size());
+    m_askCount = 0;
     for (int k = 0; k < m_firstCount; ++k) {
         const int32_t i = m_firsts[k];
-        const uint32_t next = known + uint32_t(count);
-        m_cellOf[i] = m_cellTable.insert(m_key[i], next);
+        const uint32_t next = known + uint32_t(count), bit = 1u << (m_bin[i] & slots());
+        uint32_t& filed =
+            m_cellTable.filed(m_key[i], next << kSlotsOfEra); // and bits of slots: those asked for
+        m_cellOf[i] = filed >> kSlotsOfEra;
+        m_asks[m_askCount] = i;
+        m_askCount += !(filed & bit);
+        filed |= bit;
         made[count] = i;
         count += m_cellOf[i] == next;
     }
@@ -144,7 +150,7 @@ void BatchLattice::makeCells(const int32_t* lanes, int count) {
     for (int k = 0; k < count; ++k) {
         const int32_t i = lanes[k];
         const auto kind = LatticeCell::Kind(m_lanes.kind[i]);
-        Cell& made = m_cells.emplace_back(Cell{{}, kind, 0});
+        Cell& made = m_cells.emplace_back(Cell{{}, kind});
         if (kind == LatticeCell::Lower || kind == LatticeCell::Upper) {
             m_newPoints.push(m_lanes, i);
             continue;
@@ -245,19 +251,9 @@ void BatchLattice::makeRoom(size_t blocks) {
 /// Asks for the points of the first in each cell and bin. In two steps, as most were asked for before, but
 /// which is anyone's guess.
 void BatchLattice::askAround() {
-    int32_t asking[kLanes];
-    int count = 0;
-    for (int k = 0; k < m_firstCount; ++k) {
-        const int32_t i = m_firsts[k];
-        Cell& cell = m_cells[m_cellOf[i]];
-        const uint32_t bit = 1u << (m_bin[i] & slots());
-        asking[count] = i;
-        count += !(cell.asked & bit);
-        cell.asked |= uint8_t(bit);
-    }
-    makeRoom(size_t(kPoints) * size_t(count));
-    for (int k = 0; k < count; ++k) {
-        const int32_t i = asking[k];
+    makeRoom(size_t(kPoints) * size_t(m_askCount));
+    for (int k = 0; k < m_askCount; ++k) {
+        const int32_t i = m_asks[k];
         const Cell& cell = m_cells[m_cellOf[i]];
         const uint32_t* firsts = firstsOf(cell);
         for (int p = 0; p < LatticeCell::pointsOf(cell.kind); ++p)

@@ -20,7 +20,6 @@ struct LatticeTake {
     struct Cell {
         uint32_t few[3]; ///< of three points; if there are more, the first number is where their Firsts are
         LatticeCell::Kind kind;
-        uint8_t asked; ///< bits of slots: those whose points are
         bool hasMore() const { return LatticeCell::pointsOf(kind) > 3; }
         const uint32_t* firsts(const Firsts* more) const { return hasMore() ? more[few[0]].data() : few; }
     };
@@ -66,9 +65,7 @@ class BatchLattice {
     /// Those whose values are wanted, in the order in which they were asked for.
     std::span<const Block> blocks() const { return {m_blocks.data(), m_blockCount}; }
     const LatticeFace& faceOf(const Block& block) const { return m_points[block.point].face; }
-    LatticePoint placeOf(const Block& block) const {
-        return m_lattice.placeOf(faceOf(block), m_points[block.point].at);
-    }
+    const LatticePoint& pointOf(const Block& block) const { return m_points[block.point].at; }
     uint32_t binOf(const Block& block) const { return binOf(m_points[block.point], block.slot); }
     void setValue(const Block& block, const Rgb& value) {
         m_values[block.point << m_binBits | block.slot] = Value{value.x, value.y, value.z, 1};
@@ -83,7 +80,7 @@ class BatchLattice {
   private:
     /// Time bins come in eras of a few, so that cells and points are found once for all bins of an era. A
     /// bin's number in its era is its slot.
-    static constexpr int kMostBinBits = 3;
+    static constexpr int kMostBinBits = 3, kSlotsOfEra = 1 << kMostBinBits;
     static constexpr int kPoints = LatticeCell::kPoints;
     /// A point of the batch in an era.
     struct Point {
@@ -150,6 +147,8 @@ class BatchLattice {
     alignas(64) uint32_t m_firstOf[kLanes]; ///< the first lane in the same cell and bin, nearly always
     int32_t m_firsts[kLanes];               ///< all of those
     int m_firstCount = 0;
+    int32_t m_asks[kLanes]; ///< of those: the first ever
+    int m_askCount = 0;
     TrianglePointLanes m_newPoints;
 
     // Blocks of samples in patches. What these ask for is found later, for some of them together.

@@ -72,8 +72,7 @@ uint32_t BatchLattice::learnCell(uint32_t column, uint32_t row, uint32_t isUpper
     const uint32_t number = uint32_t(m_cells.size());
     m_cells.push_back(
         {{learnNode(column + isUpper, row + isUpper), learnNode(column + 1, row), learnNode(column, row + 1)},
-         LatticeCell::Lower,
-         0});
+         LatticeCell::Lower});
     m_unfinished.push_back(number);
     return number;
 }

@@ -93,7 +93,7 @@ struct LatticeLanes {
 struct LatticePoint {
     uint32_t prim = kNone; ///< of the face's geometry, or the vertex; kNone: no point
     float u = 0, v = 0;    ///< a triangle's barycentrics, or a quadric's numbers
-    bool isVertex = false; ///< SurfaceLattice::placeOf knows where
+    bool isVertex = false; ///< SurfacePart::placeOf knows where
     uint64_t keySum = 0;   ///< see SurfaceLattice::keyOf
 
     explicit operator bool() const { return prim != kNone; }

@@ -265,7 +265,8 @@ class Worker : public IntegratorWorker {
     /// A block's shade number k becomes number i of the points, and is drawn as number `to` of the requests.
     void setRow(const Block& block, uint32_t k, int i, RequestLanes& out, int to) {
         const LatticeFace& face = m_lattice.faceOf(block);
-        const LatticePoint place = m_lattice.placeOf(block);
+        const LatticePoint& place = m_lattice.pointOf(block);
+        m_points.isVertex[i] = place.isVertex;
         m_points.hit.set(i, {face.instance, face.geometry, place.prim, place.u, place.v, 0});
         m_points.positive[i] = face.positive;
         m_bin[i] = m_lattice.binOf(block);

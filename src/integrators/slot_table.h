@@ -18,14 +18,16 @@ class SlotTable {
     /// Asks the memory for what `insert` will look at first.
     void prefetch(uint64_t key) const { __builtin_prefetch(&m_slots[key & (m_slots.size() - 1)]); }
     /// The number filed under `key`, or `next`, which is then filed.
-    uint32_t insert(uint64_t key, uint32_t next) {
-        Slot& slot = find(key);
-        if (slot.epoch == m_epoch)
-            return slot.index;
-        slot = {key, next, m_epoch};
+    uint32_t insert(uint64_t key, uint32_t next) { return filed(key, next); }
+    /// The same, where it is filed: to be changed before something else is inserted.
+    uint32_t& filed(uint64_t key, uint32_t next) {
+        Slot* slot = &find(key);
+        if (slot->epoch == m_epoch)
+            return slot->index;
         if (2 * ++m_used > m_slots.size())
-            grow();
-        return next;
+            grow(), slot = &find(key);
+        *slot = {key, next, m_epoch};
+        return slot->index;
     }
 
   private:

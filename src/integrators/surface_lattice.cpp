@@ -289,14 +289,6 @@ void SurfaceLattice::findVertex(const HitLanes& hits, const TrianglePointLanes& 
     points.prim[c] = vertex.prim, points.keySum[c] = vertex.keySum;
 }
 
-LatticePoint SurfaceLattice::placeOf(const LatticeFace& face, const LatticePoint& point) const {
-    if (!point.isVertex)
-        return point;
-    const uint32_t vertex = point.prim, prim = cellsOf(face).triangleOf(vertex);
-    const uint32_t* index = &meshOf(face).indices[3 * size_t(prim)];
-    return {prim, index[1] == vertex ? 1.f : 0.f, index[2] == vertex ? 1.f : 0.f, false, point.keySum};
-}
-
 void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPlaces& known,
                                 LatticePoint out[8]) const {
     std::optional<MeshPlace> places[8];
@@ -341,6 +333,11 @@ void SurfaceLattice::request(ShadedPointLanes& points, SurfaceParts& parts, Requ
         const SurfacePart& part = parts.of(points.hit, begin);
         for (end = begin + 1; end < points.count && part.isOf(points.hit, end);)
             ++end;
+        for (int i = begin; i < end; ++i)
+            if (points.isVertex[i]) {
+                const MeshPlace place = part.placeOf(points.hit.prim[i]);
+                points.hit.prim[i] = place.prim, points.hit.u[i] = place.u, points.hit.v[i] = place.v;
+            }
         part.spots(points.hit, points.time, begin, end, points.p, points.n);
     }
     m_scene.camera().viewpointLanes(points.p, points.lens, points.time, points.count, points.viewpoint);

@@ -15,6 +15,7 @@ namespace strobe {
 struct ShadedPointLanes {
     int count = 0;
     HitLanes hit;                         ///< but for t
+    bool isVertex[kLanes];                ///< whose number `prim` is, until it is placed in a triangle
     alignas(64) int32_t positive[kLanes]; ///< see LatticeFace
     alignas(64) float time[kLanes];
     V2Lanes lens;
@@ -61,8 +62,6 @@ class SurfaceLattice {
     /// Then, whether the samples' hits are a patch; `cones` has those of their pixels.
     bool divide(const VisibilityLanes& samples, int count, const LatticeLanes& cones, SurfaceParts& parts,
                 LatticePatch& patch) const;
-    /// Where a point is: vertices lie in one of their triangles.
-    LatticePoint placeOf(const LatticeFace& face, const LatticePoint& point) const;
     /// Of face, place and part of the shutter: all that a shaded point's value depends on. Never 0.
     static uint64_t keyOf(const LatticePoint& point, uint32_t bin) {
         const uint64_t key = mix64(quickSum<3>(point.keySum, bin));

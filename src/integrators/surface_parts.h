@@ -57,6 +57,11 @@ struct SurfacePart {
     }
     /// Of any mesh, in the world, at a shutter fraction.
     Edges edgesAt(uint32_t prim, float time) const;
+    /// Where a vertex of a mesh is, in one of its triangles; there are cells.
+    MeshPlace placeOf(uint32_t vertex) const {
+        const uint32_t prim = cells->triangleOf(vertex), *index = &mesh->indices[3 * size_t(prim)];
+        return {prim, index[1] == vertex ? 1.f : 0.f, index[2] == vertex ? 1.f : 0.f};
+    }
     /// Of a hit of a quadric: its edges, and whether the ray along d sees the side of its own normal.
     bool look(const Hit& hit, const V3f& d, float time, Edges& edges) const;
     /// The places in the world of hits `begin` to `end`, all of this shape, at shutter fractions, and normals

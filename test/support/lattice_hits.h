@@ -88,8 +88,14 @@ inline std::array<LatticePoint, LatticeCell::kPoints> pointsAround(const Surface
     static thread_local MeshPlaces known;
     std::array<LatticePoint, LatticeCell::kPoints> points;
     lattice.points(cell, known, points.data());
+    SurfaceParts parts = lattice.parts();
+    HitLanes hit;
+    hit.set(0, {cell.face.instance, cell.face.geometry, cell.prim, 0, 0, 0});
     for (LatticePoint& point : points)
-        point = lattice.placeOf(cell.face, point);
+        if (point && point.isVertex) {
+            const MeshPlace place = parts.of(hit, 0).placeOf(point.prim);
+            point = {place.prim, place.u, place.v, false, point.keySum};
+        }
     return points;
 }
 
