@@ -113,10 +113,16 @@ V3f centreOf(const MeshCell& cell) { return V3f(float(cell.x), float(cell.y), fl
 MeshCells::MeshCells(const TriangleMesh& mesh, LookAround lookAround)
     : m_mesh(mesh), m_lookAround(std::move(lookAround)), m_triangle(mesh.vertexCount(), 0) {
     double area = 0;
+    std::vector<bool> isPlaced(mesh.vertexCount());
     for (uint32_t prim = uint32_t(mesh.triangleCount()); prim-- > 0;) {
-        for (int k = 0; k < 3; ++k)
-            m_triangle[mesh.indices[3 * size_t(prim) + size_t(k)]] = prim;
-        area += double(length(Triangle(mesh, prim).normal())) / 2;
+        const float twice = length(Triangle(mesh, prim).normal());
+        const bool hasArea = twice > 0; // or it sees no light, and stands for a vertex of no other
+        for (int k = 0; k < 3; ++k) {
+            const uint32_t vertex = mesh.indices[3 * size_t(prim) + size_t(k)];
+            if (hasArea || !isPlaced[vertex])
+                m_triangle[vertex] = prim, isPlaced[vertex] = hasArea;
+        }
+        area += double(twice) / 2;
     }
     m_spacing = std::max(float(std::sqrt(area / double(std::max<size_t>(mesh.vertexCount(), 1)))), 1e-20f);
 }
@@ -186,7 +192,8 @@ std::optional<MeshPlace> MeshCells::nearest(const MeshCell& cell, float radius) 
     float best2 = sqr(radius);
     m_lookAround(p, within(best2), [&](uint32_t prim) {
         Triangle t(m_mesh, prim);
-        if (t.shorterThan(kLongest * size) && mainDirection(t.normal()) == cell.direction) {
+        const V3f n = t.normal();
+        if (t.shorterThan(kLongest * size) && n != V3f(0) && mainDirection(n) == cell.direction) {
             t.p *= scale, t.a *= scale, t.b *= scale;
             const V2f uv = nearestPoint(t, centre);
             const float d2 = length2(t.at(uv.x, uv.y) - centre);

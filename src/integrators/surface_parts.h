@@ -60,7 +60,8 @@ struct SurfacePart {
     /// Where a vertex of a mesh is, in one of its triangles; there are cells.
     MeshPlace placeOf(uint32_t vertex) const {
         const uint32_t prim = cells->triangleOf(vertex), *index = &mesh->indices[3 * size_t(prim)];
-        return {prim, index[1] == vertex ? 1.f : 0.f, index[2] == vertex ? 1.f : 0.f};
+        const bool isSecond = index[1] == vertex;
+        return {prim, isSecond ? 1.f : 0.f, !isSecond && index[2] == vertex ? 1.f : 0.f};
     }
     /// Of a hit of a quadric: its edges, and whether the ray along d sees the side of its own normal.
     bool look(const Hit& hit, const V3f& d, float time, Edges& edges) const;

@@ -170,6 +170,49 @@ TEST(MeshCells, TwoSidesOfAThinThingDoNotMix) {
             EXPECT_EQ(place.prim < front, prim < front);
 }
 
+TEST(MeshCells, VerticesAreNotPlacedInTrianglesWithoutArea) {
+    TriangleMesh mesh;
+    mesh.positions = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0, 0}}};
+    mesh.indices = {0, 1, 1, 0, 1, 4, 0, 1, 2, 0, 2, 3, 4, 4, 4};
+    const TracedCells traced(mesh);
+    const uint32_t expected[] = {2, 2, 2, 3, 1}; // vertex 4 is of no other
+    for (uint32_t vertex = 0; vertex < 5; ++vertex)
+        EXPECT_EQ(traced.cells.triangleOf(vertex), expected[vertex]) << vertex;
+}
+
+TEST(MsaaCache, APoleOfTrianglesWithoutAreaIsNotBlack) {
+    constexpr int kRings = 16, kAround = 32;
+    std::string points, indices; // two triangles a square: those at the pole have two corners there
+    for (int i = 0; i <= kRings; ++i)
+        for (int k = 0; k <= kAround; ++k) {
+            const float theta = .5f * kPi * float(i) / kRings, phi = 2 * kPi * float(k) / kAround;
+            const V3f p(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+            const V3f at = i == 0 ? V3f(0, 0, 1) : p;
+            points += std::to_string(at.x) + " " + std::to_string(at.y) + " " + std::to_string(at.z) + " ";
+        }
+    for (int i = 0; i < kRings; ++i)
+        for (int k = 0; k < kAround; ++k) {
+            const int a = i * (kAround + 1) + k, b = a + kAround + 1;
+            for (const int index : {a, a + 1, b, b, a + 1, b + 1})
+                indices += std::to_string(index) + " ";
+        }
+    const std::string scene = "LookAt 0 0 9 0 0 0 0 1 0\nCamera \"perspective\" \"float fov\" 12\n"
+                              "Film \"image\" \"integer xresolution\" 24 \"integer yresolution\" 24\n"
+                              "Integrator \"directlighting\"\nWorldBegin\n"
+                              "LightSource \"distant\" \"point3 from\" [0 0 2]\n"
+                              "Shape \"trianglemesh\" \"point3 P\" [" +
+                              points + "] \"normal N\" [" + points + "] \"integer indices\" [" + indices +
+                              "]\n";
+    const auto image = [&](const char* integrator) {
+        BuildOptions options;
+        options.integrator = integrator;
+        return test::render(test::build(scene, options)).image.pixels;
+    };
+    const auto truth = image("supersample"), shared = image("msaa-cache");
+    for (size_t i = 0; i < truth.size(); ++i)
+        EXPECT_NEAR(shared[i].x, truth[i].x, .02f) << i;
+}
+
 TEST(MeshCells, LargeTrianglesAndFineCellsAreLeftToTheVertices) {
     TriangleMesh mesh;
     addPlane(mesh, 20, V3f(0), V3f(1, 0, 0), V3f(0, 1, 0));
