@@ -7,21 +7,30 @@
 
 namespace strobe {
 
-LightPicker::LightPicker(std::vector<float> powers) : m_probability(std::move(powers)) {
-    const float sum = std::accumulate(m_probability.begin(), m_probability.end(), 0.f);
-    float running = 0;
-    for (float& p : m_probability) {
-        p = sum > 0 ? p / sum : 1.f / float(m_probability.size());
-        m_cdf.push_back(running += p);
+LightPicker::LightPicker(std::vector<float> powers) {
+    double sum = std::accumulate(powers.begin(), powers.end(), 0.);
+    if (!(sum > 0 && std::isfinite(sum))) {
+        std::fill(powers.begin(), powers.end(), 1.f);
+        sum = double(powers.size());
+    }
+    const auto isLit = [](float power) { return power > 0; };
+    const double lit = double(std::count_if(powers.begin(), powers.end(), isLit));
+    // Random numbers are multiples of 2^-24: the weakest light, too, is found by some.
+    const double least = std::min(0x1p-23, 1 / lit);
+    double running = 0;
+    for (const float power : powers) {
+        running += isLit(power) ? power / sum * (1 - lit * least) + least : 0;
+        m_cdf.push_back(float(running));
+    }
+    for (size_t i = m_cdf.size(); i-- > 0;) { // what rounding left belongs to the last
+        m_cdf[i] = 1;
+        if (isLit(powers[i]))
+            break;
     }
 }
 
 int LightPicker::pick(float u) const {
-    const auto it = std::upper_bound(m_cdf.begin(), m_cdf.end(), u);
-    int i = std::min(int(it - m_cdf.begin()), int(m_cdf.size()) - 1);
-    while (i > 0 && m_probability[size_t(i)] == 0)
-        --i; // u rounded past the last light that has any power
-    return i;
+    return int(std::upper_bound(m_cdf.begin(), m_cdf.end(), u) - m_cdf.begin());
 }
 
 Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,

@@ -80,10 +80,13 @@ class LightPicker {
     explicit LightPicker(std::vector<float> powers);
     /// The light for u in [0,1).
     int pick(float u) const;
-    float probability(int light) const { return m_probability[size_t(light)]; }
+    /// How much of [0,1) picks it, exactly. Above 0 if its power is.
+    float probability(int light) const {
+        return m_cdf[size_t(light)] - (light > 0 ? m_cdf[size_t(light) - 1] : 0);
+    }
 
   private:
-    std::vector<float> m_probability, m_cdf;
+    std::vector<float> m_cdf; ///< where each light's part of [0,1) ends
 };
 
 /// Everything that rendering reads. Members are filled by the builder, then const.

@@ -147,16 +147,18 @@ class MeshLight final : public SurfaceLight {
         return q;
     }
 
-    /// By a few hundred points, uniform by area: it only decides how often the light is picked.
+    /// By a few hundred points, uniform by area: it decides how often the light is picked. Never 0, lest a
+    /// light is not that is bright only between the points.
     Rgb meanFactor() const {
         constexpr int kSide = 16;
+        constexpr float kLeast = 1e-3f;
         Rgb sum(0);
         for (int i = 0; i < kSide * kSide; ++i) {
             V2f u((i % kSide + .5f) / kSide, (i / kSide + .5f) / kSide);
             const uint32_t prim = m_choice.sampleIndex(u.x, &u.x);
             sum += m_emission.texture->rgb(queryAt(prim, uniformTriangle(u)));
         }
-        return sum / float(kSide * kSide);
+        return sum / float(kSide * kSide) + Rgb(kLeast);
     }
 
     Plane findPlane() const {

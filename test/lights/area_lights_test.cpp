@@ -1,6 +1,7 @@
 // Area lights: sample against pdf, emission sides, bounds, and closed forms of irradiance.
 #include "light_scene.h"
 #include "lights/diffuse_area.h"
+#include "lights/mesh_light.h"
 #include "support/chi_square.h"
 #include "support/params.h"
 
@@ -371,6 +372,17 @@ TEST(AreaLights, PowerIsAreaTimesPi) {
     const double e = std::sqrt(3.) / 2;
     const auto ellipsoid = makeLight(placed(std::make_shared<TestSphere>(1.f), scale({1, 1, 2})));
     EXPECT_NEAR(ellipsoid->power(1).z / (M_PI * 2 * M_PI * (1 + 2 * std::asin(e) / e)), 1, 1e-2);
+}
+
+TEST(AreaLights, ThoseThatAreBrightInFewPlacesHavePower) {
+    struct Spot : Texture {
+        Rgb rgb(const TextureQuery& q) const override { return Rgb(q.uv.x > .999f && q.uv.y > .999f); }
+    };
+    TriangleMesh mesh = squareMesh();
+    mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    Emission emission;
+    emission.radiance = Rgb(1), emission.texture = std::make_shared<Spot>();
+    EXPECT_GT(makeMeshLight(placed(mesh), emission)->power(1).y, 0);
 }
 
 TEST(AreaLights, MistakesAreLocated) {
