@@ -16,31 +16,37 @@ const ParamDef<float> kConeDelta{"conedeltaangle", 5, "width of the soft rim, in
 const ParamDef<std::string> kFalloff{
     "falloff", "", "across the rim: quartic (default in v2), smoothstep (default in v4) or squared (glTF)"};
 
+/// 1 - cos θ of an angle θ, exact for narrow cones, too.
+float oneMinusCosOf(float degrees) { return 2 * sqr(std::sin(radians(degrees) / 2)); }
+
+/// The same of the angle between unit vectors.
+float oneMinusCosBetween(const V3f& a, const V3f& b) { return length2(a - b) / 2; }
+
 /// pbrt-v2 and v3 fall off with the fourth power, v4 with smoothstep, glTF with the square.
 enum class Falloff { Quartic, Smoothstep, Squared };
 
 class SpotLight final : public DeltaLight {
   public:
     SpotLight(const LightPlacement& placement, const V3f& from, const V3f& to, const Rgb& intensity,
-              float cosRim, float cosFull, Falloff falloff)
-        : m_placement(placement), m_from(from), m_axis(to - from), m_intensity(intensity), m_cosRim(cosRim),
-          m_cosFull(cosFull), m_falloff(falloff) {}
+              float rim, float full, Falloff falloff)
+        : m_placement(placement), m_from(from), m_axis(to - from), m_intensity(intensity), m_rim(rim),
+          m_full(full), m_falloff(falloff) {}
     LightSample only(const V3f& p, float time) const override {
         const M44f m = m_placement.at(time);
         const V3f axis = normalize(transformVector(m, m_axis));
         LightSample s = fromPoint(p, transformPoint(m, m_from), m_intensity);
-        s.radiance *= falloff(-dot(s.wi, axis));
+        s.radiance *= falloff(oneMinusCosBetween(-s.wi, axis));
         return s;
     }
-    Rgb power(float) const override { return m_intensity * (2 * kPi * (1 - .5f * (m_cosFull + m_cosRim))); }
+    Rgb power(float) const override { return m_intensity * (kPi * (m_full + m_rim)); }
 
   private:
-    float falloff(float cosTheta) const {
-        if (cosTheta >= m_cosFull)
+    float falloff(float angle) const {
+        if (angle <= m_full)
             return 1;
-        if (cosTheta <= m_cosRim)
+        if (angle >= m_rim)
             return 0;
-        const float x = (cosTheta - m_cosRim) / (m_cosFull - m_cosRim);
+        const float x = (m_rim - angle) / (m_rim - m_full);
         return m_falloff == Falloff::Quartic      ? sqr(sqr(x))
                : m_falloff == Falloff::Smoothstep ? x * x * (3 - 2 * x)
                                                   : sqr(x);
@@ -49,7 +55,7 @@ class SpotLight final : public DeltaLight {
     LightPlacement m_placement;
     V3f m_from, m_axis;
     Rgb m_intensity;
-    float m_cosRim, m_cosFull;
+    float m_rim, m_full; ///< angles from the axis: 1 - their cosines
     Falloff m_falloff;
 };
 
@@ -78,10 +84,10 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
     if (!(delta >= 0))
         throw Error(params.whereIs(kConeDelta), "\"conedeltaangle\" must not be negative");
     const float full = std::max(rim - delta, 0.f);
-    const float cosRim = std::cos(radians(rim)), cosFull = std::cos(radians(full));
-    const Rgb intensity = readEmission(params, kI) * readTotal(params, kPower, kPi * (2 - cosFull - cosRim));
+    const float rimPart = oneMinusCosOf(rim), fullPart = oneMinusCosOf(full);
+    const Rgb intensity = readEmission(params, kI) * readTotal(params, kPower, kPi * (fullPart + rimPart));
     auto light = std::make_shared<SpotLight>(LightPlacement(args, context.conventions), from, to, intensity,
-                                             cosRim, cosFull, falloffFrom(params, context));
+                                             rimPart, fullPart, falloffFrom(params, context));
     light->sampleCount = readSampleCount(params);
     return light;
 }

@@ -1,4 +1,5 @@
 // Lights without a shape: point, spot, distant, environment.
+#include "core/scene.h"
 #include "light_scene.h"
 #include "lights/distant.h"
 #include "lights/environment_map.h"
@@ -149,6 +150,36 @@ TEST(SpotLight, FallsOffWithinItsRim) {
     }
     EXPECT_EQ(errorOffset([] { make(spotLightPlugin(), Params().point("to", V3f(0))); }), 10);
     EXPECT_EQ(errorOffset([] { make(spotLightPlugin(), Params().floats("coneangle", {-5})); }), 10);
+}
+
+TEST(LightPicker, PicksAsOftenAsItSays) {
+    constexpr int kNumbers = 1 << 24; // that random floats can be
+    const std::vector<std::vector<float>> cases{
+        {1, 0, 3, 0}, {0, 1e-30f, 1e30f, 0}, std::vector<float>(100000, .37f)};
+    for (const std::vector<float>& powers : cases) {
+        const LightPicker picker(powers);
+        std::vector<int> count(powers.size());
+        for (int i = 0; i < kNumbers; ++i)
+            ++count[size_t(picker.pick(float(i) / kNumbers))];
+        for (size_t i = 0; i < powers.size(); ++i) {
+            EXPECT_EQ(count[i] > 0, powers[i] > 0) << i;
+            EXPECT_NEAR(picker.probability(int(i)) * kNumbers, count[i], 1) << i;
+        }
+    }
+    EXPECT_NEAR(LightPicker({1, 0, 3}).probability(0), .25f, 1e-6f);
+    EXPECT_EQ(LightPicker({0, 0}).probability(1), .5f);
+}
+
+TEST(SpotLight, NarrowOnesHaveTheirPower) {
+    for (const float degrees : {1.f, .1f, .01f, .001f}) {
+        const Params cone = Params().floats("coneangle", {degrees}).floats("conedeltaangle", {0});
+        const double part = 2 * M_PI * 2 * std::pow(std::sin(radians(degrees) / 2.), 2);
+        EXPECT_NEAR(make(spotLightPlugin(), cone)->power(1).x / part, 1, 1e-4) << degrees;
+        const auto bulb = make(spotLightPlugin(), Params(cone).floats("power", {5}));
+        EXPECT_NEAR(bulb->power(1).x / 5, 1, 1e-4) << degrees;
+        const float sine = std::sin(radians(degrees * .9f));
+        EXPECT_GT(one(*bulb, V3f(sine, 0, 1)).radiance.x, 0) << degrees;
+    }
 }
 
 TEST(DistantLight, ComesFromInfinity) {
