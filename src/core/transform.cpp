@@ -16,18 +16,24 @@ M44f linearPart(const M44f& m) {
             m[2][0], m[2][1], m[2][2], 0, 0,       0,       0,       1};
 }
 
-float largestElement(const M44f& m) {
+/// Of rows `begin` to `end`: 0 to 2 are the linear part, 3 is the translation.
+float largestElement(const M44f& m, int begin, int end) {
     float largest = 0;
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j)
+    for (int i = begin; i < end; ++i)
+        for (int j = 0; j < 3; ++j)
             largest = std::max(largest, std::abs(m[i][j]));
     return largest;
 }
 
-float largestDifference(const M44f& a, const M44f& b) { return largestElement(a - b); }
+constexpr float kRounding = 1e-6f;
 
+bool turnAlike(const M44f& a, const M44f& b) {
+    return largestElement(a - b, 0, 3) <= kRounding * largestElement(a, 0, 3);
+}
+
+/// Far from the origin, a turn is small beside the translation, but no smaller in the picture.
 bool nearlyEqual(const M44f& a, const M44f& b) {
-    return largestDifference(a, b) <= 1e-6f * largestElement(a);
+    return turnAlike(a, b) && largestElement(a - b, 3, 4) <= kRounding * largestElement(a, 0, 4);
 }
 
 M44f lerp(const M44f& a, const M44f& b, float t) { return a * (1 - t) + b * t; }
@@ -234,13 +240,8 @@ void Motion::fit(const TransformPath& path, const Shutter& shutter, const Box3f&
 }
 
 bool Motion::keepsDirections() const {
-    const auto linear = [](M44f m) {
-        m[3][0] = m[3][1] = m[3][2] = m[3][3] = 0;
-        return m;
-    };
-    const M44f first = linear(m_matrices[0]);
     return !usesRotation() && std::all_of(m_matrices.begin(), m_matrices.end(),
-                                          [&](const M44f& key) { return nearlyEqual(first, linear(key)); });
+                                          [&](const M44f& key) { return turnAlike(m_matrices[0], key); });
 }
 
 void Motion::findRotations() {

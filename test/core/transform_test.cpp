@@ -66,6 +66,17 @@ TEST(Transform, NearlyEqualKeysAreStill) {
     EXPECT_FALSE(KeyedTransform({0, 1}, {rotationZ(20), other}, MotionConvention::ObjectToWorld).isStill());
 }
 
+TEST(Transform, TurnsFarFromTheOriginAreNoRest) {
+    const auto isStill = [](const M44f& last) {
+        return KeyedTransform({0, 1}, {translation({1e4f, 0, 1e6f}), last}, MotionConvention::ObjectToWorld)
+            .isStill();
+    };
+    EXPECT_FALSE(isStill(rotationZ(.01f) * translation({1e4f, 0, 1e6f})));
+    EXPECT_FALSE(isStill(scaling({1, 1, 1.0001f}) * translation({1e4f, 0, 1e6f})));
+    EXPECT_FALSE(isStill(translation({1e4f, 10, 1e6f})));
+    EXPECT_TRUE(isStill(rotationZ(1e-6f) * translation({1e4f, .1f, 1e6f})));
+}
+
 TEST(Transform, PathAppliesInnermostFirst) {
     TransformPath path(KeyedTransform(translation({1, 0, 0})));
     path.append(KeyedTransform(rotationZ(90)));
