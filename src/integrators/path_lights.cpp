@@ -93,8 +93,7 @@ void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightI
     LightLanes& l = m_light;
     const Light& light = *m_scene.lights()[size_t(lightIndex)];
     if (!light.isDelta())
-        m_sampler.fill2D(ranges(vertices, count, first, drawn, n),
-                         dimension(kDimLights + kDimensionsPerLight * uint32_t(lightIndex)), m_u);
+        m_sampler.fill2D(ranges(vertices, count, first, drawn, n), dimensionOf(lightIndex), m_u);
     l.count = 0;
     for (int i = 0; i < count; ++i)
         for (int k = 0; k < drawn; ++k) {
@@ -183,7 +182,7 @@ void PathWorker::sendBsdfSamples(const int32_t* vertices, int count, int lightIn
         for (int k = 0; k < drawn; ++k)
             l.vertex[l.count++] = vertices[i];
     const VertexRows& at = rowsOf(vertices, count, drawn);
-    const uint32_t dim = dimension(kDimLights + kDimensionsPerLight * uint32_t(lightIndex));
+    const uint32_t dim = dimensionOf(lightIndex);
     if (!drawToLight(at, light, dim, vertices, count, first, drawn, n))
         return;
     m_v.forMaterials(l.vertex, l.count, [&](const Material& m, int begin, int end) {

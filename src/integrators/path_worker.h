@@ -73,6 +73,11 @@ class PathWorker : public ShaderWorker {
     uint32_t dimension(uint32_t offset) const {
         return kFirstDimension + uint32_t(m_bounce) * kDimensionsPerVertex + offset;
     }
+    /// Very many lights share them: few of those are sampled at a vertex.
+    uint32_t dimensionOf(int light) const {
+        constexpr uint32_t kMost = (kDimensionsPerVertex - kDimLights) / kDimensionsPerLight;
+        return dimension(kDimLights + kDimensionsPerLight * (uint32_t(light) % kMost));
+    }
     /// The numbers of the paths of vertices, `n` for each, from number `first` of them on.
     std::span<const SampleRange> ranges(const int32_t* vertices, int count, int first = 0, int drawn = 1,
                                         int n = 1);

@@ -2,20 +2,8 @@
 
 namespace strobe {
 
-namespace {
-
-/// A shade stands for a block: textures are filtered over as much, but never over less than a pixel.
-RayCone coneOfBlock(const Camera& camera, float blockSize) {
-    const RayCone pixel = camera.cone(V2f(0));
-    const float scale = std::max(blockSize, 1.f);
-    return {pixel.width * scale, pixel.spread * scale};
-}
-
-} // namespace
-
 SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small)
-    : m_scene(scene), m_blockSize(blockSize), m_sharesSmall(small == SmallTriangles::Shared),
-      m_cone(coneOfBlock(scene.camera(), blockSize)) {
+    : m_scene(scene), m_blockSize(blockSize), m_sharesSmall(small == SmallTriangles::Shared) {
     if (!m_sharesSmall)
         return;
     for (uint32_t group = 0; group < scene.groups().size(); ++group) {
@@ -301,7 +289,7 @@ void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell,
 namespace {
 
 /// Rows `at` to `at + points.count`: rays from where the camera sees the points.
-STROBE_LANES void look(const ShadedPointLanes& points, RayCone cone, RequestLanes& out, int at) {
+STROBE_LANES void look(const ShadedPointLanes& points, RequestLanes& out, int at) {
     // A point beyond the silhouette is shaded as if seen at a grazing angle from the side that the sample
     // saw.
     constexpr float kGrazing = 0.02f;
@@ -322,7 +310,7 @@ STROBE_LANES void look(const ShadedPointLanes& points, RayCone cone, RequestLane
         out.hit.instance[k] = points.hit.instance[i], out.hit.geometry[k] = points.hit.geometry[i];
         out.hit.prim[k] = points.hit.prim[i];
         out.hit.u[k] = points.hit.u[i], out.hit.v[k] = points.hit.v[i], out.hit.t[k] = t;
-        out.time[k] = points.time[i], out.width[k] = cone.width, out.spread[k] = cone.spread;
+        out.time[k] = points.time[i], out.width[k] = points.width[i], out.spread[k] = points.spread[i];
     }
 }
 
@@ -341,7 +329,24 @@ void SurfaceLattice::request(ShadedPointLanes& points, SurfaceParts& parts, Requ
         part.spots(points.hit, points.time, begin, end, points.p, points.n);
     }
     m_scene.camera().viewpointLanes(points.p, points.lens, points.time, points.count, points.viewpoint);
-    look(points, m_cone, out, at);
+    findCones(points);
+    look(points, out, at);
+}
+
+/// A shade stands for a block: textures are filtered over as much, but never over less than a pixel.
+void SurfaceLattice::findCones(ShadedPointLanes& points) const {
+    if (!m_scene.needsFootprint()) { // then nobody asks how wide they are
+        std::fill_n(points.width, points.count, 0.f), std::fill_n(points.spread, points.count, 0.f);
+        return;
+    }
+    const Camera& camera = m_scene.camera();
+    V2Lanes film;
+    for (int i = 0; i < points.count; ++i)
+        film.set(i, camera.project(points.p.at(i), points.time[i]).value_or(FilmPoint{}).film);
+    camera.coneLanes(film, points.count, points.width, points.spread);
+    const float scale = std::max(m_blockSize, 1.f);
+    for (int i = 0; i < points.count; ++i)
+        points.width[i] *= scale, points.spread[i] *= scale;
 }
 
 } // namespace strobe

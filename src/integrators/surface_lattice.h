@@ -15,13 +15,14 @@ namespace strobe {
 struct ShadedPointLanes {
     int count = 0;
     HitLanes hit;                         ///< but for t
-    bool isVertex[kLanes];                ///< whose number `prim` is, until it is placed in a triangle
+    bool isVertex[kLanes]{};              ///< whose number `prim` is, until it is placed in a triangle
     alignas(64) int32_t positive[kLanes]; ///< see LatticeFace
     alignas(64) float time[kLanes];
     V2Lanes lens;
     // Fetched for these:
     V3Lanes p, n; ///< in the world; the normal of any length
     V3Lanes viewpoint;
+    alignas(64) float width[kLanes], spread[kLanes]; ///< of the cones of blocks there
 };
 
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
@@ -72,6 +73,7 @@ class SurfaceLattice {
 
   private:
     bool fetch(LatticeLanes& lanes, SurfaceParts& parts) const;
+    void findCones(ShadedPointLanes& points) const;
     void findGrids(LatticeLanes& lanes, SurfaceParts& parts) const;
     void findVertex(const HitLanes& hits, const TrianglePointLanes& cells, TrianglePointLanes::Points& points,
                     int c) const;
@@ -87,7 +89,6 @@ class SurfaceLattice {
     const Scene& m_scene;
     const float m_blockSize;
     const bool m_sharesSmall;
-    const RayCone m_cone; ///< the footprint of points that no single pixel asked for
     std::unordered_map<const TriangleMesh*, MeshCells> m_cells; ///< empty unless small triangles share
     CellsOfGroups m_cellsOf;
 };

@@ -106,6 +106,30 @@ TEST_P(LatticeRequests, DoNotDependOnTheLane) {
     }
 }
 
+/// Of the pixel where the point is seen: at the film's corners, a wide camera's are much smaller.
+TEST(LatticeRequestCones, AreAsWideAsABlockThere) {
+    const BuiltScene built = test::build(
+        kStart +
+        std::string("LookAt 0 0 3 0 0 0 0 1 0\nCamera \"perspective\" \"float fov\" 150\nWorldBegin\n"
+                    "Texture \"lines\" \"color\" \"checkerboard\" \"float uscale\" 50\n"
+                    "Material \"matte\" \"texture Kd\" \"lines\"\n") +
+        kOctahedron);
+    constexpr float kBlock = 3;
+    const Scene& scene = *built.scene;
+    const SurfaceLattice lattice(scene, kBlock, SurfaceLattice::SmallTriangles::Shared);
+    SurfaceParts parts = lattice.parts();
+    ShadedPointLanes points = randomPoints(scene, 1, kLanes);
+    RequestLanes requests;
+    lattice.request(points, parts, requests, 0);
+    for (int i = 0; i < kLanes; ++i) {
+        const auto seen = scene.camera().project(points.p.at(i), points.time[i]);
+        ASSERT_TRUE(seen);
+        const RayCone pixel = scene.camera().cone(seen->film);
+        EXPECT_NEAR(requests.spread[i], kBlock * pixel.spread, 1e-4f * pixel.spread);
+        EXPECT_NEAR(requests.width[i], kBlock * pixel.width, 1e-4f * pixel.width);
+    }
+}
+
 const std::string kAhead = "LookAt 0 -10 2 0 0 0 0 0 1\nCamera \"perspective\" \"float fov\" 24\n";
 const std::string kMoves = "ActiveTransform EndTime\nTranslate .7 0 .4\n",
                   kTurns = kMoves + "Rotate 50 0 1 1\n", kAlways = "ActiveTransform All\nScale 1 1.5 .8\n";
