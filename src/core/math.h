@@ -41,6 +41,11 @@ inline V3f normalize(const V3f& v) {
     const float l2 = length2(v);
     return l2 > 0 ? v * (1 / std::sqrt(l2)) : v;
 }
+/// The same of a vector whose square may be beyond all numbers, or nothing: a cross product.
+inline V3f normalizeAny(const V3f& v) {
+    const float most = std::max(std::max(std::abs(v.x), std::abs(v.y)), std::max(std::abs(v.z), 1e-37f));
+    return normalize(v * (1 / most));
+}
 inline float lerp(float a, float b, float t) { return (1 - t) * a + t * b; }
 inline V3f lerp(const V3f& a, const V3f& b, float t) { return a * (1 - t) + b * t; }
 inline float sqr(float x) { return x * x; }

@@ -44,7 +44,7 @@ struct RawSurfacePoint : SurfacePoint {
     /// Completes the point.
     void finish() { finishNormals(ng, ns, orientation), offset = offsetOf(scale, p); }
     static void finishNormals(V3f& ng, V3f& ns, float orientation) {
-        ng = normalize(ng), ns = normalize(ns);
+        ng = normalizeAny(ng), ns = normalizeAny(ns);
         const float turn =
             dot(ng, ns) < 0 ? -orientation : orientation; // vertex normals say which side is which
         ng *= turn, ns *= orientation;

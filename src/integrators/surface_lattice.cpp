@@ -296,7 +296,7 @@ STROBE_LANES void look(const ShadedPointLanes& points, RequestLanes& out, int at
     const int n = points.count;
     STROBE_INDEPENDENT
     for (int i = 0; i < n; ++i) {
-        const V3f normal = normalize(points.n.at(i)) * (points.positive[i] ? 1.f : -1.f);
+        const V3f normal = normalizeAny(points.n.at(i)) * (points.positive[i] ? 1.f : -1.f);
         const V3f p = points.p.at(i), to = p - points.viewpoint.at(i);
         const float t = length(to);
         const V3f towards = normalize(-to);

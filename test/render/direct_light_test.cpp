@@ -228,6 +228,34 @@ std::string nameOf(const testing::TestParamInfo<LightCase>& info) { return info.
 INSTANTIATE_TEST_SUITE_P(Still, DirectLight, testing::ValuesIn(stillCases()), nameOf);
 INSTANTIATE_TEST_SUITE_P(Moving, DirectLight, testing::ValuesIn(movingCases()), nameOf);
 
+/// A normal is a cross product: it is squared to be made a unit long.
+TEST(DirectLightOfAnySize, IsTheSame) {
+    const auto image = [](const std::string& size, const char* integrator) {
+        BuildOptions options;
+        options.integrator = integrator;
+        return test::render(
+                   test::build("LookAt 0 -3" + size + " 2.5" + size +
+                                   " 0 0 0 0 0 1\nCamera \"perspective\"\n"
+                                   "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n"
+                                   "Integrator \"directlighting\"\nWorldBegin\n"
+                                   "LightSource \"distant\" \"point3 from\" [1 0 2]\n"
+                                   "Shape \"trianglemesh\" \"point3 P\" [-9" +
+                                   size + " -9" + size + " 0 9" + size + " -9" + size + " 0 0 9" + size +
+                                   " 0] \"integer indices\" [0 1 2]\n",
+                               options))
+            .image.pixels;
+    };
+    for (const char* integrator : {"supersample", "msaa-cache"}) {
+        const auto usual = image("", integrator);
+        EXPECT_GT(usual[60].x, .1f);
+        for (const char* size : {"e-12", "e-9", "e9", "e12"}) {
+            const auto pixels = image(size, integrator);
+            for (size_t i = 0; i < usual.size(); ++i)
+                EXPECT_NEAR(pixels[i].x, usual[i].x, 1e-4f) << integrator << size << " " << i;
+        }
+    }
+}
+
 TEST(DirectLightForms, AgreeWithEachOther) {
     // The closed forms, where they meet: the test's own formulas must not lean on the renderer.
     EXPECT_NEAR(sphere({3, 0, 1.0001}, 1), sphere({3, 0, .9999}, 1), 1e-4); // touching the horizon, both ways
