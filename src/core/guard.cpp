@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 #include <limits>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #ifdef __linux__
@@ -32,7 +33,7 @@ uint64_t machineBytes() {
 
 } // namespace
 
-Guard::Guard(const Settings& settings) : m_settings(settings) {
+Guard::Guard(const Settings& settings) : m_settings(settings), m_remembers(true) {
     for (fs::path& root : m_settings.roots) {
         std::error_code error;
         const fs::path real = fs::canonical(root, error);
@@ -44,19 +45,41 @@ Guard::Guard(const Settings& settings) : m_settings(settings) {
 }
 
 fs::path Guard::admit(const fs::path& file, const Location& where) const {
-    if (!confines())
+    if (!confines()) {
+        remember(file);
         return file;
+    }
     std::error_code error;
     fs::path real = fs::absolute(file, error);
     if (!error)
         real = fs::weakly_canonical(real, error);
     if (!error && std::any_of(m_settings.roots.begin(), m_settings.roots.end(),
-                              [&](const fs::path& root) { return isWithin(root, real); }))
+                              [&](const fs::path& root) { return isWithin(root, real); })) {
+        remember(real);
         return real;
+    }
     throw Error(
         where,
         fmt::format("file \"{}\" must not be read: it is outside of what --sandbox allows", file.string()),
         where ? ErrorKind::Scene : ErrorKind::Usage);
+}
+
+void Guard::remember(const fs::path& file) const {
+    if (!m_remembers)
+        return;
+    const std::lock_guard lock(m_mutex);
+    m_admitted.insert(file);
+}
+
+bool Guard::hasAdmitted(const fs::path& file) const {
+    struct stat wanted, one;
+    if (::stat(file.c_str(), &wanted) != 0)
+        return false;
+    const std::lock_guard lock(m_mutex);
+    return std::any_of(m_admitted.begin(), m_admitted.end(), [&](const fs::path& admitted) {
+        return ::stat(admitted.c_str(), &one) == 0 && one.st_dev == wanted.st_dev &&
+               one.st_ino == wanted.st_ino;
+    });
 }
 
 void Guard::require(uint64_t bytes, const std::string& what, const std::string& remedy,

@@ -6,6 +6,7 @@
 #include "main/guard_options.h"
 #include "main/merge.h"
 #include "main/options.h"
+#include "main/outputs.h"
 #include "main/picture.h"
 #include "main/report.h"
 #include "main/rescue.h"
@@ -49,37 +50,6 @@ Clock::time_point processStart() {
     const double age = double(now.tv_sec) + 1e-9 * double(now.tv_nsec) -
                        std::strtod(field.c_str(), nullptr) / double(sysconf(_SC_CLK_TCK));
     return Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(age));
-}
-
-/// Where the picture goes: -o, else the scene's own name (but with --sandbox), else the scene file's stem, in
-/// the current folder.
-Options withOutput(Options options, const std::string& scenesOwn, spdlog::logger& log) {
-    if (!options.outputs.empty())
-        return options;
-    std::filesystem::path path = scenesOwn;
-    if (!options.guard.roots.empty() && !path.empty()) {
-        log.warn("with --sandbox, scenes do not say where pictures go: \"{}\" is ignored", path.string());
-        path.clear();
-    }
-    if (path.empty())
-        path = options.scenes.front().stem().string() + ".exr";
-    if (path.extension() != ".exr" && path.extension() != ".png") {
-        log.warn("\"{}\" is not a kind of file written here; writing .exr instead", path.string());
-        path.replace_extension(".exr");
-    }
-    options.outputs = {path};
-    return options;
-}
-
-/// Finds out before the work, not after it, that a file cannot be written.
-void checkWritable(const std::filesystem::path& path) {
-    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-    if (access(folder.c_str(), W_OK | X_OK) != 0)
-        throw Error("cannot write \"" + path.string() + "\": " + std::strerror(errno), ErrorKind::Output);
-    if (std::filesystem::is_directory(path))
-        throw Error("cannot write \"" + path.string() + "\": it is a folder", ErrorKind::Output);
-    if (path.extension() == ".png")
-        imageLibrary();
 }
 
 /// Returns the exit code.
@@ -172,11 +142,7 @@ void checkOptions(const Options& options) {
     if (!options.build.shading.empty())
         findPlugin(pluginTables().shaders, options.build.shading, "shading integrator", {});
     outputSettingsOf(options);
-    for (const auto& output : options.outputs)
-        checkWritable(output);
-    for (const auto& file : {options.statsFile, options.heatmapFile, options.samplesFile, options.curveFile})
-        if (!file.empty())
-            checkWritable(file);
+    checkOutputs(options);
 }
 
 RenderSettings settingsOf(const Options& options, const FrameSetup& built) {
@@ -193,11 +159,11 @@ RenderSettings settingsOf(const Options& options, const FrameSetup& built) {
 bool isPart(const std::filesystem::path& output) { return output.extension() == ".part"; }
 
 /// Renders a picture and writes all that is asked for, the outputs first. `start`: when its time began to
-/// count. Returns the exit code.
-int makePicture(const Options& options, const BuiltScene& built, StepSeconds seconds, Clock::time_point start,
-                StopSignals* signals, spdlog::logger& log) {
-    for (const auto& output : options.outputs)
-        checkWritable(output);
+/// count. `guard`: of the scene. Returns the exit code.
+int makePicture(const Options& options, const BuiltScene& built, const Guard& guard, StepSeconds seconds,
+                Clock::time_point start, StopSignals* signals, spdlog::logger& log) {
+    checkOutputs(options);
+    checkNotRead(options, guard);
     RenderSettings settings = settingsOf(options, built);
     SampleTable samples;
     if (!options.samplesFile.empty())
@@ -265,8 +231,8 @@ int makePicture(const Options& options, const BuiltScene& built, StepSeconds sec
 }
 
 /// Returns the exit code.
-int makeSequence(const Options& given, SceneDescription&& description, StepSeconds seconds,
-                 Messages& messages, spdlog::logger& log) {
+int makeSequence(const Options& given, SceneDescription&& description, const Guard& guard,
+                 StepSeconds seconds, Messages& messages, spdlog::logger& log) {
     const Sequence& sequence = *given.sequence;
     const uint64_t content = contentHash(description);
     auto start = std::chrono::steady_clock::now();
@@ -290,7 +256,7 @@ int makeSequence(const Options& given, SceneDescription&& description, StepSecon
         log.info("frame {} ({} of {})", frame, i + 1, count);
         const BuiltScene built = builder.build(shutterOf(sequence, frame));
         seconds.build = secondsSince(start);
-        if (const int one = makePicture(ofFrame, built, seconds, start, nullptr, log); one != kOk)
+        if (const int one = makePicture(ofFrame, built, guard, seconds, start, nullptr, log); one != kOk)
             code = one;
         if (code == kOutputError) // the next frames would fare no better
             return code;
@@ -322,7 +288,7 @@ int run(Options options, spdlog::logger& log) {
     SceneDescription description = parseFiles(options.scenes, sharingNames(), messages, guard);
     seconds.parse = secondsSince(start);
     if (options.sequence)
-        return makeSequence(options, std::move(description), seconds, messages, log);
+        return makeSequence(options, std::move(description), *guard, seconds, messages, log);
     if (options.checkpoint > 0 || std::any_of(options.outputs.begin(), options.outputs.end(), isPart))
         options.content = contentHash(description);
     start = std::chrono::steady_clock::now();
@@ -331,7 +297,7 @@ int run(Options options, spdlog::logger& log) {
     log.debug("parsed in {:.3f} s, built in {:.3f} s", seconds.parse, seconds.build);
     if (options.pixel)
         return printPixel(options, built, settingsOf(options, built));
-    return makePicture(withOutput(options, built.filename, log), built, seconds, processStart(),
+    return makePicture(withOutput(options, built.filename, log), built, *guard, seconds, processStart(),
                        signals ? &*signals : nullptr, log);
 }
 

@@ -549,6 +549,33 @@ class Failures(CliTest):
         self.write("named.scene", OPTIONS.replace('"image"', '"image" "string filename" "none/out.exr"') + WORLD)
         self.fails(OUTPUT, "named.scene", says="none/out.exr")
 
+    def test_one_file_for_two_outputs(self):
+        os.symlink("out.exr", self.path("link.exr"))
+        for outputs in (["-o", "out.png", "--heatmap", "out.png"], ["-o", "out.exr", "--stats", "./out.exr"], ["-o", "out.exr", "-o", "link.exr"],
+                        ["--samples", "new.csv", "--stats", "new.csv"], ["--reference", "r.exr", "--curve", "new.csv", "--stats", "new.csv"],
+                        ["--stats", "s.exr"], ["--frames", "1:2", "-o", "a.#.exr", "--stats", "a.#.exr"],
+                        ["--frames", "1:2", "-o", "new.#.exr", "-o", "new.%d.exr"]):
+            with self.subTest(outputs):
+                self.fails(USAGE, "s.scene", *outputs, says="is to be written twice")
+
+    def test_what_the_scene_reads_is_not_written(self):
+        self.run_strobe("s.scene", "--quiet", "--spp", "1", "-o", "env.exr")
+        self.write("part.scene", WORLD.replace('"rgb L" [.2 .3 .4]', '"string mapname" "env.exr"'))
+        self.write("env.scene", OPTIONS + 'Include "part.scene"\n')
+        os.symlink("env.exr", self.path("link.exr"))
+        kept = {name: self.read(name) for name in ("env.exr", "part.scene", "env.scene")}
+        for arguments, name in (([], "env.exr"), (["-o", self.path("env.exr")], self.path("env.exr")), (["-o", "link.exr"], "link.exr"),
+                                (["-o", "new.exr", "--stats", "env.scene"], "env.scene"), (["--samples", "part.scene", "-o", "new.exr"], "part.scene"),
+                                (["--sandbox", ".", "-o", "env.exr"], "env.exr")):
+            with self.subTest(arguments):
+                self.fails(OUTPUT, "env.scene", *arguments, says=f'cannot write "{name}": the scene reads it')
+        os.rename(self.path("env.exr"), self.path("env.0002.exr"))
+        self.write("part.scene", kept["part.scene"].replace(b"env.exr", b"env.0002.exr"))
+        err = self.run_strobe("env.scene", "--frames", "1:2", "--quiet", code=OUTPUT).err
+        self.assertIn('cannot write "env.0002.exr": the scene reads it', err)
+        self.assertEqual(self.read("env.0002.exr"), kept["env.exr"])
+        self.fails(OUTPUT, "s.scene", "--reference", "env.0002.exr", "-o", "env.0002.exr", says="--reference reads it")
+
     def test_without_the_library_of_images(self):
         shutil.copy(STROBE, self.path("alone"))
         def run(*arguments):

@@ -55,6 +55,21 @@ TEST_F(GuardTest, RootsMayBeFilesAndSeveral) {
     EXPECT_THROW(Guard({{m_root / "none"}, 0}), Error);
 }
 
+TEST_F(GuardTest, KnowsWhatItAdmitted) {
+    for (const Guard::Settings& settings : {Guard::Settings(), Guard::Settings{{m_root}, 0}}) {
+        const Guard guard(settings);
+        guard.admit(m_root / "job/link.ply", {});
+        guard.admit(m_root / "job/none.ply", {});
+        EXPECT_TRUE(guard.hasAdmitted(m_root / "job/link.ply"));
+        EXPECT_TRUE(guard.hasAdmitted(m_root / "job/../job2/b.ply")) << "the link leads there";
+        EXPECT_FALSE(guard.hasAdmitted(m_root / "job/a.ply"));
+        EXPECT_FALSE(guard.hasAdmitted(m_root / "job/none.ply")) << "it is not there";
+    }
+    const Guard none;
+    none.admit(m_root / "job/a.ply", {});
+    EXPECT_FALSE(none.hasAdmitted(m_root / "job/a.ply"));
+}
+
 TEST(Memory, IsRefusedBeyondTheLimit) {
     const uint64_t held = residentBytes();
     ASSERT_GT(held, 1000000u);
