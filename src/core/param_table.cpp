@@ -74,12 +74,23 @@ bool parseNumber(const std::string& word, T& out) {
     return error == std::errc() && rest == end;
 }
 
+/// Why `word` is no T.
+template <class T>
+std::string whyNot(const std::string& word) {
+    long double number = 0; // holds more
+    if (!parseNumber(word, number))
+        return "is not a number";
+    if (std::is_floating_point_v<T>)
+        return "does not fit a 32-bit float";
+    return std::abs(number) < 0x1p31L ? "is not an integer" : "does not fit a 32-bit integer";
+}
+
 template <class T>
 std::vector<T> parseNumbers(const std::string& word, const std::string& value, const std::string& type) {
     std::vector<T> numbers;
     for (const std::string& w : splitWords(value))
         if (!parseNumber(w, numbers.emplace_back()))
-            failOverride(word, fmt::format("\"{}\" is not a number ({} is wanted)", w, type));
+            failOverride(word, fmt::format("\"{}\" {} ({} is wanted)", w, whyNot<T>(w), type));
     return numbers;
 }
 

@@ -1,5 +1,7 @@
 #include "main/guard_options.h"
 
+#include "main/number_checks.h"
+
 #include <sys/resource.h>
 
 namespace strobe {
@@ -10,12 +12,11 @@ void addGuardOptions(CLI::App& app, Options& options) {
                    "a folder (or file): scenes may read nothing else; may be given again")
         ->allow_extra_args(false);
     app.add_option("--max-memory", options.guard.memory, "most memory to take, e.g. 4G or 800M")
-        ->transform(CLI::AsSizeValue(false))
-        ->check(CLI::Range(kLeast, uint64_t(1) << 50));
+        ->transform(byteSize(kLeast));
     app.add_flag("--strict", options.strict, "fail (exit code 6) if a sample is NaN, infinite or too large");
     app.add_option("--clamp", options.clamp,
                    "darken samples of which a channel is more than this; biases the picture")
-        ->check(CLI::PositiveNumber);
+        ->transform(numberAboveZero<float>());
 }
 
 void limitMemory(const Guard::Settings& guard) {

@@ -1,6 +1,7 @@
 #include "main/options.h"
 
 #include "main/guard_options.h"
+#include "main/number_checks.h"
 #include "main/progressive_options.h"
 #include "main/sequence.h"
 
@@ -24,12 +25,13 @@ std::string aovNames() {
 
 V2i parseResolution(const std::string& text) {
     constexpr int kMost = 1 << 16;
-    V2i size;
+    long long x = 0, y = 0;
     char rest = 0;
-    if (std::sscanf(text.c_str(), "%dx%d%c", &size.x, &size.y, &rest) != 2 || size.x < 1 || size.y < 1 ||
-        size.x > kMost || size.y > kMost)
-        throw CLI::ValidationError("--resolution", "takes WxH, two positive integers");
-    return size;
+    if (std::sscanf(text.c_str(), "%lldx%lld%c", &x, &y, &rest) != 2 || std::min(x, y) < 1 ||
+        std::max(x, y) > kMost)
+        throw CLI::ValidationError("--resolution",
+                                   "takes WxH, two integers from 1 to " + std::to_string(kMost));
+    return {int(x), int(y)};
 }
 
 /// The row called `name`, or null.
@@ -127,12 +129,6 @@ ExrSettings exrCalled(const std::string& words) {
 
 /// How pixels become files.
 void addPictureOptions(CLI::App& app, Options& options, std::string& exr) {
-    const CLI::Validator finite(
-        [](const std::string& text) {
-            double value = 0;
-            return CLI::detail::lexical_cast(text, value) && std::isfinite(value) ? "" : "takes a number";
-        },
-        "");
     if (const char* file = std::getenv("OCIO"))
         options.build.colour = std::make_shared<const ColourConfig>(file);
     app.add_option("--exr", exr,
@@ -142,7 +138,7 @@ void addPictureOptions(CLI::App& app, Options& options, std::string& exr) {
                    "of the OpenColorIO config ($OCIO, or a built-in one): what PNGs show");
     app.add_option("--display", options.view.display, "of the config: what PNGs are for");
     app.add_option("--look", options.view.look, "of the config: in place of the view's own");
-    app.add_option("--exposure", options.exposure, "of PNGs, in stops")->check(finite);
+    app.add_option("--exposure", options.exposure, "of PNGs, in stops")->transform(finiteNumber<float>());
     app.add_flag("--print-ocio", options.printOcio, "print the built-in OpenColorIO config, and stop");
 }
 
@@ -171,22 +167,24 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("-D", options.build.defines, "name=value: a parameter of the integrator or of the shading")
         ->allow_extra_args(false);
     app.add_option("--spp", options.build.samplesPerPixel, "visibility samples per pixel")
-        ->check(CLI::PositiveNumber);
+        ->transform(integerFrom<int>(1));
     app.add_option("--resolution", resolution, "WxH: of the frame, in pixels");
     app.add_option("-o,--output", options.outputs, "output file (.exr, .png or .part); may be given again")
         ->allow_extra_args(false);
     addPictureOptions(app, options, exr);
-    app.add_option("--threads", options.threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
+    app.add_option("--threads", options.threads, "threads; 0: one per core")->transform(integerFrom<int>(0));
     app.add_option("--tile", options.tile, "tile size in pixels; never changes the picture")
-        ->check(CLI::PositiveNumber);
+        ->transform(integerFrom<int>(1));
     app.add_option("--crop", crop, "x0 x1 y0 y1: part of the frame, fractions")->expected(4);
     app.add_option("--pixel", pixel, "x,y: render one pixel and print it");
-    app.add_option("--sample", options.sample, "with --pixel: print one sample");
-    app.add_option("--seed", options.seed, "seed of all random numbers");
-    app.add_option("--frame-time", frameTime, "render a still at this scene time");
+    app.add_option("--sample", options.sample, "with --pixel: print one sample")
+        ->transform(integerFrom<uint32_t>(0));
+    app.add_option("--seed", options.seed, "seed of all random numbers")->transform(integerFrom<uint64_t>(0));
+    app.add_option("--frame-time", frameTime, "render a still at this scene time")
+        ->transform(finiteNumber<float>());
     app.add_option("--frames", frames, "first:last[:step]: render these frames into numbered files");
     app.add_option("--fps", fps, "frames per unit of scene time")
-        ->check(CLI::PositiveNumber)
+        ->transform(numberAboveZero<double>())
         ->capture_default_str();
     app.add_option("--shutter", shutter,
                    "open,close: when a frame's shutter opens and closes, in frames [0,0.5]");
@@ -198,7 +196,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--aov", layers, "layers of EXR outputs: " + aovNames())->delimiter(',');
     app.add_option("--crypto-depth", options.cryptoLevels,
                    "how many things a pixel of a Cryptomatte layer can name")
-        ->check(CLI::Range(1, 200));
+        ->transform(integerBetween(1, 200));
     app.add_option("--heatmap", options.heatmapFile, "write a layer in false colour, with its scale (.png)");
     app.add_option("--heatmap-of", heatmapOf, "the layer that --heatmap shows");
     app.add_option("--samples", options.samplesFile,

@@ -1,5 +1,7 @@
 #include "main/progressive_options.h"
 
+#include "main/number_checks.h"
+
 namespace strobe {
 
 namespace {
@@ -62,21 +64,21 @@ SampleSlice readSlice(const std::string& text) {
 void addProgressiveOptions(CLI::App& app, Options& options, ProgressiveTexts& texts) {
     app.add_option("--time-limit", options.timeLimit,
                    "render as well as these many seconds allow, all counted")
-        ->check(CLI::PositiveNumber);
+        ->transform(numberAboveZero<double>());
     app.add_option("--noise-target", options.noiseTarget,
                    "render until the noise of 95 % of the pixels is no more; passes of --spp samples")
-        ->check(CLI::PositiveNumber);
+        ->transform(numberAboveZero<double>());
     app.add_option("--reference", options.reference, "print the error against this image while rendering");
     app.add_option("--curve", options.curveFile, "with --reference: write errors and seconds as CSV");
     app.add_option("--partial", options.partial, "write the image so far every so many seconds")
-        ->check(CLI::PositiveNumber);
+        ->transform(numberAboveZero<double>());
     app.add_option("--display-server", texts.display,
                    "host:port: show the picture in tev while it is rendered");
     app.add_option("--pixel-bounds", texts.bounds, "x0 x1 y0 y1: part of the frame, pixels")->expected(4);
     app.add_option("--sample-range", texts.samples, "first:end: of each pixel's samples, for strobe merge");
     app.add_option("--checkpoint", options.checkpoint,
                    "save the finished part every so many seconds, and when a signal ends the render")
-        ->check(CLI::PositiveNumber);
+        ->transform(numberAboveZero<double>());
     app.add_flag("--resume", options.resume, "with --checkpoint: go on from what was saved");
 }
 

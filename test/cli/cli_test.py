@@ -212,6 +212,8 @@ class Options(CliTest):
         self.assertEqual(self.render("--seed", "3").rows, self.render("--seed", "3").rows)
         self.assertEqual(self.render("--seed", "0").rows, self.render().rows)
         self.assertNotEqual(self.render("--seed", "3").rows, self.render().rows)
+        for same in ("016", "0x10"):
+            self.assertEqual(self.render("--seed", same).attributes["strobe:seed"], "16")
 
     def test_frame_time(self):
         """A still at that time: as if nothing moved, from the place on the way there."""
@@ -461,12 +463,14 @@ class Failures(CliTest):
         for arguments, says in (
             ([], "FILE"),
             (["s.scene", "--bogus"], "--bogus"),
-            (["s.scene", "--spp", "0"], "--spp"),
-            (["s.scene", "--spp", "-4"], "--spp"),
-            (["s.scene", "--spp", "many"], "--spp"),
+            (["s.scene", "--spp", "0"], "--spp: takes an integer of at least 1"),
+            (["s.scene", "--spp", "-4"], "--spp: takes an integer of at least 1"),
+            (["s.scene", "--spp", "many"], "--spp: takes an integer of at least 1"),
+            (["s.scene", "--spp", "4.5"], "--spp: takes an integer of at least 1"),
+            (["s.scene", "--spp", "2147483648"], "--spp: takes an integer of at most 2147483647"),
             (["s.scene", "--spp"], "--spp"),
-            (["s.scene", "--threads", "-1"], "--threads"),
-            (["s.scene", "--tile", "0"], "--tile"),
+            (["s.scene", "--threads", "-1"], "--threads: takes an integer of at least 0"),
+            (["s.scene", "--tile", "0"], "--tile: takes an integer of at least 1"),
             (["s.scene", "--crop", "0", "1", "0"], "--crop"),
             (["s.scene", "--crop", "0", "1", "1", "0"], "--crop"),
             (["s.scene", "--crop", "0", "nan", "0", "1"], "--crop"),
@@ -477,9 +481,19 @@ class Failures(CliTest):
             (["s.scene", "--pixel", "-1,0"], "--pixel"),
             (["s.scene", "--pixel", "3,4", "--sample", "16"], "--sample 16: a pixel has 16 samples"),
             (["s.scene", "--sample", "1"], "needs --pixel"),
-            (["s.scene", "--seed", "x"], "--seed"),
+            (["s.scene", "--pixel", "3,4", "--sample", "-1"], "--sample: takes an integer of at least 0"),
+            (["s.scene", "--seed", "x"], "--seed: takes an integer of at least 0"),
+            (["s.scene", "--seed", "-1"], "--seed: takes an integer of at least 0"),
+            (["s.scene", "--seed", "18446744073709551616"], "--seed: takes an integer of at most 18446744073709551615"),
+            *((["s.scene", option, value], f"{option}: takes a number above 0") for value in ("0", "-1", "nan", "inf", "1e999", "soon")
+              for option in ("--fps", "--time-limit", "--noise-target", "--partial", "--checkpoint", "--clamp")),
+            *((["s.scene", option, value], f"{option}: takes a number") for value in ("nan", "-inf", "1e999", "soon")
+              for option in ("--frame-time", "--exposure")),
+            (["s.scene", "--aov", "cryptoobject", "--crypto-depth", "0"], "--crypto-depth: takes an integer of at least 1"),
             (["s.scene", "--resolution", "10"], "--resolution"),
             (["s.scene", "--resolution", "0x4"], "--resolution"),
+            (["s.scene", "--resolution", "4x65537"], "takes WxH, two integers from 1 to 65536"),
+            (["s.scene", "--resolution", "4294967300x4"], "--resolution"),
             (["s.scene", "--resolution", "4x4x4"], "--resolution"),
             (["s.scene", "--aov", "shade"], 'unknown layer "shade" (known: normal, albedo, depth, position, uv, motionvector, objectid, materialid, '
              'primitiveid, cryptoobject, cryptomaterial, direct, indirect, lightgroups, shades, samples, hitrate, block, shadetime, variance)'),
@@ -507,6 +521,8 @@ class Failures(CliTest):
             (["s.scene", "-D", "maxdepht=2"], 'unknown parameter "maxdepht"; did you mean "maxdepth"?'),
             (["s.scene", "-D", "maxdepth"], "name=value"),
             (["s.scene", "-D", "maxdepth=deep"], "not a number"),
+            (["s.scene", "-D", "maxdepth=3.5"], '"3.5" is not an integer'),
+            (["s.scene", "-D", "maxdepth=99999999999"], '"99999999999" does not fit a 32-bit integer'),
             (["none.scene"], "none.scene"),
             (["."], '"."'),
             (["s.scene", "none.scene"], "none.scene"),

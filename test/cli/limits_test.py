@@ -86,9 +86,12 @@ class LimitsTest(CliTest):
         self.assertIn("TransformTimes takes 4096 numbers at most", self.refused())
 
     def test_sizes_are_sizes(self):
-        for size in ("12", "1M", "-3G", "lots"):
-            self.assertIn("--max-memory", self.run_strobe("s.scene", "--max-memory", size, code=USAGE).err)
-        self.run_strobe("s.scene", "--max-memory", "2G", "-o", "o.exr", "--quiet")
+        self.scene(f'Shape "trianglemesh" {TRIANGLE}\n')
+        for size in ("1.5G", "800M", "2 GB", "1gib", "600000K", "536870912"):
+            self.run_strobe("s.scene", "-o", "o.exr", "--spp", "1", "--max-memory", size)
+        for size in ("127M", "0", "-1G", "nan", "G", "1X", "1e9", "4GG", "9999999T", "much"):
+            said = self.run_strobe("s.scene", "-o", "o.exr", "--max-memory", size, code=USAGE).err
+            self.assertIn("--max-memory: takes a size such as 4G or 800M, at least 128M", said)
 
     # Numbers
 

@@ -221,7 +221,11 @@ TEST(Override, Mistakes) {
     EXPECT_EQ(mistake("fov=wide"), " -D fov=wide: \"wide\" is not a number (float is wanted)");
     EXPECT_EQ(mistake("fov=nan"), " -D fov=nan: \"nan\" is not a number (float is wanted)");
     EXPECT_EQ(mistake("fov="), " -D fov=: 1 number is needed, got 0");
-    EXPECT_EQ(mistake("count=2.5"), " -D count=2.5: \"2.5\" is not a number (integer is wanted)");
+    EXPECT_EQ(mistake("count=2.5"), " -D count=2.5: \"2.5\" is not an integer (integer is wanted)");
+    EXPECT_EQ(mistake("count=3.0"), " -D count=3.0: \"3.0\" is not an integer (integer is wanted)");
+    EXPECT_EQ(mistake("count=-3e9"),
+              " -D count=-3e9: \"-3e9\" does not fit a 32-bit integer (integer is wanted)");
+    EXPECT_EQ(mistake("fov=1e400"), " -D fov=1e400: \"1e400\" does not fit a 32-bit float (float is wanted)");
     EXPECT_EQ(mistake("flag=1"), " -D flag=1: true or false is needed");
     EXPECT_EQ(mistake("L=1 2"), " -D L=1 2: 3 numbers are needed, got 2");
     try {
