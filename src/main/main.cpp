@@ -103,12 +103,6 @@ void warnOfSamples(const RenderStats& stats, const Options& options, const Built
         log.warn("  replay with {}", replayOf(bad, options, built));
 }
 
-void warnOfClamped(const std::filesystem::path& output, size_t clamped, spdlog::logger& log) {
-    if (clamped > 0)
-        log.warn("{}: {} values beyond 65504 became that, the largest half float; --exr float keeps them",
-                 output.string(), clamped);
-}
-
 std::set<std::string> sharingNames() {
     std::set<std::string> names;
     for (const auto& row : pluginTables().integrators)
@@ -125,23 +119,13 @@ std::vector<Layer> layersOf(const Options& options) {
     return layers;
 }
 
-/// Throws where there is no such view.
-OutputSettings outputSettingsOf(const Options& options) {
-    OutputSettings settings{options.exposure, {}, options.exr, options.threads};
-    const ColourConfig& colour = *options.build.colour;
-    if (!options.view.isDefault())
-        settings.view = colour.view(options.view);
-    settings.exr.space = colour.workingSpace();
-    return settings;
-}
-
 /// Everything that can be found wrong before a scene is read.
 void checkOptions(const Options& options) {
     if (!options.build.integrator.empty())
         findPlugin(pluginTables().integrators, options.build.integrator, "integrator", {});
     if (!options.build.shading.empty())
         findPlugin(pluginTables().shaders, options.build.shading, "shading integrator", {});
-    outputSettingsOf(options);
+    outputSettingsOf(options.picture, options.threads);
     checkOutputs(options);
 }
 
@@ -155,8 +139,6 @@ RenderSettings settingsOf(const Options& options, const FrameSetup& built) {
     settings.tileSize = options.tile;
     return settings;
 }
-
-bool isPart(const std::filesystem::path& output) { return output.extension() == ".part"; }
 
 /// Renders a picture and writes all that is asked for, the outputs first. `start`: when its time began to
 /// count. `guard`: of the scene. Returns the exit code.
@@ -173,7 +155,7 @@ int makePicture(const Options& options, const BuiltScene& built, const Guard& gu
     aovs.addTo(settings);
     if (std::any_of(options.outputs.begin(), options.outputs.end(), isPart))
         film.keepSums();
-    const OutputSettings outputSettings = outputSettingsOf(options);
+    const OutputSettings outputSettings = outputSettingsOf(options.picture, options.threads);
     for (const auto& output : options.outputs)
         if (!isPart(output))
             film.checkWrite(output, outputSettings, aovs.develop().parts);
@@ -187,7 +169,7 @@ int makePicture(const Options& options, const BuiltScene& built, const Guard& gu
         const DevelopedAovs developed = finished ? aovs.develop() : DevelopedAovs{};
         Metadata metadata = renderMetadata(built, options, so, seconds, finished);
         if (file.extension() == ".png")
-            addViewMetadata(options, metadata);
+            addViewMetadata(options.picture, metadata);
         else
             metadata.insert(metadata.end(), developed.metadata.begin(), developed.metadata.end());
         warnOfClamped(file, picture.write(file, metadata, outputSettings, developed.parts), log);

@@ -1,6 +1,7 @@
 #include "main/merge.h"
 
 #include "main/options.h"
+#include "main/outputs.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -37,6 +38,29 @@ Metadata metadataOf(const RenderPart& part, uint64_t missing) {
     return m;
 }
 
+/// How many samples are missing. What parts at the frame's border lack cannot be told from a crop: only the
+/// picture's size is said, where there is one.
+uint64_t warnOfMissing(const RenderPart& whole, const std::vector<std::filesystem::path>& outputs,
+                       spdlog::logger& log) {
+    const Window& w = whole.window;
+    const uint64_t missing = missingSamples(whole);
+    if (missing > 0)
+        log.warn("{} samples of the pixels from {},{} to {},{} are missing", missing, w.x0, w.y0, w.x1 - 1,
+                 w.y1 - 1);
+    const bool isWhole = w.width() == whole.fullWidth && w.height() == whole.fullHeight;
+    if (!isWhole && !std::all_of(outputs.begin(), outputs.end(), isPart))
+        log.warn("the parts show pixels {},{} to {},{} of a frame of {}x{}", w.x0, w.y0, w.x1 - 1, w.y1 - 1,
+                 whole.fullWidth, whole.fullHeight);
+    return missing;
+}
+
+void writePicture(const std::filesystem::path& output, const RenderPart& whole, Metadata metadata,
+                  const PictureOptions& options, const OutputSettings& settings, spdlog::logger& log) {
+    if (output.extension() == ".png")
+        addViewMetadata(options, metadata);
+    warnOfClamped(output, filmOf(whole).write(output, metadata, settings), log);
+}
+
 } // namespace
 
 std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options) {
@@ -45,6 +69,7 @@ std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options) {
     app.add_option("-o,--output", options.outputs, "output file (.exr, .png or .part); may be given again")
         ->allow_extra_args(false)
         ->required();
+    addPictureOptions(app, options.picture);
     app.add_flag("--strict", options.strict, "fail (exit code 6) if a sample is NaN, infinite or too large");
     app.add_flag("--quiet", options.quiet, "print errors only");
     try {
@@ -58,18 +83,17 @@ std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options) {
 }
 
 int merge(const MergeOptions& options, spdlog::logger& log) {
+    checkOutputs(options.outputs);
+    const OutputSettings settings = outputSettingsOf(options.picture, 0);
     RenderPart whole = readPart(options.parts.front());
     for (size_t i = 1; i < options.parts.size(); ++i)
         addPart(whole, readPart(options.parts[i]), options.parts[i]);
-    const uint64_t missing = missingSamples(whole);
-    if (missing > 0)
-        log.warn("{} samples of the pixels from {},{} to {},{} are missing", missing, whole.window.x0,
-                 whole.window.y0, whole.window.x1 - 1, whole.window.y1 - 1);
+    const uint64_t missing = warnOfMissing(whole, options.outputs, log);
     for (const auto& output : options.outputs) {
-        if (output.extension() == ".part")
+        if (isPart(output))
             writePart(output, whole);
         else
-            filmOf(whole).write(output, metadataOf(whole, missing), {.threads = 0});
+            writePicture(output, whole, metadataOf(whole, missing), options.picture, settings, log);
         log.info("wrote {}", output.string());
     }
     const uint64_t bad = badSamplesOf(whole);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "main/part_file.h"
+#include "main/picture_options.h"
 
 #include <spdlog/logger.h>
 
@@ -9,6 +10,7 @@ namespace strobe {
 
 struct MergeOptions {
     std::vector<std::filesystem::path> parts, outputs;
+    PictureOptions picture;
     bool quiet = false, strict = false;
 };
 
@@ -16,7 +18,8 @@ struct MergeOptions {
 std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options);
 
 /// Reads the parts, puts them together and writes the outputs: pictures, or (.part) a part again. Warns of
-/// samples that are still missing. Returns the exit code; throws Error.
+/// samples that are still missing, and of pictures that are smaller than the frame. Returns the exit code;
+/// throws Error.
 int merge(const MergeOptions& options, spdlog::logger& log);
 
 } // namespace strobe

@@ -119,27 +119,11 @@ void readSequence(const CLI::App& app, const std::string& frames, const std::str
     options.command = decisive(app);
 }
 
-ExrSettings exrCalled(const std::string& words) {
-    try {
-        return exrSettingsFrom(words);
-    } catch (const Error& e) {
-        throw CLI::ValidationError("--exr", e.what());
-    }
-}
-
-/// How pixels become files.
-void addPictureOptions(CLI::App& app, Options& options, std::string& exr) {
-    if (const char* file = std::getenv("OCIO"))
-        options.build.colour = std::make_shared<const ColourConfig>(file);
-    app.add_option("--exr", exr,
-                   "how EXRs are stored, words with commas between: float or half; none, rle, zips, "
-                   "zip, piz, pxr24, b44, b44a, dwaa or dwab; scanlines or tiles:EDGE; single or parts");
-    app.add_option("--view", options.view.view,
-                   "of the OpenColorIO config ($OCIO, or a built-in one): what PNGs show");
-    app.add_option("--display", options.view.display, "of the config: what PNGs are for");
-    app.add_option("--look", options.view.look, "of the config: in place of the view's own");
-    app.add_option("--exposure", options.exposure, "of PNGs, in stops")->transform(finiteNumber<float>());
-    app.add_flag("--print-ocio", options.printOcio, "print the built-in OpenColorIO config, and stop");
+/// The command's name among the files is no scene.
+void checkScenes(const std::vector<std::filesystem::path>& scenes) {
+    std::error_code ignored;
+    if (!scenes.empty() && scenes.front() == "merge" && !std::filesystem::exists("merge", ignored))
+        throw CLI::ValidationError("merge", "comes first: strobe merge PART... -o OUT...");
 }
 
 } // namespace
@@ -153,8 +137,9 @@ void checkOutputName(const std::filesystem::path& output) {
 std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     CLI::App app{"strobe: how little can you shade and still be right?"};
     app.set_version_flag("--version", "strobe " STROBE_VERSION);
+    app.footer("strobe merge PART... -o OUT... puts parts of a render together: see strobe merge --help");
     std::vector<float> crop;
-    std::string pixel, resolution, heatmapOf = "shades", exr;
+    std::string pixel, resolution, heatmapOf = "shades";
     ProgressiveTexts progressive;
     std::vector<std::string> layers;
     std::string frames, shutter;
@@ -171,7 +156,9 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--resolution", resolution, "WxH: of the frame, in pixels");
     app.add_option("-o,--output", options.outputs, "output file (.exr, .png or .part); may be given again")
         ->allow_extra_args(false);
-    addPictureOptions(app, options, exr);
+    addPictureOptions(app, options.picture);
+    options.build.colour = options.picture.colour;
+    app.add_flag("--print-ocio", options.printOcio, "print the built-in OpenColorIO config, and stop");
     app.add_option("--threads", options.threads, "threads; 0: one per core")->transform(integerFrom<int>(0));
     app.add_option("--tile", options.tile, "tile size in pixels; never changes the picture")
         ->transform(integerFrom<int>(1));
@@ -234,11 +221,10 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         if (frameTime)
             options.build.shutter = Shutter{*frameTime, *frameTime};
         readSequence(app, frames, shutter, fps, options);
-        if (!exr.empty())
-            options.exr = exrCalled(exr);
         chooseLayers(layers, options);
         readProgressiveOptions(progressive, options);
         options.heatmapLayer = layerCalled("--heatmap-of", heatmapOf);
+        checkScenes(options.scenes);
         if (options.scenes.empty() && !options.list && !options.printOcio)
             throw CLI::RequiredError("FILE");
     } catch (const CLI::ParseError& e) {

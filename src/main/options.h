@@ -6,6 +6,7 @@
 #include "core/light_film.h"
 #include "core/math.h"
 #include "main/display_server.h"
+#include "main/picture_options.h"
 #include "scene/builder.h"
 
 #include <filesystem>
@@ -42,9 +43,7 @@ struct Options {
     uint64_t content = 0;               ///< contentHash of the scene, where parts are written
     std::optional<ViewerAddress> display;
     Layer heatmapLayer = Layer::Shades;
-    ViewSettings view;  ///< of PNGs
-    float exposure = 0; ///< of PNGs, in stops
-    ExrSettings exr;
+    PictureOptions picture;
     std::vector<Layer> layers;      ///< of EXR outputs: of sharing,
     std::vector<Feature> features;  ///< of what is seen,
     std::vector<LightLayer> lights; ///< and of parts of the light

@@ -80,4 +80,10 @@ void checkNotRead(const Options& options, const Guard& guard) {
     }
 }
 
+void warnOfClamped(const fs::path& output, size_t clamped, spdlog::logger& log) {
+    if (clamped > 0)
+        log.warn("{}: {} values beyond 65504 became that, the largest half float; --exr float keeps them",
+                 output.string(), clamped);
+}
+
 } // namespace strobe

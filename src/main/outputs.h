@@ -20,4 +20,7 @@ void checkOutputs(const Options& options);
 /// --reference reads.
 void checkNotRead(const Options& options, const Guard& guard);
 
+/// Warns of values that became the largest half float, if there are any.
+void warnOfClamped(const std::filesystem::path& output, size_t clamped, spdlog::logger& log);
+
 } // namespace strobe

@@ -26,6 +26,9 @@ struct RenderPart {
     std::vector<PixelSum> sums;                             ///< row by row over the window
 };
 
+/// By its name.
+inline bool isPart(const std::filesystem::path& file) { return file.extension() == ".part"; }
+
 /// A text line that says what it is, one with a checksum of the rest, one of JSON, then the sums. Atomic;
 /// throws Error of kind Output.
 void writePart(const std::filesystem::path& file, const RenderPart& part);

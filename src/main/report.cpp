@@ -47,16 +47,6 @@ Metadata renderMetadata(const BuiltScene& built, const Options& options, const R
     return m;
 }
 
-void addViewMetadata(const Options& options, Metadata& metadata) {
-    for (const auto& [name, value] : {std::pair("display", options.view.display),
-                                      {"view", options.view.view},
-                                      {"look", options.view.look}})
-        if (!value.empty())
-            metadata.emplace_back(std::string("strobe:") + name, value);
-    if (options.exposure != 0)
-        metadata.emplace_back("strobe:exposure", options.exposure);
-}
-
 namespace {
 
 nlohmann::ordered_json stagesOf(const Counters& c) {

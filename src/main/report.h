@@ -13,8 +13,6 @@ struct StepSeconds {
 
 Metadata renderMetadata(const BuiltScene& built, const Options& options, const RenderStats& stats,
                         const StepSeconds& seconds, bool finished);
-/// What of the picture a PNG shows, as far as options say so.
-void addViewMetadata(const Options& options, Metadata& metadata);
 /// Throws Error of kind Output.
 void writeStats(const std::filesystem::path& file, const BuiltScene& built, const Options& options,
                 const RenderStats& stats, const StepSeconds& seconds);

@@ -73,6 +73,13 @@ class Information(CliTest):
             self.assertRegex(text, rf"(^|[\s,]){option}[\s,]")
         self.assertEqual(self.run_strobe("-h").out, text)
 
+    def test_merge_is_a_command(self):
+        self.assertIn("strobe merge PART... -o OUT...", self.run_strobe("--help").out)
+        self.assertIn("merge: comes first: strobe merge PART... -o OUT...",
+                      self.run_strobe("--quiet", "merge", "a.part", "-o", "m.exr", code=USAGE).err)
+        self.write("merge", OPTIONS + WORLD)
+        self.run_strobe("--quiet", "merge", "--spp", "1")
+
     def test_version(self):
         self.assertRegex(self.run_strobe("--version").out, r"^strobe \d+\.\d+\.\d+\n$")
 

@@ -148,6 +148,21 @@ class Colour(OutputTest):
             for channel, values in self.channels(name).items():
                 np.testing.assert_array_equal(values, self.channels("linear.exr")[channel])
 
+    def test_merge_has_the_options_of_pictures(self):
+        self.run_strobe("o.scene", "--quiet", "-o", "p.part")
+        how = ("--view", "film", "--display", "projector", "--look", "noon", "--exposure", "1", "--exr", "half,tiles:16")
+        self.run_with("show.ocio", "o.scene", "--quiet", *how, "-o", "ours.png", "-o", "ours.exr")
+        self.run_with("show.ocio", "merge", "p.part", "--quiet", *how, "-o", "merged.png", "-o", "merged.exr")
+        for kind in ("png", "exr"):
+            ours, merged = self.channels("ours." + kind), self.channels("merged." + kind)
+            for channel in "RGB":
+                np.testing.assert_array_equal(ours[channel], merged[channel])
+        self.assertEqual(self.header("merged.exr").tile_width, 16)
+        self.assertIn(b"strobe:exposure", self.read("merged.png"))
+        for wrong, says in ((["--view", "Film"], "unknown view"), (["--exr", "deflate"], "--exr: unknown kind"), (["--exposure", "nan"], "takes a number")):
+            self.assertIn(says, self.run_strobe("merge", "p.part", "-o", "no.png", *wrong, code=USAGE).err)
+        self.assertNotIn("no.png", self.names())
+
     def test_the_space_is_named(self):
         header = self.header("linear.exr")
         self.assertEqual(header["oiio:ColorSpace"], "lin_rec709")

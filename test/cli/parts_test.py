@@ -91,6 +91,16 @@ class PartsTest(SceneTest):
         self.assertIn("1800 samples of the pixels from 0,0 to 29,19 are missing", self.merged(["a.part"]))
         self.assertEqual(Exr(self.path("m.exr")).attributes["strobe:unfinished"], 1)
 
+    def test_parts_that_lack_the_border(self):
+        """Or of a crop: it is not unfinished, but said."""
+        small = ["--resolution", "30x20", "--quiet"]
+        self.run_strobe(*small, "--pixel-bounds", "0", "30", "0", "10", "-o", "a.part")
+        self.assertIn("the parts show pixels 0,0 to 29,9 of a frame of 30x20", self.merged(["a.part"]))
+        self.assertNotIn("strobe:unfinished", Exr(self.path("m.exr")).attributes)
+        self.assertNotIn("the parts show", self.merged(["a.part"], "some.part"))
+        self.run_strobe(*small, "--pixel-bounds", "0", "30", "10", "20", "-o", "b.part")
+        self.assertNotIn("the parts show", self.merged(["a.part", "b.part"]))
+
     def test_damaged_parts(self):
         self.run_strobe("--resolution", "30x20", "--quiet", "-o", "a.part")
         with open(self.path("a.part"), "rb") as file:
