@@ -52,31 +52,6 @@ Clock::time_point processStart() {
     return Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(age));
 }
 
-/// Returns the exit code.
-int printPixel(const Options& options, const BuiltScene& built, RenderSettings settings) {
-    const V2i p = *options.pixel;
-    if (p.x < 0 || p.y < 0 || p.x >= built.resolution.x || p.y >= built.resolution.y)
-        throw Error(fmt::format("--pixel {},{}: the frame has {}x{} pixels", p.x, p.y, built.resolution.x,
-                                built.resolution.y),
-                    ErrorKind::Usage);
-    if (options.sample && *options.sample >= uint32_t(settings.samplesPerPixel))
-        throw Error(
-            fmt::format("--sample {}: a pixel has {} samples", *options.sample, settings.samplesPerPixel),
-            ErrorKind::Usage);
-    settings.probe = [&](const SampleReport& report) {
-        if (options.sample == report.number)
-            fmt::print("pixel {},{} sample {}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, report.number,
-                       report.value.x, report.value.y, report.value.z);
-    };
-    Film film(built.resolution.x, built.resolution.y, {p.x, p.y, p.x + 1, p.y + 1});
-    const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
-                                     *built.filter, settings, film);
-    const Rgb& mean = film.image().pixels[0];
-    if (!options.sample)
-        fmt::print("pixel {},{}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, mean.x, mean.y, mean.z);
-    return options.strict && stats.total.badSamples > 0 ? kBadSamples : kOk;
-}
-
 /// The options that, beside those of the picture, render this sample alone.
 std::string replayOf(const BadSample& bad, const Options& options, const BuiltScene& built) {
     std::string words = fmt::format("--pixel {},{} --sample {}", bad.x, bad.y, bad.sample);
@@ -101,6 +76,33 @@ void warnOfSamples(const RenderStats& stats, const Options& options, const Built
             stats.total.firstBad.empty() ? "" : "; the first:");
     for (const BadSample& bad : stats.total.firstBad)
         log.warn("  replay with {}", replayOf(bad, options, built));
+}
+
+/// Returns the exit code.
+int printPixel(const Options& options, const BuiltScene& built, RenderSettings settings,
+               spdlog::logger& log) {
+    const V2i p = *options.pixel;
+    if (p.x < 0 || p.y < 0 || p.x >= built.resolution.x || p.y >= built.resolution.y)
+        throw Error(fmt::format("--pixel {},{}: the frame has {}x{} pixels", p.x, p.y, built.resolution.x,
+                                built.resolution.y),
+                    ErrorKind::Usage);
+    if (options.sample && *options.sample >= uint32_t(settings.samplesPerPixel))
+        throw Error(
+            fmt::format("--sample {}: a pixel has {} samples", *options.sample, settings.samplesPerPixel),
+            ErrorKind::Usage);
+    settings.probe = [&](const SampleReport& report) {
+        if (options.sample == report.number)
+            fmt::print("pixel {},{} sample {}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, report.number,
+                       report.value.x, report.value.y, report.value.z);
+    };
+    Film film(built.resolution.x, built.resolution.y, {p.x, p.y, p.x + 1, p.y + 1});
+    const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
+                                     *built.filter, settings, film);
+    warnOfSamples(stats, options, built, log);
+    const Rgb& mean = film.image().pixels[0];
+    if (!options.sample)
+        fmt::print("pixel {},{}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, mean.x, mean.y, mean.z);
+    return options.strict && stats.total.badSamples > 0 ? kBadSamples : kOk;
 }
 
 std::set<std::string> sharingNames() {
@@ -222,7 +224,7 @@ int makeSequence(const Options& given, SceneDescription&& description, const Gua
     const Options options = withOutput(given, builder.setup().filename, log);
     if (options.pixel) // of one frame
         return printPixel(options, builder.build(shutterOf(sequence, sequence.first)),
-                          settingsOf(options, builder.setup()));
+                          settingsOf(options, builder.setup()), log);
     int code = kOk;
     const int64_t count = (int64_t(sequence.last) - sequence.first) / sequence.step + 1;
     int64_t finished = 0;
@@ -278,7 +280,7 @@ int run(Options options, spdlog::logger& log) {
     seconds.build = secondsSince(start);
     log.debug("parsed in {:.3f} s, built in {:.3f} s", seconds.parse, seconds.build);
     if (options.pixel)
-        return printPixel(options, built, settingsOf(options, built));
+        return printPixel(options, built, settingsOf(options, built), log);
     return makePicture(withOutput(options, built.filename, log), built, *guard, seconds, processStart(),
                        signals ? &*signals : nullptr, log);
 }

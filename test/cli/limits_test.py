@@ -116,6 +116,9 @@ class LimitsTest(CliTest):
         self.assertIn(f"{count} samples were NaN", said)
         x, y, s = re.search(r"--pixel (\d+),(\d+) --sample (\d+)", self.run_strobe("s.scene", "-o", "o.exr", "--strict", code=BAD).err).groups()
         self.run_strobe("s.scene", "--pixel", f"{x},{y}", "--sample", s, "--strict", code=BAD)
+        said = self.run_strobe("s.scene", "--pixel", f"{x},{y}").err
+        self.assertIn("samples were NaN, infinite or beyond", said)
+        self.assertIn(f"replay with --pixel {x},{y} --sample ", said)
         self.run_strobe("s.scene", "-o", "o.part", "--strict", code=BAD)
         self.run_strobe("merge", "o.part", "-o", "m.exr")
         self.run_strobe("merge", "o.part", "-o", "m.exr", "--strict", code=BAD)
