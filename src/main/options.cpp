@@ -97,6 +97,18 @@ std::string decisive(const CLI::App& app) {
     return words;
 }
 
+/// Options that mean nothing without another.
+void checkNeeds(const CLI::App& app, const Options& options) {
+    for (const auto& [name, other] : {std::pair("--sample", "--pixel"), {"--heatmap-of", "--heatmap"}})
+        if (app.count(name) > 0 && app.count(other) == 0)
+            throw CLI::ValidationError(name, std::string("needs ") + other);
+    const auto has = [&](Feature feature) {
+        return std::find(options.features.begin(), options.features.end(), feature) != options.features.end();
+    };
+    if (app.count("--crypto-depth") > 0 && !has(Feature::CryptoObject) && !has(Feature::CryptoMaterial))
+        throw CLI::ValidationError("--crypto-depth", "needs --aov cryptoobject or cryptomaterial");
+}
+
 /// The options of --frames, which go with no others.
 void readSequence(const CLI::App& app, const std::string& frames, const std::string& shutter, double fps,
                   Options& options) {
@@ -206,8 +218,6 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         }
         if (!resolution.empty())
             options.build.resolution = parseResolution(resolution);
-        if (options.sample && !options.pixel)
-            throw CLI::ValidationError("--sample", "needs --pixel");
         if (!crop.empty()) {
             if (!(crop[0] < crop[1] && crop[2] < crop[3]))
                 throw CLI::ValidationError("--crop", "takes x0 x1 y0 y1 with x0 < x1 and y0 < y1");
@@ -224,6 +234,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         chooseLayers(layers, options);
         readProgressiveOptions(progressive, options);
         options.heatmapLayer = layerCalled("--heatmap-of", heatmapOf);
+        checkNeeds(app, options);
         checkScenes(options.scenes);
         if (options.scenes.empty() && !options.list && !options.printOcio)
             throw CLI::RequiredError("FILE");

@@ -7,19 +7,47 @@ namespace strobe {
 namespace {
 
 /// An option, and whether it was given.
-using Given = std::pair<const char*, bool>;
+using Given = std::pair<std::string, bool>;
 
 /// Throws where one of `some` and one of `others` are given.
 void keepApart(std::initializer_list<Given> some, std::initializer_list<Given> others) {
     for (const auto& [one, isGiven] : some)
         for (const auto& [other, otherIsGiven] : others)
             if (isGiven && otherIsGiven)
-                throw CLI::ValidationError(other, std::string("does not go with ") + one);
+                throw CLI::ValidationError(other, "does not go with " + one);
 }
 
 void need(const Given& option, const Given& other) {
     if (option.second && !other.second)
-        throw CLI::ValidationError(option.first, std::string("needs ") + other.first);
+        throw CLI::ValidationError(option.first, "needs " + other.first);
+}
+
+template <class T>
+bool isOneOf(const std::vector<T>& values, const T& value) {
+    return std::find(values.begin(), values.end(), value) != values.end();
+}
+
+/// The first layer but the variance, by the name that --aov knows it by; empty: there is none.
+std::string layerOf(const Options& o) {
+    for (const FeatureInfo& row : featureTable())
+        if (isOneOf(o.features, row.feature))
+            return row.name;
+    for (const LightLayerInfo& row : lightLayerTable())
+        if (isOneOf(o.lights, row.layer))
+            return row.name;
+    for (const LayerInfo& row : layerTable())
+        if (row.layer != Layer::Variance && isOneOf(o.layers, row.layer))
+            return row.name;
+    return {};
+}
+
+/// A pixel is printed, and nothing is written or shown.
+void checkPixel(const Options& o, const Given& pixel, std::initializer_list<Given> others) {
+    keepApart({pixel}, {{"-o", !o.outputs.empty()},
+                        {"--stats", !o.statsFile.empty()},
+                        {"--partial", o.partial > 0},
+                        {"--display-server", o.display.has_value()}});
+    keepApart({pixel}, others);
 }
 
 void checkTogether(const Options& o) {
@@ -30,9 +58,9 @@ void checkTogether(const Options& o) {
                           return output.extension() == ".part";
                       })};
     const Given pixel{"--pixel", o.pixel.has_value()}, table{"--samples", !o.samplesFile.empty()};
-    const bool varies = std::find(o.layers.begin(), o.layers.end(), Layer::Variance) != o.layers.end();
-    const Given variance{"--aov variance", varies};
-    const Given layers{"--aov", o.layers.size() > size_t(varies) || !o.features.empty() || !o.lights.empty()};
+    const Given variance{"--aov variance", isOneOf(o.layers, Layer::Variance)};
+    const std::string layer = layerOf(o);
+    const Given layers{"--aov " + layer, !layer.empty()};
     const Given heatmap{"--heatmap", !o.heatmapFile.empty()};
     const Given frames{"--frames", o.sequence.has_value()};
     keepApart({time, noise, reference}, {pixel, table, layers, heatmap, slice, checkpoint});
@@ -42,6 +70,7 @@ void checkTogether(const Options& o) {
     need(variance, noise); // passes tell it
     need({"--curve", !o.curveFile.empty()}, reference);
     need({"--resume", o.resume}, checkpoint);
+    checkPixel(o, pixel, {layers, heatmap, table});
 }
 
 Window readBounds(const std::vector<int>& b) {

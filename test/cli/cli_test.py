@@ -350,7 +350,7 @@ class Options(CliTest):
         self.assertTrue(all(0 <= v < 1 for v in values))
         self.assertGreater(max(values), 0)
         for words, says in ((("variance",), "--aov variance: needs --noise-target"),
-                            (("variance,depth", "--noise-target", "1"), "--aov: does not go with --noise-target")):
+                            (("variance,depth", "--noise-target", "1"), "--aov depth: does not go with --noise-target")):
             self.assertIn(says, self.run_strobe("s.scene", "--aov", *words, code=USAGE).err)
 
     def test_layers_need_an_exr(self):
@@ -484,9 +484,7 @@ class Failures(CliTest):
             (["s.scene", "--crop", "2", "3", "0", "1"], "crop"),
             (["s.scene", "--pixel", "3"], "--pixel"),
             (["s.scene", "--pixel", "3,4,5"], "--pixel"),
-            (["s.scene", "--pixel", "24,0"], "--pixel 24,0: the frame has 24x16 pixels"),
-            (["s.scene", "--pixel", "-1,0"], "--pixel"),
-            (["s.scene", "--pixel", "3,4", "--sample", "16"], "--sample 16: a pixel has 16 samples"),
+            (["s.scene", "--pixel", "1,1"], "-o: does not go with --pixel"),
             (["s.scene", "--sample", "1"], "needs --pixel"),
             (["s.scene", "--pixel", "3,4", "--sample", "-1"], "--sample: takes an integer of at least 0"),
             (["s.scene", "--seed", "x"], "--seed: takes an integer of at least 0"),
@@ -506,6 +504,8 @@ class Failures(CliTest):
              'primitiveid, cryptoobject, cryptomaterial, direct, indirect, lightgroups, shades, samples, hitrate, block, shadetime, variance)'),
             (["s.scene", "--heatmap", "heat.exr"], "must end in .png"),
             (["s.scene", "--heatmap-of", "x"], 'unknown layer "x"'),
+            (["s.scene", "--heatmap-of", "block"], "--heatmap-of: needs --heatmap"),
+            (["s.scene", "--aov", "depth", "--crypto-depth", "4"], "--crypto-depth: needs --aov cryptoobject or cryptomaterial"),
             (["s.scene", "--shading", "toon"], "toon"),
             (["s.scene", "--frame-time", "soon"], "--frame-time"),
             (["s.scene", "--frames", "3:1"], "--frames: takes first:last"),
@@ -536,6 +536,20 @@ class Failures(CliTest):
         ):
             with self.subTest(arguments):
                 self.fails(USAGE, *arguments, *self.OUT, says=says)
+
+    def test_usage_of_pixels(self):
+        for arguments, says in (
+            (["--pixel", "24,0"], "--pixel 24,0: the frame has 24x16 pixels"),
+            (["--pixel", "-1,0"], "--pixel"),
+            (["--pixel", "3,4", "--sample", "16"], "--sample 16: a pixel has 16 samples"),
+            (["--pixel", "3,4", "--stats", "a.json"], "--stats: does not go with --pixel"),
+            (["--pixel", "3,4", "--heatmap", "a.png"], "--heatmap: does not go with --pixel"),
+            (["--pixel", "3,4", "--samples", "a.csv"], "--samples: does not go with --pixel"),
+            (["--pixel", "3,4", "--aov", "normal"], "--aov normal: does not go with --pixel"),
+            (["--pixel", "3,4", "--partial", "1"], "--partial: does not go with --pixel"),
+        ):
+            with self.subTest(arguments):
+                self.fails(USAGE, "s.scene", *arguments, says=says)
 
     def test_unknown_integrator_lists_the_known(self):
         self.fails(USAGE, "s.scene", "--integrator", "supersampel", *self.OUT, says='did you mean "supersample"?')

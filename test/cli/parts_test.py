@@ -122,7 +122,7 @@ class PartsTest(SceneTest):
                              (["--pixel-bounds", "0", "200", "0", "9"], "the frame has 150x100 pixels"),
                              (["--sample-range", "0:4", "--integrator", "msaa-cache", "-D", "scope=tile"], "there are no slices of them"),
                              (["--sample-range", "0:4", "--noise-target", "1"], "--sample-range: does not go with --noise-target"),
-                             (["--sample-range", "0:4", "--aov", "shades"], "--aov: does not go with --sample-range")):
+                             (["--sample-range", "0:4", "--aov", "shades"], "--aov shades: does not go with --sample-range")):
             said, _ = self.run_strobe(*args, "-o", "o.exr", code=1)
             self.assertIn(reason, said)
 
