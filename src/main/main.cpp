@@ -121,12 +121,25 @@ std::vector<Layer> layersOf(const Options& options) {
     return layers;
 }
 
+/// Throws where there is no such plugin; of one of the others, says which option is theirs.
+template <class Row, class Other>
+void checkPlugin(const std::string& name, const char* kind, const char* option, const std::vector<Row>& table,
+                 const char* othersOption, const std::vector<Other>& others) {
+    if (name.empty())
+        return;
+    if (std::any_of(others.begin(), others.end(), [&](const Other& row) { return row.name == name; }))
+        throw Error(fmt::format("{0} {1}: that is chosen by {2} {1}", option, name, othersOption),
+                    ErrorKind::Usage);
+    findPlugin(table, name, kind, {});
+}
+
 /// Everything that can be found wrong before a scene is read.
 void checkOptions(const Options& options) {
-    if (!options.build.integrator.empty())
-        findPlugin(pluginTables().integrators, options.build.integrator, "integrator", {});
-    if (!options.build.shading.empty())
-        findPlugin(pluginTables().shaders, options.build.shading, "shading integrator", {});
+    const PluginTables tables = pluginTables();
+    checkPlugin(options.build.integrator, "integrator", "--integrator", tables.integrators, "--shading",
+                tables.shaders);
+    checkPlugin(options.build.shading, "shading integrator", "--shading", tables.shaders, "--integrator",
+                tables.integrators);
     outputSettingsOf(options.picture, options.threads);
     checkOutputs(options);
 }

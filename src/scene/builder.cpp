@@ -35,6 +35,31 @@ void applyDefines(const std::vector<std::string>& defines, const PluginTables& t
     }
 }
 
+/// Throws where a scene names neither what shares a shade nor how one is made: its one word for both leads
+/// here.
+void checkIntegrator(const PluginTables& tables, const Statement& shading) {
+    std::vector<std::string> names;
+    std::string known;
+    const auto add = [&](const std::string& name, const char* before) {
+        names.push_back(name);
+        known += before + name;
+    };
+    for (const auto& row : tables.integrators)
+        add(row.name, known.empty() ? "" : ", ");
+    const char* before = "; for shading: ";
+    for (const auto& row : tables.shaders) {
+        if (row.name == shading.name)
+            return;
+        add(row.name, std::exchange(before, ", "));
+    }
+    if (!shading.where) // not the scene's
+        return;
+    const std::string nearest = nearestName(shading.name, names);
+    throw Error(shading.where, "unknown integrator \"" + shading.name + '"' +
+                                   (nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?") +
+                                   " (known: " + known + ")");
+}
+
 Window windowOf(const FilmSetup& film, const BuildOptions& options, const V2i& resolution,
                 const Location& filmWhere) {
     if (const auto& b = options.pixelBounds) {
@@ -264,6 +289,7 @@ class SceneBuilder::Impl {
         if (!options.shading.empty() && options.shading != shading.name)
             shading = Statement{options.shading, ParamSet{}, Location{}};
         m_maker.resolveName(shading, "shading integrator", m_tables.shaders);
+        checkIntegrator(m_tables, shading);
         applyDefines(options.defines, m_tables, integrator, shading);
         m_setup.shader = m_maker.make(m_tables.shaders, shading, "shading integrator");
         m_setup.integrator = m_maker.make(m_tables.integrators, integrator, "integrator");

@@ -551,6 +551,10 @@ class Failures(CliTest):
             with self.subTest(arguments):
                 self.fails(USAGE, "s.scene", *arguments, says=says)
 
+    def test_what_the_other_option_chooses(self):
+        self.fails(USAGE, "s.scene", "--integrator", "path", *self.OUT, says="--integrator path: that is chosen by --shading path")
+        self.fails(USAGE, "s.scene", "--shading", "msaa", *self.OUT, says="--shading msaa: that is chosen by --integrator msaa")
+
     def test_unknown_integrator_lists_the_known(self):
         self.fails(USAGE, "s.scene", "--integrator", "supersampel", *self.OUT, says='did you mean "supersample"?')
         self.fails(USAGE, "s.scene", "--integrator", "xyz", *self.OUT, says="(known: supersample")

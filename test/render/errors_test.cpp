@@ -103,7 +103,12 @@ WorldBegin)",
          1, 19, R"("xwidth" must be above 0 and at most 64)"},
         {R"(Integrator "pathh"
 WorldBegin)",
-         1, 1, R"(unknown shading integrator "pathh"; did you mean "path"? (known: directlighting, path))"},
+         1, 1,
+         R"(unknown integrator "pathh"; did you mean "path"? (known: supersample, msaa, msaa-cache, indirect-cache; for shading: directlighting, path))"},
+        {R"(Integrator "msa"
+WorldBegin)",
+         1, 1,
+         R"(unknown integrator "msa"; did you mean "msaa"? (known: supersample, msaa, msaa-cache, indirect-cache; for shading: directlighting, path))"},
         {R"(Integrator "path" "integer maxdepth" -1
 WorldBegin)",
          1, 19, R"("maxdepth" must not be negative)"},
