@@ -75,8 +75,11 @@ Window windowOf(const FilmSetup& film, const BuildOptions& options, const V2i& r
         y = {(*options.crop)[2], (*options.crop)[3]};
     }
     // pbrt's rounding: adjacent crops share no pixel and miss none.
+    // A float may be above the fraction that was written by less than the tolerance.
     const auto edge = [](float fraction, int size) {
-        return std::clamp(int(std::ceil(std::clamp(fraction, 0.f, 1.f) * float(size))), 0, size);
+        constexpr double kTolerance = 1e-7;
+        return std::clamp(int(std::ceil((std::clamp(double(fraction), 0., 1.) - kTolerance) * size)), 0,
+                          size);
     };
     Window window{edge(x[0], resolution.x), edge(y[0], resolution.y), edge(x[1], resolution.x),
                   edge(y[1], resolution.y)};

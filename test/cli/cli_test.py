@@ -215,6 +215,16 @@ class Options(CliTest):
             self.assertEqual(part.display, (0, 0, 23, 15))
             self.assertEqual(part.pixels(), {p: v for p, v in whole.items() if p in part.pixels()})
 
+    def test_crop_at_whole_pixels(self):
+        """A float's rounding adds no pixel and leaves none out."""
+        size = ("--resolution", "100x75", "--spp", "1")
+        self.assertEqual(self.render(*size, "--crop", ".3", ".7", ".2", ".9").window, (30, 15, 69, 67))
+        end = -1
+        for i in range(10):
+            window = self.render(*size, "--crop", str(i / 10), str((i + 1) / 10), "0", "1").window
+            self.assertEqual((window[0], window[2]), (end + 1, 10 * i + 9))
+            end = window[2]
+
     def test_seed(self):
         self.assertEqual(self.render("--seed", "3").rows, self.render("--seed", "3").rows)
         self.assertEqual(self.render("--seed", "0").rows, self.render().rows)
