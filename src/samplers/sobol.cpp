@@ -9,7 +9,8 @@ namespace strobe {
 namespace {
 
 const ParamDef<int> kPixelSamples{
-    "pixelsamples", 0, "samples per pixel, rounded up to a power of two; 0: 16 (pbrt-v2: 4)", "samples"};
+    "pixelsamples", 16, "samples per pixel, rounded up to a power of two; by default 16 (pbrt-v2: 4)",
+    "samples"};
 
 inline uint32_t reverseBits(uint32_t x) {
     x = (x << 16) | (x >> 16);
@@ -165,12 +166,16 @@ class SobolSampler final : public Sampler {
 
 SamplerSetup createSobol(const ParamSet& params, const BuildContext& context, int sppOverride) {
     int spp = params.get(kPixelSamples);
-    if (spp < 0 || (spp == 0 && params.has(kPixelSamples)))
+    if (spp < 1)
         throw Error(params.whereIs(kPixelSamples), "\"pixelsamples\" must be at least 1");
-    if (spp == 0)
-        spp = context.conventions == Conventions::PbrtV2 ? 4 : 16;
+    if (!params.has(kPixelSamples) && context.conventions == Conventions::PbrtV2)
+        spp = 4;
     auto sampler = std::make_shared<SobolSampler>();
     const int rounded = sampler->roundCount(sppOverride > 0 ? sppOverride : spp);
+    if (sppOverride <= 0 && rounded != spp)
+        context.messages.warn(params.whereIs(kPixelSamples),
+                              std::to_string(spp) + " samples per pixel become " + std::to_string(rounded) +
+                                  ", a power of two");
     return {std::move(sampler), rounded};
 }
 

@@ -278,6 +278,9 @@ class SceneBuilder::Impl {
         if (options.quick && options.samplesPerPixel == 0)
             count = std::max(1, count / 4);
         count = m_setup.sampler.sampler->roundCount(count);
+        if (options.samplesPerPixel > 0 && count != options.samplesPerPixel)
+            m_messages.warn({}, "--spp " + std::to_string(options.samplesPerPixel) + ": sampler \"" +
+                                    sampler.name + "\" takes " + std::to_string(count));
         m_setup.filter = m_maker.make(m_tables.filters, filter, "pixel filter");
         m_setup.metadata.emplace_back("strobe:sampler", sampler.name);
         m_setup.metadata.emplace_back("strobe:filter", filter.name);

@@ -111,6 +111,7 @@ class Information(CliTest):
         for kind, names in expected.items():
             self.assertLessEqual(set(names.split()), set(kinds[kind]), kind)
         self.assertTrue(any(re.search(r"\binteger +maxdepth .*\[5\]$", p) for p in kinds["SurfaceIntegrator"]["path"]))
+        self.assertTrue(any("by default 16 (pbrt-v2: 4)" in p for p in kinds["Sampler"]["sobol"]))
         self.assertTrue(any(re.search(r"\bfloat +radius .*\[1\]$", p) for p in kinds["Shape"]["sphere"]))
 
     def test_listed_plugins_exist(self):
@@ -199,6 +200,17 @@ class Options(CliTest):
         self.assertEqual(picture.rows, self.render(scene="fine.scene").rows)
         self.assertEqual(picture.attributes["strobe:samplesPerPixel"], 64)
         self.assertNotEqual(picture.rows, self.render().rows)
+
+    def test_counts_that_are_rounded_are_told(self):
+        said = self.run_strobe("s.scene", "-o", "a.exr", "--spp", "12").err
+        self.assertIn('warning: --spp 12: sampler "sobol" takes 16\n', said)
+        self.assertEqual(Exr(self.path("a.exr")).attributes["strobe:samplesPerPixel"], 16)
+        self.write("twelve.scene", OPTIONS.replace('"integer pixelsamples" 16', '"integer pixelsamples" 12') + WORLD)
+        said = self.run_strobe("twelve.scene", "-o", "a.exr").err
+        self.assertIn("twelve.scene:3:17: warning: 12 samples per pixel become 16, a power of two\n", said)
+        self.write("strata.scene", OPTIONS.replace('"sobol" "integer pixelsamples" 16', '"stratified"') + WORLD)
+        for scene, *arguments in (("s.scene",), ("s.scene", "--quick"), ("twelve.scene", "--spp", "8"), ("strata.scene", "--spp", "12")):
+            self.assertNotIn("warning", self.run_strobe(scene, "-o", "a.exr", *arguments).err)
 
     def test_threads_and_tiles_change_nothing(self):
         reference = self.render("--threads", "1", "--tile", "16").rows
