@@ -35,9 +35,9 @@ void checkWritable(const fs::path& file) {
 }
 
 bool isSame(const fs::path& a, const fs::path& b) {
-    std::error_code ignored;
-    return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored) ||
-           fs::equivalent(a, b, ignored);
+    std::error_code first, second, ignored;
+    const fs::path placeOfA = fs::weakly_canonical(a, first), placeOfB = fs::weakly_canonical(b, second);
+    return (!first && !second && placeOfA == placeOfB) || fs::equivalent(a, b, ignored);
 }
 
 } // namespace

@@ -620,6 +620,8 @@ class Failures(CliTest):
                         ["--frames", "1:2", "-o", "new.#.exr", "-o", "new.%d.exr"]):
             with self.subTest(outputs):
                 self.fails(USAGE, "s.scene", *outputs, says="is to be written twice")
+        os.symlink("loop", self.path("loop"))  # places that cannot be looked at are not all one
+        self.fails(OUTPUT, "s.scene", "-o", "loop/a.exr", "-o", "loop/b.exr", says="loop/a.exr")
 
     def test_what_the_scene_reads_is_not_written(self):
         self.run_strobe("s.scene", "--quiet", "--spp", "1", "-o", "env.exr")
