@@ -62,7 +62,10 @@ RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const
     int passes = 0; // written between passes only
     RenderSettings passSettings = settings;
     passSettings.samplesPerPixel = goal.noise ? settings.samplesPerPixel : 1;
-    passSettings.stop = [&] { return passes > 0 && deadline && Clock::now() > *deadline; };
+    const auto isToldToStop = [&] { return settings.stop && settings.stop(); };
+    passSettings.stop = [&] {
+        return passes > 0 && ((deadline && Clock::now() > *deadline) || isToldToStop());
+    };
     passSettings.tileDone = [&](const Film& of, const Window& tile) {
         if (passes == 0 && settings.tileDone)
             settings.tileDone(of, tile);
@@ -96,7 +99,7 @@ RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const
         const RenderStats stats = statsSoFar();
         if (const auto later = done(film, stats))
             deadline = later;
-        if (noise && *noise <= *goal.noise)
+        if ((noise && *noise <= *goal.noise) || isToldToStop())
             break;
         if (!goal.noise)
             samples = int(std::min<uint64_t>(kGrowth * uint64_t(largest), uint64_t(most)));

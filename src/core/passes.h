@@ -21,7 +21,8 @@ using PassDone = std::function<std::optional<PassGoal::Clock::time_point>(const 
 /// Independent passes, each with a seed and a cache of its own; the picture is the mean of their samples.
 /// With a noise to reach, each has settings.samplesPerPixel; with a deadline alone, they grow by
 /// fours (in few passes, samples are well spread and shades well shared) up to `most`, and shrink when time
-/// runs out. A pass that the deadline finds unfinished is left out: all pixels have equally many samples.
+/// runs out. A pass that the deadline or settings.stop finds unfinished is left out, but for the first: all
+/// pixels have equally many samples.
 /// Tiles are shown (settings.tileDone) in the first pass only. Makes the film keep sums; fills its layer
 /// Variance, if it has that, where there is a noise to reach.
 RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const Shader& shader,

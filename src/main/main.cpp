@@ -194,7 +194,7 @@ int makePicture(const Options& options, const BuiltScene& built, const Guard& gu
             writeTo(output, picture, so, finished);
     };
     RenderStats stats = renderPicture(built, options, settings, start, signals, film, write, log);
-    const bool finished = stats.passes > 0;
+    const bool finished = stats.passes > 0 && !(options.takesPasses() && signals && signals->stops());
     if (!film.sums().empty()) // of earlier runs, too
         stats.total.badSamples =
             std::accumulate(film.sums().begin(), film.sums().end(), uint64_t(0),
@@ -216,7 +216,8 @@ int makePicture(const Options& options, const BuiltScene& built, const Guard& gu
     if (!rescue.isWhole())
         return kOutputError;
     if (!finished) {
-        log.warn("stopped; --resume goes on");
+        log.warn(options.takesPasses() ? fmt::format("stopped after {} passes", stats.passes)
+                                       : "stopped; --resume goes on");
         return kInterrupted;
     }
     if (options.checkpoint > 0)
@@ -267,7 +268,7 @@ int makeSequence(const Options& given, SceneDescription&& description, const Gua
 int run(Options options, spdlog::logger& log) {
     limitMemory(options.guard);
     std::optional<StopSignals> signals; // before there are threads
-    if (options.checkpoint > 0)
+    if (options.checkpoint > 0 || (options.takesPasses() && !options.sequence))
         signals.emplace();
     if (options.list) {
         fmt::print("{}", listPlugins(pluginTables()));

@@ -56,6 +56,9 @@ struct Options {
     std::string command;      ///< the options that decide a picture, as they were given
     std::optional<int> frame; ///< of a sequence, when these are the options of one
     std::string frameKey;     ///< likewise; see optionsOfFrame
+
+    /// Whether it is rendered again and again, until time is up or the picture is good.
+    bool takesPasses() const { return timeLimit > 0 || noiseTarget > 0; }
 };
 
 /// Exit codes of the program.

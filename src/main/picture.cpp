@@ -29,6 +29,8 @@ class Picture {
           m_write(write), m_log(log), m_progress(options.quiet) {
         if (!options.reference.empty())
             m_curve.emplace(options.reference, film);
+        if (signals)
+            m_settings.stop = [signals] { return signals->stops(); };
         if (options.checkpoint > 0)
             goOn(signals);
         if (options.partial > 0 || options.display || m_checkpoint)
@@ -63,7 +65,6 @@ class Picture {
         if (m_options.resume && !m_settings.resume)
             m_log.info("there is nothing to resume from");
         m_signals = signals;
-        m_settings.stop = [signals] { return signals->stops(); };
     }
 
     /// With checkpoints, if that is wanted.
@@ -109,7 +110,7 @@ class Picture {
         const PassDone done = [this](const Film& film, const RenderStats& stats) {
             return passDone(film, stats);
         };
-        if (m_options.timeLimit > 0 || m_options.noiseTarget > 0) {
+        if (m_options.takesPasses()) {
             PassGoal goal;
             if (m_options.timeLimit > 0)
                 goal.deadline = timeLimit();

@@ -128,15 +128,6 @@ class PartsTest(SceneTest):
 
     # Checkpoints
 
-    @staticmethod
-    def listens(process):
-        """Whether it has begun to take care of signals itself."""
-        with open("/proc/%d/status" % process.pid, encoding="utf-8") as file:
-            line = next(line for line in file if line.startswith("SigBlk:"))
-        blocked = int(line.split()[1], 16)
-        # While a thread is being made, all signals are blocked for a moment: that is not it.
-        return blocked >> signal.SIGHUP - 1 & 1 and not blocked >> signal.SIGCHLD - 1 & 1
-
     def checkpoint(self):
         """Tells one checkpoint from the next; None: there is none."""
         try:

@@ -3,6 +3,7 @@ Usage: progressive_test.py PATH_OF_STROBE [unittest arguments]"""
 import csv
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -112,6 +113,22 @@ class ProgressiveTest(SceneTest):
         self.assertGreater(Exr(self.path("o.exr")).attributes["strobe:noise"], 1e-6)
 
     # A reference
+
+    def test_signals_end_passes(self):
+        for goal in (["--noise-target", "1e-9", "--spp", "4"], ["--time-limit", "100"]):
+            for first in (False, True):  # in the first pass, which is finished, or later
+                with self.subTest(goal, first=first):
+                    size = "900x600" if first else "60x40"
+                    process = self.start("-o", "o.exr", "--resolution", size, *goal)
+                    self.wait_until(lambda: self.listens(process))
+                    time.sleep(0 if first else 1)
+                    process.send_signal(signal.SIGINT)
+                    self.assertEqual(process.wait(30), 5)
+                    attributes = Exr(self.path("o.exr")).attributes
+                    self.assertEqual(attributes["strobe:unfinished"], 1)
+                    least = 4 if goal[0] == "--noise-target" else 1
+                    self.assertGreaterEqual(attributes["strobe:samplesPerPixel"], least if first else 2 * least)
+                    os.remove(self.path("o.exr"))
 
     def test_reference(self):
         self.run_strobe("--spp", "64", "-o", "truth.exr", "--quiet")

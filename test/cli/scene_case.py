@@ -1,5 +1,6 @@
 """What the tests of renders in pieces share: a small scene and the program."""
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -52,6 +53,15 @@ class SceneTest(unittest.TestCase):
 
     def start(self, *args):
         return subprocess.Popen([STROBE, "s.scene", *args, "--quiet"], cwd=self.folder)
+
+    @staticmethod
+    def listens(process):
+        """Whether it has begun to take care of signals itself."""
+        with open("/proc/%d/status" % process.pid, encoding="utf-8") as file:
+            line = next(line for line in file if line.startswith("SigBlk:"))
+        blocked = int(line.split()[1], 16)
+        # While a thread is being made, all signals are blocked for a moment: that is not it.
+        return blocked >> signal.SIGHUP - 1 & 1 and not blocked >> signal.SIGCHLD - 1 & 1
 
     def wait_until(self, condition):
         limit = time.monotonic() + 60
