@@ -111,19 +111,23 @@ V3f centreOf(const MeshCell& cell) { return V3f(float(cell.x), float(cell.y), fl
 } // namespace
 
 MeshCells::MeshCells(const TriangleMesh& mesh, LookAround lookAround)
-    : m_mesh(mesh), m_lookAround(std::move(lookAround)), m_triangle(mesh.vertexCount(), 0) {
+    : m_mesh(mesh), m_lookAround(std::move(lookAround)), m_triangle(mesh.vertexCount(), kNone) {
+    const auto verticesOf = [&](uint32_t prim) { return &mesh.indices[3 * size_t(prim)]; };
     double area = 0;
-    std::vector<bool> isPlaced(mesh.vertexCount());
+    std::vector<uint32_t> flat; // without area: they see no light, and stand for vertices of no others only
     for (uint32_t prim = uint32_t(mesh.triangleCount()); prim-- > 0;) {
         const float twice = length(Triangle(mesh, prim).normal());
-        const bool hasArea = twice > 0; // or it sees no light, and stands for a vertex of no other
-        for (int k = 0; k < 3; ++k) {
-            const uint32_t vertex = mesh.indices[3 * size_t(prim) + size_t(k)];
-            if (hasArea || !isPlaced[vertex])
-                m_triangle[vertex] = prim, isPlaced[vertex] = hasArea;
-        }
         area += double(twice) / 2;
+        if (twice > 0)
+            for (int k = 0; k < 3; ++k)
+                m_triangle[verticesOf(prim)[k]] = prim;
+        else
+            flat.push_back(prim);
     }
+    for (; !flat.empty(); flat.pop_back())
+        for (int k = 0; k < 3; ++k)
+            if (uint32_t& triangle = m_triangle[verticesOf(flat.back())[k]]; triangle == kNone)
+                triangle = flat.back();
     m_spacing = std::max(float(std::sqrt(area / double(std::max<size_t>(mesh.vertexCount(), 1)))), 1e-20f);
 }
 

@@ -89,7 +89,7 @@ class MeshCells {
     void places(const MeshCell& lowest, MeshPlaces& known, std::optional<MeshPlace> out[8]) const;
     /// Of the mesh, for each of its vertices. Cells of less do not gain anything.
     float vertexArea() const { return sqr(m_spacing); }
-    /// A triangle that has the vertex (always the same one).
+    /// A triangle that has the vertex (always the same one), with an area if there is one.
     uint32_t triangleOf(uint32_t vertex) const { return m_triangle[vertex]; }
 
   private:
