@@ -23,6 +23,10 @@ struct Image {
     Rgb& at(int x, int y) { return pixels[size_t(y) * width + x]; }
 };
 
+/// More than this, and an image is no texture and no environment, but an attack. Numbers of 32 bits will do
+/// for its values.
+constexpr int64_t kMaxImagePixels = int64_t(1) << 28;
+
 /// How stored values become linear ones of the working space, before they are filtered.
 struct Transfer {
     enum Kind { Linear, Srgb, Gamma, Space };

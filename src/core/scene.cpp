@@ -3,6 +3,7 @@
 #include "core/surface_math.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace strobe {

@@ -9,9 +9,6 @@
 namespace strobe {
 namespace {
 
-/// More than this, and an image is no texture but an attack.
-constexpr int64_t kMaxPixels = int64_t(1) << 28;
-
 /// How an image is to be read whose values are not those of a file.
 struct Recipe {
     std::string path;
@@ -42,7 +39,7 @@ bool Recipe::decode(DecodedImage& out, std::string& error) const {
     const auto file = open(error);
     if (!file)
         return false;
-    if (file->width < 1 || file->height < 1 || int64_t(file->width) * file->height > kMaxPixels) {
+    if (file->width < 1 || file->height < 1 || int64_t(file->width) * file->height > kMaxImagePixels) {
         error = std::to_string(file->width) + " x " + std::to_string(file->height) +
                 " pixels are too many or too few";
         return false;

@@ -16,9 +16,6 @@ const ParamDef<Rgb> kL{"L", Rgb(1), "radiance, or factor of the map"};
 const ParamDef<FilePath> kMap{
     "mapname", {}, "latitude-longitude image; none: the same from everywhere", "filename"};
 
-constexpr int64_t kMaxPixels = int64_t(1)
-                               << 28; ///< as many as a texture may have; numbers of 32 bits will do
-
 /// From the light's space to the world's and back.
 struct Turn {
     M44f toWorld, toLight;
@@ -154,7 +151,7 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
     Image image = readImage(path, where, Transfer::ofFile(*context.colour, path, where, usual));
     if (image.width < 1 || image.height < 1)
         throw Error(where, "the environment map is empty");
-    if (int64_t(image.width) * image.height > kMaxPixels)
+    if (int64_t(image.width) * image.height > kMaxImagePixels)
         throw Error(where, "the environment map has " + std::to_string(image.width) + " x " +
                                std::to_string(image.height) + " pixels: too many");
     cleanPixels(image, where, context.messages);
