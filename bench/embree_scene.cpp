@@ -1,6 +1,6 @@
 #include "bench/embree_scene.h"
 
-#include "core/error.h"
+#include "core/util/error.h"
 
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>

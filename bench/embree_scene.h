@@ -1,7 +1,7 @@
 // A scene's geometry given to Embree directly, with its motion expressed in a way of one's choice.
 #pragma once
 
-#include "core/scene.h"
+#include "core/scene/scene.h"
 
 #include <memory>
 #include <span>

@@ -1,7 +1,7 @@
 // Clocks and statistics of the benchmarks.
 #pragma once
 
-#include "core/tracer.h"
+#include "core/scene/tracer.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,7 @@
 #include "bench/recording.h"
 
-#include "core/render.h"
-#include "scene/parser.h"
+#include "core/render/render.h"
+#include "loader/parser/parser.h"
 
 #include <cstdio>
 #include <cstring>

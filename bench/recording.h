@@ -1,7 +1,7 @@
 // The rays that the renderer traces for a scene, recorded once so that other code can trace them again.
 #pragma once
 
-#include "scene/builder.h"
+#include "loader/build/builder.h"
 
 #include <filesystem>
 #include <functional>

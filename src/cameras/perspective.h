@@ -1,8 +1,8 @@
 // The perspective camera.
 #pragma once
 
-#include "core/camera.h"
-#include "core/plugin.h"
+#include "core/interfaces/camera.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

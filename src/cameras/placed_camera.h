@@ -1,9 +1,9 @@
 // What the cameras share: their place in the world over the shutter, and pbrt's screen window.
 #pragma once
 
-#include "core/camera.h"
-#include "core/params.h"
-#include "core/sampling.h"
+#include "core/interfaces/camera.h"
+#include "core/math/sampling.h"
+#include "core/params/params.h"
 
 namespace strobe {
 

@@ -1,8 +1,8 @@
 // When the shutter is open: parameters that every camera has.
 #pragma once
 
-#include "core/params.h"
-#include "core/transform.h"
+#include "core/math/transform.h"
+#include "core/params/params.h"
 
 namespace strobe {
 

@@ -1,8 +1,8 @@
 // The mitchell filter.
 #pragma once
 
-#include "core/filter.h"
-#include "core/plugin.h"
+#include "core/interfaces/filter.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

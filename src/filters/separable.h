@@ -1,9 +1,9 @@
 // What the separable filters share: the parameters of their widths, and sampling a tabulated profile.
 #pragma once
 
-#include "core/filter.h"
-#include "core/params.h"
-#include "core/sampling.h"
+#include "core/interfaces/filter.h"
+#include "core/math/sampling.h"
+#include "core/params/params.h"
 
 #include <functional>
 

@@ -1,7 +1,7 @@
 // Accessors: typed arrays in the buffers of a glTF file, checked before a byte of them is read.
 #pragma once
 
-#include "core/math.h"
+#include "core/math/math.h"
 #include "gltf/document.h"
 
 #include <optional>

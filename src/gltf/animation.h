@@ -1,7 +1,7 @@
 // Animation: curves over time, and the clip of them that plays.
 #pragma once
 
-#include "core/math.h"
+#include "core/math/math.h"
 #include "gltf/document.h"
 
 #include <array>

@@ -1,10 +1,10 @@
 // glTF 2.0 files as shapes, materials, lights and cameras.
 #pragma once
 
-#include "core/camera.h"
-#include "core/image.h"
-#include "core/material.h"
-#include "core/shape.h"
+#include "core/image/image.h"
+#include "core/interfaces/camera.h"
+#include "core/interfaces/material.h"
+#include "core/interfaces/shape.h"
 
 #include <filesystem>
 #include <memory>

@@ -1,7 +1,7 @@
 // Meshes: the primitives of a glTF mesh as triangles, with what deforms them.
 #pragma once
 
-#include "core/shape.h"
+#include "core/interfaces/shape.h"
 #include "gltf/document.h"
 
 #include <map>

@@ -1,7 +1,7 @@
 // The node tree: checked to be one, its transforms at any time, and its motions over the shutter.
 #pragma once
 
-#include "core/transform.h"
+#include "core/math/transform.h"
 #include "gltf/animation.h"
 
 namespace strobe::gltf {

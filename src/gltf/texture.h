@@ -1,8 +1,8 @@
 // Textures: images wherever they lie, and how they are placed on primitives.
 #pragma once
 
-#include "core/image.h"
-#include "core/texture.h"
+#include "core/image/image.h"
+#include "core/interfaces/texture.h"
 #include "gltf/document.h"
 #include "gltf/mesh.h"
 

@@ -1,6 +1,6 @@
 // The library of images: the one file that knows OpenImageIO. A loadable file of its own (see
-// core/image_library.h), of which nothing but its last function is seen from outside.
-#include "core/image_library.h"
+// core/image/image_library.h), of which nothing but its last function is seen from outside.
+#include "core/image/image_library.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagecache.h>

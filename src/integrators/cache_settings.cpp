@@ -1,6 +1,6 @@
 #include "integrators/cache_settings.h"
 
-#include "integrators/block_cache.h"
+#include "lattice/cell_cache.h"
 
 #include <charconv>
 

@@ -1,7 +1,7 @@
 // The parameters of the integrators that cache, and their two families of behaviour.
 #pragma once
 
-#include "integrators/surface_lattice.h"
+#include "lattice/surface_lattice.h"
 
 #include <optional>
 

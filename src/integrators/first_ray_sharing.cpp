@@ -1,6 +1,6 @@
-#include "core/hash.h"
+#include "core/math/hash.h"
 #include "integrators/cache_settings.h"
-#include "integrators/surface_lattice.h"
+#include "lattice/surface_lattice.h"
 
 #include <semaphore>
 #include <unordered_map>

@@ -1,6 +1,6 @@
-#include "core/hash.h"
-#include "integrators/batch_lattice.h"
+#include "core/math/hash.h"
 #include "integrators/cache_settings.h"
+#include "lattice/batch_lattice.h"
 
 #include <numeric>
 

@@ -1,7 +1,7 @@
 #include "integrators/msaa.h"
 
-#include "core/hash.h"
-#include "integrators/slot_table.h"
+#include "core/math/hash.h"
+#include "lattice/slot_table.h"
 
 #include <algorithm>
 #include <bit>

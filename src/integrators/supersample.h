@@ -1,7 +1,7 @@
 // The baseline: every visibility sample shades for itself.
 #pragma once
 
-#include "core/integrator.h"
+#include "core/render/integrator.h"
 
 namespace strobe {
 

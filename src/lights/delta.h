@@ -1,7 +1,7 @@
 // The base of lights that are seen in a single direction.
 #pragma once
 
-#include "core/light.h"
+#include "core/interfaces/light.h"
 
 namespace strobe {
 

@@ -1,6 +1,6 @@
 #include "lights/diffuse_area.h"
 
-#include "core/image.h"
+#include "core/image/image.h"
 #include "lights/emission.h"
 #include "lights/mesh_light.h"
 #include "lights/placement.h"

@@ -1,9 +1,9 @@
 // What the lights with a surface share: how it shines, and where it lies.
 #pragma once
 
-#include "core/geometry.h"
-#include "core/light.h"
-#include "core/sampling.h"
+#include "core/interfaces/geometry.h"
+#include "core/interfaces/light.h"
+#include "core/math/sampling.h"
 
 namespace strobe {
 

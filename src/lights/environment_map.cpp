@@ -1,6 +1,6 @@
 #include "lights/environment_map.h"
 
-#include "core/fours.h"
+#include "core/math/simd4.h"
 
 namespace strobe {
 

@@ -1,8 +1,8 @@
 // A latitude-longitude image of the surrounding light, looked up bilinearly and sampled by its brightness.
 #pragma once
 
-#include "core/image.h"
-#include "core/sampling.h"
+#include "core/image/image.h"
+#include "core/math/sampling.h"
 
 namespace strobe {
 

@@ -2,7 +2,7 @@
 // Mapping of the (Hemi)Sphere using SIMD", 2008).
 #pragma once
 
-#include "core/image.h"
+#include "core/image/image.h"
 
 namespace strobe {
 

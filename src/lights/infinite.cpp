@@ -1,7 +1,7 @@
 #include "lights/infinite.h"
 
-#include "core/image.h"
-#include "core/sampling.h"
+#include "core/image/image.h"
+#include "core/math/sampling.h"
 #include "lights/environment_map.h"
 #include "lights/equal_area.h"
 #include "lights/placement.h"

@@ -1,8 +1,8 @@
 // The environment light.
 #pragma once
 
-#include "core/light.h"
-#include "core/plugin.h"
+#include "core/interfaces/light.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

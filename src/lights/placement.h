@@ -1,8 +1,8 @@
 // What the lights without a shape share: their transform over the shutter, and common parameters.
 #pragma once
 
-#include "core/light.h"
-#include "core/plugin.h"
+#include "core/interfaces/light.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

@@ -1,6 +1,6 @@
 #include "lights/sphere_light.h"
 
-#include "core/sampling.h"
+#include "core/math/sampling.h"
 
 namespace strobe {
 

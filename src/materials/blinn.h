@@ -3,7 +3,7 @@
 // (wo, wi) -> (-wo, -wi), so lobes made of them are two-sided. Without branches, for loops over directions.
 #pragma once
 
-#include "core/fast_math.h"
+#include "core/math/fast_math.h"
 
 namespace strobe {
 

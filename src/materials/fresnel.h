@@ -1,7 +1,7 @@
 // Fresnel reflectances of smooth boundaries, unpolarised.
 #pragma once
 
-#include "core/math.h"
+#include "core/math/math.h"
 
 namespace strobe {
 

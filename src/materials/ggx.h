@@ -3,7 +3,7 @@
 // Without branches, for loops over directions.
 #pragma once
 
-#include "core/sampling.h"
+#include "core/math/sampling.h"
 
 namespace strobe {
 

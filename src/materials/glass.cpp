@@ -1,6 +1,6 @@
 #include "materials/glass.h"
 
-#include "core/spectrum.h"
+#include "core/color/spectrum.h"
 #include "materials/fresnel.h"
 #include "materials/inputs.h"
 

@@ -1,8 +1,8 @@
 // A smooth boundary between two dielectrics; outside is the side that the normal points to.
 #pragma once
 
-#include "core/material.h"
-#include "core/plugin.h"
+#include "core/interfaces/material.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

@@ -1,7 +1,7 @@
 // Small helpers that materials share.
 #pragma once
 
-#include "core/texture.h"
+#include "core/interfaces/texture.h"
 
 namespace strobe {
 

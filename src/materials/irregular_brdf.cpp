@@ -1,8 +1,8 @@
 #include "materials/irregular_brdf.h"
 
-#include "core/fast_math.h"
-#include "core/fours.h"
-#include "core/spectrum.h"
+#include "core/color/spectrum.h"
+#include "core/math/fast_math.h"
+#include "core/math/simd4.h"
 
 #include <array>
 #include <charconv>

@@ -1,8 +1,8 @@
 // Isotropic BRDFs measured at scattered pairs of directions: pbrt-v2's .brdf files and its interpolation.
 #pragma once
 
-#include "core/error.h"
-#include "core/lanes.h"
+#include "core/math/soa.h"
+#include "core/util/error.h"
 
 #include <cstdint>
 #include <filesystem>

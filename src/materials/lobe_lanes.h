@@ -2,7 +2,7 @@
 // single directions and loops over many.
 #pragma once
 
-#include "core/material.h"
+#include "core/interfaces/material.h"
 
 #include <utility>
 

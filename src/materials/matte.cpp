@@ -1,6 +1,6 @@
 #include "materials/matte.h"
 
-#include "core/sampling.h"
+#include "core/math/sampling.h"
 #include "materials/inputs.h"
 
 namespace strobe {

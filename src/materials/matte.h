@@ -1,8 +1,8 @@
 // Lambertian (Kd), or Oren and Nayar's rough diffuse when sigma (degrees) is not zero.
 #pragma once
 
-#include "core/material.h"
-#include "core/plugin.h"
+#include "core/interfaces/material.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

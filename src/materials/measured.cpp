@@ -1,6 +1,6 @@
 #include "materials/measured.h"
 
-#include "core/sampling.h"
+#include "core/math/sampling.h"
 #include "materials/ggx.h"
 #include "materials/gloss_fit.h"
 #include "materials/inputs.h"

@@ -2,8 +2,8 @@
 // Data-Driven Reflectance Model", 2003), read as pbrt-v2 reads it.
 #pragma once
 
-#include "core/error.h"
-#include "core/math.h"
+#include "core/math/math.h"
+#include "core/util/error.h"
 
 #include <array>
 #include <filesystem>

@@ -1,8 +1,8 @@
 // pbrt-v2's metal: Torrance-Sparrow with a Blinn distribution and the Fresnel term of a conductor.
 #pragma once
 
-#include "core/material.h"
-#include "core/plugin.h"
+#include "core/interfaces/material.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

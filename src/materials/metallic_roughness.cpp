@@ -1,6 +1,6 @@
 #include "materials/metallic_roughness.h"
 
-#include "core/sampling.h"
+#include "core/math/sampling.h"
 #include "materials/ggx.h"
 #include "materials/inputs.h"
 

@@ -1,8 +1,8 @@
 // A perfect mirror of constant reflectance Kr; no Fresnel term, as in pbrt.
 #pragma once
 
-#include "core/material.h"
-#include "core/plugin.h"
+#include "core/interfaces/material.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

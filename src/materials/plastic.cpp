@@ -1,6 +1,6 @@
 #include "materials/plastic.h"
 
-#include "core/sampling.h"
+#include "core/math/sampling.h"
 #include "materials/blinn.h"
 #include "materials/fresnel.h"
 #include "materials/inputs.h"

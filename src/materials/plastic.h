@@ -1,8 +1,8 @@
 // pbrt-v2's plastic: Lambertian below a Torrance-Sparrow gloss with a Blinn distribution.
 #pragma once
 
-#include "core/material.h"
-#include "core/plugin.h"
+#include "core/interfaces/material.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

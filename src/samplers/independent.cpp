@@ -1,6 +1,6 @@
 #include "samplers/independent.h"
 
-#include "core/hash.h"
+#include "core/math/hash.h"
 
 namespace strobe {
 

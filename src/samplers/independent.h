@@ -1,8 +1,8 @@
 // Independent uniform random numbers.
 #pragma once
 
-#include "core/plugin.h"
-#include "core/sampler.h"
+#include "core/interfaces/sampler.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

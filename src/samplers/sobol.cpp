@@ -1,6 +1,6 @@
 #include "samplers/sobol.h"
 
-#include "core/hash.h"
+#include "core/math/hash.h"
 
 #include <bit>
 

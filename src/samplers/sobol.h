@@ -1,8 +1,8 @@
 // Owen-scrambled (0,2) points: the default sampler.
 #pragma once
 
-#include "core/plugin.h"
-#include "core/sampler.h"
+#include "core/interfaces/sampler.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

@@ -1,6 +1,6 @@
 #include "shapes/disk.h"
 
-#include "core/fast_math.h"
+#include "core/math/fast_math.h"
 #include "shapes/quadric_params.h"
 
 namespace strobe {

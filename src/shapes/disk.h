@@ -1,8 +1,8 @@
 // "disk": a disk, ring or sector at a height above the xy plane; its normal is +z.
 #pragma once
 
-#include "core/plugin.h"
-#include "core/shape.h"
+#include "core/interfaces/shape.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

@@ -2,8 +2,8 @@
 // passes.
 #pragma once
 
-#include "core/plugin.h"
-#include "core/shape.h"
+#include "core/interfaces/shape.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

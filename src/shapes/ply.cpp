@@ -1,8 +1,8 @@
 #include "shapes/ply.h"
 
-#include "core/file_bytes.h"
-#include "core/guard.h"
-#include "core/memory.h"
+#include "core/util/file_bytes.h"
+#include "core/util/memory.h"
+#include "core/util/resource_policy.h"
 #include "shapes/ply_header.h"
 
 #include <bit>

@@ -1,8 +1,8 @@
 // A reader of PLY files: ASCII, binary little endian and binary big endian, format version 1.0.
 #pragma once
 
-#include "core/error.h"
-#include "core/math.h"
+#include "core/math/math.h"
+#include "core/util/error.h"
 
 #include <string_view>
 #include <vector>

@@ -1,7 +1,7 @@
 // The header of a PLY file: which elements there are, how many, and the types of their properties.
 #pragma once
 
-#include "core/error.h"
+#include "core/util/error.h"
 
 #include <cstdint>
 #include <optional>

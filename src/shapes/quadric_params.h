@@ -1,9 +1,9 @@
 // What the quadrics share: their sweep angle and the checks of their lengths.
 #pragma once
 
-#include "core/fast_math.h"
-#include "core/plugin.h"
-#include "core/shape.h"
+#include "core/interfaces/shape.h"
+#include "core/math/fast_math.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

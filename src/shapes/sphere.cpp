@@ -1,7 +1,7 @@
 #include "shapes/sphere.h"
 
-#include "core/fast_math.h"
-#include "core/lanes.h"
+#include "core/math/fast_math.h"
+#include "core/math/soa.h"
 #include "shapes/quadric_params.h"
 
 namespace strobe {

@@ -1,8 +1,8 @@
 // "sphere": a sphere about the origin, or the part of it that zmin, zmax and phimax leave.
 #pragma once
 
-#include "core/plugin.h"
-#include "core/shape.h"
+#include "core/interfaces/shape.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

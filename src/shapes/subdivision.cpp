@@ -1,6 +1,6 @@
 #include "shapes/subdivision.h"
 
-#include "core/guard.h"
+#include "core/util/resource_policy.h"
 
 #include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>

@@ -1,8 +1,8 @@
 // Loop subdivision surfaces.
 #pragma once
 
-#include "core/error.h"
-#include "core/math.h"
+#include "core/math/math.h"
+#include "core/util/error.h"
 
 #include <vector>
 

@@ -1,8 +1,8 @@
 // "trianglemesh": triangles from numbers in the scene file.
 #pragma once
 
-#include "core/plugin.h"
-#include "core/shape.h"
+#include "core/interfaces/shape.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

@@ -1,7 +1,7 @@
 // A checkerboard of two textures, box-filtered over the footprint in closed form.
 #pragma once
 
-#include "core/plugin.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

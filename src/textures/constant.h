@@ -1,7 +1,7 @@
 // The same value everywhere.
 #pragma once
 
-#include "core/plugin.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

@@ -1,6 +1,6 @@
 #include "textures/imagemap.h"
 
-#include "core/image.h"
+#include "core/image/image.h"
 #include "textures/inputs.h"
 
 #include <charconv>

@@ -1,7 +1,7 @@
 // An image file, filtered over the footprint.
 #pragma once
 
-#include "core/plugin.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

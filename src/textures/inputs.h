@@ -1,7 +1,7 @@
 // What textures share: inputs that are numbers, colours or other textures, and mappings to two dimensions.
 #pragma once
 
-#include "core/plugin.h"
+#include "core/params/plugin.h"
 
 #include <string>
 

@@ -1,7 +1,7 @@
 // A blend of two textures by a third.
 #pragma once
 
-#include "core/plugin.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

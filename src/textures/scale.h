@@ -1,7 +1,7 @@
 // The product of two textures.
 #pragma once
 
-#include "core/plugin.h"
+#include "core/params/plugin.h"
 
 namespace strobe {
 

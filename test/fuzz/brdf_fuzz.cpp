@@ -1,5 +1,5 @@
 // Measured materials: any bytes are a BRDF or an Error, as text and as MERL's binary files.
-#include "core/error.h"
+#include "core/util/error.h"
 #include "fuzz_file.h"
 #include "materials/irregular_brdf.h"
 #include "materials/merl_brdf.h"

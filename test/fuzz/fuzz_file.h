@@ -1,7 +1,7 @@
 // For readers that want a file.
 #pragma once
 
-#include "core/guard.h"
+#include "core/util/resource_policy.h"
 
 #include <cstdint>
 #include <cstdlib>

@@ -1,8 +1,8 @@
 // Scenes made of what was read.
 #pragma once
 
-#include "scene/builder.h"
-#include "scene/parser.h"
+#include "loader/build/builder.h"
+#include "loader/parser/parser.h"
 
 /// Builds it for a picture of few pixels. Throws Error.
 inline void buildSmall(strobe::SceneDescription&& description, strobe::Messages& messages) {

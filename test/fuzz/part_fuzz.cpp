@@ -1,6 +1,6 @@
 // Parts and checkpoints: any bytes are one or an Error. A damaged one is not to be taken for a good one: what
 // is read has all its sums, and overlaps itself.
-#include "main/part_file.h"
+#include "session/part_file.h"
 
 #include <cstdint>
 #include <cstdlib>

@@ -1,7 +1,7 @@
 // PLY files: any bytes give a mesh or an Error.
 #include "shapes/ply.h"
 
-#include "core/error.h"
+#include "core/util/error.h"
 
 #include <cstdint>
 

@@ -1,6 +1,6 @@
 #include "lights/equal_area.h"
 
-#include "core/sampling.h"
+#include "core/math/sampling.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // Shapes to shine, made without the shapes room, and brute-force rays against them.
 #pragma once
 
-#include "core/light.h"
-#include "core/sampling.h"
+#include "core/interfaces/light.h"
+#include "core/math/sampling.h"
 
 #include <vector>
 

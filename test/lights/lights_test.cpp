@@ -1,5 +1,5 @@
 // Lights without a shape: point, spot, distant, environment.
-#include "core/scene.h"
+#include "core/scene/scene.h"
 #include "light_scene.h"
 #include "lights/distant.h"
 #include "lights/environment_map.h"

@@ -1,8 +1,8 @@
 // Making materials from parameters, and the statistics that check them.
 #pragma once
 
-#include "core/material.h"
-#include "core/plugin.h"
+#include "core/interfaces/material.h"
+#include "core/params/plugin.h"
 
 #include <functional>
 #include <random>

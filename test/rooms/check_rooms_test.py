@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""tools/check-rooms must be able to fail: it is run on small made-up trees."""
+"""Runs tools/check-rooms on small made-up trees: it accepts a good one and finds each kind of violation."""
 
 import os
 import subprocess
@@ -9,45 +9,53 @@ import unittest
 
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "tools", "check-rooms")
 GOOD = {
-    "src/core/math.h": "#pragma once\n#include <vector>\n",
-    "src/core/embree_tracer.cpp": '#include <embree3/rtcore.h>\n#include "core/math.h"\n',
+    "src/core/math/math.h": "#pragma once\n#include <vector>\n",
+    "src/core/scene/embree_tracer.cpp": '#include <embree3/rtcore.h>\n#include "core/math/math.h"\n',
     "src/images/openimageio.cpp": "#include <OpenImageIO/imageio.h>\n",
-    "src/shapes/sphere.h": '#include "core/math.h"\n',
+    "src/shapes/sphere.h": '#include "core/math/math.h"\n',
     "src/shapes/sphere.cpp": '#include "shapes/sphere.h"\n#include <opensubdiv/far/x.h>\n',
-    "src/scene/builder.cpp": '#include "shapes/sphere.h"\n',
-    "src/main/main.cpp": '#include "shapes/sphere.h"\n#include <CLI/CLI.hpp>\n',
+    "src/loader/build/builder.cpp": '#include "shapes/sphere.h"\n',
+    "src/cli/main.cpp": '#include "loader/build/builder.h"\n#include <CLI/CLI.hpp>\n',
+    "src/loader/build/builder.h": "#pragma once\n",
 }
 
 
-def run(changes):
+def run(changes, *options):
     with tempfile.TemporaryDirectory() as root:
         for name, text in {**GOOD, **changes}.items():
             os.makedirs(os.path.dirname(os.path.join(root, name)), exist_ok=True)
             with open(os.path.join(root, name), "w", encoding="utf-8") as file:
                 file.write(text)
-        done = subprocess.run([sys.executable, SCRIPT, root], capture_output=True, text=True, check=False)
+        done = subprocess.run([sys.executable, SCRIPT, root, *options], capture_output=True, text=True, check=False)
         return done.returncode, done.stdout
+
+
+def function(lines, head="int f(int x) {"):
+    return head + "\n" + "    ++x;\n" * (lines - 2) + "}\n"
 
 
 class CheckRooms(unittest.TestCase):
     def test_order_passes(self):
-        self.assertEqual(run({}), (0, "check-rooms: rooms are in order\n"))
+        self.assertEqual(run({}), (0, "check-rooms: 0 violations\n"))
 
-    def test_each_violation_is_found_where_it_stands(self):
+    def test_each_wrong_include_is_located(self):
         for file, line in {
-            "src/core/bad.h": '#include "shapes/sphere.h"',         # upwards
-            "src/shapes/bad.h": '#include "scene/builder.h"',       # upwards
-            "src/lights/bad.cpp": '#include "shapes/sphere.h"',     # sideways
-            "src/scene/bad.cpp": '#include "main/main.h"',
-            "src/core/relative.cpp": '#include "../shapes/sphere.h"',
-            "src/core/short.cpp": '#include "math.h"',
-            "src/core/test.cpp": '#include "test/support/x.h"',
-            "src/core/gone.cpp": '#include "core/gone.h"',
+            "src/core/math/bad.h": '#include "shapes/sphere.h"',       # upwards
+            "src/core/math/up.h": '#include "core/scene/scene.h"',     # upwards between sub-rooms
+            "src/core/params/side.h": '#include "core/film/film.h"',   # sideways between sub-rooms
+            "src/shapes/bad.h": '#include "loader/build/builder.h"',   # upwards
+            "src/lights/bad.cpp": '#include "shapes/sphere.h"',        # sideways
+            "src/loader/parser/bad.cpp": '#include "loader/build/builder.h"',
+            "src/core/film/relative.cpp": '#include "../math/math.h"',
+            "src/core/film/short.cpp": '#include "math.h"',
+            "src/core/film/test.cpp": '#include "test/support/x.h"',
+            "src/core/film/gone.cpp": '#include "core/film/gone.h"',
             "src/shapes/embree.cpp": "#  include <embree4/rtcore.h>",
-            "src/core/pixels.cpp": "#include <OpenEXR/ImfRgbaFile.h>",
-            "src/core/planes.cpp": "#include <ImfHeader.h>",
-            "src/core/film.cpp": "#include <OpenColorIO/OpenColorIO.h>",
-            "src/core/loop.cpp": "#include <opensubdiv/far/x.h>",
+            "src/core/image/pixels.cpp": "#include <OpenEXR/ImfRgbaFile.h>",
+            "src/core/film/planes.cpp": "#include <ImfHeader.h>",
+            "src/core/film/film.cpp": "#include <OpenColorIO/OpenColorIO.h>",
+            "src/core/scene/loop.cpp": "#include <opensubdiv/far/x.h>",
+            "src/core/scene/log.cpp": "#include <spdlog/spdlog.h>",
         }.items():
             with self.subTest(file=file):
                 code, out = run({file: "// first\n/* two\nlines */\n" + line + "\n"})
@@ -58,9 +66,41 @@ class CheckRooms(unittest.TestCase):
     def test_file_outside_of_rooms(self):
         self.assertEqual(run({"src/util/x.h": "\n"})[0], 1)
         self.assertEqual(run({"src/x.h": "\n"})[0], 1)
+        self.assertEqual(run({"src/core/x.h": "\n"})[0], 1)
 
     def test_comments_are_not_includes(self):
-        self.assertEqual(run({"src/core/x.h": '// #include "scene/y.h"\n/*\n#include "scene/y.h"\n*/\n'})[0], 0)
+        text = '// #include "loader/build/y.h"\n/*\n#include "loader/build/y.h"\n*/\n'
+        self.assertEqual(run({"src/core/math/x.h": text})[0], 0)
+
+    def test_long_files(self):
+        self.assertEqual(run({"src/core/math/x.h": "\n" * 400})[0], 0)
+        code, out = run({"src/core/math/x.h": "\n" * 401})
+        self.assertEqual((code, out.split("\n")[0]), (1, "src/core/math/x.h:1: 401 lines, more than 400"))
+
+    def test_long_functions(self):
+        for before in ("", "namespace strobe {\nnamespace {\n", "struct A {\n", 'const char* s = R"({)";\n// {\n',
+                       "int a[] = {1, 2};\n", "class B : public A {\n  public:\n"):
+            for head in ("int f(int x) {", "A::A(int x) : m_x{x}, m_y(x) {", "template <class T>\nauto f(T x) -> int {",
+                         "bool operator()(int x) const {"):
+                with self.subTest(before=before, head=head):
+                    extra = head.count("\n")
+                    self.assertEqual(run({"src/core/math/x.h": before + function(60 - extra, head)})[0], 0)
+                    code, out = run({"src/core/math/x.h": before + function(61 - extra, head)})
+                    expected = f"src/core/math/x.h:{before.count(chr(10)) + 1}: a function of 61 lines, more than 60"
+                    self.assertEqual((code, out.split("\n")[0]), (1, expected))
+
+    def test_full_folders(self):
+        files = {f"src/core/math/x{i}.h": "\n" for i in range(25)}
+        code, out = run(files)
+        self.assertEqual(code, 1)
+        self.assertTrue(out.startswith("src/core/math:1: 26 files and "), out)
+        code, out = run({f"src/core/math/x{i}.h": "\n" * 390 for i in range(9)})
+        self.assertEqual(code, 1)
+
+    def test_table(self):
+        code, out = run({"src/core/math/x.h": function(3) + function(5) + function(9)}, "--table")
+        self.assertEqual(code, 0)
+        self.assertIn("| core/math | 2 | 19 | 3 | 5 | 9 | 9 |\n", out)
 
 
 unittest.main()

@@ -1,8 +1,8 @@
 // Parameters for tests, made without the scene language, and a check of located errors.
 #pragma once
 
-#include "core/plugin.h"
-#include "core/shape.h"
+#include "core/interfaces/shape.h"
+#include "core/params/plugin.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // Chi-square tests and reproducible random numbers for tests of sampling code.
 #pragma once
 
-#include "core/hash.h"
-#include "core/math.h"
+#include "core/math/hash.h"
+#include "core/math/math.h"
 
 #include <cmath>
 #include <vector>

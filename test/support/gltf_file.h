@@ -1,7 +1,7 @@
 // Small glTF files, written by hand.
 #pragma once
 
-#include "core/math.h"
+#include "core/math/math.h"
 
 #include <nlohmann/json.hpp>
 #include <unistd.h>

@@ -1,7 +1,7 @@
 // Images in a folder of the test's own.
 #pragma once
 
-#include "core/exr_file.h"
+#include "core/image/exr_file.h"
 
 #include <gtest/gtest.h>
 

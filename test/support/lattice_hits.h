@@ -1,8 +1,8 @@
 // Hits of random rays on random things, and the cells of the lattice that these lie in.
 #pragma once
 
-#include "core/hash.h"
-#include "integrators/surface_lattice.h"
+#include "core/math/hash.h"
+#include "lattice/surface_lattice.h"
 #include "support/render_text.h"
 
 #include <gtest/gtest.h>

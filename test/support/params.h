@@ -1,7 +1,7 @@
 // Parameters made by a program, as the parser would make them.
 #pragma once
 
-#include "core/plugin.h"
+#include "core/params/plugin.h"
 
 namespace strobe::test {
 

@@ -1,9 +1,9 @@
 // Renders scenes given as text, and the statistics to judge the pictures by.
 #pragma once
 
-#include "core/render.h"
-#include "scene/builder.h"
-#include "scene/parser.h"
+#include "core/render/render.h"
+#include "loader/build/builder.h"
+#include "loader/parser/parser.h"
 
 #include <cmath>
 #include <string>

@@ -1,4 +1,4 @@
-#include "core/image.h"
+#include "core/image/image.h"
 #include "textures/checkerboard.h"
 #include "textures/constant.h"
 #include "textures/imagemap.h"

@@ -1,0 +1,91 @@
+#include "cli/option_validators.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+namespace strobe {
+namespace {
+
+/// As CLI11 reads it, but for what is none or does not fit.
+template <class T>
+std::optional<T> numberIn(const std::string& text) {
+    T value = 0;
+    return CLI::detail::lexical_cast(text, value) && std::isfinite(value) ? std::optional(value)
+                                                                          : std::nullopt;
+}
+
+CLI::Validator checkOf(std::function<std::string(const std::string&)> check) {
+    return CLI::Validator([check = std::move(check)](const std::string& text) { return check(text); }, "");
+}
+
+/// 1024 to some power; 0: there is no such unit.
+double bytesIn(std::string_view unit) {
+    if (unit.empty())
+        return 1;
+    constexpr std::string_view kLetters = "KMGT";
+    const size_t at = kLetters.find(char(std::toupper(static_cast<unsigned char>(unit.front()))));
+    const std::string_view rest = unit.substr(1);
+    const bool isUnit = rest.empty() || rest == "B" || rest == "b" || rest == "iB" || rest == "ib";
+    return at != std::string_view::npos && isUnit ? std::pow(1024., double(at + 1)) : 0;
+}
+
+/// 0: it is no size, or none that a machine has.
+uint64_t sizeIn(const std::string& text) {
+    constexpr double kMost = double(uint64_t(1) << 50);
+    double number = 0;
+    const char* const end = text.data() + text.size();
+    auto [rest, error] = std::from_chars(text.data(), end, number, std::chars_format::fixed);
+    rest = std::find_if(rest, end, [](char c) { return c != ' '; });
+    const double bytes = number * bytesIn({rest, size_t(end - rest)});
+    return error == std::errc() && bytes > 0 && bytes <= kMost ? uint64_t(bytes) : 0;
+}
+
+} // namespace
+
+template <class T>
+CLI::Validator finiteNumber() {
+    return checkOf([](const std::string& text) { return numberIn<T>(text) ? "" : "takes a number"; });
+}
+template CLI::Validator finiteNumber<float>();
+
+template <class T>
+CLI::Validator numberAboveZero() {
+    return checkOf([](const std::string& text) {
+        return numberIn<T>(text).value_or(0) > 0 ? "" : "takes a number above 0";
+    });
+}
+template CLI::Validator numberAboveZero<float>();
+template CLI::Validator numberAboveZero<double>();
+
+CLI::Validator integerBetween(uint64_t least, uint64_t most) {
+    const auto transform = [=](std::string& text) -> std::string {
+        const bool isHexadecimal = text.starts_with("0x");
+        const char *const begin = text.data() + (isHexadecimal ? 2 : 0), *const end =
+                                                                             text.data() + text.size();
+        uint64_t value = 0;
+        const auto [rest, error] = std::from_chars(begin, end, value, isHexadecimal ? 16 : 10);
+        if (rest != end || error == std::errc::invalid_argument || (error == std::errc() && value < least))
+            return "takes an integer of at least " + std::to_string(least);
+        if (error != std::errc() || value > most)
+            return "takes an integer of at most " + std::to_string(most);
+        text = std::to_string(value);
+        return "";
+    };
+    return CLI::Validator(transform, "");
+}
+
+CLI::Validator byteSize(uint64_t least) {
+    return CLI::Validator(
+        [=](std::string& text) -> std::string {
+            const uint64_t size = sizeIn(text);
+            if (size < least)
+                return "takes a size such as 4G or 800M, at least " + std::to_string(least >> 20) + "M";
+            text = std::to_string(size);
+            return "";
+        },
+        "");
+}
+
+} // namespace strobe

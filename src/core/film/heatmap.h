@@ -1,0 +1,13 @@
+// Film layers as pictures for people.
+#pragma once
+
+#include "core/film/film.h"
+
+namespace strobe {
+
+/// The layer in false colour, with its scale below: counts from blue (1) to red (`samplesPerPixel`) in
+/// logarithmic steps, 0 black; fractions from blue (0) to red (1), absent ones black; blocks in colours of
+/// their own, without a scale. Linear RGB, as writePng takes it.
+Image heatmap(const Film& film, Layer layer, int samplesPerPixel);
+
+} // namespace strobe

@@ -1,0 +1,122 @@
+#include "core/image/image.h"
+
+#include "core/util/atomic_file.h"
+#include "core/util/resource_policy.h"
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+namespace strobe {
+
+Transfer Transfer::of(const ColourConfig& config, const std::string& space, const Location& where) {
+    ColourTransform toWorking = config.toWorking(space, where);
+    return toWorking ? Transfer{Space, 1, true, space, std::move(toWorking)} : Transfer{};
+}
+
+Transfer Transfer::ofFile(const ColourConfig& config, const std::filesystem::path& file,
+                          const Location& where, const Transfer& otherwise) {
+    const std::string space = config.spaceOfFile(file, where);
+    return space.empty() ? otherwise : of(config, space, where);
+}
+
+bool Transfer::changes(bool floats) const {
+    return kind != Linear && (kind != Gamma || gamma != 1) && (ofFloats || !floats);
+}
+
+float Transfer::linear(float stored) const {
+    return kind == Srgb    ? decodeSrgb(stored)
+           : kind == Gamma ? std::pow(std::max(stored, 0.f), gamma)
+                           : stored;
+}
+
+void checkImage(const std::filesystem::path& path, const Location& where) {
+    static const std::set<std::string> plain{".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff",
+                                             ".tx",  ".hdr", ".pfm", ".ppm",  ".pgm", ".tga",
+                                             ".bmp", ".gif", ".dpx", ".webp"};
+    if (!guardOf(where).confines())
+        return;
+    // Readers of films follow references to other files.
+    imageLibrary().trustNames();
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    if (!plain.contains(extension))
+        throw Error(where,
+                    "the image " + path.string() + ": with --sandbox, no images of this kind are read");
+    // In such names OpenImageIO sees patterns for many files.
+    const std::string name = path.string();
+    for (const char* pattern : {"<", "%(", "##", "?"})
+        if (name.find(pattern) != std::string::npos)
+            throw Error(where,
+                        "the image " + name + ": with --sandbox, its name must not contain " + pattern);
+}
+
+Image readImage(const std::filesystem::path& path, const Location& where, const Transfer& transfer) {
+    const auto fail = [&](const std::string& reason) -> Error {
+        return {where, "cannot read the image " + path.string() + ": " + reason};
+    };
+    checkImage(path, where);
+    std::string error;
+    const auto file = imageLibrary().open(path.string(), error);
+    if (!file)
+        throw fail(error);
+    const int width = file->width, height = file->height;
+    if (width < 1 || height < 1 || file->channels < 1 || file->depth > 1)
+        throw fail("it is empty or not two-dimensional");
+    const int n = file->channels >= 3 ? 3 : 1;
+    guardOf(where).require(uint64_t(width) * uint64_t(height) * (4 * uint64_t(n) + sizeof(Rgb)),
+                           "the image " + path.string(), "make it smaller", where);
+    Image image{width, height, {}};
+    std::vector<float> values(size_t(width) * size_t(height) * size_t(n));
+    if (!file->read(0, n, values.data(), error))
+        throw fail(error);
+    const bool changes = transfer.changes(file->ofFloats);
+    if (changes && transfer.kind != Transfer::Space)
+        for (float& v : values)
+            v = transfer.linear(v);
+    image.pixels.resize(size_t(width) * size_t(height));
+    for (size_t i = 0; i < image.pixels.size(); ++i)
+        image.pixels[i] = n == 1 ? Rgb(values[i]) : Rgb(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
+    if (changes && transfer.kind == Transfer::Space)
+        transfer.toWorking(image.pixels);
+    return image;
+}
+
+namespace {
+
+[[noreturn]] void failWrite(const std::filesystem::path& path, const std::string& reason) {
+    throw Error("cannot write " + path.string() + ": " + reason, ErrorKind::Output);
+}
+
+} // namespace
+
+std::string readMetadata(const std::filesystem::path& path, const std::string& name) {
+    std::string error;
+    const auto file = imageLibrary().open(path.string(), error);
+    return file ? file->text(name) : "";
+}
+
+void writePng(const std::filesystem::path& path, Image image, const Metadata& metadata,
+              const ColourTransform& view) {
+    if (image.width < 1 || image.height < 1)
+        failWrite(path, "the image is empty");
+    if (view)
+        view(image.pixels);
+    std::vector<uint8_t> bytes;
+    bytes.reserve(3 * image.pixels.size());
+    for (const Rgb& pixel : image.pixels)
+        for (const float v : {pixel.x, pixel.y, pixel.z}) {
+            const float shown = std::max(0.f, std::min(v, 1.f));
+            bytes.push_back(uint8_t(255 * (view ? shown : encodeSrgb(shown)) + 0.5f));
+        }
+
+    std::string error;
+    const std::vector<unsigned char> encoded =
+        imageLibrary().encodePng(image.width, image.height, bytes, !view, metadata, error);
+    if (encoded.empty())
+        failWrite(path, error);
+    writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
+}
+
+} // namespace strobe

@@ -1,0 +1,31 @@
+#include "core/interfaces/light.h"
+
+namespace strobe {
+
+void Light::sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const {
+    V2f u[kLanes];
+    LightSample samples[kLanes];
+    for (int begin = 0, end; begin < query.n; begin = end) {
+        const int32_t point = query.point[begin];
+        for (end = begin; end < query.n && query.point[end] == point; ++end)
+            u[end - begin] = query.u.at(end);
+        sample(query.p.at(begin), query.time[begin], u, end - begin, samples);
+        for (int i = begin; i < end; ++i)
+            out.set(i, samples[i - begin]);
+    }
+}
+
+void Light::environmentLanes(const V3Lanes& d, int n, RgbLanes& radiance, float* pdf) const {
+    for (int i = 0; i < n; ++i) {
+        radiance.set(i, environment(d.at(i)));
+        if (pdf)
+            pdf[i] = this->pdf(V3f(0), 0, d.at(i), nullptr);
+    }
+}
+
+void Light::solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const {
+    for (int i = 0; i < n; ++i)
+        out[i] = solidAngle(p.at(i), time[i]);
+}
+
+} // namespace strobe

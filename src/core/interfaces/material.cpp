@@ -1,0 +1,43 @@
+#include "core/interfaces/material.h"
+
+namespace strobe {
+
+void Material::evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const {
+    V3f directions[kLanes];
+    Rgb values[kLanes];
+    float densities[kLanes];
+    int job[kLanes];
+    for (int begin = jobs.begin, end; begin < jobs.end; begin = end) {
+        const int32_t point = jobs.point[begin];
+        int n = 0;
+        for (end = begin; end < jobs.end && jobs.point[end] == point; ++end)
+            if (jobs.wants(end))
+                job[n] = end, directions[n++] = wi.at(end);
+        if (n == 0)
+            continue;
+        evalCos(jobs.bsdf[point], jobs.wo.at(begin), directions, n, values, pdf ? densities : nullptr);
+        for (int i = 0; i < n; ++i) {
+            f.set(job[i], values[i]);
+            if (pdf)
+                pdf[job[i]] = densities[i];
+        }
+    }
+}
+
+void Material::sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
+                           BsdfSampleLanes& out) const {
+    for (int i = jobs.begin; i < jobs.end; ++i) {
+        BsdfSample sampled;
+        out.drawn[i] =
+            jobs.wants(i) && sample(jobs.bsdf[jobs.point[i]], jobs.wo.at(i), uc[i], u.at(i), sampled);
+        if (out.drawn[i])
+            out.set(i, sampled);
+    }
+}
+
+void Material::maxPdfLanes(const BsdfLanes& jobs, float* out) const {
+    for (int i = jobs.begin; i < jobs.end; ++i)
+        out[i] = maxPdf(jobs.bsdf[jobs.point[i]], jobs.wo.at(i));
+}
+
+} // namespace strobe

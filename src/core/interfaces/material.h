@@ -1,0 +1,139 @@
+// The material seam: a Material turns textures into a Bsdf once per shaded point, then evaluates it.
+//
+// Directions are in the local shading frame: z is the shading normal as the surface defines it (not turned
+// towards the viewer), so wo.z may be negative: reflection lobes are two-sided and must treat (wo, wi) and
+// (-wo, -wi) alike; transmissive materials read the side from the sign of wo.z (positive: outside). wo and wi
+// both point away from the surface; wo is towards the viewer. Whether a pair reflects or transmits is decided
+// by the caller, from geometric normals; lobes take |cos| of both directions and do not check hemispheres in
+// evalCos (pbrt-v2's rule: a lobe may be evaluated slightly below the shading horizon), but `pdf` is the
+// density with which `sample` really draws wi, so it is zero where sample never goes.
+#pragma once
+
+#include "core/interfaces/texture.h"
+#include "core/math/soa.h"
+
+#include <cstddef>
+#include <type_traits>
+
+namespace strobe {
+
+class Material;
+
+/// A material at one point: its textured parameters, evaluated. Plain data, no allocation.
+struct Bsdf {
+    const Material* material = nullptr;
+    alignas(16) float data[16];
+
+    /// The material's own view of `data`.
+    template <class T>
+    T& as() {
+        static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= sizeof(data));
+        return *reinterpret_cast<T*>(data);
+    }
+    template <class T>
+    const T& as() const {
+        static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= sizeof(data));
+        return *reinterpret_cast<const T*>(data);
+    }
+};
+
+struct BsdfSample {
+    V3f wi;     ///< local frame, unit length
+    Rgb weight; ///< f |cos| / pdf for smooth lobes; for delta lobes the lobe's reflectance / its probability
+    float pdf;  ///< per solid angle, of all smooth lobes together; 0 for a delta lobe
+    bool delta; ///< a mirror-like lobe: evalCos never sees it
+    bool transmits;
+    float eta = 1; ///< for transmission: relative index of refraction crossed (wi side / wo side)
+};
+
+/// BsdfSamples side by side.
+struct BsdfSampleLanes {
+    V3Lanes wi;
+    RgbLanes weight;
+    alignas(64) float pdf[kLanes];
+    bool drawn[kLanes]; ///< what `sample` returns: the rest is meaningless without
+    bool delta[kLanes], transmits[kLanes];
+
+    void set(int i, const BsdfSample& s) {
+        wi.set(i, s.wi), weight.set(i, s.weight);
+        pdf[i] = s.pdf, delta[i] = s.delta, transmits[i] = s.transmits;
+    }
+};
+
+/// Things to do at points of surfaces, side by side: jobs from `begin` to `end`, all at points of one
+/// material.
+struct BsdfLanes {
+    const Bsdf* bsdf;     ///< by point
+    const int32_t* point; ///< by job; jobs of one point are neighbours
+    const V3Lanes& wo;    ///< by job: its point's
+    int begin, end;
+    const int32_t* wanted; ///< by job: what has a 0 here need not be done; null: all
+
+    bool wants(int job) const { return !wanted || wanted[job]; }
+    /// Number k of a point's Bsdf::data, in a form that loops over jobs can gather.
+    float datum(int32_t at, int k) const {
+        static_assert(sizeof(Bsdf) % sizeof(float) == 0 && offsetof(Bsdf, data) % sizeof(float) == 0);
+        constexpr int kStride = sizeof(Bsdf) / sizeof(float), kFirst = offsetof(Bsdf, data) / sizeof(float);
+        return reinterpret_cast<const float*>(bsdf)[at * kStride + kFirst + k];
+    }
+};
+
+/// How a material wants the normal that it is shaded with.
+enum class ShadingNormal {
+    AsIs,    ///< the surface's own; lobes cope with views from below its horizon
+    Visible, ///< turned, where it must be, until it is seen from the geometric side that the viewer is on
+    Mapped,  ///< the same, after the material's `tangentNormal` has been applied
+};
+
+class Material {
+  public:
+    virtual ~Material() = default;
+    /// Looks textures up and fills `bsdf.data`. (The caller sets `bsdf.material`.)
+    virtual void prepare(const TextureQuery& q, Bsdf& bsdf) const = 0;
+    /// The same at points `begin` to `end`, to the same bits.
+    virtual void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const {
+        for (int i = begin; i < end; ++i)
+            prepare(q.at(i), bsdf[i]);
+    }
+    /// For each i: f[i] = BSDF(wo, wi[i]) * |wi[i].z| over all smooth lobes, and pdf[i] = the density per
+    /// solid angle of `sample` for smooth lobes. A material of delta lobes only gives zeros. `pdf` may be
+    /// null: not wanted.
+    virtual void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const = 0;
+    /// Draws wi. `uc` (in [0,1)) picks a lobe, `u` (in [0,1)²) a direction. False: absorbed.
+    virtual bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const = 0;
+    /// The same for many points at once: wi, f and pdf are by job.
+    virtual void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const;
+    virtual void sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
+                             BsdfSampleLanes& out) const;
+    /// As sampleLanes, for who will evaluate some of the directions only: weight and pdf of smooth lobes may
+    /// be left undone, and some may be drawn whose pdf turns out to be 0.
+    virtual void drawLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
+                           BsdfSampleLanes& out) const {
+        sampleLanes(jobs, uc, u, out);
+    }
+    /// An upper bound of pdf over all wi, given wo; infinity when there is none that is easy to give.
+    virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
+    virtual void maxPdfLanes(const BsdfLanes& jobs, float* out) const;
+    /// True when `sample` looks at uc.
+    virtual bool picksLobe() const { return true; }
+    /// True when `sample` looks at u.
+    virtual bool picksDirection() const { return true; }
+    /// True when the material has smooth (non-delta) lobes, so that direct light is worth sampling.
+    virtual bool isSmooth() const = 0;
+    /// True when its indirect light is smooth over the surface: most of it comes from all around.
+    virtual bool isDiffuse() const { return false; }
+    /// True when a texture modulates what it reflects: then `albedo` is about the part of the light that it
+    /// does, by which indirect light of neighbouring points can be compared.
+    virtual bool isTextured() const { return false; }
+    virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
+    /// True when light passes through.
+    virtual bool transmits() const { return false; }
+    virtual ShadingNormal shadingNormal() const { return ShadingNormal::AsIs; }
+    /// Of a material that wants Mapped normals: the normal in the frame of dp/du, dp/dv (both made orthogonal
+    /// to the surface's normal) and the normal; need not be of unit length.
+    virtual V3f tangentNormal(const TextureQuery&) const { return V3f(0, 0, 1); }
+    /// True when one of its textures does.
+    virtual bool needsFootprint() const { return false; }
+};
+
+} // namespace strobe

@@ -1,0 +1,48 @@
+#include "core/interfaces/shape.h"
+
+#include "core/math/soa.h"
+
+namespace strobe {
+
+namespace {
+
+STROBE_LANES void toObjectSpace(const M44f& m, const float* rays, size_t row, QuadricRays& out) {
+    STROBE_INDEPENDENT
+    for (int i = 0; i < out.n; ++i) {
+        const V3f o = transformPoint(m, {rays[i], rays[row + i], rays[2 * row + i]});
+        const V3f d = transformVector(m, {rays[4 * row + i], rays[5 * row + i], rays[6 * row + i]});
+        out.ox[i] = o.x, out.oy[i] = o.y, out.oz[i] = o.z;
+        out.dx[i] = d.x, out.dy[i] = d.y, out.dz[i] = d.z;
+        out.tmin[i] = rays[3 * row + i], out.tmax[i] = rays[8 * row + i];
+    }
+}
+
+} // namespace
+
+QuadricRays::QuadricRays(const M44f& toObject, const float* rows, unsigned packet, unsigned first,
+                         unsigned count)
+    : n(int(count)) {
+    toObjectSpace(toObject, rows + first, packet, *this);
+}
+
+void Quadric::intersectLanes(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const {
+    for (int i = 0; i < rays.n; ++i)
+        hit[i] = hit[i] && intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t[i], u[i], v[i]);
+}
+
+void Quadric::pointLanes(const float* u, const float* v, int begin, int end, QuadricPointLanes& out) const {
+    for (int i = begin; i < end; ++i) {
+        const QuadricPoint q = point(u[i], v[i]);
+        out.p.set(i, q.p), out.n.set(i, q.n);
+        out.dpdu.set(i, q.dpdu), out.dpdv.set(i, q.dpdv), out.uv.set(i, q.uv);
+    }
+}
+
+void Quadric::samplePoints(const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) const {
+    for (int i = 0; i < n; ++i) {
+        const QuadricPoint q = samplePoint(u.at(i));
+        p.set(i, q.p), normal.set(i, q.n);
+    }
+}
+
+} // namespace strobe

@@ -1,0 +1,49 @@
+// Layers of light: direct and indirect, and by groups of lights. Together they are the picture.
+#pragma once
+
+#include "core/film/pixel_accumulator.h"
+#include "core/render/aov_film.h"
+
+namespace strobe {
+
+/// A layer of a part of the light. Direct light is what lights the first surface that is neither mirror nor
+/// glass, and what shines itself, as seen by the eye or in mirrors and glass; the rest is indirect.
+enum class LightLayer { Direct, Indirect, Groups };
+
+struct LightLayerInfo {
+    LightLayer layer;
+    const char* name; ///< for --aov; of the layer in files, too, but for Groups
+    const char* doc;
+};
+/// All of them, in the order of the enumeration.
+const std::vector<LightLayerInfo>& lightLayerTable();
+
+/// Gathers parts of the light over a window of the frame.
+class LightFilm {
+  public:
+    /// `groups`: the names that the groups of the scene's lights go by. A group's layer is "light_" and its
+    /// name.
+    LightFilm(const Window& window, std::vector<LightLayer> layers, std::vector<std::string> groups);
+
+    const LightSplit& split() const { return m_split; }
+    /// Adds samples' values of a part (see LightSplit::parts) to a pixel. Different pixels may be written by
+    /// different threads.
+    void add(int part, int x, int y, const PixelSum& sum) {
+        m_sums[size_t(part)][size_t(y - m_window.y0) * size_t(m_window.width()) + size_t(x - m_window.x0)]
+            .add(sum);
+    }
+    /// Row by row over the window, of what was added so far.
+    std::vector<LayerChannel> channels() const;
+
+  private:
+    bool has(LightLayer layer) const;
+    void append(const std::string& layer, size_t part, std::vector<LayerChannel>& out) const;
+
+    const Window m_window;
+    const std::vector<LightLayer> m_layers;
+    const std::vector<std::string> m_groups;
+    LightSplit m_split;
+    std::vector<std::vector<PixelSum>> m_sums; ///< by part
+};
+
+} // namespace strobe

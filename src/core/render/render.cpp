@@ -1,0 +1,204 @@
+#include "core/render/render.h"
+
+#include "core/math/hash.h"
+#include "core/render/tile_renderer.h"
+#include "core/util/parallel.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <mutex>
+#include <stdexcept>
+
+namespace strobe {
+
+namespace {
+
+std::vector<Window> tilesOf(const Window& window, int size) {
+    std::vector<Window> tiles;
+    for (int y = window.y0; y < window.y1; y += size)
+        for (int x = window.x0; x < window.x1; x += size)
+            tiles.push_back({x, y, std::min(x + size, window.x1), std::min(y + size, window.y1)});
+    return tiles;
+}
+
+/// Every sample for itself, to see what a shade costs.
+class PilotWorker : public IntegratorWorker {
+  public:
+    explicit PilotWorker(const Scene& scene) : m_scene(scene) {}
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
+        for (const VisibilitySample& sample : batch.samples)
+            if (sample.hit)
+                requests.push_back(requestFor(m_scene, batch, sample));
+    }
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb>,
+                                 std::span<Rgb> values) override {
+        std::fill(values.begin(), values.end(), Rgb(0));
+        return values;
+    }
+
+  private:
+    const Scene& m_scene;
+};
+
+/// The cost of shading what a few pixels of the window see.
+ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampler& sampler,
+                           const Filter& filter, RenderSettings settings, const Window& window) {
+    constexpr int kPixels = 16;
+    settings.samplesPerPixel = 16;
+    settings.slice.reset();
+    settings.resume = false;
+    settings.probe = nullptr;
+    settings.stop = nullptr;
+    settings.features = nullptr;
+    settings.lights = nullptr;
+    UnsharedRender<PilotWorker> pilot(scene);
+    TileRenderer renderer(scene, pilot, shader, sampler, filter, settings, Dependence::None);
+    renderer.meterEvery(1);
+    for (int i = 0; i < kPixels; ++i) {
+        const uint64_t h = hashOf(settings.seed, i);
+        const int x = window.x0 + int(h % uint64_t(window.width()));
+        const int y = window.y0 + int((h >> 32) % uint64_t(window.height()));
+        const Window pixel{x, y, x + 1, y + 1};
+        Film film(pixel.x1, pixel.y1, pixel);
+        renderer.renderTile(pixel, film);
+    }
+    ShadeCost cost;
+    for (const ShadeCost& c : renderer.counters().shadeCosts)
+        cost.add(c);
+    return cost;
+}
+
+/// Throws for samples that these settings cannot render.
+void checkSamples(const RenderSettings& settings, Dependence dependence) {
+    if (uint64_t(settings.samplesPerPixel) > PixelSum::kMostSamples)
+        throw Error("more than " + std::to_string(PixelSum::kMostSamples) + " samples per pixel",
+                    ErrorKind::Usage);
+    if (!settings.slice)
+        return;
+    if (dependence == Dependence::Render)
+        throw Error(
+            "the samples of this integrator depend on the course of the render: there are no slices of them",
+            ErrorKind::Usage);
+    const SampleSlice& s = *settings.slice;
+    if (s.first >= s.end || s.end > uint32_t(settings.samplesPerPixel))
+        throw Error("samples " + std::to_string(s.first) + ":" + std::to_string(s.end) + ": a pixel has " +
+                        std::to_string(settings.samplesPerPixel),
+                    ErrorKind::Usage);
+}
+
+} // namespace
+
+Renderer::Renderer(const Scene& scene, const Integrator& integrator, const Shader& shader,
+                   const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
+                   const Window& window)
+    : m_scene(scene), m_integrator(integrator), m_shader(shader), m_sampler(sampler), m_filter(filter),
+      m_settings(settings), m_window(window) {}
+
+Renderer::~Renderer() = default;
+
+void Renderer::restart(uint64_t seed, int samplesPerPixel) {
+    m_settings.seed = seed;
+    m_settings.samplesPerPixel = samplesPerPixel;
+    m_settings.slice.reset();
+    if (m_shared)
+        m_shared->restart(seed, samplesPerPixel);
+}
+
+void Renderer::continueWith(const SampleSlice& slice) { m_settings.slice = slice; }
+
+RenderContext Renderer::context(int threads) const {
+    return {m_settings.seed,
+            threads,
+            m_settings.samplesPerPixel,
+            m_window,
+            m_shader.hasIndirectLight(),
+            [this] { return measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_window); },
+            m_settings.split().parts()};
+}
+
+bool Renderer::render(Film& film) {
+    const auto start = std::chrono::steady_clock::now();
+    checkSamples(m_settings, m_integrator.dependence());
+    const int threads = m_settings.threads > 0 ? m_settings.threads : tbb::info::default_concurrency();
+    if (!m_shared)
+        m_shared = m_integrator.begin(m_scene, context(threads));
+    const bool whole =
+        renderTiles(tilesOf(m_window, std::clamp(m_settings.tileSize, 1, 1 << 16)), threads, film);
+    if (whole) {
+        ++m_stats.passes;
+        m_stats.samplesPerPixel +=
+            m_settings.slice ? m_settings.slice->count() : uint64_t(m_settings.samplesPerPixel);
+    }
+    m_stats.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return whole;
+}
+
+bool Renderer::isThere(const Window& tile, Film& film) const {
+    if (!m_settings.resume)
+        return false;
+    const uint32_t samples =
+        m_settings.slice ? m_settings.slice->count() : uint32_t(m_settings.samplesPerPixel);
+    if (film.holds(tile, samples))
+        return true;
+    film.clear(tile);
+    return false;
+}
+
+bool Renderer::renderTiles(const std::vector<Window>& tiles, int threads, Film& film) {
+    tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;
+    std::atomic<size_t> done{0};
+    std::mutex progressMutex;
+
+    // TBB offers no more workers than cores unless asked.
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                      size_t(std::max(threads, 1)));
+    tbb::task_arena arena(threads);
+    arena.execute([&] {
+        parallelFor(tiles.size(), [&](size_t i) {
+            auto& renderer = renderers.local();
+            if (!renderer)
+                renderer = std::make_unique<TileRenderer>(m_scene, *m_shared, m_shader, m_sampler, m_filter,
+                                                          m_settings, m_integrator.dependence());
+            if (!isThere(tiles[i], film) && !renderer->renderTile(tiles[i], film))
+                return;
+            const size_t finished = ++done;
+            if (m_settings.tileDone)
+                m_settings.tileDone(film, tiles[i]);
+            if (m_settings.progress) {
+                const std::lock_guard lock(progressMutex);
+                m_settings.progress(double(finished) / double(tiles.size()));
+            }
+        });
+    });
+
+    const bool whole = done == tiles.size();
+    if (!whole && !m_settings.stop)
+        throw std::logic_error("tiles were left out");
+    size_t thread = 0;
+    for (const auto& renderer : renderers) {
+        renderer->finish();
+        addCounters(thread++, renderer->counters());
+    }
+    return whole;
+}
+
+void Renderer::addCounters(size_t thread, Counters counters) {
+    if (m_stats.passes > 0)
+        counters.pixels = 0; // they are the same ones
+    m_stats.threads.resize(std::max(m_stats.threads.size(), thread + 1));
+    m_stats.threads[thread].add(counters);
+    m_stats.total.add(counters);
+}
+
+RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
+                   const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film) {
+    Renderer renderer(scene, integrator, shader, sampler, filter, settings, film.window());
+    renderer.render(film);
+    return renderer.stats();
+}
+
+} // namespace strobe

@@ -1,0 +1,49 @@
+#include "core/render/stats.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace strobe {
+
+const char* toString(Stage stage) {
+    static constexpr const char* names[] = {"generate", "trace", "plan", "shade", "resolve", "film"};
+    return names[int(stage)];
+}
+
+double ShadeCost::deviation() const {
+    if (m_packets < 2)
+        return 0;
+    const double squares = m_squares - m_seconds * m_seconds / double(m_shades);
+    return std::sqrt(std::max(0.0, squares / double(m_packets - 1)));
+}
+
+void Counters::add(const Counters& other) {
+    pixels += other.pixels;
+    visibilitySamples += other.visibilitySamples;
+    shades += other.shades;
+    directShades += other.directShades;
+    escaped += other.escaped;
+    shadowRays += other.shadowRays;
+    lightRays += other.lightRays;
+    bounceRays += other.bounceRays;
+    surfaces += other.surfaces;
+    footprints += other.footprints;
+    badSamples += other.badSamples;
+    clampedSamples += other.clampedSamples;
+    blockLookups += other.blockLookups;
+    blockHits += other.blockHits;
+    blockDuplicates += other.blockDuplicates;
+    blockEvictions += other.blockEvictions;
+    cacheBytes = std::max(cacheBytes, other.cacheBytes); // of one table, which all threads share
+    shadeCosts.resize(std::max(shadeCosts.size(), other.shadeCosts.size()));
+    for (size_t i = 0; i < other.shadeCosts.size(); ++i)
+        shadeCosts[i].add(other.shadeCosts[i]);
+    constexpr size_t kKept = 16;
+    for (const BadSample& bad : other.firstBad)
+        if (firstBad.size() < kKept)
+            firstBad.push_back(bad);
+    for (int i = 0; i < kStageCount; ++i)
+        seconds[i] += other.seconds[i];
+}
+
+} // namespace strobe

@@ -1,0 +1,384 @@
+// The one file that knows Embree; builds against versions 3 and 4.
+#include "core/math/hash.h"
+#include "core/scene/static_quadrics.h"
+#include "core/util/error.h"
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <cstddef>
+#include <cstring>
+#include <mutex>
+#include <new>
+#include <utility>
+
+#if defined(__x86_64__)
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+#endif
+
+namespace strobe {
+
+static_assert(sizeof(RayBlock) >= sizeof(RTCRayHit16) &&
+              offsetof(RayBlock, geom) == offsetof(RTCRayHit16, hit.geomID) &&
+              offsetof(RayBlock, inst) == offsetof(RTCRayHit16, hit.instID) &&
+              offsetof(RayBlock, tfar) == offsetof(RTCRayHit16, ray.tfar));
+
+#if defined(__x86_64__)
+FastFloats::FastFloats() : m_before(_mm_getcsr()) {
+    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+}
+FastFloats::~FastFloats() { _mm_setcsr(m_before); }
+#else
+FastFloats::FastFloats() = default;
+FastFloats::~FastFloats() = default;
+#endif
+
+namespace {
+
+/// What Embree's callbacks are told about a geometry.
+struct CallbackData {
+    const PlacedShape* placed;
+    M44f toObject; ///< group to the quadric's own space
+    uint32_t seed; ///< tells geometries apart in the cut-out hash
+};
+
+V3f rayOrigin(RTCRayN* ray, unsigned n, unsigned i) {
+    return {RTCRayN_org_x(ray, n, i), RTCRayN_org_y(ray, n, i), RTCRayN_org_z(ray, n, i)};
+}
+V3f rayDirection(RTCRayN* ray, unsigned n, unsigned i) {
+    return {RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i)};
+}
+
+/// Calls met(i, t, u, v) for those of Embree's n rays that hit the quadric.
+template <class Met>
+void intersectQuadric(const CallbackData& data, const int* valid, RTCRayN* ray, unsigned n, const Met& met) {
+    intersectPacket(*data.placed->shape.quadric, data.toObject, valid, reinterpret_cast<const float*>(ray), n,
+                    met);
+}
+
+void quadricIntersect(const RTCIntersectFunctionNArguments* args) {
+    const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
+    RTCRayN* ray = RTCRayHitN_RayN(args->rayhit, args->N);
+    RTCHitN* hit = RTCRayHitN_HitN(args->rayhit, args->N);
+    intersectQuadric(data, args->valid, ray, args->N, [&](unsigned i, float t, float u, float v) {
+        RTCRayN_tfar(ray, args->N, i) = t;
+        RTCHitN_u(hit, args->N, i) = u;
+        RTCHitN_v(hit, args->N, i) = v;
+        RTCHitN_primID(hit, args->N, i) = args->primID;
+        RTCHitN_geomID(hit, args->N, i) = args->geomID;
+        RTCHitN_instID(hit, args->N, i, 0) = args->context->instID[0];
+    });
+}
+
+void quadricOccluded(const RTCOccludedFunctionNArguments* args) {
+    const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
+    intersectQuadric(data, args->valid, args->ray, args->N, [&](unsigned i, float, float, float) {
+        RTCRayN_tfar(args->ray, args->N, i) = -kInfinity;
+    });
+}
+
+void quadricBounds(const RTCBoundsFunctionArguments* args) {
+    const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
+    const Box3f box = quadricBounds(*data.placed);
+    *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
+}
+
+/// Lets a ray through a hit whose alpha is less than a number hashed from ray and triangle: in the mean over
+/// rays the surface covers as much as alpha says, and the same ray always decides the same.
+void alphaFilter(const RTCFilterFunctionNArguments* args) {
+    const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
+    const TriangleMesh& mesh = *data.placed->shape.mesh;
+    for (unsigned i = 0; i < args->N; ++i) {
+        if (args->valid[i] != -1)
+            continue;
+        const uint32_t prim = RTCHitN_primID(args->hit, args->N, i);
+        const float u = RTCHitN_u(args->hit, args->N, i), v = RTCHitN_v(args->hit, args->N, i);
+        TextureQuery q;
+        q.uv = triangleUv(mesh, prim, u, v);
+        q.prim = prim, q.barycentrics = V2f(u, v);
+        const float alpha = mesh.alpha.at(q);
+        if (alpha >= 1)
+            continue;
+        uint32_t bits[6];
+        const V3f o = rayOrigin(args->ray, args->N, i), d = rayDirection(args->ray, args->N, i);
+        std::memcpy(bits, &o.x, 12);
+        std::memcpy(bits + 3, &d.x, 12);
+        const uint64_t h = hashOf(data.seed, prim, bits[0], bits[1], bits[2], bits[3], bits[4], bits[5]);
+        if (alpha <= 0 || unitFloat(uint32_t(h >> 32)) >= alpha)
+            args->valid[i] = 0;
+    }
+}
+
+} // namespace
+
+struct Tracer::Impl {
+    RTCDevice device = nullptr;
+    const std::vector<Group>& groups;
+    std::vector<RTCScene> scenes; ///< one per group; [0] also holds the instances that rest
+    // What moves is a scene of its own, behind a box, so that it costs nothing where it is not.
+    RTCScene moving = nullptr;
+    Box3f movingBounds;
+    StillQuadrics quadrics; ///< of the world; the first few
+    std::vector<std::unique_ptr<CallbackData>> callbackData;
+    size_t worldGeometries = 0;
+    TracerCounts counts;
+    std::string error;
+    bool isOutOfMemory = false;
+    std::mutex errorMutex;
+
+    explicit Impl(const std::vector<Group>& groups) : groups(groups) {
+        device = rtcNewDevice("tessellation_cache_size=1"); // MB, in place of 128: nothing is tessellated
+        if (!device)
+            throw Error("Embree could not be started");
+        rtcSetDeviceErrorFunction(
+            device,
+            [](void* self, RTCError code, const char* text) {
+                auto& impl = *static_cast<Impl*>(self);
+                const std::lock_guard lock(impl.errorMutex);
+                impl.error = text;
+                impl.isOutOfMemory |= code == RTC_ERROR_OUT_OF_MEMORY;
+            },
+            this);
+    }
+    ~Impl() {
+        for (RTCScene scene : scenes)
+            rtcReleaseScene(scene);
+        if (moving)
+            rtcReleaseScene(moving);
+        rtcReleaseDevice(device);
+    }
+
+    RTCGeometry makeMesh(const Geometry& geometry) {
+        const TriangleMesh& mesh = *geometry.placed.shape.mesh;
+        RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        if (mesh.deforms()) {
+            rtcSetGeometryTimeStepCount(g, unsigned(mesh.positions.size()));
+            counts.timeSteps += mesh.positions.size();
+        }
+        for (size_t key = 0; key < mesh.positions.size(); ++key)
+            rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, unsigned(key), RTC_FORMAT_FLOAT3,
+                                       mesh.positions[key].data(), 0, sizeof(V3f), mesh.vertexCount());
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
+                                   3 * sizeof(uint32_t), mesh.triangleCount());
+        counts.triangles += mesh.triangleCount();
+        if (mesh.alpha.texture || mesh.alpha.constant < 1) {
+            rtcSetGeometryIntersectFilterFunction(g, alphaFilter);
+            rtcSetGeometryOccludedFilterFunction(g, alphaFilter);
+            ++counts.filteredGeometries;
+        }
+        return g;
+    }
+
+    RTCGeometry makeQuadric() {
+        RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+        rtcSetGeometryUserPrimitiveCount(g, 1);
+        rtcSetGeometryBoundsFunction(g, quadricBounds, nullptr);
+        rtcSetGeometryIntersectFunction(g, quadricIntersect);
+        rtcSetGeometryOccludedFunction(g, quadricOccluded);
+        ++counts.quadrics;
+        return g;
+    }
+
+    static bool deforms(const Geometry& geometry) {
+        return geometry.placed.shape.mesh && geometry.placed.shape.mesh->deforms();
+    }
+
+    /// Where geometry of the world goes.
+    RTCScene worldScene(bool moves) {
+        if (!moves)
+            return scenes[0];
+        if (!moving)
+            moving = rtcNewScene(device);
+        return moving;
+    }
+
+    void addGroup(const Group& group) {
+        const bool isWorld = scenes.empty();
+        scenes.push_back(rtcNewScene(device));
+        unsigned id = 0;
+        for (const Geometry& geometry : group.geometries) {
+            if (isWorld && geometry.placed.shape.quadric && !quadrics.isFull()) {
+                quadrics.add(geometry, id++);
+                ++counts.quadrics;
+                continue;
+            }
+            callbackData.push_back(std::make_unique<CallbackData>(CallbackData{
+                &geometry.placed, geometry.placed.toParent.inverse(), uint32_t(callbackData.size())}));
+            RTCGeometry g = geometry.placed.shape.mesh ? makeMesh(geometry) : makeQuadric();
+            rtcSetGeometryUserData(g, callbackData.back().get());
+            attach(isWorld ? worldScene(deforms(geometry)) : scenes.back(), g, id++);
+        }
+        if (isWorld)
+            worldGeometries = group.geometries.size();
+    }
+
+    void addInstance(const Instance& instance, unsigned id) {
+        RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(g, scenes[instance.group]);
+        const Motion& motion = *instance.motion;
+        if (!motion.isStill()) {
+            rtcSetGeometryTimeStepCount(g, unsigned(motion.keyCount()));
+            counts.timeSteps += motion.keyCount();
+        }
+        for (int i = 0; i < motion.keyCount(); ++i) {
+            if (motion.usesRotation())
+                setRotationKey(g, i, motion.rotationKey(i));
+            else
+                rtcSetGeometryTransform(g, unsigned(i), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                                        motion.matrixKey(i).getValue());
+        }
+        attach(worldScene(!motion.isStill()), g, id);
+        ++counts.instances;
+    }
+
+    static void setRotationKey(RTCGeometry g, int key, const Decomposed& d) {
+        RTCQuaternionDecomposition q;
+        rtcInitQuaternionDecomposition(&q);
+        q.scale_x = d.stretch[0][0], q.scale_y = d.stretch[1][1], q.scale_z = d.stretch[2][2];
+        q.skew_xy = d.stretch[1][0], q.skew_xz = d.stretch[2][0], q.skew_yz = d.stretch[2][1];
+        q.quaternion_r = d.rotation.r;
+        q.quaternion_i = d.rotation.v.x, q.quaternion_j = d.rotation.v.y, q.quaternion_k = d.rotation.v.z;
+        q.translation_x = d.translation.x, q.translation_y = d.translation.y,
+        q.translation_z = d.translation.z;
+        rtcSetGeometryTransformQuaternion(g, unsigned(key), &q);
+    }
+
+    static void attach(RTCScene scene, RTCGeometry g, unsigned id) {
+        rtcCommitGeometry(g);
+        rtcAttachGeometryByID(scene, g, id);
+        rtcReleaseGeometry(g);
+    }
+
+    static Box3f boundsOf(RTCScene scene) {
+        RTCBounds b;
+        rtcGetSceneBounds(scene, &b);
+        return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
+    }
+
+    void check() const {
+        if (isOutOfMemory)
+            throw std::bad_alloc();
+        if (!error.empty())
+            throw Error("Embree: " + error);
+    }
+};
+
+Tracer::Tracer(const std::vector<Group>& groups, const std::vector<Instance>& instances)
+    : m_impl(std::make_unique<Impl>(groups)) {
+    for (const Group& group : groups)
+        m_impl->addGroup(group);
+    for (size_t i = 1; i < m_impl->scenes.size(); ++i)
+        rtcCommitScene(m_impl->scenes[i]);
+    m_firstInstance = uint32_t(m_impl->worldGeometries);
+    for (size_t i = 0; i < instances.size(); ++i)
+        m_impl->addInstance(instances[i], unsigned(m_impl->worldGeometries + i));
+    rtcCommitScene(m_impl->scenes[0]);
+    if (m_impl->moving) {
+        rtcCommitScene(m_impl->moving);
+        Box3f& box = m_impl->movingBounds = Impl::boundsOf(m_impl->moving);
+        const V3f pad(1e-5f *
+                      length(box.max - box.min)); // a ray in a face of the box lies in none of its content
+        box.min -= pad, box.max += pad;
+    }
+    m_impl->check();
+}
+
+Tracer::~Tracer() = default;
+
+namespace {
+
+#if RTC_VERSION_MAJOR >= 4
+void intersectScene(RTCScene scene, const PacketMask& valid, RayBlock& block, bool coherent) {
+    RTCIntersectArguments args;
+    rtcInitIntersectArguments(&args);
+    args.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    rtcIntersect16(valid.lanes, scene, reinterpret_cast<RTCRayHit16*>(&block), &args);
+}
+void occludedScene(RTCScene scene, const PacketMask& valid, RayBlock& block) {
+    RTCOccludedArguments args;
+    rtcInitOccludedArguments(&args);
+    rtcOccluded16(valid.lanes, scene, reinterpret_cast<RTCRay16*>(&block), &args);
+}
+#else
+void intersectScene(RTCScene scene, const PacketMask& valid, RayBlock& block, bool coherent) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    rtcIntersect16(valid.lanes, scene, &context, reinterpret_cast<RTCRayHit16*>(&block));
+}
+void occludedScene(RTCScene scene, const PacketMask& valid, RayBlock& block) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded16(valid.lanes, scene, &context, reinterpret_cast<RTCRay16*>(&block));
+}
+#endif
+
+} // namespace
+
+void Tracer::intersect(RayBlock& block, int n, bool coherent) const {
+    if (m_observer)
+        m_observer(block, n, coherent ? Query::Coherent : Query::Nearest);
+    PacketMask valid(n);
+    intersectScene(m_impl->scenes[0], valid, block, coherent);
+    // Never with the coherent flag: Embree 3.13's coherent path rounds differently when instances move, so it
+    // would make lanes depend on their neighbours.
+    if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
+        intersectScene(m_impl->moving, valid, block, false);
+    m_impl->quadrics.intersect(block, PacketMask(n));
+}
+
+void Tracer::occluded(RayBlock& block, int n) const {
+    if (m_observer)
+        m_observer(block, n, Query::Occluded);
+    PacketMask valid(n);
+    occludedScene(m_impl->scenes[0], valid, block);
+    if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
+        occludedScene(m_impl->moving, valid, block);
+    m_impl->quadrics.occluded(block, PacketMask(n));
+}
+
+namespace {
+
+struct LookingAround {
+    uint32_t geometry;
+    const Tracer::LookAt& look;
+};
+
+/// Whether the query's radius has changed.
+bool lookAtPrimitive(RTCPointQueryFunctionArguments* args) {
+    const auto& looking = *static_cast<const LookingAround*>(args->userPtr);
+    if (args->context->instStackSize > 0 || args->geomID != looking.geometry)
+        return false;
+    const float before = std::exchange(args->query->radius, looking.look(args->primID));
+    return args->query->radius < before;
+}
+
+} // namespace
+
+void Tracer::lookAround(uint32_t group, uint32_t geometry, const V3f& p, float radius,
+                        const LookAt& look) const {
+    const bool isMoving = group == 0 && Impl::deforms(m_impl->groups[0].geometries[geometry]);
+    LookingAround looking{geometry, look};
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    RTCPointQuery query{p.x, p.y, p.z, 0, radius};
+    rtcPointQuery(isMoving ? m_impl->moving : m_impl->scenes[group], &query, &context, lookAtPrimitive,
+                  &looking);
+}
+
+Box3f Tracer::bounds() const {
+    Box3f box = Impl::boundsOf(m_impl->scenes[0]);
+    if (m_impl->moving)
+        box.extendBy(m_impl->movingBounds);
+    m_impl->quadrics.extend(box);
+    return box;
+}
+
+const TracerCounts& Tracer::counts() const { return m_impl->counts; }
+
+} // namespace strobe

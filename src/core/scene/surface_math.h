@@ -1,0 +1,105 @@
+// What points of surfaces are computed by, one by one and side by side alike: to the same bits. All without
+// branches.
+#pragma once
+
+#include "core/interfaces/geometry.h"
+#include "core/math/soa.h"
+
+namespace strobe {
+
+STROBE_INLINE float largestOf(const V3f& v) {
+    return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
+}
+
+/// A transform without the column that all transforms share.
+struct Affine {
+    V3f x, y, z, o; ///< rows
+
+    STROBE_INLINE explicit Affine(const M44f& m)
+        : x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]),
+          o(m[3][0], m[3][1], m[3][2]) {}
+    STROBE_INLINE Affine(const V3f& ax, const V3f& ay, const V3f& az, const V3f& origin)
+        : x(ax), y(ay), z(az), o(origin) {}
+
+    STROBE_INLINE V3f point(const V3f& p) const { return x * p.x + y * p.y + z * p.z + o; }
+    STROBE_INLINE V3f vector(const V3f& v) const { return x * v.x + y * v.y + z * v.z; }
+    /// A normal, as `transformNormal` with the inverse: that is the cofactors over the determinant. (The
+    /// determinant is more than the sign: without it, what is scaled down a lot underflows.)
+    STROBE_INLINE V3f normal(const V3f& n) const {
+        const V3f yz = cross(y, z);
+        const float determinant = dot(x, yz), inverse = 1 / determinant;
+        const float scale = determinant != 0 ? inverse : 1.f;
+        return (yz * n.x + cross(z, x) * n.y + cross(x, y) * n.z) * scale;
+    }
+    /// `s`, of numbers before the transform, after it.
+    STROBE_INLINE float scale(float s) const {
+        return s * std::max(largestOf(x), std::max(largestOf(y), largestOf(z))) + largestOf(o);
+    }
+};
+
+/// A triangle, in any space.
+struct Triangle {
+    V3f a, b, c;
+
+    STROBE_INLINE V3f point(float u, float v) const { return a * (1 - u - v) + b * u + c * v; }
+    STROBE_INLINE V3f normal() const { return cross(b - a, c - a); }
+    STROBE_INLINE float scale() const { return std::max(largestOf(a), std::max(largestOf(b), largestOf(c))); }
+    /// dp/du and dp/dv, given the texture coordinates of the corners; zero where these are degenerate.
+    STROBE_INLINE void derivatives(const V2f& uvA, const V2f& uvB, const V2f& uvC, V3f& dpdu,
+                                   V3f& dpdv) const {
+        const V2f duv02 = uvA - uvC, duv12 = uvB - uvC;
+        const V3f dp02 = a - c, dp12 = b - c;
+        const float det = duv02.x * duv12.y - duv02.y * duv12.x, inverse = 1 / det;
+        const float scale = std::abs(det) < 1e-20f ? 0.f : inverse;
+        dpdu = (dp02 * duv12.y - dp12 * duv02.y) * scale;
+        dpdv = (dp12 * duv02.x - dp02 * duv12.x) * scale;
+    }
+};
+
+inline Triangle triangleOf(const TriangleMesh& mesh, uint32_t prim, float time) {
+    V3f v[3];
+    triangleVertices(mesh, prim, time, v);
+    return {v[0], v[1], v[2]};
+}
+
+/// The normal of a mesh that has normals, of any length, at barycentrics (u, v).
+inline V3f vertexNormal(const TriangleMesh& mesh, uint32_t prim, float u, float v, float time) {
+    const uint32_t* index = &mesh.indices[3 * size_t(prim)];
+    const auto at = [&](const std::vector<V3f>& values) {
+        return Triangle{values[index[0]], values[index[1]], values[index[2]]}.point(u, v);
+    };
+    if (mesh.normals.size() == 1)
+        return at(mesh.normals[0]);
+    const float x = time * float(mesh.normals.size() - 1);
+    const size_t i = std::min(size_t(std::max(x, 0.f)), mesh.normals.size() - 2);
+    return lerp(at(mesh.normals[i]), at(mesh.normals[i + 1]), x - float(i));
+}
+
+/// Of the numbers that points of a quadric are computed from.
+inline float scaleOf(const Quadric& quadric) {
+    const Box3f box = quadric.bounds();
+    return 4 * std::max(largestOf(box.min), largestOf(box.max)); // the closed form loses a little more
+}
+
+/// The texture footprint of a ray along d, see `footprint`.
+struct Footprint {
+    V2f duvdx, duvdy;
+
+    STROBE_INLINE Footprint(const V3f& ng, const V3f& dpdu, const V3f& dpdv, const V3f& d, float width) {
+        const float cosine = dot(d, ng), n2 = length2(ng); // times the normal's length, as all that follows
+        const float uu = dot(dpdu, dpdu), uv = dot(dpdu, dpdv), vv = dot(dpdv, dpdv);
+        const float det = uu * vv - uv * uv;
+        const int32_t exists = (sqr(cosine) > 1e-6f * n2 ? 1 : 0) & (width > 0 ? 1 : 0) & (det > 0 ? 1 : 0);
+        // What lies across d is moved along d onto the tangent plane, then into (u,v) by least squares.
+        const V3f n = ng * (1 / cosine), along = dpdu - n * dot(d, dpdu), across = dpdv - n * dot(d, dpdv);
+        const float scale = width / det;
+        const V3f toU = (along * vv - across * uv) * scale, toV = (across * uu - along * uv) * scale;
+        const Frame frame = Frame::fromNormal(d);
+        const float ux = dot(frame.s, toU), vx = dot(frame.s, toV);
+        const float uy = dot(frame.t, toU), vy = dot(frame.t, toV);
+        duvdx = {exists ? ux : 0.f, exists ? vx : 0.f};
+        duvdy = {exists ? uy : 0.f, exists ? vy : 0.f};
+    }
+};
+
+} // namespace strobe

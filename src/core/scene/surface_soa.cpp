@@ -1,0 +1,171 @@
+// Points of surfaces side by side: those of neighbouring hits on the same geometry.
+#include "core/scene/scene.h"
+#include "core/scene/surface_math.h"
+
+namespace strobe {
+
+namespace {
+
+/// Triangles of a mesh, in object space.
+struct TriangleLanes {
+    V3Lanes a, b, c;
+    V2Lanes uvA, uvB, uvC;
+    V3Lanes normal; ///< between those of the vertices
+};
+
+void gather(const TriangleMesh& mesh, const HitLanes& hits, const float* time, int begin, int end,
+            bool takesUvs, TriangleLanes& out) {
+    for (int i = begin; i < end; ++i) {
+        const Triangle t = triangleOf(mesh, hits.prim[i], time[i]);
+        out.a.set(i, t.a), out.b.set(i, t.b), out.c.set(i, t.c);
+    }
+    if (!mesh.normals.empty())
+        for (int i = begin; i < end; ++i)
+            out.normal.set(i, vertexNormal(mesh, hits.prim[i], hits.u[i], hits.v[i], time[i]));
+    if (takesUvs)
+        for (int i = begin; i < end; ++i) {
+            const uint32_t prim = hits.prim[i];
+            out.uvA.set(i, triangleUv(mesh, prim, 0, 0));
+            out.uvB.set(i, triangleUv(mesh, prim, 1, 0));
+            out.uvC.set(i, triangleUv(mesh, prim, 0, 1));
+        }
+}
+
+STROBE_LANES void findPoints(const TriangleLanes& t, const HitLanes& hits, int begin, int end,
+                             SurfaceLanes& out) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        const Triangle triangle{t.a.at(i), t.b.at(i), t.c.at(i)};
+        const float u = hits.u[i], v = hits.v[i];
+        const V3f p = triangle.point(u, v), n = triangle.normal();
+        out.p.x[i] = p.x, out.p.y[i] = p.y, out.p.z[i] = p.z;
+        out.ng.x[i] = n.x, out.ng.y[i] = n.y, out.ng.z[i] = n.z;
+        out.ns.x[i] = n.x, out.ns.y[i] = n.y, out.ns.z[i] = n.z;
+        out.scale[i] = triangle.scale();
+        out.uv.x[i] = u + v, out.uv.y[i] = v;
+    }
+}
+
+STROBE_LANES void findDerivatives(const TriangleLanes& t, int begin, int end, SurfaceLanes& out) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        V3f dpdu, dpdv;
+        Triangle{t.a.at(i), t.b.at(i), t.c.at(i)}.derivatives(t.uvA.at(i), t.uvB.at(i), t.uvC.at(i), dpdu,
+                                                              dpdv);
+        out.dpdu.x[i] = dpdu.x, out.dpdu.y[i] = dpdu.y, out.dpdu.z[i] = dpdu.z;
+        out.dpdv.x[i] = dpdv.x, out.dpdv.y[i] = dpdv.y, out.dpdv.z[i] = dpdv.z;
+    }
+}
+
+void meshSurfaces(const TriangleMesh& mesh, const HitLanes& hits, const float* time, int begin, int end,
+                  SurfaceLanes& out) {
+    TriangleLanes t;
+    const bool derives = out.material[begin]->needsFootprint();
+    gather(mesh, hits, time, begin, end, derives, t);
+    findPoints(t, hits, begin, end, out);
+    if (!mesh.normals.empty())
+        for (int i = begin; i < end; ++i)
+            if (const V3f n = t.normal.at(i); length2(n) > 0)
+                out.ns.set(i, n);
+    if (!mesh.uvs.empty())
+        for (int i = begin; i < end; ++i)
+            out.uv.set(i, triangleUv(mesh, hits.prim[i], hits.u[i], hits.v[i]));
+    if (derives)
+        findDerivatives(t, begin, end, out);
+    else
+        for (float* row : {out.dpdu.x, out.dpdu.y, out.dpdu.z, out.dpdv.x, out.dpdv.y, out.dpdv.z})
+            std::fill(row + begin, row + end, 0.f);
+}
+
+void quadricSurfaces(const Quadric& quadric, const HitLanes& hits, int begin, int end, SurfaceLanes& out) {
+    QuadricPointLanes points{out.p, out.ng, out.dpdu, out.dpdv, out.uv};
+    quadric.pointLanes(hits.u, hits.v, begin, end, points);
+    std::fill(out.scale + begin, out.scale + end, scaleOf(quadric));
+}
+
+STROBE_INLINE Affine affineAt(const AffineLanes& m, int i) {
+    return {m.x.at(i), m.y.at(i), m.z.at(i), m.o.at(i)};
+}
+
+STROBE_LANES void transformNormals(const AffineLanes& m, int begin, int end, V3Lanes& normals) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        const V3f n = affineAt(m, i).normal(normals.at(i));
+        normals.x[i] = n.x, normals.y[i] = n.y, normals.z[i] = n.z;
+    }
+}
+
+/// All but ns.
+STROBE_LANES void transformPoints(const AffineLanes& transforms, int begin, int end, SurfaceLanes& out) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        const Affine m = affineAt(transforms, i);
+        const V3f p = m.point(out.p.at(i)), n = m.normal(out.ng.at(i));
+        const V3f dpdu = m.vector(out.dpdu.at(i)), dpdv = m.vector(out.dpdv.at(i));
+        out.p.x[i] = p.x, out.p.y[i] = p.y, out.p.z[i] = p.z;
+        out.ng.x[i] = n.x, out.ng.y[i] = n.y, out.ng.z[i] = n.z;
+        out.dpdu.x[i] = dpdu.x, out.dpdu.y[i] = dpdu.y, out.dpdu.z[i] = dpdu.z;
+        out.dpdv.x[i] = dpdv.x, out.dpdv.y[i] = dpdv.y, out.dpdv.z[i] = dpdv.z;
+        out.scale[i] = m.scale(out.scale[i]);
+    }
+}
+
+void copyNormals(const V3Lanes& from, int begin, int end, V3Lanes& to) {
+    std::copy(from.x + begin, from.x + end, to.x + begin);
+    std::copy(from.y + begin, from.y + end, to.y + begin);
+    std::copy(from.z + begin, from.z + end, to.z + begin);
+}
+
+} // namespace
+
+void Scene::rawSurfaces(const HitLanes& hits, const float* time, int n, SurfaceLanes& out) const {
+    std::copy_n(hits.prim, n, out.prim);
+    for (int begin = 0, end; begin < n; begin = end) {
+        for (end = begin + 1; end < n && hits.instance[end] == hits.instance[begin] &&
+                              hits.geometry[end] == hits.geometry[begin];)
+            ++end;
+        surfacesOfOne(hits, time, begin, end, out);
+    }
+}
+
+/// Those of hits `begin` to `end`, all on the same geometry.
+void Scene::surfacesOfOne(const HitLanes& hits, const float* time, int begin, int end,
+                          SurfaceLanes& out) const {
+    const Hit first = hits.at(begin);
+    const Geometry& geometry = this->geometry(first);
+    const PlacedShape& placed = geometry.placed;
+    std::fill(out.material + begin, out.material + end, m_materials[size_t(geometry.material)].get());
+    std::fill(out.light + begin, out.light + end, lightOf(first));
+    std::fill(out.orientation + begin, out.orientation + end, placed.reverseOrientation ? -1.f : 1.f);
+    const bool isMesh = placed.shape.mesh != nullptr;
+    if (isMesh)
+        meshSurfaces(*placed.shape.mesh, hits, time, begin, end, out);
+    else
+        quadricSurfaces(*placed.shape.quadric, hits, begin, end, out);
+    if (!isBaked(first, placed)) {
+        AffineLanes m;
+        if (first.instance != kNone && placed.toParent == M44f())
+            m_instances[first.instance].motion->atLanes(time, begin, end, m);
+        else
+            for (int i = begin; i < end; ++i)
+                m.set(i, toWorld(first, placed, time[i]));
+        transformPoints(m, begin, end, out);
+        if (isMesh)
+            transformNormals(m, begin, end, out.ns);
+    }
+    if (!isMesh)
+        copyNormals(out.ng, begin, end, out.ns);
+}
+
+STROBE_LANES void footprints(const SurfaceLanes& s, const V3Lanes& wo, const float* width, int begin, int end,
+                             V2Lanes& duvdx, V2Lanes& duvdy) {
+    STROBE_INDEPENDENT
+    for (int i = begin; i < end; ++i) {
+        const V3f w = wo.at(i);
+        const Footprint f(s.ng.at(i), s.dpdu.at(i), s.dpdv.at(i), {-w.x, -w.y, -w.z}, width[i]);
+        duvdx.x[i] = f.duvdx.x, duvdx.y[i] = f.duvdx.y;
+        duvdy.x[i] = f.duvdy.x, duvdy.y[i] = f.duvdy.y;
+    }
+}
+
+} // namespace strobe

@@ -1,0 +1,102 @@
+#include "core/util/atomic_file.h"
+
+#include "core/util/error.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <string>
+#include <unistd.h>
+#include <utility>
+
+namespace strobe {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& reason) {
+    throw Error("cannot write " + path.string() + ": " + reason, ErrorKind::Output);
+}
+
+/// Calls `f` until no signal interrupts it.
+template <class F>
+auto uninterrupted(const F& f) {
+    for (;;)
+        if (const auto result = f(); result >= 0 || errno != EINTR)
+            return result;
+}
+
+/// Makes a rename in the folder last. Errors are no reason to fail: some file systems do not know how, and
+/// the file is there.
+void flushFolder(const fs::path& folder) {
+    const int fd = uninterrupted(
+        [&] { return ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
+    if (fd < 0)
+        return;
+    uninterrupted([&] { return ::fsync(fd); });
+    ::close(fd);
+}
+
+/// A newly made file that removes itself unless it was renamed.
+class TemporaryFile {
+  public:
+    explicit TemporaryFile(const fs::path& final) : m_final(final) {
+        for (int attempt = 0; m_fd < 0; ++attempt) {
+            m_path =
+                final.parent_path() / ("." + final.filename().string() + "." + std::to_string(::getpid()) +
+                                       "-" + std::to_string(attempt) + ".tmp");
+            m_fd = ::open(m_path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+            if (m_fd < 0 && errno != EINTR && (errno != EEXIST || attempt == 1000))
+                fail(m_final, std::strerror(errno));
+        }
+    }
+    ~TemporaryFile() {
+        if (m_fd >= 0)
+            ::close(m_fd);
+        if (!m_renamed)
+            ::unlink(m_path.c_str());
+    }
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+    void write(std::string_view bytes) {
+        while (!bytes.empty()) {
+            const ssize_t n = ::write(m_fd, bytes.data(), bytes.size());
+            if (n == 0 || (n < 0 && errno != EINTR))
+                fail(m_final, n == 0 ? "nothing more is taken" : std::strerror(errno));
+            bytes.remove_prefix(n > 0 ? size_t(n) : 0);
+        }
+    }
+    void rename() {
+        if (uninterrupted([&] { return ::fsync(m_fd); }) != 0)
+            fail(m_final, std::strerror(errno));
+        const int fd = std::exchange(m_fd, -1);
+        if (::close(fd) != 0 && errno != EINTR) // interrupted or not, it is closed
+            fail(m_final, std::strerror(errno));
+        if (uninterrupted([&] { return ::rename(m_path.c_str(), m_final.c_str()); }) != 0)
+            fail(m_final, std::strerror(errno));
+        m_renamed = true;
+        flushFolder(m_final.parent_path());
+    }
+
+  private:
+    fs::path m_final, m_path;
+    int m_fd = -1;
+    bool m_renamed = false;
+};
+
+} // namespace
+
+void writeFileAtomically(const fs::path& path, std::string_view bytes) {
+    std::error_code ignored;
+    const fs::path target = fs::is_symlink(path, ignored) ? fs::weakly_canonical(path, ignored) : path;
+    if (target.empty() || target.filename().empty())
+        fail(path, "not a file name");
+    if (fs::exists(target, ignored) && !fs::is_regular_file(target, ignored))
+        fail(path, fs::is_directory(target, ignored) ? "it is a directory" : "it is not a regular file");
+    TemporaryFile file(target);
+    file.write(bytes);
+    file.rename();
+}
+
+} // namespace strobe

@@ -1,0 +1,114 @@
+#include "core/util/file_bytes.h"
+
+#include "core/util/memory.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+
+namespace strobe {
+namespace {
+
+using Buffer = std::shared_ptr<char[]>;
+
+Buffer newBuffer(size_t size) {
+    Buffer buffer(new char[size]); // not zeroed: make_shared would
+    preferLargePages(buffer.get(), size);
+    return buffer;
+}
+
+FileBytes readPlain(const std::filesystem::path& path, const MayTake& mayTake) {
+    std::error_code code;
+    if (!std::filesystem::is_regular_file(path, code))
+        throw std::runtime_error(code ? code.message() : "not a regular file");
+    const auto size = size_t(std::filesystem::file_size(path, code));
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+    if (code || !file)
+        throw std::runtime_error(code ? code.message() : std::strerror(errno));
+    if (mayTake)
+        mayTake(size);
+    const Buffer buffer = newBuffer(size + 1);
+    if (std::fread(buffer.get(), 1, size, file.get()) != size)
+        throw std::runtime_error("it is shorter than it was a moment ago");
+    return {buffer, size};
+}
+
+/// The state of zlib, which ends with it.
+class Inflater {
+  public:
+    explicit Inflater(const FileBytes& packed) : m_left(packed.view()) {
+        constexpr int kGzip = 16; // beside the size of the window
+        if (inflateInit2(&m_zlib, MAX_WBITS + kGzip) != Z_OK)
+            throw std::bad_alloc();
+    }
+    ~Inflater() { inflateEnd(&m_zlib); }
+    Inflater(const Inflater&) = delete;
+    Inflater& operator=(const Inflater&) = delete;
+
+    bool isDone() const { return m_done; }
+    /// Fills `out` as far as there is something; how much that was.
+    size_t read(char* out, size_t size) {
+        size_t filled = 0;
+        while (filled < size && !m_done) {
+            const auto given = uInt(std::min<size_t>(m_left.size(), 1u << 30));
+            const auto wanted = uInt(std::min<size_t>(size - filled, 1u << 30));
+            m_zlib.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(m_left.data())); // only read
+            m_zlib.avail_in = given;
+            m_zlib.next_out = reinterpret_cast<Bytef*>(out + filled);
+            m_zlib.avail_out = wanted;
+            const int result = inflate(&m_zlib, Z_NO_FLUSH);
+            m_left.remove_prefix(given - m_zlib.avail_in);
+            filled += wanted - m_zlib.avail_out;
+            if (result == Z_STREAM_END)
+                endOfMember();
+            else if (result == Z_MEM_ERROR)
+                throw std::bad_alloc();
+            else if (result != Z_OK && result != Z_BUF_ERROR)
+                throw std::runtime_error("its gzip data is damaged");
+            else if (m_left.empty() && m_zlib.avail_out > 0)
+                throw std::runtime_error("its gzip data ends too early");
+        }
+        return filled;
+    }
+
+  private:
+    /// Files may be packed in several parts, one after the other.
+    void endOfMember() {
+        m_done = m_left.size() < 2 || m_left[0] != '\x1f' || m_left[1] != '\x8b';
+        if (!m_done)
+            inflateReset(&m_zlib);
+    }
+    z_stream m_zlib{};
+    std::string_view m_left;
+    bool m_done = false;
+};
+
+FileBytes unpack(const FileBytes& packed, const MayTake& mayTake) {
+    Inflater inflater(packed);
+    size_t capacity = 4 * packed.size + 64, size = 0;
+    Buffer buffer = newBuffer(capacity);
+    for (;;) {
+        size += inflater.read(buffer.get() + size, capacity - size);
+        if (inflater.isDone())
+            return {buffer, size};
+        if (mayTake)
+            mayTake(2 * capacity);
+        const Buffer larger = newBuffer(2 * capacity);
+        std::memcpy(larger.get(), buffer.get(), size);
+        buffer = larger;
+        capacity *= 2;
+    }
+}
+
+} // namespace
+
+FileBytes readFileBytes(const std::filesystem::path& path, const MayTake& mayTake) {
+    FileBytes file = readPlain(path, mayTake);
+    return file.view().starts_with("\x1f\x8b") ? unpack(file, mayTake) : file;
+}
+
+} // namespace strobe

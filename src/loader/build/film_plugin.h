@@ -1,0 +1,10 @@
+// The film directive.
+#pragma once
+
+#include "loader/build/plugin_tables.h"
+
+namespace strobe {
+
+Plugin<FilmSetup> imageFilmPlugin();
+
+} // namespace strobe

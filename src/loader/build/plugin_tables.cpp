@@ -1,0 +1,162 @@
+#include "loader/build/plugin_tables.h"
+
+#include "cameras/environment.h"
+#include "cameras/orthographic.h"
+#include "cameras/perspective.h"
+#include "filters/box.h"
+#include "filters/gaussian.h"
+#include "filters/mitchell.h"
+#include "filters/sinc.h"
+#include "filters/triangle.h"
+#include "integrators/indirect_cache.h"
+#include "integrators/msaa.h"
+#include "integrators/msaa_cache.h"
+#include "integrators/supersample.h"
+#include "lights/diffuse_area.h"
+#include "lights/distant.h"
+#include "lights/infinite.h"
+#include "lights/point.h"
+#include "lights/spot.h"
+#include "loader/build/film_plugin.h"
+#include "loader/build/gltf_scene.h"
+#include "materials/glass.h"
+#include "materials/matte.h"
+#include "materials/measured.h"
+#include "materials/metal.h"
+#include "materials/metallic_roughness.h"
+#include "materials/mirror.h"
+#include "materials/plastic.h"
+#include "samplers/aliases.h"
+#include "samplers/independent.h"
+#include "samplers/sobol.h"
+#include "samplers/stratified.h"
+#include "shading/path_shader.h"
+#include "shapes/disk.h"
+#include "shapes/loopsubdiv.h"
+#include "shapes/plymesh.h"
+#include "shapes/sphere.h"
+#include "shapes/trianglemesh.h"
+#include "textures/checkerboard.h"
+#include "textures/constant.h"
+#include "textures/imagemap.h"
+#include "textures/mix.h"
+#include "textures/scale.h"
+
+#include <fmt/format.h>
+
+namespace strobe {
+
+PluginTables pluginTables() {
+    PluginTables tables{
+        .shapes = {triangleMeshPlugin(), plyMeshPlugin(), loopSubdivPlugin(), spherePlugin(), diskPlugin(),
+                   gltfPlugin()},
+        .materials = {mattePlugin(), plasticPlugin(), mirrorPlugin(), glassPlugin(), metalPlugin(),
+                      measuredPlugin(), metallicRoughnessPlugin()},
+        .textures = {constantTexturePlugin(), scaleTexturePlugin(), mixTexturePlugin(),
+                     checkerboardTexturePlugin(), imagemapTexturePlugin()},
+        .lights = {pointLightPlugin(), spotLightPlugin(), distantLightPlugin(), infiniteLightPlugin()},
+        .areaLights = {diffuseAreaLightPlugin()},
+        .cameras = {perspectivePlugin(), orthographicPlugin(), environmentPlugin()},
+        .samplers = {independentPlugin(), stratifiedPlugin(), sobolPlugin()},
+        .filters = {boxFilterPlugin(), triangleFilterPlugin(), gaussianFilterPlugin(), mitchellFilterPlugin(),
+                    sincFilterPlugin()},
+        .films = {imageFilmPlugin()},
+        .shaders = {directLightingPlugin(), pathPlugin()},
+        .integrators = {supersamplePlugin(), msaaPlugin(), msaaCachePlugin(), indirectCachePlugin()},
+    };
+    for (auto& shape : tables.shapes)
+        shape.params.push_back(kShapeName);
+    for (auto& light : tables.lights)
+        light.params.push_back(kLightGroup);
+    for (auto& light : tables.areaLights)
+        light.params.push_back(kLightGroup);
+    return tables;
+}
+
+namespace {
+
+using StandIns = std::map<std::string, StandIn>;
+
+StandIns samplerStandIns() {
+    StandIns map;
+    for (const auto& [foreign, ours] : samplerAliases())
+        map[foreign] = {ours, true, false};
+    return map;
+}
+
+std::map<std::string, StandIns> allStandIns() {
+    return {
+        {"sampler", samplerStandIns()},
+        {"film", {{"rgb", {"image", true}}, {"gbuffer", {"image", false}}, {"spectral", {"image", false}}}},
+        {"area light", {{"area", {"diffuse", true}}}},
+        {"light",
+         {{"exinfinite", {"infinite", true}},
+          {"projection", {"spot", false}},
+          {"goniometric", {"point", false}},
+          {"goniophotometric", {"point", false}}}},
+        {"pixel filter", {{"lanczossinc", {"sinc", true}}}},
+        {"camera", {{"spherical", {"environment", true}}, {"realistic", {"perspective", false}}}},
+        {"shape", {{"nurbs", {}}}},
+        {"material", {{"diffuse", {"matte", true}}, {"dielectric", {"glass", true}}}},
+        {"shading integrator",
+         {{"igi", {"path", false}},
+          {"photonmap", {"path", false}},
+          {"exphotonmap", {"path", false}},
+          {"irradiancecache", {"path", false}},
+          {"ambientocclusion", {"directlighting", false}},
+          {"whitted", {"directlighting", false}},
+          {"dipolesubsurface", {"directlighting", false}},
+          {"diffuseprt", {"directlighting", false}},
+          {"glossyprt", {"directlighting", false}},
+          {"useprobes", {"directlighting", false}},
+          {"bdpt", {"path", false}},
+          {"mlt", {"path", false}},
+          {"sppm", {"path", false}},
+          {"volpath", {"path", true}},
+          {"simplepath", {"path", true}},
+          {"lightpath", {"path", false}},
+          {"simplevolpath", {"path", true}},
+          {"randomwalk", {"path", false}}}},
+    };
+}
+
+template <class Row>
+void list(std::string& out, const char* kind, const std::vector<Row>& table) {
+    out += fmt::format("{}\n", kind);
+    for (const Row& row : table) {
+        out += fmt::format("  {:<16} {}\n", row.name, row.doc);
+        for (const ParamInfo& p : row.params) {
+            const std::string name = p.alias.empty() ? p.name : p.name + ", " + p.alias;
+            const std::string fallback = p.fallback.empty() ? "" : " [" + p.fallback + "]";
+            out += fmt::format("      {:<10} {:<24} {}{}\n", p.type, name, p.doc, fallback);
+        }
+    }
+    out += "\n";
+}
+
+} // namespace
+
+const std::map<std::string, StandIn>& standIns(const std::string& kind) {
+    static const std::map<std::string, StandIns> all = allStandIns();
+    static const StandIns none;
+    const auto it = all.find(kind);
+    return it == all.end() ? none : it->second;
+}
+
+std::string listPlugins(const PluginTables& tables) {
+    std::string out;
+    list(out, "Integrator (what shares a shade; --integrator)", tables.integrators);
+    list(out, "SurfaceIntegrator, Integrator (how a point is shaded)", tables.shaders);
+    list(out, "Camera", tables.cameras);
+    list(out, "Film", tables.films);
+    list(out, "Sampler", tables.samplers);
+    list(out, "PixelFilter", tables.filters);
+    list(out, "Shape", tables.shapes);
+    list(out, "Material", tables.materials);
+    list(out, "Texture", tables.textures);
+    list(out, "LightSource", tables.lights);
+    list(out, "AreaLightSource", tables.areaLights);
+    return out;
+}
+
+} // namespace strobe

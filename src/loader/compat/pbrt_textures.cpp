@@ -1,0 +1,121 @@
+#include "loader/compat/pbrt_compat.h"
+
+#include "textures/inputs.h"
+
+namespace strobe {
+namespace {
+
+class Constant final : public Texture {
+  public:
+    explicit Constant(const Rgb& value) : m_value(value) {}
+    Rgb rgb(const TextureQuery&) const override { return m_value; }
+    bool isConstant() const override { return true; }
+
+  private:
+    Rgb m_value;
+};
+
+const InputDef kV00{"v00", 0, "at (0,0)"}, kV01{"v01", 1, "at (0,1)"}, kV10{"v10", 0, "at (1,0)"},
+    kV11{"v11", 1, "at (1,1)"};
+
+/// Four values, bilinear in between and beyond.
+class Bilerp final : public Texture {
+  public:
+    Bilerp(const ParamSet& params, const BuildContext& context, const TextureArgs& args)
+        : m_mapping(params, context, args), m_v00(params, args, kV00), m_v01(params, args, kV01),
+          m_v10(params, args, kV10), m_v11(params, args, kV11) {}
+    Rgb rgb(const TextureQuery& q) const override {
+        const V2f st = m_mapping.at(q).st;
+        return (m_v00.rgb(q) * (1 - st.y) + m_v01.rgb(q) * st.y) * (1 - st.x) +
+               (m_v10.rgb(q) * (1 - st.y) + m_v11.rgb(q) * st.y) * st.x;
+    }
+    bool needsFootprint() const override {
+        return m_v00.needsFootprint() || m_v01.needsFootprint() || m_v10.needsFootprint() ||
+               m_v11.needsFootprint();
+    }
+
+  private:
+    Mapping2D m_mapping;
+    Input m_v00, m_v01, m_v10, m_v11;
+};
+
+/// The coordinates as red and green.
+class UvColours final : public Texture {
+  public:
+    explicit UvColours(const Mapping2D& mapping) : m_mapping(mapping) {}
+    Rgb rgb(const TextureQuery& q) const override {
+        const V2f st = m_mapping.at(q).st;
+        return {st.x - std::floor(st.x), st.y - std::floor(st.y), 0};
+    }
+
+  private:
+    Mapping2D m_mapping;
+};
+
+/// A blend of two inputs by constant shares.
+class Blend final : public Texture {
+  public:
+    Blend(Input a, Input b, float shareOfA) : m_a(std::move(a)), m_b(std::move(b)), m_share(shareOfA) {}
+    Rgb rgb(const TextureQuery& q) const override {
+        return m_a.rgb(q) * m_share + m_b.rgb(q) * (1 - m_share);
+    }
+    bool needsFootprint() const override { return m_a.needsFootprint() || m_b.needsFootprint(); }
+    bool isConstant() const override { return m_a.isConstant() && m_b.isConstant(); }
+
+  private:
+    Input m_a, m_b;
+    float m_share;
+};
+
+const InputDef kInside{"inside", 1, "in the dots"}, kOutside{"outside", 0, "around them"};
+const InputDef kTex1{"tex1", 0, "where the surface faces the direction"}, kTex2{"tex2", 1, "elsewhere"};
+/// Half of the cells have a dot, of radius 0.35.
+constexpr float kDots = .5f * kPi * .35f * .35f;
+
+std::function<TexturePtr(const ParamSet&, const BuildContext&, const TextureArgs&)> meanValue(const Rgb& c) {
+    return [c](const ParamSet& params, const BuildContext&, const TextureArgs&) -> TexturePtr {
+        params.markAllUsed(); // of a pattern that is not there
+        return std::make_shared<const Constant>(c);
+    };
+}
+
+std::function<TexturePtr(const ParamSet&, const BuildContext&, const TextureArgs&)>
+blend(const InputDef& a, const InputDef& b, float shareOfA) {
+    return [&a, &b, shareOfA](const ParamSet& params, const BuildContext&,
+                              const TextureArgs& args) -> TexturePtr {
+        auto texture =
+            std::make_shared<const Blend>(Input(params, args, a), Input(params, args, b), shareOfA);
+        params.markAllUsed();
+        return texture;
+    };
+}
+
+} // namespace
+
+std::vector<Foreign<TextureRow>> foreignTextures() {
+    const std::string mean = "a constant, about its mean, takes its place";
+    std::vector<ParamInfo> corners{kV00.colour, kV01.colour, kV10.colour, kV11.colour};
+    const std::vector<ParamInfo> mapping = mappingParams();
+    corners.insert(corners.end(), mapping.begin(), mapping.end());
+    return {
+        {{"bilerp", "", corners,
+          [](const ParamSet& params, const BuildContext& context, const TextureArgs& args) -> TexturePtr {
+              return std::make_shared<const Bilerp>(params, context, args);
+          }},
+         ""},
+        {{"uv", "", mapping,
+          [](const ParamSet& params, const BuildContext& context, const TextureArgs& args) -> TexturePtr {
+              return std::make_shared<const UvColours>(Mapping2D(params, context, args));
+          }},
+         ""},
+        {{"dots", "", {kInside.colour, kOutside.colour}, blend(kInside, kOutside, kDots)}, mean},
+        {{"directionmix", "", {kTex1.colour, kTex2.colour}, blend(kTex1, kTex2, .5f)}, mean},
+        {{"fbm", "", {}, meanValue(Rgb(0))}, mean},        // a signed noise
+        {{"wrinkled", "", {}, meanValue(Rgb(.4f))}, mean}, // the sum of the magnitudes of octaves
+        {{"windy", "", {}, meanValue(Rgb(0))}, mean},
+        {{"marble", "", {}, meanValue(Rgb(.45f, .45f, .5f))}, mean},
+        {{"ptex", "", {}, meanValue(Rgb(.5f))}, "a grey constant takes its place"},
+    };
+}
+
+} // namespace strobe

@@ -1,0 +1,210 @@
+#include "loader/parser/param_list.h"
+
+#include <fmt/format.h>
+
+namespace strobe {
+namespace {
+
+struct TypeWord {
+    std::string_view word;
+    ParamType type;
+    bool isV4 = false; ///< only pbrt-v3 and v4 have it
+};
+
+constexpr TypeWord kTypes[] = {
+    {"integer", ParamType::Int},         {"float", ParamType::Float},
+    {"bool", ParamType::Bool},           {"string", ParamType::String},
+    {"point2", ParamType::Point2, true}, {"vector2", ParamType::Point2, true},
+    {"point", ParamType::Vector3},       {"point3", ParamType::Vector3, true},
+    {"vector", ParamType::Vector3},      {"vector3", ParamType::Vector3, true},
+    {"normal", ParamType::Vector3},      {"normal3", ParamType::Vector3, true},
+    {"color", ParamType::Rgb},           {"rgb", ParamType::Rgb, true},
+    {"spectrum", ParamType::Spectrum},   {"blackbody", ParamType::Blackbody},
+    {"texture", ParamType::Texture},
+};
+
+std::string_view takeWord(std::string_view& text) {
+    const size_t begin = std::min(text.find_first_not_of(" \t"), text.size());
+    const size_t end = std::min(text.find_first_of(" \t", begin), text.size());
+    const std::string_view word = text.substr(begin, end - begin);
+    text.remove_prefix(end);
+    return word;
+}
+
+const TypeWord& findType(std::string_view word, const Location& where) {
+    std::vector<std::string> words;
+    for (const TypeWord& t : kTypes) {
+        if (t.word == word)
+            return t;
+        words.emplace_back(t.word);
+    }
+    const std::string nearest = nearestName(word, words);
+    throw Error(where,
+                fmt::format("unknown parameter type {}{} (known: {})", describe({TokenKind::String, 0, word}),
+                            nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?",
+                            fmt::join(words, ", ")));
+}
+
+/// Reads the value of one parameter.
+class ValueReader {
+  public:
+    ValueReader(Lexer& lexer, Param& param, bool& looksLikeV4)
+        : m_lexer(lexer), m_param(param), m_looksLikeV4(looksLikeV4) {}
+
+    void read() {
+        if (m_lexer.peek() == TokenKind::Open) {
+            m_open = m_lexer.next();
+            readAll();
+            expectClose();
+        } else {
+            readOne();
+        }
+        checkCount();
+    }
+
+  private:
+    const char* wanted() const {
+        switch (m_param.type) {
+        case ParamType::Bool:
+            return "true or false";
+        case ParamType::String:
+            return "a string";
+        case ParamType::Texture:
+            return "the name of a texture";
+        case ParamType::Spectrum:
+            return "numbers, a name or a file name";
+        default:
+            return "a number";
+        }
+    }
+    [[noreturn]] void failWanted() {
+        const Token token = m_lexer.next();
+        throw Error(m_lexer.at(token.offset),
+                    fmt::format("parameter \"{}\" needs {}{}, found {}", m_param.name, wanted(),
+                                m_open ? " or ']'" : "", describe(token)));
+    }
+    bool takesNumbers() const {
+        return m_param.type != ParamType::Bool && m_param.type != ParamType::String &&
+               m_param.type != ParamType::Texture;
+    }
+    bool takesStrings() const { return m_param.type == ParamType::Spectrum || !takesNumbers(); }
+
+    bool readBool() {
+        const TokenKind kind = m_lexer.peek();
+        if (kind != TokenKind::String && kind != TokenKind::Word)
+            return false;
+        const Token token = m_lexer.next();
+        if (token.text != "true" && token.text != "false")
+            throw Error(
+                m_lexer.at(token.offset),
+                fmt::format("parameter \"{}\" needs true or false, found {}", m_param.name, describe(token)));
+        m_looksLikeV4 |= kind == TokenKind::Word;
+        m_param.ints.push_back(token.text == "true");
+        return true;
+    }
+    void readOne() {
+        const TokenKind kind = m_lexer.peek();
+        if (kind == TokenKind::End || (kind == TokenKind::Word && isDirectiveLike()))
+            throw Error(m_param.where, fmt::format("parameter \"{}\" has no value", m_param.name));
+        if (m_param.type == ParamType::Bool && readBool())
+            return;
+        if (m_param.type != ParamType::Bool && takesStrings() && kind == TokenKind::String)
+            m_param.strings.push_back(m_lexer.unescape(m_lexer.next()));
+        else if (m_param.type == ParamType::Int && kind == TokenKind::Number)
+            m_param.ints.push_back(m_lexer.readInt());
+        else if (takesNumbers() && kind == TokenKind::Number)
+            m_param.floats.push_back(m_lexer.readFloat());
+        else
+            failWanted();
+    }
+    /// A capitalised word where a value should be: the next directive has begun (NaN and friends aside).
+    bool isDirectiveLike() {
+        Lexer ahead = m_lexer;
+        const std::string_view word = ahead.next().text;
+        return word.size() > 4 && word[0] >= 'A' && word[0] <= 'Z' && word != "Infinity";
+    }
+    void readAll() {
+        if (m_param.type == ParamType::Bool) {
+            while (readBool()) {
+            }
+        } else if (m_param.type == ParamType::Int) {
+            m_lexer.readInts(m_param.ints);
+        } else if (takesNumbers()) {
+            m_lexer.readFloats(m_param.floats);
+        }
+        if (m_param.type != ParamType::Bool && takesStrings() && m_param.floats.empty())
+            while (m_lexer.peek() == TokenKind::String)
+                m_param.strings.push_back(m_lexer.unescape(m_lexer.next()));
+    }
+    void expectClose() {
+        const TokenKind kind = m_lexer.peek();
+        if (kind == TokenKind::End)
+            throw Error(m_lexer.at(m_open->offset), "'[' without a closing ']'");
+        if (kind != TokenKind::Close)
+            failWanted();
+        m_lexer.next();
+    }
+    void checkGroups(size_t n, const char* groups) const {
+        if (m_param.floats.size() % n == 0)
+            return;
+        throw Error(m_param.where,
+                    fmt::format("parameter \"{}\" needs numbers in {}, got {}{}", m_param.name, groups,
+                                m_param.floats.size(), m_open ? "" : "; write them in brackets"));
+    }
+    void checkCount() const {
+        switch (m_param.type) {
+        case ParamType::Point2:
+            return checkGroups(2, "pairs");
+        case ParamType::Vector3:
+        case ParamType::Rgb:
+            return checkGroups(3, "threes");
+        case ParamType::Spectrum:
+            return checkGroups(2, "pairs of a wavelength and a value");
+        case ParamType::Texture:
+            if (m_param.strings.size() != 1)
+                throw Error(m_param.where,
+                            fmt::format("parameter \"{}\" needs the name of one texture, got {}",
+                                        m_param.name, m_param.strings.size()));
+            return;
+        default:
+            return;
+        }
+    }
+
+    Lexer& m_lexer;
+    Param& m_param;
+    bool& m_looksLikeV4;
+    std::optional<Token> m_open;
+};
+
+Param readParam(Lexer& lexer, bool& looksLikeV4) {
+    const Token declaration = lexer.next();
+    const Location where = lexer.at(declaration.offset);
+    std::string_view rest = declaration.text;
+    const std::string_view typeWord = takeWord(rest), name = takeWord(rest);
+    if (name.empty() || !takeWord(rest).empty())
+        throw Error(where,
+                    fmt::format("expected \"type name\" and a value, found {}", describe(declaration)));
+    const TypeWord& type = findType(typeWord, where);
+    looksLikeV4 |= type.isV4;
+    Param param{std::string(name), type.type, where, {}, {}, {}, false, false};
+    ValueReader(lexer, param, looksLikeV4).read();
+    return param;
+}
+
+} // namespace
+
+ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Messages* lenient) {
+    ParamSet params(where);
+    while (lexer.peek() == TokenKind::String) {
+        Param param = readParam(lexer, looksLikeV4);
+        const auto isIt = [&](const Param& p) { return p.name == param.name; };
+        if (lenient && std::erase_if(params.all(), isIt) > 0)
+            lenient->warnOnce("parameter given twice " + param.name, param.where,
+                              fmt::format("parameter \"{}\" is given twice; the last counts", param.name));
+        params.add(std::move(param));
+    }
+    return params;
+}
+
+} // namespace strobe

@@ -1,0 +1,149 @@
+// Directives that change the current transform, and the reading of plain arguments.
+#include "loader/parser/parser_impl.h"
+
+#include <fmt/format.h>
+
+namespace strobe {
+namespace {
+
+constexpr size_t kMostTimes = 4096; ///< every transform has as many matrices
+
+} // namespace
+
+void Parser::failFound(const Call& call, const std::string& needed) {
+    const Token found = m_lexer->next();
+    throw Error(m_lexer->at(found.offset),
+                fmt::format("{} needs {}, found {}", call.name, needed, describe(found)));
+}
+
+std::string Parser::readString(const Call& call, const char* what) {
+    if (m_lexer->peek() != TokenKind::String)
+        failFound(call, fmt::format("{} in quotes", what));
+    return m_lexer->unescape(m_lexer->next());
+}
+
+double Parser::readNumber(const Call& call) {
+    if (m_lexer->peek() != TokenKind::Number)
+        failFound(call, "a number");
+    return m_lexer->readDouble();
+}
+
+template <size_t n>
+std::array<double, n> Parser::readNumbers(const Call& call, bool mayBracket) {
+    const bool bracket = mayBracket && m_lexer->peek() == TokenKind::Open;
+    if (bracket)
+        m_lexer->next();
+    std::array<double, n> numbers;
+    for (double& number : numbers)
+        number = readNumber(call);
+    if (bracket && m_lexer->peek() != TokenKind::Close)
+        failFound(call, fmt::format("{} numbers and ']'", n));
+    if (bracket)
+        m_lexer->next();
+    return numbers;
+}
+
+void Parser::identity(const Call&) { m_state.transform.set(M44d()); }
+
+void Parser::translate(const Call& call) {
+    const auto [x, y, z] = readNumbers<3>(call);
+    m_state.transform.apply(translation(x, y, z), call.where);
+}
+
+void Parser::scale(const Call& call) {
+    const auto [x, y, z] = readNumbers<3>(call);
+    m_state.transform.apply(scaling(x, y, z, call.where), call.where);
+}
+
+void Parser::rotate(const Call& call) {
+    const auto [degrees, x, y, z] = readNumbers<4>(call);
+    m_state.transform.apply(rotation(degrees, x, y, z, call.where), call.where);
+}
+
+void Parser::lookAtDirective(const Call& call) {
+    m_state.transform.apply(lookAt(readNumbers<9>(call), call.where), call.where);
+}
+
+void Parser::transform(const Call& call) {
+    m_state.transform.set(fromNumbers(readNumbers<16>(call, true), call.where));
+}
+
+void Parser::concatTransform(const Call& call) {
+    m_state.transform.apply(fromNumbers(readNumbers<16>(call, true), call.where), call.where);
+}
+
+void Parser::coordinateSystem(const Call& call) {
+    const std::string name = readString(call, "a name");
+    m_coordinateSystems[name] = m_state.transform.keys();
+}
+
+void Parser::coordSysTransform(const Call& call) {
+    const Location where = m_lexer->here();
+    const std::string name = readString(call, "the name of a coordinate system");
+    const auto found = m_coordinateSystems.find(name);
+    if (found == m_coordinateSystems.end())
+        throw Error(where, fmt::format("unknown coordinate system {}{}", inQuotes(name),
+                                       suggestion(name, namesOf(m_coordinateSystems))));
+    m_state.transform.setKeys(found->second); // of all keys, whatever is active: pbrt's habit
+}
+
+void Parser::transformTimes(const Call& call) {
+    const bool bracket = m_lexer->peek() == TokenKind::Open;
+    if (bracket)
+        m_lexer->next();
+    std::vector<float> times;
+    while (m_lexer->peek() == TokenKind::Number) {
+        const Location where = m_lexer->here();
+        times.push_back(m_lexer->readFloat());
+        if (times.size() > 1 && !(times[times.size() - 2] < times.back()))
+            throw Error(where, "TransformTimes must ascend");
+    }
+    if (bracket && m_lexer->peek() != TokenKind::Close)
+        failFound(call, "numbers and ']'");
+    if (bracket)
+        m_lexer->next();
+    if (times.size() > kMostTimes)
+        throw Error(call.where, fmt::format("TransformTimes takes {} numbers at most", kMostTimes));
+    if (times.size() < 2)
+        throw Error(call.where,
+                    fmt::format("TransformTimes needs at least two numbers, got {}", times.size()));
+    bool allStill = m_state.transform.allEqual();
+    for (const Open& block : m_open)
+        allStill = allStill && block.saved.transform.allEqual();
+    for (const auto& [name, keys] : m_coordinateSystems)
+        allStill =
+            allStill && std::all_of(keys.begin(), keys.end(), [&k = keys](auto& m) { return m == k[0]; });
+    if (!allStill)
+        throw Error(call.where, "TransformTimes must come before transforms that move");
+    if (m_state.transform.active() >= static_cast<int>(times.size()))
+        throw Error(call.where, "ActiveTransform has chosen a key that these TransformTimes do not have");
+    m_state.transform.setCount(times.size());
+    for (Open& block : m_open)
+        block.saved.transform.setCount(times.size());
+    for (auto& [name, keys] : m_coordinateSystems)
+        keys.assign(times.size(), M44d(keys.front()));
+    m_desc.keyTimes = std::move(times);
+}
+
+void Parser::activeTransform(const Call& call) {
+    const Location where = m_lexer->here();
+    const int last = static_cast<int>(m_state.transform.count()) - 1;
+    if (m_lexer->peek() == TokenKind::Number) {
+        const int key = m_lexer->readInt();
+        if (key < 0 || key > last)
+            throw Error(where, fmt::format("there is no key {}: TransformTimes has keys 0 to {}", key, last));
+        return m_state.transform.setActive(key);
+    }
+    const std::string_view word = m_lexer->peek() == TokenKind::Word ? Lexer(*m_lexer).next().text : "";
+    if (word == "All")
+        m_state.transform.setActive(CurrentTransform::kAll);
+    else if (word == "StartTime")
+        m_state.transform.setActive(0);
+    else if (word == "EndTime")
+        m_state.transform.setActive(last);
+    else
+        failFound(call, "StartTime, EndTime, All or the number of a key");
+    m_lexer->next();
+}
+
+} // namespace strobe

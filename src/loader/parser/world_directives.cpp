@@ -1,0 +1,143 @@
+// Directives after WorldBegin: what the scene consists of.
+#include "loader/build/gltf_scene.h"
+#include "loader/parser/parser_impl.h"
+
+#include <fmt/format.h>
+
+namespace strobe {
+
+void Parser::complain(const Location& where, const std::string& what, const std::string& soThat) {
+    if (m_isStrict)
+        throw Error(where, what);
+    m_messages.warnOnce(what, where, what + ": " + soThat);
+}
+
+bool Parser::resolveTexture(Param& param) {
+    const std::string& name = param.strings.at(0);
+    const auto indexIn = [&](const std::map<std::string, int>& textures) {
+        const auto found = textures.find(name);
+        return found == textures.end() ? -1 : found->second;
+    };
+    param.ints = {indexIn(m_floatTextures), indexIn(m_rgbTextures)};
+    if (param.ints[0] >= 0 || param.ints[1] >= 0)
+        return true;
+    std::vector<std::string> names = namesOf(m_floatTextures);
+    for (const auto& entry : m_rgbTextures)
+        names.push_back(entry.first);
+    complain(param.where, fmt::format("unknown texture {}{}", inQuotes(name), suggestion(name, names)),
+             "what it would be for keeps its default");
+    return false;
+}
+
+void Parser::attribute(const Call& call) {
+    const Location where = m_lexer->here();
+    const std::string target = readString(call, "shape, light, material, medium or texture");
+    const std::vector<std::string> targets{"shape", "light", "material", "medium", "texture"};
+    if (std::find(targets.begin(), targets.end(), target) == targets.end())
+        throw Error(where, fmt::format("unknown target {}{} (known: {})", inQuotes(target),
+                                       suggestion(target, targets), fmt::join(targets, ", ")));
+    m_looksLikeV4 = true;
+    ParamSet params = readParameters(call);
+    if (target == "medium")
+        return skipNotice({"Attribute \"medium\"", call.where});
+    auto defaults = std::make_shared<Defaults>(*m_state.defaults);
+    std::vector<Param>& list = (*defaults)[target];
+    for (Param& param : params.all()) {
+        param.isDefault = true;
+        std::erase_if(list, [&](const Param& p) { return p.name == param.name; });
+        list.push_back(std::move(param));
+    }
+    m_state.defaults = std::move(defaults);
+}
+
+void Parser::reverseOrientation(const Call&) { m_state.reverseOrientation = !m_state.reverseOrientation; }
+
+void Parser::material(const Call& call) {
+    m_desc.materials.push_back({"", readStatement(call, "material")});
+    m_state.material = static_cast<int>(m_desc.materials.size()) - 1;
+}
+
+void Parser::makeNamedMaterial(const Call& call) {
+    const Location where = m_lexer->here();
+    const std::string name = readString(call, "a name");
+    ParamSet params = readParameters(call, "material");
+    const std::string type = params.require(ParamDef<std::string>{"type", "", ""});
+    if (const auto old = m_namedMaterials.find(name); old != m_namedMaterials.end())
+        m_messages.warn(where, fmt::format("material {} replaces the one of {}", inQuotes(name),
+                                           m_desc.materials[old->second].material.where.toString()));
+    m_desc.materials.push_back({name, {type, std::move(params), call.where}});
+    m_namedMaterials[name] = static_cast<int>(m_desc.materials.size()) - 1;
+}
+
+void Parser::namedMaterial(const Call& call) {
+    const Location where = m_lexer->here();
+    const std::string name = readString(call, "the name of a material");
+    const auto found = m_namedMaterials.find(name);
+    if (found == m_namedMaterials.end())
+        complain(
+            where,
+            fmt::format("unknown material {}{}", inQuotes(name), suggestion(name, namesOf(m_namedMaterials))),
+            "its shapes are matte");
+    m_state.material = found == m_namedMaterials.end() ? 0 : found->second;
+}
+
+void Parser::texture(const Call& call) {
+    const Location where = m_lexer->here();
+    const std::string name = readString(call, "the texture's name");
+    const Location typeWhere = m_lexer->here();
+    const std::string type = readString(call, "float, rgb, color or spectrum");
+    const bool isFloat = type == "float";
+    if (!isFloat && type != "rgb" && type != "color" && type != "spectrum")
+        throw Error(typeWhere, fmt::format("unknown texture type {} (known: float, rgb, color, spectrum)",
+                                           inQuotes(type)));
+    m_looksLikeV4 |= type == "rgb" || type == "spectrum";
+    Statement statement = readStatement(call, "texture");
+    auto& textures = isFloat ? m_floatTextures : m_rgbTextures;
+    if (const auto old = textures.find(name); old != textures.end())
+        m_messages.warn(where, fmt::format("texture {} replaces the one of {}", inQuotes(name),
+                                           m_desc.textures[old->second].texture.where.toString()));
+    m_desc.textures.push_back({name, isFloat, std::move(statement), keyed()});
+    textures[name] = static_cast<int>(m_desc.textures.size()) - 1;
+}
+
+void Parser::lightSource(const Call& call) {
+    if (m_object >= 0)
+        m_messages.warn(call.where,
+                        "a LightSource inside ObjectBegin stands in the world once; it is not instanced");
+    Statement statement = readStatement(call, "light");
+    m_desc.lights.push_back({std::move(statement), keyed()});
+}
+
+void Parser::areaLightSource(const Call& call) {
+    m_desc.areaLights.push_back({readStatement(call, "light")});
+    m_state.areaLight = static_cast<int>(m_desc.areaLights.size()) - 1;
+}
+
+void Parser::addGltf(GltfDecl decl) {
+    decl.toParent = keyed();
+    decl.object = m_object;
+    m_desc.gltfs.push_back(std::move(decl));
+}
+
+void Parser::shape(const Call& call) {
+    Statement statement = readStatement(call, "shape");
+    if (statement.name == "gltf")
+        return addGltf(readGltf(statement.params, m_isStrict, m_messages));
+    target().shapes.push_back(
+        {std::move(statement), keyed(), m_state.material, m_state.areaLight, m_state.reverseOrientation});
+}
+
+void Parser::objectInstance(const Call& call) {
+    const Location where = m_lexer->here();
+    const std::string name = readString(call, "the name of an object");
+    if (m_object >= 0 && m_desc.objects[m_object].name == name)
+        throw Error(where, fmt::format("object {} holds an instance of itself", inQuotes(name)));
+    const auto found = m_objects.find(name);
+    if (found == m_objects.end())
+        return complain(
+            where, fmt::format("unknown object {}{}", inQuotes(name), suggestion(name, namesOf(m_objects))),
+            "its instances are left out");
+    target().instances.push_back({found->second, keyed(), call.where});
+}
+
+} // namespace strobe

@@ -1,0 +1,44 @@
+#include "session/aov_films.h"
+
+namespace strobe {
+
+namespace {
+
+bool isExr(const std::filesystem::path& output) { return output.extension() == ".exr"; }
+
+} // namespace
+
+AovFilms::AovFilms(const Options& options, const BuiltScene& built, spdlog::logger& log) {
+    const bool any = !options.features.empty() || !options.lights.empty() || !options.layers.empty();
+    if (any && std::none_of(options.outputs.begin(), options.outputs.end(), isExr))
+        log.warn("--aov: there is no .exr output to hold the layers");
+    if (!options.lights.empty())
+        m_lights = std::make_unique<LightFilm>(built.window, options.lights, built.lightGroups);
+    if (options.features.empty())
+        return;
+    m_features = std::make_unique<FeatureFilm>(
+        *built.scene, *built.sampler.sampler, built.window,
+        FeatureSettings{options.features, built.materialMattes, options.cryptoLevels});
+    for (const std::string& warning : m_features->warnings())
+        log.warn("{}", warning);
+}
+
+DevelopedAovs AovFilms::develop() const {
+    DevelopedAovs aovs;
+    if (m_features)
+        aovs.values = m_features->channels();
+    if (m_lights)
+        for (LayerChannel& channel : m_lights->channels())
+            aovs.values.push_back(std::move(channel));
+    for (const LayerChannel& channel : aovs.values) {
+        if (aovs.parts.empty() || aovs.parts.back().name != channel.layer)
+            aovs.parts.push_back({channel.layer, {}});
+        aovs.parts.back().channels.push_back(
+            {channel.layer + '.' + channel.name, channel.values.data(), 1, channel.exact});
+    }
+    if (m_features)
+        aovs.metadata = m_features->metadata();
+    return aovs;
+}
+
+} // namespace strobe

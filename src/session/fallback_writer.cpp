@@ -1,0 +1,70 @@
+#include "session/fallback_writer.h"
+
+#include "core/util/error.h"
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace strobe {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A new folder that nobody else knows of or may write to; empty if there cannot be one.
+fs::path newFolderIn(const fs::path& parent) {
+    std::string name = (parent / "strobe-XXXXXX").string();
+    return mkdtemp(name.data()) ? fs::path(name) : fs::path();
+}
+
+std::vector<fs::path> places() {
+    std::vector<fs::path> places;
+    if (const char* variable = std::getenv("TMPDIR"); variable && *variable)
+        places.push_back(variable);
+    places.push_back("/tmp");
+    std::error_code error;
+    if (const fs::path here = fs::current_path(error); !error)
+        places.push_back(here);
+    return places;
+}
+
+} // namespace
+
+bool Rescue::write(const fs::path& file, const Write& write) {
+    try {
+        write(file);
+        return true;
+    } catch (const Error& e) {
+        if (e.kind != ErrorKind::Output)
+            throw;
+        const std::lock_guard lock(m_mutex);
+        m_whole = false;
+        m_log.error("error: {}", e.what());
+        if (!writeElsewhere(file, write))
+            m_log.error("error: there is no other place for {} either", file.filename().string());
+        return false;
+    }
+}
+
+bool Rescue::writeElsewhere(const fs::path& file, const Write& write) {
+    std::vector<fs::path> parents = places();
+    for (size_t i = 0; i < parents.size(); ++i) {
+        const fs::path folder = i == 0 && !m_folder.empty() ? m_folder : newFolderIn(parents[i]);
+        if (folder.empty())
+            continue;
+        try {
+            const fs::path saved = folder / file.filename();
+            write(saved);
+            m_folder = folder;
+            m_log.error("SAVED INSTEAD: {} is in {}", file.filename().string(), saved.string());
+            return true;
+        } catch (const Error&) {
+            std::error_code ignored; // it is of no use, and of no harm
+            if (folder != m_folder)
+                fs::remove(folder, ignored);
+        }
+    }
+    return false;
+}
+
+} // namespace strobe

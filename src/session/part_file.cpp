@@ -1,0 +1,200 @@
+#include "session/part_file.h"
+
+#include "core/math/hash.h"
+#include "core/util/atomic_file.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+#include <limits>
+
+namespace strobe {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr std::string_view kFirstLine = "strobe part 2\n";
+constexpr size_t kChecksum = 17;     ///< hexadecimal digits and a line end, after the header
+constexpr int kMostPixels = 1 << 16; ///< along a side
+
+[[noreturn]] void fail(const fs::path& file, const std::string& reason) {
+    throw Error(file.string() + ": " + reason, ErrorKind::Usage);
+}
+
+std::string checksum(std::string_view bytes) {
+    uint64_t h = hashOf(bytes.size());
+    for (; !bytes.empty(); bytes.remove_prefix(std::min<size_t>(8, bytes.size()))) {
+        uint64_t word = 0;
+        std::memcpy(&word, bytes.data(), std::min<size_t>(8, bytes.size()));
+        h = hashCombine(h, word);
+    }
+    return fmt::format("{:016x}", h);
+}
+
+Json toJson(const Window& w) { return {w.x0, w.x1, w.y0, w.y1}; }
+
+/// -1, which is sound nowhere, where there is anything else: the library would convert any number, even one
+/// that no int can hold.
+int integerFrom(const Json& j) {
+    constexpr uint64_t kMost = std::numeric_limits<int>::max();
+    return j.is_number_unsigned() && j.get<uint64_t>() <= kMost ? j.get<int>() : -1;
+}
+Window windowFrom(const Json& j) {
+    return {integerFrom(j.at(0)), integerFrom(j.at(2)), integerFrom(j.at(1)), integerFrom(j.at(3))};
+}
+SampleSlice sliceFrom(const Json& j) {
+    return {uint32_t(integerFrom(j.at(0))), uint32_t(integerFrom(j.at(1)))};
+}
+
+size_t pixelsOf(const Window& w) { return size_t(w.width()) * size_t(w.height()); }
+
+size_t indexIn(const Window& w, int x, int y) {
+    return size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0);
+}
+
+bool isInside(const Window& inner, const Window& outer) {
+    return inner.x0 >= outer.x0 && inner.y0 >= outer.y0 && inner.x1 <= outer.x1 && inner.y1 <= outer.y1 &&
+           inner.x0 < inner.x1 && inner.y0 < inner.y1;
+}
+
+/// Nothing in it contradicts itself, or would take memory that the file does not.
+bool isSound(const RenderPart& part) {
+    if (part.fullWidth < 1 || part.fullHeight < 1 || part.fullWidth > kMostPixels ||
+        part.fullHeight > kMostPixels || part.samplesPerPixel < 1 || part.boxes.empty() ||
+        !isInside(part.window, {0, 0, part.fullWidth, part.fullHeight}))
+        return false;
+    return std::all_of(part.boxes.begin(), part.boxes.end(), [&](const SampleBox& box) {
+        return isInside(box.window, part.window) && box.samples.first < box.samples.end &&
+               box.samples.end <= uint32_t(part.samplesPerPixel);
+    });
+}
+
+RenderPart fromJson(const Json& header) {
+    RenderPart part;
+    for (const auto& [name, value] : header.at("key").items())
+        part.key.emplace_back(name, value.get<std::string>());
+    part.fullWidth = integerFrom(header.at("frame").at(0));
+    part.fullHeight = integerFrom(header.at("frame").at(1));
+    part.samplesPerPixel = integerFrom(header.at("samplesPerPixel"));
+    part.window = windowFrom(header.at("window"));
+    for (const Json& box : header.at("boxes"))
+        part.boxes.push_back({windowFrom(box.at("window")), sliceFrom(box.at("samples"))});
+    return part;
+}
+
+bool overlap(const SampleBox& a, const SampleBox& b) {
+    return a.window.x0 < b.window.x1 && b.window.x0 < a.window.x1 && a.window.y0 < b.window.y1 &&
+           b.window.y0 < a.window.y1 && a.samples.first < b.samples.end && b.samples.first < a.samples.end;
+}
+
+void addSums(RenderPart& to, const RenderPart& from) {
+    const Window& w = from.window;
+    for (int y = w.y0; y < w.y1; ++y)
+        for (int x = w.x0; x < w.x1; ++x)
+            to.sums[indexIn(to.window, x, y)].add(from.sums[indexIn(w, x, y)]);
+}
+
+/// Throws where `more` is of another render.
+void checkKey(const RenderPart& part, const RenderPart& more, const fs::path& file) {
+    for (size_t i = 0; i < std::max(part.key.size(), more.key.size()); ++i) {
+        if (i >= part.key.size() || i >= more.key.size() || part.key[i].first != more.key[i].first)
+            fail(file, "it is a part of another render: the settings differ");
+        if (part.key[i].second != more.key[i].second)
+            fail(file, fmt::format("it is a part of another render: {} is {}, not {}", part.key[i].first,
+                                   more.key[i].second, part.key[i].second));
+    }
+    if (part.fullWidth != more.fullWidth || part.fullHeight != more.fullHeight)
+        fail(file, fmt::format("it is a part of another render: the frame has {}x{} pixels, not {}x{}",
+                               more.fullWidth, more.fullHeight, part.fullWidth, part.fullHeight));
+    if (part.samplesPerPixel != more.samplesPerPixel)
+        fail(file, fmt::format("it is a part of another render: pixels have {} samples, not {}",
+                               more.samplesPerPixel, part.samplesPerPixel));
+}
+
+} // namespace
+
+void writePart(const fs::path& file, const RenderPart& part) {
+    std::string sums(part.sums.size() * PixelSum::kBytes, '\0');
+    for (size_t i = 0; i < part.sums.size(); ++i)
+        part.sums[i].store(&sums[i * PixelSum::kBytes]);
+    Json header;
+    for (const auto& [name, value] : part.key)
+        header["key"][name] = value;
+    header["frame"] = {part.fullWidth, part.fullHeight};
+    header["samplesPerPixel"] = part.samplesPerPixel;
+    header["window"] = toJson(part.window);
+    for (const SampleBox& box : part.boxes)
+        header["boxes"].push_back(
+            {{"window", toJson(box.window)}, {"samples", {box.samples.first, box.samples.end}}});
+    const std::string text = header.dump() + '\n';
+    writeFileAtomically(file, std::string(kFirstLine) + checksum(text + sums) + '\n' + text + sums);
+}
+
+RenderPart readPart(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream)
+        fail(file, std::string("cannot read it: ") + std::strerror(errno));
+    const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+    return partFrom(bytes, file);
+}
+
+RenderPart partFrom(std::string_view bytes, const fs::path& file) {
+    if (!bytes.starts_with(kFirstLine))
+        fail(file, "it is not a part of a render");
+    bytes.remove_prefix(kFirstLine.size());
+    const std::string_view sum = bytes.substr(0, std::min(kChecksum, bytes.size()));
+    bytes.remove_prefix(sum.size());
+    const size_t end = bytes.find('\n');
+    RenderPart part;
+    try {
+        part = fromJson(Json::parse(bytes.substr(0, end)));
+    } catch (const Json::exception&) {
+        fail(file, "it is damaged");
+    }
+    if (end == std::string::npos || !isSound(part))
+        fail(file, "it is damaged");
+    const std::string_view sums = bytes.substr(end + 1);
+    if (sums.size() != pixelsOf(part.window) * PixelSum::kBytes)
+        fail(file, "it is cut short or too long");
+    if (sum != checksum(bytes) + '\n')
+        fail(file, "it is damaged");
+    part.sums.resize(pixelsOf(part.window));
+    for (size_t i = 0; i < part.sums.size(); ++i)
+        part.sums[i].load(&sums[i * PixelSum::kBytes]);
+    return part;
+}
+
+void addPart(RenderPart& part, const RenderPart& more, const fs::path& file) {
+    checkKey(part, more, file);
+    for (const SampleBox& a : part.boxes)
+        for (const SampleBox& b : more.boxes)
+            if (overlap(a, b))
+                fail(file,
+                     fmt::format("samples {}:{} of pixels {} {} {} {} are, in part, in another file too",
+                                 b.samples.first, b.samples.end, b.window.x0, b.window.x1, b.window.y0,
+                                 b.window.y1));
+    if (!isInside(more.window, part.window)) {
+        RenderPart grown = part;
+        Window& w = grown.window;
+        w = {std::min(w.x0, more.window.x0), std::min(w.y0, more.window.y0), std::max(w.x1, more.window.x1),
+             std::max(w.y1, more.window.y1)};
+        grown.sums.assign(pixelsOf(w), {});
+        addSums(grown, part);
+        part = std::move(grown);
+    }
+    addSums(part, more);
+    part.boxes.insert(part.boxes.end(), more.boxes.begin(), more.boxes.end());
+}
+
+uint64_t missingSamples(const RenderPart& part) {
+    uint64_t missing = 0;
+    for (const PixelSum& sum : part.sums)
+        missing += uint64_t(part.samplesPerPixel) -
+                   std::min(uint64_t(part.samplesPerPixel), uint64_t(sum.good()) + sum.bad());
+    return missing;
+}
+
+} // namespace strobe

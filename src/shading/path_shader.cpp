@@ -1,0 +1,76 @@
+#include "shading/path_shader.h"
+
+#include "shading/path_worker.h"
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<int> kMaxDepth{"maxdepth", 5,
+                              "surfaces along a path; direct lighting: mirror and glass bounces + 1"};
+const ParamDef<std::string> kStrategy{
+    "strategy", "all", "lights at the first surface: all (each with its nsamples) or one, picked by power",
+    "lightsamplestrategy"};
+const ParamDef<int> kLightSamples{"lightsamples", 0,
+                                  "samples of each light at a surface; 0: each light's own nsamples"};
+
+/// Paths this long say nothing more; among perfect mirrors no chance would end them.
+constexpr int kMostDepth = 1024;
+
+/// Whether all lights are sampled at the first surface. pbrt-v3's and v4's names for ways to pick one mean
+/// "one", and so does what nobody knows in a lenient file.
+bool readStrategy(const ParamSet& params, const BuildContext& context) {
+    const std::string strategy = params.get(kStrategy);
+    for (const char* one : {"one", "power", "uniform", "spatial", "bvh", "exhaustive"})
+        if (strategy == one)
+            return false;
+    if (strategy == "all" || strategy == "weighted")
+        return true;
+    const std::string must = "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"";
+    if (!context.lenient)
+        throw Error(params.whereIs(kStrategy), must);
+    context.messages.warn(params.whereIs(kStrategy), must + "; \"one\" takes its place");
+    return false;
+}
+
+class PathShader : public Shader {
+  public:
+    PathShader(const ParamSet& params, const BuildContext& context, bool path) {
+        m_settings = {path, params.get(kMaxDepth), readStrategy(params, context), params.get(kLightSamples)};
+        for (const auto& [def, most] :
+             {std::pair{&kMaxDepth, kMostDepth}, {&kLightSamples, kMostLightSamples}})
+            if (const int value = params.get(*def); value < 0 || value > most)
+                throw Error(params.whereIs(*def),
+                            std::string("\"") + def->name + "\" must " +
+                                (value < 0 ? "not be negative" : "be at most " + std::to_string(most)));
+    }
+    std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
+                                             const LightSplit& split) const override {
+        return std::make_unique<PathWorker>(scene, sampler, m_settings, split);
+    }
+    bool hasIndirectLight() const override { return m_settings.path && m_settings.maxDepth > 1; }
+
+  private:
+    ShadeSettings m_settings;
+};
+
+ShaderPlugin plugin(const char* name, const char* doc, bool path) {
+    return {name,
+            doc,
+            {kMaxDepth, kStrategy, kLightSamples},
+            [path](const ParamSet& params, const BuildContext& context) {
+                return std::make_shared<const PathShader>(params, context, path);
+            }};
+}
+
+} // namespace
+
+ShaderPlugin directLightingPlugin() {
+    return plugin("directlighting", "direct light at the first surface, through mirrors and glass", false);
+}
+
+ShaderPlugin pathPlugin() {
+    return plugin("path", "path tracing: direct light at up to maxdepth surfaces, Russian roulette", true);
+}
+
+} // namespace strobe

@@ -1,0 +1,224 @@
+#include "core/color/color_config.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <unistd.h>
+
+namespace strobe {
+namespace {
+
+/// A config in a file that lives as long as the test.
+class Configs : public testing::Test {
+  protected:
+    void TearDown() override { std::filesystem::remove(m_path); }
+    ColourConfig& config(const std::string& text) {
+        std::ofstream(m_path) << text;
+        m_config = std::make_unique<ColourConfig>(m_path.string());
+        return *m_config;
+    }
+    std::string title() const { return "the OpenColorIO config \"" + m_path.string() + "\": "; }
+    std::filesystem::path m_path =
+        std::filesystem::temp_directory_path() / ("strobe-" + std::to_string(::getpid()) + ".ocio");
+    std::unique_ptr<ColourConfig> m_config;
+};
+
+Rgb changed(const ColourTransform& transform, Rgb colour) {
+    if (transform)
+        transform({&colour, 1});
+    return colour;
+}
+
+template <class F>
+std::string errorOf(const F& f, ErrorKind kind = ErrorKind::Usage) {
+    try {
+        f();
+    } catch (const Error& e) {
+        EXPECT_EQ(e.kind, kind);
+        return e.what();
+    }
+    return "no error";
+}
+
+/// A small config of which the tests change a word.
+const std::string kMade = R"(ocio_profile_version: 2
+strictparsing: true
+roles:
+  default: work
+  scene_linear: work
+  aces_interchange: aces
+file_rules:
+  - !<Rule> {name: plates, pattern: "*plate*", extension: "*", colorspace: work}
+  - !<Rule> {name: Default, colorspace: default}
+displays:
+  screen:
+    - !<View> {name: half, colorspace: halved}
+    - !<View> {name: graded, colorspace: halved, looks: dark}
+  other:
+    - !<View> {name: plain, colorspace: work}
+looks:
+  - !<Look>
+    name: dark
+    process_space: work
+    transform: !<MatrixTransform> {offset: [-0.125, -0.125, -0.125, 0]}
+  - !<Look>
+    name: bright
+    process_space: work
+    transform: !<MatrixTransform> {offset: [0.25, 0.25, 0.25, 0]}
+colorspaces:
+  - !<ColorSpace> {name: work, isdata: false}
+  - !<ColorSpace>
+    name: halved
+    from_reference: !<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 1]}
+  - !<ColorSpace>
+    name: aces
+    from_reference: !<BuiltinTransform> {style: ACEScg_to_ACES2065-1}
+)";
+
+std::string with(std::string text, const std::string& what, const std::string& instead) {
+    return text.replace(text.find(what), what.size(), instead);
+}
+
+TEST(BuiltinConfig, StandardIsSrgb) {
+    const ColourTransform view = ColourConfig().view({});
+    for (const Rgb& c : {Rgb(0), Rgb(.002f, .18f, .9f), Rgb(1)})
+        for (int k = 0; k < 3; ++k)
+            EXPECT_NEAR(changed(view, c)[k], encodeSrgb(c[k]),
+                        2e-5f); // the formula's joint is rounded in the norm
+}
+
+TEST(BuiltinConfig, AcesIsAToneCurve) {
+    const ColourTransform view = ColourConfig().view({"sRGB", "ACES", ""});
+    // What ACES 1.0 makes of 18 % grey: 4.8 cd/m² of a screen's 48.
+    EXPECT_NEAR(decodeSrgb(changed(view, Rgb(.18f)).y), .1f, .005f);
+    float last = 0;
+    for (const float grey : {.01f, .1f, 1.f, 4.f, 16.f}) {
+        const Rgb c = changed(view, Rgb(grey));
+        EXPECT_GT(c.y, last);
+        EXPECT_LE(c.y, 1);
+        EXPECT_NEAR(c.x, c.z, 2e-3f) << "grey has a tint";
+        last = c.y;
+    }
+    const Rgb fire = changed(view, Rgb(60, 4, .1f));
+    EXPECT_GT(fire.z, .3f) << "highlights become white";
+}
+
+TEST(BuiltinConfig, RawChangesNothing) {
+    EXPECT_EQ(changed(ColourConfig().view({"", "Raw", ""}), Rgb(.1f, -2, 70)), Rgb(.1f, -2, 70));
+}
+
+TEST(BuiltinConfig, Spaces) {
+    const ColourConfig config;
+    EXPECT_FALSE(config.toWorking("lin_rec709", {}));
+    EXPECT_FALSE(config.toWorking("data", {}));
+    EXPECT_NEAR(changed(config.toWorking("srgb_texture", {}), Rgb(.5f)).x, decodeSrgb(.5f), 1e-5f);
+    for (const char* name : {"ACEScg", "ACES2065-1", "ACEScct"}) {
+        const Rgb c = changed(config.toWorking(name, {}), Rgb(.5f));
+        EXPECT_NEAR(c.x, c.y, 1e-4f) << name; // white is white
+        EXPECT_NEAR(c.y, c.z, 1e-4f) << name;
+    }
+    EXPECT_EQ(config.spaceOfFile("a_acescg.exr", {}), "");
+}
+
+TEST(BuiltinConfig, ManyColoursAtOnceAreAsOneByOne) {
+    const ColourTransform view = ColourConfig().view({"", "ACES", ""});
+    std::vector<Rgb> many;
+    for (int i = 0; i < 20000; ++i)
+        many.push_back(Rgb(float(i) * 1e-4f, .3f, 2 - float(i) * 1e-4f));
+    std::vector<Rgb> all = many;
+    view(all);
+    for (size_t i = 0; i < many.size(); i += 997)
+        EXPECT_EQ(all[i], changed(view, many[i]));
+}
+
+TEST(BuiltinConfig, UnknownNamesListTheKnown) {
+    const ColourConfig config;
+    const std::string title = "the built-in OpenColorIO config: ";
+    EXPECT_EQ(errorOf([&] {
+                  config.view({"sGRB", "", ""});
+              }),
+              title +
+                  "unknown display \"sGRB\"; did you mean \"sRGB\"? (known: sRGB, Rec.1886 Rec.709, P3-D65)");
+    EXPECT_EQ(errorOf([&] {
+                  config.view({"", "Filmic", ""});
+              }),
+              "the display \"sRGB\" of the built-in OpenColorIO config: unknown view \"Filmic\" (known: "
+              "Standard, ACES, "
+              "Raw)");
+    EXPECT_EQ(errorOf([&] {
+                  config.view({"", "", "Punchy"});
+              }),
+              title + "unknown look \"Punchy\" (there is none)");
+    EXPECT_NE(errorOf([&] {
+                  config.toWorking("ACES", {});
+              }).find("unknown colour space \"ACES\" (known: ACES2065-1"),
+              std::string::npos);
+    const Location place{std::make_shared<Source>(), 0};
+    EXPECT_NE(errorOf([&] { config.toWorking("ACES", place); }, ErrorKind::Scene), "no error");
+}
+
+TEST_F(Configs, ViewsAndLooks) {
+    // Of a config that calls the working space by name: what its transforms say, and no more.
+    const ColourConfig& made = config(with(kMade, "{name: work,", "{name: work, aliases: [lin_srgb],"));
+    EXPECT_EQ(made.workingSpace(), "lin_srgb");
+    EXPECT_EQ(changed(made.view({}), Rgb(1, .5f, 0)), Rgb(.5f, .25f, 0));
+    EXPECT_EQ(changed(made.view({"other", "", ""}), Rgb(1, .5f, 0)), Rgb(1, .5f, 0));
+    EXPECT_EQ(changed(made.view({"", "graded", ""}), Rgb(1)), Rgb(.4375f));
+    EXPECT_EQ(changed(made.view({"", "graded", "bright"}), Rgb(1)), Rgb(.625f))
+        << "in place of the view's own";
+    EXPECT_EQ(changed(made.view({"", "", "bright, -dark"}), Rgb(1)), Rgb(.6875f));
+    EXPECT_EQ(errorOf([&] {
+                  made.view({"", "", "bright, light"});
+              }),
+              title() + "unknown look \"light\" (known: dark, bright)");
+    EXPECT_EQ(errorOf([&] { made.view({"", "", "bright,"}); }), "no error");
+    EXPECT_EQ(errorOf([&] {
+                  made.view({"", "", ","});
+              }),
+              title() + "unknown look \"\" (known: dark, bright)");
+}
+
+TEST_F(Configs, AConfigThatOnlyKnowsAcesIsLedToTheWorkingSpace) {
+    const ColourConfig& made = config(kMade); // whose "work" is ACEScg
+    EXPECT_EQ(made.workingSpace(), "lin_rec709");
+    const Rgb red = changed(made.toWorking("work", {}), Rgb(1, 0, 0));
+    EXPECT_NEAR(red.x, 1.705051f, 1e-5f);
+    EXPECT_NEAR(red.y, -.130256f, 1e-5f);
+    EXPECT_NEAR(red.z, -.024003f, 1e-5f);
+    const Rgb shown = changed(made.view({"other", "plain", ""}), red);
+    EXPECT_LT((shown - Rgb(1, 0, 0)).length(), 1e-5f);
+}
+
+TEST_F(Configs, AConfigThatSaysNothingOfPrimariesIsLinearAsWeAre) {
+    const ColourConfig& made = config(with(kMade, "  aces_interchange: aces\n", ""));
+    EXPECT_EQ(made.workingSpace(), "work");
+    EXPECT_FALSE(made.toWorking("work", {}));
+    EXPECT_EQ(changed(made.toWorking("halved", {}), Rgb(.5f)), Rgb(1));
+    const std::string bare =
+        with(with(kMade, "  aces_interchange: aces\n", ""), "  scene_linear: work\n", "");
+    EXPECT_NE(errorOf([&] { config(bare).view({}); }).find("neither a linear Rec. 709 space"),
+              std::string::npos);
+}
+
+TEST_F(Configs, RulesForFiles) {
+    const ColourConfig& made = config(kMade);
+    EXPECT_EQ(made.spaceOfFile("/shots/plate_7.exr", {}), "work");
+    EXPECT_EQ(made.spaceOfFile("/shots/wood.exr", {}), "");
+}
+
+TEST_F(Configs, WhatCannotBeReadIsAnErrorOnlyWhenItIsNeeded) {
+    const ColourConfig missing("none.ocio");
+    EXPECT_EQ(errorOf([&] { missing.view({}); }),
+              "the OpenColorIO config \"none.ocio\": Error could not read 'none.ocio' OCIO profile.");
+    EXPECT_NE(errorOf([&] { missing.view({}); }), "no error") << "the second time";
+    EXPECT_NE(errorOf([&] { config("what: is this\n").view({}); }), "no error");
+    EXPECT_NE(errorOf([&] {
+                  config(with(kMade, "looks: dark", "looks: none")).view({"", "graded", ""});
+              }),
+              "no error");
+}
+
+} // namespace
+} // namespace strobe

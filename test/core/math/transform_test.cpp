@@ -1,0 +1,182 @@
+#include "core/math/transform.h"
+
+#include <gtest/gtest.h>
+
+namespace strobe {
+namespace {
+
+M44f rotationZ(float degrees) {
+    M44f m;
+    m.setEulerAngles(V3f(0, 0, radians(degrees)));
+    return m;
+}
+M44f translation(const V3f& t) {
+    M44f m;
+    m.setTranslation(t);
+    return m;
+}
+M44f scaling(const V3f& s) {
+    M44f m;
+    m.setScale(s);
+    return m;
+}
+
+void expectNear(const M44f& a, const M44f& b, float tolerance) {
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j)
+            EXPECT_NEAR(a[i][j], b[i][j], tolerance) << i << ',' << j;
+}
+
+TEST(Transform, DecomposeComposeIsIdentity) {
+    const M44f m = scaling({1, 2, 3}) * rotationZ(33) * scaling({2, 1, 1}) * translation({4, 5, 6});
+    expectNear(compose(decompose(m)), m, 2e-6f);
+    const M44f mirrored = scaling({-1, 2, 3}) * rotationZ(33) * translation({4, 5, 6});
+    expectNear(compose(decompose(mirrored)), mirrored, 2e-6f);
+}
+
+TEST(Transform, InterpolatesRotationNotMatrix) {
+    const KeyedTransform t({0, 1}, {M44f(), rotationZ(90)}, MotionConvention::ObjectToWorld);
+    expectNear(t.at(0.5f), rotationZ(45), 1e-6f);
+    expectNear(t.at(-1), M44f(), 0);
+    expectNear(t.at(2), rotationZ(90), 0);
+}
+
+TEST(Transform, WorldToObjectInterpolatesTheInverse) {
+    // The case of the scenes' README: anim-moving-reflection.
+    const M44f end = scaling({1, 1.5f, 1}) * rotationZ(10) * translation({0, 0, 0});
+    const M44f start = translation({.3f, 0, 0});
+    const KeyedTransform t({0, 1}, {start, end}, MotionConvention::WorldToObject);
+    const float x = 0.37f;
+    // Row vectors: world-to-object = stretch, then rotation by -10 t degrees, then the translation of the
+    // inverse.
+    M44f worldToObject =
+        (M44f() * (1 - x) + (rotationZ(-10) * scaling({1, 1 / 1.5f, 1}) * rotationZ(10)) * x);
+    worldToObject[3][3] = 1;
+    worldToObject = worldToObject * rotationZ(-10 * x) * translation({-.3f * (1 - x), 0, 0});
+    expectNear(t.at(x), worldToObject.inverse(), 2e-5f);
+}
+
+TEST(Transform, NearlyEqualKeysAreStill) {
+    M44f other = rotationZ(20);
+    other[3][0] += 1e-7f;
+    EXPECT_TRUE(KeyedTransform({0, 1}, {rotationZ(20), other}, MotionConvention::ObjectToWorld).isStill());
+    EXPECT_TRUE(
+        KeyedTransform({0, 1}, {rotationZ(20), rotationZ(20)}, MotionConvention::ObjectToWorld).isStill());
+    other[3][0] += 1e-3f;
+    EXPECT_FALSE(KeyedTransform({0, 1}, {rotationZ(20), other}, MotionConvention::ObjectToWorld).isStill());
+}
+
+TEST(Transform, TurnsFarFromTheOriginAreNoRest) {
+    const auto isStill = [](const M44f& last) {
+        return KeyedTransform({0, 1}, {translation({1e4f, 0, 1e6f}), last}, MotionConvention::ObjectToWorld)
+            .isStill();
+    };
+    EXPECT_FALSE(isStill(rotationZ(.01f) * translation({1e4f, 0, 1e6f})));
+    EXPECT_FALSE(isStill(scaling({1, 1, 1.0001f}) * translation({1e4f, 0, 1e6f})));
+    EXPECT_FALSE(isStill(translation({1e4f, 10, 1e6f})));
+    EXPECT_TRUE(isStill(rotationZ(1e-6f) * translation({1e4f, .1f, 1e6f})));
+}
+
+TEST(Transform, PathAppliesInnermostFirst) {
+    TransformPath path(KeyedTransform(translation({1, 0, 0})));
+    path.append(KeyedTransform(rotationZ(90)));
+    const V3f p = transformPoint(path.at(0), V3f(0));
+    EXPECT_NEAR(p.x, 0, 1e-6);
+    EXPECT_NEAR(p.y, 1, 1e-6);
+    EXPECT_TRUE(path.isStill());
+}
+
+class MotionFit : public testing::Test {
+  protected:
+    static constexpr float kTolerance = 1e-3f;
+    const Box3f box{V3f(-1), V3f(1)};
+
+    void expectFollows(const Motion& motion, const TransformPath& path, const Shutter& shutter) {
+        for (int i = 0; i <= 500; ++i) {
+            const float t = float(i) / 500;
+            const M44f truth = path.at(shutter.sceneTime(t)), fitted = motion.at(t);
+            for (const V3f& corner : {V3f(-1), V3f(1), V3f(1, -1, 1)})
+                EXPECT_LE(length(transformPoint(truth, corner) - transformPoint(fitted, corner)),
+                          1.2f * kTolerance);
+        }
+    }
+};
+
+TEST_F(MotionFit, TranslationTakesTwoMatrices) {
+    const TransformPath path(
+        KeyedTransform({0, 1}, {M44f(), translation({5, 0, 0})}, MotionConvention::ObjectToWorld));
+    const Motion motion(path, {0, 1}, box, kTolerance);
+    EXPECT_EQ(motion.keyCount(), 2);
+    EXPECT_FALSE(motion.usesRotation());
+    EXPECT_TRUE(motion.onlyTranslates());
+    expectFollows(motion, path, {0, 1});
+}
+
+TEST_F(MotionFit, TellsTranslationFromGrowth) {
+    const M44f small = scaling(V3f(1e-4f));
+    const auto onlyTranslates = [&](const M44f& last) {
+        const TransformPath path(KeyedTransform({0, 1}, {small, last}, MotionConvention::WorldToObject));
+        return Motion(path, {.1f, .6f}, box, kTolerance).onlyTranslates();
+    };
+    EXPECT_TRUE(onlyTranslates(small * translation({5, 2, 1})));
+    EXPECT_FALSE(onlyTranslates(scaling(V3f(1.1e-4f)) * translation({5, 2, 1})));
+}
+
+TEST_F(MotionFit, FullTurnTakesFewKeys) {
+    std::vector<M44f> keys;
+    for (int i = 0; i <= 4; ++i)
+        keys.push_back(rotationZ(90.f * float(i)));
+    const TransformPath path(KeyedTransform({0, .25f, .5f, .75f, 1}, keys, MotionConvention::ObjectToWorld));
+    const Motion motion(path, {0, 1}, box, kTolerance);
+    EXPECT_TRUE(motion.usesRotation());
+    EXPECT_FALSE(motion.onlyTranslates());
+    EXPECT_LE(motion.keyCount(), 5);
+    expectFollows(motion, path, {0, 1});
+}
+
+TEST_F(MotionFit, UnevenKeysStretchAndNestingAreFollowed) {
+    TransformPath path(KeyedTransform({0, .2f, 1},
+                                      {M44f(), rotationZ(40) * scaling({1, 2, 1}), translation({1, 2, 3})},
+                                      MotionConvention::WorldToObject));
+    path.append(KeyedTransform({0, 1}, {M44f(), rotationZ(-70)}, MotionConvention::ObjectToWorld));
+    const Shutter shutter{.05f, .8f};
+    const Motion motion(path, shutter, box, kTolerance);
+    EXPECT_TRUE(motion.converged());
+    expectFollows(motion, path, shutter);
+}
+
+TEST_F(MotionFit, TransformsSideBySideAreThoseOneByOne) {
+    const auto moving = [&](const M44f& last) {
+        return Motion(KeyedTransform({0, 1}, {M44f(), last}, MotionConvention::WorldToObject), {0, 1}, box,
+                      kTolerance);
+    };
+    const Motion motions[] = {Motion(translation({1, 2, 3})), moving(translation({5, 0, 0})),
+                              moving(scaling({1, 2, 1}) * translation({5, 0, 0})), moving(rotationZ(170))};
+    EXPECT_TRUE(motions[2].keyCount() > 2 && !motions[2].usesRotation());
+    EXPECT_TRUE(motions[3].usesRotation());
+    float time[kLanes];
+    for (int i = 0; i < kLanes; ++i)
+        time[i] = float(i) / float(kLanes - 1);
+    for (const Motion& motion : motions) {
+        AffineLanes lanes;
+        motion.atLanes(time, 0, 3, lanes);
+        motion.atLanes(time, 3, kLanes, lanes);
+        for (int i = 0; i < kLanes; ++i) {
+            const M44f m = motion.at(time[i]);
+            const V3f rows[] = {lanes.x.at(i), lanes.y.at(i), lanes.z.at(i), lanes.o.at(i)};
+            for (int row = 0; row < 4; ++row)
+                EXPECT_EQ(rows[row], V3f(m[row][0], m[row][1], m[row][2])) << i;
+        }
+    }
+}
+
+TEST_F(MotionFit, MotionOutsideTheShutterIsStill) {
+    const TransformPath path(KeyedTransform({0, .5f, 1}, {M44f(), M44f(), translation({5, 0, 0})},
+                                            MotionConvention::ObjectToWorld));
+    EXPECT_TRUE(Motion(path, {0, .5f}, box, kTolerance).isStill());
+    EXPECT_TRUE(Motion(path, {.8f, .8f}, box, kTolerance).isStill());
+    EXPECT_FALSE(Motion(path, {0, .6f}, box, kTolerance).isStill());
+}
+
+} // namespace
+} // namespace strobe

@@ -1,0 +1,378 @@
+// The exact text of the messages for scenes that parse but cannot be built.
+#include "support/render_text.h"
+#include "support/scene_text.h"
+
+#include <gtest/gtest.h>
+
+namespace strobe {
+namespace {
+
+/// What building a text says: the error, formatted, or nothing; and the warnings.
+struct Outcome {
+    std::string error;
+    std::vector<std::string> warnings;
+};
+
+Outcome outcomeOf(const std::string& text, const std::filesystem::path& name = "t.scene",
+                  const BuildOptions& options = {}) {
+    Outcome outcome;
+    Messages messages([&](const std::string& m) { outcome.warnings.push_back(m); });
+    try {
+        buildScene(parseText(text, name, {"supersample"}, messages), options, messages);
+    } catch (const Error& e) {
+        outcome.error = formatDiagnostic(e.location, "error", e.what());
+    }
+    return outcome;
+}
+
+struct Wrong {
+    std::string text;
+    int line, column;
+    std::string message;
+};
+
+/// "file:line:column: severity: message", that line of the text, and a caret under the column.
+std::string located(const Wrong& wrong, const std::string& severity = "error",
+                    const std::string& file = "t.scene") {
+    size_t begin = 0;
+    for (int i = 1; i < wrong.line; ++i)
+        begin = wrong.text.find('\n', begin) + 1;
+    const std::string line = wrong.text.substr(begin, wrong.text.find('\n', begin) - begin);
+    return file + ':' + std::to_string(wrong.line) + ':' + std::to_string(wrong.column) + ": " + severity +
+           ": " + wrong.message + "\n  " + line + "\n  " + std::string(size_t(wrong.column - 1), ' ') + '^';
+}
+
+void expectErrors(const std::vector<Wrong>& cases) {
+    for (const Wrong& wrong : cases)
+        EXPECT_EQ(outcomeOf(wrong.text).error, located(wrong)) << wrong.text;
+}
+
+TEST(BuildErrors, Options) {
+    expectErrors({
+        {R"(Film "image" "integer xresolution" 0
+WorldBegin)",
+         1, 14, R"("xresolution" must be between 1 and 65536, not 0)"},
+        {R"(Film "image" "float xresolution" 8
+WorldBegin)",
+         1, 14, R"(parameter "xresolution" must be integer, not float)"},
+        {R"(Film "image" "integer xresolution" [8 8]
+WorldBegin)",
+         1, 14, R"(parameter "xresolution" needs 1 value, got 2)"},
+        {R"(Film "image" "integer yresolution" 70000
+WorldBegin)",
+         1, 14, R"("yresolution" must be between 1 and 65536, not 70000)"},
+        {R"(Film "image" "float cropwindow" [.5 .5 0 1]
+WorldBegin)",
+         1, 14, R"("cropwindow" takes four numbers x0 x1 y0 y1, x0 < x1 and y0 < y1)"},
+        {R"(Film "image" "integer pixelbounds" [0 10 9]
+WorldBegin)",
+         1, 14, R"("pixelbounds" takes four integers x0 x1 y0 y1, x0 < x1 and y0 < y1)"},
+        {R"(Film "imgae"
+WorldBegin)",
+         1, 1, R"(unknown film "imgae"; did you mean "image"? (known: image))"},
+        {R"(Camera "fisheye"
+WorldBegin)",
+         1, 1, R"(unknown camera "fisheye" (known: perspective, orthographic, environment))"},
+        {R"(Camera "perspective" "float fov" 180
+WorldBegin)",
+         1, 22, R"(the field of view must be above 0 and below 180 degrees)"},
+        {R"(Camera "perspective" "float shutteropen" 1 "float shutterclose" 0
+WorldBegin)",
+         1, 44, R"(the shutter closes before it opens)"},
+        {R"(Camera "perspective" "float lensradius" -1
+WorldBegin)",
+         1, 22, R"("lensradius" must not be negative)"},
+        {R"(Camera "orthographic" "float screenwindow" [1 1 0 1]
+WorldBegin)",
+         1, 23, R"("screenwindow" is empty)"},
+        {R"(Sampler "sobole"
+WorldBegin)",
+         1, 1, R"(unknown sampler "sobole"; did you mean "sobol"? (known: independent, stratified, sobol))"},
+        {R"(Sampler "sobol" "integer pixelsamples" 0
+WorldBegin)",
+         1, 17, R"("pixelsamples" must be at least 1)"},
+        {R"(Sampler "stratified" "integer xsamples" -2
+WorldBegin)",
+         1, 22, R"("xsamples" must be at least 1)"},
+        {R"(PixelFilter "gausian"
+WorldBegin)",
+         1, 1,
+         R"(unknown pixel filter "gausian"; did you mean "gaussian"? (known: box, triangle, gaussian, mitchell, sinc))"},
+        {R"(PixelFilter "box" "float xwidth" 0
+WorldBegin)",
+         1, 19, R"("xwidth" must be above 0 and at most 64)"},
+        {R"(Integrator "pathh"
+WorldBegin)",
+         1, 1,
+         R"(unknown integrator "pathh"; did you mean "path"? (known: supersample, msaa, msaa-cache, indirect-cache; for shading: directlighting, path))"},
+        {R"(Integrator "msa"
+WorldBegin)",
+         1, 1,
+         R"(unknown integrator "msa"; did you mean "msaa"? (known: supersample, msaa, msaa-cache, indirect-cache; for shading: directlighting, path))"},
+        {R"(Integrator "path" "integer maxdepth" -1
+WorldBegin)",
+         1, 19, R"("maxdepth" must not be negative)"},
+        {R"(Integrator "path" "string strategy" "some"
+WorldBegin)",
+         1, 19, R"("strategy" must be "all" or "one", not "some")"},
+        {R"(Film "image" "float cropwindow" [2 3 0 1]
+WorldBegin)",
+         1, 1, R"(the crop window holds no pixel)"},
+        {R"(Film "image" "integer pixelbounds" [0 10 900 910]
+WorldBegin)",
+         1, 1, R"(the crop window holds no pixel)"},
+        {R"(Integrator "path" "float maxdepth" 3
+WorldBegin)",
+         1, 19, R"(parameter "maxdepth" must be integer, not float)"},
+    });
+}
+
+TEST(BuildErrors, Shapes) {
+    expectErrors({
+        {R"(WorldBegin
+Shape "sphere" "float raduis" 2)",
+         2, 16,
+         R"(unknown parameter "raduis"; did you mean "radius"? (known: radius, zmin, zmax, phimax, name))"},
+        {R"(WorldBegin
+Shape "sphre")",
+         2, 1,
+         R"(unknown shape "sphre"; did you mean "sphere"? (known: trianglemesh, plymesh, loopsubdiv, sphere, disk, gltf))"},
+        {R"(WorldBegin
+Shape "sphere" "float radius" -1)",
+         2, 16, R"("radius" must be positive and finite)"},
+        {R"(WorldBegin
+Shape "sphere" "float zmin" 2)",
+         2, 16, R"("zmin" and "zmax" leave nothing of the sphere)"},
+        {R"(WorldBegin
+Shape "disk" "float innerradius" 1)",
+         2, 14, R"("innerradius" must be at least 0 and less than "radius")"},
+        {R"(WorldBegin
+Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 3])",
+         2, 52, R"(index 3 (number 2 of "indices", in triangle 0) is out of range: the mesh has 3 vertices)"},
+        {R"(WorldBegin
+Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 -1])",
+         2, 52,
+         R"(index -1 (number 2 of "indices", in triangle 0) is out of range: the mesh has 3 vertices)"},
+        {R"(WorldBegin
+Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 2 0])",
+         2, 52, R"("indices" has 4 numbers, which is not a multiple of 3)"},
+        {R"(WorldBegin
+Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0 1 1 1])",
+         2, 1,
+         R"(parameter "indices" is missing (it may be left out only with exactly 3 vertices; there are 4))"},
+        {R"(WorldBegin
+Shape "trianglemesh" "integer indices" [0 1 2])",
+         2, 1, R"(parameter "P" is missing)"},
+        {R"(WorldBegin
+Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "normal N" [0 0 1])",
+         2, 52, R"("N" has 1 normal, but the mesh has 3 vertices)"},
+        {R"(WorldBegin
+Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "float uv" [0 0 1])",
+         2, 52, R"(parameter "uv" needs a multiple of 2 numbers, got 3)"},
+        {R"(WorldBegin
+Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "integer keys" 2)",
+         2, 22, R"("P" has 3 points, which do not divide into 2 keys)"},
+        {R"(WorldBegin
+Shape "plymesh")",
+         2, 1, R"(parameter "filename" is missing)"},
+        {R"(WorldBegin
+Shape "loopsubdiv" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 5])",
+         2, 50, R"(index 5 (number 2 of "indices", in triangle 0) is out of range: the mesh has 3 vertices)"},
+        {R"(WorldBegin
+Shape "loopsubdiv" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 2] "integer nlevels" 99)",
+         2, 76, R"("nlevels" must be between 0 and 8, not 99)"},
+        {R"(TransformTimes 0 1
+WorldBegin
+Shape "trianglemesh" "integer keys" 2 "point P" [0 0 0 1 0 0 0 1 0 0 0 0 1 0 0 0 1 0] "float keytimes" [1 0])",
+         3, 87, R"("keytimes" must be finite and ascending; number 1 is not)"},
+    });
+}
+
+TEST(BuildErrors, Lights) {
+    expectErrors({
+        {R"(WorldBegin
+AreaLightSource "diffuse" "rgb L" [1 1 1]
+Shape "trianglemesh" "point P" [0 0 0 1 0 0 2 0 0])",
+         2, 1, R"(area light on a shape of zero area)"},
+        {R"(WorldBegin
+AreaLightSource "diffuse" "rgb L" [1 1 1]
+Scale 1 0 1
+Shape "sphere")",
+         3, 1, R"(Scale by zero or by too large or small a number flattens space)"},
+        {R"(WorldBegin
+AreaLightSource "difuse" "rgb L" [1 1 1]
+Shape "sphere")",
+         2, 1, R"(unknown area light "difuse"; did you mean "diffuse"? (known: diffuse))"},
+        {R"(WorldBegin
+AreaLightSource "diffuse" "float L" 1
+Shape "sphere")",
+         2, 27, R"(parameter "L" must be rgb or spectrum or blackbody, not float)"},
+        {R"(WorldBegin
+AreaLightSource "diffuse" "integer nsamples" 0
+Shape "sphere")",
+         2, 27, R"("nsamples" must be at least 1)"},
+        {R"(WorldBegin
+AreaLightSource "diffuse" "integer nsamples" 65537
+Shape "sphere")",
+         2, 27, R"("nsamples" must be at most 65536)"},
+        {R"(WorldBegin
+AreaLightSource "diffuse" "rgb L" [1 -1 1]
+Shape "sphere")",
+         2, 27, R"("L" must be finite and not negative)"},
+        {R"(WorldBegin
+LightSource "lamp")",
+         2, 1, R"(unknown light "lamp" (known: point, spot, distant, infinite))"},
+        {R"(WorldBegin
+LightSource "infinite" "string mapname" "none.exr")",
+         2, 24, R"(file "none.exr" not found; looked for "none.exr")"},
+        {R"(WorldBegin
+LightSource "distant" "point from" [1 1 1] "point to" [1 1 1])",
+         2, 44, R"("from" and "to" are the same point)"},
+        {R"(WorldBegin
+LightSource "spot" "float coneangle" 0)",
+         2, 20, R"("coneangle" must be above 0 and at most 180 degrees)"},
+        {R"(WorldBegin
+ObjectBegin "o"
+AreaLightSource "diffuse"
+Shape "trianglemesh" "point P" [0 0 0 0 0 0 0 1 0]
+ObjectEnd
+ObjectInstance "o")",
+         3, 1, R"(area light on a shape of zero area)"},
+    });
+}
+
+TEST(BuildErrors, MaterialsAndTextures) {
+    expectErrors({
+        {R"(WorldBegin
+Material "matte" "rgb Kd" [.5 .5 .5]
+Shape "sphere" "float xyzzy" 2)",
+         3, 16, R"(unknown parameter "xyzzy" (known: radius, zmin, zmax, phimax, name))"},
+        {R"(WorldBegin
+Material "mate")",
+         2, 1,
+         R"(unknown material "mate"; did you mean "matte"? (known: matte, plastic, mirror, glass, metal, measured, metallicroughness))"},
+        {R"(WorldBegin
+Material "matte" "rgb Kd" [.5 .5 .5] "float sigmaa" 3)",
+         2, 38, R"(unknown parameter "sigmaa"; did you mean "sigma"? (known: Kd, reflectance, sigma))"},
+        {R"(WorldBegin
+Material "matte" "float Kd" .5)",
+         2, 18, R"(parameter "Kd" must be rgb or spectrum or blackbody or texture, not float)"},
+        {R"(WorldBegin
+Material "measured")",
+         2, 1, R"(parameter "filename" is missing)"},
+        {R"(WorldBegin
+Texture "t" "rgb" "imagemap" "string filename" "none.png")",
+         2, 30, R"(file "none.png" not found; looked for "none.png")"},
+        {R"(WorldBegin
+Texture "t" "rgb" "wood")",
+         2, 1, R"(unknown texture "wood" (known: constant, scale, mix, checkerboard, imagemap))"},
+        {R"(WorldBegin
+Texture "t" "rgb" "checkerboard" "integer dimension" 5)",
+         2, 34, R"(a checkerboard has 2 or 3 dimensions)"},
+    });
+}
+
+TEST(BuildErrors, Files) {
+    const test::TemporaryFolder folder;
+    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                            "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                            "end_header\n0 0 0\n";
+    folder.write("nan.ply", ply + "1 0 nan\n0 1 0\n3 0 1 2\n");
+    folder.write("index.ply", ply + "1 0 0\n0 1 0\n3 0 1 7\n");
+    folder.write("short.ply", ply + "1 0 0\n0 1 0\n");
+    folder.write("text.ply", "hello\n");
+    folder.write("words.brdf", "31 xx\n");
+    folder.write("short.binary", "zzz");
+    const std::string prefix = folder.path().string() + '/';
+    const std::vector<Wrong> cases = {
+        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"none.ply\"", 2, 17,
+         "file \"none.ply\" not found; looked for \"none.ply\""},
+        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"text.ply\"", 2, 17,
+         "\"text.ply\": is not a PLY file (it does not start with the line \"ply\")"},
+        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"nan.ply\"", 2, 17,
+         "the position of vertex 1 is not finite"},
+        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"short.ply\"", 2, 17,
+         "\"short.ply\": ends in the middle of element \"face\""},
+        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"index.ply\"", 2, 17,
+         "\"index.ply\": face 0 refers to vertex 7, but there are 3 vertices"},
+        {"WorldBegin\nTexture \"t\" \"rgb\" \"imagemap\" \"string filename\" \"a/none.png\"", 2, 30,
+         "file \"a/none.png\" not found; looked for \"a/none.png\""},
+        {"WorldBegin\nMaterial \"measured\" \"string filename\" \"text.ply\"", 2, 21,
+         "cannot tell the kind of measured BRDF from the extension \".ply\" (known: .brdf for pbrt-v2's "
+         "text, .binary or .merl for MERL)"},
+        {"WorldBegin\nMaterial \"measured\" \"string filename\" \"words.brdf\"", 2, 21,
+         "BRDF file words.brdf, line 1: not a number"},
+        {"WorldBegin\nMaterial \"measured\" \"string filename\" \"short.binary\"", 2, 21,
+         "MERL file short.binary: it ends in the header"},
+    };
+    for (const Wrong& wrong : cases) {
+        std::string error = outcomeOf(wrong.text, folder.path() / "t.scene").error;
+        for (size_t at; (at = error.find(prefix)) != std::string::npos;)
+            error.erase(at, prefix.size());
+        EXPECT_EQ(error, located(wrong)) << wrong.text;
+    }
+    // What a library has to say about the file comes in its own words.
+    const std::string image = outcomeOf("WorldBegin\nTexture \"t\" \"rgb\" \"imagemap\" \"string filename\" "
+                                        "\"text.ply\"",
+                                        folder.path() / "t.scene")
+                                  .error;
+    EXPECT_EQ(image.find(prefix + "t.scene:2:30: error: cannot read the image " + prefix + "text.ply: "), 0u)
+        << image;
+}
+
+TEST(BuildErrors, PbrtFilesAreWarned) {
+    const Wrong misspelt{"Camera \"perspective\"\nWorldBegin\nLightSource \"point\"\n"
+                         "Shape \"sphere\" \"float raduis\" 2",
+                         4, 16,
+                         "unknown parameter \"raduis\"; did you mean \"radius\"? (known: radius, zmin, zmax, "
+                         "phimax, name)"};
+    EXPECT_EQ(outcomeOf(misspelt.text).error, located(misspelt));
+    const Outcome lenient = outcomeOf(misspelt.text, "t.pbrt");
+    EXPECT_EQ(lenient.error, "");
+    Wrong warned = misspelt;
+    warned.message = "parameter \"raduis\" is ignored; did you mean \"radius\"? (known: radius, zmin, zmax, "
+                     "phimax, name)";
+    EXPECT_EQ(lenient.warnings, std::vector<std::string>{located(warned, "warning", "t.pbrt")});
+    // A wrong type stays an error: there is no telling what was meant.
+    const Wrong type{"WorldBegin\nShape \"sphere\" \"string radius\" \"2\"", 2, 16,
+                     "parameter \"radius\" must be float or integer, not string"};
+    EXPECT_EQ(outcomeOf(type.text, "t.pbrt").error, located(type, "error", "t.pbrt"));
+}
+
+TEST(BuildErrors, CommandLine) {
+    const auto withDefine = [](const std::string& define) {
+        BuildOptions options;
+        options.defines = {define};
+        return outcomeOf("WorldBegin\nLightSource \"point\"", "t.scene", options).error;
+    };
+    EXPECT_EQ(withDefine("maxdepth=2"), "");
+    EXPECT_EQ(withDefine("maxdepht=2"), "error: -D maxdepht=2: unknown parameter \"maxdepht\"; did you mean "
+                                        "\"maxdepth\"? (known: maxdepth, strategy, lightsamples)");
+    EXPECT_EQ(withDefine("maxdepth"), "error: -D maxdepth: write it as name=value");
+    EXPECT_EQ(withDefine("maxdepth=x"), "error: -D maxdepth=x: \"x\" is not a number (integer is wanted)");
+    EXPECT_EQ(withDefine("maxdepth=-1"), "error: \"maxdepth\" must not be negative");
+
+    BuildOptions integrator;
+    integrator.integrator = "supersampel";
+    std::string known;
+    for (const auto& row : pluginTables().integrators)
+        known += (known.empty() ? "" : ", ") + row.name;
+    EXPECT_EQ(outcomeOf("WorldBegin", "t.scene", integrator).error,
+              "error: unknown integrator \"supersampel\"; did you mean \"supersample\"? (known: " + known +
+                  ")");
+    BuildOptions crop;
+    crop.crop = {2, 3, 0, 1};
+    EXPECT_EQ(outcomeOf("WorldBegin", "t.scene", crop).error, "error: the crop window holds no pixel");
+}
+
+TEST(BuildErrors, SomeThingsAreOnlyWarned) {
+    EXPECT_EQ(outcomeOf("WorldBegin").warnings,
+              std::vector<std::string>{"warning: the scene has no light: the picture will be black"});
+    const Wrong cone{"WorldBegin\nLightSource \"point\"\nShape \"nurbs\"", 3, 1,
+                     "shape \"nurbs\" is not supported; it is left out"};
+    EXPECT_EQ(outcomeOf(cone.text).warnings, std::vector<std::string>{located(cone, "warning")});
+    EXPECT_EQ(outcomeOf(cone.text).error, "");
+}
+
+} // namespace
+} // namespace strobe
