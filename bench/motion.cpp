@@ -27,12 +27,12 @@ constexpr Variant kVariants[] = {
 constexpr size_t kVariantCount = std::size(kVariants), kInstance2 = 2, kBaked2 = 6;
 
 /// A closed surface of revolution, a ball when `rings` is large; 2 * segments * (rings - 1) triangles.
-std::string ball(const V3f& centre, float radius, int segments, int rings) {
+std::string ball(const V3f& center, float radius, int segments, int rings) {
     std::string points, indices;
     const auto add = [&](float theta, float phi) {
-        points += fmt::format("{:.5g} {:.5g} {:.5g}  ", centre.x + radius * std::sin(theta) * std::cos(phi),
-                              centre.y + radius * std::sin(theta) * std::sin(phi),
-                              centre.z + radius * std::cos(theta));
+        points += fmt::format("{:.5g} {:.5g} {:.5g}  ", center.x + radius * std::sin(theta) * std::cos(phi),
+                              center.y + radius * std::sin(theta) * std::sin(phi),
+                              center.z + radius * std::cos(theta));
     };
     for (int r = 1; r < rings; ++r)
         for (int s = 0; s < segments; ++s)
@@ -89,7 +89,7 @@ struct Timing {
     uint64_t hits = 0, blocked = 0;
 
     /// CPU seconds of the camera rays in repeat i as strobe would trace them: baked vertices with the flag
-    /// that suits them; moving instances without it, since with it Embree 3.13 lets neighbours change a hit.
+    /// that suits them; moving instances without it, since with it Embree 3.13 lets neighbors change a hit.
     double camera(size_t i, bool instances) const {
         const bool flag = !instances && coherent.medianCpu() < incoherent.medianCpu();
         return flag ? coherent.cpu[i] : incoherent.cpu[i];

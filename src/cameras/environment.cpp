@@ -27,8 +27,8 @@ class EnvironmentCamera final : public Camera {
     RayCone cone(const V2f& film) const override {
         // Averaged over the pixel's rows, so that it does not vanish at the poles.
         const float top = (film.y - .5f) * m_perPixel.y, half = .5f * m_perPixel.y;
-        const float centre = std::clamp(top + half, half, kPi - half);
-        return {0, std::sqrt(m_perPixel.x * 2 * std::sin(centre) * std::sin(half))};
+        const float center = std::clamp(top + half, half, kPi - half);
+        return {0, std::sqrt(m_perPixel.x * 2 * std::sin(center) * std::sin(half))};
     }
 
     bool hasLens() const override { return false; }

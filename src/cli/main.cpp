@@ -275,7 +275,7 @@ int run(Options options, spdlog::logger& log) {
         return kOk;
     }
     if (options.printOcio) {
-        fmt::print("{}", builtinColourConfig());
+        fmt::print("{}", builtinColorConfig());
         return kOk;
     }
     checkOptions(options);

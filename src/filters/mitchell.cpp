@@ -27,7 +27,7 @@ Profile mitchellProfile(float radius, float b, float c) {
 std::shared_ptr<const Filter> createMitchell(const ParamSet& params, const BuildContext&) {
     const float b = params.get(kB), c = params.get(kC);
     for (const ParamDef<float>* def : {&kB, &kC})
-        if (const float x = params.get(*def); !(x >= 0 && x <= 2)) // beyond, ∫f > 0 is all but cancelled
+        if (const float x = params.get(*def); !(x >= 0 && x <= 2)) // beyond, ∫f > 0 is all but canceled
             throw Error(params.whereIs(*def), std::string("\"") + def->name + "\" must be between 0 and 2");
     const V2f radius = kWidths.read(params);
     return makeSeparable(mitchellProfile(radius.x, b, c), mitchellProfile(radius.y, b, c));

@@ -32,12 +32,12 @@ class Profile {
     Profile(float radius, Function f);
 
     struct Sample {
-        float x, weight; ///< weight: f/pdf for the normalised f
+        float x, weight; ///< weight: f/pdf for the normalized f
     };
     Sample sample(float u) const;
     /// The same of n numbers.
     void sampleLanes(const float* u, int n, float* x, float* weight) const;
-    /// The normalised profile: integrates to 1. Zero outside the radius.
+    /// The normalized profile: integrates to 1. Zero outside the radius.
     float eval(float x) const;
     float radius() const { return m_radius; }
 

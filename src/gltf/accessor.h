@@ -18,13 +18,13 @@ size_t accessorCount(const Document& document, int accessor, const std::string& 
 /// Components per element: 1 for SCALAR … 16 for MAT4.
 int accessorComponents(const Document& document, int accessor, const std::string& place);
 
-/// The accessor's numbers in order, sparse ones replaced, normalised integers as fractions. `components`: how
+/// The accessor's numbers in order, sparse ones replaced, normalized integers as fractions. `components`: how
 /// many each element must have. `count`: how many elements there must be, when that is known. Throws an Error
 /// at `place` for anything that does not fit, and for numbers that are not finite.
 std::vector<float> readFloats(const Document& document, int accessor, int components,
                               const std::string& place, std::optional<size_t> count = {});
 
-/// The same of unsigned integers of 8, 16 or 32 bits, neither normalised nor floats.
+/// The same of unsigned integers of 8, 16 or 32 bits, neither normalized nor floats.
 std::vector<uint32_t> readIntegers(const Document& document, int accessor, int components,
                                    const std::string& place, std::optional<size_t> count = {});
 

@@ -5,7 +5,7 @@ namespace {
 
 constexpr float kLumensPerWatt = 683;
 
-Rgb colourOf(const Document& document, const std::vector<double>& numbers, const std::string& place) {
+Rgb colorOf(const Document& document, const std::vector<double>& numbers, const std::string& place) {
     if (numbers.empty())
         return Rgb(1);
     if (numbers.size() != 3 || std::any_of(numbers.begin(), numbers.end(), [](double x) { return x < 0; }))
@@ -28,7 +28,7 @@ ImportedLight lightFrom(const Document& document, int index, const std::string& 
     if (source.intensity < 0)
         document.fail(there + ".intensity", "must not be negative");
     light.intensity =
-        colourOf(document, source.color, there + ".color") * (float(source.intensity) / kLumensPerWatt);
+        colorOf(document, source.color, there + ".color") * (float(source.intensity) / kLumensPerWatt);
     light.innerAngle = float(source.spot.innerConeAngle);
     light.outerAngle = float(source.spot.outerConeAngle);
     if (light.kind == ImportedLight::Spot &&

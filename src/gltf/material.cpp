@@ -26,10 +26,10 @@ class Cutout : public Texture {
 
 struct MaterialBuilder::Source {
     std::string name, place;
-    Rgb base{1}, emissive{0}, specularColour{1};
+    Rgb base{1}, emissive{0}, specularColor{1};
     float opacity = 1, metallic = 1, roughness = 1, ior = 1.5f, specular = 1, transmission = 0, clearcoat = 0,
           clearcoatRoughness = 0, normalScale = 1, cutoff = .5f;
-    TextureSlot baseSlot, packedSlot, normalSlot, emissiveSlot, specularSlot, specularColourSlot,
+    TextureSlot baseSlot, packedSlot, normalSlot, emissiveSlot, specularSlot, specularColorSlot,
         transmissionSlot, clearcoatSlot, clearcoatRoughnessSlot;
     enum { Opaque, Mask, Blend } alphaMode = Opaque;
     bool unlit = false, doubleSided = false;
@@ -37,7 +37,7 @@ struct MaterialBuilder::Source {
     std::vector<const TextureSlot*> slots() const {
         std::vector<const TextureSlot*> used;
         for (const TextureSlot* slot :
-             {&baseSlot, &packedSlot, &normalSlot, &emissiveSlot, &specularSlot, &specularColourSlot,
+             {&baseSlot, &packedSlot, &normalSlot, &emissiveSlot, &specularSlot, &specularColorSlot,
               &transmissionSlot, &clearcoatSlot, &clearcoatRoughnessSlot})
             if (*slot)
                 used.push_back(slot);
@@ -55,7 +55,7 @@ struct MaterialBuilder::Placement {
     const Primitive& primitive;
     const std::string& place;
     int mainUvSet;
-    std::shared_ptr<const VertexValues<Rgb>> colours, opacities;
+    std::shared_ptr<const VertexValues<Rgb>> colors, opacities;
 };
 
 namespace {
@@ -72,7 +72,7 @@ class Reader {
             m_document.fail(m_place + "." + member, "must be a number");
         return float(object.Get(member).GetNumberAsDouble());
     }
-    Rgb colour(const tinygltf::Value& object, const char* member, const Rgb& fallback) const {
+    Rgb color(const tinygltf::Value& object, const char* member, const Rgb& fallback) const {
         if (!object.Has(member))
             return fallback;
         std::vector<double> numbers;
@@ -80,10 +80,10 @@ class Reader {
         for (size_t i = 0; i < list.ArrayLen(); ++i)
             if (list.Get(int(i)).IsNumber())
                 numbers.push_back(list.Get(int(i)).GetNumberAsDouble());
-        return colour(numbers, member, 3);
+        return color(numbers, member, 3);
     }
     /// The first three of `count` numbers from 0.
-    Rgb colour(const std::vector<double>& numbers, const char* member, size_t count) const {
+    Rgb color(const std::vector<double>& numbers, const char* member, size_t count) const {
         if (numbers.size() != count ||
             std::any_of(numbers.begin(), numbers.end(), [](double x) { return x < 0; }))
             m_document.fail(m_place + "." + member, "must be " + std::to_string(count) + " numbers from 0");
@@ -117,7 +117,7 @@ MaterialBuilder::Source MaterialBuilder::read(int index) const {
     s.place = item("materials", size_t(index));
     const Reader reader(m_document, s.place);
     const auto& pbr = m.pbrMetallicRoughness;
-    s.base = reader.colour(pbr.baseColorFactor, "pbrMetallicRoughness.baseColorFactor", 4);
+    s.base = reader.color(pbr.baseColorFactor, "pbrMetallicRoughness.baseColorFactor", 4);
     s.opacity = float(pbr.baseColorFactor[3]);
     s.metallic = float(pbr.metallicFactor), s.roughness = float(pbr.roughnessFactor);
     s.baseSlot = reader.slot(pbr.baseColorTexture, "pbrMetallicRoughness.baseColorTexture");
@@ -125,7 +125,7 @@ MaterialBuilder::Source MaterialBuilder::read(int index) const {
     s.normalSlot = reader.slot(m.normalTexture, "normalTexture");
     s.normalScale = float(m.normalTexture.scale);
     if (!m.emissiveFactor.empty())
-        s.emissive = reader.colour(m.emissiveFactor, "emissiveFactor", 3);
+        s.emissive = reader.color(m.emissiveFactor, "emissiveFactor", 3);
     s.emissiveSlot = reader.slot(m.emissiveTexture, "emissiveTexture");
     s.doubleSided = m.doubleSided;
     s.cutoff = float(m.alphaCutoff);
@@ -146,9 +146,9 @@ MaterialBuilder::Source MaterialBuilder::read(int index) const {
         s.ior = reader.number(*e, "ior", 1.5f);
     if (const auto* e = extension(m, "KHR_materials_specular")) {
         s.specular = reader.number(*e, "specularFactor", 1);
-        s.specularColour = reader.colour(*e, "specularColorFactor", Rgb(1));
+        s.specularColor = reader.color(*e, "specularColorFactor", Rgb(1));
         s.specularSlot = reader.slot(*e, "specularTexture");
-        s.specularColourSlot = reader.slot(*e, "specularColorTexture");
+        s.specularColorSlot = reader.slot(*e, "specularColorTexture");
     }
     if (const auto* e = extension(m, "KHR_materials_transmission")) {
         s.transmission = reader.number(*e, "transmissionFactor", 0);
@@ -192,15 +192,15 @@ std::shared_ptr<PlacedImage> MaterialBuilder::texture(const TextureSlot& slot, T
     return out;
 }
 
-RgbInput MaterialBuilder::baseColour(const Source& s, const Placement& placement) {
+RgbInput MaterialBuilder::baseColor(const Source& s, const Placement& placement) {
     RgbInput input(s.base);
-    auto image = texture(s.baseSlot, TextureUse::Colour, placement, s.base);
-    if (!image && placement.colours) {
+    auto image = texture(s.baseSlot, TextureUse::Color, placement, s.base);
+    if (!image && placement.colors) {
         image = std::make_shared<PlacedImage>();
         image->factor = s.base;
     }
     if (image)
-        image->colours = placement.colours;
+        image->colors = placement.colors;
     input.texture = image;
     return input;
 }
@@ -215,7 +215,7 @@ FloatInput MaterialBuilder::alpha(const Source& s, const Placement& placement) {
         image->factor = Rgb(s.opacity);
     }
     if (image)
-        image->colours = placement.opacities;
+        image->colors = placement.opacities;
     input.texture = image;
     if (s.alphaMode == Source::Blend)
         return input;
@@ -228,9 +228,9 @@ FloatInput MaterialBuilder::alpha(const Source& s, const Placement& placement) {
 
 Look MaterialBuilder::make(const Source& s, const Primitive& primitive) {
     Placement placement{primitive, s.place, s.mainUvSet(), nullptr, nullptr};
-    if (!primitive.colours.empty())
-        placement.colours =
-            std::make_shared<VertexValues<Rgb>>(VertexValues<Rgb>{primitive.mesh.indices, primitive.colours});
+    if (!primitive.colors.empty())
+        placement.colors =
+            std::make_shared<VertexValues<Rgb>>(VertexValues<Rgb>{primitive.mesh.indices, primitive.colors});
     if (!primitive.opacities.empty()) {
         auto opacities = std::make_shared<VertexValues<Rgb>>();
         opacities->indices = primitive.mesh.indices;
@@ -247,21 +247,21 @@ Look MaterialBuilder::make(const Source& s, const Primitive& primitive) {
     ImportedMaterial out;
     out.name = s.name, out.doubleSided = s.doubleSided;
     if (s.unlit) { // it looks the same from everywhere: it shines, and reflects nothing
-        const RgbInput base = baseColour(s, placement);
+        const RgbInput base = baseColor(s, placement);
         out.emission = base.texture ? Rgb(1) : s.base;
         out.emissionTexture = base.texture;
         out.doubleSided = true;
-        in.baseColour = Rgb(0), in.metallic = 0, in.specular = 0;
+        in.baseColor = Rgb(0), in.metallic = 0, in.specular = 0;
     } else {
-        in.baseColour = baseColour(s, placement);
+        in.baseColor = baseColor(s, placement);
         in.metallic = s.metallic, in.roughness = s.roughness;
         in.packed = texture(s.packedSlot, TextureUse::Data, placement);
         in.ior = s.ior;
         in.specular = s.specular;
         in.specular.texture = texture(s.specularSlot, TextureUse::Alpha, placement, Rgb(s.specular));
-        in.specularColour = s.specularColour;
-        in.specularColour.texture =
-            texture(s.specularColourSlot, TextureUse::Colour, placement, s.specularColour);
+        in.specularColor = s.specularColor;
+        in.specularColor.texture =
+            texture(s.specularColorSlot, TextureUse::Color, placement, s.specularColor);
         in.transmission = numberFrom(s.transmission, s.transmissionSlot, 0);
         in.clearcoat = numberFrom(s.clearcoat, s.clearcoatSlot, 0);
         in.clearcoatRoughness = numberFrom(s.clearcoatRoughness, s.clearcoatRoughnessSlot, 1);
@@ -269,7 +269,7 @@ Look MaterialBuilder::make(const Source& s, const Primitive& primitive) {
         in.normalScale = s.normalScale;
         out.emission = s.emissive;
         if (!isBlack(s.emissive))
-            out.emissionTexture = texture(s.emissiveSlot, TextureUse::Colour, placement);
+            out.emissionTexture = texture(s.emissiveSlot, TextureUse::Color, placement);
     }
     out.material = makeMetallicRoughness(in);
     const Look look{int(m_materials.size()), alpha(s, placement), s.mainUvSet(), !s.slots().empty()};
@@ -279,11 +279,11 @@ Look MaterialBuilder::make(const Source& s, const Primitive& primitive) {
 
 Look MaterialBuilder::look(const Primitive& primitive) {
     const auto found = m_shared.find(primitive.material);
-    if (found != m_shared.end() && primitive.colours.empty())
+    if (found != m_shared.end() && primitive.colors.empty())
         return found->second;
     const Source source = read(primitive.material);
     const Look look = make(source, primitive);
-    if (primitive.colours.empty() && !source.usesOtherUvs())
+    if (primitive.colors.empty() && !source.usesOtherUvs())
         m_shared[primitive.material] = look;
     return look;
 }

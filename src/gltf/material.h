@@ -18,7 +18,7 @@ struct Look {
     bool usesUvs = false;
 };
 
-/// Makes materials, each once; primitives with vertex colours, or with a second set of texture coordinates
+/// Makes materials, each once; primitives with vertex colors, or with a second set of texture coordinates
 /// that is used beside the first, have one of their own.
 class MaterialBuilder {
   public:
@@ -37,7 +37,7 @@ class MaterialBuilder {
     Look make(const Source& source, const Primitive& primitive);
     std::shared_ptr<PlacedImage> texture(const TextureSlot& slot, TextureUse use, const Placement& placement,
                                          const Rgb& factor = Rgb(1), int channel = 0);
-    RgbInput baseColour(const Source& source, const Placement& placement);
+    RgbInput baseColor(const Source& source, const Placement& placement);
     FloatInput alpha(const Source& source, const Placement& placement);
     std::string nameOf(int material) const;
 

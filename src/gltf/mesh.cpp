@@ -33,7 +33,7 @@ class PrimitiveReader {
         if (m_out.mesh.indices.empty())
             return false;
         readUvs();
-        readColours();
+        readColors();
         readTargets(targetCount);
         readSkin(messages);
         return true;
@@ -110,7 +110,7 @@ class PrimitiveReader {
         }
     }
 
-    void readColours() {
+    void readColors() {
         const int* accessor = find("COLOR_0");
         if (!accessor)
             return;
@@ -121,7 +121,7 @@ class PrimitiveReader {
         const auto numbers = readFloats(m_document, *accessor, n, place, m_count);
         for (size_t i = 0; i < m_count; ++i) {
             const float* c = &numbers[i * size_t(n)];
-            m_out.colours.emplace_back(c[0], c[1], c[2]);
+            m_out.colors.emplace_back(c[0], c[1], c[2]);
             if (n == 4)
                 m_out.opacities.push_back(c[3]);
         }

@@ -26,7 +26,7 @@ struct Primitive {
     TriangleMesh mesh;                      ///< uvs are empty: which set they are is the material's choice
     int material = -1;                      ///< -1: the default material
     std::map<int, std::vector<V2f>> uvSets; ///< by the number of TEXCOORD; v = 1 at an image's first row
-    std::vector<Rgb> colours;               ///< COLOR_0, linear; empty: none
+    std::vector<Rgb> colors;                ///< COLOR_0, linear; empty: none
     std::vector<float> opacities;           ///< its fourth component; empty: none
     std::vector<MorphTarget> targets;
     SkinWeights skin;

@@ -104,7 +104,7 @@ TextureQuery PlacedImage::inImage(TextureQuery q) const {
 }
 
 Rgb PlacedImage::rgb(const TextureQuery& query) const {
-    const Rgb c = colourAt(query);
+    const Rgb c = colorAt(query);
     if (!file)
         return c;
     const TextureQuery q = inImage(query);
@@ -121,7 +121,7 @@ void PlacedImage::rgbLanes(const TextureQueryLanes& queries, int begin, int end,
     }
     cache->lookupLanes(*file, points, begin, end, how, out);
     for (int i = begin; i < end; ++i)
-        out.set(i, colourAt(queries.at(i)) * out.at(i));
+        out.set(i, colorAt(queries.at(i)) * out.at(i));
 }
 
 std::shared_ptr<const EncodedImage> Images::encoded(size_t index) {
@@ -176,7 +176,7 @@ std::shared_ptr<PlacedImage> Images::open(const TextureSlot& slot, TextureUse us
     const std::string there = item("textures", size_t(slot.index));
     if (texture.source < 0) {
         m_document.warnOnce(m_messages, there, there,
-                            "has no PNG or JPEG image; what it would colour stays without texture");
+                            "has no PNG or JPEG image; what it would color stays without texture");
         return nullptr;
     }
     m_document.at(model.images, texture.source, "image", there + ".source");
@@ -184,9 +184,9 @@ std::shared_ptr<PlacedImage> Images::open(const TextureSlot& slot, TextureUse us
     out->how = lookupOf(texture.sampler, there);
     out->offset = slot.offset, out->scale = slot.scale;
     out->turn = V2f(std::cos(slot.rotation), std::sin(slot.rotation));
-    const Transfer transfer{use == TextureUse::Colour ? Transfer::Srgb : Transfer::Linear};
+    const Transfer transfer{use == TextureUse::Color ? Transfer::Srgb : Transfer::Linear};
     out->file = m_cache.open(encoded(size_t(texture.source)), m_document.where(), transfer,
-                             use == TextureUse::Alpha ? ImagePart::Alpha : ImagePart::Colour);
+                             use == TextureUse::Alpha ? ImagePart::Alpha : ImagePart::Color);
     out->cache = m_cache.shared_from_this();
     return out->file ? out : nullptr;
 }

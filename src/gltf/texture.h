@@ -48,7 +48,7 @@ struct OtherUvs {
     void apply(TextureQuery& q) const;
 };
 
-/// An image (or none), placed, times a factor, times a colour at the vertices (or none). As a number it is
+/// An image (or none), placed, times a factor, times a color at the vertices (or none). As a number it is
 /// one channel of that.
 class PlacedImage : public Texture {
   public:
@@ -58,7 +58,7 @@ class PlacedImage : public Texture {
     V2f offset{0}, scale{1}, turn{1, 0}; ///< of TextureSlot; the turn as cosine and sine
     std::shared_ptr<const OtherUvs> uvs; ///< null: the mesh's
     Rgb factor{1};
-    std::shared_ptr<const VertexValues<Rgb>> colours; ///< null: none
+    std::shared_ptr<const VertexValues<Rgb>> colors; ///< null: none
     int channel = 0;
 
     Rgb rgb(const TextureQuery& q) const override;
@@ -67,13 +67,13 @@ class PlacedImage : public Texture {
     bool needsFootprint() const override { return file != nullptr && !how.nearest; }
 
   private:
-    Rgb colourAt(const TextureQuery& q) const { return colours ? factor * colours->at(q) : factor; }
+    Rgb colorAt(const TextureQuery& q) const { return colors ? factor * colors->at(q) : factor; }
     /// The place in the image; the query's coordinates and footprint become the image's.
     TextureQuery inImage(TextureQuery q) const;
 };
 
 /// How a texture's stored numbers are meant.
-enum class TextureUse { Colour, Data, Alpha };
+enum class TextureUse { Color, Data, Alpha };
 
 /// Opens the images of a document.
 class Images {

@@ -1,4 +1,4 @@
-// The parameters of the integrators that cache, and their two families of behaviour.
+// The parameters of the integrators that cache, and their two families of behavior.
 #pragma once
 
 #include "lattice/surface_lattice.h"

@@ -140,7 +140,7 @@ class Worker : public IntegratorWorker {
     }
 
     /// The paper: "a weighted interpolation of the surrounding shade regions". Here: of the sample's block
-    /// and of those neighbours, among the three that are nearest, that have been shaded, each weighted by how
+    /// and of those neighbors, among the three that are nearest, that have been shaded, each weighted by how
     /// far its shading point is.
     Rgb valueAt(const Place& place) const {
         const Block& own = m_blocks.at(place.key);

@@ -105,7 +105,7 @@ void BatchLattice::locate() {
     m_lanes.count = 0;
 }
 
-/// Neighbours are often in few cells. What is looked up for the first of each is left out for the others;
+/// Neighbors are often in few cells. What is looked up for the first of each is left out for the others;
 /// some more are looked up, where two cells' keys look alike.
 void BatchLattice::leaveOutRepeats() {
     uint8_t first[256]; // by a part of the key

@@ -18,7 +18,7 @@ struct LatticeFace {
 /// Of a triangle's first point, given those of the others.
 inline float firstWeight(float second, float third) { return std::max(1 - second - third, 0.f); }
 
-/// A mesh of the lattice: what lies between neighbouring points.
+/// A mesh of the lattice: what lies between neighboring points.
 struct LatticeCell {
     static constexpr int kPoints = 8; ///< at most
     enum Kind : uint8_t { Vertices, Grid, Lower, Upper, Rectangle };

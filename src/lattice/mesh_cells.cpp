@@ -10,7 +10,7 @@ namespace {
 
 /// Triangles with longer edges, in cells, are too large to be gone through cell by cell.
 constexpr float kLongest = 2;
-/// A cell counts when its centre is no farther from the surface than this, in cells.
+/// A cell counts when its center is no farther from the surface than this, in cells.
 constexpr float kNear = .5f;
 
 /// A triangle at rest.
@@ -106,7 +106,7 @@ inline Surrounding surrounding(const Triangle& t, float u, float v, float cellAr
     return s;
 }
 
-V3f centreOf(const MeshCell& cell) { return V3f(float(cell.x), float(cell.y), float(cell.z)) + V3f(.5f); }
+V3f centerOf(const MeshCell& cell) { return V3f(float(cell.x), float(cell.y), float(cell.z)) + V3f(.5f); }
 
 } // namespace
 
@@ -168,7 +168,7 @@ void MeshCellLanes::surround() { surroundLanes(*this, MeshCells::kLevels - 1); }
 
 void MeshCells::places(const MeshCell& lowest, MeshPlaces& known, std::optional<MeshPlace> out[8]) const {
     // Enough but at rims and tips: there, what is farther away stands in. Any place lies in one of the eight
-    // cells around it, no farther from its centre than half a diagonal; but for rounding.
+    // cells around it, no farther from its center than half a diagonal; but for rounding.
     for (const float radius : {kNear, .87f, kInfinity}) {
         bool any = false;
         for (int k = 0; k < 8; ++k) {
@@ -185,11 +185,11 @@ void MeshCells::places(const MeshCell& lowest, MeshPlaces& known, std::optional<
     }
 }
 
-/// The place nearest to the cell's centre, if it is no farther than `radius` cells; of several the first
+/// The place nearest to the cell's center, if it is no farther than `radius` cells; of several the first
 /// triangle's.
 std::optional<MeshPlace> MeshCells::nearest(const MeshCell& cell, float radius) const {
     const float size = cellSizeOf(cell.level, m_spacing), scale = 1 / size;
-    const V3f centre = centreOf(cell), p = centre * size;
+    const V3f center = centerOf(cell), p = center * size;
     const float rounding = 1e-6f * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
     const auto within = [&](float radius2) { return std::sqrt(radius2) * size * 1.0001f + rounding; };
     std::optional<MeshPlace> best;
@@ -199,8 +199,8 @@ std::optional<MeshPlace> MeshCells::nearest(const MeshCell& cell, float radius) 
         const V3f n = t.normal();
         if (t.shorterThan(kLongest * size) && n != V3f(0) && mainDirection(n) == cell.direction) {
             t.p *= scale, t.a *= scale, t.b *= scale;
-            const V2f uv = nearestPoint(t, centre);
-            const float d2 = length2(t.at(uv.x, uv.y) - centre);
+            const V2f uv = nearestPoint(t, center);
+            const float d2 = length2(t.at(uv.x, uv.y) - center);
             if (best && d2 == best2 ? prim < best->prim : d2 <= best2)
                 best = {prim, uv.x, uv.y}, best2 = d2;
         }

@@ -21,7 +21,7 @@ struct MeshPlace {
     float u, v;
 };
 
-/// Points of triangles at rest, side by side, and the cells whose centres surround them.
+/// Points of triangles at rest, side by side, and the cells whose centers surround them.
 struct MeshCellLanes {
     int count = 0;
     V3Lanes p, a, b; ///< a triangle's corner, and the edges from there to the others
@@ -31,7 +31,7 @@ struct MeshCellLanes {
     alignas(64) float spacing[kLanes]; ///< of the mesh's vertices
     alignas(64) int32_t found[kLanes]; ///< 0: nothing gained
     alignas(64) int32_t level[kLanes], x[kLanes], y[kLanes], z[kLanes], direction[kLanes]; ///< the lowest
-    V3Lanes place; ///< between the lowest centre and the highest, in (0,1)
+    V3Lanes place; ///< between the lowest center and the highest, in (0,1)
 
     MeshCell lowest(int i) const { return {level[i], x[i], y[i], z[i], direction[i]}; }
     /// Fills what is found.
@@ -62,8 +62,8 @@ class MeshPlaces {
 };
 
 /// Grids of cells at many sizes (levels). What stands for a cell is the surface's nearest point to its
-/// centre, so that between cells, interpolation by position is nearly that of a regular grid, however the
-/// mesh is triangulated. A cell counts when its centre is no farther from the surface than half a cell: of a
+/// center, so that between cells, interpolation by position is nearly that of a regular grid, however the
+/// mesh is triangulated. A cell counts when its center is no farther from the surface than half a cell: of a
 /// plane of any orientation, that makes one place per cell's area. Triangles that look different ways are
 /// kept apart: the two sides of a thin thing do not mix.
 ///
@@ -76,9 +76,9 @@ class MeshCells {
     /// The mesh outlives its cells.
     MeshCells(const TriangleMesh& mesh, LookAround lookAround);
 
-    /// Finds the eight cells whose centres surround (u, v) of a triangle, from cells with about `cellArea`
+    /// Finds the eight cells whose centers surround (u, v) of a triangle, from cells with about `cellArea`
     /// times the triangle's area (that of a cell's side, in rest space). Sets the lowest cell, and the place
-    /// between its centre and that of the highest: trilinear weights (Bit k of a weight's index is 1 for the
+    /// between its center and that of the highest: trilinear weights (Bit k of a weight's index is 1 for the
     /// upper cell along axis k) are then all positive. False: nothing gained, for the triangle is too large
     /// for such cells, or they would be more than the mesh has vertices.
     bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, V3f& place) const;

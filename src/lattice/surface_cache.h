@@ -80,7 +80,7 @@ inline uint64_t surfaceSum(uint32_t instance, uint32_t geometry) {
     return quickSum<0>(kQuickSum, uint64_t(instance) << 32 | geometry);
 }
 
-/// Remembers the last few parts: neighbours often are on the same. For one thread; scene and cells outlive
+/// Remembers the last few parts: neighbors often are on the same. For one thread; scene and cells outlive
 /// it.
 class SurfaceParts {
   public:

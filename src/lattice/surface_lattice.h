@@ -51,7 +51,7 @@ class SurfaceLattice {
     SurfaceParts parts() const { return SurfaceParts(m_scene, m_cellsOf); }
     /// The cell of a hit that was located.
     static LatticeCell cellAt(const LatticeLanes& lanes, int i);
-    /// The cones of pixels, for `locate`: those of their centres.
+    /// The cones of pixels, for `locate`: those of their centers.
     void findCones(std::span<const PixelRef> pixels, std::vector<RayCone>& cones) const;
     /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be
     /// missing (not all): the weights of the others, scaled to add up to 1, are then a hit's.

@@ -37,7 +37,7 @@ Rgb meanOf(const ParamSet& params, const BuildContext& context) {
                               "an area light shines alike all over: the image's mean is taken");
     const std::filesystem::path path = params.get(kImage).path;
     const Image image =
-        readImage(path, where, Transfer::ofFile(*context.colour, path, where, {Transfer::Srgb}));
+        readImage(path, where, Transfer::ofFile(*context.color, path, where, {Transfer::Srgb}));
     Rgb sum(0);
     for (const Rgb& c : image.pixels)
         sum += c / float(image.pixels.size());

@@ -6,8 +6,8 @@ BoundingSphere objectSphere(const Shape& shape) {
     if (shape.quadric) {
         const Box3f box = shape.quadric->bounds();
         const float whole = shape.quadric->wholeSphereRadius();
-        const V3f centre = (box.min + box.max) * .5f;
-        return {centre, whole > 0 ? whole : length(box.max - centre)};
+        const V3f center = (box.min + box.max) * .5f;
+        return {center, whole > 0 ? whole : length(box.max - center)};
     }
     const TriangleMesh& mesh = *shape.mesh; // only vertices that are used count
     Box3f box;
@@ -16,12 +16,12 @@ BoundingSphere objectSphere(const Shape& shape) {
             box.extendBy(key[i]);
     if (box.isEmpty())
         return {};
-    const V3f centre = (box.min + box.max) * .5f;
+    const V3f center = (box.min + box.max) * .5f;
     float radius2 = 0;
     for (const std::vector<V3f>& key : mesh.positions)
         for (const uint32_t i : mesh.indices)
-            radius2 = std::max(radius2, length2(key[i] - centre));
-    return {centre, std::sqrt(radius2)};
+            radius2 = std::max(radius2, length2(key[i] - center));
+    return {center, std::sqrt(radius2)};
 }
 
 BoundingSphere transformSphere(const M44f& m, const BoundingSphere& sphere) {
@@ -32,14 +32,14 @@ BoundingSphere transformSphere(const M44f& m, const BoundingSphere& sphere) {
         {m[0][0], m[0][1], m[0][2]}, {m[1][0], m[1][1], m[1][2]}, {m[2][0], m[2][1], m[2][2]}};
     for (const V3f& a : rows)
         stretch2 = std::max(stretch2, absDot(a, rows[0]) + absDot(a, rows[1]) + absDot(a, rows[2]));
-    const V3f centre = transformPoint(m, sphere.centre);
+    const V3f center = transformPoint(m, sphere.center);
     const float rounding =
-        1e-6f * std::max(std::abs(centre.x), std::max(std::abs(centre.y), std::abs(centre.z)));
-    return {centre, sphere.radius * std::sqrt(stretch2) * (1 + 1e-5f) + rounding};
+        1e-6f * std::max(std::abs(center.x), std::max(std::abs(center.y), std::abs(center.z)));
+    return {center, sphere.radius * std::sqrt(stretch2) * (1 + 1e-5f) + rounding};
 }
 
 bool meetsSphere(const BoundingSphere& sphere, const V3f& p, const V3f& wi) {
-    const V3f to = sphere.centre - p;
+    const V3f to = sphere.center - p;
     const float d2 = length2(to), r2 = sqr(sphere.radius) + 1e-6f * d2;
     if (d2 <= r2)
         return true;

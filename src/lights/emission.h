@@ -20,7 +20,7 @@ struct Emission {
 };
 
 struct BoundingSphere {
-    V3f centre{0};
+    V3f center{0};
     float radius = 0;
 };
 /// A sphere around a shape in its object space, whatever the time.
@@ -29,7 +29,7 @@ BoundingSphere objectSphere(const Shape& shape);
 BoundingSphere transformSphere(const M44f& m, const BoundingSphere& sphere);
 /// The solid angle of a sphere seen from p: 4π within.
 STROBE_INLINE float sphereSolidAngle(const BoundingSphere& sphere, const V3f& p) {
-    const float d2 = length2(sphere.centre - p), r2 = sqr(sphere.radius), part = oneMinusCos(r2 / d2);
+    const float d2 = length2(sphere.center - p), r2 = sqr(sphere.radius), part = oneMinusCos(r2 / d2);
     return d2 > r2 ? 2 * kPi * part : 4 * kPi;
 }
 /// True when a ray from p along unit wi meets the sphere.

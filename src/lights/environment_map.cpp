@@ -9,7 +9,7 @@ struct EnvironmentMap::View {
     const float *texels, *density;
     int width, height;
 
-    /// A cell between four pixel centres, x in [0, width) and y in [0, height]; the first and last row of
+    /// A cell between four pixel centers, x in [0, width) and y in [0, height]; the first and last row of
     /// cells are half as high.
     struct Cell {
         int x, y;

@@ -7,7 +7,7 @@
 namespace strobe {
 
 /// Radiance by direction, z up: column u = φ/2π, row v = θ/π. Columns wrap round; beyond the first and last
-/// row's centres the rows repeat.
+/// row's centers the rows repeat.
 class EnvironmentMap {
   public:
     /// `image`: not empty, all values finite and not negative.
@@ -20,7 +20,7 @@ class EnvironmentMap {
         float pdf; ///< per solid angle
     };
     /// Draws w with a density proportional to the luminance, but for sinθ, which is taken at the middle of a
-    /// pixel: between pixel centres luminance is bilinear, and so is the density.
+    /// pixel: between pixel centers luminance is bilinear, and so is the density.
     Sample sample(const V2f& u) const;
     /// The density of `sample`; positive wherever radiance is not black.
     float pdf(const V3f& w) const;
@@ -37,7 +37,7 @@ class EnvironmentMap {
 
     int m_width, m_height;
     /// Red, green and blue in turn, with the last column before the first, the first row before itself and
-    /// the last after itself: every cell between four pixel centres has its corners.
+    /// the last after itself: every cell between four pixel centers has its corners.
     std::vector<float> m_texels;
     std::vector<float> m_density; ///< by row of cells: pdf · sinθ over luminance
     Piecewise2D m_cells;          ///< flux of cells: width by height + 1

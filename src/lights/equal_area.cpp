@@ -24,7 +24,7 @@ Rgb lookup(const Image& image, const V2f& at) {
 
 V2f equalAreaPoint(const V3f& w) {
     const float x = std::abs(w.x), y = std::abs(w.y), z = std::abs(w.z);
-    // Rings around the pole become squares around the centre: of as large an area.
+    // Rings around the pole become squares around the center: of as large an area.
     const float r = std::sqrt(std::max(1 - z, 0.f)), turn = x + y > 0 ? std::atan2(y, x) * (2 / kPi) : 0;
     float u = r * (1 - turn), v = r * turn;
     if (w.z < 0) { // folded outwards over the diagonal

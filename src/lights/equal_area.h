@@ -6,7 +6,7 @@
 
 namespace strobe {
 
-/// The point of the unit square for a unit direction; the centre is +z, the corners are -z.
+/// The point of the unit square for a unit direction; the center is +z, the corners are -z.
 V2f equalAreaPoint(const V3f& w);
 
 /// The same light as a latitude-longitude image, as high as the square.

@@ -148,7 +148,7 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
     const Location where = params.whereIs(kMap);
     const std::filesystem::path path = params.get(kMap).path;
     const Transfer usual{context.conventions == Conventions::PbrtV4 ? Transfer::Srgb : Transfer::Linear};
-    Image image = readImage(path, where, Transfer::ofFile(*context.colour, path, where, usual));
+    Image image = readImage(path, where, Transfer::ofFile(*context.color, path, where, usual));
     if (image.width < 1 || image.height < 1)
         throw Error(where, "the environment map is empty");
     if (int64_t(image.width) * image.height > kMaxImagePixels)

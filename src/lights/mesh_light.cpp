@@ -54,12 +54,12 @@ class MeshLight final : public SurfaceLight {
             return false;
         if (!m_plane.valid)
             return true;
-        const float height = dot(p - sphere.centre, m_plane.n), fall = -dot(wi, m_plane.n);
+        const float height = dot(p - sphere.center, m_plane.n), fall = -dot(wi, m_plane.n);
         if (std::abs(height) <= kFlatness * 2 * sphere.radius)
             return true; // in the plane: cannot be told
         if (height * fall <= 0 || (height < 0 && !m_emission.twoSided))
             return false;
-        const V3f crossing = p + wi * (height / fall) - sphere.centre;
+        const V3f crossing = p + wi * (height / fall) - sphere.center;
         // A crossing at a grazing angle is as uncertain as the plane is thick, over the cosine.
         const float margin = sphere.radius * (1e-3f + kFlatness * 2 / std::abs(fall));
         return length2(crossing) <= sqr(sphere.radius + margin);
@@ -68,7 +68,7 @@ class MeshLight final : public SurfaceLight {
     float solidAngle(const V3f& p, float time) const override {
         const BoundingSphere sphere = bounds(time);
         if (m_plane.valid && !m_emission.twoSided &&
-            dot(p - sphere.centre, m_plane.n) < -kFlatness * 2 * sphere.radius)
+            dot(p - sphere.center, m_plane.n) < -kFlatness * 2 * sphere.radius)
             return 0;
         return sphereSolidAngle(sphere, p);
     }
@@ -180,7 +180,7 @@ class MeshLight final : public SurfaceLight {
                         return {};
                 }
                 if (plane.n != V3f(0) &&
-                    std::abs(dot(p - sphere.centre, plane.n)) > kFlatness * sphere.radius)
+                    std::abs(dot(p - sphere.center, plane.n)) > kFlatness * sphere.radius)
                     return {};
             }
         }

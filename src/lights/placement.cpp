@@ -22,7 +22,7 @@ float readTotal(const ParamSet& params, const ParamDef<float>& def, float ofUnit
 }
 
 Rgb readLightScale(const ParamSet& params) {
-    // pbrt-v2 writes a colour, v4 a number.
+    // pbrt-v2 writes a color, v4 a number.
     for (const Param& p : params.all())
         if (p.name == kLightScale.name && p.type == ParamType::Float)
             return Rgb(params.get(ParamDef<float>{kLightScale.name, 1, kLightScale.doc}));

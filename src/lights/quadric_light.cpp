@@ -54,10 +54,10 @@ STROBE_LANES void seenFrom(const Shine& shine, const V3Lanes& from, const V3Lane
 /// Where a flat shape that shines on one side is to be seen from.
 struct Front {
     M44f toObject;
-    V3f centre, normal; ///< of the side that shines
+    V3f center, normal; ///< of the side that shines
     float behind;       ///< how far behind, along the normal, nothing is seen
     STROBE_INLINE bool isSeenFrom(const V3f& p) const {
-        return dot(transformPoint(toObject, p) - centre, normal) >= -behind;
+        return dot(transformPoint(toObject, p) - center, normal) >= -behind;
     }
 };
 
@@ -143,7 +143,7 @@ class QuadricLight final : public SurfaceLight {
 
     bool hasFront() const { return m_flatAxis >= 0 && !m_emission.twoSided; }
     Front frontAt(float time) const {
-        return {placedAt(time).inverse, m_objectBounds.centre, m_flatNormal * normalSign(),
+        return {placedAt(time).inverse, m_objectBounds.center, m_flatNormal * normalSign(),
                 kMargin * m_objectBounds.radius};
     }
 
@@ -154,7 +154,7 @@ class QuadricLight final : public SurfaceLight {
     /// For a shape in a plane: whether the ray leaves towards a shining side and crosses the plane in the
     /// shape.
     bool mayMeetFlat(const Placed& placed, const V3f& p, const V3f& wi) const {
-        const V3f centre = m_objectBounds.centre, o = transformPoint(placed.inverse, p) - centre;
+        const V3f center = m_objectBounds.center, o = transformPoint(placed.inverse, p) - center;
         const V3f d = transformVector(placed.inverse, wi);
         const float height = o[m_flatAxis], margin = kMargin * m_objectBounds.radius;
         if (std::abs(height) <= margin)
@@ -166,7 +166,7 @@ class QuadricLight final : public SurfaceLight {
         // The shape a little larger and a little smaller, for its outer and inner rims.
         for (const float scale : {1.f, 1 - kMargin, 1 + kMargin}) {
             float t, u, v;
-            if (m_quadric.intersect(centre + o * scale, d, 0, kInfinity, t, u, v))
+            if (m_quadric.intersect(center + o * scale, d, 0, kInfinity, t, u, v))
                 return true;
         }
         return false;

@@ -21,14 +21,14 @@ bool isSimilarity(const M44f& m) {
 
 /// A sphere as seen from a point.
 struct View {
-    V3f to; ///< from the point to the centre
+    V3f to; ///< from the point to the center
     float d2, r2;
     bool inside; ///< or so near that the cone is meaningless
     float oneMinusCosMax;
 };
 
 inline View viewOf(const BoundingSphere& s, const V3f& p) {
-    View v{s.centre - p, 0, sqr(s.radius), false, 2};
+    View v{s.center - p, 0, sqr(s.radius), false, 2};
     v.d2 = length2(v.to);
     // Within rounding of the surface, inside and outside cannot be told apart: both count as inside.
     v.inside = v.d2 <= v.r2 * (1 + 1e-5f);

@@ -113,11 +113,11 @@ void IrregularBrdf::keyLanes(const V3Lanes& wo, const V3Lanes& wi, int begin, in
 }
 
 IrregularBrdf::Search IrregularBrdf::searchOf(const Block& block, const List& candidates) const {
-    const V3f centre = block.lo + V3f(block.side / 2);
+    const V3f center = block.lo + V3f(block.side / 2);
     const float halfDiagonal = block.side * std::sqrt(3.f) / 2 + kSlack;
     Smallest3 nearest;
     for (const uint32_t k : candidates)
-        nearest.add(length2(m_samples[k].key - centre));
+        nearest.add(length2(m_samples[k].key - center));
     // The distance of the third nearest sample changes no faster than the point moves.
     const float third = std::sqrt(nearest.c);
     return {searchRadius2(sqr(std::max(0.f, third - halfDiagonal))),
@@ -137,7 +137,7 @@ void IrregularBrdf::buildCells() {
     List all(m_samples.size());
     std::iota(all.begin(), all.end(), 0u);
     std::sort(all.begin(), all.end(), [&](uint32_t a, uint32_t b) {
-        return m_samples[a].key.z < m_samples[b].key.z; // so that a cell needs neighbours
+        return m_samples[a].key.z < m_samples[b].key.z; // so that a cell needs neighbors
     });
     m_cells.resize(size_t(kCells) * kCells * kCells);
     forEachBlock({0, 0, 0}, 1, kCoarse, [&](const Block& coarse) {

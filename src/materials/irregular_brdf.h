@@ -11,7 +11,7 @@
 namespace strobe {
 
 /// Samples in the space of (sinθi sinθo, Δφ/π, cosθi cosθo), where near pairs have near values (Marschner's
-/// parametrisation), and their mean around any point. Immutable after construction.
+/// parametrization), and their mean around any point. Immutable after construction.
 class IrregularBrdf {
   public:
     struct Sample {

@@ -7,12 +7,12 @@
 namespace strobe {
 namespace {
 
-const ParamDef<RgbInput> kBaseColour{"basecolor", Rgb(1), "diffuse albedo, or reflectance of a metal"};
+const ParamDef<RgbInput> kBaseColor{"basecolor", Rgb(1), "diffuse albedo, or reflectance of a metal"};
 const ParamDef<FloatInput> kMetallic{"metallic", 1.f, "0: dielectric, 1: metal"};
 const ParamDef<FloatInput> kRoughness{"roughness", 1.f, "its square is GGX's alpha; below 0.03 a mirror"};
 const ParamDef<FloatInput> kIor{"ior", 1.5f, "index of refraction of the dielectric"};
 const ParamDef<FloatInput> kSpecular{"specular", 1.f, "factor of the dielectric's reflection"};
-const ParamDef<RgbInput> kSpecularColour{"specularcolor", Rgb(1), "its colour at normal incidence"};
+const ParamDef<RgbInput> kSpecularColor{"specularcolor", Rgb(1), "its color at normal incidence"};
 const ParamDef<FloatInput> kTransmission{"transmission", 0.f,
                                          "how much goes through instead of being diffused; thin walls"};
 const ParamDef<FloatInput> kClearcoat{"clearcoat", 0.f, "strength of a coat of lacquer"};
@@ -142,11 +142,11 @@ class MetallicRoughness : public Material {
         : m_in(std::move(inputs)), m_transmits(m_in.transmission.texture || m_in.transmission.constant > 0) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
-        fill(q, m_in.baseColour.at(q), m_in.packed ? m_in.packed->rgb(q) : Rgb(1), bsdf);
+        fill(q, m_in.baseColor.at(q), m_in.packed ? m_in.packed->rgb(q) : Rgb(1), bsdf);
     }
     void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const override {
         RgbLanes base, packed;
-        m_in.baseColour.atLanes(q, begin, end, base);
+        m_in.baseColor.atLanes(q, begin, end, base);
         if (m_in.packed)
             m_in.packed->rgbLanes(q, begin, end, packed);
         for (int i = begin; i < end; ++i)
@@ -210,7 +210,7 @@ class MetallicRoughness : public Material {
 
     bool isSmooth() const override { return true; }
     bool isDiffuse() const override { return m_in.metallic.constant < .5f && !m_transmits; }
-    bool isTextured() const override { return m_in.baseColour.texture != nullptr; }
+    bool isTextured() const override { return m_in.baseColor.texture != nullptr; }
     Rgb albedo(const Bsdf& bsdf) const override {
         const Data& data = bsdf.as<Data>();
         return Rgb(data.diffuse) * kPi + Rgb(data.f0) + Rgb(data.through);
@@ -218,9 +218,9 @@ class MetallicRoughness : public Material {
     bool transmits() const override { return m_transmits; }
     bool needsFootprint() const override {
         const auto textureNeeds = [](const auto& texture) { return texture && texture->needsFootprint(); };
-        return m_in.baseColour.needsFootprint() || m_in.metallic.needsFootprint() ||
+        return m_in.baseColor.needsFootprint() || m_in.metallic.needsFootprint() ||
                m_in.roughness.needsFootprint() || textureNeeds(m_in.packed) || m_in.ior.needsFootprint() ||
-               m_in.specular.needsFootprint() || m_in.specularColour.needsFootprint() ||
+               m_in.specular.needsFootprint() || m_in.specularColor.needsFootprint() ||
                m_in.transmission.needsFootprint() || m_in.clearcoat.needsFootprint() ||
                m_in.clearcoatRoughness.needsFootprint() || textureNeeds(m_in.normalMap);
     }
@@ -255,8 +255,7 @@ class MetallicRoughness : public Material {
         const float metallic = clamp01(m_in.metallic.at(q) * packed.z);
         const float roughness = m_in.roughness.at(q) * packed.y;
         const float ior = std::max(m_in.ior.at(q), 0.f), specular = clamp01(m_in.specular.at(q));
-        const Rgb f0 =
-            clamp01(nonNegative(m_in.specularColour.at(q)) * sqr((ior - 1) / (ior + 1))) * specular;
+        const Rgb f0 = clamp01(nonNegative(m_in.specularColor.at(q)) * sqr((ior - 1) / (ior + 1))) * specular;
         const float transmission = m_transmits ? clamp01(m_in.transmission.at(q)) : 0.f;
         const Rgb body = base * (1 - metallic);
         Data& data = bsdf.as<Data>();
@@ -283,16 +282,16 @@ std::shared_ptr<const Material> makeMetallicRoughness(const MetallicRoughnessInp
 Plugin<std::shared_ptr<const Material>> metallicRoughnessPlugin() {
     return {"metallicroughness",
             "glTF's: diffuse, or metal, under a GGX gloss; thin transmission; clearcoat",
-            {kBaseColour, kMetallic, kRoughness, kIor, kSpecular, kSpecularColour, kTransmission, kClearcoat,
+            {kBaseColor, kMetallic, kRoughness, kIor, kSpecular, kSpecularColor, kTransmission, kClearcoat,
              kClearcoatRoughness, kNormalMap, kNormalScale},
             [](const ParamSet& params, const BuildContext&) {
                 MetallicRoughnessInputs in;
-                in.baseColour = params.get(kBaseColour);
+                in.baseColor = params.get(kBaseColor);
                 in.metallic = params.get(kMetallic);
                 in.roughness = params.get(kRoughness);
                 in.ior = params.get(kIor);
                 in.specular = params.get(kSpecular);
-                in.specularColour = params.get(kSpecularColour);
+                in.specularColor = params.get(kSpecularColor);
                 in.transmission = params.get(kTransmission);
                 in.clearcoat = params.get(kClearcoat);
                 in.clearcoatRoughness = params.get(kClearcoatRoughness);

@@ -44,7 +44,7 @@ inline uint32_t scrambleReversed(uint32_t x, uint32_t seed) {
     return x;
 }
 
-/// 32 bits, reversed, as a float in [0, 1): as unitFloat, in a form that compilers vectorise.
+/// 32 bits, reversed, as a float in [0, 1): as unitFloat, in a form that compilers vectorize.
 inline float toFloat(uint32_t reversed) { return float(int32_t(reverseBits(reversed) >> 8)) * 0x1p-24f; }
 
 /// Member `index` of the shuffled sequence: Owen's scramble of the index keeps aligned blocks of 2^m
@@ -95,7 +95,7 @@ struct MemberLanes {
         uint64_t domain = ranges.front().domain;
         Seeds s = seedsOf(domain, dimension);
         for (const SampleRange& range : ranges) {
-            if (range.domain != domain) // neighbours are often samples of one pixel
+            if (range.domain != domain) // neighbors are often samples of one pixel
                 domain = range.domain, s = seedsOf(domain, dimension);
             if (range.n == 1) { // as of bounces
                 member[n] = range.first, order[n] = s.order, x[n] = s.x, y[n] = s.y;

@@ -8,7 +8,7 @@ namespace {
 
 const ParamDef<int> kXSamples{"xsamples", 4, "strata across a pixel"};
 const ParamDef<int> kYSamples{"ysamples", 4, "strata down a pixel"};
-const ParamDef<bool> kJitter{"jitter", true, "random places within the strata; false: their centres"};
+const ParamDef<bool> kJitter{"jitter", true, "random places within the strata; false: their centers"};
 
 /// A grid of strata for `total` points.
 struct Grid {

@@ -169,7 +169,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("-o,--output", options.outputs, "output file (.exr, .png or .part); may be given again")
         ->allow_extra_args(false);
     addPictureOptions(app, options.picture);
-    options.build.colour = options.picture.colour;
+    options.build.color = options.picture.color;
     app.add_flag("--print-ocio", options.printOcio, "print the built-in OpenColorIO config, and stop");
     app.add_option("--threads", options.threads, "threads; 0: one per core")->transform(integerFrom<int>(0));
     app.add_option("--tile", options.tile, "tile size in pixels; never changes the picture")
@@ -196,7 +196,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
     app.add_option("--crypto-depth", options.cryptoLevels,
                    "how many things a pixel of a Cryptomatte layer can name")
         ->transform(integerBetween(1, 200));
-    app.add_option("--heatmap", options.heatmapFile, "write a layer in false colour, with its scale (.png)");
+    app.add_option("--heatmap", options.heatmapFile, "write a layer in false color, with its scale (.png)");
     app.add_option("--heatmap-of", heatmapOf, "the layer that --heatmap shows");
     app.add_option("--samples", options.samplesFile,
                    "write every visibility sample as CSV: of a small --crop, unless the disk is large");

@@ -23,7 +23,7 @@ ExrSettings exrCalled(const std::string& words) {
 
 void addPictureOptions(CLI::App& app, PictureOptions& options) {
     if (const char* file = std::getenv("OCIO"))
-        options.colour = std::make_shared<const ColourConfig>(file);
+        options.color = std::make_shared<const ColorConfig>(file);
     app.add_option_function<std::string>(
         "--exr", [&options](const std::string& words) { options.exr = exrCalled(words); },
         "how EXRs are stored, words with commas between: float or half; none, rle, zips, "
@@ -38,8 +38,8 @@ void addPictureOptions(CLI::App& app, PictureOptions& options) {
 OutputSettings outputSettingsOf(const PictureOptions& options, int threads) {
     OutputSettings settings{options.exposure, {}, options.exr, threads};
     if (!options.view.isDefault())
-        settings.view = options.colour->view(options.view);
-    settings.exr.space = options.colour->workingSpace();
+        settings.view = options.color->view(options.view);
+    settings.exr.space = options.color->workingSpace();
     return settings;
 }
 

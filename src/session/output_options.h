@@ -15,7 +15,7 @@ struct PictureOptions {
     ViewSettings view;  ///< of PNGs
     float exposure = 0; ///< of PNGs, in stops
     ExrSettings exr;
-    std::shared_ptr<const ColourConfig> colour = std::make_shared<const ColourConfig>();
+    std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
 };
 
 /// Takes the config of $OCIO, too. `options` is referred to until the command line is parsed.

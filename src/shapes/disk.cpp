@@ -95,7 +95,7 @@ class Disk : public Quadric {
         QuadricPoint q;
         q.p = V3f(outward * r + V3d(0, 0, m_height));
         q.n = {0, 0, 1};
-        // Not zero at the centre, where only the direction is wanted.
+        // Not zero at the center, where only the direction is wanted.
         q.dpdu = V3f(V3d(-outward.y, outward.x, 0) * (m_phiMax * std::max(r, kPoleRadius * m_radius)));
         q.dpdv = V3f(outward * -width);
         q.uv = {u, static_cast<float>((m_radius - r) / width)};

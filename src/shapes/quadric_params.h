@@ -11,7 +11,7 @@ using Imath::V2d;
 using Imath::V3d;
 
 inline constexpr double kTwoPi = 6.283185307179586;
-/// Relative radius within which dp/du is that of this radius: it vanishes at poles and centres.
+/// Relative radius within which dp/du is that of this radius: it vanishes at poles and centers.
 inline constexpr double kPoleRadius = 1e-5;
 
 inline const ParamDef<float> kPhiMax{"phimax", 360, "how far the shape goes about the z axis, in degrees"};

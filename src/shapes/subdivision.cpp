@@ -75,7 +75,7 @@ std::unique_ptr<Far::TopologyRefiner> refine(const std::vector<uint32_t>& indice
     if (!refiner)
         throw Error(where, "OpenSubdiv cannot make a surface of this mesh");
     Far::TopologyRefiner::UniformOptions options(levels);
-    options.fullTopologyInLastLevel = true; // limits need the neighbours
+    options.fullTopologyInLastLevel = true; // limits need the neighbors
     refiner->RefineUniform(options);
     return refiner;
 }
@@ -91,7 +91,7 @@ std::vector<uint32_t> finestTriangles(const Far::TopologyRefiner& refiner) {
     return indices;
 }
 
-/// Vertices at which the limit has no normal (folded or collapsed neighbourhoods) get the mean of their
+/// Vertices at which the limit has no normal (folded or collapsed neighborhoods) get the mean of their
 /// triangles', so that shading never meets a zero normal that the triangles do not have themselves.
 void replaceMissingNormals(const std::vector<uint32_t>& indices, const std::vector<V3f>& positions,
                            std::vector<V3f>& normals) {
@@ -116,16 +116,16 @@ void replaceMissingNormals(const std::vector<uint32_t>& indices, const std::vect
 // below). Half of the Killeroo's vertices are irregular; OpenSubdiv's normals differ from pbrt's by 3 degrees
 // (RMS) on it at one level, and so would its picture.
 
-/// Weight of each of n neighbours in refinement (Warren 1995, as in Pharr et al., "Physically Based
+/// Weight of each of n neighbors in refinement (Warren 1995, as in Pharr et al., "Physically Based
 /// Rendering").
 float refinementWeight(size_t n) { return n == 3 ? 3.f / 16 : 3.f / (8 * static_cast<float>(n)); }
 constexpr float kBoundaryRefinementWeight = 1.f / 8;
 
-/// Weight of each of n neighbours in the limit.
+/// Weight of each of n neighbors in the limit.
 float limitWeight(size_t n) { return 1 / (static_cast<float>(n) + 3 / (8 * refinementWeight(n))); }
 constexpr float kBoundaryLimitWeight = 1.f / 5;
 
-/// The neighbours of a vertex, counter-clockwise; at a boundary from its one end to the other.
+/// The neighbors of a vertex, counter-clockwise; at a boundary from its one end to the other.
 struct Ring {
     enum class Kind { Inner, Boundary, NonManifold } kind = Kind::Inner;
     std::vector<V3f> points; ///< unordered if not manifold
@@ -141,24 +141,24 @@ struct Ring {
             points.push_back(positions[ends[0] == vertex ? ends[1] : ends[0]]);
         }
     }
-    /// The centre and its neighbours, weighted. Where sheets meet that are no surface, the centre stays.
-    V3f blend(const V3f& centre, float innerWeight, float boundaryWeight) const {
+    /// The center and its neighbors, weighted. Where sheets meet that are no surface, the center stays.
+    V3f blend(const V3f& center, float innerWeight, float boundaryWeight) const {
         if (kind == Kind::NonManifold)
-            return centre;
+            return center;
         if (kind == Kind::Boundary)
-            return centre * (1 - 2 * boundaryWeight) + (points.front() + points.back()) * boundaryWeight;
+            return center * (1 - 2 * boundaryWeight) + (points.front() + points.back()) * boundaryWeight;
         V3f sum(0);
         for (const V3f& p : points)
             sum += p;
-        return centre * (1 - static_cast<float>(points.size()) * innerWeight) + sum * innerWeight;
+        return center * (1 - static_cast<float>(points.size()) * innerWeight) + sum * innerWeight;
     }
     /// The cross product of two tangents; zero where there are none.
-    V3f tangentNormal(const V3f& centre) const {
+    V3f tangentNormal(const V3f& center) const {
         switch (kind) {
         case Kind::Inner:
-            return innerNormal(centre);
+            return innerNormal(center);
         case Kind::Boundary:
-            return cross(points.front() - points.back(), inwardTangent(centre));
+            return cross(points.front() - points.back(), inwardTangent(center));
         case Kind::NonManifold:
             break;
         }
@@ -166,25 +166,25 @@ struct Ring {
     }
 
   private:
-    V3f innerNormal(const V3f& centre) const {
+    V3f innerNormal(const V3f& center) const {
         V3f s(0), t(0);
         for (size_t i = 0; i < points.size(); ++i) {
             const float angle = 2 * kPi * static_cast<float>(i) / static_cast<float>(points.size());
-            s += (points[i] - centre) * std::cos(angle); // the weights sum to 0: less to cancel
-            t += (points[i] - centre) * std::sin(angle);
+            s += (points[i] - center) * std::cos(angle); // the weights sum to 0: less to cancel
+            t += (points[i] - center) * std::sin(angle);
         }
         return cross(s, t);
     }
     /// The tangent across a boundary, into the surface.
-    V3f inwardTangent(const V3f& centre) const {
+    V3f inwardTangent(const V3f& center) const {
         const size_t n = points.size();
         const V3f ends = points.front() + points.back();
         if (n == 2)
-            return ends - centre * 2;
+            return ends - center * 2;
         if (n == 3)
-            return points[1] - centre;
+            return points[1] - center;
         if (n == 4)
-            return (points[1] + points[2]) * 2 - ends - centre * 2;
+            return (points[1] + points[2]) * 2 - ends - center * 2;
         const float theta = kPi / static_cast<float>(n - 1);
         V3f t = ends * -std::sin(theta);
         for (size_t k = 1; k + 1 < n; ++k)

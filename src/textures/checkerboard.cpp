@@ -95,7 +95,7 @@ TexturePtr create(const ParamSet& params, const BuildContext& context, const Tex
 } // namespace
 
 Plugin<TexturePtr, const TextureArgs&> checkerboardTexturePlugin() {
-    std::vector<ParamInfo> table{kTex1.colour, kTex2.colour, kDimension, kAaMode};
+    std::vector<ParamInfo> table{kTex1.color, kTex2.color, kDimension, kAaMode};
     const std::vector<ParamInfo> mapping = mappingParams();
     table.insert(table.end(), mapping.begin(), mapping.end());
     return {"checkerboard", "squares of two textures, filtered in closed form", table, create};

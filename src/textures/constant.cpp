@@ -9,13 +9,13 @@ const InputDef kValue{"value", 1, "the value"};
 
 class Constant : public Texture {
   public:
-    Constant(const Rgb& colour, float value) : m_colour(colour), m_value(value) {}
-    Rgb rgb(const TextureQuery&) const override { return m_colour; }
+    Constant(const Rgb& color, float value) : m_color(color), m_value(value) {}
+    Rgb rgb(const TextureQuery&) const override { return m_color; }
     float value(const TextureQuery&) const override { return m_value; }
     bool isConstant() const override { return true; }
 
   private:
-    Rgb m_colour;
+    Rgb m_color;
     float m_value;
 };
 
@@ -24,11 +24,11 @@ class Constant : public Texture {
 Plugin<TexturePtr, const TextureArgs&> constantTexturePlugin() {
     return {"constant",
             "the same value everywhere",
-            {kValue.colour},
+            {kValue.color},
             [](const ParamSet& params, const BuildContext&, const TextureArgs& args) -> TexturePtr {
                 const Input input(params, args, kValue);
                 if (!input.isConstant())
-                    throw Error(params.whereIs(kValue.colour),
+                    throw Error(params.whereIs(kValue.color),
                                 "the value of a constant texture must not vary");
                 return std::make_shared<const Constant>(input.rgb({}), input.value({}));
             }};

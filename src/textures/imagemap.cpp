@@ -16,7 +16,7 @@ const ParamDef<float> kGamma{"gamma", 1.f, "pbrt-v2: linear = stored^gamma; v3: 
 const ParamDef<std::string> kEncoding{
     "encoding", "",
     "of 8- and 16-bit files: sRGB (default in v4), linear (default in v2) or \"gamma 2.2\"; of all files: a "
-    "colour space of the OpenColorIO config"};
+    "color space of the OpenColorIO config"};
 const ParamDef<std::string> kFilter{"filter", "EWA",
                                     "point and bilinear: no filtering; trilinear and EWA: by the footprint"};
 const ParamDef<bool> kTrilinear{"trilinear", false, "accepted: filtered by the footprint all the same"};
@@ -110,7 +110,7 @@ Transfer encodingFrom(const ParamSet& params, const BuildContext& context) {
         throw Error(params.whereIs(kEncoding), "\"gamma\" is followed by a positive number");
     }
     try {
-        return Transfer::of(*context.colour, name, params.whereIs(kEncoding));
+        return Transfer::of(*context.color, name, params.whereIs(kEncoding));
     } catch (const Error& e) {
         throw Error(e.location, std::string("neither sRGB, linear nor gamma and a number; of ") + e.what());
     }
@@ -133,7 +133,7 @@ Transfer transferFrom(const ParamSet& params, const BuildContext& context, const
     const Transfer usual{context.conventions == Conventions::PbrtV4 ? Transfer::Srgb : Transfer::Linear};
     if (args.isFloat) // numbers, of which a config's rules know nothing
         return usual;
-    return Transfer::ofFile(*context.colour, params.get(kFilename).path, params.whereIs(kFilename), usual);
+    return Transfer::ofFile(*context.color, params.get(kFilename).path, params.whereIs(kFilename), usual);
 }
 
 TexturePtr create(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {

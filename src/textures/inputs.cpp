@@ -33,26 +33,26 @@ Input::Input(const ParamSet& params, const TextureArgs& args, const InputDef& de
     if (m_isFloat)
         m_scalar = params.get(def.scalar);
     else
-        m_colour = params.get(def.colour);
+        m_color = params.get(def.color);
 }
 
 float Input::value(const TextureQuery& q) const {
     if (m_isFloat)
         return m_scalar.at(q);
-    if (m_colour.texture)
-        return m_colour.texture->value(q);
-    return (m_colour.constant.x + m_colour.constant.y + m_colour.constant.z) / 3;
+    if (m_color.texture)
+        return m_color.texture->value(q);
+    return (m_color.constant.x + m_color.constant.y + m_color.constant.z) / 3;
 }
 
 void Input::rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const {
     if (!m_isFloat)
-        return m_colour.atLanes(q, begin, end, out);
+        return m_color.atLanes(q, begin, end, out);
     for (int i = begin; i < end; ++i)
         out.set(i, Rgb(m_scalar.at(q.at(i))));
 }
 
 bool Input::isConstant() const {
-    const TexturePtr& texture = m_isFloat ? m_scalar.texture : m_colour.texture;
+    const TexturePtr& texture = m_isFloat ? m_scalar.texture : m_color.texture;
     return !texture || texture->isConstant();
 }
 

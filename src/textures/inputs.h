@@ -1,4 +1,4 @@
-// What textures share: inputs that are numbers, colours or other textures, and mappings to two dimensions.
+// What textures share: inputs that are numbers, colors or other textures, and mappings to two dimensions.
 #pragma once
 
 #include "core/params/plugin.h"
@@ -9,22 +9,22 @@ namespace strobe {
 
 /// An input of a texture, of the texture's own type: float or rgb.
 struct InputDef {
-    ParamDef<RgbInput> colour;
+    ParamDef<RgbInput> color;
     ParamDef<FloatInput> scalar;
     InputDef(const char* name, float fallback, const char* doc, const char* alias = nullptr)
-        : colour{name, Rgb(fallback), doc, alias}, scalar{name, fallback, doc, alias} {}
+        : color{name, Rgb(fallback), doc, alias}, scalar{name, fallback, doc, alias} {}
 };
 
-/// The value of such an input. A float given to an rgb texture is grey, as in pbrt-v4.
+/// The value of such an input. A float given to an rgb texture is gray, as in pbrt-v4.
 class Input {
   public:
     /// Throws a located Error as ParamSet::get does.
     Input(const ParamSet& params, const TextureArgs& args, const InputDef& def);
-    Rgb rgb(const TextureQuery& q) const { return m_isFloat ? Rgb(m_scalar.at(q)) : m_colour.at(q); }
+    Rgb rgb(const TextureQuery& q) const { return m_isFloat ? Rgb(m_scalar.at(q)) : m_color.at(q); }
     float value(const TextureQuery& q) const;
     /// `rgb` of queries `begin` to `end`.
     void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const;
-    bool needsFootprint() const { return m_scalar.needsFootprint() || m_colour.needsFootprint(); }
+    bool needsFootprint() const { return m_scalar.needsFootprint() || m_color.needsFootprint(); }
     bool isConstant() const;
     /// True when both are known to be the same everywhere.
     bool equals(const Input& other) const;
@@ -32,7 +32,7 @@ class Input {
   private:
     bool m_isFloat;
     FloatInput m_scalar;
-    RgbInput m_colour;
+    RgbInput m_color;
 };
 
 /// A point of a two-dimensional texture with the axes of its footprint.

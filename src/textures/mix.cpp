@@ -45,7 +45,7 @@ class Mix : public Texture {
 Plugin<TexturePtr, const TextureArgs&> mixTexturePlugin() {
     return {"mix",
             "a blend of two textures",
-            {kTex1.colour, kTex2.colour, kAmount},
+            {kTex1.color, kTex2.color, kAmount},
             [](const ParamSet& params, const BuildContext&, const TextureArgs& args) -> TexturePtr {
                 return std::make_shared<const Mix>(Input(params, args, kTex1), Input(params, args, kTex2),
                                                    params.get(kAmount));

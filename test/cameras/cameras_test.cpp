@@ -41,7 +41,7 @@ M44f placement(const V3f& scale, float degrees, const V3f& t) {
     return s * r * m;
 }
 
-/// The pixel's size across the ray at distance 1, from differences of neighbouring rays.
+/// The pixel's size across the ray at distance 1, from differences of neighboring rays.
 float measuredSpread(const Camera& camera, const V2f& film) {
     const float h = .25f;
     const V3f dx = (rayAt(camera, film + V2f(h, 0)).d - rayAt(camera, film - V2f(h, 0)).d) / (2 * h);
@@ -86,7 +86,7 @@ TEST(Cameras, LanesAreTheSameRays) {
 
 TEST(Perspective, LooksAlongZWithRightAndUp) {
     const auto camera = make(perspectivePlugin(), {100, 100}); // 90 degrees
-    expectDirection(rayAt(*camera, {50, 50}).d, {0, 0, 1}, "centre");
+    expectDirection(rayAt(*camera, {50, 50}).d, {0, 0, 1}, "center");
     expectDirection(rayAt(*camera, {100, 50}).d, {1, 0, 1}, "right");
     expectDirection(rayAt(*camera, {50, 0}).d, {0, 1, 1}, "top");
     expectDirection(rayAt(*camera, {0, 0}).d, {-1, 1, 1}, "top left");

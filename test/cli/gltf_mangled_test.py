@@ -187,10 +187,10 @@ def node_cases():
 
 
 def material_cases():
-    colour = "materials.0.pbrMetallicRoughness."
+    color = "materials.0.pbrMetallicRoughness."
     yield "no such material", edited(PRIMITIVE + ".material", 99), "there is no material 99"
-    yield "no such texture", edited(colour + "baseColorTexture.index", 99), "there is no texture 99"
-    yield "negative texture", edited(colour + "baseColorTexture.index", -1), "out of range"
+    yield "no such texture", edited(color + "baseColorTexture.index", 99), "there is no texture 99"
+    yield "negative texture", edited(color + "baseColorTexture.index", -1), "out of range"
     yield "no such image", edited("textures.0.source", 99), "there is no image 99"
     yield "no such sampler", edited("textures.0.sampler", 99), "there is no sampler 99"
     yield "image of no view", edited("images.0.bufferView", 99), "images[0].bufferView: there is no bufferView 99"
@@ -200,7 +200,7 @@ def material_cases():
     yield "image outside, in code", edited("images.0", {"uri": "%2e%2e/x.png"}), "leads out of the file's folder"
     yield "image without bytes", edited("images.0", {"uri": "data:image/png;base64,"}), "images[0].uri: is empty"
     yield "image without source", edited("images.0", {}), "images[0]: needs a uri or a bufferView"
-    yield "two colours", edited(colour + "baseColorFactor", [1, 1]), "baseColorFactor"
+    yield "two colors", edited(color + "baseColorFactor", [1, 1]), "baseColorFactor"
 
 
 def motion_cases():
@@ -253,7 +253,7 @@ def harmless_cases():
     yield "as it is", whole.bytes(), ""
     yield "a key twice, of which the last counts", pack(twice, whole.binary), ""
     yield "nothing to see", text(b'{"asset": {"version": "2.0"}}'), ""
-    yield "path colour", edited("animations.0.channels.0.target.path", "colour"), "\"colour\" is not animated"
+    yield "path color", edited("animations.0.channels.0.target.path", "color"), "\"color\" is not animated"
     yield "unneeded extension", edited("extensionsUsed.1", "ACME_secret"), "ACME_secret is ignored"
 
 

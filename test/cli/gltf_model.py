@@ -13,7 +13,7 @@ from strobe_gltf.glb import Glb  # noqa: E402
 
 
 def png(width=2, height=2):
-    """A greyish picture."""
+    """A grayish picture."""
     def chunk(kind, data):
         body = kind + data
         return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
@@ -28,14 +28,14 @@ def floats(*values):
 
 
 # Accessors, in the order in which they are added.
-(POSITION, NORMAL, UV, COLOUR, JOINTS, WEIGHTS, INDICES, TARGET, MATRICES, TIMES, MOVES, TURNS, STRENGTHS,
+(POSITION, NORMAL, UV, COLOR, JOINTS, WEIGHTS, INDICES, TARGET, MATRICES, TIMES, MOVES, TURNS, STRENGTHS,
  SPARSE) = range(14)
 # Nodes.
 CAMERA, LIGHT, BODY, HIP, KNEE, FLOOR, SCARF = range(7)
 
 
 def model():
-    """A quad that is skinned, morphed, textured and coloured, above one that rests, with lights, camera and motion."""
+    """A quad that is skinned, morphed, textured and colored, above one that rests, with lights, camera and motion."""
     glb = Glb()
     corners = floats([-1, 0, 0], [1, 0, 0], [-1, 2, 0], [1, 2, 0])
     glb.add(corners, "VEC3", min=[-1, 0, 0], max=[1, 2, 0])
@@ -60,7 +60,7 @@ def model():
     root["samplers"] = [{"magFilter": 9729, "wrapS": 10497}]
     root["textures"] = [{"source": 0, "sampler": 0}]
     root["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}}, {}]
-    attributes = {"POSITION": POSITION, "NORMAL": NORMAL, "TEXCOORD_0": UV, "COLOR_0": COLOUR}
+    attributes = {"POSITION": POSITION, "NORMAL": NORMAL, "TEXCOORD_0": UV, "COLOR_0": COLOR}
     moved = dict(attributes, JOINTS_0=JOINTS, WEIGHTS_0=WEIGHTS)
     root["meshes"] = [
         {"primitives": [{"attributes": moved, "indices": INDICES, "material": 0, "targets": [{"POSITION": TARGET}]}],

@@ -1,4 +1,4 @@
-"""What the program's pictures say, as other programs read them: colours as oiiotool shows them, EXRs as OpenImageIO,
+"""What the program's pictures say, as other programs read them: colors as oiiotool shows them, EXRs as OpenImageIO,
 exrheader and Blender open them. Usage: outputs_test.py PATH_OF_STROBE [unittest arguments]"""
 import os
 import re
@@ -87,7 +87,7 @@ class OutputTest(CliTest):
             del os.environ["OCIO"]
 
 
-class Colour(OutputTest):
+class Color(OutputTest):
     def setUp(self):
         super().setUp()
         self.write("builtin.ocio", self.run_strobe("--print-ocio").out)
@@ -277,7 +277,7 @@ class ExrFiles(OutputTest):
 
     @unittest.skipUnless(shutil.which("blender"), "there is no blender")
     def test_blender_opens_them(self):
-        """Its compositor finds the colour and the layers by name, and their values."""
+        """Its compositor finds the color and the layers by name, and their values."""
         self.render_all()
         self.write("open.py", BLENDER)
         files = [self.path(f"{k}.exr") for k in range(len(self.KINDS))]

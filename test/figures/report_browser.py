@@ -137,14 +137,14 @@ class PageTest(unittest.TestCase):
             return [...read(c).getImageData(0, 0, c.width, c.height).data]""", item, index)
 
     def scale(self, value):
-        """The colour of an error, as the bar under the stage has it."""
+        """The color of an error, as the bar under the stage has it."""
         return self.js(READ + """const c = document.querySelector('#balls .scale canvas');
             const x = Math.round(arguments[0] * (c.width - 1));
             return [...read(c).getImageData(x, 0, 1, 1).data].slice(0, 3)""", value)
 
-    def close(self, colour, expected, tolerance=3):
-        difference = max(abs(a - b) for a, b in zip(colour, expected))
-        self.assertLessEqual(difference, tolerance, f"{colour} is not {expected}")
+    def close(self, color, expected, tolerance=3):
+        difference = max(abs(a - b) for a, b in zip(color, expected))
+        self.assertLessEqual(difference, tolerance, f"{color} is not {expected}")
 
     def keep(self, name, width):
         """A picture of the whole page, where the caller asks for pictures."""

@@ -32,17 +32,17 @@ def encoded(linear):
 
 
 def scene():
-    """Three lit balls over a floor: linear, brighter than 1 in the highlights, with a grey margin of known value."""
+    """Three lit balls over a floor: linear, brighter than 1 in the highlights, with a gray margin of known value."""
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float64)
     floor, sky = 0.12 + 0.1 * ((x // 16 + y // 12) % 2), 0.45 - y / 400
     picture = np.where(y > 105, floor, sky)[..., None] * [0.92, 0.97, 1.05]
     light = np.array([-0.5, -0.65, 0.57])
     balls = (80, 85, 38, (0.7, 0.16, 0.1)), (150, 98, 30, (0.12, 0.4, 0.6)), (205, 112, 20, (0.75, 0.6, 0.2))
-    for cx, cy, r, colour in balls:
+    for cx, cy, r, color in balls:
         dx, dy = (x - cx) / r, (y - cy) / r
         normal = np.stack([dx, dy, np.sqrt(np.maximum(0, 1 - dx * dx - dy * dy))], axis=-1)
         cosine = np.clip(normal @ light, 0, None)[..., None]
-        ball = (0.06 + cosine) * np.array(colour) + 6 * cosine ** 60
+        ball = (0.06 + cosine) * np.array(color) + 6 * cosine ** 60
         inside = dx * dx + dy * dy < 1
         picture[inside] = ball[inside]
     picture[:, :20] = GREY
@@ -70,7 +70,7 @@ def images():
              for spp, noise in NOISE.items()]
     reference = {"label": "reference", "file": "reference.exr", "caption": HOSTILE}
     return {"kind": "images", "id": "balls", "title": "Noise against samples",
-            "text": "Three balls.\n\nThe margin is grey.", "images": [reference] + noisy, "reference": 0,
+            "text": "Three balls.\n\nThe margin is gray.", "images": [reference] + noisy, "reference": 0,
             "crops": [[60, 60, 45, 30], [135, 75, 30, 30]]}
 
 

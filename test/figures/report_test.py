@@ -151,7 +151,7 @@ class ReportPage(PageTest):
         self.open(1280)
         self.assertEqual(self.js(paper), dark)
 
-    def test_colours_stand_out_in_both_themes(self):
+    def test_colors_stand_out_in_both_themes(self):
         contrast = """const linear = (v) => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
             const light = (css) => {
               const c = document.createElement('canvas').getContext('2d');
@@ -195,10 +195,10 @@ class ReportPage(PageTest):
         self.assertEqual(self.thumbnail("balls", 1)[at:at + 3], [255, 0, 255], "what is no number is magenta")
 
     def test_wipe(self):
-        off, grey = srgb(sample.OFF_GREY), srgb(sample.GREY)
+        off, gray = srgb(sample.OFF_GREY), srgb(sample.GREY)
         slider = self.find("#balls .screen input[type=range]")
         self.press(slider, Keys.HOME)
-        self.close(self.stage(15, 80), [grey] * 3, 1)
+        self.close(self.stage(15, 80), [gray] * 3, 1)
         self.press(slider, Keys.END)
         self.close(self.stage(15, 80), [off] * 3, 1)
         self.press(slider, Keys.HOME, *[Keys.ARROW_RIGHT] * 10)
@@ -209,11 +209,11 @@ class ReportPage(PageTest):
         self.assertAlmostEqual(float(slider.get_attribute("value")), 0.35, delta=0.01)
 
     def test_flip(self):
-        off, grey = srgb(sample.OFF_GREY), srgb(sample.GREY)
+        off, gray = srgb(sample.OFF_GREY), srgb(sample.GREY)
         self.button("balls", "Flip").click()
         self.frames()
         self.close(self.stage(15, 80), [off] * 3, 1)
-        for shown in (grey, off, grey):
+        for shown in (gray, off, gray):
             self.press(self.find("#balls .stage"), Keys.SPACE)
             self.close(self.stage(15, 80), [shown] * 3, 1)
         self.assertFalse(self.find("#balls .divider").is_displayed())

@@ -122,7 +122,7 @@ TEST(Filters, WeightsAndMomentsAreTheFilters) {
     constexpr int n = 1 << 20; // of a rank-1 lattice: its error is near 1/n
     for (const auto& [name, filter, negative] : filters()) {
         const Moments exact = integrate(*filter);
-        EXPECT_NEAR(exact.mass, 1, 1e-4) << name << ": eval is not normalised";
+        EXPECT_NEAR(exact.mass, 1, 1e-4) << name << ": eval is not normalized";
         double weight = 0, x = 0, y = 0, xx = 0, yy = 0;
         for (int i = 0; i < n; ++i) {
             const double golden = (i + .5) * 0.61803398874989485;
@@ -144,7 +144,7 @@ TEST(Filters, WeightsAndMomentsAreTheFilters) {
 }
 
 TEST(Filters, ValuesArePbrts) {
-    // Ratios to the centre, from pbrt's formulas.
+    // Ratios to the center, from pbrt's formulas.
     const auto v2 = Conventions::PbrtV2;
     const auto gaussian = make(gaussianFilterPlugin(), {}, v2);
     EXPECT_EQ(gaussian->radius(), V2f(2));

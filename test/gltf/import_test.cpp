@@ -75,7 +75,7 @@ TEST_F(Gltf, StripsAndFansKeepTheirOrientation) {
     EXPECT_EQ(ofMode(6), (std::vector<uint32_t>{1, 2, 0, 2, 3, 0}));
 }
 
-TEST_F(Gltf, NormalisedInterleavedAndSparseAccessors) {
+TEST_F(Gltf, NormalizedInterleavedAndSparseAccessors) {
     GltfFile file;
     const int triangle = file.addTriangle();
     // Two unsigned shorts as fractions, eight bytes apart, in one buffer view.

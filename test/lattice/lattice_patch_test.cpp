@@ -126,7 +126,7 @@ TEST(PatchFile, TellsAllCellsApart) {
     EXPECT_EQ(file.tagOf(3, 5), again);
 }
 
-/// Batches of hits, each block in a window of its own; the windows of a batch are neighbours.
+/// Batches of hits, each block in a window of its own; the windows of a batch are neighbors.
 struct Batches {
     const Scene& scene;
     LaneSequence<VisibilityLanes> samples;
@@ -157,7 +157,7 @@ struct Batches {
     }
 };
 
-Rgb colourOf(uint64_t key) { return Rgb(random(key, 0), random(key, 1), random(key, 2)); }
+Rgb colorOf(uint64_t key) { return Rgb(random(key, 0), random(key, 1), random(key, 2)); }
 
 class LatticePatchBatches : public testing::TestWithParam<bool> {};
 
@@ -204,12 +204,12 @@ TEST_P(LatticePatchBatches, GiveWhatKeysGive) {
         for (const BatchLattice::Block& block : patches.blocks()) {
             ASSERT_TRUE(asked.insert(block.key).second);
             ASSERT_TRUE(keysAround(scene, lattice, batch.samples[block.sample], kBins).count(block.key));
-            patches.setValue(block, colourOf(block.key));
+            patches.setValue(block, colorOf(block.key));
         }
         size_t askedByKeys = 0;
         for (const BatchLattice::Block& block : keys.blocks()) {
             askedByKeys += asked.count(block.key);
-            keys.setValue(block, colourOf(block.key));
+            keys.setValue(block, colorOf(block.key));
         }
         if (!remembers) {
             ASSERT_EQ(asked.size(), keys.blocks().size());

@@ -62,7 +62,7 @@ struct ReachCase {
 constexpr double kFlat = 4;
 /// Of the eight cells around a hit the farthest corner is 3/2 cells away along each axis; a level's cells are
 /// up to 2^(1/4) times as long as was asked for. Stretched by 2, 1 and 0.3, a triangle may have been
-/// shortened by the root of 0.3 and the way to its neighbours doubled.
+/// shortened by the root of 0.3 and the way to its neighbors doubled.
 const double kStretched = 1.5 * std::sqrt(3) * std::pow(2, .25) * 2 / std::sqrt(.3);
 
 class LatticeReach : public testing::TestWithParam<ReachCase> {};

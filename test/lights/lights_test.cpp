@@ -200,13 +200,13 @@ TEST(EnvironmentMap, LooksUpPbrtsWay) {
     for (int i = 0; i < 32; ++i)
         image.pixels[size_t(i)] = Rgb(float(i % 8), float(i / 8), 0);
     const EnvironmentMap map(image);
-    const auto centre = [](int x, int y) {
+    const auto center = [](int x, int y) {
         const float phi = (float(x) + .5f) / 8 * 2 * kPi, theta = (float(y) + .5f) / 4 * kPi;
         return V3f(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
     };
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 8; ++x) {
-            const Rgb c = map.radiance(centre(x, y));
+            const Rgb c = map.radiance(center(x, y));
             EXPECT_NEAR(c.x, x, 1e-4);
             EXPECT_NEAR(c.y, y, 1e-4);
         }

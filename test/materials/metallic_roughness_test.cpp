@@ -10,7 +10,7 @@ namespace {
 
 MetallicRoughnessInputs inputs(float base, float metallic, float roughness) {
     MetallicRoughnessInputs in;
-    in.baseColour = Rgb(base);
+    in.baseColor = Rgb(base);
     in.metallic = metallic;
     in.roughness = roughness;
     return in;
@@ -51,10 +51,10 @@ TEST(MetallicRoughness, SpecularAndIndexScaleTheReflection) {
     const Rgb plain = glossOf();
     in.specular = .5f;
     EXPECT_NEAR(glossOf().x / plain.x, .5f, 1e-5f);
-    in.specular = 1, in.specularColour = Rgb(1, .25f, 0);
+    in.specular = 1, in.specularColor = Rgb(1, .25f, 0);
     EXPECT_NEAR(glossOf().y / plain.x, .25f, 1e-5f);
     EXPECT_EQ(glossOf().z, 0);
-    in.specularColour = Rgb(1), in.ior = 2;
+    in.specularColor = Rgb(1), in.ior = 2;
     EXPECT_NEAR(glossOf().x / plain.x, (1. / 9) / .04, 1e-4);
 }
 

@@ -348,7 +348,7 @@ TEST_F(SmoothMaterials, ExactlyGrazingAndOppositeDirectionsAreFinite) {
     }
 }
 
-/// Colours by place; as a number, too.
+/// Colors by place; as a number, too.
 class Stripes : public Texture {
   public:
     Rgb rgb(const TextureQuery& q) const override { return {q.uv.x, q.uv.y, .5f}; }

@@ -214,7 +214,7 @@ TEST(Stratified, OnePointPerStratumRowAndColumn) {
     }
 }
 
-TEST(Stratified, WithoutJitterPointsAreTheCentres) {
+TEST(Stratified, WithoutJitterPointsAreTheCenters) {
     const auto setup = make(stratifiedPlugin(),
                             Params().ints("xsamples", {3}).ints("ysamples", {2}).boolean("jitter", false));
     std::set<std::pair<int, int>> found;

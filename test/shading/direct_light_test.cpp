@@ -16,8 +16,8 @@ using Imath::V3d;
 
 /// Irradiance of unit radiance from a sphere that may dip below the horizon (Snyder 1996, "Area light sources
 /// for real-time graphics", whole and clipped).
-double sphere(const V3d& centre, double radius) {
-    const double d = centre.length(), mu = centre.z / d, s2 = radius * radius / (d * d);
+double sphere(const V3d& center, double radius) {
+    const double d = center.length(), mu = center.z / d, s2 = radius * radius / (d * d);
     if (mu * mu > s2)
         return mu > 0 ? M_PI * s2 * mu : 0;
     const double q = 1 / s2 - 1, k = std::sqrt(1 - mu * mu / s2);
@@ -25,7 +25,7 @@ double sphere(const V3d& centre, double radius) {
            std::atan(k / std::sqrt(q));
 }
 
-/// Of a disk parallel to the floor at height h, its centre at distance a from the point's normal.
+/// Of a disk parallel to the floor at height h, its center at distance a from the point's normal.
 double disk(double h, double radius, double a) {
     const double h2 = h * h, r2 = radius * radius, a2 = a * a, z = a2 + h2 + r2;
     return M_PI / 2 * (1 - (a2 + h2 - r2) / std::sqrt(z * z - 4 * r2 * a2));
@@ -77,12 +77,12 @@ const std::string kTwoSided =
 const std::string kFaceDown = "Rotate 180 1 0 0\n";
 const std::string kLater = "ActiveTransform EndTime\n", kAlways = "ActiveTransform All\n";
 
-/// The corners of kQuad turned by `degrees` about x and put at `centre`.
-std::vector<V3d> quadAt(const V3d& centre, double degrees) {
+/// The corners of kQuad turned by `degrees` about x and put at `center`.
+std::vector<V3d> quadAt(const V3d& center, double degrees) {
     const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
     std::vector<V3d> corners;
     for (const V3d& p : {V3d(-1, -.6, 0), V3d(1, -.6, 0), V3d(1, .6, 0), V3d(-1, .6, 0)})
-        corners.push_back(centre + V3d(p.x, c * p.y, s * p.y));
+        corners.push_back(center + V3d(p.x, c * p.y, s * p.y));
     return corners;
 }
 

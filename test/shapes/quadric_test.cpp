@@ -255,9 +255,9 @@ TEST(Disk, ParallelRaysMiss) {
     EXPECT_FALSE(disk(1, {0, 0, 360})->intersect({-3, 0, 1}, {1, 0, 0}, 0, kInfinity, t, u, v));
 }
 
-// ------------------------------------------------------------------------------------- the parametrisation
+// ------------------------------------------------------------------------------------- the parametrization
 
-TEST(Sphere, PbrtsParametrisation) {
+TEST(Sphere, PbrtsParametrization) {
     struct Row {
         V3f p;
         float u, v;
@@ -279,7 +279,7 @@ TEST(Sphere, PbrtsParametrisation) {
     EXPECT_LT(length(middle - V3f(0, 2, 0)), 1e-6f);
 }
 
-TEST(Disk, PbrtsParametrisation) {
+TEST(Disk, PbrtsParametrization) {
     const auto whole = disk(2, {0, 3, 360});
     EXPECT_LT(length(whole->point(0, 0).p - V3f(2, 0, 3)), 1e-6f); // v is 0 at the rim
     EXPECT_LT(length(whole->point(0.25f, 1).p - V3f(0, 0, 3)), 1e-6f);

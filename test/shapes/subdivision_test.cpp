@@ -35,8 +35,8 @@ void makeGrid(int n, Indices& indices, Points& points) {
     }
 }
 
-/// The weight of the centre in the limit of a vertex of valence n, whose refinement weight is beta.
-float limitCentreWeight(int n) {
+/// The weight of the center in the limit of a vertex of valence n, whose refinement weight is beta.
+float limitCenterWeight(int n) {
     const float beta = n == 3 ? 3.f / 16 : 3.f / (8.f * n);
     return 1 - n / (n + 3 / (8 * beta));
 }
@@ -52,22 +52,22 @@ void expectOutwardNormals(const SubdividedMesh& mesh) {
 }
 
 TEST(SubdivideLoop, LimitOfAnOctahedron) {
-    // Opposite neighbours cancel, so every vertex shrinks by the weight of the centre, at level 0.
+    // Opposite neighbors cancel, so every vertex shrinks by the weight of the center, at level 0.
     const SubdividedMesh mesh = subdivideLoop(kOctahedron, {kOctahedronPoints}, 0, {});
     EXPECT_EQ(mesh.indices, kOctahedron);
     for (size_t v = 0; v < 6; ++v) {
-        const V3f expected = kOctahedronPoints[v] * limitCentreWeight(4);
+        const V3f expected = kOctahedronPoints[v] * limitCenterWeight(4);
         EXPECT_LT(length(mesh.positions[0][v] - expected), 1e-6f);
         EXPECT_NEAR(dot(normalize(mesh.normals[0][v]), kOctahedronPoints[v]), 1, 1e-5f);
-        // pbrt's length: the tangents are 2 (cos, sin) sums over the neighbours at the limit.
-        EXPECT_NEAR(length(mesh.normals[0][v]), 4 * sqr(limitCentreWeight(4)), 1e-5f);
+        // pbrt's length: the tangents are 2 (cos, sin) sums over the neighbors at the limit.
+        EXPECT_NEAR(length(mesh.normals[0][v]), 4 * sqr(limitCenterWeight(4)), 1e-5f);
     }
 }
 
 TEST(SubdivideLoop, LimitOfATetrahedron) {
-    // The three neighbours sum to minus the vertex.
+    // The three neighbors sum to minus the vertex.
     const SubdividedMesh mesh = subdivideLoop(kTetrahedron, {kTetrahedronPoints}, 0, {});
-    const float w = limitCentreWeight(3);
+    const float w = limitCenterWeight(3);
     for (size_t v = 0; v < 4; ++v)
         EXPECT_LT(length(mesh.positions[0][v] - kTetrahedronPoints[v] * (w - (1 - w) / 3)), 1e-6f);
 }
@@ -111,15 +111,15 @@ TEST(SubdivideLoop, BoundariesHaveRoundCorners) {
     makeGrid(1, indices, points);
     const SubdividedMesh mesh = subdivideLoop(indices, {points}, 0, {});
     for (size_t v = 0; v < 4;
-         ++v) { // each corner: 3/5 of itself, 1/5 of each of its two neighbours on the boundary
-        const V3f centre(0.5f, 0.5f, 2);
-        EXPECT_LT(length(mesh.positions[0][v] - (centre + (points[v] - centre) * (3.f / 5))), 1e-6f);
+         ++v) { // each corner: 3/5 of itself, 1/5 of each of its two neighbors on the boundary
+        const V3f center(0.5f, 0.5f, 2);
+        EXPECT_LT(length(mesh.positions[0][v] - (center + (points[v] - center) * (3.f / 5))), 1e-6f);
     }
 }
 
 TEST(SubdivideLoop, RefinesByPbrtsWeights) {
-    // A hexagon's fan, its centre lifted by 1: 5/8 of that remains, then half of the rest in the limit, to
-    // which the six neighbours, lifted by 3/8 each, add 1/12.
+    // A hexagon's fan, its center lifted by 1: 5/8 of that remains, then half of the rest in the limit, to
+    // which the six neighbors, lifted by 3/8 each, add 1/12.
     Points points{{0, 0, 1}};
     Indices indices;
     for (uint32_t i = 0; i < 6; ++i) {

@@ -34,7 +34,7 @@ TEST(TriangleMesh, ReadsAllThatAVertexHas) {
     ASSERT_EQ(mesh.positions.size(), 1u);
     EXPECT_EQ(mesh.positions[0][2], V3f(1, 1, 0));
     ASSERT_EQ(mesh.normals.size(), 1u);
-    EXPECT_EQ(mesh.normals[0][3], V3f(0, 0, 2)); // not normalised
+    EXPECT_EQ(mesh.normals[0][3], V3f(0, 0, 2)); // not normalized
     EXPECT_EQ(mesh.tangents[3], V3f(2, 0, 0));
     EXPECT_EQ(mesh.uvs[1], V2f(1, 0));
     EXPECT_EQ(mesh.alpha.constant, 0.5f);

@@ -250,7 +250,7 @@ TEST_F(ImageMaps, ParametersAct) {
                 1e-5f);
 }
 
-TEST_F(ImageMaps, EncodingsAreColourSpacesToo) {
+TEST_F(ImageMaps, EncodingsAreColorSpacesToo) {
     const float stored = 188 / 255.f;
     EXPECT_EQ(make({stringParam("encoding", "raw")})->rgb(at(.5f, .25f)).x,
               make({stringParam("encoding", "linear")})->rgb(at(.5f, .25f)).x);
@@ -262,14 +262,14 @@ TEST_F(ImageMaps, EncodingsAreColourSpacesToo) {
     EXPECT_NEAR(red.z, -.024003f, 1e-5f);
 }
 
-TEST_F(ImageMaps, RulesForFileNamesAreOfColoursThatSayNothing) {
+TEST_F(ImageMaps, RulesForFileNamesAreOfColorsThatSayNothing) {
     const std::string config = m_path.string() + ".ocio";
-    std::string text = builtinColourConfig();
+    std::string text = builtinColorConfig();
     text.replace(
         text.find("file_rules:"), 11,
         "file_rules:\n  - !<Rule> {name: maps, pattern: \"*strobe-map*\", extension: png, colorspace: raw}");
     std::ofstream(config) << text;
-    m_maker.context.colour = std::make_shared<const ColourConfig>(config);
+    m_maker.context.color = std::make_shared<const ColorConfig>(config);
     const float stored = 188 / 255.f;
     EXPECT_NEAR(make({})->rgb(at(.5f, .25f)).x, stored, 1e-5f);
     EXPECT_NEAR(make({}, true)->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "a map of numbers";
@@ -277,7 +277,7 @@ TEST_F(ImageMaps, RulesForFileNamesAreOfColoursThatSayNothing) {
     EXPECT_NEAR(make({floatParam("gamma", 2)})->rgb(at(.5f, .25f)).x, sqr(stored), 1e-5f);
     text.replace(text.find("*strobe-map*"), 12, "*another*");
     std::ofstream(config) << text;
-    m_maker.context.colour = std::make_shared<const ColourConfig>(config);
+    m_maker.context.color = std::make_shared<const ColorConfig>(config);
     EXPECT_NEAR(make({})->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "no rule but the default";
     std::filesystem::remove(config);
 }
@@ -374,7 +374,7 @@ TEST_F(ImageMaps, WhatIsUnknownIsAnError) {
     EXPECT_EQ(errorOf({stringParam("encoding", "gamma x")}), "\"gamma\" is followed by a positive number");
     EXPECT_EQ(
         errorOf({stringParam("encoding", "ACESgc")}),
-        "neither sRGB, linear nor gamma and a number; of the built-in OpenColorIO config: unknown colour "
+        "neither sRGB, linear nor gamma and a number; of the built-in OpenColorIO config: unknown color "
         "space \"ACESgc\"; did you mean \"ACEScg\"? (known: ACES2065-1, ACEScg, ACEScct, lin_rec709, "
         "srgb_texture, raw)");
     EXPECT_NE(errorOf({floatParam("gamma", 0)}).find("positive"), std::string::npos);

@@ -39,13 +39,13 @@ def chain(p, points, radii, k):
     return d
 
 
-def ball(p, centre, radius):
-    return np.linalg.norm(p - np.asarray(centre, p.dtype), axis=1) - radius
+def ball(p, center, radius):
+    return np.linalg.norm(p - np.asarray(center, p.dtype), axis=1) - radius
 
 
-def ellipsoid(p, centre, radii, pitch=0.0):
+def ellipsoid(p, center, radii, pitch=0.0):
     """An ellipsoid turned about the y axis: its x axis rises by `pitch` degrees."""
-    q = p - np.asarray(centre, p.dtype)
+    q = p - np.asarray(center, p.dtype)
     c, s = np.cos(np.radians(pitch)), np.sin(np.radians(pitch))
     q = np.stack([c * q[:, 0] + s * q[:, 2], q[:, 1], c * q[:, 2] - s * q[:, 0]], axis=1)
     r = np.asarray(radii, p.dtype)
@@ -68,8 +68,8 @@ def _sample(field, lo, cell, blocks, size=8):
     """The field on a grid of blocks*size nodes per axis; far from the surface only its sign is right."""
     nodes = np.full(tuple(blocks * size), 1, np.float32)
     at = np.stack(np.meshgrid(*[np.arange(n) for n in blocks], indexing="ij"), -1).reshape(-1, 3)
-    centres = lo + (at * size + (size - 1) / 2) * cell
-    d = np.concatenate([field(c) for c in np.array_split(centres, max(1, len(centres) // 65536))])
+    centers = lo + (at * size + (size - 1) / 2) * cell
+    d = np.concatenate([field(c) for c in np.array_split(centers, max(1, len(centers) // 65536))])
     reach = 2.0 * cell * size * np.sqrt(3) / 2  # twice: blends are not exact distances
     inside = at[d <= 0]
     local = np.stack(np.meshgrid(*[np.arange(size)] * 3, indexing="ij"), -1).reshape(-1, 3)

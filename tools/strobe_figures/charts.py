@@ -5,7 +5,7 @@ import matplotlib
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
-COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#444444", "#8172b2", "#8c6d31"]
+COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#444444", "#8172b2", "#8c6d31"]
 MARKERS = "os^Dv<>PX"
 
 
@@ -17,14 +17,14 @@ def draw(item, stem):
         if not points:
             continue
         x, y = [p[0] for p in points], [p[1] for p in points]
-        colour = COLOURS[i % len(COLOURS)]
+        color = COLORS[i % len(COLORS)]
         if series.get("front"):
             axes.plot(x, y, color="#999999", linewidth=6, alpha=0.4, zorder=0, label=series["name"])
             continue
-        axes.plot(x, y, "--" if series.get("dashed") else "-", color=colour, marker=MARKERS[i % len(MARKERS)],
+        axes.plot(x, y, "--" if series.get("dashed") else "-", color=color, marker=MARKERS[i % len(MARKERS)],
                   markersize=4, linewidth=1.2, label=series["name"])
         if all(len(p) >= 4 for p in points):
-            axes.fill_between(x, [p[2] for p in points], [p[3] for p in points], color=colour, alpha=0.15, linewidth=0)
+            axes.fill_between(x, [p[2] for p in points], [p[3] for p in points], color=color, alpha=0.15, linewidth=0)
     for mark in item.get("marks", []):
         axes.axvline(mark["x"], color="#888888", linewidth=0.8, linestyle=":")
         axes.annotate(mark["label"], (mark["x"], 1), xycoords=("data", "axes fraction"), rotation=90, fontsize=7,

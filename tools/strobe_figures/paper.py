@@ -12,7 +12,7 @@ MOVING = ("anim-killeroos-moving", "moving-pair")
 
 
 def heat(shades, most):
-    """The paper's colours: blue is one shade or less, red is `most`."""
+    """The paper's colors: blue is one shade or less, red is `most`."""
     x = numpy.clip((shades - 1) / (most - 1), 0, 1)[..., None]
     stops = numpy.array([[0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 1, 0], [1, 0, 0]], dtype=float)
     at = x * 4
@@ -111,7 +111,7 @@ def shaded_again(file_name):
 
 
 def figure_3b(context):
-    """Two neighbouring pixels: visibility samples, shades, and triangles shaded twice. Counted with many seeds; the first
+    """Two neighboring pixels: visibility samples, shades, and triangles shaded twice. Counted with many seeds; the first
     that shows something is drawn."""
     from matplotlib import pyplot
     from . import charts  # noqa: F401  (chooses a backend without a screen)
@@ -143,7 +143,7 @@ def figure_3b(context):
     figure.savefig(path, dpi=110)
     pyplot.close(figure)
     total = [sum(column) for column in zip(*rows)]
-    return [{"kind": "picture", "id": "figure-3b", "title": "Figure 3b: overshading in two neighbouring pixels",
+    return [{"kind": "picture", "id": "figure-3b", "title": "Figure 3b: overshading in two neighboring pixels",
              "text": "msaa, 16 samples each: %d samples met %d triangles and made %d shades; %d of them shade again what "
                      "the other pixel has shaded, at another time. With %d seeds, %d of %d." %
                      (rows[drawn][0], rows[drawn][2], rows[drawn][1], rows[drawn][3], len(rows), total[3], total[1]),

@@ -86,7 +86,7 @@ def load(path):
 
 
 def packed(pixels):
-    """Half floats as differences to the left neighbour, high bytes before low bytes, deflated, base64: two to four
+    """Half floats as differences to the left neighbor, high bytes before low bytes, deflated, base64: two to four
     times smaller than as they are. Finite values that no half can hold become the largest half."""
     finite = np.isfinite(pixels)
     pixels = np.where(finite, np.clip(pixels, -LARGEST_HALF, LARGEST_HALF), pixels)

@@ -7,18 +7,18 @@ const HALF = Float32Array.from({ length: 65536 }, (_, bits) => {
   return sign * (exponent ? 2 ** (exponent - 15) * (1 + mantissa / 1024) : 2 ** -24 * mantissa);
 });
 
-/** Colours of an error map, evenly spaced from no error to the largest shown; each is lighter than the one before. */
+/** Colors of an error map, evenly spaced from no error to the largest shown; each is lighter than the one before. */
 const HEAT = [[0, 0, 0], [58, 16, 96], [146, 34, 110], [222, 76, 68], [250, 156, 52], [255, 248, 200]];
 const HEAT_STEPS = 1024;
 const BROKEN = [255, 0, 255]; // what is not a finite number
 
-/** The colours of HEAT_STEPS errors from 0 to 1. */
+/** The colors of HEAT_STEPS errors from 0 to 1. */
 const HEATS = Array.from({ length: HEAT_STEPS }, (_, step) => {
   const place = step / (HEAT_STEPS - 1) * (HEAT.length - 1), i = Math.min(Math.floor(place), HEAT.length - 2);
   return HEAT[i].map((channel, k) => Math.round(channel + (place - i) * (HEAT[i + 1][k] - channel)));
 });
 
-/** The colour of an error; 1 and more have the lightest. */
+/** The color of an error; 1 and more have the lightest. */
 const heat = (error) => (error < Infinity ? HEATS[Math.round(Math.min(error, 1) * (HEAT_STEPS - 1))] : BROKEN);
 
 const sRgb = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
@@ -31,7 +31,7 @@ async function unpack(number) {
   const stream = new Blob([deflated]).stream().pipeThrough(new DecompressionStream("deflate"));
   const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
   const bits = new Uint16Array(count);
-  for (let i = 0; i < count; ++i) { // differences to the left neighbour, high bytes first
+  for (let i = 0; i < count; ++i) { // differences to the left neighbor, high bytes first
     const left = i % (width * 3) < 3 ? 0 : bits[i - 3];
     bits[i] = left + (bytes[i] << 8) + bytes[count + i];
   }
@@ -46,7 +46,7 @@ function imageOf(number) {
   return unpacked.get(number);
 }
 
-/** A canvas of an image's size, its pixels written by paint(pixel, rgba), which sets the colour at 4 * pixel. */
+/** A canvas of an image's size, its pixels written by paint(pixel, rgba), which sets the color at 4 * pixel. */
 function painted(image, paint) {
   const canvas = make("canvas", { width: image.width, height: image.height });
   const context = canvas.getContext("2d"), data = context.createImageData(image.width, image.height);
@@ -92,11 +92,11 @@ function errors(image, reference, relative) {
   return result.map((error, i) => error / (Math.abs(levels[i]) + floor));
 }
 
-/** The map of an image's errors, 1 / 2^stops being the largest colour. */
+/** The map of an image's errors, 1 / 2^stops being the largest color. */
 function errorMap(image, reference, relative, stops) {
   const values = errors(image, reference, relative), gain = 2 ** stops;
   return painted(reference, (pixel, rgba) => {
-    const colour = heat(values[pixel] * gain);
-    for (let k = 0; k < 3; ++k) rgba[4 * pixel + k] = colour[k];
+    const color = heat(values[pixel] * gain);
+    for (let k = 0; k < 3; ++k) rgba[4 * pixel + k] = color[k];
   });
 }

@@ -103,7 +103,7 @@ STATEMENTS = [
     ("1", "8 shades per pixel against fewer than 1.4, at a slight difference in the highlights", shades),
     ("2", "78.3 s against 20.0 s: 3.9x", pair),
     ("3a", "msaa does not save shades where things move fast", motion),
-    ("3b", "neighbouring pixels shade again what moves from one to the other", overshade),
+    ("3b", "neighboring pixels shade again what moves from one to the other", overshade),
     ("4", "the smaller the task, the more is shaded again", tasks),
     ("5", "larger tasks are faster, until they are too few for the threads", task_times),
     ("text", "one cache behind a mutex is dramatically slower", mutex),

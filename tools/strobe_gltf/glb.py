@@ -74,7 +74,7 @@ class Glb:
 
 
 def strip_of(triangles):
-    """Triangles as one strip: neighbours while there are any that continue it, then triangles without area."""
+    """Triangles as one strip: neighbors while there are any that continue it, then triangles without area."""
     by_edge = {}
     for t, (a, b, c) in enumerate(triangles):
         for edge, far in (((a, b), c), ((b, c), a), ((c, a), b)):

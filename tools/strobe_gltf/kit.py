@@ -38,15 +38,15 @@ def _output_group():
     return bpy.data.node_groups[name]
 
 
-def material(name, colour=(0.6, 0.6, 0.6), metallic=0, roughness=1, exact=True, emission=None, strength=1, alpha=None,
+def material(name, color=(0.6, 0.6, 0.6), metallic=0, roughness=1, exact=True, emission=None, strength=1, alpha=None,
              cutoff=0.5):
-    """A glTF material; `colour`, `emission`: linear RGB. `alpha`: "MASK" or "BLEND", whose texture is linked later.
+    """A glTF material; `color`, `emission`: linear RGB. `alpha`: "MASK" or "BLEND", whose texture is linked later.
     Exact ones have no dielectric reflection."""
     made = bpy.data.materials.new(name)
     made.use_nodes = True
     nodes = made.node_tree.nodes
     bsdf = nodes["Principled BSDF"]
-    bsdf.inputs["Base Color"].default_value = (*colour, 1)
+    bsdf.inputs["Base Color"].default_value = (*color, 1)
     bsdf.inputs["Metallic"].default_value = metallic
     bsdf.inputs["Roughness"].default_value = roughness
     if emission:
@@ -70,10 +70,10 @@ def link(made, source, target):
     made.node_tree.links.new(source, target)
 
 
-def image(name, texel, colour=True, embedded=True, size=64):
+def image(name, texel, color=True, embedded=True, size=64):
     """An image whose texels, RGBA as encoded in the file, are a function of (x, y) in 0..1, y up."""
     made = bpy.data.images.new(name, size, size, alpha=True)
-    made.colorspace_settings.name = "sRGB" if colour else "Non-Color"
+    made.colorspace_settings.name = "sRGB" if color else "Non-Color"
     made.pixels = [c for y in range(size) for x in range(size) for c in texel((x + 0.5) / size, (y + 0.5) / size)]
     if embedded:
         made.pack()
@@ -98,12 +98,12 @@ def texture(made, source, scale=None, offset=(0, 0), angle=0):
 
 
 def tint_by_attribute(made, name, tint):
-    """Cycles multiplies the base colour by a colour of the vertices, as glTF does by COLOR_0."""
+    """Cycles multiplies the base color by a color of the vertices, as glTF does by COLOR_0."""
     def dress():
         nodes = made.node_tree.nodes
-        colour, product = nodes.new("ShaderNodeVertexColor"), nodes.new("ShaderNodeVectorMath")
-        colour.layer_name, product.operation = name, "MULTIPLY"
-        link(made, colour.outputs["Color"], product.inputs[0])
+        color, product = nodes.new("ShaderNodeVertexColor"), nodes.new("ShaderNodeVectorMath")
+        color.layer_name, product.operation = name, "MULTIPLY"
+        link(made, color.outputs["Color"], product.inputs[0])
         product.inputs[1].default_value = tint
         link(made, product.outputs["Vector"], bsdf_of(made).inputs["Base Color"])
 
@@ -195,14 +195,14 @@ def put(data, name, at=(0, 0, 0), rotation=(0, 0, 0), parent=None, scale=(1, 1, 
     return thing
 
 
-def floor(colour=(0.6, 0.6, 0.6), size=12):
-    return shape("plane", material("floor", colour), size=size)
+def floor(color=(0.6, 0.6, 0.6), size=12):
+    return shape("plane", material("floor", color), size=size)
 
 
-def light(kind, energy, at=(0, 0, 0), rotation=(0, 0, 0), colour=(1, 1, 1), cone=None, blend=0.0):
-    """A light without size. `energy`: watts, of suns watts per square metre. `cone`: the whole angle, degrees."""
+def light(kind, energy, at=(0, 0, 0), rotation=(0, 0, 0), color=(1, 1, 1), cone=None, blend=0.0):
+    """A light without size. `energy`: watts, of suns watts per square meter. `cone`: the whole angle, degrees."""
     data = bpy.data.lights.new(kind.lower(), kind)
-    data.energy, data.color = energy, colour
+    data.energy, data.color = energy, color
     if kind == "SUN":
         data.angle = 0
     else:
@@ -225,7 +225,7 @@ def _level_spot(data):
 
 
 def camera(at=(0, -8, 4), rotation=(65, 0, 0), width=None):
-    """`rotation`: degrees; `width`: of an orthographic view, in metres."""
+    """`rotation`: degrees; `width`: of an orthographic view, in meters."""
     data = bpy.data.cameras.new("camera")
     if width:
         data.type, data.ortho_scale = "ORTHO", width

@@ -38,9 +38,9 @@ def encoded(image, exposure=1.0):
 
 def difference_picture(image, reference):
     d = differences(image, reference)
-    grey = np.clip(0.5 + GAIN * d, 0, 1).repeat(BLOCK, 0).repeat(BLOCK, 1)
+    gray = np.clip(0.5 + GAIN * d, 0, 1).repeat(BLOCK, 0).repeat(BLOCK, 1)
     out = np.full(image.shape, 0.5)
-    out[:grey.shape[0], :grey.shape[1]] = grey
+    out[:gray.shape[0], :gray.shape[1]] = gray
     return (out * 255).astype(np.uint8)
 
 

@@ -115,9 +115,9 @@ def _tube(made, at, smooth, height=2.4, radius=0.35):
 
 def _skins(smooth):
     floor()
-    for name, at, colour, turn in (("left", (-1.4, 0, 0), (0.1, 0.3, 0.8), 1),
+    for name, at, color, turn in (("left", (-1.4, 0, 0), (0.1, 0.3, 0.8), 1),
                                    ("right", (1.4, 0.3, 0), (0.8, 0.3, 0.1), -0.8)):
-        rig = _bend(_tube(material(name, colour), at, smooth), (0.8, 1.6, 2.4), at)
+        rig = _bend(_tube(material(name, color), at, smooth), (0.8, 1.6, 2.4), at)
         for i, bone in enumerate(rig.pose.bones):
             bone.rotation_mode = "QUATERNION"
             axis = (0, 0, turn) if i % 2 else (turn, 0, 0)
@@ -199,14 +199,14 @@ def orthographic():
 
 
 def lights():
-    """Coloured point, spot and sun; hard cones. A closed corner sends light on."""
+    """Colored point, spot and sun; hard cones. A closed corner sends light on."""
     floor((0.7, 0.7, 0.7))
     shape("plane", material("wall", (0.6, 0.55, 0.5)), (0, 3, 2), rotation=(math.pi / 2, 0, 0), size=12)
     shape("uv_sphere", material("ball", (0.7, 0.7, 0.7)), (0, 0.5, 1), smooth=True, segments=96, ring_count=48)
-    light("POINT", 300, (-3, -1, 2), colour=(1, 0.3, 0.2))
+    light("POINT", 300, (-3, -1, 2), color=(1, 0.3, 0.2))
     light("SPOT", 1500, (3, -2, 5), (0.45, 0.45, 0), (0.3, 0.6, 1), cone=40)
     light("SPOT", 800, (-1, -3, 4), (0.6, -0.2, 0), (0.4, 1, 0.4), cone=25)
-    light("SUN", 0.3, rotation=(-0.3, 0.7, 0), colour=(1, 0.9, 0.6))
+    light("SUN", 0.3, rotation=(-0.3, 0.7, 0), color=(1, 0.9, 0.6))
     camera()
     return dict(bounces=5, samples=400, more=6)
 
@@ -229,8 +229,8 @@ def metals():
     floor((0.4, 0.4, 0.4))
     shape("plane", material("wall", (0.5, 0.5, 0.5)), (0, 3, 2), rotation=(math.pi / 2, 0, 0), size=16)
     for i, roughness in enumerate((0.35, 0.45, 0.6, 0.8, 1)):
-        colour = ((0.95, 0.85, 0.6), (0.9, 0.9, 0.92), (0.9, 0.6, 0.5), (0.8, 0.8, 0.8), (0.95, 0.95, 0.95))[i]
-        shape("uv_sphere", material(f"metal{i}", colour, 1, roughness), (i * 1.5 - 3, 0.3 * (i % 2), 0.75), smooth=True,
+        color = ((0.95, 0.85, 0.6), (0.9, 0.9, 0.92), (0.9, 0.6, 0.5), (0.8, 0.8, 0.8), (0.95, 0.95, 0.95))[i]
+        shape("uv_sphere", material(f"metal{i}", color, 1, roughness), (i * 1.5 - 3, 0.3 * (i % 2), 0.75), smooth=True,
               segments=48, ring_count=24, radius=0.7)
     panel = material("panel", (0, 0, 0), emission=(1, 1, 1), strength=6)
     shape("plane", panel, (0, -2, 5), rotation=(math.pi - 0.4, 0, 0), size=4)
@@ -279,7 +279,7 @@ def _patches():
     """Roughness in waves, metal and not in stripes."""
     made = material("patches", (0.95, 0.85, 0.7))
     parts = _separated(made, kit.texture(made, kit.image(
-        "patches", lambda x, y: (0, 0.45 + 0.5 * _wave(y, 1), float(4 * x % 1 > 0.5), 1), colour=False)))
+        "patches", lambda x, y: (0, 0.45 + 0.5 * _wave(y, 1), float(4 * x % 1 > 0.5), 1), color=False)))
     link(made, parts["Green"], kit.bsdf_of(made).inputs["Roughness"])
     link(made, parts["Blue"], kit.bsdf_of(made).inputs["Metallic"])
     return made
@@ -288,7 +288,7 @@ def _patches():
 def _bumps(**how):
     made = material("bumpy", (0.7, 0.5, 0.4), **how)
     node = kit.texture(made, kit.image("bumps", lambda x, y: (
-        0.5 + 0.25 * math.cos(2 * math.pi * 3 * x), 0.5 + 0.2 * math.cos(2 * math.pi * 2 * y), 0.93, 1), colour=False))
+        0.5 + 0.25 * math.cos(2 * math.pi * 3 * x), 0.5 + 0.2 * math.cos(2 * math.pi * 2 * y), 0.93, 1), color=False))
     normals = made.node_tree.nodes.new("ShaderNodeNormalMap")
     normals.uv_map = "UVMap"
     link(made, node.outputs["Color"], normals.inputs["Color"])
@@ -297,7 +297,7 @@ def _bumps(**how):
 
 
 def textures():
-    """Base colour, metallic-roughness, normals (with tangents) and emission from images, some placed by
+    """Base color, metallic-roughness, normals (with tangents) and emission from images, some placed by
     KHR_texture_transform; separate files."""
     ground = material("tiles", (1, 1, 1))
     tiles = kit.image("tiles", lambda x, y: (0.35 + 0.4 * _wave(x, 2), 0.5, 0.35 + 0.4 * _wave(y, 3), 1), embedded=False)
@@ -342,8 +342,8 @@ def alpha():
     return {}
 
 
-def vertex_colours():
-    """COLOR_0, smooth over faces and times a base colour."""
+def vertex_colors():
+    """COLOR_0, smooth over faces and times a base color."""
     floor()
     for i, tint in enumerate(((1, 1, 1), (1, 0.5, 0.3))):
         made = material(f"painted{i}", tint)

@@ -2,7 +2,7 @@
 
 namespace strobe {
 
-const char* builtinColourConfig() {
+const char* builtinColorConfig() {
     return R"(ocio_profile_version: 2
 
 description: strobe's own config. Scenes are linear Rec. 709; ACES 1.0 is there as a tone curve.
@@ -48,7 +48,7 @@ default_view_transform: Standard
 view_transforms:
   - !<ViewTransform>
     name: Standard
-    description: Colours as they are; what the display cannot show is cut off
+    description: Colors as they are; what the display cannot show is cut off
     from_scene_reference: !<BuiltinTransform> {style: UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD}
 
   - !<ViewTransform>
@@ -124,7 +124,7 @@ colorspaces:
 
   - !<ColorSpace>
     name: raw
-    description: Numbers that are no colours
+    description: Numbers that are no colors
     encoding: data
     isdata: true
 )";

@@ -34,15 +34,15 @@ constexpr std::array<const char*, 6> kWorkingNames = {
 
 /// The processor as a transform of ours, empty when it changes nothing. Without OpenColorIO's approximations
 /// of powers and logarithms.
-ColourTransform transformOf(const OCIO::ConstProcessorRcPtr& processor) {
+ColorTransform transformOf(const OCIO::ConstProcessorRcPtr& processor) {
     if (processor->isNoOp())
         return {};
     const OCIO::ConstCPUProcessorRcPtr cpu = processor->getOptimizedCPUProcessor(OCIO::OPTIMIZATION_LOSSLESS);
-    return [cpu](std::span<Rgb> colours) {
+    return [cpu](std::span<Rgb> colors) {
         constexpr size_t kSome = 4096;
-        parallelFor((colours.size() + kSome - 1) / kSome, [&](size_t i) {
+        parallelFor((colors.size() + kSome - 1) / kSome, [&](size_t i) {
             const std::span<Rgb> some =
-                colours.subspan(i * kSome).first(std::min(kSome, colours.size() - i * kSome));
+                colors.subspan(i * kSome).first(std::min(kSome, colors.size() - i * kSome));
             OCIO::PackedImageDesc image(some.data(), long(some.size()), 1, 3);
             cpu->apply(image);
         });
@@ -86,7 +86,7 @@ void addWorkingSpace(OCIO::Config& config) {
 LoadedConfig load(const std::string& file) {
     OCIO::ConstConfigRcPtr config;
     if (file.empty()) {
-        std::istringstream text(builtinColourConfig());
+        std::istringstream text(builtinColorConfig());
         config = OCIO::Config::CreateFromStream(text);
     } else {
         config = OCIO::Config::CreateFromFile(file.c_str());
@@ -171,7 +171,7 @@ OCIO::ConstProcessorRcPtr viewProcessor(const LoadedConfig& loaded, const std::s
 
 } // namespace
 
-struct ColourConfig::Impl {
+struct ColorConfig::Impl {
     explicit Impl(std::string file)
         : file(std::move(file)), title(this->file.empty() ? "the built-in OpenColorIO config"
                                                           : "the OpenColorIO config \"" + this->file + "\"") {
@@ -192,16 +192,16 @@ struct ColourConfig::Impl {
     }
 };
 
-ColourConfig::ColourConfig(std::string file) : m_impl(std::make_unique<Impl>(std::move(file))) {}
-ColourConfig::~ColourConfig() = default;
+ColorConfig::ColorConfig(std::string file) : m_impl(std::make_unique<Impl>(std::move(file))) {}
+ColorConfig::~ColorConfig() = default;
 
-std::string ColourConfig::workingSpace() const {
+std::string ColorConfig::workingSpace() const {
     if (m_impl->file.empty())
         return kWorkingSpace;
     return m_impl->with({}, [](const LoadedConfig& loaded) { return loaded.working; });
 }
 
-ColourTransform ColourConfig::view(const ViewSettings& settings) const {
+ColorTransform ColorConfig::view(const ViewSettings& settings) const {
     return m_impl->with({}, [&](const LoadedConfig& loaded) {
         const OCIO::Config& config = *loaded.config;
         const std::string display = settings.display.empty() ? config.getDefaultDisplay() : settings.display;
@@ -211,22 +211,22 @@ ColourTransform ColourConfig::view(const ViewSettings& settings) const {
         require("view", view, viewsOf(config, display),
                 "the display \"" + display + "\" of " + m_impl->title);
         requireLooks(settings.look, looksOf(config), m_impl->title);
-        const ColourTransform shown = transformOf(viewProcessor(loaded, display, view, settings.look));
+        const ColorTransform shown = transformOf(viewProcessor(loaded, display, view, settings.look));
         return shown ? shown : [](std::span<Rgb>) {}; // as a raw view does
     });
 }
 
-ColourTransform ColourConfig::toWorking(const std::string& space, const Location& where) const {
+ColorTransform ColorConfig::toWorking(const std::string& space, const Location& where) const {
     return m_impl->with(where, [&](const LoadedConfig& loaded) {
         if (!loaded.config->getColorSpace(space.c_str()))
             throw Error(where,
-                        m_impl->title + ": " + unknownName("colour space", space, spacesOf(*loaded.config)),
+                        m_impl->title + ": " + unknownName("color space", space, spacesOf(*loaded.config)),
                         where ? ErrorKind::Scene : ErrorKind::Usage);
         return transformOf(loaded.config->getProcessor(space.c_str(), loaded.working.c_str()));
     });
 }
 
-std::string ColourConfig::spaceOfFile(const std::filesystem::path& path, const Location& where) const {
+std::string ColorConfig::spaceOfFile(const std::filesystem::path& path, const Location& where) const {
     if (m_impl->file.empty())
         return {}; // ours has no such rule
     return m_impl->with(where, [&](const LoadedConfig& loaded) -> std::string {

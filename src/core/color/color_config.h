@@ -1,4 +1,4 @@
-// Colour spaces and what displays show: the one file that knows OpenColorIO.
+// Color spaces and what displays show: the one file that knows OpenColorIO.
 #pragma once
 
 #include "core/math/math.h"
@@ -16,8 +16,8 @@ namespace strobe {
 /// configs give it.
 inline constexpr const char* kWorkingSpace = "lin_rec709";
 
-/// Changes colours in place; may be called by several threads at once.
-using ColourTransform = std::function<void(std::span<Rgb>)>;
+/// Changes colors in place; may be called by several threads at once.
+using ColorTransform = std::function<void(std::span<Rgb>)>;
 
 /// The sRGB transfer function, linear [0,1] to encoded [0,1], and back.
 float encodeSrgb(float linear);
@@ -32,21 +32,21 @@ struct ViewSettings {
 /// An OpenColorIO config: a file, or a small one of our own. It is read when it is first needed; all is
 /// thread-safe. What cannot be read, or a name that is not in it, is an Error of kind Usage, or of kind Scene
 /// when there is a location, and lists the names that are.
-class ColourConfig {
+class ColorConfig {
   public:
     /// `file` as $OCIO has it; empty: our own.
-    explicit ColourConfig(std::string file = {});
-    ~ColourConfig();
-    ColourConfig(const ColourConfig&) = delete;
-    ColourConfig& operator=(const ColourConfig&) = delete;
+    explicit ColorConfig(std::string file = {});
+    ~ColorConfig();
+    ColorConfig(const ColorConfig&) = delete;
+    ColorConfig& operator=(const ColorConfig&) = delete;
 
     /// What the config calls the working space.
     std::string workingSpace() const;
-    /// Colours of the working space to what a display shows, 0 to 1 where it can show them.
-    ColourTransform view(const ViewSettings& settings) const;
-    /// Colours of `space` (a name, another name, or a role) to those of the working space; empty when that
+    /// Colors of the working space to what a display shows, 0 to 1 where it can show them.
+    ColorTransform view(const ViewSettings& settings) const;
+    /// Colors of `space` (a name, another name, or a role) to those of the working space; empty when that
     /// changes nothing, as with data.
-    ColourTransform toWorking(const std::string& space, const Location& where) const;
+    ColorTransform toWorking(const std::string& space, const Location& where) const;
     /// The space that the config's rules give to a file of this name; empty when only the rule for all others
     /// does.
     std::string spaceOfFile(const std::filesystem::path& path, const Location& where) const;
@@ -57,6 +57,6 @@ class ColourConfig {
 };
 
 /// The text of our own config.
-const char* builtinColourConfig();
+const char* builtinColorConfig();
 
 } // namespace strobe

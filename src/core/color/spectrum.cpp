@@ -10,7 +10,7 @@
 namespace strobe {
 namespace {
 
-/// The colour matching curves at a whole wavelength: cubic (four-point Lagrange) between the table's entries,
+/// The color matching curves at a whole wavelength: cubic (four-point Lagrange) between the table's entries,
 /// which restores the published 1 nm table to its noise; linear interpolation is visibly off for metals.
 void cieAt(int nm, double out[3]) {
     constexpr int kLast = (kCieLast - kCieFirst) / kCieStep;
@@ -42,7 +42,7 @@ Rgb integrate(F value) {
                float(0.055648 * x - 0.204043 * y + 1.057311 * z));
 }
 
-/// Planck's law without its constant factor, normalised to 1 at the peak; `x` is the wavelength over that of
+/// Planck's law without its constant factor, normalized to 1 at the peak; `x` is the wavelength over that of
 /// the peak (Wien's displacement law).
 double planck(double x) {
     constexpr double kPeak = 4.965114231744276; // hc / (λ k T) at the peak

@@ -8,7 +8,7 @@
 
 namespace strobe {
 
-/// A number per pixel beside its colour.
+/// A number per pixel beside its color.
 enum class Layer { Shades, Samples, HitRate, Block, ShadeTime, Variance };
 
 struct LayerInfo {
@@ -21,8 +21,8 @@ const std::vector<LayerInfo>& layerTable();
 
 /// How files are made of pixels.
 struct OutputSettings {
-    float exposure = 0;     ///< of PNGs, in stops
-    ColourTransform view{}; ///< of PNGs; empty: sRGB
+    float exposure = 0;    ///< of PNGs, in stops
+    ColorTransform view{}; ///< of PNGs; empty: sRGB
     ExrSettings exr{};
     int threads = 1; ///< that compress EXRs; 0: one per core
 };
@@ -68,7 +68,7 @@ class Film {
     int fullWidth() const { return m_fullWidth; }
     int fullHeight() const { return m_fullHeight; }
 
-    /// Writes by the file name's extension: .exr (the first part, "rgba", has the colour; layers are channels
+    /// Writes by the file name's extension: .exr (the first part, "rgba", has the color; layers are channels
     /// "name.Y" in a part "name", with all bits) or .png (no layers). Returns how many values an EXR's half
     /// floats could not hold. `more`: parts beside the film's own. Throws Error of kind Output.
     size_t write(const std::filesystem::path& path, const Metadata& metadata,

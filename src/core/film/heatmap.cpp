@@ -12,7 +12,7 @@ namespace {
 Rgb fromSrgb(float r, float g, float b) { return Rgb(decodeSrgb(r), decodeSrgb(g), decodeSrgb(b)); }
 
 /// Blue, cyan, green, yellow, red for x from 0 to 1.
-Rgb falseColour(float x) {
+Rgb falseColor(float x) {
     static constexpr float kStops[5][3] = {
         {.1f, .15f, .75f}, {.1f, .7f, .9f}, {.25f, .8f, .3f}, {.98f, .85f, .2f}, {.85f, .1f, .1f}};
     const float at = std::clamp(x, 0.f, 1.f) * 4;
@@ -24,13 +24,13 @@ Rgb falseColour(float x) {
     return fromSrgb(c[0], c[1], c[2]);
 }
 
-Rgb ownColour(float number) {
+Rgb ownColor(float number) {
     const uint64_t h = hashOf(uint64_t(number));
     const auto part = [&](int shift) { return 0.25f + 0.75f * float((h >> shift) & 255) / 255; };
     return fromSrgb(part(8), part(16), part(24));
 }
 
-/// How a layer's values become places on the colour scale.
+/// How a layer's values become places on the color scale.
 struct Scale {
     bool logarithmic;
     float top;
@@ -56,8 +56,8 @@ constexpr std::array<std::array<uint8_t, 5>, 11> kGlyphs = {{{7, 5, 5, 5, 7},
 constexpr int kZoom = 2, kAdvance = 4 * kZoom, kMargin = 6, kBar = 10,
               kFooter = kBar + 6 * kZoom + 3 * kMargin;
 
-void drawText(Image& image, int centre, int top, const std::string& text) {
-    int left = std::clamp(centre - int(text.size()) * kAdvance / 2, 0,
+void drawText(Image& image, int center, int top, const std::string& text) {
+    int left = std::clamp(center - int(text.size()) * kAdvance / 2, 0,
                           std::max(image.width - int(text.size()) * kAdvance, 0));
     for (const char c : text) {
         const auto& glyph = kGlyphs[c == '.' ? 10 : size_t(c - '0')];
@@ -73,7 +73,7 @@ void drawScale(Image& image, int top, const Scale& scale) {
     const int left = 3 * kMargin, right = image.width - left;
     for (int x = left; x < right; ++x)
         for (int y = 0; y < kBar; ++y)
-            image.at(x, top + kMargin + y) = falseColour(float(x - left) / float(right - 1 - left));
+            image.at(x, top + kMargin + y) = falseColor(float(x - left) / float(right - 1 - left));
     const auto label = [&](float value, const std::string& text) {
         const int x = left + int(scale.placeOf(value) * float(right - 1 - left));
         drawText(image, x, top + 2 * kMargin + kBar, text);
@@ -94,25 +94,25 @@ void drawScale(Image& image, int top, const Scale& scale) {
 
 Image heatmap(const Film& film, Layer layer, int samplesPerPixel) {
     constexpr int kLeastWidth = 160;
-    const bool coloursOnly = layer == Layer::Block;
+    const bool colorsOnly = layer == Layer::Block;
     const bool counts = layer == Layer::Shades || layer == Layer::Samples;
     const Scale scale{counts, counts ? float(std::max(samplesPerPixel, 2)) : 1};
     const Window& window = film.window();
     Image image;
-    image.width = std::max(window.width(), coloursOnly ? 0 : kLeastWidth);
-    image.height = window.height() + (coloursOnly ? 0 : kFooter);
+    image.width = std::max(window.width(), colorsOnly ? 0 : kLeastWidth);
+    image.height = window.height() + (colorsOnly ? 0 : kFooter);
     image.pixels.assign(size_t(image.width) * size_t(image.height), Rgb(0));
     const std::vector<float>& plane = film.plane(layer);
     for (int y = 0; y < window.height(); ++y)
         for (int x = 0; x < window.width(); ++x) {
             const float value = plane[size_t(y) * size_t(window.width()) + size_t(x)];
             Rgb& pixel = image.at(x, y);
-            if (coloursOnly)
-                pixel = value != 0 ? ownColour(value) : Rgb(0);
+            if (colorsOnly)
+                pixel = value != 0 ? ownColor(value) : Rgb(0);
             else if (scale.has(value))
-                pixel = falseColour(scale.placeOf(value));
+                pixel = falseColor(scale.placeOf(value));
         }
-    if (!coloursOnly)
+    if (!colorsOnly)
         drawScale(image, window.height(), scale);
     return image;
 }

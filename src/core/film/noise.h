@@ -18,7 +18,7 @@ class NoiseEstimate {
 
     /// Half the width of the 95 % confidence interval of the pixel's luminance Y, over max(Y, kFloor): by
     /// Student's distribution from the variance of the passes. (Of a pixel that all passes agree on, or
-    /// nearly, the mean variance around it counts: what it has not met yet, its neighbours have.) Infinite
+    /// nearly, the mean variance around it counts: what it has not met yet, its neighbors have.) Infinite
     /// before the second pass.
     std::vector<float> pixels() const;
     /// The variance of the pixel's luminance as the mean of the passes. Infinite before the second pass.

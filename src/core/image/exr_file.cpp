@@ -120,7 +120,7 @@ bool hasExact(const Part& part) {
 }
 
 /// Whether there is light in it, not numbers alone.
-bool isColour(const Part& part) {
+bool isColor(const Part& part) {
     return std::any_of(part.channels.begin(), part.channels.end(), [](const Channel& c) {
         return !c.exact && std::holds_alternative<const float*>(c.data);
     });
@@ -191,8 +191,8 @@ Imf::Header headerOf(const Part& part, const ImageFrame& frame, const ExrSetting
     header.compression() = Imf::Compression(settings.compression);
     header.dwaCompressionLevel() = settings.dwaLevel;
     Imf::addChromaticities(header, Imf::Chromaticities()); // Rec. 709
-    header.insert("oiio:ColorSpace", Imf::StringAttribute(isColour(part) ? settings.space : "data"));
-    header.insert("colorInteropID", Imf::StringAttribute(isColour(part) ? kInteropId : "data"));
+    header.insert("oiio:ColorSpace", Imf::StringAttribute(isColor(part) ? settings.space : "data"));
+    header.insert("colorInteropID", Imf::StringAttribute(isColor(part) ? kInteropId : "data"));
     insertMetadata(header, part.metadata);
     for (const Channel& channel : part.channels)
         header.channels().insert(channel.name, Imf::Channel(typeOf(channel, settings)));

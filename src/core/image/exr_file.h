@@ -14,7 +14,7 @@ struct ExrSettings {
     bool half = false;                 ///< 16-bit floats, where a channel does not forbid it
     int tile = 0;                      ///< edge of the tiles in pixels; 0: scan lines
     bool parts = false;                ///< a part for each layer, else all layers' channels in one
-    std::string space = kWorkingSpace; ///< the name of the pixels' colour space
+    std::string space = kWorkingSpace; ///< the name of the pixels' color space
 };
 
 /// Settings from words with commas between: float or half; a compression, for the last two with `:level`;

@@ -9,13 +9,13 @@
 
 namespace strobe {
 
-Transfer Transfer::of(const ColourConfig& config, const std::string& space, const Location& where) {
-    ColourTransform toWorking = config.toWorking(space, where);
+Transfer Transfer::of(const ColorConfig& config, const std::string& space, const Location& where) {
+    ColorTransform toWorking = config.toWorking(space, where);
     return toWorking ? Transfer{Space, 1, true, space, std::move(toWorking)} : Transfer{};
 }
 
-Transfer Transfer::ofFile(const ColourConfig& config, const std::filesystem::path& file,
-                          const Location& where, const Transfer& otherwise) {
+Transfer Transfer::ofFile(const ColorConfig& config, const std::filesystem::path& file, const Location& where,
+                          const Transfer& otherwise) {
     const std::string space = config.spaceOfFile(file, where);
     return space.empty() ? otherwise : of(config, space, where);
 }
@@ -98,7 +98,7 @@ std::string readMetadata(const std::filesystem::path& path, const std::string& n
 }
 
 void writePng(const std::filesystem::path& path, Image image, const Metadata& metadata,
-              const ColourTransform& view) {
+              const ColorTransform& view) {
     if (image.width < 1 || image.height < 1)
         failWrite(path, "the image is empty");
     if (view)

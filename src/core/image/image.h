@@ -33,13 +33,13 @@ struct Transfer {
     Kind kind = Linear;
     float gamma = 1;       ///< of kind Gamma: linear = stored^gamma
     bool ofFloats = false; ///< apply it to files that store floats, too (else to 8- and 16-bit files only)
-    std::string space{};   ///< of kind Space: the name of a colour space
-    ColourTransform toWorking{}; ///< of kind Space
+    std::string space{};   ///< of kind Space: the name of a color space
+    ColorTransform toWorking{}; ///< of kind Space
 
-    /// From a space of a config, whatever type the files have. Throws as ColourConfig::toWorking does.
-    static Transfer of(const ColourConfig& config, const std::string& space, const Location& where);
+    /// From a space of a config, whatever type the files have. Throws as ColorConfig::toWorking does.
+    static Transfer of(const ColorConfig& config, const std::string& space, const Location& where);
     /// As the config's rules say for a file of this name, else `otherwise`.
-    static Transfer ofFile(const ColourConfig& config, const std::filesystem::path& file,
+    static Transfer ofFile(const ColorConfig& config, const std::filesystem::path& file,
                            const Location& where, const Transfer& otherwise);
     /// Whether it changes anything in files of floats, or in others.
     bool changes(bool floats) const;
@@ -51,7 +51,7 @@ struct Transfer {
 /// `where` unless the name is that of a kind of image whose files cannot refer to others, and sees to it that
 /// what its name says decides how it is read. Without such a guard it does nothing.
 void checkImage(const std::filesystem::path& path, const Location& where);
-/// Reads the first three channels (an image of one or two is grey: its first is spread to three), as stored
+/// Reads the first three channels (an image of one or two is gray: its first is spread to three), as stored
 /// but for what `transfer` says. Throws a located Error.
 Image readImage(const std::filesystem::path& path, const Location& where, const Transfer& transfer = {});
 
@@ -63,7 +63,7 @@ struct EncodedImage {
 };
 
 /// Which channels of an image make a texture.
-enum class ImagePart { Colour, Alpha };
+enum class ImagePart { Color, Alpha };
 
 class TextureLevels;
 
@@ -79,12 +79,12 @@ class TextureCache : public std::enable_shared_from_this<TextureCache> {
     struct File;
     std::shared_ptr<const File> open(const std::filesystem::path& path, const Location& where,
                                      const Transfer& transfer = {});
-    /// The same of an image in memory, whose alpha is not multiplied into its colour; null when it has not
+    /// The same of an image in memory, whose alpha is not multiplied into its color; null when it has not
     /// the part that is wanted. The values of an Alpha part are read as they are stored.
     std::shared_ptr<const File> open(std::shared_ptr<const EncodedImage> image, const Location& where,
                                      const Transfer& transfer, ImagePart part);
-    /// The filtered colour at `uv` (v = 0 is the image's first row), over the ellipse duvdx, duvdy; zero
-    /// derivatives give a bilinear lookup in the finest level. Grey images are spread to three channels.
+    /// The filtered color at `uv` (v = 0 is the image's first row), over the ellipse duvdx, duvdy; zero
+    /// derivatives give a bilinear lookup in the finest level. Gray images are spread to three channels.
     /// Throws the located Error of `open` when a part of the file that was not read before turns out to be
     /// damaged.
     Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, const Lookup& how) const;
@@ -121,7 +121,7 @@ struct Window {
 /// Writes an 8-bit PNG of linear RGB as `view` shows it, clamped; an empty one is sRGB. There is never a
 /// half-written file under the final name. Throws Error of kind Output.
 void writePng(const std::filesystem::path& path, Image image, const Metadata& metadata,
-              const ColourTransform& view = {});
+              const ColorTransform& view = {});
 
 /// The text that an image file's metadata has under `name`; empty when there is none, or no such image.
 std::string readMetadata(const std::filesystem::path& path, const std::string& name);

@@ -83,7 +83,7 @@ class ImageLibrary {
     virtual void trustNames() const = 0;
     /// Null: `error` says why.
     virtual std::unique_ptr<StoredImage> open(const std::string& path, std::string& error) const = 0;
-    /// A PNG or JPEG in memory, which outlives what is returned; alpha is not multiplied into its colour.
+    /// A PNG or JPEG in memory, which outlives what is returned; alpha is not multiplied into its color.
     virtual std::unique_ptr<StoredImage> open(std::span<const unsigned char> encoded,
                                               std::string& error) const = 0;
     /// A PNG of 8-bit RGB, row after row from the top; empty: `error` says why.

@@ -145,7 +145,7 @@ STROBE_LANES void TextureLevels::Shapes::findProbes(const float* lesserSide, int
 struct TextureLevels::Lines {
     int count = 0;
     alignas(64) int32_t owner[kMostLines], level[kMostLines], probes[kMostLines];
-    alignas(64) float share[kMostLines]; ///< in the owner's colour
+    alignas(64) float share[kMostLines]; ///< in the owner's color
     alignas(64) float x[kMostLines], y[kMostLines], halfX[kMostLines], halfY[kMostLines];
     alignas(64) float number[kMostLines], steep[kMostLines];
     alignas(64) float middle[kMostLines]; ///< of the first probe, in 2 number parts of the line
@@ -301,11 +301,11 @@ void TextureLevels::lookupLanes(const TexturePointLanes& at, int begin, int end,
 
 bool TextureLevels::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const {
     TexturePointLanes at;
-    RgbLanes colour;
+    RgbLanes color;
     int32_t found;
     at.uv.set(0, uv), at.duvdx.set(0, duvdx), at.duvdy.set(0, duvdy);
-    lookupLanes(at, 0, 1, wrap, colour, &found);
-    out = colour.at(0);
+    lookupLanes(at, 0, 1, wrap, color, &found);
+    out = color.at(0);
     return found;
 }
 

@@ -13,9 +13,9 @@ class TextureLevels {
     /// `levels`: the finest first, none empty.
     explicit TextureLevels(const std::vector<Image>& levels);
 
-    /// For i from `begin` to `end`: the colour at uv[i], wrapped by repetition or clamped, over the ellipse
+    /// For i from `begin` to `end`: the color at uv[i], wrapped by repetition or clamped, over the ellipse
     /// duvdx[i], duvdy[i]; for zeros, bilinear in the finest level. Where found[i] becomes 0, OpenImageIO is
-    /// to be asked, since the wrap is another or the ellipse large. Neighbours change nothing, to the bit.
+    /// to be asked, since the wrap is another or the ellipse large. Neighbors change nothing, to the bit.
     void lookupLanes(const TexturePointLanes& at, int begin, int end, Wrap wrap, RgbLanes& out,
                      int32_t* found) const;
     /// One of them; what is returned is `found`.

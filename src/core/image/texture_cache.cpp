@@ -13,7 +13,7 @@ namespace {
 struct Recipe {
     std::string path;
     std::shared_ptr<const EncodedImage> memory; ///< in place of the path
-    ImagePart part = ImagePart::Colour;
+    ImagePart part = ImagePart::Color;
     Transfer transfer;
 
     std::unique_ptr<StoredImage> open(std::string& error) const {
@@ -22,14 +22,14 @@ struct Recipe {
     bool decode(DecodedImage& out, std::string& error) const;
 };
 
-/// Grey becomes a colour: the space's grey need not be ours.
+/// Gray becomes a color: the space's gray need not be ours.
 void convert(const Transfer& transfer, DecodedImage& image) {
     const std::vector<float>& v = image.values;
-    std::vector<Rgb> colours(v.size() / size_t(image.channels));
-    for (size_t i = 0; i < colours.size(); ++i)
-        colours[i] = image.channels == 1 ? Rgb(v[i]) : Rgb(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
-    transfer.toWorking(colours);
-    image.values.assign(&colours[0].x, &colours[0].x + 3 * colours.size());
+    std::vector<Rgb> colors(v.size() / size_t(image.channels));
+    for (size_t i = 0; i < colors.size(); ++i)
+        colors[i] = image.channels == 1 ? Rgb(v[i]) : Rgb(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
+    transfer.toWorking(colors);
+    image.values.assign(&colors[0].x, &colors[0].x + 3 * colors.size());
     image.channels = 3;
 }
 
@@ -45,8 +45,8 @@ bool Recipe::decode(DecodedImage& out, std::string& error) const {
         return false;
     }
     const bool isAlpha = part == ImagePart::Alpha;
-    const int colours = file->alpha > 0 ? file->alpha : file->channels;
-    const int first = isAlpha ? std::max(file->alpha, 0) : 0, n = isAlpha ? 1 : colours >= 3 ? 3 : 1;
+    const int colors = file->alpha > 0 ? file->alpha : file->channels;
+    const int first = isAlpha ? std::max(file->alpha, 0) : 0, n = isAlpha ? 1 : colors >= 3 ? 3 : 1;
     out = {file->width, file->height, n, {}};
     out.values.resize(size_t(file->width) * size_t(file->height) * size_t(n));
     if (!file->read(first, first + n, out.values.data(), error))
@@ -103,7 +103,7 @@ struct TextureCache::Impl {
     int64_t kept = 0;              ///< texels of their finest levels
     std::set<std::string> defined; ///< names that are not files' own
 
-    /// The cache's name for the file: its own, or one that stands for its linearised values.
+    /// The cache's name for the file: its own, or one that stands for its linearized values.
     std::string nameOf(const std::filesystem::path& path, const Transfer& transfer);
     std::string nameOf(Recipe recipe, const std::string& name);
     std::shared_ptr<const File> open(const std::string& name, const std::string& shown,
@@ -127,7 +127,7 @@ std::string TextureCache::Impl::nameOf(const std::filesystem::path& path, const 
     const auto file = transfer.changes(false) ? imageLibrary().open(path.string(), error) : nullptr;
     if (!file || !transfer.changes(file->ofFloats))
         return path.string();
-    return nameOf(Recipe{path.string(), nullptr, ImagePart::Colour, transfer}, path.string());
+    return nameOf(Recipe{path.string(), nullptr, ImagePart::Color, transfer}, path.string());
 }
 
 std::shared_ptr<const TextureCache::File>

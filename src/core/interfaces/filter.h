@@ -9,14 +9,14 @@ class Filter {
   public:
     virtual ~Filter() = default;
     struct Sample {
-        V2f offset;   ///< from the pixel's centre, in pixels
+        V2f offset;   ///< from the pixel's center, in pixels
         float weight; ///< f/pdf: constant 1 for non-negative filters; ±c where the filter has negative lobes
     };
     /// Draws an offset with density |f(x,y)| / ∫|f|; `u` in [0,1)². The mean of `weight` is 1.
     virtual Sample sample(const V2f& u) const = 0;
     /// The same of u's lanes 0 … n-1.
     virtual void sampleLanes(const V2Lanes& u, int n, V2Lanes& offset, float* weight) const;
-    /// The normalised filter's value at `offset` (integrates to 1 over the plane). For tests.
+    /// The normalized filter's value at `offset` (integrates to 1 over the plane). For tests.
     virtual float eval(const V2f& offset) const = 0;
     /// Half-widths of the support in pixels.
     virtual V2f radius() const = 0;

@@ -26,7 +26,7 @@ struct LightHit {
 struct LightQueryLanes {
     const V3Lanes& p;
     const float* time;    ///< shutter fraction
-    const int32_t* point; ///< a number: neighbours with the same number are at the same point and time
+    const int32_t* point; ///< a number: neighbors with the same number are at the same point and time
     const V2Lanes& u;     ///< in [0,1)²; of delta lights nothing: they need none
     int n;
 };

@@ -64,7 +64,7 @@ struct BsdfSampleLanes {
 /// material.
 struct BsdfLanes {
     const Bsdf* bsdf;     ///< by point
-    const int32_t* point; ///< by job; jobs of one point are neighbours
+    const int32_t* point; ///< by job; jobs of one point are neighbors
     const V3Lanes& wo;    ///< by job: its point's
     int begin, end;
     const int32_t* wanted; ///< by job: what has a 0 here need not be done; null: all
@@ -123,7 +123,7 @@ class Material {
     /// True when its indirect light is smooth over the surface: most of it comes from all around.
     virtual bool isDiffuse() const { return false; }
     /// True when a texture modulates what it reflects: then `albedo` is about the part of the light that it
-    /// does, by which indirect light of neighbouring points can be compared.
+    /// does, by which indirect light of neighboring points can be compared.
     virtual bool isTextured() const { return false; }
     virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
     /// True when light passes through.

@@ -28,7 +28,7 @@ struct TriangleMesh {
 struct QuadricPoint {
     V3f p, n;       ///< n: unit outward normal
     V3f dpdu, dpdv; ///< derivatives by the uv below
-    V2f uv;         ///< pbrt's parametrisation
+    V2f uv;         ///< pbrt's parametrization
 };
 
 /// Where QuadricPoints go that are found side by side.

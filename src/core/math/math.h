@@ -1,4 +1,4 @@
-// Vectors, matrices, colours and frames: Imath types under the names the renderer uses.
+// Vectors, matrices, colors and frames: Imath types under the names the renderer uses.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -63,7 +63,7 @@ inline V3f transformVector(const M44f& m, const V3f& v) {
     return {v.x * m[0][0] + v.y * m[1][0] + v.z * m[2][0], v.x * m[0][1] + v.y * m[1][1] + v.z * m[2][1],
             v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
 }
-/// A normal through a transform, given the transform's *inverse*; not normalised.
+/// A normal through a transform, given the transform's *inverse*; not normalized.
 inline V3f transformNormal(const M44f& inverse, const V3f& n) {
     return {n.x * inverse[0][0] + n.y * inverse[0][1] + n.z * inverse[0][2],
             n.x * inverse[1][0] + n.y * inverse[1][1] + n.z * inverse[1][2],

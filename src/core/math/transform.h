@@ -54,7 +54,7 @@ class TransformPath {
   public:
     TransformPath() = default;
     TransformPath(KeyedTransform t) { append(std::move(t)); } // NOLINT: implicit
-    /// Applies `t` after what is there. Still neighbours are merged.
+    /// Applies `t` after what is there. Still neighbors are merged.
     void append(KeyedTransform t);
     bool isStill() const { return m_chain.size() <= 1 && (m_chain.empty() || m_chain.front().isStill()); }
     M44f at(float time) const;

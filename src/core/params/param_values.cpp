@@ -123,10 +123,10 @@ TexturePtr textureOf(const Param& p, const TextureTable* table, bool wantFloat) 
     const auto at = [](const std::vector<TexturePtr>& list, int i) {
         return i >= 0 && static_cast<size_t>(i) < list.size() ? list[i] : nullptr;
     };
-    const TexturePtr scalar = at(table->floats, p.ints[0]), colour = at(table->rgbs, p.ints[1]);
-    const TexturePtr found = (wantFloat ? scalar : colour) ? (wantFloat ? scalar : colour)
-                             : wantFloat                   ? colour
-                                                           : scalar;
+    const TexturePtr scalar = at(table->floats, p.ints[0]), color = at(table->rgbs, p.ints[1]);
+    const TexturePtr found = (wantFloat ? scalar : color) ? (wantFloat ? scalar : color)
+                             : wantFloat                  ? color
+                                                          : scalar;
     if (!found)
         throw Error(p.where, fmt::format("texture \"{}\" is not available here",
                                          p.strings.empty() ? p.name : p.strings[0]));

@@ -23,8 +23,8 @@ struct BuildContext {
     Conventions conventions = Conventions::PbrtV4;
     std::vector<float> keyTimes{0, 1}; ///< of the scene's TransformTimes
     std::shared_ptr<TextureCache> textureCache{};
-    /// Of the colours in files.
-    std::shared_ptr<const ColourConfig> colour = std::make_shared<const ColourConfig>();
+    /// Of the colors in files.
+    std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
     bool lenient = false; ///< the scene is what another program wrote: trifles are warned about
 };
 

@@ -47,7 +47,7 @@ struct FeatureSettings {
 };
 
 /// Gathers features over a window of the frame. Normals and albedos are means of the samples, weighted by the
-/// pixel filter, like colour. What makes no sense when mixed is that of one sample: of all, the nearest to
+/// pixel filter, like color. What makes no sense when mixed is that of one sample: of all, the nearest to
 /// the middle of the pixel. Cryptomatte counts all samples: they are drawn with the density of the filter's
 /// absolute value, so their numbers are the coverage that it gives.
 class FeatureFilm {

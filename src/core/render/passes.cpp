@@ -15,7 +15,7 @@ class PassTimes {
   public:
     void add(int samples, double seconds) { m_seconds[samples] = seconds; }
     /// There is a part that does not depend on the samples (points that are shaded once, however many of them
-    /// share it), and what each sample adds. So: along the line through the neighbouring sizes or, beyond
+    /// share it), and what each sample adds. So: along the line through the neighboring sizes or, beyond
     /// the largest pass, through the last two; but there a sample adds a quarter of its mean share at least.
     double predict(int samples) const {
         const auto above = m_seconds.lower_bound(samples);

@@ -326,7 +326,7 @@ void Tracer::intersect(RayBlock& block, int n, bool coherent) const {
     PacketMask valid(n);
     intersectScene(m_impl->scenes[0], valid, block, coherent);
     // Never with the coherent flag: Embree 3.13's coherent path rounds differently when instances move, so it
-    // would make lanes depend on their neighbours.
+    // would make lanes depend on their neighbors.
     if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
         intersectScene(m_impl->moving, valid, block, false);
     m_impl->quadrics.intersect(block, PacketMask(n));

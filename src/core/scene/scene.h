@@ -123,7 +123,7 @@ class Scene {
         return s;
     }
     RawSurfacePoint rawSurface(const Hit& hit, float time) const;
-    /// The same of hits 0 … n-1, none of them empty; quicker where neighbours are on the same geometry.
+    /// The same of hits 0 … n-1, none of them empty; quicker where neighbors are on the same geometry.
     void rawSurfaces(const HitLanes& hits, const float* time, int n, SurfaceLanes& out) const;
     /// Whether its meshes are more than a processor's nearest cache holds.
     bool hasLargeMeshes() const { return m_hasLargeMeshes; }

@@ -1,4 +1,4 @@
-// Points of surfaces side by side: those of neighbouring hits on the same geometry.
+// Points of surfaces side by side: those of neighboring hits on the same geometry.
 #include "core/scene/scene.h"
 #include "core/scene/surface_math.h"
 

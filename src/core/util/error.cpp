@@ -122,7 +122,7 @@ void Messages::warnOnce(const std::string& key, const Location& where, const std
 size_t editDistance(std::string_view a, std::string_view b) {
     if (a.size() > kMaxNameLength || b.size() > kMaxNameLength)
         return a == b ? 0 : std::max(a.size(), b.size());
-    // Levenshtein's table, row by row; a swap of neighbours counts once (optimal string alignment).
+    // Levenshtein's table, row by row; a swap of neighbors counts once (optimal string alignment).
     std::array<std::array<size_t, kMaxNameLength + 1>, 3> rows{};
     for (size_t j = 0; j <= b.size(); ++j)
         rows[0][j] = j;

@@ -189,7 +189,7 @@ class SceneBuilder::Impl {
   public:
     Impl(SceneDescription&& description, const BuildOptions& options, Messages& messages, Frames frames)
         : m_description(withChoices(std::move(description), options)), m_messages(messages),
-          m_tables(pluginTables()), m_maker(m_description, options.colour, messages),
+          m_tables(pluginTables()), m_maker(m_description, options.color, messages),
           m_gltf(m_description, *m_maker.context().textureCache, messages),
           m_camera(orDefault(m_description.camera, "perspective")),
           m_shapes([this](ShapeDecl& decl, Messages& told) { return makeShape(decl, told); },

@@ -21,7 +21,7 @@ struct BuildOptions {
     std::optional<Window> pixelBounds;        ///< goes before crop; must lie in the frame
     std::optional<Shutter> shutter; ///< in scene time, in place of the camera's; closing as it opens: a still
     bool quick = false;             ///< a quarter of the resolution and of the samples
-    std::shared_ptr<const ColourConfig> colour = std::make_shared<const ColourConfig>();
+    std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
     std::string gltfAnimation, gltfCamera; ///< of glTF files that the scene leaves the choice; empty: theirs
 };
 

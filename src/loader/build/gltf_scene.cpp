@@ -184,17 +184,17 @@ class GltfScene::File {
 
     Statement statementOf(const gltf::ImportedLight& light) const {
         const Rgb& c = light.intensity;
-        const auto colour = [&](const char* name) { return numbers(name, ParamType::Rgb, {c.x, c.y, c.z}); };
+        const auto color = [&](const char* name) { return numbers(name, ParamType::Rgb, {c.x, c.y, c.z}); };
         const Param aim = numbers("to", ParamType::Vector3, {0, 0, -1});
         const auto degrees = [](const char* name, float radians) {
             return numbers(name, ParamType::Float, {radians * (180 / kPi)});
         };
         switch (light.kind) {
         case gltf::ImportedLight::Directional:
-            return statement("distant", {colour("L"), aim}, m_decl.where);
+            return statement("distant", {color("L"), aim}, m_decl.where);
         case gltf::ImportedLight::Spot:
             return statement("spot",
-                             {colour("I"),
+                             {color("I"),
                               aim,
                               degrees("coneangle", light.outerAngle),
                               degrees("conedeltaangle", light.outerAngle - light.innerAngle),
@@ -203,7 +203,7 @@ class GltfScene::File {
         case gltf::ImportedLight::Point:
             break;
         }
-        return statement("point", {colour("I")}, m_decl.where);
+        return statement("point", {color("I")}, m_decl.where);
     }
 
     const GltfDecl m_decl;
@@ -230,10 +230,10 @@ void addDaylight(SceneDescription& description) {
 
 /// Sees all of a box from the front, a little from the right and from above (glTF's front is +z).
 KeyedTransform viewOf(const Box3f& bounds, float halfAngle) {
-    const V3f centre = bounds.isEmpty() ? V3f(0) : (bounds.min + bounds.max) * .5f;
+    const V3f center = bounds.isEmpty() ? V3f(0) : (bounds.min + bounds.max) * .5f;
     const float size = bounds.isEmpty() ? 0 : length(bounds.size()), radius = size > 0 ? size / 2 : 1;
-    const V3f eye = centre + normalize(V3f(.5f, .4f, 1)) * (radius / std::sin(halfAngle));
-    const M44d toCamera = lookAt({eye.x, eye.y, eye.z, centre.x, centre.y, centre.z, 0, 1, 0}, {});
+    const V3f eye = center + normalize(V3f(.5f, .4f, 1)) * (radius / std::sin(halfAngle));
+    const M44d toCamera = lookAt({eye.x, eye.y, eye.z, center.x, center.y, center.z, 0, 1, 0}, {});
     const M44d turn = scaling(-1, 1, 1, {}); // lookAt is left-handed, glTF right-handed
     return KeyedTransform(M44f(turn * toCamera.inverse()));
 }

@@ -18,7 +18,7 @@ ParamSet blackParams() {
     return params;
 }
 
-/// A colour in pbrt-v3, a number in v4.
+/// A color in pbrt-v3, a number in v4.
 float readAmount(const ParamSet& params) {
     if (params.typeOf(kAmount) == ParamType::Float)
         return params.get(ParamDef<float>{kAmount.name, 0, kAmount.doc});
@@ -52,7 +52,7 @@ class MaterialMakers {
         }
         if (statement.name == "uber") {
             const RgbInput opacity = statement.params.get(kOpacity);
-            made.opacity = greyOf(opacity, [](const Rgb& c) { return (c.x + c.y + c.z) / 3; });
+            made.opacity = grayOf(opacity, [](const Rgb& c) { return (c.x + c.y + c.z) / 3; });
         }
         made.material = m_maker.make(m_table, m_foreign, statement, "material");
         return made;

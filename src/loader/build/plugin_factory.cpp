@@ -17,13 +17,13 @@ std::string fallback(const std::string& kind) {
 
 } // namespace
 
-Maker::Maker(const SceneDescription& description, std::shared_ptr<const ColourConfig> colour,
+Maker::Maker(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
              Messages& messages)
     : m_strict(description.strictParameters), m_context{messages,
                                                         description.conventions,
                                                         description.keyTimes,
                                                         std::make_shared<TextureCache>(),
-                                                        std::move(colour),
+                                                        std::move(color),
                                                         !m_strict},
       m_textures(std::make_shared<TextureTable>()) {}
 
@@ -32,7 +32,7 @@ Maker::Maker(const Maker& other, Messages& messages)
                                           other.m_context.conventions,
                                           other.m_context.keyTimes,
                                           other.m_context.textureCache,
-                                          other.m_context.colour,
+                                          other.m_context.color,
                                           other.m_context.lenient},
       m_textures(other.m_textures) {}
 

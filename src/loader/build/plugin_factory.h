@@ -12,8 +12,7 @@ namespace strobe {
 /// foreign row of the same kind; the first time that this changes something, a warning says so.
 class Maker {
   public:
-    Maker(const SceneDescription& description, std::shared_ptr<const ColourConfig> colour,
-          Messages& messages);
+    Maker(const SceneDescription& description, std::shared_ptr<const ColorConfig> color, Messages& messages);
     /// The same maker, which tells its warnings to another.
     Maker(const Maker& other, Messages& messages);
 

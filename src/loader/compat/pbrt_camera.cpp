@@ -8,7 +8,7 @@ namespace {
 
 const ParamDef<std::string> kLensFile{"lensfile", "", "description of the lens"};
 const ParamDef<float> kAperture{"aperturediameter", 1, "in mm"};
-const ParamDef<float> kFocusDistance{"focusdistance", 10, "in scene units, which are metres",
+const ParamDef<float> kFocusDistance{"focusdistance", 10, "in scene units, which are meters",
                                      "focaldistance"};
 const ParamDef<float> kDiagonal{"diagonal", 35, "of the film, in mm"};
 

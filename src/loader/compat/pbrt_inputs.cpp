@@ -72,7 +72,7 @@ RgbInput mapped(const RgbInput& in, std::function<Rgb(const Rgb&)> f) {
     return combined(in, in, [f = std::move(f)](const Rgb& a, const Rgb&) { return f(a); });
 }
 
-FloatInput greyOf(const RgbInput& in, std::function<float(const Rgb&)> f) {
+FloatInput grayOf(const RgbInput& in, std::function<float(const Rgb&)> f) {
     return compute<FloatInput, Rgb, float>(in, in,
                                            [f = std::move(f)](const Rgb& a, const Rgb&) { return f(a); });
 }

@@ -10,7 +10,7 @@ namespace strobe {
 /// f of the input, wherever it is looked up.
 FloatInput mapped(const FloatInput& in, std::function<float(float)> f);
 RgbInput mapped(const RgbInput& in, std::function<Rgb(const Rgb&)> f);
-FloatInput greyOf(const RgbInput& in, std::function<float(const Rgb&)> f);
+FloatInput grayOf(const RgbInput& in, std::function<float(const Rgb&)> f);
 /// f of two inputs.
 RgbInput combined(const RgbInput& a, const RgbInput& b, std::function<Rgb(const Rgb&, const Rgb&)> f);
 FloatInput combined(const FloatInput& a, const FloatInput& b, std::function<float(float, float)> f);

@@ -75,10 +75,10 @@ MaterialPtr matte(const RgbInput& kd, const BuildContext& context) {
     return mattePlugin().create(OurParams().set("Kd", kd).params(), context);
 }
 
-/// A coloured body under a gloss, none of which is metal.
-MetallicRoughnessInputs body(const RgbInput& colour, const FloatInput& roughness) {
+/// A colored body under a gloss, none of which is metal.
+MetallicRoughnessInputs body(const RgbInput& color, const FloatInput& roughness) {
     MetallicRoughnessInputs in;
-    in.baseColour = colour;
+    in.baseColor = color;
     in.metallic = 0.f;
     in.roughness = roughness;
     return in;
@@ -86,28 +86,28 @@ MetallicRoughnessInputs body(const RgbInput& colour, const FloatInput& roughness
 
 /// The gloss of an index of 1.5 times `ks`.
 void scaleGloss(MetallicRoughnessInputs& in, const RgbInput& ks) {
-    in.specular = greyOf(ks, maxComponent);
-    in.specularColour = mapped(ks, [](const Rgb& c) { return c / std::max(maxComponent(c), 1e-6f); });
+    in.specular = grayOf(ks, maxComponent);
+    in.specularColor = mapped(ks, [](const Rgb& c) { return c / std::max(maxComponent(c), 1e-6f); });
 }
 
 MaterialPtr metal(const RgbInput& reflectance, const FloatInput& roughness) {
     MetallicRoughnessInputs in;
-    in.baseColour = reflectance;
+    in.baseColor = reflectance;
     in.metallic = 1.f;
     in.roughness = roughness;
     return makeMetallicRoughness(in);
 }
 
-/// A conductor's colour: "reflectance", or from eta and k, each behind the prefix that is in their names.
-RgbInput conductorColour(const ParamSet& params, const ParamDef<RgbInput>& reflectance,
-                         const ParamDef<Rgb>& eta, const ParamDef<Rgb>& k) {
+/// A conductor's color: "reflectance", or from eta and k, each behind the prefix that is in their names.
+RgbInput conductorColor(const ParamSet& params, const ParamDef<RgbInput>& reflectance,
+                        const ParamDef<Rgb>& eta, const ParamDef<Rgb>& k) {
     if (params.has(reflectance))
         return params.get(reflectance);
     return conductorReflectance(params.get(eta), params.get(k));
 }
 
 MaterialPtr createConductor(const ParamSet& params, const BuildContext&) {
-    return metal(conductorColour(params, kReflectance, kMetalEta, kMetalK),
+    return metal(conductorColor(params, kReflectance, kMetalEta, kMetalK),
                  readRoughness(params, roughnessOf(0), RoughnessRule::SquareRoot));
 }
 
@@ -135,7 +135,7 @@ const RoughnessDefs kCoatRoughness{{"interface.roughness", 0.f, "roughness of th
 
 MaterialPtr createCoatedConductor(const ParamSet& params, const BuildContext&) {
     MetallicRoughnessInputs in;
-    in.baseColour = conductorColour(params, kCoatedReflectance, kCoatedEta, kCoatedK);
+    in.baseColor = conductorColor(params, kCoatedReflectance, kCoatedEta, kCoatedK);
     in.metallic = 1.f;
     in.roughness = readRoughness(params, kCoatedRoughness, RoughnessRule::SquareRoot);
     in.clearcoat = 1.f;
@@ -156,8 +156,8 @@ MaterialPtr createSubstrate(const ParamSet& params, const BuildContext& context)
     defs.u.fallback = defs.v.fallback = .1f;
     MetallicRoughnessInputs in =
         body(params.get(with(kKd, RgbInput(Rgb(.5f)))), readRoughness(params, defs, ruleOf(context)));
-    in.specularColour = mapped(params.get(with(kKs, RgbInput(Rgb(.5f)))),
-                               [](const Rgb& c) { return c / .04f; }); // of the index of 1.5
+    in.specularColor = mapped(params.get(with(kKs, RgbInput(Rgb(.5f)))),
+                              [](const Rgb& c) { return c / .04f; }); // of the index of 1.5
     return makeMetallicRoughness(in);
 }
 
@@ -183,7 +183,7 @@ MaterialPtr createUber(const ParamSet& params, const BuildContext& context) {
     return makeMetallicRoughness(in);
 }
 
-const ParamDef<RgbInput> kColour{"color", Rgb(.5f), "base colour"};
+const ParamDef<RgbInput> kColor{"color", Rgb(.5f), "base color"};
 const ParamDef<FloatInput> kMetallic{"metallic", 0.f, "0: dielectric, 1: metal"};
 const ParamDef<FloatInput> kDisneyRoughness{"roughness", .5f, "its square is alpha"};
 const ParamDef<FloatInput> kClearcoat{"clearcoat", 0.f, "strength of the coat"};
@@ -194,8 +194,8 @@ const ParamDef<bool> kThin{"thin", false, "a thin wall"};
 MaterialPtr createDisney(const ParamSet& params, const BuildContext& context) {
     const FloatInput through = params.get(kSpecTrans), eta = readIndex(params, kEta);
     const bool isThin = params.get(kThin);
-    const RgbInput colour = params.get(kColour);
-    MetallicRoughnessInputs in = body(colour, params.get(kDisneyRoughness));
+    const RgbInput color = params.get(kColor);
+    MetallicRoughnessInputs in = body(color, params.get(kDisneyRoughness));
     in.metallic = params.get(kMetallic);
     in.ior = eta;
     in.clearcoat = mapped(params.get(kClearcoat), [](float c) { return c / 4; }); // Disney's coat at its most
@@ -203,7 +203,7 @@ MaterialPtr createDisney(const ParamSet& params, const BuildContext& context) {
         return std::sqrt(lerp(.1f, .001f, gloss)); // Disney's alpha
     });
     if (!isThin && meanOf(through) > .5f)
-        return glassPlugin().create(OurParams().set("Kt", colour).set("index", eta).params(), context);
+        return glassPlugin().create(OurParams().set("Kt", color).set("index", eta).params(), context);
     if (isThin)
         in.transmission = through;
     return makeMetallicRoughness(in);
@@ -273,25 +273,25 @@ Rgb slabReflectance(const Rgb& sigmaA, const Rgb& sigmaS) {
 
 MaterialPtr createSubsurface(const ParamSet& params, const BuildContext& context) {
     const Rgb scattering = params.get(kSigmaS) * (1 - params.get(kG));
-    const RgbInput colour = params.has(kReflectance)
-                                ? params.get(kReflectance)
-                                : RgbInput(slabReflectance(params.get(kSigmaA), scattering));
-    MetallicRoughnessInputs in = body(colour, readRoughness(params, roughnessOf(0), ruleOf(context)));
+    const RgbInput color = params.has(kReflectance)
+                               ? params.get(kReflectance)
+                               : RgbInput(slabReflectance(params.get(kSigmaA), scattering));
+    MetallicRoughnessInputs in = body(color, readRoughness(params, roughnessOf(0), ruleOf(context)));
     in.ior = readIndex(params, with(kEta, FloatInput(1.33f)));
     return makeMetallicRoughness(in);
 }
 
-const ParamDef<RgbInput> kHairColour{"color", Rgb(.5f), "colour of the hair", "reflectance"};
+const ParamDef<RgbInput> kHairColor{"color", Rgb(.5f), "color of the hair", "reflectance"};
 const ParamDef<Rgb> kHairSigma{"sigma_a", Rgb(0), "absorption"};
 const ParamDef<float> kEumelanin{"eumelanin", 0.f, "concentration of brown pigment"};
 const ParamDef<float> kPheomelanin{"pheomelanin", 0.f, "concentration of red pigment"};
 const ParamDef<float> kBetaN{"beta_n", .3f, "azimuthal roughness"};
 
-/// The colour of many hairs, from the absorption in one (Chiang et al., "A Practical and Controllable Hair
+/// The color of many hairs, from the absorption in one (Chiang et al., "A Practical and Controllable Hair
 /// and Fur Model for Production Path Tracing", 2016); melanins as in d'Eon et al., 2011.
 MaterialPtr createHair(const ParamSet& params, const BuildContext& context) {
-    if (params.has(kHairColour))
-        return matte(params.get(kHairColour), context);
+    if (params.has(kHairColor))
+        return matte(params.get(kHairColor), context);
     Rgb sigma = params.get(kHairSigma);
     if (!params.has(kHairSigma)) {
         const bool isGiven = params.has(kEumelanin) || params.has(kPheomelanin);
@@ -300,13 +300,13 @@ MaterialPtr createHair(const ParamSet& params, const BuildContext& context) {
     }
     const float b = params.get(kBetaN);
     const float density = 5.969f + b * (-.215f + b * (2.532f + b * (-10.73f + b * (5.574f + b * .245f))));
-    Rgb colour;
+    Rgb color;
     for (int i = 0; i < 3; ++i)
-        colour[i] = std::exp(-std::sqrt(std::max(sigma[i], 0.f)) * density);
-    return matte(colour, context);
+        color[i] = std::exp(-std::sqrt(std::max(sigma[i], 0.f)) * density);
+    return matte(color, context);
 }
 
-MaterialPtr createGrey(const ParamSet& params, const BuildContext& context) {
+MaterialPtr createGray(const ParamSet& params, const BuildContext& context) {
     params.markAllUsed(); // of measurements that are not read
     return matte(Rgb(.5f), context);
 }
@@ -315,7 +315,7 @@ MaterialPtr createGrey(const ParamSet& params, const BuildContext& context) {
 
 std::vector<Foreign<MaterialRow>> foreignMaterials() {
     const std::string gloss = "\"metallicroughness\" takes its place",
-                      grey = "a grey \"matte\" takes its place";
+                      gray = "a gray \"matte\" takes its place";
     const std::string diffuse = "\"matte\" takes its place, reflecting what would go through";
     const ParamDef<FloatInput> roughness = roughnessOf(0).both;
     const ParamDef<bool> remap = roughnessOf(0).remap;
@@ -343,7 +343,7 @@ std::vector<Foreign<MaterialRow>> foreignMaterials() {
          "its heaviest lobes take its place, as \"plastic\" (pbrt-v2), \"metallicroughness\" or \"glass\""},
         {{"disney",
           "",
-          {kColour, kMetallic, kEta, kDisneyRoughness, kClearcoat, kClearcoatGloss, kSpecTrans, kThin},
+          {kColor, kMetallic, kEta, kDisneyRoughness, kClearcoat, kClearcoatGloss, kSpecTrans, kThin},
           createDisney},
          gloss},
         {{"shinymetal", "", {kKs, kKr, roughness, kURoughness, kVRoughness, remap}, createShinyMetal}, gloss},
@@ -358,10 +358,10 @@ std::vector<Foreign<MaterialRow>> foreignMaterials() {
           {kReflectance, kSigmaA, kSigmaS, kG, kEta, roughness, kURoughness, kVRoughness, remap},
           createSubsurface},
          gloss},
-        {{"hair", "", {kHairColour, kHairSigma, kEumelanin, kPheomelanin, kBetaN}, createHair},
+        {{"hair", "", {kHairColor, kHairSigma, kEumelanin, kPheomelanin, kBetaN}, createHair},
          "\"matte\" takes its place"},
-        {{"fourier", "", {}, createGrey}, grey},
-        {{"measured", "", {}, createGrey}, grey},
+        {{"fourier", "", {}, createGray}, gray},
+        {{"measured", "", {}, createGray}, gray},
     };
 }
 

@@ -40,9 +40,9 @@ class Bilerp final : public Texture {
 };
 
 /// The coordinates as red and green.
-class UvColours final : public Texture {
+class UvColors final : public Texture {
   public:
-    explicit UvColours(const Mapping2D& mapping) : m_mapping(mapping) {}
+    explicit UvColors(const Mapping2D& mapping) : m_mapping(mapping) {}
     Rgb rgb(const TextureQuery& q) const override {
         const V2f st = m_mapping.at(q).st;
         return {st.x - std::floor(st.x), st.y - std::floor(st.y), 0};
@@ -94,7 +94,7 @@ blend(const InputDef& a, const InputDef& b, float shareOfA) {
 
 std::vector<Foreign<TextureRow>> foreignTextures() {
     const std::string mean = "a constant, about its mean, takes its place";
-    std::vector<ParamInfo> corners{kV00.colour, kV01.colour, kV10.colour, kV11.colour};
+    std::vector<ParamInfo> corners{kV00.color, kV01.color, kV10.color, kV11.color};
     const std::vector<ParamInfo> mapping = mappingParams();
     corners.insert(corners.end(), mapping.begin(), mapping.end());
     return {
@@ -105,16 +105,16 @@ std::vector<Foreign<TextureRow>> foreignTextures() {
          ""},
         {{"uv", "", mapping,
           [](const ParamSet& params, const BuildContext& context, const TextureArgs& args) -> TexturePtr {
-              return std::make_shared<const UvColours>(Mapping2D(params, context, args));
+              return std::make_shared<const UvColors>(Mapping2D(params, context, args));
           }},
          ""},
-        {{"dots", "", {kInside.colour, kOutside.colour}, blend(kInside, kOutside, kDots)}, mean},
-        {{"directionmix", "", {kTex1.colour, kTex2.colour}, blend(kTex1, kTex2, .5f)}, mean},
+        {{"dots", "", {kInside.color, kOutside.color}, blend(kInside, kOutside, kDots)}, mean},
+        {{"directionmix", "", {kTex1.color, kTex2.color}, blend(kTex1, kTex2, .5f)}, mean},
         {{"fbm", "", {}, meanValue(Rgb(0))}, mean},        // a signed noise
         {{"wrinkled", "", {}, meanValue(Rgb(.4f))}, mean}, // the sum of the magnitudes of octaves
         {{"windy", "", {}, meanValue(Rgb(0))}, mean},
         {{"marble", "", {}, meanValue(Rgb(.45f, .45f, .5f))}, mean},
-        {{"ptex", "", {}, meanValue(Rgb(.5f))}, "a grey constant takes its place"},
+        {{"ptex", "", {}, meanValue(Rgb(.5f))}, "a gray constant takes its place"},
     };
 }
 

@@ -83,7 +83,7 @@ void Parser::colorSpace(const Call& call) {
     m_looksLikeV4 = true;
     if (name != "srgb")
         m_messages.warnOnce("ColorSpace", call.where,
-                            fmt::format("colours of space {} are taken as sRGB's", inQuotes(name)));
+                            fmt::format("colors of space {} are taken as sRGB's", inQuotes(name)));
 }
 
 void Parser::accelerator(const Call& call) {

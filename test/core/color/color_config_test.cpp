@@ -14,21 +14,21 @@ namespace {
 class Configs : public testing::Test {
   protected:
     void TearDown() override { std::filesystem::remove(m_path); }
-    ColourConfig& config(const std::string& text) {
+    ColorConfig& config(const std::string& text) {
         std::ofstream(m_path) << text;
-        m_config = std::make_unique<ColourConfig>(m_path.string());
+        m_config = std::make_unique<ColorConfig>(m_path.string());
         return *m_config;
     }
     std::string title() const { return "the OpenColorIO config \"" + m_path.string() + "\": "; }
     std::filesystem::path m_path =
         std::filesystem::temp_directory_path() / ("strobe-" + std::to_string(::getpid()) + ".ocio");
-    std::unique_ptr<ColourConfig> m_config;
+    std::unique_ptr<ColorConfig> m_config;
 };
 
-Rgb changed(const ColourTransform& transform, Rgb colour) {
+Rgb changed(const ColorTransform& transform, Rgb color) {
     if (transform)
-        transform({&colour, 1});
-    return colour;
+        transform({&color, 1});
+    return color;
 }
 
 template <class F>
@@ -82,7 +82,7 @@ std::string with(std::string text, const std::string& what, const std::string& i
 }
 
 TEST(BuiltinConfig, StandardIsSrgb) {
-    const ColourTransform view = ColourConfig().view({});
+    const ColorTransform view = ColorConfig().view({});
     for (const Rgb& c : {Rgb(0), Rgb(.002f, .18f, .9f), Rgb(1)})
         for (int k = 0; k < 3; ++k)
             EXPECT_NEAR(changed(view, c)[k], encodeSrgb(c[k]),
@@ -90,15 +90,15 @@ TEST(BuiltinConfig, StandardIsSrgb) {
 }
 
 TEST(BuiltinConfig, AcesIsAToneCurve) {
-    const ColourTransform view = ColourConfig().view({"sRGB", "ACES", ""});
-    // What ACES 1.0 makes of 18 % grey: 4.8 cd/m² of a screen's 48.
+    const ColorTransform view = ColorConfig().view({"sRGB", "ACES", ""});
+    // What ACES 1.0 makes of 18 % gray: 4.8 cd/m² of a screen's 48.
     EXPECT_NEAR(decodeSrgb(changed(view, Rgb(.18f)).y), .1f, .005f);
     float last = 0;
-    for (const float grey : {.01f, .1f, 1.f, 4.f, 16.f}) {
-        const Rgb c = changed(view, Rgb(grey));
+    for (const float gray : {.01f, .1f, 1.f, 4.f, 16.f}) {
+        const Rgb c = changed(view, Rgb(gray));
         EXPECT_GT(c.y, last);
         EXPECT_LE(c.y, 1);
-        EXPECT_NEAR(c.x, c.z, 2e-3f) << "grey has a tint";
+        EXPECT_NEAR(c.x, c.z, 2e-3f) << "gray has a tint";
         last = c.y;
     }
     const Rgb fire = changed(view, Rgb(60, 4, .1f));
@@ -106,11 +106,11 @@ TEST(BuiltinConfig, AcesIsAToneCurve) {
 }
 
 TEST(BuiltinConfig, RawChangesNothing) {
-    EXPECT_EQ(changed(ColourConfig().view({"", "Raw", ""}), Rgb(.1f, -2, 70)), Rgb(.1f, -2, 70));
+    EXPECT_EQ(changed(ColorConfig().view({"", "Raw", ""}), Rgb(.1f, -2, 70)), Rgb(.1f, -2, 70));
 }
 
 TEST(BuiltinConfig, Spaces) {
-    const ColourConfig config;
+    const ColorConfig config;
     EXPECT_FALSE(config.toWorking("lin_rec709", {}));
     EXPECT_FALSE(config.toWorking("data", {}));
     EXPECT_NEAR(changed(config.toWorking("srgb_texture", {}), Rgb(.5f)).x, decodeSrgb(.5f), 1e-5f);
@@ -122,8 +122,8 @@ TEST(BuiltinConfig, Spaces) {
     EXPECT_EQ(config.spaceOfFile("a_acescg.exr", {}), "");
 }
 
-TEST(BuiltinConfig, ManyColoursAtOnceAreAsOneByOne) {
-    const ColourTransform view = ColourConfig().view({"", "ACES", ""});
+TEST(BuiltinConfig, ManyColorsAtOnceAreAsOneByOne) {
+    const ColorTransform view = ColorConfig().view({"", "ACES", ""});
     std::vector<Rgb> many;
     for (int i = 0; i < 20000; ++i)
         many.push_back(Rgb(float(i) * 1e-4f, .3f, 2 - float(i) * 1e-4f));
@@ -134,7 +134,7 @@ TEST(BuiltinConfig, ManyColoursAtOnceAreAsOneByOne) {
 }
 
 TEST(BuiltinConfig, UnknownNamesListTheKnown) {
-    const ColourConfig config;
+    const ColorConfig config;
     const std::string title = "the built-in OpenColorIO config: ";
     EXPECT_EQ(errorOf([&] {
                   config.view({"sGRB", "", ""});
@@ -153,7 +153,7 @@ TEST(BuiltinConfig, UnknownNamesListTheKnown) {
               title + "unknown look \"Punchy\" (there is none)");
     EXPECT_NE(errorOf([&] {
                   config.toWorking("ACES", {});
-              }).find("unknown colour space \"ACES\" (known: ACES2065-1"),
+              }).find("unknown color space \"ACES\" (known: ACES2065-1"),
               std::string::npos);
     const Location place{std::make_shared<Source>(), 0};
     EXPECT_NE(errorOf([&] { config.toWorking("ACES", place); }, ErrorKind::Scene), "no error");
@@ -161,7 +161,7 @@ TEST(BuiltinConfig, UnknownNamesListTheKnown) {
 
 TEST_F(Configs, ViewsAndLooks) {
     // Of a config that calls the working space by name: what its transforms say, and no more.
-    const ColourConfig& made = config(with(kMade, "{name: work,", "{name: work, aliases: [lin_srgb],"));
+    const ColorConfig& made = config(with(kMade, "{name: work,", "{name: work, aliases: [lin_srgb],"));
     EXPECT_EQ(made.workingSpace(), "lin_srgb");
     EXPECT_EQ(changed(made.view({}), Rgb(1, .5f, 0)), Rgb(.5f, .25f, 0));
     EXPECT_EQ(changed(made.view({"other", "", ""}), Rgb(1, .5f, 0)), Rgb(1, .5f, 0));
@@ -181,7 +181,7 @@ TEST_F(Configs, ViewsAndLooks) {
 }
 
 TEST_F(Configs, AConfigThatOnlyKnowsAcesIsLedToTheWorkingSpace) {
-    const ColourConfig& made = config(kMade); // whose "work" is ACEScg
+    const ColorConfig& made = config(kMade); // whose "work" is ACEScg
     EXPECT_EQ(made.workingSpace(), "lin_rec709");
     const Rgb red = changed(made.toWorking("work", {}), Rgb(1, 0, 0));
     EXPECT_NEAR(red.x, 1.705051f, 1e-5f);
@@ -192,7 +192,7 @@ TEST_F(Configs, AConfigThatOnlyKnowsAcesIsLedToTheWorkingSpace) {
 }
 
 TEST_F(Configs, AConfigThatSaysNothingOfPrimariesIsLinearAsWeAre) {
-    const ColourConfig& made = config(with(kMade, "  aces_interchange: aces\n", ""));
+    const ColorConfig& made = config(with(kMade, "  aces_interchange: aces\n", ""));
     EXPECT_EQ(made.workingSpace(), "work");
     EXPECT_FALSE(made.toWorking("work", {}));
     EXPECT_EQ(changed(made.toWorking("halved", {}), Rgb(.5f)), Rgb(1));
@@ -203,13 +203,13 @@ TEST_F(Configs, AConfigThatSaysNothingOfPrimariesIsLinearAsWeAre) {
 }
 
 TEST_F(Configs, RulesForFiles) {
-    const ColourConfig& made = config(kMade);
+    const ColorConfig& made = config(kMade);
     EXPECT_EQ(made.spaceOfFile("/shots/plate_7.exr", {}), "work");
     EXPECT_EQ(made.spaceOfFile("/shots/wood.exr", {}), "");
 }
 
 TEST_F(Configs, WhatCannotBeReadIsAnErrorOnlyWhenItIsNeeded) {
-    const ColourConfig missing("none.ocio");
+    const ColorConfig missing("none.ocio");
     EXPECT_EQ(errorOf([&] { missing.view({}); }),
               "the OpenColorIO config \"none.ocio\": Error could not read 'none.ocio' OCIO profile.");
     EXPECT_NE(errorOf([&] { missing.view({}); }), "no error") << "the second time";

@@ -30,7 +30,7 @@ TEST(Spectrum, IsLinearInterpolatedAndHeldAtTheEnds) {
 }
 
 TEST(Spectrum, AWavelengthLiesInItsPartOfTheSpectrum) {
-    // A narrow line: the colour matching functions there, so red, green or blue dominates.
+    // A narrow line: the color matching functions there, so red, green or blue dominates.
     const std::array<float, 3> lines{450, 540, 620};
     for (int k = 0; k < 3; ++k) {
         const float l = lines[size_t(k)];
@@ -47,7 +47,7 @@ TEST(Spectrum, MismatchedArraysAreAnError) {
     EXPECT_THROW(spectrumToRgb({}, {}), Error);
 }
 
-TEST(Spectrum, BlackbodiesAreNormalisedToTheirPeak) {
+TEST(Spectrum, BlackbodiesAreNormalizedToTheirPeak) {
     // 5270 K peaks at 550 nm, where the eye sees best: nearly 1 all over the green.
     EXPECT_NEAR(luminance(blackbodyRgb(5270, 1)), .96f, .03f);
     expectNear(blackbodyRgb(4000, 3), blackbodyRgb(4000, 1) * 3, 1e-6f);
@@ -58,7 +58,7 @@ TEST(Spectrum, BlackbodiesAreNormalisedToTheirPeak) {
 }
 
 TEST(Spectrum, PlanckAgainstItsDefinition) {
-    // The ratio of two wavelengths does not depend on the normalisation.
+    // The ratio of two wavelengths does not depend on the normalization.
     const float t = 3000;
     std::vector<float> nm, value;
     double greatest = 0;

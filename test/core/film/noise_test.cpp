@@ -17,7 +17,7 @@ TEST(Student, QuantilesOfTheTables) {
     EXPECT_NEAR(studentQuantile(0.95, 100000), 1.95998, 1e-4);
 }
 
-/// A grey picture whose pixels are `mean` and a normal number times `deviation`, of this seed.
+/// A gray picture whose pixels are `mean` and a normal number times `deviation`, of this seed.
 Image noisy(int width, int height, float mean, float deviation, uint64_t seed) {
     Image image{width, height, {}};
     for (int i = 0; i < width * height; ++i) {
@@ -45,7 +45,7 @@ TEST(NoiseEstimate, TheIntervalHoldsTheTruthAsOftenAsItSays) {
         for (size_t i = 0; i < sum.size(); ++i)
             held += std::abs(sum[i] - 0.5) <= noise[i] * std::max(sum[i], 0.1);
         const double part = double(held) / double(sum.size());
-        EXPECT_GE(part, 0.95) << passes; // what neighbours add can but widen it
+        EXPECT_GE(part, 0.95) << passes; // what neighbors add can but widen it
         if (passes == 12) {
             EXPECT_LE(part, 0.985);
         }
@@ -90,7 +90,7 @@ TEST(NoiseEstimate, DarkPixelsCountByTheFloor) {
     EXPECT_NEAR(dark.level(), 1.984 * 0.01 / 10 / NoiseEstimate::kFloor, 0.1 * dark.level());
 }
 
-TEST(NoiseEstimate, APixelThatMetNothingYetIsAsUncertainAsItsNeighbours) {
+TEST(NoiseEstimate, APixelThatMetNothingYetIsAsUncertainAsItsNeighbors) {
     NoiseEstimate estimate;
     for (int p = 0; p < 6; ++p) {
         Image pass = noisy(5, 5, 0.5f, 0.1f, uint64_t(p));

@@ -9,18 +9,18 @@ namespace {
 
 class ExrFiles : public ImageFiles {
   protected:
-    /// Colours, a layer of numbers and one of integers; the colours end with a value beyond half floats.
+    /// Colors, a layer of numbers and one of integers; the colors end with a value beyond half floats.
     void SetUp() override {
         ImageFiles::SetUp();
         for (int i = 0; i < kWidth * kHeight; ++i) {
-            m_colours.push_back(Rgb(float(i % kWidth) / 8, std::sin(float(i)) + 2, 5.5f));
+            m_colors.push_back(Rgb(float(i % kWidth) / 8, std::sin(float(i)) + 2, 5.5f));
             m_numbers.push_back(float(i) + 1 / 3.f);
             m_integers.push_back(4000000000u + uint32_t(i));
         }
-        m_colours.back().z = 1e6f;
+        m_colors.back().z = 1e6f;
     }
     std::vector<Part> parts() const {
-        const float* data = &m_colours[0].x;
+        const float* data = &m_colors[0].x;
         return {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}},
                 {"number", {{"number.Y", m_numbers.data(), 1, true}}, {{"about", std::string("numbers")}}},
                 {"id", {{"id.I", m_integers.data()}}}};
@@ -47,7 +47,7 @@ class ExrFiles : public ImageFiles {
         return {};
     }
     static constexpr int kWidth = 37, kHeight = 21;
-    std::vector<Rgb> m_colours;
+    std::vector<Rgb> m_colors;
     std::vector<float> m_numbers;
     std::vector<uint32_t> m_integers;
 
@@ -71,9 +71,9 @@ TEST_F(ExrFiles, EveryKindReadsBack) {
                                                           std::string(compression) != "piz";
                 EXPECT_EQ(write(words), half ? 1u : 0u);
                 const auto green = channel("G"), numbers = channel("number.Y"), integers = channel("id.I");
-                ASSERT_EQ(green.size(), m_colours.size());
+                ASSERT_EQ(green.size(), m_colors.size());
                 for (size_t i = 0; i < green.size(); ++i)
-                    ASSERT_NEAR(green[i], m_colours[i].y, lossy ? .1 : half ? 1e-3 : 0) << i;
+                    ASSERT_NEAR(green[i], m_colors[i].y, lossy ? .1 : half ? 1e-3 : 0) << i;
                 EXPECT_TRUE(std::equal(numbers.begin(), numbers.end(), m_numbers.begin(), m_numbers.end()));
                 EXPECT_TRUE(
                     std::equal(integers.begin(), integers.end(), m_integers.begin(), m_integers.end()));
@@ -127,7 +127,7 @@ TEST_F(ExrFiles, OnePartHasAllChannelsAndMetadata) {
 }
 
 TEST_F(ExrFiles, FiniteStaysFiniteInHalfFloats) {
-    m_colours[0] = Rgb(-1e9f, INFINITY, NAN);
+    m_colors[0] = Rgb(-1e9f, INFINITY, NAN);
     EXPECT_EQ(write("half"), 2u);
     EXPECT_EQ(channel("R")[0], -65504);
     EXPECT_EQ(channel("B").back(), 65504);

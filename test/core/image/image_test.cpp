@@ -29,7 +29,7 @@ std::string slurp(const fs::path& path) {
     return s.str();
 }
 
-void writeGrey8(const fs::path& path, int width, int height, const std::vector<uint8_t>& values,
+void writeGray8(const fs::path& path, int width, int height, const std::vector<uint8_t>& values,
                 int channels = 1) {
     const auto out = OIIO::ImageOutput::create(path.string());
     ASSERT_TRUE(out &&
@@ -62,8 +62,8 @@ TEST_F(ImageFiles, PngIsSrgb) {
 }
 
 TEST_F(ImageFiles, PngAsAViewShowsIt) {
-    const ColourTransform twice = [](std::span<Rgb> colours) {
-        for (Rgb& c : colours)
+    const ColorTransform twice = [](std::span<Rgb> colors) {
+        for (Rgb& c : colors)
             c *= 2;
     };
     writePng(*this / "r.png", Image{1, 1, {Rgb(.25f, .125f, 3)}}, {}, twice);
@@ -73,10 +73,10 @@ TEST_F(ImageFiles, PngAsAViewShowsIt) {
         Imath::V3i(128, 64, 255));
 }
 
-TEST_F(ImageFiles, AColourSpaceIsOfFloatsToo) {
-    const ColourConfig config;
+TEST_F(ImageFiles, AColorSpaceIsOfFloatsToo) {
+    const ColorConfig config;
     writeRgb(*this / "s.exr", Image{1, 1, {Rgb(1, 0, 0)}});
-    writeGrey8(*this / "t.png", 1, 1, {255});
+    writeGray8(*this / "t.png", 1, 1, {255});
     const Transfer acescg = Transfer::of(config, "ACEScg", {});
     TextureCache cache;
     for (const char* name : {"s.exr", "t.png"}) {
@@ -89,8 +89,8 @@ TEST_F(ImageFiles, AColourSpaceIsOfFloatsToo) {
     }
 }
 
-TEST_F(ImageFiles, GreyIsSpread) {
-    writeGrey8(*this / "f.png", 2, 1, {0, 255});
+TEST_F(ImageFiles, GrayIsSpread) {
+    writeGray8(*this / "f.png", 2, 1, {0, 255});
     EXPECT_EQ(readImage(*this / "f.png", {}).at(1, 0), Rgb(1));
 }
 
@@ -173,7 +173,7 @@ TEST_F(ImageFiles, LookupsAreBilinearAtPoints) {
     const auto at = [&](float u, float v, Wrap wrap = Wrap::Repeat) {
         return cache.lookup(*file, V2f(u, v), V2f(0), V2f(0), wrap);
     };
-    // v = 0 is the first row; texel centres lie at half integers.
+    // v = 0 is the first row; texel centers lie at half integers.
     EXPECT_NEAR(at(1.5f / 8, .5f / 4).z, image.at(1, 0).z, 1e-4f);
     EXPECT_NEAR(at(6.5f / 8, 3.5f / 4).z, image.at(6, 3).z, 1e-4f);
     EXPECT_NEAR(at(2.25f / 8, 2.5f / 4).z, .25f * image.at(1, 2).z + .75f * image.at(2, 2).z, 1e-3f);
@@ -195,9 +195,9 @@ TEST_F(ImageFiles, WideFootprintsGiveTheMean) {
 }
 
 TEST_F(ImageFiles, StoredValuesBecomeLinearBeforeTheyAreFiltered) {
-    writeGrey8(*this / "l.png", 2, 1, {0, 255, 0, 0, 255, 0},
+    writeGray8(*this / "l.png", 2, 1, {0, 255, 0, 0, 255, 0},
                3); // green on the left, green on the right: as bytes
-    writeGrey8(*this / "m.png", 4, 4, {0, 255, 0, 255, 255, 0, 255, 0, 0, 255, 0, 255, 255, 0, 255, 0});
+    writeGray8(*this / "m.png", 4, 4, {0, 255, 0, 255, 255, 0, 255, 0, 0, 255, 0, 255, 255, 0, 255, 0});
     TextureCache cache;
     const auto green = cache.open(*this / "l.png", {}, {Transfer::Srgb});
     EXPECT_NEAR(cache.lookup(*green, V2f(.25f, .5f), V2f(0), V2f(0), Wrap::Clamp).y, 1, 1e-6f);
@@ -208,7 +208,7 @@ TEST_F(ImageFiles, StoredValuesBecomeLinearBeforeTheyAreFiltered) {
     EXPECT_NEAR(cache.lookup(*linear, V2f(.5f), V2f(1, 0), V2f(0, 1), Wrap::Repeat).x, .5f, 1e-2f);
     EXPECT_NEAR(cache.lookup(*stored, V2f(.5f, .125f), V2f(0), V2f(0), Wrap::Clamp).x, .5f, 1e-3f);
 
-    writeGrey8(*this / "n.png", 1, 1, {188});
+    writeGray8(*this / "n.png", 1, 1, {188});
     const auto value = [&](const Transfer& transfer) {
         const auto file = cache.open(*this / "n.png", {}, transfer);
         return cache.lookup(*file, V2f(.5f), V2f(0), V2f(0), Wrap::Clamp).y;

@@ -13,7 +13,7 @@ namespace {
 constexpr int kSamples = 100000;
 constexpr double kAlpha = 1e-4; ///< tests are deterministic: a failure stays one
 
-/// A grid of points that includes the square's edges, corners and centre.
+/// A grid of points that includes the square's edges, corners and center.
 std::vector<V2f> gridPoints(int n = 65) {
     std::vector<V2f> points;
     for (int y = 0; y < n; ++y)
@@ -105,7 +105,7 @@ TEST(Sampling, UniformSphereAndHemisphere) {
         EXPECT_NEAR(length(h), 1, 1e-6f);
         EXPECT_GE(h.z, -1e-6f);
         expectNear(uniformHemisphereInverse(h), u, 4e-6f);
-        if (w.z > -.9999f) // the pole's neighbourhood is the whole rim of the square
+        if (w.z > -.9999f) // the pole's neighborhood is the whole rim of the square
             expectNear(uniformSphereInverse(w), u, 2e-4f);
     }
     EXPECT_GT(directionP(

@@ -91,7 +91,7 @@ TEST(Params, EachTypeIsRead) {
     EXPECT_NO_THROW(set.reportUnused({}, true, quiet));
 }
 
-TEST(Params, ColoursFromSpectra) {
+TEST(Params, ColorsFromSpectra) {
     const ParamSet flat = setOf({make("L", ParamType::Spectrum, {400, 1, 700, 1})});
     EXPECT_NEAR(flat.get(kL).x, 1.205f, 2e-3f);
     EXPECT_NEAR(flat.get(kL).z, .909f, 2e-3f);

@@ -275,7 +275,7 @@ TEST(Features, MotionSeesPerspective) {
 }
 
 TEST(Features, AlbedosAreWhatComesBackOfWhiteLight) {
-    // A furnace: in white light from all around, a surface looks as its albedo, if it has no neighbours.
+    // A furnace: in white light from all around, a surface looks as its albedo, if it has no neighbors.
     for (const char* material : {"\"matte\" \"rgb Kd\" [.2 .5 .8]", "\"mirror\" \"rgb Kr\" [.3 .6 .9]",
                                  "\"metal\" \"float roughness\" .1", "\"plastic\" \"rgb Kd\" [.4 .2 .1]"}) {
         const std::string text =

@@ -55,7 +55,7 @@ TEST(Identity, ThreadsTilesAndCrops) {
 }
 
 TEST(Identity, CropsTileTheFrame) {
-    // Neighbouring crops share no pixel and miss none.
+    // Neighboring crops share no pixel and miss none.
     int pixels = 0;
     for (int i = 0; i < 7; ++i) {
         BuildOptions options;

@@ -1,4 +1,4 @@
-// The tracer and shading must agree on where a moving surface is, and lanes must not know their neighbours.
+// The tracer and shading must agree on where a moving surface is, and lanes must not know their neighbors.
 #include "core/math/hash.h"
 #include "core/math/sampling.h"
 #include "support/render_text.h"

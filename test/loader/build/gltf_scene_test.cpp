@@ -49,7 +49,7 @@ class GltfScenes : public testing::Test {
         options.samplesPerPixel = 4;
         return options;
     }
-    /// A picture of four colours, a quarter each: red and green above, blue and white below.
+    /// A picture of four colors, a quarter each: red and green above, blue and white below.
     std::string quarters() const {
         Image image{2, 2, {Rgb(1, 0, 0), Rgb(0, 1, 0), Rgb(0, 0, 1), Rgb(1, 1, 1)}};
         writePng(m_folder.path() / "quarters.png", image, {});
@@ -93,7 +93,7 @@ TEST_F(GltfScenes, UnlitTexturesAreSeenAsTheyAre) {
     expectQuarters(render(buildFile(file, small())).image, kGreen, kRed, kWhite, kBlue);
 }
 
-TEST_F(GltfScenes, VertexColoursAndASecondSetOfCoordinates) {
+TEST_F(GltfScenes, VertexColorsAndASecondSetOfCoordinates) {
     GltfFile file = square();
     addCamera(file);
     addTexture(file, quarters());
@@ -167,14 +167,14 @@ TEST_F(GltfScenes, IncludeAndShapePlaceFilesInScenes) {
     const std::string before =
         "LookAt 0 0 5  0 0 0  0 1 0 Camera \"orthographic\" \"float screenwindow\" [-1 1 -1 1] "
         "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\nWorldBegin ";
-    const auto centre = [&](const std::string& world) {
+    const auto center = [&](const std::string& world) {
         return render(build(before + world, small())).image.at(4, 4).x;
     };
-    EXPECT_EQ(centre("Include \"model.gltf\""), 1);
-    EXPECT_EQ(centre("Translate 9 0 0 Include \"model.gltf\" LightSource \"point\""), 0);
-    EXPECT_EQ(centre("Shape \"gltf\" \"string filename\" \"model.gltf\""), 1);
-    EXPECT_EQ(centre("ObjectBegin \"o\" Include \"model.gltf\" ObjectEnd ObjectInstance \"o\""), 1);
-    EXPECT_EQ(centre("ObjectBegin \"o\" Include \"model.gltf\" ObjectEnd LightSource \"point\""), 0);
+    EXPECT_EQ(center("Include \"model.gltf\""), 1);
+    EXPECT_EQ(center("Translate 9 0 0 Include \"model.gltf\" LightSource \"point\""), 0);
+    EXPECT_EQ(center("Shape \"gltf\" \"string filename\" \"model.gltf\""), 1);
+    EXPECT_EQ(center("ObjectBegin \"o\" Include \"model.gltf\" ObjectEnd ObjectInstance \"o\""), 1);
+    EXPECT_EQ(center("ObjectBegin \"o\" Include \"model.gltf\" ObjectEnd LightSource \"point\""), 0);
     for (const auto& [world, message] :
          {std::pair{"Shape \"gltf\" \"string filenam\" \"model.gltf\"", "parameter \"filename\" is missing"},
           {"Shape \"gltf\" \"string filename\" \"model.gltf\" \"bool light\" true", "unknown parameter"},

@@ -77,7 +77,7 @@ const std::string kCoatedWarning = gloss("coateddiffuse"), kConductorWarning = g
                   kTranslucentWarning =
                       "material \"translucent\" is not supported; \"matte\" takes its place, reflecting what "
                       "would go through",
-                  kFourierWarning = "material \"fourier\" is not supported; a grey \"matte\" takes its place",
+                  kFourierWarning = "material \"fourier\" is not supported; a gray \"matte\" takes its place",
                   kHairWarning = "material \"hair\" is not supported; \"matte\" takes its place";
 
 INSTANTIATE_TEST_SUITE_P(
@@ -146,9 +146,9 @@ TEST(Foreign, UberOfVersion2IsPlastic) {
 
 TEST(Foreign, RoughnessOfVersion3GoesThroughItsPolynomial) {
     // The polynomial at roughness 1 is its constant, 1.62, more than GGX allows: alpha 1.
-    const std::string colour = " \"rgb Kd\" [.4 .3 .2] \"rgb Ks\" [1 1 1]";
+    const std::string color = " \"rgb Kd\" [.4 .3 .2] \"rgb Ks\" [1 1 1]";
     EXPECT_TRUE(equal(
-        load(kV4 + kLit + "Material \"plastic\"" + colour + " \"float roughness\" 1\n" + kBall).image,
+        load(kV4 + kLit + "Material \"plastic\"" + color + " \"float roughness\" 1\n" + kBall).image,
         load(kV4 + kLit +
              "Material \"metallicroughness\" \"rgb basecolor\" [.4 .3 .2] \"float metallic\" 0\n" + kBall)
             .image));
@@ -160,16 +160,16 @@ TEST(Foreign, TexturedInputsAreCarriedOver) {
                " \"string aamode\" \"none\"\n"; // unfiltered: a mean of roots is not the root of a mean
     };
     const std::string textures =
-        kV4 + kLit + board("colour", "spectrum", "\"rgb tex1\" [.9 .1 .1] \"rgb tex2\" [.1 .1 .9]") +
+        kV4 + kLit + board("color", "spectrum", "\"rgb tex1\" [.9 .1 .1] \"rgb tex2\" [.1 .1 .9]") +
         board("alpha", "float", "\"float tex1\" .0625 \"float tex2\" 1") +
         board("root", "float", "\"float tex1\" .5 \"float tex2\" 1");
     EXPECT_TRUE(equal(load(textures +
-                           "Material \"coateddiffuse\" \"texture reflectance\" \"colour\" "
+                           "Material \"coateddiffuse\" \"texture reflectance\" \"color\" "
                            "\"texture roughness\" \"alpha\"\n" +
                            kBall)
                           .image,
                       load(textures +
-                           "Material \"metallicroughness\" \"texture basecolor\" \"colour\" "
+                           "Material \"metallicroughness\" \"texture basecolor\" \"color\" "
                            "\"texture roughness\" \"root\" \"float metallic\" 0\n" +
                            kBall)
                           .image));
@@ -267,7 +267,7 @@ TEST(Foreign, TrifleInAPbrtFileIsAWarning) {
               "unknown object \"lost\": its instances are left out");
     EXPECT_EQ(warning("Material \"matte\" \"texture Kd\" \"lost\"\n"),
               "unknown texture \"lost\": what it would be for keeps its default");
-    EXPECT_EQ(warning("Material \"carpaint\" \"rgb colour\" [1 1 1]\n"),
+    EXPECT_EQ(warning("Material \"carpaint\" \"rgb color\" [1 1 1]\n"),
               "material \"carpaint\" is not known; \"matte\" takes its place");
     EXPECT_EQ(warning("Shape \"teapot\" \"float size\" 2\n"),
               "shape \"teapot\" is not known; it is left out");
