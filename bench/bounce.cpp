@@ -12,7 +12,7 @@ namespace strobe::bench {
 namespace {
 
 /// Rays that are known at once: about as many as a batch of the renderer has.
-constexpr size_t kTogether = 512 / RayBlock::kSize;
+constexpr size_t kTogether = 512 / RayPacket::kSize;
 
 struct Ways {
     Costs singly, packets, sorted, sorting, streams;
@@ -53,12 +53,12 @@ std::vector<Packet> sortedPackets(const std::vector<Packet>& packets, const Box3
         order.clear();
         for (size_t p = first; p < end; ++p)
             for (int i = 0; i < packets[p].count; ++i)
-                order.emplace_back(orderOf(packets[p], i, box), uint32_t(p - first) * RayBlock::kSize + i);
+                order.emplace_back(orderOf(packets[p], i, box), uint32_t(p - first) * RayPacket::kSize + i);
         std::sort(order.begin(), order.end());
-        for (size_t k = 0; k < order.size(); k += RayBlock::kSize) {
+        for (size_t k = 0; k < order.size(); k += RayPacket::kSize) {
             out.push_back(packets[first]);
-            out.back().count = int(std::min(order.size() - k, size_t(RayBlock::kSize)));
-            for (int i = 0; i < RayBlock::kSize; ++i) {
+            out.back().count = int(std::min(order.size() - k, size_t(RayPacket::kSize)));
+            for (int i = 0; i < RayPacket::kSize; ++i) {
                 const uint32_t from = order[std::min(k + size_t(i), order.size() - 1)].second;
                 for (int r = 0; r < 9; ++r)
                     out.back().rows[r][i] = packets[first + from / 16].rows[r][from % 16];
@@ -78,19 +78,19 @@ Box3f originsOf(const std::vector<Packet>& packets) {
 
 /// Whole packets as streams of `kTogether`; lanes beyond a packet's count are rays that end where they begin.
 uint64_t traceStreams(const EmbreeScene& embree, const std::vector<Packet>& packets) {
-    const FastFloats fast;
-    std::vector<RayBlock> blocks(kTogether);
+    const ScopedFlushDenormals fast;
+    std::vector<RayPacket> rayPackets(kTogether);
     uint64_t found = 0;
     for (size_t first = 0; first < packets.size(); first += kTogether) {
         const size_t n = std::min(kTogether, packets.size() - first);
         for (size_t k = 0; k < n; ++k) {
-            packets[first + k].load(blocks[k]);
-            for (int i = packets[first + k].count; i < RayBlock::kSize; ++i)
-                blocks[k].tnear[i] = 1, blocks[k].tfar[i] = 0;
+            packets[first + k].load(rayPackets[k]);
+            for (int i = packets[first + k].count; i < RayPacket::kSize; ++i)
+                rayPackets[k].tnear[i] = 1, rayPackets[k].tfar[i] = 0;
         }
-        embree.intersectStream(std::span(blocks.data(), n));
+        embree.intersectStream(std::span(rayPackets.data(), n));
         for (size_t k = 0; k < n; ++k)
-            found += hitsOf(blocks[k], packets[first + k].count);
+            found += hitsOf(rayPackets[k], packets[first + k].count);
     }
     return found;
 }
@@ -98,15 +98,15 @@ uint64_t traceStreams(const EmbreeScene& embree, const std::vector<Packet>& pack
 void measureOnce(const EmbreeScene& embree, const std::vector<Packet>& packets, Ways& ways) {
     const auto trace = [&](const std::vector<Packet>& rays, uint64_t& found, Costs& costs, const auto& work) {
         costs.add(measure([&] {
-            found = traceAll(rays, 1, [&](RayBlock& block, int n) {
-                work(block, n);
-                return hitsOf(block, n);
+            found = traceAll(rays, 1, [&](RayPacket& rays, int n) {
+                work(rays, n);
+                return hitsOf(rays, n);
             });
         }));
     };
-    const auto packet = [&](RayBlock& block, int n) { embree.intersect(block, n, false); };
+    const auto packet = [&](RayPacket& rays, int n) { embree.intersect(rays, n, false); };
     trace(packets, ways.found[0], ways.singly,
-          [&](RayBlock& block, int n) { embree.intersectSingly(block, n); });
+          [&](RayPacket& rays, int n) { embree.intersectSingly(rays, n); });
     trace(packets, ways.found[1], ways.packets, packet);
     std::vector<Packet> sorted;
     const Box3f box = originsOf(packets);

@@ -168,7 +168,7 @@ struct EmbreeScene::Impl {
 
     void addInstance(const Instance& instance, const MotionChoice& choice) {
         const Motion& motion = *instance.motion;
-        const bool asRendered = choice.style == MotionStyle::AsRendered || motion.isStill();
+        const bool asRendered = choice.style == MotionStyle::AsRendered || motion.isStatic();
         const int keys = asRendered ? motion.keyCount() : choice.keys;
         RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(g, scenes[instance.group]);
@@ -203,7 +203,7 @@ EmbreeScene::EmbreeScene(const Scene& scene, const MotionChoice& choice) : m_imp
     for (const Instance& instance : scene.instances()) {
         if (choice.style == MotionStyle::Baked)
             impl.bake(scene.groups()[instance.group], *instance.motion,
-                      instance.motion->isStill() ? 1 : choice.keys);
+                      instance.motion->isStatic() ? 1 : choice.keys);
         else
             impl.addInstance(instance, choice);
     }
@@ -216,9 +216,9 @@ EmbreeScene::~EmbreeScene() = default;
 
 bool EmbreeScene::movingInstances() const { return m_impl->movingInstances; }
 
-void EmbreeScene::intersect(RayBlock& block, int n, bool coherent) const {
+void EmbreeScene::intersect(RayPacket& packet, int n, bool coherent) const {
     const Mask valid(n);
-    auto* rays = reinterpret_cast<RTCRayHit16*>(&block);
+    auto* rays = reinterpret_cast<RTCRayHit16*>(&packet);
 #if RTC_VERSION_MAJOR >= 4
     RTCIntersectArguments args;
     rtcInitIntersectArguments(&args);
@@ -232,10 +232,10 @@ void EmbreeScene::intersect(RayBlock& block, int n, bool coherent) const {
 #endif
 }
 
-void EmbreeScene::intersectSingly(RayBlock& block, int n) const {
-    auto* rays = reinterpret_cast<RTCRayHitN*>(&block);
+void EmbreeScene::intersectSingly(RayPacket& packet, int n) const {
+    auto* rays = reinterpret_cast<RTCRayHitN*>(&packet);
     for (int i = 0; i < n; ++i) {
-        RTCRayHit ray = rtcGetRayHitFromRayHitN(rays, RayBlock::kSize, unsigned(i));
+        RTCRayHit ray = rtcGetRayHitFromRayHitN(rays, RayPacket::kSize, unsigned(i));
 #if RTC_VERSION_MAJOR >= 4
         rtcIntersect1(m_impl->scenes[0], &ray);
 #else
@@ -243,27 +243,27 @@ void EmbreeScene::intersectSingly(RayBlock& block, int n) const {
         rtcInitIntersectContext(&context);
         rtcIntersect1(m_impl->scenes[0], &context, &ray);
 #endif
-        rtcCopyHitToHitN(RTCRayHitN_HitN(rays, RayBlock::kSize), &ray.hit, RayBlock::kSize, unsigned(i));
-        block.tfar[i] = ray.ray.tfar;
+        rtcCopyHitToHitN(RTCRayHitN_HitN(rays, RayPacket::kSize), &ray.hit, RayPacket::kSize, unsigned(i));
+        packet.tfar[i] = ray.ray.tfar;
     }
 }
 
-bool EmbreeScene::intersectStream(std::span<RayBlock> blocks) const {
+bool EmbreeScene::intersectStream(std::span<RayPacket> packets) const {
 #if RTC_VERSION_MAJOR >= 4
-    static_cast<void>(blocks);
+    static_cast<void>(packets);
     return false;
 #else
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcIntersectNM(m_impl->scenes[0], &context, reinterpret_cast<RTCRayHitN*>(blocks.data()), RayBlock::kSize,
-                   unsigned(blocks.size()), sizeof(RayBlock));
+    rtcIntersectNM(m_impl->scenes[0], &context, reinterpret_cast<RTCRayHitN*>(packets.data()),
+                   RayPacket::kSize, unsigned(packets.size()), sizeof(RayPacket));
     return true;
 #endif
 }
 
-void EmbreeScene::occluded(RayBlock& block, int n) const {
+void EmbreeScene::occluded(RayPacket& packet, int n) const {
     const Mask valid(n);
-    auto* rays = reinterpret_cast<RTCRay16*>(&block);
+    auto* rays = reinterpret_cast<RTCRay16*>(&packet);
 #if RTC_VERSION_MAJOR >= 4
     RTCOccludedArguments args;
     rtcInitOccludedArguments(&args);

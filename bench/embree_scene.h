@@ -32,14 +32,14 @@ class EmbreeScene {
     EmbreeScene& operator=(const EmbreeScene&) = delete;
 
     /// Lanes 0 … n-1, as rtcIntersect16, with or without Embree's coherent flag.
-    void intersect(RayBlock& block, int n, bool coherent) const;
+    void intersect(RayPacket& packet, int n, bool coherent) const;
     /// Lanes 0 … n-1 one by one, as rtcIntersect1.
-    void intersectSingly(RayBlock& block, int n) const;
-    /// All blocks, whole, as one of Embree 3's streams; false, and nothing done, with Embree 4, which has
+    void intersectSingly(RayPacket& packet, int n) const;
+    /// All packets, whole, as one of Embree 3's streams; false, and nothing done, with Embree 4, which has
     /// none.
-    bool intersectStream(std::span<RayBlock> blocks) const;
+    bool intersectStream(std::span<RayPacket> packets) const;
     /// As rtcOccluded16: tfar < 0 where anything lies before it.
-    void occluded(RayBlock& block, int n) const;
+    void occluded(RayPacket& packet, int n) const;
     /// True when some instance moves; strobe::Tracer then leaves the coherent flag out.
     bool movingInstances() const;
 

@@ -70,7 +70,7 @@ template <class Work>
 void forChunks(size_t n, int threads, const Work& work) {
     constexpr size_t kChunk = 256;
     if (threads == 1) {
-        const FastFloats fast;
+        const ScopedFlushDenormals fast;
         for (size_t i = 0; i < n; i += kChunk)
             work(i, std::min(i + kChunk, n));
         return;
@@ -78,7 +78,7 @@ void forChunks(size_t n, int threads, const Work& work) {
     tbb::task_arena(threads).execute([&] {
         tbb::parallel_for(tbb::blocked_range<size_t>(0, n, kChunk),
                           [&](const tbb::blocked_range<size_t>& range) {
-                              const FastFloats fast;
+                              const ScopedFlushDenormals fast;
                               work(range.begin(), range.end());
                           });
     });

@@ -112,13 +112,13 @@ struct Row {
 void traceOnce(const EmbreeScene& embree, const Recording& rays, Timing& t) {
     for (bool coherent : {false, true})
         (coherent ? t.coherent : t.incoherent).add(measure([&] {
-            t.hits = traceAll(rays.camera, 1, [&](RayBlock& b, int n) {
+            t.hits = traceAll(rays.camera, 1, [&](RayPacket& b, int n) {
                 embree.intersect(b, n, coherent);
                 return hitsOf(b, n);
             });
         }));
     t.shadow.add(measure([&] {
-        t.blocked = traceAll(rays.shadow, 1, [&](RayBlock& b, int n) {
+        t.blocked = traceAll(rays.shadow, 1, [&](RayPacket& b, int n) {
             embree.occluded(b, n);
             return blockedOf(b, n);
         });
@@ -132,7 +132,7 @@ Row measureSubject(const Subject& subject, int repeats) {
     row.name = subject.name;
     row.cameraRays = rays.cameraRays, row.shadowRays = rays.shadowRays;
     for (const Instance& instance : scene.instances()) {
-        if (instance.motion->isStill())
+        if (instance.motion->isStatic())
             continue;
         ++row.movingObjects;
         row.rotates |= instance.motion->usesRotation();

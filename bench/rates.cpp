@@ -63,13 +63,13 @@ void measureOnce(const Subject& subject, const Recording& rays, const EmbreeScen
             result.cost.add(costOfTracing(packets, threads, seconds, result.found, work));
     };
     const auto nearest = [](const auto& scene, bool flag) {
-        return [&scene, flag](RayBlock& b, int n) {
+        return [&scene, flag](RayPacket& b, int n) {
             scene.intersect(b, n, flag);
             return hitsOf(b, n);
         };
     };
     const auto shadow = [](const auto& scene) {
-        return [&scene](RayBlock& b, int n) {
+        return [&scene](RayPacket& b, int n) {
             scene.occluded(b, n);
             return blockedOf(b, n);
         };

@@ -8,18 +8,18 @@
 
 namespace strobe::bench {
 
-static_assert(offsetof(RayBlock, mask) == sizeof(Packet::rows));
+static_assert(offsetof(RayPacket, mask) == sizeof(Packet::rows));
 
-Packet::Packet(const RayBlock& block, int n) : count(n) { std::memcpy(rows, &block, sizeof rows); }
+Packet::Packet(const RayPacket& packet, int n) : count(n) { std::memcpy(rows, &packet, sizeof rows); }
 
-void Packet::load(RayBlock& block) const {
-    float* out[] = {block.ox, block.oy, block.oz,   block.tnear, block.dx,
-                    block.dy, block.dz, block.time, block.tfar};
+void Packet::load(RayPacket& packet) const {
+    float* out[] = {packet.ox, packet.oy, packet.oz,   packet.tnear, packet.dx,
+                    packet.dy, packet.dz, packet.time, packet.tfar};
     for (size_t row = 0; row < std::size(rows); ++row)
-        std::copy_n(rows[row], RayBlock::kSize,
+        std::copy_n(rows[row], RayPacket::kSize,
                     out[row]); // a copy of all at once would be a call, and slower
-    std::fill(block.geom, block.geom + RayBlock::kSize, kNone);
-    std::fill(block.inst, block.inst + RayBlock::kSize, kNone);
+    std::fill(packet.geom, packet.geom + RayPacket::kSize, kNone);
+    std::fill(packet.inst, packet.inst + RayPacket::kSize, kNone);
 }
 
 namespace {
@@ -29,7 +29,8 @@ constexpr int kWindowsPerSide = 4;
 /// Every point is as bright as any other.
 class ConstantShader : public Shader {
   public:
-    std::unique_ptr<ShaderWorker> makeWorker(const Scene&, const Sampler&, const LightSplit&) const override {
+    std::unique_ptr<ShaderWorker> makeWorker(const Scene&, const Sampler&,
+                                             const LightComponents&) const override {
         return std::make_unique<Worker>();
     }
     bool hasIndirectLight() const override { return false; }
@@ -51,13 +52,13 @@ std::set<std::string> sharingNames() {
     return names;
 }
 
-Messages warnings() {
-    return Messages([](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); });
+Diagnostics warnings() {
+    return Diagnostics([](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); });
 }
 
 Subject subjectOf(const std::string& name, BuiltScene built, uint64_t cameraRays) {
     Subject subject{name, std::move(built), {}, 32};
-    const Window& frame = subject.built.window;
+    const PixelBounds& frame = subject.built.window;
     const double pixels = double(cameraRays) / subject.built.sampler.samplesPerPixel;
     const int side = std::max(4, int(std::sqrt(pixels) / kWindowsPerSide));
     subject.tileSize = std::max(4, side / 4);
@@ -81,7 +82,7 @@ Counters renderWith(const Subject& subject, const Integrator& integrator, const 
     settings.threads = threads;
     settings.tileSize = subject.tileSize;
     Counters total;
-    for (const Window& window : subject.windows) {
+    for (const PixelBounds& window : subject.windows) {
         Film film(built.resolution.x, built.resolution.y, window);
         total.add(
             render(*built.scene, integrator, shader, *built.sampler.sampler, *built.filter, settings, film)
@@ -93,14 +94,14 @@ Counters renderWith(const Subject& subject, const Integrator& integrator, const 
 } // namespace
 
 Subject loadScene(const std::filesystem::path& path, const BuildOptions& options, uint64_t cameraRays) {
-    Messages messages = warnings();
+    Diagnostics messages = warnings();
     return subjectOf(path.stem().string(),
                      buildScene(parseFiles({path}, sharingNames(), messages), options, messages), cameraRays);
 }
 
 Subject loadText(const std::string& name, const std::string& text, const BuildOptions& options,
                  uint64_t cameraRays) {
-    Messages messages = warnings();
+    Diagnostics messages = warnings();
     return subjectOf(
         name, buildScene(parseText(text, name + ".scene", sharingNames(), messages), options, messages),
         cameraRays);
@@ -109,9 +110,9 @@ Subject loadText(const std::string& name, const std::string& text, const BuildOp
 Recording record(const Subject& subject) {
     Recording recording;
     const Tracer& tracer = subject.built.scene->tracer();
-    tracer.observe([&](const RayBlock& block, int n, Tracer::Query query) {
+    tracer.observe([&](const RayPacket& packet, int n, Tracer::Query query) {
         const bool shadow = query == Tracer::Query::Occluded, camera = query == Tracer::Query::Coherent;
-        (shadow ? recording.shadow : camera ? recording.camera : recording.bounce).emplace_back(block, n);
+        (shadow ? recording.shadow : camera ? recording.camera : recording.bounce).emplace_back(packet, n);
         (shadow ? recording.shadowRays : camera ? recording.cameraRays : recording.bounceRays) += uint64_t(n);
     });
     renderWindows(subject, 1);

@@ -8,14 +8,14 @@
 
 namespace strobe::bench {
 
-/// Up to sixteen rays: the part of a RayBlock that Embree reads and a trace changes.
+/// Up to sixteen rays: the part of a RayPacket that Embree reads and a trace changes.
 struct alignas(64) Packet {
-    float rows[9][RayBlock::kSize];
+    float rows[9][RayPacket::kSize];
     int count;
 
-    Packet(const RayBlock& block, int n);
-    /// Makes `block` ready to be traced.
-    void load(RayBlock& block) const;
+    Packet(const RayPacket& packet, int n);
+    /// Makes `packet` ready to be traced.
+    void load(RayPacket& packet) const;
 };
 
 /// The packets that the renderer traces, in its order. Bounce rays are all those that look for the nearest
@@ -29,7 +29,7 @@ struct Recording {
 struct Subject {
     std::string name;
     BuiltScene built;
-    std::vector<Window> windows;
+    std::vector<PixelBounds> windows;
     int tileSize = 32;
 };
 

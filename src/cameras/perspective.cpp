@@ -18,9 +18,9 @@ inline V3f throughLens(const ScreenWindow& screen, float shift, const V2f& film,
     return {p.x - o.x * shift, p.y - o.y * shift, 1}; // towards d * focalDistance, without its overflow
 }
 
-STROBE_LANES void stillRays(const M44f& m, const ScreenWindow& screen, float radius, float shift,
-                            const CameraSampleLanes& samples, int n, CameraRayLanes& out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void stillRays(const M44f& m, const ScreenWindow& screen, float radius, float shift,
+                                    const CameraSampleSoA& samples, int n, CameraRaySoA& out) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V2f disk = concentricDisk(samples.lens.at(i));
         const V3f o(disk.x * radius, disk.y * radius, 0);
@@ -32,13 +32,13 @@ STROBE_LANES void stillRays(const M44f& m, const ScreenWindow& screen, float rad
 }
 
 /// Without a lens all start at one point.
-STROBE_LANES void pinholeRays(const M44f& matrix, const ScreenWindow& window,
-                              const CameraSampleLanes& samples, int n, CameraRayLanes& out) {
+STROBE_TARGET_CLONES void pinholeRays(const M44f& matrix, const ScreenWindow& window,
+                                      const CameraSampleSoA& samples, int n, CameraRaySoA& out) {
     const M44f m = matrix; // not changed by what is written
     const ScreenWindow screen = window;
     constexpr float kLeast = std::numeric_limits<float>::min();
     const V3f from = transformPoint(m, V3f(0));
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V3f v = transformVector(m, throughLens(screen, 0, samples.film.at(i), V3f(0)));
         const float l2 = length2(v);
@@ -53,7 +53,7 @@ struct PixelCones {
     V3f corner, dx, dy;
     float volume;
 
-    STROBE_INLINE float spread(float x, float y) const {
+    STROBE_FORCE_INLINE float spread(float x, float y) const {
         // The solid angle of the pixel is the determinant of (v, dv/dx, dv/dy) over |v|³, and that
         // determinant is the same all over the film.
         const V3f v = corner + dx * x + dy * y;
@@ -62,9 +62,9 @@ struct PixelCones {
     }
 };
 
-STROBE_LANES void findSpreads(const PixelCones& cones, const V2Lanes& film, int n, float* spread) {
+STROBE_TARGET_CLONES void findSpreads(const PixelCones& cones, const V2SoA& film, int n, float* spread) {
     const PixelCones c = cones;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         spread[i] = c.spread(film.x[i], film.y[i]);
 }
@@ -89,9 +89,9 @@ class PerspectiveCamera final : public Camera {
             out[i] = {transformPoint(m, o), normalize(transformVector(m, d)), s.time};
         }
     }
-    void rayLanes(const CameraSampleLanes& samples, int n, CameraRayLanes& out) const override {
+    void raySoA(const CameraSampleSoA& samples, int n, CameraRaySoA& out) const override {
         if (m_placement.moves())
-            Camera::rayLanes(samples, n, out);
+            Camera::raySoA(samples, n, out);
         else if (!hasLens())
             pinholeRays(m_placement.middle(), m_screen, samples, n, out);
         else
@@ -99,7 +99,7 @@ class PerspectiveCamera final : public Camera {
     }
 
     RayCone cone(const V2f& film) const override { return {0, m_cones.spread(film.x, film.y)}; }
-    void coneLanes(const V2Lanes& film, int n, float* width, float* spread) const override {
+    void coneSoA(const V2SoA& film, int n, float* width, float* spread) const override {
         std::fill_n(width, n, 0.f);
         findSpreads(m_cones, film, n, spread);
     }
@@ -110,10 +110,10 @@ class PerspectiveCamera final : public Camera {
     V3f viewpoint(const V3f&, const V2f& lens, float time) const override {
         return transformPoint(m_placement.at(time), m_lens.at(lens));
     }
-    void viewpointLanes(const V3Lanes& p, const V2Lanes& lens, const float* time, int n,
-                        V3Lanes& out) const override {
+    void viewpointSoA(const V3SoA& p, const V2SoA& lens, const float* time, int n,
+                      V3SoA& out) const override {
         if (hasLens() || moves())
-            return Camera::viewpointLanes(p, lens, time, n, out);
+            return Camera::viewpointSoA(p, lens, time, n, out);
         const V3f only = position(0);
         std::fill_n(out.x, n, only.x), std::fill_n(out.y, n, only.y), std::fill_n(out.z, n, only.z);
     }

@@ -6,7 +6,7 @@ namespace {
 
 /// The shutter sees motion only where it overlaps the keys.
 bool movesDuring(const KeyedTransform& t, const Shutter& shutter) {
-    return !t.isStill() && shutter.close > shutter.open && shutter.open < t.times().back() &&
+    return !t.isStatic() && shutter.close > shutter.open && shutter.open < t.times().back() &&
            shutter.close > t.times().front();
 }
 

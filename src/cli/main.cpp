@@ -53,7 +53,7 @@ Clock::time_point processStart() {
 }
 
 /// The options that, beside those of the picture, render this sample alone.
-std::string replayOf(const BadSample& bad, const Options& options, const BuiltScene& built) {
+std::string replayOf(const InvalidSample& bad, const Options& options, const BuiltScene& built) {
     std::string words = fmt::format("--pixel {},{} --sample {}", bad.x, bad.y, bad.sample);
     if (options.frame)
         words += fmt::format(" --frames {0}:{0}", *options.frame);
@@ -64,17 +64,17 @@ std::string replayOf(const BadSample& bad, const Options& options, const BuiltSc
     return words;
 }
 
-void warnOfSamples(const RenderStats& stats, const Options& options, const BuiltScene& built,
-                   spdlog::logger& log) {
+void warnOfInvalidSamples(const RenderStats& stats, const Options& options, const BuiltScene& built,
+                          spdlog::logger& log) {
     if (stats.total.clampedSamples > 0)
         log.warn("--clamp {} made {} samples darker: the picture is biased", options.clamp,
                  stats.total.clampedSamples);
-    if (stats.total.badSamples == 0)
+    if (stats.total.invalidSamples == 0)
         return;
     log.log(options.strict ? spdlog::level::err : spdlog::level::warn,
-            "{} samples were NaN, infinite or beyond 2.8e14 and are left out{}", stats.total.badSamples,
-            stats.total.firstBad.empty() ? "" : "; the first:");
-    for (const BadSample& bad : stats.total.firstBad)
+            "{} samples were NaN, infinite or beyond 2.8e14 and are left out{}", stats.total.invalidSamples,
+            stats.total.firstInvalid.empty() ? "" : "; the first:");
+    for (const InvalidSample& bad : stats.total.firstInvalid)
         log.warn("  replay with {}", replayOf(bad, options, built));
 }
 
@@ -90,7 +90,7 @@ int printPixel(const Options& options, const BuiltScene& built, RenderSettings s
         throw Error(
             fmt::format("--sample {}: a pixel has {} samples", *options.sample, settings.samplesPerPixel),
             ErrorKind::Usage);
-    settings.probe = [&](const SampleReport& report) {
+    settings.probe = [&](const SampleRecord& report) {
         if (options.sample == report.number)
             fmt::print("pixel {},{} sample {}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, report.number,
                        report.value.x, report.value.y, report.value.z);
@@ -98,11 +98,11 @@ int printPixel(const Options& options, const BuiltScene& built, RenderSettings s
     Film film(built.resolution.x, built.resolution.y, {p.x, p.y, p.x + 1, p.y + 1});
     const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                      *built.filter, settings, film);
-    warnOfSamples(stats, options, built, log);
+    warnOfInvalidSamples(stats, options, built, log);
     const Rgb& mean = film.image().pixels[0];
     if (!options.sample)
         fmt::print("pixel {},{}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, mean.x, mean.y, mean.z);
-    return options.strict && stats.total.badSamples > 0 ? kBadSamples : kOk;
+    return options.strict && stats.total.invalidSamples > 0 ? kInvalidSamples : kOk;
 }
 
 std::set<std::string> sharingNames() {
@@ -157,14 +157,14 @@ RenderSettings settingsOf(const Options& options, const FrameSetup& built) {
 
 /// Renders a picture and writes all that is asked for, the outputs first. `start`: when its time began to
 /// count. `guard`: of the scene. Returns the exit code.
-int makePicture(const Options& options, const BuiltScene& built, const Guard& guard, StepSeconds seconds,
-                Clock::time_point start, StopSignals* signals, spdlog::logger& log) {
+int makePicture(const Options& options, const BuiltScene& built, const ResourcePolicy& guard,
+                StepSeconds seconds, Clock::time_point start, StopSignals* signals, spdlog::logger& log) {
     checkOutputs(options);
     checkNotRead(options, guard);
     RenderSettings settings = settingsOf(options, built);
     SampleTable samples;
     if (!options.samplesFile.empty())
-        settings.probe = [&](const SampleReport& report) { samples.add(report); };
+        settings.probe = [&](const SampleRecord& report) { samples.add(report); };
     Film film(built.resolution.x, built.resolution.y, built.window, layersOf(options));
     AovFilms aovs(options, built, log);
     aovs.addTo(settings);
@@ -196,11 +196,11 @@ int makePicture(const Options& options, const BuiltScene& built, const Guard& gu
     RenderStats stats = renderPicture(built, options, settings, start, signals, film, write, log);
     const bool finished = stats.passes > 0 && !(options.takesPasses() && signals && signals->stops());
     if (!film.sums().empty()) // of earlier runs, too
-        stats.total.badSamples =
+        stats.total.invalidSamples =
             std::accumulate(film.sums().begin(), film.sums().end(), uint64_t(0),
-                            [](uint64_t sum, const PixelSum& pixel) { return sum + pixel.bad(); });
-    warnOfSamples(stats, options, built, log);
-    Rescue rescue(log);
+                            [](uint64_t sum, const PixelAccumulator& pixel) { return sum + pixel.bad(); });
+    warnOfInvalidSamples(stats, options, built, log);
+    FallbackWriter rescue(log);
     for (const auto& output : options.outputs)
         rescue.write(output, [&](const auto& file) { writeTo(file, film, stats, finished); });
     if (!options.heatmapFile.empty())
@@ -225,12 +225,12 @@ int makePicture(const Options& options, const BuiltScene& built, const Guard& gu
     log.info("{}", summary(built, stats, seconds));
     for (const auto& output : options.outputs)
         log.info("wrote {}", output.string());
-    return options.strict && stats.total.badSamples > 0 ? kBadSamples : kOk;
+    return options.strict && stats.total.invalidSamples > 0 ? kInvalidSamples : kOk;
 }
 
 /// Returns the exit code.
-int makeSequence(const Options& given, SceneDescription&& description, const Guard& guard,
-                 StepSeconds seconds, Messages& messages, spdlog::logger& log) {
+int makeSequence(const Options& given, SceneDescription&& description, const ResourcePolicy& guard,
+                 StepSeconds seconds, Diagnostics& messages, spdlog::logger& log) {
     const Sequence& sequence = *given.sequence;
     const uint64_t content = contentHash(description);
     auto start = std::chrono::steady_clock::now();
@@ -250,7 +250,7 @@ int makeSequence(const Options& given, SceneDescription&& description, const Gua
             ++finished;
             continue;
         }
-        giveBackMemory(); // of the frame before
+        releaseFreeMemory(); // of the frame before
         log.info("frame {} ({} of {})", frame, i + 1, count);
         const BuiltScene built = builder.build(shutterOf(sequence, frame));
         seconds.build = secondsSince(start);
@@ -279,10 +279,10 @@ int run(Options options, spdlog::logger& log) {
         return kOk;
     }
     checkOptions(options);
-    Messages messages([&](const std::string& text) { log.warn("{}", text); });
+    Diagnostics messages([&](const std::string& text) { log.warn("{}", text); });
     StepSeconds seconds;
     auto start = std::chrono::steady_clock::now();
-    const auto guard = std::make_shared<const Guard>(options.guard);
+    const auto guard = std::make_shared<const ResourcePolicy>(options.guard);
     SceneDescription description = parseFiles(options.scenes, sharingNames(), messages, guard);
     seconds.parse = secondsSince(start);
     if (options.sequence)

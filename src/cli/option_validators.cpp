@@ -33,13 +33,13 @@ double bytesIn(std::string_view unit) {
 
 /// 0: it is no size, or none that a machine has.
 uint64_t sizeIn(const std::string& text) {
-    constexpr double kMost = double(uint64_t(1) << 50);
+    constexpr double kMax = double(uint64_t(1) << 50);
     double number = 0;
     const char* const end = text.data() + text.size();
     auto [rest, error] = std::from_chars(text.data(), end, number, std::chars_format::fixed);
     rest = std::find_if(rest, end, [](char c) { return c != ' '; });
     const double bytes = number * bytesIn({rest, size_t(end - rest)});
-    return error == std::errc() && bytes > 0 && bytes <= kMost ? uint64_t(bytes) : 0;
+    return error == std::errc() && bytes > 0 && bytes <= kMax ? uint64_t(bytes) : 0;
 }
 
 } // namespace

@@ -73,7 +73,7 @@ void checkTogether(const Options& o) {
     checkPixel(o, pixel, {layers, heatmap, table});
 }
 
-Window readBounds(const std::vector<int>& b) {
+PixelBounds readBounds(const std::vector<int>& b) {
     if (b[0] >= b[1] || b[2] >= b[3])
         throw CLI::ValidationError("--pixel-bounds", "takes x0 x1 y0 y1 with x0 < x1 and y0 < y1");
     return {b[0], b[2], b[1], b[3]};

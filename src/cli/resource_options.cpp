@@ -19,7 +19,7 @@ void addGuardOptions(CLI::App& app, Options& options) {
         ->transform(numberAboveZero<float>());
 }
 
-void limitMemory(const Guard::Settings& guard) {
+void limitMemory(const ResourcePolicy::Settings& guard) {
     if (guard.memory == 0)
         return;
     rlimit limit{};

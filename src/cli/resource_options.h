@@ -11,6 +11,6 @@ void addGuardOptions(CLI::App& app, Options& options);
 
 /// Lets the system, too, refuse what is beyond --max-memory: what nobody asked the guard for is then an error
 /// of memory. To be called before there are threads.
-void limitMemory(const Guard::Settings& guard);
+void limitMemory(const ResourcePolicy::Settings& guard);
 
 } // namespace strobe

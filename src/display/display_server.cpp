@@ -88,7 +88,7 @@ class Connection {
     int m_fd = -1;
 };
 
-std::string createMessage(const std::string& name, const Window& window) {
+std::string createMessage(const std::string& name, const PixelBounds& window) {
     TevMessage m(TevMessage::CreateImage);
     m << true << std::string_view(name) << int32_t(window.width()) << int32_t(window.height()) << int32_t(3);
     for (const char* channel : {"R", "G", "B"})
@@ -96,7 +96,7 @@ std::string createMessage(const std::string& name, const Window& window) {
     return std::move(m).bytes();
 }
 
-std::string updateMessage(const std::string& name, const Window& window, const LiveFilm::Piece& piece) {
+std::string updateMessage(const std::string& name, const PixelBounds& window, const LiveFilm::Piece& piece) {
     TevMessage m(TevMessage::UpdateImage);
     m << false << std::string_view(name) << int32_t(3);
     for (const char* channel : {"R", "G", "B"})

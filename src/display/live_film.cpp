@@ -18,7 +18,7 @@ LiveFilm::LiveFilm(const Film& like)
         m_film.keepSums();
 }
 
-void LiveFilm::update(const Film& film, const Window& tile) {
+void LiveFilm::update(const Film& film, const PixelBounds& tile) {
     {
         const std::lock_guard lock(m_mutex);
         m_film.copy(film, tile);
@@ -27,7 +27,7 @@ void LiveFilm::update(const Film& film, const Window& tile) {
     m_changed.notify_one();
 }
 
-void LiveFilm::touch(const Window& tile) {
+void LiveFilm::touch(const PixelBounds& tile) {
     for (int j = (tile.y0 - m_window.y0) / kPiece; j <= (tile.y1 - 1 - m_window.y0) / kPiece; ++j)
         for (int i = (tile.x0 - m_window.x0) / kPiece; i <= (tile.x1 - 1 - m_window.x0) / kPiece; ++i) {
             const int piece = j * m_across + i;
@@ -64,7 +64,7 @@ std::optional<LiveFilm::Piece> LiveFilm::nextChanged(std::chrono::milliseconds p
     }
     m_waits[size_t(piece)] = false;
     const int x = m_window.x0 + piece % m_across * kPiece, y = m_window.y0 + piece / m_across * kPiece;
-    const Window w{x, y, std::min(x + kPiece, m_window.x1), std::min(y + kPiece, m_window.y1)};
+    const PixelBounds w{x, y, std::min(x + kPiece, m_window.x1), std::min(y + kPiece, m_window.y1)};
     Piece out{w, {w.width(), w.height(), {}}};
     for (int row = w.y0; row < w.y1; ++row) {
         const Rgb* from = &m_film.image().at(w.x0 - m_window.x0, row - m_window.y0);

@@ -19,14 +19,14 @@ class LiveFilm {
     explicit LiveFilm(const Film& like);
 
     /// Copies what `film` has in a tile of the window. From any thread.
-    void update(const Film& film, const Window& tile);
+    void update(const Film& film, const PixelBounds& tile);
     /// A copy.
     Film film() const;
-    const Window& window() const { return m_window; }
+    const PixelBounds& window() const { return m_window; }
 
     /// A piece of the picture, in pixels of the full frame.
     struct Piece {
-        Window window;
+        PixelBounds window;
         Image image;
     };
     /// For one onlooker: a piece that has changed since it was fetched, the longest waiting first. Waits for
@@ -36,9 +36,9 @@ class LiveFilm {
     void touchAll();
 
   private:
-    void touch(const Window& tile);
+    void touch(const PixelBounds& tile);
 
-    const Window m_window;
+    const PixelBounds m_window;
     mutable std::mutex m_mutex;
     std::condition_variable m_changed;
     Film m_film;

@@ -1,4 +1,4 @@
-// Messages of tev's protocol: a length in bytes (its own four included), a type, and fields one after the
+// Diagnostics of tev's protocol: a length in bytes (its own four included), a type, and fields one after the
 // other; integers and floats are little-endian, strings end in a zero.
 #pragma once
 

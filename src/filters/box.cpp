@@ -8,8 +8,8 @@ namespace {
 
 const WidthParams kWidths(0.5f);
 
-STROBE_LANES void spread(const V2f& radius, const V2Lanes& u, int n, V2Lanes& offset) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void spread(const V2f& radius, const V2SoA& u, int n, V2SoA& offset) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         offset.x[i] = (2 * u.x[i] - 1) * radius.x, offset.y[i] = (2 * u.y[i] - 1) * radius.y;
 }
@@ -20,7 +20,7 @@ class BoxFilter final : public Filter {
     Sample sample(const V2f& u) const override {
         return {{(2 * u.x - 1) * m_radius.x, (2 * u.y - 1) * m_radius.y}, 1};
     }
-    void sampleLanes(const V2Lanes& u, int n, V2Lanes& offset, float* weight) const override {
+    void sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const override {
         spread(m_radius, u, n, offset);
         std::fill_n(weight, n, 1.f);
     }

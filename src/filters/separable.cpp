@@ -17,10 +17,10 @@ class SeparableFilter final : public Filter {
         const Profile::Sample x = m_x.sample(u.x), y = m_y.sample(u.y);
         return {{x.x, y.x}, x.weight * y.weight};
     }
-    void sampleLanes(const V2Lanes& u, int n, V2Lanes& offset, float* weight) const override {
-        float wx[kLanes], wy[kLanes];
-        m_x.sampleLanes(u.x, n, offset.x, wx);
-        m_y.sampleLanes(u.y, n, offset.y, wy);
+    void sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const override {
+        float wx[kSoAWidth], wy[kSoAWidth];
+        m_x.sampleSoA(u.x, n, offset.x, wx);
+        m_y.sampleSoA(u.y, n, offset.y, wy);
         for (int i = 0; i < n; ++i)
             weight[i] = wx[i] * wy[i];
     }
@@ -96,13 +96,13 @@ inline float signedWeight(const float* weights, float radius, float x) {
     return weights[std::min(int((x / radius + 1) * (.5f * kIntervals)), kIntervals - 1)];
 }
 
-STROBE_LANES void lookUpAll(const float* inverse, const float* u, int n, float* x) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void lookUpAll(const float* inverse, const float* u, int n, float* x) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         x[i] = lookUp(inverse, u[i]);
 }
-STROBE_LANES void weighAll(const float* weights, float radius, const float* x, int n, float* weight) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void weighAll(const float* weights, float radius, const float* x, int n, float* weight) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         weight[i] = signedWeight(weights, radius, x[i]);
 }
@@ -114,7 +114,7 @@ Profile::Sample Profile::sample(float u) const {
     return {x, m_signed.empty() ? m_weight : signedWeight(m_signed.data(), m_radius, x)};
 }
 
-void Profile::sampleLanes(const float* u, int n, float* x, float* weight) const {
+void Profile::sampleSoA(const float* u, int n, float* x, float* weight) const {
     lookUpAll(m_inverse.data(), u, n, x);
     for (int i = 0; i < n; ++i)
         if (isEnd(u[i]))

@@ -36,7 +36,7 @@ class Profile {
     };
     Sample sample(float u) const;
     /// The same of n numbers.
-    void sampleLanes(const float* u, int n, float* x, float* weight) const;
+    void sampleSoA(const float* u, int n, float* x, float* weight) const;
     /// The normalized profile: integrates to 1. Zero outside the radius.
     float eval(float x) const;
     float radius() const { return m_radius; }

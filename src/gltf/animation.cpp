@@ -128,7 +128,7 @@ void Curve::at(float time, float* out) const {
 }
 
 Clip::Clip(const Document& document, const std::string& name, const std::vector<size_t>& morphTargets,
-           Messages& messages)
+           Diagnostics& messages)
     : m_nodes(document.model().nodes.size()) {
     if (!name.empty()) {
         add(document, findClip(document, name), morphTargets, messages);
@@ -159,7 +159,7 @@ bool Clip::overlaps(const tinygltf::Animation& animation) const {
 }
 
 void Clip::add(const Document& document, size_t animation, const std::vector<size_t>& morphTargets,
-               Messages& messages) {
+               Diagnostics& messages) {
     const auto& channels = document.model().animations[animation].channels;
     for (size_t c = 0; c < channels.size(); ++c) {
         const auto& channel = channels[c];

@@ -50,12 +50,12 @@ class Clip {
   public:
     /// `name`: empty for the default. `morphTargets`: per node, how many weights its mesh has.
     Clip(const Document& document, const std::string& name, const std::vector<size_t>& morphTargets,
-         Messages& messages);
+         Diagnostics& messages);
     const NodeCurves& of(size_t node) const { return m_nodes[node]; }
 
   private:
     void add(const Document& document, size_t animation, const std::vector<size_t>& morphTargets,
-             Messages& messages);
+             Diagnostics& messages);
     bool overlaps(const tinygltf::Animation& animation) const;
 
     std::vector<NodeCurves> m_nodes;

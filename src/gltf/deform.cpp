@@ -167,7 +167,7 @@ bool Deformer::isClose(const std::vector<Key>& keys, const Shutter& shutter, flo
 
 /// Keys over the shutter: one if nothing changes, else a power of two of steps.
 std::vector<Deformer::Key> Deformer::keysOver(const Shutter& shutter, float relativeTolerance,
-                                              Messages& messages) const {
+                                              Diagnostics& messages) const {
     std::vector<Key> keys{at(shutter.open)}, quarters;
     if (!changes(shutter))
         return keys;
@@ -198,7 +198,7 @@ std::vector<Deformer::Key> Deformer::keysOver(const Shutter& shutter, float rela
     return keys;
 }
 
-TriangleMesh Deformer::over(const Shutter& shutter, float relativeTolerance, Messages& messages) const {
+TriangleMesh Deformer::over(const Shutter& shutter, float relativeTolerance, Diagnostics& messages) const {
     std::vector<Key> keys = keysOver(shutter, relativeTolerance, messages);
     const TriangleMesh& source = m_primitive.mesh;
     TriangleMesh mesh; // without tangents: those of a deforming mesh are its triangles'

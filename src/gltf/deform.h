@@ -28,7 +28,7 @@ class Deformer {
     /// The mesh over the shutter: keys at equal steps, as few (by doubling, at most 129) as keep every vertex
     /// within `relativeTolerance` of the mesh's size from where it is, tested at quarters of each step.
     /// keyTimes are in seconds.
-    TriangleMesh over(const Shutter& shutter, float relativeTolerance, Messages& messages) const;
+    TriangleMesh over(const Shutter& shutter, float relativeTolerance, Diagnostics& messages) const;
 
   private:
     struct Key {
@@ -41,7 +41,7 @@ class Deformer {
     bool changes(const Shutter& shutter) const;
     bool isClose(const std::vector<Key>& keys, const Shutter& shutter, float tolerance,
                  std::vector<Key>& quarters) const;
-    std::vector<Key> keysOver(const Shutter& shutter, float relativeTolerance, Messages& messages) const;
+    std::vector<Key> keysOver(const Shutter& shutter, float relativeTolerance, Diagnostics& messages) const;
 
     const NodeTree& m_tree;
     const Clip& m_clip;

@@ -170,12 +170,12 @@ void Document::failIndex(int index, size_t count, const char* noun, const std::s
                     std::to_string(count));
 }
 
-void Document::warnOnce(Messages& messages, const std::string& key, const std::string& place,
+void Document::warnOnce(Diagnostics& messages, const std::string& key, const std::string& place,
                         const std::string& message) const {
     messages.warnOnce(m_path.string() + " " + key, m_where, text(place, message));
 }
 
-Document::Document(const fs::path& path, const Location& where, std::shared_ptr<const Guard> guard)
+Document::Document(const fs::path& path, const Location& where, std::shared_ptr<const ResourcePolicy> guard)
     : m_path(path), m_where(where), m_guard(std::move(guard)) {
     Bytes bytes;
     if (std::string why; !readWhole(admitted(path), bytes, why))

@@ -19,7 +19,7 @@ class Document {
     /// message begins with the file's name and, where it can, the place in its JSON: "a.gltf: nodes[3].mesh:
     /// …".
     Document(const std::filesystem::path& path, const Location& where,
-             std::shared_ptr<const Guard> guard = nullptr);
+             std::shared_ptr<const ResourcePolicy> guard = nullptr);
 
     const tinygltf::Model& model() const { return m_model; }
     const std::filesystem::path& path() const { return m_path; }
@@ -34,7 +34,7 @@ class Document {
     /// "FILE: PLACE: MESSAGE" as an Error.
     [[noreturn]] void fail(const std::string& place, const std::string& message) const;
     /// The same as a warning, reported once for each `key`.
-    void warnOnce(Messages& messages, const std::string& key, const std::string& place,
+    void warnOnce(Diagnostics& messages, const std::string& key, const std::string& place,
                   const std::string& message) const;
 
     /// items[index]; an Error at `place` when there is no such item. `noun`: of one item.
@@ -56,7 +56,7 @@ class Document {
 
     std::filesystem::path m_path;
     Location m_where;
-    std::shared_ptr<const Guard> m_guard; ///< or null
+    std::shared_ptr<const ResourcePolicy> m_guard; ///< or null
     tinygltf::Model m_model;
     std::vector<std::string> m_ignored;
 };

@@ -47,7 +47,7 @@ void dress(Primitive& primitive, const Look& look) {
 class Importer::Impl {
   public:
     Impl(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
-         Messages& messages)
+         Diagnostics& messages)
         : m_document(std::move(document)), m_messages(messages), m_tree(*m_document, settings.scene),
           m_clip(*m_document, settings.animation, targetCounts(*m_document), messages) {
         for (const std::string& extension : m_document->ignoredExtensions())
@@ -93,7 +93,7 @@ class Importer::Impl {
         return objects;
     }
 
-    std::vector<ImportedDeformation> deformations(const std::vector<TransformPath>& motions,
+    std::vector<ImportedDeformation> deformations(const std::vector<TransformChain>& motions,
                                                   const Shutter& shutter) const {
         std::vector<ImportedDeformation> out;
         for (const size_t node : m_tree.order()) {
@@ -182,7 +182,7 @@ class Importer::Impl {
     }
 
     std::shared_ptr<const Document> m_document;
-    Messages& m_messages;
+    Diagnostics& m_messages;
     NodeTree m_tree;
     Clip m_clip;
     std::vector<std::optional<ReadMesh>> m_meshes; ///< those that the scene shows
@@ -195,7 +195,7 @@ class Importer::Impl {
 };
 
 Importer::Importer(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
-                   Messages& messages)
+                   Diagnostics& messages)
     : m_impl(std::make_unique<const Impl>(std::move(document), settings, textures, messages)),
       m_objects(m_impl->objects()) {}
 Importer::~Importer() = default;
@@ -206,23 +206,23 @@ const std::vector<ImportedLight>& Importer::lights() const { return m_impl->ligh
 const std::optional<ImportedCamera>& Importer::camera() const { return m_impl->camera(); }
 const Box3f& Importer::bounds() const { return m_impl->bounds(); }
 
-std::vector<TransformPath> Importer::motions(const Shutter& shutter) const {
+std::vector<TransformChain> Importer::motions(const Shutter& shutter) const {
     return motionPaths(m_impl->tree(), m_impl->clip(), shutter, m_impl->size());
 }
 
-KeyedTransform Importer::flattened(const TransformPath& path, const Shutter& shutter) const {
+KeyedTransform Importer::flattened(const TransformChain& path, const Shutter& shutter) const {
     MotionTolerance tolerance;
     tolerance.distance = tolerance.relative * m_impl->size();
     return gltf::flattened(path, shutter, tolerance);
 }
 
-std::vector<ImportedDeformation> Importer::deformations(const std::vector<TransformPath>& motions,
+std::vector<ImportedDeformation> Importer::deformations(const std::vector<TransformChain>& motions,
                                                         const Shutter& shutter) const {
     return m_impl->deformations(motions, shutter);
 }
 
 std::shared_ptr<const Document> open(const std::filesystem::path& path, const Location& where,
-                                     std::shared_ptr<const Guard> guard) {
+                                     std::shared_ptr<const ResourcePolicy> guard) {
     return std::make_shared<const Document>(path, where, std::move(guard));
 }
 

@@ -19,7 +19,7 @@ class Document;
 /// Reads a file with its buffers; images are read when they are used. `guard`: what may be read; null: all.
 /// Throws an Error at `where`.
 std::shared_ptr<const Document> open(const std::filesystem::path& path, const Location& where,
-                                     std::shared_ptr<const Guard> guard = nullptr);
+                                     std::shared_ptr<const ResourcePolicy> guard = nullptr);
 
 /// True for the name of a file of this kind: .gltf or .glb.
 bool isGltfName(const std::filesystem::path& path);
@@ -80,7 +80,7 @@ struct ImportedCamera {
 struct ImportedDeformation {
     std::string name;
     std::vector<ImportedShape> shapes;
-    TransformPath toScene;
+    TransformChain toScene;
 };
 
 /// A file on its way into a scene: what does not depend on the time is made once, the rest for any number of
@@ -89,7 +89,7 @@ struct ImportedDeformation {
 class Importer {
   public:
     Importer(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
-             Messages& messages);
+             Diagnostics& messages);
     ~Importer();
 
     const std::vector<ImportedMaterial>& materials() const;
@@ -101,11 +101,11 @@ class Importer {
     const Box3f& bounds() const;
 
     /// For each node its motion to the scene, followed to 1e-5 of the scene's size and 1e-5 radians.
-    std::vector<TransformPath> motions(const Shutter& shutter) const;
+    std::vector<TransformChain> motions(const Shutter& shutter) const;
     /// One of them as a single transform, to the same tolerance.
-    KeyedTransform flattened(const TransformPath& path, const Shutter& shutter) const;
+    KeyedTransform flattened(const TransformChain& path, const Shutter& shutter) const;
     /// What morph targets and skins deform.
-    std::vector<ImportedDeformation> deformations(const std::vector<TransformPath>& motions,
+    std::vector<ImportedDeformation> deformations(const std::vector<TransformChain>& motions,
                                                   const Shutter& shutter) const;
 
   private:

@@ -242,8 +242,8 @@ class Checker {
             return;
         }
         for (const auto& [name, member] : value.items()) {
-            const bool isForeign = place.ends_with("extensions") && !knownExtensions().count(name);
-            if (name == "extras" || name == "min" || name == "max" || isForeign)
+            const bool isCompat = place.ends_with("extensions") && !knownExtensions().count(name);
+            if (name == "extras" || name == "min" || name == "max" || isCompat)
                 continue; // not read
             checkMember(member, name, place.empty() ? name : place + "." + name);
         }

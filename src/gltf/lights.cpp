@@ -13,7 +13,8 @@ Rgb colorOf(const Document& document, const std::vector<double>& numbers, const 
     return {float(numbers[0]), float(numbers[1]), float(numbers[2])};
 }
 
-ImportedLight lightFrom(const Document& document, int index, const std::string& place, Messages& messages) {
+ImportedLight lightFrom(const Document& document, int index, const std::string& place,
+                        Diagnostics& messages) {
     const tinygltf::Light& source = document.at(document.model().lights, index, "light", place);
     const std::string there = "extensions.KHR_lights_punctual." + item("lights", size_t(index));
     ImportedLight light;
@@ -70,7 +71,7 @@ ImportedCamera cameraFrom(const Document& document, int index, const std::string
 
 } // namespace
 
-std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, Messages& messages) {
+std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, Diagnostics& messages) {
     const Document& document = tree.document();
     std::vector<ImportedLight> lights;
     for (const size_t node : tree.order()) {

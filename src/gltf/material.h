@@ -22,7 +22,7 @@ struct Look {
 /// that is used beside the first, have one of their own.
 class MaterialBuilder {
   public:
-    MaterialBuilder(const Document& document, TextureCache& cache, Messages& messages)
+    MaterialBuilder(const Document& document, TextureCache& cache, Diagnostics& messages)
         : m_document(document), m_images(document, cache, messages), m_messages(messages) {}
     Look look(const Primitive& primitive);
     std::vector<ImportedMaterial> take() { return std::move(m_materials); }
@@ -43,7 +43,7 @@ class MaterialBuilder {
 
     const Document& m_document;
     Images m_images;
-    Messages& m_messages;
+    Diagnostics& m_messages;
     std::map<int, Look> m_shared; ///< by material, -1 the default one
     std::vector<ImportedMaterial> m_materials;
 };

@@ -17,7 +17,7 @@ class PrimitiveReader {
     }
 
     /// False when it is no triangles.
-    bool read(size_t targetCount, Messages& messages) {
+    bool read(size_t targetCount, Diagnostics& messages) {
         const int mode = m_source.mode < 0 ? TINYGLTF_MODE_TRIANGLES : m_source.mode;
         if (mode < 0 || mode > TINYGLTF_MODE_TRIANGLE_FAN)
             fail(".mode", "unknown mode " + std::to_string(mode));
@@ -66,7 +66,7 @@ class PrimitiveReader {
         }
     }
 
-    void readIndices(int mode, Messages& messages) {
+    void readIndices(int mode, Diagnostics& messages) {
         std::vector<uint32_t> given;
         if (m_source.indices >= 0) {
             given = readIntegers(m_document, m_source.indices, 1, m_out.place + ".indices");
@@ -143,7 +143,7 @@ class PrimitiveReader {
         }
     }
 
-    void readSkin(Messages& messages) {
+    void readSkin(Diagnostics& messages) {
         std::vector<std::vector<uint32_t>> joints;
         std::vector<std::vector<float>> weights;
         for (int set = 0;; ++set) {
@@ -190,7 +190,7 @@ size_t morphTargetCount(const tinygltf::Mesh& mesh) {
     return mesh.primitives.empty() ? 0 : mesh.primitives[0].targets.size();
 }
 
-std::vector<Primitive> readMesh(const Document& document, size_t index, Messages& messages) {
+std::vector<Primitive> readMesh(const Document& document, size_t index, Diagnostics& messages) {
     const tinygltf::Mesh& mesh = document.model().meshes[index];
     std::vector<Primitive> out;
     for (size_t i = 0; i < mesh.primitives.size(); ++i) {

@@ -34,7 +34,7 @@ struct Primitive {
 
 /// The primitives of mesh `index` that are triangles; of others, a warning. Throws Errors that name the
 /// place.
-std::vector<Primitive> readMesh(const Document& document, size_t index, Messages& messages);
+std::vector<Primitive> readMesh(const Document& document, size_t index, Diagnostics& messages);
 
 /// How many morph targets a mesh has: those of its first primitive.
 size_t morphTargetCount(const tinygltf::Mesh& mesh);

@@ -8,7 +8,7 @@ namespace {
 /// Deeper trees are nobody's scenes; paths of moving nodes are as long as the tree is deep.
 constexpr int kMaxDepth = 1000;
 /// Where a scale factor is 0 this takes its place: matrices stay invertible, and nothing of it can be seen.
-constexpr float kLeastScale = 1e-7f;
+constexpr float kMinScale = 1e-7f;
 
 V3f vectorFrom(const Document& document, const std::vector<double>& numbers, const V3f& fallback,
                const std::string& place) {
@@ -19,7 +19,7 @@ V3f vectorFrom(const Document& document, const std::vector<double>& numbers, con
     return {float(numbers[0]), float(numbers[1]), float(numbers[2])};
 }
 
-float awayFromZero(float x) { return std::abs(x) < kLeastScale ? std::copysign(kLeastScale, x) : x; }
+float awayFromZero(float x) { return std::abs(x) < kMinScale ? std::copysign(kMinScale, x) : x; }
 
 M44f matrixOf(const V3f& translation, const float* q, const V3f& scale) {
     // Quaternions rotate as v' = q v q*; Imath's matrices act on rows.
@@ -239,9 +239,9 @@ KeyedTransform localMotion(const NodeTree& tree, const Clip& clip, size_t node, 
                    tolerance);
 }
 
-std::vector<TransformPath> motionPaths(const NodeTree& tree, const Clip& clip, const Shutter& shutter,
-                                       float sceneSize) {
-    std::vector<TransformPath> paths(tree.document().model().nodes.size());
+std::vector<TransformChain> motionPaths(const NodeTree& tree, const Clip& clip, const Shutter& shutter,
+                                        float sceneSize) {
+    std::vector<TransformChain> paths(tree.document().model().nodes.size());
     const std::vector<M44f> globals = tree.globals(clip, shutter.open);
     MotionTolerance tolerance;
     for (const size_t node : tree.order()) {
@@ -256,9 +256,9 @@ std::vector<TransformPath> motionPaths(const NodeTree& tree, const Clip& clip, c
     return paths;
 }
 
-KeyedTransform flattened(const TransformPath& path, const Shutter& shutter,
+KeyedTransform flattened(const TransformChain& path, const Shutter& shutter,
                          const MotionTolerance& tolerance) {
-    if (path.isStill())
+    if (path.isStatic())
         return KeyedTransform(path.at(shutter.open));
     if (path.chain().size() == 1)
         return path.chain().front();

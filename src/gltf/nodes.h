@@ -54,11 +54,12 @@ KeyedTransform localMotion(const NodeTree& tree, const Clip& clip, size_t node, 
                            const MotionTolerance& tolerance);
 
 /// For each node of the tree its motion to the scene, as the chain of local motions.
-std::vector<TransformPath> motionPaths(const NodeTree& tree, const Clip& clip, const Shutter& shutter,
-                                       float sceneSize);
+std::vector<TransformChain> motionPaths(const NodeTree& tree, const Clip& clip, const Shutter& shutter,
+                                        float sceneSize);
 
 /// A chain of motions as one, resampled to the tolerance: for things that take no chain. `breaks`: times
 /// where it may have corners.
-KeyedTransform flattened(const TransformPath& path, const Shutter& shutter, const MotionTolerance& tolerance);
+KeyedTransform flattened(const TransformChain& path, const Shutter& shutter,
+                         const MotionTolerance& tolerance);
 
 } // namespace strobe::gltf

@@ -111,15 +111,15 @@ Rgb PlacedImage::rgb(const TextureQuery& query) const {
     return c * cache->lookup(*file, q.uv, q.duvdx, q.duvdy, how);
 }
 
-void PlacedImage::rgbLanes(const TextureQueryLanes& queries, int begin, int end, RgbLanes& out) const {
+void PlacedImage::rgbSoA(const TextureQuerySoA& queries, int begin, int end, RgbSoA& out) const {
     if (!file)
-        return Texture::rgbLanes(queries, begin, end, out);
-    TexturePointLanes points{};
+        return Texture::rgbSoA(queries, begin, end, out);
+    TexturePointSoA points{};
     for (int i = begin; i < end; ++i) {
         const TextureQuery q = inImage(queries.at(i));
         points.uv.set(i, q.uv), points.duvdx.set(i, q.duvdx), points.duvdy.set(i, q.duvdy);
     }
-    cache->lookupLanes(*file, points, begin, end, how, out);
+    cache->lookupSoA(*file, points, begin, end, how, out);
     for (int i = begin; i < end; ++i)
         out.set(i, colorAt(queries.at(i)) * out.at(i));
 }
@@ -155,8 +155,8 @@ std::shared_ptr<const EncodedImage> Images::encoded(size_t index) {
     return kept = made;
 }
 
-Lookup Images::lookupOf(int index, const std::string& place) const {
-    Lookup how;
+TextureOptions Images::lookupOf(int index, const std::string& place) const {
+    TextureOptions how;
     if (index < 0)
         return how;
     const tinygltf::Sampler& sampler =
@@ -184,9 +184,9 @@ std::shared_ptr<PlacedImage> Images::open(const TextureSlot& slot, TextureUse us
     out->how = lookupOf(texture.sampler, there);
     out->offset = slot.offset, out->scale = slot.scale;
     out->turn = V2f(std::cos(slot.rotation), std::sin(slot.rotation));
-    const Transfer transfer{use == TextureUse::Color ? Transfer::Srgb : Transfer::Linear};
+    const ColorEncoding transfer{use == TextureUse::Color ? ColorEncoding::Srgb : ColorEncoding::Linear};
     out->file = m_cache.open(encoded(size_t(texture.source)), m_document.where(), transfer,
-                             use == TextureUse::Alpha ? ImagePart::Alpha : ImagePart::Color);
+                             use == TextureUse::Alpha ? TextureChannels::Alpha : TextureChannels::Color);
     out->cache = m_cache.shared_from_this();
     return out->file ? out : nullptr;
 }

@@ -54,7 +54,7 @@ class PlacedImage : public Texture {
   public:
     std::shared_ptr<const TextureCache> cache; ///< null: no image
     std::shared_ptr<const TextureCache::File> file;
-    Lookup how;
+    TextureOptions how;
     V2f offset{0}, scale{1}, turn{1, 0}; ///< of TextureSlot; the turn as cosine and sine
     std::shared_ptr<const OtherUvs> uvs; ///< null: the mesh's
     Rgb factor{1};
@@ -62,7 +62,7 @@ class PlacedImage : public Texture {
     int channel = 0;
 
     Rgb rgb(const TextureQuery& q) const override;
-    void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const override;
+    void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const override;
     float value(const TextureQuery& q) const override { return rgb(q)[channel]; }
     bool needsFootprint() const override { return file != nullptr && !how.nearest; }
 
@@ -78,18 +78,18 @@ enum class TextureUse { Color, Data, Alpha };
 /// Opens the images of a document.
 class Images {
   public:
-    Images(const Document& document, TextureCache& cache, Messages& messages)
+    Images(const Document& document, TextureCache& cache, Diagnostics& messages)
         : m_document(document), m_cache(cache), m_messages(messages) {}
     /// The texture of a slot; null where the slot has none, or its image no alpha that is asked for.
     std::shared_ptr<PlacedImage> open(const TextureSlot& slot, TextureUse use, const std::string& place);
 
   private:
     std::shared_ptr<const EncodedImage> encoded(size_t image);
-    Lookup lookupOf(int sampler, const std::string& place) const;
+    TextureOptions lookupOf(int sampler, const std::string& place) const;
 
     const Document& m_document;
     TextureCache& m_cache;
-    Messages& m_messages;
+    Diagnostics& m_messages;
     std::map<size_t, std::shared_ptr<const EncodedImage>> m_encoded;
 };
 

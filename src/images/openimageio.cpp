@@ -17,14 +17,14 @@
 namespace strobe {
 namespace {
 
-class OpenedFile final : public StoredImage {
+class OpenedFile final : public ImageReader {
   public:
     /// Null: OIIO::geterror() says why.
-    static std::unique_ptr<StoredImage> open(const std::string& path) {
+    static std::unique_ptr<ImageReader> open(const std::string& path) {
         auto file = std::make_unique<OpenedFile>();
         return file->take(OIIO::ImageInput::open(path)) ? std::move(file) : nullptr;
     }
-    static std::unique_ptr<StoredImage> open(std::span<const unsigned char> encoded) {
+    static std::unique_ptr<ImageReader> open(std::span<const unsigned char> encoded) {
         auto file = std::make_unique<OpenedFile>();
         OIIO::Filesystem::IOProxy& memory = file->m_memory.emplace(encoded.data(), encoded.size());
         OIIO::ImageSpec config;
@@ -65,7 +65,7 @@ class OpenedFile final : public StoredImage {
 /// Presents what a Decode makes to OIIO's cache as a file of scanlines.
 class DecodedInput final : public OIIO::ImageInput {
   public:
-    using Decode = TextureFiles::Decode;
+    using Decode = TextureSystem::Decode;
     static OIIO::ImageInput* create() { return new DecodedInput; }
     /// Where `open` looks for the function, which must outlive the cache.
     static void write(OIIO::ImageSpec& config, const Decode& decode) {
@@ -151,7 +151,7 @@ class System {
     tbb::enumerable_thread_specific<OIIO::TextureSystem::Perthread*> m_threads;
 };
 
-class OpenedTexture final : public TextureFile {
+class OpenedTexture final : public TextureHandle {
   public:
     OpenedTexture(System& system, OIIO::TextureSystem::TextureHandle* handle,
                   OIIO::ImageCache::ImageHandle* image, const OIIO::ImageSpec& spec)
@@ -185,8 +185,8 @@ class OpenedTexture final : public TextureFile {
         return !out.empty();
     }
 
-    bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const Lookup& how, int n, float* out,
-                std::string& error) const override {
+    bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const TextureOptions& how, int n,
+                float* out, std::string& error) const override {
         OIIO::TextureOpt options;
         options.swrap = toOiio(how.u), options.twrap = toOiio(how.v);
         options.interpmode = how.nearest ? OIIO::TextureOpt::InterpClosest
@@ -207,7 +207,7 @@ class OpenedTexture final : public TextureFile {
     OIIO::ImageCache::ImageHandle* m_image;
 };
 
-class Textures final : public TextureFiles {
+class Textures final : public TextureSystem {
   public:
     explicit Textures(int megabytes) : m_system(megabytes) {}
 
@@ -218,7 +218,7 @@ class Textures final : public TextureFiles {
         DecodedInput::write(config, kept);
         m_system.images->add_file(OIIO::ustring(name), DecodedInput::create, &config);
     }
-    std::unique_ptr<const TextureFile> open(const std::string& path, std::string& error) override {
+    std::unique_ptr<const TextureHandle> open(const std::string& path, std::string& error) override {
         const OIIO::ustring name(path);
         OIIO::TextureSystem& textures = *m_system.textures;
         OIIO::TextureSystem::TextureHandle* handle = textures.get_texture_handle(name, m_system.ofThread());
@@ -240,10 +240,10 @@ class Textures final : public TextureFiles {
 class OpenImageIo final : public ImageLibrary {
   public:
     void trustNames() const override { OIIO::attribute("try_all_readers", 0); }
-    std::unique_ptr<StoredImage> open(const std::string& path, std::string& error) const override {
+    std::unique_ptr<ImageReader> open(const std::string& path, std::string& error) const override {
         return orError(OpenedFile::open(path), error);
     }
-    std::unique_ptr<StoredImage> open(std::span<const unsigned char> encoded,
+    std::unique_ptr<ImageReader> open(std::span<const unsigned char> encoded,
                                       std::string& error) const override {
         return orError(OpenedFile::open(encoded), error);
     }
@@ -266,12 +266,12 @@ class OpenImageIo final : public ImageLibrary {
         return encoded;
     }
 
-    std::unique_ptr<TextureFiles> makeTextures(int megabytes) const override {
+    std::unique_ptr<TextureSystem> makeTextures(int megabytes) const override {
         return std::make_unique<Textures>(megabytes);
     }
 
   private:
-    static std::unique_ptr<StoredImage> orError(std::unique_ptr<StoredImage> file, std::string& error) {
+    static std::unique_ptr<ImageReader> orError(std::unique_ptr<ImageReader> file, std::string& error) {
         if (!file)
             error = OIIO::geterror();
         return file;

@@ -1,6 +1,6 @@
 #include "integrators/cache_settings.h"
 
-#include "lattice/cell_cache.h"
+#include "lattice/radiance_cache.h"
 
 #include <charconv>
 
@@ -57,7 +57,7 @@ size_t automaticBytes(const RenderContext& context, float blockSize, int timeBin
     const double pixels = double(context.window.width()) * context.window.height();
     const double blocks = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
     const double most = double(memoryForUs()) / 4;
-    return size_t(std::clamp(blocks * BlockCache::bytesPerBlock() * room * (1 + context.parts),
+    return size_t(std::clamp(blocks * RadianceCache::bytesPerEntry() * room * (1 + context.lightComponents),
                              double(kMegabyte), most));
 }
 

@@ -19,7 +19,7 @@ struct CacheSettings {
     size_t bytes;
     bool indirectOnly = false;        ///< scope shared: every sample has its own direct light
     bool shadesFollowSamples = false; ///< scope shared: `shades` is the number of samples per pixel
-    int parts = 0;                    ///< of radiance, beside its whole: see LightSplit
+    int lightComponents = 0;          ///< of radiance, beside its whole: see LightComponents
 };
 
 /// Bytes of a cache as its user said it, or left it to us.
@@ -54,13 +54,13 @@ T oneOf(const ParamSet& params, const ParamDef<std::string>& def,
 }
 
 /// Blocks that are functions of their key: see SurfaceLattice.
-std::unique_ptr<IntegratorRender> beginLatticeSharing(const Scene& scene, const CacheSettings& settings,
-                                                      uint64_t seed);
+std::unique_ptr<IntegratorState> beginLatticeSharing(const Scene& scene, const CacheSettings& settings,
+                                                     uint64_t seed);
 /// How many block sizes away, at most, a sample's value may come from there: two blocks, each as long as a
 /// cell of the lattice may be.
 inline constexpr float kFirstRayReach = 2 * SurfaceLattice::kReach;
 /// Blocks that their first rays decide, as in "Multisampling and Motion Blur in a Ray Tracer", Algorithm 2.
 /// Pixels depend on which thread came first.
-std::unique_ptr<IntegratorRender> beginFirstRaySharing(const Scene& scene, const CacheSettings& settings);
+std::unique_ptr<IntegratorState> beginFirstRaySharing(const Scene& scene, const CacheSettings& settings);
 
 } // namespace strobe

@@ -44,7 +44,7 @@ class Worker : public IntegratorWorker {
     explicit Worker(Shared& shared)
         : m_shared(shared), m_scope(shared.settings.scope),
           m_blocks(m_scope == CacheSettings::Scope::Mutex ? shared.blocks : m_own),
-          m_parts(shared.lattice.parts()) {}
+          m_surfaces(shared.lattice.surfaceCache()) {}
 
     void beginTile() override {
         if (m_scope == CacheSettings::Scope::Tile)
@@ -94,12 +94,12 @@ class Worker : public IntegratorWorker {
         return values;
     }
 
-    uint64_t blockOf(size_t sample) const override { return m_places[sample].key; }
+    uint64_t sharingId(size_t sample) const override { return m_places[sample].key; }
 
     void report(Counters& counters) const override {
-        counters.blockLookups += m_lookups;
-        counters.blockHits += m_hits;
-        counters.blockEvictions += m_evictions;
+        counters.cacheLookups += m_lookups;
+        counters.cacheHits += m_hits;
+        counters.cacheEvictions += m_evictions;
         counters.cacheBytes = m_peakBytes;
     }
 
@@ -124,7 +124,7 @@ class Worker : public IntegratorWorker {
     Place placeOf(const VisibilitySample& sample) {
         m_lanes.count = 0;
         m_lanes.add(sample.hit, sample.ray.d, sample.ray.time, m_shared.scene.camera().cone(sample.film));
-        m_shared.lattice.locate(m_lanes, m_parts);
+        m_shared.lattice.locate(m_lanes, m_surfaces);
         const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, 0);
         const int bins = m_shared.settings.timeBins;
         const int bin = std::min(int(sample.ray.time * float(bins)), bins - 1);
@@ -181,15 +181,15 @@ class Worker : public IntegratorWorker {
     const CacheSettings::Scope m_scope;
     Blocks m_own;
     Blocks& m_blocks;
-    SurfaceParts m_parts;
-    LatticeLanes m_lanes;
+    SurfaceCache m_surfaces;
+    LatticeSoA m_lanes;
     std::vector<Place> m_places; ///< one per sample
     std::vector<Shading> m_shading;
     uint64_t m_lookups = 0, m_hits = 0, m_evictions = 0;
     size_t m_peakBytes = 0;
 };
 
-class FirstRayRender : public IntegratorRender {
+class FirstRayRender : public IntegratorState {
   public:
     FirstRayRender(const Scene& scene, const CacheSettings& settings) : m_shared(scene, settings) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override { return std::make_unique<Worker>(m_shared); }
@@ -201,7 +201,7 @@ class FirstRayRender : public IntegratorRender {
 
 } // namespace
 
-std::unique_ptr<IntegratorRender> beginFirstRaySharing(const Scene& scene, const CacheSettings& settings) {
+std::unique_ptr<IntegratorState> beginFirstRaySharing(const Scene& scene, const CacheSettings& settings) {
     return std::make_unique<FirstRayRender>(scene, settings);
 }
 

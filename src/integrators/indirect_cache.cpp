@@ -31,7 +31,7 @@ class IndirectCache : public Integrator {
                       true};
     }
 
-    Dependence dependence() const override { return Dependence::None; }
+    SampleDependence dependence() const override { return SampleDependence::None; }
 
     BiasBound biasBound(const Scene& scene) const override {
         if (m_settings.blockSize == 0)
@@ -40,18 +40,19 @@ class IndirectCache : public Integrator {
                 scene.moves() ? 1 / float(m_settings.timeBins) : 0};
     }
 
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext& context) const override {
+    std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
         CacheSettings settings = m_settings;
-        settings.parts = context.parts;
+        settings.lightComponents = context.lightComponents;
         if (!context.hasIndirectLight)
             settings.blockSize = 0;
         settings.shadesFollowSamples = settings.shades == 0;
         if (settings.shadesFollowSamples)
             settings.shades = context.samplesPerPixel;
         if (m_size.automatic || settings.bytes == SIZE_MAX)
-            settings.bytes = settings.blockSize > 0 ? automaticBytes(context, settings.blockSize,
-                                                                     settings.timeBins, context.parts == 0)
-                                                    : 0;
+            settings.bytes = settings.blockSize > 0
+                                 ? automaticBytes(context, settings.blockSize, settings.timeBins,
+                                                  context.lightComponents == 0)
+                                 : 0;
         return beginLatticeSharing(scene, settings, context.seed);
     }
 

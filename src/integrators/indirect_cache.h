@@ -6,11 +6,11 @@
 
 namespace strobe {
 
-/// Splits radiance in two (LightPart). Direct light has the edges and costs little: each visibility sample
-/// estimates its own. Indirect light is smooth and costs most: it is shaded at the points of a coarse lattice
-/// on the surfaces and interpolated (as irradiance caching does; Ward et al., "A Ray Tracing Solution for
-/// Diffuse Interreflection", 1988), here on points that depend on their key alone; textures are divided out
-/// and put back. Materials without a diffuse part share nothing.
+/// Splits radiance in two (LightComponent). Direct light has the edges and costs little: each visibility
+/// sample estimates its own. Indirect light is smooth and costs most: it is shaded at the points of a coarse
+/// lattice on the surfaces and interpolated (as irradiance caching does; Ward et al., "A Ray Tracing Solution
+/// for Diffuse Interreflection", 1988), here on points that depend on their key alone; textures are divided
+/// out and put back. Materials without a diffuse part share nothing.
 IntegratorPlugin indirectCachePlugin();
 
 } // namespace strobe

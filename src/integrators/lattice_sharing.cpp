@@ -8,7 +8,7 @@ namespace strobe {
 
 namespace {
 
-STROBE_LANES bool anyMisses(const HitLanes& hit, int n) {
+STROBE_TARGET_CLONES bool anyMisses(const HitSoA& hit, int n) {
     int32_t misses = 0;
     for (int i = 0; i < n; ++i)
         misses |= hit.geometry[i] == kNone;
@@ -29,11 +29,11 @@ struct Shared {
     struct Kind {
         bool shares, isTextured;
     };
-    const Kind& materialAt(const HitLanes& hit, int i) const {
+    const Kind& materialAt(const HitSoA& hit, int i) const {
         return materials[size_t(scene.geometry({hit.instance[i], hit.geometry[i]}).material)];
     }
     /// Those of n samples that share. Returns how many there are.
-    int findSharing(const HitLanes& hit, int n, int32_t* lanes) const {
+    int findSharing(const HitSoA& hit, int n, int32_t* lanes) const {
         if (allShare && !anyMisses(hit, n)) {
             std::iota(lanes, lanes + n, 0);
             return n;
@@ -50,20 +50,20 @@ struct Shared {
     CacheSettings settings;
     uint64_t seed;
     const SurfaceLattice lattice;
-    BlockCache cache;
+    RadianceCache cache;
     std::vector<Kind> materials;
     bool allShare = true, hasTextures = false; ///< of the materials: all, any
 };
 
 /// Draws the times and places on the lens of points, in time bins `bin`, and what else is random of their
 /// requests, from number `at` on; of these, `domain` is the key of the block.
-STROBE_LANES void drawShades(uint64_t seed, const CacheSettings& settings, RequestLanes& out, int at,
-                             ShadedPointLanes& points, const uint32_t* bin) {
+STROBE_TARGET_CLONES void drawShades(uint64_t seed, const CacheSettings& settings, RequestSoA& out, int at,
+                                     ShadedPointSoA& points, const uint32_t* bin) {
     const int n = points.count;
     const float bins = float(settings.timeBins), shades = float(settings.shades);
     const uint32_t total = uint32_t(settings.shades);
-    const LightPart part = settings.indirectOnly ? LightPart::Indirect : LightPart::All;
-    STROBE_INDEPENDENT
+    const LightComponent component = settings.indirectOnly ? LightComponent::Indirect : LightComponent::All;
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const uint64_t domain = hashOf(seed, out.domain[at + i]);
         const uint64_t random = hashOf(domain, out.index[at + i]), more = mix64(random);
@@ -72,7 +72,7 @@ STROBE_LANES void drawShades(uint64_t seed, const CacheSettings& settings, Reque
         points.lens.x[i] = unitFloat(uint32_t(more)), points.lens.y[i] = unitFloat(uint32_t(more >> 32));
         out.domain[at + i] = domain, out.total[at + i] = total;
     }
-    std::fill_n(out.part + at, n, part);
+    std::fill_n(out.component + at, n, component);
 }
 
 class Worker : public IntegratorWorker {
@@ -80,9 +80,9 @@ class Worker : public IntegratorWorker {
     explicit Worker(Shared& shared)
         : m_shared(shared),
           m_lattice(shared.lattice,
-                    {shared.settings.timeBins, shared.settings.nearest, shared.settings.parts == 0},
+                    {shared.settings.timeBins, shared.settings.nearest, shared.settings.lightComponents == 0},
                     shared.cache),
-          m_surfaces(shared.lattice.parts()) {}
+          m_surfaces(shared.lattice.surfaceCache()) {}
 
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         m_lattice.begin(batch);
@@ -90,11 +90,11 @@ class Worker : public IntegratorWorker {
         m_albedos.clear();
         if (m_shared.settings.indirectOnly)
             requestForEach(m_shared.scene, batch, requests);
-        for (size_t b = 0; b < batch.samples.blocks(); ++b)
+        for (size_t b = 0; b < batch.samples.chunks(); ++b)
             planBlock(batch, b, requests);
         m_lattice.finish();
         m_requestOf.clear();
-        m_parts.clear();
+        m_components.clear();
         m_missing.clear();
         for (const Block& block : m_lattice.blocks())
             lookUp(block, requests.size());
@@ -115,31 +115,33 @@ class Worker : public IntegratorWorker {
         return values;
     }
 
-    std::span<const Rgb> resolvePart(const VisibilityBatch&, std::span<const Rgb> shaded,
-                                     std::span<Rgb> values, int part) override {
+    std::span<const Rgb> resolveComponent(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                          std::span<Rgb> values, int component) override {
         const std::span<const Block> blocks = m_lattice.blocks();
         for (size_t i = 0; i < blocks.size(); ++i) {
             if (m_requestOf[i] < 0) {
-                m_lattice.setValue(blocks[i], m_parts[i * size_t(m_shared.settings.parts) + size_t(part)]);
+                m_lattice.setValue(
+                    blocks[i],
+                    m_components[i * size_t(m_shared.settings.lightComponents) + size_t(component)]);
                 continue;
             }
             const Rgb value = meanFrom(m_requestOf[i], shaded);
             m_lattice.setValue(blocks[i], value);
-            m_shared.cache.store(keyOfPart(blocks[i].key, part), value);
+            m_shared.cache.store(keyOfComponent(blocks[i].key, component), value);
         }
         gather(shaded, values);
         return values;
     }
 
-    uint64_t blockOf(size_t sample) const override {
+    uint64_t sharingId(size_t sample) const override {
         return m_lattice.has(sample) ? m_lattice.mainKeyOf(sample) : 0;
     }
 
     void report(Counters& counters) const override {
-        counters.blockLookups += m_lookups;
-        counters.blockHits += m_hits;
-        counters.blockDuplicates += m_duplicates;
-        counters.blockEvictions += m_evictions;
+        counters.cacheLookups += m_lookups;
+        counters.cacheHits += m_hits;
+        counters.cacheDuplicates += m_duplicates;
+        counters.cacheEvictions += m_evictions;
         counters.cacheBytes = m_shared.cache.bytes();
     }
 
@@ -165,12 +167,12 @@ class Worker : public IntegratorWorker {
     /// Tells which samples of the batch's block b share, and adds them to the lattice. The others ask for
     /// themselves.
     void planBlock(const VisibilityBatch& batch, size_t b, ShadingRequests& requests) {
-        const HitLanes& hit = batch.samples.block(b).hit;
-        const int n = batch.samples.inBlock(b);
+        const HitSoA& hit = batch.samples.chunk(b).hit;
+        const int n = batch.samples.chunkSize(b);
         const bool inPatch = m_shared.allShare && m_lattice.addPatch(batch, b);
         if (inPatch && !m_shared.settings.indirectOnly)
             return;
-        int32_t sharing[kLanes];
+        int32_t sharing[kSoAWidth];
         const int count = m_shared.findSharing(hit, n, sharing);
         if (m_shared.settings.indirectOnly)
             askForDirect(hit, b, sharing, count, requests);
@@ -186,19 +188,19 @@ class Worker : public IntegratorWorker {
 
     /// Of the requests that the samples of a block made for themselves, those of sharing ones are for direct
     /// light, and for the albedo where that is textured.
-    void askForDirect(const HitLanes& hit, size_t b, const int32_t* sharing, int count,
+    void askForDirect(const HitSoA& hit, size_t b, const int32_t* sharing, int count,
                       ShadingRequests& requests) {
         for (int k = 0; k < count; ++k)
-            requests.block(b).part[sharing[k]] = LightPart::Direct;
+            requests.chunk(b).component[sharing[k]] = LightComponent::Direct;
         if (!m_shared.hasTextures)
             return;
         for (int k = 0; k < count; ++k) {
-            const uint32_t sample = uint32_t(b * kLanes) + uint32_t(sharing[k]);
+            const uint32_t sample = uint32_t(b * kSoAWidth) + uint32_t(sharing[k]);
             if (!m_shared.materialAt(hit, sharing[k]).isTextured)
                 continue;
             m_albedos.push_back({sample, uint32_t(requests.size())});
             ShadingRequest albedo = requests[sample];
-            albedo.part = LightPart::Albedo;
+            albedo.component = LightComponent::Albedo;
             requests.push_back(albedo);
         }
     }
@@ -206,12 +208,12 @@ class Worker : public IntegratorWorker {
     /// Those that do not share shade as without sharing.
     void askAlone(const VisibilityBatch& batch, size_t b, const int32_t* sharing, int count,
                   ShadingRequests& requests) {
-        for (int i = 0, k = 0; i < batch.samples.inBlock(b); ++i) {
+        for (int i = 0, k = 0; i < batch.samples.chunkSize(b); ++i) {
             if (k < count && sharing[k] == i) {
                 ++k;
                 continue;
             }
-            const uint32_t sample = uint32_t(b * kLanes) + uint32_t(i);
+            const uint32_t sample = uint32_t(b * kSoAWidth) + uint32_t(i);
             m_alone.push_back({sample, uint32_t(requests.size())});
             requests.push_back(requestFor(m_shared.scene, batch, batch.samples[sample]));
         }
@@ -223,7 +225,7 @@ class Worker : public IntegratorWorker {
         ++m_lookups;
         Rgb value;
         const bool found = m_shared.cache.find(block.key, value);
-        if (findParts(block.key) && found) {
+        if (findComponents(block.key) && found) {
             ++m_hits;
             m_lattice.setValue(block, value);
             m_requestOf.push_back(-1);
@@ -234,24 +236,24 @@ class Worker : public IntegratorWorker {
         m_requestOf.push_back(int32_t(requests + before));
     }
 
-    /// Appends the parts of a block to m_parts; false if the cache does not have them all.
-    bool findParts(uint64_t key) {
+    /// Appends the parts of a block to m_components; false if the cache does not have them all.
+    bool findComponents(uint64_t key) {
         bool all = true;
-        for (int part = 0; part < m_shared.settings.parts; ++part)
-            all &= m_shared.cache.find(keyOfPart(key, part), m_parts.emplace_back(0));
+        for (int component = 0; component < m_shared.settings.lightComponents; ++component)
+            all &= m_shared.cache.find(keyOfComponent(key, component), m_components.emplace_back(0));
         return all;
     }
-    static uint64_t keyOfPart(uint64_t key, int part) { return hashOf(key, part) | 1; }
+    static uint64_t keyOfComponent(uint64_t key, int component) { return hashOf(key, component) | 1; }
 
     /// Appends the shades of the missing blocks: at random times, one in each of `shades` equal parts of
     /// their time bins, and through random points of the lens.
     void request(ShadingRequests& requests) {
         const size_t shades = size_t(m_shared.settings.shades), end = m_missing.size() * shades;
         for (size_t next = 0; next < end; next += size_t(m_points.count)) {
-            const size_t at = requests.size() % kLanes;
-            m_points.count = int(std::min(end - next, kLanes - at));
+            const size_t at = requests.size() % kSoAWidth;
+            m_points.count = int(std::min(end - next, kSoAWidth - at));
             requests.resize(requests.size() + size_t(m_points.count));
-            RequestLanes& out = requests.block(requests.blocks() - 1);
+            RequestSoA& out = requests.chunk(requests.chunks() - 1);
             for (int i = 0; i < m_points.count; ++i) {
                 const size_t shade = next + size_t(i), missing = shades == 1 ? shade : shade / shades;
                 setRow(m_lattice.blocks()[m_missing[missing]], uint32_t(shade - missing * shades), i, out,
@@ -263,7 +265,7 @@ class Worker : public IntegratorWorker {
     }
 
     /// A block's shade number k becomes number i of the points, and is drawn as number `to` of the requests.
-    void setRow(const Block& block, uint32_t k, int i, RequestLanes& out, int to) {
+    void setRow(const Block& block, uint32_t k, int i, RequestSoA& out, int to) {
         const LatticeFace& face = m_lattice.faceOf(block);
         const LatticePoint& place = m_lattice.pointOf(block);
         m_points.isVertex[i] = place.isVertex;
@@ -283,12 +285,12 @@ class Worker : public IntegratorWorker {
     void finish(const Block& block, const Rgb& value) {
         m_lattice.setValue(block, value);
         switch (m_shared.cache.store(block.key, value)) {
-        case BlockCache::Stored::Fresh:
+        case RadianceCache::Stored::Fresh:
             break;
-        case BlockCache::Stored::Duplicate:
+        case RadianceCache::Stored::Duplicate:
             ++m_duplicates;
             break;
-        case BlockCache::Stored::Evicting:
+        case RadianceCache::Stored::Evicting:
             ++m_evictions;
             break;
         }
@@ -296,18 +298,18 @@ class Worker : public IntegratorWorker {
 
     Shared& m_shared;
     BatchLattice m_lattice;
-    SurfaceParts m_surfaces;            ///< for requests
-    std::vector<int32_t> m_requestOf;   ///< by block: the first of its requests; -1: it was in the cache
-    std::vector<uint32_t> m_missing;    ///< blocks that are not
-    ShadedPointLanes m_points;          ///< of those, on their way
-    alignas(64) uint32_t m_bin[kLanes]; ///< and their time bins
-    std::vector<Rgb> m_parts;           ///< of blocks, one after the other, as the cache has them
-    std::vector<Own> m_alone;           ///< the samples that share nothing
-    std::vector<Own> m_albedos;         ///< factors of what samples share
+    SurfaceCache m_surfaces;               ///< for requests
+    std::vector<int32_t> m_requestOf;      ///< by block: the first of its requests; -1: it was in the cache
+    std::vector<uint32_t> m_missing;       ///< blocks that are not
+    ShadedPointSoA m_points;               ///< of those, on their way
+    alignas(64) uint32_t m_bin[kSoAWidth]; ///< and their time bins
+    std::vector<Rgb> m_components;         ///< of blocks, one after the other, as the cache has them
+    std::vector<Own> m_alone;              ///< the samples that share nothing
+    std::vector<Own> m_albedos;            ///< factors of what samples share
     uint64_t m_lookups = 0, m_hits = 0, m_duplicates = 0, m_evictions = 0;
 };
 
-class LatticeRender : public IntegratorRender {
+class LatticeRender : public IntegratorState {
   public:
     LatticeRender(const Scene& scene, const CacheSettings& settings, uint64_t seed)
         : m_shared(scene, settings, seed) {}
@@ -325,8 +327,8 @@ class LatticeRender : public IntegratorRender {
 
 } // namespace
 
-std::unique_ptr<IntegratorRender> beginLatticeSharing(const Scene& scene, const CacheSettings& settings,
-                                                      uint64_t seed) {
+std::unique_ptr<IntegratorState> beginLatticeSharing(const Scene& scene, const CacheSettings& settings,
+                                                     uint64_t seed) {
     return std::make_unique<LatticeRender>(scene, settings, seed);
 }
 

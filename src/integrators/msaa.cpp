@@ -1,7 +1,7 @@
 #include "integrators/msaa.h"
 
 #include "core/math/hash.h"
-#include "lattice/slot_table.h"
+#include "lattice/index_table.h"
 
 #include <algorithm>
 #include <bit>
@@ -16,9 +16,9 @@ const ParamDef<int> kShades{"shades", 1,
 /// Equal for samples that share: those that hit the same triangle, or any other shape. Samples under a
 /// negative lobe of the pixel filter keep to themselves, since a group's mean stands for its members only if
 /// they weigh the same.
-STROBE_LANES void findGroupKeys(const VisibilityLanes& samples, uint64_t* keys) {
-    STROBE_INDEPENDENT
-    for (int i = 0; i < kLanes; ++i)
+STROBE_TARGET_CLONES void findGroupKeys(const VisibilitySoA& samples, uint64_t* keys) {
+    STROBE_IVDEP
+    for (int i = 0; i < kSoAWidth; ++i)
         keys[i] = quickHashOf(uint64_t(samples.hit.instance[i]) << 32 | samples.hit.geometry[i],
                               uint64_t(samples.hit.prim[i]) << 1 |
                                   std::bit_cast<uint32_t>(samples.weight[i]) >> 31);
@@ -30,9 +30,9 @@ class Worker : public IntegratorWorker {
 
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         m_shares.resize(batch.samples.size());
-        m_keys.resize(batch.samples.blocks() * kLanes);
-        for (size_t b = 0; b < batch.samples.blocks(); ++b)
-            findGroupKeys(batch.samples.block(b), &m_keys[b * kLanes]);
+        m_keys.resize(batch.samples.chunks() * kSoAWidth);
+        for (size_t b = 0; b < batch.samples.chunks(); ++b)
+            findGroupKeys(batch.samples.chunk(b), &m_keys[b * kSoAWidth]);
         const uint32_t spp = batch.slice.count();
         m_groupOf.resize(spp), m_order.resize(spp), m_ends.resize(spp);
         for (size_t first = 0; first < batch.samples.size(); first += spp)
@@ -58,7 +58,7 @@ class Worker : public IntegratorWorker {
     };
 
     /// Groups the pixel's samples by primitive and draws the shades of each group uniformly, without repeats.
-    /// Samples that escaped shade for themselves: looking up the surroundings costs nothing worth sharing.
+    /// Samples that missed shade for themselves: looking up the surroundings costs nothing worth sharing.
     void planPixel(const VisibilityBatch& batch, uint32_t first, uint32_t spp, ShadingRequests& requests) {
         const uint32_t groups = findGroups(batch, first, spp);
         for (uint32_t group = 0, end = 0; group < groups; ++group) {
@@ -78,8 +78,8 @@ class Worker : public IntegratorWorker {
         uint32_t groups = 0;
         for (uint32_t i = 0; i < spp; ++i) {
             const uint32_t at = first + i;
-            const bool escaped = batch.samples.block(at / kLanes).hit.geometry[at % kLanes] == kNone;
-            const uint32_t group = escaped ? groups : m_table.insert(m_keys[at], groups);
+            const bool missed = batch.samples.chunk(at / kSoAWidth).hit.geometry[at % kSoAWidth] == kNone;
+            const uint32_t group = missed ? groups : m_table.insert(m_keys[at], groups);
             if (group == groups)
                 m_ends[groups++] = 0;
             m_groupOf[i] = group, ++m_ends[group];
@@ -108,7 +108,7 @@ class Worker : public IntegratorWorker {
     const Scene& m_scene;
     const uint32_t m_shades;
     std::vector<uint64_t> m_keys; ///< by sample of the batch
-    SlotTable m_table;
+    IndexTable m_table;
     // Of a pixel's samples:
     std::vector<uint32_t> m_groupOf;
     std::vector<uint32_t> m_order; ///< group by group, samples of the batch
@@ -122,9 +122,9 @@ class Msaa : public Integrator {
         if (m_shades < 1)
             throw Error(params.whereIs(kShades), "\"shades\" must be at least 1");
     }
-    Dependence dependence() const override { return Dependence::Pixel; }
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
-        return std::make_unique<UnsharedRender<Worker, int>>(scene, m_shades);
+    SampleDependence dependence() const override { return SampleDependence::Pixel; }
+    std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
+        return std::make_unique<UnsharedState<Worker, int>>(scene, m_shades);
     }
 
   private:

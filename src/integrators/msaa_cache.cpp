@@ -41,8 +41,8 @@ class MsaaCache : public Integrator {
             scope, params.get(kBlockSize), params.get(kShades), params.get(kTimeBins), nearest, m_size.bytes};
     }
 
-    Dependence dependence() const override {
-        return isShared() || m_settings.blockSize == 0 ? Dependence::None : Dependence::Render;
+    SampleDependence dependence() const override {
+        return isShared() || m_settings.blockSize == 0 ? SampleDependence::None : SampleDependence::Render;
     }
 
     BiasBound biasBound(const Scene& scene) const override {
@@ -52,18 +52,18 @@ class MsaaCache : public Integrator {
         return {blocks * m_settings.blockSize, scene.moves() ? 1 / float(binsFor(scene)) : 0};
     }
 
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext& context) const override {
+    std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
         CacheSettings settings = m_settings;
         settings.timeBins = binsFor(scene);
-        settings.parts = context.parts;
-        if (!isShared() && context.parts > 0)
+        settings.lightComponents = context.lightComponents;
+        if (!isShared() && context.lightComponents > 0)
             throw Error("the caches of scope thread, mutex and tile hold no parts of light: layers of direct "
                         "light, indirect light and light groups need another scope or integrator",
                         ErrorKind::Usage);
         if (m_size.automatic || (isShared() && settings.bytes == SIZE_MAX))
             settings.bytes = settings.blockSize > 0
                                  ? automaticBytes(context, settings.blockSize, settings.timeBins,
-                                                  isShared() && context.parts == 0)
+                                                  isShared() && context.lightComponents == 0)
                                  : 0;
         return isShared() ? beginLatticeSharing(scene, settings, context.seed)
                           : beginFirstRaySharing(scene, settings);

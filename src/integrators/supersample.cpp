@@ -21,9 +21,9 @@ class Worker : public IntegratorWorker {
 
 class Supersample : public Integrator {
   public:
-    Dependence dependence() const override { return Dependence::None; }
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
-        return std::make_unique<UnsharedRender<Worker>>(scene);
+    SampleDependence dependence() const override { return SampleDependence::None; }
+    std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
+        return std::make_unique<UnsharedState<Worker>>(scene);
     }
 };
 

@@ -8,10 +8,10 @@ namespace strobe {
 namespace {
 
 /// The keys of hits' cells in their time bins and in the eras of these.
-STROBE_LANES void mixBins(const LatticeLanes& l, const uint32_t* bin, int binBits, uint64_t* key,
-                          uint64_t* keyInBin) {
+STROBE_TARGET_CLONES void mixBins(const LatticeSoA& l, const uint32_t* bin, int binBits, uint64_t* key,
+                                  uint64_t* keyInBin) {
     const int n = l.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         key[i] = quickSum<4>(l.key[i], bin[i] >> binBits);
         keyInBin[i] = quickSum<4>(l.key[i], bin[i]);
@@ -21,23 +21,23 @@ STROBE_LANES void mixBins(const LatticeLanes& l, const uint32_t* bin, int binBit
 } // namespace
 
 BatchLattice::BatchLattice(const SurfaceLattice& lattice, const Settings& settings,
-                           const BlockCache& prefetchFrom)
+                           const RadianceCache& prefetchFrom)
     : m_lattice(lattice), m_settings(settings), m_cache(prefetchFrom),
-      m_binBits(std::min(int(std::bit_width(uint32_t(settings.timeBins - 1))), kMostBinBits)),
-      m_parts(lattice.parts()) {
+      m_binBits(std::min(int(std::bit_width(uint32_t(settings.timeBins - 1))), kMaxBinBits)),
+      m_surfaces(lattice.surfaceCache()) {
     forget();
 }
 
 void BatchLattice::begin(const VisibilityBatch& batch) {
     // What a thing in motion covers is much the same for many batches. The tables of so many stay in the
     // second-level cache.
-    constexpr size_t kMostPoints = 3000, kMostCells = 6000;
+    constexpr size_t kMaxPoints = 3000, kMaxCells = 6000;
     m_blockCount = 0;
-    if (!m_settings.remembers || m_points.size() > kMostPoints || m_cells.size() > kMostCells)
+    if (!m_settings.remembers || m_points.size() > kMaxPoints || m_cells.size() > kMaxCells)
         forget();
-    m_shares.resize(batch.samples.blocks());
+    m_shares.resize(batch.samples.chunks());
     for (Shares& shares : m_shares)
-        std::fill_n(shares.cell, kLanes, kNone);
+        std::fill_n(shares.cell, kSoAWidth, kNone);
     m_lattice.findCones(batch.pixels, m_cones);
 }
 
@@ -47,34 +47,34 @@ void BatchLattice::forget() {
     m_values.resize(std::max(m_values.size(), size_t(1) << m_binBits)); // the first are never set
     m_pointTable.clear();
     m_cellTable.clear();
-    m_patchFile.clear();
+    m_patchTable.clear();
 }
 
 void BatchLattice::addSome(const VisibilityBatch& batch, size_t b, const int32_t* lanes, int count) {
-    const VisibilityLanes& samples = batch.samples.block(b);
+    const VisibilitySoA& samples = batch.samples.chunk(b);
     for (int k = 0; k < count; ++k) {
         const int i = lanes[k];
-        m_sampleOf[m_lanes.count] = uint32_t(b * kLanes) + uint32_t(i);
+        m_sampleOf[m_lanes.count] = uint32_t(b * kSoAWidth) + uint32_t(i);
         m_lanes.add(samples.hit.at(i), samples.ray.d.at(i), samples.camera.time[i],
                     m_cones[samples.pixel[i]]);
-        if (m_lanes.count == kLanes)
+        if (m_lanes.count == kSoAWidth)
             locate();
     }
 }
 
 void BatchLattice::addAll(const VisibilityBatch& batch, size_t b) {
     locate();
-    const VisibilityLanes& samples = batch.samples.block(b);
-    const int n = batch.samples.inBlock(b);
+    const VisibilitySoA& samples = batch.samples.chunk(b);
+    const int n = batch.samples.chunkSize(b);
     spreadCones(samples, n);
     m_lanes.count = n, m_lanes.hit = samples.hit, m_lanes.d = samples.ray.d;
-    std::copy_n(samples.camera.time, kLanes, m_lanes.time);
-    std::iota(m_sampleOf, m_sampleOf + n, uint32_t(b * kLanes));
+    std::copy_n(samples.camera.time, kSoAWidth, m_lanes.time);
+    std::iota(m_sampleOf, m_sampleOf + n, uint32_t(b * kSoAWidth));
     locate();
 }
 
 /// To each sample, that of its pixel.
-void BatchLattice::spreadCones(const VisibilityLanes& samples, int n) {
+void BatchLattice::spreadCones(const VisibilitySoA& samples, int n) {
     for (int i = 0; i < n;) {
         const uint32_t pixel = samples.pixel[i];
         const RayCone cone = m_cones[pixel];
@@ -91,7 +91,7 @@ void BatchLattice::spreadCones(const VisibilityLanes& samples, int n) {
 void BatchLattice::locate() {
     if (m_lanes.count == 0)
         return;
-    m_lattice.locate(m_lanes, m_parts);
+    m_lattice.locate(m_lanes, m_surfaces);
     findTimeBins(m_lanes.time, m_lanes.count, m_settings.timeBins, m_bin);
     mixBins(m_lanes, m_bin, m_binBits, m_key, m_keyInBin);
     const size_t known = m_blockCount;
@@ -124,7 +124,7 @@ void BatchLattice::leaveOutRepeats() {
 void BatchLattice::findCells() {
     for (int k = 0; k < m_firstCount; ++k)
         m_cellTable.prefetch(m_key[m_firsts[k]]);
-    int32_t made[kLanes];
+    int32_t made[kSoAWidth];
     int count = 0;
     const uint32_t known = uint32_t(m_cells.size());
     m_askCount = 0;
@@ -155,7 +155,7 @@ void BatchLattice::makeCells(const int32_t* lanes, int count) {
             m_newPoints.push(m_lanes, i);
             continue;
         }
-        const LatticeTake::Firsts firsts = findPoints(i);
+        const InterpolationTable::Firsts firsts = findPoints(i);
         if (made.hasMore())
             made.few[0] = uint32_t(m_more.size()), m_more.push_back(firsts);
         else
@@ -165,12 +165,12 @@ void BatchLattice::makeCells(const int32_t* lanes, int count) {
 }
 
 /// The points of a lane's cell of any kind.
-LatticeTake::Firsts BatchLattice::findPoints(int lane) {
+InterpolationTable::Firsts BatchLattice::findPoints(int lane) {
     const uint32_t era = m_bin[lane] >> m_binBits;
     const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, lane);
     LatticePoint points[kPoints];
     m_lattice.points(cell, m_places, points);
-    LatticeTake::Firsts firsts{};
+    InterpolationTable::Firsts firsts{};
     for (int p = 0; p < cell.count(); ++p)
         if (points[p]) {
             const uint64_t key = SurfaceLattice::keyOf(points[p], era << m_binBits);
@@ -182,9 +182,9 @@ LatticeTake::Firsts BatchLattice::findPoints(int lane) {
 /// The points of new cells in divided triangles; the first new cell is number `known`.
 void BatchLattice::addTriangles(size_t known) {
     m_lattice.points(m_lanes.hit, m_newPoints, 3);
-    TrianglePointLanes& p = m_newPoints;
-    alignas(64) uint64_t keys[3][kLanes];
-    alignas(64) uint32_t firstBin[kLanes];
+    TrianglePointSoA& p = m_newPoints;
+    alignas(64) uint64_t keys[3][kSoAWidth];
+    alignas(64) uint32_t firstBin[kSoAWidth];
     for (int c = 0; c < p.count; ++c)
         firstBin[c] = m_bin[p.lane[c]] & ~slots();
     for (int k = 0; k < 3; ++k)
@@ -218,17 +218,17 @@ void BatchLattice::shareCells() {
     const int n = m_lanes.count;
     const uint32_t from = m_sampleOf[0];
     const auto shareAt = [&](int i) { return cellAt(i) << m_binBits | (m_bin[i] & slots()); };
-    if (from % kLanes == 0 && m_sampleOf[n - 1] == from + uint32_t(n - 1)) {
-        Shares& shares = m_shares[from / kLanes];
+    if (from % kSoAWidth == 0 && m_sampleOf[n - 1] == from + uint32_t(n - 1)) {
+        Shares& shares = m_shares[from / kSoAWidth];
         shares.place = m_lanes.place;
         for (int i = 0; i < n; ++i)
             shares.cell[i] = shareAt(i);
         return;
     }
     for (int i = 0; i < n; ++i) {
-        Shares& shares = m_shares[m_sampleOf[i] / kLanes];
-        shares.place.set(int(m_sampleOf[i] % kLanes), m_lanes.place.at(i));
-        shares.cell[m_sampleOf[i] % kLanes] = shareAt(i);
+        Shares& shares = m_shares[m_sampleOf[i] / kSoAWidth];
+        shares.place.set(int(m_sampleOf[i] % kSoAWidth), m_lanes.place.at(i));
+        shares.cell[m_sampleOf[i] % kSoAWidth] = shareAt(i);
     }
 }
 
@@ -238,7 +238,7 @@ void BatchLattice::shareNearest() {
         const uint32_t slot = m_bin[i] & slots(), sample = m_sampleOf[i];
         const Cell& cell = m_cells[cellAt(i)];
         const uint32_t value = firstsOf(cell)[nearestOf(cell, m_lanes.place.at(i))] | slot;
-        m_shares[sample / kLanes].cell[sample % kLanes] = value;
+        m_shares[sample / kSoAWidth].cell[sample % kSoAWidth] = value;
         ask(value >> m_binBits, slot, sample);
     }
 }

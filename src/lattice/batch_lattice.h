@@ -1,8 +1,8 @@
 // The part of the lattice that a batch's samples lie in.
 #pragma once
 
-#include "lattice/cell_cache.h"
-#include "lattice/slot_table.h"
+#include "lattice/index_table.h"
+#include "lattice/radiance_cache.h"
 #include "lattice/surface_lattice.h"
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace strobe {
 
 /// What a batch's samples take, side by side for quick sums.
-struct LatticeTake {
+struct InterpolationTable {
     /// A block's radiance, or the part of it at hand, and 1; all zero where there is no point.
     using Value __attribute__((vector_size(16))) = float;
     /// For each point of a cell, the first of its values; 0: there is no point.
@@ -26,9 +26,9 @@ struct LatticeTake {
     static_assert(sizeof(Cell) == 16);
     /// What samples take.
     struct Shares {
-        V3Lanes place;                     ///< in the cell
-        alignas(64) uint32_t cell[kLanes]; ///< and the slot; if samples take the value of one point, that;
-                                           ///< kNone: nothing
+        V3SoA place;                          ///< in the cell
+        alignas(64) uint32_t cell[kSoAWidth]; ///< and the slot; if samples take the value of one point, that;
+                                              ///< kNone: nothing
     };
 };
 
@@ -49,7 +49,7 @@ class BatchLattice {
         bool remembers; ///< values too are those of the batches before: a block has one only
     };
     /// The lattice outlives it. `prefetchFrom`: where blocks will be looked up.
-    BatchLattice(const SurfaceLattice& lattice, const Settings& settings, const BlockCache& prefetchFrom);
+    BatchLattice(const SurfaceLattice& lattice, const Settings& settings, const RadianceCache& prefetchFrom);
 
     /// Begins a batch.
     void begin(const VisibilityBatch& batch);
@@ -80,7 +80,7 @@ class BatchLattice {
   private:
     /// Time bins come in eras of a few, so that cells and points are found once for all bins of an era. A
     /// bin's number in its era is its slot.
-    static constexpr int kMostBinBits = 3, kSlotsOfEra = 1 << kMostBinBits;
+    static constexpr int kMaxBinBits = 3, kSlotsOfEra = 1 << kMaxBinBits;
     static constexpr int kPoints = LatticeCell::kPoints;
     /// A point of the batch in an era.
     struct Point {
@@ -89,13 +89,13 @@ class BatchLattice {
         uint32_t era;
         uint32_t asked; ///< bits of slots: those that are, or were, among the blocks
     };
-    using Value = LatticeTake::Value;
-    using Cell = LatticeTake::Cell;
-    using Shares = LatticeTake::Shares;
+    using Value = InterpolationTable::Value;
+    using Cell = InterpolationTable::Cell;
+    using Shares = InterpolationTable::Shares;
 
     void forget();
     void locate();
-    void spreadCones(const VisibilityLanes& samples, int n);
+    void spreadCones(const VisibilitySoA& samples, int n);
     uint32_t askAtPlace(uint32_t id, uint64_t asking, uint32_t firstSample);
     uint32_t learnCell(uint32_t column, uint32_t row, uint32_t isUpper);
     uint32_t learnNode(uint32_t column, uint32_t row);
@@ -103,7 +103,7 @@ class BatchLattice {
     void leaveOutRepeats();
     void findCells();
     void makeCells(const int32_t* lanes, int count);
-    LatticeTake::Firsts findPoints(int lane);
+    InterpolationTable::Firsts findPoints(int lane);
     void addTriangles(size_t known);
     void shareCells();
     void shareNearest();
@@ -118,47 +118,49 @@ class BatchLattice {
     uint32_t slots() const { return (1u << m_binBits) - 1; }
     uint32_t binOf(const Point& point, uint32_t slot) const { return point.era << m_binBits | slot; }
     uint32_t cellAt(int i) const { return m_cellOf[m_firstOf[i]]; }
-    uint32_t shareOf(size_t sample) const { return m_shares[sample / kLanes].cell[sample % kLanes]; }
-    V3f insideOf(size_t sample) const { return m_shares[sample / kLanes].place.at(int(sample % kLanes)); }
+    uint32_t shareOf(size_t sample) const { return m_shares[sample / kSoAWidth].cell[sample % kSoAWidth]; }
+    V3f insideOf(size_t sample) const {
+        return m_shares[sample / kSoAWidth].place.at(int(sample % kSoAWidth));
+    }
 
     const SurfaceLattice& m_lattice;
     const Settings m_settings;
-    const BlockCache& m_cache;
+    const RadianceCache& m_cache;
     const int m_binBits; ///< of a slot
     std::vector<Point> m_points;
     std::vector<Value> m_values; ///< by point, then slot; some more than there are
     std::vector<Cell> m_cells;
-    std::vector<LatticeTake::Firsts> m_more; ///< of m_cells
-    std::vector<Block> m_blocks;             ///< and room for some more
+    std::vector<InterpolationTable::Firsts> m_more; ///< of m_cells
+    std::vector<Block> m_blocks;                    ///< and room for some more
     size_t m_blockCount = 0;
-    std::vector<Shares> m_shares; ///< of kLanes samples each
-    SlotTable m_pointTable, m_cellTable;
+    std::vector<Shares> m_shares; ///< of kSoAWidth samples each
+    IndexTable m_pointTable, m_cellTable;
 
     // Samples on their way in:
     std::vector<RayCone> m_cones; ///< of the batch's pixels
-    SurfaceParts m_parts;
-    MeshPlaces m_places;
-    LatticeLanes m_lanes;
-    uint32_t m_sampleOf[kLanes];
-    alignas(64) uint32_t m_bin[kLanes];
-    alignas(64) uint64_t m_key[kLanes]; ///< of a cell in an era
-    alignas(64) uint64_t m_keyInBin[kLanes];
-    alignas(64) uint32_t m_cellOf[kLanes];  ///< of the firsts
-    alignas(64) uint32_t m_firstOf[kLanes]; ///< the first lane in the same cell and bin, nearly always
-    int32_t m_firsts[kLanes];               ///< all of those
+    SurfaceCache m_surfaces;
+    MeshPointCache m_places;
+    LatticeSoA m_lanes;
+    uint32_t m_sampleOf[kSoAWidth];
+    alignas(64) uint32_t m_bin[kSoAWidth];
+    alignas(64) uint64_t m_key[kSoAWidth]; ///< of a cell in an era
+    alignas(64) uint64_t m_keyInBin[kSoAWidth];
+    alignas(64) uint32_t m_cellOf[kSoAWidth];  ///< of the firsts
+    alignas(64) uint32_t m_firstOf[kSoAWidth]; ///< the first lane in the same cell and bin, nearly always
+    int32_t m_firsts[kSoAWidth];               ///< all of those
     int m_firstCount = 0;
-    int32_t m_asks[kLanes]; ///< of those: the first ever
+    int32_t m_asks[kSoAWidth]; ///< of those: the first ever
     int m_askCount = 0;
-    TrianglePointLanes m_newPoints;
+    TrianglePointSoA m_newPoints;
 
     // Blocks of samples in patches. What these ask for is found later, for some of them together.
     static constexpr uint32_t kNew = 1u << 31; ///< a new node's number, not a point's
-    PatchFile m_patchFile;
+    PatchTable m_patchTable;
     LatticePatch m_patch;
-    PatchPlaces m_patchPlaces;
-    TrianglePointLanes m_newNodes;      ///< the first point of each
-    HitLanes m_newNodesHits;            ///< of those, what is needed to find vertices
-    uint32_t m_newNodesAt[kLanes];      ///< where they are filed
+    PatchCells m_patchCells;
+    TrianglePointSoA m_newNodes;        ///< the first point of each
+    HitSoA m_newNodesHits;              ///< of those, what is needed to find vertices
+    uint32_t m_newNodesAt[kSoAWidth];   ///< where they are filed
     std::vector<uint32_t> m_unfinished; ///< cells some of whose points are new nodes
     struct Asking {
         uint32_t cell, slot, sample;

@@ -8,17 +8,19 @@ namespace strobe {
 namespace {
 
 template <int kCount>
-STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Value* values, const uint32_t* first,
-                                          const float* weights) {
-    LatticeTake::Value sum = values[first[0]] * weights[0];
+STROBE_FORCE_INLINE InterpolationTable::Value weighted(const InterpolationTable::Value* values,
+                                                       const uint32_t* first, const float* weights) {
+    InterpolationTable::Value sum = values[first[0]] * weights[0];
     for (int k = 1; k < kCount; ++k)
         sum += values[first[k]] * weights[k];
     return sum;
 }
 
 /// What a share takes of the values.
-STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Cell& cell, const LatticeTake::Firsts* more,
-                                          const V3f& place, const LatticeTake::Value* values) {
+STROBE_FORCE_INLINE InterpolationTable::Value weighted(const InterpolationTable::Cell& cell,
+                                                       const InterpolationTable::Firsts* more,
+                                                       const V3f& place,
+                                                       const InterpolationTable::Value* values) {
     float weights[LatticeCell::kPoints];
     if (!cell.hasMore()) {
         LatticeCell::weigh(LatticeCell::Lower, place, weights);
@@ -30,21 +32,22 @@ STROBE_INLINE LatticeTake::Value weighted(const LatticeTake::Cell& cell, const L
         return weighted<4>(values, firsts, weights);
     }
     LatticeCell::weigh(LatticeCell::Grid, place, weights);
-    const LatticeTake::Value sum = weighted<8>(values, firsts, weights);
+    const InterpolationTable::Value sum = weighted<8>(values, firsts, weights);
     return sum * (1 / sum[3]); // some may be missing
 }
 
-STROBE_LANES void takeWeighted(const LatticeTake::Shares& shares, const LatticeTake::Cell* cells,
-                               const LatticeTake::Firsts* more, int binBits, const LatticeTake::Value* values,
-                               Rgb* out, int n) {
+STROBE_TARGET_CLONES void takeWeighted(const InterpolationTable::Shares& shares,
+                                       const InterpolationTable::Cell* cells,
+                                       const InterpolationTable::Firsts* more, int binBits,
+                                       const InterpolationTable::Value* values, Rgb* out, int n) {
     const uint32_t slots = (1u << binBits) - 1;
-    LatticeTake::Value mean{};
+    InterpolationTable::Value mean{};
     for (int i = 0; i < n; ++i) {
         if (i > 0) // in one go, the last number over what comes next
             std::memcpy(static_cast<void*>(&out[i - 1]), &mean, sizeof mean);
         const uint32_t share = shares.cell[i];
         mean = share == kNone
-                   ? LatticeTake::Value{}
+                   ? InterpolationTable::Value{}
                    : weighted(cells[share >> binBits], more, shares.place.at(i), values + (share & slots));
     }
     out[n - 1] = Rgb(mean[0], mean[1], mean[2]);
@@ -60,9 +63,9 @@ void BatchLattice::take(std::span<Rgb> values) const {
         }
         return;
     }
-    for (size_t first = 0; first < values.size(); first += kLanes)
-        takeWeighted(m_shares[first / kLanes], m_cells.data(), m_more.data(), m_binBits, m_values.data(),
-                     &values[first], int(std::min<size_t>(kLanes, values.size() - first)));
+    for (size_t first = 0; first < values.size(); first += kSoAWidth)
+        takeWeighted(m_shares[first / kSoAWidth], m_cells.data(), m_more.data(), m_binBits, m_values.data(),
+                     &values[first], int(std::min<size_t>(kSoAWidth, values.size() - first)));
 }
 
 uint64_t BatchLattice::mainKeyOf(size_t sample) const {

@@ -20,8 +20,8 @@ struct DivisionRanges {
 };
 
 /// The same steps as in divideTriangle.
-STROBE_LANES void findRanges(const VisibilityLanes& samples, int n, const Edges& edges,
-                             const LatticeLanes& cones, float blockSize, DivisionRanges& out) {
+STROBE_TARGET_CLONES void findRanges(const VisibilitySoA& samples, int n, const Edges& edges,
+                                     const LatticeSoA& cones, float blockSize, DivisionRanges& out) {
     const V3f a = edges.a, b = edges.b, normal = cross(a, b);
     Range a2Range, b2Range, area2Range, blockRange;
     int32_t anyFront = 0, anyBack = 0;
@@ -42,8 +42,8 @@ STROBE_LANES void findRanges(const VisibilityLanes& samples, int n, const Edges&
 
 } // namespace
 
-bool LatticePatch::divide(const VisibilityLanes& samples, int count, const Edges& edges,
-                          const LatticeLanes& cones, float blockSize, bool sharesSmall) {
+bool LatticePatch::divide(const VisibilitySoA& samples, int count, const Edges& edges,
+                          const LatticeSoA& cones, float blockSize, bool sharesSmall) {
     DivisionRanges r;
     findRanges(samples, count, edges, cones, blockSize, r);
     if (r.anyFront && r.anyBack)
@@ -71,11 +71,12 @@ struct PlaceRange {
     uint32_t firstColumn = UINT32_MAX, lastColumn = 0, firstRow = UINT32_MAX, lastRow = 0;
 };
 
-STROBE_LANES PlaceRange findPlaces(const LatticePatch& patch, const HitLanes& hits, int n, uint32_t* columns,
-                                   uint32_t* rows, uint32_t* uppers, V3Lanes& place) {
+STROBE_TARGET_CLONES PlaceRange findPlaces(const LatticePatch& patch, const HitSoA& hits, int n,
+                                           uint32_t* columns, uint32_t* rows, uint32_t* uppers,
+                                           V3SoA& place) {
     const float nu = patch.nu, nv = patch.nv;
     PlaceRange r;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int k = 0; k < n; ++k) {
         const Divided at = divideBy(hits.u[k], hits.v[k], nu, nv);
         const bool upper = isUpper(at);
@@ -90,16 +91,17 @@ STROBE_LANES PlaceRange findPlaces(const LatticePatch& patch, const HitLanes& hi
 }
 
 /// Numbers the places of a part of the mesh.
-STROBE_LANES void numberPlaces(const PlaceRange& range, int columnBits, int n, const uint32_t* columns,
-                               const uint32_t* rows, const uint32_t* uppers, uint32_t* id) {
+STROBE_TARGET_CLONES void numberPlaces(const PlaceRange& range, int columnBits, int n,
+                                       const uint32_t* columns, const uint32_t* rows, const uint32_t* uppers,
+                                       uint32_t* id) {
     const uint32_t firstColumn = range.firstColumn, firstRow = range.firstRow;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int k = 0; k < n; ++k)
         id[k] = ((rows[k] - firstRow) << columnBits | (columns[k] - firstColumn)) << 1 | uppers[k];
 }
 
 /// Bits of those numbers from `first` to `first` + 63 that are there.
-STROBE_LANES uint64_t bitsOf(const uint32_t* numbers, int n, uint32_t first) {
+STROBE_TARGET_CLONES uint64_t bitsOf(const uint32_t* numbers, int n, uint32_t first) {
     uint64_t bits = 0;
     for (int k = 0; k < n; ++k) {
         const uint64_t bit = numbers[k] - first;
@@ -110,11 +112,11 @@ STROBE_LANES uint64_t bitsOf(const uint32_t* numbers, int n, uint32_t first) {
 
 } // namespace
 
-bool PatchPlaces::find(const LatticePatch& patch, const HitLanes& hits, int count, V3Lanes& place) {
+bool PatchCells::find(const LatticePatch& patch, const HitSoA& hits, int count, V3SoA& place) {
     const PlaceRange range = findPlaces(patch, hits, count, m_column, m_row, m_isUpper, place);
     const uint32_t columns = range.lastColumn - range.firstColumn, rows = range.lastRow - range.firstRow;
     columnBits = std::bit_width(columns);
-    if (columnBits > 5 || rows >= uint32_t(kMost / 2) >> columnBits)
+    if (columnBits > 5 || rows >= uint32_t(kMax / 2) >> columnBits)
         return false;
     firstColumn = range.firstColumn, firstRow = range.firstRow;
     numberPlaces(range, columnBits, count, m_column, m_row, m_isUpper, id);
@@ -123,13 +125,13 @@ bool PatchPlaces::find(const LatticePatch& patch, const HitLanes& hits, int coun
     return true;
 }
 
-void PatchFile::clear() {
+void PatchTable::clear() {
     for (Numbered& known : m_patches)
         known.number = 0;
 }
 
 /// Known patches have the number that they had; others have one that nobody had.
-void PatchFile::open(const LatticePatch& patch) {
+void PatchTable::open(const LatticePatch& patch) {
     const auto exponent = [](float n) { return std::bit_cast<uint32_t>(n) >> 23; };
     const uint32_t mixed =
         uint32_t(patch.keySum >> 60) + exponent(patch.nu) + 3 * exponent(patch.nv) + patch.positive;
@@ -138,7 +140,7 @@ void PatchFile::open(const LatticePatch& patch) {
     const bool isKnown = known.number && p.keySum == patch.keySum && p.nu == patch.nu && p.nv == patch.nv &&
                          p.positive == patch.positive;
     if (!isKnown && m_last == UINT32_MAX)
-        *this = PatchFile();
+        *this = PatchTable();
     if (!isKnown)
         known = {patch, ++m_last};
     m_patch = known.number;

@@ -16,19 +16,19 @@ struct LatticePatch {
     bool positive;   ///< see LatticeFace
 
     /// Whether hits, all of this triangle, are such. False as well where that takes more to tell.
-    bool divide(const VisibilityLanes& samples, int count, const Edges& edges, const LatticeLanes& cones,
+    bool divide(const VisibilitySoA& samples, int count, const Edges& edges, const LatticeSoA& cones,
                 float blockSize, bool sharesSmall);
 };
 
 /// The cells of a patch that hits are in.
-struct PatchPlaces {
-    static constexpr int kMost = 2 * kLanes;
+struct PatchCells {
+    static constexpr int kMax = 2 * kSoAWidth;
     /// Where hits lie; each is a function of its own (u, v). False: too far apart.
-    bool find(const LatticePatch& patch, const HitLanes& hits, int count, V3Lanes& place);
+    bool find(const LatticePatch& patch, const HitSoA& hits, int count, V3SoA& place);
 
-    alignas(64) uint32_t id[kLanes]; ///< a hit's cell, below kMost
-    int count;                       ///< ids are below
-    uint64_t any[kMost / 64];        ///< bits of those that some hit is in
+    alignas(64) uint32_t id[kSoAWidth]; ///< a hit's cell, below kMax
+    int count;                          ///< ids are below
+    uint64_t any[kMax / 64];            ///< bits of those that some hit is in
     uint32_t columnOf(uint32_t id) const { return firstColumn + (id >> 1 & ((1u << columnBits) - 1)); }
     uint32_t rowOf(uint32_t id) const { return firstRow + (id >> (1 + columnBits)); }
     static bool isUpper(uint32_t id) { return id & 1; }
@@ -37,13 +37,13 @@ struct PatchPlaces {
     int columnBits;
 
   private:
-    alignas(64) uint32_t m_column[kLanes], m_row[kLanes], m_isUpper[kLanes];
+    alignas(64) uint32_t m_column[kSoAWidth], m_row[kSoAWidth], m_isUpper[kSoAWidth];
 };
 
 /// The cells of patches that were asked for lately, and their nodes: each is filed under its column and row
 /// in tiles of so many, all of which share one file. What falls on the same place replaces what was there;
 /// tags tell them apart.
-class PatchFile {
+class PatchTable {
   public:
     struct Cell {
         uint64_t tag = 0;

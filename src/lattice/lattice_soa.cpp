@@ -7,10 +7,10 @@ namespace strobe {
 
 namespace {
 
-STROBE_LANES bool divideTriangleLanes(LatticeLanes& l, float blockSize, bool sharesSmall) {
+STROBE_TARGET_CLONES bool divideTriangleSoA(LatticeSoA& l, float blockSize, bool sharesSmall) {
     const int n = l.count;
     int32_t anySmall = 0;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int k = 0; k < n; ++k) {
         l.block[k] = blockSize * (l.width[k] + l.hit.t[k] * l.spread[k]);
         const DividedTriangle r =
@@ -30,9 +30,9 @@ STROBE_LANES bool divideTriangleLanes(LatticeLanes& l, float blockSize, bool sha
     return anySmall;
 }
 
-STROBE_LANES void mixKeyLanes(LatticeLanes& l) {
+STROBE_TARGET_CLONES void mixKeySoA(LatticeSoA& l) {
     const int n = l.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int k = 0; k < n; ++k) {
         const uint64_t item = latticeItem(0, kCellKey + uint64_t(uint32_t(l.kind[k])), l.positive[k]);
         l.key[k] = mix64(quickSum<1>(l.keySum[k], item, latticeFloatBits(l.i[k], l.j[k]),
@@ -40,10 +40,10 @@ STROBE_LANES void mixKeyLanes(LatticeLanes& l) {
     }
 }
 
-STROBE_LANES void findPoints(const TrianglePointLanes& l, int n, int k, TrianglePointLanes::Points& p) {
+STROBE_TARGET_CLONES void findPoints(const TrianglePointSoA& l, int n, int k, TrianglePointSoA::Points& p) {
     // The first point of an upper cell is the corner across from that of a lower one.
     const float ofUpper = k == 0, alongU = k == 1, alongV = k == 2;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int c = 0; c < n; ++c) {
         const float upper = float(l.isUpper[c]) * ofUpper, nu = l.nu[c], nv = l.nv[c];
         const float x = (l.i[c] + alongU + upper) / nu, y = (l.j[c] + alongV + upper) / nv;
@@ -58,15 +58,15 @@ STROBE_LANES void findPoints(const TrianglePointLanes& l, int n, int k, Triangle
     }
 }
 
-STROBE_LANES void mixPointKeys(const TrianglePointLanes::Points& points, const uint32_t* firstBin, int n,
-                               uint64_t* keys) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void mixPointKeys(const TrianglePointSoA::Points& points, const uint32_t* firstBin,
+                                       int n, uint64_t* keys) {
+    STROBE_IVDEP
     for (int c = 0; c < n; ++c)
         keys[c] = mix64(quickSum<3>(points.keySum[c], firstBin[c]));
 }
 
-STROBE_LANES void findBins(const float* time, int n, int bins, uint32_t* bin) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void findBins(const float* time, int n, int bins, uint32_t* bin) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         bin[i] = uint32_t(std::min(int(time[i] * float(bins)), bins - 1));
 }
@@ -75,11 +75,11 @@ STROBE_LANES void findBins(const float* time, int n, int bins, uint32_t* bin) {
 
 void findTimeBins(const float* time, int n, int bins, uint32_t* bin) { findBins(time, n, bins, bin); }
 
-void TrianglePointLanes::mixKeys(int k, const uint32_t* firstBin, uint64_t* keys) const {
+void TrianglePointSoA::mixKeys(int k, const uint32_t* firstBin, uint64_t* keys) const {
     mixPointKeys(points[k], firstBin, count, keys);
 }
 
-void TrianglePointLanes::push(const LatticeLanes& from, int at) {
+void TrianglePointSoA::push(const LatticeSoA& from, int at) {
     lane[count] = at;
     i[count] = from.i[at], j[count] = from.j[at], nu[count] = from.nu[at], nv[count] = from.nv[at];
     isUpper[count] = from.kind[at] == LatticeCell::Upper, positive[count] = from.positive[at];
@@ -89,26 +89,26 @@ void TrianglePointLanes::push(const LatticeLanes& from, int at) {
     ++count;
 }
 
-void TrianglePointLanes::find(int each) {
+void TrianglePointSoA::find(int each) {
     // The processor takes this many about as fast as one. What lies beyond `count` does not matter.
     constexpr int kTogether = 16;
-    static_assert(kLanes % kTogether == 0);
+    static_assert(kSoAWidth % kTogether == 0);
     for (int k = 0; k < each; ++k)
         findPoints(*this, (count + kTogether - 1) / kTogether * kTogether, k, points[k]);
 }
 
-void LatticeLanes::add(const Hit& one, const V3f& direction, float at, const RayCone& pixel) {
+void LatticeSoA::add(const Hit& one, const V3f& direction, float at, const RayCone& pixel) {
     hit.set(count, one), d.set(count, direction), time[count] = at;
     width[count] = pixel.width, spread[count] = pixel.spread;
     ++count;
 }
 
-bool LatticeLanes::divideTriangles(float blockSize, bool sharesSmall) {
-    return divideTriangleLanes(*this, blockSize, sharesSmall);
+bool LatticeSoA::divideTriangles(float blockSize, bool sharesSmall) {
+    return divideTriangleSoA(*this, blockSize, sharesSmall);
 }
-void LatticeLanes::mixKeys() { mixKeyLanes(*this); }
+void LatticeSoA::mixKeys() { mixKeySoA(*this); }
 
-void LatticeLanes::divideQuadric(int lane, bool isPositive) {
+void LatticeSoA::divideQuadric(int lane, bool isPositive) {
     const V3f du = a.at(lane), dv = b.at(lane), dir = d.at(lane);
     const float size = block[lane], a2 = seenLength2(du, dir), b2 = seenLength2(dv, dir);
     const float sine2 = sine2Of(a2, b2, sqr(dot(cross(du, dv), dir))), perBlock2 = 1 / sqr(size);

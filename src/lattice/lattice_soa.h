@@ -31,7 +31,7 @@ struct LatticeCell {
 
     int count() const { return pointsOf(kind); }
     static int pointsOf(Kind kind) { return kind == Grid ? 8 : kind == Rectangle ? 4 : 3; }
-    /// The weights of the points for a hit at a place (LatticeLanes::place) in a cell, pointsOf(kind) of
+    /// The weights of the points for a hit at a place (LatticeSoA::place) in a cell, pointsOf(kind) of
     /// them; not negative, they add up to 1.
     static void weigh(Kind kind, const V3f& place, float weights[kPoints]) {
         const float x = place.x, y = place.y, z = place.z;
@@ -54,32 +54,32 @@ struct LatticeCell {
     }
 };
 
-/// Up to kLanes hits on their way into the lattice.
-struct LatticeLanes {
+/// Up to kSoAWidth hits on their way into the lattice.
+struct LatticeSoA {
     int count = 0;
-    HitLanes hit;
-    V3Lanes d; ///< of the rays, unit length
-    alignas(64) float time[kLanes];
-    alignas(64) float width[kLanes], spread[kLanes]; ///< of the cones of the pixels
+    HitSoA hit;
+    V3SoA d; ///< of the rays, unit length
+    alignas(64) float time[kSoAWidth];
+    alignas(64) float width[kSoAWidth], spread[kSoAWidth]; ///< of the cones of the pixels
     void add(const Hit& hit, const V3f& direction, float time, const RayCone& pixel);
     // Fetched for these:
-    V3Lanes a, b; ///< world-space edges from a triangle's first vertex; or a quadric's derivatives
-    alignas(64) uint64_t keySum[kLanes]; ///< of what the cell's key is of, begun: face and primitive
-    alignas(64) int32_t toPlace[kLanes]; ///< the edges are not yet placed in the world
-    bool bends[kLanes];                  ///< it is a quadric, of which the ray
-    bool seesFront[kLanes];              ///< sees the side of its own normal
+    V3SoA a, b; ///< world-space edges from a triangle's first vertex; or a quadric's derivatives
+    alignas(64) uint64_t keySum[kSoAWidth]; ///< of what the cell's key is of, begun: face and primitive
+    alignas(64) int32_t toPlace[kSoAWidth]; ///< the edges are not yet placed in the world
+    bool bends[kSoAWidth];                  ///< it is a quadric, of which the ray
+    bool seesFront[kSoAWidth];              ///< sees the side of its own normal
     // Found from all of these:
-    alignas(64) float block[kLanes];      ///< the size of a block at the hit, in scene units
-    alignas(64) int32_t positive[kLanes]; ///< see LatticeFace
-    alignas(64) int32_t kind[kLanes];     ///< of LatticeCell
-    alignas(64) float i[kLanes], j[kLanes], nu[kLanes], nv[kLanes];
+    alignas(64) float block[kSoAWidth];      ///< the size of a block at the hit, in scene units
+    alignas(64) int32_t positive[kSoAWidth]; ///< see LatticeFace
+    alignas(64) int32_t kind[kSoAWidth];     ///< of LatticeCell
+    alignas(64) float i[kSoAWidth], j[kSoAWidth], nu[kSoAWidth], nv[kSoAWidth];
     /// In the cell. In a triangle: the weights of its second point, third and first; else how far from the
     /// lowest point to the highest.
-    V3Lanes place;
-    alignas(64) float normal2[kLanes]; ///< the squared length of twice the triangle's area
-    alignas(64) uint64_t key[kLanes];
-    int32_t inGrid[kLanes]; ///< of those whose kind is Grid: the lane of `grid`
-    MeshCellLanes grid;
+    V3SoA place;
+    alignas(64) float normal2[kSoAWidth]; ///< the squared length of twice the triangle's area
+    alignas(64) uint64_t key[kSoAWidth];
+    int32_t inGrid[kSoAWidth]; ///< of those whose kind is Grid: the lane of `grid`
+    MeshCellSoA grid;
 
     /// Divides them all, as triangles, by blocks of so many pixels; those smaller than a block become
     /// Vertices if they share. Returns whether some did.
@@ -93,31 +93,31 @@ struct LatticeLanes {
 struct LatticePoint {
     uint32_t prim = kNone; ///< of the face's geometry, or the vertex; kNone: no point
     float u = 0, v = 0;    ///< a triangle's barycentrics, or a quadric's numbers
-    bool isVertex = false; ///< SurfacePart::placeOf knows where
+    bool isVertex = false; ///< LatticeSurface::placeOf knows where
     uint64_t keySum = 0;   ///< see SurfaceLattice::keyOf
 
     explicit operator bool() const { return prim != kNone; }
 };
 
 /// The three points of each of some cells of divided triangles, side by side.
-struct TrianglePointLanes {
+struct TrianglePointSoA {
     int count = 0;
-    int32_t lane[kLanes]; ///< of the LatticeLanes where a cell's hit is
-    alignas(64) float i[kLanes]{}, j[kLanes]{}, nu[kLanes]{}, nv[kLanes]{};
-    alignas(64) int32_t isUpper[kLanes]{}, positive[kLanes]{};
-    alignas(64) uint64_t keySum[kLanes]{};
+    int32_t lane[kSoAWidth]; ///< of the LatticeSoA where a cell's hit is
+    alignas(64) float i[kSoAWidth]{}, j[kSoAWidth]{}, nu[kSoAWidth]{}, nv[kSoAWidth]{};
+    alignas(64) int32_t isUpper[kSoAWidth]{}, positive[kSoAWidth]{};
+    alignas(64) uint64_t keySum[kSoAWidth]{};
     // Found:
     struct Points {
-        alignas(64) float u[kLanes], v[kLanes];
-        alignas(64) int32_t corner[kLanes]; ///< of the triangle, whose vertex it is; negative: none
-        alignas(64) uint32_t prim[kLanes];
-        alignas(64) uint64_t keySum[kLanes];
+        alignas(64) float u[kSoAWidth], v[kSoAWidth];
+        alignas(64) int32_t corner[kSoAWidth]; ///< of the triangle, whose vertex it is; negative: none
+        alignas(64) uint32_t prim[kSoAWidth];
+        alignas(64) uint64_t keySum[kSoAWidth];
         LatticePoint at(int i) const { return {prim[i], u[i], v[i], corner[i] >= 0, keySum[i]}; }
     };
     Points points[3];
 
     /// Adds the cell of a hit that was located.
-    void push(const LatticeLanes& from, int at);
+    void push(const LatticeSoA& from, int at);
     /// Finds the first `each` points of all, as if corners belonged to their triangle alone.
     void find(int each);
     /// The keys of points number k in the eras that begin with these time bins (SurfaceLattice::keyOf).

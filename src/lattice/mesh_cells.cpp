@@ -9,7 +9,7 @@ namespace strobe {
 namespace {
 
 /// Triangles with longer edges, in cells, are too large to be gone through cell by cell.
-constexpr float kLongest = 2;
+constexpr float kMaxEdge = 2;
 /// A cell counts when its center is no farther from the surface than this, in cells.
 constexpr float kNear = .5f;
 
@@ -94,7 +94,7 @@ inline Surrounding surrounding(const Triangle& t, float u, float v, float cellAr
     const int level = std::clamp(int(std::bit_cast<uint32_t>(area) >> 23) - 127, 0, most);
     const float size = cellSizeOf(level, spacing);
     Surrounding s;
-    s.found = (area >= 1) & t.shorterThan(kLongest * size);
+    s.found = (area >= 1) & t.shorterThan(kMaxEdge * size);
     s.lowest.level = level;
     s.lowest.direction = mainDirection(n);
     const V3f p = t.at(u, v) * (1 / size) - V3f(.5f);
@@ -110,8 +110,8 @@ V3f centerOf(const MeshCell& cell) { return V3f(float(cell.x), float(cell.y), fl
 
 } // namespace
 
-MeshCells::MeshCells(const TriangleMesh& mesh, LookAround lookAround)
-    : m_mesh(mesh), m_lookAround(std::move(lookAround)), m_triangle(mesh.vertexCount(), kNone) {
+MeshCells::MeshCells(const TriangleMesh& mesh, PointQuery pointQuery)
+    : m_mesh(mesh), m_pointQuery(std::move(pointQuery)), m_triangle(mesh.vertexCount(), kNone) {
     const auto verticesOf = [&](uint32_t prim) { return &mesh.indices[3 * size_t(prim)]; };
     double area = 0;
     std::vector<uint32_t> flat; // without area: they see no light, and stand for vertices of no others only
@@ -138,7 +138,7 @@ bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCe
     return s.found;
 }
 
-void MeshCells::ask(uint32_t prim, float u, float v, float side2, float area2, MeshCellLanes& lanes) const {
+void MeshCells::ask(uint32_t prim, float u, float v, float side2, float area2, MeshCellSoA& lanes) const {
     const int i = lanes.count++;
     const Triangle t(m_mesh, prim);
     lanes.p.set(i, t.p), lanes.a.set(i, t.a), lanes.b.set(i, t.b);
@@ -148,9 +148,9 @@ void MeshCells::ask(uint32_t prim, float u, float v, float side2, float area2, M
 
 namespace {
 
-STROBE_LANES void surroundLanes(MeshCellLanes& l, int most) {
+STROBE_TARGET_CLONES void surroundSoA(MeshCellSoA& l, int most) {
     const int n = l.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const float cellArea = 2 * l.side2[i] / std::sqrt(l.area2[i]);
         const Surrounding s =
@@ -164,9 +164,9 @@ STROBE_LANES void surroundLanes(MeshCellLanes& l, int most) {
 
 } // namespace
 
-void MeshCellLanes::surround() { surroundLanes(*this, MeshCells::kLevels - 1); }
+void MeshCellSoA::surround() { surroundSoA(*this, MeshCells::kLevels - 1); }
 
-void MeshCells::places(const MeshCell& lowest, MeshPlaces& known, std::optional<MeshPlace> out[8]) const {
+void MeshCells::places(const MeshCell& lowest, MeshPointCache& known, std::optional<MeshPoint> out[8]) const {
     // Enough but at rims and tips: there, what is farther away stands in. Any place lies in one of the eight
     // cells around it, no farther from its center than half a diagonal; but for rounding.
     for (const float radius : {kNear, .87f, kInfinity}) {
@@ -187,17 +187,17 @@ void MeshCells::places(const MeshCell& lowest, MeshPlaces& known, std::optional<
 
 /// The place nearest to the cell's center, if it is no farther than `radius` cells; of several the first
 /// triangle's.
-std::optional<MeshPlace> MeshCells::nearest(const MeshCell& cell, float radius) const {
+std::optional<MeshPoint> MeshCells::nearest(const MeshCell& cell, float radius) const {
     const float size = cellSizeOf(cell.level, m_spacing), scale = 1 / size;
     const V3f center = centerOf(cell), p = center * size;
     const float rounding = 1e-6f * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
     const auto within = [&](float radius2) { return std::sqrt(radius2) * size * 1.0001f + rounding; };
-    std::optional<MeshPlace> best;
+    std::optional<MeshPoint> best;
     float best2 = sqr(radius);
-    m_lookAround(p, within(best2), [&](uint32_t prim) {
+    m_pointQuery(p, within(best2), [&](uint32_t prim) {
         Triangle t(m_mesh, prim);
         const V3f n = t.normal();
-        if (t.shorterThan(kLongest * size) && n != V3f(0) && mainDirection(n) == cell.direction) {
+        if (t.shorterThan(kMaxEdge * size) && n != V3f(0) && mainDirection(n) == cell.direction) {
             t.p *= scale, t.a *= scale, t.b *= scale;
             const V2f uv = nearestPoint(t, center);
             const float d2 = length2(t.at(uv.x, uv.y) - center);

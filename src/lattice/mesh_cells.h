@@ -16,22 +16,23 @@ struct MeshCell {
 };
 
 /// A place on a mesh, by the barycentrics of a triangle.
-struct MeshPlace {
+struct MeshPoint {
     uint32_t prim;
     float u, v;
 };
 
 /// Points of triangles at rest, side by side, and the cells whose centers surround them.
-struct MeshCellLanes {
+struct MeshCellSoA {
     int count = 0;
-    V3Lanes p, a, b; ///< a triangle's corner, and the edges from there to the others
-    alignas(64) float u[kLanes], v[kLanes];
+    V3SoA p, a, b; ///< a triangle's corner, and the edges from there to the others
+    alignas(64) float u[kSoAWidth], v[kSoAWidth];
     /// Squared, of cells and of the triangle as these are measured: the side, twice the area.
-    alignas(64) float side2[kLanes], area2[kLanes];
-    alignas(64) float spacing[kLanes]; ///< of the mesh's vertices
-    alignas(64) int32_t found[kLanes]; ///< 0: nothing gained
-    alignas(64) int32_t level[kLanes], x[kLanes], y[kLanes], z[kLanes], direction[kLanes]; ///< the lowest
-    V3Lanes place; ///< between the lowest center and the highest, in (0,1)
+    alignas(64) float side2[kSoAWidth], area2[kSoAWidth];
+    alignas(64) float spacing[kSoAWidth]; ///< of the mesh's vertices
+    alignas(64) int32_t found[kSoAWidth]; ///< 0: nothing gained
+    alignas(64) int32_t level[kSoAWidth], x[kSoAWidth], y[kSoAWidth], z[kSoAWidth],
+        direction[kSoAWidth]; ///< the lowest
+    V3SoA place;              ///< between the lowest center and the highest, in (0,1)
 
     MeshCell lowest(int i) const { return {level[i], x[i], y[i], z[i], direction[i]}; }
     /// Fills what is found.
@@ -39,16 +40,16 @@ struct MeshCellLanes {
 };
 
 /// The places of cells that a thread asked for lately.
-class MeshPlaces {
+class MeshPointCache {
   public:
     /// What is kept under the key, which is not 0 and well mixed, or else what `find` says.
     template <class Find>
-    std::optional<MeshPlace> of(uint64_t key, const Find& find) {
+    std::optional<MeshPoint> of(uint64_t key, const Find& find) {
         if (m_entries.empty())
             m_entries.resize(size_t(1) << kBits);
         Entry& entry = m_entries[key >> (64 - kBits)];
         if (entry.key != key)
-            entry = {key, find().value_or(MeshPlace{kNone, 0, 0})};
+            entry = {key, find().value_or(MeshPoint{kNone, 0, 0})};
         return entry.place.prim == kNone ? std::nullopt : std::optional(entry.place);
     }
 
@@ -56,7 +57,7 @@ class MeshPlaces {
     static constexpr int kBits = 15; ///< of places in .75 MB; fewer are looked for again and again
     struct Entry {
         uint64_t key = 0;
-        MeshPlace place{};
+        MeshPoint place{};
     };
     std::vector<Entry> m_entries; ///< none before the first question
 };
@@ -71,10 +72,10 @@ class MeshPlaces {
 class MeshCells {
   public:
     static constexpr int kLevels = 48;
-    /// Tracer::lookAround, for one mesh.
-    using LookAround = std::function<void(const V3f& p, float radius, const Tracer::LookAt& look)>;
+    /// Tracer::pointQuery, for one mesh.
+    using PointQuery = std::function<void(const V3f& p, float radius, const Tracer::PointQueryVisitor& look)>;
     /// The mesh outlives its cells.
-    MeshCells(const TriangleMesh& mesh, LookAround lookAround);
+    MeshCells(const TriangleMesh& mesh, PointQuery pointQuery);
 
     /// Finds the eight cells whose centers surround (u, v) of a triangle, from cells with about `cellArea`
     /// times the triangle's area (that of a cell's side, in rest space). Sets the lowest cell, and the place
@@ -83,20 +84,20 @@ class MeshCells {
     /// for such cells, or they would be more than the mesh has vertices.
     bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, V3f& place) const;
     /// Appends the same question to others: `cellArea` is twice side2 over the root of area2.
-    void ask(uint32_t prim, float u, float v, float side2, float area2, MeshCellLanes& lanes) const;
+    void ask(uint32_t prim, float u, float v, float side2, float area2, MeshCellSoA& lanes) const;
     /// The places of the eight cells from the lowest one that `surround` found; null for those that do not
     /// count. At least one is not null.
-    void places(const MeshCell& lowest, MeshPlaces& known, std::optional<MeshPlace> out[8]) const;
+    void places(const MeshCell& lowest, MeshPointCache& known, std::optional<MeshPoint> out[8]) const;
     /// Of the mesh, for each of its vertices. Cells of less do not gain anything.
     float vertexArea() const { return sqr(m_spacing); }
     /// A triangle that has the vertex (always the same one), with an area if there is one.
     uint32_t triangleOf(uint32_t vertex) const { return m_triangle[vertex]; }
 
   private:
-    std::optional<MeshPlace> nearest(const MeshCell& cell, float radius) const;
+    std::optional<MeshPoint> nearest(const MeshCell& cell, float radius) const;
 
     const TriangleMesh& m_mesh;
-    const LookAround m_lookAround;
+    const PointQuery m_pointQuery;
     float m_spacing; ///< of the vertices: each has the square of it
     std::vector<uint32_t> m_triangle;
 };

@@ -19,8 +19,8 @@ float leastAreaOf(const M44f& m) {
 
 } // namespace
 
-SurfacePart::SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry,
-                         const CellsOfGroups& ofGroups)
+LatticeSurface::LatticeSurface(const Scene& scene, uint32_t instance, uint32_t geometry,
+                               const CellsOfGroups& ofGroups)
     : instance(instance), geometry(geometry), placed(&scene.geometry({instance, geometry}).placed),
       mesh(placed->shape.mesh.get()),
       motion(instance == kNone ? nullptr : scene.instances()[instance].motion.get()),
@@ -37,19 +37,19 @@ SurfacePart::SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometr
         toObject = toWorld.inverse();
 }
 
-void SurfacePart::place(Edges& edges, float time) const {
+void LatticeSurface::place(Edges& edges, float time) const {
     edges.transform(placed->toParent);
     if (motion)
         edges.transform(motion->at(time));
 }
 
-M44f SurfacePart::toWorldAt(float time) const {
-    if (isFixed && (!motion || motion->isStill()))
+M44f LatticeSurface::toWorldAt(float time) const {
+    if (isFixed && (!motion || motion->isStatic()))
         return toWorld;
     return motion ? placed->toParent * motion->at(time) : placed->toParent;
 }
 
-Edges SurfacePart::edgesAt(uint32_t prim, float time) const {
+Edges LatticeSurface::edgesAt(uint32_t prim, float time) const {
     const Triangle t = triangleOf(*mesh, prim, time);
     Edges edges{t.b - t.a, t.c - t.a};
     if (motion)
@@ -57,7 +57,7 @@ Edges SurfacePart::edgesAt(uint32_t prim, float time) const {
     return edges;
 }
 
-bool SurfacePart::look(const Hit& hit, const V3f& d, float time, Edges& edges) const {
+bool LatticeSurface::look(const Hit& hit, const V3f& d, float time, Edges& edges) const {
     const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
     edges = {q.dpdu, q.dpdv};
     if (isFixed) {
@@ -70,13 +70,13 @@ bool SurfacePart::look(const Hit& hit, const V3f& d, float time, Edges& edges) c
 
 namespace {
 
-struct TriangleLanes {
-    V3Lanes a, b, c;
+struct TriangleSoA {
+    V3SoA a, b, c;
 };
 
-STROBE_LANES void findSpots(const TriangleLanes& t, const HitLanes& hits, int begin, int end, V3Lanes& p,
-                            V3Lanes& n) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void findSpots(const TriangleSoA& t, const HitSoA& hits, int begin, int end, V3SoA& p,
+                                    V3SoA& n) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const Triangle triangle{t.a.at(i), t.b.at(i), t.c.at(i)};
         const V3f at = triangle.point(hits.u[i], hits.v[i]), normal = triangle.normal();
@@ -86,9 +86,9 @@ STROBE_LANES void findSpots(const TriangleLanes& t, const HitLanes& hits, int be
 }
 
 /// The same for triangles in motion.
-STROBE_LANES void findSpots(const TriangleLanes& t, const AffineLanes& m, const HitLanes& hits, int begin,
-                            int end, V3Lanes& p, V3Lanes& n) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void findSpots(const TriangleSoA& t, const AffineSoA& m, const HitSoA& hits, int begin,
+                                    int end, V3SoA& p, V3SoA& n) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const Triangle triangle{t.a.at(i), t.b.at(i), t.c.at(i)};
         const Affine toWorld(m.x.at(i), m.y.at(i), m.z.at(i), m.o.at(i));
@@ -102,30 +102,30 @@ STROBE_LANES void findSpots(const TriangleLanes& t, const AffineLanes& m, const 
 
 } // namespace
 
-void SurfacePart::spots(const HitLanes& hits, const float* time, int begin, int end, V3Lanes& p,
-                        V3Lanes& n) const {
+void LatticeSurface::spots(const HitSoA& hits, const float* time, int begin, int end, V3SoA& p,
+                           V3SoA& n) const {
     if (!mesh) {
         for (int i = begin; i < end; ++i)
             spotQuadric(hits.at(i), time[i], p, n, i);
         return;
     }
-    TriangleLanes t;
+    TriangleSoA t;
     for (int i = begin; i < end; ++i) {
         const Triangle one = triangleOf(*mesh, hits.prim[i], time[i]);
         t.a.set(i, one.a), t.b.set(i, one.b), t.c.set(i, one.c);
     }
     if (!motion)
         return findSpots(t, hits, begin, end, p, n);
-    AffineLanes m;
+    AffineSoA m;
     if (placed->toParent == M44f())
-        motion->atLanes(time, begin, end, m);
+        motion->atSoA(time, begin, end, m);
     else
         for (int i = begin; i < end; ++i)
             m.set(i, toWorldAt(time[i]));
     findSpots(t, m, hits, begin, end, p, n);
 }
 
-void SurfacePart::spotQuadric(const Hit& hit, float time, V3Lanes& p, V3Lanes& n, int i) const {
+void LatticeSurface::spotQuadric(const Hit& hit, float time, V3SoA& p, V3SoA& n, int i) const {
     const QuadricPoint q = placed->shape.quadric->point(hit.u, hit.v);
     const M44f m = toWorldAt(time);
     p.set(i, transformPoint(m, q.p)), n.set(i, transformNormal(isFixed ? toObject : m.inverse(), q.n));

@@ -23,7 +23,7 @@ inline const MeshCells* cellsOf(const CellsOfGroups& cells, const Scene& scene, 
 }
 
 /// A shape, or an instance's.
-struct SurfacePart {
+struct LatticeSurface {
     uint32_t instance = kNone, geometry = kNone;
     const PlacedShape* placed;
     const TriangleMesh* mesh;         ///< null: a quadric
@@ -37,9 +37,9 @@ struct SurfacePart {
     const uint32_t* indices;
     const V3f* positions;
 
-    SurfacePart() = default;
-    SurfacePart(const Scene& scene, uint32_t instance, uint32_t geometry, const CellsOfGroups& cells);
-    bool isOf(const HitLanes& hit, int i) const {
+    LatticeSurface() = default;
+    LatticeSurface(const Scene& scene, uint32_t instance, uint32_t geometry, const CellsOfGroups& cells);
+    bool isOf(const HitSoA& hit, int i) const {
         return hit.geometry[i] == geometry && hit.instance[i] == instance;
     }
     /// Of a mesh that is fixed, as its vertices are kept.
@@ -58,7 +58,7 @@ struct SurfacePart {
     /// Of any mesh, in the world, at a shutter fraction.
     Edges edgesAt(uint32_t prim, float time) const;
     /// Where a vertex of a mesh is, in one of its triangles; there are cells.
-    MeshPlace placeOf(uint32_t vertex) const {
+    MeshPoint placeOf(uint32_t vertex) const {
         const uint32_t prim = cells->triangleOf(vertex), *index = &mesh->indices[3 * size_t(prim)];
         const bool isSecond = index[1] == vertex;
         return {prim, isSecond ? 1.f : 0.f, !isSecond && index[2] == vertex ? 1.f : 0.f};
@@ -67,10 +67,10 @@ struct SurfacePart {
     bool look(const Hit& hit, const V3f& d, float time, Edges& edges) const;
     /// The places in the world of hits `begin` to `end`, all of this shape, at shutter fractions, and normals
     /// there, of any length.
-    void spots(const HitLanes& hits, const float* time, int begin, int end, V3Lanes& p, V3Lanes& n) const;
+    void spots(const HitSoA& hits, const float* time, int begin, int end, V3SoA& p, V3SoA& n) const;
 
   private:
-    void spotQuadric(const Hit& hit, float time, V3Lanes& p, V3Lanes& n, int i) const;
+    void spotQuadric(const Hit& hit, float time, V3SoA& p, V3SoA& n, int i) const;
     void place(Edges& edges, float time) const;
     M44f toWorldAt(float time) const;
 };
@@ -82,21 +82,21 @@ inline uint64_t surfaceSum(uint32_t instance, uint32_t geometry) {
 
 /// Remembers the last few parts: neighbors often are on the same. For one thread; scene and cells outlive
 /// it.
-class SurfaceParts {
+class SurfaceCache {
   public:
-    SurfaceParts(const Scene& scene, const CellsOfGroups& cells) : m_scene(scene), m_cells(cells) {}
-    const SurfacePart& of(const HitLanes& hit, int i) {
-        SurfacePart& part = m_parts[(5 * hit.instance[i] + hit.geometry[i]) % kCount];
-        if (!part.isOf(hit, i))
-            part = SurfacePart(m_scene, hit.instance[i], hit.geometry[i], m_cells);
-        return part;
+    SurfaceCache(const Scene& scene, const CellsOfGroups& cells) : m_scene(scene), m_cells(cells) {}
+    const LatticeSurface& of(const HitSoA& hit, int i) {
+        LatticeSurface& surface = m_surfaces[(5 * hit.instance[i] + hit.geometry[i]) % kCount];
+        if (!surface.isOf(hit, i))
+            surface = LatticeSurface(m_scene, hit.instance[i], hit.geometry[i], m_cells);
+        return surface;
     }
 
   private:
     static constexpr uint32_t kCount = 16;
     const Scene& m_scene;
     const CellsOfGroups& m_cells;
-    SurfacePart m_parts[kCount];
+    LatticeSurface m_surfaces[kCount];
 };
 
 } // namespace strobe

@@ -9,12 +9,12 @@ SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangl
     for (uint32_t group = 0; group < scene.groups().size(); ++group) {
         std::vector<const MeshCells*>& cells = m_cellsOf.emplace_back();
         for (uint32_t i = 0; const Geometry& geometry : scene.groups()[group].geometries) {
-            const auto lookAround = [&tracer = scene.tracer(), group, i](const V3f& p, float radius,
-                                                                         const Tracer::LookAt& look) {
-                tracer.lookAround(group, i, p, radius, look);
+            const auto pointQuery = [&tracer = scene.tracer(), group,
+                                     i](const V3f& p, float radius, const Tracer::PointQueryVisitor& look) {
+                tracer.pointQuery(group, i, p, radius, look);
             };
             const TriangleMesh* mesh = geometry.placed.shape.mesh.get();
-            cells.push_back(mesh ? &m_cells.try_emplace(mesh, *mesh, lookAround).first->second : nullptr);
+            cells.push_back(mesh ? &m_cells.try_emplace(mesh, *mesh, pointQuery).first->second : nullptr);
             ++i;
         }
     }
@@ -22,15 +22,15 @@ SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangl
 
 void SurfaceLattice::findCones(std::span<const PixelRef> pixels, std::vector<RayCone>& cones) const {
     cones.resize(pixels.size());
-    V2Lanes film;
-    alignas(64) float width[kLanes], spread[kLanes];
-    for (size_t first = 0; first < pixels.size(); first += kLanes) {
-        const int n = int(std::min<size_t>(kLanes, pixels.size() - first));
+    V2SoA film;
+    alignas(64) float width[kSoAWidth], spread[kSoAWidth];
+    for (size_t first = 0; first < pixels.size(); first += kSoAWidth) {
+        const int n = int(std::min<size_t>(kSoAWidth, pixels.size() - first));
         for (int i = 0; i < n; ++i) {
             const PixelRef& pixel = pixels[first + size_t(i)];
             film.set(i, {float(pixel.x) + 0.5f, float(pixel.y) + 0.5f});
         }
-        m_scene.camera().coneLanes(film, n, width, spread);
+        m_scene.camera().coneSoA(film, n, width, spread);
         for (int i = 0; i < n; ++i)
             cones[first + size_t(i)] = {width[i], spread[i]};
     }
@@ -60,7 +60,7 @@ LatticePoint vertexPoint(const LatticeFace& face, uint32_t vertex) {
 namespace {
 
 /// Whether all lanes hit one shape.
-STROBE_LANES bool hitOneShape(const HitLanes& hit, int n) {
+STROBE_TARGET_CLONES bool hitOneShape(const HitSoA& hit, int n) {
     uint32_t differences = 0;
     for (int i = 0; i < n; ++i)
         differences |= (hit.geometry[i] ^ hit.geometry[0]) | (hit.instance[i] ^ hit.instance[0]);
@@ -68,7 +68,7 @@ STROBE_LANES bool hitOneShape(const HitLanes& hit, int n) {
 }
 
 /// Whether they hit one primitive.
-STROBE_LANES bool hitOnePrimitive(const HitLanes& hit, int n) {
+STROBE_TARGET_CLONES bool hitOnePrimitive(const HitSoA& hit, int n) {
     uint32_t differences = 0;
     for (int i = 0; i < n; ++i)
         differences |= (hit.prim[i] ^ hit.prim[0]) | (hit.geometry[i] ^ hit.geometry[0]) |
@@ -77,11 +77,11 @@ STROBE_LANES bool hitOnePrimitive(const HitLanes& hit, int n) {
 }
 
 /// Places the edges of all hits of a part in the world.
-STROBE_LANES void placeAll(LatticeLanes& l, const SurfacePart& part) {
+STROBE_TARGET_CLONES void placeAll(LatticeSoA& l, const LatticeSurface& surface) {
     const int n = l.count;
-    const uint32_t instance = part.instance, geometry = part.geometry;
-    const M44f m = part.toWorld;
-    STROBE_INDEPENDENT
+    const uint32_t instance = surface.instance, geometry = surface.geometry;
+    const M44f m = surface.toWorld;
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const bool ofPart = (l.hit.instance[i] == instance) & (l.hit.geometry[i] == geometry);
         Edges e{l.a.at(i), l.b.at(i)};
@@ -94,30 +94,30 @@ STROBE_LANES void placeAll(LatticeLanes& l, const SurfacePart& part) {
     }
 }
 
-STROBE_LANES void setSums(LatticeLanes& l, uint64_t faceSum) {
+STROBE_TARGET_CLONES void setSums(LatticeSoA& l, uint64_t faceSum) {
     const int n = l.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         l.keySum[i] = primitiveSum(faceSum, l.hit.prim[i]);
 }
 
 /// All hits are of one mesh, which is fixed.
-void fetchFixed(LatticeLanes& l, const SurfacePart& part) {
+void fetchFixed(LatticeSoA& l, const LatticeSurface& surface) {
     for (int i = 0; i < l.count; ++i) {
-        const Edges edges = part.keptEdges(l.hit.prim[i]);
+        const Edges edges = surface.keptEdges(l.hit.prim[i]);
         l.a.set(i, edges.a), l.b.set(i, edges.b);
     }
-    if (part.motion)
-        placeAll(l, part);
-    setSums(l, part.keySum);
+    if (surface.motion)
+        placeAll(l, surface);
+    setSums(l, surface.keySum);
 }
 
 } // namespace
 
 /// Returns whether there are quadrics.
-bool SurfaceLattice::fetch(LatticeLanes& lanes, SurfaceParts& parts) const {
+bool SurfaceLattice::fetch(LatticeSoA& lanes, SurfaceCache& surfaces) const {
     if (hitOneShape(lanes.hit, lanes.count)) {
-        const SurfacePart& only = parts.of(lanes.hit, 0);
+        const LatticeSurface& only = surfaces.of(lanes.hit, 0);
         if (only.isFixed && only.mesh) {
             fetchFixed(lanes, only);
             return false;
@@ -125,72 +125,72 @@ bool SurfaceLattice::fetch(LatticeLanes& lanes, SurfaceParts& parts) const {
     }
     bool anyToPlace = false, anyBends = false;
     for (int i = 0; i < lanes.count; ++i) {
-        const SurfacePart& part = parts.of(lanes.hit, i);
+        const LatticeSurface& surface = surfaces.of(lanes.hit, i);
         const uint32_t prim = lanes.hit.prim[i];
         Edges edges;
-        lanes.bends[i] = !part.mesh, anyBends |= !part.mesh;
-        const bool toPlace = part.isFixed && part.mesh && part.motion;
+        lanes.bends[i] = !surface.mesh, anyBends |= !surface.mesh;
+        const bool toPlace = surface.isFixed && surface.mesh && surface.motion;
         lanes.toPlace[i] = toPlace, anyToPlace |= toPlace;
-        if (!part.mesh)
-            lanes.seesFront[i] = part.look(lanes.hit.at(i), lanes.d.at(i), lanes.time[i], edges);
-        else if (part.isFixed)
-            edges = part.keptEdges(prim);
+        if (!surface.mesh)
+            lanes.seesFront[i] = surface.look(lanes.hit.at(i), lanes.d.at(i), lanes.time[i], edges);
+        else if (surface.isFixed)
+            edges = surface.keptEdges(prim);
         else
-            edges = part.edgesAt(prim, lanes.time[i]);
+            edges = surface.edgesAt(prim, lanes.time[i]);
         lanes.a.set(i, edges.a), lanes.b.set(i, edges.b);
-        lanes.keySum[i] = primitiveSum(part.keySum, prim);
+        lanes.keySum[i] = primitiveSum(surface.keySum, prim);
     }
     for (int i = 0; anyToPlace && i < lanes.count; ++i)
         if (lanes.toPlace[i])
-            placeAll(lanes, parts.of(lanes.hit, i));
+            placeAll(lanes, surfaces.of(lanes.hit, i));
     return anyBends;
 }
 
-bool SurfaceLattice::findTriangle(const HitLanes& hits, int count, SurfaceParts& parts,
+bool SurfaceLattice::findTriangle(const HitSoA& hits, int count, SurfaceCache& surfaces,
                                   LatticePatch& patch) const {
     if (hits.geometry[0] == kNone || !hitOnePrimitive(hits, count))
         return false;
-    const SurfacePart& part = parts.of(hits, 0);
-    if (!part.isFixed || !part.mesh)
+    const LatticeSurface& surface = surfaces.of(hits, 0);
+    if (!surface.isFixed || !surface.mesh)
         return false;
-    patch.instance = part.instance, patch.geometry = part.geometry, patch.prim = hits.prim[0];
-    patch.keySum = primitiveSum(part.keySum, patch.prim);
+    patch.instance = surface.instance, patch.geometry = surface.geometry, patch.prim = hits.prim[0];
+    patch.keySum = primitiveSum(surface.keySum, patch.prim);
     return true;
 }
 
-bool SurfaceLattice::divide(const VisibilityLanes& samples, int count, const LatticeLanes& cones,
-                            SurfaceParts& parts, LatticePatch& patch) const {
-    const Edges edges = parts.of(samples.hit, 0).fixedEdges(patch.prim);
+bool SurfaceLattice::divide(const VisibilitySoA& samples, int count, const LatticeSoA& cones,
+                            SurfaceCache& surfaces, LatticePatch& patch) const {
+    const Edges edges = surfaces.of(samples.hit, 0).fixedEdges(patch.prim);
     return patch.divide(samples, count, edges, cones, m_blockSize, m_sharesSmall);
 }
 
-void SurfaceLattice::locate(LatticeLanes& lanes, SurfaceParts& parts) const {
-    const bool anyBends = fetch(lanes, parts);
+void SurfaceLattice::locate(LatticeSoA& lanes, SurfaceCache& surfaces) const {
+    const bool anyBends = fetch(lanes, surfaces);
     const bool anySmall = lanes.divideTriangles(m_blockSize, m_sharesSmall);
     for (int i = 0; anyBends && i < lanes.count; ++i)
         if (lanes.bends[i])
             lanes.divideQuadric(i, lanes.seesFront[i]);
     lanes.mixKeys();
     if (anySmall)
-        findGrids(lanes, parts);
+        findGrids(lanes, surfaces);
 }
 
 /// Small triangles whose vertices are more than blocks share the places of a grid.
-void SurfaceLattice::findGrids(LatticeLanes& lanes, SurfaceParts& parts) const {
-    MeshCellLanes& grid = lanes.grid;
-    int32_t small[kLanes], lane[kLanes];
+void SurfaceLattice::findGrids(LatticeSoA& lanes, SurfaceCache& surfaces) const {
+    MeshCellSoA& grid = lanes.grid;
+    int32_t small[kSoAWidth], lane[kSoAWidth];
     int count = 0;
     for (int i = 0; i < lanes.count; ++i)
         small[count] = i, count += lanes.kind[i] == LatticeCell::Vertices;
     grid.count = 0;
     for (int k = 0; k < count; ++k) {
         const int i = small[k];
-        const SurfacePart& part = parts.of(lanes.hit, i);
-        if (sqr(lanes.block[i]) < part.leastBlock2) // most gain nothing, and need not be asked about
+        const LatticeSurface& surface = surfaces.of(lanes.hit, i);
+        if (sqr(lanes.block[i]) < surface.leastBlock2) // most gain nothing, and need not be asked about
             continue;
         lane[grid.count] = i;
-        part.cells->ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], sqr(lanes.block[i]),
-                        lanes.normal2[i], grid);
+        surface.cells->ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], sqr(lanes.block[i]),
+                           lanes.normal2[i], grid);
     }
     if (grid.count == 0)
         return;
@@ -209,7 +209,7 @@ void SurfaceLattice::findGrids(LatticeLanes& lanes, SurfaceParts& parts) const {
     }
 }
 
-LatticeCell SurfaceLattice::cellAt(const LatticeLanes& lanes, int i) {
+LatticeCell SurfaceLattice::cellAt(const LatticeSoA& lanes, int i) {
     LatticeCell cell{lanes.key[i],
                      {lanes.hit.instance[i], lanes.hit.geometry[i], bool(lanes.positive[i])},
                      lanes.hit.prim[i],
@@ -224,7 +224,7 @@ LatticeCell SurfaceLattice::cellAt(const LatticeLanes& lanes, int i) {
     return cell;
 }
 
-void SurfaceLattice::points(const LatticeCell& cell, MeshPlaces& known,
+void SurfaceLattice::points(const LatticeCell& cell, MeshPointCache& known,
                             LatticePoint out[LatticeCell::kPoints]) const {
     const LatticeFace& face = cell.face;
     const auto inner = [&](float u, float v) { return innerPoint(face, cell.prim, u, v); };
@@ -241,20 +241,20 @@ void SurfaceLattice::points(const LatticeCell& cell, MeshPlaces& known,
             out[k] = vertexPoint(face, index[k]);
         return;
     }
-    LatticeLanes lanes;
+    LatticeSoA lanes;
     lanes.count = 1;
     lanes.hit.set(0, {face.instance, face.geometry, cell.prim, 0, 0, 0});
     lanes.kind[0] = cell.kind, lanes.positive[0] = face.positive;
     lanes.i[0] = cell.i, lanes.j[0] = cell.j, lanes.nu[0] = cell.nu, lanes.nv[0] = cell.nv;
     lanes.keySum[0] = primitiveSum(faceSum(face), cell.prim);
-    TrianglePointLanes found;
+    TrianglePointSoA found;
     found.push(lanes, 0);
     points(lanes.hit, found, 3);
     for (int k = 0; k < 3; ++k)
         out[k] = found.points[k].at(0);
 }
 
-void SurfaceLattice::points(const HitLanes& hits, TrianglePointLanes& out, int each) const {
+void SurfaceLattice::points(const HitSoA& hits, TrianglePointSoA& out, int each) const {
     out.find(each);
     for (int k = 0; k < each; ++k)
         for (int c = 0; c < out.count; ++c)
@@ -263,8 +263,8 @@ void SurfaceLattice::points(const HitLanes& hits, TrianglePointLanes& out, int e
 }
 
 /// Point number c is a triangle's corner. It is the vertex if the triangles around share its normal.
-void SurfaceLattice::findVertex(const HitLanes& hits, const TrianglePointLanes& cells,
-                                TrianglePointLanes::Points& points, int c) const {
+void SurfaceLattice::findVertex(const HitSoA& hits, const TrianglePointSoA& cells,
+                                TrianglePointSoA::Points& points, int c) const {
     const int lane = cells.lane[c];
     const LatticeFace face{hits.instance[lane], hits.geometry[lane], bool(cells.positive[c])};
     const TriangleMesh& mesh = meshOf(face);
@@ -277,9 +277,9 @@ void SurfaceLattice::findVertex(const HitLanes& hits, const TrianglePointLanes& 
     points.prim[c] = vertex.prim, points.keySum[c] = vertex.keySum;
 }
 
-void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPlaces& known,
+void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPointCache& known,
                                 LatticePoint out[8]) const {
-    std::optional<MeshPlace> places[8];
+    std::optional<MeshPoint> places[8];
     cells.places(cell.lowest, known, places);
     for (int k = 0; k < 8; ++k)
         out[k] =
@@ -289,12 +289,12 @@ void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell,
 namespace {
 
 /// Rows `at` to `at + points.count`: rays from where the camera sees the points.
-STROBE_LANES void look(const ShadedPointLanes& points, RequestLanes& out, int at) {
+STROBE_TARGET_CLONES void look(const ShadedPointSoA& points, RequestSoA& out, int at) {
     // A point beyond the silhouette is shaded as if seen at a grazing angle from the side that the sample
     // saw.
     constexpr float kGrazing = 0.02f;
     const int n = points.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V3f normal = normalizeAny(points.n.at(i)) * (points.positive[i] ? 1.f : -1.f);
         const V3f p = points.p.at(i), to = p - points.viewpoint.at(i);
@@ -316,34 +316,34 @@ STROBE_LANES void look(const ShadedPointLanes& points, RequestLanes& out, int at
 
 } // namespace
 
-void SurfaceLattice::request(ShadedPointLanes& points, SurfaceParts& parts, RequestLanes& out, int at) const {
+void SurfaceLattice::request(ShadedPointSoA& points, SurfaceCache& surfaces, RequestSoA& out, int at) const {
     for (int begin = 0, end; begin < points.count; begin = end) {
-        const SurfacePart& part = parts.of(points.hit, begin);
-        for (end = begin + 1; end < points.count && part.isOf(points.hit, end);)
+        const LatticeSurface& surface = surfaces.of(points.hit, begin);
+        for (end = begin + 1; end < points.count && surface.isOf(points.hit, end);)
             ++end;
         for (int i = begin; i < end; ++i)
             if (points.isVertex[i]) {
-                const MeshPlace place = part.placeOf(points.hit.prim[i]);
+                const MeshPoint place = surface.placeOf(points.hit.prim[i]);
                 points.hit.prim[i] = place.prim, points.hit.u[i] = place.u, points.hit.v[i] = place.v;
             }
-        part.spots(points.hit, points.time, begin, end, points.p, points.n);
+        surface.spots(points.hit, points.time, begin, end, points.p, points.n);
     }
-    m_scene.camera().viewpointLanes(points.p, points.lens, points.time, points.count, points.viewpoint);
+    m_scene.camera().viewpointSoA(points.p, points.lens, points.time, points.count, points.viewpoint);
     findCones(points);
     look(points, out, at);
 }
 
 /// A shade stands for a block: textures are filtered over as much, but never over less than a pixel.
-void SurfaceLattice::findCones(ShadedPointLanes& points) const {
+void SurfaceLattice::findCones(ShadedPointSoA& points) const {
     if (!m_scene.needsFootprint()) { // then nobody asks how wide they are
         std::fill_n(points.width, points.count, 0.f), std::fill_n(points.spread, points.count, 0.f);
         return;
     }
     const Camera& camera = m_scene.camera();
-    V2Lanes film;
+    V2SoA film;
     for (int i = 0; i < points.count; ++i)
         film.set(i, camera.project(points.p.at(i), points.time[i]).value_or(FilmPoint{}).film);
-    camera.coneLanes(film, points.count, points.width, points.spread);
+    camera.coneSoA(film, points.count, points.width, points.spread);
     const float scale = std::max(m_blockSize, 1.f);
     for (int i = 0; i < points.count; ++i)
         points.width[i] *= scale, points.spread[i] *= scale;

@@ -12,17 +12,17 @@ namespace strobe {
 
 /// Points of the lattice that are to be shaded, at shutter fractions `time`, as the camera sees them then
 /// through points `lens` (in [0,1)²) of its lens.
-struct ShadedPointLanes {
+struct ShadedPointSoA {
     int count = 0;
-    HitLanes hit;                         ///< but for t
-    bool isVertex[kLanes]{};              ///< whose number `prim` is, until it is placed in a triangle
-    alignas(64) int32_t positive[kLanes]; ///< see LatticeFace
-    alignas(64) float time[kLanes];
-    V2Lanes lens;
+    HitSoA hit;                              ///< but for t
+    bool isVertex[kSoAWidth]{};              ///< whose number `prim` is, until it is placed in a triangle
+    alignas(64) int32_t positive[kSoAWidth]; ///< see LatticeFace
+    alignas(64) float time[kSoAWidth];
+    V2SoA lens;
     // Fetched for these:
-    V3Lanes p, n; ///< in the world; the normal of any length
-    V3Lanes viewpoint;
-    alignas(64) float width[kLanes], spread[kLanes]; ///< of the cones of blocks there
+    V3SoA p, n; ///< in the world; the normal of any length
+    V3SoA viewpoint;
+    alignas(64) float width[kSoAWidth], spread[kSoAWidth]; ///< of the cones of blocks there
 };
 
 /// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
@@ -46,22 +46,22 @@ class SurfaceLattice {
     SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small);
 
     /// Finds the places of hits. Each is a function of its own numbers alone.
-    void locate(LatticeLanes& lanes, SurfaceParts& parts) const;
+    void locate(LatticeSoA& lanes, SurfaceCache& surfaces) const;
     /// What a thread brings along.
-    SurfaceParts parts() const { return SurfaceParts(m_scene, m_cellsOf); }
+    SurfaceCache surfaceCache() const { return SurfaceCache(m_scene, m_cellsOf); }
     /// The cell of a hit that was located.
-    static LatticeCell cellAt(const LatticeLanes& lanes, int i);
+    static LatticeCell cellAt(const LatticeSoA& lanes, int i);
     /// The cones of pixels, for `locate`: those of their centers.
     void findCones(std::span<const PixelRef> pixels, std::vector<RayCone>& cones) const;
     /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be
     /// missing (not all): the weights of the others, scaled to add up to 1, are then a hit's.
-    void points(const LatticeCell& cell, MeshPlaces& known, LatticePoint out[LatticeCell::kPoints]) const;
+    void points(const LatticeCell& cell, MeshPointCache& known, LatticePoint out[LatticeCell::kPoints]) const;
     /// The same for those of some hits that are in divided triangles (Lower, Upper): the first `each` points.
-    void points(const HitLanes& hits, TrianglePointLanes& out, int each) const;
+    void points(const HitSoA& hits, TrianglePointSoA& out, int each) const;
     /// Whether all hits are of one triangle of a mesh that is fixed, and which.
-    bool findTriangle(const HitLanes& hits, int count, SurfaceParts& parts, LatticePatch& patch) const;
+    bool findTriangle(const HitSoA& hits, int count, SurfaceCache& surfaces, LatticePatch& patch) const;
     /// Then, whether the samples' hits are a patch; `cones` has those of their pixels.
-    bool divide(const VisibilityLanes& samples, int count, const LatticeLanes& cones, SurfaceParts& parts,
+    bool divide(const VisibilitySoA& samples, int count, const LatticeSoA& cones, SurfaceCache& surfaces,
                 LatticePatch& patch) const;
     /// Of face, place and part of the shutter: all that a shaded point's value depends on. Never 0.
     static uint64_t keyOf(const LatticePoint& point, uint32_t bin) {
@@ -69,18 +69,18 @@ class SurfaceLattice {
         return key ? key : 1;
     }
     /// The requests to shade points, from lane `at` on: hits, rays, times and cones.
-    void request(ShadedPointLanes& points, SurfaceParts& parts, RequestLanes& out, int at) const;
+    void request(ShadedPointSoA& points, SurfaceCache& surfaces, RequestSoA& out, int at) const;
 
   private:
-    bool fetch(LatticeLanes& lanes, SurfaceParts& parts) const;
-    void findCones(ShadedPointLanes& points) const;
-    void findGrids(LatticeLanes& lanes, SurfaceParts& parts) const;
-    void findVertex(const HitLanes& hits, const TrianglePointLanes& cells, TrianglePointLanes::Points& points,
+    bool fetch(LatticeSoA& lanes, SurfaceCache& surfaces) const;
+    void findCones(ShadedPointSoA& points) const;
+    void findGrids(LatticeSoA& lanes, SurfaceCache& surfaces) const;
+    void findVertex(const HitSoA& hits, const TrianglePointSoA& cells, TrianglePointSoA::Points& points,
                     int c) const;
     const TriangleMesh& meshOf(const LatticeFace& face) const {
         return *m_scene.geometry({face.instance, face.geometry}).placed.shape.mesh;
     }
-    void gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPlaces& known,
+    void gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPointCache& known,
                     LatticePoint out[8]) const;
     const MeshCells& cellsOf(const LatticeFace& face) const {
         return *strobe::cellsOf(m_cellsOf, m_scene, face.instance, face.geometry);

@@ -13,7 +13,7 @@ class DeltaLight : public Light {
         for (int i = 0; i < n; ++i)
             out[i] = s;
     }
-    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
+    void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
         LightSample s{};
         for (int i = 0; i < query.n; ++i) {
             if (i == 0 || query.point[i] != query.point[i - 1])
@@ -22,7 +22,7 @@ class DeltaLight : public Light {
         }
     }
     float pdf(const V3f&, float, const V3f&, const LightHit*) const final { return 0; }
-    bool mayMeet(const V3f&, float, const V3f&) const final { return false; }
+    bool mayIntersect(const V3f&, float, const V3f&) const final { return false; }
     float solidAngle(const V3f&, float) const final { return 0; }
     bool isDelta() const final { return true; }
 
@@ -30,7 +30,7 @@ class DeltaLight : public Light {
     /// The light's one sample, pdf = 1.
     virtual LightSample only(const V3f& p, float time) const = 0;
     /// Light of intensity `intensity` that arrives from a point; black at that very point.
-    static STROBE_INLINE LightSample fromPoint(const V3f& p, const V3f& light, const Rgb& intensity) {
+    static STROBE_FORCE_INLINE LightSample fromPoint(const V3f& p, const V3f& light, const Rgb& intensity) {
         const V3f d = light - p;
         const float d2 = length2(d), distance = std::sqrt(d2), along = 1 / distance, fall = 1 / d2;
         const bool isApart = d2 > 0;

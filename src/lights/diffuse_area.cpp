@@ -23,7 +23,7 @@ std::shared_ptr<SurfaceLight> makeLight(const PlacedShape& shape, const Emission
     return staysSphere(shape) ? makeSphereLight(shape, emission) : makeQuadricLight(shape, emission);
 }
 
-void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Messages& messages) {
+void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Diagnostics& messages) {
     if (!shape.shape.mesh)
         return;
     const FloatInput& alpha = shape.shape.mesh->alpha;
@@ -37,7 +37,7 @@ Rgb meanOf(const ParamSet& params, const BuildContext& context) {
                               "an area light shines alike all over: the image's mean is taken");
     const std::filesystem::path path = params.get(kImage).path;
     const Image image =
-        readImage(path, where, Transfer::ofFile(*context.color, path, where, {Transfer::Srgb}));
+        readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, {ColorEncoding::Srgb}));
     Rgb sum(0);
     for (const Rgb& c : image.pixels)
         sum += c / float(image.pixels.size());

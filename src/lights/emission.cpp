@@ -47,7 +47,7 @@ bool meetsSphere(const BoundingSphere& sphere, const V3f& p, const V3f& wi) {
 }
 
 SurfaceLight::SurfaceLight(PlacedShape shape, const Emission& emission)
-    : m_shape(std::move(shape)), m_emission(emission), m_still(!m_shape.motion || m_shape.motion->isStill()),
+    : m_shape(std::move(shape)), m_emission(emission), m_still(!m_shape.motion || m_shape.motion->isStatic()),
       m_stillToWorld(m_shape.toWorld(0)), m_objectBounds(objectSphere(m_shape.shape)),
       m_stillBounds(transformSphere(m_stillToWorld, m_objectBounds)) {}
 

@@ -28,7 +28,7 @@ BoundingSphere objectSphere(const Shape& shape);
 /// A sphere that holds `sphere` after the transform `m`, enlarged a little against rounding.
 BoundingSphere transformSphere(const M44f& m, const BoundingSphere& sphere);
 /// The solid angle of a sphere seen from p: 4π within.
-STROBE_INLINE float sphereSolidAngle(const BoundingSphere& sphere, const V3f& p) {
+STROBE_FORCE_INLINE float sphereSolidAngle(const BoundingSphere& sphere, const V3f& p) {
     const float d2 = length2(sphere.center - p), r2 = sqr(sphere.radius), part = oneMinusCos(r2 / d2);
     return d2 > r2 ? 2 * kPi * part : 4 * kPi;
 }
@@ -44,7 +44,7 @@ class SurfaceLight : public Light {
         return m_emission.texture && !isBlack(radiance) ? m_emission.at(at) : radiance;
     }
     Rgb power(float) const final { return m_emission.power(m_area) * m_meanFactor; }
-    bool mayMeet(const V3f& p, float time, const V3f& wi) const override {
+    bool mayIntersect(const V3f& p, float time, const V3f& wi) const override {
         return meetsSphere(bounds(time), p, wi);
     }
     float solidAngle(const V3f& p, float time) const override { return sphereSolidAngle(bounds(time), p); }

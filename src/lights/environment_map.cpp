@@ -15,10 +15,12 @@ struct EnvironmentMap::View {
         int x, y;
         V2f at; ///< in [0,1]² within the cell
     };
-    STROBE_INLINE float top(int y) const { return std::max(float(y) - .5f, 0.f); }              ///< in pixels
-    STROBE_INLINE float bottom(int y) const { return std::min(float(y) + .5f, float(height)); } ///< in pixels
+    STROBE_FORCE_INLINE float top(int y) const { return std::max(float(y) - .5f, 0.f); } ///< in pixels
+    STROBE_FORCE_INLINE float bottom(int y) const {
+        return std::min(float(y) + .5f, float(height));
+    } ///< in pixels
 
-    STROBE_INLINE Cell cellOf(const V3f& w) const {
+    STROBE_FORCE_INLINE Cell cellOf(const V3f& w) const {
         const float phi = fastAtan2(w.y, w.x), turns = (phi < 0 ? phi + 2 * kPi : phi) * (kInvPi / 2);
         // atan2 tells directions near the poles apart, where acos does not.
         const float v = fastAtan2(std::sqrt(w.x * w.x + w.y * w.y), w.z) * kInvPi;
@@ -32,35 +34,35 @@ struct EnvironmentMap::View {
     /// Radiance at the corners of a cell, and between.
     struct Corners {
         float r[4], g[4], b[4]; ///< as Bilinear's
-        STROBE_INLINE Bilinear luminances() const {
+        STROBE_FORCE_INLINE Bilinear luminances() const {
             return {luminance({r[0], g[0], b[0]}), luminance({r[1], g[1], b[1]}),
                     luminance({r[2], g[2], b[2]}), luminance({r[3], g[3], b[3]})};
         }
-        STROBE_INLINE Rgb at(const V2f& p) const {
+        STROBE_FORCE_INLINE Rgb at(const V2f& p) const {
             return {Bilinear{r[0], r[1], r[2], r[3]}.eval(p), Bilinear{g[0], g[1], g[2], g[3]}.eval(p),
                     Bilinear{b[0], b[1], b[2], b[3]}.eval(p)};
         }
     };
-    STROBE_INLINE int upperLeft(int x, int y) const { return 3 * (x + (width + 1) * y); }
-    STROBE_INLINE int perRow() const { return 3 * (width + 1); }
-    STROBE_INLINE Corners corners(int x, int y) const {
+    STROBE_FORCE_INLINE int upperLeft(int x, int y) const { return 3 * (x + (width + 1) * y); }
+    STROBE_FORCE_INLINE int perRow() const { return 3 * (width + 1); }
+    STROBE_FORCE_INLINE Corners corners(int x, int y) const {
         const int upper = upperLeft(x, y), lower = upper + perRow();
         return {{texels[upper], texels[upper + 3], texels[lower], texels[lower + 3]},
                 {texels[upper + 1], texels[upper + 4], texels[lower + 1], texels[lower + 4]},
                 {texels[upper + 2], texels[upper + 5], texels[lower + 2], texels[lower + 5]}};
     }
-    STROBE_INLINE Rgb lookup(const V3f& w, float& pdf) const {
+    STROBE_FORCE_INLINE Rgb lookup(const V3f& w, float& pdf) const {
         const Cell cell = cellOf(w);
         const Rgb radiance = corners(cell.x, cell.y).at(cell.at);
         pdf = pdfOf(cell.y, radiance, std::sqrt(w.x * w.x + w.y * w.y));
         return radiance;
     }
-    STROBE_INLINE float pdfOf(int y, const Rgb& radiance, float sinTheta) const {
+    STROBE_FORCE_INLINE float pdfOf(int y, const Rgb& radiance, float sinTheta) const {
         const float scaled = luminance(radiance) * density[y] / sinTheta;
         return sinTheta > 0 ? scaled : 0;
     }
     /// `u`: within the cell.
-    STROBE_INLINE Sample sampleIn(int x, int y, const Corners& c, const V2f& u) const {
+    STROBE_FORCE_INLINE Sample sampleIn(int x, int y, const Corners& c, const V2f& u) const {
         const V2f at = c.luminances().sample(u);
         const SinCos phi = sinCosOfTurns((float(x) - .5f + at.x) / float(width));
         const SinCos theta = sinCosOfTurns(lerp(top(y), bottom(y), at.y) / float(2 * height));
@@ -70,33 +72,33 @@ struct EnvironmentMap::View {
     }
 
     struct Lanes;
-    static void findCells(const View& view, const V3Lanes& w, int n, Lanes& cells);
+    static void findCells(const View& view, const V3SoA& w, int n, Lanes& cells);
     static void findFirst(const View& view, int n, Lanes& cells);
     void fetch(int n, Lanes& cells) const;
-    static void blend(const Lanes& cells, int n, RgbLanes& radiance);
-    static void densities(const View& view, const Lanes& cells, const V3Lanes& w, const RgbLanes& radiance,
-                          int n, float* pdf);
-    static void samples(const View& view, const Lanes& cells, int n, V3Lanes& w, RgbLanes& radiance,
-                        float* pdf);
+    static void blend(const Lanes& cells, int n, RgbSoA& radiance);
+    static void densities(const View& view, const Lanes& cells, const V3SoA& w, const RgbSoA& radiance, int n,
+                          float* pdf);
+    static void samples(const View& view, const Lanes& cells, int n, V3SoA& w, RgbSoA& radiance, float* pdf);
 };
 
 /// Places in cells, side by side, with what is at the cells' corners.
 struct EnvironmentMap::View::Lanes {
-    alignas(64) int32_t x[kLanes], y[kLanes];
-    V2Lanes at;
-    alignas(64) int32_t first[kLanes]; ///< number of the upper left corner
-    RgbLanes corner[4];
+    alignas(64) int32_t x[kSoAWidth], y[kSoAWidth];
+    V2SoA at;
+    alignas(64) int32_t first[kSoAWidth]; ///< number of the upper left corner
+    RgbSoA corner[4];
 
-    STROBE_INLINE Corners corners(int i) const {
+    STROBE_FORCE_INLINE Corners corners(int i) const {
         return {{corner[0].r[i], corner[1].r[i], corner[2].r[i], corner[3].r[i]},
                 {corner[0].g[i], corner[1].g[i], corner[2].g[i], corner[3].g[i]},
                 {corner[0].b[i], corner[1].b[i], corner[2].b[i], corner[3].b[i]}};
     }
 };
 
-STROBE_LANES void EnvironmentMap::View::findCells(const View& view, const V3Lanes& w, int n, Lanes& cells) {
+STROBE_TARGET_CLONES void EnvironmentMap::View::findCells(const View& view, const V3SoA& w, int n,
+                                                          Lanes& cells) {
     const View v = view;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const Cell cell = v.cellOf(w.at(i));
         cells.x[i] = cell.x, cells.y[i] = cell.y;
@@ -104,9 +106,9 @@ STROBE_LANES void EnvironmentMap::View::findCells(const View& view, const V3Lane
     }
 }
 
-STROBE_LANES void EnvironmentMap::View::findFirst(const View& view, int n, Lanes& cells) {
+STROBE_TARGET_CLONES void EnvironmentMap::View::findFirst(const View& view, int n, Lanes& cells) {
     const View v = view;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         cells.first[i] = v.upperLeft(cells.x[i], cells.y[i]);
 }
@@ -120,32 +122,34 @@ void EnvironmentMap::View::fetch(int n, Lanes& cells) const {
         for (int k = 0; k < 4; ++k) {
             const float* from = texels + offsets[k];
             const int32_t* first = cells.first + i;
-            RgbLanes& to = cells.corner[k];
-            storeLanes(loadFour(from + first[0]), loadFour(from + first[1]), loadFour(from + first[2]),
-                       loadFour(from + first[3]), to.r + i, to.g + i, to.b + i);
+            RgbSoA& to = cells.corner[k];
+            storeTransposed(loadFloat4(from + first[0]), loadFloat4(from + first[1]),
+                            loadFloat4(from + first[2]), loadFloat4(from + first[3]), to.r + i, to.g + i,
+                            to.b + i);
         }
 }
 
-STROBE_LANES void EnvironmentMap::View::blend(const Lanes& cells, int n, RgbLanes& radiance) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void EnvironmentMap::View::blend(const Lanes& cells, int n, RgbSoA& radiance) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const Rgb c = cells.corners(i).at(cells.at.at(i));
         radiance.r[i] = c.x, radiance.g[i] = c.y, radiance.b[i] = c.z;
     }
 }
 
-STROBE_LANES void EnvironmentMap::View::densities(const View& view, const Lanes& cells, const V3Lanes& w,
-                                                  const RgbLanes& radiance, int n, float* pdf) {
+STROBE_TARGET_CLONES void EnvironmentMap::View::densities(const View& view, const Lanes& cells,
+                                                          const V3SoA& w, const RgbSoA& radiance, int n,
+                                                          float* pdf) {
     const View v = view;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         pdf[i] = v.pdfOf(cells.y[i], radiance.at(i), std::sqrt(w.x[i] * w.x[i] + w.y[i] * w.y[i]));
 }
 
-STROBE_LANES void EnvironmentMap::View::samples(const View& view, const Lanes& cells, int n, V3Lanes& w,
-                                                RgbLanes& radiance, float* pdf) {
+STROBE_TARGET_CLONES void EnvironmentMap::View::samples(const View& view, const Lanes& cells, int n, V3SoA& w,
+                                                        RgbSoA& radiance, float* pdf) {
     const View v = view;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const Sample s = v.sampleIn(cells.x[i], cells.y[i], cells.corners(i), cells.at.at(i));
         w.x[i] = s.w.x, w.y[i] = s.w.y, w.z[i] = s.w.z;
@@ -214,7 +218,7 @@ EnvironmentMap::Sample EnvironmentMap::sample(const V2f& u) const {
     return view().sampleIn(x, y, view().corners(x, y), place.at);
 }
 
-void EnvironmentMap::lookupLanes(const V3Lanes& w, int n, RgbLanes& radiance, float* pdf) const {
+void EnvironmentMap::lookupSoA(const V3SoA& w, int n, RgbSoA& radiance, float* pdf) const {
     const View v = view();
     View::Lanes cells;
     View::findCells(v, w, n, cells);
@@ -225,9 +229,9 @@ void EnvironmentMap::lookupLanes(const V3Lanes& w, int n, RgbLanes& radiance, fl
         View::densities(v, cells, w, radiance, n, pdf);
 }
 
-void EnvironmentMap::sampleLanes(const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance, float* pdf) const {
+void EnvironmentMap::sampleSoA(const V2SoA& u, int n, V3SoA& w, RgbSoA& radiance, float* pdf) const {
     View::Lanes cells;
-    Piecewise2D::Place places[kLanes];
+    Piecewise2D::Place places[kSoAWidth];
     m_cells.samplePlaces(u, n, places); // searches: each its own way
     for (int i = 0; i < n; ++i) {
         const Piecewise2D::Place& place = places[i];

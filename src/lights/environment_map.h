@@ -25,9 +25,9 @@ class EnvironmentMap {
     /// The density of `sample`; positive wherever radiance is not black.
     float pdf(const V3f& w) const;
     /// radiance and pdf of directions 0 … n-1; `pdf` may be null: not wanted.
-    void lookupLanes(const V3Lanes& w, int n, RgbLanes& radiance, float* pdf) const;
+    void lookupSoA(const V3SoA& w, int n, RgbSoA& radiance, float* pdf) const;
     /// sample for u 0 … n-1.
-    void sampleLanes(const V2Lanes& u, int n, V3Lanes& w, RgbLanes& radiance, float* pdf) const;
+    void sampleSoA(const V2SoA& u, int n, V3SoA& w, RgbSoA& radiance, float* pdf) const;
     /// The mean over all directions.
     Rgb mean() const { return m_mean; }
 

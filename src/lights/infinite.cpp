@@ -17,40 +17,40 @@ const ParamDef<FilePath> kMap{
     "mapname", {}, "latitude-longitude image; none: the same from everywhere", "filename"};
 
 /// From the light's space to the world's and back.
-struct Turn {
+struct Body {
     M44f toWorld, toLight;
     float determinant; ///< absolute, of toWorld
 
-    STROBE_INLINE V3f lightDirection(const V3f& d) const {
+    STROBE_FORCE_INLINE V3f lightDirection(const V3f& d) const {
         const V3f w = transformVector(toLight, d);
         return w * (1 / std::sqrt(length2(w)));
     }
     /// Solid angle in light space over that in the world, for a unit direction that became `w`: 1 unless the
     /// transform scales unevenly.
-    STROBE_INLINE float distortion(const V3f& w) const {
+    STROBE_FORCE_INLINE float distortion(const V3f& w) const {
         const float l2 = length2(w);
         return l2 * std::sqrt(l2) / determinant;
     }
     /// A direction of the light to the world, unit length, its density with it.
-    STROBE_INLINE V3f worldDirection(const V3f& d, float& pdf) const {
+    STROBE_FORCE_INLINE V3f worldDirection(const V3f& d, float& pdf) const {
         const V3f w = transformVector(toWorld, d);
         pdf *= distortion(w);
         return w * (1 / std::sqrt(length2(w)));
     }
 };
 
-STROBE_LANES void turnToLight(const Turn& turn, const V3Lanes& d, int n, V3Lanes& out) {
-    const Turn t = turn;
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void turnToLight(const Body& turn, const V3SoA& d, int n, V3SoA& out) {
+    const Body t = turn;
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V3f w = t.lightDirection(d.at(i));
         out.x[i] = w.x, out.y[i] = w.y, out.z[i] = w.z;
     }
 }
 
-STROBE_LANES void turnToWorld(const Turn& turn, V3Lanes& d, int n, float* pdf) {
-    const Turn t = turn;
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void turnToWorld(const Body& turn, V3SoA& d, int n, float* pdf) {
+    const Body t = turn;
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         float p = pdf[i];
         const V3f w = t.worldDirection(d.at(i), p);
@@ -59,9 +59,9 @@ STROBE_LANES void turnToWorld(const Turn& turn, V3Lanes& d, int n, float* pdf) {
     }
 }
 
-STROBE_LANES void scale(RgbLanes& c, int n, const Rgb& factor) {
+STROBE_TARGET_CLONES void scale(RgbSoA& c, int n, const Rgb& factor) {
     const float r = factor.x, g = factor.y, b = factor.z;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         c.r[i] *= r, c.g[i] *= g, c.b[i] *= b;
 }
@@ -69,7 +69,7 @@ STROBE_LANES void scale(RgbLanes& c, int n, const Rgb& factor) {
 class InfiniteLight final : public Light {
   public:
     InfiniteLight(const M44f& toWorld, const Rgb& factor, std::optional<EnvironmentMap> map)
-        : m_turn{toWorld, toWorld.inverse(), std::abs(determinant3(toWorld))}, m_factor(factor),
+        : m_body{toWorld, toWorld.inverse(), std::abs(determinant3(toWorld))}, m_factor(factor),
           m_map(std::move(map)) {}
 
     void sample(const V3f&, float, const V2f* u, int n, LightSample* out) const override {
@@ -79,15 +79,15 @@ class InfiniteLight final : public Light {
                 continue;
             }
             EnvironmentMap::Sample s = m_map->sample(u[i]);
-            const V3f w = m_turn.worldDirection(s.w, s.pdf);
+            const V3f w = m_body.worldDirection(s.w, s.pdf);
             out[i] = {w, kInfinity, s.radiance * m_factor, s.pdf};
         }
     }
-    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
+    void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
         if (!m_map)
-            return Light::sampleLanes(query, out);
-        m_map->sampleLanes(query.u, query.n, out.wi, out.radiance, out.pdf);
-        turnToWorld(m_turn, out.wi, query.n, out.pdf);
+            return Light::sampleSoA(query, out);
+        m_map->sampleSoA(query.u, query.n, out.wi, out.radiance, out.pdf);
+        turnToWorld(m_body, out.wi, query.n, out.pdf);
         scale(out.radiance, query.n, m_factor);
         std::fill(out.distance, out.distance + query.n, kInfinity);
     }
@@ -95,25 +95,25 @@ class InfiniteLight final : public Light {
     float pdf(const V3f&, float, const V3f& wi, const LightHit*) const override {
         if (!m_map)
             return kUniformSpherePdf;
-        const V3f w = m_turn.lightDirection(wi);
+        const V3f w = m_body.lightDirection(wi);
         float pdf = m_map->pdf(w);
-        m_turn.worldDirection(w, pdf);
+        m_body.worldDirection(w, pdf);
         return pdf;
     }
 
-    bool mayMeet(const V3f&, float, const V3f&) const override { return true; }
+    bool mayIntersect(const V3f&, float, const V3f&) const override { return true; }
     float solidAngle(const V3f&, float) const override { return 4 * kPi; }
     Rgb environment(const V3f& d) const override {
-        return m_map ? m_map->radiance(m_turn.lightDirection(d)) * m_factor : m_factor;
+        return m_map ? m_map->radiance(m_body.lightDirection(d)) * m_factor : m_factor;
     }
-    void environmentLanes(const V3Lanes& d, int n, RgbLanes& radiance, float* pdf) const override {
+    void environmentSoA(const V3SoA& d, int n, RgbSoA& radiance, float* pdf) const override {
         if (!m_map)
-            return Light::environmentLanes(d, n, radiance, pdf);
-        V3Lanes w;
-        turnToLight(m_turn, d, n, w);
-        m_map->lookupLanes(w, n, radiance, pdf);
+            return Light::environmentSoA(d, n, radiance, pdf);
+        V3SoA w;
+        turnToLight(m_body, d, n, w);
+        m_map->lookupSoA(w, n, radiance, pdf);
         if (pdf)
-            turnToWorld(m_turn, w, n, pdf);
+            turnToWorld(m_body, w, n, pdf);
         scale(radiance, n, m_factor);
     }
     Rgb power(float radius) const override {
@@ -123,13 +123,13 @@ class InfiniteLight final : public Light {
     bool isEnvironment() const override { return true; }
 
   private:
-    Turn m_turn;
+    Body m_body;
     Rgb m_factor;
     std::optional<EnvironmentMap> m_map;
 };
 
 /// Values that no light can have are warned about and become black.
-void cleanPixels(Image& image, const Location& where, Messages& messages) {
+void cleanPixels(Image& image, const Location& where, Diagnostics& messages) {
     size_t bad = 0;
     for (Rgb& c : image.pixels)
         if (!isFinite(c) || c.x < 0 || c.y < 0 || c.z < 0) {
@@ -147,8 +147,9 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
         return std::nullopt;
     const Location where = params.whereIs(kMap);
     const std::filesystem::path path = params.get(kMap).path;
-    const Transfer usual{context.conventions == Conventions::PbrtV4 ? Transfer::Srgb : Transfer::Linear};
-    Image image = readImage(path, where, Transfer::ofFile(*context.color, path, where, usual));
+    const ColorEncoding usual{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
+                                                                         : ColorEncoding::Linear};
+    Image image = readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, usual));
     if (image.width < 1 || image.height < 1)
         throw Error(where, "the environment map is empty");
     if (int64_t(image.width) * image.height > kMaxImagePixels)
@@ -176,7 +177,7 @@ float illuminanceOf(const EnvironmentMap* map) {
 std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext& context,
                                       const LightArgs& args) {
     const bool v2 = context.conventions == Conventions::PbrtV2;
-    if (!v2 && !args.toWorld.isStill())
+    if (!v2 && !args.toWorld.isStatic())
         context.messages.warn(params.where(),
                               "environment lights do not move: the transform at shutter opening is used");
     const M44f toWorld = LightPlacement(args, context.conventions).at(0);

@@ -48,7 +48,7 @@ class MeshLight final : public SurfaceLight {
         return solidAnglePdf(hit->prim, t, sqr(hit->distance), wi);
     }
 
-    bool mayMeet(const V3f& p, float time, const V3f& wi) const override {
+    bool mayIntersect(const V3f& p, float time, const V3f& wi) const override {
         const BoundingSphere sphere = bounds(time);
         if (!meetsSphere(sphere, p, wi))
             return false;

@@ -6,9 +6,9 @@ int readSampleCount(const ParamSet& params) {
     const int n = params.get(kLightSamples);
     if (n < 1)
         throw Error(params.whereIs(kLightSamples), "\"nsamples\" must be at least 1");
-    if (n > kMostLightSamples)
+    if (n > kMaxLightSamples)
         throw Error(params.whereIs(kLightSamples),
-                    "\"nsamples\" must be at most " + std::to_string(kMostLightSamples));
+                    "\"nsamples\" must be at most " + std::to_string(kMaxLightSamples));
     return n;
 }
 

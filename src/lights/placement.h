@@ -19,7 +19,7 @@ inline const ParamDef<float> kIlluminance{
 /// Throws a located Error unless it is positive.
 float readTotal(const ParamSet& params, const ParamDef<float>& def, float ofUnit);
 
-/// "nsamples"; throws a located Error unless it is from 1 to kMostLightSamples.
+/// "nsamples"; throws a located Error unless it is from 1 to kMaxLightSamples.
 int readSampleCount(const ParamSet& params);
 /// "scale": one number, or one per channel.
 Rgb readLightScale(const ParamSet& params);
@@ -30,7 +30,7 @@ Rgb readEmission(const ParamSet& params, const ParamDef<Rgb>& def);
 class LightPlacement {
   public:
     LightPlacement(const LightArgs& args, Conventions conventions);
-    bool isStill() const { return m_toWorld.isStill(); }
+    bool isStatic() const { return m_toWorld.isStatic(); }
     /// At shutter fraction `time`.
     M44f at(float time) const { return m_toWorld.at(m_shutter.sceneTime(time)); }
 

@@ -17,28 +17,28 @@ class PointLight final : public DeltaLight {
     LightSample only(const V3f& p, float time) const override {
         return fromPoint(p, transformPoint(m_placement.at(time), m_from), m_intensity);
     }
-    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
-        if (m_placement.isStill())
+    void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
+        if (m_placement.isStatic())
             samplesFrom(transformPoint(m_placement.at(0), m_from), m_intensity, query, out);
         else
-            DeltaLight::sampleLanes(query, out);
+            DeltaLight::sampleSoA(query, out);
     }
     Rgb power(float) const override { return m_intensity * (4 * kPi); }
 
   private:
-    static void samplesFrom(const V3f& light, const Rgb& intensity, const LightQueryLanes& query,
-                            LightSampleLanes& out);
+    static void samplesFrom(const V3f& light, const Rgb& intensity, const LightQuerySoA& query,
+                            LightSampleSoA& out);
 
     LightPlacement m_placement;
     V3f m_from;
     Rgb m_intensity;
 };
 
-STROBE_LANES void PointLight::samplesFrom(const V3f& light, const Rgb& intensity,
-                                          const LightQueryLanes& query, LightSampleLanes& out) {
+STROBE_TARGET_CLONES void PointLight::samplesFrom(const V3f& light, const Rgb& intensity,
+                                                  const LightQuerySoA& query, LightSampleSoA& out) {
     const V3f from = light;
     const Rgb of = intensity;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < query.n; ++i) {
         const LightSample s = fromPoint(query.p.at(i), from, of);
         out.wi.x[i] = s.wi.x, out.wi.y[i] = s.wi.y, out.wi.z[i] = s.wi.z;

@@ -21,7 +21,8 @@ struct Shine {
     bool twoSided;
     float area, normalSign; ///< area: in object space
 
-    STROBE_INLINE LightSample seen(const V3f& from, const V3f& onShape, const V3f& normalOfShape) const {
+    STROBE_FORCE_INLINE LightSample seen(const V3f& from, const V3f& onShape,
+                                         const V3f& normalOfShape) const {
         const V3f d = transformPoint(placed.m, onShape) - from;
         // Its length is part of the stretch.
         const V3f normal = transformNormal(placed.inverse, normalOfShape);
@@ -40,9 +41,9 @@ struct Shine {
     }
 };
 
-STROBE_LANES void seenFrom(const Shine& shine, const V3Lanes& from, const V3Lanes& onShape,
-                           const V3Lanes& normal, int n, LightSampleLanes& out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void seenFrom(const Shine& shine, const V3SoA& from, const V3SoA& onShape,
+                                   const V3SoA& normal, int n, LightSampleSoA& out) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const LightSample s = shine.seen(from.at(i), onShape.at(i), normal.at(i));
         out.wi.x[i] = s.wi.x, out.wi.y[i] = s.wi.y, out.wi.z[i] = s.wi.z;
@@ -56,22 +57,22 @@ struct Front {
     M44f toObject;
     V3f center, normal; ///< of the side that shines
     float behind;       ///< how far behind, along the normal, nothing is seen
-    STROBE_INLINE bool isSeenFrom(const V3f& p) const {
+    STROBE_FORCE_INLINE bool isSeenFrom(const V3f& p) const {
         return dot(transformPoint(toObject, p) - center, normal) >= -behind;
     }
 };
 
 /// `front`: null where the whole shape shines.
-STROBE_LANES void solidAngles(const BoundingSphere& bounds, const Front* front, const V3Lanes& p, int n,
-                              float* out) {
+STROBE_TARGET_CLONES void solidAngles(const BoundingSphere& bounds, const Front* front, const V3SoA& p, int n,
+                                      float* out) {
     const BoundingSphere sphere = bounds;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         out[i] = sphereSolidAngle(sphere, p.at(i));
     if (!front)
         return;
     const Front side = *front;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         out[i] = side.isSeenFrom(p.at(i)) ? out[i] : 0;
 }
@@ -104,10 +105,10 @@ class QuadricLight final : public SurfaceLight {
             out[i] = shine.seen(p, q.p, q.n);
         }
     }
-    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
+    void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
         if (!m_still)
-            return Light::sampleLanes(query, out);
-        V3Lanes points, normals;
+            return Light::sampleSoA(query, out);
+        V3SoA points, normals;
         m_quadric.samplePoints(query.u, query.n, points, normals);
         seenFrom(shineAt(0), query.p, points, normals, query.n, out);
     }
@@ -120,18 +121,18 @@ class QuadricLight final : public SurfaceLight {
         return denominator > 0 ? sqr(hit->distance) / denominator : 0;
     }
 
-    bool mayMeet(const V3f& p, float time, const V3f& wi) const override {
+    bool mayIntersect(const V3f& p, float time, const V3f& wi) const override {
         if (!meetsSphere(bounds(time), p, wi))
             return false;
-        return m_flatAxis < 0 || mayMeetFlat(placedAt(time), p, wi);
+        return m_flatAxis < 0 || mayIntersectFlat(placedAt(time), p, wi);
     }
 
     float solidAngle(const V3f& p, float time) const override {
         return !hasFront() || frontAt(time).isSeenFrom(p) ? sphereSolidAngle(bounds(time), p) : 0;
     }
-    void solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const override {
+    void solidAngleSoA(const V3SoA& p, const float* time, int n, float* out) const override {
         if (!m_still)
-            return Light::solidAngleLanes(p, time, n, out);
+            return Light::solidAngleSoA(p, time, n, out);
         const Front front = frontAt(0);
         solidAngles(m_stillBounds, hasFront() ? &front : nullptr, p, n, out);
     }
@@ -153,7 +154,7 @@ class QuadricLight final : public SurfaceLight {
 
     /// For a shape in a plane: whether the ray leaves towards a shining side and crosses the plane in the
     /// shape.
-    bool mayMeetFlat(const Placed& placed, const V3f& p, const V3f& wi) const {
+    bool mayIntersectFlat(const Placed& placed, const V3f& p, const V3f& wi) const {
         const V3f center = m_objectBounds.center, o = transformPoint(placed.inverse, p) - center;
         const V3f d = transformVector(placed.inverse, wi);
         const float height = o[m_flatAxis], margin = kMargin * m_objectBounds.radius;

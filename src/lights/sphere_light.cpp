@@ -46,12 +46,12 @@ inline V3f drawInCone(const View& view, const V2f& u, float& distance) {
 }
 
 /// True when some point is inside: then the result is not to be used.
-STROBE_LANES bool sampleCones(const BoundingSphere& sphere, const Rgb& radiance, const LightQueryLanes& q,
-                              LightSampleLanes& out) {
+STROBE_TARGET_CLONES bool sampleCones(const BoundingSphere& sphere, const Rgb& radiance,
+                                      const LightQuerySoA& q, LightSampleSoA& out) {
     const BoundingSphere s = sphere;
     const float r = radiance.x, g = radiance.y, b = radiance.z;
     int inside = 0;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < q.n; ++i) {
         const View view = viewOf(s, q.p.at(i));
         inside |= view.inside;
@@ -65,11 +65,11 @@ STROBE_LANES bool sampleCones(const BoundingSphere& sphere, const Rgb& radiance,
     return inside;
 }
 
-STROBE_LANES void solidAngles(const BoundingSphere& sphere, bool shinesInside, bool shinesOutside,
-                              const V3Lanes& p, int n, float* out) {
+STROBE_TARGET_CLONES void solidAngles(const BoundingSphere& sphere, bool shinesInside, bool shinesOutside,
+                                      const V3SoA& p, int n, float* out) {
     const BoundingSphere s = sphere;
     const float within = shinesInside ? 4 * kPi : 0, beyond = shinesOutside ? 2 * kPi : 0;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const View view = viewOf(s, p.at(i));
         out[i] = view.inside ? within : beyond * view.oneMinusCosMax;
@@ -95,10 +95,10 @@ class SphereLight final : public SurfaceLight {
             out[i] = {wi, distance, radiance, uniformConePdf(view.oneMinusCosMax)};
         }
     }
-    void sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const override {
+    void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
         const Rgb radiance = shines(false) ? m_emission.radiance : Rgb(0);
         if (!m_still || sampleCones(m_stillSphere, radiance, query, out))
-            Light::sampleLanes(query, out);
+            Light::sampleSoA(query, out);
     }
 
     float pdf(const V3f& p, float time, const V3f& wi, const LightHit*) const override {
@@ -108,12 +108,12 @@ class SphereLight final : public SurfaceLight {
         return meets(view, wi) ? uniformConePdf(view.oneMinusCosMax) : 0;
     }
 
-    bool mayMeet(const V3f& p, float time, const V3f& wi) const override {
+    bool mayIntersect(const V3f& p, float time, const V3f& wi) const override {
         const View view = viewFrom(p, time);
         return shinesTo(view) && (view.inside || meets(view, wi));
     }
 
-    bool hidesNoSample() const override { return true; }
+    bool cannotSelfOcclude() const override { return true; }
 
     float solidAngle(const V3f& p, float time) const override {
         const View view = viewFrom(p, time);
@@ -121,11 +121,11 @@ class SphereLight final : public SurfaceLight {
             return 0;
         return view.inside ? 4 * kPi : 2 * kPi * view.oneMinusCosMax;
     }
-    void solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const override {
+    void solidAngleSoA(const V3SoA& p, const float* time, int n, float* out) const override {
         if (m_still)
             solidAngles(m_stillSphere, shines(true), shines(false), p, n, out);
         else
-            Light::solidAngleLanes(p, time, n, out);
+            Light::solidAngleSoA(p, time, n, out);
     }
 
   private:
@@ -166,7 +166,7 @@ bool staysSphere(const PlacedShape& shape) {
     if (!shape.shape.quadric || !(shape.shape.quadric->wholeSphereRadius() > 0))
         return false;
     // At the keys and between them: interpolated matrices of a rotation are not quite rotations.
-    const int steps = shape.motion && !shape.motion->isStill() ? 4 * (shape.motion->keyCount() - 1) : 0;
+    const int steps = shape.motion && !shape.motion->isStatic() ? 4 * (shape.motion->keyCount() - 1) : 0;
     for (int i = 0; i <= steps; ++i)
         if (!isSimilarity(shape.toWorld(steps > 0 ? float(i) / float(steps) : 0)))
             return false;

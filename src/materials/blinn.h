@@ -18,7 +18,7 @@ struct MicrofacetTerm {
 };
 
 /// D = (e+2)/2π |cos θh|^e and pdf = (e+1)/2π |cos θh|^e / (4 wo·wh), for unit wo and wi.
-STROBE_INLINE MicrofacetTerm evalBlinn(float exponent, const V3f& wo, const V3f& wi) {
+STROBE_FORCE_INLINE MicrofacetTerm evalBlinn(float exponent, const V3f& wo, const V3f& wi) {
     const V3f sum = wo + wi;
     const float l2 = length2(sum); // (2 wo·wh)²
     // wo = -wi has no half vector; the pair carries nothing, and neither does a viewer exactly on the
@@ -36,7 +36,7 @@ STROBE_INLINE MicrofacetTerm evalBlinn(float exponent, const V3f& wo, const V3f&
 
 /// Draws wi by reflecting wo at a half vector of density (e+1)/2π cos^e (u in [0,1)²) on wo's side. 0: wi
 /// lies below the horizon, the sample is absorbed.
-STROBE_INLINE int32_t drawBlinn(float exponent, const V3f& wo, const V2f& u, V3f& wi) {
+STROBE_FORCE_INLINE int32_t drawBlinn(float exponent, const V3f& wo, const V2f& u, V3f& wi) {
     const float cosThetaH = fastPow(1 - u.x, 1 / (exponent + 1)); // 1 - u: never 0
     const float sinThetaH = safeSqrt(1 - cosThetaH * cosThetaH);
     const SinCos phi = sinCosOfTurns(u.y);
@@ -50,13 +50,13 @@ STROBE_INLINE int32_t drawBlinn(float exponent, const V3f& wo, const V2f& u, V3f
 
 /// Of cos^e(t) / cos(thetaO + t) for t in [left, right], by cos^e(t) <= exp(-e t²/2); with margins for
 /// rounding.
-STROBE_INLINE float blinnPeakBound(float exponent, float thetaO, float left, float right) {
+STROBE_FORCE_INLINE float blinnPeakBound(float exponent, float thetaO, float left, float right) {
     const float lowest = sinCosOfTurns((thetaO + right) * (kInvPi / 2)).cos * (1 - 1e-4f) - 1e-7f;
     return fastExp(-exponent * left * left / 2) / std::max(lowest, 0.f);
 }
 
 /// An upper bound of evalBlinn's pdf over all wi, given wo. Infinite for wo.z = 0.
-STROBE_INLINE float maxBlinnPdf(float exponent, const V3f& wo) {
+STROBE_FORCE_INLINE float maxBlinnPdf(float exponent, const V3f& wo) {
     // Among half vectors at angle t from the normal, wo·wh is least in the plane of wo, on the far side:
     // cos(thetaO + t). There wi stays above the horizon up to t = (90° - thetaO)/2, and beyond that angle the
     // horizon keeps wo·wh above cosO / (2 cos t), where the pdf only falls. So the maximum is that of

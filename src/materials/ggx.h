@@ -19,7 +19,7 @@ struct GgxAlpha {
 class GgxReflection {
   public:
     /// `wo`: unit.
-    STROBE_INLINE GgxReflection(const V3f& wo, const GgxAlpha& alpha)
+    STROBE_FORCE_INLINE GgxReflection(const V3f& wo, const GgxAlpha& alpha)
         : m_alpha(alpha), m_invAlong2(1 / sqr(alpha.along)), m_invAcross2(1 / sqr(alpha.across)),
           m_sinO(std::sqrt(sqr(wo.x) + sqr(wo.y))), m_max(maxPdf(wo, alpha)) {
         const float cosine = wo.x / m_sinO, sine = wo.y / m_sinO;
@@ -28,12 +28,12 @@ class GgxReflection {
 
     /// The greatest density over wi: that of the mirror direction. Finite for wo.z = 0 too, as
     /// G1(wo) / |wo.z| = 2 / (|wo.z| + sqrt(wo.z² + along² sin²θo)).
-    STROBE_INLINE static float maxPdf(const V3f& wo, const GgxAlpha& alpha) {
+    STROBE_FORCE_INLINE static float maxPdf(const V3f& wo, const GgxAlpha& alpha) {
         const float cos2 = std::min(sqr(wo.z), 1.f), stretched2 = cos2 + sqr(alpha.along) * (1 - cos2);
         return 1 / (2 * kPi * alpha.along * alpha.across * (std::sqrt(cos2) + std::sqrt(stretched2)));
     }
     /// The density for a wi on wo's side of the surface, given the wo of the constructor again.
-    STROBE_INLINE float pdf(const V3f& wo, const V3f& wi) const {
+    STROBE_FORCE_INLINE float pdf(const V3f& wo, const V3f& wi) const {
         const V3f h = wo + wi;
         const float along2 = sqr(h.x * m_cos + h.y * m_sin), across2 = sqr(h.y * m_cos - h.x * m_sin),
                     up2 = sqr(h.z), l2 = along2 + across2 + up2;
@@ -42,7 +42,7 @@ class GgxReflection {
         return l2 > 1e-14f ? m_max * std::min(1.f, shape) : 0;
     }
     /// Draws wi on the side of wo (above for wo.z = 0); u in [0,1)². 0: absorbed.
-    STROBE_INLINE int32_t draw(const V3f& wo, const V2f& u, V3f& wi) const {
+    STROBE_FORCE_INLINE int32_t draw(const V3f& wo, const V2f& u, V3f& wi) const {
         // Dupuy & Benyoub, "Sampling Visible GGX Normals with Spherical Caps" (2023): where the ellipsoid is
         // stretched to a sphere, reflections are uniform over the cap z >= -stretched.z. In wo's plane,
         // above.

@@ -8,7 +8,7 @@ namespace {
 
 constexpr float kGreatestShare = .9f; ///< the rest keeps f |wi.z| / pdf bounded where the lobe is too narrow
 constexpr int kShares = 4;
-constexpr float kLeastAlpha = .004f; ///< narrower lobes lose their shape to float's rounding
+constexpr float kMinAlpha = .004f; ///< narrower lobes lose their shape to float's rounding
 constexpr float kAlphaStep = .75f;
 constexpr int kRounds = 2; ///< over the two roughnesses in turn
 /// A lobe must save at least this part of the second moment, or there is none.
@@ -67,12 +67,12 @@ void improve(Candidate& best, const std::vector<Node>& nodes, const V3f& wo, con
 GlossFit::Lobe bestLobe(const GlossFit::Brdf& f, const V3f& wo) {
     const std::vector<Node> nodes = quadrature(f, wo);
     Candidate best{{0, {1, 1}}, kInfinity};
-    for (float alpha = 1; alpha > kLeastAlpha; alpha *= kAlphaStep)
+    for (float alpha = 1; alpha > kMinAlpha; alpha *= kAlphaStep)
         improve(best, nodes, wo, {alpha, alpha});
     for (int round = 0; round < kRounds; ++round) {
-        for (float alpha = 1; alpha > kLeastAlpha; alpha *= kAlphaStep)
+        for (float alpha = 1; alpha > kMinAlpha; alpha *= kAlphaStep)
             improve(best, nodes, wo, {best.lobe.alpha.along, alpha});
-        for (float alpha = 1; alpha > kLeastAlpha; alpha *= kAlphaStep)
+        for (float alpha = 1; alpha > kMinAlpha; alpha *= kAlphaStep)
             improve(best, nodes, wo, {alpha, best.lobe.alpha.across});
     }
     double withoutLobe = 0;

@@ -22,7 +22,7 @@ class GlossFit {
     explicit GlossFit(const Brdf& f);
 
     /// Linear between the wo of the fit. `cosO`: any sign, at most 1 in magnitude.
-    STROBE_INLINE Lobe at(float cosO) const {
+    STROBE_FORCE_INLINE Lobe at(float cosO) const {
         const float x = std::min(std::abs(cosO), 1.f) * kSteps;
         const int i = std::min(int(x), kSteps - 1);
         const float t = x - float(i);

@@ -90,14 +90,14 @@ IrregularBrdf::IrregularBrdf(std::vector<Sample> samples) : m_samples(std::move(
 
 namespace {
 
-STROBE_INLINE V3f keyOfPair(const V3f& wo, const V3f& wi) {
+STROBE_FORCE_INLINE V3f keyOfPair(const V3f& wo, const V3f& wi) {
     const float sines = std::sqrt((wo.x * wo.x + wo.y * wo.y) * (wi.x * wi.x + wi.y * wi.y));
     const float dPhi = fastAtan2(std::abs(wo.x * wi.y - wo.y * wi.x), wo.x * wi.x + wo.y * wi.y);
     return {std::min(sines, 1.f), std::min(dPhi * kInvPi, 1.f), wo.z * wi.z};
 }
 
-STROBE_LANES void keysOfPairs(const V3Lanes& wo, const V3Lanes& wi, int begin, int end, V3Lanes& keys) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void keysOfPairs(const V3SoA& wo, const V3SoA& wi, int begin, int end, V3SoA& keys) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const V3f key = keyOfPair(wo.at(i), wi.at(i));
         keys.x[i] = key.x, keys.y[i] = key.y, keys.z[i] = key.z;
@@ -108,7 +108,7 @@ STROBE_LANES void keysOfPairs(const V3Lanes& wo, const V3Lanes& wi, int begin, i
 
 V3f IrregularBrdf::keyOf(const V3f& wo, const V3f& wi) { return keyOfPair(wo, wi); }
 
-void IrregularBrdf::keyLanes(const V3Lanes& wo, const V3Lanes& wi, int begin, int end, V3Lanes& keys) {
+void IrregularBrdf::keySoA(const V3SoA& wo, const V3SoA& wi, int begin, int end, V3SoA& keys) {
     keysOfPairs(wo, wi, begin, end, keys);
 }
 
@@ -200,37 +200,37 @@ namespace {
 using Row = IrregularBrdf::Group::Row;
 using Ints = IrregularBrdf::Group::Ints;
 
-/// Four sums that add up to that of a row's sixteen numbers.
+/// Float4 sums that add up to that of a row's sixteen numbers.
 template <class Sixteen>
-STROBE_INLINE auto foldedOf(const Sixteen& v) {
+STROBE_FORCE_INLINE auto foldedOf(const Sixteen& v) {
     const auto h = __builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7) +
                    __builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15);
     return __builtin_shufflevector(h, h, 0, 1, 2, 3) + __builtin_shufflevector(h, h, 4, 5, 6, 7);
 }
 
 /// The sum of a row's sixteen numbers.
-STROBE_INLINE int32_t sumOf(const Ints& v) {
+STROBE_FORCE_INLINE int32_t sumOf(const Ints& v) {
     const auto q = foldedOf(v);
     return (q[0] + q[2]) + (q[1] + q[3]);
 }
 
 /// The sums of four rows.
-STROBE_INLINE Four sumsOf(const Row& a, const Row& b, const Row& c, const Row& d) {
-    const Four p = foldedOf(a), q = foldedOf(b), r = foldedOf(c), s = foldedOf(d);
-    const Four pq = __builtin_shufflevector(p, q, 0, 4, 1, 5) + __builtin_shufflevector(p, q, 2, 6, 3, 7),
-               rs = __builtin_shufflevector(r, s, 0, 4, 1, 5) + __builtin_shufflevector(r, s, 2, 6, 3, 7);
+STROBE_FORCE_INLINE Float4 sumsOf(const Row& a, const Row& b, const Row& c, const Row& d) {
+    const Float4 p = foldedOf(a), q = foldedOf(b), r = foldedOf(c), s = foldedOf(d);
+    const Float4 pq = __builtin_shufflevector(p, q, 0, 4, 1, 5) + __builtin_shufflevector(p, q, 2, 6, 3, 7),
+                 rs = __builtin_shufflevector(r, s, 0, 4, 1, 5) + __builtin_shufflevector(r, s, 2, 6, 3, 7);
     return __builtin_shufflevector(pq, rs, 0, 1, 4, 5) + __builtin_shufflevector(pq, rs, 2, 3, 6, 7);
 }
 
 /// A key's samples and the squared radius within which they count: at first one that is not too large.
-struct Lookup {
+struct TextureOptions {
     const IrregularBrdf::Group* groups;
     uint32_t count;
     int32_t lane;
     float r2;
 
     /// The search's squared radius; infinite where all samples count.
-    STROBE_INLINE float radius2(const V3f& key) const {
+    STROBE_FORCE_INLINE float radius2(const V3f& key) const {
         // Three radii at a time: bits 0 …, 10 … and 20 … count what each finds.
         for (float least = r2; least < kMaxRadius2; least *= 8) {
             Ints found{};
@@ -247,7 +247,7 @@ struct Lookup {
     }
 
     /// The mean of those within the radius.
-    STROBE_INLINE Rgb mean(const V3f& key) const {
+    STROBE_FORCE_INLINE Rgb mean(const V3f& key) const {
         Row w{}, red{}, green{}, blue{};
         for (uint32_t i = 0; i < count; ++i) {
             const IrregularBrdf::Group& s = groups[i];
@@ -264,7 +264,7 @@ struct Lookup {
             const Row weight = (Row)((d2 < r2) & near);
             w += weight, red += s.r * weight, green += s.g * weight, blue += s.b * weight;
         }
-        const Four sums = sumsOf(red, green, blue, w), mean = sums * (1 / sums[3]);
+        const Float4 sums = sumsOf(red, green, blue, w), mean = sums * (1 / sums[3]);
         return Rgb(mean[0], mean[1], mean[2]);
     }
 };
@@ -278,21 +278,22 @@ struct IrregularBrdf::Grid {
 
     /// missing[0 … ] of the result: lanes where all samples are to be looked at. Step by step for all lanes:
     /// while one waits, others go on.
-    static int evalLanes(const Grid& grid, const V3Lanes& keys, const int32_t* wanted, int begin, int end,
-                         RgbLanes& out, int32_t* missing);
+    static int evalSoA(const Grid& grid, const V3SoA& keys, const int32_t* wanted, int begin, int end,
+                       RgbSoA& out, int32_t* missing);
 };
 
-STROBE_LANES int IrregularBrdf::Grid::evalLanes(const Grid& grid, const V3Lanes& keys, const int32_t* wanted,
-                                                int begin, int end, RgbLanes& out, int32_t* missing) {
-    int32_t cell[kLanes];
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES int IrregularBrdf::Grid::evalSoA(const Grid& grid, const V3SoA& keys,
+                                                      const int32_t* wanted, int begin, int end, RgbSoA& out,
+                                                      int32_t* missing) {
+    int32_t cell[kSoAWidth];
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const int x = std::min(int(std::max(0.f, keys.x[i]) * kCells), kCells - 1),
                   y = std::min(int(std::max(0.f, keys.y[i]) * kCells), kCells - 1),
                   z = std::min(int(std::max(0.f, keys.z[i]) * kCells), kCells - 1);
         cell[i] = x + kCells * (y + kCells * z);
     }
-    Lookup lookups[kLanes];
+    TextureOptions lookups[kSoAWidth];
     int n = 0, missed = 0;
     for (int i = begin; i < end; ++i) {
         const Cell of = grid.cells[cell[i]];
@@ -314,18 +315,17 @@ STROBE_LANES int IrregularBrdf::Grid::evalLanes(const Grid& grid, const V3Lanes&
 }
 
 Rgb IrregularBrdf::eval(const V3f& key) const {
-    V3Lanes keys;
-    RgbLanes mean;
+    V3SoA keys;
+    RgbSoA mean;
     keys.set(0, key);
-    evalLanes(keys, nullptr, 0, 1, mean);
+    evalSoA(keys, nullptr, 0, 1, mean);
     return mean.at(0);
 }
 
-void IrregularBrdf::evalLanes(const V3Lanes& keys, const int32_t* wanted, int begin, int end,
-                              RgbLanes& out) const {
-    int32_t missing[kLanes];
+void IrregularBrdf::evalSoA(const V3SoA& keys, const int32_t* wanted, int begin, int end, RgbSoA& out) const {
+    int32_t missing[kSoAWidth];
     const Grid grid{m_cells.data(), m_groups.data()};
-    const int count = Grid::evalLanes(grid, keys, wanted, begin, end, out, missing);
+    const int count = Grid::evalSoA(grid, keys, wanted, begin, end, out, missing);
     for (int i = 0; i < count; ++i)
         out.set(missing[i], evalBruteForce(keys.at(missing[i])));
 }

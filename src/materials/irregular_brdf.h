@@ -25,14 +25,14 @@ class IrregularBrdf {
     /// directions negated.
     static V3f keyOf(const V3f& wo, const V3f& wi);
     /// The same of pairs `begin` to `end`.
-    static void keyLanes(const V3Lanes& wo, const V3Lanes& wi, int begin, int end, V3Lanes& keys);
+    static void keySoA(const V3SoA& wo, const V3SoA& wi, int begin, int end, V3SoA& keys);
 
     /// The mean of all samples nearer than r, weighted by exp(-100 d²), where r² is the first of .001, .002,
     /// .004 … 1.024 that finds more than two samples, else infinite. (pbrt-v2 ends at 2.048, which differs by
     /// less than e^-150.)
     Rgb eval(const V3f& key) const;
     /// The same of keys `begin` to `end`; where `wanted` (if not null) is 0, the result is black.
-    void evalLanes(const V3Lanes& keys, const int32_t* wanted, int begin, int end, RgbLanes& out) const;
+    void evalSoA(const V3SoA& keys, const int32_t* wanted, int begin, int end, RgbSoA& out) const;
     /// The same by looking at every sample: the definition that eval is tested against.
     Rgb evalBruteForce(const V3f& key) const;
 

@@ -17,11 +17,11 @@ struct LobeValue {
 // draw(wo, uc, u, wi), 0 when nothing is drawn; and maxPdf(wo).
 
 template <class Lobes>
-STROBE_LANES void evalLobes(const Lobes& lobes, const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f,
-                            float* pdf) {
+STROBE_TARGET_CLONES void evalLobes(const Lobes& lobes, const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f,
+                                    float* pdf) {
     const int begin = jobs.begin, end = jobs.end;
-    const V3Lanes& wo = jobs.wo;
-    STROBE_INDEPENDENT
+    const V3SoA& wo = jobs.wo;
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const LobeValue v = lobes.at(i).eval(wo.at(i), wi.at(i));
         f.r[i] = v.r, f.g[i] = v.g, f.b[i] = v.b;
@@ -30,11 +30,11 @@ STROBE_LANES void evalLobes(const Lobes& lobes, const BsdfLanes& jobs, const V3L
 }
 
 template <class Lobes>
-STROBE_LANES void drawLobes(const Lobes& lobes, const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
-                            V3Lanes& wi, int32_t* drawn) {
+STROBE_TARGET_CLONES void drawLobes(const Lobes& lobes, const BsdfSoA& jobs, const float* uc, const V2SoA& u,
+                                    V3SoA& wi, int32_t* drawn) {
     const int begin = jobs.begin, end = jobs.end;
-    const V3Lanes& wo = jobs.wo;
-    STROBE_INDEPENDENT
+    const V3SoA& wo = jobs.wo;
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         V3f w;
         drawn[i] = lobes.at(i).draw(wo.at(i), uc[i], u.at(i), w);
@@ -43,16 +43,16 @@ STROBE_LANES void drawLobes(const Lobes& lobes, const BsdfLanes& jobs, const flo
 }
 
 template <class Lobes>
-STROBE_LANES void boundPdfs(const Lobes& lobes, const BsdfLanes& jobs, float* out) {
+STROBE_TARGET_CLONES void boundPdfs(const Lobes& lobes, const BsdfSoA& jobs, float* out) {
     const int begin = jobs.begin, end = jobs.end;
-    const V3Lanes& wo = jobs.wo;
-    STROBE_INDEPENDENT
+    const V3SoA& wo = jobs.wo;
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i)
         out[i] = lobes.at(i).maxPdf(wo.at(i));
 }
 
 /// Makes samples of drawn directions whose values (in place of the weights) and densities are there.
-inline void finishSamples(const BsdfLanes& jobs, const int32_t* drawn, BsdfSampleLanes& out) {
+inline void finishSamples(const BsdfSoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
     for (int i = jobs.begin; i < jobs.end; ++i) {
         const float scale = 1 / out.pdf[i];
         out.weight.r[i] *= scale, out.weight.g[i] *= scale, out.weight.b[i] *= scale;
@@ -60,7 +60,7 @@ inline void finishSamples(const BsdfLanes& jobs, const int32_t* drawn, BsdfSampl
         out.delta[i] = out.transmits[i] = false;
     }
 }
-inline void finishDirections(const BsdfLanes& jobs, const int32_t* drawn, BsdfSampleLanes& out) {
+inline void finishDirections(const BsdfSoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
     for (int i = jobs.begin; i < jobs.end; ++i)
         out.drawn[i] = drawn[i], out.delta[i] = out.transmits[i] = false;
 }
@@ -69,18 +69,18 @@ inline void finishDirections(const BsdfLanes& jobs, const int32_t* drawn, BsdfSa
 template <class Data>
 struct DataRows {
     static constexpr size_t kNumbers = sizeof(Data) / sizeof(float);
-    alignas(64) float row[kNumbers][kLanes];
+    alignas(64) float row[kNumbers][kSoAWidth];
 
-    explicit DataRows(const BsdfLanes& jobs) {
+    explicit DataRows(const BsdfSoA& jobs) {
         for (size_t k = 0; k < kNumbers; ++k)
             for (int i = jobs.begin; i < jobs.end; ++i)
                 row[k][i] = jobs.datum(jobs.point[i], int(k));
     }
-    STROBE_INLINE Data at(int job) const { return at(job, std::make_index_sequence<kNumbers>()); }
+    STROBE_FORCE_INLINE Data at(int job) const { return at(job, std::make_index_sequence<kNumbers>()); }
 
   private:
     template <size_t... k>
-    STROBE_INLINE Data at(int job, std::index_sequence<k...>) const {
+    STROBE_FORCE_INLINE Data at(int job, std::index_sequence<k...>) const {
         return {row[k][job]...};
     }
 };
@@ -97,8 +97,8 @@ class LobeMaterial : public Material {
                 pdf[i] = v.pdf;
         }
     }
-    void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const final {
-        alignas(64) float unwanted[kLanes];
+    void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const final {
+        alignas(64) float unwanted[kSoAWidth];
         evalLobes(DataRows<Data>(jobs), jobs, wi, f, pdf ? pdf : unwanted);
     }
     bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const final {
@@ -112,22 +112,20 @@ class LobeMaterial : public Material {
         out.eta = 1;
         return v.pdf > 0;
     }
-    void sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
-                     BsdfSampleLanes& out) const final {
-        alignas(64) int32_t drawn[kLanes];
+    void sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const final {
+        alignas(64) int32_t drawn[kSoAWidth];
         const DataRows<Data> rows(jobs);
         drawLobes(rows, jobs, uc, u, out.wi, drawn);
         evalLobes(rows, jobs, out.wi, out.weight, out.pdf);
         finishSamples(jobs, drawn, out);
     }
-    void drawLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
-                   BsdfSampleLanes& out) const final {
-        alignas(64) int32_t drawn[kLanes];
+    void drawSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const final {
+        alignas(64) int32_t drawn[kSoAWidth];
         drawLobes(DataRows<Data>(jobs), jobs, uc, u, out.wi, drawn);
         finishDirections(jobs, drawn, out);
     }
     float maxPdf(const Bsdf& bsdf, const V3f& wo) const final { return bsdf.as<Data>().maxPdf(wo); }
-    void maxPdfLanes(const BsdfLanes& jobs, float* out) const final {
+    void maxPdfSoA(const BsdfSoA& jobs, float* out) const final {
         boundPdfs(DataRows<Data>(jobs), jobs, out);
     }
     bool isSmooth() const final { return true; }

@@ -17,8 +17,8 @@ struct Data {
 };
 /// The data of the points of jobs; `same`: they are the same at all points of the material.
 template <bool kSame>
-struct DataLanes {
-    const BsdfLanes& jobs;
+struct DataSoA {
+    const BsdfSoA& jobs;
     const Data first = of(jobs.point[jobs.begin]);
 
     Data of(int32_t point) const {
@@ -43,9 +43,9 @@ inline V3f draw(const V3f& wo, const V2f& u) {
 }
 
 template <bool kSame>
-inline void evalAll(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f) {
-    const DataLanes<kSame> lanes{jobs};
-    STROBE_INDEPENDENT
+inline void evalAll(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
+    const DataSoA<kSame> lanes{jobs};
+    STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i) {
         const Data data = lanes.at(i);
         const float shade = brightness(data, jobs.wo.at(i), wi.at(i)) * std::abs(wi.z[i]);
@@ -54,9 +54,9 @@ inline void evalAll(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f) {
 }
 
 template <bool kSame>
-inline void sampleAll(const BsdfLanes& jobs, const V2Lanes& u, BsdfSampleLanes& out) {
-    const DataLanes<kSame> lanes{jobs};
-    STROBE_INDEPENDENT
+inline void sampleAll(const BsdfSoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
+    const DataSoA<kSame> lanes{jobs};
+    STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i) {
         const Data data = lanes.at(i);
         const V3f wo = jobs.wo.at(i), wi = draw(wo, u.at(i));
@@ -68,15 +68,15 @@ inline void sampleAll(const BsdfLanes& jobs, const V2Lanes& u, BsdfSampleLanes& 
     }
 }
 
-STROBE_LANES void evalMatte(bool same, const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f) {
+STROBE_TARGET_CLONES void evalMatte(bool same, const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
     same ? evalAll<true>(jobs, wi, f) : evalAll<false>(jobs, wi, f);
 }
-STROBE_LANES void pdfsOfMatte(const BsdfLanes& jobs, const V3Lanes& wi, float* pdf) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void pdfsOfMatte(const BsdfSoA& jobs, const V3SoA& wi, float* pdf) {
+    STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i)
         pdf[i] = pdfOf(jobs.wo.at(i), wi.at(i));
 }
-STROBE_LANES void sampleMatte(bool same, const BsdfLanes& jobs, const V2Lanes& u, BsdfSampleLanes& out) {
+STROBE_TARGET_CLONES void sampleMatte(bool same, const BsdfSoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
     same ? sampleAll<true>(jobs, u, out) : sampleAll<false>(jobs, u, out);
 }
 
@@ -85,9 +85,9 @@ class Matte : public Material {
     Matte(RgbInput kd, FloatInput sigma) : m_kd(std::move(kd)), m_sigma(std::move(sigma)) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override { fill(m_kd.at(q), m_sigma.at(q), bsdf); }
-    void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const override {
-        RgbLanes kd;
-        m_kd.atLanes(q, begin, end, kd);
+    void prepareSoA(const TextureQuerySoA& q, int begin, int end, Bsdf* bsdf) const override {
+        RgbSoA kd;
+        m_kd.atSoA(q, begin, end, kd);
         for (int i = begin; i < end; ++i)
             fill(kd.at(i), m_sigma.texture ? m_sigma.at(q.at(i)) : m_sigma.constant, bsdf[i]);
     }
@@ -100,7 +100,7 @@ class Matte : public Material {
                 pdf[i] = pdfOf(wo, wi[i]);
         }
     }
-    void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const override {
+    void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
         evalMatte(isSame(), jobs, wi, f);
         if (pdf)
             pdfsOfMatte(jobs, wi, pdf);
@@ -115,8 +115,7 @@ class Matte : public Material {
         out.eta = 1;
         return out.pdf > 0;
     }
-    void sampleLanes(const BsdfLanes& jobs, const float*, const V2Lanes& u,
-                     BsdfSampleLanes& out) const override {
+    void sampleSoA(const BsdfSoA& jobs, const float*, const V2SoA& u, BsdfSampleSoA& out) const override {
         sampleMatte(isSame(), jobs, u, out);
         for (int i = jobs.begin; i < jobs.end; ++i) {
             out.drawn[i] = out.pdf[i] > 0;
@@ -126,7 +125,7 @@ class Matte : public Material {
     bool picksLobe() const override { return false; }
 
     float maxPdf(const Bsdf&, const V3f&) const override { return kInvPi; }
-    void maxPdfLanes(const BsdfLanes& jobs, float* out) const override {
+    void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, kInvPi);
     }
     bool isSmooth() const override { return true; }

@@ -17,16 +17,16 @@ const ParamDef<FilePath> kFilename{"filename", {}, ".brdf text (pbrt-v2) or MERL
 struct Scattered {
     IrregularBrdf brdf;
     Rgb operator()(const V3f& wo, const V3f& wi) const { return brdf.eval(IrregularBrdf::keyOf(wo, wi)); }
-    void lanes(const BsdfLanes& jobs, const V3Lanes& wi, const int32_t* wanted, RgbLanes& out) const {
-        V3Lanes keys;
-        IrregularBrdf::keyLanes(jobs.wo, wi, jobs.begin, jobs.end, keys);
-        brdf.evalLanes(keys, wanted, jobs.begin, jobs.end, out);
+    void lanes(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* wanted, RgbSoA& out) const {
+        V3SoA keys;
+        IrregularBrdf::keySoA(jobs.wo, wi, jobs.begin, jobs.end, keys);
+        brdf.evalSoA(keys, wanted, jobs.begin, jobs.end, out);
     }
 };
 struct Regular {
     MerlBrdf brdf;
     Rgb operator()(const V3f& wo, const V3f& wi) const { return brdf.eval(wo, wi); }
-    void lanes(const BsdfLanes& jobs, const V3Lanes& wi, const int32_t* wanted, RgbLanes& out) const {
+    void lanes(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* wanted, RgbSoA& out) const {
         for (int i = jobs.begin; i < jobs.end; ++i)
             out.set(i, !wanted || wanted[i] ? brdf.eval(jobs.wo.at(i), wi.at(i)) : Rgb(0));
     }
@@ -38,13 +38,13 @@ struct Mixture {
     float side;  ///< the sign of wi.z
     GgxReflection lobe;
 
-    STROBE_INLINE Mixture(const GlossFit::Lobe& fit, const V3f& wo)
+    STROBE_FORCE_INLINE Mixture(const GlossFit::Lobe& fit, const V3f& wo)
         : share(fit.share), side(wo.z < 0 ? -1.f : 1.f), lobe(wo, fit.alpha) {}
-    STROBE_INLINE float pdf(const V3f& wo, const V3f& wi) const {
+    STROBE_FORCE_INLINE float pdf(const V3f& wo, const V3f& wi) const {
         const float cosI = side * wi.z;
         return cosI > 0 ? lerp(cosineHemispherePdf(cosI), lobe.pdf(wo, wi), share) : 0;
     }
-    STROBE_INLINE int32_t draw(const V3f& wo, float uc, const V2f& u, V3f& wi) const {
+    STROBE_FORCE_INLINE int32_t draw(const V3f& wo, float uc, const V2f& u, V3f& wi) const {
         V3f glossy;
         const int32_t above = lobe.draw(wo, u, glossy);
         const bool isGloss = uc < share;
@@ -56,32 +56,33 @@ struct Mixture {
     }
 };
 
-struct MixtureLanes {
+struct MixtureSoA {
     const GlossFit& fit;
-    const V3Lanes& wo;
-    STROBE_INLINE Mixture at(int job) const { return {fit.at(wo.z[job]), wo.at(job)}; }
+    const V3SoA& wo;
+    STROBE_FORCE_INLINE Mixture at(int job) const { return {fit.at(wo.z[job]), wo.at(job)}; }
 };
 
-STROBE_LANES void pdfsOfMixtures(const MixtureLanes& lobes, int begin, int end, const V3Lanes& wi,
-                                 float* pdf) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void pdfsOfMixtures(const MixtureSoA& lobes, int begin, int end, const V3SoA& wi,
+                                         float* pdf) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i)
         pdf[i] = lobes.at(i).pdf(lobes.wo.at(i), wi.at(i));
 }
 
-STROBE_INLINE float boundPdf(const GlossFit& fit, const V3f& wo) {
+STROBE_FORCE_INLINE float boundPdf(const GlossFit& fit, const V3f& wo) {
     const GlossFit::Lobe lobe = fit.at(wo.z);
     return lerp(kInvPi, GgxReflection::maxPdf(wo, lobe.alpha), lobe.share);
 }
-STROBE_LANES void boundsOfMixtures(const GlossFit& fit, const V3Lanes& wo, int begin, int end, float* out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void boundsOfMixtures(const GlossFit& fit, const V3SoA& wo, int begin, int end,
+                                           float* out) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i)
         out[i] = boundPdf(fit, wo.at(i));
 }
 
 /// Negative values count as zero; times the cosine.
-STROBE_LANES void shadeValues(int begin, int end, const V3Lanes& wi, RgbLanes& f) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void shadeValues(int begin, int end, const V3SoA& wi, RgbSoA& f) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const float cosine = std::abs(wi.z[i]);
         f.r[i] = std::max(f.r[i], 0.f) * cosine;
@@ -110,8 +111,8 @@ class Measured : public Material {
         for (int i = 0; i < n; ++i)
             pdf[i] = mixture.pdf(wo, wi[i]);
     }
-    void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const override {
-        valueLanes(jobs, wi, jobs.wanted, f);
+    void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
+        valueSoA(jobs, wi, jobs.wanted, f);
         if (pdf)
             pdfsOfMixtures({m_fit, jobs.wo}, jobs.begin, jobs.end, wi, pdf);
     }
@@ -127,29 +128,27 @@ class Measured : public Material {
         out.eta = 1;
         return true;
     }
-    void sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
-                     BsdfSampleLanes& out) const override {
-        alignas(64) int32_t drawn[kLanes];
-        drawLobes(MixtureLanes{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
+    void sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const override {
+        alignas(64) int32_t drawn[kSoAWidth];
+        drawLobes(MixtureSoA{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
         pdfsOfMixtures({m_fit, jobs.wo}, jobs.begin, jobs.end, out.wi, out.pdf);
-        valueLanes(jobs, out.wi, drawn, out.weight);
+        valueSoA(jobs, out.wi, drawn, out.weight);
         finishSamples(jobs, drawn, out);
     }
-    void drawLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
-                   BsdfSampleLanes& out) const override {
-        alignas(64) int32_t drawn[kLanes];
-        drawLobes(MixtureLanes{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
+    void drawSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const override {
+        alignas(64) int32_t drawn[kSoAWidth];
+        drawLobes(MixtureSoA{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
         finishDirections(jobs, drawn, out);
     }
     float maxPdf(const Bsdf&, const V3f& wo) const override { return boundPdf(m_fit, wo); }
-    void maxPdfLanes(const BsdfLanes& jobs, float* out) const override {
+    void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
         boundsOfMixtures(m_fit, jobs.wo, jobs.begin, jobs.end, out);
     }
     bool isSmooth() const override { return true; }
 
   private:
     Rgb value(const V3f& wo, const V3f& wi) const { return nonNegative(m_table(wo, wi)) * std::abs(wi.z); }
-    void valueLanes(const BsdfLanes& jobs, const V3Lanes& wi, const int32_t* wanted, RgbLanes& f) const {
+    void valueSoA(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* wanted, RgbSoA& f) const {
         m_table.lanes(jobs, wi, wanted, f);
         shadeValues(jobs.begin, jobs.end, wi, f);
     }

@@ -19,16 +19,16 @@ const ParamDef<FloatInput> kRoughness{"roughness", .01f, "the Blinn exponent is 
 struct Data {
     float etaR, etaG, etaB, kR, kG, kB, exponent;
 
-    STROBE_INLINE LobeValue eval(const V3f& wo, const V3f& wi) const {
+    STROBE_FORCE_INLINE LobeValue eval(const V3f& wo, const V3f& wi) const {
         const MicrofacetTerm term = evalBlinn(exponent, wo, wi);
         return {fresnelConductor(term.cosHalf, etaR, kR) * term.shape,
                 fresnelConductor(term.cosHalf, etaG, kG) * term.shape,
                 fresnelConductor(term.cosHalf, etaB, kB) * term.shape, term.pdf};
     }
-    STROBE_INLINE int32_t draw(const V3f& wo, float, const V2f& u, V3f& wi) const {
+    STROBE_FORCE_INLINE int32_t draw(const V3f& wo, float, const V2f& u, V3f& wi) const {
         return drawBlinn(exponent, wo, u, wi);
     }
-    STROBE_INLINE float maxPdf(const V3f& wo) const { return maxBlinnPdf(exponent, wo); }
+    STROBE_FORCE_INLINE float maxPdf(const V3f& wo) const { return maxBlinnPdf(exponent, wo); }
 };
 
 class Metal : public LobeMaterial<Data> {

@@ -21,7 +21,7 @@ const ParamDef<RgbInput> kNormalMap{"normalmap", Rgb(.5f, .5f, 1), "texture of t
 const ParamDef<float> kNormalScale{"normalscale", 1.f, "factor of how far they lean"};
 
 /// Lobes with a smaller alpha are exact mirrors: no float density follows them, and no pixel tells.
-constexpr float kLeastAlpha = 1e-3f;
+constexpr float kMinAlpha = 1e-3f;
 
 struct Data {
     PlainRgb diffuse;      ///< albedo / π
@@ -37,7 +37,7 @@ float clamp01(float x) { return std::clamp(x, 0.f, 1.f); } // NaN stays NaN: it 
 Rgb clamp01(const Rgb& c) { return {clamp01(c.x), clamp01(c.y), clamp01(c.z)}; }
 float alphaOf(float roughness) {
     const float alpha = sqr(clamp01(roughness));
-    return alpha < kLeastAlpha ? 0 : alpha;
+    return alpha < kMinAlpha ? 0 : alpha;
 }
 
 /// Schlick's factor of the way from f0 to f90.
@@ -92,7 +92,7 @@ struct View {
     View(const Data& d, const V3f& w)
         : data(d), wo(w), shares(d, w), gloss(w, ggx(d.alpha)), coat(w, ggx(d.coatAlpha)) {}
     static GgxAlpha ggx(float alpha) {
-        const float a = std::max(alpha, kLeastAlpha); // of a mirror it is not used
+        const float a = std::max(alpha, kMinAlpha); // of a mirror it is not used
         return {a, a};
     }
 
@@ -144,11 +144,11 @@ class MetallicRoughness : public Material {
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
         fill(q, m_in.baseColor.at(q), m_in.packed ? m_in.packed->rgb(q) : Rgb(1), bsdf);
     }
-    void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const override {
-        RgbLanes base, packed;
-        m_in.baseColor.atLanes(q, begin, end, base);
+    void prepareSoA(const TextureQuerySoA& q, int begin, int end, Bsdf* bsdf) const override {
+        RgbSoA base, packed;
+        m_in.baseColor.atSoA(q, begin, end, base);
         if (m_in.packed)
-            m_in.packed->rgbLanes(q, begin, end, packed);
+            m_in.packed->rgbSoA(q, begin, end, packed);
         for (int i = begin; i < end; ++i)
             fill(q.at(i), base.at(i), m_in.packed ? packed.at(i) : Rgb(1), bsdf[i]);
     }

@@ -18,9 +18,9 @@ class Mirror : public Material {
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
         bsdf.as<Data>().kr = nonNegative(m_kr.at(q));
     }
-    void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const override {
+    void prepareSoA(const TextureQuerySoA& q, int begin, int end, Bsdf* bsdf) const override {
         if (m_kr.texture)
-            return Material::prepareLanes(q, begin, end, bsdf);
+            return Material::prepareSoA(q, begin, end, bsdf);
         const PlainRgb kr = nonNegative(m_kr.constant);
         for (int i = begin; i < end; ++i)
             bsdf[i].as<Data>().kr = kr;
@@ -34,8 +34,7 @@ class Mirror : public Material {
         out = {V3f(-wo.x, -wo.y, wo.z), bsdf.as<Data>().kr, 0, true, false, 1};
         return !isBlack(out.weight);
     }
-    void sampleLanes(const BsdfLanes& jobs, const float*, const V2Lanes&,
-                     BsdfSampleLanes& out) const override {
+    void sampleSoA(const BsdfSoA& jobs, const float*, const V2SoA&, BsdfSampleSoA& out) const override {
         for (int i = jobs.begin; i < jobs.end; ++i) {
             const PlainRgb& kr = jobs.bsdf[jobs.point[i]].as<Data>().kr;
             out.wi.x[i] = -jobs.wo.x[i], out.wi.y[i] = -jobs.wo.y[i], out.wi.z[i] = jobs.wo.z[i];
@@ -47,7 +46,7 @@ class Mirror : public Material {
         std::fill(out.transmits + jobs.begin, out.transmits + jobs.end, false);
     }
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
-    void maxPdfLanes(const BsdfLanes& jobs, float* out) const override {
+    void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, 0.f);
     }
     bool picksLobe() const override { return false; }

@@ -26,7 +26,7 @@ struct Data {
 
     /// The probability of drawing from the gloss: its rough share of the albedo at wo. The Fresnel step at
     /// sinθ = 1/1.5 is smeared by the width of the lobe.
-    STROBE_INLINE float glossProbability(const V3f& wo) const {
+    STROBE_FORCE_INLINE float glossProbability(const V3f& wo) const {
         const float sinO = safeSqrt(1 - wo.z * wo.z);
         const float smear =
             std::min(std::max((sinO - 1 / 1.5f) * std::sqrt(exponent + 1) / 2 + .5f, 0.f), 1.f);
@@ -35,14 +35,14 @@ struct Data {
         const float only = gloss > 0 ? 1.f : 0.f;
         return gloss > 0 && diffuse > 0 ? share : only;
     }
-    STROBE_INLINE LobeValue eval(const V3f& wo, const V3f& wi) const {
+    STROBE_FORCE_INLINE LobeValue eval(const V3f& wo, const V3f& wi) const {
         const MicrofacetTerm term = evalBlinn(exponent, wo, wi);
         const float cosine = std::abs(wi.z), glossy = term.shape * quirkyFresnel(term.cosHalf);
         const float diffusePdf = wo.z * wi.z > 0 ? cosine * kInvPi : 0.f;
         return {r * cosine + kr * glossy, g * cosine + kg * glossy, b * cosine + kb * glossy,
                 lerp(diffusePdf, term.pdf, glossProbability(wo))};
     }
-    STROBE_INLINE int32_t draw(const V3f& wo, float uc, const V2f& u, V3f& wi) const {
+    STROBE_FORCE_INLINE int32_t draw(const V3f& wo, float uc, const V2f& u, V3f& wi) const {
         V3f glossy;
         const int32_t above = drawBlinn(exponent, wo, u, glossy);
         const bool isGloss = uc < glossProbability(wo);
@@ -53,7 +53,7 @@ struct Data {
         wi.z = isGloss ? glossy.z : z;
         return isGloss ? above : 1;
     }
-    STROBE_INLINE float maxPdf(const V3f& wo) const {
+    STROBE_FORCE_INLINE float maxPdf(const V3f& wo) const {
         const float probability = glossProbability(wo), bound = maxBlinnPdf(exponent, wo);
         return (1 - probability) * kInvPi + (probability > 0 ? probability * bound : 0);
     }
@@ -67,9 +67,9 @@ class Plastic : public LobeMaterial<Data> {
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
         fill(m_kd.at(q), m_ks.at(q), blinnExponent(m_roughness.at(q)), bsdf);
     }
-    void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const override {
-        RgbLanes kd, ks;
-        m_kd.atLanes(q, begin, end, kd), m_ks.atLanes(q, begin, end, ks);
+    void prepareSoA(const TextureQuerySoA& q, int begin, int end, Bsdf* bsdf) const override {
+        RgbSoA kd, ks;
+        m_kd.atSoA(q, begin, end, kd), m_ks.atSoA(q, begin, end, ks);
         float exponent = blinnExponent(m_roughness.constant);
         for (int i = begin; i < end; ++i) {
             if (m_roughness.texture)

@@ -72,13 +72,13 @@ inline V2f point(uint32_t member, const Seeds& s) {
     return {toFloat(scrambleReversed(index, s.x)), toFloat(scrambleReversed(secondFromFirst(index), s.y))};
 }
 
-STROBE_LANES void fillNumbers(uint32_t first, uint32_t n, Seeds seeds, float* out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void fillNumbers(uint32_t first, uint32_t n, Seeds seeds, float* out) {
+    STROBE_IVDEP
     for (uint32_t i = 0; i < n; ++i)
         out[i] = number(first + i, seeds);
 }
-STROBE_LANES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, float* x, float* y) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, float* x, float* y) {
+    STROBE_IVDEP
     for (uint32_t i = 0; i < n; ++i) {
         const V2f p = point(first + i, seeds);
         x[i] = p.x, y[i] = p.y;
@@ -86,12 +86,13 @@ STROBE_LANES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, float* x, 
 }
 
 /// Members of ranges, side by side.
-struct MemberLanes {
+struct MemberSoA {
     static constexpr int kFour = 4; ///< written together: faster, but up to so many too many
-    alignas(64) uint32_t member[kLanes + kFour], order[kLanes + kFour], x[kLanes + kFour], y[kLanes + kFour];
+    alignas(64) uint32_t member[kSoAWidth + kFour], order[kSoAWidth + kFour], x[kSoAWidth + kFour],
+        y[kSoAWidth + kFour];
     int n = 0;
 
-    MemberLanes(std::span<const SampleRange> ranges, uint64_t dimension) {
+    MemberSoA(std::span<const SampleRange> ranges, uint64_t dimension) {
         uint64_t domain = ranges.front().domain;
         Seeds s = seedsOf(domain, dimension);
         for (const SampleRange& range : ranges) {
@@ -111,13 +112,13 @@ struct MemberLanes {
         }
     }
 };
-STROBE_LANES void fillNumbers(const MemberLanes& m, float* out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void fillNumbers(const MemberSoA& m, float* out) {
+    STROBE_IVDEP
     for (int i = 0; i < m.n; ++i)
         out[i] = number(m.member[i], {m.order[i], m.x[i], m.y[i]});
 }
-STROBE_LANES void fillPoints(const MemberLanes& m, V2Lanes& out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void fillPoints(const MemberSoA& m, V2SoA& out) {
+    STROBE_IVDEP
     for (int i = 0; i < m.n; ++i) {
         const V2f p = point(m.member[i], {m.order[i], m.x[i], m.y[i]});
         out.x[i] = p.x, out.y[i] = p.y;
@@ -140,16 +141,16 @@ class SobolSampler final : public Sampler {
     void fill1D(std::span<const SampleRange> ranges, uint32_t dim, float* out) const override {
         const uint64_t dimension = hashedDimension(dim, 1);
         if (areShort(ranges))
-            return fillNumbers(MemberLanes(ranges, dimension), out);
+            return fillNumbers(MemberSoA(ranges, dimension), out);
         for (const SampleRange& range : ranges) {
             fillNumbers(range.first, range.n, seedsOf(range.domain, dimension), out);
             out += range.n;
         }
     }
-    void fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2Lanes& out) const override {
+    void fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2SoA& out) const override {
         const uint64_t dimension = hashedDimension(dim, 2);
         if (areShort(ranges))
-            return fillPoints(MemberLanes(ranges, dimension), out);
+            return fillPoints(MemberSoA(ranges, dimension), out);
         uint32_t lane = 0;
         for (const SampleRange& range : ranges) {
             fillPoints(range.first, range.n, seedsOf(range.domain, dimension), out.x + lane, out.y + lane);

@@ -16,9 +16,9 @@ AovFilms::AovFilms(const Options& options, const BuiltScene& built, spdlog::logg
         m_lights = std::make_unique<LightFilm>(built.window, options.lights, built.lightGroups);
     if (options.features.empty())
         return;
-    m_features = std::make_unique<FeatureFilm>(
+    m_features = std::make_unique<AovFilm>(
         *built.scene, *built.sampler.sampler, built.window,
-        FeatureSettings{options.features, built.materialMattes, options.cryptoLevels});
+        FeatureSettings{options.features, built.cryptomatteMaterialNames, options.cryptoLevels});
     for (const std::string& warning : m_features->warnings())
         log.warn("{}", warning);
 }
@@ -28,9 +28,9 @@ DevelopedAovs AovFilms::develop() const {
     if (m_features)
         aovs.values = m_features->channels();
     if (m_lights)
-        for (LayerChannel& channel : m_lights->channels())
+        for (AovChannel& channel : m_lights->channels())
             aovs.values.push_back(std::move(channel));
-    for (const LayerChannel& channel : aovs.values) {
+    for (const AovChannel& channel : aovs.values) {
         if (aovs.parts.empty() || aovs.parts.back().name != channel.layer)
             aovs.parts.push_back({channel.layer, {}});
         aovs.parts.back().channels.push_back(

@@ -11,7 +11,7 @@ namespace strobe {
 
 /// Parts of a file, and the values that they refer to.
 struct DevelopedAovs {
-    std::vector<LayerChannel> values;
+    std::vector<AovChannel> values;
     std::vector<Part> parts;
     Metadata metadata; ///< what the whole file must say of them
 };
@@ -29,7 +29,7 @@ class AovFilms {
     DevelopedAovs develop() const;
 
   private:
-    std::unique_ptr<FeatureFilm> m_features; ///< null: none are asked for; likewise:
+    std::unique_ptr<AovFilm> m_features; ///< null: none are asked for; likewise:
     std::unique_ptr<LightFilm> m_lights;
 };
 

@@ -17,7 +17,7 @@ SampleSlice samplesOf(const Options& options, const BuiltScene& built) {
 /// The pixels that have all samples, as rectangles: runs of rows, those that repeat in one.
 std::vector<SampleBox> fullBoxes(const Film& film, const SampleSlice& samples) {
     std::vector<SampleBox> boxes;
-    const Window& w = film.window();
+    const PixelBounds& w = film.window();
     std::vector<size_t> above; // boxes that reach down to the row before
     for (int y = w.y0; y < w.y1; ++y) {
         std::vector<size_t> open;
@@ -63,7 +63,7 @@ RenderPart partOf(const Film& film, const Options& options, const BuiltScene& bu
 
 Checkpoint::Checkpoint(const Options& options, const BuiltScene& built)
     : m_options(options), m_built(built), m_file(fileOf(options)) {
-    if (built.integrator->dependence() == Dependence::Render)
+    if (built.integrator->dependence() == SampleDependence::Render)
         throw Error(
             "--checkpoint: this integrator's samples depend on the course of the render, which cannot be "
             "taken up again",
@@ -80,7 +80,7 @@ bool Checkpoint::resume(Film& film) const {
     RenderPart expected = partOf(film, m_options, m_built);
     expected.boxes.clear();
     const SampleSlice samples = samplesOf(m_options, m_built);
-    const Window &w = part.window, &own = film.window();
+    const PixelBounds &w = part.window, &own = film.window();
     for (const SampleBox& box : part.boxes)
         if (box.samples != samples)
             throw Error(fmt::format("{}: it has samples {}:{}, not {}:{}", m_file.string(), box.samples.first,
@@ -97,7 +97,7 @@ bool Checkpoint::resume(Film& film) const {
     return true;
 }
 
-void Checkpoint::save(const Film& film, Rescue& rescue) const {
+void Checkpoint::save(const Film& film, FallbackWriter& rescue) const {
     const RenderPart part = partOf(film, m_options, m_built);
     if (!part.boxes.empty()) // else there is nothing to lose
         rescue.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part); });

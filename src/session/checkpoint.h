@@ -20,7 +20,7 @@ class Checkpoint {
     /// of another render.
     bool resume(Film& film) const;
     /// Where it belongs, or where `rescue` finds room.
-    void save(const Film& film, Rescue& rescue) const;
+    void save(const Film& film, FallbackWriter& rescue) const;
     /// When the picture is written.
     static void remove(const Options& options);
 

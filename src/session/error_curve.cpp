@@ -8,7 +8,7 @@ namespace strobe {
 
 namespace {
 
-Image cropped(const Image& frame, const Window& window) {
+Image cropped(const Image& frame, const PixelBounds& window) {
     Image out{window.width(), window.height(), {}};
     for (int y = window.y0; y < window.y1; ++y)
         for (int x = window.x0; x < window.x1; ++x)
@@ -19,8 +19,8 @@ Image cropped(const Image& frame, const Window& window) {
 } // namespace
 
 ErrorCurve::ErrorCurve(const std::filesystem::path& reference, const Film& film)
-    : m_reference(readImage(reference, {}, Transfer{Transfer::Srgb})) {
-    const Window& w = film.window();
+    : m_reference(readImage(reference, {}, ColorEncoding{ColorEncoding::Srgb})) {
+    const PixelBounds& w = film.window();
     if (m_reference.width == w.width() && m_reference.height == w.height())
         return;
     if (m_reference.width != film.fullWidth() || m_reference.height != film.fullHeight())

@@ -30,7 +30,7 @@ std::vector<fs::path> places() {
 
 } // namespace
 
-bool Rescue::write(const fs::path& file, const Write& write) {
+bool FallbackWriter::write(const fs::path& file, const Write& write) {
     try {
         write(file);
         return true;
@@ -46,7 +46,7 @@ bool Rescue::write(const fs::path& file, const Write& write) {
     }
 }
 
-bool Rescue::writeElsewhere(const fs::path& file, const Write& write) {
+bool FallbackWriter::writeElsewhere(const fs::path& file, const Write& write) {
     std::vector<fs::path> parents = places();
     for (size_t i = 0; i < parents.size(); ++i) {
         const fs::path folder = i == 0 && !m_folder.empty() ? m_folder : newFolderIn(parents[i]);

@@ -11,11 +11,11 @@
 namespace strobe {
 
 /// Writes files; safe to use from several threads.
-class Rescue {
+class FallbackWriter {
   public:
-    explicit Rescue(spdlog::logger& log) : m_log(log) {}
-    Rescue(const Rescue&) = delete;
-    Rescue& operator=(const Rescue&) = delete;
+    explicit FallbackWriter(spdlog::logger& log) : m_log(log) {}
+    FallbackWriter(const FallbackWriter&) = delete;
+    FallbackWriter& operator=(const FallbackWriter&) = delete;
 
     using Write = std::function<void(const std::filesystem::path& file)>;
     /// Calls write(file). If that throws an Error of kind Output, says so and tries the same name in a new

@@ -12,16 +12,16 @@ namespace {
 
 Film filmOf(const RenderPart& part) {
     Film film(part.fullWidth, part.fullHeight, part.window);
-    const Window& w = part.window;
+    const PixelBounds& w = part.window;
     for (int y = w.y0; y < w.y1; ++y)
         for (int x = w.x0; x < w.x1; ++x)
             film.add(x, y, part.sums[size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0)]);
     return film;
 }
 
-uint64_t badSamplesOf(const RenderPart& part) {
+uint64_t invalidSamplesOf(const RenderPart& part) {
     uint64_t bad = 0;
-    for (const PixelSum& sum : part.sums)
+    for (const PixelAccumulator& sum : part.sums)
         bad += sum.bad();
     return bad;
 }
@@ -32,7 +32,7 @@ Metadata metadataOf(const RenderPart& part, uint64_t missing) {
         m.emplace_back("strobe:" + name, value);
     m.emplace_back("Software", "strobe " STROBE_VERSION);
     m.emplace_back("strobe:samplesPerPixel", part.samplesPerPixel);
-    m.emplace_back("strobe:badSamples", std::to_string(badSamplesOf(part)));
+    m.emplace_back("strobe:invalidSamples", std::to_string(invalidSamplesOf(part)));
     if (missing > 0)
         m.emplace_back("strobe:unfinished", 1);
     return m;
@@ -42,7 +42,7 @@ Metadata metadataOf(const RenderPart& part, uint64_t missing) {
 /// picture's size is said, where there is one.
 uint64_t warnOfMissing(const RenderPart& whole, const std::vector<std::filesystem::path>& outputs,
                        spdlog::logger& log) {
-    const Window& w = whole.window;
+    const PixelBounds& w = whole.window;
     const uint64_t missing = missingSamples(whole);
     if (missing > 0)
         log.warn("{} samples of the pixels from {},{} to {},{} are missing", missing, w.x0, w.y0, w.x1 - 1,
@@ -96,11 +96,11 @@ int merge(const MergeOptions& options, spdlog::logger& log) {
             writePicture(output, whole, metadataOf(whole, missing), options.picture, settings, log);
         log.info("wrote {}", output.string());
     }
-    const uint64_t bad = badSamplesOf(whole);
+    const uint64_t bad = invalidSamplesOf(whole);
     if (bad > 0)
         log.log(options.strict ? spdlog::level::err : spdlog::level::warn,
                 "{} samples were NaN, infinite or beyond 2.8e14 and are left out", bad);
-    return options.strict && bad > 0 ? kBadSamples : kOk;
+    return options.strict && bad > 0 ? kInvalidSamples : kOk;
 }
 
 } // namespace strobe

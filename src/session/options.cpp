@@ -24,13 +24,13 @@ std::string aovNames() {
 }
 
 V2i parseResolution(const std::string& text) {
-    constexpr int kMost = 1 << 16;
+    constexpr int kMax = 1 << 16;
     long long x = 0, y = 0;
     char rest = 0;
     if (std::sscanf(text.c_str(), "%lldx%lld%c", &x, &y, &rest) != 2 || std::min(x, y) < 1 ||
-        std::max(x, y) > kMost)
+        std::max(x, y) > kMax)
         throw CLI::ValidationError("--resolution",
-                                   "takes WxH, two integers from 1 to " + std::to_string(kMost));
+                                   "takes WxH, two integers from 1 to " + std::to_string(kMax));
     return {int(x), int(y)};
 }
 

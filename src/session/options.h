@@ -35,9 +35,9 @@ struct Options {
     std::filesystem::path statsFile, heatmapFile, samplesFile;
     double timeLimit = 0, noiseTarget = 0, partial = 0, checkpoint = 0; ///< 0: none
     bool resume = false;
-    Guard::Settings guard; ///< what scenes may read and take
-    bool strict = false;   ///< samples that are no numbers are a failure
-    float clamp = 0;       ///< see RenderSettings::clamp
+    ResourcePolicy::Settings guard; ///< what scenes may read and take
+    bool strict = false;            ///< samples that are no numbers are a failure
+    float clamp = 0;                ///< see RenderSettings::clamp
     std::filesystem::path reference, curveFile;
     std::optional<SampleSlice> samples; ///< of each pixel; none: all
     uint64_t content = 0;               ///< contentHash of the scene, where parts are written
@@ -69,7 +69,7 @@ enum ExitCode {
     kOutputError = 3,
     kInternalError = 4,
     kInterrupted = 5,
-    kBadSamples = 6
+    kInvalidSamples = 6
 };
 
 /// Throws CLI::ValidationError unless the name is that of a file that can be written: .exr, .png or .part.

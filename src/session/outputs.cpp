@@ -71,7 +71,7 @@ void checkOutputs(const std::vector<fs::path>& files) {
 
 void checkOutputs(const Options& options) { checkOutputs(outputsOf(options)); }
 
-void checkNotRead(const Options& options, const Guard& guard) {
+void checkNotRead(const Options& options, const ResourcePolicy& guard) {
     for (const fs::path& file : outputsOf(options)) {
         if (guard.hasAdmitted(file))
             fail(file, "the scene reads it");

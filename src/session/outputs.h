@@ -18,7 +18,7 @@ void checkOutputs(const std::vector<std::filesystem::path>& files);
 void checkOutputs(const Options& options);
 /// Throws Error of kind Output where one of them is a file that the scene, by way of the guard, or
 /// --reference reads.
-void checkNotRead(const Options& options, const Guard& guard);
+void checkNotRead(const Options& options, const ResourcePolicy& guard);
 
 /// Warns of values that became the largest half float, if there are any.
 void warnOfClamped(const std::filesystem::path& output, size_t clamped, spdlog::logger& log);

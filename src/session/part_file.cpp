@@ -17,8 +17,8 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFirstLine = "strobe part 2\n";
-constexpr size_t kChecksum = 17;     ///< hexadecimal digits and a line end, after the header
-constexpr int kMostPixels = 1 << 16; ///< along a side
+constexpr size_t kChecksum = 17;    ///< hexadecimal digits and a line end, after the header
+constexpr int kMaxPixels = 1 << 16; ///< along a side
 
 [[noreturn]] void fail(const fs::path& file, const std::string& reason) {
     throw Error(file.string() + ": " + reason, ErrorKind::Usage);
@@ -34,36 +34,36 @@ std::string checksum(std::string_view bytes) {
     return fmt::format("{:016x}", h);
 }
 
-Json toJson(const Window& w) { return {w.x0, w.x1, w.y0, w.y1}; }
+Json toJson(const PixelBounds& w) { return {w.x0, w.x1, w.y0, w.y1}; }
 
 /// -1, which is sound nowhere, where there is anything else: the library would convert any number, even one
 /// that no int can hold.
 int integerFrom(const Json& j) {
-    constexpr uint64_t kMost = std::numeric_limits<int>::max();
-    return j.is_number_unsigned() && j.get<uint64_t>() <= kMost ? j.get<int>() : -1;
+    constexpr uint64_t kMax = std::numeric_limits<int>::max();
+    return j.is_number_unsigned() && j.get<uint64_t>() <= kMax ? j.get<int>() : -1;
 }
-Window windowFrom(const Json& j) {
+PixelBounds windowFrom(const Json& j) {
     return {integerFrom(j.at(0)), integerFrom(j.at(2)), integerFrom(j.at(1)), integerFrom(j.at(3))};
 }
 SampleSlice sliceFrom(const Json& j) {
     return {uint32_t(integerFrom(j.at(0))), uint32_t(integerFrom(j.at(1)))};
 }
 
-size_t pixelsOf(const Window& w) { return size_t(w.width()) * size_t(w.height()); }
+size_t pixelsOf(const PixelBounds& w) { return size_t(w.width()) * size_t(w.height()); }
 
-size_t indexIn(const Window& w, int x, int y) {
+size_t indexIn(const PixelBounds& w, int x, int y) {
     return size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0);
 }
 
-bool isInside(const Window& inner, const Window& outer) {
+bool isInside(const PixelBounds& inner, const PixelBounds& outer) {
     return inner.x0 >= outer.x0 && inner.y0 >= outer.y0 && inner.x1 <= outer.x1 && inner.y1 <= outer.y1 &&
            inner.x0 < inner.x1 && inner.y0 < inner.y1;
 }
 
 /// Nothing in it contradicts itself, or would take memory that the file does not.
 bool isSound(const RenderPart& part) {
-    if (part.fullWidth < 1 || part.fullHeight < 1 || part.fullWidth > kMostPixels ||
-        part.fullHeight > kMostPixels || part.samplesPerPixel < 1 || part.boxes.empty() ||
+    if (part.fullWidth < 1 || part.fullHeight < 1 || part.fullWidth > kMaxPixels ||
+        part.fullHeight > kMaxPixels || part.samplesPerPixel < 1 || part.boxes.empty() ||
         !isInside(part.window, {0, 0, part.fullWidth, part.fullHeight}))
         return false;
     return std::all_of(part.boxes.begin(), part.boxes.end(), [&](const SampleBox& box) {
@@ -91,7 +91,7 @@ bool overlap(const SampleBox& a, const SampleBox& b) {
 }
 
 void addSums(RenderPart& to, const RenderPart& from) {
-    const Window& w = from.window;
+    const PixelBounds& w = from.window;
     for (int y = w.y0; y < w.y1; ++y)
         for (int x = w.x0; x < w.x1; ++x)
             to.sums[indexIn(to.window, x, y)].add(from.sums[indexIn(w, x, y)]);
@@ -117,9 +117,9 @@ void checkKey(const RenderPart& part, const RenderPart& more, const fs::path& fi
 } // namespace
 
 void writePart(const fs::path& file, const RenderPart& part) {
-    std::string sums(part.sums.size() * PixelSum::kBytes, '\0');
+    std::string sums(part.sums.size() * PixelAccumulator::kBytes, '\0');
     for (size_t i = 0; i < part.sums.size(); ++i)
-        part.sums[i].store(&sums[i * PixelSum::kBytes]);
+        part.sums[i].store(&sums[i * PixelAccumulator::kBytes]);
     Json header;
     for (const auto& [name, value] : part.key)
         header["key"][name] = value;
@@ -157,13 +157,13 @@ RenderPart partFrom(std::string_view bytes, const fs::path& file) {
     if (end == std::string::npos || !isSound(part))
         fail(file, "it is damaged");
     const std::string_view sums = bytes.substr(end + 1);
-    if (sums.size() != pixelsOf(part.window) * PixelSum::kBytes)
+    if (sums.size() != pixelsOf(part.window) * PixelAccumulator::kBytes)
         fail(file, "it is cut short or too long");
     if (sum != checksum(bytes) + '\n')
         fail(file, "it is damaged");
     part.sums.resize(pixelsOf(part.window));
     for (size_t i = 0; i < part.sums.size(); ++i)
-        part.sums[i].load(&sums[i * PixelSum::kBytes]);
+        part.sums[i].load(&sums[i * PixelAccumulator::kBytes]);
     return part;
 }
 
@@ -178,7 +178,7 @@ void addPart(RenderPart& part, const RenderPart& more, const fs::path& file) {
                                  b.window.y1));
     if (!isInside(more.window, part.window)) {
         RenderPart grown = part;
-        Window& w = grown.window;
+        PixelBounds& w = grown.window;
         w = {std::min(w.x0, more.window.x0), std::min(w.y0, more.window.y0), std::max(w.x1, more.window.x1),
              std::max(w.y1, more.window.y1)};
         grown.sums.assign(pixelsOf(w), {});
@@ -191,7 +191,7 @@ void addPart(RenderPart& part, const RenderPart& more, const fs::path& file) {
 
 uint64_t missingSamples(const RenderPart& part) {
     uint64_t missing = 0;
-    for (const PixelSum& sum : part.sums)
+    for (const PixelAccumulator& sum : part.sums)
         missing += uint64_t(part.samplesPerPixel) -
                    std::min(uint64_t(part.samplesPerPixel), uint64_t(sum.good()) + sum.bad());
     return missing;

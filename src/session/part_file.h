@@ -13,7 +13,7 @@ namespace strobe {
 
 /// Which samples of which pixels.
 struct SampleBox {
-    Window window;
+    PixelBounds window;
     SampleSlice samples;
 };
 
@@ -22,8 +22,8 @@ struct RenderPart {
     std::vector<std::pair<std::string, std::string>> key;
     int fullWidth = 0, fullHeight = 0, samplesPerPixel = 0; ///< of the whole render
     std::vector<SampleBox> boxes;                           ///< what is here; no two overlap
-    Window window;                                          ///< around them
-    std::vector<PixelSum> sums;                             ///< row by row over the window
+    PixelBounds window;                                     ///< around them
+    std::vector<PixelAccumulator> sums;                     ///< row by row over the window
 };
 
 /// By its name.

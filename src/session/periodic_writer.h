@@ -11,9 +11,9 @@ namespace strobe {
 
 /// Calls `write` every `period` from a thread of its own, until it is destroyed (a call under way is
 /// awaited).
-class PartialWriter {
+class PeriodicWriter {
   public:
-    PartialWriter(std::chrono::duration<double> period, std::function<void()> write)
+    PeriodicWriter(std::chrono::duration<double> period, std::function<void()> write)
         : m_thread([this, period, write = std::move(write)] {
               std::unique_lock lock(m_mutex);
               while (!m_wake.wait_for(lock, period, [this] { return m_ends; })) {
@@ -22,7 +22,7 @@ class PartialWriter {
                   lock.lock();
               }
           }) {}
-    ~PartialWriter() {
+    ~PeriodicWriter() {
         {
             const std::lock_guard lock(m_mutex);
             m_ends = true;
@@ -30,8 +30,8 @@ class PartialWriter {
         m_wake.notify_all();
         m_thread.join();
     }
-    PartialWriter(const PartialWriter&) = delete;
-    PartialWriter& operator=(const PartialWriter&) = delete;
+    PeriodicWriter(const PeriodicWriter&) = delete;
+    PeriodicWriter& operator=(const PeriodicWriter&) = delete;
 
   private:
     std::mutex m_mutex;

@@ -36,7 +36,9 @@ class Picture {
         if (options.partial > 0 || options.display || m_checkpoint)
             m_live = std::make_shared<LiveFilm>(film);
         if (m_live)
-            m_settings.tileDone = [this](const Film& of, const Window& tile) { m_live->update(of, tile); };
+            m_settings.tileDone = [this](const Film& of, const PixelBounds& tile) {
+                m_live->update(of, tile);
+            };
         if (m_live && m_settings.resume)
             m_live->update(film, film.window());
         m_settings.progress = [this](double part) { m_progress.update(m_fraction(part)); };
@@ -48,7 +50,7 @@ class Picture {
             display.emplace(*m_options.display, imageName(m_options), m_live,
                             m_options.timeLimit > 0 ? 100ms : 2000ms,
                             [this](const std::string& text) { m_log.warn("{}", text); });
-        std::optional<PartialWriter> partial;
+        std::optional<PeriodicWriter> partial;
         if (m_options.partial > 0)
             partial.emplace(Seconds(m_options.partial), [this] { writePartial(); });
         const RenderStats stats = renderSafely();
@@ -76,7 +78,7 @@ class Picture {
             const auto save = [this] {
                 attempt("--checkpoint", [this] { m_checkpoint->save(m_live->film(), m_rescue); });
             };
-            const PartialWriter saver(Seconds(m_options.checkpoint), save);
+            const PeriodicWriter saver(Seconds(m_options.checkpoint), save);
             const OnSave onSave(*m_signals, save);
             try {
                 stats = render();
@@ -117,7 +119,7 @@ class Picture {
             if (m_options.noiseTarget > 0)
                 goal.noise = m_options.noiseTarget;
             const int most = m_options.build.samplesPerPixel > 0 ? m_settings.samplesPerPixel
-                                                                 : int(PixelSum::kMostSamples);
+                                                                 : int(PixelAccumulator::kMaxSamples);
             m_fraction = [this](double) { return std::max(m_reached, timeSpent()); };
             return renderPasses(*b.scene, *b.integrator, *b.shader, sampler, *b.filter, m_settings, goal,
                                 most, m_film, done);
@@ -224,7 +226,7 @@ class Picture {
     std::mutex m_mutex;
     RenderStats m_stats; ///< of the passes so far; under m_mutex
     std::optional<Checkpoint> m_checkpoint;
-    Rescue m_rescue{m_log}; ///< of checkpoints
+    FallbackWriter m_rescue{m_log}; ///< of checkpoints
     StopSignals* m_signals = nullptr;
     std::atomic<bool> m_warnedOfWriting{false};
 };

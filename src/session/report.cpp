@@ -37,7 +37,7 @@ Metadata renderMetadata(const BuiltScene& built, const Options& options, const R
     m.emplace_back("strobe:rays", std::to_string(stats.total.rays()));
     m.emplace_back("strobe:visibilitySamples", std::to_string(stats.total.visibilitySamples));
     m.emplace_back("strobe:shades", std::to_string(stats.total.shades));
-    m.emplace_back("strobe:badSamples", std::to_string(stats.total.badSamples));
+    m.emplace_back("strobe:invalidSamples", std::to_string(stats.total.invalidSamples));
     m.emplace_back("strobe:seconds:parse", float(seconds.parse));
     m.emplace_back("strobe:seconds:build", float(seconds.build));
     m.emplace_back("strobe:seconds:render", float(stats.seconds));
@@ -90,7 +90,7 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
         j["noise"] = *stats.noise;
     j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
     j["resolution"] = {built.resolution.x, built.resolution.y};
-    j["window"] = {built.window.x0, built.window.x1, built.window.y0, built.window.y1};
+    j["pixelBounds"] = {built.window.x0, built.window.x1, built.window.y0, built.window.y1};
     j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", stats.seconds}};
     j["threadSeconds"] = stagesOf(c);
     for (const Counters& thread : stats.threads)
@@ -106,17 +106,17 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
     j["shades"] = c.shades;
     j["directShades"] = c.directShades;
     j["shadesPerPixel"] = c.pixels ? double(c.shades) / double(c.pixels) : 0;
-    j["escaped"] = c.escaped;
+    j["missed"] = c.missed;
     j["surfaces"] = c.surfaces;
     j["footprints"] = c.footprints;
-    j["badSamples"] = c.badSamples;
+    j["invalidSamples"] = c.invalidSamples;
     j["clampedSamples"] = c.clampedSamples;
-    j["blocks"] = {{"lookups", c.blockLookups},
-                   {"hits", c.blockHits},
-                   {"hitRate", c.blockLookups ? double(c.blockHits) / double(c.blockLookups) : 0},
-                   {"duplicates", c.blockDuplicates},
-                   {"evictions", c.blockEvictions},
-                   {"cacheBytes", c.cacheBytes}};
+    j["cache"] = {{"lookups", c.cacheLookups},
+                  {"hits", c.cacheHits},
+                  {"hitRate", c.cacheLookups ? double(c.cacheHits) / double(c.cacheLookups) : 0},
+                  {"duplicates", c.cacheDuplicates},
+                  {"evictions", c.cacheEvictions},
+                  {"cacheBytes", c.cacheBytes}};
     j["shadeCost"] = costsOf(built, c);
     j["geometry"] = {{"triangles", t.triangles},
                      {"quadrics", t.quadrics},

@@ -8,7 +8,7 @@
 
 namespace strobe {
 
-void SampleTable::add(const SampleReport& r) {
+void SampleTable::add(const SampleRecord& r) {
     const Hit& hit = r.sample.hit;
     std::string row = fmt::format("{},{},{},{:.9g},{:.9g},{:.9g},", r.x, r.y, r.number, r.sample.film.x,
                                   r.sample.film.y, r.sample.ray.time);

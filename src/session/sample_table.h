@@ -14,7 +14,7 @@ namespace strobe {
 class SampleTable {
   public:
     /// From any thread.
-    void add(const SampleReport& report);
+    void add(const SampleRecord& report);
     /// CSV with a header, by row of pixels, column and sample: x, y, sample, film_x, film_y, time (shutter
     /// fraction), instance, geometry, primitive (empty where nothing was met), block (0: not shared), asked
     /// (shades made because of it), r, g, b. Throws Error of kind Output.

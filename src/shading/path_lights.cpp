@@ -11,13 +11,13 @@ void PathWorker::addDirect() {
     const auto& lights = m_scene.lights();
     if (lights.empty())
         return;
-    int32_t all[kLanes], one[kLanes];
+    int32_t all[kSoAWidth], one[kSoAWidth];
     int allCount = 0, oneCount = 0;
     for (int i = 0; i < m_v.count; ++i) {
         Path& path = m_paths[m_v.path[i]];
-        if (!m_v.isSmooth[i] || (path.part == LightPart::Indirect && m_bounce == 0))
+        if (!m_v.isSmooth[i] || (path.component == LightComponent::Indirect && m_bounce == 0))
             continue;
-        path.fromAllLights = m_settings.allLights && (path.reach == Reach::Eye || endsHere(path));
+        path.fromAllLights = m_settings.allLights && (path.stage == PathStage::Camera || endsHere(path));
         (path.fromAllLights ? all[allCount++] : one[oneCount++]) = i;
     }
     if (allCount > 0)
@@ -29,16 +29,16 @@ void PathWorker::addDirect() {
 
 /// Direct light of one light each, picked by power.
 void PathWorker::addPicked(const int32_t* vertices, int count) {
-    const LightPicker& picker = m_scene.lightPicker();
+    const LightSampler& picker = m_scene.lightSampler();
     if (m_scene.lights().size() == 1)
         return addLight(vertices, count, 0, 1, 1);
-    float u[kLanes];
-    int light[kLanes];
+    float u[kSoAWidth];
+    int light[kSoAWidth];
     m_sampler.fill1D(ranges(vertices, count), dimension(kDimPick), u);
     for (int i = 0; i < count; ++i)
         light[i] = picker.pick(u[i]);
     // Those that picked the same light, together.
-    int32_t same[kLanes];
+    int32_t same[kSoAWidth];
     for (int i = 0; i < count; ++i) {
         const int wanted = light[i];
         if (wanted < 0)
@@ -60,11 +60,11 @@ void PathWorker::addLight(const int32_t* vertices, int count, int lightIndex, in
     if (light.isDelta())
         n = 1; // every sample is the same
     const bool weighs = findBsdfShares(vertices, count, light, float(n) * picked);
-    const int together = std::max(1, kLanes / n);
+    const int together = std::max(1, kSoAWidth / n);
     for (int i = 0; i < count; i += together)
-        for (int first = 0; first < n; first += kLanes)
+        for (int first = 0; first < n; first += kSoAWidth)
             sendLightSamples(vertices + i, std::min(together, count - i), lightIndex, first,
-                             std::min(n - first, kLanes), n, picked, weighs);
+                             std::min(n - first, kSoAWidth), n, picked, weighs);
     if (weighs)
         addBsdfSamples(vertices, count, lightIndex, n, picked);
 }
@@ -75,8 +75,8 @@ bool PathWorker::findBsdfShares(const int32_t* vertices, int count, const Light&
     if (light.isDelta())
         return false;
     bool any = false;
-    alignas(64) float solidAngle[kLanes];
-    light.solidAngleLanes(m_v.p, m_v.time, m_v.count, solidAngle);
+    alignas(64) float solidAngle[kSoAWidth];
+    light.solidAngleSoA(m_v.p, m_v.time, m_v.count, solidAngle);
     for (int i = 0; i < count; ++i) {
         const int v = vertices[i];
         if (!bsdfSamplingCounts(m_v.maxPdf[v], solidAngle[v]))
@@ -87,10 +87,10 @@ bool PathWorker::findBsdfShares(const int32_t* vertices, int count, const Light&
     return any;
 }
 
-/// Samples `first` to `first + drawn` of n at each vertex: kLanes in all at most.
+/// Samples `first` to `first + drawn` of n at each vertex: kSoAWidth in all at most.
 void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightIndex, int first, int drawn,
                                   int n, float picked, bool weighs) {
-    LightLanes& l = m_light;
+    LightSoA& l = m_light;
     const Light& light = *m_scene.lights()[size_t(lightIndex)];
     if (!light.isDelta())
         m_sampler.fill2D(ranges(vertices, count, first, drawn, n), dimensionOf(lightIndex), m_u);
@@ -101,15 +101,15 @@ void PathWorker::sendLightSamples(const int32_t* vertices, int count, int lightI
             l.vertex[l.count++] = vertices[i];
         }
     const VertexRows& at = rowsOf(vertices, count, drawn);
-    light.sampleLanes({at.p, at.time, l.vertex, m_u, l.count}, l.light);
+    light.sampleSoA({at.p, at.time, l.vertex, m_u, l.count}, l.light);
     if (!l.findUseful(at))
         return;
     m_v.forMaterials(l.vertex, l.count, [&](const Material& m, int begin, int end) {
-        m.evalCosLanes({m_v.bsdf, l.vertex, at.woLocal, begin, end, l.useful}, l.local, l.f,
-                       weighs ? l.pdf : nullptr);
+        m.evalCosSoA({m_v.bsdf, l.vertex, at.woLocal, begin, end, l.useful}, l.local, l.f,
+                     weighs ? l.pdf : nullptr);
     });
     l.weigh(at, float(n) * picked, weighs);
-    m_shadows.add(m_v, at, l, lightIndex, light.hidesNoSample() ? RayBlock::idOfLight(lightIndex) : 0);
+    m_shadows.add(m_v, at, l, lightIndex, light.cannotSelfOcclude() ? RayPacket::idOfLight(lightIndex) : 0);
 }
 
 void PathWorker::addVisible(const ShadowAnswers& a) {
@@ -127,44 +127,44 @@ void PathWorker::addVisible(const ShadowAnswers& a) {
         }
         radiance.x = r, radiance.y = g, radiance.z = b;
     }
-    if (m_parts.empty())
+    if (m_components.empty())
         return;
     for (int i = 0; i < a.count; ++i)
         if (a.isVisible(i))
-            addPart(m_parts, a.target[i], a.light[i], m_paths[a.target[i]].lightIsDirect,
-                    a.contribution.at(i));
+            addComponent(m_components, a.target[i], a.light[i], m_paths[a.target[i]].lightIsDirect,
+                         a.contribution.at(i));
 }
 
 /// n samples of the BSDF for the light, at those of the vertices where they compete with the light's and the
 /// path ends.
 void PathWorker::addBsdfSamples(const int32_t* vertices, int count, int lightIndex, int n, float picked) {
-    int32_t ending[kLanes];
+    int32_t ending[kSoAWidth];
     int endingCount = 0;
     for (int i = 0; i < count; ++i)
         if (m_bsdfShare[vertices[i]] > 0 && endsHere(m_paths[m_v.path[vertices[i]]]))
             ending[endingCount++] = vertices[i];
-    const int together = std::max(1, kLanes / n);
+    const int together = std::max(1, kSoAWidth / n);
     for (int i = 0; i < endingCount; i += together)
-        for (int first = 0; first < n; first += kLanes)
+        for (int first = 0; first < n; first += kSoAWidth)
             sendBsdfSamples(ending + i, std::min(together, endingCount - i), lightIndex, first,
-                            std::min(n - first, kLanes), n, picked);
+                            std::min(n - first, kSoAWidth), n, picked);
 }
 
 /// Draws directions from BSDFs into m_wi and tells in m_light.useful which may meet the light; false: none.
 bool PathWorker::drawToLight(const VertexRows& at, const Light& light, uint32_t dim, const int32_t* vertices,
                              int count, int first, int drawn, int n) {
-    LightLanes& l = m_light;
+    LightSoA& l = m_light;
     m_sampler.fill2D(ranges(vertices, count, first, drawn, n), dim + 1, m_u);
     m_sampler.fill1D(ranges(vertices, count, first, drawn, n), dim + 2, m_uLobe);
     m_v.forMaterials(l.vertex, l.count, [&](const Material& m, int begin, int end) {
-        m.drawLanes({m_v.bsdf, l.vertex, at.woLocal, begin, end, nullptr}, m_uLobe, m_u, m_drawn);
+        m.drawSoA({m_v.bsdf, l.vertex, at.woLocal, begin, end, nullptr}, m_uLobe, m_u, m_drawn);
     });
     turnToWorld(at, l.count, m_drawn.wi, m_wi, m_cosine);
     bool any = false;
     for (int i = 0; i < l.count; ++i) {
         l.useful[i] = m_drawn.drawn[i] && !m_drawn.delta[i] &&
                       (m_cosine[i] * at.side[i] > 0) != m_drawn.transmits[i] &&
-                      light.mayMeet(at.p.at(i), at.time[i], m_wi.at(i));
+                      light.mayIntersect(at.p.at(i), at.time[i], m_wi.at(i));
         any |= l.useful[i] != 0;
         if (!l.useful[i]) // may be no direction at all
             m_wi.set(i, V3f(0, 0, 1)), m_drawn.wi.set(i, V3f(0, 0, 1));
@@ -172,10 +172,10 @@ bool PathWorker::drawToLight(const VertexRows& at, const Light& light, uint32_t 
     return any;
 }
 
-/// Samples `first` to `first + drawn` of n at each vertex: kLanes in all at most.
+/// Samples `first` to `first + drawn` of n at each vertex: kSoAWidth in all at most.
 void PathWorker::sendBsdfSamples(const int32_t* vertices, int count, int lightIndex, int first, int drawn,
                                  int n, float picked) {
-    LightLanes& l = m_light;
+    LightSoA& l = m_light;
     const Light& light = *m_scene.lights()[size_t(lightIndex)];
     l.count = 0;
     for (int i = 0; i < count; ++i)
@@ -186,11 +186,11 @@ void PathWorker::sendBsdfSamples(const int32_t* vertices, int count, int lightIn
     if (!drawToLight(at, light, dim, vertices, count, first, drawn, n))
         return;
     m_v.forMaterials(l.vertex, l.count, [&](const Material& m, int begin, int end) {
-        m.evalCosLanes({m_v.bsdf, l.vertex, at.woLocal, begin, end, l.useful}, m_drawn.wi, l.f, l.pdf);
+        m.evalCosSoA({m_v.bsdf, l.vertex, at.woLocal, begin, end, l.useful}, m_drawn.wi, l.f, l.pdf);
     });
     const bool isEnvironment = light.isEnvironment();
     if (isEnvironment)
-        light.environmentLanes(m_wi, l.count, l.light.radiance, l.light.pdf);
+        light.environmentSoA(m_wi, l.count, l.light.radiance, l.light.pdf);
     for (int i = 0; i < l.count; ++i) {
         if (!l.useful[i] || !(l.pdf[i] > 0))
             continue;
@@ -222,8 +222,8 @@ void PathWorker::finishProbe(const LightProbe& probe, const Hit& hit) {
     const Rgb c = probe.weight * radiance * powerHeuristic(1, probe.pdf, 1, lightPdf);
     Path& path = m_paths[probe.path];
     path.viaBsdf += c;
-    if (!m_parts.empty())
-        addPart(m_partsViaBsdf, probe.path, probe.light, path.lightIsDirect, c);
+    if (!m_components.empty())
+        addComponent(m_componentsViaBsdf, probe.path, probe.light, path.lightIsDirect, c);
 }
 
 } // namespace strobe

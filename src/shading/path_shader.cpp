@@ -15,7 +15,7 @@ const ParamDef<int> kLightSamples{"lightsamples", 0,
                                   "samples of each light at a surface; 0: each light's own nsamples"};
 
 /// Paths this long say nothing more; among perfect mirrors no chance would end them.
-constexpr int kMostDepth = 1024;
+constexpr int kMaxDepthAllowed = 1024;
 
 /// Whether all lights are sampled at the first surface. pbrt-v3's and v4's names for ways to pick one mean
 /// "one", and so does what nobody knows in a lenient file.
@@ -38,14 +38,14 @@ class PathShader : public Shader {
     PathShader(const ParamSet& params, const BuildContext& context, bool path) {
         m_settings = {path, params.get(kMaxDepth), readStrategy(params, context), params.get(kLightSamples)};
         for (const auto& [def, most] :
-             {std::pair{&kMaxDepth, kMostDepth}, {&kLightSamples, kMostLightSamples}})
+             {std::pair{&kMaxDepth, kMaxDepthAllowed}, {&kLightSamples, kMaxLightSamples}})
             if (const int value = params.get(*def); value < 0 || value > most)
                 throw Error(params.whereIs(*def),
                             std::string("\"") + def->name + "\" must " +
                                 (value < 0 ? "not be negative" : "be at most " + std::to_string(most)));
     }
     std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
-                                             const LightSplit& split) const override {
+                                             const LightComponents& split) const override {
         return std::make_unique<PathWorker>(scene, sampler, m_settings, split);
     }
     bool hasIndirectLight() const override { return m_settings.path && m_settings.maxDepth > 1; }

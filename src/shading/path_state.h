@@ -29,7 +29,7 @@ constexpr uint32_t kFirstDimension = 16, kDimensionsPerVertex = 1u << 20, kDimen
 
 /// What a path's ray left: the eye, or mirrors and glass that it sees; the first other surface; or what is
 /// beyond.
-enum class Reach : uint8_t { Eye, First, Beyond };
+enum class PathStage : uint8_t { Camera, FirstHit, Indirect };
 
 /// One path under way.
 struct Path {
@@ -40,10 +40,10 @@ struct Path {
     Rgb viaBsdf; ///< this wave's sum of one of two ray queues: added later, so that their order never matters
     uint64_t domain;
     uint32_t index, total;
-    LightPart part;
+    LightComponent component;
     // How the ray was made, to weight the light it may hit:
-    bool countsAllLight; ///< camera rays and delta lobes: no other strategy could have found the light
-    Reach reach;
+    bool specularBounce; ///< camera rays and delta lobes: no other strategy could have found the light
+    PathStage stage;
     bool lightIsDirect; ///< that of samples of lights at this wave's vertex
     bool fromAllLights; ///< light sampling there took every light, not one
     float pdf, maxPdf;
@@ -51,14 +51,14 @@ struct Path {
 
     /// But for the hit. Number by number: the processor waits where it reads as one what it has just written
     /// in pieces.
-    void start(const RequestLanes& r, int i) {
+    void start(const RequestSoA& r, int i) {
         ray.o.x = r.ray.o.x[i], ray.o.y = r.ray.o.y[i], ray.o.z = r.ray.o.z[i];
         ray.d.x = r.ray.d.x[i], ray.d.y = r.ray.d.y[i], ray.d.z = r.ray.d.z[i];
         ray.time = r.time[i], ray.tmin = 0;
         cone.width = r.width[i], cone.spread = r.spread[i];
         beta = Rgb(1), radiance = viaBsdf = Rgb(0);
-        domain = r.domain[i], index = r.index[i], total = r.total[i], part = r.part[i];
-        countsAllLight = lightIsDirect = true, fromAllLights = false, reach = Reach::Eye;
+        domain = r.domain[i], index = r.index[i], total = r.total[i], component = r.component[i];
+        specularBounce = lightIsDirect = true, fromAllLights = false, stage = PathStage::Camera;
         pdf = maxPdf = 0, from = V3f(0);
     }
 };

@@ -14,18 +14,18 @@ TextureQuery PathWorker::queryAt(const SurfacePoint& s, const Hit& hit) {
 
 /// Adds what the paths meet that shines, and makes vertices of those that may go on.
 void PathWorker::load(std::span<const uint32_t> paths) {
-    fetchAhead(paths);
-    size_t escaped = 0;
+    prefetch(paths);
+    size_t missed = 0;
     int n = 0;
     for (uint32_t i : paths) {
         Path& path = m_paths[i];
-        path.lightIsDirect = path.reach == Reach::Eye;
+        path.lightIsDirect = path.stage == PathStage::Camera;
         if (!path.hit)
-            m_escaped[escaped++] = i;
+            m_missed[missed++] = i;
         else
             gather(i, path, n++);
     }
-    addEnvironment(std::span(m_escaped).first(escaped));
+    addEnvironment(std::span(m_missed).first(missed));
     m_scene.rawSurfaces(m_hits, m_v.time, n, m_surface);
     m_counters->surfaces += uint64_t(n);
     for (int i = 0; i < n; ++i)
@@ -36,13 +36,13 @@ void PathWorker::load(std::span<const uint32_t> paths) {
         prepare(true);
 }
 
-void PathWorker::fetchAhead(std::span<const uint32_t> paths) const {
+void PathWorker::prefetch(std::span<const uint32_t> paths) const {
     if (!m_scene.hasLargeMeshes())
         return;
-    Hit hits[kLanes];
+    Hit hits[kSoAWidth];
     for (size_t i = 0; i < paths.size(); ++i)
         hits[i] = m_paths[paths[i]].hit;
-    m_scene.fetchAhead(std::span(hits).first(paths.size()));
+    m_scene.prefetch(std::span(hits).first(paths.size()));
 }
 
 /// A path that meets a surface becomes vertex i, but for its surface.
@@ -57,8 +57,8 @@ void PathWorker::gather(uint32_t index, Path& path, int i) {
 /// Fills what is left of m_v to fill before it is finished, or only what is needed for albedos.
 void PathWorker::prepare(bool forLight) {
     const int n = m_v.count;
-    const SurfaceLanes& s = m_surface;
-    const TextureQueryLanes q{s.uv, s.p, m_duvdx, m_duvdy, s.prim, m_hits.u, m_hits.v};
+    const SurfaceSoA& s = m_surface;
+    const TextureQuerySoA q{s.uv, s.p, m_duvdx, m_duvdy, s.prim, m_hits.u, m_hits.v};
     for (int begin = 0, end; begin < n; begin = end) {
         const Material& material = *s.material[begin];
         for (end = begin; end < n && s.material[end] == &material; ++end)
@@ -66,7 +66,7 @@ void PathWorker::prepare(bool forLight) {
         std::fill(m_v.isSmooth + begin, m_v.isSmooth + end, material.isSmooth());
         std::fill(m_v.transmits + begin, m_v.transmits + end, material.transmits() ? 1.f : 0.f);
         findFootprints(material, begin, end);
-        material.prepareLanes(q, begin, end, m_v.bsdf);
+        material.prepareSoA(q, begin, end, m_v.bsdf);
         if (forLight && material.shadingNormal() != ShadingNormal::AsIs)
             for (int i = begin; i < end; ++i)
                 adjustNormal(i, q.at(i));
@@ -86,12 +86,12 @@ void PathWorker::findFootprints(const Material& material, int begin, int end) {
     }
 }
 
-/// See LightPart::Indirect.
+/// See LightComponent::Indirect.
 void PathWorker::divideByAlbedo(const Material& material, int begin, int end) {
     constexpr float kBlack = 1e-4f; // what is black gives nothing to carry elsewhere
     for (int i = begin; i < end; ++i) {
         Path& path = m_paths[m_v.path[i]];
-        if (path.part != LightPart::Indirect)
+        if (path.component != LightComponent::Indirect)
             continue;
         const Rgb a = material.albedo(m_v.bsdf[i]);
         path.beta = {a.x > kBlack ? 1 / a.x : 0, a.y > kBlack ? 1 / a.y : 0, a.z > kBlack ? 1 / a.z : 0};
@@ -102,10 +102,10 @@ void PathWorker::divideByAlbedo(const Material& material, int begin, int end) {
 /// What those paths ask for that ask for an albedo.
 void PathWorker::addAlbedos() {
     sortByMaterial(m_albedos);
-    for (size_t first = 0; first < m_albedos.size(); first += kLanes) {
+    for (size_t first = 0; first < m_albedos.size(); first += kSoAWidth) {
         const auto paths = std::span(m_albedos).subspan(first);
-        const int n = int(std::min<size_t>(kLanes, paths.size()));
-        fetchAhead(paths.first(size_t(n)));
+        const int n = int(std::min<size_t>(kSoAWidth, paths.size()));
+        prefetch(paths.first(size_t(n)));
         for (int i = 0; i < n; ++i)
             gather(paths[size_t(i)], m_paths[paths[size_t(i)]], i);
         m_scene.rawSurfaces(m_hits, m_v.time, n, m_surface);

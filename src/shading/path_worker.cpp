@@ -5,7 +5,7 @@
 namespace strobe {
 
 PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
-                       const LightSplit& split)
+                       const LightComponents& split)
     : m_scene(scene), m_sampler(sampler), m_settings(settings), m_split(split),
       m_manyMaterials(scene.materials().size() > 1), m_shadows(scene.tracer(), LightVisible{this}),
       m_probes(scene.tracer(), ProbeFound{this}), m_bounces(scene.tracer(), BounceFound{this}) {}
@@ -13,7 +13,7 @@ PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSe
 void PathWorker::shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) {
     m_counters = &counters;
     start(requests);
-    startParts(requests.size());
+    startComponents(requests.size());
     m_bounce = 0;
     if (m_settings.maxDepth > 0)
         addAlbedos();
@@ -21,7 +21,7 @@ void PathWorker::shade(const ShadingRequests& requests, std::span<Rgb> radiance,
         wave();
     for (size_t i = 0; i < requests.size(); ++i)
         radiance[i] = m_paths[i].radiance;
-    takeParts(requests.size(), radiance.subspan(requests.size()));
+    takeComponents(requests.size(), radiance.subspan(requests.size()));
     counters.shadowRays += m_shadows.takeCount();
     counters.lightRays += m_probes.takeCount();
     counters.bounceRays += m_bounces.takeCount();
@@ -33,21 +33,21 @@ void PathWorker::start(const ShadingRequests& requests) {
     m_active.resize(requests.size());
     m_albedos.clear();
     uint32_t next = 0, active = 0;
-    for (size_t b = 0; b < requests.blocks(); ++b) {
-        const RequestLanes& r = requests.block(b);
-        for (int i = 0; i < requests.inBlock(b); ++i, ++next) {
+    for (size_t b = 0; b < requests.chunks(); ++b) {
+        const RequestSoA& r = requests.chunk(b);
+        for (int i = 0; i < requests.chunkSize(b); ++i, ++next) {
             m_paths[next].start(r, i);
             meet(next, r.hit.at(i));
             const bool escapes = r.hit.geometry[i] == kNone;
-            if (r.part[i] == LightPart::Albedo && !escapes) {
+            if (r.component[i] == LightComponent::Albedo && !escapes) {
                 m_albedos.push_back(next);
                 continue;
             }
             m_active[active++] = next;
-            if (r.part[i] != LightPart::Albedo)
-                ++(escapes                          ? m_counters->escaped
-                   : r.part[i] == LightPart::Direct ? m_counters->directShades
-                                                    : m_counters->shades);
+            if (r.component[i] != LightComponent::Albedo)
+                ++(escapes                                    ? m_counters->missed
+                   : r.component[i] == LightComponent::Direct ? m_counters->directShades
+                                                              : m_counters->shades);
         }
     }
     m_active.resize(active);
@@ -57,8 +57,8 @@ void PathWorker::start(const ShadingRequests& requests) {
 void PathWorker::wave() {
     sortByMaterial(m_active);
     m_next.clear();
-    for (size_t first = 0; first < m_active.size(); first += kLanes) {
-        load(std::span(m_active).subspan(first, std::min<size_t>(kLanes, m_active.size() - first)));
+    for (size_t first = 0; first < m_active.size(); first += kSoAWidth) {
+        load(std::span(m_active).subspan(first, std::min<size_t>(kSoAWidth, m_active.size() - first)));
         if (m_v.count == 0)
             continue;
         m_v.finish();
@@ -70,7 +70,7 @@ void PathWorker::wave() {
     if (m_probed) {
         for (uint32_t i : m_active)
             m_paths[i].radiance += std::exchange(m_paths[i].viaBsdf, Rgb(0));
-        joinParts();
+        joinComponents();
     }
     m_probed = false;
     m_bounces.flush();
@@ -107,15 +107,15 @@ bool PathWorker::usesBsdfSampling(const Light& light, const V3f& p, float time, 
 /// The weight of light `index` found by the path's last BSDF sample; lightPdf(): the light's density of it.
 template <class LightPdf>
 float PathWorker::foundWeight(const Path& path, int index, const LightPdf& lightPdf) const {
-    if (path.part == LightPart::Indirect && m_bounce <= 1)
+    if (path.component == LightComponent::Indirect && m_bounce <= 1)
         return 0; // the first surface's own and its direct light
-    if (path.countsAllLight)
+    if (path.specularBounce)
         return 1;
     const Light& light = *m_scene.lights()[size_t(index)];
     if (!usesBsdfSampling(light, path.from, path.ray.time, path.maxPdf))
         return 0;
     const float n =
-        path.fromAllLights ? float(m_settings.samplesOf(light)) : m_scene.lightPicker().probability(index);
+        path.fromAllLights ? float(m_settings.samplesOf(light)) : m_scene.lightSampler().probability(index);
     return powerHeuristic(1, path.pdf, n, lightPdf());
 }
 
@@ -123,17 +123,17 @@ float PathWorker::foundWeight(const Path& path, int index, const LightPdf& light
 void PathWorker::addEnvironment(std::span<const uint32_t> paths) {
     if (paths.empty() || m_scene.environments().empty())
         return;
-    V3Lanes d;
-    RgbLanes radiance;
-    alignas(64) float pdf[kLanes];
+    V3SoA d;
+    RgbSoA radiance;
+    alignas(64) float pdf[kSoAWidth];
     bool weighs = false;
     for (size_t k = 0; k < paths.size(); ++k) {
         const Path& path = m_paths[paths[k]];
         d.set(int(k), path.ray.d);
-        weighs |= !path.countsAllLight;
+        weighs |= !path.specularBounce;
     }
     for (int i : m_scene.environments()) {
-        m_scene.lights()[size_t(i)]->environmentLanes(d, int(paths.size()), radiance, weighs ? pdf : nullptr);
+        m_scene.lights()[size_t(i)]->environmentSoA(d, int(paths.size()), radiance, weighs ? pdf : nullptr);
         for (size_t k = 0; k < paths.size(); ++k) {
             Path& path = m_paths[paths[k]];
             const Rgb arriving = radiance.at(int(k));
@@ -141,8 +141,8 @@ void PathWorker::addEnvironment(std::span<const uint32_t> paths) {
                 continue;
             const Rgb c = path.beta * arriving * foundWeight(path, i, [&] { return pdf[k]; });
             path.radiance += c;
-            if (!m_parts.empty())
-                addPart(m_parts, paths[k], i, path.reach != Reach::Beyond, c);
+            if (!m_components.empty())
+                addComponent(m_components, paths[k], i, path.stage != PathStage::Indirect, c);
         }
     }
 }
@@ -159,8 +159,8 @@ void PathWorker::addEmission(uint32_t index, RawSurfacePoint s) {
             return m_scene.lights()[size_t(s.light)]->pdf(path.from, path.ray.time, path.ray.d, &hit);
         });
     path.radiance += c;
-    if (!m_parts.empty())
-        addPart(m_parts, index, s.light, path.reach != Reach::Beyond, c);
+    if (!m_components.empty())
+        addComponent(m_components, index, s.light, path.stage != PathStage::Indirect, c);
 }
 
 std::span<const SampleRange> PathWorker::ranges(const int32_t* vertices, int count, int first, int drawn,
@@ -183,7 +183,7 @@ const VertexRows& PathWorker::rowsOf(const int32_t* vertices, int count, int tim
 
 /// The next ray of every path that goes on.
 void PathWorker::extend() {
-    int32_t vertices[kLanes];
+    int32_t vertices[kSoAWidth];
     int count = 0;
     // Direct lighting goes on through mirrors and glass only.
     if (m_settings.path || m_bounce + 1 < m_settings.maxDepth)
@@ -204,9 +204,11 @@ void PathWorker::extend() {
         path.beta *= m_drawn.weight.at(i);
         if (isBlack(path.beta) || (roulette && !survivesRoulette(path, m_uRoulette[i])))
             continue;
-        path.ray = {m_v.p.at(v), m_wi.at(i), m_v.time[v], clearOf(m_v.offset[v], m_cosine[i])};
-        path.countsAllLight = m_drawn.delta[i];
-        path.reach = path.reach != Reach::Eye ? Reach::Beyond : m_drawn.delta[i] ? Reach::Eye : Reach::First;
+        path.ray = {m_v.p.at(v), m_wi.at(i), m_v.time[v], tminFor(m_v.offset[v], m_cosine[i])};
+        path.specularBounce = m_drawn.delta[i];
+        path.stage = path.stage != PathStage::Camera ? PathStage::Indirect
+                     : m_drawn.delta[i]              ? PathStage::Camera
+                                                     : PathStage::FirstHit;
         path.pdf = m_drawn.pdf[i];
         path.maxPdf = m_v.maxPdf[v];
         path.from = m_v.p.at(v);
@@ -227,7 +229,7 @@ void PathWorker::drawDirections(const int32_t* vertices, int count) {
         m_sampler.fill2D(ranges(vertices, count), dimension(kDimDirection), m_u);
     const VertexRows& at = rowsOf(vertices, count, 1);
     m_v.forMaterials(vertices, count, [&](const Material& m, int begin, int end) {
-        m.sampleLanes({m_v.bsdf, vertices, at.woLocal, begin, end, nullptr}, m_uLobe, m_u, m_drawn);
+        m.sampleSoA({m_v.bsdf, vertices, at.woLocal, begin, end, nullptr}, m_uLobe, m_u, m_drawn);
     });
     turnToWorld(at, count, m_drawn.wi, m_wi, m_cosine);
 }

@@ -1,4 +1,4 @@
-// The path tracer at work: waves of vertices, kLanes of them side by side.
+// The path tracer at work: waves of vertices, kSoAWidth of them side by side.
 #pragma once
 
 #include "shading/path_state.h"
@@ -12,7 +12,7 @@ namespace strobe {
 class PathWorker : public ShaderWorker {
   public:
     PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
-               const LightSplit& split);
+               const LightComponents& split);
     void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) override;
 
   private:
@@ -25,7 +25,7 @@ class PathWorker : public ShaderWorker {
 
     // One chunk of vertices (path_vertices.cpp):
     void load(std::span<const uint32_t> paths);
-    void fetchAhead(std::span<const uint32_t> paths) const;
+    void prefetch(std::span<const uint32_t> paths) const;
     void gather(uint32_t index, Path& path, int i);
     void prepare(bool forLight);
     void findFootprints(const Material& material, int begin, int end);
@@ -62,21 +62,23 @@ class PathWorker : public ShaderWorker {
     bool survivesRoulette(Path& path, float u) const;
 
     // Parts of the radiance, if it is split:
-    void addPart(std::vector<Rgb>& parts, uint32_t path, int light, bool isDirect, const Rgb& c);
-    void startParts(size_t paths);
-    void joinParts();
-    void takeParts(size_t paths, std::span<Rgb> parts) const;
+    void addComponent(std::vector<Rgb>& components, uint32_t path, int light, bool isDirect, const Rgb& c);
+    void startComponents(size_t paths);
+    void joinComponents();
+    void takeComponents(size_t paths, std::span<Rgb> components) const;
 
     /// At a surface that is neither mirror nor glass: whether the path is to bring direct light only. Then it
     /// finds lights by BSDF samples of their own, not by its next ray.
-    bool endsHere(const Path& path) const { return !m_settings.path || path.part == LightPart::Direct; }
+    bool endsHere(const Path& path) const {
+        return !m_settings.path || path.component == LightComponent::Direct;
+    }
     uint32_t dimension(uint32_t offset) const {
         return kFirstDimension + uint32_t(m_bounce) * kDimensionsPerVertex + offset;
     }
     /// Very many lights share them: few of those are sampled at a vertex.
     uint32_t dimensionOf(int light) const {
-        constexpr uint32_t kMost = (kDimensionsPerVertex - kDimLights) / kDimensionsPerLight;
-        return dimension(kDimLights + kDimensionsPerLight * (uint32_t(light) % kMost));
+        constexpr uint32_t kMax = (kDimensionsPerVertex - kDimLights) / kDimensionsPerLight;
+        return dimension(kDimLights + kDimensionsPerLight * (uint32_t(light) % kMax));
     }
     /// The numbers of the paths of vertices, `n` for each, from number `first` of them on.
     std::span<const SampleRange> ranges(const int32_t* vertices, int count, int first = 0, int drawn = 1,
@@ -98,12 +100,12 @@ class PathWorker : public ShaderWorker {
     const Scene& m_scene;
     const Sampler& m_sampler;
     const ShadeSettings m_settings;
-    const LightSplit m_split;
+    const LightComponents m_split;
     const bool m_manyMaterials;
     Counters* m_counters = nullptr;
 
-    std::vector<Rgb> m_parts,
-        m_partsViaBsdf; ///< path by path, as Path's radiance and viaBsdf; empty: no split
+    std::vector<Rgb> m_components,
+        m_componentsViaBsdf; ///< path by path, as Path's radiance and viaBsdf; empty: no split
     std::vector<Path> m_paths;
     std::vector<uint32_t> m_active, m_next, m_sorted;
     std::vector<uint32_t> m_albedos; ///< paths that ask for one, and for no light
@@ -115,20 +117,20 @@ class PathWorker : public ShaderWorker {
     HitQueue<uint32_t, BounceFound> m_bounces;
 
     // The chunk at hand, and scratch.
-    VertexLanes m_v;
-    HitLanes m_hits; ///< this and the next three: by vertex
-    SurfaceLanes m_surface;
-    V2Lanes m_duvdx, m_duvdy;
-    alignas(64) float m_width[kLanes]; ///< of the rays' cones
-    VertexRows m_rows;                 ///< of m_v, by sample
-    LightLanes m_light;
-    BsdfSampleLanes m_drawn;
-    V3Lanes m_wi;
-    V2Lanes m_u;
-    alignas(64) float m_uLobe[kLanes], m_uRoulette[kLanes], m_cosine[kLanes];
-    alignas(64) float m_bsdfShare[kLanes]; ///< by vertex: BSDF samples that compete with the light's
-    std::array<SampleRange, kLanes> m_ranges;
-    uint32_t m_escaped[kLanes];
+    VertexSoA m_v;
+    HitSoA m_hits; ///< this and the next three: by vertex
+    SurfaceSoA m_surface;
+    V2SoA m_duvdx, m_duvdy;
+    alignas(64) float m_width[kSoAWidth]; ///< of the rays' cones
+    VertexRows m_rows;                    ///< of m_v, by sample
+    LightSoA m_light;
+    BsdfSampleSoA m_drawn;
+    V3SoA m_wi;
+    V2SoA m_u;
+    alignas(64) float m_uLobe[kSoAWidth], m_uRoulette[kSoAWidth], m_cosine[kSoAWidth];
+    alignas(64) float m_bsdfShare[kSoAWidth]; ///< by vertex: BSDF samples that compete with the light's
+    std::array<SampleRange, kSoAWidth> m_ranges;
+    uint32_t m_missed[kSoAWidth];
 };
 
 } // namespace strobe

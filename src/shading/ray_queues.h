@@ -12,7 +12,7 @@ struct ShadowAnswers {
     int count;
     const uint32_t* target;
     const int* light;
-    const RgbLanes& contribution;
+    const RgbSoA& contribution;
     const float* tfar;
     bool isVisible(int i) const { return tfar[i] >= 0; }
 };
@@ -28,16 +28,16 @@ class ShadowQueue {
         m_target[m_count] = target, m_light[m_count] = light, m_block.id[m_count] = 0;
         grow(1);
     }
-    /// The useful ones of samples of a light; `id`: see RayBlock.
-    void add(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light, uint32_t id) {
-        int32_t order[kLanes];
+    /// The useful ones of samples of a light; `id`: see RayPacket.
+    void add(const VertexSoA& v, const VertexRows& at, const LightSoA& l, int light, uint32_t id) {
+        int32_t order[kSoAWidth];
         int count = 0;
         for (int i = 0; i < l.count; ++i) {
             order[count] = i;
             count += l.useful[i] != 0;
         }
         for (int first = 0; first < count;) {
-            const int n = std::min(count - first, RayBlock::kSize - m_count);
+            const int n = std::min(count - first, RayPacket::kSize - m_count);
             append(v, at, l, light, id, order + first, n);
             first += n;
         }
@@ -54,12 +54,12 @@ class ShadowQueue {
     uint64_t takeCount() { return std::exchange(m_traced, 0); }
 
   private:
-    void append(const VertexLanes& v, const VertexRows& at, const LightLanes& l, int light, uint32_t id,
+    void append(const VertexSoA& v, const VertexRows& at, const LightSoA& l, int light, uint32_t id,
                 const int32_t* order, int n) {
-        const bool isWholeRow = n == RayBlock::kSize && order[n - 1] - order[0] == n - 1;
+        const bool isWholeRow = n == RayPacket::kSize && order[n - 1] - order[0] == n - 1;
         const auto copy = [&](const float* from, float* to) {
             if (isWholeRow)
-                std::copy_n(from + order[0], RayBlock::kSize, to);
+                std::copy_n(from + order[0], RayPacket::kSize, to);
             else
                 for (int k = 0; k < n; ++k)
                     to[m_count + k] = from[order[k]];
@@ -77,7 +77,7 @@ class ShadowQueue {
     }
     void grow(int n) {
         m_count += n;
-        if (m_count == RayBlock::kSize)
+        if (m_count == RayPacket::kSize)
             flush();
     }
 
@@ -85,10 +85,10 @@ class ShadowQueue {
     uint64_t m_traced = 0;
     Visible m_visible;
     int m_count = 0;
-    uint32_t m_target[RayBlock::kSize];
-    int m_light[RayBlock::kSize];
-    RgbLanes m_contribution;
-    RayBlock m_block;
+    uint32_t m_target[RayPacket::kSize];
+    int m_light[RayPacket::kSize];
+    RgbSoA m_contribution;
+    RayPacket m_block;
 };
 
 /// Nearest-hit rays with a payload. `found(payload, hit)` is called in the order of `add`.
@@ -99,7 +99,7 @@ class HitQueue {
     void add(const Ray& ray, const Payload& payload) {
         m_block.set(m_count, ray.o, ray.d, ray.tmin, kInfinity, ray.time);
         m_payload[m_count] = payload;
-        if (++m_count == RayBlock::kSize)
+        if (++m_count == RayPacket::kSize)
             flush();
     }
     void flush() {
@@ -119,8 +119,8 @@ class HitQueue {
     uint64_t m_traced = 0;
     Found m_found;
     int m_count = 0;
-    Payload m_payload[RayBlock::kSize];
-    RayBlock m_block;
+    Payload m_payload[RayPacket::kSize];
+    RayPacket m_block;
 };
 
 } // namespace strobe

@@ -8,12 +8,12 @@ namespace strobe {
 
 namespace {
 
-constexpr int kRows = sizeof(VertexRows) / (kLanes * sizeof(float));
-static_assert(kRows * kLanes * sizeof(float) == sizeof(VertexRows));
+constexpr int kRows = sizeof(VertexRows) / (kSoAWidth * sizeof(float));
+static_assert(kRows * kSoAWidth * sizeof(float) == sizeof(VertexRows));
 
 template <int kTimes>
 inline void repeatRows(const float* from, float* to, const int32_t* vertices, int count, int times) {
-    for (int row = 0; row < kRows; ++row, from += kLanes, to += kLanes)
+    for (int row = 0; row < kRows; ++row, from += kSoAWidth, to += kSoAWidth)
         for (int i = 0; i < count; ++i) {
             const float value = from[vertices[i]];
             float* place = to + i * (kTimes ? kTimes : times);
@@ -22,7 +22,8 @@ inline void repeatRows(const float* from, float* to, const int32_t* vertices, in
         }
 }
 
-STROBE_LANES void repeatRowsBy(const float* from, float* to, const int32_t* vertices, int count, int times) {
+STROBE_TARGET_CLONES void repeatRowsBy(const float* from, float* to, const int32_t* vertices, int count,
+                                       int times) {
     if (times == 1)
         repeatRows<1>(from, to, vertices, count, times);
     else if (times == 4)
@@ -33,9 +34,9 @@ STROBE_LANES void repeatRowsBy(const float* from, float* to, const int32_t* vert
         repeatRows<0>(from, to, vertices, count, times);
 }
 
-STROBE_LANES void completePoints(VertexLanes& v) {
+STROBE_TARGET_CLONES void completePoints(VertexSoA& v) {
     const int n = v.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V3f wo = v.wo.at(i);
         V3f ng = v.ng.at(i), ns = v.n.at(i);
@@ -51,9 +52,9 @@ STROBE_LANES void completePoints(VertexLanes& v) {
     }
 }
 
-STROBE_LANES void turnLights(const VertexRows& at, LightLanes& l) {
+STROBE_TARGET_CLONES void turnLights(const VertexRows& at, LightSoA& l) {
     const int n = l.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V3f wi = l.light.wi.at(i);
         l.local.x[i] = dot(wi, at.s.at(i));
@@ -68,16 +69,16 @@ STROBE_LANES void turnLights(const VertexRows& at, LightLanes& l) {
     }
 }
 
-STROBE_LANES void weighAgainst(LightLanes& l, float n) {
+STROBE_TARGET_CLONES void weighAgainst(LightSoA& l, float n) {
     const int count = l.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < count; ++i)
         l.weight[i] = powerHeuristic(n, l.light.pdf[i], l.bsdfShare[i], l.pdf[i]);
 }
 
-STROBE_LANES void contribute(const VertexRows& at, LightLanes& l, float n) {
+STROBE_TARGET_CLONES void contribute(const VertexRows& at, LightSoA& l, float n) {
     const int count = l.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < count; ++i) {
         const float scale = l.weight[i] / (l.light.pdf[i] * n);
         const float r = at.beta.r[i] * l.f.r[i] * l.light.radiance.r[i] * scale;
@@ -85,14 +86,14 @@ STROBE_LANES void contribute(const VertexRows& at, LightLanes& l, float n) {
         const float b = at.beta.b[i] * l.f.b[i] * l.light.radiance.b[i] * scale;
         l.contribution.r[i] = r, l.contribution.g[i] = g, l.contribution.b[i] = b;
         l.useful[i] &= (r != 0) | (g != 0) | (b != 0);
-        l.tmin[i] = clearOf(at.offset[i], l.cosine[i]);
+        l.tmin[i] = tminFor(at.offset[i], l.cosine[i]);
         l.tmax[i] = l.light.distance[i] * 0.9999f; // stop short of the light's own surface
     }
 }
 
-STROBE_LANES void turnLanes(const VertexRows& at, int n, const V3Lanes& local, V3Lanes& world,
-                            float* cosine) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void turnSoA(const VertexRows& at, int n, const V3SoA& local, V3SoA& world,
+                                  float* cosine) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V3f w = normalize(at.s.at(i) * local.x[i] + at.t.at(i) * local.y[i] + at.n.at(i) * local.z[i]);
         world.x[i] = w.x, world.y[i] = w.y, world.z[i] = w.z;
@@ -107,22 +108,22 @@ void VertexRows::repeat(const VertexRows& from, const int32_t* vertices, int cou
                  times);
 }
 
-void VertexLanes::setSurfaces(const SurfaceLanes& from) {
+void VertexSoA::setSurfaces(const SurfaceSoA& from) {
     p = from.p, ng = from.ng, n = from.ns;
-    std::copy_n(from.scale, kLanes, scale);
-    std::copy_n(from.orientation, kLanes, orientation);
+    std::copy_n(from.scale, kSoAWidth, scale);
+    std::copy_n(from.orientation, kSoAWidth, orientation);
 }
 
-void VertexLanes::finish() {
+void VertexSoA::finish() {
     completePoints(*this);
-    alignas(64) int32_t vertices[kLanes];
+    alignas(64) int32_t vertices[kSoAWidth];
     std::iota(vertices, vertices + count, 0);
     forMaterials(vertices, count, [&](const Material& m, int begin, int end) {
-        m.maxPdfLanes({bsdf, vertices, woLocal, begin, end, nullptr}, maxPdf);
+        m.maxPdfSoA({bsdf, vertices, woLocal, begin, end, nullptr}, maxPdf);
     });
 }
 
-bool LightLanes::findUseful(const VertexRows& at) {
+bool LightSoA::findUseful(const VertexRows& at) {
     turnLights(at, *this);
     int32_t any = 0;
     for (int i = 0; i < count; ++i)
@@ -130,7 +131,7 @@ bool LightLanes::findUseful(const VertexRows& at) {
     return any;
 }
 
-void LightLanes::weigh(const VertexRows& at, float n, bool weighs) {
+void LightSoA::weigh(const VertexRows& at, float n, bool weighs) {
     if (weighs)
         weighAgainst(*this, n);
     else
@@ -138,8 +139,8 @@ void LightLanes::weigh(const VertexRows& at, float n, bool weighs) {
     contribute(at, *this, n);
 }
 
-void turnToWorld(const VertexRows& at, int n, const V3Lanes& local, V3Lanes& world, float* cosine) {
-    turnLanes(at, n, local, world, cosine);
+void turnToWorld(const VertexRows& at, int n, const V3SoA& local, V3SoA& world, float* cosine) {
+    turnSoA(at, n, local, world, cosine);
 }
 
 } // namespace strobe

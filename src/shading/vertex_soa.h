@@ -5,41 +5,41 @@
 
 namespace strobe {
 
-/// What the light of vertices is computed from, in rows of kLanes numbers. Directions and points are the
+/// What the light of vertices is computed from, in rows of kSoAWidth numbers. Directions and points are the
 /// world's, but for woLocal.
 struct VertexRows {
-    V3Lanes p, ng;
-    V3Lanes s, t, n; ///< the shading frame
-    V3Lanes woLocal;
-    RgbLanes beta;
-    alignas(64) float time[kLanes], offset[kLanes];
-    alignas(64) float side[kLanes];      ///< dot(wo, ng)
-    alignas(64) float transmits[kLanes]; ///< 1 where the material lets light through, else 0
+    V3SoA p, ng;
+    V3SoA s, t, n; ///< the shading frame
+    V3SoA woLocal;
+    RgbSoA beta;
+    alignas(64) float time[kSoAWidth], offset[kSoAWidth];
+    alignas(64) float side[kSoAWidth];      ///< dot(wo, ng)
+    alignas(64) float transmits[kSoAWidth]; ///< 1 where the material lets light through, else 0
 
     /// Becomes the rows of some vertices of `from`, each `times` times in a row.
     void repeat(const VertexRows& from, const int32_t* vertices, int count, int times);
 };
 
 /// Vertices with their BSDFs ready.
-struct VertexLanes : VertexRows {
+struct VertexSoA : VertexRows {
     int count = 0;
-    uint32_t path[kLanes];
-    const Material* material[kLanes];
-    Bsdf bsdf[kLanes];
-    V3Lanes wo;
-    alignas(64) float scale[kLanes], orientation[kLanes]; ///< of RawSurfacePoint
-    alignas(64) float maxPdf[kLanes];
-    bool isSmooth[kLanes]; ///< as the material
+    uint32_t path[kSoAWidth];
+    const Material* material[kSoAWidth];
+    Bsdf bsdf[kSoAWidth];
+    V3SoA wo;
+    alignas(64) float scale[kSoAWidth], orientation[kSoAWidth]; ///< of RawSurfacePoint
+    alignas(64) float maxPdf[kSoAWidth];
+    bool isSmooth[kSoAWidth]; ///< as the material
 
     /// Takes points and normals, of which `finish` makes those of SurfacePoints.
-    void setSurfaces(const SurfaceLanes& from);
+    void setSurfaces(const SurfaceSoA& from);
     /// Completes the points, the frames, and what follows from them.
     void finish();
 
     Frame frame(int i) const { return {s.at(i), t.at(i), n.at(i)}; }
     /// The ray that leaves vertex i towards `wi`.
     Ray leave(int i, const V3f& wi) const {
-        return {p.at(i), wi, time[i], clearOf(offset[i], dot(wi, ng.at(i)))};
+        return {p.at(i), wi, time[i], tminFor(offset[i], dot(wi, ng.at(i)))};
     }
     /// Calls work(material, begin, end) for runs of jobs at vertices of one material; `vertex`: by job.
     template <class Work>
@@ -54,19 +54,19 @@ struct VertexLanes : VertexRows {
 };
 
 /// Samples of one light on their way to becoming shadow rays; all by sample.
-struct LightLanes {
+struct LightSoA {
     int count = 0;
-    alignas(64) int32_t vertex[kLanes];
-    alignas(64) int32_t useful[kLanes]; ///< 0: brings no light
-    LightSampleLanes light;
-    V3Lanes local; ///< light.wi in the vertex's frame
-    RgbLanes f;
-    alignas(64) float pdf[kLanes];    ///< of the BSDF
-    alignas(64) float cosine[kLanes]; ///< with the geometric normal
-    alignas(64) float bsdfShare[kLanes];
-    alignas(64) float weight[kLanes]; ///< against BSDF samples
-    alignas(64) float tmin[kLanes], tmax[kLanes];
-    RgbLanes contribution;
+    alignas(64) int32_t vertex[kSoAWidth];
+    alignas(64) int32_t useful[kSoAWidth]; ///< 0: brings no light
+    LightSampleSoA light;
+    V3SoA local; ///< light.wi in the vertex's frame
+    RgbSoA f;
+    alignas(64) float pdf[kSoAWidth];    ///< of the BSDF
+    alignas(64) float cosine[kSoAWidth]; ///< with the geometric normal
+    alignas(64) float bsdfShare[kSoAWidth];
+    alignas(64) float weight[kSoAWidth]; ///< against BSDF samples
+    alignas(64) float tmin[kSoAWidth], tmax[kSoAWidth];
+    RgbSoA contribution;
 
     /// Fills `local`, `cosine` and `useful`; true when something is.
     bool findUseful(const VertexRows& at);
@@ -77,6 +77,6 @@ struct LightLanes {
 
 /// Turns directions from the frames of vertices to the world, unit length; with their cosine with the
 /// geometric normal.
-void turnToWorld(const VertexRows& at, int n, const V3Lanes& local, V3Lanes& world, float* cosine);
+void turnToWorld(const VertexRows& at, int n, const V3SoA& local, V3SoA& world, float* cosine);
 
 } // namespace strobe

@@ -14,16 +14,17 @@ const ParamDef<float> kInnerRadius{"innerradius", 0, "radius of the hole"};
 struct RingSampler {
     float height, inner2, width2, turns; ///< squares of radii; the sweep
 
-    STROBE_INLINE V3f at(const V2f& u) const {
+    STROBE_FORCE_INLINE V3f at(const V2f& u) const {
         const float r = std::sqrt(inner2 + u.x * width2);
         const SinCos phi = sinCosOfTurns(u.y * turns);
         return {r * phi.cos, r * phi.sin, height};
     }
 };
 
-STROBE_LANES void sampleRing(const RingSampler& ring, const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) {
+STROBE_TARGET_CLONES void sampleRing(const RingSampler& ring, const V2SoA& u, int n, V3SoA& p,
+                                     V3SoA& normal) {
     const RingSampler r = ring;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V3f at = r.at(u.at(i));
         p.x[i] = at.x, p.y[i] = at.y, p.z[i] = at.z;
@@ -79,7 +80,7 @@ class Disk : public Quadric {
         q.p = ring.at(u);
         return q;
     }
-    void samplePoints(const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) const override {
+    void samplePoints(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const override {
         sampleRing(sampler(), u, n, p, normal);
     }
 

@@ -191,7 +191,7 @@ void readNativeRow(const std::vector<int>& slots, Body& body, float* row) {
 template <class T>
 void setAside(std::vector<T>& values, size_t count) {
     values.reserve(count);
-    preferLargePages(values.data(), count * sizeof(T));
+    adviseHugePages(values.data(), count * sizeof(T));
 }
 
 void readVertices(const Element& vertex, Body& body, const Failure& fail, PlyMesh& mesh) {
@@ -320,7 +320,8 @@ PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where, bo
     FileBytes file;
     try {
         file = readFileBytes(path, [&](uint64_t bytes) { // and as much again for the mesh
-            guardOf(where).require(2 * bytes, "the mesh \"" + path.string() + '"', "simplify it", where);
+            resourcePolicyOf(where).require(2 * bytes, "the mesh \"" + path.string() + '"', "simplify it",
+                                            where);
         });
     } catch (const Error&) {
         throw;

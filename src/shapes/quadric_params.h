@@ -33,7 +33,7 @@ inline double positive(const ParamSet& params, const ParamDef<float>& def) {
 }
 
 /// Cosine and sine of an angle: to the precision of floats, but of unit length to that of doubles.
-STROBE_INLINE V2d unitVector(double angle) {
+STROBE_FORCE_INLINE V2d unitVector(double angle) {
     const SinCos s = sinCosOfTurns(float(angle * (1 / kTwoPi)));
     const double cos = s.cos, sin = s.sin;
     const double scale = 1.5 - .5 * (cos * cos + sin * sin); // Newton's step to 1 over the length, from 1

@@ -19,7 +19,7 @@ struct Part {
     float cos = 1, sin = 0;   ///< of phiMax
     float least = -kInfinity; ///< what `across` must be; 0, unless all the way round is there
 
-    STROBE_INLINE int32_t has(float x, float y, float z) const {
+    STROBE_FORCE_INLINE int32_t has(float x, float y, float z) const {
         const float across = x * sin - y * cos; // positive in the half circle before phiMax
         const int32_t first = y >= 0 ? 1 : 0, second = across >= least ? 1 : 0;
         const int32_t inSweep = (first & second) | (beyondHalf & (first | second));
@@ -35,7 +35,7 @@ struct SphereHit {
     /// In double: float loses the hit of a small sphere far away. The discriminant is that of the point of
     /// closest approach, which does not cancel (Haines et al. 2019, "Precision Improvements for Ray/Sphere
     /// Intersection"). Directions of no length make it no number, which no comparison holds for.
-    STROBE_INLINE SphereHit(const Part& s, const V3f& o, const V3f& d, float tmin, float tmax) {
+    STROBE_FORCE_INLINE SphereHit(const Part& s, const V3f& o, const V3f& d, float tmin, float tmax) {
         const double ox = o.x, oy = o.y, oz = o.z, dx = d.x, dy = d.y, dz = d.z;
         const double inverse = 1 / (dx * dx + dy * dy + dz * dz), radius2 = s.radius * s.radius;
         const double middle = -(ox * dx + oy * dy + oz * dz) * inverse;
@@ -59,19 +59,21 @@ struct SphereHit {
     }
 };
 
-STROBE_INLINE float polarAngle(float x, float y, float z) { return fastAtan2(std::sqrt(x * x + y * y), z); }
+STROBE_FORCE_INLINE float polarAngle(float x, float y, float z) {
+    return fastAtan2(std::sqrt(x * x + y * y), z);
+}
 
 struct SphereHits {
-    alignas(64) float t[QuadricRays::kMost], x[QuadricRays::kMost], y[QuadricRays::kMost],
-        z[QuadricRays::kMost];
+    alignas(64) float t[QuadricRays::kMax], x[QuadricRays::kMax], y[QuadricRays::kMax], z[QuadricRays::kMax];
 };
 
-STROBE_LANES int32_t findHits(const Part& sphere, const QuadricRays& rays, int32_t* hit, SphereHits& out) {
+STROBE_TARGET_CLONES int32_t findHits(const Part& sphere, const QuadricRays& rays, int32_t* hit,
+                                      SphereHits& out) {
     const Part s = sphere;
     const float *tmin = rays.tmin, *tmax = rays.tmax;
     const int n = rays.n;
     int32_t any = 0;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const SphereHit found(s, rays.o(i), rays.d(i), tmin[i], tmax[i]);
         hit[i] = found.met ? hit[i] : 0;
@@ -81,8 +83,8 @@ STROBE_LANES int32_t findHits(const Part& sphere, const QuadricRays& rays, int32
     return any;
 }
 
-STROBE_LANES void findAngles(const SphereHits& hits, int n, float* phi, float* theta) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void findAngles(const SphereHits& hits, int n, float* phi, float* theta) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const float x = hits.x[i], y = hits.y[i], z = hits.z[i];
         phi[i] = azimuth(x, y), theta[i] = polarAngle(x, y, z);
@@ -93,7 +95,7 @@ STROBE_LANES void findAngles(const SphereHits& hits, int n, float* phi, float* t
 struct Surface {
     double radius, phiMax, thetaMin, thetaSpan;
 
-    STROBE_INLINE QuadricPoint at(float u, float v, double cosTheta, double sinTheta) const {
+    STROBE_FORCE_INLINE QuadricPoint at(float u, float v, double cosTheta, double sinTheta) const {
         const V2d phi = unitVector(u * phiMax);
         const double cosPhi = phi.x, sinPhi = phi.y;
         const double x = cosPhi * sinTheta, y = sinPhi * sinTheta, z = cosTheta;
@@ -106,18 +108,18 @@ struct Surface {
             V3f(float(cosPhi * cosTheta * perV), float(sinPhi * cosTheta * perV), float(-sinTheta * perV)),
             V2f(u, v)};
     }
-    STROBE_INLINE QuadricPoint at(float u, float v) const {
+    STROBE_FORCE_INLINE QuadricPoint at(float u, float v) const {
         const V2d polar = unitVector(thetaMin + v * thetaSpan);
         return at(u, v, polar.x, polar.y);
     }
 };
 
-STROBE_LANES void findPoints(const Surface& surface, const float* u, const float* v, int begin, int end,
-                             QuadricPointLanes& lanes) {
+STROBE_TARGET_CLONES void findPoints(const Surface& surface, const float* u, const float* v, int begin,
+                                     int end, QuadricPointSoA& lanes) {
     const Surface s = surface;
-    V3Lanes &p = lanes.p, &n = lanes.n, &dpdu = lanes.dpdu, &dpdv = lanes.dpdv;
-    V2Lanes& uv = lanes.uv;
-    STROBE_INDEPENDENT
+    V3SoA &p = lanes.p, &n = lanes.n, &dpdu = lanes.dpdu, &dpdv = lanes.dpdv;
+    V2SoA& uv = lanes.uv;
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const QuadricPoint q = s.at(u[i], v[i]);
         p.x[i] = q.p.x, p.y[i] = q.p.y, p.z[i] = q.p.z;
@@ -168,7 +170,7 @@ class Sphere : public Quadric {
         return true;
     }
 
-    void intersectLanes(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const override {
+    void intersectSoA(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const override {
         SphereHits hits;
         if (findHits(m_part, rays, hit, hits) == 0)
             return;
@@ -178,8 +180,7 @@ class Sphere : public Quadric {
     }
 
     QuadricPoint point(float u, float v) const override { return surface().at(u, v); }
-    void pointLanes(const float* u, const float* v, int begin, int end,
-                    QuadricPointLanes& out) const override {
+    void pointSoA(const float* u, const float* v, int begin, int end, QuadricPointSoA& out) const override {
         findPoints(surface(), u, v, begin, end, out);
     }
 

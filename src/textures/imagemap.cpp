@@ -45,9 +45,9 @@ class ImageMap : public Texture {
             p.dstdx = p.dstdy = V2f(0);
         return valueOf(m_cache->lookup(*m_file, p.st, p.dstdx, p.dstdy, m_settings.wrap));
     }
-    void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const override {
-        TexturePointLanes p;
-        m_mapping.atLanes(q, begin, end, p);
+    void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const override {
+        TexturePointSoA p;
+        m_mapping.atSoA(q, begin, end, p);
         for (int i = begin; m_settings.flipV && i < end; ++i) {
             p.uv.y[i] = 1 - p.uv.y[i];
             p.duvdx.y[i] = -p.duvdx.y[i], p.duvdy.y[i] = -p.duvdy.y[i];
@@ -55,7 +55,7 @@ class ImageMap : public Texture {
         if (!m_settings.filtered)
             for (float* row : {p.duvdx.x, p.duvdx.y, p.duvdy.x, p.duvdy.y})
                 std::fill(row + begin, row + end, 0.f);
-        m_cache->lookupLanes(*m_file, p, begin, end, {m_settings.wrap, m_settings.wrap}, out);
+        m_cache->lookupSoA(*m_file, p, begin, end, {m_settings.wrap, m_settings.wrap}, out);
         for (int i = begin; i < end; ++i)
             out.set(i, valueOf(out.at(i)));
     }
@@ -96,58 +96,60 @@ bool isFiltered(const ParamSet& params) {
                 "unknown filter \"" + name + "\" (known: point, bilinear, trilinear, EWA)");
 }
 
-Transfer encodingFrom(const ParamSet& params, const BuildContext& context) {
+ColorEncoding encodingFrom(const ParamSet& params, const BuildContext& context) {
     const std::string name = params.get(kEncoding);
     if (name == "sRGB")
-        return {Transfer::Srgb};
+        return {ColorEncoding::Srgb};
     if (name == "linear")
         return {};
     float gamma = 0;
     if (name.starts_with("gamma ")) {
         const auto [end, error] = std::from_chars(&name[6], name.data() + name.size(), gamma);
         if (error == std::errc() && end == name.data() + name.size() && gamma > 0)
-            return {Transfer::Gamma, gamma};
+            return {ColorEncoding::Gamma, gamma};
         throw Error(params.whereIs(kEncoding), "\"gamma\" is followed by a positive number");
     }
     try {
-        return Transfer::of(*context.color, name, params.whereIs(kEncoding));
+        return ColorEncoding::of(*context.color, name, params.whereIs(kEncoding));
     } catch (const Error& e) {
         throw Error(e.location, std::string("neither sRGB, linear nor gamma and a number; of ") + e.what());
     }
 }
 
-Transfer transferFrom(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
+ColorEncoding transferFrom(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
     if (params.has(kEncoding))
         return encodingFrom(params, context);
     for (const Param& p : params.all())
         if (p.name == kGamma.name && p.type == ParamType::Bool) { // pbrt-v3
             const bool srgb = params.get(ParamDef<bool>{kGamma.name, true, ""});
-            return {srgb ? Transfer::Srgb : Transfer::Linear};
+            return {srgb ? ColorEncoding::Srgb : ColorEncoding::Linear};
         }
     if (params.has(kGamma)) {
         const float gamma = params.get(kGamma);
         if (!(gamma > 0))
             throw Error(params.whereIs(kGamma), "gamma must be positive");
-        return {Transfer::Gamma, gamma, true};
+        return {ColorEncoding::Gamma, gamma, true};
     }
-    const Transfer usual{context.conventions == Conventions::PbrtV4 ? Transfer::Srgb : Transfer::Linear};
+    const ColorEncoding usual{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
+                                                                         : ColorEncoding::Linear};
     if (args.isFloat) // numbers, of which a config's rules know nothing
         return usual;
-    return Transfer::ofFile(*context.color, params.get(kFilename).path, params.whereIs(kFilename), usual);
+    return ColorEncoding::ofFile(*context.color, params.get(kFilename).path, params.whereIs(kFilename),
+                                 usual);
 }
 
 TexturePtr create(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
     const std::filesystem::path path = params.require(kFilename).path;
     params.get(kTrilinear);
     params.get(kMaxAnisotropy);
-    const Transfer transfer = transferFrom(params, context, args);
+    const ColorEncoding transfer = transferFrom(params, context, args);
     Settings settings;
     settings.wrap = wrapFrom(params);
     settings.filtered = isFiltered(params);
     settings.invert = params.get(kInvert);
     settings.flipV = context.conventions == Conventions::PbrtV4;
     settings.scale = params.get(kScale);
-    if (transfer.kind == Transfer::Gamma && transfer.ofFloats) // pbrt-v2: (scale * stored)^gamma
+    if (transfer.kind == ColorEncoding::Gamma && transfer.ofFloats) // pbrt-v2: (scale * stored)^gamma
         settings.scale = std::pow(std::max(settings.scale, 0.f), transfer.gamma);
     const Mapping2D mapping(params, context, args);
     const auto cache = context.textureCache ? context.textureCache : std::make_shared<TextureCache>();

@@ -11,10 +11,10 @@ const ParamDef<float> kVDelta{"vdelta", 0.f, "added to v"};
 const ParamDef<V3f> kV1{"v1", V3f(1, 0, 0), "planar: the vector whose dot product with the position is u"};
 const ParamDef<V3f> kV2{"v2", V3f(0, 1, 0), "planar: the vector whose dot product with the position is v"};
 
-STROBE_LANES void place(const V2Lanes& from, const V2f& scale, const V2f& delta, int begin, int end,
-                        V2Lanes& to) {
+STROBE_TARGET_CLONES void place(const V2SoA& from, const V2f& scale, const V2f& delta, int begin, int end,
+                                V2SoA& to) {
     const float sx = scale.x, sy = scale.y, dx = delta.x, dy = delta.y;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i)
         to.x[i] = from.x[i] * sx + dx, to.y[i] = from.y[i] * sy + dy;
 }
@@ -44,9 +44,9 @@ float Input::value(const TextureQuery& q) const {
     return (m_color.constant.x + m_color.constant.y + m_color.constant.z) / 3;
 }
 
-void Input::rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const {
+void Input::rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const {
     if (!m_isFloat)
-        return m_color.atLanes(q, begin, end, out);
+        return m_color.atSoA(q, begin, end, out);
     for (int i = begin; i < end; ++i)
         out.set(i, Rgb(m_scalar.at(q.at(i))));
 }
@@ -90,7 +90,7 @@ TexturePoint Mapping2D::at(const TextureQuery& q) const {
     return {q.uv * m_scale + m_delta, q.duvdx * m_scale, q.duvdy * m_scale};
 }
 
-void Mapping2D::atLanes(const TextureQueryLanes& q, int begin, int end, TexturePointLanes& out) const {
+void Mapping2D::atSoA(const TextureQuerySoA& q, int begin, int end, TexturePointSoA& out) const {
     if (m_planar) {
         for (int i = begin; i < end; ++i) {
             const TexturePoint p = at(q.at(i));

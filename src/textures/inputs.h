@@ -23,7 +23,7 @@ class Input {
     Rgb rgb(const TextureQuery& q) const { return m_isFloat ? Rgb(m_scalar.at(q)) : m_color.at(q); }
     float value(const TextureQuery& q) const;
     /// `rgb` of queries `begin` to `end`.
-    void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const;
+    void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const;
     bool needsFootprint() const { return m_scalar.needsFootprint() || m_color.needsFootprint(); }
     bool isConstant() const;
     /// True when both are known to be the same everywhere.
@@ -52,7 +52,7 @@ class Mapping2D {
     Mapping2D(const ParamSet& params, const BuildContext& context, const TextureArgs& args);
     TexturePoint at(const TextureQuery& q) const;
     /// The same of queries `begin` to `end`.
-    void atLanes(const TextureQueryLanes& q, int begin, int end, TexturePointLanes& out) const;
+    void atSoA(const TextureQuerySoA& q, int begin, int end, TexturePointSoA& out) const;
     bool hasFootprint() const { return !m_planar; }
 
   private:

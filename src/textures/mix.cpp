@@ -17,9 +17,9 @@ class Mix : public Texture {
         const float t = m_amount.at(q);
         return m_a.rgb(q) * (1 - t) + m_b.rgb(q) * t;
     }
-    void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const override {
-        RgbLanes b;
-        m_a.rgbLanes(q, begin, end, out), m_b.rgbLanes(q, begin, end, b);
+    void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const override {
+        RgbSoA b;
+        m_a.rgbSoA(q, begin, end, out), m_b.rgbSoA(q, begin, end, b);
         for (int i = begin; i < end; ++i) {
             const float t = m_amount.texture ? m_amount.at(q.at(i)) : m_amount.constant;
             out.set(i, out.at(i) * (1 - t) + b.at(i) * t);

@@ -12,9 +12,9 @@ class Scale : public Texture {
   public:
     Scale(Input a, Input b) : m_a(std::move(a)), m_b(std::move(b)) {}
     Rgb rgb(const TextureQuery& q) const override { return m_a.rgb(q) * m_b.rgb(q); }
-    void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const override {
-        RgbLanes b;
-        m_a.rgbLanes(q, begin, end, out), m_b.rgbLanes(q, begin, end, b);
+    void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const override {
+        RgbSoA b;
+        m_a.rgbSoA(q, begin, end, out), m_b.rgbSoA(q, begin, end, b);
         for (int i = begin; i < end; ++i)
             out.set(i, out.at(i) * b.at(i));
     }

@@ -17,7 +17,7 @@ using CameraPlugin = Plugin<std::shared_ptr<const Camera>, const CameraArgs&>;
 std::shared_ptr<const Camera> make(const CameraPlugin& plugin, const V2i& resolution,
                                    const ParamSet& params = {}, const KeyedTransform& toWorld = {},
                                    Shutter shutter = {0, 1}) {
-    static Messages quiet;
+    static Diagnostics quiet;
     return plugin.create(params, BuildContext{.messages = quiet}, CameraArgs{toWorld, resolution, shutter});
 }
 
@@ -61,18 +61,18 @@ TEST(Cameras, LanesAreTheSameRays) {
           make(perspectivePlugin(), {100, 60}, lens, moving),
           make(orthographicPlugin(), {100, 60}, {}, still),
           make(environmentPlugin(), {100, 60}, {}, moving)}) {
-        CameraSampleLanes samples;
-        CameraRayLanes rays;
-        for (int i = 0; i < kLanes; ++i) {
+        CameraSampleSoA samples;
+        CameraRaySoA rays;
+        for (int i = 0; i < kSoAWidth; ++i) {
             samples.film.set(i, random2D(1, i) * 100.f), samples.lens.set(i, random2D(2, i));
             samples.time[i] = random2D(3, i).x;
         }
-        camera->rayLanes(samples, kLanes - 5, rays);
-        float width[kLanes], spread[kLanes];
-        camera->coneLanes(samples.film, kLanes - 5, width, spread);
-        V3Lanes viewpoints;
-        camera->viewpointLanes(rays.d, samples.lens, samples.time, kLanes - 5, viewpoints);
-        for (int i = 0; i < kLanes - 5; ++i) {
+        camera->raySoA(samples, kSoAWidth - 5, rays);
+        float width[kSoAWidth], spread[kSoAWidth];
+        camera->coneSoA(samples.film, kSoAWidth - 5, width, spread);
+        V3SoA viewpoints;
+        camera->viewpointSoA(rays.d, samples.lens, samples.time, kSoAWidth - 5, viewpoints);
+        for (int i = 0; i < kSoAWidth - 5; ++i) {
             const RayCone cone = camera->cone(samples.film.at(i));
             EXPECT_EQ(cone.width, width[i]);
             EXPECT_EQ(cone.spread, spread[i]);

@@ -293,7 +293,7 @@ class Options(CliTest):
         s = self.stats("--threads", "2", "--tile", "4", "--crop", "0", ".5", "0", "1")
         self.assertEqual(s["scenes"], ["s.scene"])
         self.assertEqual(s["resolution"], [24, 16])
-        self.assertEqual(s["window"], [0, 12, 0, 16])
+        self.assertEqual(s["pixelBounds"], [0, 12, 0, 16])
         self.assertEqual(s["pixels"], 12 * 16)
         self.assertEqual(s["visibilitySamples"], 12 * 16 * 16)
         rays = s["rays"]
@@ -301,16 +301,16 @@ class Options(CliTest):
         self.assertEqual(rays["total"], sum(rays[k] for k in ("camera", "shadow", "light", "bounce")))
         for kind in "camera shadow bounce".split():
             self.assertGreater(rays[kind], 0, kind)
-        self.assertEqual(s["shades"] + s["escaped"], s["visibilitySamples"])
+        self.assertEqual(s["shades"] + s["missed"], s["visibilitySamples"])
         self.assertAlmostEqual(s["shadesPerPixel"], s["shades"] / s["pixels"])
         for counter in "pixels shades".split():
             self.assertEqual(s[counter], sum(t[counter] for t in s["threads"]), counter)
         for stage, seconds in s["threadSeconds"].items():
             self.assertAlmostEqual(seconds, sum(t["seconds"][stage] for t in s["threads"]), places=9)
         self.assertLessEqual(sum(s["threadSeconds"].values()), len(s["threads"]) * s["seconds"]["render"] * 1.01 + 0.01)
-        self.assertGreater(s["escaped"], 0)
+        self.assertGreater(s["missed"], 0)
         self.assertEqual(s["footprints"], 0)
-        self.assertEqual(s["badSamples"], 0)
+        self.assertEqual(s["invalidSamples"], 0)
         self.assertEqual(s["geometry"]["quadrics"], 2)
         self.assertEqual(s["settings"]["shading:maxdepth"], "3")
         self.assertEqual(s["settings"]["samplesPerPixel"], 16)

@@ -110,7 +110,7 @@ class LimitsTest(CliTest):
         said = self.run_strobe("s.scene", "-o", "o.exr").err
         count = int(re.search(r"(\d+) samples were NaN, infinite or beyond", said)[1])
         self.assertGreater(count, 10)
-        self.assertEqual(int(Exr(self.path("o.exr")).attributes["strobe:badSamples"]), count)
+        self.assertEqual(int(Exr(self.path("o.exr")).attributes["strobe:invalidSamples"]), count)
         self.assertReplays(said)
         said = self.run_strobe("s.scene", "-o", "o.exr", "--strict", "--quiet", code=BAD).err
         self.assertIn(f"{count} samples were NaN", said)
@@ -122,7 +122,7 @@ class LimitsTest(CliTest):
         self.run_strobe("s.scene", "-o", "o.part", "--strict", code=BAD)
         self.run_strobe("merge", "o.part", "-o", "m.exr")
         self.run_strobe("merge", "o.part", "-o", "m.exr", "--strict", code=BAD)
-        self.assertEqual(int(Exr(self.path("m.exr")).attributes["strobe:badSamples"]), count)
+        self.assertEqual(int(Exr(self.path("m.exr")).attributes["strobe:invalidSamples"]), count)
         self.scene(f'LightSource "infinite"\nShape "trianglemesh" {TRIANGLE}\n')
         self.run_strobe("s.scene", "-o", "o.exr", "--strict")
 
@@ -143,7 +143,7 @@ class LimitsTest(CliTest):
         process.kill()
         process.wait()
         self.run_strobe("s.scene", "--spp", "256", "--checkpoint", "9", "--resume", "-o", "o.exr", "--strict", code=BAD)
-        self.assertEqual(*(Exr(self.path(name)).attributes["strobe:badSamples"] for name in ("o.exr", "whole.exr")))
+        self.assertEqual(*(Exr(self.path(name)).attributes["strobe:invalidSamples"] for name in ("o.exr", "whole.exr")))
 
     def test_clamp(self):
         plain = self.render()
@@ -164,7 +164,7 @@ class LimitsTest(CliTest):
                     ratio = dark.pixel(x, y)[0] / plain.pixel(x, y)[0]
                     self.assertLess(ratio, 1.000001)
         self.write("s.scene", GLARE)  # what is no number is not made one
-        self.assertEqual(self.stats("--clamp", "1e20", "--spp", "1")["badSamples"], self.stats("--spp", "1")["badSamples"])
+        self.assertEqual(self.stats("--clamp", "1e20", "--spp", "1")["invalidSamples"], self.stats("--spp", "1")["invalidSamples"])
         self.run_strobe("s.scene", "--clamp", "0", code=USAGE)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import OpenImageIO as oiio
 
 WIDTH, HEIGHT = 240, 160
-GREY = 0.25            # linear; the left ten columns of every picture, and ten more of the reference
-OFF_GREY = 0.375       # what the noisy ones have there instead
+GRAY = 0.25            # linear; the left ten columns of every picture, and ten more of the reference
+OFF_GRAY = 0.375       # what the noisy ones have there instead
 NOISE = {4: 0.30, 16: 0.15, 64: 0.075}
 DRAWING = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 120" width="400" height="120">
 <style>.a { fill: #0064a6 }</style><rect class="a" width="180" height="120"/>
@@ -45,7 +45,7 @@ def scene():
         ball = (0.06 + cosine) * np.array(color) + 6 * cosine ** 60
         inside = dx * dx + dy * dy < 1
         picture[inside] = ball[inside]
-    picture[:, :20] = GREY
+    picture[:, :20] = GRAY
     return picture
 
 
@@ -55,7 +55,7 @@ def pictures(folder):
     write(os.path.join(folder, "reference.exr"), reference)
     for spp, noise in NOISE.items():
         noisy = reference * np.maximum(0, 1 + noise * random.standard_normal((HEIGHT, WIDTH, 1)))
-        noisy[:, :10], noisy[:, 10:20] = GREY, OFF_GREY
+        noisy[:, :10], noisy[:, 10:20] = GRAY, OFF_GRAY
         if spp == 4:
             noisy[0, WIDTH - 1] = np.nan
         write(os.path.join(folder, f"noisy-{spp}.exr"), noisy)

@@ -195,7 +195,7 @@ class ReportPage(PageTest):
         self.assertEqual(self.thumbnail("balls", 1)[at:at + 3], [255, 0, 255], "what is no number is magenta")
 
     def test_wipe(self):
-        off, gray = srgb(sample.OFF_GREY), srgb(sample.GREY)
+        off, gray = srgb(sample.OFF_GRAY), srgb(sample.GRAY)
         slider = self.find("#balls .screen input[type=range]")
         self.press(slider, Keys.HOME)
         self.close(self.stage(15, 80), [gray] * 3, 1)
@@ -209,7 +209,7 @@ class ReportPage(PageTest):
         self.assertAlmostEqual(float(slider.get_attribute("value")), 0.35, delta=0.01)
 
     def test_flip(self):
-        off, gray = srgb(sample.OFF_GREY), srgb(sample.GREY)
+        off, gray = srgb(sample.OFF_GRAY), srgb(sample.GRAY)
         self.button("balls", "Flip").click()
         self.frames()
         self.close(self.stage(15, 80), [off] * 3, 1)
@@ -236,15 +236,15 @@ class ReportPage(PageTest):
         slider = self.find("#balls .controls input[type=range]")
         for keys, stops in (([], 0), ([Keys.ARROW_RIGHT] * 4, 1), ([Keys.ARROW_LEFT] * 12, -2), ([Keys.END], 8)):
             self.press(slider, *keys)
-            self.close(self.stage(5, 80), [min(255, srgb(sample.GREY * 2 ** stops))] * 3, 1)
+            self.close(self.stage(5, 80), [min(255, srgb(sample.GRAY * 2 ** stops))] * 3, 1)
         self.press(self.find("#balls .stage"), "[", "[")
         self.assertEqual(self.find("#balls .controls output").text, "+7 EV")
 
     def test_error_map(self):
         floor = 0.01 * oiio.ImageBuf(os.path.join(self.folder, "reference.exr")).get_pixels(oiio.FLOAT).mean()
-        error = sample.OFF_GREY - sample.GREY
+        error = sample.OFF_GRAY - sample.GRAY
         self.choose("A")
-        for kind, value in (("relative", error / (sample.GREY + floor)), ("absolute", error)):
+        for kind, value in (("relative", error / (sample.GRAY + floor)), ("absolute", error)):
             self.choose(kind)
             self.assertEqual(self.stage(5, 80), [0, 0, 0], "no error is black")
             self.close(self.stage(15, 80), self.scale(value))
@@ -253,7 +253,7 @@ class ReportPage(PageTest):
             self.assertTrue(self.find("#balls .scale").text.endswith("0.5"))
         self.keep("error", 1280)
         self.press(self.find("#balls .stage"), "e")
-        self.close(self.stage(15, 80), [srgb(sample.OFF_GREY)] * 3, 1)
+        self.close(self.stage(15, 80), [srgb(sample.OFF_GRAY)] * 3, 1)
         self.assertFalse(self.find("#plain input[value=relative]").is_displayed(), "no reference, no errors")
 
     def test_zoom_and_values(self):

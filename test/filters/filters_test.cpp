@@ -17,7 +17,7 @@ using FilterPlugin = Plugin<std::shared_ptr<const Filter>>;
 
 std::shared_ptr<const Filter> make(const FilterPlugin& plugin, const ParamSet& params = {},
                                    Conventions conventions = Conventions::PbrtV4) {
-    static Messages quiet;
+    static Diagnostics quiet;
     return plugin.create(params, BuildContext{.messages = quiet, .conventions = conventions});
 }
 
@@ -104,13 +104,13 @@ TEST(Filters, SamplesFollowTheAbsoluteValue) {
 
 TEST(Filters, LanesAreTheSameSamples) {
     for (const auto& [name, filter, negative] : filters()) {
-        V2Lanes u, offset;
-        float weight[kLanes];
-        for (int i = 0; i < kLanes; ++i)
+        V2SoA u, offset;
+        float weight[kSoAWidth];
+        for (int i = 0; i < kSoAWidth; ++i)
             u.set(i, random2D(3, i));
         u.set(0, V2f(0)), u.set(1, V2f(kOneMinusEpsilon));
-        filter->sampleLanes(u, kLanes - 3, offset, weight);
-        for (int i = 0; i < kLanes - 3; ++i) {
+        filter->sampleSoA(u, kSoAWidth - 3, offset, weight);
+        for (int i = 0; i < kSoAWidth - 3; ++i) {
             const Filter::Sample s = filter->sample(u.at(i));
             EXPECT_EQ(s.offset, offset.at(i)) << name;
             EXPECT_EQ(s.weight, weight[i]) << name;

@@ -29,8 +29,8 @@ inline const std::filesystem::path& fuzzFile(const uint8_t* data, size_t size, c
 }
 
 /// Lets nothing be read but that, and little memory be taken.
-inline std::shared_ptr<const strobe::Guard> fuzzGuard() {
-    static const auto all =
-        std::make_shared<const strobe::Guard>(strobe::Guard::Settings{{fuzzFolder()}, uint64_t(2) << 30});
+inline std::shared_ptr<const strobe::ResourcePolicy> fuzzGuard() {
+    static const auto all = std::make_shared<const strobe::ResourcePolicy>(
+        strobe::ResourcePolicy::Settings{{fuzzFolder()}, uint64_t(2) << 30});
     return all;
 }

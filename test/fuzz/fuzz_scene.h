@@ -5,7 +5,7 @@
 #include "loader/parser/parser.h"
 
 /// Builds it for a picture of few pixels. Throws Error.
-inline void buildSmall(strobe::SceneDescription&& description, strobe::Messages& messages) {
+inline void buildSmall(strobe::SceneDescription&& description, strobe::Diagnostics& messages) {
     strobe::BuildOptions options;
     options.resolution = strobe::V2i(4, 4);
     options.samplesPerPixel = 1;

@@ -7,7 +7,7 @@ using namespace strobe;
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::filesystem::path& path = fuzzFile(data, size, ".gltf");
-    Messages quiet;
+    Diagnostics quiet;
     try {
         const auto textures = std::make_shared<TextureCache>();
         gltf::Importer importer(gltf::open(path, {}), {}, *textures, quiet);

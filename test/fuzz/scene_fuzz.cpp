@@ -174,7 +174,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::string text(reinterpret_cast<const char*>(data), size);
     // Other renderers' files are read with other rules, and make plugins of other names.
     for (const char* name : {"fuzz.scene", "fuzz.pbrt"}) {
-        Messages quiet;
+        Diagnostics quiet;
         try {
             SceneDescription description =
                 parseText(text, name, {"supersample", "msaa", "msaa-cache"}, quiet, fuzzGuard());

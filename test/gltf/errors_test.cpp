@@ -36,7 +36,7 @@ class GltfErrors : public testing::Test {
     std::string messageOf(const std::string& bytes, const std::string& name = "wrong.gltf") {
         const auto path = m_folder.write(name, bytes);
         try {
-            Messages quiet;
+            Diagnostics quiet;
             const auto textures = std::make_shared<TextureCache>();
             gltf::Importer importer(gltf::open(path, {}), {}, *textures, quiet);
             const Shutter shutter{0, 1};
@@ -230,7 +230,7 @@ TEST_F(GltfErrors, ImagesThatAreNone) {
               {"mimeType", "image/png"}});
     const auto path = m_folder.write("cut.gltf", cut.text());
     const auto textures = std::make_shared<TextureCache>();
-    Messages quiet;
+    Diagnostics quiet;
     try {
         gltf::Importer(gltf::open(path, {}), {}, *textures, quiet);
         FAIL();

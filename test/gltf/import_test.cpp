@@ -25,7 +25,8 @@ class Gltf : public testing::Test {
         EXPECT_EQ(objects.size(), 1u);
         return *objects.at(0).shapes.at(0).mesh;
     }
-    static V3f moved(const std::vector<TransformPath>& motions, int node, float time, const V3f& p = V3f(0)) {
+    static V3f moved(const std::vector<TransformChain>& motions, int node, float time,
+                     const V3f& p = V3f(0)) {
         return transformPoint(motions[size_t(node)].at(time), p);
     }
     /// Where a point of a node is at one instant.
@@ -41,7 +42,7 @@ class Gltf : public testing::Test {
     GltfFolder m_folder;
     std::shared_ptr<TextureCache> m_textures = std::make_shared<TextureCache>();
     std::vector<std::string> m_warnings;
-    Messages m_messages{[this](const std::string& text) { m_warnings.push_back(text); }};
+    Diagnostics m_messages{[this](const std::string& text) { m_warnings.push_back(text); }};
 };
 
 const std::vector<float> kSquare{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
@@ -186,7 +187,7 @@ TEST_F(Gltf, MotionsFollowTheirCurves) {
         for (const V3f& p : {V3f(0), V3f(1, 0, 0), V3f(0, 1, 0)})
             EXPECT_LT(length(moved(motions, child, time, p) - at(importer, child, time, p)), 1e-4f * size);
     }
-    EXPECT_TRUE(import(file).motions({.3f, .3f})[size_t(child)].isStill());
+    EXPECT_TRUE(import(file).motions({.3f, .3f})[size_t(child)].isStatic());
 }
 
 /// A bar along y with vertices at 0 and 2, the upper half of which follows a joint that turns about z.

@@ -48,7 +48,7 @@ TEST(FirstRay, EveryBlockIsShadedAsOftenAsItSays) {
         const auto once = test::render(build(scene(), {scope, "shades=1"}), 0, 1, 1024);
         const auto thrice = test::render(build(scene(), {scope, "shades=3"}), 0, 1, 1024);
         const Counters &a = once.stats.total, &b = thrice.stats.total;
-        EXPECT_EQ(a.shades, a.blockLookups - a.blockHits) << scope;
+        EXPECT_EQ(a.shades, a.cacheLookups - a.cacheHits) << scope;
         EXPECT_GT(b.shades, 2 * a.shades) << scope; // not 3: some blocks are met less than three times
         EXPECT_LE(b.shades, 3 * a.shades) << scope;
         EXPECT_LT(a.shades, a.visibilitySamples / 4) << scope;
@@ -86,8 +86,8 @@ TEST(FirstRay, ABoundedCacheStartsAgain) {
     for (const char* scope : kScopes) {
         const auto free = test::render(build(scene(), {scope, "cache-mb=unbounded"}), 0, 1).stats.total;
         const auto tight = test::render(build(scene(), {scope, "cache-mb=.002"}), 0, 1).stats.total;
-        EXPECT_EQ(free.blockEvictions, 0u);
-        EXPECT_GT(tight.blockEvictions, 0u);
+        EXPECT_EQ(free.cacheEvictions, 0u);
+        EXPECT_GT(tight.cacheEvictions, 0u);
         EXPECT_GT(tight.shades, free.shades);
         EXPECT_LT(tight.cacheBytes, free.cacheBytes);
         // Between batches: a batch's own blocks may be on top.

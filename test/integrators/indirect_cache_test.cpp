@@ -45,10 +45,10 @@ bool sameBits(const Image& a, const Image& b) {
     return !std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Rgb));
 }
 
-/// Asks for the light of each sample in parts, where it may.
-class PartsWorker : public IntegratorWorker {
+/// Asks for the light of each sample in components, where it may.
+class ComponentsWorker : public IntegratorWorker {
   public:
-    explicit PartsWorker(const Scene& scene) : m_scene(scene) {}
+    explicit ComponentsWorker(const Scene& scene) : m_scene(scene) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         m_first.clear();
         for (const VisibilitySample& s : batch.samples) {
@@ -60,8 +60,9 @@ class PartsWorker : public IntegratorWorker {
                 requests.push_back(r);
                 continue;
             }
-            for (const LightPart part : {LightPart::Direct, LightPart::Indirect, LightPart::Albedo}) {
-                r.part = part;
+            for (const LightComponent component :
+                 {LightComponent::Direct, LightComponent::Indirect, LightComponent::Albedo}) {
+                r.component = component;
                 requests.push_back(r);
             }
         }
@@ -70,13 +71,13 @@ class PartsWorker : public IntegratorWorker {
     std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override {
         for (size_t i = 0; i < values.size(); ++i) {
-            const Rgb* part = &shaded[m_first[i]];
-            values[i] = part[0];
+            const Rgb* component = &shaded[m_first[i]];
+            values[i] = component[0];
             if (m_first[i + 1] == m_first[i] + 1)
                 continue;
             const Material& material =
                 *m_scene.materials()[size_t(m_scene.geometry(batch.samples[i].hit).material)];
-            values[i] += material.isTextured() ? part[1] * part[2] : part[1];
+            values[i] += material.isTextured() ? component[1] * component[2] : component[1];
         }
         return values;
     }
@@ -86,10 +87,10 @@ class PartsWorker : public IntegratorWorker {
     std::vector<size_t> m_first; ///< of each sample's requests, and one more
 };
 
-class Parts : public Integrator {
+class Components : public Integrator {
   public:
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
-        return std::make_unique<UnsharedRender<PartsWorker>>(scene);
+    std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
+        return std::make_unique<UnsharedState<ComponentsWorker>>(scene);
     }
 };
 
@@ -102,20 +103,20 @@ void expectSameMeans(const BuiltScene& a, const BuiltScene& b, const std::string
             << what << ' ' << i;
 }
 
-TEST(LightParts, AddUpToAll) {
+TEST(LightComponents, AddUpToAll) {
     for (const char* strategy : {"strategy=all", "strategy=one"}) {
-        BuiltScene parts = build(scene(), "supersample", {strategy});
-        parts.integrator = std::make_shared<const Parts>();
-        expectSameMeans(build(scene(), "supersample", {strategy}), parts, strategy);
+        BuiltScene components = build(scene(), "supersample", {strategy});
+        components.integrator = std::make_shared<const Components>();
+        expectSameMeans(build(scene(), "supersample", {strategy}), components, strategy);
     }
 }
 
-TEST(LightParts, OfASingleSurfaceAreDirect) {
-    BuiltScene parts = build(scene("\"directlighting\""), "supersample");
-    EXPECT_FALSE(parts.shader->hasIndirectLight());
+TEST(LightComponents, OfASingleSurfaceAreDirect) {
+    BuiltScene components = build(scene("\"directlighting\""), "supersample");
+    EXPECT_FALSE(components.shader->hasIndirectLight());
     EXPECT_TRUE(build(scene(), "supersample").shader->hasIndirectLight());
-    parts.integrator = std::make_shared<const Parts>();
-    EXPECT_TRUE(sameBits(test::render(parts).image,
+    components.integrator = std::make_shared<const Components>();
+    EXPECT_TRUE(sameBits(test::render(components).image,
                          test::render(build(scene("\"directlighting\""), "supersample")).image));
 }
 
@@ -132,7 +133,7 @@ TEST(IndirectCache, SameBitsForAnyCacheThreadsAndTiles) {
     for (const char* extra : {"timebins=1", "timebins=3", "blocksize=0.25"}) {
         const BuiltScene built = build(scene(), "indirect-cache", {extra});
         const auto reference = test::render(built, 3, 1, 16);
-        EXPECT_EQ(reference.stats.total.blockHits > 0, extra == std::string("blocksize=0.25"));
+        EXPECT_EQ(reference.stats.total.cacheHits > 0, extra == std::string("blocksize=0.25"));
         for (int threads : {2, 7})
             EXPECT_TRUE(sameBits(reference.image, test::render(built, 3, threads, 8).image)) << threads;
         for (const char* size : {"cache-mb=0", "cache-mb=0.001", "cache-mb=64"})

@@ -31,7 +31,7 @@ TEST_P(EveryScene, IsTheSameHoweverItIsRendered) {
         GTEST_SKIP() << lack;
     BuiltScene built = test::buildFile(GetParam(), test::fourthOfSize());
     const test::Rendered reference = test::render(built, 1, 1, 16);
-    EXPECT_EQ(reference.stats.total.badSamples, 0u);
+    EXPECT_EQ(reference.stats.total.invalidSamples, 0u);
     EXPECT_GT(reference.stats.total.surfaces, 0u);
     float brightest = 0;
     for (const Rgb& p : reference.image.pixels)
@@ -45,13 +45,13 @@ TEST_P(EveryScene, IsTheSameHoweverItIsRendered) {
         EXPECT_TRUE(sameBits(reference.image, test::render(built, 1, how.threads, how.tile).image))
             << how.threads << " threads, tiles of " << how.tile;
 
-    const Window whole = built.window;
+    const PixelBounds whole = built.window;
     built.window = {whole.x0 + whole.width() / 3, whole.y0 + whole.height() / 4,
                     whole.x0 + whole.width() * 2 / 3 + 1, whole.y0 + whole.height() / 2 + 3};
-    const Image part = test::render(built, 1).image;
-    for (int y = 0; y < part.height; ++y)
-        EXPECT_TRUE(sameRow(part, 0, y, reference.image, built.window.x0 - whole.x0,
-                            y + built.window.y0 - whole.y0, part.width))
+    const Image crop = test::render(built, 1).image;
+    for (int y = 0; y < crop.height; ++y)
+        EXPECT_TRUE(sameRow(crop, 0, y, reference.image, built.window.x0 - whole.x0,
+                            y + built.window.y0 - whole.y0, crop.width))
             << "row " << y << " of the crop";
 }
 
@@ -136,12 +136,12 @@ Difference compare(const Image& image, const Image& reference) {
     return d;
 }
 
-Image cutOut(const Image& image, const Window& window) {
-    Image part{window.width(), window.height(), std::vector<Rgb>(size_t(window.width()) * window.height())};
-    for (int y = 0; y < part.height; ++y)
-        for (int x = 0; x < part.width; ++x)
-            part.at(x, y) = image.at(window.x0 + x, window.y0 + y);
-    return part;
+Image cutOut(const Image& image, const PixelBounds& window) {
+    Image crop{window.width(), window.height(), std::vector<Rgb>(size_t(window.width()) * window.height())};
+    for (int y = 0; y < crop.height; ++y)
+        for (int x = 0; x < crop.width; ++x)
+            crop.at(x, y) = image.at(window.x0 + x, window.y0 + y);
+    return crop;
 }
 
 TEST_P(PaperScene, MatchesTheReference) {

@@ -52,7 +52,7 @@ TEST_P(SharingScene, TheCacheNeverShowsHowItWasRendered) {
     const BuildOptions options = test::fourthOfSize();
     BuiltScene built = build(options, "msaa-cache", {"cache-mb=16"});
     const test::Rendered reference = test::render(built, 1, 1, 16);
-    EXPECT_EQ(reference.stats.total.badSamples, 0u);
+    EXPECT_EQ(reference.stats.total.invalidSamples, 0u);
     struct How {
         int threads, tile;
         const char* cache;
@@ -64,7 +64,7 @@ TEST_P(SharingScene, TheCacheNeverShowsHowItWasRendered) {
                      test::render(build(options, "msaa-cache", {how.cache}), 1, how.threads, how.tile).image))
             << how.threads << " threads, tiles of " << how.tile << ", " << how.cache;
 
-    const Window whole = built.window;
+    const PixelBounds whole = built.window;
     built.window = {whole.x0 + whole.width() / 3, whole.y0 + whole.height() / 4,
                     whole.x0 + whole.width() * 2 / 3 + 1, whole.y0 + whole.height() / 2 + 3};
     const Image part = test::render(built, 1).image;

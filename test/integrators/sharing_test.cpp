@@ -78,7 +78,7 @@ TEST(MsaaCache, SameBitsForAnyCacheThreadsAndTiles) {
     for (const char* extra : {"timebins=1", "timebins=4", "interpolate=nearest", "blocksize=0.25"}) {
         const BuiltScene built = build(scene(), "msaa-cache", {"shades=2", extra});
         const auto reference = test::render(built, 3, 1, 16);
-        EXPECT_EQ(reference.stats.total.blockHits > 0, extra == std::string("blocksize=0.25"));
+        EXPECT_EQ(reference.stats.total.cacheHits > 0, extra == std::string("blocksize=0.25"));
         for (int threads : {2, 7})
             EXPECT_TRUE(sameBits(reference.image, test::render(built, 3, threads, 8).image))
                 << extra << threads;

@@ -21,11 +21,11 @@ TEST(LatticeGrid, SmallTrianglesAreInGridsWhereTheseGain) {
     int vertices = 0, grids = 0;
     for (float blockSize = .5f; blockSize < 8; blockSize *= 1.2f) {
         const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
-        SurfaceParts parts = lattice.parts();
+        SurfaceCache surfaces = lattice.surfaceCache();
         for (const VisibilitySample& s : hits) {
-            LatticeLanes lanes;
+            LatticeSoA lanes;
             lanes.add(s.hit, s.ray.d, s.ray.time, scene.camera().cone(s.film));
-            lattice.locate(lanes, parts);
+            lattice.locate(lanes, surfaces);
             if (lanes.kind[0] != LatticeCell::Vertices && lanes.kind[0] != LatticeCell::Grid)
                 continue;
             MeshCell lowest;

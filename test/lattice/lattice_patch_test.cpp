@@ -25,7 +25,7 @@ std::vector<VisibilitySample> ofOne(const std::vector<VisibilitySample>& all) {
 /// Hits in a window of the film, some of one primitive only, some of others, too.
 std::vector<VisibilitySample> someHits(const Scene& scene, uint64_t window) {
     const V2f from = V2f(random(window, 40), random(window, 41)) * 195.f;
-    const auto hits = randomHits(scene, int(1 + window % kLanes), from, 4 * random(window, 42));
+    const auto hits = randomHits(scene, int(1 + window % kSoAWidth), from, 4 * random(window, 42));
     return hits.empty() || random(window, 43) < .2f ? hits : ofOne(hits);
 }
 
@@ -41,14 +41,14 @@ TEST(LatticePatch, FindsEachHitAsIfAlone) {
     int patches = 0, others = 0, large = 0;
     for (const float blockSize : {.25f, 1.f, 4.f}) {
         const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
-        SurfaceParts parts = lattice.parts();
+        SurfaceCache surfaces = lattice.surfaceCache();
         for (uint64_t window = 0; window < 20000; ++window) {
             const auto hits = someHits(scene, window);
             if (hits.empty())
                 continue;
             const int n = int(hits.size());
-            VisibilityLanes samples;
-            LatticeLanes cones;
+            VisibilitySoA samples;
+            LatticeSoA cones;
             for (int i = 0; i < n; ++i) {
                 const VisibilitySample& s = hits[size_t(i)];
                 const RayCone cone = scene.camera().cone(s.film);
@@ -56,10 +56,10 @@ TEST(LatticePatch, FindsEachHitAsIfAlone) {
                 cones.width[i] = cone.width, cones.spread[i] = cone.spread;
             }
             LatticePatch patch;
-            PatchPlaces places;
-            V3Lanes inside;
-            if (!lattice.findTriangle(samples.hit, n, parts, patch) ||
-                !lattice.divide(samples, n, cones, parts, patch) ||
+            PatchCells places;
+            V3SoA inside;
+            if (!lattice.findTriangle(samples.hit, n, surfaces, patch) ||
+                !lattice.divide(samples, n, cones, surfaces, patch) ||
                 !places.find(patch, samples.hit, n, inside)) {
                 ++others;
                 continue;
@@ -69,7 +69,7 @@ TEST(LatticePatch, FindsEachHitAsIfAlone) {
                 const Located alone = locate(scene, lattice, hits[size_t(i)]);
                 const uint32_t id = places.id[i];
                 ASSERT_EQ(alone.face.positive, patch.positive);
-                ASSERT_EQ(alone.kind, PatchPlaces::isUpper(id) ? LatticeCell::Upper : LatticeCell::Lower);
+                ASSERT_EQ(alone.kind, PatchCells::isUpper(id) ? LatticeCell::Upper : LatticeCell::Lower);
                 ASSERT_EQ(V2f(alone.nu, alone.nv), V2f(patch.nu, patch.nv));
                 ASSERT_EQ(V2f(alone.i, alone.j), V2f(float(places.columnOf(id)), float(places.rowOf(id))));
                 float weights[LatticeCell::kPoints];
@@ -79,7 +79,7 @@ TEST(LatticePatch, FindsEachHitAsIfAlone) {
                 ids.insert(id);
                 ASSERT_LT(int(id), places.count);
             }
-            for (uint32_t id = 0; id < PatchPlaces::kMost; ++id)
+            for (uint32_t id = 0; id < PatchCells::kMax; ++id)
                 ASSERT_EQ(places.any[id / 64] >> id % 64 & 1, ids.count(id));
             ++patches, large += ids.size() > 5;
         }
@@ -89,8 +89,8 @@ TEST(LatticePatch, FindsEachHitAsIfAlone) {
     EXPECT_GT(others, 2000);
 }
 
-TEST(PatchFile, TellsAllCellsApart) {
-    PatchFile file;
+TEST(PatchTable, TellsAllCellsApart) {
+    PatchTable file;
     const LatticePatch patch{kNone, 0, 0, 1, 1024, 1024, true};
     std::set<uint64_t> tags; // of what is filed where column 3 and row 5 are
     const auto add = [&](const LatticePatch& p) {
@@ -129,7 +129,7 @@ TEST(PatchFile, TellsAllCellsApart) {
 /// Batches of hits, each block in a window of its own; the windows of a batch are neighbors.
 struct Batches {
     const Scene& scene;
-    LaneSequence<VisibilityLanes> samples;
+    SoAVector<VisibilitySoA> samples;
     std::vector<PixelRef> pixels;
 
     VisibilityBatch next(uint64_t number) {
@@ -137,15 +137,15 @@ struct Batches {
         const V2f start = V2f(random(number, 50), random(number, 51)) * 190.f;
         for (uint64_t b = 0; b < 24; ++b) {
             const V2f from = start + V2f(float(b % 6), float(b / 6));
-            auto hits = randomHits(scene, 2 * kLanes, from, 1);
+            auto hits = randomHits(scene, 2 * kSoAWidth, from, 1);
             if (hits.empty())
                 continue;
             if (random(number, b + 60) < .8f)
                 hits = ofOne(hits);
             const PixelRef pixel{int(from.x), int(from.y), number};
-            samples.resize(samples.size() + kLanes);
-            VisibilityLanes& block = samples.block(samples.blocks() - 1);
-            for (int i = 0; i < kLanes; ++i) {
+            samples.resize(samples.size() + kSoAWidth);
+            VisibilitySoA& block = samples.chunk(samples.chunks() - 1);
+            for (int i = 0; i < kSoAWidth; ++i) {
                 const VisibilitySample& s = hits[size_t(i) % hits.size()];
                 block.hit.set(i, s.hit), block.ray.d.set(i, s.ray.d), block.camera.time[i] = s.ray.time;
                 block.camera.film.set(i, V2f(float(pixel.x), float(pixel.y)) + V2f(.5f));
@@ -153,7 +153,7 @@ struct Batches {
             }
             pixels.push_back(pixel);
         }
-        return {pixels, samples, kLanes, {0, kLanes}, {0, kLanes}};
+        return {pixels, samples, kSoAWidth, {0, kSoAWidth}, {0, kSoAWidth}};
     }
 };
 
@@ -166,7 +166,7 @@ std::set<uint64_t> keysAround(const Scene& scene, const SurfaceLattice& lattice,
                               int bins) {
     std::set<uint64_t> keys;
     const Located alone = locate(scene, lattice, s);
-    MeshPlaces known;
+    MeshPointCache known;
     LatticePoint points[LatticeCell::kPoints];
     lattice.points(alone, known, points);
     for (int k = 0; k < alone.count(); ++k)
@@ -181,23 +181,23 @@ TEST_P(LatticePatchBatches, GiveWhatKeysGive) {
     const BuiltScene built = test::build(kView + things());
     const Scene& scene = *built.scene;
     const SurfaceLattice lattice(scene, .7f, SurfaceLattice::SmallTriangles::Shared);
-    BlockCache cache(1 << 16);
+    RadianceCache cache(1 << 16);
     BatchLattice patches(lattice, {kBins, false, remembers}, cache);
     BatchLattice keys(lattice, {kBins, false, remembers}, cache);
     Batches batches{scene, {}, {}};
     size_t inPatches = 0, inAll = 0;
     for (uint64_t number = 0; number < 300; ++number) {
         const VisibilityBatch batch = batches.next(number / 2); // twice: what is known must do as well
-        int32_t lanes[kLanes];
-        std::iota(lanes, lanes + kLanes, 0);
+        int32_t lanes[kSoAWidth];
+        std::iota(lanes, lanes + kSoAWidth, 0);
         patches.begin(batch), keys.begin(batch);
-        for (size_t b = 0; b < batch.samples.blocks(); ++b) {
+        for (size_t b = 0; b < batch.samples.chunks(); ++b) {
             if (patches.addPatch(batch, b))
-                inPatches += kLanes;
+                inPatches += kSoAWidth;
             else
                 patches.addAll(batch, b);
-            inAll += kLanes;
-            keys.addSome(batch, b, lanes, batch.samples.inBlock(b));
+            inAll += kSoAWidth;
+            keys.addSome(batch, b, lanes, batch.samples.chunkSize(b));
         }
         patches.finish(), keys.finish();
         std::set<uint64_t> asked;

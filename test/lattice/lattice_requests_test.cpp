@@ -22,11 +22,11 @@ struct RequestCase {
 };
 
 /// Points anywhere in the scene, seen at any time.
-ShadedPointLanes randomPoints(const Scene& scene, uint64_t seed, int count) {
-    ShadedPointLanes points;
+ShadedPointSoA randomPoints(const Scene& scene, uint64_t seed, int count) {
+    ShadedPointSoA points;
     points.count = count;
     for (int i = 0; i < count; ++i) {
-        const uint64_t n = seed * kLanes + uint64_t(i);
+        const uint64_t n = seed * kSoAWidth + uint64_t(i);
         const float u = random(n, 0), v = random(n, 1) * (1 - u);
         const uint32_t instances = uint32_t(scene.instances().size());
         const uint32_t instance = instances ? uint32_t(float(instances) * random(n, 2)) : kNone;
@@ -48,13 +48,13 @@ TEST_P(LatticeRequests, ComeFromTheCameraOrGrazeTheSideThatIsAsked) {
     const BuiltScene built = test::build(kStart + GetParam().view + "WorldBegin\n" + GetParam().world);
     const Scene& scene = *built.scene;
     const SurfaceLattice lattice(scene, 1, SurfaceLattice::SmallTriangles::Shared);
-    SurfaceParts parts = lattice.parts();
+    SurfaceCache surfaces = lattice.surfaceCache();
     int facing = 0, raised = 0;
     for (uint64_t seed = 0; seed < 40; ++seed) {
-        ShadedPointLanes points = randomPoints(scene, seed, kLanes);
-        RequestLanes requests;
-        lattice.request(points, parts, requests, 0);
-        for (int i = 0; i < kLanes; ++i) {
+        ShadedPointSoA points = randomPoints(scene, seed, kSoAWidth);
+        RequestSoA requests;
+        lattice.request(points, surfaces, requests, 0);
+        for (int i = 0; i < kSoAWidth; ++i) {
             const V2f lens = points.lens.at(i);
             const float time = requests.time[i];
             EXPECT_EQ(time, points.time[i]);
@@ -87,18 +87,18 @@ TEST_P(LatticeRequests, ComeFromTheCameraOrGrazeTheSideThatIsAsked) {
 TEST_P(LatticeRequests, DoNotDependOnTheLane) {
     const BuiltScene built = test::build(kStart + GetParam().view + "WorldBegin\n" + GetParam().world);
     const SurfaceLattice lattice(*built.scene, 1, SurfaceLattice::SmallTriangles::Shared);
-    SurfaceParts parts = lattice.parts();
-    ShadedPointLanes points = randomPoints(*built.scene, 7, kLanes);
-    RequestLanes together;
-    lattice.request(points, parts, together, 0);
-    for (int i = 0; i < kLanes; ++i) {
-        const int at = (i * 7 + 3) % kLanes;
-        ShadedPointLanes one;
+    SurfaceCache surfaces = lattice.surfaceCache();
+    ShadedPointSoA points = randomPoints(*built.scene, 7, kSoAWidth);
+    RequestSoA together;
+    lattice.request(points, surfaces, together, 0);
+    for (int i = 0; i < kSoAWidth; ++i) {
+        const int at = (i * 7 + 3) % kSoAWidth;
+        ShadedPointSoA one;
         one.count = 1;
         one.hit.set(0, points.hit.at(i)), one.positive[0] = points.positive[i];
         one.time[0] = points.time[i], one.lens.set(0, points.lens.at(i));
-        RequestLanes alone;
-        lattice.request(one, parts, alone, at);
+        RequestSoA alone;
+        lattice.request(one, surfaces, alone, at);
         EXPECT_EQ(alone.ray.o.at(at), together.ray.o.at(i));
         EXPECT_EQ(alone.ray.d.at(at), together.ray.d.at(i));
         EXPECT_EQ(alone.hit.t[at], together.hit.t[i]);
@@ -117,11 +117,11 @@ TEST(LatticeRequestCones, AreAsWideAsABlockThere) {
     constexpr float kBlock = 3;
     const Scene& scene = *built.scene;
     const SurfaceLattice lattice(scene, kBlock, SurfaceLattice::SmallTriangles::Shared);
-    SurfaceParts parts = lattice.parts();
-    ShadedPointLanes points = randomPoints(scene, 1, kLanes);
-    RequestLanes requests;
-    lattice.request(points, parts, requests, 0);
-    for (int i = 0; i < kLanes; ++i) {
+    SurfaceCache surfaces = lattice.surfaceCache();
+    ShadedPointSoA points = randomPoints(scene, 1, kSoAWidth);
+    RequestSoA requests;
+    lattice.request(points, surfaces, requests, 0);
+    for (int i = 0; i < kSoAWidth; ++i) {
         const auto seen = scene.camera().project(points.p.at(i), points.time[i]);
         ASSERT_TRUE(seen);
         const RayCone pixel = scene.camera().cone(seen->film);

@@ -44,8 +44,8 @@ struct TracedCells {
     explicit TracedCells(const TriangleMesh& mesh)
         : groups{groupOf(mesh)}, tracer(groups, {}),
           cells(*groups[0].geometries[0].placed.shape.mesh,
-                [this](const V3f& p, float radius, const Tracer::LookAt& look) {
-                    tracer.lookAround(0, 0, p, radius, look);
+                [this](const V3f& p, float radius, const Tracer::PointQueryVisitor& look) {
+                    tracer.pointQuery(0, 0, p, radius, look);
                 }) {}
     static Group groupOf(const TriangleMesh& mesh) {
         Group group;
@@ -59,7 +59,7 @@ struct Mixture {
     bool among = false;
     int count = 0;
     V3f p{0}; ///< of the places, by weight
-    std::vector<MeshPlace> places;
+    std::vector<MeshPoint> places;
 };
 
 Mixture mixtureAt(const TriangleMesh& mesh, const TracedCells& traced, uint32_t prim, float u, float v,
@@ -73,8 +73,8 @@ Mixture mixtureAt(const TriangleMesh& mesh, const TracedCells& traced, uint32_t 
         return m;
     float weights[8], sum = 0;
     LatticeCell::weigh(LatticeCell::Grid, place, weights);
-    std::optional<MeshPlace> places[8];
-    MeshPlaces known;
+    std::optional<MeshPoint> places[8];
+    MeshPointCache known;
     cells.places(lowest, known, places);
     for (int k = 0; k < 8; ++k)
         if (places[k]) {
@@ -110,7 +110,7 @@ TEST(MeshCells, HoldOnePlacePerCellOfAPlaneAndInterpolateByPosition) {
             const Mixture m = mixtureAt(mesh, cells, prim, .3f, .3f, float(cellArea));
             ASSERT_TRUE(m.among);
             ASSERT_GT(m.count, 0);
-            for (const MeshPlace& place : m.places)
+            for (const MeshPoint& place : m.places)
                 used.insert({place.prim, place.u, place.v});
             error2 += double(length2(m.p - p)) / (kSize * kSize);
             ++hits;
@@ -166,7 +166,7 @@ TEST(MeshCells, TwoSidesOfAThinThingDoNotMix) {
     addPlane(mesh, 40, V3f(0, 0, .1f), V3f(0, 1, 0), V3f(1, 0, 0));
     const TracedCells cells(mesh);
     for (uint32_t prim = 0; prim < mesh.triangleCount(); ++prim)
-        for (const MeshPlace& place : mixtureAt(mesh, cells, prim, .2f, .4f, 50).places)
+        for (const MeshPoint& place : mixtureAt(mesh, cells, prim, .2f, .4f, 50).places)
             EXPECT_EQ(place.prim < front, prim < front);
 }
 

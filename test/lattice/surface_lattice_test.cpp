@@ -279,9 +279,9 @@ TEST(Lattice, KeysTellPointsApart) {
         for (int k = 0; k < cell.count(); ++k) {
             const LatticePoint& p = points[k];
             uint64_t place = p.prim;
-            for (const uint64_t part : {uint64_t(cell.face.instance), uint64_t(cell.face.positive),
+            for (const uint64_t item : {uint64_t(cell.face.instance), uint64_t(cell.face.positive),
                                         uint64_t(bin), uint64_t(p.u * 64), uint64_t(p.v * 64)})
-                place = place << 8 | part;
+                place = place << 8 | item;
             const uint64_t key = SurfaceLattice::keyOf(p, bin);
             ASSERT_EQ(placeOfKey.try_emplace(key, place).first->second, place);
             ASSERT_EQ(keyOfPlace.try_emplace(place, key).first->second, key);
@@ -354,12 +354,12 @@ TEST(Lattice, HitsSideBySideAreEachFoundAsIfAlone) {
     int ofKind[5] = {};
     for (const float blockSize : {.25f, 2.f}) {
         const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
-        for (size_t first = 0; first < hits.size(); first += kLanes) {
-            LatticeLanes lanes;
-            for (size_t i = first; i < std::min(first + kLanes - first % 7, hits.size()); ++i)
+        for (size_t first = 0; first < hits.size(); first += kSoAWidth) {
+            LatticeSoA lanes;
+            for (size_t i = first; i < std::min(first + kSoAWidth - first % 7, hits.size()); ++i)
                 lanes.add(hits[i].hit, hits[i].ray.d, hits[i].ray.time, scene.camera().cone(hits[i].film));
-            SurfaceParts parts = lattice.parts();
-            lattice.locate(lanes, parts);
+            SurfaceCache surfaces = lattice.surfaceCache();
+            lattice.locate(lanes, surfaces);
             for (int i = 0; i < lanes.count; ++i) {
                 const Located alone = locate(scene, lattice, hits[first + size_t(i)]);
                 ASSERT_EQ(lanes.key[i], alone.key);

@@ -1,7 +1,7 @@
 // The tables that shared shades are kept in: the cache of all threads, and the index of one batch.
 #include "core/math/hash.h"
-#include "lattice/cell_cache.h"
-#include "lattice/slot_table.h"
+#include "lattice/index_table.h"
+#include "lattice/radiance_cache.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace strobe {
 namespace {
 
-using Stored = BlockCache::Stored;
+using Stored = RadianceCache::Stored;
 
 uint64_t keyOf(uint64_t i) { return hashOf(17, i) | 1; }
 
@@ -22,8 +22,8 @@ Rgb valueOf(uint64_t key) {
     return {unitFloat(uint32_t(a)), unitFloat(uint32_t(a >> 32)), unitFloat(uint32_t(b))};
 }
 
-TEST(BlockCache, FindsWhatWasStored) {
-    BlockCache cache(1 << 20);
+TEST(RadianceCache, FindsWhatWasStored) {
+    RadianceCache cache(1 << 20);
     Rgb value(-1);
     for (uint64_t i = 0; i < 1000; ++i) {
         EXPECT_FALSE(cache.find(keyOf(i), value));
@@ -38,8 +38,8 @@ TEST(BlockCache, FindsWhatWasStored) {
     EXPECT_FALSE(cache.find(keyOf(1000), value));
 }
 
-TEST(BlockCache, KeepsAnyRadiance) {
-    BlockCache cache(1 << 16);
+TEST(RadianceCache, KeepsAnyRadiance) {
+    RadianceCache cache(1 << 16);
     const Rgb values[] = {Rgb(0), Rgb(0, 0, 1), Rgb(1, 0, 0), Rgb(1e30f, 1e-40f, kInfinity), Rgb(-0.f, 2, 2)};
     for (uint64_t i = 0; i < std::size(values); ++i)
         EXPECT_EQ(cache.store(keyOf(i), values[i]), Stored::Fresh);
@@ -50,8 +50,8 @@ TEST(BlockCache, KeepsAnyRadiance) {
     }
 }
 
-TEST(BlockCache, WithoutMemoryHasOneBucketWhoseBlocksMakeRoom) {
-    BlockCache cache(0);
+TEST(RadianceCache, WithoutMemoryHasOneBucketWhoseBlocksMakeRoom) {
+    RadianceCache cache(0);
     EXPECT_GT(cache.bytes(), 0u);
     uint64_t fresh = 0;
     while (cache.store(keyOf(fresh), valueOf(keyOf(fresh))) == Stored::Fresh)
@@ -74,8 +74,8 @@ TEST(BlockCache, WithoutMemoryHasOneBucketWhoseBlocksMakeRoom) {
     }
 }
 
-/// Four threads store and look up `keys` different blocks for a while.
-void hammer(BlockCache& cache, uint64_t keys, std::chrono::milliseconds time) {
+/// Float4 threads store and look up `keys` different blocks for a while.
+void hammer(RadianceCache& cache, uint64_t keys, std::chrono::milliseconds time) {
     std::atomic<uint64_t> wrong{0}, found{0}, lookups{0};
     std::atomic<bool> stop{false};
     std::vector<std::thread> threads;
@@ -103,14 +103,14 @@ void hammer(BlockCache& cache, uint64_t keys, std::chrono::milliseconds time) {
     EXPECT_GT(lookups - found, 1000u); // and as many blocks changed under the readers' eyes
 }
 
-TEST(BlockCache, ThreadsNeverSeeAWrongValue) {
-    BlockCache tiny(0), small(1 << 14);
+TEST(RadianceCache, ThreadsNeverSeeAWrongValue) {
+    RadianceCache tiny(0), small(1 << 14);
     hammer(tiny, 16, std::chrono::milliseconds(700));
     hammer(small, 4000, std::chrono::milliseconds(700));
 }
 
-TEST(SlotTable, IsAMap) {
-    SlotTable table;
+TEST(IndexTable, IsAMap) {
+    IndexTable table;
     uint64_t inserted = 0, known = 0;
     for (uint64_t round = 0; round < 400; ++round) {
         table.clear();
@@ -131,8 +131,8 @@ TEST(SlotTable, IsAMap) {
     EXPECT_GT(known, 100000u);
 }
 
-TEST(SlotTable, ForgetsAllWhenCleared) {
-    SlotTable table;
+TEST(IndexTable, ForgetsAllWhenCleared) {
+    IndexTable table;
     for (uint32_t round = 0; round < 1000; ++round) {
         table.clear();
         for (uint64_t key = 1; key <= 40; ++key)

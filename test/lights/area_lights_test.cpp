@@ -13,7 +13,7 @@ using namespace strobe::test;
 namespace {
 
 std::shared_ptr<Light> makeLight(const PlacedShape& shape, bool twoSided = false) {
-    static Messages quiet;
+    static Diagnostics quiet;
     return diffuseAreaLightPlugin().create(Params().rgb("L", 3, 2, 1).boolean("twosided", twoSided),
                                            BuildContext{.messages = quiet}, AreaLightArgs{shape});
 }
@@ -83,7 +83,7 @@ std::vector<Case> cases() {
 }
 
 /// Polar coordinates around the light: the map from (z, φ) bins to directions covers it narrowly.
-struct Window {
+struct PixelBounds {
     Frame frame;
     float oneMinusCosMax;
     int bin(const V3f& w, int nz, int np) const {
@@ -93,7 +93,7 @@ struct Window {
     }
 };
 
-Window windowOver(const std::vector<LightSample>& samples) {
+PixelBounds windowOver(const std::vector<LightSample>& samples) {
     V3f mean(0);
     for (const LightSample& s : samples)
         mean += s.wi;
@@ -140,7 +140,7 @@ TEST(AreaLights, SampleAgreesWithPdfAndEmission) {
             if (!isBlack(s.radiance)) {
                 ++lit;
                 ASSERT_GT(s.pdf, 0) << c.name;
-                ASSERT_TRUE(light->mayMeet(c.p, c.time, s.wi)) << c.name;
+                ASSERT_TRUE(light->mayIntersect(c.p, c.time, s.wi)) << c.name;
             }
         }
         EXPECT_GT(lit, 900) << c.name << ": the light should be seen from here";
@@ -152,10 +152,10 @@ TEST(AreaLights, LanesAreTheSameSamples) {
     for (const Case& c : cases()) {
         const auto light = makeLight(c.shape, c.twoSided);
         constexpr int kPoints = 20, kSamples = 3 * kPoints;
-        V3Lanes p, bySample;
-        V2Lanes u;
-        float time[kLanes], timeBySample[kLanes], solidAngle[kLanes];
-        int32_t point[kLanes];
+        V3SoA p, bySample;
+        V2SoA u;
+        float time[kSoAWidth], timeBySample[kSoAWidth], solidAngle[kSoAWidth];
+        int32_t point[kSoAWidth];
         for (int i = 0; i < kPoints; ++i) { // the first where the light is known to shine
             const V2f a = random2D(4, i), b = random2D(5, i);
             p.set(i, c.p + V3f(a.x - .5f, a.y - .5f, b.x - .5f) * (.2f * float(i)));
@@ -164,9 +164,9 @@ TEST(AreaLights, LanesAreTheSameSamples) {
         for (int i = 0; i < kSamples; ++i)
             point[i] = i / 3, u.set(i, random2D(6, i)), bySample.set(i, p.at(i / 3)),
             timeBySample[i] = time[i / 3];
-        LightSampleLanes samples;
-        light->sampleLanes({bySample, timeBySample, point, u, kSamples}, samples);
-        light->solidAngleLanes(p, time, kPoints, solidAngle);
+        LightSampleSoA samples;
+        light->sampleSoA({bySample, timeBySample, point, u, kSamples}, samples);
+        light->solidAngleSoA(p, time, kPoints, solidAngle);
         for (int i = 0; i < kSamples; ++i) {
             const V2f ui = u.at(i);
             LightSample s;
@@ -190,7 +190,7 @@ TEST(AreaLights, ChiSquareOfDirections) {
         const int n = singular ? 8000 : 60000, sub = singular ? 80 : 24;
         const auto light = makeLight(c.shape, c.twoSided);
         const auto samples = draw(*light, c, n);
-        const Window window = windowOver(samples);
+        const PixelBounds window = windowOver(samples);
         std::vector<double> counts(nz * np), expected(nz * np);
         for (const LightSample& s : samples)
             counts[window.bin(s.wi, nz, np)] += 1;
@@ -221,7 +221,7 @@ TEST(AreaLights, BoundsHold) {
     for (const Case& c : cases()) {
         const auto light = makeLight(c.shape, c.twoSided);
         const auto samples = draw(*light, c, n);
-        const Window window = windowOver(samples);
+        const PixelBounds window = windowOver(samples);
         int filled = 0;
         for (int i = 0; i < 2 * n; ++i) {
             const bool narrow = i < n;
@@ -232,7 +232,7 @@ TEST(AreaLights, BoundsHold) {
                 shines |= !isBlack(light->emitted(h.ng, -w));
             filled += narrow && shines;
             if (shines) {
-                ASSERT_TRUE(light->mayMeet(c.p, c.time, w)) << c.name;
+                ASSERT_TRUE(light->mayIntersect(c.p, c.time, w)) << c.name;
             }
         }
         const double solidAngle = filled * 2 * M_PI * window.oneMinusCosMax / n;
@@ -261,8 +261,8 @@ TEST(AreaLights, NothingIsSentForDarkSides) {
         const auto light = makeLight(d.shape), both = makeLight(d.shape, true);
         for (int i = 0; i < 100; ++i) {
             const V3f w = normalize(-d.p + uniformSphere(random2D(1, i)) * .5f);
-            EXPECT_FALSE(light->mayMeet(d.p, 0, w)) << d.name;
-            EXPECT_TRUE(both->mayMeet(d.p, 0, w)) << d.name;
+            EXPECT_FALSE(light->mayIntersect(d.p, 0, w)) << d.name;
+            EXPECT_TRUE(both->mayIntersect(d.p, 0, w)) << d.name;
             LightSample s;
             const V2f u = random2D(2, i);
             light->sample(d.p, 0, &u, 1, &s);
@@ -280,14 +280,14 @@ TEST(AreaLights, FlatLightsAreMissedExactly) {
     const auto square = makeLight(placed(squareMesh()), true);
     const V3f p(0, 0, 4);
     const auto towards = [&](const V3f& q) { return normalize(q - p); };
-    EXPECT_TRUE(disk->mayMeet(p, 0, towards({.8f, 0, .5f})));
-    EXPECT_FALSE(disk->mayMeet(p, 0, towards({1.01f, 0, .5f})));
-    EXPECT_FALSE(disk->mayMeet(p, 0, towards({.3f, 0, .5f}))) << "through the hole";
-    EXPECT_FALSE(disk->mayMeet(p, 0, -towards({.8f, 0, .5f})));
-    EXPECT_TRUE(square->mayMeet(p, 0, towards({.99f, .99f, 0})));
-    EXPECT_FALSE(square->mayMeet(p, 0, towards({1.45f, 0, 0})));
+    EXPECT_TRUE(disk->mayIntersect(p, 0, towards({.8f, 0, .5f})));
+    EXPECT_FALSE(disk->mayIntersect(p, 0, towards({1.01f, 0, .5f})));
+    EXPECT_FALSE(disk->mayIntersect(p, 0, towards({.3f, 0, .5f}))) << "through the hole";
+    EXPECT_FALSE(disk->mayIntersect(p, 0, -towards({.8f, 0, .5f})));
+    EXPECT_TRUE(square->mayIntersect(p, 0, towards({.99f, .99f, 0})));
+    EXPECT_FALSE(square->mayIntersect(p, 0, towards({1.45f, 0, 0})));
     // From the side, almost in the plane: the bounding sphere alone would not tell.
-    EXPECT_FALSE(square->mayMeet({5, 0, .2f}, 0, normalize(V3f(-5, 0, .3f))));
+    EXPECT_FALSE(square->mayIntersect({5, 0, .2f}, 0, normalize(V3f(-5, 0, .3f))));
 }
 
 namespace {
@@ -386,7 +386,7 @@ TEST(AreaLights, ThoseThatAreBrightInFewPlacesHavePower) {
 }
 
 TEST(AreaLights, MistakesAreLocated) {
-    static Messages quiet;
+    static Diagnostics quiet;
     const BuildContext context{.messages = quiet};
     const auto make = [&](const ParamSet& params, const PlacedShape& shape) {
         return diffuseAreaLightPlugin().create(params, context, AreaLightArgs{shape});

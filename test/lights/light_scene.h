@@ -113,7 +113,7 @@ inline std::shared_ptr<const Motion> motion(std::vector<M44f> keys) {
     for (size_t i = 0; i < keys.size(); ++i)
         times.push_back(float(i) / float(keys.size() - 1));
     const KeyedTransform t(times, keys, MotionConvention::ObjectToWorld);
-    return std::make_shared<Motion>(TransformPath(t), Shutter{0, 1}, Box3f(V3f(-2), V3f(2)), 1e-3f);
+    return std::make_shared<Motion>(TransformChain(t), Shutter{0, 1}, Box3f(V3f(-2), V3f(2)), 1e-3f);
 }
 
 /// All hits of a ray with the shape, with the surface's normal as the renderer defines it.

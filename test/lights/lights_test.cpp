@@ -25,7 +25,7 @@ using LightPlugin = Plugin<std::shared_ptr<Light>, const LightArgs&>;
 std::shared_ptr<Light> make(const LightPlugin& plugin, const ParamSet& params,
                             const KeyedTransform& toWorld = {}, Conventions conventions = Conventions::PbrtV4,
                             Shutter shutter = {0, 1}) {
-    static Messages quiet;
+    static Diagnostics quiet;
     return plugin.create(params, BuildContext{.messages = quiet, .conventions = conventions},
                          LightArgs{toWorld, shutter});
 }
@@ -84,7 +84,7 @@ TEST(PointLight, InverseSquareFromItsPlace) {
     EXPECT_NEAR(s.radiance.y, .5, 1e-5);
     EXPECT_EQ(s.pdf, 1);
     EXPECT_TRUE(light->isDelta());
-    EXPECT_FALSE(light->mayMeet({0, 0, 0}, 0, {0, 0, 1}));
+    EXPECT_FALSE(light->mayIntersect({0, 0, 0}, 0, {0, 0, 1}));
     EXPECT_EQ(light->solidAngle({0, 0, 0}, 0), 0);
     EXPECT_NEAR(light->power(1).x, 16 * 4 * M_PI, 1e-3);
     const auto plain = make(pointLightPlugin(), Params().point("from", {0, 1, 5}));
@@ -101,17 +101,17 @@ TEST(PointLight, MovesOnlyInV4) {
 
 TEST(PointLight, LanesAreTheSameSamples) {
     const auto test = [](const Light& light) {
-        constexpr int n = kLanes - 3;
-        V3Lanes p;
-        V2Lanes u;
-        float time[kLanes];
-        int32_t point[kLanes];
+        constexpr int n = kSoAWidth - 3;
+        V3SoA p;
+        V2SoA u;
+        float time[kSoAWidth];
+        int32_t point[kSoAWidth];
         for (int i = 0; i < n; ++i) { // a point twice in a row; the first is the light's own
             const V2f a = random2D(1, i / 2), b = random2D(2, i / 2);
             point[i] = i / 2, time[i] = b.y, p.set(i, i < 2 ? V3f(1, 0, 0) : V3f(a.x, a.y, b.x) * 3.f);
         }
-        LightSampleLanes samples;
-        light.sampleLanes({p, time, point, u, n}, samples);
+        LightSampleSoA samples;
+        light.sampleSoA({p, time, point, u, n}, samples);
         for (int i = 0; i < n; ++i) {
             const LightSample s = one(light, p.at(i), time[i]);
             EXPECT_EQ(samples.wi.at(i), s.wi);
@@ -152,12 +152,12 @@ TEST(SpotLight, FallsOffWithinItsRim) {
     EXPECT_EQ(errorOffset([] { make(spotLightPlugin(), Params().floats("coneangle", {-5})); }), 10);
 }
 
-TEST(LightPicker, PicksAsOftenAsItSays) {
+TEST(LightSampler, PicksAsOftenAsItSays) {
     constexpr int kNumbers = 1 << 24; // that random floats can be
     const std::vector<std::vector<float>> cases{
         {1, 0, 3, 0}, {0, 1e-30f, 1e30f, 0}, std::vector<float>(100000, .37f)};
     for (const std::vector<float>& powers : cases) {
-        const LightPicker picker(powers);
+        const LightSampler picker(powers);
         std::vector<int> count(powers.size());
         for (int i = 0; i < kNumbers; ++i)
             ++count[size_t(picker.pick(float(i) / kNumbers))];
@@ -166,8 +166,8 @@ TEST(LightPicker, PicksAsOftenAsItSays) {
             EXPECT_NEAR(picker.probability(int(i)) * kNumbers, count[i], 1) << i;
         }
     }
-    EXPECT_NEAR(LightPicker({1, 0, 3}).probability(0), .25f, 1e-6f);
-    EXPECT_EQ(LightPicker({0, 0}).probability(1), .5f);
+    EXPECT_NEAR(LightSampler({1, 0, 3}).probability(0), .25f, 1e-6f);
+    EXPECT_EQ(LightSampler({0, 0}).probability(1), .5f);
 }
 
 TEST(SpotLight, NarrowOnesHaveTheirPower) {
@@ -332,11 +332,11 @@ TEST(InfiniteLight, LanesAreTheSameSamples) {
             const auto light =
                 make(infiniteLightPlugin(), hasMap ? params.string("mapname", file.path()) : params,
                      KeyedTransform(m));
-            constexpr int n = kLanes - 3;
-            V3Lanes p, d;
-            V2Lanes u;
-            float time[kLanes] = {}, pdf[kLanes];
-            int32_t point[kLanes];
+            constexpr int n = kSoAWidth - 3;
+            V3SoA p, d;
+            V2SoA u;
+            float time[kSoAWidth] = {}, pdf[kSoAWidth];
+            int32_t point[kSoAWidth];
             for (int i = 0; i < n; ++i)
                 p.set(i, V3f(0)), u.set(i, random2D(8, i)), point[i] = i,
                                                             d.set(i, uniformSphere(random2D(9, i)));
@@ -345,11 +345,11 @@ TEST(InfiniteLight, LanesAreTheSameSamples) {
                 w[axis / 2] = axis % 2 ? -1.f : 1.f;
                 d.set(axis, w);
             }
-            LightSampleLanes samples;
-            RgbLanes radiance, withoutPdf;
-            light->sampleLanes({p, time, point, u, n}, samples);
-            light->environmentLanes(d, n, radiance, pdf);
-            light->environmentLanes(d, n, withoutPdf, nullptr);
+            LightSampleSoA samples;
+            RgbSoA radiance, withoutPdf;
+            light->sampleSoA({p, time, point, u, n}, samples);
+            light->environmentSoA(d, n, radiance, pdf);
+            light->environmentSoA(d, n, withoutPdf, nullptr);
             for (int i = 0; i < n; ++i) {
                 const V2f ui = u.at(i);
                 LightSample s;

@@ -19,7 +19,7 @@ MaterialPtr makeMaterial(const MaterialPlugin& plugin, const std::vector<Param>&
     ParamSet set;
     for (const Param& p : params)
         set.add(p);
-    Messages quiet;
+    Diagnostics quiet;
     return plugin.create(set, BuildContext{quiet, conventions});
 }
 

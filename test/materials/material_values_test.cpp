@@ -80,15 +80,15 @@ TEST(Mirror, LanesAreTheSameSamples) {
     const auto m = makeMaterial(mirrorPlugin(), {rgbParam("Kr", {.2f, .4f, .8f})});
     const Bsdf bsdf = prepared(*m);
     Random random(5);
-    V3Lanes wo;
-    V2Lanes u;
-    float uc[kLanes] = {};
-    int32_t point[kLanes] = {};
-    for (int i = 0; i < kLanes; ++i)
+    V3SoA wo;
+    V2SoA u;
+    float uc[kSoAWidth] = {};
+    int32_t point[kSoAWidth] = {};
+    for (int i = 0; i < kSoAWidth; ++i)
         wo.set(i, random.direction()), u.set(i, random.next2());
-    BsdfSampleLanes out;
-    m->sampleLanes({&bsdf, point, wo, 2, kLanes - 1, nullptr}, uc, u, out);
-    for (int i = 2; i < kLanes - 1; ++i) {
+    BsdfSampleSoA out;
+    m->sampleSoA({&bsdf, point, wo, 2, kSoAWidth - 1, nullptr}, uc, u, out);
+    for (int i = 2; i < kSoAWidth - 1; ++i) {
         BsdfSample s;
         ASSERT_EQ(out.drawn[i], m->sample(bsdf, wo.at(i), 0, u.at(i), s));
         EXPECT_EQ(out.wi.at(i), s.wi);
@@ -170,7 +170,7 @@ TEST(Glass, TakesASpectrumAsItsIndex) {
 
 TEST(Glass, WarnsOnceThatRoughnessIsIgnored) {
     std::vector<std::string> said;
-    Messages messages([&](const std::string& text) { said.push_back(text); });
+    Diagnostics messages([&](const std::string& text) { said.push_back(text); });
     for (int i = 0; i < 2; ++i) {
         ParamSet params;
         params.add(floatParam("roughness", .2f));

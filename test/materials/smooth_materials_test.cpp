@@ -84,27 +84,27 @@ TEST_F(SmoothMaterials, LanesGiveTheSameNumbers) {
         constexpr int kPoints = 30;
         std::vector<Bsdf> bsdfs(kPoints, prepared(*m.material));
         Random random(77);
-        V3Lanes wo, wi;
+        V3SoA wo, wi;
         V3f views[kPoints];
-        V2Lanes u;
-        float uc[kLanes], pdf[kLanes];
-        int32_t point[kLanes], wanted[kLanes];
+        V2SoA u;
+        float uc[kSoAWidth], pdf[kSoAWidth];
+        int32_t point[kSoAWidth], wanted[kSoAWidth];
         for (int i = 0; i < kPoints; ++i)
             views[i] = random.direction();
-        for (int i = 0; i < kLanes; ++i) {
+        for (int i = 0; i < kSoAWidth; ++i) {
             point[i] = (i + i / 4) % 80 * kPoints / 80;
             wo.set(i, views[point[i]]), wi.set(i, random.direction());
             wanted[i] = i % 7 != 3;
             uc[i] = random.next(), u.set(i, random.next2());
         }
-        const BsdfLanes jobs{bsdfs.data(), point, wo, 5, kLanes - 2, wanted};
-        RgbLanes f;
-        BsdfSampleLanes drawn, directions;
-        float bound[kLanes];
-        m.material->evalCosLanes(jobs, wi, f, pdf);
-        m.material->sampleLanes(jobs, uc, u, drawn);
-        m.material->drawLanes(jobs, uc, u, directions);
-        m.material->maxPdfLanes(jobs, bound);
+        const BsdfSoA jobs{bsdfs.data(), point, wo, 5, kSoAWidth - 2, wanted};
+        RgbSoA f;
+        BsdfSampleSoA drawn, directions;
+        float bound[kSoAWidth];
+        m.material->evalCosSoA(jobs, wi, f, pdf);
+        m.material->sampleSoA(jobs, uc, u, drawn);
+        m.material->drawSoA(jobs, uc, u, directions);
+        m.material->maxPdfSoA(jobs, bound);
         for (int i = jobs.begin; i < jobs.end; ++i) {
             if (!wanted[i])
                 continue;
@@ -143,7 +143,7 @@ MaterialPtr texturedMaterial(const MaterialPlugin& plugin, const std::vector<std
     for (const std::string& name : names)
         set.add({name, ParamType::Texture, {}, {}, {0, 0}, {"t"}});
     set.bindTextures(table);
-    Messages quiet;
+    Diagnostics quiet;
     return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
 }
 
@@ -157,21 +157,21 @@ TEST(TexturedMaterials, LanesKeepPointsApart) {
          {textured(mattePlugin(), {"Kd", "sigma"}), textured(plasticPlugin(), {"Kd", "Ks", "roughness"}),
           textured(metalPlugin(), {"eta", "roughness"})}) {
         Random random(78);
-        std::vector<Bsdf> bsdfs(kLanes);
-        V3Lanes wo, wi;
-        int32_t point[kLanes];
-        for (int i = 0; i < kLanes; ++i) {
+        std::vector<Bsdf> bsdfs(kSoAWidth);
+        V3SoA wo, wi;
+        int32_t point[kSoAWidth];
+        for (int i = 0; i < kSoAWidth; ++i) {
             TextureQuery q;
             q.uv = random.next2();
             bsdfs[size_t(i)].material = material.get();
             material->prepare(q, bsdfs[size_t(i)]);
-            point[i] = kLanes - 1 - i;
+            point[i] = kSoAWidth - 1 - i;
             wo.set(i, random.direction()), wi.set(i, random.direction());
         }
-        RgbLanes f;
-        float pdf[kLanes];
-        material->evalCosLanes({bsdfs.data(), point, wo, 0, kLanes, nullptr}, wi, f, pdf);
-        for (int i = 0; i < kLanes; ++i) {
+        RgbSoA f;
+        float pdf[kSoAWidth];
+        material->evalCosSoA({bsdfs.data(), point, wo, 0, kSoAWidth, nullptr}, wi, f, pdf);
+        for (int i = 0; i < kSoAWidth; ++i) {
             const V3f light = wi.at(i);
             Rgb value;
             float density;
@@ -369,18 +369,18 @@ TEST_F(SmoothMaterials, PreparedSideBySideAreThoseOneByOne) {
                                           makeMaterial(mirrorPlugin(), {})};
     for (const NamedMaterial& m : all())
         materials.push_back(m.material);
-    V2Lanes uv, none{};
-    const V3Lanes p{};
-    const uint32_t prim[kLanes] = {};
-    const float barycentrics[kLanes] = {};
+    V2SoA uv, none{};
+    const V3SoA p{};
+    const uint32_t prim[kSoAWidth] = {};
+    const float barycentrics[kSoAWidth] = {};
     Random random(3);
-    for (int i = 0; i < kLanes; ++i)
+    for (int i = 0; i < kSoAWidth; ++i)
         uv.set(i, random.next2() - V2f(.2f));
-    const TextureQueryLanes q{uv, p, none, none, prim, barycentrics, barycentrics};
+    const TextureQuerySoA q{uv, p, none, none, prim, barycentrics, barycentrics};
     for (const MaterialPtr& material : materials) {
-        Bsdf beside[kLanes] = {}, alone{};
-        material->prepareLanes(q, 0, 5, beside), material->prepareLanes(q, 5, kLanes, beside);
-        for (int i = 0; i < kLanes; ++i) {
+        Bsdf beside[kSoAWidth] = {}, alone{};
+        material->prepareSoA(q, 0, 5, beside), material->prepareSoA(q, 5, kSoAWidth, beside);
+        for (int i = 0; i < kSoAWidth; ++i) {
             material->prepare(q.at(i), alone);
             EXPECT_EQ(0, std::memcmp(alone.data, beside[i].data, sizeof alone.data)) << i;
         }

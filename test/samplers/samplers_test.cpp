@@ -18,7 +18,7 @@ using SamplerPlugin = Plugin<SamplerSetup, int>;
 
 SamplerSetup make(const SamplerPlugin& plugin, const ParamSet& params = {}, int spp = 0,
                   Conventions conventions = Conventions::PbrtV4) {
-    static Messages quiet;
+    static Diagnostics quiet;
     return plugin.create(params, BuildContext{.messages = quiet, .conventions = conventions}, spp);
 }
 
@@ -46,8 +46,8 @@ TEST(Samplers, SeveralRangesSideBySideEqualSingleOnes) {
     const SampleRange ranges[] = {{99, 3, 5, 16}, {7, 0, 1, 16}, {8, 31, 20, 40}, {99, 8, 38, 16}};
     for (const SamplerPlugin& plugin : all()) {
         const auto sampler = make(plugin).sampler;
-        float line[kLanes];
-        V2Lanes square;
+        float line[kSoAWidth];
+        V2SoA square;
         sampler->fill1D(ranges, 5, line);
         sampler->fill2D(ranges, 5, square);
         int lane = 0;
@@ -56,7 +56,7 @@ TEST(Samplers, SeveralRangesSideBySideEqualSingleOnes) {
                 EXPECT_EQ(line[lane], sampler->get1D(range.domain, range.first + i, range.total, 5));
                 EXPECT_EQ(square.at(lane), sampler->get2D(range.domain, range.first + i, range.total, 5));
             }
-        EXPECT_EQ(lane, kLanes);
+        EXPECT_EQ(lane, kSoAWidth);
     }
 }
 

@@ -344,7 +344,7 @@ TEST(PlyMesh, LenientFilesMayBeEmptyOrHaveBadNormals) {
                   kList, "0 0 0 nan 0 0 1 0 0 0 0 1 0 1 0 0 0 1 3 0 1 2\n"));
     for (const bool lenient : {false, true}) {
         std::string warning;
-        Messages messages([&](const std::string& text) { warning = text; });
+        Diagnostics messages([&](const std::string& text) { warning = text; });
         BuildContext context{messages};
         context.lenient = lenient;
         const auto make = [&](const TemporaryFile& file) {
@@ -367,7 +367,7 @@ TEST(PlyMesh, LenientFilesMayBeEmptyOrHaveBadNormals) {
 TEST(PlyMesh, WarnsOfTrailingBytes) {
     const TemporaryFile file("tail.ply", ascii("3", kXyz, "1", kList, std::string(kThree) + "3 0 1 2 7\n"));
     std::string warning;
-    Messages messages([&](const std::string& text) { warning = text; });
+    Diagnostics messages([&](const std::string& text) { warning = text; });
     makeShape(plyMeshPlugin(), named({file.path}), {0, 1}, &messages);
     EXPECT_NE(warning.find("after the last element"), std::string::npos);
 }

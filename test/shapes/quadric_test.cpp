@@ -160,10 +160,10 @@ void comparePackets(const Quadric& shape) {
         }
         const unsigned n = packet % 2 ? kPacket : 1 + random() % kPacket;
         const QuadricRays rays(M44f(), rows[0], kPacket, 0, n);
-        alignas(64) int32_t hit[QuadricRays::kMost];
-        alignas(64) float t[QuadricRays::kMost], u[QuadricRays::kMost], v[QuadricRays::kMost];
+        alignas(64) int32_t hit[QuadricRays::kMax];
+        alignas(64) float t[QuadricRays::kMax], u[QuadricRays::kMax], v[QuadricRays::kMax];
         std::copy_n(valid, n, hit);
-        shape.intersectLanes(rays, hit, t, u, v);
+        shape.intersectSoA(rays, hit, t, u, v);
         for (int i = 0; i < int(n); ++i) {
             float t1, u1, v1;
             const bool alone = shape.intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t1, u1, v1);
@@ -413,17 +413,17 @@ TEST(Quadrics, LocatedErrors) {
 TEST(Quadrics, PointsSideBySideAreThoseOneByOne) {
     Random random(5);
     for (const auto& quadric : {sphere(2), sphere(.7f, {-.3f, .6f, 250}), disk(1.5f, {.2f, 3, 120})}) {
-        float u[kLanes], v[kLanes];
-        V3Lanes p, n, dpdu, dpdv;
-        V2Lanes uv;
-        QuadricPointLanes out{p, n, dpdu, dpdv, uv};
-        for (int i = 0; i < kLanes; ++i)
+        float u[kSoAWidth], v[kSoAWidth];
+        V3SoA p, n, dpdu, dpdv;
+        V2SoA uv;
+        QuadricPointSoA out{p, n, dpdu, dpdv, uv};
+        for (int i = 0; i < kSoAWidth; ++i)
             u[i] = uniform(random), v[i] = i % 8 ? uniform(random) : float(i / 8 % 2); // poles and rims, too
-        for (int begin = 0, end; begin < kLanes; begin = end) {
-            end = std::min(kLanes, begin + 1 + begin / 2);
-            quadric->pointLanes(u, v, begin, end, out);
+        for (int begin = 0, end; begin < kSoAWidth; begin = end) {
+            end = std::min(kSoAWidth, begin + 1 + begin / 2);
+            quadric->pointSoA(u, v, begin, end, out);
         }
-        for (int i = 0; i < kLanes; ++i) {
+        for (int i = 0; i < kSoAWidth; ++i) {
             const QuadricPoint q = quadric->point(u[i], v[i]);
             EXPECT_EQ(q.p, p.at(i)) << i;
             EXPECT_EQ(q.n, n.at(i)) << i;

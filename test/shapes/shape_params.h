@@ -59,8 +59,8 @@ class ShapeParams {
 
 /// What the plugin makes of the parameters.
 inline Shape makeShape(const Plugin<Shape>& plugin, const ShapeParams& params,
-                       std::vector<float> keyTimes = {0, 1}, Messages* messages = nullptr) {
-    Messages quiet;
+                       std::vector<float> keyTimes = {0, 1}, Diagnostics* messages = nullptr) {
+    Diagnostics quiet;
     BuildContext context{messages ? *messages : quiet};
     context.keyTimes = std::move(keyTimes);
     return plugin.create(params.set(), context);

@@ -121,7 +121,7 @@ TEST(TriangleMesh, WarnsOfShadowAlpha) {
     ShapeParams params = square();
     params.floats("shadowalpha", {0});
     std::string warning;
-    Messages messages([&](const std::string& text) { warning = text; });
+    Diagnostics messages([&](const std::string& text) { warning = text; });
     makeShape(triangleMeshPlugin(), params, {0, 1}, &messages);
     EXPECT_NE(warning.find("shadowalpha"), std::string::npos);
 }

@@ -53,7 +53,7 @@ inline std::string randomTriangles(int count, float size, bool normals = false) 
 inline std::vector<VisibilitySample> randomHits(const Scene& scene, int count, const V2f& from = V2f(0),
                                                 float edge = 200) {
     std::vector<VisibilitySample> samples;
-    RayBlock block;
+    RayPacket block;
     for (uint64_t i = 0; i < uint64_t(count); ++i) {
         VisibilitySample s{};
         s.film = from + V2f(random(i, 0), random(i, 1)) * edge;
@@ -74,10 +74,10 @@ struct Located : LatticeCell {
 };
 
 inline Located locate(const Scene& scene, const SurfaceLattice& lattice, const VisibilitySample& s) {
-    LatticeLanes lanes;
+    LatticeSoA lanes;
     lanes.add(s.hit, s.ray.d, s.ray.time, scene.camera().cone(s.film));
-    SurfaceParts parts = lattice.parts();
-    lattice.locate(lanes, parts);
+    SurfaceCache surfaces = lattice.surfaceCache();
+    lattice.locate(lanes, surfaces);
     Located located{SurfaceLattice::cellAt(lanes, 0)};
     LatticeCell::weigh(located.kind, lanes.place.at(0), located.weights);
     return located;
@@ -85,15 +85,15 @@ inline Located locate(const Scene& scene, const SurfaceLattice& lattice, const V
 
 inline std::array<LatticePoint, LatticeCell::kPoints> pointsAround(const SurfaceLattice& lattice,
                                                                    const LatticeCell& cell) {
-    static thread_local MeshPlaces known;
+    static thread_local MeshPointCache known;
     std::array<LatticePoint, LatticeCell::kPoints> points;
     lattice.points(cell, known, points.data());
-    SurfaceParts parts = lattice.parts();
-    HitLanes hit;
+    SurfaceCache surfaces = lattice.surfaceCache();
+    HitSoA hit;
     hit.set(0, {cell.face.instance, cell.face.geometry, cell.prim, 0, 0, 0});
     for (LatticePoint& point : points)
         if (point && point.isVertex) {
-            const MeshPlace place = parts.of(hit, 0).placeOf(point.prim);
+            const MeshPoint place = surfaces.of(hit, 0).placeOf(point.prim);
             point = {place.prim, place.u, place.v, false, point.keySum};
         }
     return points;

@@ -12,7 +12,7 @@
 namespace strobe::test {
 
 inline BuiltScene build(const std::string& text, const BuildOptions& options = {}) {
-    Messages quiet;
+    Diagnostics quiet;
     return buildScene(parseText(text, "test.scene", {"supersample"}, quiet), options, quiet);
 }
 

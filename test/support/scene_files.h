@@ -52,7 +52,7 @@ inline std::string missing(const std::filesystem::path& scene) {
 }
 
 inline BuiltScene buildFile(const std::filesystem::path& file, const BuildOptions& options) {
-    Messages quiet;
+    Diagnostics quiet;
     return buildScene(parseFiles({file}, {"supersample"}, quiet), options, quiet);
 }
 

@@ -21,7 +21,7 @@ struct Parsed {
 
 inline Parsed parseString(const std::string& text, const std::string& name = "t.scene") {
     Parsed result;
-    Messages messages([&](const std::string& m) { result.warnings.push_back(m); });
+    Diagnostics messages([&](const std::string& m) { result.warnings.push_back(m); });
     try {
         result.scene = parseText(text, name, {"supersample", "msaa", "msaa-cache"}, messages);
     } catch (const Error& e) {

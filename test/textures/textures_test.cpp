@@ -37,9 +37,9 @@ Param textureParam(const std::string& name, int i) {
     return {name, ParamType::Texture, {}, {}, {i, i}, {"t"}};
 }
 
-struct Maker {
+struct PluginFactory {
     std::vector<std::string> warnings;
-    Messages messages{[this](const std::string& text) { warnings.push_back(text); }};
+    Diagnostics messages{[this](const std::string& text) { warnings.push_back(text); }};
     std::shared_ptr<TextureTable> table = std::make_shared<TextureTable>();
     BuildContext context{messages, Conventions::PbrtV4, {0, 1}, std::make_shared<TextureCache>()};
 
@@ -67,7 +67,7 @@ TextureQuery at(float u, float v, float width = 0) {
 }
 
 TEST(Constant, IsItsValue) {
-    Maker m;
+    PluginFactory m;
     const auto rgb = m.make(constantTexturePlugin(), {rgbParam("value", {.1f, .2f, .6f})});
     EXPECT_EQ(rgb->rgb(at(.3f, .4f)), Rgb(.1f, .2f, .6f));
     EXPECT_FLOAT_EQ(rgb->value(at(.3f, .4f)), .3f);
@@ -80,7 +80,7 @@ TEST(Constant, IsItsValue) {
 }
 
 TEST(Scale, Multiplies) {
-    Maker m;
+    PluginFactory m;
     const int half = m.add(m.make(constantTexturePlugin(), {floatParam("value", .5f)}, true));
     const auto v2 =
         m.make(scaleTexturePlugin(), {textureParam("tex1", half), rgbParam("tex2", {.2f, .4f, .6f})});
@@ -92,7 +92,7 @@ TEST(Scale, Multiplies) {
 }
 
 TEST(Mix, Blends) {
-    Maker m;
+    PluginFactory m;
     const auto mix = m.make(mixTexturePlugin(), {rgbParam("tex1", Rgb(0)), rgbParam("tex2", {1, 2, 4}),
                                                  floatParam("amount", .25f)});
     EXPECT_EQ(mix->rgb({}), Rgb(.25f, .5f, 1));
@@ -100,7 +100,7 @@ TEST(Mix, Blends) {
 }
 
 TEST(Checkerboard, AlternatesUnfilteredAtPoints) {
-    Maker m;
+    PluginFactory m;
     const auto board =
         m.make(checkerboardTexturePlugin(), {floatParam("uscale", 4), floatParam("vscale", 2)});
     EXPECT_TRUE(board->needsFootprint());
@@ -111,7 +111,7 @@ TEST(Checkerboard, AlternatesUnfilteredAtPoints) {
 }
 
 TEST(Checkerboard, FootprintIsABoxFilter) {
-    Maker m;
+    PluginFactory m;
     const auto board =
         m.make(checkerboardTexturePlugin(), {rgbParam("tex1", {1, 0, 2}), rgbParam("tex2", Rgb(0))});
     for (const auto& [u, v, width] :
@@ -133,7 +133,7 @@ TEST(Checkerboard, FootprintIsABoxFilter) {
 }
 
 TEST(Checkerboard, FootprintIsAskedForOnlyWhereItHelps) {
-    Maker m;
+    PluginFactory m;
     EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {stringParam("aamode", "none")})->needsFootprint());
     EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {rgbParam("tex2", Rgb(1))})->needsFootprint());
     EXPECT_TRUE(m.make(checkerboardTexturePlugin(), {rgbParam("tex2", Rgb(1))})->isConstant());
@@ -141,7 +141,7 @@ TEST(Checkerboard, FootprintIsAskedForOnlyWhereItHelps) {
 }
 
 TEST(Checkerboard, PlanarMapsPositionsOfTheWorldInV2AndOfTheTextureElsewhere) {
-    Maker m;
+    PluginFactory m;
     M44f shift;
     shift.translate(V3f(1, 0, 0));
     const std::vector<Param> params{stringParam("mapping", "planar"), vectorParam("v1", {2, 0, 0}),
@@ -169,7 +169,7 @@ TEST(Checkerboard, PlanarMapsPositionsOfTheWorldInV2AndOfTheTextureElsewhere) {
 }
 
 TEST(Checkerboard, ThreeDimensions) {
-    Maker m;
+    PluginFactory m;
     const auto board =
         m.make(checkerboardTexturePlugin(), {Param{"dimension", ParamType::Int, {}, {}, {3}, {}}});
     TextureQuery q;
@@ -215,7 +215,7 @@ class ImageMaps : public testing::Test {
         }
         return "no error";
     }
-    Maker m_maker;
+    PluginFactory m_maker;
     std::filesystem::path m_path =
         std::filesystem::temp_directory_path() / ("strobe-map-" + std::to_string(::getpid()) + ".png");
 };
@@ -322,7 +322,7 @@ TEST_F(ImageMaps, SmallImagesInMemoryGiveWhatTheCacheGives) {
 
 TEST_F(ImageMaps, LookupsSideBySideAreThoseOneByOne) {
     writeNoise(50, 31, 3);
-    Maker maker;
+    PluginFactory maker;
     const int map = maker.add(make({})), other = maker.add(make({floatParam("uscale", 2)}));
     const TexturePtr textures[] = {
         make({}),
@@ -341,12 +341,12 @@ TEST_F(ImageMaps, LookupsSideBySideAreThoseOneByOne) {
     std::mt19937 engine(7);
     std::uniform_real_distribution<float> number(0, 1);
     for (int round = 0; round < 200; ++round) {
-        V2Lanes uv, dx, dy;
-        V3Lanes p;
-        uint32_t prim[kLanes] = {};
-        float barycentrics[kLanes] = {};
-        const TextureQueryLanes q{uv, p, dx, dy, prim, barycentrics, barycentrics};
-        for (int i = 0; i < kLanes; ++i) {
+        V2SoA uv, dx, dy;
+        V3SoA p;
+        uint32_t prim[kSoAWidth] = {};
+        float barycentrics[kSoAWidth] = {};
+        const TextureQuerySoA q{uv, p, dx, dy, prim, barycentrics, barycentrics};
+        for (int i = 0; i < kSoAWidth; ++i) {
             const float size = i % 9 ? std::exp2(-8 + 10 * number(engine)) : 0, thin = number(engine),
                         turn = 2 * kPi * number(engine);
             uv.set(i, {4 * number(engine) - 2, 4 * number(engine) - 2});
@@ -355,10 +355,10 @@ TEST_F(ImageMaps, LookupsSideBySideAreThoseOneByOne) {
             p.set(i, {uv.x[i], number(engine), uv.y[i]});
         }
         uv.x[5] = 1e12f, dx.x[6] = 1e5f, dy.y[7] = std::nanf(""); // left to OpenImageIO
-        const int begin = round % 7, end = kLanes - round % 50;
+        const int begin = round % 7, end = kSoAWidth - round % 50;
         for (const TexturePtr& texture : textures) {
-            RgbLanes out;
-            texture->rgbLanes(q, begin, end, out);
+            RgbSoA out;
+            texture->rgbSoA(q, begin, end, out);
             for (int i = begin; i < end; ++i) {
                 const Rgb alone = texture->rgb(q.at(i)), beside = out.at(i);
                 EXPECT_EQ(0, std::memcmp(&alone, &beside, sizeof alone)) << i;
@@ -378,7 +378,7 @@ TEST_F(ImageMaps, WhatIsUnknownIsAnError) {
         "space \"ACESgc\"; did you mean \"ACEScg\"? (known: ACES2065-1, ACEScg, ACEScct, lin_rec709, "
         "srgb_texture, raw)");
     EXPECT_NE(errorOf({floatParam("gamma", 0)}).find("positive"), std::string::npos);
-    Maker m;
+    PluginFactory m;
     EXPECT_THROW(m.make(imagemapTexturePlugin(), {}), Error);
 }
 

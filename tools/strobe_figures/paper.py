@@ -37,7 +37,7 @@ def figure_1(context):
     pictures, rows = [], []
     for integrator in ("supersample", "msaa"):
         result = context.run(settings.having(integrator=integrator))
-        seen = 1 - result.stats["escaped"] / result.stats["visibilitySamples"] if integrator == "supersample" else seen
+        seen = 1 - result.stats["missed"] / result.stats["visibilitySamples"] if integrator == "supersample" else seen
         rows.append([integrator, result.shades_per_pixel, result.shades_per_pixel / seen])
         pictures.append({"label": integrator, "file": relative(context, result),
                          "caption": "%.2f shades per pixel" % result.shades_per_pixel})

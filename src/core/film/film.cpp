@@ -18,7 +18,7 @@ const std::vector<LayerInfo>& layerTable() {
     return table;
 }
 
-Film::Film(int fullWidth, int fullHeight, const Window& window, std::vector<Layer> layers)
+Film::Film(int fullWidth, int fullHeight, const PixelBounds& window, std::vector<Layer> layers)
     : m_fullWidth(fullWidth), m_fullHeight(fullHeight),
       m_window(window), m_image{window.width(), window.height(),
                                 std::vector<Rgb>(size_t(window.width()) * size_t(window.height()), Rgb(0))},
@@ -40,7 +40,7 @@ void Film::setPlane(Layer layer, std::vector<float> values) {
 }
 
 void Film::add(const Film& part) {
-    const Window& w = part.window();
+    const PixelBounds& w = part.window();
     for (int y = w.y0; y < w.y1; ++y)
         for (int x = w.x0; x < w.x1; ++x)
             add(x, y, part.m_sums.at(size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0)));
@@ -48,26 +48,26 @@ void Film::add(const Film& part) {
 
 void Film::clear() {
     std::fill(m_image.pixels.begin(), m_image.pixels.end(), Rgb(0));
-    std::fill(m_sums.begin(), m_sums.end(), PixelSum());
+    std::fill(m_sums.begin(), m_sums.end(), PixelAccumulator());
     for (std::vector<float>& plane : m_planes)
         std::fill(plane.begin(), plane.end(), 0.f);
 }
 
-void Film::clear(const Window& tile) {
+void Film::clear(const PixelBounds& tile) {
     for (int y = tile.y0; y < tile.y1; ++y)
         for (int x = tile.x0; x < tile.x1; ++x)
             m_sums[index(x, y)] = {}, m_image.pixels[index(x, y)] = Rgb(0);
 }
 
-bool Film::holds(const Window& tile, uint32_t samples) const {
+bool Film::holds(const PixelBounds& tile, uint32_t samples) const {
     for (int y = tile.y0; y < tile.y1; ++y)
         for (int x = tile.x0; x < tile.x1; ++x)
-            if (const PixelSum& sum = m_sums[index(x, y)]; sum.good() + sum.bad() != samples)
+            if (const PixelAccumulator& sum = m_sums[index(x, y)]; sum.good() + sum.bad() != samples)
                 return false;
     return true;
 }
 
-void Film::copy(const Film& from, const Window& tile) {
+void Film::copy(const Film& from, const PixelBounds& tile) {
     for (int y = tile.y0 - m_window.y0; y < tile.y1 - m_window.y0; ++y) {
         const ptrdiff_t row = ptrdiff_t(y) * m_image.width;
         const ptrdiff_t begin = row + tile.x0 - m_window.x0, end = row + tile.x1 - m_window.x0;

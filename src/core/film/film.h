@@ -30,12 +30,12 @@ struct OutputSettings {
 /// Pixel values over a window of the full frame. Different pixels may be written by different threads.
 class Film {
   public:
-    Film(int fullWidth, int fullHeight, const Window& window, std::vector<Layer> layers = {});
+    Film(int fullWidth, int fullHeight, const PixelBounds& window, std::vector<Layer> layers = {});
 
     /// From now on, what is added to a pixel joins what was added before. Costs 64 bytes per pixel.
     void keepSums() { m_sums.resize(m_image.pixels.size()); }
     /// The pixel's samples: all of them, unless the film keeps sums.
-    void add(int x, int y, const PixelSum& sum) {
+    void add(int x, int y, const PixelAccumulator& sum) {
         const size_t i = index(x, y);
         if (!m_sums.empty())
             m_sums[i].add(sum);
@@ -46,13 +46,13 @@ class Film {
     /// No samples.
     void clear();
     /// None in these pixels; the film keeps sums.
-    void clear(const Window& tile);
+    void clear(const PixelBounds& tile);
     /// Whether each of these pixels has `samples` samples; the film keeps sums.
-    bool holds(const Window& tile, uint32_t samples) const;
+    bool holds(const PixelBounds& tile, uint32_t samples) const;
     /// Takes pixels and layers over, and sums if both keep them, from a film of the same window and layers.
-    void copy(const Film& from, const Window& tile);
+    void copy(const Film& from, const PixelBounds& tile);
     /// Row by row over the window; empty if they are not kept.
-    const std::vector<PixelSum>& sums() const { return m_sums; }
+    const std::vector<PixelAccumulator>& sums() const { return m_sums; }
     /// `value` of layer `index` (into `layers()`).
     void setLayer(size_t index, int x, int y, float value) {
         m_planes[index][size_t(y - m_window.y0) * size_t(m_image.width) + size_t(x - m_window.x0)] = value;
@@ -64,7 +64,7 @@ class Film {
     const std::vector<Layer>& layers() const { return m_layers; }
     /// Row by row over the window; the layer must be one of `layers()`.
     const std::vector<float>& plane(Layer layer) const;
-    const Window& window() const { return m_window; }
+    const PixelBounds& window() const { return m_window; }
     int fullWidth() const { return m_fullWidth; }
     int fullHeight() const { return m_fullHeight; }
 
@@ -84,9 +84,9 @@ class Film {
     }
 
     int m_fullWidth, m_fullHeight;
-    Window m_window;
+    PixelBounds m_window;
     Image m_image;
-    std::vector<PixelSum> m_sums; ///< none, or one per pixel
+    std::vector<PixelAccumulator> m_sums; ///< none, or one per pixel
     std::vector<Layer> m_layers;
     std::vector<std::vector<float>> m_planes; ///< beside m_layers
 };

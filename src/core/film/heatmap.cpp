@@ -97,7 +97,7 @@ Image heatmap(const Film& film, Layer layer, int samplesPerPixel) {
     const bool colorsOnly = layer == Layer::Block;
     const bool counts = layer == Layer::Shades || layer == Layer::Samples;
     const Scale scale{counts, counts ? float(std::max(samplesPerPixel, 2)) : 1};
-    const Window& window = film.window();
+    const PixelBounds& window = film.window();
     Image image;
     image.width = std::max(window.width(), colorsOnly ? 0 : kLeastWidth);
     image.height = window.height() + (colorsOnly ? 0 : kFooter);

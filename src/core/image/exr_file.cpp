@@ -157,7 +157,7 @@ std::vector<Imath::half> toHalf(const float* data, size_t stride, size_t count, 
     return values;
 }
 
-void addSlice(Pixels& pixels, const Channel& channel, Imf::PixelType type, const Window& window,
+void addSlice(Pixels& pixels, const Channel& channel, Imf::PixelType type, const PixelBounds& window,
               size_t& clamped) {
     const size_t width = size_t(window.width());
     const char* base = std::visit([](auto* p) { return reinterpret_cast<const char*>(p); }, channel.data);

@@ -39,8 +39,8 @@ struct Part {
 
 /// Where the pixels of a file lie.
 struct ImageFrame {
-    Window data;    ///< whose pixels are stored
-    V2i resolution; ///< of the whole frame, the display window
+    PixelBounds data; ///< whose pixels are stored
+    V2i resolution;   ///< of the whole frame, the display window
 };
 
 /// Throws Error of kind Output for names that repeat or are empty, and of kind Usage for exact channels in a

@@ -9,22 +9,22 @@
 
 namespace strobe {
 
-Transfer Transfer::of(const ColorConfig& config, const std::string& space, const Location& where) {
+ColorEncoding ColorEncoding::of(const ColorConfig& config, const std::string& space, const Location& where) {
     ColorTransform toWorking = config.toWorking(space, where);
-    return toWorking ? Transfer{Space, 1, true, space, std::move(toWorking)} : Transfer{};
+    return toWorking ? ColorEncoding{Space, 1, true, space, std::move(toWorking)} : ColorEncoding{};
 }
 
-Transfer Transfer::ofFile(const ColorConfig& config, const std::filesystem::path& file, const Location& where,
-                          const Transfer& otherwise) {
+ColorEncoding ColorEncoding::ofFile(const ColorConfig& config, const std::filesystem::path& file,
+                                    const Location& where, const ColorEncoding& otherwise) {
     const std::string space = config.spaceOfFile(file, where);
     return space.empty() ? otherwise : of(config, space, where);
 }
 
-bool Transfer::changes(bool floats) const {
+bool ColorEncoding::changes(bool floats) const {
     return kind != Linear && (kind != Gamma || gamma != 1) && (ofFloats || !floats);
 }
 
-float Transfer::linear(float stored) const {
+float ColorEncoding::linear(float stored) const {
     return kind == Srgb    ? decodeSrgb(stored)
            : kind == Gamma ? std::pow(std::max(stored, 0.f), gamma)
                            : stored;
@@ -34,7 +34,7 @@ void checkImage(const std::filesystem::path& path, const Location& where) {
     static const std::set<std::string> plain{".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff",
                                              ".tx",  ".hdr", ".pfm", ".ppm",  ".pgm", ".tga",
                                              ".bmp", ".gif", ".dpx", ".webp"};
-    if (!guardOf(where).confines())
+    if (!resourcePolicyOf(where).confines())
         return;
     // Readers of films follow references to other files.
     imageLibrary().trustNames();
@@ -52,7 +52,7 @@ void checkImage(const std::filesystem::path& path, const Location& where) {
                         "the image " + name + ": with --sandbox, its name must not contain " + pattern);
 }
 
-Image readImage(const std::filesystem::path& path, const Location& where, const Transfer& transfer) {
+Image readImage(const std::filesystem::path& path, const Location& where, const ColorEncoding& transfer) {
     const auto fail = [&](const std::string& reason) -> Error {
         return {where, "cannot read the image " + path.string() + ": " + reason};
     };
@@ -65,20 +65,20 @@ Image readImage(const std::filesystem::path& path, const Location& where, const 
     if (width < 1 || height < 1 || file->channels < 1 || file->depth > 1)
         throw fail("it is empty or not two-dimensional");
     const int n = file->channels >= 3 ? 3 : 1;
-    guardOf(where).require(uint64_t(width) * uint64_t(height) * (4 * uint64_t(n) + sizeof(Rgb)),
-                           "the image " + path.string(), "make it smaller", where);
+    resourcePolicyOf(where).require(uint64_t(width) * uint64_t(height) * (4 * uint64_t(n) + sizeof(Rgb)),
+                                    "the image " + path.string(), "make it smaller", where);
     Image image{width, height, {}};
     std::vector<float> values(size_t(width) * size_t(height) * size_t(n));
     if (!file->read(0, n, values.data(), error))
         throw fail(error);
     const bool changes = transfer.changes(file->ofFloats);
-    if (changes && transfer.kind != Transfer::Space)
+    if (changes && transfer.kind != ColorEncoding::Space)
         for (float& v : values)
             v = transfer.linear(v);
     image.pixels.resize(size_t(width) * size_t(height));
     for (size_t i = 0; i < image.pixels.size(); ++i)
         image.pixels[i] = n == 1 ? Rgb(values[i]) : Rgb(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
-    if (changes && transfer.kind == Transfer::Space)
+    if (changes && transfer.kind == ColorEncoding::Space)
         transfer.toWorking(image.pixels);
     return image;
 }

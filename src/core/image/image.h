@@ -28,7 +28,7 @@ struct Image {
 constexpr int64_t kMaxImagePixels = int64_t(1) << 28;
 
 /// How stored values become linear ones of the working space, before they are filtered.
-struct Transfer {
+struct ColorEncoding {
     enum Kind { Linear, Srgb, Gamma, Space };
     Kind kind = Linear;
     float gamma = 1;       ///< of kind Gamma: linear = stored^gamma
@@ -37,23 +37,23 @@ struct Transfer {
     ColorTransform toWorking{}; ///< of kind Space
 
     /// From a space of a config, whatever type the files have. Throws as ColorConfig::toWorking does.
-    static Transfer of(const ColorConfig& config, const std::string& space, const Location& where);
+    static ColorEncoding of(const ColorConfig& config, const std::string& space, const Location& where);
     /// As the config's rules say for a file of this name, else `otherwise`.
-    static Transfer ofFile(const ColorConfig& config, const std::filesystem::path& file,
-                           const Location& where, const Transfer& otherwise);
+    static ColorEncoding ofFile(const ColorConfig& config, const std::filesystem::path& file,
+                                const Location& where, const ColorEncoding& otherwise);
     /// Whether it changes anything in files of floats, or in others.
     bool changes(bool floats) const;
     /// A stored value made linear, of any kind but Space.
     float linear(float stored) const;
 };
 
-/// Readies the reading of an image for a text that may not read everything (see Guard): throws an Error at
-/// `where` unless the name is that of a kind of image whose files cannot refer to others, and sees to it that
-/// what its name says decides how it is read. Without such a guard it does nothing.
+/// Readies the reading of an image for a text that may not read everything (see ResourcePolicy): throws an
+/// Error at `where` unless the name is that of a kind of image whose files cannot refer to others, and sees
+/// to it that what its name says decides how it is read. Without such a guard it does nothing.
 void checkImage(const std::filesystem::path& path, const Location& where);
 /// Reads the first three channels (an image of one or two is gray: its first is spread to three), as stored
 /// but for what `transfer` says. Throws a located Error.
-Image readImage(const std::filesystem::path& path, const Location& where, const Transfer& transfer = {});
+Image readImage(const std::filesystem::path& path, const Location& where, const ColorEncoding& transfer = {});
 
 /// An encoded image (PNG or JPEG) in memory. `name` is its own among all that one cache opens, and is what
 /// messages call it.
@@ -63,9 +63,9 @@ struct EncodedImage {
 };
 
 /// Which channels of an image make a texture.
-enum class ImagePart { Color, Alpha };
+enum class TextureChannels { Color, Alpha };
 
-class TextureLevels;
+class MipMap;
 
 /// The image library's texture system: tiled, cached, filtered by footprint. One per scene; lookups are
 /// thread-safe.
@@ -78,33 +78,34 @@ class TextureCache : public std::enable_shared_from_this<TextureCache> {
     /// An opened file; throws a located Error when it cannot be read.
     struct File;
     std::shared_ptr<const File> open(const std::filesystem::path& path, const Location& where,
-                                     const Transfer& transfer = {});
+                                     const ColorEncoding& transfer = {});
     /// The same of an image in memory, whose alpha is not multiplied into its color; null when it has not
     /// the part that is wanted. The values of an Alpha part are read as they are stored.
     std::shared_ptr<const File> open(std::shared_ptr<const EncodedImage> image, const Location& where,
-                                     const Transfer& transfer, ImagePart part);
+                                     const ColorEncoding& transfer, TextureChannels part);
     /// The filtered color at `uv` (v = 0 is the image's first row), over the ellipse duvdx, duvdy; zero
     /// derivatives give a bilinear lookup in the finest level. Gray images are spread to three channels.
     /// Throws the located Error of `open` when a part of the file that was not read before turns out to be
     /// damaged.
-    Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, const Lookup& how) const;
+    Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
+               const TextureOptions& how) const;
     Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const {
-        return lookup(file, uv, duvdx, duvdy, Lookup{wrap, wrap});
+        return lookup(file, uv, duvdx, duvdy, TextureOptions{wrap, wrap});
     }
     /// The same at points `begin` to `end`, to the same bits.
-    void lookupLanes(const File& file, const TexturePointLanes& at, int begin, int end, const Lookup& how,
-                     RgbLanes& out) const;
+    void lookupSoA(const File& file, const TexturePointSoA& at, int begin, int end, const TextureOptions& how,
+                   RgbSoA& out) const;
     /// The same without images kept in memory beside the cache: what `lookup` is held against.
     Rgb lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
-                       const Lookup& how) const;
+                       const TextureOptions& how) const;
     Rgb lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const {
-        return lookupFiltered(file, uv, duvdx, duvdy, Lookup{wrap, wrap});
+        return lookupFiltered(file, uv, duvdx, duvdy, TextureOptions{wrap, wrap});
     }
 
   private:
     struct Impl;
     Impl& impl();
-    static const TextureLevels* levelsOf(const File& file, const Lookup& how);
+    static const MipMap* levelsOf(const File& file, const TextureOptions& how);
 
     const int m_megabytes;
     std::once_flag m_made;
@@ -112,7 +113,7 @@ class TextureCache : public std::enable_shared_from_this<TextureCache> {
 };
 
 /// Where an image's data window lies in the full frame (display window).
-struct Window {
+struct PixelBounds {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0; ///< half-open
     int width() const { return x1 - x0; }
     int height() const { return y1 - y0; }

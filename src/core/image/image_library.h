@@ -19,7 +19,7 @@ namespace strobe {
 enum class Wrap { Repeat, Black, Clamp, Mirror };
 
 /// How a texture is looked up beyond the place.
-struct Lookup {
+struct TextureOptions {
     Wrap u = Wrap::Repeat, v = Wrap::Repeat;
     bool nearest = false; ///< texels show as squares
 };
@@ -29,9 +29,9 @@ using MetadataValue = std::variant<int, float, std::string>;
 using Metadata = std::vector<std::pair<std::string, MetadataValue>>;
 
 /// An image file, or one in memory, as it is stored.
-class StoredImage {
+class ImageReader {
   public:
-    virtual ~StoredImage() = default;
+    virtual ~ImageReader() = default;
     int width = 0, height = 0, depth = 0, channels = 0;
     int alpha = -1; ///< the channel; -1: none
     bool ofFloats = false;
@@ -49,10 +49,10 @@ struct DecodedImage {
 };
 
 /// An opened texture: tiles and coarser levels are made and kept as they are needed. Thread-safe; lives no
-/// longer than its TextureFiles.
-class TextureFile {
+/// longer than its TextureSystem.
+class TextureHandle {
   public:
-    virtual ~TextureFile() = default;
+    virtual ~TextureHandle() = default;
     int width = 0, height = 0, channels = 0;
     bool isTiled = false; ///< else it is read as a whole, to make the coarser levels
     bool isPlain = false; ///< its pixels are those of the full frame
@@ -60,20 +60,20 @@ class TextureFile {
     virtual bool readLevels(int n, std::vector<DecodedImage>& out) const = 0;
     /// The first `n` channels at uv (v = 0 is the first row), filtered over the ellipse duvdx, duvdy; zero
     /// derivatives give a bilinear lookup in the finest level. False: `error` says why.
-    virtual bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const Lookup& how, int n,
+    virtual bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const TextureOptions& how, int n,
                         float* out, std::string& error) const = 0;
 };
 
 /// A cache of textures.
-class TextureFiles {
+class TextureSystem {
   public:
     /// Makes an image; false: `error` says why.
     using Decode = std::function<bool(DecodedImage& out, std::string& error)>;
-    virtual ~TextureFiles() = default;
+    virtual ~TextureSystem() = default;
     /// `name` is from now on not a file's, but that of what `decode` makes, now or later and on any thread.
     virtual void define(const std::string& name, Decode decode) = 0;
     /// Null: `error` says why.
-    virtual std::unique_ptr<const TextureFile> open(const std::string& name, std::string& error) = 0;
+    virtual std::unique_ptr<const TextureHandle> open(const std::string& name, std::string& error) = 0;
 };
 
 class ImageLibrary {
@@ -82,15 +82,15 @@ class ImageLibrary {
     /// From now on files are read as what their names say, and not offered to one reader after the other.
     virtual void trustNames() const = 0;
     /// Null: `error` says why.
-    virtual std::unique_ptr<StoredImage> open(const std::string& path, std::string& error) const = 0;
+    virtual std::unique_ptr<ImageReader> open(const std::string& path, std::string& error) const = 0;
     /// A PNG or JPEG in memory, which outlives what is returned; alpha is not multiplied into its color.
-    virtual std::unique_ptr<StoredImage> open(std::span<const unsigned char> encoded,
+    virtual std::unique_ptr<ImageReader> open(std::span<const unsigned char> encoded,
                                               std::string& error) const = 0;
     /// A PNG of 8-bit RGB, row after row from the top; empty: `error` says why.
     virtual std::vector<unsigned char> encodePng(int width, int height, std::span<const uint8_t> rgb,
                                                  bool isSrgb, const Metadata& metadata,
                                                  std::string& error) const = 0;
-    virtual std::unique_ptr<TextureFiles> makeTextures(int megabytes) const = 0;
+    virtual std::unique_ptr<TextureSystem> makeTextures(int megabytes) const = 0;
 };
 
 /// Loads the library on the first call, from where it lies beside the executable. Throws an Error when it is

@@ -9,11 +9,11 @@ namespace strobe {
 
 namespace {
 
-constexpr float kMostStretched = 32; ///< of ellipses; those that are more are taken for wider ones
-constexpr int kMostProbes = 64;      ///< along one
-constexpr float kLongest = 1000;     ///< ellipse, in images
-constexpr int kMostLines = 2 * kLanes;
-static_assert(2 * kMostProbes <= kMostLines);
+constexpr float kMaxStretch = 32; ///< of ellipses; those that are more are taken for wider ones
+constexpr int kMaxProbes = 64;    ///< along one
+constexpr float kMaxEdge = 1000;  ///< ellipse, in images
+constexpr int kMaxLines = 2 * kSoAWidth;
+static_assert(2 * kMaxProbes <= kMaxLines);
 
 /// Where a lookup lies along one axis of n texels: between two of them, and how far from the first.
 struct Between {
@@ -21,13 +21,13 @@ struct Between {
     float x;
 };
 
-STROBE_INLINE int floorOf(float x) {
+STROBE_FORCE_INLINE int floorOf(float x) {
     const int toZero = int(x);
     return toZero - int(float(toZero) > x);
 }
 
 /// `repeats`: all ones, or 0.
-STROBE_INLINE Between between(float u, int n, int32_t repeats, float image) {
+STROBE_FORCE_INLINE Between between(float u, int n, int32_t repeats, float image) {
     const int before = (n - 1) & repeats, behind = n - 1 - before;
     const float x = (u - image * float(floorOf(u))) * float(n) - .5f;
     const int left = floorOf(x), right = left + 1;
@@ -40,7 +40,7 @@ struct Axes {
     float major, minor;
     V2f direction;
 
-    STROBE_INLINE Axes(const V2f& dx, const V2f& dy) {
+    STROBE_FORCE_INLINE Axes(const V2f& dx, const V2f& dy) {
         const float s2 = sqr(dx.x) + sqr(dy.x), t2 = sqr(dx.y) + sqr(dy.y), st = dx.x * dx.y + dy.x * dy.y;
         const float difference = s2 - t2, root = std::sqrt(sqr(difference) + 4 * sqr(st));
         major = std::sqrt((s2 + t2 + root) / 2);
@@ -54,44 +54,43 @@ struct Axes {
     }
     /// Makes an ellipse that is too thin wider, and half as much too long as it was. Returns how many times
     /// as long as wide it is then.
-    STROBE_INLINE float limit() {
-        const float aspect = major / minor, mean = (major + minor * kMostStretched) / 2;
-        const int32_t fits = major <= minor * kMostStretched ? 1 : 0;
-        const float narrow = mean / kMostStretched;
+    STROBE_FORCE_INLINE float limit() {
+        const float aspect = major / minor, mean = (major + minor * kMaxStretch) / 2;
+        const int32_t fits = major <= minor * kMaxStretch ? 1 : 0;
+        const float narrow = mean / kMaxStretch;
         major = fits ? major : mean, minor = fits ? minor : narrow;
-        return fits ? aspect : kMostStretched;
+        return fits ? aspect : kMaxStretch;
     }
 };
 
 } // namespace
 
 /// Ellipses, and what is probed of them.
-struct TextureLevels::Shapes {
-    alignas(64) float major[kLanes], minor[kLanes], aspect[kLanes]; ///< as limited
-    V2Lanes direction;
-    alignas(64) int32_t isTiny[kLanes]; ///< lies between texels of the finest level
+struct MipMap::Shapes {
+    alignas(64) float major[kSoAWidth], minor[kSoAWidth], aspect[kSoAWidth]; ///< as limited
+    V2SoA direction;
+    alignas(64) int32_t isTiny[kSoAWidth]; ///< lies between texels of the finest level
     /// The first level where the ellipse is no wider than a texel; blended with the finer one before it.
-    alignas(64) int32_t level[kLanes], isWider[kLanes];
-    V2Lanes half; ///< probes go from uv - half to uv + half
-    alignas(64) int32_t probes[kLanes], finer[kLanes];
-    alignas(64) float steep[kLanes]; ///< weights are exp(steep x²), at x from -1 to 1
-    alignas(64) float blend[kLanes]; ///< how much of the coarser level
+    alignas(64) int32_t level[kSoAWidth], isWider[kSoAWidth];
+    V2SoA half; ///< probes go from uv - half to uv + half
+    alignas(64) int32_t probes[kSoAWidth], finer[kSoAWidth];
+    alignas(64) float steep[kSoAWidth]; ///< weights are exp(steep x²), at x from -1 to 1
+    alignas(64) float blend[kSoAWidth]; ///< how much of the coarser level
 
-    static void measure(const TexturePointLanes& at, int begin, int end, float side, int32_t* found,
-                        Shapes& s);
+    static void measure(const TexturePointSoA& at, int begin, int end, float side, int32_t* found, Shapes& s);
     static void findLevels(const float* lesserSide, int levels, int begin, int end, Shapes& s);
     static void findProbes(const float* lesserSide, int levels, float side, int begin, int end, Shapes& s);
 };
 
 /// `side`: the longer one of the finest level.
-STROBE_LANES void TextureLevels::Shapes::measure(const TexturePointLanes& at, int begin, int end, float side,
-                                                 int32_t* found, Shapes& s) {
+STROBE_TARGET_CLONES void MipMap::Shapes::measure(const TexturePointSoA& at, int begin, int end, float side,
+                                                  int32_t* found, Shapes& s) {
     // Texels are counted by ints, also those at the end of the longest ellipse.
-    const float most = 0x1p30f / side - kLongest;
-    STROBE_INDEPENDENT
+    const float most = 0x1p30f / side - kMaxEdge;
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         Axes axes(at.duvdx.at(i), at.duvdy.at(i));
-        const int32_t isTiny = axes.major * side < .5f ? 1 : 0, isShort = axes.major < kLongest ? 1 : 0;
+        const int32_t isTiny = axes.major * side < .5f ? 1 : 0, isShort = axes.major < kMaxEdge ? 1 : 0;
         const int32_t isNear = (std::abs(at.uv.x[i]) < most ? 1 : 0) & (std::abs(at.uv.y[i]) < most ? 1 : 0);
         found[i] = isNear & (isTiny | isShort);
         s.isTiny[i] = isTiny;
@@ -102,11 +101,11 @@ STROBE_LANES void TextureLevels::Shapes::measure(const TexturePointLanes& at, in
     }
 }
 
-STROBE_LANES void TextureLevels::Shapes::findLevels(const float* lesserSide, int levels, int begin, int end,
-                                                    Shapes& s) {
+STROBE_TARGET_CLONES void MipMap::Shapes::findLevels(const float* lesserSide, int levels, int begin, int end,
+                                                     Shapes& s) {
     for (int level = 0; level < levels; ++level) {
         const float side = lesserSide[level];
-        STROBE_INDEPENDENT
+        STROBE_IVDEP
         for (int i = begin; i < end; ++i) {
             s.isWider[i] &= s.minor[i] * side > 1 ? 1 : 0;
             s.level[i] += s.isWider[i];
@@ -116,16 +115,16 @@ STROBE_LANES void TextureLevels::Shapes::findLevels(const float* lesserSide, int
     }
 }
 
-STROBE_LANES void TextureLevels::Shapes::findProbes(const float* lesserSide, int levels, float side,
-                                                    int begin, int end, Shapes& s) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void MipMap::Shapes::findProbes(const float* lesserSide, int levels, float side,
+                                                     int begin, int end, Shapes& s) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const int32_t level = s.level[i], isTiny = s.isTiny[i];
         const float major = s.major[i], minor = s.minor[i], length = major - minor;
         // Thinner than half a texel counts as that.
         const int32_t isThin = (level == 0 ? 1 : 0) & (minor * side < .5f ? 1 : 0);
         const float thin = std::max(1.f, major * side * 2), aspect = isThin ? thin : s.aspect[i];
-        const float wanted = std::min(std::max(1.f, 2 * aspect - 1), float(kMostProbes));
+        const float wanted = std::min(std::max(1.f, 2 * aspect - 1), float(kMaxProbes));
         const int32_t several = int32_t(wanted), probes = isTiny ? 1 : several;
         const float steep = -2 * sqr(major / std::max(2 * length, 1e-20f));
         s.probes[i] = probes;
@@ -142,31 +141,31 @@ STROBE_LANES void TextureLevels::Shapes::findProbes(const float* lesserSide, int
 }
 
 /// Rows of probes, each in one level; those with the most come first. Or single probes of them.
-struct TextureLevels::Lines {
+struct MipMap::Lines {
     int count = 0;
-    alignas(64) int32_t owner[kMostLines], level[kMostLines], probes[kMostLines];
-    alignas(64) float share[kMostLines]; ///< in the owner's color
-    alignas(64) float x[kMostLines], y[kMostLines], halfX[kMostLines], halfY[kMostLines];
-    alignas(64) float number[kMostLines], steep[kMostLines];
-    alignas(64) float middle[kMostLines]; ///< of the first probe, in 2 number parts of the line
-    alignas(64) int32_t width[kMostLines], height[kMostLines], first[kMostLines];
+    alignas(64) int32_t owner[kMaxLines], level[kMaxLines], probes[kMaxLines];
+    alignas(64) float share[kMaxLines]; ///< in the owner's color
+    alignas(64) float x[kMaxLines], y[kMaxLines], halfX[kMaxLines], halfY[kMaxLines];
+    alignas(64) float number[kMaxLines], steep[kMaxLines];
+    alignas(64) float middle[kMaxLines]; ///< of the first probe, in 2 number parts of the line
+    alignas(64) int32_t width[kMaxLines], height[kMaxLines], first[kMaxLines];
 
     Lines() = default;
     Lines(const Shapes& s, int begin, int end, const int32_t* found);
     void spread(const Lines& few);
-    static void fill(const Shapes& s, const V2Lanes& uv, const TextureLevels& levels, Lines& lines);
+    static void fill(const Shapes& s, const V2SoA& uv, const MipMap& levels, Lines& lines);
 };
 
 /// What one probe of each line takes: the four texels around, by index, and how much of these.
-struct TextureLevels::Taken {
-    alignas(64) int32_t texel[4][kMostLines];
-    alignas(64) float weight[4][kMostLines];
+struct MipMap::Taken {
+    alignas(64) int32_t texel[4][kMaxLines];
+    alignas(64) float weight[4][kMaxLines];
 
     static void take(const Lines& lines, int probe, int count, int32_t repeats, Taken& out);
 };
 
-TextureLevels::Lines::Lines(const Shapes& s, int begin, int end, const int32_t* found) {
-    int places[kMostProbes + 1] = {}, most = 0; // by probes
+MipMap::Lines::Lines(const Shapes& s, int begin, int end, const int32_t* found) {
+    int places[kMaxProbes + 1] = {}, most = 0; // by probes
     for (int i = begin; i < end; ++i)
         if (found[i]) {
             places[s.probes[i]] += s.blend[i] > 0 ? 2 : 1;
@@ -186,12 +185,12 @@ TextureLevels::Lines::Lines(const Shapes& s, int begin, int end, const int32_t* 
     }
 }
 
-STROBE_LANES void TextureLevels::Lines::fill(const Shapes& s, const V2Lanes& uv, const TextureLevels& levels,
-                                             Lines& lines) {
+STROBE_TARGET_CLONES void MipMap::Lines::fill(const Shapes& s, const V2SoA& uv, const MipMap& levels,
+                                              Lines& lines) {
     const int32_t *width = levels.m_width.data(), *height = levels.m_height.data(),
                   *first = levels.m_first.data();
     const int n = lines.count;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int k = 0; k < n; ++k) {
         const int32_t i = lines.owner[k], level = lines.level[k];
         lines.x[k] = uv.x[i], lines.y[k] = uv.y[i];
@@ -202,7 +201,7 @@ STROBE_LANES void TextureLevels::Lines::fill(const Shapes& s, const V2Lanes& uv,
 }
 
 /// Becomes all probes of some lines; the owners are the lines.
-void TextureLevels::Lines::spread(const Lines& few) {
+void MipMap::Lines::spread(const Lines& few) {
     count = 0;
     for (int k = 0; k < few.count; ++k) {
         const int n = few.probes[k];
@@ -215,10 +214,10 @@ void TextureLevels::Lines::spread(const Lines& few) {
     }
 }
 
-STROBE_LANES void TextureLevels::Taken::take(const Lines& lines, int probe, int count, int32_t repeats,
-                                             Taken& out) {
+STROBE_TARGET_CLONES void MipMap::Taken::take(const Lines& lines, int probe, int count, int32_t repeats,
+                                              Taken& out) {
     const float before = 2 * float(probe), image = repeats ? 1.f : 0.f;
-    STROBE_INDEPENDENT
+    STROBE_IVDEP
     for (int k = 0; k < count; ++k) {
         const float x = (lines.middle[k] + before) / lines.number[k] - 1,
                     weight = fastExp(lines.steep[k] * sqr(x));
@@ -234,7 +233,7 @@ STROBE_LANES void TextureLevels::Taken::take(const Lines& lines, int probe, int 
     }
 }
 
-TextureLevels::TextureLevels(const std::vector<Image>& levels) {
+MipMap::MipMap(const std::vector<Image>& levels) {
     for (const Image& level : levels) {
         m_width.push_back(level.width), m_height.push_back(level.height);
         m_first.push_back(int32_t(m_texels.size()));
@@ -245,13 +244,15 @@ TextureLevels::TextureLevels(const std::vector<Image>& levels) {
     m_longestSide = std::max(m_width.front(), m_height.front());
 }
 
-void TextureLevels::addTexels(const Taken& taken, int k, Texel& sum) const {
+void MipMap::addTexels(const Taken& taken, int k, Texel& sum) const {
     const Texel* texels = m_texels.data();
-    const auto part = [&](int c) { return loadFour(texels[taken.texel[c][k]].numbers) * taken.weight[c][k]; };
-    storeFour(sum.numbers, loadFour(sum.numbers) + ((part(0) + part(1)) + (part(2) + part(3))));
+    const auto part = [&](int c) {
+        return loadFloat4(texels[taken.texel[c][k]].numbers) * taken.weight[c][k];
+    };
+    storeFloat4(sum.numbers, loadFloat4(sum.numbers) + ((part(0) + part(1)) + (part(2) + part(3))));
 }
 
-void TextureLevels::probe(const Lines& lines, int32_t repeats, Texel* sums) const {
+void MipMap::probe(const Lines& lines, int32_t repeats, Texel* sums) const {
     constexpr int kFew = 2; // as one lookup has
     Taken taken;
     std::fill_n(sums, lines.count, Texel{});
@@ -274,8 +275,8 @@ void TextureLevels::probe(const Lines& lines, int32_t repeats, Texel* sums) cons
     }
 }
 
-void TextureLevels::lookupLanes(const TexturePointLanes& at, int begin, int end, Wrap wrap, RgbLanes& out,
-                                int32_t* found) const {
+void MipMap::lookupSoA(const TexturePointSoA& at, int begin, int end, Wrap wrap, RgbSoA& out,
+                       int32_t* found) const {
     if (wrap != Wrap::Repeat && wrap != Wrap::Clamp)
         return std::fill(found + begin, found + end, 0);
     Shapes shapes;
@@ -287,7 +288,7 @@ void TextureLevels::lookupLanes(const TexturePointLanes& at, int begin, int end,
     Lines lines(shapes, begin, end, found);
     Lines::fill(shapes, at.uv, *this, lines);
 
-    Texel sums[kMostLines];
+    Texel sums[kMaxLines];
     probe(lines, wrap == Wrap::Repeat ? -1 : 0, sums);
     for (float* row : {out.r, out.g, out.b})
         std::fill(row + begin, row + end, 0.f);
@@ -299,12 +300,12 @@ void TextureLevels::lookupLanes(const TexturePointLanes& at, int begin, int end,
     }
 }
 
-bool TextureLevels::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const {
-    TexturePointLanes at;
-    RgbLanes color;
+bool MipMap::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const {
+    TexturePointSoA at;
+    RgbSoA color;
     int32_t found;
     at.uv.set(0, uv), at.duvdx.set(0, duvdx), at.duvdy.set(0, duvdy);
-    lookupLanes(at, 0, 1, wrap, color, &found);
+    lookupSoA(at, 0, 1, wrap, color, &found);
     out = color.at(0);
     return found;
 }

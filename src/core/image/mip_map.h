@@ -8,16 +8,16 @@ namespace strobe {
 /// Lookups as OpenImageIO's texture system makes them (bilinear in two levels, several times along the major
 /// axis of the footprint), without its tiles, locks and conversions; many side by side. What is rare is left
 /// to OpenImageIO.
-class TextureLevels {
+class MipMap {
   public:
     /// `levels`: the finest first, none empty.
-    explicit TextureLevels(const std::vector<Image>& levels);
+    explicit MipMap(const std::vector<Image>& levels);
 
     /// For i from `begin` to `end`: the color at uv[i], wrapped by repetition or clamped, over the ellipse
     /// duvdx[i], duvdy[i]; for zeros, bilinear in the finest level. Where found[i] becomes 0, OpenImageIO is
     /// to be asked, since the wrap is another or the ellipse large. Neighbors change nothing, to the bit.
-    void lookupLanes(const TexturePointLanes& at, int begin, int end, Wrap wrap, RgbLanes& out,
-                     int32_t* found) const;
+    void lookupSoA(const TexturePointSoA& at, int begin, int end, Wrap wrap, RgbSoA& out,
+                   int32_t* found) const;
     /// One of them; what is returned is `found`.
     bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const;
 

@@ -13,17 +13,17 @@ namespace {
 struct Recipe {
     std::string path;
     std::shared_ptr<const EncodedImage> memory; ///< in place of the path
-    ImagePart part = ImagePart::Color;
-    Transfer transfer;
+    TextureChannels part = TextureChannels::Color;
+    ColorEncoding transfer;
 
-    std::unique_ptr<StoredImage> open(std::string& error) const {
+    std::unique_ptr<ImageReader> open(std::string& error) const {
         return memory ? imageLibrary().open(memory->bytes, error) : imageLibrary().open(path, error);
     }
     bool decode(DecodedImage& out, std::string& error) const;
 };
 
 /// Gray becomes a color: the space's gray need not be ours.
-void convert(const Transfer& transfer, DecodedImage& image) {
+void convert(const ColorEncoding& transfer, DecodedImage& image) {
     const std::vector<float>& v = image.values;
     std::vector<Rgb> colors(v.size() / size_t(image.channels));
     for (size_t i = 0; i < colors.size(); ++i)
@@ -44,16 +44,16 @@ bool Recipe::decode(DecodedImage& out, std::string& error) const {
                 " pixels are too many or too few";
         return false;
     }
-    const bool isAlpha = part == ImagePart::Alpha;
+    const bool isAlpha = part == TextureChannels::Alpha;
     const int colors = file->alpha > 0 ? file->alpha : file->channels;
     const int first = isAlpha ? std::max(file->alpha, 0) : 0, n = isAlpha ? 1 : colors >= 3 ? 3 : 1;
     out = {file->width, file->height, n, {}};
     out.values.resize(size_t(file->width) * size_t(file->height) * size_t(n));
     if (!file->read(first, first + n, out.values.data(), error))
         return false;
-    if (!isAlpha && transfer.kind == Transfer::Space)
+    if (!isAlpha && transfer.kind == ColorEncoding::Space)
         convert(transfer, out);
-    else if (!isAlpha && transfer.kind != Transfer::Linear)
+    else if (!isAlpha && transfer.kind != ColorEncoding::Linear)
         for (float& v : out.values)
             v = transfer.linear(v);
     return true;
@@ -66,19 +66,19 @@ Error cannotRead(const std::string& shown, const Location& where, const std::str
 } // namespace
 
 struct TextureCache::File {
-    std::unique_ptr<const TextureFile> texture;
+    std::unique_ptr<const TextureHandle> texture;
     std::string shown; ///< in messages
     Location where;
     int channels; ///< 1 or 3
     bool isSmall; ///< to be kept in memory as a whole, from the first lookup on
     mutable std::once_flag read{};
-    mutable std::optional<TextureLevels> levels{}; ///< of a small file that could be read
+    mutable std::optional<MipMap> levels{}; ///< of a small file that could be read
 
-    std::optional<TextureLevels> readLevels() const;
+    std::optional<MipMap> readLevels() const;
 };
 
 /// All levels of an image as the cache holds them; none when some cannot be read.
-std::optional<TextureLevels> TextureCache::File::readLevels() const {
+std::optional<MipMap> TextureCache::File::readLevels() const {
     std::vector<DecodedImage> stored;
     if (!texture->readLevels(channels, stored))
         return std::nullopt;
@@ -90,12 +90,12 @@ std::optional<TextureLevels> TextureCache::File::readLevels() const {
         for (size_t i = 0; i < level.pixels.size(); ++i)
             level.pixels[i] = channels == 1 ? Rgb(v[i]) : Rgb(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
     }
-    return TextureLevels(levels);
+    return MipMap(levels);
 }
 
 struct TextureCache::Impl {
     explicit Impl(int megabytes) : files(imageLibrary().makeTextures(megabytes)) {}
-    std::unique_ptr<TextureFiles> files;
+    std::unique_ptr<TextureSystem> files;
 
     /// Files of at most so many texels are kept in memory beside the cache, until they fill a budget.
     static constexpr int64_t kSmall = 1 << 20, kBudget = 8 << 20;
@@ -104,16 +104,16 @@ struct TextureCache::Impl {
     std::set<std::string> defined; ///< names that are not files' own
 
     /// The cache's name for the file: its own, or one that stands for its linearized values.
-    std::string nameOf(const std::filesystem::path& path, const Transfer& transfer);
+    std::string nameOf(const std::filesystem::path& path, const ColorEncoding& transfer);
     std::string nameOf(Recipe recipe, const std::string& name);
     std::shared_ptr<const File> open(const std::string& name, const std::string& shown,
                                      const Location& where);
 };
 
 std::string TextureCache::Impl::nameOf(Recipe recipe, const std::string& name) {
-    const Transfer& t = recipe.transfer;
+    const ColorEncoding& t = recipe.transfer;
     const std::string how[] = {"linear", "srgb", "gamma " + std::to_string(t.gamma), "space " + t.space};
-    const std::string key = name + "|" + (recipe.part == ImagePart::Alpha ? "alpha" : how[t.kind]);
+    const std::string key = name + "|" + (recipe.part == TextureChannels::Alpha ? "alpha" : how[t.kind]);
     const std::lock_guard lock(mutex);
     if (defined.insert(key).second)
         files->define(key, [recipe = std::move(recipe)](DecodedImage& out, std::string& error) {
@@ -122,12 +122,12 @@ std::string TextureCache::Impl::nameOf(Recipe recipe, const std::string& name) {
     return key;
 }
 
-std::string TextureCache::Impl::nameOf(const std::filesystem::path& path, const Transfer& transfer) {
-    std::string error; // of a file that cannot be opened: TextureFiles::open reports it
+std::string TextureCache::Impl::nameOf(const std::filesystem::path& path, const ColorEncoding& transfer) {
+    std::string error; // of a file that cannot be opened: TextureSystem::open reports it
     const auto file = transfer.changes(false) ? imageLibrary().open(path.string(), error) : nullptr;
     if (!file || !transfer.changes(file->ofFloats))
         return path.string();
-    return nameOf(Recipe{path.string(), nullptr, ImagePart::Color, transfer}, path.string());
+    return nameOf(Recipe{path.string(), nullptr, TextureChannels::Color, transfer}, path.string());
 }
 
 std::shared_ptr<const TextureCache::File>
@@ -139,8 +139,9 @@ TextureCache::Impl::open(const std::string& name, const std::string& shown, cons
     const int64_t texels = int64_t(texture->width) * texture->height;
     const int channels = texture->channels;
     if (!texture->isTiled)
-        guardOf(where).require(uint64_t(texels) * uint64_t(channels) * sizeof(float) * 4 / 3,
-                               "the image " + shown, "make it smaller, or convert it by maketx", where);
+        resourcePolicyOf(where).require(uint64_t(texels) * uint64_t(channels) * sizeof(float) * 4 / 3,
+                                        "the image " + shown, "make it smaller, or convert it by maketx",
+                                        where);
     const std::lock_guard lock(mutex);
     const bool isSmall = texture->isPlain && texels <= kSmall && kept + texels <= kBudget;
     kept += isSmall ? texels : 0;
@@ -157,16 +158,17 @@ TextureCache::Impl& TextureCache::impl() {
 }
 
 std::shared_ptr<const TextureCache::File>
-TextureCache::open(const std::filesystem::path& path, const Location& where, const Transfer& transfer) {
+TextureCache::open(const std::filesystem::path& path, const Location& where, const ColorEncoding& transfer) {
     checkImage(path, where);
     return impl().open(impl().nameOf(path, transfer), path.string(), where);
 }
 
 std::shared_ptr<const TextureCache::File> TextureCache::open(std::shared_ptr<const EncodedImage> image,
-                                                             const Location& where, const Transfer& transfer,
-                                                             ImagePart part) {
+                                                             const Location& where,
+                                                             const ColorEncoding& transfer,
+                                                             TextureChannels part) {
     const Recipe recipe{"", image, part, transfer};
-    if (part == ImagePart::Alpha) {
+    if (part == TextureChannels::Alpha) {
         std::string error; // of an image that cannot be opened: Impl::open reports it
         const auto stored = recipe.open(error);
         if (stored && stored->alpha < 0)
@@ -176,7 +178,7 @@ std::shared_ptr<const TextureCache::File> TextureCache::open(std::shared_ptr<con
 }
 
 /// Its levels, if they serve this kind of lookup, else null.
-const TextureLevels* TextureCache::levelsOf(const File& file, const Lookup& how) {
+const MipMap* TextureCache::levelsOf(const File& file, const TextureOptions& how) {
     if (!file.isSmall || how.u != how.v || how.u == Wrap::Mirror || how.nearest)
         return nullptr;
     std::call_once(file.read, [&] { file.levels = file.readLevels(); });
@@ -184,18 +186,18 @@ const TextureLevels* TextureCache::levelsOf(const File& file, const Lookup& how)
 }
 
 Rgb TextureCache::lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
-                         const Lookup& how) const {
-    const TextureLevels* levels = levelsOf(file, how);
+                         const TextureOptions& how) const {
+    const MipMap* levels = levelsOf(file, how);
     if (Rgb c; levels && levels->lookup(uv, duvdx, duvdy, how.u, c))
         return c;
     return lookupFiltered(file, uv, duvdx, duvdy, how);
 }
 
-void TextureCache::lookupLanes(const File& file, const TexturePointLanes& at, int begin, int end,
-                               const Lookup& how, RgbLanes& out) const {
-    alignas(64) int32_t found[kLanes];
-    if (const TextureLevels* levels = levelsOf(file, how))
-        levels->lookupLanes(at, begin, end, how.u, out, found);
+void TextureCache::lookupSoA(const File& file, const TexturePointSoA& at, int begin, int end,
+                             const TextureOptions& how, RgbSoA& out) const {
+    alignas(64) int32_t found[kSoAWidth];
+    if (const MipMap* levels = levelsOf(file, how))
+        levels->lookupSoA(at, begin, end, how.u, out, found);
     else
         std::fill(found + begin, found + end, 0);
     for (int i = begin; i < end; ++i)
@@ -204,7 +206,7 @@ void TextureCache::lookupLanes(const File& file, const TexturePointLanes& at, in
 }
 
 Rgb TextureCache::lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
-                                 const Lookup& how) const {
+                                 const TextureOptions& how) const {
     float c[3];
     std::string error;
     if (!file.texture->lookup(uv, duvdx, duvdy, how, file.channels, c, error))

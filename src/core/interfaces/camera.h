@@ -30,14 +30,14 @@ struct CameraSample {
 };
 
 /// CameraSamples side by side.
-struct CameraSampleLanes {
-    V2Lanes film, lens;
-    alignas(64) float time[kLanes];
+struct CameraSampleSoA {
+    V2SoA film, lens;
+    alignas(64) float time[kSoAWidth];
     CameraSample at(int i) const { return {film.at(i), lens.at(i), time[i]}; }
 };
 /// Where their rays start, and the unit vectors along which they go.
-struct CameraRayLanes {
-    V3Lanes o, d;
+struct CameraRaySoA {
+    V3SoA o, d;
 };
 
 /// Where on the film a world point is seen.
@@ -52,11 +52,11 @@ class Camera {
     /// out[i] = the ray of samples[i], in world space.
     virtual void rays(const CameraSample* samples, int n, Ray* out) const = 0;
     /// The same rays of samples 0 … n-1, side by side.
-    virtual void rayLanes(const CameraSampleLanes& samples, int n, CameraRayLanes& out) const;
+    virtual void raySoA(const CameraSampleSoA& samples, int n, CameraRaySoA& out) const;
     /// The cone of one pixel around a film point.
     virtual RayCone cone(const V2f& film) const = 0;
     /// Their widths and spreads around film points 0 … n-1.
-    virtual void coneLanes(const V2Lanes& film, int n, float* width, float* spread) const;
+    virtual void coneSoA(const V2SoA& film, int n, float* width, float* spread) const;
     /// True when rays need `CameraSample::lens`.
     virtual bool hasLens() const = 0;
     /// True when the camera moves during the shutter.
@@ -67,8 +67,7 @@ class Camera {
     /// Where a ray starts that goes through the lens at `lens` (in [0,1)²) and meets the world point p.
     virtual V3f viewpoint(const V3f& p, const V2f& lens, float time) const = 0;
     /// The same for world points 0 … n-1.
-    virtual void viewpointLanes(const V3Lanes& p, const V2Lanes& lens, const float* time, int n,
-                                V3Lanes& out) const;
+    virtual void viewpointSoA(const V3SoA& p, const V2SoA& lens, const float* time, int n, V3SoA& out) const;
     /// Where the world point p is seen through the middle of the lens at shutter fraction `time`, on the film
     /// or beside it; nothing if it is behind the camera.
     virtual std::optional<FilmPoint> project(const V3f& p, float time) const = 0;

@@ -15,7 +15,7 @@ class Filter {
     /// Draws an offset with density |f(x,y)| / ∫|f|; `u` in [0,1)². The mean of `weight` is 1.
     virtual Sample sample(const V2f& u) const = 0;
     /// The same of u's lanes 0 … n-1.
-    virtual void sampleLanes(const V2Lanes& u, int n, V2Lanes& offset, float* weight) const;
+    virtual void sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const;
     /// The normalized filter's value at `offset` (integrates to 1 over the plane). For tests.
     virtual float eval(const V2f& offset) const = 0;
     /// Half-widths of the support in pixels.

@@ -15,7 +15,9 @@ struct PlacedShape {
     std::shared_ptr<const Motion> motion; ///< group to world; null: identity
     bool reverseOrientation = false;      ///< the surface normal is the shape's own, turned round
 
-    bool isStill() const { return (!motion || motion->isStill()) && !(shape.mesh && shape.mesh->deforms()); }
+    bool isStatic() const {
+        return (!motion || motion->isStatic()) && !(shape.mesh && shape.mesh->deforms());
+    }
     /// Object-to-world at shutter fraction `time`.
     M44f toWorld(float time) const { return motion ? toParent * motion->at(time) : toParent; }
 };

@@ -2,9 +2,9 @@
 
 namespace strobe {
 
-void Light::sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) const {
-    V2f u[kLanes];
-    LightSample samples[kLanes];
+void Light::sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const {
+    V2f u[kSoAWidth];
+    LightSample samples[kSoAWidth];
     for (int begin = 0, end; begin < query.n; begin = end) {
         const int32_t point = query.point[begin];
         for (end = begin; end < query.n && query.point[end] == point; ++end)
@@ -15,7 +15,7 @@ void Light::sampleLanes(const LightQueryLanes& query, LightSampleLanes& out) con
     }
 }
 
-void Light::environmentLanes(const V3Lanes& d, int n, RgbLanes& radiance, float* pdf) const {
+void Light::environmentSoA(const V3SoA& d, int n, RgbSoA& radiance, float* pdf) const {
     for (int i = 0; i < n; ++i) {
         radiance.set(i, environment(d.at(i)));
         if (pdf)
@@ -23,7 +23,7 @@ void Light::environmentLanes(const V3Lanes& d, int n, RgbLanes& radiance, float*
     }
 }
 
-void Light::solidAngleLanes(const V3Lanes& p, const float* time, int n, float* out) const {
+void Light::solidAngleSoA(const V3SoA& p, const float* time, int n, float* out) const {
     for (int i = 0; i < n; ++i)
         out[i] = solidAngle(p.at(i), time[i]);
 }

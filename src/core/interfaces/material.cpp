@@ -2,11 +2,11 @@
 
 namespace strobe {
 
-void Material::evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const {
-    V3f directions[kLanes];
-    Rgb values[kLanes];
-    float densities[kLanes];
-    int job[kLanes];
+void Material::evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const {
+    V3f directions[kSoAWidth];
+    Rgb values[kSoAWidth];
+    float densities[kSoAWidth];
+    int job[kSoAWidth];
     for (int begin = jobs.begin, end; begin < jobs.end; begin = end) {
         const int32_t point = jobs.point[begin];
         int n = 0;
@@ -24,8 +24,7 @@ void Material::evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& 
     }
 }
 
-void Material::sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
-                           BsdfSampleLanes& out) const {
+void Material::sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const {
     for (int i = jobs.begin; i < jobs.end; ++i) {
         BsdfSample sampled;
         out.drawn[i] =
@@ -35,7 +34,7 @@ void Material::sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes
     }
 }
 
-void Material::maxPdfLanes(const BsdfLanes& jobs, float* out) const {
+void Material::maxPdfSoA(const BsdfSoA& jobs, float* out) const {
     for (int i = jobs.begin; i < jobs.end; ++i)
         out[i] = maxPdf(jobs.bsdf[jobs.point[i]], jobs.wo.at(i));
 }

@@ -47,12 +47,12 @@ struct BsdfSample {
 };
 
 /// BsdfSamples side by side.
-struct BsdfSampleLanes {
-    V3Lanes wi;
-    RgbLanes weight;
-    alignas(64) float pdf[kLanes];
-    bool drawn[kLanes]; ///< what `sample` returns: the rest is meaningless without
-    bool delta[kLanes], transmits[kLanes];
+struct BsdfSampleSoA {
+    V3SoA wi;
+    RgbSoA weight;
+    alignas(64) float pdf[kSoAWidth];
+    bool drawn[kSoAWidth]; ///< what `sample` returns: the rest is meaningless without
+    bool delta[kSoAWidth], transmits[kSoAWidth];
 
     void set(int i, const BsdfSample& s) {
         wi.set(i, s.wi), weight.set(i, s.weight);
@@ -62,10 +62,10 @@ struct BsdfSampleLanes {
 
 /// Things to do at points of surfaces, side by side: jobs from `begin` to `end`, all at points of one
 /// material.
-struct BsdfLanes {
+struct BsdfSoA {
     const Bsdf* bsdf;     ///< by point
     const int32_t* point; ///< by job; jobs of one point are neighbors
-    const V3Lanes& wo;    ///< by job: its point's
+    const V3SoA& wo;      ///< by job: its point's
     int begin, end;
     const int32_t* wanted; ///< by job: what has a 0 here need not be done; null: all
 
@@ -91,7 +91,7 @@ class Material {
     /// Looks textures up and fills `bsdf.data`. (The caller sets `bsdf.material`.)
     virtual void prepare(const TextureQuery& q, Bsdf& bsdf) const = 0;
     /// The same at points `begin` to `end`, to the same bits.
-    virtual void prepareLanes(const TextureQueryLanes& q, int begin, int end, Bsdf* bsdf) const {
+    virtual void prepareSoA(const TextureQuerySoA& q, int begin, int end, Bsdf* bsdf) const {
         for (int i = begin; i < end; ++i)
             prepare(q.at(i), bsdf[i]);
     }
@@ -102,18 +102,16 @@ class Material {
     /// Draws wi. `uc` (in [0,1)) picks a lobe, `u` (in [0,1)²) a direction. False: absorbed.
     virtual bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const = 0;
     /// The same for many points at once: wi, f and pdf are by job.
-    virtual void evalCosLanes(const BsdfLanes& jobs, const V3Lanes& wi, RgbLanes& f, float* pdf) const;
-    virtual void sampleLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
-                             BsdfSampleLanes& out) const;
-    /// As sampleLanes, for who will evaluate some of the directions only: weight and pdf of smooth lobes may
+    virtual void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const;
+    virtual void sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const;
+    /// As sampleSoA, for who will evaluate some of the directions only: weight and pdf of smooth lobes may
     /// be left undone, and some may be drawn whose pdf turns out to be 0.
-    virtual void drawLanes(const BsdfLanes& jobs, const float* uc, const V2Lanes& u,
-                           BsdfSampleLanes& out) const {
-        sampleLanes(jobs, uc, u, out);
+    virtual void drawSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const {
+        sampleSoA(jobs, uc, u, out);
     }
     /// An upper bound of pdf over all wi, given wo; infinity when there is none that is easy to give.
     virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
-    virtual void maxPdfLanes(const BsdfLanes& jobs, float* out) const;
+    virtual void maxPdfSoA(const BsdfSoA& jobs, float* out) const;
     /// True when `sample` looks at uc.
     virtual bool picksLobe() const { return true; }
     /// True when `sample` looks at u.

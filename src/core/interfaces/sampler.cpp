@@ -9,8 +9,8 @@ void Sampler::fill1D(std::span<const SampleRange> ranges, uint32_t dim, float* o
     }
 }
 
-void Sampler::fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2Lanes& out) const {
-    V2f points[kLanes];
+void Sampler::fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2SoA& out) const {
+    V2f points[kSoAWidth];
     int lane = 0;
     for (const SampleRange& range : ranges) {
         fill2D(range, dim, points);

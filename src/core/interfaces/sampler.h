@@ -31,9 +31,10 @@ class Sampler {
     /// out[i] = point of member first+i in the two-dimensional dimension `dim`, in [0, 1)².
     virtual void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const = 0;
 
-    /// The numbers of several ranges, one after the other: kLanes in all at most. The same numbers as above.
+    /// The numbers of several ranges, one after the other: kSoAWidth in all at most. The same numbers as
+    /// above.
     virtual void fill1D(std::span<const SampleRange> ranges, uint32_t dim, float* out) const;
-    virtual void fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2Lanes& out) const;
+    virtual void fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2SoA& out) const;
 
     float get1D(uint64_t domain, uint32_t index, uint32_t total, uint32_t dim) const {
         float u;

@@ -6,8 +6,8 @@ namespace strobe {
 
 namespace {
 
-STROBE_LANES void toObjectSpace(const M44f& m, const float* rays, size_t row, QuadricRays& out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void toObjectSpace(const M44f& m, const float* rays, size_t row, QuadricRays& out) {
+    STROBE_IVDEP
     for (int i = 0; i < out.n; ++i) {
         const V3f o = transformPoint(m, {rays[i], rays[row + i], rays[2 * row + i]});
         const V3f d = transformVector(m, {rays[4 * row + i], rays[5 * row + i], rays[6 * row + i]});
@@ -25,12 +25,12 @@ QuadricRays::QuadricRays(const M44f& toObject, const float* rows, unsigned packe
     toObjectSpace(toObject, rows + first, packet, *this);
 }
 
-void Quadric::intersectLanes(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const {
+void Quadric::intersectSoA(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const {
     for (int i = 0; i < rays.n; ++i)
         hit[i] = hit[i] && intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t[i], u[i], v[i]);
 }
 
-void Quadric::pointLanes(const float* u, const float* v, int begin, int end, QuadricPointLanes& out) const {
+void Quadric::pointSoA(const float* u, const float* v, int begin, int end, QuadricPointSoA& out) const {
     for (int i = begin; i < end; ++i) {
         const QuadricPoint q = point(u[i], v[i]);
         out.p.set(i, q.p), out.n.set(i, q.n);
@@ -38,7 +38,7 @@ void Quadric::pointLanes(const float* u, const float* v, int begin, int end, Qua
     }
 }
 
-void Quadric::samplePoints(const V2Lanes& u, int n, V3Lanes& p, V3Lanes& normal) const {
+void Quadric::samplePoints(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const {
     for (int i = 0; i < n; ++i) {
         const QuadricPoint q = samplePoint(u.at(i));
         p.set(i, q.p), normal.set(i, q.n);

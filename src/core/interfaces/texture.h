@@ -17,10 +17,10 @@ struct TextureQuery {
 };
 
 /// TextureQueries side by side.
-struct TextureQueryLanes {
-    const V2Lanes& uv;
-    const V3Lanes& p;
-    const V2Lanes &duvdx, &duvdy;
+struct TextureQuerySoA {
+    const V2SoA& uv;
+    const V3SoA& p;
+    const V2SoA &duvdx, &duvdy;
     const uint32_t* prim;
     const float *u, *v; ///< barycentrics
     TextureQuery at(int i) const {
@@ -29,8 +29,8 @@ struct TextureQueryLanes {
 };
 
 /// Points of images with the axes of their footprints, side by side.
-struct TexturePointLanes {
-    V2Lanes uv, duvdx, duvdy;
+struct TexturePointSoA {
+    V2SoA uv, duvdx, duvdy;
 };
 
 class Texture {
@@ -38,7 +38,7 @@ class Texture {
     virtual ~Texture() = default;
     virtual Rgb rgb(const TextureQuery& q) const = 0;
     /// The same of queries `begin` to `end`.
-    virtual void rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const;
+    virtual void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const;
     /// The scalar reading, for float inputs: by default the mean of the channels.
     virtual float value(const TextureQuery& q) const {
         const Rgb c = rgb(q);
@@ -50,7 +50,7 @@ class Texture {
     virtual bool isConstant() const { return false; }
 };
 
-inline void Texture::rgbLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const {
+inline void Texture::rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const {
     for (int i = begin; i < end; ++i)
         out.set(i, rgb(q.at(i)));
 }
@@ -70,13 +70,13 @@ struct RgbInput {
     std::shared_ptr<const Texture> texture;
     RgbInput(const Rgb& c = Rgb(0)) : constant(c) {}
     Rgb at(const TextureQuery& q) const { return texture ? texture->rgb(q) : constant; }
-    void atLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const;
+    void atSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const;
     bool needsFootprint() const { return texture && texture->needsFootprint(); }
 };
 
-inline void RgbInput::atLanes(const TextureQueryLanes& q, int begin, int end, RgbLanes& out) const {
+inline void RgbInput::atSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const {
     if (texture)
-        return texture->rgbLanes(q, begin, end, out);
+        return texture->rgbSoA(q, begin, end, out);
     std::fill(out.r + begin, out.r + end, constant.x);
     std::fill(out.g + begin, out.g + end, constant.y);
     std::fill(out.b + begin, out.b + end, constant.z);

@@ -9,17 +9,17 @@
 namespace strobe {
 
 /// sin x and cos x for |x| <= π/4, to float precision (truncated series).
-STROBE_INLINE float sinQuarter(float x) {
+STROBE_FORCE_INLINE float sinQuarter(float x) {
     const float x2 = x * x;
     return x * (1 - x2 * (1.f / 6 - x2 * (1.f / 120 - x2 * (1.f / 5040 - x2 * (1.f / 362880)))));
 }
-STROBE_INLINE float cosQuarter(float x) {
+STROBE_FORCE_INLINE float cosQuarter(float x) {
     const float x2 = x * x;
     return 1 - x2 * (.5f - x2 * (1.f / 24 - x2 * (1.f / 720 - x2 * (1.f / 40320 - x2 * (1.f / 3628800)))));
 }
 
 /// log2 x for normal, finite x > 0, to a relative error of 4e-7 (so it is exact at 1); -127 at 0.
-STROBE_INLINE float fastLog2(float x) {
+STROBE_FORCE_INLINE float fastLog2(float x) {
     constexpr int32_t kSqrtHalf = 0x3f3504f3; // x = m 2^k with m in [√½, √2)
     const int32_t bits = std::bit_cast<int32_t>(x), k = (bits - kSqrtHalf) >> 23;
     const float m = std::bit_cast<float>(bits - k * (1 << 23));
@@ -30,7 +30,7 @@ STROBE_INLINE float fastLog2(float x) {
 }
 
 /// 2^x to a relative error of 2e-7 for -126 <= x < 127.5; below it falls to 0, above it is infinite.
-STROBE_INLINE float fastExp2(float x) {
+STROBE_FORCE_INLINE float fastExp2(float x) {
     const float limited = std::min(std::max(x, -127.f), 128.f);
     const int32_t k = int32_t(limited + 127.5f) - 127; // the nearest
     const float t = (limited - float(k)) * 0.693147181f;
@@ -42,14 +42,14 @@ STROBE_INLINE float fastExp2(float x) {
 }
 
 /// x^y for x >= 0 and y > 0, to a relative error of 1e-6 (1 + |log2 x^y|).
-STROBE_INLINE float fastPow(float x, float y) { return fastExp2(y * fastLog2(x)); }
+STROBE_FORCE_INLINE float fastPow(float x, float y) { return fastExp2(y * fastLog2(x)); }
 
 /// e^x, to a relative error of 3e-7 (1 + |x|).
-STROBE_INLINE float fastExp(float x) { return fastExp2(x * 1.44269504f); }
+STROBE_FORCE_INLINE float fastExp(float x) { return fastExp2(x * 1.44269504f); }
 
 /// The angle of (x, y) from the x axis in [-π, π], to an error of 4e-7 and a relative one of 4e-7; 0 for
 /// (0, 0).
-STROBE_INLINE float fastAtan2(float y, float x) {
+STROBE_FORCE_INLINE float fastAtan2(float y, float x) {
     const float ax = std::abs(x), ay = std::abs(y);
     const float lesser = std::min(ax, ay), greater = std::max(ax, ay);
     // Beyond 22.5°, the angle from 45°: one division, and |r| <= tan 22.5°.
@@ -69,7 +69,7 @@ STROBE_INLINE float fastAtan2(float y, float x) {
 struct SinCos {
     float sin, cos;
 };
-STROBE_INLINE SinCos sinCosOfTurns(float turns) {
+STROBE_FORCE_INLINE SinCos sinCosOfTurns(float turns) {
     const int32_t quarters = int32_t(turns * 4 + (turns < 0 ? -.5f : .5f)); // the nearest
     const float x = (turns - float(quarters) * .25f) * (2 * kPi);
     const float s = sinQuarter(x), c = cosQuarter(x);

@@ -154,7 +154,7 @@ Piecewise2D::Place Piecewise2D::samplePlace(const V2f& u) const {
     return placeIn(y, fy, u.x);
 }
 
-void Piecewise2D::samplePlaces(const V2Lanes& u, int n, Place* out) const {
+void Piecewise2D::samplePlaces(const V2SoA& u, int n, Place* out) const {
     for (int i = 0; i < n; ++i) {
         Place& place = out[i];
         place.y = m_rows.sampleIndex(u.y[i], &place.at.y);

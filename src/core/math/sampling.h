@@ -12,7 +12,7 @@
 namespace strobe {
 
 /// The unit disc, uniform by area (density 1/π).
-STROBE_INLINE V2f concentricDisk(const V2f& u) {
+STROBE_FORCE_INLINE V2f concentricDisk(const V2f& u) {
     const float a = 2 * u.x - 1, b = 2 * u.y - 1;
     const bool wide = std::abs(a) > std::abs(b);
     const float r = wide ? a : b, q = wide ? b : a;
@@ -23,7 +23,7 @@ STROBE_INLINE V2f concentricDisk(const V2f& u) {
 V2f concentricDiskInverse(const V2f& p);
 
 /// The hemisphere with density cosθ/π.
-STROBE_INLINE V3f cosineHemisphere(const V2f& u) {
+STROBE_FORCE_INLINE V3f cosineHemisphere(const V2f& u) {
     const V2f d = concentricDisk(u);
     return {d.x, d.y, safeSqrt(1 - d.x * d.x - d.y * d.y)};
 }
@@ -33,7 +33,7 @@ inline float cosineHemispherePdf(float cosTheta) { return std::max(cosTheta, 0.f
 
 /// The cone around +z, uniform by solid angle. It is given by 1 - cosθmax (in (0,2]), which stays accurate
 /// for cones so narrow that cosθmax rounds to 1; see oneMinusCos.
-STROBE_INLINE V3f uniformCone(const V2f& u, float oneMinusCosMax) {
+STROBE_FORCE_INLINE V3f uniformCone(const V2f& u, float oneMinusCosMax) {
     const V2f d = concentricDisk(u);
     const float x = (d.x * d.x + d.y * d.y) * oneMinusCosMax; // 1 - cosθ
     const float scale = safeSqrt(oneMinusCosMax * (2 - x));   // sinθ over the point's radius in the disc
@@ -69,7 +69,7 @@ float tentInverse(float x);
 inline float tentPdf(float x) { return std::max(0.f, 1 - std::abs(x)); }
 
 /// x in [0,1] with density proportional to lerp(a, b, x); a, b >= 0, not both zero; u in [0,1).
-STROBE_INLINE float sampleLinear(float u, float a, float b) {
+STROBE_FORCE_INLINE float sampleLinear(float u, float a, float b) {
     const float denominator = a + std::sqrt(lerp(a * a, b * b, u)), x = u * (a + b) / denominator;
     return std::min(denominator > 0 ? x : u, kOneMinusEpsilon);
 }
@@ -79,12 +79,12 @@ inline float linearPdf(float x, float a, float b) { return 2 * lerp(a, b, x) / (
 /// Values at the corners of the unit square, interpolated bilinearly.
 struct Bilinear {
     float f00, f10, f01, f11; ///< f10: at (1,0)
-    STROBE_INLINE float eval(const V2f& p) const {
+    STROBE_FORCE_INLINE float eval(const V2f& p) const {
         return lerp(lerp(f00, f10, p.x), lerp(f01, f11, p.x), p.y);
     }
-    STROBE_INLINE float mean() const { return (f00 + f10 + f01 + f11) / 4; }
+    STROBE_FORCE_INLINE float mean() const { return (f00 + f10 + f01 + f11) / 4; }
     /// A point of the unit square with density eval / mean. Needs values >= 0; u itself if all are 0.
-    STROBE_INLINE V2f sample(const V2f& u) const {
+    STROBE_FORCE_INLINE V2f sample(const V2f& u) const {
         const float y = sampleLinear(u.y, f00 + f10, f01 + f11);
         return {sampleLinear(u.x, lerp(f00, f01, y), lerp(f10, f11, y)), y};
     }
@@ -163,7 +163,7 @@ class Piecewise2D {
     };
     Place samplePlace(const V2f& u) const;
     /// The same for u 0 … n-1: none waits for the memory of another.
-    void samplePlaces(const V2Lanes& u, int n, Place* out) const;
+    void samplePlaces(const V2SoA& u, int n, Place* out) const;
     /// Density at p in [0,1)², per area.
     float pdf(const V2f& p) const;
     V2f inverse(const V2f& p) const;

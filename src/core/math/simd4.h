@@ -1,4 +1,4 @@
-// Four numbers that are read or written at once, where a compiler makes many reads of a gather.
+// Float4 numbers that are read or written at once, where a compiler makes many reads of a gather.
 #pragma once
 
 #include "core/math/soa.h"
@@ -7,25 +7,26 @@
 
 namespace strobe {
 
-typedef float Four __attribute__((vector_size(16)));
+typedef float Float4 __attribute__((vector_size(16)));
 
 /// From any address.
-STROBE_INLINE Four loadFour(const float* from) {
-    Four v;
+STROBE_FORCE_INLINE Float4 loadFloat4(const float* from) {
+    Float4 v;
     std::memcpy(&v, from, sizeof v);
     return v;
 }
-STROBE_INLINE void storeFour(float* to, const Four& v) { std::memcpy(to, &v, sizeof v); }
+STROBE_FORCE_INLINE void storeFloat4(float* to, const Float4& v) { std::memcpy(to, &v, sizeof v); }
 
 /// What lanes `to`, `to + 1` and so on of three rows get from the first three numbers of a, b, c and d.
-STROBE_INLINE void storeLanes(const Four& a, const Four& b, const Four& c, const Four& d, float* x, float* y,
-                              float* z) {
-    const Four ab = __builtin_shufflevector(a, b, 0, 4, 1, 5), cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
-    storeFour(x, __builtin_shufflevector(ab, cd, 0, 1, 4, 5));
-    storeFour(y, __builtin_shufflevector(ab, cd, 2, 3, 6, 7));
-    const Four abZ = __builtin_shufflevector(a, b, 2, 6, 3, 7),
-               cdZ = __builtin_shufflevector(c, d, 2, 6, 3, 7);
-    storeFour(z, __builtin_shufflevector(abZ, cdZ, 0, 1, 4, 5));
+STROBE_FORCE_INLINE void storeTransposed(const Float4& a, const Float4& b, const Float4& c, const Float4& d,
+                                         float* x, float* y, float* z) {
+    const Float4 ab = __builtin_shufflevector(a, b, 0, 4, 1, 5),
+                 cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+    storeFloat4(x, __builtin_shufflevector(ab, cd, 0, 1, 4, 5));
+    storeFloat4(y, __builtin_shufflevector(ab, cd, 2, 3, 6, 7));
+    const Float4 abZ = __builtin_shufflevector(a, b, 2, 6, 3, 7),
+                 cdZ = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+    storeFloat4(z, __builtin_shufflevector(abZ, cdZ, 0, 1, 4, 5));
 }
 
 } // namespace strobe

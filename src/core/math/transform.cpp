@@ -137,7 +137,7 @@ KeyedTransform::KeyedTransform(std::vector<float> times, std::vector<M44f> keys,
 }
 
 M44f KeyedTransform::at(float time) const {
-    if (isStill())
+    if (isStatic())
         return m_keys[0];
     const auto [i, t] = locate(m_times, time);
     if (t == 0)
@@ -148,14 +148,14 @@ M44f KeyedTransform::at(float time) const {
     return m_convention == MotionConvention::WorldToObject ? m.inverse() : m;
 }
 
-void TransformPath::append(KeyedTransform t) {
-    if (!m_chain.empty() && m_chain.back().isStill() && t.isStill())
+void TransformChain::append(KeyedTransform t) {
+    if (!m_chain.empty() && m_chain.back().isStatic() && t.isStatic())
         m_chain.back() = KeyedTransform(m_chain.back().at(0) * t.at(0));
     else
         m_chain.push_back(std::move(t));
 }
 
-M44f TransformPath::at(float time) const {
+M44f TransformChain::at(float time) const {
     M44f m;
     for (const KeyedTransform& t : m_chain)
         m = m * t.at(time);
@@ -174,7 +174,7 @@ std::array<V3f, 8> corners(const Box3f& box) {
 
 /// Where a fit with `segments` segments is held against the path: at the path's own keys, where it may have
 /// corners (first, since they reject a fit soonest), and inside each segment.
-std::vector<float> testFractions(const TransformPath& path, const Shutter& shutter, int segments) {
+std::vector<float> testFractions(const TransformChain& path, const Shutter& shutter, int segments) {
     std::vector<float> fractions;
     const float length = shutter.close - shutter.open;
     for (const KeyedTransform& t : path.chain())
@@ -189,8 +189,8 @@ std::vector<float> testFractions(const TransformPath& path, const Shutter& shutt
 
 } // namespace
 
-bool restsDuring(const TransformPath& path, const Shutter& shutter) {
-    if (path.isStill() || !(shutter.close > shutter.open))
+bool isStaticDuring(const TransformChain& path, const Shutter& shutter) {
+    if (path.isStatic() || !(shutter.close > shutter.open))
         return true;
     const M44f start = path.at(shutter.open);
     for (float f : testFractions(path, shutter, 8))
@@ -201,15 +201,15 @@ bool restsDuring(const TransformPath& path, const Shutter& shutter) {
 
 Motion::Motion(const M44f& still) : m_matrices{still} {}
 
-Motion::Motion(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
+Motion::Motion(const TransformChain& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
                int maxKeys) {
     fit(path, shutter, bounds, tolerance, maxKeys);
     m_onlyTranslates = keepsDirections();
 }
 
-void Motion::fit(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
+void Motion::fit(const TransformChain& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
                  int maxKeys) {
-    if (restsDuring(path, shutter)) {
+    if (isStaticDuring(path, shutter)) {
         m_matrices = {path.at(shutter.open)};
         return;
     }
@@ -292,7 +292,7 @@ M44f Motion::at(float time) const {
 namespace {
 
 /// `keys`: `count` matrices, at least two. For four lanes from `i` on.
-void interpolateFour(const float* keys, int count, const float* time, int i, AffineLanes& out) {
+void interpolateFour(const float* keys, int count, const float* time, int i, AffineSoA& out) {
     const float* key[4];
     float t[4];
     for (int k = 0; k < 4; ++k) {
@@ -300,19 +300,19 @@ void interpolateFour(const float* keys, int count, const float* time, int i, Aff
         const int before = std::min(int(x), count - 2);
         key[k] = keys + 16 * before, t[k] = x - float(before);
     }
-    V3Lanes* const rows[] = {&out.x, &out.y, &out.z, &out.o};
+    V3SoA* const rows[] = {&out.x, &out.y, &out.z, &out.o};
     for (int row = 0; row < 4; ++row) {
         const auto at = [&](int k) {
             const float* from = key[k] + 4 * row;
-            return loadFour(from) * (1 - t[k]) + loadFour(from + 16) * t[k];
+            return loadFloat4(from) * (1 - t[k]) + loadFloat4(from + 16) * t[k];
         };
-        storeLanes(at(0), at(1), at(2), at(3), rows[row]->x + i, rows[row]->y + i, rows[row]->z + i);
+        storeTransposed(at(0), at(1), at(2), at(3), rows[row]->x + i, rows[row]->y + i, rows[row]->z + i);
     }
 }
 
 } // namespace
 
-void Motion::atLanes(const float* time, int begin, int end, AffineLanes& out) const {
+void Motion::atSoA(const float* time, int begin, int end, AffineSoA& out) const {
     int i = begin;
     if (m_count > 1 && !usesRotation())
         for (; i + 4 <= end; i += 4)

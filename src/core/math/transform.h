@@ -32,7 +32,7 @@ class KeyedTransform {
     /// `times` ascending, as many as `keys`. Keys that agree to 1e-6 of their size make a still transform.
     KeyedTransform(std::vector<float> times, std::vector<M44f> keys, MotionConvention convention);
 
-    bool isStill() const { return m_keys.size() == 1; }
+    bool isStatic() const { return m_keys.size() == 1; }
     /// Object-to-world at scene time `time`.
     M44f at(float time) const;
     const std::vector<float>& times() const { return m_times; }
@@ -50,16 +50,16 @@ class KeyedTransform {
 };
 
 /// Nested transforms: the first is the innermost (applied first).
-class TransformPath {
+class TransformChain {
   public:
-    TransformPath() = default;
-    TransformPath(KeyedTransform t) { append(std::move(t)); } // NOLINT: implicit
+    TransformChain() = default;
+    TransformChain(KeyedTransform t) { append(std::move(t)); } // NOLINT: implicit
     /// Applies `t` after what is there. Still neighbors are merged.
     void append(KeyedTransform t);
-    bool isStill() const { return m_chain.size() <= 1 && (m_chain.empty() || m_chain.front().isStill()); }
+    bool isStatic() const { return m_chain.size() <= 1 && (m_chain.empty() || m_chain.front().isStatic()); }
     M44f at(float time) const;
     const std::vector<KeyedTransform>& chain() const { return m_chain; }
-    bool operator==(const TransformPath& other) const { return m_chain == other.m_chain; }
+    bool operator==(const TransformChain& other) const { return m_chain == other.m_chain; }
 
   private:
     std::vector<KeyedTransform> m_chain;
@@ -72,11 +72,11 @@ struct Shutter {
 };
 
 /// True when the path stays where it is (to 1e-6 of its size) while the shutter is open.
-bool restsDuring(const TransformPath& path, const Shutter& shutter);
+bool isStaticDuring(const TransformChain& path, const Shutter& shutter);
 
 /// Transforms side by side: their rows, without the column that all transforms share.
-struct AffineLanes {
-    V3Lanes x, y, z, o;
+struct AffineSoA {
+    V3SoA x, y, z, o;
     void set(int i, const M44f& m) {
         x.set(i, {m[0][0], m[0][1], m[0][2]}), y.set(i, {m[1][0], m[1][1], m[1][2]});
         z.set(i, {m[2][0], m[2][1], m[2][2]}), o.set(i, {m[3][0], m[3][1], m[3][2]});
@@ -93,10 +93,10 @@ class Motion {
     /// Fits `path` over the shutter: as few keys as keep every corner of `bounds` (object space) within
     /// `tolerance` (world units) of the path at all times, tested between the keys; at most `maxKeys` (129 is
     /// Embree's limit).
-    Motion(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
+    Motion(const TransformChain& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
            int maxKeys = 129);
 
-    bool isStill() const { return m_count == 1; }
+    bool isStatic() const { return m_count == 1; }
     int keyCount() const { return m_count; }
     /// False when even `maxKeys` keys do not keep to the tolerance.
     bool converged() const { return m_converged; }
@@ -106,7 +106,7 @@ class Motion {
     /// Object-to-world at shutter fraction `time`.
     M44f at(float time) const;
     /// Those of times `begin` to `end`.
-    void atLanes(const float* time, int begin, int end, AffineLanes& out) const;
+    void atSoA(const float* time, int begin, int end, AffineSoA& out) const;
     /// Key i as a matrix / as parts whose `stretch` is upper triangular (Embree's decomposition, QR).
     const M44f& matrixKey(int i) const { return m_matrices[i]; }
     const Decomposed& rotationKey(int i) const { return m_rotating[i]; }
@@ -118,7 +118,7 @@ class Motion {
         float turns;        ///< of the quaternion, which is half the rotation's angle; in full turns
         Slerp(const Quatf& a, const Quatf& b);
     };
-    void fit(const TransformPath& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
+    void fit(const TransformChain& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
              int maxKeys);
     void findRotations();
     bool keepsDirections() const;

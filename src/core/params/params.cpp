@@ -100,7 +100,7 @@ void ParamSet::markAllUsed() const {
         p.used = true;
 }
 
-void ParamSet::reportUnused(const std::vector<ParamInfo>& known, bool strict, Messages& messages) const {
+void ParamSet::reportUnused(const std::vector<ParamInfo>& known, bool strict, Diagnostics& messages) const {
     for (const Param& p : m_params) {
         if (p.used)
             continue;

@@ -112,7 +112,7 @@ class ParamSet {
     void markAllUsed() const;
     /// For each parameter that nobody read: an Error (strict) or a warning that names the nearest of `known`.
     /// An `Attribute` default is only ever a warning, and only if `known` has no such name.
-    void reportUnused(const std::vector<ParamInfo>& known, bool strict, Messages& messages) const;
+    void reportUnused(const std::vector<ParamInfo>& known, bool strict, Diagnostics& messages) const;
 
   private:
     /// Marks it used; an Error when both spellings are given.

@@ -65,8 +65,8 @@ const std::vector<FeatureInfo>& featureTable() {
     return table;
 }
 
-FeatureFilm::FeatureFilm(const Scene& scene, const Sampler& sampler, const Window& window,
-                         FeatureSettings settings)
+AovFilm::AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& window,
+                 FeatureSettings settings)
     : m_scene(scene), m_sampler(sampler), m_window(window), m_settings(std::move(settings)),
       m_moves(scene.moves()) {
     const size_t pixels = size_t(window.width()) * size_t(window.height());
@@ -91,7 +91,7 @@ FeatureFilm::FeatureFilm(const Scene& scene, const Sampler& sampler, const Windo
     }
 }
 
-void FeatureFilm::add(const VisibilityBatch& batch, Counters& counters) {
+void AovFilm::add(const VisibilityBatch& batch, Counters& counters) {
     const size_t inSlice = batch.slice.count(), first = batch.wanted.first - batch.slice.first,
                  count = batch.wanted.count();
     for (size_t p = 0; p < batch.pixels.size(); ++p) {
@@ -113,8 +113,8 @@ void FeatureFilm::add(const VisibilityBatch& batch, Counters& counters) {
     }
 }
 
-void FeatureFilm::addNearest(const VisibilityBatch& batch, size_t first, size_t end, size_t at,
-                             Counters& counters) {
+void AovFilm::addNearest(const VisibilityBatch& batch, size_t first, size_t end, size_t at,
+                         Counters& counters) {
     const V2f middle = middleOf(batch.pixels[batch.samples[first].pixel]);
     std::optional<VisibilitySample> nearest;
     for (size_t i = first; i < end; ++i)
@@ -132,8 +132,8 @@ void FeatureFilm::addNearest(const VisibilityBatch& batch, size_t first, size_t 
 }
 
 /// Writes the value of a feature that is of one sample. `surface`: if it was hit and is needed.
-void FeatureFilm::show(Feature feature, const VisibilitySample& sample,
-                       const std::optional<SurfacePoint>& surface, float* out, Counters& counters) const {
+void AovFilm::show(Feature feature, const VisibilitySample& sample,
+                   const std::optional<SurfacePoint>& surface, float* out, Counters& counters) const {
     const Hit& hit = sample.hit;
     const auto write = [&](const auto& v) { std::copy_n(&v.x, infoOf(feature).channels.size(), out); };
     switch (feature) {
@@ -158,7 +158,7 @@ void FeatureFilm::show(Feature feature, const VisibilitySample& sample,
 
 /// How far the point that was hit moves on the film while the shutter is open. 0 where one of its ends is
 /// behind the camera.
-V2f FeatureFilm::motion(const Hit& hit, Counters& counters) const {
+V2f AovFilm::motion(const Hit& hit, Counters& counters) const {
     const Camera& camera = m_scene.camera();
     const auto open = camera.project(m_scene.surface(hit, 0).p, 0);
     const auto close = camera.project(m_scene.surface(hit, 1).p, 1);
@@ -169,8 +169,8 @@ V2f FeatureFilm::motion(const Hit& hit, Counters& counters) const {
     return {step.x, -step.y};
 }
 
-void FeatureFilm::addMeans(const VisibilityBatch& batch, const VisibilitySample& sample, size_t at,
-                           Counters& counters) {
+void AovFilm::addMeans(const VisibilityBatch& batch, const VisibilitySample& sample, size_t at,
+                       Counters& counters) {
     const SurfacePoint surface = m_scene.surface(sample.hit, sample.ray.time);
     ++counters.surfaces;
     for (Mean& mean : m_means) {
@@ -184,8 +184,8 @@ void FeatureFilm::addMeans(const VisibilityBatch& batch, const VisibilitySample&
 
 /// An unbiased estimate of the part of white light from all around that the material sends to the viewer:
 /// exactly that of matte surfaces and mirrors.
-Rgb FeatureFilm::albedo(const VisibilityBatch& batch, const VisibilitySample& sample,
-                        const SurfacePoint& surface, Counters& counters) const {
+Rgb AovFilm::albedo(const VisibilityBatch& batch, const VisibilitySample& sample, const SurfacePoint& surface,
+                    Counters& counters) const {
     const Material& material = *surface.material;
     TextureQuery query;
     query.uv = surface.uv;
@@ -210,19 +210,19 @@ Rgb FeatureFilm::albedo(const VisibilityBatch& batch, const VisibilitySample& sa
     return any ? drawn.weight : Rgb(0);
 }
 
-uint32_t FeatureFilm::thingOf(Feature feature, const Hit& hit) const {
+uint32_t AovFilm::thingOf(Feature feature, const Hit& hit) const {
     return isOfObjects(feature) ? (*m_objects)(hit) : uint32_t(m_scene.geometry(hit).material);
 }
 
-const std::vector<std::string>& FeatureFilm::namesOf(Feature feature) const {
+const std::vector<std::string>& AovFilm::namesOf(Feature feature) const {
     return isOfObjects(feature) ? m_objects->names() : m_settings.materialNames;
 }
 
-std::vector<LayerChannel> FeatureFilm::channels() const {
-    std::vector<LayerChannel> out;
+std::vector<AovChannel> AovFilm::channels() const {
+    std::vector<AovChannel> out;
     const auto add = [&](Feature feature, size_t channel, bool exact, const auto& valueAt) {
         const FeatureInfo& info = infoOf(feature);
-        LayerChannel& made = out.emplace_back();
+        AovChannel& made = out.emplace_back();
         made = {info.name, info.channels[channel], std::vector<float>(m_samples.size()), exact};
         for (size_t at = 0; at < m_samples.size(); ++at)
             made.values[at] = valueAt(at);
@@ -239,7 +239,7 @@ std::vector<LayerChannel> FeatureFilm::channels() const {
     return out;
 }
 
-void FeatureFilm::appendCrypto(const Crypto& crypto, std::vector<LayerChannel>& out) const {
+void AovFilm::appendCrypto(const Crypto& crypto, std::vector<AovChannel>& out) const {
     const size_t levels = size_t(m_settings.cryptoLevels + 1) / 2 * 2, first = out.size();
     for (size_t i = 0; i < 2 * levels; ++i)
         out.push_back({fmt::format("{}{:02}", infoOf(crypto.feature).channels[0], i / 4),
@@ -255,7 +255,7 @@ void FeatureFilm::appendCrypto(const Crypto& crypto, std::vector<LayerChannel>& 
     }
 }
 
-Metadata FeatureFilm::metadata() const {
+Metadata AovFilm::metadata() const {
     Metadata all;
     for (const Crypto& crypto : m_cryptos)
         for (auto& entry : cryptomatteMetadata(infoOf(crypto.feature).channels[0], namesOf(crypto.feature)))
@@ -263,7 +263,7 @@ Metadata FeatureFilm::metadata() const {
     return all;
 }
 
-std::vector<std::string> FeatureFilm::warnings() const {
+std::vector<std::string> AovFilm::warnings() const {
     std::vector<std::string> all;
     for (const Crypto& crypto : m_cryptos)
         for (const auto& [a, b] : cryptomatteCollisions(namesOf(crypto.feature)))

@@ -34,7 +34,7 @@ struct FeatureInfo {
 const std::vector<FeatureInfo>& featureTable();
 
 /// One channel of a file, ready to be written.
-struct LayerChannel {
+struct AovChannel {
     std::string layer, name; ///< in files: "layer.name"
     std::vector<float> values;
     bool exact = false; ///< see Channel
@@ -50,17 +50,17 @@ struct FeatureSettings {
 /// pixel filter, like color. What makes no sense when mixed is that of one sample: of all, the nearest to
 /// the middle of the pixel. Cryptomatte counts all samples: they are drawn with the density of the filter's
 /// absolute value, so their numbers are the coverage that it gives.
-class FeatureFilm {
+class AovFilm {
   public:
     /// Scene and sampler outlive the film.
-    FeatureFilm(const Scene& scene, const Sampler& sampler, const Window& window, FeatureSettings settings);
+    AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& window, FeatureSettings settings);
 
     /// Adds the wanted samples of a batch; those of different pixels may come from different threads. Counts
     /// `surfaces` and `footprints`.
     void add(const VisibilityBatch& batch, Counters& counters);
 
     /// Row by row over the window, of what was added so far.
-    std::vector<LayerChannel> channels() const;
+    std::vector<AovChannel> channels() const;
     /// What the header of a file must say of them.
     Metadata metadata() const;
     /// Names that Cryptomatte cannot tell apart, in words.
@@ -94,11 +94,11 @@ class FeatureFilm {
     /// The number of an object or a material.
     uint32_t thingOf(Feature feature, const Hit& hit) const;
     const std::vector<std::string>& namesOf(Feature feature) const;
-    void appendCrypto(const Crypto& crypto, std::vector<LayerChannel>& out) const;
+    void appendCrypto(const Crypto& crypto, std::vector<AovChannel>& out) const;
 
     const Scene& m_scene;
     const Sampler& m_sampler;
-    const Window m_window;
+    const PixelBounds m_window;
     const FeatureSettings m_settings;
     std::optional<ObjectNames> m_objects; ///< where they are asked for
     std::vector<Plane> m_planes;          ///< of one sample each

@@ -17,16 +17,17 @@ ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch, cons
 namespace {
 
 /// What is the same of a sample and of its request.
-STROBE_LANES void copyRows(const VisibilityLanes& from, uint32_t first, uint32_t total, RequestLanes& to) {
-    STROBE_INDEPENDENT
-    for (int i = 0; i < kLanes; ++i) {
+STROBE_TARGET_CLONES void copyRows(const VisibilitySoA& from, uint32_t first, uint32_t total,
+                                   RequestSoA& to) {
+    STROBE_IVDEP
+    for (int i = 0; i < kSoAWidth; ++i) {
         to.hit.instance[i] = from.hit.instance[i], to.hit.geometry[i] = from.hit.geometry[i];
         to.hit.prim[i] = from.hit.prim[i];
         to.hit.u[i] = from.hit.u[i], to.hit.v[i] = from.hit.v[i], to.hit.t[i] = from.hit.t[i];
         to.ray.o.x[i] = from.ray.o.x[i], to.ray.o.y[i] = from.ray.o.y[i], to.ray.o.z[i] = from.ray.o.z[i];
         to.ray.d.x[i] = from.ray.d.x[i], to.ray.d.y[i] = from.ray.d.y[i], to.ray.d.z[i] = from.ray.d.z[i];
         to.time[i] = from.camera.time[i], to.index[i] = from.index[i];
-        to.total[i] = total, to.sample[i] = first + uint32_t(i), to.part[i] = LightPart::All;
+        to.total[i] = total, to.sample[i] = first + uint32_t(i), to.component[i] = LightComponent::All;
         to.width[i] = to.spread[i] = 0;
     }
 }
@@ -35,16 +36,16 @@ STROBE_LANES void copyRows(const VisibilityLanes& from, uint32_t first, uint32_t
 
 void requestForEach(const Scene& scene, const VisibilityBatch& batch, ShadingRequests& requests) {
     requests.resize(batch.samples.size());
-    for (size_t b = 0; b < requests.blocks(); ++b) {
-        const VisibilityLanes& from = batch.samples.block(b);
-        RequestLanes& to = requests.block(b);
-        copyRows(from, uint32_t(b * kLanes), batch.samplesPerPixel, to);
-        for (uint32_t i = 0, n = uint32_t(requests.inBlock(b)), run; i < n; i += run) {
+    for (size_t b = 0; b < requests.chunks(); ++b) {
+        const VisibilitySoA& from = batch.samples.chunk(b);
+        RequestSoA& to = requests.chunk(b);
+        copyRows(from, uint32_t(b * kSoAWidth), batch.samplesPerPixel, to);
+        for (uint32_t i = 0, n = uint32_t(requests.chunkSize(b)), run; i < n; i += run) {
             run = std::min(n - i, batch.slice.count() - (from.index[i] - batch.slice.first));
             std::fill_n(to.domain + i, run, batch.pixels[from.pixel[i]].domain);
         }
         if (scene.needsFootprint())
-            scene.camera().coneLanes(from.camera.film, requests.inBlock(b), to.width, to.spread);
+            scene.camera().coneSoA(from.camera.film, requests.chunkSize(b), to.width, to.spread);
     }
 }
 

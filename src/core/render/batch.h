@@ -11,42 +11,42 @@ namespace strobe {
 
 class Scene;
 
-/// A sequence of what `Lanes` keeps side by side, kLanes in each. Members are put together when looked at,
-/// from those of their numbers that are used. It keeps its memory when it shrinks.
-template <class Lanes>
-class LaneSequence {
+/// A vector of values that are stored as structures of arrays, kSoAWidth values to a chunk. An element is
+/// assembled when it is read. Shrinking keeps the memory.
+template <class SoA>
+class SoAVector {
   public:
-    using Value = decltype(std::declval<const Lanes&>().at(0));
+    using Value = decltype(std::declval<const SoA&>().at(0));
 
     size_t size() const { return m_size; }
     void clear() { m_size = 0; }
-    /// What is new has to be set before it is looked at.
+    /// New elements are uninitialized.
     void resize(size_t size) {
         m_size = size;
-        if (blocks() > m_lanes.size())
-            m_lanes.resize(blocks());
+        if (chunks() > m_chunks.size())
+            m_chunks.resize(chunks());
     }
     void push_back(const Value& value) {
         resize(m_size + 1);
-        m_lanes[(m_size - 1) / kLanes].set(int((m_size - 1) % kLanes), value);
+        m_chunks[(m_size - 1) / kSoAWidth].set(int((m_size - 1) % kSoAWidth), value);
     }
-    Value operator[](size_t i) const { return m_lanes[i / kLanes].at(int(i % kLanes)); }
+    Value operator[](size_t i) const { return m_chunks[i / kSoAWidth].at(int(i % kSoAWidth)); }
 
-    /// Block b has the members from b * kLanes on, as many as `inBlock` says.
-    size_t blocks() const { return (m_size + kLanes - 1) / kLanes; }
-    int inBlock(size_t b) const { return int(std::min<size_t>(kLanes, m_size - b * kLanes)); }
-    Lanes& block(size_t b) { return m_lanes[b]; }
-    const Lanes& block(size_t b) const { return m_lanes[b]; }
+    size_t chunks() const { return (m_size + kSoAWidth - 1) / kSoAWidth; }
+    /// How many elements chunk `c` has; the first is number c * kSoAWidth.
+    int chunkSize(size_t c) const { return int(std::min<size_t>(kSoAWidth, m_size - c * kSoAWidth)); }
+    SoA& chunk(size_t c) { return m_chunks[c]; }
+    const SoA& chunk(size_t c) const { return m_chunks[c]; }
 
     class Iterator {
       public:
-        Iterator(const LaneSequence& all, size_t i) : m_all(all), m_i(i) {}
+        Iterator(const SoAVector& all, size_t i) : m_all(all), m_i(i) {}
         Value operator*() const { return m_all[m_i]; }
         Iterator& operator++() { return ++m_i, *this; }
         bool operator!=(const Iterator& other) const { return m_i != other.m_i; }
 
       private:
-        const LaneSequence& m_all;
+        const SoAVector& m_all;
         size_t m_i;
     };
     Iterator begin() const { return {*this, 0}; }
@@ -54,7 +54,7 @@ class LaneSequence {
 
   private:
     size_t m_size = 0;
-    std::vector<Lanes> m_lanes;
+    std::vector<SoA> m_chunks;
 };
 
 /// One camera ray and what it met.
@@ -67,12 +67,12 @@ struct VisibilitySample {
     uint32_t index; ///< of the sample in its pixel
 };
 
-struct VisibilityLanes {
-    HitLanes hit;
-    CameraSampleLanes camera;
-    CameraRayLanes ray;
-    alignas(64) float weight[kLanes];
-    alignas(64) uint32_t pixel[kLanes], index[kLanes];
+struct VisibilitySoA {
+    HitSoA hit;
+    CameraSampleSoA camera;
+    CameraRaySoA ray;
+    alignas(64) float weight[kSoAWidth];
+    alignas(64) uint32_t pixel[kSoAWidth], index[kSoAWidth];
     VisibilitySample at(int i) const {
         return {hit.at(i), {ray.o.at(i), ray.d.at(i), camera.time[i]}, camera.film.at(i), weight[i], pixel[i],
                 index[i]};
@@ -95,7 +95,7 @@ struct SampleSlice {
 /// Visibility samples of a few pixels, pixel by pixel, samples in order: the same `slice` of each.
 struct VisibilityBatch {
     std::span<const PixelRef> pixels;
-    const LaneSequence<VisibilityLanes>& samples;
+    const SoAVector<VisibilitySoA>& samples;
     uint32_t samplesPerPixel = 0; ///< of the whole render
     SampleSlice slice;  ///< of each pixel: what is here. All of them, if samples depend on their pixel
     SampleSlice wanted; ///< a part of it: the values of others are not looked at
@@ -110,7 +110,7 @@ struct VisibilityBatch {
 /// that surface and the emptiness emit. Indirect: the rest, of a first surface that is neither mirror nor
 /// glass. Their sum is all; but where the first surface's material is textured, Indirect is divided by its
 /// albedo there, so that it can be carried to other points. Albedo asks for theirs, and for no light.
-enum class LightPart : uint8_t { All, Direct, Indirect, Albedo };
+enum class LightComponent : uint8_t { All, Direct, Indirect, Albedo };
 
 /// A place to shade: a surface point (or the emptiness) as seen along a ray.
 struct ShadingRequest {
@@ -120,16 +120,16 @@ struct ShadingRequest {
     uint64_t domain; ///< sampler set of the random numbers: member `index` of `total`
     uint32_t index, total;
     uint32_t sample; ///< the sample of the batch that asked for it; shading does not look at it
-    LightPart part = LightPart::All;
+    LightComponent component = LightComponent::All;
 };
 
-struct RequestLanes {
-    HitLanes hit;
-    CameraRayLanes ray;
-    alignas(64) float time[kLanes], width[kLanes], spread[kLanes]; ///< the latter of the cone
-    alignas(64) uint64_t domain[kLanes];
-    alignas(64) uint32_t index[kLanes], total[kLanes], sample[kLanes];
-    alignas(64) LightPart part[kLanes];
+struct RequestSoA {
+    HitSoA hit;
+    CameraRaySoA ray;
+    alignas(64) float time[kSoAWidth], width[kSoAWidth], spread[kSoAWidth]; ///< the latter of the cone
+    alignas(64) uint64_t domain[kSoAWidth];
+    alignas(64) uint32_t index[kSoAWidth], total[kSoAWidth], sample[kSoAWidth];
+    alignas(64) LightComponent component[kSoAWidth];
     ShadingRequest at(int i) const {
         return {hit.at(i),
                 {ray.o.at(i), ray.d.at(i), time[i]},
@@ -138,15 +138,16 @@ struct RequestLanes {
                 index[i],
                 total[i],
                 sample[i],
-                part[i]};
+                component[i]};
     }
     void set(int i, const ShadingRequest& r) {
         hit.set(i, r.hit), ray.o.set(i, r.ray.o), ray.d.set(i, r.ray.d);
         time[i] = r.ray.time, width[i] = r.cone.width, spread[i] = r.cone.spread;
-        domain[i] = r.domain, index[i] = r.index, total[i] = r.total, sample[i] = r.sample, part[i] = r.part;
+        domain[i] = r.domain, index[i] = r.index, total[i] = r.total, sample[i] = r.sample,
+        component[i] = r.component;
     }
 };
-using ShadingRequests = LaneSequence<RequestLanes>;
+using ShadingRequests = SoAVector<RequestSoA>;
 
 /// The request that a visibility sample would make for itself.
 ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch, const VisibilitySample& sample);

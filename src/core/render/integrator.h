@@ -17,13 +17,13 @@
 
 namespace strobe {
 
-/// How radiance is to be split, besides its whole: into direct and indirect light (see LightPart; what is
-/// seen in mirrors and glass included), and by the groups of the lights that it comes from.
-struct LightSplit {
+/// How radiance is to be split, besides its whole: into direct and indirect light (see LightComponent; what
+/// is seen in mirrors and glass included), and by the groups of the lights that it comes from.
+struct LightComponents {
     bool byBounce = false;
     int groups = 0; ///< 0: not by groups
     /// Parts per request: direct, indirect, then each group; those that are asked for.
-    int parts() const { return (byBounce ? 2 : 0) + groups; }
+    int count() const { return (byBounce ? 2 : 0) + groups; }
 };
 
 /// The mapping from visibility samples to shades, many to one. One worker per thread.
@@ -38,15 +38,15 @@ class IntegratorWorker {
                                          std::span<Rgb> room) = 0;
     /// After `resolve`: the same for part `part` of the radiance, from the shades' parts. A worker whose
     /// values are nothing but sums of its batch's shades needs no other than this.
-    virtual std::span<const Rgb> resolvePart(const VisibilityBatch& batch, std::span<const Rgb> shaded,
-                                             std::span<Rgb> room, int /*part*/) {
+    virtual std::span<const Rgb> resolveComponent(const VisibilityBatch& batch, std::span<const Rgb> shaded,
+                                                  std::span<Rgb> room, int /*component*/) {
         return resolve(batch, shaded, room);
     }
     /// Called before the first batch of each tile.
     virtual void beginTile() {}
     /// After `resolve`: a number for what the sample's value came from, the same for samples that share it; 0
     /// if it shares with none. For pictures of the sharing.
-    virtual uint64_t blockOf(size_t /*sample*/) const { return 0; }
+    virtual uint64_t sharingId(size_t /*sample*/) const { return 0; }
     /// Adds what the worker has counted; called once, after its last batch.
     virtual void report(Counters& /*counters*/) const {}
 };
@@ -56,17 +56,17 @@ struct RenderContext {
     uint64_t seed = 0; ///< for random numbers that belong to no pixel
     int threads = 1;
     int samplesPerPixel = 1;
-    Window window;
+    PixelBounds window;
     bool hasIndirectLight = true; ///< see Shader
     /// Shades a few points here and there and measures what a shade costs.
     std::function<ShadeCost()> measureShadeCost;
-    int parts = 0; ///< that radiance is split into, see LightSplit
+    int lightComponents = 0; ///< that radiance is split into, see LightComponents
 };
 
 /// One render under way: what an integrator's workers share.
-class IntegratorRender {
+class IntegratorState {
   public:
-    virtual ~IntegratorRender() = default;
+    virtual ~IntegratorState() = default;
     virtual std::unique_ptr<IntegratorWorker> makeWorker() = 0;
     /// Forgets what was shaded: from now on this is the render that `begin` would have made with this seed
     /// and number of samples. The workers made before are gone.
@@ -76,7 +76,7 @@ class IntegratorRender {
 /// On what a sample's value depends, beside the scene, the settings and its own numbers: on nothing (also
 /// not if what it shares depends on its place alone), on the other samples of its pixel, or on the course of
 /// the render.
-enum class Dependence { None, Pixel, Render };
+enum class SampleDependence { None, Pixel, Render };
 
 /// How far from a sample's own point the radiance may be taken that becomes its value: the mean over seeds
 /// departs from the truth by no more than radiance varies on the same surface within `reachPixels` (as seen
@@ -90,14 +90,14 @@ class Integrator {
     virtual ~Integrator() = default;
     virtual BiasBound biasBound(const Scene& /*scene*/) const { return {}; }
     /// Decides how slices of a pixel's samples are rendered. With `Render`, they cannot be.
-    virtual Dependence dependence() const { return Dependence::Render; }
+    virtual SampleDependence dependence() const { return SampleDependence::Render; }
     /// Scene and whatever the context refers to outlive the render.
-    virtual std::unique_ptr<IntegratorRender> begin(const Scene& scene,
-                                                    const RenderContext& context) const = 0;
+    virtual std::unique_ptr<IntegratorState> begin(const Scene& scene,
+                                                   const RenderContext& context) const = 0;
 };
 
 /// The expensive function. One worker per thread; a request's radiance depends on the request alone, not on
-/// its companions in the batch. Counts `shades`, `directShades` and `escaped`.
+/// its companions in the batch. Counts `shades`, `directShades` and `missed`.
 class ShaderWorker {
   public:
     virtual ~ShaderWorker() = default;
@@ -110,16 +110,16 @@ class Shader {
   public:
     virtual ~Shader() = default;
     virtual std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
-                                                     const LightSplit& split) const = 0;
-    /// False: LightPart::Indirect is always black.
+                                                     const LightComponents& split) const = 0;
+    /// False: LightComponent::Indirect is always black.
     virtual bool hasIndirectLight() const = 0;
 };
 
 /// The render of an integrator whose workers share nothing: each is made from the scene and a few settings.
 template <class Worker, class... Settings>
-class UnsharedRender : public IntegratorRender {
+class UnsharedState : public IntegratorState {
   public:
-    explicit UnsharedRender(const Scene& scene, Settings... settings)
+    explicit UnsharedState(const Scene& scene, Settings... settings)
         : m_scene(scene), m_settings(settings...) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
         return std::apply([&](const auto&... s) { return std::make_unique<Worker>(m_scene, s...); },

@@ -13,19 +13,20 @@ const std::vector<LightLayerInfo>& lightLayerTable() {
     return table;
 }
 
-LightFilm::LightFilm(const Window& window, std::vector<LightLayer> layers, std::vector<std::string> groups)
+LightFilm::LightFilm(const PixelBounds& window, std::vector<LightLayer> layers,
+                     std::vector<std::string> groups)
     : m_window(window), m_layers(std::move(layers)),
       m_groups(std::move(groups)), m_split{has(LightLayer::Direct) || has(LightLayer::Indirect),
                                            has(LightLayer::Groups) ? int(m_groups.size()) : 0},
-      m_sums(size_t(m_split.parts()),
-             std::vector<PixelSum>(size_t(window.width()) * size_t(window.height()))) {}
+      m_sums(size_t(m_split.count()),
+             std::vector<PixelAccumulator>(size_t(window.width()) * size_t(window.height()))) {}
 
 bool LightFilm::has(LightLayer layer) const {
     return std::find(m_layers.begin(), m_layers.end(), layer) != m_layers.end();
 }
 
-std::vector<LayerChannel> LightFilm::channels() const {
-    std::vector<LayerChannel> out;
+std::vector<AovChannel> LightFilm::channels() const {
+    std::vector<AovChannel> out;
     for (const LightLayer layer : {LightLayer::Direct, LightLayer::Indirect})
         if (has(layer))
             append(lightLayerTable()[size_t(layer)].name, size_t(layer), out);
@@ -34,13 +35,13 @@ std::vector<LayerChannel> LightFilm::channels() const {
     return out;
 }
 
-void LightFilm::append(const std::string& layer, size_t part, std::vector<LayerChannel>& out) const {
-    const std::vector<PixelSum>& sums = m_sums[part];
+void LightFilm::append(const std::string& layer, size_t component, std::vector<AovChannel>& out) const {
+    const std::vector<PixelAccumulator>& sums = m_sums[component];
     for (int c = 0; c < 3; ++c) {
-        LayerChannel& channel = out.emplace_back();
+        AovChannel& channel = out.emplace_back();
         channel.layer = layer;
         channel.name = "RGB"[c];
-        for (const PixelSum& sum : sums)
+        for (const PixelAccumulator& sum : sums)
             channel.values.push_back(sum.mean()[c]);
     }
 }

@@ -23,27 +23,28 @@ class LightFilm {
   public:
     /// `groups`: the names that the groups of the scene's lights go by. A group's layer is "light_" and its
     /// name.
-    LightFilm(const Window& window, std::vector<LightLayer> layers, std::vector<std::string> groups);
+    LightFilm(const PixelBounds& window, std::vector<LightLayer> layers, std::vector<std::string> groups);
 
-    const LightSplit& split() const { return m_split; }
-    /// Adds samples' values of a part (see LightSplit::parts) to a pixel. Different pixels may be written by
-    /// different threads.
-    void add(int part, int x, int y, const PixelSum& sum) {
-        m_sums[size_t(part)][size_t(y - m_window.y0) * size_t(m_window.width()) + size_t(x - m_window.x0)]
-            .add(sum);
+    const LightComponents& split() const { return m_split; }
+    /// Adds samples' values of a part (see LightComponents::components) to a pixel. Different pixels may be
+    /// written by different threads.
+    void add(int component, int x, int y, const PixelAccumulator& sum) {
+        m_sums[size_t(component)]
+              [size_t(y - m_window.y0) * size_t(m_window.width()) + size_t(x - m_window.x0)]
+                  .add(sum);
     }
     /// Row by row over the window, of what was added so far.
-    std::vector<LayerChannel> channels() const;
+    std::vector<AovChannel> channels() const;
 
   private:
     bool has(LightLayer layer) const;
-    void append(const std::string& layer, size_t part, std::vector<LayerChannel>& out) const;
+    void append(const std::string& layer, size_t component, std::vector<AovChannel>& out) const;
 
-    const Window m_window;
+    const PixelBounds m_window;
     const std::vector<LightLayer> m_layers;
     const std::vector<std::string> m_groups;
-    LightSplit m_split;
-    std::vector<std::vector<PixelSum>> m_sums; ///< by part
+    LightComponents m_split;
+    std::vector<std::vector<PixelAccumulator>> m_sums; ///< by part
 };
 
 } // namespace strobe

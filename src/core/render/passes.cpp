@@ -66,7 +66,7 @@ RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const
     passSettings.stop = [&] {
         return passes > 0 && ((deadline && Clock::now() > *deadline) || isToldToStop());
     };
-    passSettings.tileDone = [&](const Film& of, const Window& tile) {
+    passSettings.tileDone = [&](const Film& of, const PixelBounds& tile) {
         if (passes == 0 && settings.tileDone)
             settings.tileDone(of, tile);
     };
@@ -109,7 +109,7 @@ RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const
                 break;
             samples = fits;
         }
-        if (stats.samplesPerPixel + uint64_t(samples) > PixelSum::kMostSamples)
+        if (stats.samplesPerPixel + uint64_t(samples) > PixelAccumulator::kMaxSamples)
             break;
         largest = std::max(largest, samples);
         renderer.restart(hashOf(settings.seed, passes), samples);

@@ -17,8 +17,8 @@ namespace strobe {
 
 namespace {
 
-std::vector<Window> tilesOf(const Window& window, int size) {
-    std::vector<Window> tiles;
+std::vector<PixelBounds> tilesOf(const PixelBounds& window, int size) {
+    std::vector<PixelBounds> tiles;
     for (int y = window.y0; y < window.y1; y += size)
         for (int x = window.x0; x < window.x1; x += size)
             tiles.push_back({x, y, std::min(x + size, window.x1), std::min(y + size, window.y1)});
@@ -46,7 +46,7 @@ class PilotWorker : public IntegratorWorker {
 
 /// The cost of shading what a few pixels of the window see.
 ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampler& sampler,
-                           const Filter& filter, RenderSettings settings, const Window& window) {
+                           const Filter& filter, RenderSettings settings, const PixelBounds& window) {
     constexpr int kPixels = 16;
     settings.samplesPerPixel = 16;
     settings.slice.reset();
@@ -55,14 +55,14 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
     settings.stop = nullptr;
     settings.features = nullptr;
     settings.lights = nullptr;
-    UnsharedRender<PilotWorker> pilot(scene);
-    TileRenderer renderer(scene, pilot, shader, sampler, filter, settings, Dependence::None);
+    UnsharedState<PilotWorker> pilot(scene);
+    TileRenderer renderer(scene, pilot, shader, sampler, filter, settings, SampleDependence::None);
     renderer.meterEvery(1);
     for (int i = 0; i < kPixels; ++i) {
         const uint64_t h = hashOf(settings.seed, i);
         const int x = window.x0 + int(h % uint64_t(window.width()));
         const int y = window.y0 + int((h >> 32) % uint64_t(window.height()));
-        const Window pixel{x, y, x + 1, y + 1};
+        const PixelBounds pixel{x, y, x + 1, y + 1};
         Film film(pixel.x1, pixel.y1, pixel);
         renderer.renderTile(pixel, film);
     }
@@ -73,13 +73,13 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
 }
 
 /// Throws for samples that these settings cannot render.
-void checkSamples(const RenderSettings& settings, Dependence dependence) {
-    if (uint64_t(settings.samplesPerPixel) > PixelSum::kMostSamples)
-        throw Error("more than " + std::to_string(PixelSum::kMostSamples) + " samples per pixel",
+void checkSamples(const RenderSettings& settings, SampleDependence dependence) {
+    if (uint64_t(settings.samplesPerPixel) > PixelAccumulator::kMaxSamples)
+        throw Error("more than " + std::to_string(PixelAccumulator::kMaxSamples) + " samples per pixel",
                     ErrorKind::Usage);
     if (!settings.slice)
         return;
-    if (dependence == Dependence::Render)
+    if (dependence == SampleDependence::Render)
         throw Error(
             "the samples of this integrator depend on the course of the render: there are no slices of them",
             ErrorKind::Usage);
@@ -94,7 +94,7 @@ void checkSamples(const RenderSettings& settings, Dependence dependence) {
 
 Renderer::Renderer(const Scene& scene, const Integrator& integrator, const Shader& shader,
                    const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
-                   const Window& window)
+                   const PixelBounds& window)
     : m_scene(scene), m_integrator(integrator), m_shader(shader), m_sampler(sampler), m_filter(filter),
       m_settings(settings), m_window(window) {}
 
@@ -117,7 +117,7 @@ RenderContext Renderer::context(int threads) const {
             m_window,
             m_shader.hasIndirectLight(),
             [this] { return measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_window); },
-            m_settings.split().parts()};
+            m_settings.split().count()};
 }
 
 bool Renderer::render(Film& film) {
@@ -137,7 +137,7 @@ bool Renderer::render(Film& film) {
     return whole;
 }
 
-bool Renderer::isThere(const Window& tile, Film& film) const {
+bool Renderer::isThere(const PixelBounds& tile, Film& film) const {
     if (!m_settings.resume)
         return false;
     const uint32_t samples =
@@ -148,7 +148,7 @@ bool Renderer::isThere(const Window& tile, Film& film) const {
     return false;
 }
 
-bool Renderer::renderTiles(const std::vector<Window>& tiles, int threads, Film& film) {
+bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, Film& film) {
     tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;
     std::atomic<size_t> done{0};
     std::mutex progressMutex;

@@ -12,12 +12,12 @@
 namespace strobe {
 
 /// What became of one visibility sample.
-struct SampleReport {
+struct SampleRecord {
     int x, y;        ///< pixel
     uint32_t number; ///< in its pixel
     const VisibilitySample& sample;
     Rgb value;      ///< radiance, filter weight not included
-    uint64_t block; ///< see IntegratorWorker::blockOf
+    uint64_t block; ///< see IntegratorWorker::sharingId
     uint32_t asked; ///< shades that were made because of it
 };
 
@@ -37,16 +37,16 @@ struct RenderSettings {
     /// Called now and then, from any thread but one at a time, with the fraction done.
     std::function<void(double)> progress;
     /// Called for every sample, from any thread: to look into pixels. Leave empty otherwise.
-    std::function<void(const SampleReport&)> probe;
+    std::function<void(const SampleRecord&)> probe;
     /// Called from any thread when a tile is in the film; no other thread writes there.
-    std::function<void(const Film&, const Window&)> tileDone;
+    std::function<void(const Film&, const PixelBounds&)> tileDone;
     /// Asked from any thread, about a thousand samples apart; once true, the rest is left out.
     std::function<bool()> stop;
     /// Gathers what samples see, over the film's window; null: nothing does.
-    FeatureFilm* features = nullptr;
+    AovFilm* features = nullptr;
     /// Takes parts of the radiance, over the film's window; null: it is not split.
     LightFilm* lights = nullptr;
-    LightSplit split() const { return lights ? lights->split() : LightSplit{}; }
+    LightComponents split() const { return lights ? lights->split() : LightComponents{}; }
 };
 
 struct RenderStats {
@@ -63,7 +63,7 @@ class Renderer {
   public:
     /// What is passed in outlives the renderer.
     Renderer(const Scene& scene, const Integrator& integrator, const Shader& shader, const Sampler& sampler,
-             const Filter& filter, const RenderSettings& settings, const Window& window);
+             const Filter& filter, const RenderSettings& settings, const PixelBounds& window);
     ~Renderer();
 
     /// The whole window, or what there is of it when settings.stop says so: then false. Throws Error for a
@@ -80,8 +80,8 @@ class Renderer {
 
   private:
     /// Whether the film has it already; what it has of it in part is taken away.
-    bool isThere(const Window& tile, Film& film) const;
-    bool renderTiles(const std::vector<Window>& tiles, int threads, Film& film);
+    bool isThere(const PixelBounds& tile, Film& film) const;
+    bool renderTiles(const std::vector<PixelBounds>& tiles, int threads, Film& film);
     void addCounters(size_t thread, Counters counters);
     RenderContext context(int threads) const;
 
@@ -91,8 +91,8 @@ class Renderer {
     const Sampler& m_sampler;
     const Filter& m_filter;
     RenderSettings m_settings;
-    const Window m_window;
-    std::unique_ptr<IntegratorRender> m_shared;
+    const PixelBounds m_window;
+    std::unique_ptr<IntegratorState> m_shared;
     RenderStats m_stats;
 };
 

@@ -22,26 +22,26 @@ void Counters::add(const Counters& other) {
     visibilitySamples += other.visibilitySamples;
     shades += other.shades;
     directShades += other.directShades;
-    escaped += other.escaped;
+    missed += other.missed;
     shadowRays += other.shadowRays;
     lightRays += other.lightRays;
     bounceRays += other.bounceRays;
     surfaces += other.surfaces;
     footprints += other.footprints;
-    badSamples += other.badSamples;
+    invalidSamples += other.invalidSamples;
     clampedSamples += other.clampedSamples;
-    blockLookups += other.blockLookups;
-    blockHits += other.blockHits;
-    blockDuplicates += other.blockDuplicates;
-    blockEvictions += other.blockEvictions;
+    cacheLookups += other.cacheLookups;
+    cacheHits += other.cacheHits;
+    cacheDuplicates += other.cacheDuplicates;
+    cacheEvictions += other.cacheEvictions;
     cacheBytes = std::max(cacheBytes, other.cacheBytes); // of one table, which all threads share
     shadeCosts.resize(std::max(shadeCosts.size(), other.shadeCosts.size()));
     for (size_t i = 0; i < other.shadeCosts.size(); ++i)
         shadeCosts[i].add(other.shadeCosts[i]);
     constexpr size_t kKept = 16;
-    for (const BadSample& bad : other.firstBad)
-        if (firstBad.size() < kKept)
-            firstBad.push_back(bad);
+    for (const InvalidSample& bad : other.firstInvalid)
+        if (firstInvalid.size() < kKept)
+            firstInvalid.push_back(bad);
     for (int i = 0; i < kStageCount; ++i)
         seconds[i] += other.seconds[i];
 }

@@ -17,7 +17,7 @@ inline constexpr int kStageCount = 6;
 const char* toString(Stage stage);
 
 /// A sample that came out as NaN or infinite, and how to find it again.
-struct BadSample {
+struct InvalidSample {
     int x, y;
     uint32_t sample;
     uint64_t seed; ///< of its pass, like
@@ -52,21 +52,21 @@ struct Counters {
     uint64_t visibilitySamples = 0; ///< camera rays
     uint64_t shades = 0;       ///< surface points shaded for the picture: shading requests that met something
     uint64_t directShades = 0; ///< surface points of which the direct light alone was asked for
-    uint64_t escaped = 0;      ///< requests that met nothing: no surface is shaded
+    uint64_t missed = 0;       ///< requests that met nothing: no surface is shaded
     uint64_t shadowRays = 0;
     uint64_t lightRays = 0;  ///< BSDF samples traced to find a light (direct lighting)
     uint64_t bounceRays = 0; ///< path continuation, specular included
     uint64_t surfaces = 0;   ///< surface points evaluated
     uint64_t footprints = 0; ///< of those, with a texture footprint
-    uint64_t badSamples = 0;
+    uint64_t invalidSamples = 0;
     uint64_t clampedSamples = 0; ///< see RenderSettings::clamp
     // Of integrators that cache:
-    uint64_t blockLookups = 0; ///< blocks looked up in a cache; the latest, threads may remember themselves
-    uint64_t blockHits = 0;    ///< of those, found in the cache
-    uint64_t blockDuplicates = 0;    ///< shaded, then found stored by another thread
-    uint64_t blockEvictions = 0;     ///< stored over another block
-    uint64_t cacheBytes = 0;         ///< the table's size
-    std::vector<BadSample> firstBad; ///< the first few of badSamples
+    uint64_t cacheLookups = 0; ///< blocks looked up in a cache; the latest, threads may remember themselves
+    uint64_t cacheHits = 0;    ///< of those, found in the cache
+    uint64_t cacheDuplicates = 0;            ///< shaded, then found stored by another thread
+    uint64_t cacheEvictions = 0;             ///< stored over another block
+    uint64_t cacheBytes = 0;                 ///< the table's size
+    std::vector<InvalidSample> firstInvalid; ///< the first few of invalidSamples
     std::array<double, kStageCount> seconds{};
     std::vector<ShadeCost>
         shadeCosts; ///< by material, the last: of what met nothing; from a part of the batches

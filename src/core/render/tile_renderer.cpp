@@ -19,31 +19,33 @@ constexpr size_t kMeteredPacket = 16;
 
 /// Pictures of the sharing show what is shared.
 bool countsAsShade(const ShadingRequest& request) {
-    return request.hit && (request.part == LightPart::All || request.part == LightPart::Indirect);
+    return request.hit &&
+           (request.component == LightComponent::All || request.component == LightComponent::Indirect);
 }
 
 } // namespace
 
-TileRenderer::TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
+TileRenderer::TileRenderer(const Scene& scene, IntegratorState& integrator, const Shader& shader,
                            const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
-                           Dependence dependence)
+                           SampleDependence dependence)
     : m_scene(scene), m_moves(scene.moves()), m_sampler(sampler), m_filter(filter), m_settings(settings),
       m_wanted(settings.slice.value_or(SampleSlice{0, uint32_t(settings.samplesPerPixel)})),
-      m_slice(dependence == Dependence::None ? m_wanted : SampleSlice{0, uint32_t(settings.samplesPerPixel)}),
+      m_slice(dependence == SampleDependence::None ? m_wanted
+                                                   : SampleSlice{0, uint32_t(settings.samplesPerPixel)}),
       m_pixelsPerBatch(std::max(1u, kBatchSamples / m_slice.count())), m_integrator(integrator.makeWorker()),
       m_shader(shader.makeWorker(scene, sampler, settings.split())),
-      m_parts(size_t(settings.split().parts())) {
+      m_components(size_t(settings.split().count())) {
     m_counters.shadeCosts.resize(scene.materials().size() + 1);
-    layOut();
+    initializeLayout();
 }
 
 /// What is the same in every batch: which samples are whose, and numbers that nobody draws.
-void TileRenderer::layOut() {
+void TileRenderer::initializeLayout() {
     m_samples.resize(size_t(m_pixelsPerBatch) * m_slice.count());
-    for (size_t b = 0; b < m_samples.blocks(); ++b) {
-        VisibilityLanes& lanes = m_samples.block(b);
-        for (uint32_t i = 0; i < kLanes; ++i) {
-            const uint32_t sample = uint32_t(b * kLanes) + i;
+    for (size_t b = 0; b < m_samples.chunks(); ++b) {
+        VisibilitySoA& lanes = m_samples.chunk(b);
+        for (uint32_t i = 0; i < kSoAWidth; ++i) {
+            const uint32_t sample = uint32_t(b * kSoAWidth) + i;
             lanes.pixel[i] = sample / m_slice.count(),
             lanes.index[i] = m_slice.first + sample % m_slice.count();
             lanes.camera.time[i] = lanes.camera.lens.x[i] = lanes.camera.lens.y[i] = 0.5f;
@@ -51,8 +53,8 @@ void TileRenderer::layOut() {
     }
 }
 
-bool TileRenderer::renderTile(const Window& tile, Film& film) {
-    const FastFloats fast;
+bool TileRenderer::renderTile(const PixelBounds& tile, Film& film) {
+    const ScopedFlushDenormals fast;
     // A batch is about as high as wide: what its samples meet, and share, lies close together.
     const int rows = 1 << (std::bit_width(m_pixelsPerBatch) - 1) / 2;
     const auto render = [&] {
@@ -93,17 +95,18 @@ void TileRenderer::renderBatch(Film& film) {
     clock.charge(Stage::Resolve);
     if (m_settings.clamp > 0)
         clampValues();
-    develop(film);
-    for (size_t part = 0; part < m_parts; ++part) {
-        m_partRoom.resize(m_samples.size());
-        const std::span<const Rgb> partShades =
-            shaded.subspan((1 + part) * m_requests.size(), m_requests.size());
+    accumulate(film);
+    for (size_t component = 0; component < m_components; ++component) {
+        m_componentRoom.resize(m_samples.size());
+        const std::span<const Rgb> componentShades =
+            shaded.subspan((1 + component) * m_requests.size(), m_requests.size());
         clock.charge(Stage::Film);
-        std::span<const Rgb> values = m_integrator->resolvePart(batch, partShades, m_partRoom, int(part));
+        std::span<const Rgb> values =
+            m_integrator->resolveComponent(batch, componentShades, m_componentRoom, int(component));
         clock.charge(Stage::Resolve);
         if (m_settings.clamp > 0)
-            values = dimmed(values, m_partRoom);
-        developPart(int(part), values);
+            values = dimmed(values, m_componentRoom);
+        accumulateComponent(int(component), values);
     }
     if (!film.layers().empty())
         describe(film);
@@ -119,25 +122,25 @@ void TileRenderer::renderBatch(Film& film) {
 
 void TileRenderer::generate() {
     m_samples.resize(m_pixels.size() * m_slice.count());
-    for (size_t b = 0; b < m_samples.blocks(); ++b)
-        generate(uint32_t(b * kLanes), m_samples.inBlock(b), m_samples.block(b));
+    for (size_t b = 0; b < m_samples.chunks(); ++b)
+        generate(uint32_t(b * kSoAWidth), m_samples.chunkSize(b), m_samples.chunk(b));
 }
 
 namespace {
 
 /// Fills lanes `at` to `at + n` of a row, in fours; so it may write lanes after them, too, which are filled
 /// next.
-void fillRun(float (&row)[kLanes], uint32_t at, uint32_t n, float value) {
+void fillRun(float (&row)[kSoAWidth], uint32_t at, uint32_t n, float value) {
     constexpr uint32_t kFour = 4;
     uint32_t k = 0;
-    for (; k < n && at + k + kFour <= kLanes; k += kFour)
+    for (; k < n && at + k + kFour <= kSoAWidth; k += kFour)
         std::fill_n(row + at + k, kFour, value);
     for (; k < n; ++k)
         row[at + k] = value;
 }
 
-STROBE_LANES void addOffsets(int n, V2Lanes& film, const V2Lanes& offset) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void addOffsets(int n, V2SoA& film, const V2SoA& offset) {
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         film.x[i] += offset.x[i], film.y[i] += offset.y[i];
 }
@@ -145,10 +148,10 @@ STROBE_LANES void addOffsets(int n, V2Lanes& film, const V2Lanes& offset) {
 } // namespace
 
 /// The batch's samples `first` to `first + n`, but for their hits.
-void TileRenderer::generate(uint32_t first, int n, VisibilityLanes& out) {
+void TileRenderer::generate(uint32_t first, int n, VisibilitySoA& out) {
     const uint32_t spp = uint32_t(m_settings.samplesPerPixel), inSlice = m_slice.count();
     const uint32_t end = first + uint32_t(n);
-    CameraSampleLanes& sample = out.camera;
+    CameraSampleSoA& sample = out.camera;
     m_ranges.clear();
     for (uint32_t i = first; i < end;) {
         const uint32_t p = i / inSlice, index = i % inSlice, count = std::min(inSlice - index, end - i);
@@ -159,24 +162,24 @@ void TileRenderer::generate(uint32_t first, int n, VisibilityLanes& out) {
         fillRun(sample.film.y, at, count, float(pixel.y) + 0.5f);
         i += count;
     }
-    V2Lanes u, offset;
+    V2SoA u, offset;
     m_sampler.fill2D(m_ranges, kDimFilm, u);
     if (m_moves)
         m_sampler.fill1D(m_ranges, kDimTime, sample.time);
     if (m_scene.camera().hasLens())
         m_sampler.fill2D(m_ranges, kDimLens, sample.lens);
-    m_filter.sampleLanes(u, n, offset, out.weight);
+    m_filter.sampleSoA(u, n, offset, out.weight);
     addOffsets(n, sample.film, offset);
-    m_scene.camera().rayLanes(sample, n, out.ray);
+    m_scene.camera().raySoA(sample, n, out.ray);
 }
 
 void TileRenderer::trace() {
     const Tracer& tracer = m_scene.tracer();
-    constexpr int kSize = RayBlock::kSize;
-    static_assert(kLanes % kSize == 0);
-    for (size_t b = 0; b < m_samples.blocks(); ++b) {
-        VisibilityLanes& lanes = m_samples.block(b);
-        const int count = m_samples.inBlock(b);
+    constexpr int kSize = RayPacket::kSize;
+    static_assert(kSoAWidth % kSize == 0);
+    for (size_t b = 0; b < m_samples.chunks(); ++b) {
+        VisibilitySoA& lanes = m_samples.chunk(b);
+        const int count = m_samples.chunkSize(b);
         for (int first = 0; first < count; first += kSize) {
             m_block.setCamera(lanes.ray, lanes.camera.time, first);
             tracer.intersect(m_block, std::min(kSize, count - first), true);
@@ -186,7 +189,7 @@ void TileRenderer::trace() {
 }
 
 void TileRenderer::shade() {
-    m_shaded.resize(m_requests.size() * (1 + m_parts));
+    m_shaded.resize(m_requests.size() * (1 + m_components));
     // The first batch of a thread is slow for other reasons. Of the next, some more, for small pictures.
     const uint32_t batch = m_batches++;
     const bool isPowerOf16 = std::has_single_bit(batch) && std::countr_zero(batch) % 4 == 0;
@@ -208,7 +211,7 @@ void TileRenderer::shadeMetered() {
         m_slots[i] = uint32_t(costSlot(m_requests[i].hit));
     std::stable_sort(m_order.begin(), m_order.end(),
                      [&](uint32_t a, uint32_t b) { return m_slots[a] < m_slots[b]; });
-    std::vector<Rgb> shaded(kMeteredPacket * (1 + m_parts));
+    std::vector<Rgb> shaded(kMeteredPacket * (1 + m_components));
     for (size_t first = 0; first < m_order.size(); first += m_packet.size()) {
         const uint32_t slot = m_slots[m_order[first]];
         m_packet.clear();
@@ -218,12 +221,13 @@ void TileRenderer::shadeMetered() {
             m_packet.push_back(m_requests[m_order[i]]);
         }
         const auto start = std::chrono::steady_clock::now();
-        m_shader->shade(m_packet, std::span(shaded).first(m_packet.size() * (1 + m_parts)), m_counters);
+        m_shader->shade(m_packet, std::span(shaded).first(m_packet.size() * (1 + m_components)), m_counters);
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
         m_counters.shadeCosts[slot].add(m_packet.size(), seconds.count());
         for (size_t i = 0; i < m_packet.size(); ++i)
-            for (size_t part = 0; part <= m_parts; ++part)
-                m_shaded[part * m_requests.size() + m_order[first + i]] = shaded[part * m_packet.size() + i];
+            for (size_t component = 0; component <= m_components; ++component)
+                m_shaded[component * m_requests.size() + m_order[first + i]] =
+                    shaded[component * m_packet.size() + i];
     }
 }
 
@@ -246,23 +250,23 @@ std::span<const Rgb> TileRenderer::dimmed(std::span<const Rgb> values, std::span
     return room;
 }
 
-void TileRenderer::develop(Film& film) {
-    SampleQuanta quanta;
+void TileRenderer::accumulate(Film& film) {
+    FixedPointSamples samplesFixed;
     bool ready = false;
-    size_t block = m_samples.blocks(); // that `quanta` are of
+    size_t block = m_samples.chunks(); // that `samplesFixed` are of
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
-        PixelSum sum;
+        PixelAccumulator sum;
         const uint32_t first = p * m_slice.count() + m_wanted.first - m_slice.first;
         for (uint32_t i = first, end = first + m_wanted.count(), n; i < end; i += n) {
-            const uint32_t lane = i % kLanes;
-            n = std::min(end - i, kLanes - lane);
-            if (i / kLanes != block) {
-                block = i / kLanes;
-                ready =
-                    quanta.set(&m_values[i - lane], m_samples.block(block).weight, m_samples.inBlock(block));
+            const uint32_t lane = i % kSoAWidth;
+            n = std::min(end - i, kSoAWidth - lane);
+            if (i / kSoAWidth != block) {
+                block = i / kSoAWidth;
+                ready = samplesFixed.set(&m_values[i - lane], m_samples.chunk(block).weight,
+                                         m_samples.chunkSize(block));
             }
             if (ready)
-                sum.add(quanta, int(lane), int(n));
+                sum.add(samplesFixed, int(lane), int(n));
             else
                 addOneByOne(sum, i, n);
         }
@@ -270,21 +274,21 @@ void TileRenderer::develop(Film& film) {
     }
 }
 
-void TileRenderer::addOneByOne(PixelSum& sum, uint32_t first, uint32_t n) {
+void TileRenderer::addOneByOne(PixelAccumulator& sum, uint32_t first, uint32_t n) {
     for (uint32_t i = first; i < first + n; ++i)
         if (!sum.add(m_values[i], m_samples[i].weight))
-            noteBad(m_pixels[m_samples[i].pixel], m_samples[i].index);
+            recordInvalidSample(m_pixels[m_samples[i].pixel], m_samples[i].index);
 }
 
 /// A part of the light, of the samples that are numbers as a whole.
-void TileRenderer::developPart(int part, std::span<const Rgb> values) {
+void TileRenderer::accumulateComponent(int component, std::span<const Rgb> values) {
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
-        PixelSum sum, whole;
+        PixelAccumulator sum, whole;
         const uint32_t first = p * m_slice.count() + m_wanted.first - m_slice.first;
         for (uint32_t i = first; i < first + m_wanted.count(); ++i)
             if (whole.add(m_values[i], m_samples[i].weight))
                 sum.add(values[i], m_samples[i].weight);
-        m_settings.lights->add(part, m_pixels[p].x, m_pixels[p].y, sum);
+        m_settings.lights->add(component, m_pixels[p].x, m_pixels[p].y, sum);
     }
 }
 
@@ -316,7 +320,7 @@ void TileRenderer::describe(Film& film) {
         case Layer::HitRate:
             return tally.hits ? 1 - float(tally.asked) / float(tally.hits) : 0;
         case Layer::Block:
-            return float(m_integrator->blockOf(size_t(p) * m_slice.count()) >> 40);
+            return float(m_integrator->sharingId(size_t(p) * m_slice.count()) >> 40);
         case Layer::ShadeTime:
             return tally.shades ? float(tally.time / tally.shades) : -1;
         case Layer::Variance: // of passes, not of this
@@ -339,14 +343,14 @@ void TileRenderer::probe() {
             continue;
         const PixelRef& pixel = m_pixels[sample.pixel];
         m_settings.probe(
-            {pixel.x, pixel.y, sample.index, sample, m_values[i], m_integrator->blockOf(i), asked[i]});
+            {pixel.x, pixel.y, sample.index, sample, m_values[i], m_integrator->sharingId(i), asked[i]});
     }
 }
 
-void TileRenderer::noteBad(const PixelRef& pixel, uint32_t sample) {
-    ++m_counters.badSamples;
-    if (m_counters.firstBad.size() < 16)
-        m_counters.firstBad.push_back(
+void TileRenderer::recordInvalidSample(const PixelRef& pixel, uint32_t sample) {
+    ++m_counters.invalidSamples;
+    if (m_counters.firstInvalid.size() < 16)
+        m_counters.firstInvalid.push_back(
             {pixel.x, pixel.y, sample, m_settings.seed, m_settings.samplesPerPixel});
 }
 

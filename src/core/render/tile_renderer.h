@@ -10,12 +10,12 @@ namespace strobe {
 /// Everything one thread needs; buffers are reused from batch to batch.
 class TileRenderer {
   public:
-    TileRenderer(const Scene& scene, IntegratorRender& integrator, const Shader& shader,
+    TileRenderer(const Scene& scene, IntegratorState& integrator, const Shader& shader,
                  const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
-                 Dependence dependence);
+                 SampleDependence dependence);
 
     /// False: settings.stop said so before its end.
-    bool renderTile(const Window& tile, Film& film);
+    bool renderTile(const PixelBounds& tile, Film& film);
     /// Shades packet by packet, each of one material and timed, in every `interval`-th batch and some early
     /// ones.
     void meterEvery(uint32_t interval) { m_meterInterval = interval; }
@@ -24,22 +24,22 @@ class TileRenderer {
     const Counters& counters() const { return m_counters; }
 
   private:
-    void layOut();
+    void initializeLayout();
     void renderBatch(Film& film);
     void generate();
-    void generate(uint32_t first, int n, VisibilityLanes& out);
+    void generate(uint32_t first, int n, VisibilitySoA& out);
     void trace();
     void shade();
     void shadeMetered();
     size_t costSlot(const Hit& hit) const;
     void clampValues();
     std::span<const Rgb> dimmed(std::span<const Rgb> values, std::span<Rgb> room) const;
-    void develop(Film& film);
-    void addOneByOne(PixelSum& sum, uint32_t first, uint32_t n);
-    void developPart(int part, std::span<const Rgb> values);
+    void accumulate(Film& film);
+    void addOneByOne(PixelAccumulator& sum, uint32_t first, uint32_t n);
+    void accumulateComponent(int component, std::span<const Rgb> values);
     void describe(Film& film);
     void probe();
-    void noteBad(const PixelRef& pixel, uint32_t sample);
+    void recordInvalidSample(const PixelRef& pixel, uint32_t sample);
 
     const Scene& m_scene;
     const bool m_moves; ///< else time is not sampled
@@ -51,19 +51,19 @@ class TileRenderer {
     const uint32_t m_pixelsPerBatch;
     std::unique_ptr<IntegratorWorker> m_integrator;
     std::unique_ptr<ShaderWorker> m_shader;
-    const size_t m_parts; ///< that radiance is split into
+    const size_t m_components; ///< that radiance is split into
     Counters m_counters;
     uint32_t m_meterInterval = 256, m_batches = 0;
 
     std::vector<PixelRef> m_pixels;
-    LaneSequence<VisibilityLanes> m_samples;
+    SoAVector<VisibilitySoA> m_samples;
     std::vector<SampleRange> m_ranges;
     ShadingRequests m_requests;
-    std::vector<Rgb> m_shaded;     ///< by request; then, part by part, the same
+    std::vector<Rgb> m_shaded;     ///< by request; then, part by component, the same
     std::span<const Rgb> m_values; ///< by sample: somewhere in m_shaded or in m_resolved
-    std::vector<Rgb> m_resolved, m_partRoom;
+    std::vector<Rgb> m_resolved, m_componentRoom;
     std::vector<float> m_dimming; ///< by sample, of settings.clamp; empty without
-    RayBlock m_block;
+    RayPacket m_block;
     // For metering and layers:
     std::vector<uint32_t> m_order, m_slots;
     ShadingRequests m_packet;

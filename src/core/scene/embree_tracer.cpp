@@ -22,20 +22,20 @@
 
 namespace strobe {
 
-static_assert(sizeof(RayBlock) >= sizeof(RTCRayHit16) &&
-              offsetof(RayBlock, geom) == offsetof(RTCRayHit16, hit.geomID) &&
-              offsetof(RayBlock, inst) == offsetof(RTCRayHit16, hit.instID) &&
-              offsetof(RayBlock, tfar) == offsetof(RTCRayHit16, ray.tfar));
+static_assert(sizeof(RayPacket) >= sizeof(RTCRayHit16) &&
+              offsetof(RayPacket, geom) == offsetof(RTCRayHit16, hit.geomID) &&
+              offsetof(RayPacket, inst) == offsetof(RTCRayHit16, hit.instID) &&
+              offsetof(RayPacket, tfar) == offsetof(RTCRayHit16, ray.tfar));
 
 #if defined(__x86_64__)
-FastFloats::FastFloats() : m_before(_mm_getcsr()) {
+ScopedFlushDenormals::ScopedFlushDenormals() : m_before(_mm_getcsr()) {
     _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
     _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
 }
-FastFloats::~FastFloats() { _mm_setcsr(m_before); }
+ScopedFlushDenormals::~ScopedFlushDenormals() { _mm_setcsr(m_before); }
 #else
-FastFloats::FastFloats() = default;
-FastFloats::~FastFloats() = default;
+ScopedFlushDenormals::ScopedFlushDenormals() = default;
+ScopedFlushDenormals::~ScopedFlushDenormals() = default;
 #endif
 
 namespace {
@@ -123,7 +123,7 @@ struct Tracer::Impl {
     // What moves is a scene of its own, behind a box, so that it costs nothing where it is not.
     RTCScene moving = nullptr;
     Box3f movingBounds;
-    StillQuadrics quadrics; ///< of the world; the first few
+    StaticQuadrics quadrics; ///< of the world; the first few
     std::vector<std::unique_ptr<CallbackData>> callbackData;
     size_t worldGeometries = 0;
     TracerCounts counts;
@@ -221,7 +221,7 @@ struct Tracer::Impl {
         RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(g, scenes[instance.group]);
         const Motion& motion = *instance.motion;
-        if (!motion.isStill()) {
+        if (!motion.isStatic()) {
             rtcSetGeometryTimeStepCount(g, unsigned(motion.keyCount()));
             counts.timeSteps += motion.keyCount();
         }
@@ -232,7 +232,7 @@ struct Tracer::Impl {
                 rtcSetGeometryTransform(g, unsigned(i), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                                         motion.matrixKey(i).getValue());
         }
-        attach(worldScene(!motion.isStill()), g, id);
+        attach(worldScene(!motion.isStatic()), g, id);
         ++counts.instances;
     }
 
@@ -293,60 +293,60 @@ Tracer::~Tracer() = default;
 namespace {
 
 #if RTC_VERSION_MAJOR >= 4
-void intersectScene(RTCScene scene, const PacketMask& valid, RayBlock& block, bool coherent) {
+void intersectScene(RTCScene scene, const PacketMask& valid, RayPacket& packet, bool coherent) {
     RTCIntersectArguments args;
     rtcInitIntersectArguments(&args);
     args.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
-    rtcIntersect16(valid.lanes, scene, reinterpret_cast<RTCRayHit16*>(&block), &args);
+    rtcIntersect16(valid.lanes, scene, reinterpret_cast<RTCRayHit16*>(&packet), &args);
 }
-void occludedScene(RTCScene scene, const PacketMask& valid, RayBlock& block) {
+void occludedScene(RTCScene scene, const PacketMask& valid, RayPacket& packet) {
     RTCOccludedArguments args;
     rtcInitOccludedArguments(&args);
-    rtcOccluded16(valid.lanes, scene, reinterpret_cast<RTCRay16*>(&block), &args);
+    rtcOccluded16(valid.lanes, scene, reinterpret_cast<RTCRay16*>(&packet), &args);
 }
 #else
-void intersectScene(RTCScene scene, const PacketMask& valid, RayBlock& block, bool coherent) {
+void intersectScene(RTCScene scene, const PacketMask& valid, RayPacket& packet, bool coherent) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    rtcIntersect16(valid.lanes, scene, &context, reinterpret_cast<RTCRayHit16*>(&block));
+    rtcIntersect16(valid.lanes, scene, &context, reinterpret_cast<RTCRayHit16*>(&packet));
 }
-void occludedScene(RTCScene scene, const PacketMask& valid, RayBlock& block) {
+void occludedScene(RTCScene scene, const PacketMask& valid, RayPacket& packet) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcOccluded16(valid.lanes, scene, &context, reinterpret_cast<RTCRay16*>(&block));
+    rtcOccluded16(valid.lanes, scene, &context, reinterpret_cast<RTCRay16*>(&packet));
 }
 #endif
 
 } // namespace
 
-void Tracer::intersect(RayBlock& block, int n, bool coherent) const {
+void Tracer::intersect(RayPacket& packet, int n, bool coherent) const {
     if (m_observer)
-        m_observer(block, n, coherent ? Query::Coherent : Query::Nearest);
+        m_observer(packet, n, coherent ? Query::Coherent : Query::Nearest);
     PacketMask valid(n);
-    intersectScene(m_impl->scenes[0], valid, block, coherent);
+    intersectScene(m_impl->scenes[0], valid, packet, coherent);
     // Never with the coherent flag: Embree 3.13's coherent path rounds differently when instances move, so it
     // would make lanes depend on their neighbors.
-    if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
-        intersectScene(m_impl->moving, valid, block, false);
-    m_impl->quadrics.intersect(block, PacketMask(n));
+    if (m_impl->moving && valid.keepThrough(packet, m_impl->movingBounds))
+        intersectScene(m_impl->moving, valid, packet, false);
+    m_impl->quadrics.intersect(packet, PacketMask(n));
 }
 
-void Tracer::occluded(RayBlock& block, int n) const {
+void Tracer::occluded(RayPacket& packet, int n) const {
     if (m_observer)
-        m_observer(block, n, Query::Occluded);
+        m_observer(packet, n, Query::Occluded);
     PacketMask valid(n);
-    occludedScene(m_impl->scenes[0], valid, block);
-    if (m_impl->moving && valid.keepThrough(block, m_impl->movingBounds))
-        occludedScene(m_impl->moving, valid, block);
-    m_impl->quadrics.occluded(block, PacketMask(n));
+    occludedScene(m_impl->scenes[0], valid, packet);
+    if (m_impl->moving && valid.keepThrough(packet, m_impl->movingBounds))
+        occludedScene(m_impl->moving, valid, packet);
+    m_impl->quadrics.occluded(packet, PacketMask(n));
 }
 
 namespace {
 
 struct LookingAround {
     uint32_t geometry;
-    const Tracer::LookAt& look;
+    const Tracer::PointQueryVisitor& look;
 };
 
 /// Whether the query's radius has changed.
@@ -360,8 +360,8 @@ bool lookAtPrimitive(RTCPointQueryFunctionArguments* args) {
 
 } // namespace
 
-void Tracer::lookAround(uint32_t group, uint32_t geometry, const V3f& p, float radius,
-                        const LookAt& look) const {
+void Tracer::pointQuery(uint32_t group, uint32_t geometry, const V3f& p, float radius,
+                        const PointQueryVisitor& look) const {
     const bool isMoving = group == 0 && Impl::deforms(m_impl->groups[0].geometries[geometry]);
     LookingAround looking{geometry, look};
     RTCPointQueryContext context;

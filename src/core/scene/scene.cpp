@@ -8,7 +8,7 @@
 
 namespace strobe {
 
-LightPicker::LightPicker(std::vector<float> powers) {
+LightSampler::LightSampler(std::vector<float> powers) {
     double sum = std::accumulate(powers.begin(), powers.end(), 0.);
     if (!(sum > 0 && std::isfinite(sum))) {
         std::fill(powers.begin(), powers.end(), 1.f);
@@ -30,7 +30,7 @@ LightPicker::LightPicker(std::vector<float> powers) {
     }
 }
 
-int LightPicker::pick(float u) const {
+int LightSampler::pick(float u) const {
     return int(std::upper_bound(m_cdf.begin(), m_cdf.end(), u) - m_cdf.begin());
 }
 
@@ -49,7 +49,7 @@ Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
         if (m_lights[i]->isEnvironment())
             m_environments.push_back(int(i));
     }
-    m_lightPicker = LightPicker(std::move(powers));
+    m_lightSampler = LightSampler(std::move(powers));
     for (const auto& material : m_materials)
         m_needsFootprint |= material->needsFootprint();
     constexpr size_t kLarge = 4096; // triangles: some 100 kB
@@ -86,16 +86,16 @@ void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, R
 
 bool Scene::moves() const {
     const auto moved = [](const Instance& instance) {
-        return instance.motion && !instance.motion->isStill();
+        return instance.motion && !instance.motion->isStatic();
     };
-    const auto changes = [](const Geometry& geometry) { return !geometry.placed.isStill(); };
+    const auto changes = [](const Geometry& geometry) { return !geometry.placed.isStatic(); };
     return m_camera->moves() || std::any_of(m_instances.begin(), m_instances.end(), moved) ||
            std::any_of(m_groups.begin(), m_groups.end(), [&](const Group& group) {
                return std::any_of(group.geometries.begin(), group.geometries.end(), changes);
            });
 }
 
-void Scene::fetchAhead(std::span<const Hit> hits) const {
+void Scene::prefetch(std::span<const Hit> hits) const {
     const auto meshOf = [&](const Hit& hit) { return hit ? geometry(hit).placed.shape.mesh.get() : nullptr; };
     for (const Hit& hit : hits)
         if (const TriangleMesh* mesh = meshOf(hit))

@@ -17,7 +17,7 @@ namespace strobe {
 /// Where a ray is clear of the surface that it leaves, given SurfacePoint::offset and the ray's cosine with
 /// the geometric normal. Rays start at the surface itself, not beside it: from a shifted origin, light
 /// samples near the limb of a small light would be hidden by the light.
-inline float clearOf(float offset, float cosine) { return offset / std::max(std::abs(cosine), 0.01f); }
+inline float tminFor(float offset, float cosine) { return offset / std::max(std::abs(cosine), 0.01f); }
 
 /// A point on the scene's surface, as shading needs it. World space.
 struct SurfacePoint {
@@ -32,7 +32,7 @@ struct SurfacePoint {
     uint32_t prim = 0;
 
     /// Where a ray that leaves p towards `w` is clear of the surface.
-    float tmin(const V3f& w) const { return clearOf(offset, dot(w, ng)); }
+    float tmin(const V3f& w) const { return tminFor(offset, dot(w, ng)); }
 };
 
 /// A SurfacePoint whose normals are not yet of unit length, nor turned, and whose offset is missing: what is
@@ -55,13 +55,13 @@ struct RawSurfacePoint : SurfacePoint {
 };
 
 /// RawSurfacePoints side by side.
-struct SurfaceLanes {
-    V3Lanes p, ng, ns, dpdu, dpdv;
-    V2Lanes uv;
-    alignas(64) float scale[kLanes], orientation[kLanes];
-    const Material* material[kLanes];
-    int light[kLanes];
-    uint32_t prim[kLanes];
+struct SurfaceSoA {
+    V3SoA p, ng, ns, dpdu, dpdv;
+    V2SoA uv;
+    alignas(64) float scale[kSoAWidth], orientation[kSoAWidth];
+    const Material* material[kSoAWidth];
+    int light[kSoAWidth];
+    uint32_t prim[kSoAWidth];
 
     RawSurfacePoint at(int i) const {
         RawSurfacePoint s;
@@ -74,10 +74,10 @@ struct SurfaceLanes {
 };
 
 /// A small discrete distribution over lights, by power.
-class LightPicker {
+class LightSampler {
   public:
-    LightPicker() = default;
-    explicit LightPicker(std::vector<float> powers);
+    LightSampler() = default;
+    explicit LightSampler(std::vector<float> powers);
     /// The light for u in [0,1).
     int pick(float u) const;
     /// How much of [0,1) picks it, exactly. Above 0 if its power is.
@@ -103,7 +103,7 @@ class Scene {
     const std::vector<std::shared_ptr<const Material>>& materials() const { return m_materials; }
     /// Indices of the lights that have radiance at infinity.
     const std::vector<int>& environments() const { return m_environments; }
-    const LightPicker& lightPicker() const { return m_lightPicker; }
+    const LightSampler& lightSampler() const { return m_lightSampler; }
     const Shutter& shutter() const { return m_shutter; }
     /// True when the camera or any shape changes while the shutter is open.
     bool moves() const;
@@ -124,12 +124,12 @@ class Scene {
     }
     RawSurfacePoint rawSurface(const Hit& hit, float time) const;
     /// The same of hits 0 … n-1, none of them empty; quicker where neighbors are on the same geometry.
-    void rawSurfaces(const HitLanes& hits, const float* time, int n, SurfaceLanes& out) const;
+    void rawSurfaces(const HitSoA& hits, const float* time, int n, SurfaceSoA& out) const;
     /// Whether its meshes are more than a processor's nearest cache holds.
     bool hasLargeMeshes() const { return m_hasLargeMeshes; }
     /// Asks for the memory that the surfaces of some hits, or of none, are read from: it arrives while others
     /// are worked on. Worth its time where meshes are large.
-    void fetchAhead(std::span<const Hit> hits) const;
+    void prefetch(std::span<const Hit> hits) const;
     /// dp/du and dp/dv there, in world space, as normal maps mean them: the direction of the first is that of
     /// the mesh's tangents where it has them and does not deform. Zero where texture coordinates are
     /// degenerate.
@@ -139,7 +139,7 @@ class Scene {
 
   private:
     static void meshSurface(const PlacedShape& placed, const Hit& hit, float time, RawSurfacePoint& s);
-    void surfacesOfOne(const HitLanes& hits, const float* time, int begin, int end, SurfaceLanes& out) const;
+    void surfacesOfOne(const HitSoA& hits, const float* time, int begin, int end, SurfaceSoA& out) const;
     /// The light that shines there, or -1.
     int lightOf(const Hit& hit) const {
         if (hit.instance == kNone)
@@ -161,7 +161,7 @@ class Scene {
     std::vector<std::shared_ptr<const Material>> m_materials;
     std::vector<std::shared_ptr<const Light>> m_lights;
     std::vector<int> m_environments;
-    LightPicker m_lightPicker;
+    LightSampler m_lightSampler;
     std::shared_ptr<const Camera> m_camera;
     Shutter m_shutter;
     bool m_needsFootprint = false, m_hasLargeMeshes = false;
@@ -172,7 +172,7 @@ class Scene {
 /// normal may be of any length: fills duvdx and duvdy of `q`.
 void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q);
 /// The same of points `begin` to `end`, for rays along -wo.
-void footprints(const SurfaceLanes& s, const V3Lanes& wo, const float* width, int begin, int end,
-                V2Lanes& duvdx, V2Lanes& duvdy);
+void footprints(const SurfaceSoA& s, const V3SoA& wo, const float* width, int begin, int end, V2SoA& duvdx,
+                V2SoA& duvdy);
 
 } // namespace strobe

@@ -5,10 +5,10 @@ namespace strobe {
 namespace {
 
 /// Clears lanes whose rays do not pass through the box, and those whose id is `except`.
-STROBE_LANES void clearMisses(const RayBlock& b, const Box3f& box, uint32_t except, int* lanes) {
+STROBE_TARGET_CLONES void clearMisses(const RayPacket& b, const Box3f& box, uint32_t except, int* lanes) {
     const V3f lower = box.min, upper = box.max;
-    STROBE_INDEPENDENT
-    for (int i = 0; i < RayBlock::kSize; ++i) {
+    STROBE_IVDEP
+    for (int i = 0; i < RayPacket::kSize; ++i) {
         const float rx = 1 / b.dx[i], ry = 1 / b.dy[i], rz = 1 / b.dz[i];
         const float x0 = (lower.x - b.ox[i]) * rx, x1 = (upper.x - b.ox[i]) * rx;
         const float y0 = (lower.y - b.oy[i]) * ry, y1 = (upper.y - b.oy[i]) * ry;
@@ -24,16 +24,16 @@ STROBE_LANES void clearMisses(const RayBlock& b, const Box3f& box, uint32_t exce
 }
 
 /// False when no lane has another id.
-bool hasOther(const RayBlock& b, uint32_t id) {
+bool hasOther(const RayPacket& b, uint32_t id) {
     uint32_t other = 0;
-    for (int i = 0; i < RayBlock::kSize; ++i)
+    for (int i = 0; i < RayPacket::kSize; ++i)
         other |= b.id[i] ^ id;
     return other != 0;
 }
 
 bool any(const int* lanes) {
     int all = 0;
-    for (int i = 0; i < RayBlock::kSize; ++i)
+    for (int i = 0; i < RayPacket::kSize; ++i)
         all |= lanes[i];
     return all != 0;
 }
@@ -52,43 +52,43 @@ Box3f quadricBounds(const PlacedShape& placed) {
     return {out.min - pad, out.max + pad};
 }
 
-bool PacketMask::keepThrough(const RayBlock& block, const Box3f& box, uint32_t except) {
-    clearMisses(block, box, except, lanes);
+bool PacketMask::keepThrough(const RayPacket& packet, const Box3f& box, uint32_t except) {
+    clearMisses(packet, box, except, lanes);
     return any(lanes);
 }
 
-void StillQuadrics::add(const Geometry& geometry, uint32_t index) {
+void StaticQuadrics::add(const Geometry& geometry, uint32_t index) {
     const PlacedShape& placed = geometry.placed;
-    const uint32_t except = geometry.light >= 0 ? RayBlock::idOfLight(geometry.light) : kNone;
+    const uint32_t except = geometry.light >= 0 ? RayPacket::idOfLight(geometry.light) : kNone;
     m_entries.push_back(
         {placed.shape.quadric.get(), placed.toParent.inverse(), quadricBounds(placed), index, except});
 }
 
 /// Calls met(entry, i, t, u, v) where a ray hits.
 template <class Met>
-void StillQuadrics::trace(const RayBlock& block, const PacketMask& valid, const Met& met) const {
+void StaticQuadrics::trace(const RayPacket& packet, const PacketMask& valid, const Met& met) const {
     for (const Entry& entry : m_entries) {
-        if (!hasOther(block, entry.except))
+        if (!hasOther(packet, entry.except))
             continue;
         PacketMask through = valid;
-        if (through.keepThrough(block, entry.box, entry.except))
-            intersectPacket(*entry.quadric, entry.toObject, through.lanes, block.ox, RayBlock::kSize,
+        if (through.keepThrough(packet, entry.box, entry.except))
+            intersectPacket(*entry.quadric, entry.toObject, through.lanes, packet.ox, RayPacket::kSize,
                             [&](unsigned i, float t, float u, float v) { met(entry, i, t, u, v); });
     }
 }
 
-void StillQuadrics::intersect(RayBlock& block, const PacketMask& valid) const {
-    trace(block, valid, [&](const Entry& entry, unsigned i, float t, float u, float v) {
-        block.tfar[i] = t, block.u[i] = u, block.v[i] = v;
-        block.prim[i] = 0, block.geom[i] = entry.geometry, block.inst[i] = kNone;
+void StaticQuadrics::intersect(RayPacket& packet, const PacketMask& valid) const {
+    trace(packet, valid, [&](const Entry& entry, unsigned i, float t, float u, float v) {
+        packet.tfar[i] = t, packet.u[i] = u, packet.v[i] = v;
+        packet.prim[i] = 0, packet.geom[i] = entry.geometry, packet.inst[i] = kNone;
     });
 }
 
-void StillQuadrics::occluded(RayBlock& block, const PacketMask& valid) const {
-    trace(block, valid, [&](const Entry&, unsigned i, float, float, float) { block.tfar[i] = -kInfinity; });
+void StaticQuadrics::occluded(RayPacket& packet, const PacketMask& valid) const {
+    trace(packet, valid, [&](const Entry&, unsigned i, float, float, float) { packet.tfar[i] = -kInfinity; });
 }
 
-void StillQuadrics::extend(Box3f& box) const {
+void StaticQuadrics::extend(Box3f& box) const {
     for (const Entry& entry : m_entries)
         box.extendBy(entry.box);
 }

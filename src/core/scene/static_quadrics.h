@@ -11,27 +11,27 @@ Box3f quadricBounds(const PlacedShape& placed);
 
 /// Which lanes of a packet are to be traced: -1 or 0, as Embree wants it.
 struct alignas(64) PacketMask {
-    int lanes[RayBlock::kSize];
+    int lanes[RayPacket::kSize];
     explicit PacketMask(int n) {
-        for (int i = 0; i < RayBlock::kSize; ++i)
+        for (int i = 0; i < RayPacket::kSize; ++i)
             lanes[i] = i < n ? -1 : 0;
     }
     /// Leaves the lanes whose rays pass through the box and whose id is not `except`; false when there is
     /// none.
-    bool keepThrough(const RayBlock& block, const Box3f& box, uint32_t except = kNone);
+    bool keepThrough(const RayPacket& packet, const Box3f& box, uint32_t except = kNone);
 };
 
-class StillQuadrics {
+class StaticQuadrics {
   public:
     /// Each costs every packet a test of its box; more than these are better off in Embree.
-    static constexpr size_t kMost = 4;
+    static constexpr size_t kMax = 4;
 
-    bool isFull() const { return m_entries.size() >= kMost; }
+    bool isFull() const { return m_entries.size() >= kMax; }
     /// `index`: of the geometry in the world.
     void add(const Geometry& geometry, uint32_t index);
     /// As those of Tracer, of the lanes that are valid.
-    void intersect(RayBlock& block, const PacketMask& valid) const;
-    void occluded(RayBlock& block, const PacketMask& valid) const;
+    void intersect(RayPacket& packet, const PacketMask& valid) const;
+    void occluded(RayPacket& packet, const PacketMask& valid) const;
     /// Extends `box` by all of them.
     void extend(Box3f& box) const;
 
@@ -44,7 +44,7 @@ class StillQuadrics {
         uint32_t except; ///< rays with this id cannot hit it
     };
     template <class Met>
-    void trace(const RayBlock& block, const PacketMask& valid, const Met& met) const;
+    void trace(const RayPacket& packet, const PacketMask& valid, const Met& met) const;
 
     std::vector<Entry> m_entries;
 };

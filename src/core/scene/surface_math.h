@@ -7,7 +7,7 @@
 
 namespace strobe {
 
-STROBE_INLINE float largestOf(const V3f& v) {
+STROBE_FORCE_INLINE float maxAbsComponent(const V3f& v) {
     return std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
 }
 
@@ -15,25 +15,26 @@ STROBE_INLINE float largestOf(const V3f& v) {
 struct Affine {
     V3f x, y, z, o; ///< rows
 
-    STROBE_INLINE explicit Affine(const M44f& m)
+    STROBE_FORCE_INLINE explicit Affine(const M44f& m)
         : x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]),
           o(m[3][0], m[3][1], m[3][2]) {}
-    STROBE_INLINE Affine(const V3f& ax, const V3f& ay, const V3f& az, const V3f& origin)
+    STROBE_FORCE_INLINE Affine(const V3f& ax, const V3f& ay, const V3f& az, const V3f& origin)
         : x(ax), y(ay), z(az), o(origin) {}
 
-    STROBE_INLINE V3f point(const V3f& p) const { return x * p.x + y * p.y + z * p.z + o; }
-    STROBE_INLINE V3f vector(const V3f& v) const { return x * v.x + y * v.y + z * v.z; }
+    STROBE_FORCE_INLINE V3f point(const V3f& p) const { return x * p.x + y * p.y + z * p.z + o; }
+    STROBE_FORCE_INLINE V3f vector(const V3f& v) const { return x * v.x + y * v.y + z * v.z; }
     /// A normal, as `transformNormal` with the inverse: that is the cofactors over the determinant. (The
     /// determinant is more than the sign: without it, what is scaled down a lot underflows.)
-    STROBE_INLINE V3f normal(const V3f& n) const {
+    STROBE_FORCE_INLINE V3f normal(const V3f& n) const {
         const V3f yz = cross(y, z);
         const float determinant = dot(x, yz), inverse = 1 / determinant;
         const float scale = determinant != 0 ? inverse : 1.f;
         return (yz * n.x + cross(z, x) * n.y + cross(x, y) * n.z) * scale;
     }
     /// `s`, of numbers before the transform, after it.
-    STROBE_INLINE float scale(float s) const {
-        return s * std::max(largestOf(x), std::max(largestOf(y), largestOf(z))) + largestOf(o);
+    STROBE_FORCE_INLINE float scale(float s) const {
+        return s * std::max(maxAbsComponent(x), std::max(maxAbsComponent(y), maxAbsComponent(z))) +
+               maxAbsComponent(o);
     }
 };
 
@@ -41,12 +42,14 @@ struct Affine {
 struct Triangle {
     V3f a, b, c;
 
-    STROBE_INLINE V3f point(float u, float v) const { return a * (1 - u - v) + b * u + c * v; }
-    STROBE_INLINE V3f normal() const { return cross(b - a, c - a); }
-    STROBE_INLINE float scale() const { return std::max(largestOf(a), std::max(largestOf(b), largestOf(c))); }
+    STROBE_FORCE_INLINE V3f point(float u, float v) const { return a * (1 - u - v) + b * u + c * v; }
+    STROBE_FORCE_INLINE V3f normal() const { return cross(b - a, c - a); }
+    STROBE_FORCE_INLINE float scale() const {
+        return std::max(maxAbsComponent(a), std::max(maxAbsComponent(b), maxAbsComponent(c)));
+    }
     /// dp/du and dp/dv, given the texture coordinates of the corners; zero where these are degenerate.
-    STROBE_INLINE void derivatives(const V2f& uvA, const V2f& uvB, const V2f& uvC, V3f& dpdu,
-                                   V3f& dpdv) const {
+    STROBE_FORCE_INLINE void derivatives(const V2f& uvA, const V2f& uvB, const V2f& uvC, V3f& dpdu,
+                                         V3f& dpdv) const {
         const V2f duv02 = uvA - uvC, duv12 = uvB - uvC;
         const V3f dp02 = a - c, dp12 = b - c;
         const float det = duv02.x * duv12.y - duv02.y * duv12.x, inverse = 1 / det;
@@ -78,14 +81,16 @@ inline V3f vertexNormal(const TriangleMesh& mesh, uint32_t prim, float u, float 
 /// Of the numbers that points of a quadric are computed from.
 inline float scaleOf(const Quadric& quadric) {
     const Box3f box = quadric.bounds();
-    return 4 * std::max(largestOf(box.min), largestOf(box.max)); // the closed form loses a little more
+    return 4 * std::max(maxAbsComponent(box.min),
+                        maxAbsComponent(box.max)); // the closed form loses a little more
 }
 
 /// The texture footprint of a ray along d, see `footprint`.
 struct Footprint {
     V2f duvdx, duvdy;
 
-    STROBE_INLINE Footprint(const V3f& ng, const V3f& dpdu, const V3f& dpdv, const V3f& d, float width) {
+    STROBE_FORCE_INLINE Footprint(const V3f& ng, const V3f& dpdu, const V3f& dpdv, const V3f& d,
+                                  float width) {
         const float cosine = dot(d, ng), n2 = length2(ng); // times the normal's length, as all that follows
         const float uu = dot(dpdu, dpdu), uv = dot(dpdu, dpdv), vv = dot(dpdv, dpdv);
         const float det = uu * vv - uv * uv;

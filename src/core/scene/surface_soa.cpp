@@ -7,14 +7,14 @@ namespace strobe {
 namespace {
 
 /// Triangles of a mesh, in object space.
-struct TriangleLanes {
-    V3Lanes a, b, c;
-    V2Lanes uvA, uvB, uvC;
-    V3Lanes normal; ///< between those of the vertices
+struct TriangleSoA {
+    V3SoA a, b, c;
+    V2SoA uvA, uvB, uvC;
+    V3SoA normal; ///< between those of the vertices
 };
 
-void gather(const TriangleMesh& mesh, const HitLanes& hits, const float* time, int begin, int end,
-            bool takesUvs, TriangleLanes& out) {
+void gather(const TriangleMesh& mesh, const HitSoA& hits, const float* time, int begin, int end,
+            bool takesUvs, TriangleSoA& out) {
     for (int i = begin; i < end; ++i) {
         const Triangle t = triangleOf(mesh, hits.prim[i], time[i]);
         out.a.set(i, t.a), out.b.set(i, t.b), out.c.set(i, t.c);
@@ -31,9 +31,9 @@ void gather(const TriangleMesh& mesh, const HitLanes& hits, const float* time, i
         }
 }
 
-STROBE_LANES void findPoints(const TriangleLanes& t, const HitLanes& hits, int begin, int end,
-                             SurfaceLanes& out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void findPoints(const TriangleSoA& t, const HitSoA& hits, int begin, int end,
+                                     SurfaceSoA& out) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const Triangle triangle{t.a.at(i), t.b.at(i), t.c.at(i)};
         const float u = hits.u[i], v = hits.v[i];
@@ -46,8 +46,8 @@ STROBE_LANES void findPoints(const TriangleLanes& t, const HitLanes& hits, int b
     }
 }
 
-STROBE_LANES void findDerivatives(const TriangleLanes& t, int begin, int end, SurfaceLanes& out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void findDerivatives(const TriangleSoA& t, int begin, int end, SurfaceSoA& out) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         V3f dpdu, dpdv;
         Triangle{t.a.at(i), t.b.at(i), t.c.at(i)}.derivatives(t.uvA.at(i), t.uvB.at(i), t.uvC.at(i), dpdu,
@@ -57,9 +57,9 @@ STROBE_LANES void findDerivatives(const TriangleLanes& t, int begin, int end, Su
     }
 }
 
-void meshSurfaces(const TriangleMesh& mesh, const HitLanes& hits, const float* time, int begin, int end,
-                  SurfaceLanes& out) {
-    TriangleLanes t;
+void meshSurfaces(const TriangleMesh& mesh, const HitSoA& hits, const float* time, int begin, int end,
+                  SurfaceSoA& out) {
+    TriangleSoA t;
     const bool derives = out.material[begin]->needsFootprint();
     gather(mesh, hits, time, begin, end, derives, t);
     findPoints(t, hits, begin, end, out);
@@ -77,18 +77,18 @@ void meshSurfaces(const TriangleMesh& mesh, const HitLanes& hits, const float* t
             std::fill(row + begin, row + end, 0.f);
 }
 
-void quadricSurfaces(const Quadric& quadric, const HitLanes& hits, int begin, int end, SurfaceLanes& out) {
-    QuadricPointLanes points{out.p, out.ng, out.dpdu, out.dpdv, out.uv};
-    quadric.pointLanes(hits.u, hits.v, begin, end, points);
+void quadricSurfaces(const Quadric& quadric, const HitSoA& hits, int begin, int end, SurfaceSoA& out) {
+    QuadricPointSoA points{out.p, out.ng, out.dpdu, out.dpdv, out.uv};
+    quadric.pointSoA(hits.u, hits.v, begin, end, points);
     std::fill(out.scale + begin, out.scale + end, scaleOf(quadric));
 }
 
-STROBE_INLINE Affine affineAt(const AffineLanes& m, int i) {
+STROBE_FORCE_INLINE Affine affineAt(const AffineSoA& m, int i) {
     return {m.x.at(i), m.y.at(i), m.z.at(i), m.o.at(i)};
 }
 
-STROBE_LANES void transformNormals(const AffineLanes& m, int begin, int end, V3Lanes& normals) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void transformNormals(const AffineSoA& m, int begin, int end, V3SoA& normals) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const V3f n = affineAt(m, i).normal(normals.at(i));
         normals.x[i] = n.x, normals.y[i] = n.y, normals.z[i] = n.z;
@@ -96,8 +96,8 @@ STROBE_LANES void transformNormals(const AffineLanes& m, int begin, int end, V3L
 }
 
 /// All but ns.
-STROBE_LANES void transformPoints(const AffineLanes& transforms, int begin, int end, SurfaceLanes& out) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void transformPoints(const AffineSoA& transforms, int begin, int end, SurfaceSoA& out) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const Affine m = affineAt(transforms, i);
         const V3f p = m.point(out.p.at(i)), n = m.normal(out.ng.at(i));
@@ -110,7 +110,7 @@ STROBE_LANES void transformPoints(const AffineLanes& transforms, int begin, int 
     }
 }
 
-void copyNormals(const V3Lanes& from, int begin, int end, V3Lanes& to) {
+void copyNormals(const V3SoA& from, int begin, int end, V3SoA& to) {
     std::copy(from.x + begin, from.x + end, to.x + begin);
     std::copy(from.y + begin, from.y + end, to.y + begin);
     std::copy(from.z + begin, from.z + end, to.z + begin);
@@ -118,7 +118,7 @@ void copyNormals(const V3Lanes& from, int begin, int end, V3Lanes& to) {
 
 } // namespace
 
-void Scene::rawSurfaces(const HitLanes& hits, const float* time, int n, SurfaceLanes& out) const {
+void Scene::rawSurfaces(const HitSoA& hits, const float* time, int n, SurfaceSoA& out) const {
     std::copy_n(hits.prim, n, out.prim);
     for (int begin = 0, end; begin < n; begin = end) {
         for (end = begin + 1; end < n && hits.instance[end] == hits.instance[begin] &&
@@ -129,8 +129,7 @@ void Scene::rawSurfaces(const HitLanes& hits, const float* time, int n, SurfaceL
 }
 
 /// Those of hits `begin` to `end`, all on the same geometry.
-void Scene::surfacesOfOne(const HitLanes& hits, const float* time, int begin, int end,
-                          SurfaceLanes& out) const {
+void Scene::surfacesOfOne(const HitSoA& hits, const float* time, int begin, int end, SurfaceSoA& out) const {
     const Hit first = hits.at(begin);
     const Geometry& geometry = this->geometry(first);
     const PlacedShape& placed = geometry.placed;
@@ -143,9 +142,9 @@ void Scene::surfacesOfOne(const HitLanes& hits, const float* time, int begin, in
     else
         quadricSurfaces(*placed.shape.quadric, hits, begin, end, out);
     if (!isBaked(first, placed)) {
-        AffineLanes m;
+        AffineSoA m;
         if (first.instance != kNone && placed.toParent == M44f())
-            m_instances[first.instance].motion->atLanes(time, begin, end, m);
+            m_instances[first.instance].motion->atSoA(time, begin, end, m);
         else
             for (int i = begin; i < end; ++i)
                 m.set(i, toWorld(first, placed, time[i]));
@@ -157,9 +156,9 @@ void Scene::surfacesOfOne(const HitLanes& hits, const float* time, int begin, in
         copyNormals(out.ng, begin, end, out.ns);
 }
 
-STROBE_LANES void footprints(const SurfaceLanes& s, const V3Lanes& wo, const float* width, int begin, int end,
-                             V2Lanes& duvdx, V2Lanes& duvdy) {
-    STROBE_INDEPENDENT
+STROBE_TARGET_CLONES void footprints(const SurfaceSoA& s, const V3SoA& wo, const float* width, int begin,
+                                     int end, V2SoA& duvdx, V2SoA& duvdy) {
+    STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const V3f w = wo.at(i);
         const Footprint f(s.ng.at(i), s.dpdu.at(i), s.dpdv.at(i), {-w.x, -w.y, -w.z}, width[i]);

@@ -6,9 +6,9 @@ namespace strobe {
 namespace {
 
 // All rows in one loop: a copy of each by itself would be a call.
-STROBE_LANES void putRays(const CameraRayLanes& rays, const float* times, int first, RayBlock& out) {
-    STROBE_INDEPENDENT
-    for (int i = 0; i < RayBlock::kSize; ++i) {
+STROBE_TARGET_CLONES void putRays(const CameraRaySoA& rays, const float* times, int first, RayPacket& out) {
+    STROBE_IVDEP
+    for (int i = 0; i < RayPacket::kSize; ++i) {
         const int k = first + i;
         out.ox[i] = rays.o.x[k], out.oy[i] = rays.o.y[k], out.oz[i] = rays.o.z[k];
         out.dx[i] = rays.d.x[k], out.dy[i] = rays.d.y[k], out.dz[i] = rays.d.z[k];
@@ -17,10 +17,10 @@ STROBE_LANES void putRays(const CameraRayLanes& rays, const float* times, int fi
     }
 }
 
-STROBE_LANES void takeHits(const RayBlock& b, uint32_t firstInstance, HitLanes& out, int first) {
+STROBE_TARGET_CLONES void takeHits(const RayPacket& b, uint32_t firstInstance, HitSoA& out, int first) {
     const Hit none;
-    STROBE_INDEPENDENT
-    for (int i = 0; i < RayBlock::kSize; ++i) {
+    STROBE_IVDEP
+    for (int i = 0; i < RayPacket::kSize; ++i) {
         const bool any = b.geom[i] != kNone;
         const int k = first + i;
         out.instance[k] = b.inst[i] == kNone ? kNone : b.inst[i] - firstInstance;
@@ -34,12 +34,12 @@ STROBE_LANES void takeHits(const RayBlock& b, uint32_t firstInstance, HitLanes& 
 
 } // namespace
 
-void RayBlock::setCamera(const CameraRayLanes& rays, const float* times, int first) {
+void RayPacket::setCamera(const CameraRaySoA& rays, const float* times, int first) {
     putRays(rays, times, first, *this);
 }
 
-void Tracer::hits(const RayBlock& block, HitLanes& out, int first) const {
-    takeHits(block, m_firstInstance, out, first);
+void Tracer::hits(const RayPacket& packet, HitSoA& out, int first) const {
+    takeHits(packet, m_firstInstance, out, first);
 }
 
 } // namespace strobe

@@ -26,9 +26,9 @@ struct Hit {
 };
 
 /// Hits side by side.
-struct HitLanes {
-    alignas(64) uint32_t instance[kLanes], geometry[kLanes], prim[kLanes];
-    alignas(64) float u[kLanes], v[kLanes], t[kLanes];
+struct HitSoA {
+    alignas(64) uint32_t instance[kSoAWidth], geometry[kSoAWidth], prim[kSoAWidth];
+    alignas(64) float u[kSoAWidth], v[kSoAWidth], t[kSoAWidth];
     Hit at(int i) const { return {instance[i], geometry[i], prim[i], u[i], v[i], t[i]}; }
     void set(int i, const Hit& h) {
         instance[i] = h.instance, geometry[i] = h.geometry, prim[i] = h.prim;
@@ -37,9 +37,9 @@ struct HitLanes {
 };
 
 /// Sixteen rays in Embree's structure-of-arrays layout, with room for their hits. Lanes are independent: what
-/// is found does not depend on which rays share a block (measured, and tested: it is what makes images
+/// is found does not depend on which rays share a packet (measured, and tested: it is what makes images
 /// independent of tiles and threads).
-struct alignas(64) RayBlock {
+struct alignas(64) RayPacket {
     static constexpr int kSize = 16;
     // Zeros: Embree with assertions (Debian's, under valgrind) was seen to look at lanes not asked for.
     float ox[kSize]{}, oy[kSize]{}, oz[kSize]{}, tnear[kSize]{};
@@ -53,7 +53,7 @@ struct alignas(64) RayBlock {
     uint32_t prim[kSize], geom[kSize], inst[kSize];
     uint32_t spare[kSize]; ///< Embree 4 may write another number per hit here
 
-    RayBlock() { std::fill(mask, mask + kSize, ~0u); }
+    RayPacket() { std::fill(mask, mask + kSize, ~0u); }
     /// Of a ray to a sample of a light that hides none of its samples: it does not ask the light's own shape.
     static uint32_t idOfLight(int light) { return uint32_t(light) + 1; }
     void set(int lane, const V3f& o, const V3f& d, float tmin, float tmax, float rayTime) {
@@ -63,7 +63,7 @@ struct alignas(64) RayBlock {
         geom[lane] = kNone, inst[lane] = kNone;
     }
     /// Sixteen camera rays, from lane `first` of `rays` on.
-    void setCamera(const CameraRayLanes& rays, const float* times, int first);
+    void setCamera(const CameraRaySoA& rays, const float* times, int first);
 };
 
 /// One shape of a group.
@@ -105,30 +105,31 @@ class Tracer {
 
     /// Nearest hits of lanes 0 … n-1. `coherent`: the rays start together and point the same way (camera
     /// rays).
-    void intersect(RayBlock& block, int n, bool coherent) const;
+    void intersect(RayPacket& packet, int n, bool coherent) const;
     /// For lanes 0 … n-1: sets tfar negative where anything lies before tfar.
-    void occluded(RayBlock& block, int n) const;
+    void occluded(RayPacket& packet, int n) const;
     /// The hit of a lane after `intersect`.
-    Hit hit(const RayBlock& block, int lane) const {
-        if (block.geom[lane] == kNone)
+    Hit hit(const RayPacket& packet, int lane) const {
+        if (packet.geom[lane] == kNone)
             return {};
-        const uint32_t inst = block.inst[lane];
+        const uint32_t inst = packet.inst[lane];
         return {inst == kNone ? kNone : inst - m_firstInstance,
-                block.geom[lane],
-                block.prim[lane],
-                block.u[lane],
-                block.v[lane],
-                block.tfar[lane]};
+                packet.geom[lane],
+                packet.prim[lane],
+                packet.u[lane],
+                packet.v[lane],
+                packet.tfar[lane]};
     }
 
     /// Those of all lanes; they become the lanes of `out` from `first` on.
-    void hits(const RayBlock& block, HitLanes& out, int first) const;
+    void hits(const RayPacket& packet, HitSoA& out, int first) const;
 
     /// Told of a triangle; answers how far the next may be and still matter: no farther than before.
-    using LookAt = std::function<float(uint32_t prim)>;
+    using PointQueryVisitor = std::function<float(uint32_t prim)>;
     /// Shows all triangles of a mesh, as it is at its first key, that come within `radius` of a point of its
     /// group's space, and perhaps others. Their order is anyone's guess.
-    void lookAround(uint32_t group, uint32_t geometry, const V3f& p, float radius, const LookAt& look) const;
+    void pointQuery(uint32_t group, uint32_t geometry, const V3f& p, float radius,
+                    const PointQueryVisitor& look) const;
 
     Box3f bounds() const;
     const TracerCounts& counts() const;
@@ -136,7 +137,7 @@ class Tracer {
     enum class Query { Coherent, Nearest, Occluded };
     /// Shows every packet before it is traced: how benchmarks learn which rays the renderer traces. To be set
     /// (or unset, by an empty function) while nothing renders; rendering is then on one thread.
-    using Observer = std::function<void(const RayBlock& block, int n, Query query)>;
+    using Observer = std::function<void(const RayPacket& packet, int n, Query query)>;
     void observe(Observer observer) const { m_observer = std::move(observer); }
 
   private:
@@ -149,12 +150,12 @@ class Tracer {
 /// Flush-to-zero and denormals-are-zero on the calling thread while it lives: Embree's advice for threads
 /// that trace. Put back afterwards, so that what a program computes next does not depend on having rendered
 /// before.
-class FastFloats {
+class ScopedFlushDenormals {
   public:
-    FastFloats();
-    ~FastFloats();
-    FastFloats(const FastFloats&) = delete;
-    FastFloats& operator=(const FastFloats&) = delete;
+    ScopedFlushDenormals();
+    ~ScopedFlushDenormals();
+    ScopedFlushDenormals(const ScopedFlushDenormals&) = delete;
+    ScopedFlushDenormals& operator=(const ScopedFlushDenormals&) = delete;
 
   private:
     unsigned m_before = 0;

@@ -87,13 +87,13 @@ std::string formatDiagnostic(const Location& where, std::string_view severity, s
                        excerpt(text, std::min(where.offset, text.size())));
 }
 
-Messages Messages::recorder() {
-    Messages messages;
+Diagnostics Diagnostics::recorder() {
+    Diagnostics messages;
     messages.m_records = true;
     return messages;
 }
 
-void Messages::repeatTo(Messages& other) const {
+void Diagnostics::repeatTo(Diagnostics& other) const {
     for (const Told& told : m_told)
         if (told.key.empty())
             other.warn(told.where, told.message);
@@ -101,7 +101,7 @@ void Messages::repeatTo(Messages& other) const {
             other.warnOnce(told.key, told.where, told.message);
 }
 
-void Messages::warn(const Location& where, const std::string& message) {
+void Diagnostics::warn(const Location& where, const std::string& message) {
     if (m_records)
         m_told.push_back({"", where, message});
     const std::string formatted = formatDiagnostic(where, "warning", message);
@@ -112,7 +112,7 @@ void Messages::warn(const Location& where, const std::string& message) {
         m_sink(formatted);
 }
 
-void Messages::warnOnce(const std::string& key, const Location& where, const std::string& message) {
+void Diagnostics::warnOnce(const std::string& key, const Location& where, const std::string& message) {
     if (m_records)
         m_told.push_back({key, where, message});
     else if (m_seen.insert("key:" + key).second)

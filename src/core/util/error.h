@@ -14,7 +14,7 @@
 
 namespace strobe {
 
-class Guard;
+class ResourcePolicy;
 
 /// A text file that locations point into. `mainDirectory` is the directory of the file given on the command
 /// line: the second place where relative file names are looked for, after the file's own directory. `guard`:
@@ -24,11 +24,11 @@ struct Source {
     std::string_view text;      ///< whole contents; `owner` keeps it alive
     std::shared_ptr<const void> owner;
     std::filesystem::path mainDirectory;
-    std::shared_ptr<const Guard> guard;
+    std::shared_ptr<const ResourcePolicy> guard;
 
     explicit Source(std::filesystem::path path = {}, std::string_view text = {},
                     std::shared_ptr<const void> owner = {}, std::filesystem::path mainDirectory = {},
-                    std::shared_ptr<const Guard> guard = {})
+                    std::shared_ptr<const ResourcePolicy> guard = {})
         : path(std::move(path)), text(text), owner(std::move(owner)), mainDirectory(std::move(mainDirectory)),
           guard(std::move(guard)) {}
     /// How many lines end before the offset.
@@ -72,14 +72,14 @@ class Error : public std::runtime_error {
 std::string formatDiagnostic(const Location& where, std::string_view severity, std::string_view message);
 
 /// Receives warnings. Each (location, message) pair, and each `once` key, is reported a single time.
-class Messages {
+class Diagnostics {
   public:
     using Sink = std::function<void(const std::string& formatted)>;
-    Messages() = default; ///< keeps quiet
-    explicit Messages(Sink sink) : m_sink(std::move(sink)) {}
+    Diagnostics() = default; ///< keeps quiet
+    explicit Diagnostics(Sink sink) : m_sink(std::move(sink)) {}
     /// Keeps quiet, but can repeat all that it was told: for work on another thread.
-    static Messages recorder();
-    void repeatTo(Messages& other) const;
+    static Diagnostics recorder();
+    void repeatTo(Diagnostics& other) const;
     void warn(const Location& where, const std::string& message);
     /// As warn, but only the first time that `key` is seen.
     void warnOnce(const std::string& key, const Location& where, const std::string& message);

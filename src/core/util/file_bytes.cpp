@@ -17,11 +17,11 @@ using Buffer = std::shared_ptr<char[]>;
 
 Buffer newBuffer(size_t size) {
     Buffer buffer(new char[size]); // not zeroed: make_shared would
-    preferLargePages(buffer.get(), size);
+    adviseHugePages(buffer.get(), size);
     return buffer;
 }
 
-FileBytes readPlain(const std::filesystem::path& path, const MayTake& mayTake) {
+FileBytes readPlain(const std::filesystem::path& path, const MemoryCheck& memoryCheck) {
     std::error_code code;
     if (!std::filesystem::is_regular_file(path, code))
         throw std::runtime_error(code ? code.message() : "not a regular file");
@@ -29,8 +29,8 @@ FileBytes readPlain(const std::filesystem::path& path, const MayTake& mayTake) {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
     if (code || !file)
         throw std::runtime_error(code ? code.message() : std::strerror(errno));
-    if (mayTake)
-        mayTake(size);
+    if (memoryCheck)
+        memoryCheck(size);
     const Buffer buffer = newBuffer(size + 1);
     if (std::fread(buffer.get(), 1, size, file.get()) != size)
         throw std::runtime_error("it is shorter than it was a moment ago");
@@ -87,7 +87,7 @@ class Inflater {
     bool m_done = false;
 };
 
-FileBytes unpack(const FileBytes& packed, const MayTake& mayTake) {
+FileBytes unpack(const FileBytes& packed, const MemoryCheck& memoryCheck) {
     Inflater inflater(packed);
     size_t capacity = 4 * packed.size + 64, size = 0;
     Buffer buffer = newBuffer(capacity);
@@ -95,8 +95,8 @@ FileBytes unpack(const FileBytes& packed, const MayTake& mayTake) {
         size += inflater.read(buffer.get() + size, capacity - size);
         if (inflater.isDone())
             return {buffer, size};
-        if (mayTake)
-            mayTake(2 * capacity);
+        if (memoryCheck)
+            memoryCheck(2 * capacity);
         const Buffer larger = newBuffer(2 * capacity);
         std::memcpy(larger.get(), buffer.get(), size);
         buffer = larger;
@@ -106,9 +106,9 @@ FileBytes unpack(const FileBytes& packed, const MayTake& mayTake) {
 
 } // namespace
 
-FileBytes readFileBytes(const std::filesystem::path& path, const MayTake& mayTake) {
-    FileBytes file = readPlain(path, mayTake);
-    return file.view().starts_with("\x1f\x8b") ? unpack(file, mayTake) : file;
+FileBytes readFileBytes(const std::filesystem::path& path, const MemoryCheck& memoryCheck) {
+    FileBytes file = readPlain(path, memoryCheck);
+    return file.view().starts_with("\x1f\x8b") ? unpack(file, memoryCheck) : file;
 }
 
 } // namespace strobe

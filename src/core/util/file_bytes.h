@@ -18,10 +18,10 @@ struct FileBytes {
 };
 
 /// Told how many bytes of memory are about to be taken; throws if that is too much.
-using MayTake = std::function<void(uint64_t bytes)>;
+using MemoryCheck = std::function<void(uint64_t bytes)>;
 
 /// Reads a regular file; one that gzip has packed (whatever it is called) is unpacked. Throws
-/// std::runtime_error that says what is wrong, without the file's name, and what `mayTake` throws.
-FileBytes readFileBytes(const std::filesystem::path& path, const MayTake& mayTake = nullptr);
+/// std::runtime_error that says what is wrong, without the file's name, and what `memoryCheck` throws.
+FileBytes readFileBytes(const std::filesystem::path& path, const MemoryCheck& memoryCheck = nullptr);
 
 } // namespace strobe

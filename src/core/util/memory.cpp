@@ -11,7 +11,7 @@
 
 namespace strobe {
 
-void preferLargePages(void* block, size_t bytes) {
+void adviseHugePages(void* block, size_t bytes) {
 #if defined(__linux__)
     constexpr uintptr_t kPage = 2 << 20;
     const uintptr_t first = (reinterpret_cast<uintptr_t>(block) + kPage - 1) & ~(kPage - 1);
@@ -23,7 +23,7 @@ void preferLargePages(void* block, size_t bytes) {
 #endif
 }
 
-void giveBackMemory() {
+void releaseFreeMemory() {
 #ifdef __GLIBC__
     malloc_trim(0);
 #endif

@@ -33,7 +33,7 @@ uint64_t machineBytes() {
 
 } // namespace
 
-Guard::Guard(const Settings& settings) : m_settings(settings), m_remembers(true) {
+ResourcePolicy::ResourcePolicy(const Settings& settings) : m_settings(settings), m_remembers(true) {
     for (fs::path& root : m_settings.roots) {
         std::error_code error;
         const fs::path real = fs::canonical(root, error);
@@ -44,7 +44,7 @@ Guard::Guard(const Settings& settings) : m_settings(settings), m_remembers(true)
     }
 }
 
-fs::path Guard::admit(const fs::path& file, const Location& where) const {
+fs::path ResourcePolicy::admit(const fs::path& file, const Location& where) const {
     if (!confines()) {
         remember(file);
         return file;
@@ -64,14 +64,14 @@ fs::path Guard::admit(const fs::path& file, const Location& where) const {
         where ? ErrorKind::Scene : ErrorKind::Usage);
 }
 
-void Guard::remember(const fs::path& file) const {
+void ResourcePolicy::remember(const fs::path& file) const {
     if (!m_remembers)
         return;
     const std::lock_guard lock(m_mutex);
     m_admitted.insert(file);
 }
 
-bool Guard::hasAdmitted(const fs::path& file) const {
+bool ResourcePolicy::hasAdmitted(const fs::path& file) const {
     struct stat wanted, one;
     if (::stat(file.c_str(), &wanted) != 0)
         return false;
@@ -82,8 +82,8 @@ bool Guard::hasAdmitted(const fs::path& file) const {
     });
 }
 
-void Guard::require(uint64_t bytes, const std::string& what, const std::string& remedy,
-                    const Location& where) const {
+void ResourcePolicy::require(uint64_t bytes, const std::string& what, const std::string& remedy,
+                             const Location& where) const {
     const bool isAsked = m_settings.memory != 0;
     const uint64_t held = residentBytes(), most = isAsked ? m_settings.memory : machineBytes();
     if (held < most && bytes <= most - held)
@@ -93,8 +93,8 @@ void Guard::require(uint64_t bytes, const std::string& what, const std::string& 
                                    inBytes(most), remedy));
 }
 
-const Guard& guardOf(const Location& where) {
-    static const Guard all;
+const ResourcePolicy& resourcePolicyOf(const Location& where) {
+    static const ResourcePolicy all;
     return where && where.source->guard ? *where.source->guard : all;
 }
 

@@ -13,15 +13,15 @@ namespace strobe {
 
 /// The limits of a run. Every Source of the command line's scenes leads to the guard, and so does every
 /// Location in them: who opens a file or takes much memory on a scene's behalf asks the functions below.
-class Guard {
+class ResourcePolicy {
   public:
     struct Settings {
         std::vector<std::filesystem::path> roots; ///< files and folders that may be read; none: all
         uint64_t memory = 0;                      ///< resident bytes; 0: what the machine has
     };
-    Guard() = default; ///< allows everything, and remembers nothing
+    ResourcePolicy() = default; ///< allows everything, and remembers nothing
     /// Throws Error of kind Usage where a root does not exist.
-    explicit Guard(const Settings& settings);
+    explicit ResourcePolicy(const Settings& settings);
 
     /// True where only the roots may be read.
     bool confines() const { return !m_settings.roots.empty(); }
@@ -45,7 +45,7 @@ class Guard {
 };
 
 /// The guard of the text that `where` lies in, or one that allows everything.
-const Guard& guardOf(const Location& where);
+const ResourcePolicy& resourcePolicyOf(const Location& where);
 
 /// Memory that the process holds, in bytes; 0 where the system does not say.
 uint64_t residentBytes();

@@ -60,8 +60,8 @@ void checkIntegrator(const PluginTables& tables, const Statement& shading) {
                                    " (known: " + known + ")");
 }
 
-Window windowOf(const FilmSetup& film, const BuildOptions& options, const V2i& resolution,
-                const Location& filmWhere) {
+PixelBounds windowOf(const FilmSetup& film, const BuildOptions& options, const V2i& resolution,
+                     const Location& filmWhere) {
     if (const auto& b = options.pixelBounds) {
         if (b->x0 < 0 || b->y0 < 0 || b->x1 > resolution.x || b->y1 > resolution.y)
             throw Error("--pixel-bounds: the frame has " + std::to_string(resolution.x) + "x" +
@@ -81,8 +81,8 @@ Window windowOf(const FilmSetup& film, const BuildOptions& options, const V2i& r
         return std::clamp(int(std::ceil((std::clamp(double(fraction), 0., 1.) - kTolerance) * size)), 0,
                           size);
     };
-    Window window{edge(x[0], resolution.x), edge(y[0], resolution.y), edge(x[1], resolution.x),
-                  edge(y[1], resolution.y)};
+    PixelBounds window{edge(x[0], resolution.x), edge(y[0], resolution.y), edge(x[1], resolution.x),
+                       edge(y[1], resolution.y)};
     if (film.hasPixelBounds && !options.crop)
         window = {std::max(film.boundsX[0], 0), std::max(film.boundsY[0], 0),
                   std::min(film.boundsX[1], resolution.x), std::min(film.boundsY[1], resolution.y)};
@@ -125,9 +125,9 @@ std::string materialName(const MaterialDecl& decl) {
     return (decl.name.empty() ? decl.material.name : decl.name) + (where.empty() ? "" : " (" + where + ")");
 }
 
-std::vector<std::shared_ptr<const Material>> materialsOf(const std::vector<MadeMaterial>& made) {
+std::vector<std::shared_ptr<const Material>> materialsOf(const std::vector<BuiltMaterial>& made) {
     std::vector<std::shared_ptr<const Material>> materials;
-    for (const MadeMaterial& m : made)
+    for (const BuiltMaterial& m : made)
         materials.push_back(m.material);
     return materials;
 }
@@ -155,10 +155,11 @@ void requireTracing(const BuiltGeometry& geometry, const Location& where) {
                 triangles += mesh->triangleCount();
                 keys += mesh->triangleCount() * (mesh->positions.size() - 1);
             }
-    guardOf(where).require(kTriangle * triangles + kKey * keys + kInstance * geometry.instances.size(),
-                           std::to_string(triangles) + " triangles and " +
-                               std::to_string(geometry.instances.size()) + " instances",
-                           "subdivide less, simplify meshes, or repeat them as instances", where);
+    resourcePolicyOf(where).require(kTriangle * triangles + kKey * keys +
+                                        kInstance * geometry.instances.size(),
+                                    std::to_string(triangles) + " triangles and " +
+                                        std::to_string(geometry.instances.size()) + " instances",
+                                    "subdivide less, simplify meshes, or repeat them as instances", where);
 }
 
 /// A film's scale is a factor of all light.
@@ -187,12 +188,12 @@ SceneDescription withChoices(SceneDescription&& description, const BuildOptions&
 
 class SceneBuilder::Impl {
   public:
-    Impl(SceneDescription&& description, const BuildOptions& options, Messages& messages, Frames frames)
+    Impl(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages, Frames frames)
         : m_description(withChoices(std::move(description), options)), m_messages(messages),
           m_tables(pluginTables()), m_maker(m_description, options.color, messages),
           m_gltf(m_description, *m_maker.context().textureCache, messages),
           m_camera(orDefault(m_description.camera, "perspective")),
-          m_shapes([this](ShapeDecl& decl, Messages& told) { return makeShape(decl, told); },
+          m_shapes([this](ShapeDecl& decl, Diagnostics& told) { return makeShape(decl, told); },
                    frames == Frames::Many),
           m_lights(m_description.lights.size()) {
         makeFilm(options);
@@ -209,7 +210,7 @@ class SceneBuilder::Impl {
         for (AreaLightDecl& decl : m_description.areaLights)
             decl.group = groupOf(decl.light.params, m_setup.lightGroups);
         nameShapes(m_description);
-        m_setup.materialMattes = mattesOf(m_description.materials);
+        m_setup.cryptomatteMaterialNames = cryptomatteNames(m_description.materials);
     }
 
     const FrameSetup& setup() const { return m_setup; }
@@ -259,8 +260,8 @@ class SceneBuilder::Impl {
         if (isRealistic)
             makePerspective(m_camera.params, diagonal, m_setup.resolution);
         constexpr uint64_t kPixel = 100; // bytes: its value, its sum, and what files are made from
-        const Window& w = m_setup.window;
-        guardOf(m_description.world.where)
+        const PixelBounds& w = m_setup.window;
+        resourcePolicyOf(m_description.world.where)
             .require(kPixel * uint64_t(w.width()) * uint64_t(w.height()),
                      "a picture of " + std::to_string(w.width()) + "x" + std::to_string(w.height()) +
                          " pixels",
@@ -306,7 +307,7 @@ class SceneBuilder::Impl {
     }
 
     void makeTextures() {
-        const auto foreign = foreignTextures();
+        const auto foreign = compatTextures();
         for (TextureDecl& decl : m_description.textures) {
             const M44f toWorld = decl.toWorld.keys().front();
             TexturePtr texture = decl.made ? decl.made
@@ -323,13 +324,13 @@ class SceneBuilder::Impl {
         m_materials = strobe::makeMaterials(m_description.materials, m_tables.materials, m_maker);
     }
 
-    Shape makeShape(ShapeDecl& decl, Messages& told) const {
+    Shape makeShape(ShapeDecl& decl, Diagnostics& told) const {
         if (decl.made.mesh)
             return std::move(decl.made);
-        const MadeMaterial& material = m_materials[size_t(decl.material)];
+        const BuiltMaterial& material = m_materials[size_t(decl.material)];
         Shape shape;
         if (!material.isNothing || decl.areaLight >= 0)
-            shape = Maker(m_maker, told).make(m_tables.shapes, m_foreignShapes, decl.shape, "shape");
+            shape = PluginFactory(m_maker, told).make(m_tables.shapes, m_foreignShapes, decl.shape, "shape");
         decl.shape.params = ParamSet(); // most of a scene's memory
         if (shape.mesh && !shape.mesh->alpha.texture && shape.mesh->alpha.constant >= 1)
             shape.mesh->alpha = material.opacity;
@@ -342,7 +343,7 @@ class SceneBuilder::Impl {
         for (size_t i = 0; i < m_lights.size(); ++i) {
             LightDecl& decl = m_description.lights[i];
             std::optional<std::shared_ptr<const Light>>& light = m_lights[i];
-            if (!light || !decl.toWorld.isStill()) {
+            if (!light || !decl.toWorld.isStatic()) {
                 auto made =
                     m_maker.make(m_tables.lights, decl.light, "light", LightArgs{decl.toWorld, shutter});
                 if (made)
@@ -356,20 +357,20 @@ class SceneBuilder::Impl {
     }
 
     SceneDescription m_description;
-    Messages& m_messages;
+    Diagnostics& m_messages;
     const PluginTables m_tables;
-    Maker m_maker;
+    PluginFactory m_maker;
     GltfScene m_gltf;
     Statement m_camera;
     ShapeStore m_shapes;
     FrameSetup m_setup;
     Shutter m_shutter;
-    const std::vector<Foreign<ShapeRow>> m_foreignShapes = foreignShapes();
-    std::vector<MadeMaterial> m_materials;                             ///< beside the declarations
+    const std::vector<CompatPlugin<ShapeRow>> m_foreignShapes = compatShapes();
+    std::vector<BuiltMaterial> m_materials;                            ///< beside the declarations
     std::vector<std::optional<std::shared_ptr<const Light>>> m_lights; ///< beside the declarations
 };
 
-SceneBuilder::SceneBuilder(SceneDescription&& description, const BuildOptions& options, Messages& messages,
+SceneBuilder::SceneBuilder(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages,
                            Frames frames)
     : m_impl(std::make_unique<Impl>(std::move(description), options, messages, frames)) {}
 SceneBuilder::~SceneBuilder() = default;
@@ -377,7 +378,7 @@ const FrameSetup& SceneBuilder::setup() const { return m_impl->setup(); }
 BuiltScene SceneBuilder::build(const Shutter& shutter) { return m_impl->build(shutter); }
 BuiltScene SceneBuilder::build() { return m_impl->build(m_impl->shutter()); }
 
-BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Messages& messages) {
+BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages) {
     return SceneBuilder(std::move(description), options, messages, SceneBuilder::Frames::One).build();
 }
 

@@ -18,7 +18,7 @@ struct BuildOptions {
     int samplesPerPixel = 0;          ///< 0: as the scene says
     std::optional<V2i> resolution;
     std::optional<std::array<float, 4>> crop; ///< x0 x1 y0 y1, fractions
-    std::optional<Window> pixelBounds;        ///< goes before crop; must lie in the frame
+    std::optional<PixelBounds> pixelBounds;   ///< goes before crop; must lie in the frame
     std::optional<Shutter> shutter; ///< in scene time, in place of the camera's; closing as it opens: a still
     bool quick = false;             ///< a quarter of the resolution and of the samples
     std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
@@ -32,11 +32,11 @@ struct FrameSetup {
     std::shared_ptr<const Shader> shader;
     std::shared_ptr<const Integrator> integrator;
     V2i resolution;
-    Window window;
-    std::vector<std::string> materialNames;  ///< of the scene's materials, for people
-    std::vector<std::string> materialMattes; ///< the same for Cryptomatte: without places in files
-    std::vector<std::string> lightGroups;    ///< by Light::group
-    std::string filename;                    ///< the scene's own output name
+    PixelBounds window;
+    std::vector<std::string> materialNames;            ///< of the scene's materials, for people
+    std::vector<std::string> cryptomatteMaterialNames; ///< the same for Cryptomatte: without places in files
+    std::vector<std::string> lightGroups;              ///< by Light::group
+    std::string filename;                              ///< the scene's own output name
     Metadata metadata; ///< integrator and shading with all their parameters, sampler, filter
 };
 
@@ -51,7 +51,7 @@ class SceneBuilder {
   public:
     /// How many frames are to be built: for one alone, memory is given back as soon as it may be.
     enum class Frames { One, Many };
-    SceneBuilder(SceneDescription&& description, const BuildOptions& options, Messages& messages,
+    SceneBuilder(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages,
                  Frames frames = Frames::Many);
     ~SceneBuilder();
     const FrameSetup& setup() const;
@@ -66,6 +66,6 @@ class SceneBuilder {
 };
 
 /// Builds the one frame of the scene's own shutter. Consumes the description (meshes are moved out of it).
-BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Messages& messages);
+BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages);
 
 } // namespace strobe

@@ -13,7 +13,7 @@ namespace strobe {
 namespace {
 
 constexpr float kPathTolerancePixels = 0.05f;
-constexpr size_t kMostInstances = size_t(1) << 26, kBytesPerInstance = 600, kCheckEvery = 1024;
+constexpr size_t kMaxInstances = size_t(1) << 26, kBytesPerInstance = 600, kCheckEvery = 1024;
 constexpr int kMaxObjectDepth = 64;
 
 Box3f meshBounds(const TriangleMesh& mesh) {
@@ -144,7 +144,7 @@ void padForEmbree(TriangleMesh& mesh) {
         key.reserve(key.size() + 2);
 }
 
-void append(TransformPath& path, const TransformPath& then) {
+void append(TransformChain& path, const TransformChain& then) {
     for (const KeyedTransform& t : then.chain())
         path.append(t);
 }
@@ -152,7 +152,7 @@ void append(TransformPath& path, const TransformPath& then) {
 /// A group somewhere inside an object (or the world), with the path from there.
 struct GroupUse {
     uint32_t group;
-    TransformPath path;
+    TransformChain path;
     std::string name{}; ///< of the instance that it is part of, if any
 };
 
@@ -160,7 +160,7 @@ class GeometryBuilder {
   public:
     GeometryBuilder(SceneDescription& description, const Camera& camera, const Shutter& shutter,
                     int firstLight, ShapeStore& shapes, const MakeAreaLight& makeAreaLight,
-                    Messages& messages)
+                    Diagnostics& messages)
         : m_description(description), m_camera(camera), m_shutter(shutter), m_firstLight(firstLight),
           m_shapes(shapes), m_makeAreaLight(makeAreaLight), m_messages(messages) {}
 
@@ -186,7 +186,7 @@ class GeometryBuilder {
         MovingGroups movingGroups;
         m_shapes.make(decls, m_messages);
         for (const ShapeDecl& decl : decls) {
-            const bool moves = !restsDuring(TransformPath(decl.toParent), m_shutter);
+            const bool moves = !isStaticDuring(TransformChain(decl.toParent), m_shutter);
             PlacedShape placed{{}, M44f(), nullptr, decl.reverseOrientation};
             if (moves)
                 placed.shape = m_shapes.moving(decl);
@@ -229,7 +229,7 @@ class GeometryBuilder {
                              std::vector<GroupUse>& uses) {
         const auto [known, isNew] = movingGroups.try_emplace(toParent, uint32_t(m_groups.size()));
         if (isNew)
-            uses.push_back({newGroup(), TransformPath(toParent)});
+            uses.push_back({newGroup(), TransformChain(toParent)});
         return known->second;
     }
 
@@ -250,7 +250,7 @@ class GeometryBuilder {
         const uint32_t home = newGroup();
         placeShapes(object.shapes, home, uses);
         if (!m_groups[home].geometries.empty())
-            uses.push_back({home, TransformPath()});
+            uses.push_back({home, TransformChain()});
         ++m_depth;
         appendUses(object.instances, uses);
         --m_depth;
@@ -260,14 +260,14 @@ class GeometryBuilder {
     /// A few lines of text can ask for more instances than any machine holds: those of those of those.
     /// `count`: in all, with those now added.
     void checkCount(size_t count, size_t added, const InstanceDecl& instance) {
-        if (count > kMostInstances)
+        if (count > kMaxInstances)
             throw Error(instance.where, "objects that hold one another make more than " +
-                                            std::to_string(kMostInstances) + " instances");
+                                            std::to_string(kMaxInstances) + " instances");
         m_unchecked += added;
         if (m_unchecked < kCheckEvery) // the system is asked for the memory in use: that takes its time
             return;
         m_unchecked = 0;
-        guardOf(instance.where)
+        resourcePolicyOf(instance.where)
             .require(count * kBytesPerInstance, std::to_string(count) + " instances", "use fewer",
                      instance.where);
     }
@@ -294,7 +294,7 @@ class GeometryBuilder {
     void addInstance(const GroupUse& use) {
         const Box3f bounds = groupBounds(use.group);
         Box3f swept;
-        for (int i = use.path.isStill() ? 8 : 0; i <= 8; ++i)
+        for (int i = use.path.isStatic() ? 8 : 0; i <= 8; ++i)
             swept.extendBy(transformBounds(bounds, use.path.at(m_shutter.sceneTime(float(i) / 8))));
         auto motion = std::make_shared<Motion>(use.path, m_shutter, bounds, pixelTolerance(swept));
         if (!motion->converged())
@@ -358,7 +358,7 @@ class GeometryBuilder {
     const int m_firstLight;
     ShapeStore& m_shapes;
     const MakeAreaLight& m_makeAreaLight;
-    Messages& m_messages;
+    Diagnostics& m_messages;
 
     std::vector<Group> m_groups;
     std::vector<std::vector<int>> m_areaLightDecls; ///< beside m_groups[].geometries; -1: does not shine
@@ -372,10 +372,10 @@ class GeometryBuilder {
 
 } // namespace
 
-void ShapeStore::make(std::vector<ShapeDecl>& decls, Messages& messages) {
+void ShapeStore::make(std::vector<ShapeDecl>& decls, Diagnostics& messages) {
     struct Made {
         Shape shape;
-        Messages messages = Messages::recorder();
+        Diagnostics messages = Diagnostics::recorder();
         std::exception_ptr error;
     };
     std::vector<ShapeDecl*> missing;
@@ -414,7 +414,7 @@ PlacedShape ShapeStore::resting(const ShapeDecl& decl, float time) {
         return {kept.shape, m, nullptr, decl.reverseOrientation};
     Entry baked = kept;
     if (!baked.isBaked) {
-        const bool forGood = !m_keep || decl.isPassing || decl.toParent.isStill();
+        const bool forGood = !m_keep || decl.isPassing || decl.toParent.isStatic();
         if (!forGood)
             baked.shape.mesh = std::make_shared<TriangleMesh>(*baked.shape.mesh);
         baked.isMirrored = bake(*baked.shape.mesh, m);
@@ -427,7 +427,7 @@ PlacedShape ShapeStore::resting(const ShapeDecl& decl, float time) {
 
 BuiltGeometry buildGeometry(SceneDescription& description, const Camera& camera, const Shutter& shutter,
                             int firstLight, ShapeStore& shapes, const MakeAreaLight& makeAreaLight,
-                            Messages& messages) {
+                            Diagnostics& messages) {
     return GeometryBuilder(description, camera, shutter, firstLight, shapes, makeAreaLight, messages).build();
 }
 

@@ -20,12 +20,12 @@ struct BuiltGeometry {
 class ShapeStore {
   public:
     /// Makes a shape from its declaration; an empty Shape where it is skipped. Called by several threads.
-    using Make = std::function<Shape(ShapeDecl&, Messages&)>;
+    using Make = std::function<Shape(ShapeDecl&, Diagnostics&)>;
     ShapeStore(Make make, bool keep) : m_make(std::move(make)), m_keep(keep) {}
 
     /// Makes those of the shapes that are not there yet, side by side: before they are asked for. Warnings,
     /// and the one error thrown, are those of making them in order.
-    void make(std::vector<ShapeDecl>& decls, Messages& messages);
+    void make(std::vector<ShapeDecl>& decls, Diagnostics& messages);
     /// In its object space.
     Shape moving(const ShapeDecl& decl) { return take(decl).shape; }
     /// At rest where its transform is at scene time `time`: a mesh's vertices are there.
@@ -51,6 +51,6 @@ using MakeAreaLight = std::function<std::shared_ptr<const Light>(const AreaLight
 /// The geometry of a frame. `description` is only read.
 BuiltGeometry buildGeometry(SceneDescription& description, const Camera& camera, const Shutter& shutter,
                             int firstLight, ShapeStore& shapes, const MakeAreaLight& makeAreaLight,
-                            Messages& messages);
+                            Diagnostics& messages);
 
 } // namespace strobe

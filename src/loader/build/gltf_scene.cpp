@@ -25,9 +25,9 @@ Statement statement(std::string name, std::vector<Param> params, const Location&
 }
 
 /// All of a path after another one.
-TransformPath joined(TransformPath path, const TransformPath& then) {
+TransformChain joined(TransformChain path, const TransformChain& then) {
     for (const KeyedTransform& t : then.chain())
-        if (!(t.isStill() && t.keys().front() == M44f()))
+        if (!(t.isStatic() && t.keys().front() == M44f()))
             path.append(t);
     return path;
 }
@@ -39,12 +39,12 @@ constexpr Shutter kStart{0, 0};
 /// One file in a description.
 class GltfScene::File {
   public:
-    File(SceneDescription& description, const GltfDecl& decl, TextureCache& textures, Messages& messages)
+    File(SceneDescription& description, const GltfDecl& decl, TextureCache& textures, Diagnostics& messages)
         : m_decl(decl), m_importer(decl.document, decl.settings, textures, messages),
           m_firstMaterial(int(description.materials.size())) {
         for (const gltf::ImportedMaterial& material : m_importer.materials())
             addMaterial(description, material);
-        const std::vector<TransformPath> rest = m_importer.motions(kStart);
+        const std::vector<TransformChain> rest = m_importer.motions(kStart);
         for (gltf::ImportedObject& object : m_importer.takeObjects())
             addObject(description, object, rest);
         m_firstLight = description.lights.size();
@@ -82,7 +82,7 @@ class GltfScene::File {
     /// Where everything is while the shutter is open; `cameraToWorld` may be null.
     void addFrame(SceneDescription& description, const Shutter& shutter,
                   KeyedTransform* cameraToWorld) const {
-        const std::vector<TransformPath> motions = m_importer.motions(shutter);
+        const std::vector<TransformChain> motions = m_importer.motions(shutter);
         for (const Moving& moving : m_moving)
             home(description)
                 .instances.push_back(
@@ -98,7 +98,7 @@ class GltfScene::File {
             // glTF's cameras look along -z with +x to the right.
             const M44f turn(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1);
             *cameraToWorld = placed(
-                joined(TransformPath(KeyedTransform(turn)), motions[m_importer.camera()->node]), shutter);
+                joined(TransformChain(KeyedTransform(turn)), motions[m_importer.camera()->node]), shutter);
         }
     }
 
@@ -108,8 +108,8 @@ class GltfScene::File {
         int object;
         size_t node;
     };
-    bool moves(bool inFile) const { return inFile || !m_decl.toParent.isStill(); }
-    KeyedTransform placed(const TransformPath& toScene, const Shutter& shutter) const {
+    bool moves(bool inFile) const { return inFile || !m_decl.toParent.isStatic(); }
+    KeyedTransform placed(const TransformChain& toScene, const Shutter& shutter) const {
         return m_importer.flattened(joined(toScene, m_decl.toParent), shutter);
     }
     ObjectDecl& home(SceneDescription& description) const {
@@ -153,7 +153,7 @@ class GltfScene::File {
 
     /// What stands in one place goes into `alone`, if it may: there it is not an instance, if it rests.
     void addShapes(SceneDescription& description, const std::string& name, std::vector<ShapeDecl> shapes,
-                   const TransformPath& path, std::vector<ShapeDecl>& alone, bool mayBeAlone) const {
+                   const TransformChain& path, std::vector<ShapeDecl>& alone, bool mayBeAlone) const {
         if (mayBeAlone && path.chain().size() <= 1) {
             for (ShapeDecl& shape : shapes) {
                 if (!path.chain().empty())
@@ -167,7 +167,7 @@ class GltfScene::File {
     }
 
     void addObject(SceneDescription& description, const gltf::ImportedObject& object,
-                   const std::vector<TransformPath>& rest) {
+                   const std::vector<TransformChain>& rest) {
         const auto pathOf = [&](size_t node) { return joined(rest[node], m_decl.toParent); };
         std::vector<ShapeDecl> shapes = shapesOf(object.name, object.shapes, false);
         if (object.places.size() == 1 && !object.places[0].moves)
@@ -251,7 +251,7 @@ Plugin<Shape> gltfPlugin() {
             }};
 }
 
-GltfDecl readGltf(const ParamSet& params, bool strict, Messages& messages) {
+GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& messages) {
     const Location where = params.whereIs(kFilename);
     GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->guard : nullptr);
     decl.settings = {params.get(kScene), params.get(kAnimation), params.get(kCamera), params.get(kLights)};
@@ -260,11 +260,11 @@ GltfDecl readGltf(const ParamSet& params, bool strict, Messages& messages) {
 }
 
 GltfDecl readGltf(const std::filesystem::path& path, const Location& where,
-                  std::shared_ptr<const Guard> guard) {
+                  std::shared_ptr<const ResourcePolicy> guard) {
     return {gltf::open(path, where, std::move(guard)), {}, {}, -1, where};
 }
 
-GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, Messages& messages) {
+GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& messages) {
     bool lit = !description.lights.empty() || !description.areaLights.empty();
     for (const GltfDecl& decl : description.gltfs) {
         m_files.push_back(std::make_unique<File>(description, decl, textures, messages));

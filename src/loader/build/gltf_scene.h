@@ -10,10 +10,10 @@ namespace strobe {
 /// anything is built.
 Plugin<Shape> gltfPlugin();
 /// A file named by such a shape's parameters, read.
-GltfDecl readGltf(const ParamSet& params, bool strict, Messages& messages);
+GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& messages);
 /// A whole file, as Include and the command line name it.
 GltfDecl readGltf(const std::filesystem::path& path, const Location& where,
-                  std::shared_ptr<const Guard> guard);
+                  std::shared_ptr<const ResourcePolicy> guard);
 
 /// While the shutter of a scene is open that names no camera: half a frame of 24 a second, in seconds.
 inline constexpr Shutter kGltfShutter{0, 1.f / 48};
@@ -22,7 +22,7 @@ inline constexpr Shutter kGltfShutter{0, 1.f / 48};
 class GltfScene {
   public:
     /// Appends to the description all that never changes. If nothing lights the scene, a sky and a sun do.
-    GltfScene(SceneDescription& description, TextureCache& textures, Messages& messages);
+    GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& messages);
     ~GltfScene();
 
     /// True when the scene has glTF files and names no camera: then `camera` gives it one.

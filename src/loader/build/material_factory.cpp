@@ -29,22 +29,23 @@ bool isNothing(const std::string& name) { return name.empty() || name == "none" 
 
 class MaterialMakers {
   public:
-    MaterialMakers(std::vector<MaterialDecl>& decls, const std::vector<MaterialRow>& table, Maker& maker)
+    MaterialMakers(std::vector<MaterialDecl>& decls, const std::vector<MaterialRow>& table,
+                   PluginFactory& maker)
         : m_decls(decls), m_table(table), m_maker(maker) {}
 
-    std::vector<MadeMaterial> makeAll() {
+    std::vector<BuiltMaterial> makeAll() {
         for (MaterialDecl& decl : m_decls)
-            m_made.push_back(decl.made ? MadeMaterial{decl.made} : make(decl.material));
+            m_made.push_back(decl.made ? BuiltMaterial{decl.made} : make(decl.material));
         return std::move(m_made);
     }
 
   private:
-    MadeMaterial make(Statement& statement) {
+    BuiltMaterial make(Statement& statement) {
         m_maker.bind(statement);
         leaveOutBumps(statement);
         if (statement.name == "mix")
             return heavier(statement);
-        MadeMaterial made;
+        BuiltMaterial made;
         if (isNothing(statement.name)) {
             made.isNothing = true;
             m_maker.note(statement, "material", "its shapes are left out, unless they shine");
@@ -59,7 +60,7 @@ class MaterialMakers {
     }
 
     /// A mix is the heavier of its two.
-    MadeMaterial heavier(const Statement& statement) {
+    BuiltMaterial heavier(const Statement& statement) {
         m_maker.note(statement, "material", "the heavier of its two takes its place");
         const ParamSet& params = statement.params;
         const float amount = readAmount(params);
@@ -73,7 +74,7 @@ class MaterialMakers {
     }
 
     /// The latest that was declared by that name.
-    MadeMaterial called(const std::string& name, const Location& where) {
+    BuiltMaterial called(const std::string& name, const Location& where) {
         for (size_t i = m_made.size(); i-- > 0;)
             if (m_decls[i].name == name && !name.empty())
                 return m_made[i];
@@ -98,15 +99,15 @@ class MaterialMakers {
 
     std::vector<MaterialDecl>& m_decls;
     const std::vector<MaterialRow>& m_table;
-    Maker& m_maker;
-    const std::vector<Foreign<MaterialRow>> m_foreign = foreignMaterials();
-    std::vector<MadeMaterial> m_made;
+    PluginFactory& m_maker;
+    const std::vector<CompatPlugin<MaterialRow>> m_foreign = compatMaterials();
+    std::vector<BuiltMaterial> m_made;
 };
 
 } // namespace
 
-std::vector<MadeMaterial> makeMaterials(std::vector<MaterialDecl>& decls,
-                                        const std::vector<MaterialRow>& table, Maker& maker) {
+std::vector<BuiltMaterial> makeMaterials(std::vector<MaterialDecl>& decls,
+                                         const std::vector<MaterialRow>& table, PluginFactory& maker) {
     return MaterialMakers(decls, table, maker).makeAll();
 }
 

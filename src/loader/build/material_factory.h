@@ -5,14 +5,14 @@
 
 namespace strobe {
 
-struct MadeMaterial {
+struct BuiltMaterial {
     std::shared_ptr<const Material> material;
     bool isNothing = false; ///< shapes of it are boundaries of media: left out, unless they shine
     FloatInput opacity{1};  ///< alpha of its shapes that have none of their own
 };
 
 /// All of them, in order; mixes become their heavier part.
-std::vector<MadeMaterial> makeMaterials(std::vector<MaterialDecl>& decls,
-                                        const std::vector<MaterialRow>& table, Maker& maker);
+std::vector<BuiltMaterial> makeMaterials(std::vector<MaterialDecl>& decls,
+                                         const std::vector<MaterialRow>& table, PluginFactory& maker);
 
 } // namespace strobe

@@ -48,7 +48,7 @@ int groupOf(const ParamSet& light, std::vector<std::string>& groups) {
     return int(index);
 }
 
-std::vector<std::string> mattesOf(const std::vector<MaterialDecl>& materials) {
+std::vector<std::string> cryptomatteNames(const std::vector<MaterialDecl>& materials) {
     std::vector<std::string> mattes;
     Numbering numbers;
     for (const MaterialDecl& decl : materials)

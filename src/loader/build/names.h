@@ -15,6 +15,6 @@ void nameShapes(SceneDescription& description);
 int groupOf(const ParamSet& light, std::vector<std::string>& groups);
 
 /// Names of materials: their own, or their kind and a number. The first is the "default".
-std::vector<std::string> mattesOf(const std::vector<MaterialDecl>& materials);
+std::vector<std::string> cryptomatteNames(const std::vector<MaterialDecl>& materials);
 
 } // namespace strobe

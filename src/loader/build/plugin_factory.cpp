@@ -17,8 +17,8 @@ std::string fallback(const std::string& kind) {
 
 } // namespace
 
-Maker::Maker(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
-             Messages& messages)
+PluginFactory::PluginFactory(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
+                             Diagnostics& messages)
     : m_strict(description.strictParameters), m_context{messages,
                                                         description.conventions,
                                                         description.keyTimes,
@@ -27,7 +27,7 @@ Maker::Maker(const SceneDescription& description, std::shared_ptr<const ColorCon
                                                         !m_strict},
       m_textures(std::make_shared<TextureTable>()) {}
 
-Maker::Maker(const Maker& other, Messages& messages)
+PluginFactory::PluginFactory(const PluginFactory& other, Diagnostics& messages)
     : m_strict(other.m_strict), m_context{messages,
                                           other.m_context.conventions,
                                           other.m_context.keyTimes,
@@ -36,15 +36,15 @@ Maker::Maker(const Maker& other, Messages& messages)
                                           other.m_context.lenient},
       m_textures(other.m_textures) {}
 
-void Maker::note(const Statement& statement, const char* kind, const std::string& becomes) {
+void PluginFactory::note(const Statement& statement, const char* kind, const std::string& becomes) {
     const std::string what = std::string(kind) + " \"" + statement.name + "\"";
     if (!becomes.empty())
         m_context.messages.warnOnce(what, statement.where, what + " is not supported; " + becomes);
 }
 
-bool Maker::isLeftOut(const Statement& statement) { return statement.name == kLeftOut; }
+bool PluginFactory::isLeftOut(const Statement& statement) { return statement.name == kLeftOut; }
 
-bool Maker::isForeign(const Statement& statement) const {
+bool PluginFactory::isCompat(const Statement& statement) const {
     if (statement.name == "measured") { // pbrt-v4's files are others
         const std::string file = statement.params.get(ParamDef<std::string>{"filename", "", ""});
         return file.ends_with(".bsdf");
@@ -52,12 +52,12 @@ bool Maker::isForeign(const Statement& statement) const {
     return !m_strict && m_context.conventions == Conventions::PbrtV4; // pbrt-v3's; ours are v2's
 }
 
-bool Maker::resolveStandIn(Statement& statement, const char* kind) {
-    const auto& known = standIns(kind);
+bool PluginFactory::resolveAlias(Statement& statement, const char* kind) {
+    const auto& known = pluginAliases(kind);
     const auto it = known.find(statement.name);
     if (it == known.end())
         return false;
-    const StandIn& standIn = it->second;
+    const PluginAlias& standIn = it->second;
     if (statement.name == "projection") // its picture becomes a cone
         for (Param& p : statement.params.all())
             if (p.name == "fov" && p.floats.size() == 1)
@@ -74,7 +74,7 @@ bool Maker::resolveStandIn(Statement& statement, const char* kind) {
     return true;
 }
 
-void Maker::replaceUnknown(Statement& statement, const char* kind) {
+void PluginFactory::replaceUnknown(Statement& statement, const char* kind) {
     const std::string name = fallback(kind), what = std::string(kind) + " \"" + statement.name + "\"";
     m_context.messages.warnOnce(what, statement.where,
                                 what + " is not known; " +

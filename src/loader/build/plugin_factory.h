@@ -10,11 +10,12 @@ namespace strobe {
 
 /// Looks names up, creates, reports what was not read. Names of other renderers' plugins become ours, or a
 /// foreign row of the same kind; the first time that this changes something, a warning says so.
-class Maker {
+class PluginFactory {
   public:
-    Maker(const SceneDescription& description, std::shared_ptr<const ColorConfig> color, Messages& messages);
+    PluginFactory(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
+                  Diagnostics& messages);
     /// The same maker, which tells its warnings to another.
-    Maker(const Maker& other, Messages& messages);
+    PluginFactory(const PluginFactory& other, Diagnostics& messages);
 
     /// `foreign`: rows for names that are none of ours; their names may also be ours, for pbrt-v3 files.
     template <class Product, class... Args>
@@ -24,10 +25,10 @@ class Maker {
     }
     template <class Product, class... Args>
     Product make(const std::vector<Plugin<Product, Args...>>& table,
-                 const std::vector<Foreign<Plugin<Product, Args...>>>& foreign, Statement& statement,
+                 const std::vector<CompatPlugin<Plugin<Product, Args...>>>& foreign, Statement& statement,
                  const char* kind, const std::type_identity_t<Args>&... args) {
         const auto it = std::find_if(foreign.begin(), foreign.end(), [&](const auto& f) {
-            return f.row.name == statement.name && (!isOneOf(table, statement.name) || isForeign(statement));
+            return f.row.name == statement.name && (!isOneOf(table, statement.name) || isCompat(statement));
         });
         if (it != foreign.end()) {
             note(statement, kind, it->becomes);
@@ -43,8 +44,7 @@ class Maker {
     /// lenient file, names that nobody knows are replaced or left out.
     template <class Row>
     void resolveName(Statement& statement, const char* kind, const std::vector<Row>& table) {
-        if (!resolveStandIn(statement, kind) && !m_strict && statement.where &&
-            !isOneOf(table, statement.name))
+        if (!resolveAlias(statement, kind) && !m_strict && statement.where && !isOneOf(table, statement.name))
             replaceUnknown(statement, kind);
     }
 
@@ -68,8 +68,8 @@ class Maker {
         return std::any_of(table.begin(), table.end(), [&](const Row& row) { return row.name == name; });
     }
     /// Of a name that is ours as well: whether the other renderer's plugin is meant.
-    bool isForeign(const Statement& statement) const;
-    bool resolveStandIn(Statement& statement, const char* kind);
+    bool isCompat(const Statement& statement) const;
+    bool resolveAlias(Statement& statement, const char* kind);
     void replaceUnknown(Statement& statement, const char* kind);
     static bool isLeftOut(const Statement& statement);
 

@@ -75,18 +75,18 @@ PluginTables pluginTables() {
 
 namespace {
 
-using StandIns = std::map<std::string, StandIn>;
+using PluginAliases = std::map<std::string, PluginAlias>;
 
-StandIns samplerStandIns() {
-    StandIns map;
+PluginAliases samplerPluginAliases() {
+    PluginAliases map;
     for (const auto& [foreign, ours] : samplerAliases())
         map[foreign] = {ours, true, false};
     return map;
 }
 
-std::map<std::string, StandIns> allStandIns() {
+std::map<std::string, PluginAliases> allPluginAliases() {
     return {
-        {"sampler", samplerStandIns()},
+        {"sampler", samplerPluginAliases()},
         {"film", {{"rgb", {"image", true}}, {"gbuffer", {"image", false}}, {"spectral", {"image", false}}}},
         {"area light", {{"area", {"diffuse", true}}}},
         {"light",
@@ -136,9 +136,9 @@ void list(std::string& out, const char* kind, const std::vector<Row>& table) {
 
 } // namespace
 
-const std::map<std::string, StandIn>& standIns(const std::string& kind) {
-    static const std::map<std::string, StandIns> all = allStandIns();
-    static const StandIns none;
+const std::map<std::string, PluginAlias>& pluginAliases(const std::string& kind) {
+    static const std::map<std::string, PluginAliases> all = allPluginAliases();
+    static const PluginAliases none;
     const auto it = all.find(kind);
     return it == all.end() ? none : it->second;
 }

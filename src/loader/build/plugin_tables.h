@@ -46,13 +46,13 @@ inline const ParamDef<std::string> kLightGroup{"group", "rest",
                                                "the lights that share a layer of --aov lightgroups"};
 
 /// Another renderer's name for one of ours, or for the nearest thing we have.
-struct StandIn {
+struct PluginAlias {
     std::string name;   ///< ours; empty: there is nothing like it, skip it
     bool exact = false; ///< means the same: parameters are checked as ours
     bool silent = true; ///< of an exact one: not worth a word
 };
 /// By kind ("material", "shape", …), then by foreign name.
-const std::map<std::string, StandIn>& standIns(const std::string& kind);
+const std::map<std::string, PluginAlias>& pluginAliases(const std::string& kind);
 
 /// The text of `strobe --list`: every plugin with its parameters, defaults and a line each.
 std::string listPlugins(const PluginTables& tables);

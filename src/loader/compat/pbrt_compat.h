@@ -10,7 +10,7 @@ namespace strobe {
 
 /// A row that reads another renderer's parameters and makes something of ours.
 template <class Row>
-struct Foreign {
+struct CompatPlugin {
     Row row;             ///< its name is theirs
     std::string becomes; ///< for the one warning: what is made, and what is lost
 };
@@ -21,11 +21,11 @@ using ShapeRow = Plugin<Shape>;
 
 /// Materials, most of which become glTF's metallic-roughness. Those of pbrt-v3 that have the name of one of
 /// ours, which is pbrt-v2's, are here too.
-std::vector<Foreign<MaterialRow>> foreignMaterials();
+std::vector<CompatPlugin<MaterialRow>> compatMaterials();
 /// Textures: bilerp and uv as they are, noises as their mean.
-std::vector<Foreign<TextureRow>> foreignTextures();
+std::vector<CompatPlugin<TextureRow>> compatTextures();
 /// Shapes: surfaces of revolution, bilinear patches, height fields and curves, as triangles.
-std::vector<Foreign<ShapeRow>> foreignShapes();
+std::vector<CompatPlugin<ShapeRow>> compatShapes();
 
 /// The diagonal, in mm, of the film behind pbrt's "realistic" camera.
 float readDiagonal(const ParamSet& film);

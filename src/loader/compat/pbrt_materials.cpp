@@ -313,7 +313,7 @@ MaterialPtr createGray(const ParamSet& params, const BuildContext& context) {
 
 } // namespace
 
-std::vector<Foreign<MaterialRow>> foreignMaterials() {
+std::vector<CompatPlugin<MaterialRow>> compatMaterials() {
     const std::string gloss = "\"metallicroughness\" takes its place",
                       gray = "a gray \"matte\" takes its place";
     const std::string diffuse = "\"matte\" takes its place, reflecting what would go through";

@@ -88,7 +88,7 @@ Shape createHyperboloid(const ParamSet& params, const BuildContext& context) {
 
 const ParamDef<std::vector<V2f>> kUv{"uv", {}, "two texture coordinates per vertex", "st"};
 
-/// Four corners to a patch: (0,0), (1,0), (0,1) and (1,1).
+/// Float4 corners to a patch: (0,0), (1,0), (0,1) and (1,1).
 Shape createBilinearMesh(const ParamSet& params, const BuildContext& context) {
     const KeyedPoints points = readPositions(params);
     const KeyedPoints normals = readNormals(params, points, context);
@@ -191,7 +191,7 @@ Shape createCurve(const ParamSet& params, const BuildContext& context) {
 
 } // namespace
 
-std::vector<Foreign<ShapeRow>> foreignShapes() {
+std::vector<CompatPlugin<ShapeRow>> compatShapes() {
     const std::string triangles = "triangles take its place";
     return {
         {{"cylinder", "", {kRadius, kZMin, kZMax, kPhiMax, kAlpha, kShadowAlpha}, createCylinder}, triangles},

@@ -18,7 +18,7 @@ class Constant final : public Texture {
 const InputDef kV00{"v00", 0, "at (0,0)"}, kV01{"v01", 1, "at (0,1)"}, kV10{"v10", 0, "at (1,0)"},
     kV11{"v11", 1, "at (1,1)"};
 
-/// Four values, bilinear in between and beyond.
+/// Float4 values, bilinear in between and beyond.
 class Bilerp final : public Texture {
   public:
     Bilerp(const ParamSet& params, const BuildContext& context, const TextureArgs& args)
@@ -92,7 +92,7 @@ blend(const InputDef& a, const InputDef& b, float shareOfA) {
 
 } // namespace
 
-std::vector<Foreign<TextureRow>> foreignTextures() {
+std::vector<CompatPlugin<TextureRow>> compatTextures() {
     const std::string mean = "a constant, about its mean, takes its place";
     std::vector<ParamInfo> corners{kV00.color, kV01.color, kV10.color, kV11.color};
     const std::vector<ParamInfo> mapping = mappingParams();

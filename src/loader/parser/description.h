@@ -61,7 +61,7 @@ struct ShapeDecl {
 
 struct InstanceDecl {
     int object = 0; ///< index into SceneDescription::objects
-    TransformPath toParent;
+    TransformChain toParent;
     Location where;
     std::string name{}; ///< empty: that of its object, and a number
 };

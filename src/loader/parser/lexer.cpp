@@ -242,7 +242,7 @@ std::string describe(const Token& token) {
 
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
                                          const std::filesystem::path& mainDirectory, const Location& where,
-                                         std::shared_ptr<const Guard> guard) {
+                                         std::shared_ptr<const ResourcePolicy> guard) {
     const std::filesystem::path place = guard ? guard->admit(path, where) : path;
     try {
         const FileBytes file = readFileBytes(place, [&](uint64_t bytes) {
@@ -259,7 +259,7 @@ std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
 }
 
 std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name,
-                                         std::shared_ptr<const Guard> guard) {
+                                         std::shared_ptr<const ResourcePolicy> guard) {
     const auto owner = std::make_shared<const std::string>(std::move(text));
     return std::make_shared<Source>(name, *owner, owner, name.parent_path(), std::move(guard));
 }

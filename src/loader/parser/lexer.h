@@ -65,9 +65,9 @@ std::string describe(const Token& token);
 /// line.
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
                                          const std::filesystem::path& mainDirectory, const Location& where,
-                                         std::shared_ptr<const Guard> guard = nullptr);
+                                         std::shared_ptr<const ResourcePolicy> guard = nullptr);
 /// A text in memory as a source called `name`.
 std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name,
-                                         std::shared_ptr<const Guard> guard = nullptr);
+                                         std::shared_ptr<const ResourcePolicy> guard = nullptr);
 
 } // namespace strobe

@@ -194,7 +194,7 @@ Param readParam(Lexer& lexer, bool& looksLikeV4) {
 
 } // namespace
 
-ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Messages* lenient) {
+ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Diagnostics* lenient) {
     ParamSet params(where);
     while (lexer.peek() == TokenKind::String) {
         Param param = readParam(lexer, looksLikeV4);

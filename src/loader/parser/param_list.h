@@ -10,6 +10,6 @@ namespace strobe {
 /// their name in `strings`; the caller looks it up. `looksLikeV4` becomes true if only pbrt-v3 or v4 would
 /// write so. A name that is given twice is an Error, or, with `lenient`, a warning there: the last counts.
 /// Throws located Errors.
-ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Messages* lenient);
+ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Diagnostics* lenient);
 
 } // namespace strobe

@@ -22,7 +22,7 @@ std::filesystem::path canonicalPath(const std::filesystem::path& path) {
 
 /// The source without the commas that some exporters put between numbers: pbrt reads over them. Offsets stay
 /// what they are.
-std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source, Messages& messages) {
+std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source, Diagnostics& messages) {
     const std::string_view text = source->text;
     if (text.find(',') == std::string_view::npos)
         return source;
@@ -47,7 +47,7 @@ std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source
 }
 
 void followPbrtV2(KeyedTransform& t) {
-    if (!t.isStill())
+    if (!t.isStatic())
         t = KeyedTransform(t.times(), t.keys(), MotionConvention::WorldToObject);
 }
 
@@ -57,7 +57,7 @@ void followPbrtV2(SceneDescription& desc) {
         for (ShapeDecl& shape : object.shapes)
             followPbrtV2(shape.toParent);
         for (InstanceDecl& instance : object.instances) {
-            TransformPath path;
+            TransformChain path;
             for (KeyedTransform t : instance.toParent.chain()) {
                 followPbrtV2(t);
                 path.append(std::move(t));
@@ -140,8 +140,8 @@ const std::map<std::string, Parser::Directive, std::less<>>& Parser::directives(
     return table;
 }
 
-Parser::Parser(const std::set<std::string>& sharingNames, Messages& messages, bool isStrict,
-               std::shared_ptr<const Guard> guard)
+Parser::Parser(const std::set<std::string>& sharingNames, Diagnostics& messages, bool isStrict,
+               std::shared_ptr<const ResourcePolicy> guard)
     : m_sharingNames(sharingNames), m_messages(messages), m_guard(std::move(guard)), m_isStrict(isStrict) {
     m_desc.materials.push_back({"", {"matte", ParamSet(), {}}});
     m_desc.world.name = "world";
@@ -311,8 +311,8 @@ SceneDescription Parser::finish() {
 }
 
 SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
-                            const std::set<std::string>& sharingNames, Messages& messages,
-                            std::shared_ptr<const Guard> guard) {
+                            const std::set<std::string>& sharingNames, Diagnostics& messages,
+                            std::shared_ptr<const ResourcePolicy> guard) {
     if (files.empty())
         throw Error("no scene file is given", ErrorKind::Usage);
     Parser parser(sharingNames, messages, !isPbrtName(files.front()), guard);
@@ -326,8 +326,8 @@ SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
 }
 
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
-                           const std::set<std::string>& sharingNames, Messages& messages,
-                           std::shared_ptr<const Guard> guard) {
+                           const std::set<std::string>& sharingNames, Diagnostics& messages,
+                           std::shared_ptr<const ResourcePolicy> guard) {
     Parser parser(sharingNames, messages, !isPbrtName(name), guard);
     parser.parse(makeSource(text, name, guard));
     return parser.finish();

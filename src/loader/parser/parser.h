@@ -19,11 +19,11 @@ bool isPbrtName(const std::filesystem::path& name);
 /// that choose how shading is shared, so that `Integrator "msaa"` can be told from `Integrator "path"`.
 /// Throws Error with the location of the mistake.
 SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
-                            const std::set<std::string>& sharingNames, Messages& messages,
-                            std::shared_ptr<const Guard> guard = nullptr);
+                            const std::set<std::string>& sharingNames, Diagnostics& messages,
+                            std::shared_ptr<const ResourcePolicy> guard = nullptr);
 /// The same for a text in memory; `name` stands for the file in messages, its extension and directory count.
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
-                           const std::set<std::string>& sharingNames, Messages& messages,
-                           std::shared_ptr<const Guard> guard = nullptr);
+                           const std::set<std::string>& sharingNames, Diagnostics& messages,
+                           std::shared_ptr<const ResourcePolicy> guard = nullptr);
 
 } // namespace strobe

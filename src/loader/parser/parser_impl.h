@@ -14,8 +14,8 @@ namespace strobe {
 class Parser {
   public:
     /// `isStrict`: false for what other programs write, where trifles are warned about.
-    Parser(const std::set<std::string>& sharingNames, Messages& messages, bool isStrict,
-           std::shared_ptr<const Guard> guard);
+    Parser(const std::set<std::string>& sharingNames, Diagnostics& messages, bool isStrict,
+           std::shared_ptr<const ResourcePolicy> guard);
     void parse(std::shared_ptr<const Source> source);
     /// A glTF file of the command line; it begins the world, if no file before it has.
     void parseGltf(const std::filesystem::path& path);
@@ -126,8 +126,8 @@ class Parser {
     KeyedTransform keyed() const { return toKeyed(m_state.transform.keys(), m_desc.keyTimes); }
 
     const std::set<std::string>& m_sharingNames;
-    Messages& m_messages;
-    const std::shared_ptr<const Guard> m_guard;
+    Diagnostics& m_messages;
+    const std::shared_ptr<const ResourcePolicy> m_guard;
     SceneDescription m_desc;
     State m_state;
     std::vector<Open> m_open;

@@ -6,7 +6,7 @@
 namespace strobe {
 namespace {
 
-constexpr size_t kMostTimes = 4096; ///< every transform has as many matrices
+constexpr size_t kMaxTimes = 4096; ///< every transform has as many matrices
 
 } // namespace
 
@@ -102,8 +102,8 @@ void Parser::transformTimes(const Call& call) {
         failFound(call, "numbers and ']'");
     if (bracket)
         m_lexer->next();
-    if (times.size() > kMostTimes)
-        throw Error(call.where, fmt::format("TransformTimes takes {} numbers at most", kMostTimes));
+    if (times.size() > kMaxTimes)
+        throw Error(call.where, fmt::format("TransformTimes takes {} numbers at most", kMaxTimes));
     if (times.size() < 2)
         throw Error(call.where,
                     fmt::format("TransformTimes needs at least two numbers, got {}", times.size()));

@@ -28,36 +28,36 @@ std::vector<Sample> samples(size_t n) {
     return out;
 }
 
-PixelSum sumOf(const std::vector<Sample>& all) {
-    PixelSum sum;
+PixelAccumulator sumOf(const std::vector<Sample>& all) {
+    PixelAccumulator sum;
     for (const Sample& s : all)
         EXPECT_TRUE(sum.add(s.value, s.weight));
     return sum;
 }
 
-TEST(PixelSum, OrderAndGroupingDoNotMatter) {
+TEST(PixelAccumulator, OrderAndGroupingDoNotMatter) {
     std::vector<Sample> all = samples(1000);
-    const PixelSum whole = sumOf(all);
+    const PixelAccumulator whole = sumOf(all);
     std::sort(all.begin(), all.end(), [](const Sample& a, const Sample& b) { return a.value.y < b.value.y; });
     EXPECT_EQ(sumOf(all), whole);
-    PixelSum parts[7], total;
+    PixelAccumulator parts[7], total;
     for (size_t i = 0; i < all.size(); ++i)
         parts[hashOf(i) % 7].add(all[i].value, all[i].weight);
-    for (const PixelSum& part : parts)
+    for (const PixelAccumulator& part : parts)
         total.add(part);
     EXPECT_EQ(total, whole);
-    EXPECT_FALSE(total == PixelSum());
+    EXPECT_FALSE(total == PixelAccumulator());
 }
 
-TEST(PixelSum, TogetherIsOneByOne) {
+TEST(PixelAccumulator, TogetherIsOneByOne) {
     const std::vector<Sample> all = samples(2000);
     const float nan = std::numeric_limits<float>::quiet_NaN();
     int together = 0;
-    for (size_t first = 0; first + kLanes <= all.size(); ++first) {
-        const int n = 1 + int(first % kLanes), from = int(first % size_t(n));
-        Rgb values[kLanes];
-        float weights[kLanes];
-        PixelSum one, many;
+    for (size_t first = 0; first + kSoAWidth <= all.size(); ++first) {
+        const int n = 1 + int(first % kSoAWidth), from = int(first % size_t(n));
+        Rgb values[kSoAWidth];
+        float weights[kSoAWidth];
+        PixelAccumulator one, many;
         for (int i = 0; i < n; ++i) {
             // Of all sizes, but mostly small enough.
             values[i] = all[first + size_t(i)].value * (first % 3 ? 0x1p-41f : 1.f);
@@ -65,19 +65,19 @@ TEST(PixelSum, TogetherIsOneByOne) {
             if (i >= from)
                 one.add(values[i], weights[i]);
         }
-        SampleQuanta quanta;
-        if (quanta.set(values, weights, n)) {
-            many.add(quanta, from, n - from);
+        FixedPointSamples samplesFixed;
+        if (samplesFixed.set(values, weights, n)) {
+            many.add(samplesFixed, from, n - from);
             EXPECT_EQ(one, many);
             ++together;
         }
         values[n / 2].y = nan;
-        EXPECT_FALSE(quanta.set(values, weights, n));
+        EXPECT_FALSE(samplesFixed.set(values, weights, n));
     }
     EXPECT_GT(together, 1000);
 }
 
-TEST(PixelSum, IsTheMeanInDouble) {
+TEST(PixelAccumulator, IsTheMeanInDouble) {
     const std::vector<Sample> all = samples(1000);
     Imath::Vec3<double> sum(0);
     for (const Sample& s : all)
@@ -85,14 +85,14 @@ TEST(PixelSum, IsTheMeanInDouble) {
     const Rgb mean = sumOf(all).mean();
     for (int c = 0; c < 3; ++c)
         EXPECT_FLOAT_EQ(mean[c], float(sum[c] / 1000));
-    PixelSum one;
+    PixelAccumulator one;
     one.add(Rgb(0.1f, -3e-4f, 12345.678f), 1);
     EXPECT_EQ(one.mean(), Rgb(0.1f, -3e-4f, 12345.678f)) << "one sample is itself";
 }
 
-TEST(PixelSum, LargeValuesKeepEveryBit) {
+TEST(PixelAccumulator, LargeValuesKeepEveryBit) {
     for (const float v : {127.99999f, 128.f, 1234567.f, 2.7e14f}) {
-        PixelSum sum;
+        PixelAccumulator sum;
         EXPECT_TRUE(sum.add(Rgb(v, -v, 0), 1));
         EXPECT_TRUE(sum.add(Rgb(-v, v, 0.f), 1)) << "opposites cancel";
         EXPECT_TRUE(sum.add(Rgb(v, -v, 2), 1));
@@ -100,8 +100,8 @@ TEST(PixelSum, LargeValuesKeepEveryBit) {
     }
 }
 
-TEST(PixelSum, WhatIsNoNumberIsCountedApart) {
-    PixelSum sum;
+TEST(PixelAccumulator, WhatIsNoNumberIsCountedApart) {
+    PixelAccumulator sum;
     EXPECT_TRUE(sum.add(Rgb(1, 2, 3), 1));
     for (const float bad : {NAN, INFINITY, -INFINITY, 3e14f})
         for (int c = 0; c < 3; ++c) {
@@ -112,16 +112,16 @@ TEST(PixelSum, WhatIsNoNumberIsCountedApart) {
     EXPECT_EQ(sum.good(), 1u);
     EXPECT_EQ(sum.bad(), 12u);
     EXPECT_EQ(sum.mean(), Rgb(1, 2, 3));
-    EXPECT_EQ(PixelSum().mean(), Rgb(0));
+    EXPECT_EQ(PixelAccumulator().mean(), Rgb(0));
 }
 
-TEST(PixelSum, TheMostSamplesOfTheLargestValueDoNotOverflow) {
-    PixelSum sum;
-    const float v = std::nextafter(float(PixelSum::kMostValue), 0.f);
+TEST(PixelAccumulator, TheMostSamplesOfTheLargestValueDoNotOverflow) {
+    PixelAccumulator sum;
+    const float v = std::nextafter(float(PixelAccumulator::kMaxValue), 0.f);
     ASSERT_TRUE(sum.add(Rgb(v, -v, v), 1));
-    for (uint32_t n = 1; n < PixelSum::kMostSamples; n *= 2)
-        sum.add(PixelSum(sum));
-    EXPECT_EQ(sum.good(), PixelSum::kMostSamples);
+    for (uint32_t n = 1; n < PixelAccumulator::kMaxSamples; n *= 2)
+        sum.add(PixelAccumulator(sum));
+    EXPECT_EQ(sum.good(), PixelAccumulator::kMaxSamples);
     EXPECT_EQ(sum.mean(), Rgb(v, -v, v));
 }
 

@@ -186,11 +186,11 @@ TEST_F(ExrFiles, AreTheSameWhateverThreadsCompressThem) {
 
 TEST_F(ExrFiles, RefusesNonsense) {
     const float zero[4] = {};
-    const auto write = [&](const Window& w, const std::vector<Part>& p, const Metadata& m = {},
+    const auto write = [&](const PixelBounds& w, const std::vector<Part>& p, const Metadata& m = {},
                            const ExrSettings& s = {}) {
         writeExr(*this / "d.exr", {w, {2, 2}}, p, m, s);
     };
-    const Window all{0, 0, 2, 2};
+    const PixelBounds all{0, 0, 2, 2};
     EXPECT_THROW(write({0, 0, 0, 2}, {{"p", {{"R", zero}}}}), Error);
     EXPECT_THROW(write(all, {}), Error);
     EXPECT_THROW(write(all, {{"p", {}}}), Error);

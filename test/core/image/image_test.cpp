@@ -56,7 +56,7 @@ TEST_F(ImageFiles, PngIsSrgb) {
     EXPECT_EQ(stored.at(0, 0).z, 1);
     EXPECT_EQ(stored.at(1, 0).x, 0);
     EXPECT_EQ(stored.at(1, 0).y, 1);
-    EXPECT_NEAR(readImage(*this / "e.png", {}, {Transfer::Srgb}).at(0, 0).y, .5f, .004f);
+    EXPECT_NEAR(readImage(*this / "e.png", {}, {ColorEncoding::Srgb}).at(0, 0).y, .5f, .004f);
     const auto in = OIIO::ImageInput::open((*this / "e.png").string());
     EXPECT_EQ(in->spec().get_string_attribute("ImageDescription"), "a test");
 }
@@ -77,7 +77,7 @@ TEST_F(ImageFiles, AColorSpaceIsOfFloatsToo) {
     const ColorConfig config;
     writeRgb(*this / "s.exr", Image{1, 1, {Rgb(1, 0, 0)}});
     writeGray8(*this / "t.png", 1, 1, {255});
-    const Transfer acescg = Transfer::of(config, "ACEScg", {});
+    const ColorEncoding acescg = ColorEncoding::of(config, "ACEScg", {});
     TextureCache cache;
     for (const char* name : {"s.exr", "t.png"}) {
         const Rgb read = readImage(*this / name, {}, acescg).at(0, 0);
@@ -199,41 +199,41 @@ TEST_F(ImageFiles, StoredValuesBecomeLinearBeforeTheyAreFiltered) {
                3); // green on the left, green on the right: as bytes
     writeGray8(*this / "m.png", 4, 4, {0, 255, 0, 255, 255, 0, 255, 0, 0, 255, 0, 255, 255, 0, 255, 0});
     TextureCache cache;
-    const auto green = cache.open(*this / "l.png", {}, {Transfer::Srgb});
+    const auto green = cache.open(*this / "l.png", {}, {ColorEncoding::Srgb});
     EXPECT_NEAR(cache.lookup(*green, V2f(.25f, .5f), V2f(0), V2f(0), Wrap::Clamp).y, 1, 1e-6f);
     const auto stored = cache.open(*this / "m.png", {}),
-               linear = cache.open(*this / "m.png", {}, {Transfer::Srgb});
+               linear = cache.open(*this / "m.png", {}, {ColorEncoding::Srgb});
     // Halfway between black and white either way: 1/2, not the decoded 1/2 (.214).
     EXPECT_NEAR(cache.lookup(*linear, V2f(.5f, .125f), V2f(0), V2f(0), Wrap::Clamp).x, .5f, 1e-3f);
     EXPECT_NEAR(cache.lookup(*linear, V2f(.5f), V2f(1, 0), V2f(0, 1), Wrap::Repeat).x, .5f, 1e-2f);
     EXPECT_NEAR(cache.lookup(*stored, V2f(.5f, .125f), V2f(0), V2f(0), Wrap::Clamp).x, .5f, 1e-3f);
 
     writeGray8(*this / "n.png", 1, 1, {188});
-    const auto value = [&](const Transfer& transfer) {
+    const auto value = [&](const ColorEncoding& transfer) {
         const auto file = cache.open(*this / "n.png", {}, transfer);
         return cache.lookup(*file, V2f(.5f), V2f(0), V2f(0), Wrap::Clamp).y;
     };
     EXPECT_NEAR(value({}), 188 / 255.f, 1e-5f);
-    EXPECT_NEAR(value({Transfer::Srgb}), decodeSrgb(188 / 255.f), 1e-5f);
-    EXPECT_NEAR(value({Transfer::Gamma, 2}), sqr(188 / 255.f), 1e-5f);
+    EXPECT_NEAR(value({ColorEncoding::Srgb}), decodeSrgb(188 / 255.f), 1e-5f);
+    EXPECT_NEAR(value({ColorEncoding::Gamma, 2}), sqr(188 / 255.f), 1e-5f);
 }
 
 TEST_F(ImageFiles, FloatFilesAreLinearUnlessAskedOtherwise) {
     writeRgb(*this / "o.exr", Image{1, 1, {Rgb(.5f)}});
     TextureCache cache;
-    const auto value = [&](const Transfer& transfer) {
+    const auto value = [&](const ColorEncoding& transfer) {
         return cache.lookup(*cache.open(*this / "o.exr", {}, transfer), V2f(.5f), V2f(0), V2f(0), Wrap::Clamp)
             .x;
     };
-    EXPECT_EQ(value({Transfer::Srgb}), .5f);
-    EXPECT_EQ(value({Transfer::Gamma, 2}), .5f);
-    EXPECT_NEAR(value({Transfer::Gamma, 2, true}), .25f, 1e-6f);
+    EXPECT_EQ(value({ColorEncoding::Srgb}), .5f);
+    EXPECT_EQ(value({ColorEncoding::Gamma, 2}), .5f);
+    EXPECT_NEAR(value({ColorEncoding::Gamma, 2, true}), .25f, 1e-6f);
 }
 
 TEST_F(ImageFiles, TexturesThatCannotBeReadAreErrors) {
     TextureCache cache;
     std::ofstream(*this / "p.png") << "no";
-    for (const Transfer& transfer : {Transfer{}, Transfer{Transfer::Srgb}}) {
+    for (const ColorEncoding& transfer : {ColorEncoding{}, ColorEncoding{ColorEncoding::Srgb}}) {
         EXPECT_THROW(cache.open(*this / "p.png", {}, transfer), Error);
         EXPECT_THROW(cache.open(*this / "none.png", {}, transfer), Error);
     }

@@ -285,12 +285,12 @@ TEST(Sampling, Piecewise2D) {
         expected[i] = kSamples * values[i] / sum;
     EXPECT_GT(chiSquareP(counts, expected), kAlpha);
 
-    V2Lanes numbers;
-    Piecewise2D::Place places[kLanes];
-    for (int i = 0; i < kLanes; ++i)
+    V2SoA numbers;
+    Piecewise2D::Place places[kSoAWidth];
+    for (int i = 0; i < kSoAWidth; ++i)
         numbers.set(i, random2D(20, i));
-    density.samplePlaces(numbers, kLanes, places);
-    for (int i = 0; i < kLanes; ++i) {
+    density.samplePlaces(numbers, kSoAWidth, places);
+    for (int i = 0; i < kSoAWidth; ++i) {
         const Piecewise2D::Place place = density.samplePlace(numbers.at(i));
         EXPECT_EQ(places[i].x, place.x);
         EXPECT_EQ(places[i].y, place.y);

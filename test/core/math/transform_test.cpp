@@ -59,31 +59,31 @@ TEST(Transform, WorldToObjectInterpolatesTheInverse) {
 TEST(Transform, NearlyEqualKeysAreStill) {
     M44f other = rotationZ(20);
     other[3][0] += 1e-7f;
-    EXPECT_TRUE(KeyedTransform({0, 1}, {rotationZ(20), other}, MotionConvention::ObjectToWorld).isStill());
+    EXPECT_TRUE(KeyedTransform({0, 1}, {rotationZ(20), other}, MotionConvention::ObjectToWorld).isStatic());
     EXPECT_TRUE(
-        KeyedTransform({0, 1}, {rotationZ(20), rotationZ(20)}, MotionConvention::ObjectToWorld).isStill());
+        KeyedTransform({0, 1}, {rotationZ(20), rotationZ(20)}, MotionConvention::ObjectToWorld).isStatic());
     other[3][0] += 1e-3f;
-    EXPECT_FALSE(KeyedTransform({0, 1}, {rotationZ(20), other}, MotionConvention::ObjectToWorld).isStill());
+    EXPECT_FALSE(KeyedTransform({0, 1}, {rotationZ(20), other}, MotionConvention::ObjectToWorld).isStatic());
 }
 
 TEST(Transform, TurnsFarFromTheOriginAreNoRest) {
-    const auto isStill = [](const M44f& last) {
+    const auto isStatic = [](const M44f& last) {
         return KeyedTransform({0, 1}, {translation({1e4f, 0, 1e6f}), last}, MotionConvention::ObjectToWorld)
-            .isStill();
+            .isStatic();
     };
-    EXPECT_FALSE(isStill(rotationZ(.01f) * translation({1e4f, 0, 1e6f})));
-    EXPECT_FALSE(isStill(scaling({1, 1, 1.0001f}) * translation({1e4f, 0, 1e6f})));
-    EXPECT_FALSE(isStill(translation({1e4f, 10, 1e6f})));
-    EXPECT_TRUE(isStill(rotationZ(1e-6f) * translation({1e4f, .1f, 1e6f})));
+    EXPECT_FALSE(isStatic(rotationZ(.01f) * translation({1e4f, 0, 1e6f})));
+    EXPECT_FALSE(isStatic(scaling({1, 1, 1.0001f}) * translation({1e4f, 0, 1e6f})));
+    EXPECT_FALSE(isStatic(translation({1e4f, 10, 1e6f})));
+    EXPECT_TRUE(isStatic(rotationZ(1e-6f) * translation({1e4f, .1f, 1e6f})));
 }
 
 TEST(Transform, PathAppliesInnermostFirst) {
-    TransformPath path(KeyedTransform(translation({1, 0, 0})));
+    TransformChain path(KeyedTransform(translation({1, 0, 0})));
     path.append(KeyedTransform(rotationZ(90)));
     const V3f p = transformPoint(path.at(0), V3f(0));
     EXPECT_NEAR(p.x, 0, 1e-6);
     EXPECT_NEAR(p.y, 1, 1e-6);
-    EXPECT_TRUE(path.isStill());
+    EXPECT_TRUE(path.isStatic());
 }
 
 class MotionFit : public testing::Test {
@@ -91,7 +91,7 @@ class MotionFit : public testing::Test {
     static constexpr float kTolerance = 1e-3f;
     const Box3f box{V3f(-1), V3f(1)};
 
-    void expectFollows(const Motion& motion, const TransformPath& path, const Shutter& shutter) {
+    void expectFollows(const Motion& motion, const TransformChain& path, const Shutter& shutter) {
         for (int i = 0; i <= 500; ++i) {
             const float t = float(i) / 500;
             const M44f truth = path.at(shutter.sceneTime(t)), fitted = motion.at(t);
@@ -103,7 +103,7 @@ class MotionFit : public testing::Test {
 };
 
 TEST_F(MotionFit, TranslationTakesTwoMatrices) {
-    const TransformPath path(
+    const TransformChain path(
         KeyedTransform({0, 1}, {M44f(), translation({5, 0, 0})}, MotionConvention::ObjectToWorld));
     const Motion motion(path, {0, 1}, box, kTolerance);
     EXPECT_EQ(motion.keyCount(), 2);
@@ -115,7 +115,7 @@ TEST_F(MotionFit, TranslationTakesTwoMatrices) {
 TEST_F(MotionFit, TellsTranslationFromGrowth) {
     const M44f small = scaling(V3f(1e-4f));
     const auto onlyTranslates = [&](const M44f& last) {
-        const TransformPath path(KeyedTransform({0, 1}, {small, last}, MotionConvention::WorldToObject));
+        const TransformChain path(KeyedTransform({0, 1}, {small, last}, MotionConvention::WorldToObject));
         return Motion(path, {.1f, .6f}, box, kTolerance).onlyTranslates();
     };
     EXPECT_TRUE(onlyTranslates(small * translation({5, 2, 1})));
@@ -126,7 +126,7 @@ TEST_F(MotionFit, FullTurnTakesFewKeys) {
     std::vector<M44f> keys;
     for (int i = 0; i <= 4; ++i)
         keys.push_back(rotationZ(90.f * float(i)));
-    const TransformPath path(KeyedTransform({0, .25f, .5f, .75f, 1}, keys, MotionConvention::ObjectToWorld));
+    const TransformChain path(KeyedTransform({0, .25f, .5f, .75f, 1}, keys, MotionConvention::ObjectToWorld));
     const Motion motion(path, {0, 1}, box, kTolerance);
     EXPECT_TRUE(motion.usesRotation());
     EXPECT_FALSE(motion.onlyTranslates());
@@ -135,9 +135,9 @@ TEST_F(MotionFit, FullTurnTakesFewKeys) {
 }
 
 TEST_F(MotionFit, UnevenKeysStretchAndNestingAreFollowed) {
-    TransformPath path(KeyedTransform({0, .2f, 1},
-                                      {M44f(), rotationZ(40) * scaling({1, 2, 1}), translation({1, 2, 3})},
-                                      MotionConvention::WorldToObject));
+    TransformChain path(KeyedTransform({0, .2f, 1},
+                                       {M44f(), rotationZ(40) * scaling({1, 2, 1}), translation({1, 2, 3})},
+                                       MotionConvention::WorldToObject));
     path.append(KeyedTransform({0, 1}, {M44f(), rotationZ(-70)}, MotionConvention::ObjectToWorld));
     const Shutter shutter{.05f, .8f};
     const Motion motion(path, shutter, box, kTolerance);
@@ -154,14 +154,14 @@ TEST_F(MotionFit, TransformsSideBySideAreThoseOneByOne) {
                               moving(scaling({1, 2, 1}) * translation({5, 0, 0})), moving(rotationZ(170))};
     EXPECT_TRUE(motions[2].keyCount() > 2 && !motions[2].usesRotation());
     EXPECT_TRUE(motions[3].usesRotation());
-    float time[kLanes];
-    for (int i = 0; i < kLanes; ++i)
-        time[i] = float(i) / float(kLanes - 1);
+    float time[kSoAWidth];
+    for (int i = 0; i < kSoAWidth; ++i)
+        time[i] = float(i) / float(kSoAWidth - 1);
     for (const Motion& motion : motions) {
-        AffineLanes lanes;
-        motion.atLanes(time, 0, 3, lanes);
-        motion.atLanes(time, 3, kLanes, lanes);
-        for (int i = 0; i < kLanes; ++i) {
+        AffineSoA lanes;
+        motion.atSoA(time, 0, 3, lanes);
+        motion.atSoA(time, 3, kSoAWidth, lanes);
+        for (int i = 0; i < kSoAWidth; ++i) {
             const M44f m = motion.at(time[i]);
             const V3f rows[] = {lanes.x.at(i), lanes.y.at(i), lanes.z.at(i), lanes.o.at(i)};
             for (int row = 0; row < 4; ++row)
@@ -171,11 +171,11 @@ TEST_F(MotionFit, TransformsSideBySideAreThoseOneByOne) {
 }
 
 TEST_F(MotionFit, MotionOutsideTheShutterIsStill) {
-    const TransformPath path(KeyedTransform({0, .5f, 1}, {M44f(), M44f(), translation({5, 0, 0})},
-                                            MotionConvention::ObjectToWorld));
-    EXPECT_TRUE(Motion(path, {0, .5f}, box, kTolerance).isStill());
-    EXPECT_TRUE(Motion(path, {.8f, .8f}, box, kTolerance).isStill());
-    EXPECT_FALSE(Motion(path, {0, .6f}, box, kTolerance).isStill());
+    const TransformChain path(KeyedTransform({0, .5f, 1}, {M44f(), M44f(), translation({5, 0, 0})},
+                                             MotionConvention::ObjectToWorld));
+    EXPECT_TRUE(Motion(path, {0, .5f}, box, kTolerance).isStatic());
+    EXPECT_TRUE(Motion(path, {.8f, .8f}, box, kTolerance).isStatic());
+    EXPECT_FALSE(Motion(path, {0, .6f}, box, kTolerance).isStatic());
 }
 
 } // namespace

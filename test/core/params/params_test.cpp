@@ -87,7 +87,7 @@ TEST(Params, EachTypeIsRead) {
     EXPECT_EQ(set.get(kKd).constant, Rgb(.1f, .2f, .3f));
     EXPECT_EQ(set.get(kP), (std::vector<V3f>{{1, 2, 3}, {4, 5, 6}}));
     EXPECT_EQ(set.get(kIndices), (std::vector<int>{0, 1, 2}));
-    Messages quiet;
+    Diagnostics quiet;
     EXPECT_NO_THROW(set.reportUnused({}, true, quiet));
 }
 
@@ -153,7 +153,7 @@ TEST(Params, AttributeDefaultsGiveWay) {
     fallback.isDefault = true;
     EXPECT_EQ(setOf({fallback, make("roughness", ParamType::Float, {.4f})}).get(kRoughness).constant, .4f);
     EXPECT_EQ(setOf({make("roughness", ParamType::Float, {.4f}), fallback}).get(kRoughness).constant, .4f);
-    Messages quiet;
+    Diagnostics quiet;
     setOf({fallback}).reportUnused({kRoughness}, true, quiet);
     EXPECT_EQ(quiet.count(), 0);
     setOf({fallback}).reportUnused({kKd}, true, quiet);
@@ -164,7 +164,7 @@ TEST(Params, MisspeltOnes) {
     const ParamSet set = setOf({make("Kdd", ParamType::Rgb, {1, 1, 1})});
     EXPECT_EQ(set.get(kKd).constant, Rgb(.5f));
     std::vector<std::string> seen;
-    Messages messages([&](const std::string& m) { seen.push_back(m); });
+    Diagnostics messages([&](const std::string& m) { seen.push_back(m); });
     const std::vector<ParamInfo> known{kKd, kRoughness};
     EXPECT_EQ(errorOf([&] { set.reportUnused(known, true, messages); }),
               "d/a.scene:1:4 unknown parameter \"Kdd\"; did you mean \"Kd\"? "

@@ -28,14 +28,14 @@ Seen see(const std::string& text, std::vector<Feature> features, const BuildOpti
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.threads = threads, settings.tileSize = 5;
-    FeatureFilm gathered(*built.scene, *built.sampler.sampler, built.window,
-                         {features, built.materialMattes, levels});
+    AovFilm gathered(*built.scene, *built.sampler.sampler, built.window,
+                     {features, built.cryptomatteMaterialNames, levels});
     settings.features = features.empty() ? nullptr : &gathered;
     Film film(built.resolution.x, built.resolution.y, built.window);
     RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                *built.filter, settings, film);
     Layers layers;
-    for (LayerChannel& channel : gathered.channels())
+    for (AovChannel& channel : gathered.channels())
         layers[channel.layer + '.' + channel.name] = std::move(channel.values);
     return {std::move(layers), std::move(film), std::move(stats), gathered.metadata()};
 }

@@ -33,7 +33,7 @@ class ComparingWorker : public IntegratorWorker {
             EXPECT_EQ(many.domain, one.domain);
             EXPECT_EQ(many.index, one.index);
             EXPECT_EQ(many.total, one.total);
-            EXPECT_EQ(many.part, one.part);
+            EXPECT_EQ(many.component, one.component);
             ++*m_compared;
         }
     }
@@ -51,8 +51,8 @@ class ComparingWorker : public IntegratorWorker {
 class Comparing : public Integrator {
   public:
     explicit Comparing(size_t* compared) : m_compared(compared) {}
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
-        return std::make_unique<UnsharedRender<ComparingWorker, size_t*>>(scene, m_compared);
+    std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
+        return std::make_unique<UnsharedState<ComparingWorker, size_t*>>(scene, m_compared);
     }
 
   private:

@@ -36,15 +36,15 @@ TEST(Cost, CameraRaysArePixelsTimesSamples) {
     const Counters c = countersOf(head(kDirect) + kPoint + kBall);
     EXPECT_EQ(c.pixels, kPixels);
     EXPECT_EQ(c.visibilitySamples, kSamples);
-    EXPECT_GT(c.escaped, 0u);
-    EXPECT_EQ(c.shades + c.escaped, kSamples);
+    EXPECT_GT(c.missed, 0u);
+    EXPECT_EQ(c.shades + c.missed, kSamples);
     EXPECT_EQ(c.surfaces, c.shades);
     // A point light: at most one shadow ray for each lit surface, and no other.
     EXPECT_GT(c.shadowRays, 0u);
     EXPECT_LE(c.shadowRays, c.surfaces);
     EXPECT_EQ(c.lightRays + c.bounceRays, 0u);
     EXPECT_EQ(c.rays(), c.visibilitySamples + c.shadowRays);
-    EXPECT_EQ(c.badSamples, 0u);
+    EXPECT_EQ(c.invalidSamples, 0u);
 
     BuildOptions options;
     options.crop = {0, .5f, 0, 1};
@@ -62,9 +62,9 @@ TEST(Cost, ThreadsAddUp) {
     for (const Counters& thread : many.stats.threads)
         sum.add(thread);
     const auto all = [](const Counters& c) {
-        return std::vector<uint64_t>{c.pixels,     c.visibilitySamples, c.shades,     c.escaped,
+        return std::vector<uint64_t>{c.pixels,     c.visibilitySamples, c.shades,     c.missed,
                                      c.shadowRays, c.lightRays,         c.bounceRays, c.surfaces,
-                                     c.footprints, c.badSamples};
+                                     c.footprints, c.invalidSamples};
     };
     EXPECT_EQ(all(sum), all(many.stats.total));
     EXPECT_EQ(all(one), all(many.stats.total)); // the work does not depend on who does it

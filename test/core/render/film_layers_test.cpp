@@ -142,7 +142,7 @@ TEST(ShadeCost, IsMeasuredPerMaterial) {
     for (const ShadeCost& cost : costs)
         shades += cost.shades();
     EXPECT_GT(shades, 0u);
-    EXPECT_LE(shades, rendered.stats.total.shades + rendered.stats.total.escaped);
+    EXPECT_LE(shades, rendered.stats.total.shades + rendered.stats.total.missed);
 }
 
 } // namespace

@@ -16,7 +16,8 @@ bool sameBits(const Image& a, const Image& b) {
 const std::string kScene =
     "TransformTimes 0 .5 1\nFilm \"image\" \"integer xresolution\" 75 \"integer yresolution\" 53\n"
     "PixelFilter \"mitchell\"\nSampler \"sobol\" \"integer pixelsamples\" 8\nIntegrator \"path\"\n"
-    "LookAt 0 2 -6 0 .5 0 0 1 0\nCamera \"perspective\" \"float fov\" 50 \"float lensradius\" .05 \"float "
+    "LookAt 0 2 -6 0 .5 0 0 1 0\nCamera \"perspective\" \"float fov\" 50 \"float lensradius\" .05 "
+    "\"float "
     "focaldistance\" 6\n"
     "WorldBegin\nLightSource \"infinite\" \"rgb L\" [.3 .4 .5]\n"
     "AttributeBegin\nTranslate 2 4 -2\nAreaLightSource \"diffuse\" \"rgb L\" [20 20 20] \"integer nsamples\" "
@@ -36,7 +37,7 @@ const std::string kScene =
 TEST(Identity, ThreadsTilesAndCrops) {
     const BuiltScene built = test::build(kScene);
     const Image reference = test::render(built, 5, 1, 16).image;
-    EXPECT_EQ(test::render(built, 5, 1, 16).stats.total.badSamples, 0u);
+    EXPECT_EQ(test::render(built, 5, 1, 16).stats.total.invalidSamples, 0u);
     for (int threads : {2, 7})
         EXPECT_TRUE(sameBits(reference, test::render(built, 5, threads, 16).image)) << threads;
     for (int tile : {1, 8, 13, 64, 256})
@@ -47,7 +48,7 @@ TEST(Identity, ThreadsTilesAndCrops) {
     options.crop = {.21f, .77f, .1f, .63f};
     const BuiltScene cropped = test::build(kScene, options);
     const Image part = test::render(cropped, 5).image;
-    const Window w = cropped.window;
+    const PixelBounds w = cropped.window;
     EXPECT_EQ(part.width, w.width());
     for (int y = w.y0; y < w.y1; ++y)
         EXPECT_EQ(

@@ -40,8 +40,8 @@ class QuadWorker : public IntegratorWorker {
 
 class Quads : public Integrator {
   public:
-    std::unique_ptr<IntegratorRender> begin(const Scene& scene, const RenderContext&) const override {
-        return std::make_unique<UnsharedRender<QuadWorker>>(scene);
+    std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
+        return std::make_unique<UnsharedState<QuadWorker>>(scene);
     }
 };
 

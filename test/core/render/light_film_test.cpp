@@ -32,13 +32,13 @@ Lit light(const std::string& text, const BuildOptions& options, std::vector<Ligh
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.seed = seed;
     settings.threads = threads, settings.tileSize = tile;
-    LightFilm parts(built.window, wanted, built.lightGroups);
-    settings.lights = wanted.empty() ? nullptr : &parts;
+    LightFilm components(built.window, wanted, built.lightGroups);
+    settings.lights = wanted.empty() ? nullptr : &components;
     Film film(built.resolution.x, built.resolution.y, built.window);
     RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                *built.filter, settings, film);
     Layers layers;
-    for (LayerChannel& channel : parts.channels())
+    for (AovChannel& channel : components.channels())
         layers[channel.layer + '.' + channel.name] = std::move(channel.values);
     return {std::move(layers), std::move(film), std::move(stats)};
 }

@@ -76,9 +76,9 @@ TEST(Passes, TheNoiseTargetIsMet) {
                 held += std::abs(luminance(film.image().pixels[i]) - truth[i]) <=
                         target * std::max<double>(truth[i], NoiseEstimate::kFloor);
         }
-        const double part = double(held) / double(pixels);
-        EXPECT_GE(part, 0.95) << integrator << ", " << double(made) / 20 << " passes";
-        EXPECT_LT(part, 0.9999) << integrator << ": far more than was asked for";
+        const double share = double(held) / double(pixels);
+        EXPECT_GE(share, 0.95) << integrator << ", " << double(made) / 20 << " passes";
+        EXPECT_LT(share, 0.9999) << integrator << ": far more than was asked for";
     }
 }
 
@@ -91,7 +91,7 @@ TEST(Passes, TheDeadlineIsKept) {
         const RenderStats stats = passes(built, 1, goal, film);
         EXPECT_LT(Clock::now(), *goal.deadline + 50ms) << "a batch may be under way";
         EXPECT_GE(stats.passes, 3);
-        for (const PixelSum& sum : film.sums())
+        for (const PixelAccumulator& sum : film.sums())
             ASSERT_EQ(sum.good(), stats.samplesPerPixel) << "quality is uniform";
     }
 }

@@ -48,7 +48,7 @@ RenderSettings settingsOf(const BuiltScene& built) {
     return settings;
 }
 
-Film emptyFilm(const BuiltScene& built, const Window& window) {
+Film emptyFilm(const BuiltScene& built, const PixelBounds& window) {
     Film film(built.resolution.x, built.resolution.y, window);
     film.keepSums();
     return film;
@@ -74,13 +74,13 @@ TEST(Slices, SixteenRandomSplitsAddUpToTheWhole) {
             const uint32_t a = 1 + h / 32 % 15, b = 1 + h / 1024 % 15; // each in two slices of its own
             Film film = emptyFilm(built, built.window);
             for (const auto& [window, cut] :
-                 {std::pair(Window{x, 0, 27, 21}, a), std::pair(Window{0, 0, x, 21}, b)})
+                 {std::pair(PixelBounds{x, 0, 27, 21}, a), std::pair(PixelBounds{0, 0, x, 21}, b)})
                 for (const SampleSlice slice : {SampleSlice{cut, 16}, SampleSlice{0, cut}}) {
-                    Film part = emptyFilm(built, window);
+                    Film slicePicture = emptyFilm(built, window);
                     RenderSettings settings = settingsOf(built);
                     settings.slice = slice;
-                    renderInto(built, settings, part);
-                    film.add(part);
+                    renderInto(built, settings, slicePicture);
+                    film.add(slicePicture);
                 }
             EXPECT_TRUE(sameBits(film.image(), whole)) << sharing.integrator << ", split " << split;
             EXPECT_EQ(film.sums()[0].good(), 16u);
@@ -112,7 +112,7 @@ TEST(Slices, ASliceShadesNoMoreThanItNeeds) {
     const Counters c = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                               *built.filter, settings, film)
                            .total;
-    EXPECT_LE(c.shades + c.escaped, c.pixels) << "one group per pixel has the sample";
+    EXPECT_LE(c.shades + c.missed, c.pixels) << "one group per pixel has the sample";
     EXPECT_EQ(c.visibilitySamples, c.pixels * 16) << "the groups are those of all";
 }
 

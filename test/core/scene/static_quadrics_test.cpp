@@ -26,7 +26,7 @@ std::string others(size_t n) {
     return text;
 }
 
-struct Block : RayBlock {
+struct Block : RayPacket {
     /// Rays about the middle of the scene, of which some end in it.
     explicit Block(std::mt19937& rng) {
         std::uniform_real_distribution<float> u(0, 1);
@@ -39,9 +39,9 @@ struct Block : RayBlock {
     }
 };
 
-TEST(StillQuadrics, AreHitAsThoseInEmbree) {
+TEST(StaticQuadrics, AreHitAsThoseInEmbree) {
     const BuiltScene few = test::build(kHead + std::string(kThree));
-    const uint32_t shift = uint32_t(StillQuadrics::kMost);
+    const uint32_t shift = uint32_t(StaticQuadrics::kMax);
     const BuiltScene many = test::build(kHead + others(shift) + kThree);
     EXPECT_EQ(few.scene->tracer().counts().quadrics, 3u);
     EXPECT_EQ(many.scene->tracer().counts().quadrics, 3u + shift);
@@ -50,8 +50,8 @@ TEST(StillQuadrics, AreHitAsThoseInEmbree) {
     int blocked = 0;
     for (int k = 0; k < 2000; ++k) {
         const Block rays(rng);
-        const int n = 1 + k % RayBlock::kSize;
-        RayBlock a = rays, b = rays, c = rays, d = rays;
+        const int n = 1 + k % RayPacket::kSize;
+        RayPacket a = rays, b = rays, c = rays, d = rays;
         few.scene->tracer().intersect(a, n, false);
         many.scene->tracer().intersect(b, n, false);
         few.scene->tracer().occluded(c, n);
@@ -70,7 +70,7 @@ TEST(StillQuadrics, AreHitAsThoseInEmbree) {
             ASSERT_EQ(a.v[i], b.v[i]);
             ++met[a.geom[i]];
         }
-        for (int i = n; i < RayBlock::kSize; ++i) {
+        for (int i = n; i < RayPacket::kSize; ++i) {
             ASSERT_EQ(a.geom[i], kNone) << "not asked for";
             ASSERT_EQ(c.tfar[i], rays.tfar[i]) << "not asked for";
         }
@@ -79,24 +79,24 @@ TEST(StillQuadrics, AreHitAsThoseInEmbree) {
     EXPECT_GT(blocked, 5000);
 }
 
-TEST(StillQuadrics, ARayToALightAsksAllShapesButItsOwn) {
+TEST(StaticQuadrics, ARayToALightAsksAllShapesButItsOwn) {
     const BuiltScene built = test::build(kHead + std::string(kThree));
-    RayBlock rays;
+    RayPacket rays;
     for (int i = 0; i < 4; ++i)
         rays.set(i, V3f(.3f, .2f, 9), V3f(0, 0, -1), 0, i < 2 ? 6.5f : 100.f, 0);
-    rays.id[1] = rays.id[3] = RayBlock::idOfLight(0);
+    rays.id[1] = rays.id[3] = RayPacket::idOfLight(0);
     built.scene->tracer().occluded(rays, 4);
     EXPECT_LT(rays.tfar[0], 0) << "the lamp is in its way";
     EXPECT_EQ(rays.tfar[1], 6.5f) << "it ends at the lamp";
     EXPECT_LT(rays.tfar[2], 0);
     EXPECT_LT(rays.tfar[3], 0) << "a triangle and the disk lie beyond";
     rays.set(0, V3f(.3f, .2f, 9), V3f(0, 0, -1), 0, 6.5f, 0);
-    rays.id[0] = RayBlock::idOfLight(1);
+    rays.id[0] = RayPacket::idOfLight(1);
     built.scene->tracer().occluded(rays, 1);
     EXPECT_LT(rays.tfar[0], 0) << "another light's ray";
 }
 
-TEST(StillQuadrics, AreWithinTheBounds) {
+TEST(StaticQuadrics, AreWithinTheBounds) {
     const BuiltScene built = test::build(kHead + others(1) + kThree);
     const Box3f box = built.scene->tracer().bounds();
     EXPECT_NEAR(box.max.y, 1001, .01);

@@ -49,21 +49,21 @@ std::vector<Ray1> randomRays(int n) {
     return rays;
 }
 
-/// Traces in blocks of the given order; out[i] is the hit of rays[i].
+/// Traces in packets of the given order; out[i] is the hit of rays[i].
 std::vector<Hit> trace(const Tracer& tracer, const std::vector<Ray1>& rays, const std::vector<int>& order,
                        int width, bool coherent = false) {
-    const FastFloats fast;
+    const ScopedFlushDenormals fast;
     std::vector<Hit> hits(rays.size());
-    RayBlock block;
+    RayPacket packet;
     for (size_t first = 0; first < order.size(); first += size_t(width)) {
         const int n = int(std::min(order.size() - first, size_t(width)));
         for (int i = 0; i < n; ++i) {
             const Ray1& r = rays[size_t(order[first + size_t(i)])];
-            block.set(i, r.o, r.d, 0, kInfinity, r.time);
+            packet.set(i, r.o, r.d, 0, kInfinity, r.time);
         }
-        tracer.intersect(block, n, coherent);
+        tracer.intersect(packet, n, coherent);
         for (int i = 0; i < n; ++i)
-            hits[size_t(order[first + size_t(i)])] = tracer.hit(block, i);
+            hits[size_t(order[first + size_t(i)])] = tracer.hit(packet, i);
     }
     return hits;
 }
@@ -111,12 +111,12 @@ TEST_P(TracerTest, SurfacesSideBySideAreThoseOneByOne) {
     const BuiltScene built = test::build(GetParam());
     const auto rays = randomRays(20000);
     const auto hits = trace(built.scene->tracer(), rays);
-    HitLanes lanes;
-    V3Lanes wo;
-    SurfaceLanes surfaces;
-    V2Lanes duvdx, duvdy;
-    float time[kLanes], width[kLanes];
-    size_t from[kLanes];
+    HitSoA lanes;
+    V3SoA wo;
+    SurfaceSoA surfaces;
+    V2SoA duvdx, duvdy;
+    float time[kSoAWidth], width[kSoAWidth];
+    size_t from[kSoAWidth];
     const auto check = [&](int n) {
         built.scene->rawSurfaces(lanes, time, n, surfaces);
         footprints(surfaces, wo, width, 0, n, duvdx, duvdy);
@@ -136,7 +136,7 @@ TEST_P(TracerTest, SurfacesSideBySideAreThoseOneByOne) {
             continue;
         lanes.set(n, hits[i]), wo.set(n, -rays[i].d);
         from[n] = i, time[n] = rays[i].time, width[n] = float(i % 7) * .01f;
-        if (++n >= 1 + int(i % kLanes))
+        if (++n >= 1 + int(i % kSoAWidth))
             check(std::exchange(n, 0));
     }
     check(n);
@@ -178,7 +178,7 @@ TEST_P(TracerTest, TrianglesAroundAPointAreShown) {
             if (!mesh)
                 continue;
             size_t all = 0;
-            scene.tracer().lookAround(group, g, V3f(0), kInfinity, [&](uint32_t) {
+            scene.tracer().pointQuery(group, g, V3f(0), kInfinity, [&](uint32_t) {
                 ++all;
                 return kInfinity;
             });
@@ -188,7 +188,7 @@ TEST_P(TracerTest, TrianglesAroundAPointAreShown) {
                     mesh->positions[0][rng() % mesh->vertexCount()] + uniformSphere({u(rng), u(rng)}) * .2f;
                 const float radius = .1f + .4f * u(rng);
                 std::vector<bool> shown(mesh->triangleCount());
-                scene.tracer().lookAround(group, g, p, radius, [&](uint32_t prim) {
+                scene.tracer().pointQuery(group, g, p, radius, [&](uint32_t prim) {
                     shown[prim] = true;
                     return radius;
                 });
@@ -198,7 +198,7 @@ TEST_P(TracerTest, TrianglesAroundAPointAreShown) {
                     least = std::min(least, distance);
                     EXPECT_TRUE(shown[prim] || distance > radius) << prim;
                 }
-                scene.tracer().lookAround(group, g, p, radius, [&](uint32_t prim) {
+                scene.tracer().pointQuery(group, g, p, radius, [&](uint32_t prim) {
                     return found = std::min(found, cornerDistance(*mesh, prim, p));
                 });
                 EXPECT_EQ(found, std::min(least, radius));
@@ -226,7 +226,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // Far from one, the determinant of an instance's transform, or its cofactors, leave the range of floats.
 TEST(TracerScale, NormalsOfTinyAndHugeInstances) {
-    const FastFloats fast;
+    const ScopedFlushDenormals fast;
     for (const char* scale : {"1e-10", "1e10"}) {
         const BuiltScene built =
             test::build(std::string(kHead) + "ObjectBegin \"a\"\n" + kMesh + "ObjectEnd\nScale " + scale +

@@ -56,9 +56,9 @@ TEST(Diagnostic, CutsLongLinesAroundTheCaret) {
               "dir/a.scene:1:4: error: m\n  " + std::string(110, 'b') + "...\n     ^");
 }
 
-TEST(Messages, ReportsEachOnce) {
+TEST(Diagnostics, ReportsEachOnce) {
     std::vector<std::string> seen;
-    Messages messages([&](const std::string& m) { seen.push_back(m); });
+    Diagnostics messages([&](const std::string& m) { seen.push_back(m); });
     messages.warn(at("ab", 0), "x");
     messages.warn(at("ab", 0), "x");
     messages.warn(at("ab", 1), "x");
@@ -67,7 +67,7 @@ TEST(Messages, ReportsEachOnce) {
     ASSERT_EQ(seen.size(), 3u);
     EXPECT_EQ(messages.count(), 3);
     EXPECT_EQ(seen[2], "dir/a.scene:1:1: warning: first\n  ab\n  ^");
-    Messages quiet;
+    Diagnostics quiet;
     quiet.warn({}, "y");
     EXPECT_EQ(quiet.count(), 1);
 }

@@ -16,7 +16,7 @@ class GuardTest : public ImageFiles {
         std::ofstream(m_root / "job2/b.ply") << "b";
         fs::create_symlink(m_root / "job2/b.ply", m_root / "job/link.ply");
     }
-    bool admits(const Guard& guard, const fs::path& file) const {
+    bool admits(const ResourcePolicy& guard, const fs::path& file) const {
         try {
             return guard.admit(file, {}) == fs::weakly_canonical(file);
         } catch (const Error& e) {
@@ -30,14 +30,15 @@ class GuardTest : public ImageFiles {
 };
 
 TEST_F(GuardTest, AllowsAllWithoutRoots) {
-    EXPECT_EQ(Guard().admit("../x", {}), "../x");
-    EXPECT_FALSE(Guard().confines());
-    EXPECT_NO_THROW(Guard().require(1000, "it", "do less", {}));
-    EXPECT_THROW(Guard().require(UINT64_MAX, "it", "do less", {}), Error); // more than any machine has
+    EXPECT_EQ(ResourcePolicy().admit("../x", {}), "../x");
+    EXPECT_FALSE(ResourcePolicy().confines());
+    EXPECT_NO_THROW(ResourcePolicy().require(1000, "it", "do less", {}));
+    EXPECT_THROW(ResourcePolicy().require(UINT64_MAX, "it", "do less", {}),
+                 Error); // more than any machine has
 }
 
 TEST_F(GuardTest, AllowsRootsAndWhatIsBelow) {
-    const Guard guard({{m_root / "job/deep/.."}, 0});
+    const ResourcePolicy guard({{m_root / "job/deep/.."}, 0});
     for (const char* file : {"job", "job/a.ply", "job/none.ply", "job/deep/../a.ply", "job2/../job/a.ply"})
         EXPECT_TRUE(admits(guard, m_root / file)) << file;
     for (const char* file :
@@ -48,16 +49,17 @@ TEST_F(GuardTest, AllowsRootsAndWhatIsBelow) {
 }
 
 TEST_F(GuardTest, RootsMayBeFilesAndSeveral) {
-    const Guard guard({{m_root / "job/deep", m_root / "job/link.ply"}, 0});
+    const ResourcePolicy guard({{m_root / "job/deep", m_root / "job/link.ply"}, 0});
     EXPECT_TRUE(admits(guard, m_root / "job/link.ply"));
     EXPECT_TRUE(admits(guard, m_root / "job2/b.ply"));
     EXPECT_FALSE(admits(guard, m_root / "job/a.ply"));
-    EXPECT_THROW(Guard({{m_root / "none"}, 0}), Error);
+    EXPECT_THROW(ResourcePolicy({{m_root / "none"}, 0}), Error);
 }
 
 TEST_F(GuardTest, KnowsWhatItAdmitted) {
-    for (const Guard::Settings& settings : {Guard::Settings(), Guard::Settings{{m_root}, 0}}) {
-        const Guard guard(settings);
+    for (const ResourcePolicy::Settings& settings :
+         {ResourcePolicy::Settings(), ResourcePolicy::Settings{{m_root}, 0}}) {
+        const ResourcePolicy guard(settings);
         guard.admit(m_root / "job/link.ply", {});
         guard.admit(m_root / "job/none.ply", {});
         EXPECT_TRUE(guard.hasAdmitted(m_root / "job/link.ply"));
@@ -65,7 +67,7 @@ TEST_F(GuardTest, KnowsWhatItAdmitted) {
         EXPECT_FALSE(guard.hasAdmitted(m_root / "job/a.ply"));
         EXPECT_FALSE(guard.hasAdmitted(m_root / "job/none.ply")) << "it is not there";
     }
-    const Guard none;
+    const ResourcePolicy none;
     none.admit(m_root / "job/a.ply", {});
     EXPECT_FALSE(none.hasAdmitted(m_root / "job/a.ply"));
 }
@@ -73,7 +75,7 @@ TEST_F(GuardTest, KnowsWhatItAdmitted) {
 TEST(Memory, IsRefusedBeyondTheLimit) {
     const uint64_t held = residentBytes();
     ASSERT_GT(held, 1000000u);
-    const Guard guard({{}, held + 100'000'000});
+    const ResourcePolicy guard({{}, held + 100'000'000});
     EXPECT_NO_THROW(guard.require(10'000'000, "it", "do less", {}));
     for (const uint64_t bytes : {uint64_t(200'000'000), UINT64_MAX})
         EXPECT_THROW(guard.require(bytes, "it", "do less", {}), Error);
@@ -85,7 +87,7 @@ TEST(Memory, IsRefusedBeyondTheLimit) {
         EXPECT_TRUE(text.starts_with("the mesh would take 3.2 GB more, with ")) << text;
         EXPECT_TRUE(text.ends_with("; simplify it")) << text;
     }
-    EXPECT_THROW(Guard({{}, 1}).require(0, "it", "do less", {}), Error) << "there is more already";
+    EXPECT_THROW(ResourcePolicy({{}, 1}).require(0, "it", "do less", {}), Error) << "there is more already";
 }
 
 } // namespace

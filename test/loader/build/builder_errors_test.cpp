@@ -16,7 +16,7 @@ struct Outcome {
 Outcome outcomeOf(const std::string& text, const std::filesystem::path& name = "t.scene",
                   const BuildOptions& options = {}) {
     Outcome outcome;
-    Messages messages([&](const std::string& m) { outcome.warnings.push_back(m); });
+    Diagnostics messages([&](const std::string& m) { outcome.warnings.push_back(m); });
     try {
         buildScene(parseText(text, name, {"supersample"}, messages), options, messages);
     } catch (const Error& e) {

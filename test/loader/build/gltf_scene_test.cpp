@@ -10,12 +10,12 @@ namespace {
 class GltfScenes : public testing::Test {
   protected:
     BuiltScene build(const std::string& scene, const BuildOptions& options = {}) {
-        Messages messages([this](const std::string& text) { m_warnings.push_back(text); });
+        Diagnostics messages([this](const std::string& text) { m_warnings.push_back(text); });
         const auto path = m_folder.write("test.scene", scene);
         return buildScene(parseFiles({path}, {"supersample"}, messages), options, messages);
     }
     BuiltScene buildFile(const GltfFile& file, const BuildOptions& options = {}) {
-        Messages messages([this](const std::string& text) { m_warnings.push_back(text); });
+        Diagnostics messages([this](const std::string& text) { m_warnings.push_back(text); });
         const auto path = m_folder.write("model.gltf", file.text());
         return buildScene(parseFiles({path}, {"supersample"}, messages), options, messages);
     }
@@ -195,7 +195,7 @@ TEST_F(GltfScenes, FramesOfAnAnimationAreThoseOfTheirTimes) {
     addDarkness(file);
     file.root["materials"][0]["extensions"]["KHR_materials_unlit"] = json::object();
     file.animate("a", 0, "translation", {0, 1}, {0, 0, 0, 2, 0, 0}, "VEC3"); // to the right, out of sight
-    Messages quiet;
+    Diagnostics quiet;
     const auto path = m_folder.write("model.gltf", file.text());
     BuildOptions options = small();
     options.samplesPerPixel = 256;

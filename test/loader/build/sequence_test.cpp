@@ -67,7 +67,7 @@ AttributeEnd
 )";
 
 SceneDescription parsed(const std::string& text) {
-    Messages quiet;
+    Diagnostics quiet;
     return parseText(text, "test.scene", {"supersample"}, quiet);
 }
 
@@ -80,7 +80,7 @@ bool equal(const Image& a, const Image& b) {
 const Shutter kShutters[] = {{0, .1f}, {.2f, .55f}, {-2, -1}, {.9f, 3}, {2, 3}, {.4f, .4f}, {0, 1}, {0, .1f}};
 
 TEST(Sequence, FramesFromOneBuilderAreThoseOfBuildersOfTheirOwn) {
-    Messages quiet;
+    Diagnostics quiet;
     SceneBuilder builder(parsed(kScene), {}, quiet);
     std::vector<Image> frames;
     for (const Shutter& shutter : kShutters) {
@@ -100,7 +100,7 @@ TEST(Sequence, ScenesOutliveTheBuilderAndOneAnother) {
     std::vector<BuiltScene> scenes;
     Image alone;
     {
-        Messages quiet;
+        Diagnostics quiet;
         SceneBuilder builder(parsed(kScene), {}, quiet);
         alone = test::render(builder.build(kShutters[1])).image;
         for (const Shutter& shutter : kShutters)
@@ -120,7 +120,7 @@ TEST(Sequence, MotionHoldsItsEndsBeyondTheKeys) {
 }
 
 TEST(Sequence, AMeshThatRestsIsSharedByAllFrames) {
-    Messages quiet;
+    Diagnostics quiet;
     SceneBuilder builder(parsed(kScene), {}, quiet);
     const BuiltScene a = builder.build({0, .1f}), b = builder.build({.5f, .6f});
     const auto mesh = [](const BuiltScene& built) {
@@ -141,7 +141,7 @@ TEST(ContentHash, ChangesWithTextsAndWithFilesThatParametersName) {
         std::ofstream(folder / name) << text;
     };
     const auto hash = [&] {
-        Messages quiet;
+        Diagnostics quiet;
         return contentHash(parseFiles({folder / "a.scene"}, {"supersample"}, quiet));
     };
     write("mesh.ply", "ply");

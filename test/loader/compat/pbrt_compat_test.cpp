@@ -28,7 +28,7 @@ struct Loaded {
 
 Loaded load(const std::string& text, const std::string& name = "test.pbrt") {
     Loaded loaded;
-    Messages messages([&](const std::string& formatted) {
+    Diagnostics messages([&](const std::string& formatted) {
         const std::string line = formatted.substr(0, formatted.find('\n'));
         loaded.warnings.push_back(line.substr(line.find("warning: ") + 9));
     });
@@ -81,7 +81,7 @@ const std::string kCoatedWarning = gloss("coateddiffuse"), kConductorWarning = g
                   kHairWarning = "material \"hair\" is not supported; \"matte\" takes its place";
 
 INSTANTIATE_TEST_SUITE_P(
-    Foreign, Materials,
+    CompatPlugin, Materials,
     testing::Values(
         Pair{"\"diffuse\" \"rgb reflectance\" [.7 .2 .1]\n", "\"matte\" \"rgb Kd\" [.7 .2 .1]\n", ""},
         Pair{"\"dielectric\" \"float eta\" 1.3\n", "\"glass\" \"float index\" 1.3\n", ""},
@@ -138,13 +138,13 @@ INSTANTIATE_TEST_SUITE_P(
              kHairWarning.c_str()},
         Pair{"\"fourier\" \"string bsdffile\" \"x.bsdf\"\n", "\"matte\"\n", kFourierWarning.c_str()}));
 
-TEST(Foreign, UberOfVersion2IsPlastic) {
+TEST(CompatPlugin, UberOfVersion2IsPlastic) {
     const std::string lobes = " \"color Kd\" [.4 .3 .2] \"color Ks\" [.5 .4 .3] \"float roughness\" .05\n";
     EXPECT_TRUE(equal(load(kV2 + kLitV2 + "Material \"uber\"" + lobes + kBall).image,
                       load(kV2 + kLitV2 + "Material \"plastic\"" + lobes + kBall).image));
 }
 
-TEST(Foreign, RoughnessOfVersion3GoesThroughItsPolynomial) {
+TEST(CompatPlugin, RoughnessOfVersion3GoesThroughItsPolynomial) {
     // The polynomial at roughness 1 is its constant, 1.62, more than GGX allows: alpha 1.
     const std::string color = " \"rgb Kd\" [.4 .3 .2] \"rgb Ks\" [1 1 1]";
     EXPECT_TRUE(equal(
@@ -154,7 +154,7 @@ TEST(Foreign, RoughnessOfVersion3GoesThroughItsPolynomial) {
             .image));
 }
 
-TEST(Foreign, TexturedInputsAreCarriedOver) {
+TEST(CompatPlugin, TexturedInputsAreCarriedOver) {
     const auto board = [](const std::string& name, const std::string& type, const std::string& values) {
         return "Texture \"" + name + "\" \"" + type + "\" \"checkerboard\" \"float uscale\" 8 " + values +
                " \"string aamode\" \"none\"\n"; // unfiltered: a mean of roots is not the root of a mean
@@ -175,7 +175,7 @@ TEST(Foreign, TexturedInputsAreCarriedOver) {
                           .image));
 }
 
-TEST(Foreign, MixIsItsHeavierPart) {
+TEST(CompatPlugin, MixIsItsHeavierPart) {
     const std::string two = "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [.8 .1 .1]\n"
                             "MakeNamedMaterial \"b\" \"string type\" \"matte\" \"rgb Kd\" [.1 .1 .8]\n";
     const Image a = load(kV4 + kLit + two + "NamedMaterial \"a\"\n" + kBall).image;
@@ -194,7 +194,7 @@ TEST(Foreign, MixIsItsHeavierPart) {
     EXPECT_TRUE(equal(mix("\"string materials\" [\"a\" \"b\"] \"float amount\" .3\n"), a));
 }
 
-TEST(Foreign, BoundariesOfMediaAreLeftOutUnlessTheyShine) {
+TEST(CompatPlugin, BoundariesOfMediaAreLeftOutUnlessTheyShine) {
     const std::string floor = "Shape \"disk\" \"float radius\" 3 \"float height\" -1\n";
     for (const char* name : {"", "none", "interface"}) {
         const std::string material = std::string("Material \"") + name + "\"\n";
@@ -207,7 +207,7 @@ TEST(Foreign, BoundariesOfMediaAreLeftOutUnlessTheyShine) {
     }
 }
 
-TEST(Foreign, OpacityOfUberIsTheAlphaOfItsMeshes) {
+TEST(CompatPlugin, OpacityOfUberIsTheAlphaOfItsMeshes) {
     const std::string mesh =
         "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [-1 0 -1  1 0 -1  0 0 1]";
     const std::string uber = "Material \"uber\" \"rgb Ks\" [0 0 0] \"rgb opacity\" ";
@@ -217,7 +217,7 @@ TEST(Foreign, OpacityOfUberIsTheAlphaOfItsMeshes) {
                        load(kV4 + kLit + uber + "[1 1 1]\n" + mesh).image));
 }
 
-TEST(Foreign, FilmsFactorsAreThoseOfTheLight) {
+TEST(CompatPlugin, FilmsFactorsAreThoseOfTheLight) {
     const auto scene = [](const std::string& film, const std::string& scale) {
         std::string text = kV4;
         text.insert(text.find('\n'), film);
@@ -229,7 +229,7 @@ TEST(Foreign, FilmsFactorsAreThoseOfTheLight) {
     EXPECT_TRUE(equal(load(scene(" \"float iso\" 400 \"float exposuretime\" .5", "1")).image, twice));
 }
 
-TEST(Foreign, TotalsOfLights) {
+TEST(CompatPlugin, TotalsOfLights) {
     const auto lit = [](const std::string& light) {
         return load(kV4 + "WorldBegin\n" + light + kBall).image;
     };
@@ -251,7 +251,7 @@ TEST(Foreign, TotalsOfLights) {
          lit("AttributeBegin\n" + area + "\"rgb L\" [1 1 1]" + disk + "AttributeEnd\n")); // π · 4π
 }
 
-TEST(Foreign, TrifleInAPbrtFileIsAWarning) {
+TEST(CompatPlugin, TrifleInAPbrtFileIsAWarning) {
     const auto warning = [](const std::string& text) {
         const Loaded loaded = load(kV4 + kLit + kBall + text);
         return loaded.warnings.size() == 1 ? loaded.warnings[0]
@@ -286,7 +286,7 @@ TEST(Foreign, TrifleInAPbrtFileIsAWarning) {
               "parameter \"sheen\" is ignored (known: radius, zmin, zmax, phimax, name)");
 }
 
-TEST(Foreign, EveryWayToPickALightIsOne) {
+TEST(CompatPlugin, EveryWayToPickALightIsOne) {
     const auto with = [](const std::string& strategy) {
         return load(kView + "Integrator \"path\" \"string lightsamplestrategy\" \"" + strategy + "\"\n" +
                     kLit + kBall);
@@ -301,7 +301,7 @@ TEST(Foreign, EveryWayToPickALightIsOne) {
                   "\"strategy\" must be \"all\" or \"one\", not \"photontree\"; \"one\" takes its place"});
 }
 
-TEST(Foreign, TrifleInASceneFileIsAnError) {
+TEST(CompatPlugin, TrifleInASceneFileIsAnError) {
     for (const char* text :
          {"Translate 1, 2, 0\n", "Shape \"sphere\" \"float radius\" 1 \"float radius\" 2\n",
           "NamedMaterial \"lost\"\n", "ObjectInstance \"lost\"\n", "Material \"carpaint\"\n",
@@ -313,7 +313,7 @@ TEST(Foreign, TrifleInASceneFileIsAnError) {
 
 /// The largest distance of the mesh's vertices from what `distance` is zero on.
 float deviation(const std::string& shape, const std::function<float(const V3f&)>& distance) {
-    Messages quiet;
+    Diagnostics quiet;
     const BuiltScene built =
         buildScene(parseText(kV4 + kLit + shape, "test.pbrt", {"supersample"}, quiet), {}, quiet);
     const PlacedShape& placed = built.scene->groups()[0].geometries.at(0).placed;
@@ -323,7 +323,7 @@ float deviation(const std::string& shape, const std::function<float(const V3f&)>
     return largest;
 }
 
-TEST(Foreign, ShapesLieOnTheirSurfaces) {
+TEST(CompatPlugin, ShapesLieOnTheirSurfaces) {
     const auto r = [](const V3f& p) { return std::hypot(p.x, p.y); };
     EXPECT_LT(deviation("Shape \"cylinder\" \"float radius\" 2\n", [&](const V3f& p) { return r(p) - 2; }),
               1e-5f);
@@ -349,9 +349,9 @@ TEST(Foreign, ShapesLieOnTheirSurfaces) {
               1e-5f);
 }
 
-TEST(Foreign, ShapesFaceOutwards) {
+TEST(CompatPlugin, ShapesFaceOutwards) {
     for (const char* shape : {"Shape \"cylinder\"\n", "Shape \"paraboloid\"\n"}) {
-        Messages quiet;
+        Diagnostics quiet;
         const BuiltScene built =
             buildScene(parseText(kV4 + kLit + shape, "test.pbrt", {"supersample"}, quiet), {}, quiet);
         const TriangleMesh& mesh = *built.scene->groups()[0].geometries.at(0).placed.shape.mesh;
@@ -369,7 +369,7 @@ class Exporters : public testing::TestWithParam<const char*> {};
 TEST_P(Exporters, LoadWithTheWarningsThatAreExpected) {
     const fs::path folder = fs::path(STROBE_SOURCE_DIR) / "test/loader/compat/exporters";
     std::string told;
-    Messages messages([&](const std::string& formatted) {
+    Diagnostics messages([&](const std::string& formatted) {
         std::string line = formatted.substr(0, formatted.find('\n')) + "\n";
         if (const size_t at = line.find(folder.string() + "/"); at != std::string::npos)
             line.erase(at, folder.string().size() + 1);
@@ -387,7 +387,7 @@ TEST_P(Exporters, LoadWithTheWarningsThatAreExpected) {
     EXPECT_LT(mean, 20);
 }
 
-INSTANTIATE_TEST_SUITE_P(Foreign, Exporters,
+INSTANTIATE_TEST_SUITE_P(CompatPlugin, Exporters,
                          testing::Values("blender-v3", "cinema-v2", "converter-v4", "houdini-v3", "studio-v4",
                                          "plugins-v2"));
 

@@ -222,7 +222,7 @@ TEST(SceneErrors, Includes) {
     const std::string dir = folder.path().string() + "/";
     const auto error = [&](const std::string& text) {
         folder.write("main.scene", text);
-        Messages quiet;
+        Diagnostics quiet;
         try {
             parseFiles({dir + "main.scene"}, {}, quiet);
         } catch (const Error& e) {

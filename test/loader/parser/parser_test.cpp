@@ -71,7 +71,7 @@ TEST(Parser, DefaultMaterial) {
     const SceneDescription scene = parseGood("WorldBegin Shape \"sphere\"");
     EXPECT_EQ(scene.world.shapes.at(0).material, 0);
     EXPECT_EQ(scene.materials.size(), 1u);
-    EXPECT_TRUE(scene.world.shapes.at(0).toParent.isStill());
+    EXPECT_TRUE(scene.world.shapes.at(0).toParent.isStatic());
 }
 
 TEST(Parser, CoordinateSystems) {
@@ -283,7 +283,7 @@ TEST(Parser, Includes) {
     folder.write("geo/part.pbrt", "Shape \"sphere\" Include \"inner.pbrt\" Include \"other.pbrt\"");
     folder.write("geo/inner.pbrt", "Shape \"disk\"");
     folder.write("other.pbrt", "Material \"mirror\"");
-    Messages quiet;
+    Diagnostics quiet;
     const auto main = folder.write("main.scene", "WorldBegin Include \"geo/part.pbrt\" Shape \"cone\"");
     const SceneDescription scene = parseFiles({main}, {}, quiet);
     ASSERT_EQ(scene.world.shapes.size(), 3u);
@@ -297,7 +297,7 @@ TEST(Parser, SeveralFilesAreOne) {
     const TemporaryFolder folder;
     const auto a = folder.write("a.scene", "Translate 1 0 0"),
                b = folder.write("b.pbrt", "Camera \"p\" WorldBegin");
-    Messages quiet;
+    Diagnostics quiet;
     const SceneDescription scene = parseFiles({a, b}, {}, quiet);
     EXPECT_TRUE(scene.strictParameters);
     expectNear(transformPoint(scene.cameraToWorld.at(0), V3f(0)), {-1, 0, 0});

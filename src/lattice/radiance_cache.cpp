@@ -1,4 +1,4 @@
-#include "lattice/cell_cache.h"
+#include "lattice/radiance_cache.h"
 
 #include "core/util/memory.h"
 
@@ -16,19 +16,19 @@ uint64_t signature(uint64_t redGreen, uint32_t blue) { return redGreen ^ std::ro
 
 } // namespace
 
-BlockCache::~BlockCache() {
+RadianceCache::~RadianceCache() {
     if (m_buckets)
         munmap(m_buckets, bytes());
 }
 
-BlockCache::BlockCache(size_t bytes) : m_count(std::max(bytes / sizeof(Bucket), size_t(1))) { map(); }
+RadianceCache::RadianceCache(size_t bytes) : m_count(std::max(bytes / sizeof(Bucket), size_t(1))) { map(); }
 
-void BlockCache::clear() {
+void RadianceCache::clear() {
     munmap(m_buckets, bytes());
     map();
 }
 
-void BlockCache::map() {
+void RadianceCache::map() {
     // Fresh pages are zero, and all-zero bytes are empty entries. They cost memory only once they are used;
     // large pages keep the address translation from costing more than the lookup.
     static_assert(std::atomic<uint64_t>::is_always_lock_free && sizeof(Bucket) == 64);
@@ -37,17 +37,17 @@ void BlockCache::map() {
     if (p == MAP_FAILED)
         throw std::bad_alloc();
     m_buckets = static_cast<Bucket*>(p);
-    preferLargePages(p, bytes());
+    adviseHugePages(p, bytes());
 }
 
-uint64_t BlockCache::read(const Bucket& bucket, int way, uint64_t& redGreen, uint32_t& blue) {
+uint64_t RadianceCache::read(const Bucket& bucket, int way, uint64_t& redGreen, uint32_t& blue) {
     const uint64_t check = bucket.check[way].load(std::memory_order_relaxed);
     redGreen = bucket.redGreen[way].load(std::memory_order_relaxed);
     blue = bucket.blue[way].load(std::memory_order_relaxed);
     return check ^ signature(redGreen, blue);
 }
 
-bool BlockCache::find(uint64_t key, Rgb& value) const {
+bool RadianceCache::find(uint64_t key, Rgb& value) const {
     const Bucket& bucket = bucketOf(key);
     for (int way = 0; way < kWays; ++way) {
         uint64_t redGreen;
@@ -61,7 +61,7 @@ bool BlockCache::find(uint64_t key, Rgb& value) const {
     return false;
 }
 
-BlockCache::Stored BlockCache::store(uint64_t key, const Rgb& value) {
+RadianceCache::Stored RadianceCache::store(uint64_t key, const Rgb& value) {
     Bucket& bucket = bucketOf(key);
     int place = -1;
     for (int way = 0; way < kWays; ++way) {

@@ -12,13 +12,13 @@ namespace strobe {
 /// a function of its key alone: then losing one, or storing one twice, costs time and changes nothing.
 /// Entries carry their key mixed with their value, so that one half-written by another thread reads as absent
 /// (the trick of lockless transposition tables, Hyatt & Mann 2002).
-class BlockCache {
+class RadianceCache {
   public:
     /// Room for as many blocks as fit into `bytes`, at least one bucket.
-    explicit BlockCache(size_t bytes);
-    ~BlockCache();
-    BlockCache(const BlockCache&) = delete;
-    BlockCache& operator=(const BlockCache&) = delete;
+    explicit RadianceCache(size_t bytes);
+    ~RadianceCache();
+    RadianceCache(const RadianceCache&) = delete;
+    RadianceCache& operator=(const RadianceCache&) = delete;
 
     bool find(uint64_t key, Rgb& value) const;
     /// Asks the memory for what `find` will read.
@@ -33,7 +33,7 @@ class BlockCache {
     size_t bytes() const { return m_count * sizeof(Bucket); }
 
     /// What room for a block takes.
-    static constexpr double bytesPerBlock() { return double(sizeof(Bucket)) / kWays; }
+    static constexpr double bytesPerEntry() { return double(sizeof(Bucket)) / kWays; }
 
   private:
     void map();

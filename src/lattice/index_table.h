@@ -8,7 +8,7 @@ namespace strobe {
 
 /// Numbers filed under 64-bit keys. It stays as small as its contents allow, to stay in the first-level
 /// cache.
-class SlotTable {
+class IndexTable {
   public:
     void clear() {
         m_used = 0;
