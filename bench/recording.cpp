@@ -58,7 +58,7 @@ Diagnostics warnings() {
 
 Subject subjectOf(const std::string& name, BuiltScene built, uint64_t cameraRays) {
     Subject subject{name, std::move(built), {}, 32};
-    const PixelBounds& frame = subject.built.window;
+    const PixelBounds& frame = subject.built.pixelBounds;
     const double pixels = double(cameraRays) / subject.built.sampler.samplesPerPixel;
     const int side = std::max(4, int(std::sqrt(pixels) / kWindowsPerSide));
     subject.tileSize = std::max(4, side / 4);
@@ -82,8 +82,8 @@ Counters renderWith(const Subject& subject, const Integrator& integrator, const 
     settings.threads = threads;
     settings.tileSize = subject.tileSize;
     Counters total;
-    for (const PixelBounds& window : subject.windows) {
-        Film film(built.resolution.x, built.resolution.y, window);
+    for (const PixelBounds& pixelBounds : subject.windows) {
+        Film film(built.resolution.x, built.resolution.y, pixelBounds);
         total.add(
             render(*built.scene, integrator, shader, *built.sampler.sampler, *built.filter, settings, film)
                 .total);

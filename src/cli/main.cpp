@@ -165,7 +165,7 @@ int makePicture(const Options& options, const BuiltScene& built, const ResourceP
     SampleTable samples;
     if (!options.samplesFile.empty())
         settings.probe = [&](const SampleRecord& report) { samples.add(report); };
-    Film film(built.resolution.x, built.resolution.y, built.window, layersOf(options));
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds, layersOf(options));
     AovFilms aovs(options, built, log);
     aovs.addTo(settings);
     if (std::any_of(options.outputs.begin(), options.outputs.end(), isPart))

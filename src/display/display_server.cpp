@@ -88,21 +88,23 @@ class Connection {
     int m_fd = -1;
 };
 
-std::string createMessage(const std::string& name, const PixelBounds& window) {
+std::string createMessage(const std::string& name, const PixelBounds& pixelBounds) {
     TevMessage m(TevMessage::CreateImage);
-    m << true << std::string_view(name) << int32_t(window.width()) << int32_t(window.height()) << int32_t(3);
+    m << true << std::string_view(name) << int32_t(pixelBounds.width()) << int32_t(pixelBounds.height())
+      << int32_t(3);
     for (const char* channel : {"R", "G", "B"})
         m << std::string_view(channel);
     return std::move(m).bytes();
 }
 
-std::string updateMessage(const std::string& name, const PixelBounds& window, const LiveFilm::Piece& piece) {
+std::string updateMessage(const std::string& name, const PixelBounds& pixelBounds,
+                          const LiveFilm::Piece& piece) {
     TevMessage m(TevMessage::UpdateImage);
     m << false << std::string_view(name) << int32_t(3);
     for (const char* channel : {"R", "G", "B"})
         m << std::string_view(channel);
-    m << int32_t(piece.window.x0 - window.x0) << int32_t(piece.window.y0 - window.y0)
-      << int32_t(piece.window.width()) << int32_t(piece.window.height());
+    m << int32_t(piece.pixelBounds.x0 - pixelBounds.x0) << int32_t(piece.pixelBounds.y0 - pixelBounds.y0)
+      << int32_t(piece.pixelBounds.width()) << int32_t(piece.pixelBounds.height());
     for (const int64_t offset : {0, 1, 2})
         m << offset;
     for (int i = 0; i < 3; ++i)
@@ -168,13 +170,13 @@ struct DisplayServer::State {
         const auto send = [&](const std::string& bytes) {
             return connection.send(bytes, [this] { return over(); });
         };
-        if (!send(createMessage(name, film->window())))
+        if (!send(createMessage(name, film->pixelBounds())))
             return false;
         film->touchAll();
         while (!over()) {
             const bool last = ends(); // then nothing changes any more
             const auto piece = film->nextChanged(last ? 0ms : kTick);
-            if (piece && !send(updateMessage(name, film->window(), *piece)))
+            if (piece && !send(updateMessage(name, film->pixelBounds(), *piece)))
                 return false;
             if (!piece && last)
                 return true;

@@ -11,8 +11,9 @@ int piecesOf(int pixels) { return (pixels + kPiece - 1) / kPiece; }
 } // namespace
 
 LiveFilm::LiveFilm(const Film& like)
-    : m_window(like.window()), m_film(like.fullWidth(), like.fullHeight(), like.window(), like.layers()),
-      m_across(piecesOf(m_window.width())), m_down(piecesOf(m_window.height())),
+    : m_pixelBounds(like.pixelBounds()),
+      m_film(like.fullWidth(), like.fullHeight(), like.pixelBounds(), like.layers()),
+      m_across(piecesOf(m_pixelBounds.width())), m_down(piecesOf(m_pixelBounds.height())),
       m_filled(size_t(m_across) * size_t(m_down)), m_waits(m_filled.size()) {
     if (!like.sums().empty())
         m_film.keepSums();
@@ -28,8 +29,9 @@ void LiveFilm::update(const Film& film, const PixelBounds& tile) {
 }
 
 void LiveFilm::touch(const PixelBounds& tile) {
-    for (int j = (tile.y0 - m_window.y0) / kPiece; j <= (tile.y1 - 1 - m_window.y0) / kPiece; ++j)
-        for (int i = (tile.x0 - m_window.x0) / kPiece; i <= (tile.x1 - 1 - m_window.x0) / kPiece; ++i) {
+    for (int j = (tile.y0 - m_pixelBounds.y0) / kPiece; j <= (tile.y1 - 1 - m_pixelBounds.y0) / kPiece; ++j)
+        for (int i = (tile.x0 - m_pixelBounds.x0) / kPiece; i <= (tile.x1 - 1 - m_pixelBounds.x0) / kPiece;
+             ++i) {
             const int piece = j * m_across + i;
             m_filled[size_t(piece)] = true;
             if (m_waits[size_t(piece)])
@@ -63,11 +65,12 @@ std::optional<LiveFilm::Piece> LiveFilm::nextChanged(std::chrono::milliseconds p
         m_head = 0;
     }
     m_waits[size_t(piece)] = false;
-    const int x = m_window.x0 + piece % m_across * kPiece, y = m_window.y0 + piece / m_across * kPiece;
-    const PixelBounds w{x, y, std::min(x + kPiece, m_window.x1), std::min(y + kPiece, m_window.y1)};
+    const int x = m_pixelBounds.x0 + piece % m_across * kPiece,
+              y = m_pixelBounds.y0 + piece / m_across * kPiece;
+    const PixelBounds w{x, y, std::min(x + kPiece, m_pixelBounds.x1), std::min(y + kPiece, m_pixelBounds.y1)};
     Piece out{w, {w.width(), w.height(), {}}};
     for (int row = w.y0; row < w.y1; ++row) {
-        const Rgb* from = &m_film.image().at(w.x0 - m_window.x0, row - m_window.y0);
+        const Rgb* from = &m_film.image().at(w.x0 - m_pixelBounds.x0, row - m_pixelBounds.y0);
         out.image.pixels.insert(out.image.pixels.end(), from, from + w.width());
     }
     return out;

@@ -22,11 +22,11 @@ class LiveFilm {
     void update(const Film& film, const PixelBounds& tile);
     /// A copy.
     Film film() const;
-    const PixelBounds& window() const { return m_window; }
+    const PixelBounds& pixelBounds() const { return m_pixelBounds; }
 
     /// A piece of the picture, in pixels of the full frame.
     struct Piece {
-        PixelBounds window;
+        PixelBounds pixelBounds;
         Image image;
     };
     /// For one onlooker: a piece that has changed since it was fetched, the longest waiting first. Waits for
@@ -38,7 +38,7 @@ class LiveFilm {
   private:
     void touch(const PixelBounds& tile);
 
-    const PixelBounds m_window;
+    const PixelBounds m_pixelBounds;
     mutable std::mutex m_mutex;
     std::condition_variable m_changed;
     Film m_film;

@@ -1,7 +1,7 @@
 // glTF 2.0 files as shapes, materials, lights and cameras.
 #pragma once
 
-#include "core/image/image.h"
+#include "core/image/texture_cache.h"
 #include "core/interfaces/camera.h"
 #include "core/interfaces/material.h"
 #include "core/interfaces/shape.h"

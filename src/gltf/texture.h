@@ -1,7 +1,7 @@
 // Textures: images wherever they lie, and how they are placed on primitives.
 #pragma once
 
-#include "core/image/image.h"
+#include "core/image/texture_cache.h"
 #include "core/interfaces/texture.h"
 #include "gltf/document.h"
 #include "gltf/mesh.h"

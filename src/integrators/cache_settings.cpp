@@ -54,7 +54,7 @@ size_t automaticBytes(const RenderContext& context, float blockSize, int timeBin
     if (cost.shades() > 0 && cost.mean() + cost.deviation() < kMemorySeconds)
         return kMegabyte * size_t(context.threads);
     const double room = remembered ? .5 : 2; // for each block
-    const double pixels = double(context.window.width()) * context.window.height();
+    const double pixels = double(context.pixelBounds.width()) * context.pixelBounds.height();
     const double blocks = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
     const double most = double(memoryForUs()) / 4;
     return size_t(std::clamp(blocks * RadianceCache::bytesPerEntry() * room * (1 + context.lightComponents),

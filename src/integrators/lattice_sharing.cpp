@@ -21,9 +21,9 @@ struct Shared {
         : scene(scene), settings(settings), seed(seed),
           lattice(scene, settings.blockSize, SurfaceLattice::SmallTriangles::Shared), cache(settings.bytes) {
         for (const auto& m : scene.materials()) {
-            const bool shares = settings.blockSize > 0 && (!settings.indirectOnly || m->isDiffuse());
-            materials.push_back({shares, m->isTextured()});
-            allShare &= shares, hasTextures |= m->isTextured();
+            const bool shares = settings.blockSize > 0 && (!settings.indirectOnly || m->flags().diffuse);
+            materials.push_back({shares, m->flags().textured});
+            allShare &= shares, hasTextures |= m->flags().textured;
         }
     }
     struct Kind {

@@ -1,6 +1,7 @@
 // A hash table of one batch's keys, emptied in no time.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 

@@ -20,7 +20,11 @@ struct Data {
 class Glass : public Material {
   public:
     Glass(RgbInput kr, RgbInput kt, FloatInput index, bool scalesRadiance)
-        : m_kr(std::move(kr)), m_kt(std::move(kt)), m_index(std::move(index)),
+        : Material({.smooth = false,
+                    .transmissive = true,
+                    .needsFootprint = kr.needsFootprint() || kt.needsFootprint() || index.needsFootprint(),
+                    .usesDirectionSample = false}),
+          m_kr(std::move(kr)), m_kt(std::move(kt)), m_index(std::move(index)),
           m_scalesRadiance(scalesRadiance) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
@@ -56,12 +60,6 @@ class Glass : public Material {
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
     void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, 0.f);
-    }
-    bool picksDirection() const override { return false; }
-    bool isSmooth() const override { return false; }
-    bool transmits() const override { return true; }
-    bool needsFootprint() const override {
-        return m_kr.needsFootprint() || m_kt.needsFootprint() || m_index.needsFootprint();
     }
 
   private:

@@ -128,7 +128,9 @@ class LobeMaterial : public Material {
     void maxPdfSoA(const BsdfSoA& jobs, float* out) const final {
         boundPdfs(DataRows<Data>(jobs), jobs, out);
     }
-    bool isSmooth() const final { return true; }
+
+  protected:
+    using Material::Material;
 };
 
 } // namespace strobe

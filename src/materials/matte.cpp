@@ -82,7 +82,12 @@ STROBE_TARGET_CLONES void sampleMatte(bool same, const BsdfSoA& jobs, const V2So
 
 class Matte : public Material {
   public:
-    Matte(RgbInput kd, FloatInput sigma) : m_kd(std::move(kd)), m_sigma(std::move(sigma)) {}
+    Matte(RgbInput kd, FloatInput sigma)
+        : Material({.diffuse = true,
+                    .textured = kd.texture != nullptr,
+                    .needsFootprint = kd.needsFootprint() || sigma.needsFootprint(),
+                    .usesLobeSample = false}),
+          m_kd(std::move(kd)), m_sigma(std::move(sigma)) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override { fill(m_kd.at(q), m_sigma.at(q), bsdf); }
     void prepareSoA(const TextureQuerySoA& q, int begin, int end, Bsdf* bsdf) const override {
@@ -122,17 +127,12 @@ class Matte : public Material {
             out.delta[i] = out.transmits[i] = false;
         }
     }
-    bool picksLobe() const override { return false; }
 
     float maxPdf(const Bsdf&, const V3f&) const override { return kInvPi; }
     void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, kInvPi);
     }
-    bool isSmooth() const override { return true; }
-    bool isDiffuse() const override { return true; }
-    bool isTextured() const override { return m_kd.texture != nullptr; }
     Rgb albedo(const Bsdf& bsdf) const override { return bsdf.as<Data>().scaledKd * kPi; }
-    bool needsFootprint() const override { return m_kd.needsFootprint() || m_sigma.needsFootprint(); }
 
   private:
     static void fill(const Rgb& kd, float sigma, Bsdf& bsdf) {

@@ -97,7 +97,7 @@ template <class Table>
 class Measured : public Material {
   public:
     explicit Measured(Table table)
-        : m_table(std::move(table)),
+        : Material({}), m_table(std::move(table)),
           m_fit([this](const V3f& wo, const V3f& wi) { return luminance(nonNegative(m_table(wo, wi))); }) {}
 
     void prepare(const TextureQuery&, Bsdf&) const override {}
@@ -144,7 +144,6 @@ class Measured : public Material {
     void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
         boundsOfMixtures(m_fit, jobs.wo, jobs.begin, jobs.end, out);
     }
-    bool isSmooth() const override { return true; }
 
   private:
     Rgb value(const V3f& wo, const V3f& wi) const { return nonNegative(m_table(wo, wi)) * std::abs(wi.z); }

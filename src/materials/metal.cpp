@@ -34,15 +34,14 @@ struct Data {
 class Metal : public LobeMaterial<Data> {
   public:
     Metal(RgbInput eta, RgbInput k, FloatInput roughness)
-        : m_eta(std::move(eta)), m_k(std::move(k)), m_roughness(std::move(roughness)) {}
+        : LobeMaterial(
+              {.needsFootprint = eta.needsFootprint() || k.needsFootprint() || roughness.needsFootprint(),
+               .usesLobeSample = false}),
+          m_eta(std::move(eta)), m_k(std::move(k)), m_roughness(std::move(roughness)) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
         const Rgb eta = nonNegative(m_eta.at(q)), k = nonNegative(m_k.at(q));
         bsdf.as<Data>() = {eta.x, eta.y, eta.z, k.x, k.y, k.z, blinnExponent(m_roughness.at(q))};
-    }
-    bool picksLobe() const override { return false; }
-    bool needsFootprint() const override {
-        return m_eta.needsFootprint() || m_k.needsFootprint() || m_roughness.needsFootprint();
     }
 
   private:

@@ -139,7 +139,7 @@ struct View {
 class MetallicRoughness : public Material {
   public:
     explicit MetallicRoughness(MetallicRoughnessInputs inputs)
-        : m_in(std::move(inputs)), m_transmits(m_in.transmission.texture || m_in.transmission.constant > 0) {}
+        : Material(flagsOf(inputs)), m_in(std::move(inputs)) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
         fill(q, m_in.baseColor.at(q), m_in.packed ? m_in.packed->rgb(q) : Rgb(1), bsdf);
@@ -208,24 +208,9 @@ class MetallicRoughness : public Material {
         return bound;
     }
 
-    bool isSmooth() const override { return true; }
-    bool isDiffuse() const override { return m_in.metallic.constant < .5f && !m_transmits; }
-    bool isTextured() const override { return m_in.baseColor.texture != nullptr; }
     Rgb albedo(const Bsdf& bsdf) const override {
         const Data& data = bsdf.as<Data>();
         return Rgb(data.diffuse) * kPi + Rgb(data.f0) + Rgb(data.through);
-    }
-    bool transmits() const override { return m_transmits; }
-    bool needsFootprint() const override {
-        const auto textureNeeds = [](const auto& texture) { return texture && texture->needsFootprint(); };
-        return m_in.baseColor.needsFootprint() || m_in.metallic.needsFootprint() ||
-               m_in.roughness.needsFootprint() || textureNeeds(m_in.packed) || m_in.ior.needsFootprint() ||
-               m_in.specular.needsFootprint() || m_in.specularColor.needsFootprint() ||
-               m_in.transmission.needsFootprint() || m_in.clearcoat.needsFootprint() ||
-               m_in.clearcoatRoughness.needsFootprint() || textureNeeds(m_in.normalMap);
-    }
-    ShadingNormal shadingNormal() const override {
-        return m_in.normalMap ? ShadingNormal::Mapped : ShadingNormal::Visible;
     }
     V3f tangentNormal(const TextureQuery& q) const override {
         const Rgb c = m_in.normalMap->rgb(q) * 2 - Rgb(1);
@@ -233,6 +218,20 @@ class MetallicRoughness : public Material {
     }
 
   private:
+    static MaterialFlags flagsOf(const MetallicRoughnessInputs& in) {
+        MaterialFlags flags;
+        flags.transmissive = in.transmission.texture || in.transmission.constant > 0;
+        flags.diffuse = in.metallic.constant < .5f && !flags.transmissive;
+        flags.textured = in.baseColor.texture != nullptr;
+        const auto needsFootprint = [](const auto&... inputs) { return (... || inputs.needsFootprint()); };
+        const auto textureNeeds = [](const auto& texture) { return texture && texture->needsFootprint(); };
+        flags.needsFootprint =
+            needsFootprint(in.baseColor, in.metallic, in.roughness, in.ior, in.specular, in.specularColor,
+                           in.transmission, in.clearcoat, in.clearcoatRoughness) ||
+            textureNeeds(in.packed) || textureNeeds(in.normalMap);
+        flags.shadingNormal = in.normalMap ? ShadingNormal::Mapped : ShadingNormal::Visible;
+        return flags;
+    }
     static bool delta(const V3f& wi, const Rgb& weight, bool transmits, BsdfSample& out) {
         out.wi = wi, out.weight = weight, out.pdf = 0, out.delta = true, out.transmits = transmits;
         return true;
@@ -256,7 +255,7 @@ class MetallicRoughness : public Material {
         const float roughness = m_in.roughness.at(q) * packed.y;
         const float ior = std::max(m_in.ior.at(q), 0.f), specular = clamp01(m_in.specular.at(q));
         const Rgb f0 = clamp01(nonNegative(m_in.specularColor.at(q)) * sqr((ior - 1) / (ior + 1))) * specular;
-        const float transmission = m_transmits ? clamp01(m_in.transmission.at(q)) : 0.f;
+        const float transmission = flags().transmissive ? clamp01(m_in.transmission.at(q)) : 0.f;
         const Rgb body = base * (1 - metallic);
         Data& data = bsdf.as<Data>();
         data.diffuse = body * ((1 - transmission) * kInvPi);
@@ -270,7 +269,6 @@ class MetallicRoughness : public Material {
     }
 
     MetallicRoughnessInputs m_in;
-    bool m_transmits;
 };
 
 } // namespace

@@ -13,7 +13,12 @@ struct Data {
 
 class Mirror : public Material {
   public:
-    explicit Mirror(RgbInput kr) : m_kr(std::move(kr)) {}
+    explicit Mirror(RgbInput kr)
+        : Material({.smooth = false,
+                    .needsFootprint = kr.needsFootprint(),
+                    .usesLobeSample = false,
+                    .usesDirectionSample = false}),
+          m_kr(std::move(kr)) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
         bsdf.as<Data>().kr = nonNegative(m_kr.at(q));
@@ -49,10 +54,6 @@ class Mirror : public Material {
     void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, 0.f);
     }
-    bool picksLobe() const override { return false; }
-    bool picksDirection() const override { return false; }
-    bool isSmooth() const override { return false; }
-    bool needsFootprint() const override { return m_kr.needsFootprint(); }
 
   private:
     RgbInput m_kr;

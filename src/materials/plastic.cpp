@@ -62,7 +62,11 @@ struct Data {
 class Plastic : public LobeMaterial<Data> {
   public:
     Plastic(RgbInput kd, RgbInput ks, FloatInput roughness)
-        : m_kd(std::move(kd)), m_ks(std::move(ks)), m_roughness(std::move(roughness)) {}
+        : LobeMaterial(
+              {.diffuse = true,
+               .textured = kd.texture || ks.texture,
+               .needsFootprint = kd.needsFootprint() || ks.needsFootprint() || roughness.needsFootprint()}),
+          m_kd(std::move(kd)), m_ks(std::move(ks)), m_roughness(std::move(roughness)) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
         fill(m_kd.at(q), m_ks.at(q), blinnExponent(m_roughness.at(q)), bsdf);
@@ -77,14 +81,9 @@ class Plastic : public LobeMaterial<Data> {
             fill(kd.at(i), ks.at(i), exponent, bsdf[i]);
         }
     }
-    bool isDiffuse() const override { return true; }
-    bool isTextured() const override { return m_kd.texture || m_ks.texture; }
     Rgb albedo(const Bsdf& bsdf) const override {
         const Data& d = bsdf.as<Data>();
         return Rgb(d.r, d.g, d.b) * kPi + Rgb(d.kr, d.kg, d.kb);
-    }
-    bool needsFootprint() const override {
-        return m_kd.needsFootprint() || m_ks.needsFootprint() || m_roughness.needsFootprint();
     }
 
   private:

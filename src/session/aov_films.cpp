@@ -13,11 +13,11 @@ AovFilms::AovFilms(const Options& options, const BuiltScene& built, spdlog::logg
     if (any && std::none_of(options.outputs.begin(), options.outputs.end(), isExr))
         log.warn("--aov: there is no .exr output to hold the layers");
     if (!options.lights.empty())
-        m_lights = std::make_unique<LightFilm>(built.window, options.lights, built.lightGroups);
+        m_lights = std::make_unique<LightFilm>(built.pixelBounds, options.lights, built.lightGroups);
     if (options.features.empty())
         return;
     m_features = std::make_unique<AovFilm>(
-        *built.scene, *built.sampler.sampler, built.window,
+        *built.scene, *built.sampler.sampler, built.pixelBounds,
         FeatureSettings{options.features, built.cryptomatteMaterialNames, options.cryptoLevels});
     for (const std::string& warning : m_features->warnings())
         log.warn("{}", warning);

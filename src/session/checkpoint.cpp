@@ -17,7 +17,7 @@ SampleSlice samplesOf(const Options& options, const BuiltScene& built) {
 /// The pixels that have all samples, as rectangles: runs of rows, those that repeat in one.
 std::vector<SampleBox> fullBoxes(const Film& film, const SampleSlice& samples) {
     std::vector<SampleBox> boxes;
-    const PixelBounds& w = film.window();
+    const PixelBounds& w = film.pixelBounds();
     std::vector<size_t> above; // boxes that reach down to the row before
     for (int y = w.y0; y < w.y1; ++y) {
         std::vector<size_t> open;
@@ -27,12 +27,12 @@ std::vector<SampleBox> fullBoxes(const Film& film, const SampleSlice& samples) {
                 ++end;
             if (end > x) {
                 const auto same = std::find_if(above.begin(), above.end(), [&](size_t i) {
-                    return boxes[i].window.x0 == x && boxes[i].window.x1 == end;
+                    return boxes[i].pixelBounds.x0 == x && boxes[i].pixelBounds.x1 == end;
                 });
                 open.push_back(same != above.end() ? *same : boxes.size());
                 if (same == above.end())
                     boxes.push_back({{x, y, end, y}, samples});
-                boxes[open.back()].window.y1 = y + 1;
+                boxes[open.back()].pixelBounds.y1 = y + 1;
             }
             x = end + 1;
         }
@@ -55,7 +55,7 @@ RenderPart partOf(const Film& film, const Options& options, const BuiltScene& bu
     part.key.emplace_back("shutter", fmt::format("{} {}", shutter.open, shutter.close));
     part.fullWidth = film.fullWidth(), part.fullHeight = film.fullHeight();
     part.samplesPerPixel = built.sampler.samplesPerPixel;
-    part.window = film.window();
+    part.pixelBounds = film.pixelBounds();
     part.boxes = fullBoxes(film, samplesOf(options, built));
     part.sums = film.sums();
     return part;
@@ -80,7 +80,7 @@ bool Checkpoint::resume(Film& film) const {
     RenderPart expected = partOf(film, m_options, m_built);
     expected.boxes.clear();
     const SampleSlice samples = samplesOf(m_options, m_built);
-    const PixelBounds &w = part.window, &own = film.window();
+    const PixelBounds &w = part.pixelBounds, &own = film.pixelBounds();
     for (const SampleBox& box : part.boxes)
         if (box.samples != samples)
             throw Error(fmt::format("{}: it has samples {}:{}, not {}:{}", m_file.string(), box.samples.first,

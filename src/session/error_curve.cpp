@@ -8,10 +8,10 @@ namespace strobe {
 
 namespace {
 
-Image cropped(const Image& frame, const PixelBounds& window) {
-    Image out{window.width(), window.height(), {}};
-    for (int y = window.y0; y < window.y1; ++y)
-        for (int x = window.x0; x < window.x1; ++x)
+Image cropped(const Image& frame, const PixelBounds& pixelBounds) {
+    Image out{pixelBounds.width(), pixelBounds.height(), {}};
+    for (int y = pixelBounds.y0; y < pixelBounds.y1; ++y)
+        for (int x = pixelBounds.x0; x < pixelBounds.x1; ++x)
             out.pixels.push_back(frame.at(x, y));
     return out;
 }
@@ -20,7 +20,7 @@ Image cropped(const Image& frame, const PixelBounds& window) {
 
 ErrorCurve::ErrorCurve(const std::filesystem::path& reference, const Film& film)
     : m_reference(readImage(reference, {}, ColorEncoding{ColorEncoding::Srgb})) {
-    const PixelBounds& w = film.window();
+    const PixelBounds& w = film.pixelBounds();
     if (m_reference.width == w.width() && m_reference.height == w.height())
         return;
     if (m_reference.width != film.fullWidth() || m_reference.height != film.fullHeight())

@@ -11,8 +11,8 @@ namespace strobe {
 namespace {
 
 Film filmOf(const RenderPart& part) {
-    Film film(part.fullWidth, part.fullHeight, part.window);
-    const PixelBounds& w = part.window;
+    Film film(part.fullWidth, part.fullHeight, part.pixelBounds);
+    const PixelBounds& w = part.pixelBounds;
     for (int y = w.y0; y < w.y1; ++y)
         for (int x = w.x0; x < w.x1; ++x)
             film.add(x, y, part.sums[size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0)]);
@@ -42,7 +42,7 @@ Metadata metadataOf(const RenderPart& part, uint64_t missing) {
 /// picture's size is said, where there is one.
 uint64_t warnOfMissing(const RenderPart& whole, const std::vector<std::filesystem::path>& outputs,
                        spdlog::logger& log) {
-    const PixelBounds& w = whole.window;
+    const PixelBounds& w = whole.pixelBounds;
     const uint64_t missing = missingSamples(whole);
     if (missing > 0)
         log.warn("{} samples of the pixels from {},{} to {},{} are missing", missing, w.x0, w.y0, w.x1 - 1,

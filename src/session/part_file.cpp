@@ -64,10 +64,10 @@ bool isInside(const PixelBounds& inner, const PixelBounds& outer) {
 bool isSound(const RenderPart& part) {
     if (part.fullWidth < 1 || part.fullHeight < 1 || part.fullWidth > kMaxPixels ||
         part.fullHeight > kMaxPixels || part.samplesPerPixel < 1 || part.boxes.empty() ||
-        !isInside(part.window, {0, 0, part.fullWidth, part.fullHeight}))
+        !isInside(part.pixelBounds, {0, 0, part.fullWidth, part.fullHeight}))
         return false;
     return std::all_of(part.boxes.begin(), part.boxes.end(), [&](const SampleBox& box) {
-        return isInside(box.window, part.window) && box.samples.first < box.samples.end &&
+        return isInside(box.pixelBounds, part.pixelBounds) && box.samples.first < box.samples.end &&
                box.samples.end <= uint32_t(part.samplesPerPixel);
     });
 }
@@ -79,22 +79,23 @@ RenderPart fromJson(const Json& header) {
     part.fullWidth = integerFrom(header.at("frame").at(0));
     part.fullHeight = integerFrom(header.at("frame").at(1));
     part.samplesPerPixel = integerFrom(header.at("samplesPerPixel"));
-    part.window = windowFrom(header.at("window"));
+    part.pixelBounds = windowFrom(header.at("window"));
     for (const Json& box : header.at("boxes"))
         part.boxes.push_back({windowFrom(box.at("window")), sliceFrom(box.at("samples"))});
     return part;
 }
 
 bool overlap(const SampleBox& a, const SampleBox& b) {
-    return a.window.x0 < b.window.x1 && b.window.x0 < a.window.x1 && a.window.y0 < b.window.y1 &&
-           b.window.y0 < a.window.y1 && a.samples.first < b.samples.end && b.samples.first < a.samples.end;
+    return a.pixelBounds.x0 < b.pixelBounds.x1 && b.pixelBounds.x0 < a.pixelBounds.x1 &&
+           a.pixelBounds.y0 < b.pixelBounds.y1 && b.pixelBounds.y0 < a.pixelBounds.y1 &&
+           a.samples.first < b.samples.end && b.samples.first < a.samples.end;
 }
 
 void addSums(RenderPart& to, const RenderPart& from) {
-    const PixelBounds& w = from.window;
+    const PixelBounds& w = from.pixelBounds;
     for (int y = w.y0; y < w.y1; ++y)
         for (int x = w.x0; x < w.x1; ++x)
-            to.sums[indexIn(to.window, x, y)].add(from.sums[indexIn(w, x, y)]);
+            to.sums[indexIn(to.pixelBounds, x, y)].add(from.sums[indexIn(w, x, y)]);
 }
 
 /// Throws where `more` is of another render.
@@ -125,10 +126,10 @@ void writePart(const fs::path& file, const RenderPart& part) {
         header["key"][name] = value;
     header["frame"] = {part.fullWidth, part.fullHeight};
     header["samplesPerPixel"] = part.samplesPerPixel;
-    header["window"] = toJson(part.window);
+    header["window"] = toJson(part.pixelBounds);
     for (const SampleBox& box : part.boxes)
         header["boxes"].push_back(
-            {{"window", toJson(box.window)}, {"samples", {box.samples.first, box.samples.end}}});
+            {{"window", toJson(box.pixelBounds)}, {"samples", {box.samples.first, box.samples.end}}});
     const std::string text = header.dump() + '\n';
     writeFileAtomically(file, std::string(kFirstLine) + checksum(text + sums) + '\n' + text + sums);
 }
@@ -157,11 +158,11 @@ RenderPart partFrom(std::string_view bytes, const fs::path& file) {
     if (end == std::string::npos || !isSound(part))
         fail(file, "it is damaged");
     const std::string_view sums = bytes.substr(end + 1);
-    if (sums.size() != pixelsOf(part.window) * PixelAccumulator::kBytes)
+    if (sums.size() != pixelsOf(part.pixelBounds) * PixelAccumulator::kBytes)
         fail(file, "it is cut short or too long");
     if (sum != checksum(bytes) + '\n')
         fail(file, "it is damaged");
-    part.sums.resize(pixelsOf(part.window));
+    part.sums.resize(pixelsOf(part.pixelBounds));
     for (size_t i = 0; i < part.sums.size(); ++i)
         part.sums[i].load(&sums[i * PixelAccumulator::kBytes]);
     return part;
@@ -174,13 +175,13 @@ void addPart(RenderPart& part, const RenderPart& more, const fs::path& file) {
             if (overlap(a, b))
                 fail(file,
                      fmt::format("samples {}:{} of pixels {} {} {} {} are, in part, in another file too",
-                                 b.samples.first, b.samples.end, b.window.x0, b.window.x1, b.window.y0,
-                                 b.window.y1));
-    if (!isInside(more.window, part.window)) {
+                                 b.samples.first, b.samples.end, b.pixelBounds.x0, b.pixelBounds.x1,
+                                 b.pixelBounds.y0, b.pixelBounds.y1));
+    if (!isInside(more.pixelBounds, part.pixelBounds)) {
         RenderPart grown = part;
-        PixelBounds& w = grown.window;
-        w = {std::min(w.x0, more.window.x0), std::min(w.y0, more.window.y0), std::max(w.x1, more.window.x1),
-             std::max(w.y1, more.window.y1)};
+        PixelBounds& w = grown.pixelBounds;
+        w = {std::min(w.x0, more.pixelBounds.x0), std::min(w.y0, more.pixelBounds.y0),
+             std::max(w.x1, more.pixelBounds.x1), std::max(w.y1, more.pixelBounds.y1)};
         grown.sums.assign(pixelsOf(w), {});
         addSums(grown, part);
         part = std::move(grown);

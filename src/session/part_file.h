@@ -13,7 +13,7 @@ namespace strobe {
 
 /// Which samples of which pixels.
 struct SampleBox {
-    PixelBounds window;
+    PixelBounds pixelBounds;
     SampleSlice samples;
 };
 
@@ -22,7 +22,7 @@ struct RenderPart {
     std::vector<std::pair<std::string, std::string>> key;
     int fullWidth = 0, fullHeight = 0, samplesPerPixel = 0; ///< of the whole render
     std::vector<SampleBox> boxes;                           ///< what is here; no two overlap
-    PixelBounds window;                                     ///< around them
+    PixelBounds pixelBounds;                                ///< around them
     std::vector<PixelAccumulator> sums;                     ///< row by row over the window
 };
 

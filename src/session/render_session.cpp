@@ -40,7 +40,7 @@ class Picture {
                 m_live->update(of, tile);
             };
         if (m_live && m_settings.resume)
-            m_live->update(film, film.window());
+            m_live->update(film, film.pixelBounds());
         m_settings.progress = [this](double part) { m_progress.update(m_fraction(part)); };
     }
 
@@ -140,7 +140,7 @@ class Picture {
 
     std::optional<Clock::time_point> passDone(const Film& film, const RenderStats& stats) {
         if (m_live)
-            m_live->update(film, film.window());
+            m_live->update(film, film.pixelBounds());
         {
             const std::lock_guard lock(m_mutex);
             m_stats = stats;

@@ -90,7 +90,8 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
         j["noise"] = *stats.noise;
     j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
     j["resolution"] = {built.resolution.x, built.resolution.y};
-    j["pixelBounds"] = {built.window.x0, built.window.x1, built.window.y0, built.window.y1};
+    j["pixelBounds"] = {built.pixelBounds.x0, built.pixelBounds.x1, built.pixelBounds.y0,
+                        built.pixelBounds.y1};
     j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", stats.seconds}};
     j["threadSeconds"] = stagesOf(c);
     for (const Counters& thread : stats.threads)
@@ -137,8 +138,8 @@ std::string summary(const BuiltScene& built, const RenderStats& stats, const Ste
     const Counters& c = stats.total;
     return fmt::format("{}x{} pixels, {} spp: {:.2f} s (+ {:.2f} s to load), {:.1f} M rays, {:.1f} M rays/s, "
                        "{:.2f} shades per pixel",
-                       built.window.width(), built.window.height(), stats.samplesPerPixel, stats.seconds,
-                       seconds.parse + seconds.build, double(c.rays()) * 1e-6,
+                       built.pixelBounds.width(), built.pixelBounds.height(), stats.samplesPerPixel,
+                       stats.seconds, seconds.parse + seconds.build, double(c.rays()) * 1e-6,
                        double(c.rays()) * 1e-6 / stats.seconds,
                        double(c.shades) / double(std::max<uint64_t>(c.pixels, 1)));
 }

@@ -61,23 +61,24 @@ void PathWorker::prepare(bool forLight) {
     const TextureQuerySoA q{s.uv, s.p, m_duvdx, m_duvdy, s.prim, m_hits.u, m_hits.v};
     for (int begin = 0, end; begin < n; begin = end) {
         const Material& material = *s.material[begin];
+        const MaterialFlags& flags = material.flags();
         for (end = begin; end < n && s.material[end] == &material; ++end)
             m_v.bsdf[end].material = &material, m_v.material[end] = &material;
-        std::fill(m_v.isSmooth + begin, m_v.isSmooth + end, material.isSmooth());
-        std::fill(m_v.transmits + begin, m_v.transmits + end, material.transmits() ? 1.f : 0.f);
+        std::fill(m_v.isSmooth + begin, m_v.isSmooth + end, flags.smooth);
+        std::fill(m_v.transmits + begin, m_v.transmits + end, flags.transmissive ? 1.f : 0.f);
         findFootprints(material, begin, end);
         material.prepareSoA(q, begin, end, m_v.bsdf);
-        if (forLight && material.shadingNormal() != ShadingNormal::AsIs)
+        if (forLight && flags.shadingNormal != ShadingNormal::AsIs)
             for (int i = begin; i < end; ++i)
                 adjustNormal(i, q.at(i));
-        if (forLight && m_bounce == 0 && material.isTextured())
+        if (forLight && m_bounce == 0 && flags.textured)
             divideByAlbedo(material, begin, end);
     }
     m_v.setSurfaces(s);
 }
 
 void PathWorker::findFootprints(const Material& material, int begin, int end) {
-    if (material.needsFootprint()) {
+    if (material.flags().needsFootprint) {
         footprints(m_surface, m_v.wo, m_width, begin, end, m_duvdx, m_duvdy);
         m_counters->footprints += uint64_t(end - begin);
     } else {
@@ -123,7 +124,7 @@ void PathWorker::adjustNormal(int i, const TextureQuery& q) {
     const V3f d = -m_v.wo.at(i);
     V3f ng = m_surface.ng.at(i), n = m_surface.ns.at(i);
     RawSurfacePoint::finishNormals(ng, n, m_surface.orientation[i]);
-    if (material.shadingNormal() == ShadingNormal::Mapped) {
+    if (material.flags().shadingNormal == ShadingNormal::Mapped) {
         V3f dpdu, dpdv;
         m_scene.tangents(m_hits.at(i), m_v.time[i], dpdu, dpdv);
         const V3f t = normalize(dpdu - n * dot(n, dpdu)), b = cross(n, t), local = material.tangentNormal(q);

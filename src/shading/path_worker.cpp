@@ -221,7 +221,7 @@ void PathWorker::extend() {
 void PathWorker::drawDirections(const int32_t* vertices, int count) {
     bool lobes = false, directions = false;
     m_v.forMaterials(vertices, count, [&](const Material& m, int, int) {
-        lobes |= m.picksLobe(), directions |= m.picksDirection();
+        lobes |= m.flags().usesLobeSample, directions |= m.flags().usesDirectionSample;
     });
     if (lobes)
         m_sampler.fill1D(ranges(vertices, count), dimension(kDimLobe), m_uLobe);

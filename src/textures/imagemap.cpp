@@ -1,6 +1,6 @@
 #include "textures/imagemap.h"
 
-#include "core/image/image.h"
+#include "core/image/texture_cache.h"
 #include "textures/inputs.h"
 
 #include <charconv>

@@ -1,6 +1,7 @@
 // What textures share: inputs that are numbers, colors or other textures, and mappings to two dimensions.
 #pragma once
 
+#include "core/image/texture_cache.h"
 #include "core/params/plugin.h"
 
 #include <string>

@@ -55,7 +55,7 @@ class ComponentsWorker : public IntegratorWorker {
             ShadingRequest r = requestFor(m_scene, batch, s);
             m_first.push_back(requests.size());
             const bool smooth =
-                s.hit && m_scene.materials()[size_t(m_scene.geometry(s.hit).material)]->isSmooth();
+                s.hit && m_scene.materials()[size_t(m_scene.geometry(s.hit).material)]->flags().smooth;
             if (!smooth) {
                 requests.push_back(r);
                 continue;
@@ -77,7 +77,7 @@ class ComponentsWorker : public IntegratorWorker {
                 continue;
             const Material& material =
                 *m_scene.materials()[size_t(m_scene.geometry(batch.samples[i].hit).material)];
-            values[i] += material.isTextured() ? component[1] * component[2] : component[1];
+            values[i] += material.flags().textured ? component[1] * component[2] : component[1];
         }
         return values;
     }

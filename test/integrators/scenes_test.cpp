@@ -45,13 +45,13 @@ TEST_P(EveryScene, IsTheSameHoweverItIsRendered) {
         EXPECT_TRUE(sameBits(reference.image, test::render(built, 1, how.threads, how.tile).image))
             << how.threads << " threads, tiles of " << how.tile;
 
-    const PixelBounds whole = built.window;
-    built.window = {whole.x0 + whole.width() / 3, whole.y0 + whole.height() / 4,
-                    whole.x0 + whole.width() * 2 / 3 + 1, whole.y0 + whole.height() / 2 + 3};
+    const PixelBounds whole = built.pixelBounds;
+    built.pixelBounds = {whole.x0 + whole.width() / 3, whole.y0 + whole.height() / 4,
+                         whole.x0 + whole.width() * 2 / 3 + 1, whole.y0 + whole.height() / 2 + 3};
     const Image crop = test::render(built, 1).image;
     for (int y = 0; y < crop.height; ++y)
-        EXPECT_TRUE(sameRow(crop, 0, y, reference.image, built.window.x0 - whole.x0,
-                            y + built.window.y0 - whole.y0, crop.width))
+        EXPECT_TRUE(sameRow(crop, 0, y, reference.image, built.pixelBounds.x0 - whole.x0,
+                            y + built.pixelBounds.y0 - whole.y0, crop.width))
             << "row " << y << " of the crop";
 }
 
@@ -136,11 +136,12 @@ Difference compare(const Image& image, const Image& reference) {
     return d;
 }
 
-Image cutOut(const Image& image, const PixelBounds& window) {
-    Image crop{window.width(), window.height(), std::vector<Rgb>(size_t(window.width()) * window.height())};
+Image cutOut(const Image& image, const PixelBounds& pixelBounds) {
+    Image crop{pixelBounds.width(), pixelBounds.height(),
+               std::vector<Rgb>(size_t(pixelBounds.width()) * pixelBounds.height())};
     for (int y = 0; y < crop.height; ++y)
         for (int x = 0; x < crop.width; ++x)
-            crop.at(x, y) = image.at(window.x0 + x, window.y0 + y);
+            crop.at(x, y) = image.at(pixelBounds.x0 + x, pixelBounds.y0 + y);
     return crop;
 }
 
@@ -161,7 +162,7 @@ TEST_P(PaperScene, MatchesTheReference) {
     Image wanted = readImage(reference, {});
     ASSERT_EQ(wanted.width, built.resolution.x);
     ASSERT_EQ(wanted.height, built.resolution.y);
-    wanted = cutOut(wanted, built.window);
+    wanted = cutOut(wanted, built.pixelBounds);
     maskBareLights(image, wanted);
     const Difference d = compare(image, wanted);
     RecordProperty("mean", std::to_string(d.mean));

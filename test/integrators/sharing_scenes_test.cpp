@@ -64,15 +64,15 @@ TEST_P(SharingScene, TheCacheNeverShowsHowItWasRendered) {
                      test::render(build(options, "msaa-cache", {how.cache}), 1, how.threads, how.tile).image))
             << how.threads << " threads, tiles of " << how.tile << ", " << how.cache;
 
-    const PixelBounds whole = built.window;
-    built.window = {whole.x0 + whole.width() / 3, whole.y0 + whole.height() / 4,
-                    whole.x0 + whole.width() * 2 / 3 + 1, whole.y0 + whole.height() / 2 + 3};
+    const PixelBounds whole = built.pixelBounds;
+    built.pixelBounds = {whole.x0 + whole.width() / 3, whole.y0 + whole.height() / 4,
+                         whole.x0 + whole.width() * 2 / 3 + 1, whole.y0 + whole.height() / 2 + 3};
     const Image part = test::render(built, 1).image;
     for (int y = 0; y < part.height; ++y)
-        EXPECT_EQ(0,
-                  std::memcmp(&part.at(0, y),
-                              &reference.image.at(built.window.x0 - whole.x0, y + built.window.y0 - whole.y0),
-                              sizeof(Rgb) * size_t(part.width)))
+        EXPECT_EQ(0, std::memcmp(&part.at(0, y),
+                                 &reference.image.at(built.pixelBounds.x0 - whole.x0,
+                                                     y + built.pixelBounds.y0 - whole.y0),
+                                 sizeof(Rgb) * size_t(part.width)))
             << "row " << y << " of the crop";
 }
 

@@ -93,9 +93,9 @@ TEST(MsaaCache, SameBitsForAnyCacheThreadsAndTiles) {
         options.crop = {.25f, .75f, .2f, .9f};
         const BuiltScene cropped = test::build(scene(), options);
         const Image part = test::render(cropped, 3).image;
-        for (int y = cropped.window.y0; y < cropped.window.y1; ++y)
-            EXPECT_EQ(0, std::memcmp(&part.at(0, y - cropped.window.y0),
-                                     &reference.image.at(cropped.window.x0, y),
+        for (int y = cropped.pixelBounds.y0; y < cropped.pixelBounds.y1; ++y)
+            EXPECT_EQ(0, std::memcmp(&part.at(0, y - cropped.pixelBounds.y0),
+                                     &reference.image.at(cropped.pixelBounds.x0, y),
                                      sizeof(Rgb) * size_t(part.width)));
     }
 }

@@ -23,10 +23,10 @@ std::vector<VisibilitySample> ofOne(const std::vector<VisibilitySample>& all) {
 }
 
 /// Hits in a window of the film, some of one primitive only, some of others, too.
-std::vector<VisibilitySample> someHits(const Scene& scene, uint64_t window) {
-    const V2f from = V2f(random(window, 40), random(window, 41)) * 195.f;
-    const auto hits = randomHits(scene, int(1 + window % kSoAWidth), from, 4 * random(window, 42));
-    return hits.empty() || random(window, 43) < .2f ? hits : ofOne(hits);
+std::vector<VisibilitySample> someHits(const Scene& scene, uint64_t pixelBounds) {
+    const V2f from = V2f(random(pixelBounds, 40), random(pixelBounds, 41)) * 195.f;
+    const auto hits = randomHits(scene, int(1 + pixelBounds % kSoAWidth), from, 4 * random(pixelBounds, 42));
+    return hits.empty() || random(pixelBounds, 43) < .2f ? hits : ofOne(hits);
 }
 
 std::string things() {
@@ -42,8 +42,8 @@ TEST(LatticePatch, FindsEachHitAsIfAlone) {
     for (const float blockSize : {.25f, 1.f, 4.f}) {
         const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
         SurfaceCache surfaces = lattice.surfaceCache();
-        for (uint64_t window = 0; window < 20000; ++window) {
-            const auto hits = someHits(scene, window);
+        for (uint64_t pixelBounds = 0; pixelBounds < 20000; ++pixelBounds) {
+            const auto hits = someHits(scene, pixelBounds);
             if (hits.empty())
                 continue;
             const int n = int(hits.size());

@@ -107,7 +107,7 @@ TEST(Mirror, ReflectsOnBothSides) {
         EXPECT_TRUE(s.delta && !s.transmits && s.pdf == 0);
         EXPECT_EQ(evalOne(*m, wo, s.wi), Rgb(0));
     }
-    EXPECT_FALSE(m->isSmooth());
+    EXPECT_FALSE(m->flags().smooth);
     const auto black = makeMaterial(mirrorPlugin(), {rgbParam("Kr", Rgb(0))});
     BsdfSample s;
     EXPECT_FALSE(black->sample(prepared(*black), direction(30), .5f, V2f(.5f), s));
@@ -115,7 +115,7 @@ TEST(Mirror, ReflectsOnBothSides) {
 
 TEST(Glass, ReflectsAndRefractsByFresnelAndSnell) {
     const auto m = makeMaterial(glassPlugin(), {floatParam("eta", 1.6f)});
-    EXPECT_TRUE(m->transmits());
+    EXPECT_TRUE(m->flags().transmissive);
     for (const V3f& wo : {direction(0), direction(50, 1), direction(88, 2), direction(160, 3)}) {
         Random random(8);
         const double index = wo.z > 0 ? 1.6 : 1 / 1.6;

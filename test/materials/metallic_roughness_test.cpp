@@ -62,7 +62,7 @@ TEST(MetallicRoughness, TransmissionIsSampledAsItIsEvaluated) {
     auto in = inputs(.8f, 0, .5f);
     in.transmission = .7f;
     const auto material = makeMetallicRoughness(in);
-    ASSERT_TRUE(material->transmits());
+    ASSERT_TRUE(material->flags().transmissive);
     const Bsdf bsdf = prepared(*material);
     for (const V3f& wo : {V3f(0, 0, 1), normalize(V3f(1, .3f, .7f)), normalize(V3f(.5f, 0, -.4f))}) {
         constexpr int kN = 200000;

@@ -27,7 +27,7 @@ inline Rendered render(const BuiltScene& built, uint64_t seed = 0, int threads =
     settings.seed = seed;
     settings.threads = threads;
     settings.tileSize = tile;
-    Film film(built.resolution.x, built.resolution.y, built.window);
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
     Rendered out;
     out.stats = strobe::render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                *built.filter, settings, film);

@@ -1,4 +1,4 @@
-#include "core/image/image.h"
+#include "core/image/texture_cache.h"
 #include "textures/checkerboard.h"
 #include "textures/constant.h"
 #include "textures/imagemap.h"

@@ -18,10 +18,12 @@ const std::vector<LayerInfo>& layerTable() {
     return table;
 }
 
-Film::Film(int fullWidth, int fullHeight, const PixelBounds& window, std::vector<Layer> layers)
+Film::Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::vector<Layer> layers)
     : m_fullWidth(fullWidth), m_fullHeight(fullHeight),
-      m_window(window), m_image{window.width(), window.height(),
-                                std::vector<Rgb>(size_t(window.width()) * size_t(window.height()), Rgb(0))},
+      m_pixelBounds(pixelBounds), m_image{pixelBounds.width(), pixelBounds.height(),
+                                          std::vector<Rgb>(size_t(pixelBounds.width()) *
+                                                               size_t(pixelBounds.height()),
+                                                           Rgb(0))},
       m_layers(std::move(layers)), m_planes(m_layers.size(), std::vector<float>(m_image.pixels.size(), 0.f)) {
 }
 
@@ -40,7 +42,7 @@ void Film::setPlane(Layer layer, std::vector<float> values) {
 }
 
 void Film::add(const Film& part) {
-    const PixelBounds& w = part.window();
+    const PixelBounds& w = part.pixelBounds();
     for (int y = w.y0; y < w.y1; ++y)
         for (int x = w.x0; x < w.x1; ++x)
             add(x, y, part.m_sums.at(size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0)));
@@ -68,9 +70,9 @@ bool Film::holds(const PixelBounds& tile, uint32_t samples) const {
 }
 
 void Film::copy(const Film& from, const PixelBounds& tile) {
-    for (int y = tile.y0 - m_window.y0; y < tile.y1 - m_window.y0; ++y) {
+    for (int y = tile.y0 - m_pixelBounds.y0; y < tile.y1 - m_pixelBounds.y0; ++y) {
         const ptrdiff_t row = ptrdiff_t(y) * m_image.width;
-        const ptrdiff_t begin = row + tile.x0 - m_window.x0, end = row + tile.x1 - m_window.x0;
+        const ptrdiff_t begin = row + tile.x0 - m_pixelBounds.x0, end = row + tile.x1 - m_pixelBounds.x0;
         const auto take = [&](const auto& in, auto& out) {
             std::copy(in.begin() + begin, in.begin() + end, out.begin() + begin);
         };
@@ -106,8 +108,8 @@ size_t Film::write(const std::filesystem::path& path, const Metadata& metadata,
                    const OutputSettings& settings, const std::vector<Part>& more) const {
     checkWrite(path, settings, more);
     if (path.extension() == ".exr")
-        return writeExr(path, {m_window, {m_fullWidth, m_fullHeight}}, exrParts(more), metadata, settings.exr,
-                        settings.threads);
+        return writeExr(path, {m_pixelBounds, {m_fullWidth, m_fullHeight}}, exrParts(more), metadata,
+                        settings.exr, settings.threads);
     Image image = m_image;
     for (Rgb& c : image.pixels)
         c *= std::exp2(settings.exposure);

@@ -30,7 +30,7 @@ struct OutputSettings {
 /// Pixel values over a window of the full frame. Different pixels may be written by different threads.
 class Film {
   public:
-    Film(int fullWidth, int fullHeight, const PixelBounds& window, std::vector<Layer> layers = {});
+    Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::vector<Layer> layers = {});
 
     /// From now on, what is added to a pixel joins what was added before. Costs 64 bytes per pixel.
     void keepSums() { m_sums.resize(m_image.pixels.size()); }
@@ -55,7 +55,8 @@ class Film {
     const std::vector<PixelAccumulator>& sums() const { return m_sums; }
     /// `value` of layer `index` (into `layers()`).
     void setLayer(size_t index, int x, int y, float value) {
-        m_planes[index][size_t(y - m_window.y0) * size_t(m_image.width) + size_t(x - m_window.x0)] = value;
+        m_planes[index][size_t(y - m_pixelBounds.y0) * size_t(m_image.width) + size_t(x - m_pixelBounds.x0)] =
+            value;
     }
     bool has(Layer layer) const;
     /// All of a layer, which must be one of `layers()`: row by row over the window.
@@ -64,7 +65,7 @@ class Film {
     const std::vector<Layer>& layers() const { return m_layers; }
     /// Row by row over the window; the layer must be one of `layers()`.
     const std::vector<float>& plane(Layer layer) const;
-    const PixelBounds& window() const { return m_window; }
+    const PixelBounds& pixelBounds() const { return m_pixelBounds; }
     int fullWidth() const { return m_fullWidth; }
     int fullHeight() const { return m_fullHeight; }
 
@@ -80,11 +81,11 @@ class Film {
   private:
     std::vector<Part> exrParts(const std::vector<Part>& more) const;
     size_t index(int x, int y) const {
-        return size_t(y - m_window.y0) * size_t(m_image.width) + size_t(x - m_window.x0);
+        return size_t(y - m_pixelBounds.y0) * size_t(m_image.width) + size_t(x - m_pixelBounds.x0);
     }
 
     int m_fullWidth, m_fullHeight;
-    PixelBounds m_window;
+    PixelBounds m_pixelBounds;
     Image m_image;
     std::vector<PixelAccumulator> m_sums; ///< none, or one per pixel
     std::vector<Layer> m_layers;

@@ -97,15 +97,15 @@ Image heatmap(const Film& film, Layer layer, int samplesPerPixel) {
     const bool colorsOnly = layer == Layer::Block;
     const bool counts = layer == Layer::Shades || layer == Layer::Samples;
     const Scale scale{counts, counts ? float(std::max(samplesPerPixel, 2)) : 1};
-    const PixelBounds& window = film.window();
+    const PixelBounds& pixelBounds = film.pixelBounds();
     Image image;
-    image.width = std::max(window.width(), colorsOnly ? 0 : kLeastWidth);
-    image.height = window.height() + (colorsOnly ? 0 : kFooter);
+    image.width = std::max(pixelBounds.width(), colorsOnly ? 0 : kLeastWidth);
+    image.height = pixelBounds.height() + (colorsOnly ? 0 : kFooter);
     image.pixels.assign(size_t(image.width) * size_t(image.height), Rgb(0));
     const std::vector<float>& plane = film.plane(layer);
-    for (int y = 0; y < window.height(); ++y)
-        for (int x = 0; x < window.width(); ++x) {
-            const float value = plane[size_t(y) * size_t(window.width()) + size_t(x)];
+    for (int y = 0; y < pixelBounds.height(); ++y)
+        for (int x = 0; x < pixelBounds.width(); ++x) {
+            const float value = plane[size_t(y) * size_t(pixelBounds.width()) + size_t(x)];
             Rgb& pixel = image.at(x, y);
             if (colorsOnly)
                 pixel = value != 0 ? ownColor(value) : Rgb(0);
@@ -113,7 +113,7 @@ Image heatmap(const Film& film, Layer layer, int samplesPerPixel) {
                 pixel = falseColor(scale.placeOf(value));
         }
     if (!colorsOnly)
-        drawScale(image, window.height(), scale);
+        drawScale(image, pixelBounds.height(), scale);
     return image;
 }
 

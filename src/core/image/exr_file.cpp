@@ -157,19 +157,19 @@ std::vector<Imath::half> toHalf(const float* data, size_t stride, size_t count, 
     return values;
 }
 
-void addSlice(Pixels& pixels, const Channel& channel, Imf::PixelType type, const PixelBounds& window,
+void addSlice(Pixels& pixels, const Channel& channel, Imf::PixelType type, const PixelBounds& pixelBounds,
               size_t& clamped) {
-    const size_t width = size_t(window.width());
+    const size_t width = size_t(pixelBounds.width());
     const char* base = std::visit([](auto* p) { return reinterpret_cast<const char*>(p); }, channel.data);
     size_t step = channel.stride * 4;
     if (type == Imf::HALF) {
         const float* data = std::get<const float*>(channel.data);
-        pixels.halves.push_back(toHalf(data, channel.stride, width * size_t(window.height()), clamped));
+        pixels.halves.push_back(toHalf(data, channel.stride, width * size_t(pixelBounds.height()), clamped));
         base = reinterpret_cast<const char*>(pixels.halves.back().data());
         step = sizeof(Imath::half);
     }
     // OpenEXR addresses pixels by their coordinates, so the base is that of pixel (0, 0).
-    const ptrdiff_t origin = ptrdiff_t(step) * (window.x0 + ptrdiff_t(width) * window.y0);
+    const ptrdiff_t origin = ptrdiff_t(step) * (pixelBounds.x0 + ptrdiff_t(width) * pixelBounds.y0);
     pixels.buffer.insert(channel.name, Imf::Slice(type, const_cast<char*>(base) - origin, step,
                                                   step * width)); // only read
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/image/image.h"
+#include "core/math/pixel_bounds.h"
 
 namespace strobe {
 

@@ -1,7 +1,7 @@
 // The MIP levels of a small image in memory, looked up by footprint.
 #pragma once
 
-#include "core/image/image.h"
+#include "core/image/texture_cache.h"
 
 namespace strobe {
 

@@ -1,4 +1,5 @@
-#include "core/image/image.h"
+#include "core/image/texture_cache.h"
+
 #include "core/image/mip_map.h"
 #include "core/util/resource_policy.h"
 

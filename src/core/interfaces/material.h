@@ -85,9 +85,22 @@ enum class ShadingNormal {
     Mapped,  ///< the same, after the material's `tangentNormal` has been applied
 };
 
+/// Traits of a material that hold wherever it is.
+struct MaterialFlags {
+    bool smooth = true;    ///< has non-delta lobes: direct light is worth sampling
+    bool diffuse = false;  ///< most of its light arrives from all around: indirect light is smooth over it
+    bool textured = false; ///< a texture modulates reflection: see `Material::albedo`
+    bool transmissive = false; ///< light passes through
+    bool needsFootprint = false;
+    bool usesLobeSample = true;      ///< `sample` reads uc
+    bool usesDirectionSample = true; ///< `sample` reads u
+    ShadingNormal shadingNormal = ShadingNormal::AsIs;
+};
+
 class Material {
   public:
     virtual ~Material() = default;
+    const MaterialFlags& flags() const { return m_flags; }
     /// Looks textures up and fills `bsdf.data`. (The caller sets `bsdf.material`.)
     virtual void prepare(const TextureQuery& q, Bsdf& bsdf) const = 0;
     /// The same at points `begin` to `end`, to the same bits.
@@ -112,26 +125,18 @@ class Material {
     /// An upper bound of pdf over all wi, given wo; infinity when there is none that is easy to give.
     virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
     virtual void maxPdfSoA(const BsdfSoA& jobs, float* out) const;
-    /// True when `sample` looks at uc.
-    virtual bool picksLobe() const { return true; }
-    /// True when `sample` looks at u.
-    virtual bool picksDirection() const { return true; }
-    /// True when the material has smooth (non-delta) lobes, so that direct light is worth sampling.
-    virtual bool isSmooth() const = 0;
-    /// True when its indirect light is smooth over the surface: most of it comes from all around.
-    virtual bool isDiffuse() const { return false; }
-    /// True when a texture modulates what it reflects: then `albedo` is about the part of the light that it
-    /// does, by which indirect light of neighboring points can be compared.
-    virtual bool isTextured() const { return false; }
+    /// Of a textured material: approximately the reflectance that its texture modulates. Indirect light
+    /// divided by it can be compared between neighboring points.
     virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
-    /// True when light passes through.
-    virtual bool transmits() const { return false; }
-    virtual ShadingNormal shadingNormal() const { return ShadingNormal::AsIs; }
     /// Of a material that wants Mapped normals: the normal in the frame of dp/du, dp/dv (both made orthogonal
     /// to the surface's normal) and the normal; need not be of unit length.
     virtual V3f tangentNormal(const TextureQuery&) const { return V3f(0, 0, 1); }
-    /// True when one of its textures does.
-    virtual bool needsFootprint() const { return false; }
+
+  protected:
+    explicit Material(const MaterialFlags& flags) : m_flags(flags) {}
+
+  private:
+    const MaterialFlags m_flags;
 };
 
 } // namespace strobe

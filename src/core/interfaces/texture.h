@@ -28,11 +28,6 @@ struct TextureQuerySoA {
     }
 };
 
-/// Points of images with the axes of their footprints, side by side.
-struct TexturePointSoA {
-    V2SoA uv, duvdx, duvdy;
-};
-
 class Texture {
   public:
     virtual ~Texture() = default;

@@ -65,11 +65,11 @@ const std::vector<FeatureInfo>& featureTable() {
     return table;
 }
 
-AovFilm::AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& window,
+AovFilm::AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& pixelBounds,
                  FeatureSettings settings)
-    : m_scene(scene), m_sampler(sampler), m_window(window), m_settings(std::move(settings)),
+    : m_scene(scene), m_sampler(sampler), m_pixelBounds(pixelBounds), m_settings(std::move(settings)),
       m_moves(scene.moves()) {
-    const size_t pixels = size_t(window.width()) * size_t(window.height());
+    const size_t pixels = size_t(pixelBounds.width()) * size_t(pixelBounds.height());
     m_samples.assign(pixels, 0);
     for (const Feature feature : m_settings.features) {
         if (isOfObjects(feature) && !m_objects)
@@ -96,8 +96,8 @@ void AovFilm::add(const VisibilityBatch& batch, Counters& counters) {
                  count = batch.wanted.count();
     for (size_t p = 0; p < batch.pixels.size(); ++p) {
         const PixelRef& pixel = batch.pixels[p];
-        const size_t at =
-            size_t(pixel.y - m_window.y0) * size_t(m_window.width()) + size_t(pixel.x - m_window.x0);
+        const size_t at = size_t(pixel.y - m_pixelBounds.y0) * size_t(m_pixelBounds.width()) +
+                          size_t(pixel.x - m_pixelBounds.x0);
         const size_t begin = p * inSlice + first, end = begin + count;
         if (!m_planes.empty())
             addNearest(batch, begin, end, at, counters);
@@ -192,7 +192,7 @@ Rgb AovFilm::albedo(const VisibilityBatch& batch, const VisibilitySample& sample
     query.p = surface.p;
     query.prim = sample.hit.prim;
     query.barycentrics = V2f(sample.hit.u, sample.hit.v);
-    if (material.needsFootprint()) {
+    if (material.flags().needsFootprint) {
         const RayCone cone = m_scene.camera().cone(sample.film);
         footprint(surface, sample.ray.d, cone.width + sample.hit.t * cone.spread, query);
         ++counters.footprints;

@@ -53,7 +53,8 @@ struct FeatureSettings {
 class AovFilm {
   public:
     /// Scene and sampler outlive the film.
-    AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& window, FeatureSettings settings);
+    AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& pixelBounds,
+            FeatureSettings settings);
 
     /// Adds the wanted samples of a batch; those of different pixels may come from different threads. Counts
     /// `surfaces` and `footprints`.
@@ -98,7 +99,7 @@ class AovFilm {
 
     const Scene& m_scene;
     const Sampler& m_sampler;
-    const PixelBounds m_window;
+    const PixelBounds m_pixelBounds;
     const FeatureSettings m_settings;
     std::optional<ObjectNames> m_objects; ///< where they are asked for
     std::vector<Plane> m_planes;          ///< of one sample each

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/image/image.h"
+#include "core/math/pixel_bounds.h"
 #include "core/params/plugin.h"
 #include "core/render/batch.h"
 #include "core/render/stats.h"
@@ -56,7 +57,7 @@ struct RenderContext {
     uint64_t seed = 0; ///< for random numbers that belong to no pixel
     int threads = 1;
     int samplesPerPixel = 1;
-    PixelBounds window;
+    PixelBounds pixelBounds;
     bool hasIndirectLight = true; ///< see Shader
     /// Shades a few points here and there and measures what a shade costs.
     std::function<ShadeCost()> measureShadeCost;

@@ -13,13 +13,13 @@ const std::vector<LightLayerInfo>& lightLayerTable() {
     return table;
 }
 
-LightFilm::LightFilm(const PixelBounds& window, std::vector<LightLayer> layers,
+LightFilm::LightFilm(const PixelBounds& pixelBounds, std::vector<LightLayer> layers,
                      std::vector<std::string> groups)
-    : m_window(window), m_layers(std::move(layers)),
+    : m_pixelBounds(pixelBounds), m_layers(std::move(layers)),
       m_groups(std::move(groups)), m_split{has(LightLayer::Direct) || has(LightLayer::Indirect),
                                            has(LightLayer::Groups) ? int(m_groups.size()) : 0},
       m_sums(size_t(m_split.count()),
-             std::vector<PixelAccumulator>(size_t(window.width()) * size_t(window.height()))) {}
+             std::vector<PixelAccumulator>(size_t(pixelBounds.width()) * size_t(pixelBounds.height()))) {}
 
 bool LightFilm::has(LightLayer layer) const {
     return std::find(m_layers.begin(), m_layers.end(), layer) != m_layers.end();

@@ -23,14 +23,15 @@ class LightFilm {
   public:
     /// `groups`: the names that the groups of the scene's lights go by. A group's layer is "light_" and its
     /// name.
-    LightFilm(const PixelBounds& window, std::vector<LightLayer> layers, std::vector<std::string> groups);
+    LightFilm(const PixelBounds& pixelBounds, std::vector<LightLayer> layers,
+              std::vector<std::string> groups);
 
     const LightComponents& split() const { return m_split; }
     /// Adds samples' values of a part (see LightComponents::components) to a pixel. Different pixels may be
     /// written by different threads.
     void add(int component, int x, int y, const PixelAccumulator& sum) {
         m_sums[size_t(component)]
-              [size_t(y - m_window.y0) * size_t(m_window.width()) + size_t(x - m_window.x0)]
+              [size_t(y - m_pixelBounds.y0) * size_t(m_pixelBounds.width()) + size_t(x - m_pixelBounds.x0)]
                   .add(sum);
     }
     /// Row by row over the window, of what was added so far.
@@ -40,7 +41,7 @@ class LightFilm {
     bool has(LightLayer layer) const;
     void append(const std::string& layer, size_t component, std::vector<AovChannel>& out) const;
 
-    const PixelBounds m_window;
+    const PixelBounds m_pixelBounds;
     const std::vector<LightLayer> m_layers;
     const std::vector<std::string> m_groups;
     LightComponents m_split;

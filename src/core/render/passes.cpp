@@ -70,8 +70,8 @@ RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const
         if (passes == 0 && settings.tileDone)
             settings.tileDone(of, tile);
     };
-    Renderer renderer(scene, integrator, shader, sampler, filter, passSettings, film.window());
-    Film pass(film.fullWidth(), film.fullHeight(), film.window(), film.layers());
+    Renderer renderer(scene, integrator, shader, sampler, filter, passSettings, film.pixelBounds());
+    Film pass(film.fullWidth(), film.fullHeight(), film.pixelBounds(), film.layers());
     pass.keepSums(), film.keepSums();
     NoiseEstimate estimate;
     std::optional<double> noise;
@@ -120,7 +120,7 @@ RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const
 RenderStats renderDoubling(const Scene& scene, const Integrator& integrator, const Shader& shader,
                            const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
                            Film& film, const PassDone& done) {
-    Renderer renderer(scene, integrator, shader, sampler, filter, settings, film.window());
+    Renderer renderer(scene, integrator, shader, sampler, filter, settings, film.pixelBounds());
     film.keepSums();
     const uint32_t total = uint32_t(settings.samplesPerPixel);
     for (SampleSlice slice{0, 1}; slice.first < total; slice = {slice.end, std::min(2 * slice.end, total)}) {

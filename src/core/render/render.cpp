@@ -17,11 +17,11 @@ namespace strobe {
 
 namespace {
 
-std::vector<PixelBounds> tilesOf(const PixelBounds& window, int size) {
+std::vector<PixelBounds> tilesOf(const PixelBounds& pixelBounds, int size) {
     std::vector<PixelBounds> tiles;
-    for (int y = window.y0; y < window.y1; y += size)
-        for (int x = window.x0; x < window.x1; x += size)
-            tiles.push_back({x, y, std::min(x + size, window.x1), std::min(y + size, window.y1)});
+    for (int y = pixelBounds.y0; y < pixelBounds.y1; y += size)
+        for (int x = pixelBounds.x0; x < pixelBounds.x1; x += size)
+            tiles.push_back({x, y, std::min(x + size, pixelBounds.x1), std::min(y + size, pixelBounds.y1)});
     return tiles;
 }
 
@@ -46,7 +46,7 @@ class PilotWorker : public IntegratorWorker {
 
 /// The cost of shading what a few pixels of the window see.
 ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampler& sampler,
-                           const Filter& filter, RenderSettings settings, const PixelBounds& window) {
+                           const Filter& filter, RenderSettings settings, const PixelBounds& pixelBounds) {
     constexpr int kPixels = 16;
     settings.samplesPerPixel = 16;
     settings.slice.reset();
@@ -60,8 +60,8 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
     renderer.meterEvery(1);
     for (int i = 0; i < kPixels; ++i) {
         const uint64_t h = hashOf(settings.seed, i);
-        const int x = window.x0 + int(h % uint64_t(window.width()));
-        const int y = window.y0 + int((h >> 32) % uint64_t(window.height()));
+        const int x = pixelBounds.x0 + int(h % uint64_t(pixelBounds.width()));
+        const int y = pixelBounds.y0 + int((h >> 32) % uint64_t(pixelBounds.height()));
         const PixelBounds pixel{x, y, x + 1, y + 1};
         Film film(pixel.x1, pixel.y1, pixel);
         renderer.renderTile(pixel, film);
@@ -94,9 +94,9 @@ void checkSamples(const RenderSettings& settings, SampleDependence dependence) {
 
 Renderer::Renderer(const Scene& scene, const Integrator& integrator, const Shader& shader,
                    const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
-                   const PixelBounds& window)
+                   const PixelBounds& pixelBounds)
     : m_scene(scene), m_integrator(integrator), m_shader(shader), m_sampler(sampler), m_filter(filter),
-      m_settings(settings), m_window(window) {}
+      m_settings(settings), m_pixelBounds(pixelBounds) {}
 
 Renderer::~Renderer() = default;
 
@@ -114,9 +114,11 @@ RenderContext Renderer::context(int threads) const {
     return {m_settings.seed,
             threads,
             m_settings.samplesPerPixel,
-            m_window,
+            m_pixelBounds,
             m_shader.hasIndirectLight(),
-            [this] { return measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_window); },
+            [this] {
+                return measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_pixelBounds);
+            },
             m_settings.split().count()};
 }
 
@@ -127,7 +129,7 @@ bool Renderer::render(Film& film) {
     if (!m_shared)
         m_shared = m_integrator.begin(m_scene, context(threads));
     const bool whole =
-        renderTiles(tilesOf(m_window, std::clamp(m_settings.tileSize, 1, 1 << 16)), threads, film);
+        renderTiles(tilesOf(m_pixelBounds, std::clamp(m_settings.tileSize, 1, 1 << 16)), threads, film);
     if (whole) {
         ++m_stats.passes;
         m_stats.samplesPerPixel +=
@@ -196,7 +198,7 @@ void Renderer::addCounters(size_t thread, Counters counters) {
 
 RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
                    const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film) {
-    Renderer renderer(scene, integrator, shader, sampler, filter, settings, film.window());
+    Renderer renderer(scene, integrator, shader, sampler, filter, settings, film.pixelBounds());
     renderer.render(film);
     return renderer.stats();
 }

@@ -63,7 +63,7 @@ class Renderer {
   public:
     /// What is passed in outlives the renderer.
     Renderer(const Scene& scene, const Integrator& integrator, const Shader& shader, const Sampler& sampler,
-             const Filter& filter, const RenderSettings& settings, const PixelBounds& window);
+             const Filter& filter, const RenderSettings& settings, const PixelBounds& pixelBounds);
     ~Renderer();
 
     /// The whole window, or what there is of it when settings.stop says so: then false. Throws Error for a
@@ -91,7 +91,7 @@ class Renderer {
     const Sampler& m_sampler;
     const Filter& m_filter;
     RenderSettings m_settings;
-    const PixelBounds m_window;
+    const PixelBounds m_pixelBounds;
     std::unique_ptr<IntegratorState> m_shared;
     RenderStats m_stats;
 };

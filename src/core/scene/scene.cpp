@@ -51,7 +51,7 @@ Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
     }
     m_lightSampler = LightSampler(std::move(powers));
     for (const auto& material : m_materials)
-        m_needsFootprint |= material->needsFootprint();
+        m_needsFootprint |= material->flags().needsFootprint;
     constexpr size_t kLarge = 4096; // triangles: some 100 kB
     for (const Group& group : m_groups)
         for (const Geometry& geometry : group.geometries)
@@ -79,7 +79,7 @@ void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, R
     }
     s.scale = triangle.scale();
     s.uv = triangleUv(mesh, hit.prim, hit.u, hit.v);
-    if (s.material->needsFootprint())
+    if (s.material->flags().needsFootprint)
         triangle.derivatives(triangleUv(mesh, hit.prim, 0, 0), triangleUv(mesh, hit.prim, 1, 0),
                              triangleUv(mesh, hit.prim, 0, 1), s.dpdu, s.dpdv);
 }

@@ -60,7 +60,7 @@ STROBE_TARGET_CLONES void findDerivatives(const TriangleSoA& t, int begin, int e
 void meshSurfaces(const TriangleMesh& mesh, const HitSoA& hits, const float* time, int begin, int end,
                   SurfaceSoA& out) {
     TriangleSoA t;
-    const bool derives = out.material[begin]->needsFootprint();
+    const bool derives = out.material[begin]->flags().needsFootprint;
     gather(mesh, hits, time, begin, end, derives, t);
     findPoints(t, hits, begin, end, out);
     if (!mesh.normals.empty())

@@ -81,15 +81,15 @@ PixelBounds windowOf(const FilmSetup& film, const BuildOptions& options, const V
         return std::clamp(int(std::ceil((std::clamp(double(fraction), 0., 1.) - kTolerance) * size)), 0,
                           size);
     };
-    PixelBounds window{edge(x[0], resolution.x), edge(y[0], resolution.y), edge(x[1], resolution.x),
-                       edge(y[1], resolution.y)};
+    PixelBounds pixelBounds{edge(x[0], resolution.x), edge(y[0], resolution.y), edge(x[1], resolution.x),
+                            edge(y[1], resolution.y)};
     if (film.hasPixelBounds && !options.crop)
-        window = {std::max(film.boundsX[0], 0), std::max(film.boundsY[0], 0),
-                  std::min(film.boundsX[1], resolution.x), std::min(film.boundsY[1], resolution.y)};
-    if (window.width() <= 0 || window.height() <= 0)
+        pixelBounds = {std::max(film.boundsX[0], 0), std::max(film.boundsY[0], 0),
+                       std::min(film.boundsX[1], resolution.x), std::min(film.boundsY[1], resolution.y)};
+    if (pixelBounds.width() <= 0 || pixelBounds.height() <= 0)
         throw options.crop ? Error("the crop window holds no pixel", ErrorKind::Usage)
                            : Error(filmWhere, "the crop window holds no pixel");
-    return window;
+    return pixelBounds;
 }
 
 std::string valueOf(const Param& p) {
@@ -255,12 +255,12 @@ class SceneBuilder::Impl {
         if (options.quick)
             m_setup.resolution = {std::max(1, m_setup.resolution.x / 4),
                                   std::max(1, m_setup.resolution.y / 4)};
-        m_setup.window = windowOf(film, options, m_setup.resolution, statement.where);
+        m_setup.pixelBounds = windowOf(film, options, m_setup.resolution, statement.where);
         m_setup.filename = film.filename;
         if (isRealistic)
             makePerspective(m_camera.params, diagonal, m_setup.resolution);
         constexpr uint64_t kPixel = 100; // bytes: its value, its sum, and what files are made from
-        const PixelBounds& w = m_setup.window;
+        const PixelBounds& w = m_setup.pixelBounds;
         resourcePolicyOf(m_description.world.where)
             .require(kPixel * uint64_t(w.width()) * uint64_t(w.height()),
                      "a picture of " + std::to_string(w.width()) + "x" + std::to_string(w.height()) +

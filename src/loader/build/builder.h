@@ -32,7 +32,7 @@ struct FrameSetup {
     std::shared_ptr<const Shader> shader;
     std::shared_ptr<const Integrator> integrator;
     V2i resolution;
-    PixelBounds window;
+    PixelBounds pixelBounds;
     std::vector<std::string> materialNames;            ///< of the scene's materials, for people
     std::vector<std::string> cryptomatteMaterialNames; ///< the same for Cryptomatte: without places in files
     std::vector<std::string> lightGroups;              ///< by Light::group

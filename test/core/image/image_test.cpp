@@ -1,4 +1,4 @@
-#include "core/image/image.h"
+#include "core/image/texture_cache.h"
 
 #include "core/util/atomic_file.h"
 #include "support/image_files.h"

@@ -28,10 +28,10 @@ Seen see(const std::string& text, std::vector<Feature> features, const BuildOpti
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.threads = threads, settings.tileSize = 5;
-    AovFilm gathered(*built.scene, *built.sampler.sampler, built.window,
+    AovFilm gathered(*built.scene, *built.sampler.sampler, built.pixelBounds,
                      {features, built.cryptomatteMaterialNames, levels});
     settings.features = features.empty() ? nullptr : &gathered;
-    Film film(built.resolution.x, built.resolution.y, built.window);
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
     RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                *built.filter, settings, film);
     Layers layers;

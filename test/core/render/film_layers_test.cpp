@@ -34,7 +34,7 @@ Shown show(const std::string& text, const std::string& integrator, int threads =
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.threads = threads, settings.tileSize = tile;
-    Film film(built.resolution.x, built.resolution.y, built.window, kAll);
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds, kAll);
     RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                *built.filter, settings, film);
     return {std::move(film), std::move(stats)};

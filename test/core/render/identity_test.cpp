@@ -48,7 +48,7 @@ TEST(Identity, ThreadsTilesAndCrops) {
     options.crop = {.21f, .77f, .1f, .63f};
     const BuiltScene cropped = test::build(kScene, options);
     const Image part = test::render(cropped, 5).image;
-    const PixelBounds w = cropped.window;
+    const PixelBounds w = cropped.pixelBounds;
     EXPECT_EQ(part.width, w.width());
     for (int y = w.y0; y < w.y1; ++y)
         EXPECT_EQ(
@@ -61,7 +61,7 @@ TEST(Identity, CropsTileTheFrame) {
     for (int i = 0; i < 7; ++i) {
         BuildOptions options;
         options.crop = {float(i) / 7, float(i + 1) / 7, 0, 1};
-        pixels += test::build(kScene, options).window.width();
+        pixels += test::build(kScene, options).pixelBounds.width();
     }
     EXPECT_EQ(pixels, 75);
 }

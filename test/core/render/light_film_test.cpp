@@ -32,9 +32,9 @@ Lit light(const std::string& text, const BuildOptions& options, std::vector<Ligh
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.seed = seed;
     settings.threads = threads, settings.tileSize = tile;
-    LightFilm components(built.window, wanted, built.lightGroups);
+    LightFilm components(built.pixelBounds, wanted, built.lightGroups);
     settings.lights = wanted.empty() ? nullptr : &components;
-    Film film(built.resolution.x, built.resolution.y, built.window);
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
     RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                *built.filter, settings, film);
     Layers layers;

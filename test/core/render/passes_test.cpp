@@ -38,7 +38,7 @@ RenderSettings settingsOf(const BuiltScene& built, uint64_t seed) {
     return settings;
 }
 
-Film filmOf(const BuiltScene& built) { return {built.resolution.x, built.resolution.y, built.window}; }
+Film filmOf(const BuiltScene& built) { return {built.resolution.x, built.resolution.y, built.pixelBounds}; }
 
 RenderStats passes(
     const BuiltScene& built, uint64_t seed, const PassGoal& goal, Film& film, int most = 1 << 20,

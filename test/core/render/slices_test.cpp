@@ -48,8 +48,8 @@ RenderSettings settingsOf(const BuiltScene& built) {
     return settings;
 }
 
-Film emptyFilm(const BuiltScene& built, const PixelBounds& window) {
-    Film film(built.resolution.x, built.resolution.y, window);
+Film emptyFilm(const BuiltScene& built, const PixelBounds& pixelBounds) {
+    Film film(built.resolution.x, built.resolution.y, pixelBounds);
     film.keepSums();
     return film;
 }
@@ -72,11 +72,11 @@ TEST(Slices, SixteenRandomSplitsAddUpToTheWhole) {
             const uint64_t h = hashOf(split, 77);
             const int x = 1 + int(h % 25);                             // two windows beside each other,
             const uint32_t a = 1 + h / 32 % 15, b = 1 + h / 1024 % 15; // each in two slices of its own
-            Film film = emptyFilm(built, built.window);
-            for (const auto& [window, cut] :
+            Film film = emptyFilm(built, built.pixelBounds);
+            for (const auto& [pixelBounds, cut] :
                  {std::pair(PixelBounds{x, 0, 27, 21}, a), std::pair(PixelBounds{0, 0, x, 21}, b)})
                 for (const SampleSlice slice : {SampleSlice{cut, 16}, SampleSlice{0, cut}}) {
-                    Film slicePicture = emptyFilm(built, window);
+                    Film slicePicture = emptyFilm(built, pixelBounds);
                     RenderSettings settings = settingsOf(built);
                     settings.slice = slice;
                     renderInto(built, settings, slicePicture);
@@ -91,9 +91,9 @@ TEST(Slices, SixteenRandomSplitsAddUpToTheWhole) {
 TEST(Slices, OneRendererGoesOnSliceBySlice) {
     for (const Sharing& sharing : kIntegrators) {
         const BuiltScene built = buildWith(sharing);
-        Film film = emptyFilm(built, built.window);
+        Film film = emptyFilm(built, built.pixelBounds);
         Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
-                          *built.filter, settingsOf(built), built.window);
+                          *built.filter, settingsOf(built), built.pixelBounds);
         for (const SampleSlice slice :
              {SampleSlice{0, 1}, SampleSlice{1, 2}, SampleSlice{2, 9}, SampleSlice{9, 16}}) {
             renderer.continueWith(slice);
@@ -108,7 +108,7 @@ TEST(Slices, ASliceShadesNoMoreThanItNeeds) {
     const BuiltScene built = buildWith({"msaa"});
     RenderSettings settings = settingsOf(built);
     settings.slice = SampleSlice{0, 1};
-    Film film = emptyFilm(built, built.window);
+    Film film = emptyFilm(built, built.pixelBounds);
     const Counters c = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                               *built.filter, settings, film)
                            .total;
@@ -120,8 +120,9 @@ TEST(Slices, ARestartedRendererIsAFreshOne) {
     for (const Sharing& sharing : kIntegrators) {
         const BuiltScene built = buildWith(sharing);
         Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
-                          *built.filter, settingsOf(built), built.window);
-        Film first(27, 21, built.window), second(27, 21, built.window), plain(27, 21, built.window);
+                          *built.filter, settingsOf(built), built.pixelBounds);
+        Film first(27, 21, built.pixelBounds), second(27, 21, built.pixelBounds),
+            plain(27, 21, built.pixelBounds);
         renderer.render(first);
         renderer.restart(9, 4);
         renderer.render(second);
@@ -139,7 +140,7 @@ TEST(Slices, WhatCannotBeSlicedSaysSo) {
         const BuiltScene built = buildWith(sharing);
         RenderSettings settings = settingsOf(built);
         settings.slice = slice;
-        Film film = emptyFilm(built, built.window);
+        Film film = emptyFilm(built, built.pixelBounds);
         try {
             renderInto(built, settings, film);
         } catch (const Error& e) {
@@ -160,9 +161,9 @@ TEST(Slices, StopLeavesTheRestOut) {
     RenderSettings settings = settingsOf(built);
     std::atomic<int> asked{0};
     settings.stop = [&] { return ++asked > 5; };
-    Film film(27, 21, built.window);
+    Film film(27, 21, built.pixelBounds);
     Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
-                      settings, built.window);
+                      settings, built.pixelBounds);
     EXPECT_FALSE(renderer.render(film));
     EXPECT_LE(renderer.stats().total.pixels, 5u * 64u);
     EXPECT_GT(renderer.stats().total.pixels, 0u);
