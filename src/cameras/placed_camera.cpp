@@ -25,11 +25,8 @@ V3f CameraPlacement::toCamera(const V3f& p, float time, float& depth) const {
 
 ScreenWindow readScreenWindow(const ParamSet& params, const V2i& resolution) {
     float aspect = float(resolution.x) / float(resolution.y);
-    if (params.has(kFrameAspect)) {
+    if (params.has(kFrameAspect))
         aspect = params.get(kFrameAspect);
-        if (!(aspect > 0))
-            throw Error(params.whereIs(kFrameAspect), "\"frameaspectratio\" must be positive");
-    }
     const float halfX = std::max(aspect, 1.f), halfY = std::max(1 / aspect, 1.f);
     std::vector<float> window{-halfX, halfX, -halfY, halfY};
     if (params.has(kScreenWindow)) {
@@ -43,13 +40,6 @@ ScreenWindow readScreenWindow(const ParamSet& params, const V2i& resolution) {
             {(window[1] - window[0]) / float(resolution.x), (window[2] - window[3]) / float(resolution.y)}};
 }
 
-Lens readLens(const ParamSet& params) {
-    const Lens lens{params.get(kLensRadius), params.get(kFocalDistance)};
-    if (!(lens.radius >= 0))
-        throw Error(params.whereIs(kLensRadius), "\"lensradius\" must not be negative");
-    if (!(lens.focalDistance > 0))
-        throw Error(params.whereIs(kFocalDistance), "\"focaldistance\" must be positive");
-    return lens;
-}
+Lens readLens(const ParamSet& params) { return {params.get(kLensRadius), params.get(kFocalDistance)}; }
 
 } // namespace strobe

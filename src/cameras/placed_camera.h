@@ -40,11 +40,12 @@ struct ScreenWindow {
 
 inline const ParamDef<std::vector<float>> kScreenWindow{
     "screenwindow", {}, "x0 x1 y0 y1 on the screen plane; default: ±1 along the shorter axis"};
-inline const ParamDef<float> kFrameAspect{"frameaspectratio", 0,
-                                          "width / height of the screen window; 0: of the film"};
-inline const ParamDef<float> kLensRadius{"lensradius", 0, "radius of the thin lens; 0: a pinhole"};
-inline const ParamDef<float> kFocalDistance{"focaldistance", 1e6f,
-                                            "distance of the plane in focus, along the camera's axis"};
+inline const ParamDef<float> kFrameAspect{
+    "frameaspectratio", 0, "width / height of the screen window; default: of the film", nullptr, kPositive};
+inline const ParamDef<float> kLensRadius{"lensradius", 0, "radius of the thin lens; 0: a pinhole", nullptr,
+                                         kNotNegative};
+inline const ParamDef<float> kFocalDistance{
+    "focaldistance", 1e6f, "distance of the plane in focus, along the camera's axis", nullptr, kPositive};
 
 /// Reads "screenwindow" and "frameaspectratio". Throws a located Error.
 ScreenWindow readScreenWindow(const ParamSet& params, const V2i& resolution);

@@ -90,7 +90,7 @@ int printPixel(const Options& options, const BuiltScene& built, RenderSettings s
         throw Error(
             fmt::format("--sample {}: a pixel has {} samples", *options.sample, settings.samplesPerPixel),
             ErrorKind::Usage);
-    settings.probe = [&](const SampleRecord& report) {
+    settings.onSample = [&](const SampleRecord& report) {
         if (options.sample == report.number)
             fmt::print("pixel {},{} sample {}: {:.9g} {:.9g} {:.9g}\n", p.x, p.y, report.number,
                        report.value.x, report.value.y, report.value.z);
@@ -112,13 +112,12 @@ std::set<std::string> sharingNames() {
     return names;
 }
 
-/// The layers that outputs show.
-std::vector<Layer> layersOf(const Options& options) {
-    std::vector<Layer> layers = options.layers;
-    if (!options.heatmapFile.empty() &&
-        std::find(layers.begin(), layers.end(), options.heatmapLayer) == layers.end())
-        layers.push_back(options.heatmapLayer);
-    return layers;
+/// The AOVs that the film holds.
+std::vector<Aov> filmAovs(const Options& options) {
+    std::vector<Aov> aovs = aovsOf(options.aovs, AovGroup::Sharing);
+    if (!options.heatmapFile.empty() && std::find(aovs.begin(), aovs.end(), options.heatmapAov) == aovs.end())
+        aovs.push_back(options.heatmapAov);
+    return aovs;
 }
 
 /// Throws where there is no such plugin; of one of the others, says which option is theirs.
@@ -164,8 +163,8 @@ int makePicture(const Options& options, const BuiltScene& built, const ResourceP
     RenderSettings settings = settingsOf(options, built);
     SampleTable samples;
     if (!options.samplesFile.empty())
-        settings.probe = [&](const SampleRecord& report) { samples.add(report); };
-    Film film(built.resolution.x, built.resolution.y, built.pixelBounds, layersOf(options));
+        settings.onSample = [&](const SampleRecord& report) { samples.add(report); };
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds, filmAovs(options));
     AovFilms aovs(options, built, log);
     aovs.addTo(settings);
     if (std::any_of(options.outputs.begin(), options.outputs.end(), isPart))
@@ -205,7 +204,7 @@ int makePicture(const Options& options, const BuiltScene& built, const ResourceP
         rescue.write(output, [&](const auto& file) { writeTo(file, film, stats, finished); });
     if (!options.heatmapFile.empty())
         rescue.write(options.heatmapFile, [&](const auto& file) {
-            writePng(file, heatmap(film, options.heatmapLayer, settings.samplesPerPixel),
+            writePng(file, heatmap(film, options.heatmapAov, settings.samplesPerPixel),
                      renderMetadata(built, options, stats, seconds, true));
         });
     if (!options.samplesFile.empty())

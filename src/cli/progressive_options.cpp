@@ -27,16 +27,10 @@ bool isOneOf(const std::vector<T>& values, const T& value) {
     return std::find(values.begin(), values.end(), value) != values.end();
 }
 
-/// The first layer but the variance, by the name that --aov knows it by; empty: there is none.
-std::string layerOf(const Options& o) {
-    for (const FeatureInfo& row : featureTable())
-        if (isOneOf(o.features, row.feature))
-            return row.name;
-    for (const LightLayerInfo& row : lightLayerTable())
-        if (isOneOf(o.lights, row.layer))
-            return row.name;
-    for (const LayerInfo& row : layerTable())
-        if (row.layer != Layer::Variance && isOneOf(o.layers, row.layer))
+/// The first AOV other than the variance, by the name that --aov knows; empty: there is none.
+std::string firstAov(const Options& o) {
+    for (const AovInfo& row : aovTable())
+        if (row.aov != Aov::Variance && isOneOf(o.aovs, row.aov))
             return row.name;
     return {};
 }
@@ -58,8 +52,8 @@ void checkTogether(const Options& o) {
                           return output.extension() == ".part";
                       })};
     const Given pixel{"--pixel", o.pixel.has_value()}, table{"--samples", !o.samplesFile.empty()};
-    const Given variance{"--aov variance", isOneOf(o.layers, Layer::Variance)};
-    const std::string layer = layerOf(o);
+    const Given variance{"--aov variance", isOneOf(o.aovs, Aov::Variance)};
+    const std::string layer = firstAov(o);
     const Given layers{"--aov " + layer, !layer.empty()};
     const Given heatmap{"--heatmap", !o.heatmapFile.empty()};
     const Given frames{"--frames", o.sequence.has_value()};

@@ -7,16 +7,10 @@ namespace strobe {
 namespace {
 
 const WidthParams kWidths(1.5f);
-const ParamDef<float> kAlpha{"alpha", 2,
-                             "falloff exp(-alpha x²), as in pbrt-v2 and v3, where it is the rule"};
-const ParamDef<float> kSigma{"sigma", 0.5f, "standard deviation in pixels, as in pbrt-v4"};
-
-float checkedPositive(const ParamSet& params, const ParamDef<float>& def) {
-    const float x = params.get(def);
-    if (!(x > 0))
-        throw Error(params.whereIs(def), std::string("\"") + def.name + "\" must be positive");
-    return x;
-}
+const ParamDef<float> kAlpha{"alpha", 2, "falloff exp(-alpha x²), as in pbrt-v2 and v3, where it is the rule",
+                             nullptr, kPositive};
+const ParamDef<float> kSigma{"sigma", 0.5f, "standard deviation in pixels, as in pbrt-v4", nullptr,
+                             kPositive};
 
 Profile gaussianProfile(float radius, float alpha) {
     const float range = alpha * radius * radius, end = std::exp(-range);
@@ -32,8 +26,7 @@ std::shared_ptr<const Filter> createGaussian(const ParamSet& params, const Build
         throw Error(params.whereIs(kSigma), "a gaussian filter takes \"alpha\" or \"sigma\", not both");
     const bool v2 = context.conventions == Conventions::PbrtV2;
     const bool byAlpha = params.has(kAlpha) || (v2 && !params.has(kSigma));
-    const float alpha =
-        byAlpha ? checkedPositive(params, kAlpha) : .5f / sqr(checkedPositive(params, kSigma));
+    const float alpha = byAlpha ? params.get(kAlpha) : .5f / sqr(params.get(kSigma));
     const V2f radius = kWidths.read(params, byAlpha ? 2 : kWidths.x.fallback);
     if (alpha * sqr(std::max(radius.x, radius.y)) > 2000) // the table would not resolve it
         throw Error(params.whereIs(byAlpha ? kAlpha : kSigma),

@@ -31,21 +31,12 @@ class SeparableFilter final : public Filter {
     Profile m_x, m_y;
 };
 
-float checkedWidth(const ParamSet& params, const ParamDef<float>& def, float fallback) {
-    const float width = params.has(def) ? params.get(def) : fallback;
-    if (!(width > 0 && width <= 64))
-        throw Error(params.whereIs(def), std::string("\"") + def.name + "\" must be above 0 and at most 64");
-    return width;
-}
-
 } // namespace
 
-V2f WidthParams::read(const ParamSet& params) const {
-    return {checkedWidth(params, x, x.fallback), checkedWidth(params, y, y.fallback)};
-}
+V2f WidthParams::read(const ParamSet& params) const { return {params.get(x), params.get(y)}; }
 
 V2f WidthParams::read(const ParamSet& params, float fallback) const {
-    return {checkedWidth(params, x, fallback), checkedWidth(params, y, fallback)};
+    return {params.has(x) ? params.get(x) : fallback, params.has(y) ? params.get(y) : fallback};
 }
 
 Profile::Profile(float radius, Function f) : m_radius(radius), m_f(std::move(f)) {

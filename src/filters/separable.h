@@ -12,9 +12,8 @@ namespace strobe {
 /// The half-widths of a filter whose default is `fallback` pixels, as parameter definitions.
 struct WidthParams {
     explicit WidthParams(float fallback)
-        : x{"xwidth", fallback, "half-width across, in pixels", "xradius"}, y{"ywidth", fallback,
-                                                                              "half-width down, in pixels",
-                                                                              "yradius"} {}
+        : x{"xwidth", fallback, "half-width across, in pixels", "xradius", {0, 64, true}},
+          y{"ywidth", fallback, "half-width down, in pixels", "yradius", {0, 64, true}} {}
     ParamDef<float> x, y;
 
     /// Throws a located Error unless both are positive and at most 64 pixels.

@@ -50,7 +50,7 @@ CacheSize::CacheSize(const ParamSet& params) {
 }
 
 size_t automaticBytes(const RenderContext& context, float blockSize, int timeBins, bool remembered) {
-    const ShadeCost cost = context.measureShadeCost();
+    const ShadeCost& cost = context.shadeCost;
     if (cost.shades() > 0 && cost.mean() + cost.deviation() < kMemorySeconds)
         return kMegabyte * size_t(context.threads);
     const double room = remembered ? .5 : 2; // for each block

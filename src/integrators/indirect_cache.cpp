@@ -8,20 +8,17 @@ namespace {
 
 const ParamDef<float> kBlockSize{"blocksize", 4,
                                  "distance in pixels of the points where indirect light is shaded; 0: every "
-                                 "sample shades all its light for itself"};
+                                 "sample shades all its light for itself",
+                                 nullptr, kNotNegative};
 const ParamDef<int> kShades{"shades", 0,
-                            "shades of indirect light per point; 0: as many as samples per pixel"};
-const ParamDef<int> kTimeBins{"timebins", 1, "parts of the shutter that are shaded apart"};
+                            "shades of indirect light per point; 0: as many as samples per pixel", nullptr,
+                            kNotNegative};
+const ParamDef<int> kTimeBins{"timebins", 1, "parts of the shutter that are shaded apart", nullptr,
+                              kAtLeastOne};
 
 class IndirectCache : public Integrator {
   public:
     explicit IndirectCache(const ParamSet& params) : m_size(params) {
-        if (!(params.get(kBlockSize) >= 0))
-            throw Error(params.whereIs(kBlockSize), "\"blocksize\" must not be negative");
-        if (params.get(kShades) < 0)
-            throw Error(params.whereIs(kShades), "\"shades\" must not be negative");
-        if (params.get(kTimeBins) < 1)
-            throw Error(params.whereIs(kTimeBins), "\"timebins\" must be at least 1");
         m_settings = {CacheSettings::Scope::Shared,
                       params.get(kBlockSize),
                       params.get(kShades),
@@ -40,6 +37,11 @@ class IndirectCache : public Integrator {
                 scene.moves() ? 1 / float(m_settings.timeBins) : 0};
     }
 
+    bool needsShadeCost(const RenderContext& context) const override {
+        return m_settings.blockSize > 0 && context.hasIndirectLight &&
+               (m_size.automatic || m_settings.bytes == SIZE_MAX);
+    }
+
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
         CacheSettings settings = m_settings;
         settings.lightComponents = context.lightComponents;
@@ -48,11 +50,11 @@ class IndirectCache : public Integrator {
         settings.shadesFollowSamples = settings.shades == 0;
         if (settings.shadesFollowSamples)
             settings.shades = context.samplesPerPixel;
-        if (m_size.automatic || settings.bytes == SIZE_MAX)
-            settings.bytes = settings.blockSize > 0
-                                 ? automaticBytes(context, settings.blockSize, settings.timeBins,
-                                                  context.lightComponents == 0)
-                                 : 0;
+        if (needsShadeCost(context))
+            settings.bytes =
+                automaticBytes(context, settings.blockSize, settings.timeBins, context.lightComponents == 0);
+        else if (settings.blockSize == 0)
+            settings.bytes = 0;
         return beginLatticeSharing(scene, settings, context.seed);
     }
 

@@ -10,8 +10,8 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<int> kShades{"shades", 1,
-                            "shades per pixel and primitive, drawn from the samples that hit it"};
+const ParamDef<int> kShades{"shades", 1, "shades per pixel and primitive, drawn from the samples that hit it",
+                            nullptr, kAtLeastOne};
 
 /// Equal for samples that share: those that hit the same triangle, or any other shape. Samples under a
 /// negative lobe of the pixel filter keep to themselves, since a group's mean stands for its members only if
@@ -118,10 +118,8 @@ class Worker : public IntegratorWorker {
 
 class Msaa : public Integrator {
   public:
-    explicit Msaa(const ParamSet& params) : m_shades(params.get(kShades)) {
-        if (m_shades < 1)
-            throw Error(params.whereIs(kShades), "\"shades\" must be at least 1");
-    }
+    explicit Msaa(const ParamSet& params) : m_shades(params.get(kShades)) {}
+    BiasBound biasBound(const Scene&) const override { return {}; }
     SampleDependence dependence() const override { return SampleDependence::Pixel; }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedState<Worker, int>>(scene, m_shades);

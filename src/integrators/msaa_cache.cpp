@@ -7,11 +7,13 @@ namespace strobe {
 namespace {
 
 const ParamDef<float> kBlockSize{"blocksize", 1,
-                                 "distance of shading points in pixels; 0: every sample shades for itself"};
-const ParamDef<int> kShades{"shades", 1, "shades per point or block"};
+                                 "distance of shading points in pixels; 0: every sample shades for itself",
+                                 nullptr, kNotNegative};
+const ParamDef<int> kShades{"shades", 1, "shades per point or block", nullptr, kAtLeastOne};
 const ParamDef<int> kTimeBins{
     "timebins", 0,
-    "parts of the shutter that are shaded apart; 0: 4 if anything moves (scope shared), else 1"};
+    "parts of the shutter that are shaded apart; 0: 4 if anything moves (scope shared), else 1", nullptr,
+    kNotNegative};
 const ParamDef<std::string> kInterpolate{"interpolate", "lattice",
                                          "lattice: between the points around; nearest: the nearest"};
 const ParamDef<std::string> kScope{"scope", "shared",
@@ -25,12 +27,6 @@ class MsaaCache : public Integrator {
   public:
     explicit MsaaCache(const ParamSet& params) : m_size(params) {
         using Scope = CacheSettings::Scope;
-        if (params.get(kShades) < 1)
-            throw Error(params.whereIs(kShades), "\"shades\" must be at least 1");
-        if (params.get(kTimeBins) < 0)
-            throw Error(params.whereIs(kTimeBins), "\"timebins\" must not be negative");
-        if (!(params.get(kBlockSize) >= 0))
-            throw Error(params.whereIs(kBlockSize), "\"blocksize\" must not be negative");
         const Scope scope = oneOf<Scope>(params, kScope,
                                          {{"shared", Scope::Shared},
                                           {"thread", Scope::Thread},
@@ -52,6 +48,10 @@ class MsaaCache : public Integrator {
         return {blocks * m_settings.blockSize, scene.moves() ? 1 / float(binsFor(scene)) : 0};
     }
 
+    bool needsShadeCost(const RenderContext&) const override {
+        return m_settings.blockSize > 0 && (m_size.automatic || (isShared() && m_settings.bytes == SIZE_MAX));
+    }
+
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
         CacheSettings settings = m_settings;
         settings.timeBins = binsFor(scene);
@@ -60,11 +60,11 @@ class MsaaCache : public Integrator {
             throw Error("the caches of scope thread, mutex and tile hold no parts of light: layers of direct "
                         "light, indirect light and light groups need another scope or integrator",
                         ErrorKind::Usage);
-        if (m_size.automatic || (isShared() && settings.bytes == SIZE_MAX))
-            settings.bytes = settings.blockSize > 0
-                                 ? automaticBytes(context, settings.blockSize, settings.timeBins,
-                                                  isShared() && context.lightComponents == 0)
-                                 : 0;
+        if (needsShadeCost(context))
+            settings.bytes = automaticBytes(context, settings.blockSize, settings.timeBins,
+                                            isShared() && context.lightComponents == 0);
+        else if (m_size.automatic)
+            settings.bytes = 0;
         return isShared() ? beginLatticeSharing(scene, settings, context.seed)
                           : beginFirstRaySharing(scene, settings);
     }

@@ -21,6 +21,7 @@ class Worker : public IntegratorWorker {
 
 class Supersample : public Integrator {
   public:
+    BiasBound biasBound(const Scene&) const override { return {}; }
     SampleDependence dependence() const override { return SampleDependence::None; }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedState<Worker>>(scene);

@@ -5,8 +5,6 @@
 
 namespace strobe {
 
-using IntegratorPlugin = Plugin<std::shared_ptr<const Integrator>>;
-
 IntegratorPlugin supersamplePlugin();
 
 } // namespace strobe

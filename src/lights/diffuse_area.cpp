@@ -62,7 +62,7 @@ std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext&
     if (!std::isfinite(light->area()))
         throw Error(params.where(), "area light on a shape of infinite or undefined area");
     warnOfCutouts(args.shape, params, context.messages);
-    light->sampleCount = readSampleCount(params);
+    light->sampleCount = params.get(kLightSamples);
     return light;
 }
 

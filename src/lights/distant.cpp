@@ -39,7 +39,7 @@ Plugin<std::shared_ptr<Light>, const LightArgs&> distantLightPlugin() {
                 auto light = std::make_shared<DistantLight>(
                     LightPlacement(args, context.conventions), towards,
                     readEmission(params, kL) * readTotal(params, kIlluminance, 1));
-                light->sampleCount = readSampleCount(params);
+                light->sampleCount = params.get(kLightSamples);
                 return light;
             }};
 }

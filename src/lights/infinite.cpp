@@ -188,7 +188,7 @@ std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext
     if (params.has(kIlluminance))
         factor *= readTotal(params, kIlluminance, illuminanceOf(map ? &*map : nullptr));
     auto light = std::make_shared<InfiniteLight>(toWorld, factor, std::move(map));
-    light->sampleCount = readSampleCount(params);
+    light->sampleCount = params.get(kLightSamples);
     return light;
 }
 

@@ -2,16 +2,6 @@
 
 namespace strobe {
 
-int readSampleCount(const ParamSet& params) {
-    const int n = params.get(kLightSamples);
-    if (n < 1)
-        throw Error(params.whereIs(kLightSamples), "\"nsamples\" must be at least 1");
-    if (n > kMaxLightSamples)
-        throw Error(params.whereIs(kLightSamples),
-                    "\"nsamples\" must be at most " + std::to_string(kMaxLightSamples));
-    return n;
-}
-
 float readTotal(const ParamSet& params, const ParamDef<float>& def, float ofUnit) {
     if (!params.has(def))
         return 1;

@@ -7,7 +7,8 @@
 namespace strobe {
 
 inline const ParamDef<Rgb> kLightScale{"scale", Rgb(1), "factor of the emission"};
-inline const ParamDef<int> kLightSamples{"nsamples", 1, "samples per shading point", "samples"};
+inline const ParamDef<int> kLightSamples{
+    "nsamples", 1, "samples per shading point", "samples", {1, kMaxLightSamples}};
 
 /// pbrt-v4: what the whole light is to give. 0: as its intensity says.
 inline const ParamDef<float> kPower{"power", 0,
@@ -19,8 +20,6 @@ inline const ParamDef<float> kIlluminance{
 /// Throws a located Error unless it is positive.
 float readTotal(const ParamSet& params, const ParamDef<float>& def, float ofUnit);
 
-/// "nsamples"; throws a located Error unless it is from 1 to kMaxLightSamples.
-int readSampleCount(const ParamSet& params);
 /// "scale": one number, or one per channel.
 Rgb readLightScale(const ParamSet& params);
 /// The emission `def` times "scale"; throws a located Error when it is negative or not finite.

@@ -57,7 +57,7 @@ Plugin<std::shared_ptr<Light>, const LightArgs&> pointLightPlugin() {
                 auto light = std::make_shared<PointLight>(
                     LightPlacement(args, context.conventions), params.get(kFrom),
                     readEmission(params, kI) * readTotal(params, kPower, 4 * kPi));
-                light->sampleCount = readSampleCount(params);
+                light->sampleCount = params.get(kLightSamples);
                 return light;
             }};
 }

@@ -11,7 +11,8 @@ const ParamDef<Rgb> kI{"I", Rgb(1), "radiant intensity on the axis"};
 const ParamDef<V3f> kFrom{"from", V3f(0), "position, in light space"};
 const ParamDef<V3f> kTo{"to", V3f(0, 0, 1), "a point on the axis, in light space"};
 const ParamDef<float> kConeAngle{"coneangle", 30, "angle between axis and rim, in degrees"};
-const ParamDef<float> kConeDelta{"conedeltaangle", 5, "width of the soft rim, inside coneangle, in degrees"};
+const ParamDef<float> kConeDelta{"conedeltaangle", 5, "width of the soft rim, inside coneangle, in degrees",
+                                 nullptr, kNotNegative};
 
 const ParamDef<std::string> kFalloff{
     "falloff", "", "across the rim: quartic (default in v2), smoothstep (default in v4) or squared (glTF)"};
@@ -81,14 +82,12 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
     const float rim = params.get(kConeAngle), delta = params.get(kConeDelta);
     if (!(rim > 0 && rim <= 180))
         throw Error(params.whereIs(kConeAngle), "\"coneangle\" must be above 0 and at most 180 degrees");
-    if (!(delta >= 0))
-        throw Error(params.whereIs(kConeDelta), "\"conedeltaangle\" must not be negative");
     const float full = std::max(rim - delta, 0.f);
     const float rimPart = oneMinusCosOf(rim), fullPart = oneMinusCosOf(full);
     const Rgb intensity = readEmission(params, kI) * readTotal(params, kPower, kPi * (fullPart + rimPart));
     auto light = std::make_shared<SpotLight>(LightPlacement(args, context.conventions), from, to, intensity,
                                              rimPart, fullPart, falloffFrom(params, context));
-    light->sampleCount = readSampleCount(params);
+    light->sampleCount = params.get(kLightSamples);
     return light;
 }
 

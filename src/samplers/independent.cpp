@@ -6,7 +6,7 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<int> kPixelSamples{"pixelsamples", 4, "samples per pixel", "samples"};
+const ParamDef<int> kPixelSamples{"pixelsamples", 4, "samples per pixel", "samples", kAtLeastOne};
 
 class IndependentSampler final : public Sampler {
   public:
@@ -32,8 +32,6 @@ Plugin<SamplerSetup, int> independentPlugin() {
             {kPixelSamples},
             [](const ParamSet& params, const BuildContext&, int sppOverride) -> SamplerSetup {
                 const int asked = params.get(kPixelSamples);
-                if (asked < 1)
-                    throw Error(params.whereIs(kPixelSamples), "\"pixelsamples\" must be at least 1");
                 return {std::make_shared<IndependentSampler>(), sppOverride > 0 ? sppOverride : asked};
             }};
 }

@@ -10,7 +10,7 @@ namespace {
 
 const ParamDef<int> kPixelSamples{
     "pixelsamples", 16, "samples per pixel, rounded up to a power of two; by default 16 (pbrt-v2: 4)",
-    "samples"};
+    "samples", kAtLeastOne};
 
 inline uint32_t reverseBits(uint32_t x) {
     x = (x << 16) | (x >> 16);
@@ -167,8 +167,6 @@ class SobolSampler final : public Sampler {
 
 SamplerSetup createSobol(const ParamSet& params, const BuildContext& context, int sppOverride) {
     int spp = params.get(kPixelSamples);
-    if (spp < 1)
-        throw Error(params.whereIs(kPixelSamples), "\"pixelsamples\" must be at least 1");
     if (!params.has(kPixelSamples) && context.conventions == Conventions::PbrtV2)
         spp = 4;
     auto sampler = std::make_shared<SobolSampler>();

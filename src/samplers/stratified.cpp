@@ -6,8 +6,8 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<int> kXSamples{"xsamples", 4, "strata across a pixel"};
-const ParamDef<int> kYSamples{"ysamples", 4, "strata down a pixel"};
+const ParamDef<int> kXSamples{"xsamples", 4, "strata across a pixel", nullptr, kAtLeastOne};
+const ParamDef<int> kYSamples{"ysamples", 4, "strata down a pixel", nullptr, kAtLeastOne};
 const ParamDef<bool> kJitter{"jitter", true, "random places within the strata; false: their centers"};
 
 /// A grid of strata for `total` points.
@@ -71,15 +71,8 @@ class StratifiedSampler final : public Sampler {
     bool m_jitter;
 };
 
-int atLeastOne(const ParamSet& params, const ParamDef<int>& def) {
-    const int n = params.get(def);
-    if (n < 1)
-        throw Error(params.whereIs(def), std::string("\"") + def.name + "\" must be at least 1");
-    return n;
-}
-
 SamplerSetup createStratified(const ParamSet& params, const BuildContext&, int sppOverride) {
-    int nx = atLeastOne(params, kXSamples), ny = atLeastOne(params, kYSamples);
+    int nx = params.get(kXSamples), ny = params.get(kYSamples);
     if (double(nx) * ny > double(1 << 24))
         throw Error(params.whereIs(kYSamples), "more than 16777216 samples per pixel");
     if (sppOverride > 0 && sppOverride != nx * ny) { // the most nearly square grid of exactly that many

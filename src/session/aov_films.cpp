@@ -9,16 +9,16 @@ bool isExr(const std::filesystem::path& output) { return output.extension() == "
 } // namespace
 
 AovFilms::AovFilms(const Options& options, const BuiltScene& built, spdlog::logger& log) {
-    const bool any = !options.features.empty() || !options.lights.empty() || !options.layers.empty();
-    if (any && std::none_of(options.outputs.begin(), options.outputs.end(), isExr))
+    if (!options.aovs.empty() && std::none_of(options.outputs.begin(), options.outputs.end(), isExr))
         log.warn("--aov: there is no .exr output to hold the layers");
-    if (!options.lights.empty())
-        m_lights = std::make_unique<LightFilm>(built.pixelBounds, options.lights, built.lightGroups);
-    if (options.features.empty())
+    if (const auto light = aovsOf(options.aovs, AovGroup::Light); !light.empty())
+        m_lights = std::make_unique<LightFilm>(built.pixelBounds, light, built.lightGroups);
+    const std::vector<Aov> visible = aovsOf(options.aovs, AovGroup::Visible);
+    if (visible.empty())
         return;
     m_features = std::make_unique<AovFilm>(
         *built.scene, *built.sampler.sampler, built.pixelBounds,
-        FeatureSettings{options.features, built.cryptomatteMaterialNames, options.cryptoLevels});
+        AovFilmSettings{visible, built.cryptomatteMaterialNames, options.cryptoLevels});
     for (const std::string& warning : m_features->warnings())
         log.warn("{}", warning);
 }

@@ -22,7 +22,7 @@ class AovFilms {
     AovFilms(const Options& options, const BuiltScene& built, spdlog::logger& log);
     /// Has the render fill them; they must outlive it.
     void addTo(RenderSettings& settings) {
-        settings.features = m_features.get();
+        settings.aovs = m_features.get();
         settings.lights = m_lights.get();
     }
     /// What was gathered so far.

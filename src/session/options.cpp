@@ -11,16 +11,9 @@ namespace strobe {
 
 namespace {
 
-template <class Table>
-std::string namesIn(const Table& table) {
-    std::string names;
-    for (const auto& info : table)
-        names += (names.empty() ? "" : ", ") + std::string(info.name);
-    return names;
-}
-
 std::string aovNames() {
-    return namesIn(featureTable()) + ", " + namesIn(lightLayerTable()) + ", " + namesIn(layerTable());
+    return aovNames(AovGroup::Visible) + ", " + aovNames(AovGroup::Light) + ", " +
+           aovNames(AovGroup::Sharing);
 }
 
 V2i parseResolution(const std::string& text) {
@@ -34,14 +27,6 @@ V2i parseResolution(const std::string& text) {
     return {int(x), int(y)};
 }
 
-/// The row called `name`, or null.
-template <class Row>
-const Row* rowCalled(const std::vector<Row>& table, const std::string& name) {
-    const auto row =
-        std::find_if(table.begin(), table.end(), [&](const Row& info) { return name == info.name; });
-    return row == table.end() ? nullptr : &*row;
-}
-
 [[noreturn]] void failUnknown(const char* option, const std::string& name, const std::string& known) {
     throw CLI::ValidationError(option, "unknown layer \"" + name + "\" (known: " + known + ")");
 }
@@ -52,25 +37,22 @@ void addOnce(std::vector<T>& values, const T& value) {
         values.push_back(value);
 }
 
-void chooseLayers(const std::vector<std::string>& names, Options& options) {
+void chooseAovs(const std::vector<std::string>& names, Options& options) {
     for (const std::string& name : names)
-        if (const FeatureInfo* feature = rowCalled(featureTable(), name))
-            addOnce(options.features, feature->feature);
-        else if (const LightLayerInfo* light = rowCalled(lightLayerTable(), name))
-            addOnce(options.lights, light->layer);
-        else if (const LayerInfo* layer = rowCalled(layerTable(), name))
-            addOnce(options.layers, layer->layer);
+        if (const AovInfo* info = findAov(name))
+            addOnce(options.aovs, info->aov);
         else
             failUnknown("--aov", name, aovNames());
 }
 
-Layer layerCalled(const char* option, const std::string& name) {
-    const LayerInfo* layer = rowCalled(layerTable(), name);
-    if (!layer)
-        failUnknown(option, name, namesIn(layerTable()));
-    if (layer->layer == Layer::Variance)
+/// An AOV that a heat map can show.
+Aov heatmapAov(const char* option, const std::string& name) {
+    const AovInfo* info = findAov(name);
+    if (!info || info->group != AovGroup::Sharing)
+        failUnknown(option, name, aovNames(AovGroup::Sharing));
+    if (info->aov == Aov::Variance)
         throw CLI::ValidationError(option, "variance has no heat map");
-    return layer->layer;
+    return info->aov;
 }
 
 /// "open,close" in frames.
@@ -102,10 +84,10 @@ void checkNeeds(const CLI::App& app, const Options& options) {
     for (const auto& [name, other] : {std::pair("--sample", "--pixel"), {"--heatmap-of", "--heatmap"}})
         if (app.count(name) > 0 && app.count(other) == 0)
             throw CLI::ValidationError(name, std::string("needs ") + other);
-    const auto has = [&](Feature feature) {
-        return std::find(options.features.begin(), options.features.end(), feature) != options.features.end();
+    const auto has = [&](Aov aov) {
+        return std::find(options.aovs.begin(), options.aovs.end(), aov) != options.aovs.end();
     };
-    if (app.count("--crypto-depth") > 0 && !has(Feature::CryptoObject) && !has(Feature::CryptoMaterial))
+    if (app.count("--crypto-depth") > 0 && !has(Aov::CryptoObject) && !has(Aov::CryptoMaterial))
         throw CLI::ValidationError("--crypto-depth", "needs --aov cryptoobject or cryptomaterial");
 }
 
@@ -231,9 +213,9 @@ std::optional<int> parseCommandLine(int argc, char** argv, Options& options) {
         if (frameTime)
             options.build.shutter = Shutter{*frameTime, *frameTime};
         readSequence(app, frames, shutter, fps, options);
-        chooseLayers(layers, options);
+        chooseAovs(layers, options);
         readProgressiveOptions(progressive, options);
-        options.heatmapLayer = layerCalled("--heatmap-of", heatmapOf);
+        options.heatmapAov = heatmapAov("--heatmap-of", heatmapOf);
         checkNeeds(app, options);
         checkScenes(options.scenes);
         if (options.scenes.empty() && !options.list && !options.printOcio)

@@ -42,11 +42,9 @@ struct Options {
     std::optional<SampleSlice> samples; ///< of each pixel; none: all
     uint64_t content = 0;               ///< contentHash of the scene, where parts are written
     std::optional<ViewerAddress> display;
-    Layer heatmapLayer = Layer::Shades;
+    Aov heatmapAov = Aov::Shades;
     PictureOptions picture;
-    std::vector<Layer> layers;      ///< of EXR outputs: of sharing,
-    std::vector<Feature> features;  ///< of what is seen,
-    std::vector<LightLayer> lights; ///< and of parts of the light
+    std::vector<Aov> aovs; ///< of EXR outputs
     int cryptoLevels = 6;
     std::string logLevel = "info";
     bool quiet = false;

@@ -36,12 +36,12 @@ class Picture {
         if (options.partial > 0 || options.display || m_checkpoint)
             m_live = std::make_shared<LiveFilm>(film);
         if (m_live)
-            m_settings.tileDone = [this](const Film& of, const PixelBounds& tile) {
+            m_settings.onTileDone = [this](const Film& of, const PixelBounds& tile) {
                 m_live->update(of, tile);
             };
         if (m_live && m_settings.resume)
             m_live->update(film, film.pixelBounds());
-        m_settings.progress = [this](double part) { m_progress.update(m_fraction(part)); };
+        m_settings.onProgress = [this](double part) { m_progress.update(m_fraction(part)); };
     }
 
     RenderStats make() {

@@ -17,14 +17,14 @@ void SampleTable::add(const SampleRecord& r) {
                            hit.prim);
     else
         row += ",,,";
-    row += fmt::format("{},{},{:.9g},{:.9g},{:.9g}\n", r.block, r.asked, r.value.x, r.value.y, r.value.z);
+    row += fmt::format("{},{},{:.9g},{:.9g},{:.9g}\n", r.sharingId, r.shades, r.value.x, r.value.y, r.value.z);
     const std::lock_guard lock(m_mutex);
     m_rows.emplace_back(Place(r.y, r.x, r.number), std::move(row));
 }
 
 void SampleTable::write(const std::filesystem::path& file) {
     std::sort(m_rows.begin(), m_rows.end());
-    std::string text = "x,y,sample,film_x,film_y,time,instance,geometry,primitive,block,asked,r,g,b\n";
+    std::string text = "x,y,sample,film_x,film_y,time,instance,geometry,primitive,cell,shades,r,g,b\n";
     for (const auto& [place, row] : m_rows)
         text += row;
     writeFileAtomically(file, text);

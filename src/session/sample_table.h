@@ -16,8 +16,8 @@ class SampleTable {
     /// From any thread.
     void add(const SampleRecord& report);
     /// CSV with a header, by row of pixels, column and sample: x, y, sample, film_x, film_y, time (shutter
-    /// fraction), instance, geometry, primitive (empty where nothing was met), block (0: not shared), asked
-    /// (shades made because of it), r, g, b. Throws Error of kind Output.
+    /// fraction), instance, geometry, primitive (empty where nothing was met), cell (0: not shared), shades
+    /// (those that it requested), r, g, b. Throws Error of kind Output.
     void write(const std::filesystem::path& file);
 
   private:

@@ -6,16 +6,21 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<int> kMaxDepth{"maxdepth", 5,
-                              "surfaces along a path; direct lighting: mirror and glass bounces + 1"};
+/// A bound, since among perfect mirrors Russian roulette ends no path.
+constexpr int kMaxDepthAllowed = 1024;
+const ParamDef<int> kMaxDepth{"maxdepth",
+                              5,
+                              "surfaces along a path; direct lighting: mirror and glass bounces + 1",
+                              nullptr,
+                              {0, kMaxDepthAllowed}};
 const ParamDef<std::string> kStrategy{
     "strategy", "all", "lights at the first surface: all (each with its nsamples) or one, picked by power",
     "lightsamplestrategy"};
-const ParamDef<int> kLightSamples{"lightsamples", 0,
-                                  "samples of each light at a surface; 0: each light's own nsamples"};
-
-/// Paths this long say nothing more; among perfect mirrors no chance would end them.
-constexpr int kMaxDepthAllowed = 1024;
+const ParamDef<int> kLightSamples{"lightsamples",
+                                  0,
+                                  "samples of each light at a surface; 0: each light's own nsamples",
+                                  nullptr,
+                                  {0, kMaxLightSamples}};
 
 /// Whether all lights are sampled at the first surface. pbrt-v3's and v4's names for ways to pick one mean
 /// "one", and so does what nobody knows in a lenient file.
@@ -37,16 +42,10 @@ class PathShader : public Shader {
   public:
     PathShader(const ParamSet& params, const BuildContext& context, bool path) {
         m_settings = {path, params.get(kMaxDepth), readStrategy(params, context), params.get(kLightSamples)};
-        for (const auto& [def, most] :
-             {std::pair{&kMaxDepth, kMaxDepthAllowed}, {&kLightSamples, kMaxLightSamples}})
-            if (const int value = params.get(*def); value < 0 || value > most)
-                throw Error(params.whereIs(*def),
-                            std::string("\"") + def->name + "\" must " +
-                                (value < 0 ? "not be negative" : "be at most " + std::to_string(most)));
     }
     std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
-                                             const LightComponents& split) const override {
-        return std::make_unique<PathWorker>(scene, sampler, m_settings, split);
+                                             const LightComponents& lightComponents) const override {
+        return std::make_unique<PathWorker>(scene, sampler, m_settings, lightComponents);
     }
     bool hasIndirectLight() const override { return m_settings.path && m_settings.maxDepth > 1; }
 

@@ -1,11 +1,9 @@
 // shade(): the path tracer. Next-event estimation with multiple importance sampling, in waves over a batch.
 #pragma once
 
-#include "core/render/integrator.h"
+#include "core/render/shader.h"
 
 namespace strobe {
-
-using ShaderPlugin = Plugin<std::shared_ptr<const Shader>>;
 
 /// Direct light at the first surface that is not a mirror or glass.
 ShaderPlugin directLightingPlugin();

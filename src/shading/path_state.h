@@ -1,7 +1,8 @@
 // What the path shader keeps of a path under way.
 #pragma once
 
-#include "core/render/integrator.h"
+#include "core/render/shader.h"
+#include "core/scene/scene.h"
 
 namespace strobe {
 

@@ -5,8 +5,8 @@
 namespace strobe {
 
 PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
-                       const LightComponents& split)
-    : m_scene(scene), m_sampler(sampler), m_settings(settings), m_split(split),
+                       const LightComponents& lightComponents)
+    : m_scene(scene), m_sampler(sampler), m_settings(settings), m_lightComponents(lightComponents),
       m_manyMaterials(scene.materials().size() > 1), m_shadows(scene.tracer(), LightVisible{this}),
       m_probes(scene.tracer(), ProbeFound{this}), m_bounces(scene.tracer(), BounceFound{this}) {}
 

@@ -12,7 +12,7 @@ namespace strobe {
 class PathWorker : public ShaderWorker {
   public:
     PathWorker(const Scene& scene, const Sampler& sampler, const ShadeSettings& settings,
-               const LightComponents& split);
+               const LightComponents& lightComponents);
     void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) override;
 
   private:
@@ -100,7 +100,7 @@ class PathWorker : public ShaderWorker {
     const Scene& m_scene;
     const Sampler& m_sampler;
     const ShadeSettings m_settings;
-    const LightComponents m_split;
+    const LightComponents m_lightComponents;
     const bool m_manyMaterials;
     Counters* m_counters = nullptr;
 

@@ -12,7 +12,8 @@ const ParamDef<FilePath> kFilename{"filename", {}, "image file"};
 const ParamDef<std::string> kWrap{"wrap", "repeat", "outside the image: repeat, black or clamp"};
 const ParamDef<float> kScale{"scale", 1.f, "factor of the values"};
 const ParamDef<bool> kInvert{"invert", false, "use 1 - value"};
-const ParamDef<float> kGamma{"gamma", 1.f, "pbrt-v2: linear = stored^gamma; v3: a bool, sRGB or linear"};
+const ParamDef<float> kGamma{"gamma", 1.f, "pbrt-v2: linear = stored^gamma; v3: a bool, sRGB or linear",
+                             nullptr, kPositive};
 const ParamDef<std::string> kEncoding{
     "encoding", "",
     "of 8- and 16-bit files: sRGB (default in v4), linear (default in v2) or \"gamma 2.2\"; of all files: a "
@@ -125,10 +126,7 @@ ColorEncoding transferFrom(const ParamSet& params, const BuildContext& context, 
             return {srgb ? ColorEncoding::Srgb : ColorEncoding::Linear};
         }
     if (params.has(kGamma)) {
-        const float gamma = params.get(kGamma);
-        if (!(gamma > 0))
-            throw Error(params.whereIs(kGamma), "gamma must be positive");
-        return {ColorEncoding::Gamma, gamma, true};
+        return {ColorEncoding::Gamma, params.get(kGamma), true};
     }
     const ColorEncoding usual{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
                                                                          : ColorEncoding::Linear};

@@ -523,10 +523,10 @@ class Failures(CliTest):
             (["s.scene", "--resolution", "4294967300x4"], "--resolution"),
             (["s.scene", "--resolution", "4x4x4"], "--resolution"),
             (["s.scene", "--aov", "shade"], 'unknown layer "shade" (known: normal, albedo, depth, position, uv, motionvector, objectid, materialid, '
-             'primitiveid, cryptoobject, cryptomaterial, direct, indirect, lightgroups, shades, samples, hitrate, block, shadetime, variance)'),
+             'primitiveid, cryptoobject, cryptomaterial, direct, indirect, lightgroups, shades, samples, hitrate, cell, shadetime, variance)'),
             (["s.scene", "--heatmap", "heat.exr"], "must end in .png"),
             (["s.scene", "--heatmap-of", "x"], 'unknown layer "x"'),
-            (["s.scene", "--heatmap-of", "block"], "--heatmap-of: needs --heatmap"),
+            (["s.scene", "--heatmap-of", "cell"], "--heatmap-of: needs --heatmap"),
             (["s.scene", "--aov", "depth", "--crypto-depth", "4"], "--crypto-depth: needs --aov cryptoobject or cryptomaterial"),
             (["s.scene", "--shading", "toon"], "toon"),
             (["s.scene", "--frame-time", "soon"], "--frame-time"),

@@ -224,7 +224,7 @@ class ExrFiles(OutputTest):
         for k, kind in enumerate(self.KINDS):
             with self.subTest(kind):
                 found = self.channels(f"{k}.exr")
-                self.assertEqual(sorted(found), ["B", "G", "R", "block.Y", "shades.Y"])
+                self.assertEqual(sorted(found), ["B", "G", "R", "cell.Y", "shades.Y"])
                 half, lossy = "half" in kind, re.search("pxr24|b44|dwa", kind)
                 for name, values in found.items():
                     if name.endswith(".Y") or not (half or lossy):
@@ -248,7 +248,7 @@ class ExrFiles(OutputTest):
         self.run_strobe("o.scene", "--quiet", "--aov", "shades,block", "--exr", "half,dwab,tiles:32,parts", "-o", "a.exr")
         text = subprocess.run(["exrheader", "a.exr"], cwd=self.folder, check=True, capture_output=True).stdout.decode()
         parts = text.split("part ")[1:]
-        self.assertEqual([re.search(r'name \(type string\): "(.*)"', p)[1] for p in parts], ["rgba", "shades", "block"])
+        self.assertEqual([re.search(r'name \(type string\): "(.*)"', p)[1] for p in parts], ["rgba", "shades", "cell"])
         for part in parts:
             self.assertRegex(part, r"tiles \(type tiledesc\):\s+single level\s+tile size 32 by 32 pixels")
             self.assertRegex(part, r"red   \(0\.64 0\.33\)")
@@ -286,7 +286,7 @@ class ExrFiles(OutputTest):
         for k, kind in enumerate(self.KINDS):
             with self.subTest(kind):
                 stored = self.channels(f"{k}.exr")
-                for output, names in (("Combined", "RGB"), ("shades", ["shades.Y"]), ("block", ["block.Y"])):
+                for output, names in (("Combined", "RGB"), ("shades", ["shades.Y"]), ("cell", ["cell.Y"])):
                     opened = self.channels(f"opened/{k}.exr {output} 0001.exr")
                     for name, channel in zip(names, "RGB"):
                         np.testing.assert_array_equal(opened[channel if "R" in opened else "V"], stored[name], output)

@@ -89,6 +89,7 @@ class ComponentsWorker : public IntegratorWorker {
 
 class Components : public Integrator {
   public:
+    BiasBound biasBound(const Scene&) const override { return {}; }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedState<ComponentsWorker>>(scene);
     }

@@ -4,21 +4,7 @@
 
 namespace strobe {
 
-const std::vector<LayerInfo>& layerTable() {
-    static const std::vector<LayerInfo> table = {
-        {Layer::Shades, "shades", "surface points that the pixel's samples had shaded for them"},
-        {Layer::Samples, "samples", "visibility samples of the pixel"},
-        {Layer::HitRate, "hitrate",
-         "of the samples that met a surface, the part that needed no shade of their own"},
-        {Layer::Block, "block",
-         "a number (24 bits) for what the first sample shares its shade with; 0: nothing"},
-        {Layer::ShadeTime, "shadetime", "the mean shutter fraction of the pixel's shades; -1: it has none"},
-        {Layer::Variance, "variance", "of the pixel's luminance, as the passes of --noise-target tell"},
-    };
-    return table;
-}
-
-Film::Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::vector<Layer> layers)
+Film::Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::vector<Aov> layers)
     : m_fullWidth(fullWidth), m_fullHeight(fullHeight),
       m_pixelBounds(pixelBounds), m_image{pixelBounds.width(), pixelBounds.height(),
                                           std::vector<Rgb>(size_t(pixelBounds.width()) *
@@ -27,16 +13,16 @@ Film::Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::v
       m_layers(std::move(layers)), m_planes(m_layers.size(), std::vector<float>(m_image.pixels.size(), 0.f)) {
 }
 
-const std::vector<float>& Film::plane(Layer layer) const {
+const std::vector<float>& Film::plane(Aov layer) const {
     const auto it = std::find(m_layers.begin(), m_layers.end(), layer);
     return m_planes.at(size_t(it - m_layers.begin()));
 }
 
-bool Film::has(Layer layer) const {
+bool Film::has(Aov layer) const {
     return std::find(m_layers.begin(), m_layers.end(), layer) != m_layers.end();
 }
 
-void Film::setPlane(Layer layer, std::vector<float> values) {
+void Film::setPlane(Aov layer, std::vector<float> values) {
     const auto it = std::find(m_layers.begin(), m_layers.end(), layer);
     m_planes.at(size_t(it - m_layers.begin())) = std::move(values);
 }
@@ -88,7 +74,7 @@ std::vector<Part> Film::exrParts(const std::vector<Part>& more) const {
     const float* data = &m_image.pixels[0].x;
     std::vector<Part> parts = {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}}};
     for (size_t i = 0; i < m_layers.size(); ++i) {
-        const std::string name = layerTable()[size_t(m_layers[i])].name;
+        const std::string name = aovInfo(m_layers[i]).name;
         parts.push_back({name, {{name + ".Y", m_planes[i].data(), 1, true}}});
     }
     parts.insert(parts.end(), more.begin(), more.end());

@@ -1,23 +1,13 @@
 // The film: the mean of each pixel's samples, and layers that tell how it came about.
 #pragma once
 
+#include "core/film/aov.h"
 #include "core/film/pixel_accumulator.h"
 #include "core/image/exr_file.h"
 
 #include <vector>
 
 namespace strobe {
-
-/// A number per pixel beside its color.
-enum class Layer { Shades, Samples, HitRate, Block, ShadeTime, Variance };
-
-struct LayerInfo {
-    Layer layer;
-    const char* name;
-    const char* doc;
-};
-/// All layers, in the order of the enumeration.
-const std::vector<LayerInfo>& layerTable();
 
 /// How files are made of pixels.
 struct OutputSettings {
@@ -30,7 +20,7 @@ struct OutputSettings {
 /// Pixel values over a window of the full frame. Different pixels may be written by different threads.
 class Film {
   public:
-    Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::vector<Layer> layers = {});
+    Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::vector<Aov> layers = {});
 
     /// From now on, what is added to a pixel joins what was added before. Costs 64 bytes per pixel.
     void keepSums() { m_sums.resize(m_image.pixels.size()); }
@@ -58,13 +48,13 @@ class Film {
         m_planes[index][size_t(y - m_pixelBounds.y0) * size_t(m_image.width) + size_t(x - m_pixelBounds.x0)] =
             value;
     }
-    bool has(Layer layer) const;
+    bool has(Aov layer) const;
     /// All of a layer, which must be one of `layers()`: row by row over the window.
-    void setPlane(Layer layer, std::vector<float> values);
+    void setPlane(Aov layer, std::vector<float> values);
     const Image& image() const { return m_image; }
-    const std::vector<Layer>& layers() const { return m_layers; }
+    const std::vector<Aov>& layers() const { return m_layers; }
     /// Row by row over the window; the layer must be one of `layers()`.
-    const std::vector<float>& plane(Layer layer) const;
+    const std::vector<float>& plane(Aov layer) const;
     const PixelBounds& pixelBounds() const { return m_pixelBounds; }
     int fullWidth() const { return m_fullWidth; }
     int fullHeight() const { return m_fullHeight; }
@@ -88,7 +78,7 @@ class Film {
     PixelBounds m_pixelBounds;
     Image m_image;
     std::vector<PixelAccumulator> m_sums; ///< none, or one per pixel
-    std::vector<Layer> m_layers;
+    std::vector<Aov> m_layers;
     std::vector<std::vector<float>> m_planes; ///< beside m_layers
 };
 

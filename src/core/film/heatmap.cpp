@@ -92,10 +92,10 @@ void drawScale(Image& image, int top, const Scale& scale) {
 
 } // namespace
 
-Image heatmap(const Film& film, Layer layer, int samplesPerPixel) {
+Image heatmap(const Film& film, Aov layer, int samplesPerPixel) {
     constexpr int kLeastWidth = 160;
-    const bool colorsOnly = layer == Layer::Block;
-    const bool counts = layer == Layer::Shades || layer == Layer::Samples;
+    const bool colorsOnly = layer == Aov::Cell;
+    const bool counts = layer == Aov::Shades || layer == Aov::Samples;
     const Scale scale{counts, counts ? float(std::max(samplesPerPixel, 2)) : 1};
     const PixelBounds& pixelBounds = film.pixelBounds();
     Image image;

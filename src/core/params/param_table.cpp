@@ -136,6 +136,14 @@ void parseValue(Param& param, const std::string& word, const std::string& value,
 
 } // namespace
 
+std::string ParamRange::problem(double value) const {
+    if (value > max)
+        return fmt::format("must be at most {:.10g}", max);
+    if (min == 0)
+        return aboveMin ? "must be positive" : "must not be negative";
+    return fmt::format("must be {} {:.10g}", aboveMin ? "above" : "at least", min);
+}
+
 template <class T>
 ParamInfo::ParamInfo(const ParamDef<T>& def)
     : name(def.name), type(typeName(def.fallback)), fallback(show(def.fallback)), doc(def.doc),

@@ -177,6 +177,12 @@ void convert(const Param& p, const TextureTable*, std::vector<V3f>& out) {
     out = inGroups<V3f>(p);
 }
 
+template <class T>
+void checkRange(const Param& p, const ParamDef<T>& def, double value) {
+    if (!def.range.contains(value))
+        throw Error(p.where, fmt::format("\"{}\" {}", def.name, def.range.problem(value)));
+}
+
 } // namespace
 
 template <class T>
@@ -186,6 +192,10 @@ T ParamSet::get(const ParamDef<T>& def) const {
         return def.fallback;
     T value{};
     convert(*p, m_textures.get(), value);
+    if constexpr (std::is_same_v<T, int> || std::is_same_v<T, float>)
+        checkRange(*p, def, double(value));
+    else if constexpr (std::is_same_v<T, FloatInput>)
+        checkRange(*p, def, double(value.constant));
     return value;
 }
 

@@ -41,13 +41,30 @@ struct TextureTable {
     std::vector<TexturePtr> floats, rgbs;
 };
 
+/// The values that a numeric parameter may have: from `min` (exclusive if `aboveMin`) to `max`, but not NaN.
+/// The default range accepts everything.
+struct ParamRange {
+    double min = -kInfinity, max = kInfinity;
+    bool aboveMin = false;
+
+    bool isUnlimited() const { return min == -kInfinity && max == kInfinity; }
+    bool contains(double value) const {
+        return isUnlimited() || ((aboveMin ? value > min : value >= min) && value <= max);
+    }
+    /// What is wrong with a value outside: "must be at least 1" and the like.
+    std::string problem(double value) const;
+};
+inline constexpr ParamRange kNotNegative{0}, kPositive{0, kInfinity, true}, kAtLeastOne{1};
+
 /// A parameter as a plugin declares it. `alias` is another spelling of the same parameter (pbrt-v4's names).
+/// `range` holds for numbers, and for the constant of a FloatInput.
 template <class T>
 struct ParamDef {
     const char* name;
     T fallback;
     const char* doc;
     const char* alias = nullptr;
+    ParamRange range{};
 };
 
 /// A string parameter that names a file; `get` resolves it (absolute, `$STROBE_SCENES/…`, relative to the
@@ -76,8 +93,8 @@ class ParamSet {
     const std::vector<Param>& all() const { return m_params; }
     std::vector<Param>& all() { return m_params; }
 
-    /// The value, or the default. Throws a located Error when the type or the count of values is wrong.
-    /// T: int, float, bool, std::string, V2f, V3f, Rgb (rgb, color, spectrum or blackbody), FilePath,
+    /// The value, or the default. Throws a located Error when the type, the count of values or the range is
+    /// wrong. T: int, float, bool, std::string, V2f, V3f, Rgb (rgb, color, spectrum or blackbody), FilePath,
     /// FloatInput and RgbInput (a value or a texture), std::vector of int, float, std::string, V2f, V3f.
     template <class T>
     T get(const ParamDef<T>& def) const;

@@ -13,79 +13,48 @@ constexpr float kFarAway = 1e10f;
 
 enum class Kind { OfOneSample, Mean, Crypto };
 
-Kind kindOf(Feature feature) {
-    switch (feature) {
-    case Feature::Normal:
-    case Feature::Albedo:
+Kind kindOf(Aov aov) {
+    switch (aov) {
+    case Aov::Normal:
+    case Aov::Albedo:
         return Kind::Mean;
-    case Feature::CryptoObject:
-    case Feature::CryptoMaterial:
+    case Aov::CryptoObject:
+    case Aov::CryptoMaterial:
         return Kind::Crypto;
     default:
         return Kind::OfOneSample;
     }
 }
 
-bool isOfObjects(Feature feature) { return feature == Feature::ObjectId || feature == Feature::CryptoObject; }
+bool isOfObjects(Aov aov) { return aov == Aov::ObjectId || aov == Aov::CryptoObject; }
 
-bool isOfSurface(Feature feature) { return feature == Feature::Position || feature == Feature::Uv; }
-
-const FeatureInfo& infoOf(Feature feature) { return featureTable()[size_t(feature)]; }
+bool isOfSurface(Aov aov) { return aov == Aov::Position || aov == Aov::Uv; }
 
 V2f middleOf(const PixelRef& pixel) { return {float(pixel.x) + 0.5f, float(pixel.y) + 0.5f}; }
 
 } // namespace
 
-const std::vector<FeatureInfo>& featureTable() {
-    static const std::vector<FeatureInfo> table = {
-        {Feature::Normal,
-         "normal",
-         "the shading normal on the viewer's side, in world space; mean",
-         {"X", "Y", "Z"}},
-        {Feature::Albedo,
-         "albedo",
-         "how much of white light from all around comes back; mean",
-         {"R", "G", "B"}},
-        {Feature::Depth, "depth", "distance along the camera's axis; 1e10: nothing is there", {"Z"}},
-        {Feature::Position, "position", "in world space", {"X", "Y", "Z"}},
-        {Feature::Uv, "uv", "texture coordinates", {"U", "V"}},
-        {Feature::Motion,
-         "motionvector",
-         "pixels to the right and up from shutter open to close",
-         {"X", "Y"}},
-        {Feature::ObjectId, "objectid", "number of the object, from 1; 0: nothing", {"Y"}},
-        {Feature::MaterialId, "materialid", "number of the material, from 1; 0: nothing", {"Y"}},
-        {Feature::PrimitiveId,
-         "primitiveid",
-         "number of the triangle in its shape, from 1; 0: nothing",
-         {"Y"}},
-        {Feature::CryptoObject, "cryptoobject", "Cryptomatte of objects", {"CryptoObject"}},
-        {Feature::CryptoMaterial, "cryptomaterial", "Cryptomatte of materials", {"CryptoMaterial"}},
-    };
-    return table;
-}
-
 AovFilm::AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& pixelBounds,
-                 FeatureSettings settings)
+                 AovFilmSettings settings)
     : m_scene(scene), m_sampler(sampler), m_pixelBounds(pixelBounds), m_settings(std::move(settings)),
       m_moves(scene.moves()) {
     const size_t pixels = size_t(pixelBounds.width()) * size_t(pixelBounds.height());
     m_samples.assign(pixels, 0);
-    for (const Feature feature : m_settings.features) {
-        if (isOfObjects(feature) && !m_objects)
+    for (const Aov aov : m_settings.aovs) {
+        if (isOfObjects(aov) && !m_objects)
             m_objects.emplace(scene);
-        const size_t width = infoOf(feature).channels.size();
-        switch (kindOf(feature)) {
+        const size_t width = aovInfo(aov).channels.size();
+        switch (kindOf(aov)) {
         case Kind::OfOneSample:
-            m_planes.push_back({feature, width, std::vector<float>(pixels * width)});
+            m_planes.push_back({aov, width, std::vector<float>(pixels * width)});
             m_distance2.assign(pixels, kInfinity);
-            m_needsSurface |= isOfSurface(feature);
+            m_needsSurface |= isOfSurface(aov);
             break;
         case Kind::Mean:
-            m_means.push_back({feature, std::vector<double>(3 * pixels)});
+            m_means.push_back({aov, std::vector<double>(3 * pixels)});
             break;
         case Kind::Crypto:
-            m_cryptos.push_back({feature, std::vector<CryptomatteCounts>(pixels)});
+            m_cryptos.push_back({aov, std::vector<CryptomatteCounts>(pixels)});
             break;
         }
     }
@@ -108,7 +77,7 @@ void AovFilm::add(const VisibilityBatch& batch, Counters& counters) {
         for (Crypto& crypto : m_cryptos)
             for (size_t i = begin; i < end; ++i)
                 if (const Hit hit = batch.samples[i].hit)
-                    crypto.counts[at].add(thingOf(crypto.feature, hit));
+                    crypto.counts[at].add(thingOf(crypto.aov, hit));
         m_samples[at] += uint32_t(count);
     }
 }
@@ -128,31 +97,31 @@ void AovFilm::addNearest(const VisibilityBatch& batch, size_t first, size_t end,
         ++counters.surfaces;
     }
     for (Plane& plane : m_planes)
-        show(plane.feature, *nearest, surface, &plane.values[at * plane.width], counters);
+        show(plane.aov, *nearest, surface, &plane.values[at * plane.width], counters);
 }
 
-/// Writes the value of a feature that is of one sample. `surface`: if it was hit and is needed.
-void AovFilm::show(Feature feature, const VisibilitySample& sample,
-                   const std::optional<SurfacePoint>& surface, float* out, Counters& counters) const {
+/// Writes the value of a aov that is of one sample. `surface`: if it was hit and is needed.
+void AovFilm::show(Aov aov, const VisibilitySample& sample, const std::optional<SurfacePoint>& surface,
+                   float* out, Counters& counters) const {
     const Hit& hit = sample.hit;
-    const auto write = [&](const auto& v) { std::copy_n(&v.x, infoOf(feature).channels.size(), out); };
-    switch (feature) {
-    case Feature::Depth: {
+    const auto write = [&](const auto& v) { std::copy_n(&v.x, aovInfo(aov).channels.size(), out); };
+    switch (aov) {
+    case Aov::Depth: {
         const auto seen = m_scene.camera().project(sample.ray.o + sample.ray.d * hit.t, sample.ray.time);
         *out = hit && seen ? seen->depth : kFarAway;
         return;
     }
-    case Feature::Position:
+    case Aov::Position:
         return write(hit ? surface->p : V3f(0));
-    case Feature::Uv:
+    case Aov::Uv:
         return write(hit ? surface->uv : V2f(0));
-    case Feature::Motion:
+    case Aov::MotionVector:
         return write(hit && m_moves ? motion(hit, counters) : V2f(0));
-    case Feature::PrimitiveId:
+    case Aov::PrimitiveId:
         *out = hit ? float(hit.prim + 1) : 0;
         return;
     default:
-        *out = hit ? float(thingOf(feature, hit) + 1) : 0;
+        *out = hit ? float(thingOf(aov, hit) + 1) : 0;
     }
 }
 
@@ -174,7 +143,7 @@ void AovFilm::addMeans(const VisibilityBatch& batch, const VisibilitySample& sam
     const SurfacePoint surface = m_scene.surface(sample.hit, sample.ray.time);
     ++counters.surfaces;
     for (Mean& mean : m_means) {
-        const V3f value = mean.feature == Feature::Normal
+        const V3f value = mean.aov == Aov::Normal
                               ? (dot(surface.ng, sample.ray.d) > 0 ? -surface.ns : surface.ns)
                               : albedo(batch, sample, surface, counters);
         for (int c = 0; c < 3; ++c)
@@ -210,18 +179,18 @@ Rgb AovFilm::albedo(const VisibilityBatch& batch, const VisibilitySample& sample
     return any ? drawn.weight : Rgb(0);
 }
 
-uint32_t AovFilm::thingOf(Feature feature, const Hit& hit) const {
-    return isOfObjects(feature) ? (*m_objects)(hit) : uint32_t(m_scene.geometry(hit).material);
+uint32_t AovFilm::thingOf(Aov aov, const Hit& hit) const {
+    return isOfObjects(aov) ? (*m_objects)(hit) : uint32_t(m_scene.geometry(hit).material);
 }
 
-const std::vector<std::string>& AovFilm::namesOf(Feature feature) const {
-    return isOfObjects(feature) ? m_objects->names() : m_settings.materialNames;
+const std::vector<std::string>& AovFilm::namesOf(Aov aov) const {
+    return isOfObjects(aov) ? m_objects->names() : m_settings.materialNames;
 }
 
 std::vector<AovChannel> AovFilm::channels() const {
     std::vector<AovChannel> out;
-    const auto add = [&](Feature feature, size_t channel, bool exact, const auto& valueAt) {
-        const FeatureInfo& info = infoOf(feature);
+    const auto add = [&](Aov aov, size_t channel, bool exact, const auto& valueAt) {
+        const AovInfo& info = aovInfo(aov);
         AovChannel& made = out.emplace_back();
         made = {info.name, info.channels[channel], std::vector<float>(m_samples.size()), exact};
         for (size_t at = 0; at < m_samples.size(); ++at)
@@ -229,10 +198,10 @@ std::vector<AovChannel> AovFilm::channels() const {
     };
     for (const Plane& plane : m_planes)
         for (size_t c = 0; c < plane.width; ++c)
-            add(plane.feature, c, true, [&](size_t at) { return plane.values[at * plane.width + c]; });
+            add(plane.aov, c, true, [&](size_t at) { return plane.values[at * plane.width + c]; });
     for (const Mean& mean : m_means)
         for (size_t c = 0; c < 3; ++c)
-            add(mean.feature, c, false,
+            add(mean.aov, c, false,
                 [&](size_t at) { return m_samples[at] ? float(mean.sums[3 * at + c] / m_samples[at]) : 0; });
     for (const Crypto& crypto : m_cryptos)
         appendCrypto(crypto, out);
@@ -242,10 +211,10 @@ std::vector<AovChannel> AovFilm::channels() const {
 void AovFilm::appendCrypto(const Crypto& crypto, std::vector<AovChannel>& out) const {
     const size_t levels = size_t(m_settings.cryptoLevels + 1) / 2 * 2, first = out.size();
     for (size_t i = 0; i < 2 * levels; ++i)
-        out.push_back({fmt::format("{}{:02}", infoOf(crypto.feature).channels[0], i / 4),
+        out.push_back({fmt::format("{}{:02}", aovInfo(crypto.aov).channels[0], i / 4),
                        std::string(1, "RGBA"[i % 4]), std::vector<float>(m_samples.size()), true});
     std::vector<uint32_t> ids;
-    for (const std::string& name : namesOf(crypto.feature))
+    for (const std::string& name : namesOf(crypto.aov))
         ids.push_back(cryptomatteId(name));
     std::vector<float> ranked(2 * levels);
     for (size_t at = 0; at < m_samples.size(); ++at) {
@@ -258,7 +227,7 @@ void AovFilm::appendCrypto(const Crypto& crypto, std::vector<AovChannel>& out) c
 Metadata AovFilm::metadata() const {
     Metadata all;
     for (const Crypto& crypto : m_cryptos)
-        for (auto& entry : cryptomatteMetadata(infoOf(crypto.feature).channels[0], namesOf(crypto.feature)))
+        for (auto& entry : cryptomatteMetadata(aovInfo(crypto.aov).channels[0], namesOf(crypto.aov)))
             all.push_back(std::move(entry));
     return all;
 }
@@ -266,10 +235,10 @@ Metadata AovFilm::metadata() const {
 std::vector<std::string> AovFilm::warnings() const {
     std::vector<std::string> all;
     for (const Crypto& crypto : m_cryptos)
-        for (const auto& [a, b] : cryptomatteCollisions(namesOf(crypto.feature)))
+        for (const auto& [a, b] : cryptomatteCollisions(namesOf(crypto.aov)))
             all.push_back(
                 fmt::format("{}: \"{}\" and \"{}\" happen to have the same id: their mattes are one",
-                            infoOf(crypto.feature).channels[0], a, b));
+                            aovInfo(crypto.aov).channels[0], a, b));
     return all;
 }
 

@@ -1,6 +1,7 @@
 // Layers that tell what visibility samples saw, whatever shades them.
 #pragma once
 
+#include "core/film/aov.h"
 #include "core/film/cryptomatte.h"
 #include "core/render/integrator.h"
 #include "core/scene/object_names.h"
@@ -9,39 +10,8 @@
 
 namespace strobe {
 
-/// A layer of what is seen.
-enum class Feature {
-    Normal,
-    Albedo,
-    Depth,
-    Position,
-    Uv,
-    Motion,
-    ObjectId,
-    MaterialId,
-    PrimitiveId,
-    CryptoObject,
-    CryptoMaterial
-};
-
-struct FeatureInfo {
-    Feature feature;
-    const char* name; ///< for --aov; of the layer in files, too, but for Cryptomatte
-    const char* doc;
-    std::vector<const char*> channels; ///< of Cryptomatte: the layer's name in files
-};
-/// All features, in the order of the enumeration.
-const std::vector<FeatureInfo>& featureTable();
-
-/// One channel of a file, ready to be written.
-struct AovChannel {
-    std::string layer, name; ///< in files: "layer.name"
-    std::vector<float> values;
-    bool exact = false; ///< see Channel
-};
-
-struct FeatureSettings {
-    std::vector<Feature> features;
+struct AovFilmSettings {
+    std::vector<Aov> aovs;                    ///< of AovGroup::Visible
     std::vector<std::string> materialNames{}; ///< of the scene's materials
     int cryptoLevels = 6;                     ///< of Cryptomatte: how many things a pixel can name
 };
@@ -54,7 +24,7 @@ class AovFilm {
   public:
     /// Scene and sampler outlive the film.
     AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& pixelBounds,
-            FeatureSettings settings);
+            AovFilmSettings settings);
 
     /// Adds the wanted samples of a batch; those of different pixels may come from different threads. Counts
     /// `surfaces` and `footprints`.
@@ -69,16 +39,16 @@ class AovFilm {
 
   private:
     struct Plane {
-        Feature feature;
+        Aov aov;
         size_t width; ///< numbers per pixel
         std::vector<float> values;
     };
     struct Mean {
-        Feature feature;
+        Aov aov;
         std::vector<double> sums; ///< three per pixel
     };
     struct Crypto {
-        Feature feature;
+        Aov aov;
         std::vector<CryptomatteCounts> counts;
     };
 
@@ -87,20 +57,20 @@ class AovFilm {
     void addNearest(const VisibilityBatch& batch, size_t first, size_t end, size_t at, Counters& counters);
     void addMeans(const VisibilityBatch& batch, const VisibilitySample& sample, size_t at,
                   Counters& counters);
-    void show(Feature feature, const VisibilitySample& sample, const std::optional<SurfacePoint>& surface,
-              float* out, Counters& counters) const;
+    void show(Aov aov, const VisibilitySample& sample, const std::optional<SurfacePoint>& surface, float* out,
+              Counters& counters) const;
     Rgb albedo(const VisibilityBatch& batch, const VisibilitySample& sample, const SurfacePoint& surface,
                Counters& counters) const;
     V2f motion(const Hit& hit, Counters& counters) const;
     /// The number of an object or a material.
-    uint32_t thingOf(Feature feature, const Hit& hit) const;
-    const std::vector<std::string>& namesOf(Feature feature) const;
+    uint32_t thingOf(Aov aov, const Hit& hit) const;
+    const std::vector<std::string>& namesOf(Aov aov) const;
     void appendCrypto(const Crypto& crypto, std::vector<AovChannel>& out) const;
 
     const Scene& m_scene;
     const Sampler& m_sampler;
     const PixelBounds m_pixelBounds;
-    const FeatureSettings m_settings;
+    const AovFilmSettings m_settings;
     std::optional<ObjectNames> m_objects; ///< where they are asked for
     std::vector<Plane> m_planes;          ///< of one sample each
     std::vector<float> m_distance2; ///< of that sample to the pixel's middle; none if there are no planes

@@ -112,6 +112,15 @@ struct VisibilityBatch {
 /// albedo there, so that it can be carried to other points. Albedo asks for theirs, and for no light.
 enum class LightComponent : uint8_t { All, Direct, Indirect, Albedo };
 
+/// How radiance is to be split, besides its whole: into direct and indirect light (see LightComponent; what
+/// is seen in mirrors and glass included), and by the groups of the lights that it comes from.
+struct LightComponents {
+    bool byBounce = false;
+    int groups = 0; ///< 0: not by groups
+    /// Parts per request: direct, indirect, then each group; those that are asked for.
+    int count() const { return (byBounce ? 2 : 0) + groups; }
+};
+
 /// A place to shade: a surface point (or the emptiness) as seen along a ray.
 struct ShadingRequest {
     Hit hit;

@@ -1,87 +1,78 @@
-// The two seams of rendering: an Integrator decides which visibility samples share a shade, a Shader shades.
+// The integrator seam: an Integrator decides which visibility samples share a shade.
 //
 //     camera samples -> trace -> hits -> PLAN -> shading requests -> shade(batch) -> RESOLVE -> film
 #pragma once
 
-#include "core/image/image.h"
 #include "core/math/pixel_bounds.h"
 #include "core/params/plugin.h"
 #include "core/render/batch.h"
 #include "core/render/stats.h"
 #include "core/scene/scene.h"
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <tuple>
-#include <vector>
 
 namespace strobe {
 
-/// How radiance is to be split, besides its whole: into direct and indirect light (see LightComponent; what
-/// is seen in mirrors and glass included), and by the groups of the lights that it comes from.
-struct LightComponents {
-    bool byBounce = false;
-    int groups = 0; ///< 0: not by groups
-    /// Parts per request: direct, indirect, then each group; those that are asked for.
-    int count() const { return (byBounce ? 2 : 0) + groups; }
-};
-
-/// The mapping from visibility samples to shades, many to one. One worker per thread.
+/// Maps the visibility samples of a batch to shading requests, many to one, and the shaded requests back to
+/// samples. Each thread has a worker of its own.
 class IntegratorWorker {
   public:
     virtual ~IntegratorWorker() = default;
-    /// Appends the shades that the batch needs to `requests` (empty at the call).
+    /// Appends the requests that the batch needs to `requests`, which is empty.
     virtual void plan(const VisibilityBatch& batch, ShadingRequests& requests) = 0;
-    /// The radiance of each of batch.samples that is wanted, from the shaded requests of `plan`: written to
-    /// `room`, unless it is `shaded` as it stands.
+    /// Returns the radiance of each sample of the batch, given the radiance of each request of the last
+    /// `plan`. Samples outside of `batch.wanted` may have any value. The result is `values`, filled, or
+    /// `shaded` itself.
     virtual std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
-                                         std::span<Rgb> room) = 0;
-    /// After `resolve`: the same for part `part` of the radiance, from the shades' parts. A worker whose
-    /// values are nothing but sums of its batch's shades needs no other than this.
+                                         std::span<Rgb> values) = 0;
+    /// The same for one component of the radiance (0 <= component < LightComponents::count), after `resolve`.
+    /// By default it calls `resolve` again, which is right if that depends on its arguments and the last
+    /// `plan` only; a worker that stores shades elsewhere overrides it.
     virtual std::span<const Rgb> resolveComponent(const VisibilityBatch& batch, std::span<const Rgb> shaded,
-                                                  std::span<Rgb> room, int /*component*/) {
-        return resolve(batch, shaded, room);
+                                                  std::span<Rgb> values, int /*component*/) {
+        return resolve(batch, shaded, values);
     }
     /// Called before the first batch of each tile.
     virtual void beginTile() {}
-    /// After `resolve`: a number for what the sample's value came from, the same for samples that share it; 0
-    /// if it shares with none. For pictures of the sharing.
+    /// Returns an id for what the value of sample number `sample` of the batch was computed from, after
+    /// `resolve`. Samples that share have the same id; 0: the sample shares with none. For Aov::Cell and
+    /// --samples.
     virtual uint64_t sharingId(size_t /*sample*/) const { return 0; }
-    /// Adds what the worker has counted; called once, after its last batch.
+    /// Adds the worker's counters; called once, after its last batch.
     virtual void report(Counters& /*counters*/) const {}
 };
 
-/// What an integrator may want to know of the render that begins.
+/// What an integrator knows about the render that begins.
 struct RenderContext {
     uint64_t seed = 0; ///< for random numbers that belong to no pixel
     int threads = 1;
     int samplesPerPixel = 1;
     PixelBounds pixelBounds;
     bool hasIndirectLight = true; ///< see Shader
-    /// Shades a few points here and there and measures what a shade costs.
-    std::function<ShadeCost()> measureShadeCost;
-    int lightComponents = 0; ///< that radiance is split into, see LightComponents
+    int lightComponents = 0;      ///< LightComponents::count
+    ShadeCost shadeCost{};        ///< seconds of one shade, if Integrator::needsShadeCost asked for it
 };
 
-/// One render under way: what an integrator's workers share.
+/// State that the workers of one render share.
 class IntegratorState {
   public:
     virtual ~IntegratorState() = default;
     virtual std::unique_ptr<IntegratorWorker> makeWorker() = 0;
-    /// Forgets what was shaded: from now on this is the render that `begin` would have made with this seed
-    /// and number of samples. The workers made before are gone.
+    /// Resets the state to what `begin` would have returned for this seed and number of samples. The workers
+    /// made before no longer exist.
     virtual void restart(uint64_t /*seed*/, int /*samplesPerPixel*/) {}
 };
 
-/// On what a sample's value depends, beside the scene, the settings and its own numbers: on nothing (also
-/// not if what it shares depends on its place alone), on the other samples of its pixel, or on the course of
-/// the render.
+/// On which other samples the value of a sample depends: on none, on those of its pixel, or on the order in
+/// which threads render. Sharing by position alone (the value of a shared shade is a function of its key) is
+/// None.
 enum class SampleDependence { None, Pixel, Render };
 
-/// How far from a sample's own point the radiance may be taken that becomes its value: the mean over seeds
-/// departs from the truth by no more than radiance varies on the same surface within `reachPixels` (as seen
-/// by the sample) and `shutterFraction` of the shutter. Zeros: unbiased.
+/// How far from a sample's own surface point, at most, the shades were made that it uses. The bias of the
+/// mean over seeds is at most the variation of radiance over the same surface within `reachPixels` pixels (as
+/// seen by the sample) and `shutterFraction` of the shutter. Zeros: the integrator is unbiased.
 struct BiasBound {
     float reachPixels = 0, shutterFraction = 0;
 };
@@ -89,34 +80,19 @@ struct BiasBound {
 class Integrator {
   public:
     virtual ~Integrator() = default;
-    virtual BiasBound biasBound(const Scene& /*scene*/) const { return {}; }
-    /// Decides how slices of a pixel's samples are rendered. With `Render`, they cannot be.
+    virtual BiasBound biasBound(const Scene& scene) const = 0;
+    /// Decides how slices of a pixel's samples are rendered; with Render, they cannot be.
     virtual SampleDependence dependence() const { return SampleDependence::Render; }
-    /// Scene and whatever the context refers to outlive the render.
+    /// True when `begin` reads context.shadeCost: measuring it costs some milliseconds.
+    virtual bool needsShadeCost(const RenderContext& /*context*/) const { return false; }
+    /// Begins a render. The scene outlives the state.
     virtual std::unique_ptr<IntegratorState> begin(const Scene& scene,
                                                    const RenderContext& context) const = 0;
 };
 
-/// The expensive function. One worker per thread; a request's radiance depends on the request alone, not on
-/// its companions in the batch. Counts `shades`, `directShades` and `missed`.
-class ShaderWorker {
-  public:
-    virtual ~ShaderWorker() = default;
-    /// radiance[i] = an estimate of the light that arrives along requests[i].ray, reversed; then, for each
-    /// part of the split, as many numbers.
-    virtual void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) = 0;
-};
+using IntegratorPlugin = Plugin<std::shared_ptr<const Integrator>>;
 
-class Shader {
-  public:
-    virtual ~Shader() = default;
-    virtual std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
-                                                     const LightComponents& split) const = 0;
-    /// False: LightComponent::Indirect is always black.
-    virtual bool hasIndirectLight() const = 0;
-};
-
-/// The render of an integrator whose workers share nothing: each is made from the scene and a few settings.
+/// State of an integrator whose workers share nothing: each is constructed from the scene and some settings.
 template <class Worker, class... Settings>
 class UnsharedState : public IntegratorState {
   public:

@@ -1,32 +1,20 @@
 // Layers of light: direct and indirect, and by groups of lights. Together they are the picture.
 #pragma once
 
+#include "core/film/aov.h"
 #include "core/film/pixel_accumulator.h"
-#include "core/render/aov_film.h"
+#include "core/render/integrator.h"
 
 namespace strobe {
-
-/// A layer of a part of the light. Direct light is what lights the first surface that is neither mirror nor
-/// glass, and what shines itself, as seen by the eye or in mirrors and glass; the rest is indirect.
-enum class LightLayer { Direct, Indirect, Groups };
-
-struct LightLayerInfo {
-    LightLayer layer;
-    const char* name; ///< for --aov; of the layer in files, too, but for Groups
-    const char* doc;
-};
-/// All of them, in the order of the enumeration.
-const std::vector<LightLayerInfo>& lightLayerTable();
 
 /// Gathers parts of the light over a window of the frame.
 class LightFilm {
   public:
     /// `groups`: the names that the groups of the scene's lights go by. A group's layer is "light_" and its
     /// name.
-    LightFilm(const PixelBounds& pixelBounds, std::vector<LightLayer> layers,
-              std::vector<std::string> groups);
+    LightFilm(const PixelBounds& pixelBounds, std::vector<Aov> layers, std::vector<std::string> groups);
 
-    const LightComponents& split() const { return m_split; }
+    const LightComponents& components() const { return m_components; }
     /// Adds samples' values of a part (see LightComponents::components) to a pixel. Different pixels may be
     /// written by different threads.
     void add(int component, int x, int y, const PixelAccumulator& sum) {
@@ -38,13 +26,13 @@ class LightFilm {
     std::vector<AovChannel> channels() const;
 
   private:
-    bool has(LightLayer layer) const;
+    bool has(Aov layer) const;
     void append(const std::string& layer, size_t component, std::vector<AovChannel>& out) const;
 
     const PixelBounds m_pixelBounds;
-    const std::vector<LightLayer> m_layers;
+    const std::vector<Aov> m_layers;
     const std::vector<std::string> m_groups;
-    LightComponents m_split;
+    LightComponents m_components;
     std::vector<std::vector<PixelAccumulator>> m_sums; ///< by part
 };
 

@@ -66,9 +66,9 @@ RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const
     passSettings.stop = [&] {
         return passes > 0 && ((deadline && Clock::now() > *deadline) || isToldToStop());
     };
-    passSettings.tileDone = [&](const Film& of, const PixelBounds& tile) {
-        if (passes == 0 && settings.tileDone)
-            settings.tileDone(of, tile);
+    passSettings.onTileDone = [&](const Film& of, const PixelBounds& tile) {
+        if (passes == 0 && settings.onTileDone)
+            settings.onTileDone(of, tile);
     };
     Renderer renderer(scene, integrator, shader, sampler, filter, passSettings, film.pixelBounds());
     Film pass(film.fullWidth(), film.fullHeight(), film.pixelBounds(), film.layers());
@@ -93,8 +93,8 @@ RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const
         if (goal.noise) {
             estimate.add(pass.image());
             noise = estimate.level();
-            if (film.has(Layer::Variance))
-                film.setPlane(Layer::Variance, estimate.variances());
+            if (film.has(Aov::Variance))
+                film.setPlane(Aov::Variance, estimate.variances());
         }
         const RenderStats stats = statsSoFar();
         if (const auto later = done(film, stats))

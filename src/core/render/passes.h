@@ -23,7 +23,7 @@ using PassDone = std::function<std::optional<PassGoal::Clock::time_point>(const 
 /// fours (in few passes, samples are well spread and shades well shared) up to `most`, and shrink when time
 /// runs out. A pass that the deadline or settings.stop finds unfinished is left out, but for the first: all
 /// pixels have equally many samples.
-/// Tiles are shown (settings.tileDone) in the first pass only. Makes the film keep sums; fills its layer
+/// Tiles are shown (settings.onTileDone) in the first pass only. Makes the film keep sums; fills its layer
 /// Variance, if it has that, where there is a noise to reach.
 RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const Shader& shader,
                          const Sampler& sampler, const Filter& filter, const RenderSettings& settings,

@@ -1,6 +1,7 @@
 #include "core/render/render.h"
 
 #include "core/math/hash.h"
+#include "core/render/shade_pilot.h"
 #include "core/render/tile_renderer.h"
 #include "core/util/parallel.h"
 
@@ -23,53 +24,6 @@ std::vector<PixelBounds> tilesOf(const PixelBounds& pixelBounds, int size) {
         for (int x = pixelBounds.x0; x < pixelBounds.x1; x += size)
             tiles.push_back({x, y, std::min(x + size, pixelBounds.x1), std::min(y + size, pixelBounds.y1)});
     return tiles;
-}
-
-/// Every sample for itself, to see what a shade costs.
-class PilotWorker : public IntegratorWorker {
-  public:
-    explicit PilotWorker(const Scene& scene) : m_scene(scene) {}
-    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
-        for (const VisibilitySample& sample : batch.samples)
-            if (sample.hit)
-                requests.push_back(requestFor(m_scene, batch, sample));
-    }
-    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb>,
-                                 std::span<Rgb> values) override {
-        std::fill(values.begin(), values.end(), Rgb(0));
-        return values;
-    }
-
-  private:
-    const Scene& m_scene;
-};
-
-/// The cost of shading what a few pixels of the window see.
-ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampler& sampler,
-                           const Filter& filter, RenderSettings settings, const PixelBounds& pixelBounds) {
-    constexpr int kPixels = 16;
-    settings.samplesPerPixel = 16;
-    settings.slice.reset();
-    settings.resume = false;
-    settings.probe = nullptr;
-    settings.stop = nullptr;
-    settings.features = nullptr;
-    settings.lights = nullptr;
-    UnsharedState<PilotWorker> pilot(scene);
-    TileRenderer renderer(scene, pilot, shader, sampler, filter, settings, SampleDependence::None);
-    renderer.meterEvery(1);
-    for (int i = 0; i < kPixels; ++i) {
-        const uint64_t h = hashOf(settings.seed, i);
-        const int x = pixelBounds.x0 + int(h % uint64_t(pixelBounds.width()));
-        const int y = pixelBounds.y0 + int((h >> 32) % uint64_t(pixelBounds.height()));
-        const PixelBounds pixel{x, y, x + 1, y + 1};
-        Film film(pixel.x1, pixel.y1, pixel);
-        renderer.renderTile(pixel, film);
-    }
-    ShadeCost cost;
-    for (const ShadeCost& c : renderer.counters().shadeCosts)
-        cost.add(c);
-    return cost;
 }
 
 /// Throws for samples that these settings cannot render.
@@ -111,15 +65,16 @@ void Renderer::restart(uint64_t seed, int samplesPerPixel) {
 void Renderer::continueWith(const SampleSlice& slice) { m_settings.slice = slice; }
 
 RenderContext Renderer::context(int threads) const {
-    return {m_settings.seed,
-            threads,
-            m_settings.samplesPerPixel,
-            m_pixelBounds,
-            m_shader.hasIndirectLight(),
-            [this] {
-                return measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_pixelBounds);
-            },
-            m_settings.split().count()};
+    RenderContext context{m_settings.seed,
+                          threads,
+                          m_settings.samplesPerPixel,
+                          m_pixelBounds,
+                          m_shader.hasIndirectLight(),
+                          m_settings.lightComponents().count()};
+    if (m_integrator.needsShadeCost(context))
+        context.shadeCost =
+            measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_pixelBounds);
+    return context;
 }
 
 bool Renderer::render(Film& film) {
@@ -168,11 +123,11 @@ bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, F
             if (!isThere(tiles[i], film) && !renderer->renderTile(tiles[i], film))
                 return;
             const size_t finished = ++done;
-            if (m_settings.tileDone)
-                m_settings.tileDone(film, tiles[i]);
-            if (m_settings.progress) {
+            if (m_settings.onTileDone)
+                m_settings.onTileDone(film, tiles[i]);
+            if (m_settings.onProgress) {
                 const std::lock_guard lock(progressMutex);
-                m_settings.progress(double(finished) / double(tiles.size()));
+                m_settings.onProgress(double(finished) / double(tiles.size()));
             }
         });
     });

@@ -33,8 +33,8 @@ TileRenderer::TileRenderer(const Scene& scene, IntegratorState& integrator, cons
       m_slice(dependence == SampleDependence::None ? m_wanted
                                                    : SampleSlice{0, uint32_t(settings.samplesPerPixel)}),
       m_pixelsPerBatch(std::max(1u, kBatchSamples / m_slice.count())), m_integrator(integrator.makeWorker()),
-      m_shader(shader.makeWorker(scene, sampler, settings.split())),
-      m_components(size_t(settings.split().count())) {
+      m_shader(shader.makeWorker(scene, sampler, settings.lightComponents())),
+      m_components(size_t(settings.lightComponents().count())) {
     m_counters.shadeCosts.resize(scene.materials().size() + 1);
     initializeLayout();
 }
@@ -110,9 +110,9 @@ void TileRenderer::renderBatch(Film& film) {
     }
     if (!film.layers().empty())
         describe(film);
-    if (m_settings.features)
-        m_settings.features->add(batch, m_counters);
-    if (m_settings.probe)
+    if (m_settings.aovs)
+        m_settings.aovs->add(batch, m_counters);
+    if (m_settings.onSample)
         probe();
     clock.charge(Stage::Film);
     m_counters.pixels += m_pixels.size();
@@ -310,23 +310,22 @@ void TileRenderer::describe(Film& film) {
     for (uint32_t sample : m_order)
         ++m_tallies[m_samples[sample].pixel].asked;
 
-    const auto valueOf = [&](Layer layer, uint32_t p) {
+    const auto valueOf = [&](Aov layer, uint32_t p) {
         const PixelTally& tally = m_tallies[p];
         switch (layer) {
-        case Layer::Shades:
+        case Aov::Shades:
             return float(tally.shades);
-        case Layer::Samples:
+        case Aov::Samples:
             return float(m_wanted.count());
-        case Layer::HitRate:
+        case Aov::HitRate:
             return tally.hits ? 1 - float(tally.asked) / float(tally.hits) : 0;
-        case Layer::Block:
+        case Aov::Cell:
             return float(m_integrator->sharingId(size_t(p) * m_slice.count()) >> 40);
-        case Layer::ShadeTime:
+        case Aov::ShadeTime:
             return tally.shades ? float(tally.time / tally.shades) : -1;
-        case Layer::Variance: // of passes, not of this
+        default: // Variance is of passes
             return 0.f;
         }
-        return 0.f;
     };
     for (size_t l = 0; l < film.layers().size(); ++l)
         for (uint32_t p = 0; p < m_pixels.size(); ++p)
@@ -342,7 +341,7 @@ void TileRenderer::probe() {
         if (!m_wanted.contains(sample.index))
             continue;
         const PixelRef& pixel = m_pixels[sample.pixel];
-        m_settings.probe(
+        m_settings.onSample(
             {pixel.x, pixel.y, sample.index, sample, m_values[i], m_integrator->sharingId(i), asked[i]});
     }
 }

@@ -1,9 +1,9 @@
 // What one thread of a render does: the five steps of each batch of pixels.
 #pragma once
 
-#include "core/film/film.h"
 #include "core/render/integrator.h"
-#include "core/render/render.h"
+#include "core/render/render_settings.h"
+#include "core/render/shader.h"
 
 namespace strobe {
 

@@ -3,6 +3,7 @@
 
 #include "core/film/film.h"
 #include "core/render/integrator.h"
+#include "core/render/shader.h"
 #include "loader/build/plugin_tables.h"
 #include "loader/parser/description.h"
 

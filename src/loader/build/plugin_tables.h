@@ -4,6 +4,7 @@
 #include "core/interfaces/shape.h"
 #include "core/params/plugin.h"
 #include "core/render/integrator.h"
+#include "core/render/shader.h"
 
 #include <map>
 #include <string>

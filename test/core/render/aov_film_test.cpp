@@ -10,7 +10,7 @@
 namespace strobe {
 namespace {
 
-using F = Feature;
+using F = Aov;
 
 /// Channels by name.
 using Layers = std::map<std::string, std::vector<float>>;
@@ -22,7 +22,7 @@ struct Seen {
     Metadata metadata;
 };
 
-Seen see(const std::string& text, std::vector<Feature> features, const BuildOptions& options = {},
+Seen see(const std::string& text, std::vector<Aov> features, const BuildOptions& options = {},
          int threads = 2, int levels = 6) {
     const BuiltScene built = test::build(text, options);
     RenderSettings settings;
@@ -30,7 +30,7 @@ Seen see(const std::string& text, std::vector<Feature> features, const BuildOpti
     settings.threads = threads, settings.tileSize = 5;
     AovFilm gathered(*built.scene, *built.sampler.sampler, built.pixelBounds,
                      {features, built.cryptomatteMaterialNames, levels});
-    settings.features = features.empty() ? nullptr : &gathered;
+    settings.aovs = features.empty() ? nullptr : &gathered;
     Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
     RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                *built.filter, settings, film);
@@ -191,8 +191,8 @@ TEST(Features, AreWhatIsThere) {
     // A wall in the left half; the right half is empty.
     const std::string text =
         head(8, 4, 16) + flat(8, 4) + "Material \"matte\" \"rgb Kd\" [.2 .4 .6]\n" + quad(0, 4, 0, 4, 5);
-    const Layers l = see(text, {F::Normal, F::Albedo, F::Depth, F::Position, F::Uv, F::Motion, F::ObjectId,
-                                F::MaterialId, F::PrimitiveId})
+    const Layers l = see(text, {F::Normal, F::Albedo, F::Depth, F::Position, F::Uv, F::MotionVector,
+                                F::ObjectId, F::MaterialId, F::PrimitiveId})
                          .layers;
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 8; ++x) {
@@ -240,18 +240,19 @@ TEST(Features, MotionIsInPixelsRightAndUp) {
     };
     const size_t middle = 4 * 16 + 8;
     const Layers shape =
-        see(text + quad(-90, 90, -90, 90, 9) + moving(quad(6, 11, 2, 6, 5), "1.5 .75 0"), {F::Motion}).layers;
+        see(text + quad(-90, 90, -90, 90, 9) + moving(quad(6, 11, 2, 6, 5), "1.5 .75 0"), {F::MotionVector})
+            .layers;
     EXPECT_NEAR((at(shape, middle) - V2f(1.5, .75)).length(), 0, 1e-4);
     EXPECT_EQ(at(shape, 0), V2f(0)) << "the wall behind rests";
     const std::string object = "ObjectBegin \"o\"\n" + quad(6, 11, 2, 6, 5) + "ObjectEnd\n";
     const Layers instance =
-        see(text + object + moving("ObjectInstance \"o\"\n", "1.5 .75 0"), {F::Motion}).layers;
+        see(text + object + moving("ObjectInstance \"o\"\n", "1.5 .75 0"), {F::MotionVector}).layers;
     EXPECT_NEAR((at(instance, middle) - V2f(1.5, .75)).length(), 0, 1e-4);
     // A camera that moves to the left lets everything seem to move to the right.
     const Layers camera =
         see(head(16, 8, 64) + "ActiveTransform EndTime\nTranslate 2 0 0\nActiveTransform All\n" +
                 flat(16, 8) + quad(-90, 90, -90, 90, 9),
-            {F::Motion})
+            {F::MotionVector})
             .layers;
     EXPECT_NEAR((at(camera, middle) - V2f(2, 0)).length(), 0, 1e-4);
 }
@@ -261,7 +262,7 @@ TEST(Features, MotionSeesPerspective) {
     const std::string text =
         head(16, 8, 64) + "Camera \"perspective\" \"float fov\" 90\nWorldBegin\nLightSource \"infinite\"\n" +
         moving(quad(-90, 90, -90, 90, 4), "0 0 4");
-    const Layers l = see(text, {F::Motion}).layers;
+    const Layers l = see(text, {F::MotionVector}).layers;
     for (size_t i = 0; i < 16 * 8; ++i) {
         // What goes twice as far away is seen half as far from the middle: of what is in the pixel at some
         // time t, at 4 + 4t, it was (1 + t) as far from the middle when the shutter opened, and ends at half
@@ -300,8 +301,8 @@ TEST(Features, CostNothingUnlessAskedFor) {
     const std::string text = head(8, 8, 16) + flat(8, 8) + quad(0, 8, 0, 8, 5);
     constexpr uint64_t kPixels = 64, kSamples = 64 * 16;
     EXPECT_EQ(see(text, {}).stats.total.surfaces, kSamples) << "those that are shaded";
-    EXPECT_EQ(see(text, {F::Depth, F::Motion, F::ObjectId, F::MaterialId, F::PrimitiveId, F::CryptoObject,
-                         F::CryptoMaterial})
+    EXPECT_EQ(see(text, {F::Depth, F::MotionVector, F::ObjectId, F::MaterialId, F::PrimitiveId,
+                         F::CryptoObject, F::CryptoMaterial})
                   .stats.total.surfaces,
               kSamples)
         << "nothing of this needs the surface";
@@ -314,8 +315,8 @@ TEST(Features, CostNothingUnlessAskedFor) {
 TEST(Features, DoNotDependOnThreadsNorChangeThePicture) {
     const std::string text =
         head(16, 8, 16) + flat(16, 8) + quad(-90, 90, -90, 90, 9) + moving(quad(6, 11, 2, 6, 5), "1.5 .75 0");
-    const std::vector<Feature> all = {F::Normal, F::Albedo,   F::Position,     F::Motion,
-                                      F::Uv,     F::ObjectId, F::CryptoObject, F::CryptoMaterial};
+    const std::vector<Aov> all = {F::Normal, F::Albedo,   F::Position,     F::MotionVector,
+                                  F::Uv,     F::ObjectId, F::CryptoObject, F::CryptoMaterial};
     const Seen none = see(text, {}), one = see(text, all, {}, 1), three = see(text, all, {}, 3);
     EXPECT_TRUE(one.layers == three.layers);
     EXPECT_EQ(0, std::memcmp(none.film.image().pixels.data(), three.film.image().pixels.data(),

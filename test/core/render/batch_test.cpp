@@ -50,6 +50,7 @@ class ComparingWorker : public IntegratorWorker {
 
 class Comparing : public Integrator {
   public:
+    BiasBound biasBound(const Scene&) const override { return {}; }
     explicit Comparing(size_t* compared) : m_compared(compared) {}
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedState<ComparingWorker, size_t*>>(scene, m_compared);

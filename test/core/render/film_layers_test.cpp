@@ -9,8 +9,7 @@
 namespace strobe {
 namespace {
 
-const std::vector<Layer> kAll = {Layer::Shades, Layer::Samples, Layer::HitRate, Layer::Block,
-                                 Layer::ShadeTime};
+const std::vector<Aov> kAll = {Aov::Shades, Aov::Samples, Aov::HitRate, Aov::Cell, Aov::ShadeTime};
 
 /// The left half of the frame is a wall, the right half is empty.
 std::string halfWall() {
@@ -53,14 +52,14 @@ TEST(Layers, SupersampleShadesEverySample) {
         for (int x = 0; x < 16; ++x) {
             const size_t i = size_t(y * 16 + x);
             const bool wall = x < 8;
-            EXPECT_EQ(film.plane(Layer::Shades)[i], wall ? 16 : 0);
-            EXPECT_EQ(film.plane(Layer::Samples)[i], 16);
-            EXPECT_EQ(film.plane(Layer::HitRate)[i], 0);
-            EXPECT_EQ(film.plane(Layer::Block)[i], 0);
+            EXPECT_EQ(film.plane(Aov::Shades)[i], wall ? 16 : 0);
+            EXPECT_EQ(film.plane(Aov::Samples)[i], 16);
+            EXPECT_EQ(film.plane(Aov::HitRate)[i], 0);
+            EXPECT_EQ(film.plane(Aov::Cell)[i], 0);
             if (wall)
-                EXPECT_NEAR(film.plane(Layer::ShadeTime)[i], 0.5, 1. / 32); // one in each sixteenth
+                EXPECT_NEAR(film.plane(Aov::ShadeTime)[i], 0.5, 1. / 32); // one in each sixteenth
             else
-                EXPECT_EQ(film.plane(Layer::ShadeTime)[i], -1);
+                EXPECT_EQ(film.plane(Aov::ShadeTime)[i], -1);
         }
 }
 
@@ -68,8 +67,8 @@ TEST(Layers, MsaaShadesOnceAPixel) {
     const Film film = show(halfWall(), "msaa").film;
     for (int y = 0; y < 8; ++y)
         for (int x = 0; x < 8; ++x) {
-            EXPECT_EQ(film.plane(Layer::Shades)[size_t(y * 16 + x)], 1);
-            EXPECT_FLOAT_EQ(film.plane(Layer::HitRate)[size_t(y * 16 + x)], 15.f / 16);
+            EXPECT_EQ(film.plane(Aov::Shades)[size_t(y * 16 + x)], 1);
+            EXPECT_FLOAT_EQ(film.plane(Aov::HitRate)[size_t(y * 16 + x)], 15.f / 16);
         }
 }
 
@@ -77,13 +76,13 @@ TEST(Layers, AddUpToTheStatistics) {
     for (const char* integrator : {"supersample", "msaa", "msaa-cache"})
         for (int threads : {1, 3}) {
             const Shown shown = show(halfWall(), integrator, threads, 4);
-            EXPECT_EQ(sum(shown.film.plane(Layer::Shades)), double(shown.stats.total.shades)) << integrator;
+            EXPECT_EQ(sum(shown.film.plane(Aov::Shades)), double(shown.stats.total.shades)) << integrator;
         }
 }
 
 TEST(Layers, BlocksNameWhatIsShared) {
     const Film film = show(halfWall(), "msaa-cache").film;
-    std::vector<float> blocks(film.plane(Layer::Block).begin(), film.plane(Layer::Block).begin() + 8);
+    std::vector<float> blocks(film.plane(Aov::Cell).begin(), film.plane(Aov::Cell).begin() + 8);
     for (float block : blocks)
         EXPECT_GT(block, 0);
     std::sort(blocks.begin(), blocks.end());
@@ -100,18 +99,18 @@ TEST(Layers, DoNotChangeThePicture) {
 }
 
 TEST(Heatmap, RunsFromBlueToRed) {
-    Film film(200, 4, {0, 0, 200, 4}, {Layer::Shades, Layer::ShadeTime});
+    Film film(200, 4, {0, 0, 200, 4}, {Aov::Shades, Aov::ShadeTime});
     for (int x = 0; x < 200; ++x) {
         film.setLayer(0, x, 0, float(x % 65));
         film.setLayer(1, x, 0, x == 0 ? -1.f : 1.f);
     }
-    const Image shades = heatmap(film, Layer::Shades, 64);
+    const Image shades = heatmap(film, Aov::Shades, 64);
     EXPECT_EQ(shades.width, 200);
     EXPECT_GT(shades.height, 20) << "no scale";
     EXPECT_EQ(shades.at(0, 0), Rgb(0)) << "no shade";
     EXPECT_GT(shades.at(1, 0).z, 4 * shades.at(1, 0).x) << "one shade: blue";
     EXPECT_GT(shades.at(64, 0).x, 4 * shades.at(64, 0).z) << "all shades: red";
-    const Image time = heatmap(film, Layer::ShadeTime, 64);
+    const Image time = heatmap(film, Aov::ShadeTime, 64);
     EXPECT_EQ(time.at(0, 0), Rgb(0)) << "absent";
     EXPECT_GT(time.at(1, 0).x, 4 * time.at(1, 0).z);
 }

@@ -40,6 +40,7 @@ class QuadWorker : public IntegratorWorker {
 
 class Quads : public Integrator {
   public:
+    BiasBound biasBound(const Scene&) const override { return {}; }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedState<QuadWorker>>(scene);
     }

@@ -25,8 +25,8 @@ BuildOptions with(const std::string& integrator, const std::string& shading = ""
     return options;
 }
 
-Lit light(const std::string& text, const BuildOptions& options, std::vector<LightLayer> wanted,
-          uint64_t seed = 0, int threads = 2, int tile = 8) {
+Lit light(const std::string& text, const BuildOptions& options, std::vector<Aov> wanted, uint64_t seed = 0,
+          int threads = 2, int tile = 8) {
     const BuiltScene built = test::build(text, options);
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
@@ -43,7 +43,7 @@ Lit light(const std::string& text, const BuildOptions& options, std::vector<Ligh
     return {std::move(layers), std::move(film), std::move(stats)};
 }
 
-const std::vector<LightLayer> kAll = {LightLayer::Direct, LightLayer::Indirect, LightLayer::Groups};
+const std::vector<Aov> kAll = {Aov::Direct, Aov::Indirect, Aov::LightGroups};
 
 /// Everything that light can do here: lamps that are seen, mirrors, glass, gloss, textures, motion.
 std::string room(const std::string& lights) {
@@ -156,8 +156,8 @@ Means meansOfPicture(const std::string& text, const BuildOptions& options, int s
     });
 }
 
-Means meansOfLayer(const std::string& text, const BuildOptions& options, LightLayer wanted,
-                   const std::string& layer, int seeds) {
+Means meansOfLayer(const std::string& text, const BuildOptions& options, Aov wanted, const std::string& layer,
+                   int seeds) {
     return meansOver(seeds, [&](uint64_t seed) {
         const Lit lit = light(text, options, {wanted}, seed + 1000);
         std::array<double, 3> mean{};
@@ -179,7 +179,7 @@ TEST(LightLayers, AGroupIsThePictureOfItsLightsAlone) {
     constexpr int kSeeds = 12;
     const std::string all = room(kSky + kLamp + kPoint);
     for (const auto& [layer, lights] : {std::pair("light_sky", kSky), std::pair("light_rest", kPoint)})
-        expectEqual(meansOfLayer(all, with("supersample"), LightLayer::Groups, layer, kSeeds),
+        expectEqual(meansOfLayer(all, with("supersample"), Aov::LightGroups, layer, kSeeds),
                     meansOfPicture(room(lights + kDarkLamp), with("supersample"), kSeeds), kSeeds, layer);
 }
 
@@ -188,10 +188,10 @@ TEST(LightLayers, DirectIsThePictureOfDirectLighting) {
     const std::string text = room(kSky + kLamp + kPoint);
     BuildOptions path = with("supersample", "path"), direct = with("supersample", "directlighting");
     path.defines = direct.defines = {"maxdepth=12"}; // mirrors and glass are counted a little differently
-    expectEqual(meansOfLayer(text, path, LightLayer::Direct, "direct", kSeeds),
-                meansOfPicture(text, direct, kSeeds), kSeeds, "direct");
+    expectEqual(meansOfLayer(text, path, Aov::Direct, "direct", kSeeds), meansOfPicture(text, direct, kSeeds),
+                kSeeds, "direct");
     // ... and direct lighting has no other.
-    const Lit lit = light(text, direct, {LightLayer::Indirect});
+    const Lit lit = light(text, direct, {Aov::Indirect});
     EXPECT_EQ(lit.layers.size(), 3u) << "only what was asked for";
     for (const float v : lit.layers.at("indirect.R"))
         EXPECT_EQ(v, 0);

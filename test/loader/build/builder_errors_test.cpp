@@ -100,7 +100,7 @@ WorldBegin)",
          R"(unknown pixel filter "gausian"; did you mean "gaussian"? (known: box, triangle, gaussian, mitchell, sinc))"},
         {R"(PixelFilter "box" "float xwidth" 0
 WorldBegin)",
-         1, 19, R"("xwidth" must be above 0 and at most 64)"},
+         1, 19, R"("xwidth" must be positive)"},
         {R"(Integrator "pathh"
 WorldBegin)",
          1, 1,

@@ -1,0 +1,61 @@
+// What a render is asked for, and what it reports.
+#pragma once
+
+#include "core/film/film.h"
+#include "core/render/aov_film.h"
+#include "core/render/light_film.h"
+
+#include <functional>
+#include <optional>
+
+namespace strobe {
+
+/// One visibility sample and its value, for RenderSettings::onSample.
+struct SampleRecord {
+    int x, y;        ///< pixel
+    uint32_t number; ///< in its pixel
+    const VisibilitySample& sample;
+    Rgb value;          ///< radiance, without the filter weight
+    uint64_t sharingId; ///< see IntegratorWorker::sharingId
+    uint32_t shades;    ///< shades that it requested
+};
+
+struct RenderSettings {
+    int samplesPerPixel = 1;
+    /// The samples of each pixel to render; none: all. The sums of disjoint slices add up to those of the
+    /// whole render, to the bit.
+    std::optional<SampleSlice> slice;
+    /// The film keeps sums. Tiles whose pixels have all these samples already are skipped, others start anew.
+    bool resume = false;
+    uint64_t seed = 0;
+    /// Samples with a channel above this are scaled down to it. Biased; 0: off. Samples that are not finite
+    /// stay.
+    float clamp = 0;
+    int threads = 0;   ///< 0: one per core
+    int tileSize = 32; ///< pixels; changes the time, never a pixel
+    /// Called now and then with the fraction done; from any thread, one at a time.
+    std::function<void(double)> onProgress;
+    /// Called for every sample, from any thread. Slow: leave empty otherwise.
+    std::function<void(const SampleRecord&)> onSample;
+    /// Called from any thread when a tile is in the film. No other thread writes there.
+    std::function<void(const Film&, const PixelBounds&)> onTileDone;
+    /// Called from any thread, about every thousand samples. Once it returns true, the rest is skipped.
+    std::function<bool()> stop;
+    /// Gathers AOVs of the visible surfaces, over the film's pixel bounds; null: none.
+    AovFilm* aovs = nullptr;
+    /// Gathers components of the light, over the film's pixel bounds; null: none.
+    LightFilm* lights = nullptr;
+
+    LightComponents lightComponents() const { return lights ? lights->components() : LightComponents{}; }
+};
+
+struct RenderStats {
+    Counters total;
+    std::vector<Counters> threads;
+    double seconds = 0; ///< wall clock
+    int passes = 0;     ///< over all pixels
+    uint64_t samplesPerPixel = 0;
+    std::optional<double> noise; ///< NoiseEstimate::level, if it was estimated
+};
+
+} // namespace strobe

@@ -1,0 +1,55 @@
+#include "core/render/shade_pilot.h"
+
+#include "core/math/hash.h"
+#include "core/render/tile_renderer.h"
+
+namespace strobe {
+
+namespace {
+
+/// Shades every sample that hit something, and ignores the result.
+class PilotWorker : public IntegratorWorker {
+  public:
+    explicit PilotWorker(const Scene& scene) : m_scene(scene) {}
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
+        for (const VisibilitySample& sample : batch.samples)
+            if (sample.hit)
+                requests.push_back(requestFor(m_scene, batch, sample));
+    }
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb>,
+                                 std::span<Rgb> values) override {
+        std::fill(values.begin(), values.end(), Rgb(0));
+        return values;
+    }
+
+  private:
+    const Scene& m_scene;
+};
+
+} // namespace
+
+ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampler& sampler,
+                           const Filter& filter, const RenderSettings& settings,
+                           const PixelBounds& pixelBounds) {
+    constexpr int kPixels = 16;
+    RenderSettings pilotSettings;
+    pilotSettings.seed = settings.seed;
+    pilotSettings.samplesPerPixel = 16;
+    UnsharedState<PilotWorker> pilot(scene);
+    TileRenderer renderer(scene, pilot, shader, sampler, filter, pilotSettings, SampleDependence::None);
+    renderer.meterEvery(1);
+    for (int i = 0; i < kPixels; ++i) {
+        const uint64_t h = hashOf(settings.seed, i);
+        const int x = pixelBounds.x0 + int(h % uint64_t(pixelBounds.width()));
+        const int y = pixelBounds.y0 + int((h >> 32) % uint64_t(pixelBounds.height()));
+        const PixelBounds pixel{x, y, x + 1, y + 1};
+        Film film(pixel.x1, pixel.y1, pixel);
+        renderer.renderTile(pixel, film);
+    }
+    ShadeCost cost;
+    for (const ShadeCost& c : renderer.counters().shadeCosts)
+        cost.add(c);
+    return cost;
+}
+
+} // namespace strobe
