@@ -391,7 +391,7 @@ class Options(CliTest):
         rows = [line.split(",") for line in self.read("samples.csv").decode().splitlines()]
         stats = json.loads(self.read("stats.json"))
         self.assertEqual(len(rows) - 1, stats["visibilitySamples"])
-        asked = rows[0].index("asked")
+        asked = rows[0].index("shades")
         self.assertEqual(sum(int(row[asked]) for row in rows[1:]), stats["shades"])
         for row in rows[1:]:
             self.assertLess(abs(float(row[3]) - int(row[0]) - 0.5), 3, "the film place is near the pixel")
