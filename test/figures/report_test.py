@@ -1,5 +1,5 @@
-"""The page of figures: a made-up report is written, opened from disk in headless Chromium, and operated with pointer
-and keyboard. REPORT_PICTURES=DIR keeps pictures of the page at both widths, to look at.
+"""Tests of the HTML report: writes a synthetic report, opens it in headless Chromium, and operates it with pointer and
+keyboard. With REPORT_PICTURES=DIR, writes screenshots of the page at both widths to DIR.
 Usage: report_test.py [unittest arguments]"""
 import base64
 import copy
@@ -13,12 +13,12 @@ import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.dont_write_bytecode = True  # the source tree stays clean
-from report_browser import LACKS_BROWSER, LACKS_MAKER, TOOLS, PageTest  # noqa: E402
+from report_browser import MISSING_BROWSER, MISSING_PACKAGE, TOOLS, PageTest  # noqa: E402
 
-if not LACKS_MAKER:
+if not MISSING_PACKAGE:
     import OpenImageIO as oiio
     from report_browser import sample, write_report
-if not LACKS_BROWSER:
+if not MISSING_BROWSER:
     from report_browser import ActionChains, By
     from selenium.webdriver.common.keys import Keys
 
@@ -26,12 +26,13 @@ WIDTHS = (1280, 420)
 
 
 def srgb(linear):
+    """Returns the sRGB byte of a linear value above 0.0031308."""
     return round(255 * (1.055 * linear ** (1 / 2.4) - 0.055))
 
 
-@unittest.skipIf(LACKS_MAKER, LACKS_MAKER)
-class Maker(unittest.TestCase):
-    """What report.py writes and refuses, without a browser."""
+@unittest.skipIf(MISSING_PACKAGE, MISSING_PACKAGE)
+class ReportWriterTest(unittest.TestCase):
+    """Tests of report.py without a browser."""
 
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -39,35 +40,37 @@ class Maker(unittest.TestCase):
         self.report = sample.write_sample(self.folder.name)
 
     def write(self, report):
+        """Writes the page of a report and returns its path."""
         with open(os.path.join(self.folder.name, "report.json"), "w", encoding="utf-8") as file:
             json.dump(report, file)
         return write_report(self.folder.name)
 
-    def refused(self, change, message):
+    def assertInvalid(self, change, message):
+        """Changes the sample's items, {id: item}, and expects an error."""
         report = copy.deepcopy(self.report)
         change({item["id"]: item for section in report["sections"] for item in section["items"]})
         with self.assertRaisesRegex(ValueError, message):
             self.write(report)
 
-    def test_what_cannot_be_shown_is_an_error_that_names_the_item(self):
-        self.refused(lambda items: items["cost"].update(id="speed"), "item 'speed' of section .*'speed' is taken")
-        self.refused(lambda items: items["cost"].update(id="a b"), "'a b' can't be an id")
-        self.refused(lambda items: items["cost"].update(kind="film"), "'film' is none of the kinds images, chart")
-        self.refused(lambda items: items["cost"]["rows"].append(["x", "many", 1, ""]), "'many' in column 'shades")
-        self.refused(lambda items: items["cost"]["rows"].append(["x"]), "a row without exactly 4 cells")
-        self.refused(lambda items: items["balls"].update(crops=[[200, 0, 41, 9]]), "crop .* is not inside 240 x 160")
-        self.refused(lambda items: items["balls"].update(reference=4), "there is no image 4 to be the reference")
-        self.refused(lambda items: items["balls"]["images"][0].update(file="none.exr"), "none.exr")
-        self.refused(lambda items: items["balls"].pop("images"), "item 'balls' .*has no images")
-        self.refused(lambda items: items["speed"]["series"][1]["labels"].pop(), "has 4 labels for 5 points")
-        self.refused(lambda items: items["speed"].pop("xlabel"), "lacks 'xlabel'")
-        self.refused(lambda items: items["drawing"].update(file="report.json"), "neither .png, .svg nor .jpg")
+    def test_an_invalid_item_is_an_error_that_names_the_item(self):
+        self.assertInvalid(lambda items: items["cost"].update(id="speed"), "item 'speed' of section .* has the id 'speed' of another item")
+        self.assertInvalid(lambda items: items["cost"].update(id="a b"), "has an invalid id 'a b'")
+        self.assertInvalid(lambda items: items["cost"].update(kind="film"), "unknown kind 'film' .known: images, chart")
+        self.assertInvalid(lambda items: items["cost"]["rows"].append(["x", "many", 1, ""]), "has 'many' in column 'shades per pixel', expected a number")
+        self.assertInvalid(lambda items: items["cost"]["rows"].append(["x"]), "has a row without 4 cells")
+        self.assertInvalid(lambda items: items["balls"].update(crops=[[200, 0, 41, 9]]), "has a crop .* outside of 240 x 160 pixels")
+        self.assertInvalid(lambda items: items["balls"].update(reference=4), "has no image 4 for the reference")
+        self.assertInvalid(lambda items: items["balls"]["images"][0].update(file="none.exr"), "none.exr")
+        self.assertInvalid(lambda items: items["balls"].pop("images"), "item 'balls' .*has no images")
+        self.assertInvalid(lambda items: items["speed"]["series"][1]["labels"].pop(), "has 4 labels for 5 points")
+        self.assertInvalid(lambda items: items["speed"].pop("xlabel"), "lacks 'xlabel'")
+        self.assertInvalid(lambda items: items["drawing"].update(file="report.json"), "has a file report.json, expected .png, .svg or .jpg")
 
-    def test_pictures_of_two_sizes_are_refused(self):
+    def test_images_of_different_sizes_are_an_error(self):
         sample.write(os.path.join(self.folder.name, "small.exr"), sample.scene()[:10])
-        self.refused(lambda items: items["balls"]["images"][0].update(file="small.exr"), "images of different sizes")
+        self.assertInvalid(lambda items: items["balls"]["images"][0].update(file="small.exr"), "images of different sizes")
 
-    def test_the_command(self):
+    def test_the_command_line_writes_the_same_page(self):
         command = [sys.executable, "-B", os.path.join(TOOLS, "strobe_figures", "report.py"), self.folder.name]
         page = os.path.join(self.folder.name, "page.html")
         self.assertEqual(subprocess.run([*command, page], capture_output=True, check=False).returncode, 0)
@@ -77,7 +80,7 @@ class Maker(unittest.TestCase):
         failed = subprocess.run(command, capture_output=True, text=True, check=False)
         self.assertEqual((failed.returncode, failed.stderr[:8]), (1, "report: "))
 
-    def test_a_picture_shown_twice_is_stored_once(self):
+    def test_an_image_file_of_two_items_is_stored_once(self):
         size = os.path.getsize(self.write(self.report))
         again = copy.deepcopy(self.report["sections"][0]["items"][1])
         self.report["sections"][1]["items"].append({**again, "id": "again"})
@@ -85,7 +88,7 @@ class Maker(unittest.TestCase):
 
 
 class ReportPage(PageTest):
-    """The page as its reader has it."""
+    """Tests of the page in a browser."""
 
     # The page
 
@@ -100,6 +103,8 @@ class ReportPage(PageTest):
         self.assertIn(sample.HOSTILE, self.find("#speed-and-accuracy > p:nth-of-type(2)").text)
         self.assertIn(sample.HOSTILE, self.find("#balls .strip figcaption").text)
         self.assertIn("Figure 2 Noise against samples", self.find("nav").text)
+        self.assertIn("Paper Table 7 Cost of an image", self.find("nav").text, "a number of the item is kept")
+        self.assertNotIn("Table 1", self.find("nav").text)
         self.assertGreater(self.js("return document.querySelector('.picture img').naturalWidth"), 0)
 
     def test_the_page_forbids_the_network(self):
@@ -115,7 +120,7 @@ class ReportPage(PageTest):
             add('style', { textContent: 'body { display: none }' });""")
         self.assertEqual(sorted(blocked), ["connect-src", "img-src", "script-src-elem", "style-src-elem"])
         self.assertEqual(self.driver.title, self.report["title"])
-        for log in ("browser", "performance"):  # this test alone may leave traces
+        for log in ("browser", "performance"):  # this test causes messages on purpose
             self.driver.get_log(log)
         self.js("performance.clearResourceTimings()")
 
@@ -151,7 +156,7 @@ class ReportPage(PageTest):
         self.open(1280)
         self.assertEqual(self.js(paper), dark)
 
-    def test_colors_stand_out_in_both_themes(self):
+    def test_colors_have_contrast_in_both_themes(self):
         contrast = """const linear = (v) => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
             const light = (css) => {
               const c = document.createElement('canvas').getContext('2d');
@@ -163,36 +168,36 @@ class ReportPage(PageTest):
             const paper = light(getComputedStyle(document.body).backgroundColor);
             return [...document.querySelectorAll(arguments[0])].map((e) => light(getComputedStyle(e)[arguments[1]]))
               .map((v) => Math.max(v, paper) / Math.min(v, paper));"""
-        least = (("p, td, nav a, button", "color", 4.5), (".plot text", "fill", 4.5), (".series .line", "stroke", 3))
+        minima = (("p, td, nav a, button", "color", 4.5), (".plot text", "fill", 4.5), (".series .line", "stroke", 3))
         for _ in range(2):
-            for selector, kind, least_here in least:
-                self.assertGreaterEqual(min(self.js(contrast, selector, kind)), least_here, selector)
+            for selector, kind, minimum in minima:
+                self.assertGreaterEqual(min(self.js(contrast, selector, kind)), minimum, selector)
             self.find(".theme").click()
 
-    def test_every_control_is_reached_by_tab_and_shows_it(self):
+    def test_every_control_can_be_focused_and_shows_it(self):
         visited = []
         while len(visited) < 120:
             ActionChains(self.driver).send_keys(Keys.TAB).perform()
-            here = self.js("""const e = document.activeElement; if (e === document.body) return null;
+            focused = self.js("""const e = document.activeElement; if (e === document.body) return null;
                 const seen = e.type === 'radio' ? e.nextSibling : e, style = getComputedStyle(seen);
                 const name = e.className.baseVal ?? e.className;
                 return [name, e.tagName, style.outlineStyle, parseFloat(style.outlineWidth)]""")
-            if here is None:
+            if focused is None:
                 break
-            self.assertTrue(here[2] == "solid" and here[3] >= 2, f"focus shows on {here}")
-            visited.append(here[0] or here[1])
-        self.assertLess(len(visited), 120, "the focus comes out at the end")
+            self.assertTrue(focused[2] == "solid" and focused[3] >= 2, f"{focused} must show its focus")
+            visited.append(focused[0] or focused[1])
+        self.assertLess(len(visited), 120, "the focus must leave the page")
         counts = {"skip": 1, "theme": 1, "A": 8, "stage": 2, "SELECT": 4, "svg": 2, "SUMMARY": 4}
         self.assertEqual({name: visited.count(name) for name in counts}, counts)
 
-    # The comparison of pictures
+    # Image comparisons
 
-    def test_pixels_are_those_of_the_file(self):
+    def test_pixels_equal_those_of_the_file(self):
         file = oiio.ImageBuf(os.path.join(self.folder, "flat.png")).get_pixels(oiio.UINT8)
         shown = self.thumbnail("plain", 0)
         self.assertEqual([v for i, v in enumerate(shown) if i % 4 != 3], file.flatten().tolist())
-        at = 4 * (sample.WIDTH - 1)
-        self.assertEqual(self.thumbnail("balls", 1)[at:at + 3], [255, 0, 255], "what is no number is magenta")
+        offset = 4 * (sample.WIDTH - 1)
+        self.assertEqual(self.thumbnail("balls", 1)[offset:offset + 3], [255, 0, 255], "NaN is magenta")
 
     def test_wipe(self):
         off, gray = srgb(sample.OFF_GRAY), srgb(sample.GRAY)
@@ -218,7 +223,7 @@ class ReportPage(PageTest):
             self.close(self.stage(15, 80), [shown] * 3, 1)
         self.assertFalse(self.find("#balls .divider").is_displayed())
 
-    def test_the_pictures_compared_are_chosen(self):
+    def test_images_are_selected(self):
         a, b = self.driver.find_elements(By.CSS_SELECTOR, "#balls select")
         self.press(a, "supersample 64")
         self.assertEqual(self.find("#balls .name.A").text, "A  supersample 64")
@@ -246,7 +251,7 @@ class ReportPage(PageTest):
         self.choose("A")
         for kind, value in (("relative", error / (sample.GRAY + floor)), ("absolute", error)):
             self.choose(kind)
-            self.assertEqual(self.stage(5, 80), [0, 0, 0], "no error is black")
+            self.assertEqual(self.stage(5, 80), [0, 0, 0], "zero error is black")
             self.close(self.stage(15, 80), self.scale(value))
             self.press(self.find("#balls .stage"), "]", "]")
             self.close(self.stage(15, 80), self.scale(2 * value))
@@ -254,7 +259,7 @@ class ReportPage(PageTest):
         self.keep("error", 1280)
         self.press(self.find("#balls .stage"), "e")
         self.close(self.stage(15, 80), [srgb(sample.OFF_GRAY)] * 3, 1)
-        self.assertFalse(self.find("#plain input[value=relative]").is_displayed(), "no reference, no errors")
+        self.assertFalse(self.find("#plain input[value=relative]").is_displayed(), "no error map without a reference")
 
     def test_zoom_and_values(self):
         stage, readout = self.find("#balls .stage"), self.find("#balls .readout")
@@ -272,7 +277,7 @@ class ReportPage(PageTest):
         self.assertTrue(readout.text.startswith("Pixel 64, 48"), readout.text)
         self.button("balls", "Crop 2").click()
         self.pointer(stage, 0.01, 0.01)
-        self.assertTrue(readout.text.startswith("Pixel 127, 75"), "all of a crop of another shape: " + readout.text)
+        self.assertTrue(readout.text.startswith("Pixel 127, 75"), "the whole crop, whose aspect ratio differs: " + readout.text)
         self.press(stage, "0")
         self.pointer(stage, 15.5 / sample.WIDTH, 80.5 / sample.HEIGHT)
         self.assertEqual(readout.text.split(), "Pixel 15, 80 A 0.375 0.375 0.375 B 0.25 0.25 0.25".split())
@@ -285,17 +290,17 @@ class ReportPage(PageTest):
     def test_chart_values_under_the_pointer(self):
         tip, second = self.find("#speed .tip"), self.report["sections"][0]["items"][0]["series"][1]
         self.assertFalse(tip.is_displayed())
-        marker = self.driver.find_elements(By.CSS_SELECTOR, "#speed .plot .s1 .marker")[2]
+        marker = self.driver.find_elements(By.CSS_SELECTOR, "#speed .plot .s0 .marker")[2]
         self.pointer(marker, 0.5, 0.5)
         x, y, low, high = second["points"][2]
         self.assertEqual(tip.text.split("\n"), ["supersample, 64 spp", f"seconds {x:.4g}", f"relative MSE {y:.4g}",
                                                  f"from {low:.4g}", f"to {high:.4g}"])
         self.keep("tip", 1280)
 
-    def test_points_lie_where_the_axes_say(self):
+    def test_points_lie_at_their_values_on_the_axes(self):
         ticks = self.js("""return Object.fromEntries([...document.querySelectorAll('#speed .plot .tick')].map((tick) =>
             [tick.textContent, [tick.getAttribute('x'), tick.getAttribute('y') - 4].map(Number)]))""")
-        markers = self.js("""return [...document.querySelectorAll('#speed .plot .s1 .marker')].map((marker) =>
+        markers = self.js("""return [...document.querySelectorAll('#speed .plot .s0 .marker')].map((marker) =>
             marker.getAttribute('transform').match(/[\\d.]+/g).map(Number))""")
         (left, _), (right, _) = ticks["1"], ticks["10"]
         (_, low), (_, high) = ticks["10⁻³"], ticks["10⁻²"]
@@ -306,7 +311,7 @@ class ReportPage(PageTest):
     def test_chart_by_keyboard(self):
         tip, svg = self.find("#speed .tip"), self.find("#speed .plot svg")
         self.press(svg, Keys.ARROW_RIGHT)
-        self.assertTrue(tip.text.startswith("best at each time\nseconds 0.5"), tip.text)
+        self.assertTrue(tip.text.startswith("Pareto front\nseconds 0.5"), tip.text)
         self.press(svg, Keys.ARROW_DOWN, Keys.ARROW_RIGHT)
         self.assertTrue(tip.text.startswith("supersample, 16 spp\nseconds 1.1"), tip.text)
         self.press(svg, *[Keys.ARROW_LEFT] * 3)
@@ -314,20 +319,20 @@ class ReportPage(PageTest):
         self.press(svg, Keys.ESCAPE)
         self.assertFalse(tip.is_displayed())
 
-    def test_what_a_logarithm_cannot_show_is_told(self):
-        self.assertIn("not drawn: 1.", self.find("#speed .note").text)
-        self.assertEqual(len(self.driver.find_elements(By.CSS_SELECTOR, "#speed .plot .s5 .marker")), 1)
+    def test_points_that_a_logarithmic_axis_cannot_show_are_counted(self):
+        self.assertIn("cannot show: 1.", self.find("#speed .note").text)
+        self.assertEqual(len(self.driver.find_elements(By.CSS_SELECTOR, "#speed .plot .s7 .marker")), 1)
         rows = self.driver.find_elements(By.CSS_SELECTOR, "#speed tbody tr")
-        self.assertEqual(len(rows), 27, "but it is among the values")
+        self.assertEqual(len(rows), 27, "the table has all values")
 
     def test_legend(self):
         entry = self.button("speed", "msaa")
-        lines = lambda: len(self.driver.find_elements(By.CSS_SELECTOR, "#speed .plot .s2 .line"))
+        lines = lambda: len(self.driver.find_elements(By.CSS_SELECTOR, "#speed .plot .s1 .line"))
         self.assertEqual((lines(), entry.get_attribute("aria-pressed")), (1, "true"))
         entry.click()
         self.assertEqual((lines(), entry.get_attribute("aria-pressed")), (0, "false"))
         self.press(self.find("#speed .plot svg"), *[Keys.ARROW_DOWN] * 3)
-        self.assertTrue(self.find("#speed .tip").text.startswith("msaa-cache"), "hidden points have no values")
+        self.assertTrue(self.find("#speed .tip").text.startswith("msaa-cache"), "points of hidden series are skipped")
         self.press(entry, Keys.ENTER)
         self.assertEqual((lines(), entry.get_attribute("aria-pressed")), (1, "true"))
 

@@ -1,4 +1,4 @@
-"""The marks of what is turned in a scene."""
+"""Tests of the comments that mark the swept number of a scene."""
 import os
 import sys
 import tempfile
@@ -32,22 +32,22 @@ class SweepsTest(unittest.TestCase):
         path = self.write('# x\n  "float shutterclose" 16  # sweep blur length (px): 0 1.5 16 1e3\nWorldBegin\n')
         self.assertEqual(read_sweep(path), Sweep("blur length", "px", (0, 1.5, 16, 1000), 16))
 
-    def test_a_unit_may_be_lacking(self):
+    def test_the_unit_is_optional(self):
         path = self.write('"float roughness" .01 # sweep roughness: 1 .1 .01\n')
         self.assertEqual(read_sweep(path), Sweep("roughness", "", (1, 0.1, 0.01), 0.01))
 
-    def test_turns_the_first_number_outside_quotes_and_nothing_else(self):
+    def test_replaces_only_the_first_number_outside_of_quotes(self):
         path = self.write('# 3\nScale -2e0 1 2\nTexture "t 7" "float" Scale2 "a" [-.5 4] # sweep s: -.5 4 0.0001\n5\n')
         self.assertEqual(
             scene_with(path, 0.0001),
             '# 3\nScale -2e0 1 2\nTexture "t 7" "float" Scale2 "a" [0.0001 4] # sweep s: -.5 4 0.0001\n5\n')
         self.assertIn("[4 4]", scene_with(path, 4.0))
 
-    def test_the_default_gives_the_same_scene(self):
+    def test_the_default_leaves_the_scene_unchanged(self):
         text = '"float lensradius" 2.5   # sweep lens (px): 0 2.5\nShape "sphere" # is round\n'
         self.assertEqual(scene_with(self.write(text), 2.5), text)
 
-    def test_files_beside_the_scene_are_found_from_anywhere(self):
+    def test_names_of_files_beside_the_scene_become_absolute(self):
         self.write("", "part.scene")
         text = 'Include "part.scene" # "part.scene"\nInclude "$X/part.scene"\nTranslate 1 0 0 # sweep x: 1 2\n'
         beside = os.path.join(self.folder, "part.scene")
@@ -55,21 +55,21 @@ class SweepsTest(unittest.TestCase):
             scene_with(self.write(text), 2),
             f'Include "{beside}" # "part.scene"\nInclude "$X/part.scene"\nTranslate 2 0 0 # sweep x: 1 2\n')
 
-    def test_refuses_what_is_not_one_sweep(self):
-        none = ": 0 lines are marked '# sweep name (unit): values'; it must be one"
-        self.assertRefused("Translate 1 0 0\n", none)
-        self.assertRefused('Include "# sweep a: 1 2" 1\n', none)
-        self.assertRefused("1 # sweep a: 1\n2 # sweep b: 2\n", none.replace("0 lines", "2 lines"))
+    def test_no_sweep_and_two_sweeps_are_errors(self):
+        message = ": 0 lines have a comment '# sweep name (unit): values', expected one"
+        self.assertRefused("Translate 1 0 0\n", message)
+        self.assertRefused('Include "# sweep a: 1 2" 1\n', message)
+        self.assertRefused("1 # sweep a: 1\n2 # sweep b: 2\n", message.replace("0 lines", "2 lines"))
 
-    def test_refuses_a_mark_that_is_wrong(self):
-        self.assertRefused('\n"float 3" # sweep a: 1 2\n', ":2: there is no number to turn on this line")
-        self.assertRefused("Scale 3 1 1 # sweep a: 1 2\n", ":1: 3, which is turned, is not one of the values")
+    def test_an_invalid_sweep_is_an_error(self):
+        self.assertRefused('\n"float 3" # sweep a: 1 2\n', ":2: the line has no number outside of quotes to sweep")
+        self.assertRefused("Scale 3 1 1 # sweep a: 1 2\n", ":1: the swept number 3 is not one of the values")
         self.assertRefused("Scale 3 1 1 # sweep a: 1 x\n",
-                           ":1: the values of a sweep are numbers: could not convert string to float: 'x'")
+                           ":1: the values of a sweep must be numbers: could not convert string to float: 'x'")
 
 
 class StressScenesTest(unittest.TestCase):
-    def test_every_stress_scene_has_a_sweep_that_starts_where_it_says(self):
+    def test_every_stress_scene_has_a_sweep_whose_default_leaves_it_unchanged(self):
         folder = os.path.join(ROOT, "scenes", "stress")
         for name in sorted(os.listdir(folder)):
             with self.subTest(name):

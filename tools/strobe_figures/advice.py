@@ -1,26 +1,28 @@
-"""What to use, by what was measured: reads the CSV files of the other figures."""
+"""Recommended methods, derived from the CSV files of other figures."""
 
 import csv
 import math
 import os
 
-from . import curves
-from .pareto import BASELINES
+from . import curves, items
+from .items import columns
+from .methods import BASELINES
 from .runs import Failed
-from .sharing import columns
 
-WITHIN = (0.02, 0.01, 0.005)
+ERRORS = (0.02, 0.01, 0.005)
 
 
-def table_of(context, name):
+def read_rows(context, name):
+    """Returns the rows of csv/NAME.csv as dictionaries. Raises Failed if it does not exist."""
     path = context.path("csv", name + ".csv")
     if not os.path.exists(path):
-        raise Failed("what to use follows from %s.csv, which is not there: make that figure first" % name)
+        raise Failed("the recommendations are computed from %s.csv, which does not exist: make that figure first" % name)
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
 
 
 def grouped(rows, *names):
+    """Returns {values of the named columns: rows}."""
     groups = {}
     for row in rows:
         groups.setdefault(tuple(row[n] for n in names), []).append(row)
@@ -28,60 +30,67 @@ def grouped(rows, *names):
 
 
 def flags(row):
+    """Returns the command line options of a row's method."""
     return " ".join(["--integrator " + row["integrator"]] + ["-D " + d for d in row["parameters"].split()])
 
 
-def reach(curve, error):
-    """(seconds, samples) until the error is reached, between the measured points; None if it is not."""
-    place = curves.position([float(r["RMSE"]) for r in curve], error)
-    if place is None:
+def cost_of(curve, error):
+    """Returns (seconds, samples per pixel) until a curve reaches an error, interpolated between the measured points, or
+    None if it does not."""
+    position = curves.position([float(r["RMSE"]) for r in curve], error)
+    if position is None:
         return None
-    return tuple(curves.at([float(r[n]) for r in curve], place) for n in ("seconds", "spp"))
+    return tuple(curves.value_at([float(r[n]) for r in curve], position) for n in ("seconds", "spp"))
 
 
 def fastest(lines, error):
-    """(seconds, samples, row) of the line that has the error first; None if none has."""
-    reached = [(*found, curve[0]) for curve in lines for found in [reach(curve, error)] if found]
-    return min(reached, key=lambda r: r[0], default=None)
+    """Returns (seconds, samples per pixel, row) of the curve that reaches an error first, or None."""
+    costs = [(*cost, curve[0]) for curve in lines for cost in [cost_of(curve, error)] if cost]
+    return min(costs, key=lambda c: c[0], default=None)
 
 
-def by_error(rows):
+def rows_by_error(rows):
+    """Yields the rows of the fastest method by scene and error."""
     for (scene, light), of_scene in grouped(rows, "scene", "light").items():
-        lines = grouped(of_scene, "line")
-        plain = [lines[(b.name,)] for b in BASELINES]
-        for error in WITHIN:
-            best, base = fastest(lines.values(), error), fastest(plain, error)
+        lines = grouped(of_scene, "method")
+        baselines = [lines[(b.name,)] for b in BASELINES]
+        for error in ERRORS:
+            best = fastest(lines.values(), error)
+            base = fastest(baselines, error)
             if best is None:
-                yield [scene, light, error, "none within the samples measured"] + [None] * 4
+                yield [scene, light, error, "not reached within the measured samples"] + [None] * 4
                 continue
             yield [scene, light, error, flags(best[2]), math.ceil(best[1]), best[0], base and base[0],
                    base and base[0] / best[0]]
 
 
-def by_difficulty(rows):
-    for (scene, turned), of_scene in grouped(rows, "scene", "turned").items():
+def rows_by_difficulty(rows):
+    """Yields the rows of the most efficient method at the first and the last value of each sweep."""
+    for (scene, sweep), of_scene in grouped(rows, "scene", "sweep").items():
         values = list(grouped(of_scene, "value").items())
-        for (value,), lines in (values[0], values[-1]):
-            best = max(lines, key=lambda r: float(r["worth"]))
-            yield [scene, "%s %g" % (turned, float(value)), flags(best), float(best["RMSE"]), float(best["seconds"]),
-                   float(best["worth"])]
+        for (value,), methods in (values[0], values[-1]):
+            best = max(methods, key=lambda r: float(r["relative efficiency"]))
+            yield [scene, "%s %g" % (sweep, float(value)), flags(best), float(best["RMSE"]), float(best["seconds"]),
+                   float(best["relative efficiency"])]
 
 
 def what_to_use(context):
-    """The fastest way to an error, for each scene; and the most efficient way for each stress, easy and hard."""
-    measured = table_of(context, "accuracy-direct-light") + table_of(context, "accuracy-paths-of-depth-5")
-    by_scene, by_stress = list(by_error(measured)), list(by_difficulty(table_of(context, "stress")))
-    names = ["scene", "light", "RMSE within", "fastest", "--spp", "seconds", "supersample (s)", "times faster"]
-    stress_names = ["stress", "turned to", "most efficient", "RMSE", "seconds", "worth"]
-    context.write_csv("what-to-use", names, by_scene)
-    context.write_csv("what-to-use-under-stress", stress_names, by_stress)
-    head, stress_head = columns(*names, text=2), columns(*stress_names, text=3)
-    head[3]["type"], head[4]["digits"], stress_head[3]["digits"] = "text", 0, 4
-    return [{"kind": "table", "id": "what-to-use", "title": "The fastest way to an error",
-             "text": "From the curves of speed against accuracy, between their points along straight lines. The baseline is "
-                     "the better of supersample with the scene's light samples and with one.",
-             "columns": head, "rows": by_scene},
-            {"kind": "table", "id": "what-to-use-under-stress", "title": "Under stress",
-             "text": "The method with the least seconds times mean square error where a stress scene is easiest and where "
-                     "it is hardest; worth: supersample's over its own.",
-             "columns": stress_head, "rows": by_stress}]
+    """The fastest method by scene and error, and the most efficient method of each stress scene."""
+    measured = read_rows(context, "accuracy-direct-light") + read_rows(context, "accuracy-paths-of-depth-5")
+    by_error = list(rows_by_error(measured))
+    by_difficulty = list(rows_by_difficulty(read_rows(context, "stress")))
+    names = ["scene", "light", "RMSE", "fastest method", "--spp", "seconds", "supersample (s)", "speed-up"]
+    stress_names = ["scene", "value", "most efficient method", "RMSE", "seconds", "relative efficiency"]
+    context.write_csv("what-to-use", names, by_error)
+    context.write_csv("what-to-use-under-stress", stress_names, by_difficulty)
+    head = columns(*names, text=2)
+    head[3]["type"] = "text"
+    head[4]["digits"] = 0
+    stress_head = columns(*stress_names, text=3)
+    stress_head[3]["digits"] = 4
+    return [items.table("what-to-use", "Fastest method by error", head, by_error,
+                        "Interpolated from the curves of error over seconds. The speed-up is over the better of supersample "
+                        "with the scene's light samples and with one light sample."),
+            items.table("what-to-use-under-stress", "Most efficient method of each stress scene", stress_head, by_difficulty,
+                        "The method with the smallest product of seconds and mean square error, at the easiest and the hardest "
+                        "value of each sweep. Relative efficiency: supersample's product over the method's.")]

@@ -14,7 +14,7 @@ from .report import write_report as write_page
 from .context import ROOT, Context, Skipped, TooNoisy
 from .runs import Failed
 
-# Section, name, function: what is made, in this order.
+# (section, name, function) of all figures, in the order of the report.
 FIGURES = [
     ("accuracy", "accuracy-direct", pareto.accuracy_direct),
     ("accuracy", "accuracy-paths", pareto.accuracy_paths),
@@ -34,20 +34,27 @@ FIGURES = [
     ("stability", "work-and-memory", stability.work_and_memory),
     ("advice", "what-to-use", advice.what_to_use),
 ]
-SECTIONS = {"accuracy": "Speed against accuracy", "paper": "The paper's figures", "sharing": "What sharing does",
-            "stability": "Where it breaks", "advice": "What to use"}
+SECTIONS = {"accuracy": "Speed against accuracy", "paper": "The paper's figures", "sharing": "Effects of sharing",
+            "stability": "Failure thresholds", "advice": "Recommended methods"}
+DESCRIPTION = """Renders the figures of strobe: speed against accuracy, the paper's figures, effects of sharing, failure
+thresholds, and recommended methods. Writes CSV files, charts and report.html. Finished renders are kept; started again,
+the program continues where it stopped. The paper's scenes are read from $STROBE_SCENES (default: ../shared/scenes beside
+the repository; see tools/fetch-scenes)."""
 
 
 def parse():
-    parser = argparse.ArgumentParser(description=__doc__)
+    """Returns the command line arguments."""
+    parser = argparse.ArgumentParser(prog="figures", description=DESCRIPTION)
     size = parser.add_mutually_exclusive_group()
-    size.add_argument("--quick", action="store_true", help="small pictures, minutes (the default)")
-    size.add_argument("--full", action="store_true", help="larger pictures, hours")
-    parser.add_argument("--only", action="append", metavar="NAME", default=[], help="a figure or a section; again for more")
-    parser.add_argument("--list", action="store_true", help="names of all figures")
-    parser.add_argument("-o", "--out", default="", help="folder (default: out/figures-quick or out/figures-full)")
-    parser.add_argument("--strobe", default=os.path.join(ROOT, "build", "release", "strobe"), help="the program")
-    parser.add_argument("--threads", type=int, default=0, help="of strobe; 0: one per core")
+    size.add_argument("--quick", action="store_true", help="small images and few samples; takes minutes (default)")
+    size.add_argument("--full", action="store_true", help="larger images and more samples; takes hours")
+    parser.add_argument("--only", action="append", metavar="NAME", default=[],
+                        help="make one figure or section only; may be repeated")
+    parser.add_argument("--list", action="store_true", help="print the names of all figures and exit")
+    parser.add_argument("-o", "--out", default="", help="output folder (default: out/figures-quick or out/figures-full)")
+    parser.add_argument("--strobe", default=os.path.join(ROOT, "build", "release", "strobe"),
+                        help="path of strobe (default: build/release/strobe)")
+    parser.add_argument("--threads", type=int, default=0, help="threads of strobe; 0: one per core (default)")
     arguments = parser.parse_args()
     known = {name for _, name, _ in FIGURES} | set(SECTIONS)
     for name in arguments.only:
@@ -57,44 +64,48 @@ def parse():
 
 
 def scenes_folder():
-    given = os.environ.get("STROBE_SCENES")
-    return os.path.abspath(given or os.path.join(ROOT, "..", "shared", "scenes"))
+    """Returns the folder that contains the paper's scenes."""
+    folder = os.environ.get("STROBE_SCENES")
+    return os.path.abspath(folder or os.path.join(ROOT, "..", "shared", "scenes"))
 
 
 def chosen(arguments):
+    """Returns the entries of FIGURES that the arguments select."""
     only = set(arguments.only)
     return [f for f in FIGURES if not only or f[0] in only or f[1] in only]
 
 
 def main():
+    """Makes the figures. Returns the exit code."""
     arguments = parse()
     if arguments.list:
         for section, name, make in FIGURES:
             print("%-20s %-10s %s" % (name, section, (make.__doc__ or "").strip().splitlines()[0]))
         return 0
     if not os.path.exists(arguments.strobe):
-        print("no program at %s: run tools/demo first, or give --strobe" % arguments.strobe, file=sys.stderr)
+        print("figures: %s does not exist: run tools/demo first, or use --strobe" % arguments.strobe, file=sys.stderr)
         return 1
     quick = not arguments.full
     out = os.path.abspath(arguments.out or os.path.join(ROOT, "out", "figures-quick" if quick else "figures-full"))
     context = Context(out, os.path.abspath(arguments.strobe), scenes_folder(), quick, arguments.threads)
     if not context.have_paper:
-        print("no scenes of the paper in %s (tools/fetch-scenes gets them): our own stand in" % context.scenes,
-              file=sys.stderr)
+        print("figures: the paper's scenes are not in %s (see tools/fetch-scenes): our own scenes replace them" %
+              context.scenes, file=sys.stderr)
     failed = make_all(context, chosen(arguments))
-    page = write_report(context) or "no page, for nothing is there to show"
-    print("%d runs made, %d reused; %s" % (context.runs.made, context.runs.reused, page))
+    page = write_report(context) or "no report, because there are no figures"
+    print("%d renders, %d reused; %s" % (context.runs.rendered, context.runs.reused, page))
     return 1 if failed else 0
 
 
 def make_all(context, figures):
-    """Makes figures one by one; their items are kept as JSON, so that a report shows what earlier calls made."""
+    """Makes the figures and writes their items as JSON files, so that the report also contains the figures of earlier
+    calls. Returns the names of the figures that failed."""
     failed = []
     for i, (section, name, make) in enumerate(figures):
-        spent = time.time() - context.started
-        left = spent / i * (len(figures) - i) if i else 0
-        print("[%d/%d] %s (%.0f s so far%s)" % (i + 1, len(figures), name, spent,
-                                                ", about %.0f s left" % left if left else ""), file=sys.stderr)
+        elapsed = time.time() - context.started
+        remaining = elapsed / i * (len(figures) - i) if i else 0
+        print("[%d/%d] %s (%.0f s elapsed%s)" % (i + 1, len(figures), name, elapsed,
+                                                 ", about %.0f s remain" % remaining if remaining else ""), file=sys.stderr)
         start = time.time()
         try:
             items = make(context)
@@ -108,7 +119,7 @@ def make_all(context, figures):
             print("%s: %s" % (name, error), file=sys.stderr)
             failed.append(name)
             continue
-        except Exception:  # a fault of ours must not cost the other figures
+        except Exception:  # a bug in one figure must not prevent the others
             traceback.print_exc()
             failed.append(name)
             continue
@@ -118,7 +129,7 @@ def make_all(context, figures):
 
 
 def write_report(context):
-    """The path of the page with everything made so far; None if there is nothing."""
+    """Writes the report with all figures in the output folder. Returns its path, or None without figures."""
     sections = []
     for section, title in SECTIONS.items():
         items = []
@@ -132,8 +143,8 @@ def write_report(context):
     if not sections:
         return None
     version = subprocess.run([context.runs.program, "--version"], capture_output=True, text=True).stdout.strip()
-    subtitle = "%s, %s, %d threads, %s; %s pictures" % (version, platform.machine(), context.threads or os.cpu_count(),
-                                                        time.strftime("%Y-%m-%d"), "small" if context.quick else "full")
+    subtitle = "%s, %s, %d threads, %s; %s" % (version, platform.machine(), context.threads or os.cpu_count(),
+                                               time.strftime("%Y-%m-%d"), "--quick" if context.quick else "--full")
     with open(context.path("report.json"), "w") as file:
-        json.dump({"title": "strobe: speed against accuracy", "subtitle": subtitle, "sections": sections}, file)
+        json.dump({"title": "strobe: figures", "subtitle": subtitle, "sections": sections}, file)
     return write_page(context.out)

@@ -1,9 +1,9 @@
 "use strict";
-// What all parts of the page share, then the theme and the tables.
+// Helpers of all scripts of the page, the color theme, and sorting of tables.
 
-/** Makes elements of a namespace: (tag, attributes, ...children). An attribute that is a function hears the event of
- *  its name; null and false leave an attribute out. */
-function maker(create) {
+/** Returns a function (tag, attributes, ...children) that creates elements. An attribute whose value is a function becomes
+ *  the listener of the event of that name; attributes with null or false are omitted. */
+function elementFactory(create) {
   return (tag, attributes = {}, ...children) => {
     const node = create(tag);
     for (const [name, value] of Object.entries(attributes)) {
@@ -14,23 +14,23 @@ function maker(create) {
     return node;
   };
 }
-const make = maker((tag) => document.createElement(tag));
-const makeSvg = maker((tag) => document.createElementNS("http://www.w3.org/2000/svg", tag));
+const make = elementFactory((tag) => document.createElement(tag));
+const makeSvg = elementFactory((tag) => document.createElementNS("http://www.w3.org/2000/svg", tag));
 
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 const button = (name, click, attributes = {}) => make("button", { type: "button", click, ...attributes }, name);
 
-/** The data that stand in a figure as JSON. */
+/** Returns the JSON data of a figure. */
 function dataOf(figure) {
   return JSON.parse(figure.querySelector('script[type="application/json"]').textContent);
 }
 
-/** A power of ten as 10 with a raised exponent. */
+/** Returns a power of ten as 10 with a superscript exponent. */
 function powerOfTen(exponent) {
   return "10" + String(exponent).replace(/[-\d]/g, (sign) => (sign === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[sign]));
 }
 
-/** A number for people, to so many digits. */
+/** Returns a number as text with `digits` significant digits. */
 function readable(value, digits = 4) {
   const size = Math.abs(value);
   if (!Number.isFinite(value)) return String(value);
@@ -39,28 +39,28 @@ function readable(value, digits = 4) {
   return `${Number(mantissa)} × ${powerOfTen(Number(exponent))}`.replace("-", "−");
 }
 
-/** The button that turns light to dark; the choice outlives the page where the browser lets it. */
+/** Sets up the button that switches the color theme. The choice is stored if the browser allows it. */
 function themeSwitch() {
   const control = document.querySelector(".theme");
-  const wish = matchMedia("(prefers-color-scheme: dark)");
+  const systemTheme = matchMedia("(prefers-color-scheme: dark)");
   let chosen = null;
-  try { chosen = localStorage.getItem("theme"); } catch { /* a page from disk may have no storage */ }
-  const theme = () => chosen ?? (wish.matches ? "dark" : "light");
+  try { chosen = localStorage.getItem("theme"); } catch { /* pages from disk may have no storage */ }
+  const theme = () => chosen ?? (systemTheme.matches ? "dark" : "light");
   const show = () => {
     document.documentElement.style.colorScheme = chosen ?? "";
     control.textContent = theme() === "dark" ? "Light theme" : "Dark theme";
   };
   control.addEventListener("click", () => {
     chosen = theme() === "dark" ? "light" : "dark";
-    try { localStorage.setItem("theme", chosen); } catch { /* then it lasts as long as the page */ }
+    try { localStorage.setItem("theme", chosen); } catch { /* the choice is lost when the page is closed */ }
     show();
   });
-  wish.addEventListener("change", show);
+  systemTheme.addEventListener("change", show);
   control.hidden = false;
   show();
 }
 
-/** Compares two cells of a column; empty cells and what is no number come last, whichever way the others go. */
+/** Compares two cells of a column. Empty cells and cells without a number come last in both directions. */
 function compareCells(a, b, direction) {
   const [s, t] = [a.textContent, b.textContent];
   if (!a.matches(".number")) return direction * s.localeCompare(t, undefined, { numeric: true });
@@ -69,15 +69,15 @@ function compareCells(a, b, direction) {
   return direction * (x < y ? -1 : x > y ? 1 : 0);
 }
 
-/** Lets the buttons in a table's head sort its rows, upwards first. */
+/** Makes the buttons in a table's header sort its rows, ascending first. */
 function sortable(table) {
   const heads = [...table.tHead.rows[0].cells];
   heads.forEach((head, column) => head.firstChild.addEventListener("click", () => {
-    const upwards = head.ariaSort !== "ascending";
+    const ascending = head.ariaSort !== "ascending";
     heads.forEach((other) => { other.ariaSort = "none"; });
-    head.ariaSort = upwards ? "ascending" : "descending";
+    head.ariaSort = ascending ? "ascending" : "descending";
     const rows = [...table.tBodies[0].rows];
-    rows.sort((a, b) => compareCells(a.cells[column], b.cells[column], upwards ? 1 : -1));
+    rows.sort((a, b) => compareCells(a.cells[column], b.cells[column], ascending ? 1 : -1));
     table.tBodies[0].append(...rows);
   }));
 }

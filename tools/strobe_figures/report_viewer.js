@@ -1,14 +1,14 @@
-// The comparison of pictures: two of them on one stage, with a wipe between them or one at a time, at any exposure and
-// zoom, as they are or as maps of their errors; under it all pictures of the figure in small, with their crops.
+// Image comparison: a stage shows two images, separated by a wipe, or one image, at any exposure and zoom, or their error
+// maps. Thumbnails of all images with their crops are below the stage.
 
-const SHOWS = { picture: "Picture", relative: "Relative error", absolute: "Absolute error" };
+const SHOWS = { picture: "Image", relative: "Relative error", absolute: "Absolute error" };
 const SIDES = { wipe: "Wipe", A: "A", B: "B" };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-const KEYS = [["Space", "flips between A and B"], ["← →", "move the wipe, or the picture when one is shown alone"],
-  ["Shift + arrows", "move the picture"], ["+ − 0", "zoom in, zoom out, all of it"], ["[ ]", "darker, lighter"],
-  ["E", "picture, relative error, absolute error"], ["1 … 9", "choose the picture B"]];
+const KEYS = [["Space", "switch between A and B"], ["← →", "move the wipe; without a wipe, pan the image"],
+  ["Shift + arrows", "pan the image"], ["+ − 0", "zoom in, zoom out, fit"], ["[ ]", "decrease, increase the exposure"],
+  ["E", "switch between image, relative error and absolute error"], ["1 … 9", "select image B"]];
 
-/** A group of choices of which one holds: radio buttons that look like one bar. { node, set(value) } */
+/** Returns a group of radio buttons drawn as one bar: { node, set(value) }. */
 function choice(name, options, change) {
   const group = `choice-${choice.count = (choice.count ?? 0) + 1}`, inputs = {};
   const labels = Object.entries(options).map(([value, text]) => {
@@ -19,12 +19,12 @@ function choice(name, options, change) {
   return { node, set: (value) => { inputs[value].checked = true; } };
 }
 
-/** A range with its name and its value in words. { node, input, set(value, words) } */
+/** Returns a slider with its name and its value as text: { node, input, set(value, text) }. */
 function slider(name, attributes, change) {
   const input = make("input", { type: "range", ...attributes, input: () => change(Number(input.value)) });
   const output = make("output");
   const node = make("label", { class: "slider" }, make("span", {}, name), input, output);
-  return { node, input, set: (value, words) => { [input.value, output.textContent] = [value, words]; } };
+  return { node, input, set: (value, text) => { [input.value, output.textContent] = [value, text]; } };
 }
 
 class Viewer {
@@ -67,38 +67,38 @@ class Viewer {
     this.names = ["A", "B"].map((side) => make("span", { class: `name ${side}` }));
     this.divider = make("div", { class: "divider" });
     const drop = () => { this.drag = null; };
-    const hears = { keydown: (event) => this.key(event), pointerdown: (event) => this.press(event),
+    const listeners = { keydown: (event) => this.key(event), pointerdown: (event) => this.press(event),
       pointermove: (event) => this.move(event), pointerup: drop, pointercancel: drop,
       pointerleave: () => this.read(null) };
     const label = `${this.data.title}: stage`;
-    this.stage = make("div", { class: "stage", tabindex: 0, role: "group", "aria-label": label, ...hears },
+    this.stage = make("div", { class: "stage", tabindex: 0, role: "group", "aria-label": label, ...listeners },
       this.canvas, this.divider, ...this.names);
     this.stage.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     this.stage.style.aspectRatio = `${width} / ${height}`;
     this.wipe = slider("Wipe", { min: 0, max: 1, step: 0.005 }, (wipe) => this.set({ wipe, side: "wipe" }));
     this.values = make("p", { class: "readout" });
     this.scale = make("p", { class: "scale" }, make("span"), make("canvas", { width: 200, height: 1 }), make("span"));
-    const keys = KEYS.flatMap(([key, does]) => [make("dt", {}, key), make("dd", {}, does)]);
-    const hints = make("details", { class: "keys" }, make("summary", {}, "Keys of the stage"), make("dl", {}, ...keys));
-    const wrapped = make("div", { class: "screen" }, this.stage, this.wipe.node, this.scale, this.values, hints);
-    wrapped.style.maxWidth = `calc(76vh * ${width / height})`;
-    return wrapped;
+    const keys = KEYS.flatMap(([key, action]) => [make("dt", {}, key), make("dd", {}, action)]);
+    const hints = make("details", { class: "keys" }, make("summary", {}, "Keyboard shortcuts"), make("dl", {}, ...keys));
+    const screen = make("div", { class: "screen" }, this.stage, this.wipe.node, this.scale, this.values, hints);
+    screen.style.maxWidth = `calc(76vh * ${width / height})`;
+    return screen;
   }
 
   buildStrip() {
     const { width, height, images, crops } = this.data;
-    this.small = images.map((image, i) => {
+    this.thumbnails = images.map((image, i) => {
       const whole = make("canvas", { width, height });
-      const parts = crops.map(([, , w, h], k) => make("canvas", { width: w, height: h, class: `crop c${k % 4}` }));
+      const cropped = crops.map(([, , w, h], k) => make("canvas", { width: w, height: h, class: `crop c${k % 4}` }));
       const label = `Show ${image.label} as B`, choose = () => this.set({ B: i });
-      const chosen = make("button", { type: "button", "aria-label": label, click: choose }, whole, ...parts);
+      const chosen = make("button", { type: "button", "aria-label": label, click: choose }, whole, ...cropped);
       const caption = make("figcaption", {}, make("b", {}, image.label), image.caption ? ` ${image.caption}` : "");
-      return { whole, parts, chosen, node: make("figure", {}, chosen, caption) };
+      return { whole, cropped, chosen, node: make("figure", {}, chosen, caption) };
     });
-    return make("div", { class: "strip" }, ...this.small.map((one) => one.node));
+    return make("div", { class: "strip" }, ...this.thumbnails.map((thumbnail) => thumbnail.node));
   }
 
-  // Changing what is shown
+  // State
 
   set(changes) {
     Object.assign(this.state, changes);
@@ -116,7 +116,7 @@ class Viewer {
     this.set({ zoom: clamp(zoom, 1, 64), x: x + w / 2, y: y + h / 2 });
   }
 
-  /** Moves the picture by parts of what is seen of it. */
+  /** Pans the image by fractions of its visible width and height. */
   pan(dx, dy) {
     const { x, y, zoom } = this.state;
     this.set({ x: x + dx * this.data.width / zoom, y: y + dy * this.data.height / zoom });
@@ -127,13 +127,13 @@ class Viewer {
     const { side, show, wipe, stops } = this.state, count = Math.min(9, this.images.length);
     const shows = this.data.reference === null ? ["picture"] : Object.keys(SHOWS);
     const [dx, dy] = ARROWS[event.key] ?? [0, 0];
-    const does = {
+    const action = {
       " ": () => this.flip(), 0: () => this.fit(),
       "+": () => this.zoomBy(2), "=": () => this.zoomBy(2), "-": () => this.zoomBy(0.5),
       "[": () => this.setStops(stops[show] - 0.5), "]": () => this.setStops(stops[show] + 0.5),
       e: () => this.set({ show: shows[(shows.indexOf(show) + 1) % shows.length] }),
     }[event.key.toLowerCase()];
-    if (does) does();
+    if (action) action();
     else if (dx && side === "wipe" && !event.shiftKey) this.set({ wipe: clamp(wipe + 0.02 * dx, 0, 1) });
     else if (dx || (dy && this.state.zoom > 1)) this.pan(dx / 10, dy / 10);
     else if (event.key >= "1" && event.key <= String(count)) this.set({ B: Number(event.key) - 1 });
@@ -141,10 +141,10 @@ class Viewer {
     event.preventDefault();
   }
 
-  // The pointer: it drags the wipe, or the picture when that is zoomed and the wipe is not near
+  // Pointer: drags the wipe, or pans a zoomed image if the wipe is not near
 
-  /** Where on the stage: (0, 0) to (1, 1). */
-  placeOf(event) {
+  /** Returns the position of an event on the stage, from (0, 0) to (1, 1). */
+  positionOf(event) {
     const box = this.stage.getBoundingClientRect();
     return [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
   }
@@ -152,15 +152,15 @@ class Viewer {
   press(event) {
     if (event.button !== 0) return;
     const { side, wipe, zoom } = this.state;
-    const near = Math.abs(this.placeOf(event)[0] - wipe) * this.stage.clientWidth < 16;
+    const near = Math.abs(this.positionOf(event)[0] - wipe) * this.stage.clientWidth < 16;
     this.drag = side === "wipe" && (near || zoom === 1) ? "wipe" : "pan";
     this.stage.setPointerCapture(event.pointerId);
-    this.last = this.placeOf(event);
+    this.last = this.positionOf(event);
     this.move(event);
   }
 
   move(event) {
-    const [u, v] = this.placeOf(event);
+    const [u, v] = this.positionOf(event);
     if (this.drag === "wipe") this.set({ wipe: clamp(u, 0, 1) });
     if (this.drag === "pan") this.pan(this.last[0] - u, this.last[1] - v);
     this.last = [u, v];
@@ -169,31 +169,31 @@ class Viewer {
   }
 
   wheel(event) {
-    if (!event.ctrlKey && !event.metaKey) return; // the page scrolls
+    if (!event.ctrlKey && !event.metaKey) return; // without Ctrl, the wheel scrolls the page
     event.preventDefault();
     this.zoomBy(2 ** (-event.deltaY / 200));
   }
 
-  /** Writes the values of a pixel. */
+  /** Shows the values of a pixel below the stage; null clears them. */
   read(pixel) {
     const { width, height } = this.data;
     if (!pixel || pixel.some((v, i) => v < 0 || v >= [width, height][i])) return this.values.replaceChildren();
-    const at = 3 * (pixel[1] * width + pixel[0]);
-    const rgb = (i) => [0, 1, 2].map((k) => readable(HALF[this.images[i].bits[at + k]], 3)).join(" ");
-    const parts = ["A", "B"].flatMap((side) => [make("b", {}, `${side} `), `${rgb(this.state[side])}  `]);
-    this.values.replaceChildren(`Pixel ${pixel.join(", ")}  `, ...parts);
+    const offset = 3 * (pixel[1] * width + pixel[0]);
+    const rgb = (i) => [0, 1, 2].map((k) => readable(HALF[this.images[i].bits[offset + k]], 3)).join(" ");
+    const values = ["A", "B"].flatMap((side) => [make("b", {}, `${side} `), `${rgb(this.state[side])}  `]);
+    this.values.replaceChildren(`Pixel ${pixel.join(", ")}  `, ...values);
   }
 
   // Drawing
 
-  /** What all pictures of the figure have in common now: a name of what is shown, at which exposure. */
-  look() {
+  /** Returns a key of the content and the exposure of all images. */
+  drawingKey() {
     return `${this.state.show} ${this.state.stops[this.state.show]}`;
   }
 
-  /** The canvas of an image as the state wants it shown. */
+  /** Returns the canvas of an image, or of its error map, at the current exposure. */
   canvasOf(i) {
-    const { show, stops: { [show]: stops } } = this.state, key = this.look();
+    const { show, stops: { [show]: stops } } = this.state, key = this.drawingKey();
     if (this.drawn.get(i)?.key !== key) {
       const canvas = show === "picture" ? picture(this.images[i], stops)
         : errorMap(this.images[i], this.images[this.data.reference], show === "relative", stops);
@@ -202,7 +202,7 @@ class Viewer {
     return this.drawn.get(i).canvas;
   }
 
-  /** Draws with the next frame, however often it is asked. */
+  /** Redraws with the next frame, once for any number of calls. */
   update() {
     this.frame ??= requestAnimationFrame(() => {
       this.frame = null;
@@ -229,7 +229,7 @@ class Viewer {
     });
     this.divider.hidden = state.side !== "wipe";
     this.divider.style.left = `${100 * state.wipe}%`;
-    this.small.forEach(({ chosen }, i) => chosen.setAttribute("aria-pressed", i === state.B));
+    this.thumbnails.forEach(({ chosen }, i) => chosen.setAttribute("aria-pressed", i === state.B));
     this.showScale(stops);
   }
 
@@ -237,7 +237,7 @@ class Viewer {
     const [from, bar, to] = this.scale.children, { show } = this.state;
     this.scale.hidden = show === "picture";
     if (this.scale.hidden) return;
-    const over = show === "relative" ? ", over the reference (plus 1 % of its mean)" : "";
+    const over = show === "relative" ? ", relative to the reference plus 1 % of its mean" : "";
     from.textContent = `Mean of |Δ| over R, G, B${over}:  0`;
     to.textContent = readable(2 ** -stops, 3);
     const context = bar.getContext("2d");
@@ -254,27 +254,27 @@ class Viewer {
     if (!wide || !tall) return;
     [canvas.width, canvas.height] = [wide, tall];
     const context = canvas.getContext("2d"), scale = wide / width * zoom;
-    const place = [wide / 2 - x * scale, tall / 2 - y * scale, width * scale, height * scale];
+    const target = [wide / 2 - x * scale, tall / 2 - y * scale, width * scale, height * scale];
     context.imageSmoothingEnabled = scale < 1;
-    context.drawImage(this.canvasOf(side === "B" ? B : A), ...place);
+    context.drawImage(this.canvasOf(side === "B" ? B : A), ...target);
     if (side !== "wipe") return;
     const edge = Math.round(wipe * wide);
     context.beginPath();
     context.rect(edge, 0, wide - edge, tall);
     context.clip();
-    context.drawImage(this.canvasOf(B), ...place);
+    context.drawImage(this.canvasOf(B), ...target);
   }
 
   drawStrip() {
-    const key = this.look();
+    const key = this.drawingKey();
     if (this.stripShows === key) return;
     this.stripShows = key;
-    this.small.forEach(({ whole, parts }, i) => {
+    this.thumbnails.forEach(({ whole, cropped }, i) => {
       const canvas = this.canvasOf(i), context = whole.getContext("2d");
       context.drawImage(canvas, 0, 0);
       this.data.crops.forEach(([x, y, w, h], k) => {
-        parts[k].getContext("2d").drawImage(canvas, -x, -y);
-        context.strokeStyle = getComputedStyle(parts[k]).borderTopColor;
+        cropped[k].getContext("2d").drawImage(canvas, -x, -y);
+        context.strokeStyle = getComputedStyle(cropped[k]).borderTopColor;
         context.lineWidth = Math.max(1, whole.width / 120);
         context.strokeRect(x, y, w, h);
       });

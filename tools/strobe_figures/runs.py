@@ -1,4 +1,4 @@
-"""Runs strobe and keeps what came out: a script that was killed goes on where it stopped."""
+"""Runs strobe and keeps the results, so that an interrupted script continues where it stopped."""
 
 import dataclasses
 import hashlib
@@ -12,7 +12,7 @@ from . import images
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
-    """One call of strobe. `text` replaces what the scene file says; `repeat` tells runs apart that are timed again."""
+    """The options of one render."""
 
     scene: str
     integrator: str = "supersample"
@@ -25,15 +25,17 @@ class Settings:
     tile: int = 32
     layers: tuple = ()
     crop: tuple = ()
-    text: str = ""
+    text: str = ""  # replaces the content of the scene file; its file names are absolute or begin with $STROBE_SCENES
     frame_time: str = ""
-    samples: bool = False
-    repeat: int = 0
+    samples: bool = False  # also write the table of visibility samples
+    repeat: int = 0  # distinguishes repeated renders that are timed
 
-    def having(self, **changes):
+    def with_changes(self, **changes):
+        """Returns a copy with some members replaced."""
         return dataclasses.replace(self, **changes)
 
     def arguments(self):
+        """Returns the command line arguments of strobe, without the scene and the outputs."""
         words = ["--integrator", self.integrator, "--spp", str(self.spp), "--seed", str(self.seed),
                  "--threads", str(self.threads), "--tile", str(self.tile), "--quiet"]
         for define in self.defines:
@@ -52,52 +54,60 @@ class Settings:
 
 
 class Result:
-    """A finished run: `stats` as strobe wrote them, the picture and its layers on demand."""
+    """The files of a finished render: `stats` is the content of --stats; image and layers are read on demand."""
 
     def __init__(self, stem):
         with open(stem + ".json") as file:
             self.stats = json.load(file)
         self.path = stem + ".exr"
-        self.samples = stem + ".csv"  # if the settings asked for them
+        self.samples = stem + ".csv"  # exists if the settings have samples=True
 
     @property
     def image(self):
+        """The linear RGB pixels."""
         return images.read(self.path)
 
     def layer(self, name):
+        """Returns a layer of one channel as an array [height, width]."""
         return images.read(self.path, (name + ".Y",))[:, :, 0]
 
     @property
     def seconds(self):
-        """Wall clock of the rendering alone."""
+        """Wall-clock seconds of rendering, without parsing and building."""
         return self.stats["seconds"]["render"]
 
     @property
     def shades_per_pixel(self):
+        """The mean number of shades of a pixel."""
         return self.stats["shadesPerPixel"]
 
 
 class Failed(Exception):
-    """strobe said no; the text is what it said."""
+    """A render that failed, with strobe's error message, or an input of a figure that does not exist."""
 
 
 class Runs:
-    """Finished runs in a folder, by what was asked of which program."""
+    """Finished renders in a folder, keyed by settings, scene text and program."""
 
     def __init__(self, folder, program, scenes, on_run=lambda settings: None):
-        self.folder, self.program, self.scenes, self.on_run = folder, program, scenes, on_run
+        self.folder = folder
+        self.program = program
+        self.scenes = scenes
+        self.on_run = on_run
         os.makedirs(folder, exist_ok=True)
         with open(program, "rb") as file:
             self._program_hash = hashlib.sha256(file.read()).hexdigest()
-        self.made = self.reused = 0
+        self.rendered = 0
+        self.reused = 0
 
     def get(self, settings):
-        """The result, from the folder if it is there. Files appear complete or not at all; the JSON comes last."""
+        """Returns the result of a render, from the folder if it exists there. Files are written under temporary names and
+        renamed, the JSON last, so an interrupted render leaves no result. Raises Failed."""
         stem = os.path.join(self.folder, self._key(settings))
         if not os.path.exists(stem + ".json"):
             self.on_run(settings)
             self._run(settings, stem)
-            self.made += 1
+            self.rendered += 1
         else:
             self.reused += 1
         return Result(stem)
@@ -107,15 +117,16 @@ class Runs:
         if not text:
             with open(settings.scene) as file:
                 text = file.read()
-        what = json.dumps([self._program_hash, text, dataclasses.asdict(settings)], sort_keys=True)
+        content = json.dumps([self._program_hash, text, dataclasses.asdict(settings)], sort_keys=True)
         name = os.path.splitext(os.path.basename(settings.scene))[0]
-        return "%s-%s-%s" % (name, settings.integrator, hashlib.sha256(what.encode()).hexdigest()[:16])
+        return "%s-%s-%s" % (name, settings.integrator, hashlib.sha256(content.encode()).hexdigest()[:16])
 
     def _run(self, settings, stem):
         environment = dict(os.environ, STROBE_SCENES=self.scenes)
-        scene, temporary = settings.scene, None
+        scene = settings.scene
+        temporary = None
         try:
-            if settings.text:  # its file names are absolute or begin with $STROBE_SCENES
+            if settings.text:
                 handle, temporary = tempfile.mkstemp(".scene", "text-", self.folder)
                 with os.fdopen(handle, "w") as file:
                     file.write(settings.text)
@@ -126,7 +137,7 @@ class Runs:
                 command += ["--samples", part + ".csv"]
             done = subprocess.run(command + settings.arguments(), env=environment, capture_output=True, text=True)
             if done.returncode != 0:
-                raise Failed(done.stderr.strip() or "strobe ended with %d on %s" % (done.returncode, settings.scene))
+                raise Failed(done.stderr.strip() or "%s: strobe exited with code %d" % (settings.scene, done.returncode))
         finally:
             if temporary:
                 os.remove(temporary)

@@ -1,17 +1,21 @@
-"""What the paper says beside what was measured here: reads the CSV files of the paper's figures."""
+"""The paper's statements and what was measured, computed from the CSV files of the paper's figures."""
 
 import csv
 import os
 
+from . import items
+from .methods import CACHE_BEHIND_MUTEX, CACHE_PER_THREAD, CACHE_PER_TILE, MSAA_CACHE, MSAA_CACHE_1_BIN
 from .runs import Failed
 
-HOLDS, NOT = "holds", "does not hold"
+HOLDS = "holds"
+FAILS = "does not hold"
 
 
 def rows_of(context, name):
+    """Returns the rows of csv/NAME.csv as dictionaries, with numbers as floats. Raises Failed if it does not exist."""
     path = context.path("csv", name + ".csv")
     if not os.path.exists(path):
-        raise Failed("the statements are read from %s.csv, which is not there: make that figure first" % name)
+        raise Failed("the statements are checked against %s.csv, which does not exist: make that figure first" % name)
     with open(path, newline="") as file:
         return [{k: _number(v) for k, v in row.items()} for row in csv.DictReader(file)]
 
@@ -24,98 +28,115 @@ def _number(text):
 
 
 def by(rows, key, value="seconds"):
+    """Returns {row[key]: row[value]}."""
     return {row[key]: row[value] for row in rows}
 
 
-def shades(context):
+def verdict(holds):
+    """Returns the verdict as text."""
+    return HOLDS if holds else FAILS
+
+
+# Each function returns (measurement, verdict, reason for a difference) of one statement.
+
+
+def msaa_shades(context):
+    """Figure 1: shades per pixel of msaa."""
     covered = by(rows_of(context, "figure-1"), "integrator", "shades per covered px")
-    here = "%.2f shades against %.2f, of pixels that see a surface" % (covered["supersample"], covered["msaa"])
-    if covered["msaa"] < 1.4:
-        return here, HOLDS, ""
-    return here, NOT, ("A pixel of this smaller picture holds more triangles, and each asks for a shade; "
-                       "at the scene's own size it holds.")
+    measured = "%.2f and %.2f shades per covered pixel" % (covered["supersample"], covered["msaa"])
+    holds = covered["msaa"] < 1.4
+    return measured, verdict(holds), "" if holds else (
+        "A pixel of this smaller image contains more triangles, and each takes a shade. At the scene's own size the statement "
+        "holds.")
 
 
-def pair(context):
-    seconds = by(rows_of(context, "figure-2"), "integrator")
+def cache_speedup(context):
+    """Figure 2: speed-up of msaa-cache on the moving pair."""
+    seconds = by(rows_of(context, "figure-2"), "method")
     ratios = {name: seconds["supersample"] / s for name, s in seconds.items()}
-    here = "%.1f s; msaa-cache %.1fx, with one time bin %.1fx, the paper's way %.1fx" % (
-        seconds["supersample"], ratios["msaa-cache"], ratios["msaa-cache, one time bin"], ratios["as in the paper"])
-    best = max(ratios.values())
-    return here, HOLDS if best >= 3.9 else NOT, ("Four time bins, the default, shade four times as often and halve the error. "
-                                                 "In small pictures blocks hold fewer samples. The paper's shades are also "
-                                                 "dearer beside its rays than ours are.")
+    methods = (MSAA_CACHE, MSAA_CACHE_1_BIN, CACHE_PER_THREAD)
+    measured = "supersample: %.1f s. Speed-up: %s" % (
+        seconds["supersample"], "; ".join("%s: %.1f" % (m.name, ratios[m.name]) for m in methods))
+    return measured, verdict(max(ratios.values()) >= 3.9), (
+        "Four time bins, the default, take four times the shades and halve the error. In small images a block holds fewer "
+        "samples. In the paper's renderer, a shade costs more relative to a ray.")
 
 
-def motion(context):
+def motion_shades(context):
+    """Figure 3a: shades of msaa in motion."""
     counts = by(rows_of(context, "figure-3a"), "shutter", "shades/px")
-    return ("%.2f shades per pixel still, %.2f moving" % (counts["still"], counts["moving"]),
-            HOLDS if counts["moving"] > 1.5 * counts["still"] else NOT, "")
+    return ("%.2f shades per pixel static, %.2f moving" % (counts["static"], counts["moving"]),
+            verdict(counts["moving"] > 1.5 * counts["static"]), "")
 
 
-def overshade(context):
+def overshading(context):
+    """Figure 3b: triangles shaded in two neighboring pixels."""
     rows = rows_of(context, "figure-3b")
-    shades, triangles, again = (sum(row[name] for row in rows) for name in ("shades", "triangles", "overshade"))
-    return ("%d shades for %d triangles in two pixels, over %d seeds: %d shaded again" % (shades, triangles, len(rows), again),
-            HOLDS if again > 0 else NOT, "")
+    shades, triangles, overshade = (sum(row[name] for row in rows) for name in ("shades", "triangles", "overshade"))
+    return ("%d shades of %d triangles in two pixels, over %d seeds; %d repeat a shade of the other pixel" %
+            (shades, triangles, len(rows), overshade), verdict(overshade > 0), "")
 
 
-def tasks(context):
+def task_shades(context):
+    """Figure 4: shades by task size."""
     counts = [row["shades/px"] for row in rows_of(context, "figure-4")]
-    return ("%.2f, %.2f, %.2f shades per pixel for tasks of 4, 128, 512" % tuple(counts),
-            HOLDS if counts[0] > counts[1] > counts[2] else NOT, "")
+    return ("%.2f, %.2f and %.2f shades per pixel with tasks of 4, 128 and 512 pixels" % tuple(counts),
+            verdict(counts[0] > counts[1] > counts[2]), "")
 
 
 def task_times(context):
-    rows = [r for r in rows_of(context, "figure-5") if r["cache"] == "scope=tile"]
+    """Figure 5: render time by task size."""
+    rows = [r for r in rows_of(context, "figure-5") if r["method"] == CACHE_PER_TILE.name]
     best = min(rows, key=lambda r: r["seconds"])
-    slows = rows[-1]["seconds"] > 1.1 * best["seconds"]
-    here = "%.2f s at 4 pixels, least %.2f s at %d, %.2f s at %d" % (
-        rows[0]["seconds"], best["seconds"], best["task size"], rows[-1]["seconds"], rows[-1]["task size"])
     falls = best["seconds"] < .9 * rows[0]["seconds"]
-    return here, HOLDS if falls and slows else NOT, (
-        "" if slows else "Few threads, and tasks no larger than the picture: they seldom wait for one another.")
+    rises = rows[-1]["seconds"] > 1.1 * best["seconds"]
+    measured = "%.2f s with tasks of %d pixels, minimum %.2f s with %d, %.2f s with %d" % (
+        rows[0]["seconds"], rows[0]["task size"], best["seconds"], best["task size"], rows[-1]["seconds"],
+        rows[-1]["task size"])
+    return measured, verdict(falls and rises), "" if rises else (
+        "With few threads, and tasks no larger than the image, threads seldom wait for each other.")
 
 
 def mutex(context):
-    seconds = by(rows_of(context, "figure-2"), "integrator")
-    ratio = seconds["behind one mutex"] / seconds["as in the paper"]
-    return ("%.1f times the seconds of a cache for each thread" % ratio, HOLDS if ratio > 1.5 else NOT,
-            "With few threads little is waited for, and rays, which are most of the work here, are traced without the lock." if ratio <= 1.5
-            else "")
+    """Text: render time with a cache behind a mutex."""
+    seconds = by(rows_of(context, "figure-2"), "method")
+    ratio = seconds[CACHE_BEHIND_MUTEX.name] / seconds[CACHE_PER_THREAD.name]
+    return ("%.1f times the seconds of a cache per thread" % ratio, verdict(ratio > 1.5), "" if ratio > 1.5 else
+            "Few threads seldom wait for the mutex, and rays, most of the render time, are traced without it.")
 
 
-def most(context):
+def largest_speedup(context):
+    """Figure 6: the scene with the largest speed-up."""
     rows = rows_of(context, "figure-6")
-    ways = ("msaa-cache", "msaa-cache, one time bin", "as in the paper")
-    best = {(r["scene"], r["light"]): max(r[w] for w in ways) for r in rows}
+    methods = (MSAA_CACHE, MSAA_CACHE_1_BIN, CACHE_PER_THREAD)
+    best = {(r["scene"], r["light"]): max(r[m.name] for m in methods) for r in rows}
     scene, light = max(best, key=best.get)
     if "bunny" not in by(rows, "scene", "light"):
-        return "%s, %s: %.1fx" % (scene, light, best[scene, light]), "not measured", "Bunny's data is missing."
-    return ("%s, %s: %.1fx; bunny: %s" % (scene, light, best[scene, light],
-                                           ", ".join("%.1fx (%s)" % (v, k[1]) for k, v in best.items() if k[0] == "bunny")),
-            HOLDS if scene == "bunny" else NOT, "" if scene == "bunny" else
-            "Half of Bunny's samples meet nothing, and what is traced costs as much whoever shades; where more is shaded, more "
-            "is saved.")
+        return "%s, %s: %.1f" % (scene, light, best[scene, light]), "not measured", "The data of the Bunny is missing."
+    of_bunny = ", ".join("%.1f (%s)" % (v, k[1]) for k, v in best.items() if k[0] == "bunny")
+    return ("%s, %s: %.1f; bunny: %s" % (scene, light, best[scene, light], of_bunny), verdict(scene == "bunny"),
+            "" if scene == "bunny" else
+            "Half of the Bunny's visibility samples hit nothing, and tracing costs the same with every integrator. Scenes with "
+            "more shades gain more.")
 
 
 STATEMENTS = [
-    ("1", "8 shades per pixel against fewer than 1.4, at a slight difference in the highlights", shades),
-    ("2", "78.3 s against 20.0 s: 3.9x", pair),
-    ("3a", "msaa does not save shades where things move fast", motion),
-    ("3b", "neighboring pixels shade again what moves from one to the other", overshade),
-    ("4", "the smaller the task, the more is shaded again", tasks),
-    ("5", "larger tasks are faster, until they are too few for the threads", task_times),
-    ("text", "one cache behind a mutex is dramatically slower", mutex),
-    ("6", "the greatest speed-up is Bunny's", most),
+    ("1", "8 shades per pixel for supersample, fewer than 1.4 for msaa, with a slight difference in the highlights",
+     msaa_shades),
+    ("2", "78.3 s for supersample, 20.0 s for msaa-cache: a speed-up of 3.9", cache_speedup),
+    ("3a", "msaa saves no shades where objects move fast", motion_shades),
+    ("3b", "neighboring pixels repeat shades of objects that move from one to the other", overshading),
+    ("4", "smaller tasks repeat more shades", task_shades),
+    ("5", "larger tasks are faster, until there are too few for the threads", task_times),
+    ("text", "one cache behind a mutex is much slower", mutex),
+    ("6", "the Bunny has the largest speed-up", largest_speedup),
 ]
 
 
 def statements(context):
-    """The paper's statements beside what was measured here."""
-    rows = [[figure, said, *of(context)] for figure, said, of in STATEMENTS]
-    names = ["figure", "the paper", "here", "verdict", "why"]
+    """The paper's statements, and what was measured."""
+    rows = [[figure, statement, *check(context)] for figure, statement, check in STATEMENTS]
+    names = ["figure", "paper", "measured", "verdict", "reason"]
     context.write_csv("statements", names, rows)
-    return [{"kind": "table", "id": "statements", "title": "What the paper says, and what was measured",
-             "text": "Verdicts are computed from this run's numbers.",
-             "columns": [{"name": n, "type": "text"} for n in names], "rows": rows}]
+    return [items.table("statements", "Statements of the paper, and measurements", items.columns(*names, text=len(names)), rows,
+                        "The verdicts are computed from the measurements of this report.")]

@@ -1,9 +1,9 @@
-"""Scenes with one number to turn. A scene that has something to turn marks the line:
+"""Parameter sweeps of scenes. A comment in the scene marks the line of the parameter:
 
     "float shutterclose" 16        # sweep blur length (px): 0 1 2 4 8 16 32 64
 
-The number that is turned is the first on the line that does not stand in quotes; it is the default, and one of the
-values. To strobe the mark is a comment: the file renders as it is.
+The swept number is the first on the line outside of quotes. It is the default and must be one of the values. strobe
+ignores the comment: the file renders with the default.
 """
 
 import os
@@ -18,8 +18,8 @@ _STRING_OR_COMMENT = re.compile(_STRING + r"|#.*")
 
 @dataclass(frozen=True)
 class Sweep:
-    """What is turned, in which unit ("" if it has none), through which values in the file's order, and what it is in
-    the file."""
+    """A swept parameter: its name, its unit ("" if none), its values in the order of the file, and the value in the
+    file."""
 
     name: str
     unit: str
@@ -28,14 +28,14 @@ class Sweep:
 
 
 def read_sweep(scene_path):
-    """The sweep of a scene. Raises ValueError, which names the file and what is wrong, if there is not exactly one."""
+    """Returns the sweep of a scene. Raises ValueError with the file name if the scene has not exactly one valid sweep."""
     with open(scene_path, encoding="utf-8") as file:
         return _find(scene_path, file.read())[0]
 
 
 def scene_with(scene_path, value):
-    """The text of the scene with the number turned to `value`. It may be put anywhere: files beside the scene are
-    named by their absolute paths."""
+    """Returns the text of the scene with the swept number replaced by `value`. Names of files that exist beside the scene
+    become absolute paths, so the text may be written to any folder. Raises ValueError as read_sweep does."""
     with open(scene_path, encoding="utf-8") as file:
         text = file.read()
     _, begin, end = _find(scene_path, text)
@@ -49,32 +49,35 @@ def scene_with(scene_path, value):
 
 
 def _find(path, text):
-    """The sweep, and where in the text its number begins and ends."""
-    found, at = [], 0
+    """Returns the sweep, and the offsets in the text where its number begins and ends."""
+    sweeps = []
+    offset = 0
     for row, line in enumerate(text.splitlines(keepends=True), start=1):
         mark = _MARK.search(_comment(line).rstrip())
         if mark:
-            found.append((*_parse(f"{path}:{row}", line, mark), at))
-        at += len(line)
-    if len(found) != 1:
-        raise ValueError(f"{path}: {len(found)} lines are marked '# sweep name (unit): values'; it must be one")
-    sweep, span, at = found[0]
-    return sweep, at + span[0], at + span[1]
+            sweeps.append((*_parse(f"{path}:{row}", line, mark), offset))
+        offset += len(line)
+    if len(sweeps) != 1:
+        raise ValueError(f"{path}: {len(sweeps)} lines have a comment '# sweep name (unit): values', expected one")
+    sweep, span, line_offset = sweeps[0]
+    return sweep, line_offset + span[0], line_offset + span[1]
 
 
 def _comment(line):
+    """Returns the comment of a line with its #, or an empty string."""
     return next((m[0] for m in _STRING_OR_COMMENT.finditer(line) if m[0].startswith("#")), "")
 
 
-def _parse(where, line, mark):
+def _parse(location, line, mark):
+    """Returns the sweep of a marked line and the span of its number in the line."""
     number = next((m for m in _NUMBER.finditer(line) if m["number"]), None)
     if not number:
-        raise ValueError(f"{where}: there is no number to turn on this line")
+        raise ValueError(f"{location}: the line has no number outside of quotes to sweep")
     try:
         values = tuple(float(v) for v in mark["values"].split())
     except ValueError as error:
-        raise ValueError(f"{where}: the values of a sweep are numbers: {error}") from None
+        raise ValueError(f"{location}: the values of a sweep must be numbers: {error}") from None
     default = float(number["number"])
     if default not in values:
-        raise ValueError(f"{where}: {number['number']}, which is turned, is not one of the values")
+        raise ValueError(f"{location}: the swept number {number['number']} is not one of the values")
     return Sweep(mark["name"], mark["unit"] or "", values, default), number.span("number")
