@@ -1,11 +1,12 @@
-# Sourced by tools/demo and tools/check: packages, build, geometry. Debian 12 or newer, Ubuntu 22.04 or newer.
+# Functions that install packages, build presets and make geometry, sourced by tools/demo, tools/check and tools/figures.
+# Supports Debian 12 and Ubuntu 22.04 or newer.
 # shellcheck shell=bash
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 build="$root/build/release"
 
-# openimageio-tools and libgmock-dev hold files that the CMake configurations of libopenimageio-dev and
-# libgtest-dev insist on. openexr has exrheader, which a test asks what is in a file.
+# openimageio-tools and libgmock-dev contain files that the CMake configurations of libopenimageio-dev and libgtest-dev
+# require. openexr contains exrheader, which a test runs.
 packages=(
     g++ cmake ninja-build git clang-format
     libembree-dev libtbb-dev libimath-dev libopenexr-dev libopenimageio-dev openimageio-tools libopencolorio-dev
@@ -14,21 +15,22 @@ packages=(
     openexr python3 python3-numpy python3-openimageio
 )
 
+# Runs a command as root.
 as_root() {
     if [ "$(id -u)" = 0 ]; then
         "$@"
     elif command -v sudo >/dev/null; then
         sudo "$@"
     else
-        echo "to install packages, run this as root, or install sudo; what is missing: ${missing[*]}" >&2
+        echo "error: installing packages needs root or sudo; missing packages: ${missing[*]}" >&2
         return 1
     fi
 }
 
-# Installs the packages that are missing. No apt call at all when none is.
+# Installs missing packages. Does not run apt if none is missing.
 install_packages() {
     if ! command -v dpkg-query >/dev/null; then
-        echo "note: not a Debian-like system; please install the equivalents of: ${packages[*]}" >&2
+        echo "note: dpkg is missing; install the equivalents of these Debian packages: ${packages[*]}" >&2
         return
     fi
     local package
@@ -43,7 +45,7 @@ install_packages() {
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}" </dev/null
 }
 
-# Configures and builds a preset into build/PRESET: all, or the targets given.
+# Configures and builds a preset in build/PRESET: build_preset PRESET [TARGET...]
 build_preset() {
     local preset=$1 launcher=() target=()
     shift
@@ -59,10 +61,12 @@ build_preset() {
     (cd -- "$root" && cmake --build --preset "$preset" ${target[@]+"${target[@]}"})
 }
 
+# Builds the release preset: build_release [TARGET...]
 build_release() {
     build_preset release "$@"
 }
 
+# Makes the geometry and images of the scenes if they are missing or outdated.
 make_geometry() {
     /usr/bin/python3 "$root/tools/make-geometry" --if-missing
 }

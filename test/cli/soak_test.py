@@ -1,4 +1,4 @@
-"""How tools/soak judges what it has seen.
+"""Tests of how tools/soak judges its measurements.
 Usage: soak_test.py"""
 import importlib.machinery
 import importlib.util
@@ -15,9 +15,9 @@ loader.exec_module(soak)
 
 
 class SoakTest(unittest.TestCase):
-    def wrong(self, leak=0, lost=0, late=0, seconds=4000):
-        """The verdict on 5 frames a second of 150 MB, which goes up and down by 2 MB, warms up, and leaks bytes and files a frame; in its
-        second half it has some threads more."""
+    def problems(self, leak=0, lost=0, late=0, seconds=4000):
+        """Returns the problems of a synthetic process with 5 frames a second. Its memory varies by 2 MB around 150 MB after a
+        warm-up. It leaks `leak` bytes and `lost` files per frame, and has `late` more threads in the second half."""
         chance = random.Random(3)
         rows = []
         for second in range(seconds):
@@ -27,17 +27,17 @@ class SoakTest(unittest.TestCase):
         return soak.judge(rows)[0]
 
     def test_flat(self):
-        self.assertEqual(self.wrong(), [])
-        self.assertEqual(self.wrong(leak=100), [])  # 17 MB in a film of two hours
-        self.assertEqual(self.wrong(late=1), [])
+        self.assertEqual(self.problems(), [])
+        self.assertEqual(self.problems(leak=100), [])  # 17 MB in a film of two hours
+        self.assertEqual(self.problems(late=1), [])
 
     def test_growth(self):
-        self.assertEqual(self.wrong(leak=1500), ["memory grows"])
-        self.assertEqual(self.wrong(lost=1e-3), ["open files grow in number"])
+        self.assertEqual(self.problems(leak=1500), ["memory grows"])
+        self.assertEqual(self.problems(lost=1e-3), ["the number of open files grows"])
 
-    def test_too_short_to_tell(self):
-        self.assertEqual(self.wrong(seconds=100), ["too short to tell whether memory grows"])
-        self.assertEqual(self.wrong(seconds=30), ["too few frames to tell"])
+    def test_too_short_for_a_result(self):
+        self.assertEqual(self.problems(seconds=100), ["too short to measure the growth of memory"])
+        self.assertEqual(self.problems(seconds=30), ["too few frames"])
 
 
 if __name__ == "__main__":

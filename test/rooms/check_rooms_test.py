@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs tools/check-rooms on small made-up trees: it accepts a good one and finds each kind of violation."""
+"""Tests tools/check-rooms with small synthetic source trees: a valid tree passes, and each kind of violation is reported."""
 
 import os
 import subprocess
@@ -21,6 +21,7 @@ GOOD = {
 
 
 def run(changes, *options):
+    """Runs check-rooms on the valid tree with changed files. Returns the exit code and the output."""
     with tempfile.TemporaryDirectory() as root:
         for name, text in {**GOOD, **changes}.items():
             os.makedirs(os.path.dirname(os.path.join(root, name)), exist_ok=True)
@@ -31,14 +32,15 @@ def run(changes, *options):
 
 
 def function(lines, head="int f(int x) {"):
+    """Returns a function of this many lines."""
     return head + "\n" + "    ++x;\n" * (lines - 2) + "}\n"
 
 
 class CheckRooms(unittest.TestCase):
-    def test_order_passes(self):
+    def test_a_valid_tree_passes(self):
         self.assertEqual(run({}), (0, "check-rooms: 0 violations\n"))
 
-    def test_each_wrong_include_is_located(self):
+    def test_each_invalid_include_is_reported_with_its_line(self):
         for file, line in {
             "src/core/math/bad.h": '#include "shapes/sphere.h"',       # upwards
             "src/core/math/up.h": '#include "core/scene/scene.h"',     # upwards between sub-rooms
@@ -63,21 +65,21 @@ class CheckRooms(unittest.TestCase):
                 self.assertTrue(out.startswith(file + ":4: "), out)
                 self.assertTrue(out.endswith("check-rooms: 1 violations\n"), out)
 
-    def test_file_outside_of_rooms(self):
+    def test_a_file_outside_of_rooms_is_a_violation(self):
         self.assertEqual(run({"src/util/x.h": "\n"})[0], 1)
         self.assertEqual(run({"src/x.h": "\n"})[0], 1)
         self.assertEqual(run({"src/core/x.h": "\n"})[0], 1)
 
-    def test_comments_are_not_includes(self):
+    def test_includes_in_comments_are_ignored(self):
         text = '// #include "loader/build/y.h"\n/*\n#include "loader/build/y.h"\n*/\n'
         self.assertEqual(run({"src/core/math/x.h": text})[0], 0)
 
-    def test_long_files(self):
+    def test_files_of_more_than_400_lines_are_violations(self):
         self.assertEqual(run({"src/core/math/x.h": "\n" * 400})[0], 0)
         code, out = run({"src/core/math/x.h": "\n" * 401})
-        self.assertEqual((code, out.split("\n")[0]), (1, "src/core/math/x.h:1: 401 lines, more than 400"))
+        self.assertEqual((code, out.split("\n")[0]), (1, "src/core/math/x.h:1: the file has 401 lines, more than 400"))
 
-    def test_long_functions(self):
+    def test_functions_of_more_than_60_lines_are_violations(self):
         for before in ("", "namespace strobe {\nnamespace {\n", "struct A {\n", 'const char* s = R"({)";\n// {\n',
                        "int a[] = {1, 2};\n", "class B : public A {\n  public:\n"):
             for head in ("int f(int x) {", "A::A(int x) : m_x{x}, m_y(x) {", "template <class T>\nauto f(T x) -> int {",
@@ -86,18 +88,18 @@ class CheckRooms(unittest.TestCase):
                     extra = head.count("\n")
                     self.assertEqual(run({"src/core/math/x.h": before + function(60 - extra, head)})[0], 0)
                     code, out = run({"src/core/math/x.h": before + function(61 - extra, head)})
-                    expected = f"src/core/math/x.h:{before.count(chr(10)) + 1}: a function of 61 lines, more than 60"
+                    expected = f"src/core/math/x.h:{before.count(chr(10)) + 1}: the function has 61 lines, more than 60"
                     self.assertEqual((code, out.split("\n")[0]), (1, expected))
 
-    def test_full_folders(self):
+    def test_large_folders_are_violations(self):
         files = {f"src/core/math/x{i}.h": "\n" for i in range(25)}
         code, out = run(files)
         self.assertEqual(code, 1)
-        self.assertTrue(out.startswith("src/core/math:1: 26 files and "), out)
+        self.assertTrue(out.startswith("src/core/math:1: the folder has 26 files and "), out)
         code, out = run({f"src/core/math/x{i}.h": "\n" * 390 for i in range(9)})
         self.assertEqual(code, 1)
 
-    def test_table(self):
+    def test_the_table_has_the_sizes_of_functions(self):
         code, out = run({"src/core/math/x.h": function(3) + function(5) + function(9)}, "--table")
         self.assertEqual(code, 0)
         self.assertIn("| core/math | 2 | 19 | 3 | 5 | 9 | 9 |\n", out)

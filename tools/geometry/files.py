@@ -1,4 +1,4 @@
-"""Writers for the three formats the scenes read: PLY, OpenEXR and PNG. Nothing but numpy and zlib."""
+"""Writers of PLY, OpenEXR and PNG files. They need only numpy and zlib."""
 
 import os
 import struct
@@ -7,17 +7,17 @@ import zlib
 import numpy as np
 
 
-def write_bytes(path, *parts):
-    """Writes beside `path` and renames, so that an interrupted run leaves no half-written file."""
-    part = f"{path}.part"
-    with open(part, "wb") as out:
-        for p in parts:
-            out.write(p)
-    os.replace(part, path)
+def write_bytes(path, *contents):
+    """Writes a temporary file and renames it, so that an interrupted run leaves no incomplete file."""
+    temporary = f"{path}.part"
+    with open(temporary, "wb") as out:
+        for content in contents:
+            out.write(content)
+    os.replace(temporary, path)
 
 
 def write_ply(path, points, normals, triangles):
-    """Binary little-endian PLY: x y z nx ny nz, and triangles."""
+    """Writes a binary little-endian PLY file with positions, normals and triangles."""
     header = f"""ply
 format binary_little_endian 1.0
 comment made by tools/make-geometry of strobe
@@ -40,7 +40,7 @@ end_header
 
 
 def write_exr(path, rgb):
-    """Uncompressed half-float scanline OpenEXR; row 0 is at the top."""
+    """Writes an uncompressed scanline OpenEXR file of half floats; row 0 is the top."""
     height, width, _ = rgb.shape
 
     def attribute(name, kind, value):
@@ -57,13 +57,13 @@ def write_exr(path, rgb):
     row = 3 * 2 * width
     first = len(header) + 8 * height
     offsets = (first + np.arange(height, dtype="<u8") * (8 + row)).astype("<u8")
-    planes = rgb[:, :, ::-1].transpose(0, 2, 1).astype("<f2")  # per row: all B, all G, all R
+    planes = rgb[:, :, ::-1].transpose(0, 2, 1).astype("<f2")  # each row: all B, all G, all R
     lines = b"".join(struct.pack("<ii", y, row) + planes[y].tobytes() for y in range(height))
     write_bytes(path, header, offsets.tobytes(), lines)
 
 
 def write_png(path, rgb):
-    """8-bit PNG; `rgb` is already encoded for display, in 0..1."""
+    """Writes an 8-bit PNG file of display values in [0,1]."""
     pixels = np.clip(np.round(rgb * 255), 0, 255).astype(np.uint8)
     height, width, _ = pixels.shape
     raw = np.concatenate([np.zeros((height, 1), np.uint8), pixels.reshape(height, -1)], axis=1).tobytes()

@@ -1,10 +1,10 @@
-"""The scenes' own images: an environment at dusk, and two patterns."""
+"""Images of the scenes: an environment map at dusk and two patterns. Each function returns rows of RGB values."""
 
 import numpy as np
 
 
 def _waves(d, frequencies, seed):
-    """Smooth, deterministic noise in about -1..1 on directions: a sum of sines along scattered axes."""
+    """Returns smooth noise of about [-1,1] for directions: a sum of sines along axes that follow from the seed."""
     total = np.zeros(d.shape[:-1])
     angle = seed
     for f in frequencies:
@@ -16,7 +16,7 @@ def _waves(d, frequencies, seed):
 
 
 def dusk(width=1024):
-    """Latitude-longitude radiance, z up: u = phi / 2 pi, v = theta / pi, row 0 is the zenith."""
+    """Returns a latitude-longitude map of linear radiance with z up: u = phi / 2 pi, v = theta / pi; row 0 is the zenith."""
     height = width // 2
     phi = (np.arange(width) + 0.5) / width * 2 * np.pi
     theta = (np.arange(height) + 0.5) / height * np.pi
@@ -25,7 +25,7 @@ def dusk(width=1024):
     z = d[..., 2:]
     horizon, zenith = np.array([1.25, 0.55, 0.24]), np.array([0.07, 0.13, 0.34])
     sky = zenith + (horizon - zenith) * np.exp(-5.5 * np.abs(z))
-    flow = d / (np.abs(z) + 0.22)  # clouds spread as on a ceiling
+    flow = d / (np.abs(z) + 0.22)  # projects the clouds to a plane
     cloud = np.clip(_waves(flow, (2.1, 3.7, 6.3, 11.0), 0.3) * 1.5 + 0.12, 0, 1)[..., None] ** 1.5
     sun = np.array([np.cos(0.9), np.sin(0.9), 0.26])
     sun /= np.linalg.norm(sun)
@@ -42,12 +42,12 @@ def dusk(width=1024):
 
 
 def _smooth(x, width):
-    """0 to 1 around x = 0."""
+    """Returns a linear ramp from 0 to 1 of this width, centered at x = 0."""
     return np.clip(x / width + 0.5, 0, 1)
 
 
 def stripes(width=1024, height=512):
-    """Bands of petrol and cream with an orange line, slanting once around: for spheres."""
+    """Returns petrol and cream bands with orange lines as display values. The bands spiral around a sphere."""
     u = ((np.arange(width) + 0.5) / width)[None, :]
     v = ((np.arange(height) + 0.5) / height)[:, None]
     phase = (7 * v + 2 * u) % 1
@@ -58,7 +58,7 @@ def stripes(width=1024, height=512):
 
 
 def tiles(size=512):
-    """A repeating mosaic of glazed tiles, quarter circles meeting into rings."""
+    """Returns a repeating pattern of 4 x 4 tiles, whose quarter circles join to rings, as display values."""
     x, y = np.meshgrid((np.arange(size) + 0.5) / size * 4, (np.arange(size) + 0.5) / size * 4)
     ix, iy = np.floor(x).astype(int), np.floor(y).astype(int)
     fx, fy = x - ix, y - iy

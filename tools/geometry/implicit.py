@@ -1,24 +1,24 @@
-"""Implicit surfaces as functions of points, and triangle meshes from them.
+"""Signed distance fields, and triangle meshes of their zero sets.
 
-A field maps an (n, 3) array of points to n numbers: negative inside, about the distance to the surface near it.
+A field maps an array of points [n, 3] to n values: negative inside, and near the surface about the distance to it.
 """
 
 import numpy as np
 
 
 def smooth_min(a, b, k):
-    """The union of two fields, rounded where they are within `k` of each other."""
+    """Returns the union of two fields, blended where they differ by less than `k`."""
     h = np.maximum(k - np.abs(a - b), 0) / k
     return np.minimum(a, b) - h * h * k / 4
 
 
 def smooth_max(a, b, k):
-    """The intersection of two fields; `smooth_max(a, -b, k)` carves b out of a."""
+    """Returns the blended intersection of two fields; smooth_max(a, -b, k) subtracts b from a."""
     return -smooth_min(-a, -b, k)
 
 
 def segment_distance(p, a, b):
-    """Distance to the segment a..b, and how far along it (0..1) the nearest point lies."""
+    """Returns the distance to the segment a b, and the parameter in [0,1] of the nearest point."""
     a, b = np.asarray(a, p.dtype), np.asarray(b, p.dtype)
     ab = b - a
     t = np.clip((p - a) @ ab / (ab @ ab), 0, 1)
@@ -26,13 +26,13 @@ def segment_distance(p, a, b):
 
 
 def limb(p, a, b, ra, rb):
-    """A capsule whose radius goes from ra to rb."""
+    """Returns the field of a capsule whose radius changes from ra to rb."""
     d, t = segment_distance(p, a, b)
     return d - (ra + (rb - ra) * t)
 
 
 def chain(p, points, radii, k):
-    """Limbs through `points`, blended by k."""
+    """Returns the field of limbs through `points`, blended by k."""
     d = limb(p, points[0], points[1], radii[0], radii[1])
     for i in range(1, len(points) - 1):
         d = smooth_min(d, limb(p, points[i], points[i + 1], radii[i], radii[i + 1]), k)
@@ -40,11 +40,12 @@ def chain(p, points, radii, k):
 
 
 def ball(p, center, radius):
+    """Returns the field of a sphere."""
     return np.linalg.norm(p - np.asarray(center, p.dtype), axis=1) - radius
 
 
 def ellipsoid(p, center, radii, pitch=0.0):
-    """An ellipsoid turned about the y axis: its x axis rises by `pitch` degrees."""
+    """Returns the field of an ellipsoid that is rotated about the y axis: its x axis rises by `pitch` degrees."""
     q = p - np.asarray(center, p.dtype)
     c, s = np.cos(np.radians(pitch)), np.sin(np.radians(pitch))
     q = np.stack([c * q[:, 0] + s * q[:, 2], q[:, 1], c * q[:, 2] - s * q[:, 0]], axis=1)
@@ -55,7 +56,7 @@ def ellipsoid(p, center, radii, pitch=0.0):
 
 
 def gradient(field, p, step):
-    """Central differences."""
+    """Returns the gradient of a field by central differences."""
     g = np.empty_like(p)
     for axis in range(3):
         d = np.zeros(3, p.dtype)
@@ -65,28 +66,26 @@ def gradient(field, p, step):
 
 
 def _sample(field, lo, cell, blocks, size=8):
-    """The field on a grid of blocks*size nodes per axis; far from the surface only its sign is right."""
+    """Returns the field on a grid of blocks*size nodes per axis. Far from the surface only the sign is correct."""
     nodes = np.full(tuple(blocks * size), 1, np.float32)
-    at = np.stack(np.meshgrid(*[np.arange(n) for n in blocks], indexing="ij"), -1).reshape(-1, 3)
-    centers = lo + (at * size + (size - 1) / 2) * cell
+    block = np.stack(np.meshgrid(*[np.arange(n) for n in blocks], indexing="ij"), -1).reshape(-1, 3)
+    centers = lo + (block * size + (size - 1) / 2) * cell
     d = np.concatenate([field(c) for c in np.array_split(centers, max(1, len(centers) // 65536))])
-    reach = 2.0 * cell * size * np.sqrt(3) / 2  # twice: blends are not exact distances
-    inside = at[d <= 0]
+    reach = 2.0 * cell * size * np.sqrt(3) / 2  # twice the half diagonal: blended fields are not exact distances
+    inside = block[d <= 0]
     local = np.stack(np.meshgrid(*[np.arange(size)] * 3, indexing="ij"), -1).reshape(-1, 3)
     for b in inside:
         nodes[tuple(slice(i * size, (i + 1) * size) for i in b)] = -1
-    near = at[np.abs(d) < reach]
-    for part in np.array_split(near, max(1, len(near) // 128)):
-        index = (part[:, None, :] * size + local).reshape(-1, 3)
+    near = block[np.abs(d) < reach]
+    for chunk in np.array_split(near, max(1, len(near) // 128)):
+        index = (chunk[:, None, :] * size + local).reshape(-1, 3)
         nodes[index[:, 0], index[:, 1], index[:, 2]] = field(lo + index * cell)
     return nodes
 
 
 def mesh(field, lo, hi, cell):
-    """Surface nets: the zero set of `field` in the box lo..hi, at a resolution of `cell`.
-
-    Vertices are then moved onto the surface. Returns (points, normals, triangles), wound so that the normals point
-    out of the surface.
+    """Returns (points, normals, triangles) of the zero set of `field` in the box lo hi, by surface nets (Gibson 1998) with
+    cells of size `cell`. The vertices are then moved onto the surface. Triangles are counterclockwise seen from outside.
     """
     lo, hi = np.asarray(lo, np.float64), np.asarray(hi, np.float64)
     blocks = np.ceil((hi - lo) / (8 * cell)).astype(int) + 1
@@ -108,9 +107,9 @@ def mesh(field, lo, hi, cell):
             total += cut[:, None] * (ca + t * (cb - ca))
             crossings += cut
     points = lo + (cells + total / crossings[:, None]) * cell
-    name = np.full(tuple(shape), -1, np.int64)
-    name[tuple(cells.T)] = np.arange(len(cells))
-    quads = np.concatenate([_quads(inside, name, axis) for axis in range(3)])
+    vertex_of_cell = np.full(tuple(shape), -1, np.int64)
+    vertex_of_cell[tuple(cells.T)] = np.arange(len(cells))
+    quads = np.concatenate([_quads(inside, vertex_of_cell, axis) for axis in range(3)])
     for _ in range(4):
         g = gradient(field, points, cell / 4)
         step = field(points)[:, None] * g / np.maximum((g * g).sum(1), 0.05)[:, None]
@@ -120,26 +119,26 @@ def mesh(field, lo, hi, cell):
     return points, g / np.linalg.norm(g, axis=1)[:, None], _triangles(points, quads)
 
 
-def _quads(inside, name, axis):
-    """A quad around each grid edge along `axis` that crosses the surface."""
+def _quads(inside, vertex_of_cell, axis):
+    """Returns a quad around each grid edge along `axis` that crosses the surface."""
     u, v = (axis + 1) % 3, (axis + 2) % 3
     a = np.take(inside, range(inside.shape[axis] - 1), axis)
     b = np.take(inside, range(1, inside.shape[axis]), axis)
     edges = np.argwhere(a != b)
-    edges = edges[(edges[:, u] > 0) & (edges[:, v] > 0) & (edges[:, u] < name.shape[u]) & (edges[:, v] < name.shape[v])]
+    edges = edges[(edges[:, u] > 0) & (edges[:, v] > 0) & (edges[:, u] < vertex_of_cell.shape[u]) & (edges[:, v] < vertex_of_cell.shape[v])]
     starts_inside = a[tuple(edges.T)]
     ring = []
     for du, dv in ((1, 1), (0, 1), (0, 0), (1, 0)):
         c = edges.copy()
         c[:, u] -= du
         c[:, v] -= dv
-        ring.append(name[tuple(c.T)])
+        ring.append(vertex_of_cell[tuple(c.T)])
     quads = np.stack(ring, 1)
     return np.where(starts_inside[:, None], quads, quads[:, ::-1])
 
 
 def _triangles(points, quads):
-    """Each quad cut along its shorter diagonal."""
+    """Returns two triangles of each quad, divided along the shorter diagonal."""
     corner = points[quads]
     first = np.linalg.norm(corner[:, 0] - corner[:, 2], axis=1) <= np.linalg.norm(corner[:, 1] - corner[:, 3], axis=1)
     cut = np.where(first[:, None], quads, np.roll(quads, -1, axis=1))
@@ -147,7 +146,7 @@ def _triangles(points, quads):
 
 
 def vertex_normals(points, triangles):
-    """Area-weighted mean of the face normals."""
+    """Returns vertex normals: area-weighted means of the face normals."""
     p = points[triangles]
     face = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
     normals = np.zeros_like(points)

@@ -1,7 +1,7 @@
-"""The moving subject: a strider, a long-legged bird in full run along +x. z is up; it is about two units tall.
+"""The moving subject: a strider, a long-legged bird that runs along +x. z is up; it is about two units tall.
 
-The deforming version turns its limbs about their joints and carries each vertex along by distance-weighted bones, so
-that all keys share one topology.
+The deforming version rotates the limbs about their joints and moves each vertex by distance-weighted bones (linear blend
+skinning), so that all keys have the same topology.
 """
 
 import numpy as np
@@ -13,12 +13,13 @@ LEGS = {  # hip, knee, ankle, ball of the foot
     "right": [(0.06, -0.12, 0.98), (0.34, -0.14, 0.76), (0.24, -0.14, 0.40), (0.46, -0.14, 0.09)],
     "left": [(-0.04, 0.12, 0.98), (0.04, 0.14, 0.64), (-0.36, 0.14, 0.54), (-0.56, 0.14, 0.24)],
 }
-TOES = {"right": (0.16, -0.04), "left": (0.02, -0.17)}  # where the toes point: x, z
+TOES = {"right": (0.16, -0.04), "left": (0.02, -0.17)}  # direction of the toes: x, z
 WINGS = {"right": [(0.08, -0.18, 1.16), (-0.20, -0.40, 1.30)], "left": [(0.08, 0.18, 1.16), (-0.20, 0.40, 1.30)]}
 TAIL = [(-0.28, 0, 1.14), (-0.62, 0, 1.34)]
 
 
 def _leg(p, side):
+    """Returns the field of a leg."""
     hip, knee, ankle, foot = LEGS[side]
     d = limb(p, hip, knee, 0.15, 0.065)
     d = smooth_min(d, limb(p, knee, ankle, 0.062, 0.032), 0.05)
@@ -33,6 +34,7 @@ def _leg(p, side):
 
 
 def _feathers(p):
+    """Returns the field of the wings and the tail."""
     d = np.full(len(p), 9.0)
     for side, (root, tip) in WINGS.items():
         sign = -1 if side == "right" else 1
@@ -46,6 +48,7 @@ def _feathers(p):
 
 
 def body(p):
+    """Returns the field of the strider."""
     d = ellipsoid(p, (0.0, 0, 1.09), (0.38, 0.23, 0.24), 8)
     d = smooth_min(d, chain(p, NECK, [0.12, 0.075, 0.052, 0.056], 0.09), 0.12)
     d = smooth_min(d, _feathers(p), 0.07)
@@ -63,7 +66,7 @@ def body(p):
 
 
 def _bones():
-    """name -> (start, end, radius, parent); a bone turns about its start."""
+    """Returns {name: (start, end, radius, parent)}. A bone rotates about its start; parents come before children."""
     bones = {"body": ((-0.25, 0, 1.08), (0.25, 0, 1.12), 0.2, None),
              "tail": (*TAIL, 0.08, "body"),
              "neck": (NECK[0], NECK[1], 0.07, "body"), "throat": (NECK[1], NECK[2], 0.05, "neck"),
@@ -78,7 +81,8 @@ def _bones():
     return bones
 
 
-# Degrees about the y axis (positive: the limb's lower end swings back, its nose or tip goes down) at each key.
+# Rotations of the bones about the y axis at each key, in degrees. Positive: the lower end of a limb moves back, a head or a
+# tip moves down.
 POSES = (
     {},
     {"right thigh": 26, "right shin": -10, "right shank": 6, "left thigh": -34, "left shin": 14, "left shank": 8,
@@ -89,18 +93,19 @@ POSES = (
 
 
 def _matrices(bones, pose):
-    """Row-vector 4x4 matrices from the rest pose to `pose`; parents come before children."""
-    made = {}
+    """Returns the 4x4 matrices, for row vectors, that move each bone from the rest pose to `pose`."""
+    matrices = {}
     for name, (start, _, _, parent) in bones.items():
         c, s = np.cos(np.radians(pose.get(name, 0))), np.sin(np.radians(pose.get(name, 0)))
         turn = np.eye(4)
-        turn[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]  # x -> +z: a hanging limb (-z) swings to +x·s
+        turn[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]  # x turns to +z: a hanging limb (-z) turns to +x
         turn[3, :3] = np.asarray(start) - np.asarray(start) @ turn[:3, :3]
-        made[name] = turn @ made[parent] if parent else turn
-    return np.stack(list(made.values()))
+        matrices[name] = turn @ matrices[parent] if parent else turn
+    return np.stack(list(matrices.values()))
 
 
 def posed(points, pose):
+    """Returns points moved from the rest pose to `pose`."""
     bones = _bones()
     weight = []
     for name, (start, end, radius, _) in bones.items():
@@ -112,8 +117,8 @@ def posed(points, pose):
     return np.einsum("ni,nij->nj", np.concatenate([points, np.ones((len(points), 1))], 1), blend)[:, :3]
 
 
-def parts():
-    """(file name, mesh): the rigid strider, then the keys of the running one."""
+def meshes():
+    """Yields the file name and the mesh of the rigid strider and of each key of the deforming strider."""
     points, normals, triangles = mesh(body, (-0.85, -0.6, -0.05), (1.0, 0.6, 2.15), 0.0175)
     yield "strider.ply", (points, normals, triangles)
     for i, pose in enumerate(POSES):
