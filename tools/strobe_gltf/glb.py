@@ -1,4 +1,4 @@
-"""Reads and writes .glb files, and rewrites what their vertices are stored as."""
+"""Reads and writes .glb files, and changes the storage of their vertices and indices."""
 import json
 import struct
 
@@ -10,19 +10,20 @@ STRIP = 5
 
 
 def chunk(kind, data, padding):
+    """Returns the bytes of a chunk, padded to a multiple of four."""
     data += padding * (-len(data) % 4)
     return struct.pack("<I4s", len(data), kind) + data
 
 
 def pack(root, binary):
-    """The bytes of a .glb."""
+    """Returns the bytes of a .glb file. `root`: JSON as a dictionary or as bytes."""
     text = root if isinstance(root, bytes) else json.dumps(root).encode()
     chunks = chunk(b"JSON", text, b" ") + (chunk(b"BIN\0", bytes(binary), b"\0") if binary else b"")
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
 class Glb:
-    """A file whose one buffer is its binary chunk."""
+    """A glTF document whose only buffer is the binary chunk."""
 
     def __init__(self, root=None, binary=b""):
         self.root = root or {"asset": {"version": "2.0"}}
@@ -30,6 +31,7 @@ class Glb:
 
     @classmethod
     def load(cls, path):
+        """Reads a .glb file."""
         with open(path, "rb") as file:
             data = file.read()
         size = struct.unpack_from("<I", data, 12)[0]
@@ -37,14 +39,17 @@ class Glb:
         return cls(json.loads(data[20:20 + size]), data[28 + size:28 + size + length])
 
     def bytes(self):
+        """Returns the bytes of the .glb file."""
         self.root["buffers"] = [{"byteLength": len(self.binary)}]
         return pack(self.root, self.binary)
 
     def save(self, path):
+        """Writes the .glb file."""
         with open(path, "wb") as file:
             file.write(self.bytes())
 
     def add_view(self, data):
+        """Adds a buffer view, aligned to four bytes. Returns its index."""
         self.binary += b"\0" * (-len(self.binary) % 4)
         views = self.root.setdefault("bufferViews", [])
         views.append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)})
@@ -52,7 +57,7 @@ class Glb:
         return len(views) - 1
 
     def add(self, values, kind, **members):
-        """An accessor of an array of numbers, whose type is the accessor's."""
+        """Adds an accessor with the values and the component type of an array. Returns its index."""
         values = np.ascontiguousarray(values)
         code = next(c for c, t in TYPES.items() if t == values.dtype)
         accessors = self.root.setdefault("accessors", [])
@@ -61,7 +66,7 @@ class Glb:
         return len(accessors) - 1
 
     def array(self, index):
-        """The elements of a tightly packed accessor."""
+        """Returns the elements of a tightly packed accessor as an array."""
         accessor = self.root["accessors"][index]
         view = self.root["bufferViews"][accessor["bufferView"]]
         offset = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
@@ -70,15 +75,16 @@ class Glb:
         return data.reshape(-1, n) if n > 1 else data
 
     def primitives(self):
+        """Returns the primitives of all meshes."""
         return [p for mesh in self.root.get("meshes", []) for p in mesh["primitives"]]
 
 
 def strip_of(triangles):
-    """Triangles as one strip: neighbors while there are any that continue it, then triangles without area."""
+    """Returns triangles as one strip. Neighbors continue it as long as possible; degenerate triangles connect the runs."""
     by_edge = {}
     for t, (a, b, c) in enumerate(triangles):
-        for edge, far in (((a, b), c), ((b, c), a), ((c, a), b)):
-            by_edge.setdefault(edge, []).append((t, far))
+        for edge, opposite in (((a, b), c), ((b, c), a), ((c, a), b)):
+            by_edge.setdefault(edge, []).append((t, opposite))
     done, strip = set(), []
     for t, corners in enumerate(triangles):
         if t in done:
@@ -86,20 +92,21 @@ def strip_of(triangles):
         done.add(t)
         if strip:
             strip += [strip[-1], corners[0]]
-            strip += [corners[0]] * (len(strip) % 2)  # the first of a run is not turned over
+            strip += [corners[0]] * (len(strip) % 2)  # keeps the orientation of the first triangle
         strip += list(corners)
         while True:
             b, c = strip[-2], strip[-1]
             edge = (c, b) if len(strip) % 2 else (b, c)
-            found = next((n for n in by_edge.get(edge, []) if n[0] not in done), None)
-            if not found:
+            neighbor = next((n for n in by_edge.get(edge, []) if n[0] not in done), None)
+            if not neighbor:
                 break
-            done.add(found[0])
-            strip.append(found[1])
+            done.add(neighbor[0])
+            strip.append(neighbor[1])
     return strip
 
 
 def to_strips(glb):
+    """Replaces the triangles of all primitives by strips, with 8-bit indices where possible."""
     for primitive in glb.primitives():
         triangles = [tuple(int(i) for i in t) for t in glb.array(primitive["indices"]).reshape(-1, 3)]
         strip = strip_of(triangles)
@@ -109,7 +116,7 @@ def to_strips(glb):
 
 
 def to_sparse_targets(glb):
-    """Displacements as exceptions from zero."""
+    """Stores the displacements of morph targets as sparse accessors."""
     for primitive in glb.primitives():
         for target in primitive.get("targets", []):
             for name, index in target.items():
@@ -117,12 +124,12 @@ def to_sparse_targets(glb):
                 moved = np.flatnonzero(np.any(values != 0, axis=1))
                 if not len(moved):
                     continue
-                where = glb.add_view(moved.astype(np.uint16).tobytes())
-                what = glb.add_view(np.ascontiguousarray(values[moved]).tobytes())
+                indices = glb.add_view(moved.astype(np.uint16).tobytes())
+                displacements = glb.add_view(np.ascontiguousarray(values[moved]).tobytes())
                 accessors = glb.root["accessors"]
                 accessors.append({"componentType": 5126, "type": "VEC3", "count": len(values),
-                                  "sparse": {"count": len(moved), "indices": {"bufferView": where, "componentType": 5123},
-                                             "values": {"bufferView": what}}})
+                                  "sparse": {"count": len(moved), "indices": {"bufferView": indices, "componentType": 5123},
+                                             "values": {"bufferView": displacements}}})
                 for limit in ("min", "max"):
                     if limit in accessors[index]:
                         accessors[-1][limit] = accessors[index][limit]
@@ -130,7 +137,7 @@ def to_sparse_targets(glb):
 
 
 def to_short_normals(glb):
-    """Normals of 16 bits, each eight bytes from the one before (KHR_mesh_quantization)."""
+    """Stores normals as 16-bit integers with a stride of eight bytes (KHR_mesh_quantization)."""
     for primitive in glb.primitives():
         values = np.zeros((len(glb.array(primitive["attributes"]["NORMAL"])), 4), np.int16)
         values[:, :3] = np.round(glb.array(primitive["attributes"]["NORMAL"]) * 32767)

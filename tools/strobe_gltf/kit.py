@@ -1,24 +1,25 @@
-"""Runs inside Blender: objects, materials, motion; exports them as glTF and renders them by Cycles.
+"""Objects, materials and motion in Blender, their export as glTF, and their render by Cycles. Runs inside Blender.
 
-What glTF's materials are made of is told to the exporter by a Principled BSDF, and to Cycles, after the export, by the
-nodes that are the same in its terms: Principled's diffuse part is not Lambert's, and its dielectric is not glTF's.
-Materials made with `exact=False` are left Principled for both.
+The glTF exporter reads materials from a Principled BSDF, whose diffuse lobe is not Lambert's and whose dielectric is not
+that of glTF. After the export, each material is therefore replaced by equivalent nodes for Cycles. Materials made with
+exact=False remain Principled.
 """
 import math
 
 import bpy
 
 FPS = 24
-_dressers = []  # what turns each exported material into Cycles' equivalent
+_conversions = []  # functions that convert the exported materials and lights for Cycles
 
 
 def reset(size=(200, 150)):
+    """Empties the scene and sets the frame rate, the resolution and a black background. Returns the scene."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    _dressers.clear()
+    _conversions.clear()
     scene = bpy.context.scene
     scene.render.fps = FPS
     scene.render.resolution_x, scene.render.resolution_y = size
-    scene.world = bpy.data.worlds.new("nothing")
+    scene.world = bpy.data.worlds.new("black")
     scene.world.use_nodes = True
     scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
     return scene
@@ -28,7 +29,7 @@ def reset(size=(200, 150)):
 
 
 def _output_group():
-    """The exporter's own way to say how specular a dielectric is: a group of that name with an input."""
+    """Returns the node group from which the exporter reads the specular factor of a dielectric."""
     name = "glTF Material Output"
     if name not in bpy.data.node_groups:
         group = bpy.data.node_groups.new(name, "ShaderNodeTree")
@@ -40,11 +41,11 @@ def _output_group():
 
 def material(name, color=(0.6, 0.6, 0.6), metallic=0, roughness=1, exact=True, emission=None, strength=1, alpha=None,
              cutoff=0.5):
-    """A glTF material; `color`, `emission`: linear RGB. `alpha`: "MASK" or "BLEND", whose texture is linked later.
-    Exact ones have no dielectric reflection."""
-    made = bpy.data.materials.new(name)
-    made.use_nodes = True
-    nodes = made.node_tree.nodes
+    """Returns a glTF material. `color` and `emission` are linear RGB. `alpha` is "MASK" or "BLEND"; the caller links its
+    texture. Exact materials have no dielectric reflection."""
+    result = bpy.data.materials.new(name)
+    result.use_nodes = True
+    nodes = result.node_tree.nodes
     bsdf = nodes["Principled BSDF"]
     bsdf.inputs["Base Color"].default_value = (*color, 1)
     bsdf.inputs["Metallic"].default_value = metallic
@@ -52,37 +53,39 @@ def material(name, color=(0.6, 0.6, 0.6), metallic=0, roughness=1, exact=True, e
     if emission:
         bsdf.inputs["Emission"].default_value = (*emission, 1)
         bsdf.inputs["Emission Strength"].default_value = strength
-    made.blend_method = {"MASK": "CLIP", "BLEND": "BLEND"}.get(alpha, "OPAQUE")
-    made.alpha_threshold = cutoff
+    result.blend_method = {"MASK": "CLIP", "BLEND": "BLEND"}.get(alpha, "OPAQUE")
+    result.alpha_threshold = cutoff
     if exact:
         group = nodes.new("ShaderNodeGroup")
         group.node_tree = _output_group()
         group.inputs["Specular"].default_value = 0
-    _dressers.append(lambda: _dress(made, exact, alpha, cutoff))
-    return made
+    _conversions.append(lambda: _convert(result, exact, alpha, cutoff))
+    return result
 
 
-def bsdf_of(made):
-    return made.node_tree.nodes["Principled BSDF"]
+def bsdf_of(material):
+    """Returns the Principled BSDF of a material."""
+    return material.node_tree.nodes["Principled BSDF"]
 
 
-def link(made, source, target):
-    made.node_tree.links.new(source, target)
+def link(material, source, target):
+    """Links two sockets of a material."""
+    material.node_tree.links.new(source, target)
 
 
 def image(name, texel, color=True, embedded=True, size=64):
-    """An image whose texels, RGBA as encoded in the file, are a function of (x, y) in 0..1, y up."""
-    made = bpy.data.images.new(name, size, size, alpha=True)
-    made.colorspace_settings.name = "sRGB" if color else "Non-Color"
-    made.pixels = [c for y in range(size) for x in range(size) for c in texel((x + 0.5) / size, (y + 0.5) / size)]
+    """Returns an image. texel(x, y) returns RGBA as encoded in the file, with x and y in [0,1] and y up."""
+    result = bpy.data.images.new(name, size, size, alpha=True)
+    result.colorspace_settings.name = "sRGB" if color else "Non-Color"
+    result.pixels = [c for y in range(size) for x in range(size) for c in texel((x + 0.5) / size, (y + 0.5) / size)]
     if embedded:
-        made.pack()
-    return made
+        result.pack()
+    return result
 
 
-def texture(made, source, scale=None, offset=(0, 0), angle=0):
-    """A texture node of an image, placed by KHR_texture_transform where a scale is given."""
-    nodes = made.node_tree.nodes
+def texture(material, source, scale=None, offset=(0, 0), angle=0):
+    """Returns a texture node of an image, with KHR_texture_transform if a scale is given."""
+    nodes = material.node_tree.nodes
     node = nodes.new("ShaderNodeTexImage")
     node.image = source
     if scale:
@@ -92,31 +95,33 @@ def texture(made, source, scale=None, offset=(0, 0), angle=0):
         mapping.inputs["Location"].default_value = (*offset, 0)
         mapping.inputs["Rotation"].default_value = (0, 0, angle)
         uv.uv_map = "UVMap"
-        link(made, uv.outputs["UV"], mapping.inputs["Vector"])
-        link(made, mapping.outputs["Vector"], node.inputs["Vector"])
+        link(material, uv.outputs["UV"], mapping.inputs["Vector"])
+        link(material, mapping.outputs["Vector"], node.inputs["Vector"])
     return node
 
 
-def tint_by_attribute(made, name, tint):
-    """Cycles multiplies the base color by a color of the vertices, as glTF does by COLOR_0."""
-    def dress():
-        nodes = made.node_tree.nodes
+def tint_by_attribute(material, name, tint):
+    """Multiplies the base color by vertex colors in Cycles, as glTF does with COLOR_0."""
+    def convert():
+        nodes = material.node_tree.nodes
         color, product = nodes.new("ShaderNodeVertexColor"), nodes.new("ShaderNodeVectorMath")
         color.layer_name, product.operation = name, "MULTIPLY"
-        link(made, color.outputs["Color"], product.inputs[0])
+        link(material, color.outputs["Color"], product.inputs[0])
         product.inputs[1].default_value = tint
-        link(made, product.outputs["Vector"], bsdf_of(made).inputs["Base Color"])
+        link(material, product.outputs["Vector"], bsdf_of(material).inputs["Base Color"])
 
-    _dressers.insert(0, dress)
+    _conversions.insert(0, convert)
 
 
 def _copy_input(tree, source, target):
+    """Copies the value and the links of a socket."""
     target.default_value = source.default_value
     for old in source.links:
         tree.links.new(old.from_socket, target)
 
 
 def _mix(tree, factor, first, second):
+    """Returns a mix of two shaders by a factor, which is a number or a socket."""
     node = tree.nodes.new("ShaderNodeMixShader")
     if hasattr(factor, "is_output"):
         tree.links.new(factor, node.inputs["Fac"])
@@ -127,10 +132,11 @@ def _mix(tree, factor, first, second):
     return node.outputs[0]
 
 
-def _dress(made, exact, alpha, cutoff):
-    tree = made.node_tree
-    metal = bsdf_of(made)
-    metal.distribution = "GGX"  # one scattering: glTF's
+def _convert(material, exact, alpha, cutoff):
+    """Replaces the Principled BSDF of a material by the nodes of glTF's model: diffuse or GGX metal, emission and alpha."""
+    tree = material.node_tree
+    metal = bsdf_of(material)
+    metal.distribution = "GGX"  # single scattering, as in glTF
     if not exact:
         return
     metallic = metal.inputs["Metallic"]
@@ -145,18 +151,19 @@ def _dress(made, exact, alpha, cutoff):
     glow = tree.nodes.new("ShaderNodeEmission")
     _copy_input(tree, metal.inputs["Emission"], glow.inputs["Color"])
     _copy_input(tree, metal.inputs["Emission Strength"], glow.inputs["Strength"])
-    opacity = [l.from_socket for l in metal.inputs["Alpha"].links]
+    opacity = [old.from_socket for old in metal.inputs["Alpha"].links]
     for socket in ("Emission", "Alpha"):
         for old in list(metal.inputs[socket].links):
             tree.links.remove(old)
     metal.inputs["Emission Strength"].default_value = 0
-    metal.inputs["Alpha"].default_value, through = 1, metal.inputs["Alpha"].default_value
+    alpha_value = metal.inputs["Alpha"].default_value
+    metal.inputs["Alpha"].default_value = 1
     add = tree.nodes.new("ShaderNodeAddShader")
     tree.links.new(shader, add.inputs[0])
     tree.links.new(glow.outputs[0], add.inputs[1])
     shader = add.outputs[0]
     if alpha:
-        factor = opacity[0] if opacity else through
+        factor = opacity[0] if opacity else alpha_value
         if alpha == "MASK":
             cut = tree.nodes.new("ShaderNodeMath")
             cut.operation = "GREATER_THAN"
@@ -170,37 +177,41 @@ def _dress(made, exact, alpha, cutoff):
 # Objects -------------------------------------------------------------------------------------------------------------
 
 
-def shape(kind, made, at=(0, 0, 0), smooth=False, rotation=(0, 0, 0), scale=(1, 1, 1), parent=None, name=None, **how):
-    """One of Blender's primitives ("cube", "uv_sphere", …)."""
-    getattr(bpy.ops.mesh, f"primitive_{kind}_add")(**how)
-    thing = bpy.context.object
-    if kind == "monkey":  # its faces are large: Cycles leaves normals alone that lean away from the eye, strobe does not
-        thing.modifiers.new("fine", "SUBSURF").levels = 2
+def shape(kind, material, location=(0, 0, 0), smooth=False, rotation=(0, 0, 0), scale=(1, 1, 1), parent=None, name=None,
+          **options):
+    """Adds one of Blender's mesh primitives ("cube", "uv_sphere", ...) and returns it."""
+    getattr(bpy.ops.mesh, f"primitive_{kind}_add")(**options)
+    obj = bpy.context.object
+    if kind == "monkey":  # on large faces, the renderers differ in shading normals that face away from the camera
+        obj.modifiers.new("fine", "SUBSURF").levels = 2
         bpy.ops.object.modifier_apply(modifier="fine")
-    thing.location, thing.rotation_euler, thing.scale = at, rotation, scale
-    thing.parent = parent
+    obj.location, obj.rotation_euler, obj.scale = location, rotation, scale
+    obj.parent = parent
     if name:
-        thing.name = name
-    if made:
-        thing.data.materials.append(made)
-    for polygon in thing.data.polygons:
+        obj.name = name
+    if material:
+        obj.data.materials.append(material)
+    for polygon in obj.data.polygons:
         polygon.use_smooth = smooth
-    return thing
+    return obj
 
 
-def put(data, name, at=(0, 0, 0), rotation=(0, 0, 0), parent=None, scale=(1, 1, 1)):
-    thing = bpy.data.objects.new(name, data)
-    bpy.context.scene.collection.objects.link(thing)
-    thing.location, thing.rotation_euler, thing.parent, thing.scale = at, rotation, parent, scale
-    return thing
+def put(data, name, location=(0, 0, 0), rotation=(0, 0, 0), parent=None, scale=(1, 1, 1)):
+    """Adds an object with data, or an empty object, and returns it."""
+    obj = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(obj)
+    obj.location, obj.rotation_euler, obj.parent, obj.scale = location, rotation, parent, scale
+    return obj
 
 
 def floor(color=(0.6, 0.6, 0.6), size=12):
+    """Adds a square floor at z = 0 and returns it."""
     return shape("plane", material("floor", color), size=size)
 
 
-def light(kind, energy, at=(0, 0, 0), rotation=(0, 0, 0), color=(1, 1, 1), cone=None, blend=0.0):
-    """A light without size. `energy`: watts, of suns watts per square meter. `cone`: the whole angle, degrees."""
+def light(kind, energy, location=(0, 0, 0), rotation=(0, 0, 0), color=(1, 1, 1), cone=None, blend=0.0):
+    """Adds a light without size and returns it. `energy`: watts; for a sun, watts per square meter. `cone`: the full angle of
+    a spot in degrees."""
     data = bpy.data.lights.new(kind.lower(), kind)
     data.energy, data.color = energy, color
     if kind == "SUN":
@@ -209,40 +220,41 @@ def light(kind, energy, at=(0, 0, 0), rotation=(0, 0, 0), color=(1, 1, 1), cone=
         data.shadow_soft_size = 0
     if cone:
         data.spot_size, data.spot_blend = math.radians(cone), blend
-        _dressers.append(lambda: _level_spot(data))
-    return put(data, kind.lower(), at, rotation)
+        _conversions.append(lambda: _level_spot(data))
+    return put(data, kind.lower(), location, rotation)
 
 
 def _level_spot(data):
-    """Cycles' spots fade with the cosine off their axis, glTF's do not before the inner cone ends."""
+    """Divides a spot by the cosine to its axis: Cycles' spots have this factor, those of glTF do not inside the inner cone."""
     data.use_nodes = True
     tree = data.node_tree
-    place, parts, inverse = (tree.nodes.new("ShaderNode" + kind) for kind in ("TexCoord", "SeparateXYZ", "Math"))
+    coordinates, components, inverse = (tree.nodes.new("ShaderNode" + kind)
+                                        for kind in ("TexCoord", "SeparateXYZ", "Math"))
     inverse.operation, inverse.inputs[0].default_value = "DIVIDE", -1
-    tree.links.new(place.outputs["Normal"], parts.inputs[0])
-    tree.links.new(parts.outputs["Z"], inverse.inputs[1])
+    tree.links.new(coordinates.outputs["Normal"], components.inputs[0])
+    tree.links.new(components.outputs["Z"], inverse.inputs[1])
     tree.links.new(inverse.outputs[0], tree.nodes["Emission"].inputs["Strength"])
 
 
-def camera(at=(0, -8, 4), rotation=(65, 0, 0), width=None):
-    """`rotation`: degrees; `width`: of an orthographic view, in meters."""
+def camera(location=(0, -8, 4), rotation=(65, 0, 0), width=None):
+    """Adds the camera and returns it. `rotation`: degrees; `width`: of an orthographic view, in meters."""
     data = bpy.data.cameras.new("camera")
     if width:
         data.type, data.ortho_scale = "ORTHO", width
-    bpy.context.scene.camera = put(data, "camera", at, [math.radians(a) for a in rotation])
+    bpy.context.scene.camera = put(data, "camera", location, [math.radians(a) for a in rotation])
     return bpy.context.scene.camera
 
 
 # Motion --------------------------------------------------------------------------------------------------------------
 
 
-def keys(thing, path, by_frame, interpolation="LINEAR"):
-    """Keyframes of one property. "BEZIER": with handles a third of the way off, where a Bézier curve over time is a
-    cubic polynomial, and flat."""
+def keys(obj, path, by_frame, interpolation="LINEAR"):
+    """Adds keyframes {frame: value} of one property. "BEZIER": horizontal handles at a third of the distance, with which the
+    Bézier curve is a cubic polynomial of time."""
     for frame, value in by_frame.items():
-        setattr(thing, path, value)
-        thing.keyframe_insert(path, frame=frame)
-    owner = thing.id_data
+        setattr(obj, path, value)
+        obj.keyframe_insert(path, frame=frame)
+    owner = obj.id_data
     for curve in owner.animation_data.action.fcurves:
         if not curve.data_path.endswith(path):
             continue
@@ -261,21 +273,22 @@ def keys(thing, path, by_frame, interpolation="LINEAR"):
 # Export and render ---------------------------------------------------------------------------------------------------
 
 
-def export(path, first=None, last=None, **how):
+def export(path, first=None, last=None, **options):
+    """Exports the scene as glTF, with animation of frames first to last if given."""
     scene = bpy.context.scene
     if last:
         scene.frame_start, scene.frame_end = first, last
     settings = dict(filepath=path, export_lights=True, export_cameras=True, export_original_specular=True,
                     export_force_sampling=True, convert_lighting_mode="SPEC",
                     export_animations=bool(last))
-    settings.update(how)
+    settings.update(options)
     bpy.ops.export_scene.gltf(**settings)
 
 
 def render(path, samples, bounces, frame=None, shutter=None):
-    """A box filter of one pixel, no clamps, no thresholds; as many motion steps as Cycles has."""
-    for dress in _dressers:
-        dress()
+    """Renders the scene with Cycles: box filter of one pixel, no clamping, no thresholds, the maximum of motion steps."""
+    for convert in _conversions:
+        convert()
     scene = bpy.context.scene
     render, cycles = scene.render, scene.cycles
     render.engine, render.resolution_percentage = "CYCLES", 100
@@ -292,10 +305,10 @@ def render(path, samples, bounces, frame=None, shutter=None):
     render.use_motion_blur = shutter is not None
     if shutter:
         cycles.motion_blur_position, render.motion_blur_shutter = "START", shutter
-    for thing in bpy.data.objects:
-        thing.cycles.shadow_terminator_geometry_offset = 0
-        thing.cycles.use_motion_blur = thing.cycles.use_deform_motion = True
-        thing.cycles.motion_steps = 5
+    for obj in bpy.data.objects:
+        obj.cycles.shadow_terminator_geometry_offset = 0
+        obj.cycles.use_motion_blur = obj.cycles.use_deform_motion = True
+        obj.cycles.motion_steps = 5
     if frame is not None:
         scene.frame_set(frame)
     render.filepath = path
