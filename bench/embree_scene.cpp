@@ -14,18 +14,18 @@ namespace strobe::bench {
 
 namespace {
 
-/// A quadric as Embree's callbacks see it.
+/// The user data of a quadric for Embree's callbacks.
 struct QuadricData {
     const PlacedShape* placed;
     M44f toObject;
 };
 
-/// Calls met(i, t, u, v) for those of Embree's n rays that hit the quadric.
-template <class Met>
-void intersectQuadric(const void* user, const int* valid, RTCRayN* ray, unsigned n, const Met& met) {
+/// Calls onHit(i, t, u, v) for each of Embree's n rays that hits the quadric.
+template <class OnHit>
+void intersectQuadric(const void* user, const int* valid, RTCRayN* ray, unsigned n, const OnHit& onHit) {
     const auto& data = *static_cast<const QuadricData*>(user);
     intersectPacket(*data.placed->shape.quadric, data.toObject, valid, reinterpret_cast<const float*>(ray), n,
-                    met);
+                    onHit);
 }
 
 void intersectQuadrics(const RTCIntersectFunctionNArguments* args) {
@@ -34,7 +34,8 @@ void intersectQuadrics(const RTCIntersectFunctionNArguments* args) {
     intersectQuadric(args->geometryUserPtr, args->valid, ray, args->N,
                      [&](unsigned i, float t, float u, float v) {
                          RTCRayN_tfar(ray, args->N, i) = t;
-                         RTCHitN_u(hit, args->N, i) = u, RTCHitN_v(hit, args->N, i) = v;
+                         RTCHitN_u(hit, args->N, i) = u;
+                         RTCHitN_v(hit, args->N, i) = v;
                          RTCHitN_primID(hit, args->N, i) = args->primID;
                          RTCHitN_geomID(hit, args->N, i) = args->geomID;
                          RTCHitN_instID(hit, args->N, i, 0) = args->context->instID[0];
@@ -58,18 +59,23 @@ void boundQuadric(const RTCBoundsFunctionArguments* args) {
     *args->bounds_o = {out.min.x, out.min.y, out.min.z, 0, out.max.x, out.max.y, out.max.z, 0};
 }
 
-/// Fractions of the shutter: the keys' times.
+/// Returns the time of a key as a fraction of the shutter.
 float keyTime(int key, int keys) { return keys > 1 ? float(key) / float(keys - 1) : 0.5f; }
 
-/// M = upper triangular, then rotation, then translation (row vectors): Gram-Schmidt on the rows.
+/// Decomposes a matrix for row vectors into an upper triangular matrix, a rotation and a translation, in the
+/// order of application, by Gram-Schmidt orthogonalization of the rows.
 RTCQuaternionDecomposition quaternionOf(const M44f& m) {
     const V3f a(m[0][0], m[0][1], m[0][2]), b(m[1][0], m[1][1], m[1][2]), c(m[2][0], m[2][1], m[2][2]);
     const V3f x = normalize(a), y = normalize(b - x * dot(x, b));
-    const V3f z = cross(x, y); // a reflection ends up in scale_z
+    const V3f z = cross(x, y); // scale_z contains a reflection
     RTCQuaternionDecomposition q;
     rtcInitQuaternionDecomposition(&q);
-    q.scale_x = dot(x, a), q.scale_y = dot(y, b), q.scale_z = dot(z, c);
-    q.skew_xy = dot(x, b), q.skew_xz = dot(x, c), q.skew_yz = dot(y, c);
+    q.scale_x = dot(x, a);
+    q.scale_y = dot(y, b);
+    q.scale_z = dot(z, c);
+    q.skew_xy = dot(x, b);
+    q.skew_xz = dot(x, c);
+    q.skew_yz = dot(y, c);
     const M44f rotation(x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, 0, 0, 0, 1);
     const Quatf r = Imath::extractQuat(rotation);
     rtcQuaternionDecompositionSetQuaternion(&q, r.r, r.v.x, r.v.y, r.v.z);
@@ -77,11 +83,12 @@ RTCQuaternionDecomposition quaternionOf(const M44f& m) {
     return q;
 }
 
+/// Embree's valid mask of lanes 0 … n-1.
 struct alignas(64) Mask {
-    int lanes[16];
+    int valid[16];
     explicit Mask(int n) {
         for (int i = 0; i < 16; ++i)
-            lanes[i] = i < n ? -1 : 0;
+            valid[i] = i < n ? -1 : 0;
     }
 };
 
@@ -91,7 +98,7 @@ struct EmbreeScene::Impl {
     RTCDevice device = rtcNewDevice(nullptr);
     std::vector<RTCScene> scenes; ///< [0] is the world
     std::vector<std::unique_ptr<QuadricData>> quadrics;
-    std::vector<std::vector<V3f>> baked; ///< vertex arrays of ours
+    std::vector<std::vector<V3f>> baked; ///< vertex arrays in world space
     bool movingInstances = false;
 
     ~Impl() {
@@ -102,7 +109,7 @@ struct EmbreeScene::Impl {
 
     RTCGeometry meshGeometry(const TriangleMesh& mesh, const std::vector<const std::vector<V3f>*>& keys) {
         if (mesh.alpha.texture || mesh.alpha.constant < 1)
-            throw Error("cut-outs are not benchmarked");
+            throw Error("the benchmark does not support alpha masks");
         RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
         if (keys.size() > 1)
             rtcSetGeometryTimeStepCount(g, unsigned(keys.size()));
@@ -150,12 +157,12 @@ struct EmbreeScene::Impl {
         for (const Geometry& geometry : group.geometries) {
             const TriangleMesh* mesh = geometry.placed.shape.mesh.get();
             if (!mesh || mesh->deforms())
-                throw Error("only rigidly moving triangle meshes can be baked here");
+                throw Error("the benchmark can only bake triangle meshes with rigid motion");
             std::vector<const std::vector<V3f>*> keys;
             for (int i = 0; i < keyCount; ++i) {
                 const M44f m = motion.at(keyTime(i, keyCount));
                 std::vector<V3f> vertices;
-                vertices.reserve(mesh->vertexCount() + 2); // Embree reads sixteen bytes at each
+                vertices.reserve(mesh->vertexCount() + 2); // Embree reads sixteen bytes at each vertex
                 for (const V3f& p : mesh->positions[0])
                     vertices.push_back(transformPoint(m, p));
                 baked.push_back(std::move(vertices));
@@ -195,7 +202,7 @@ EmbreeScene::EmbreeScene(const Scene& scene, const MotionChoice& choice) : m_imp
     size_t arrays = 0;
     for (const Instance& instance : scene.instances())
         arrays += scene.groups()[instance.group].geometries.size() * size_t(choice.keys);
-    impl.baked.reserve(arrays); // pointers into it are kept
+    impl.baked.reserve(arrays); // Embree keeps pointers to the elements
     for (const Group& group : scene.groups())
         impl.addGroup(group);
     for (size_t i = 1; i < impl.scenes.size(); ++i)
@@ -209,7 +216,7 @@ EmbreeScene::EmbreeScene(const Scene& scene, const MotionChoice& choice) : m_imp
     }
     rtcCommitScene(impl.scenes[0]);
     if (rtcGetDeviceError(impl.device) != RTC_ERROR_NONE)
-        throw Error("Embree refused the scene");
+        throw Error("Embree failed to build the scene");
 }
 
 EmbreeScene::~EmbreeScene() = default;
@@ -217,18 +224,18 @@ EmbreeScene::~EmbreeScene() = default;
 bool EmbreeScene::movingInstances() const { return m_impl->movingInstances; }
 
 void EmbreeScene::intersect(RayPacket& packet, int n, bool coherent) const {
-    const Mask valid(n);
+    const Mask mask(n);
     auto* rays = reinterpret_cast<RTCRayHit16*>(&packet);
 #if RTC_VERSION_MAJOR >= 4
     RTCIntersectArguments args;
     rtcInitIntersectArguments(&args);
     args.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
-    rtcIntersect16(valid.lanes, m_impl->scenes[0], rays, &args);
+    rtcIntersect16(mask.valid, m_impl->scenes[0], rays, &args);
 #else
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    rtcIntersect16(valid.lanes, m_impl->scenes[0], &context, rays);
+    rtcIntersect16(mask.valid, m_impl->scenes[0], &context, rays);
 #endif
 }
 
@@ -262,16 +269,16 @@ bool EmbreeScene::intersectStream(std::span<RayPacket> packets) const {
 }
 
 void EmbreeScene::occluded(RayPacket& packet, int n) const {
-    const Mask valid(n);
+    const Mask mask(n);
     auto* rays = reinterpret_cast<RTCRay16*>(&packet);
 #if RTC_VERSION_MAJOR >= 4
     RTCOccludedArguments args;
     rtcInitOccludedArguments(&args);
-    rtcOccluded16(valid.lanes, m_impl->scenes[0], rays, &args);
+    rtcOccluded16(mask.valid, m_impl->scenes[0], rays, &args);
 #else
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcOccluded16(valid.lanes, m_impl->scenes[0], &context, rays);
+    rtcOccluded16(mask.valid, m_impl->scenes[0], &context, rays);
 #endif
 }
 

@@ -1,4 +1,4 @@
-// A scene's geometry given to Embree directly, with its motion expressed in a way of one's choice.
+// Builds the geometry of a scene in Embree directly, with a selectable representation of motion.
 #pragma once
 
 #include "core/scene/scene.h"
@@ -8,22 +8,25 @@
 
 namespace strobe::bench {
 
-/// How geometry that moves rigidly is told to Embree.
+/// The representation of rigid motion in Embree.
 enum class MotionStyle {
-    AsRendered, ///< as strobe::Tracer does
-    Matrix,     ///< instances with matrix keys, interpolated linearly
+    AsRendered, ///< the representation of strobe::Tracer
+    Matrix,     ///< instances with matrix keys that are interpolated linearly
     Quaternion, ///< instances with scale, skew, rotation and translation keys
     Baked,      ///< vertices in world space, one time step per key
 };
 
+/// A representation of motion and its number of keys.
 struct MotionChoice {
     MotionStyle style = MotionStyle::AsRendered;
-    int keys = 0; ///< uniform over the shutter; 1: at rest where it is at mid-shutter. Not for AsRendered
+    int keys =
+        0; ///< evenly spaced over the shutter; 1: static at the middle of the shutter. Unused by AsRendered
 };
 
-/// Nothing between the caller and Embree but the packet's mask: the floor that the renderer is measured
-/// against. Built with the same settings as strobe::Tracer. Refers to the scene's meshes. Cut-outs (alpha)
-/// are not followed: scenes with them are refused with an Error, as is a Baked quadric or deforming mesh.
+/// Embree without any code of strobe except the packet's mask and the intersection of quadrics: the baseline
+/// for the renderer. Built with the settings of strobe::Tracer. The scene must outlive it, since it refers to
+/// its meshes. The constructor throws Error for alpha masks, and for quadrics and deforming meshes with
+/// MotionStyle::Baked.
 class EmbreeScene {
   public:
     EmbreeScene(const Scene& scene, const MotionChoice& choice);
@@ -31,16 +34,16 @@ class EmbreeScene {
     EmbreeScene(const EmbreeScene&) = delete;
     EmbreeScene& operator=(const EmbreeScene&) = delete;
 
-    /// Lanes 0 … n-1, as rtcIntersect16, with or without Embree's coherent flag.
+    /// Traces lanes 0 … n-1 with rtcIntersect16, with or without Embree's coherent flag.
     void intersect(RayPacket& packet, int n, bool coherent) const;
-    /// Lanes 0 … n-1 one by one, as rtcIntersect1.
+    /// Traces lanes 0 … n-1 one by one with rtcIntersect1.
     void intersectSingly(RayPacket& packet, int n) const;
-    /// All packets, whole, as one of Embree 3's streams; false, and nothing done, with Embree 4, which has
-    /// none.
+    /// Traces all lanes of all packets as a stream of Embree 3. Does nothing and returns false with Embree 4,
+    /// which has no streams.
     bool intersectStream(std::span<RayPacket> packets) const;
-    /// As rtcOccluded16: tfar < 0 where anything lies before it.
+    /// Traces lanes 0 … n-1 with rtcOccluded16: sets tfar < 0 for occluded rays.
     void occluded(RayPacket& packet, int n) const;
-    /// True when some instance moves; strobe::Tracer then leaves the coherent flag out.
+    /// Returns whether any instance moves. strobe::Tracer does not use the coherent flag then.
     bool movingInstances() const;
 
   private:

@@ -1,5 +1,5 @@
-// How long it takes to read a mesh's file and to have Embree build it, and what memory Embree takes: the
-// floor under a renderer's way from the scene to its first pixel. See bench/README.md.
+// Measures the seconds of reading a PLY file and of Embree's build, and Embree's memory: a lower bound of the
+// time to the first pixel. See bench/README.md.
 #include "bench/measure.h"
 #include "shapes/ply.h"
 
@@ -18,13 +18,15 @@
 namespace strobe::bench {
 namespace {
 
-/// What Embree holds, and the most it has held.
+/// The memory of Embree in bytes, and its peak.
 struct Memory {
-    std::atomic<int64_t> now{0}, most{0};
+    std::atomic<int64_t> current{0}, peak{0};
+    /// Embree's callback for allocations (bytes > 0) and deallocations (bytes < 0).
     static bool monitor(void* self, ssize_t bytes, bool) {
-        auto& m = *static_cast<Memory*>(self);
-        const int64_t now = m.now += bytes;
-        for (int64_t most = m.most; now > most && !m.most.compare_exchange_weak(most, now);) {
+        auto& memory = *static_cast<Memory*>(self);
+        const int64_t current = memory.current += bytes;
+        for (int64_t peak = memory.peak;
+             current > peak && !memory.peak.compare_exchange_weak(peak, current);) {
         }
         return true;
     }
@@ -40,7 +42,7 @@ double secondsToRead(const std::string& path) {
 }
 
 double secondsToBuild(PlyMesh& mesh, Memory& memory) {
-    mesh.positions.reserve(mesh.positions.size() + 2); // Embree reads sixteen bytes at every vertex
+    mesh.positions.reserve(mesh.positions.size() + 2); // Embree reads sixteen bytes at each vertex
     const double start = wallSeconds();
     RTCDevice device = rtcNewDevice(nullptr);
     rtcSetDeviceMemoryMonitorFunction(device, Memory::monitor, &memory);
@@ -66,8 +68,9 @@ double secondsToBuild(PlyMesh& mesh, Memory& memory) {
 int main(int argc, char** argv) {
     using namespace strobe::bench;
     std::string path;
-    CLI::App app("strobe_first_pixel: seconds to read a PLY file and to build it in Embree; Embree's memory");
-    app.add_option("ply", path, "the mesh")->required()->check(CLI::ExistingFile);
+    CLI::App app("strobe_first_pixel: measures the seconds of reading a PLY file and of Embree's build, and "
+                 "Embree's memory");
+    app.add_option("ply", path, "PLY file")->required()->check(CLI::ExistingFile);
     CLI11_PARSE(app, argc, argv);
     try {
         const double read = secondsToRead(path);
@@ -75,7 +78,7 @@ int main(int argc, char** argv) {
         Memory memory;
         const double build = secondsToBuild(mesh, memory);
         fmt::print("{{\"triangles\": {}, \"read\": {:.4f}, \"build\": {:.4f}, \"embreeBytes\": {}}}\n",
-                   mesh.indices.size() / 3, read, build, memory.most.load());
+                   mesh.indices.size() / 3, read, build, memory.peak.load());
     } catch (const std::exception& e) {
         std::fprintf(stderr, "error: %s\n", e.what());
         return 1;

@@ -1,7 +1,8 @@
-"""Landscapes of as many triangles as wanted, for benchmarks."""
+"""Landscapes with any number of triangles, for benchmarks."""
 
 import numpy
 
+# A scene of hills.ply, which is in the same folder.
 SCENE = """Film "image" "integer xresolution" 1600 "integer yresolution" 1600
 Sampler "sobol" "integer pixelsamples" 4
 Integrator "directlighting"
@@ -15,7 +16,7 @@ Shape "plymesh" "string filename" "hills.ply"
 
 
 def write_hills(path, triangles):
-    """A square of hills, two triangles per cell, as binary PLY with normals."""
+    """Writes a square landscape of about `triangles` triangles as binary PLY with normals. Returns the number of triangles."""
     n = int(round((triangles / 2) ** 0.5)) + 1
     x, z = numpy.meshgrid(numpy.linspace(-1, 1, n, dtype="f4"), numpy.linspace(-1, 1, n, dtype="f4"))
     y = 0.1 * numpy.sin(9 * x) * numpy.sin(7 * z)
@@ -26,7 +27,8 @@ def write_hills(path, triangles):
     faces = numpy.stack([numpy.stack([corner, corner + n, corner + 1], -1),
                          numpy.stack([corner + 1, corner + n, corner + n + 1], -1)], 1).reshape(-1, 3)
     records = numpy.empty(len(faces), dtype=[("count", "u1"), ("index", "<i4", 3)])
-    records["count"], records["index"] = 3, faces
+    records["count"] = 3
+    records["index"] = faces
     with open(path, "wb") as file:
         file.write(("ply\nformat binary_little_endian 1.0\nelement vertex %d\n" % len(vertices)).encode())
         for name in ("x", "y", "z", "nx", "ny", "nz"):

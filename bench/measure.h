@@ -1,4 +1,4 @@
-// Clocks and statistics of the benchmarks.
+// Clocks, statistics and parallel loops of the benchmarks.
 #pragma once
 
 #include "core/scene/tracer.h"
@@ -13,31 +13,34 @@
 
 namespace strobe::bench {
 
-/// Seconds that all threads of this process have run on a CPU: what other programs on the machine disturb
-/// least.
+/// Returns the CPU seconds of all threads of this process. Other programs disturb it less than wall-clock
+/// time.
 inline double cpuSeconds() {
     timespec t;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
+/// Returns wall-clock seconds since an arbitrary time.
 inline double wallSeconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// What a piece of work took.
+/// The CPU time and the wall-clock time of a task.
 struct Cost {
     double cpu = 0, wall = 0; ///< seconds
 };
 
+/// Returns the cost of work().
 template <class Work>
 Cost measure(Work&& work) {
-    const double cpu = cpuSeconds(), wall = wallSeconds();
+    const double cpu = cpuSeconds();
+    const double wall = wallSeconds();
     work();
     return {cpuSeconds() - cpu, wallSeconds() - wall};
 }
 
-/// The median of the repeats; the mean of the middle two when they are even in number.
+/// Returns the median; the mean of the middle two values if their number is even, and 0 without values.
 inline double median(std::vector<double> values) {
     if (values.empty())
         return 0;
@@ -46,7 +49,7 @@ inline double median(std::vector<double> values) {
     return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
 }
 
-/// Repeats of one measurement.
+/// The costs of repeated measurements.
 struct Costs {
     std::vector<double> cpu, wall;
     void add(const Cost& cost) {
@@ -55,7 +58,8 @@ struct Costs {
     }
     double medianCpu() const { return median(cpu); }
     double medianWall() const { return median(wall); }
-    /// Half the distance between the quartiles, as a fraction of the median: how noisy `cpu` is.
+    /// Returns half the interquartile range of `cpu` as a fraction of the median, or 0 for fewer than four
+    /// values.
     double spread() const {
         if (cpu.size() < 4)
             return 0;
@@ -65,7 +69,8 @@ struct Costs {
     }
 };
 
-/// work(begin, end) for chunks of [0, n), on `threads` threads (1: on this one, in order).
+/// Calls work(begin, end) for chunks of [0, n) on `threads` threads. One thread: on the calling thread, in
+/// order.
 template <class Work>
 void forChunks(size_t n, int threads, const Work& work) {
     constexpr size_t kChunk = 256;

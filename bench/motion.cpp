@@ -1,4 +1,4 @@
-// What rigid motion costs Embree, as instances and baked into vertices. See bench/README.md.
+// Measures the cost of rigid motion in Embree, as instances and baked into vertices. See bench/README.md.
 #include "bench/embree_scene.h"
 #include "bench/measure.h"
 #include "bench/recording.h"
@@ -10,13 +10,14 @@
 namespace strobe::bench {
 namespace {
 
+/// A representation of motion with its name in the tables.
 struct Variant {
     const char* name;
     MotionChoice choice;
 };
 constexpr Variant kVariants[] = {
-    {"still, in the world", {MotionStyle::Baked, 1}},
-    {"still, an instance", {MotionStyle::Matrix, 1}},
+    {"static, world space", {MotionStyle::Baked, 1}},
+    {"static instance", {MotionStyle::Matrix, 1}},
     {"instance, 2 matrices", {MotionStyle::Matrix, 2}},
     {"instance, 5 matrices", {MotionStyle::Matrix, 5}},
     {"instance, 2 quaternions", {MotionStyle::Quaternion, 2}},
@@ -26,7 +27,7 @@ constexpr Variant kVariants[] = {
 };
 constexpr size_t kVariantCount = std::size(kVariants), kInstance2 = 2, kBaked2 = 6;
 
-/// A closed surface of revolution, a ball when `rings` is large; 2 * segments * (rings - 1) triangles.
+/// Returns a triangle mesh in the shape of a ball with 2 * segments * (rings - 1) triangles.
 std::string ball(const V3f& center, float radius, int segments, int rings) {
     std::string points, indices;
     const auto add = [&](float theta, float phi) {
@@ -54,7 +55,8 @@ std::string ball(const V3f& center, float radius, int segments, int rings) {
                        indices);
 }
 
-/// side x side balls that move by half a radius, each its own way, over a floor under a small round light.
+/// Returns a scene with side x side balls over a floor. Each moves by half a radius in a direction of its
+/// own.
 std::string ballScene(int side, int segments, int rings) {
     std::string text = R"(LookAt 0 -6 3  0 0 0.8  0 0 1
 Camera "perspective" "float fov" 36
@@ -75,7 +77,7 @@ Shape "trianglemesh" "integer indices" [0 1 2 2 3 0] "point3 P" [-9 -9 0  9 -9 0
     for (int i = 0; i < side * side; ++i) {
         const float x = side > 1 ? 4 * (float(i % side) / float(side - 1) - 0.5f) : 0;
         const float y = side > 1 ? 4 * (float(i / side) / float(side - 1) - 0.5f) : 0;
-        const float phi = 2.4f * float(i); // the golden angle: no two alike
+        const float phi = 2.4f * float(i); // golden angle: all directions differ
         text += fmt::format("AttributeBegin\nActiveTransform EndTime\nTranslate {:.5g} {:.5g} {:.5g}\n"
                             "ActiveTransform All\n{}AttributeEnd\n",
                             radius * 0.4f * std::cos(phi), radius * 0.4f * std::sin(phi), radius * 0.3f,
@@ -84,53 +86,59 @@ Shape "trianglemesh" "integer indices" [0 1 2 2 3 0] "point3 P" [-9 -9 0  9 -9 0
     return text;
 }
 
+/// The costs and the hits of one representation of motion.
 struct Timing {
-    Costs coherent, incoherent, shadow; ///< camera rays with and without Embree's flag; shadow rays
+    Costs coherent, incoherent, shadow; ///< camera rays with and without Embree's coherent flag; shadow rays
     uint64_t hits = 0, blocked = 0;
 
-    /// CPU seconds of the camera rays in repeat i as strobe would trace them: baked vertices with the flag
-    /// that suits them; moving instances without it, since with it Embree 3.13 lets neighbors change a hit.
+    /// Returns the CPU seconds of the camera rays in repeat i as strobe traces them: baked vertices with the
+    /// faster setting of the flag, moving instances without it, because with the flag hits of Embree 3.13
+    /// depend on neighboring lanes.
     double camera(size_t i, bool instances) const {
         const bool flag = !instances && coherent.medianCpu() < incoherent.medianCpu();
         return flag ? coherent.cpu[i] : incoherent.cpu[i];
     }
 };
 
+/// The measurements of one scene.
 struct Row {
     std::string name;
     size_t movingTriangles = 0, movingObjects = 0;
     bool rotates = false;
     uint64_t cameraRays = 0, shadowRays = 0;
     std::vector<Timing> timings{kVariantCount};
-    Timing asRendered; ///< counts only
+    Timing asRendered; ///< only the hits are used
 
     std::string objects() const {
         return fmt::format("{} x {}", movingObjects, movingTriangles / std::max<size_t>(1, movingObjects));
     }
 };
 
+/// Traces all recorded rays once and adds the costs.
 void traceOnce(const EmbreeScene& embree, const Recording& rays, Timing& t) {
     for (bool coherent : {false, true})
         (coherent ? t.coherent : t.incoherent).add(measure([&] {
-            t.hits = traceAll(rays.camera, 1, [&](RayPacket& b, int n) {
-                embree.intersect(b, n, coherent);
-                return hitsOf(b, n);
+            t.hits = traceAll(rays.camera, 1, [&](RayPacket& packet, int n) {
+                embree.intersect(packet, n, coherent);
+                return countHits(packet, n);
             });
         }));
     t.shadow.add(measure([&] {
-        t.blocked = traceAll(rays.shadow, 1, [&](RayPacket& b, int n) {
-            embree.occluded(b, n);
-            return blockedOf(b, n);
+        t.blocked = traceAll(rays.shadow, 1, [&](RayPacket& packet, int n) {
+            embree.occluded(packet, n);
+            return countOccluded(packet, n);
         });
     }));
 }
 
+/// Measures all representations of motion of a scene; the first repeat is a warm-up.
 Row measureSubject(const Subject& subject, int repeats) {
     const Scene& scene = *subject.built.scene;
     const Recording rays = record(subject);
     Row row;
     row.name = subject.name;
-    row.cameraRays = rays.cameraRays, row.shadowRays = rays.shadowRays;
+    row.cameraRays = rays.cameraRays;
+    row.shadowRays = rays.shadowRays;
     for (const Instance& instance : scene.instances()) {
         if (instance.motion->isStatic())
             continue;
@@ -151,11 +159,11 @@ Row measureSubject(const Subject& subject, int repeats) {
     return row;
 }
 
-/// False, with a message, when a variant that moves finds clearly other things than the renderer's geometry:
-/// then its rates mean nothing. Straight keys cut the corners of a rotation, and recorded shadow rays then
-/// start a little inside their surface: for those only a gross difference counts.
+/// Returns whether the moving variants have the hits of the renderer's geometry; prints an error otherwise.
+/// The tolerance is large for linear keys of a rotation, with which recorded shadow rays start slightly
+/// inside their surface.
 bool agrees(const Row& row) {
-    bool ok = true;
+    bool agree = true;
     for (size_t v = 0; v < kVariantCount; ++v) {
         const Timing &a = row.timings[v], &b = row.asRendered;
         const bool approximate = row.rotates && kVariants[v].choice.style != MotionStyle::Quaternion;
@@ -163,17 +171,18 @@ bool agrees(const Row& row) {
         const double blocked = std::abs(double(a.blocked) - double(b.blocked)) / double(row.shadowRays);
         if (kVariants[v].choice.keys == 1 || std::max(hits, blocked) < (approximate ? 0.05 : 0.001))
             continue;
-        fmt::print(stderr, "error: {}, {}: {} hits and {} blocked, but {} and {} as rendered\n", row.name,
-                   kVariants[v].name, a.hits, a.blocked, b.hits, b.blocked);
-        ok = false;
+        fmt::print(stderr, "error: {}, {}: {} hits and {} occluded rays, expected {} and {} as rendered\n",
+                   row.name, kVariants[v].name, a.hits, a.blocked, b.hits, b.blocked);
+        agree = false;
     }
-    return ok;
+    return agree;
 }
 
-void printTable(const std::vector<Row>& rows, const char* what, uint64_t Row::*rays, Costs Timing::*costs) {
+/// Prints the ray rates of all variants.
+void printTable(const std::vector<Row>& rows, const char* title, uint64_t Row::*rays, Costs Timing::*costs) {
     fmt::print(
         "{}, million rays per CPU second (one thread, Embree alone):\n\n| scene | objects x triangles |",
-        what);
+        title);
     for (const Variant& v : kVariants)
         fmt::print(" {} |", v.name);
     fmt::print("\n|---|---|");
@@ -189,10 +198,11 @@ void printTable(const std::vector<Row>& rows, const char* what, uint64_t Row::*r
     fmt::print("\n");
 }
 
+/// Prints the time of baked vertices over instances.
 void printDecision(const std::vector<Row>& rows) {
     fmt::print(
-        "Time of baked vertices (2 keys, with the better flag) over instances (2 matrices, without the "
-        "flag): below 1,\nbaking is cheaper.\n\n"
+        "Time of baked vertices (2 keys, faster setting of the flag) over instances (2 matrices, without the "
+        "flag);\nbelow 1, baking is faster.\n\n"
         "| scene | objects x triangles | camera rays | shadow rays | all | ± |\n"
         "|---|---|---|---|---|---|\n");
     for (const Row& row : rows) {
@@ -200,10 +210,12 @@ void printDecision(const std::vector<Row>& rows) {
         std::vector<double> camera, shadow;
         Costs all;
         for (size_t i = 0; i < baked.shadow.cpu.size(); ++i) {
-            const double b = baked.camera(i, false), in = instance.camera(i, true);
-            camera.push_back(b / in);
+            const double bakedSeconds = baked.camera(i, false);
+            const double instanceSeconds = instance.camera(i, true);
+            camera.push_back(bakedSeconds / instanceSeconds);
             shadow.push_back(baked.shadow.cpu[i] / instance.shadow.cpu[i]);
-            all.cpu.push_back((b + baked.shadow.cpu[i]) / (in + instance.shadow.cpu[i]));
+            all.cpu.push_back((bakedSeconds + baked.shadow.cpu[i]) /
+                              (instanceSeconds + instance.shadow.cpu[i]));
         }
         fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.1f} % |\n", row.name, row.objects(),
                    median(camera), median(shadow), median(all.cpu), all.spread() * 100);
@@ -218,21 +230,21 @@ int run(const std::vector<std::filesystem::path>& scenes, uint64_t cameraRays, i
     constexpr Ball kBalls[] = {{1, 3, 3}, {1, 6, 5}, {1, 12, 9}, {1, 22, 24}, {1, 48, 43}, {1, 64, 128},
                                {8, 3, 3}, {8, 6, 5}, {8, 12, 9}, {8, 22, 24}, {8, 48, 43}, {32, 3, 3}};
     std::vector<Row> rows;
-    bool ok = true;
+    bool agree = true;
     for (const Ball& b : kBalls) {
         rows.push_back(measureSubject(
             loadText("balls", ballScene(b.side, b.segments, b.rings), {}, cameraRays), repeats));
-        ok &= agrees(rows.back());
+        agree &= agrees(rows.back());
     }
     for (const auto& path : scenes) {
         rows.push_back(measureSubject(loadScene(path, {}, cameraRays), repeats));
-        ok &= agrees(rows.back());
+        agree &= agrees(rows.back());
     }
     printTable(rows, "Camera rays with the coherent flag", &Row::cameraRays, &Timing::coherent);
-    printTable(rows, "Camera rays without it", &Row::cameraRays, &Timing::incoherent);
+    printTable(rows, "Camera rays without the coherent flag", &Row::cameraRays, &Timing::incoherent);
     printTable(rows, "Shadow rays", &Row::shadowRays, &Timing::shadow);
     printDecision(rows);
-    return ok ? 0 : 1;
+    return agree ? 0 : 1;
 }
 
 } // namespace
@@ -242,11 +254,12 @@ int main(int argc, char** argv) {
     std::vector<std::filesystem::path> scenes;
     uint64_t cameraRays = 200000;
     int repeats = 7;
-    CLI::App app("strobe_motion: what rigid motion costs Embree, as instances and baked into vertices");
-    app.add_option("scene", scenes, "scenes with rigidly moving meshes, besides those it makes itself")
+    CLI::App app(
+        "strobe_motion: measures the cost of rigid motion in Embree, as instances and baked into vertices");
+    app.add_option("scene", scenes, "scenes with rigidly moving meshes, in addition to the built-in scenes")
         ->check(CLI::ExistingFile);
-    app.add_option("--rays", cameraRays, "camera rays to measure, about, spread over the frame");
-    app.add_option("--repeats", repeats, "repeats, of which medians are shown")->check(CLI::PositiveNumber);
+    app.add_option("--rays", cameraRays, "approximate number of camera rays, spread over the frame");
+    app.add_option("--repeats", repeats, "repeats; the medians are printed")->check(CLI::PositiveNumber);
     CLI11_PARSE(app, argc, argv);
     return strobe::bench::guarded([&] { return strobe::bench::run(scenes, cameraRays, repeats); });
 }

@@ -1,4 +1,4 @@
-// Two scenes rendered in turn, to find a small difference in time per ray. See bench/README.md.
+// Renders two scenes in turn to measure a small difference in time per ray. See bench/README.md.
 #include "bench/measure.h"
 #include "bench/recording.h"
 
@@ -8,12 +8,14 @@
 namespace strobe::bench {
 namespace {
 
-/// The middle of the paired ratios, with the ends of its distribution-free confidence interval.
+/// Prints the median of the paired ratios with its distribution-free confidence interval.
 void printRatios(std::vector<double> ratios) {
     std::sort(ratios.begin(), ratios.end());
-    // Signs of n pairs about the median are binomial: drop k at either end while P(<= k) < 2.5 %.
+    // The number of ratios below the median is binomial: excludes k ratios at either end while
+    // P(<= k) < 2.5 %.
     const size_t n = ratios.size();
-    double tail = 0, term = std::pow(0.5, double(n));
+    double tail = 0;
+    double term = std::pow(0.5, double(n));
     size_t k = 0;
     while (k < n / 2 && tail + term < 0.025) {
         tail += term;
@@ -34,21 +36,22 @@ int run(const std::vector<std::filesystem::path>& scenes, const BuildOptions& op
     uint64_t rays[2] = {};
     std::vector<double> ratios, traceRatios;
     for (int i = -1; i < pairs; ++i) {
-        double perRay[2], traced[2];
+        double secondsPerRay[2];
+        double traceSeconds[2];
         for (int turn = 0; turn < 2; ++turn) {
-            const int k = (i + turn) & 1; // each goes first as often
+            const int k = (i + turn) & 1; // alternates the order
             Counters counters;
             const Cost cost = measure([&] { counters = renderWindows(subjects[k], 1); });
             rays[k] = counters.rays();
-            perRay[k] = cost.cpu / double(rays[k]);
-            traced[k] = counters.seconds[size_t(Stage::Trace)];
-            if (i >= 0) // the first turn warms up
+            secondsPerRay[k] = cost.cpu / double(rays[k]);
+            traceSeconds[k] = counters.seconds[size_t(Stage::Trace)];
+            if (i >= 0) // the first turn is a warm-up
                 costs[k].add(cost);
         }
         if (i < 0)
             continue;
-        ratios.push_back(perRay[1] / perRay[0]);
-        traceRatios.push_back(traced[1] / traced[0]);
+        ratios.push_back(secondsPerRay[1] / secondsPerRay[0]);
+        traceRatios.push_back(traceSeconds[1] / traceSeconds[0]);
     }
     for (int k = 0; k < 2; ++k)
         fmt::print("{}: {} rays, {:.2f} ns per ray (± {:.1f} %)\n", subjects[k].name, rays[k],
@@ -56,7 +59,7 @@ int run(const std::vector<std::filesystem::path>& scenes, const BuildOptions& op
     fmt::print("ratio of median CPU seconds per ray: {:.4f}\n",
                costs[1].medianCpu() / double(rays[1]) / (costs[0].medianCpu() / double(rays[0])));
     printRatios(ratios);
-    fmt::print("of the trace stages (camera rays; on the clock): {:.4f}\n", median(traceRatios));
+    fmt::print("ratio of the trace stages (camera rays, wall-clock time): {:.4f}\n", median(traceRatios));
     return 0;
 }
 
@@ -69,12 +72,14 @@ int main(int argc, char** argv) {
     strobe::BuildOptions options;
     uint64_t cameraRays = 200000;
     int pairs = 21;
-    CLI::App app("strobe_pair: CPU seconds per ray of scene B over scene A, rendered in turn on one thread");
+    CLI::App app(
+        "strobe_pair: measures the CPU time per ray of scene B over scene A, rendered in turn on one thread");
     app.add_option("scene", scenes, "scene files A and B")->required()->expected(2)->check(CLI::ExistingFile);
-    app.add_option("--spp", options.samplesPerPixel, "samples per pixel (0: as the scene says)");
-    app.add_option("--crop", crop, "x0 x1 y0 y1: part of the frame, fractions")->expected(4);
-    app.add_option("--rays", cameraRays, "camera rays per turn, about, spread over the frame");
-    app.add_option("--pairs", pairs, "turns of each")->check(CLI::PositiveNumber);
+    app.add_option("--spp", options.samplesPerPixel, "samples per pixel (0: those of the scene)");
+    app.add_option("--crop", crop, "x0 x1 y0 y1: crop window in fractions of the frame")->expected(4);
+    app.add_option("--rays", cameraRays,
+                   "approximate number of camera rays per render, spread over the frame");
+    app.add_option("--pairs", pairs, "renders of each scene")->check(CLI::PositiveNumber);
     CLI11_PARSE(app, argc, argv);
     if (!crop.empty())
         options.crop = {crop[0], crop[1], crop[2], crop[3]};

@@ -16,8 +16,7 @@ void Packet::load(RayPacket& packet) const {
     float* out[] = {packet.ox, packet.oy, packet.oz,   packet.tnear, packet.dx,
                     packet.dy, packet.dz, packet.time, packet.tfar};
     for (size_t row = 0; row < std::size(rows); ++row)
-        std::copy_n(rows[row], RayPacket::kSize,
-                    out[row]); // a copy of all at once would be a call, and slower
+        std::copy_n(rows[row], RayPacket::kSize, out[row]); // a single memcpy is a function call and slower
     std::fill(packet.geom, packet.geom + RayPacket::kSize, kNone);
     std::fill(packet.inst, packet.inst + RayPacket::kSize, kNone);
 }
@@ -26,7 +25,7 @@ namespace {
 
 constexpr int kWindowsPerSide = 4;
 
-/// Every point is as bright as any other.
+/// A shader that returns a constant radiance.
 class ConstantShader : public Shader {
   public:
     std::unique_ptr<ShaderWorker> makeWorker(const Scene&, const Sampler&,
@@ -45,17 +44,19 @@ class ConstantShader : public Shader {
     };
 };
 
-std::set<std::string> sharingNames() {
+std::set<std::string> integratorNames() {
     std::set<std::string> names;
     for (const auto& row : pluginTables().integrators)
         names.insert(row.name);
     return names;
 }
 
-Diagnostics warnings() {
+/// Returns diagnostics that print warnings to stderr.
+Diagnostics printedDiagnostics() {
     return Diagnostics([](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); });
 }
 
+/// Returns the windows and the tile size for about `cameraRays` camera rays.
 Subject subjectOf(const std::string& name, BuiltScene built, uint64_t cameraRays) {
     Subject subject{name, std::move(built), {}, 32};
     const PixelBounds& frame = subject.built.pixelBounds;
@@ -75,6 +76,7 @@ Subject subjectOf(const std::string& name, BuiltScene built, uint64_t cameraRays
     return subject;
 }
 
+/// Renders all windows. Returns the sum of the counters.
 Counters renderWith(const Subject& subject, const Integrator& integrator, const Shader& shader, int threads) {
     const BuiltScene& built = subject.built;
     RenderSettings settings;
@@ -94,16 +96,18 @@ Counters renderWith(const Subject& subject, const Integrator& integrator, const 
 } // namespace
 
 Subject loadScene(const std::filesystem::path& path, const BuildOptions& options, uint64_t cameraRays) {
-    Diagnostics messages = warnings();
+    Diagnostics diagnostics = printedDiagnostics();
     return subjectOf(path.stem().string(),
-                     buildScene(parseFiles({path}, sharingNames(), messages), options, messages), cameraRays);
+                     buildScene(parseFiles({path}, integratorNames(), diagnostics), options, diagnostics),
+                     cameraRays);
 }
 
 Subject loadText(const std::string& name, const std::string& text, const BuildOptions& options,
                  uint64_t cameraRays) {
-    Diagnostics messages = warnings();
+    Diagnostics diagnostics = printedDiagnostics();
     return subjectOf(
-        name, buildScene(parseText(text, name + ".scene", sharingNames(), messages), options, messages),
+        name,
+        buildScene(parseText(text, name + ".scene", integratorNames(), diagnostics), options, diagnostics),
         cameraRays);
 }
 

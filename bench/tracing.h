@@ -1,4 +1,4 @@
-// Recorded rays traced again, by anything that traces a packet.
+// Traces recorded rays with any function that traces a packet.
 #pragma once
 
 #include "bench/measure.h"
@@ -8,16 +8,16 @@
 
 namespace strobe::bench {
 
-/// Lanes that hit something, after a nearest-hit trace.
-inline uint64_t hitsOf(const RayPacket& packet, int n) {
+/// Returns the number of lanes 0 … n-1 with a hit, after a nearest-hit query.
+inline uint64_t countHits(const RayPacket& packet, int n) {
     return uint64_t(std::count_if(packet.geom, packet.geom + n, [](uint32_t g) { return g != kNone; }));
 }
-/// Lanes that are blocked, after an occlusion trace.
-inline uint64_t blockedOf(const RayPacket& packet, int n) {
+/// Returns the number of occluded lanes 0 … n-1, after an occlusion query.
+inline uint64_t countOccluded(const RayPacket& packet, int n) {
     return uint64_t(std::count_if(packet.tfar, packet.tfar + n, [](float t) { return t < 0; }));
 }
 
-/// The sum of trace(packet, lanes) over all packets.
+/// Returns the sum of trace(packet, number of rays) over all packets.
 template <class Trace>
 uint64_t traceAll(const std::vector<Packet>& packets, int threads, const Trace& trace) {
     std::atomic<uint64_t> sum{0};
@@ -25,12 +25,12 @@ uint64_t traceAll(const std::vector<Packet>& packets, int threads, const Trace& 
         RayPacket packet{};
         for (int i = 0; i < RayPacket::kSize; ++i)
             packet.set(i, V3f(0), V3f(0, 0, 1), 0, 0, 0);
-        uint64_t found = 0;
+        uint64_t partialSum = 0;
         for (size_t i = begin; i < end; ++i) {
             packets[i].load(packet);
-            found += trace(packet, packets[i].count);
+            partialSum += trace(packet, packets[i].count);
         }
-        sum += found;
+        sum += partialSum;
     });
     return sum;
 }
