@@ -19,8 +19,8 @@ enum class MotionStyle {
 /// A representation of motion and its number of keys.
 struct MotionChoice {
     MotionStyle style = MotionStyle::AsRendered;
-    int keys =
-        0; ///< evenly spaced over the shutter; 1: static at the middle of the shutter. Unused by AsRendered
+    /// Evenly spaced over the shutter; 1: static at the middle of the shutter. Unused by AsRendered.
+    int keys = 0;
 };
 
 /// Embree without any code of strobe except the packet's mask and the intersection of quadrics: the baseline

@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
     CLI::App app(
         "strobe_pair: measures the CPU time per ray of scene B over scene A, rendered in turn on one thread");
     app.add_option("scene", scenes, "scene files A and B")->required()->expected(2)->check(CLI::ExistingFile);
-    app.add_option("--spp", options.samplesPerPixel, "samples per pixel (0: those of the scene)");
+    app.add_option("--spp", options.samplesPerPixel, "samples per pixel (0: the scene's value)");
     app.add_option("--crop", crop, "x0 x1 y0 y1: crop window in fractions of the frame")->expected(4);
     app.add_option("--rays", cameraRays,
                    "approximate number of camera rays per render, spread over the frame");

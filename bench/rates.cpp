@@ -221,10 +221,10 @@ int main(int argc, char** argv) {
     CLI::App app(
         "strobe_rates: measures the rays per second of Embree alone and of the renderer with the same rays");
     app.add_option("scene", settings.scenes, "scene files")->required()->check(CLI::ExistingFile);
-    app.add_option("--shading", settings.build.shading, "shader (default: that of the scene)");
+    app.add_option("--shading", settings.build.shading, "shader (default: the scene's shader)");
     app.add_option("-D", settings.build.defines, "name=value: a parameter of the integrator or the shader")
         ->allow_extra_args(false);
-    app.add_option("--spp", settings.build.samplesPerPixel, "samples per pixel (0: those of the scene)");
+    app.add_option("--spp", settings.build.samplesPerPixel, "samples per pixel (0: the scene's value)");
     app.add_option("--crop", settings.crop, "x0 x1 y0 y1: crop window in fractions of the frame")
         ->expected(4);
     app.add_option("--rays", settings.cameraRays, "approximate number of camera rays, spread over the frame");

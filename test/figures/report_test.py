@@ -53,18 +53,22 @@ class ReportWriterTest(unittest.TestCase):
             self.write(report)
 
     def test_an_invalid_item_is_an_error_that_names_the_item(self):
-        self.assertInvalid(lambda items: items["cost"].update(id="speed"), "item 'speed' of section .* has the id 'speed' of another item")
+        self.assertInvalid(lambda items: items["cost"].update(id="speed"),
+                           "item 'speed' of section .* has the id 'speed' of another item")
         self.assertInvalid(lambda items: items["cost"].update(id="a b"), "has an invalid id 'a b'")
         self.assertInvalid(lambda items: items["cost"].update(kind="film"), "unknown kind 'film' .known: images, chart")
-        self.assertInvalid(lambda items: items["cost"]["rows"].append(["x", "many", 1, ""]), "has 'many' in column 'shades per pixel', expected a number")
+        self.assertInvalid(lambda items: items["cost"]["rows"].append(["x", "many", 1, ""]),
+                           "has 'many' in column 'shades per pixel', expected a number")
         self.assertInvalid(lambda items: items["cost"]["rows"].append(["x"]), "has a row without 4 cells")
-        self.assertInvalid(lambda items: items["balls"].update(crops=[[200, 0, 41, 9]]), "has a crop .* outside of 240 x 160 pixels")
+        self.assertInvalid(lambda items: items["balls"].update(crops=[[200, 0, 41, 9]]),
+                           "has a crop .* outside of 240 x 160 pixels")
         self.assertInvalid(lambda items: items["balls"].update(reference=4), "has no image 4 for the reference")
         self.assertInvalid(lambda items: items["balls"]["images"][0].update(file="none.exr"), "none.exr")
         self.assertInvalid(lambda items: items["balls"].pop("images"), "item 'balls' .*has no images")
         self.assertInvalid(lambda items: items["speed"]["series"][1]["labels"].pop(), "has 4 labels for 5 points")
         self.assertInvalid(lambda items: items["speed"].pop("xlabel"), "lacks 'xlabel'")
-        self.assertInvalid(lambda items: items["drawing"].update(file="report.json"), "has a file report.json, expected .png, .svg or .jpg")
+        self.assertInvalid(lambda items: items["drawing"].update(file="report.json"),
+                           "has a file report.json, expected .png, .svg or .jpg")
 
     def test_images_of_different_sizes_are_an_error(self):
         sample.write(os.path.join(self.folder.name, "small.exr"), sample.scene()[:10])
@@ -74,8 +78,8 @@ class ReportWriterTest(unittest.TestCase):
         command = [sys.executable, "-B", os.path.join(TOOLS, "strobe_figures", "report.py"), self.folder.name]
         page = os.path.join(self.folder.name, "page.html")
         self.assertEqual(subprocess.run([*command, page], capture_output=True, check=False).returncode, 0)
-        with open(page, "rb") as made, open(write_report(self.folder.name), "rb") as again:
-            self.assertEqual(made.read(), again.read())
+        with open(page, "rb") as first, open(write_report(self.folder.name), "rb") as second:
+            self.assertEqual(first.read(), second.read())
         os.remove(os.path.join(self.folder.name, "report.json"))
         failed = subprocess.run(command, capture_output=True, text=True, check=False)
         self.assertEqual((failed.returncode, failed.stderr[:8]), (1, "report: "))

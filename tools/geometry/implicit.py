@@ -125,7 +125,9 @@ def _quads(inside, vertex_of_cell, axis):
     a = np.take(inside, range(inside.shape[axis] - 1), axis)
     b = np.take(inside, range(1, inside.shape[axis]), axis)
     edges = np.argwhere(a != b)
-    edges = edges[(edges[:, u] > 0) & (edges[:, v] > 0) & (edges[:, u] < vertex_of_cell.shape[u]) & (edges[:, v] < vertex_of_cell.shape[v])]
+    u_inside = (edges[:, u] > 0) & (edges[:, u] < vertex_of_cell.shape[u])
+    v_inside = (edges[:, v] > 0) & (edges[:, v] < vertex_of_cell.shape[v])
+    edges = edges[u_inside & v_inside]
     starts_inside = a[tuple(edges.T)]
     ring = []
     for du, dv in ((1, 1), (0, 1), (0, 0), (1, 0)):

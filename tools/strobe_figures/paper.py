@@ -6,6 +6,7 @@ import os
 import numpy
 
 from . import images, items
+from .charts import pyplot
 from .items import columns
 from .methods import (CACHE_BEHIND_MUTEX, CACHE_PER_THREAD, CACHE_PER_TILE, MSAA, MSAA_CACHE, MSAA_CACHE_1_BIN,
                       SUPERSAMPLE)
@@ -106,8 +107,8 @@ def figure_3a(context):
 
 
 def read_samples(file_name):
-    """Reads the sample table of a render of two pixels. Returns the samples with a hit, those of them that were shaded,
-    and the shaded samples by triangle."""
+    """Reads the sample table of a render of two pixels. Returns the samples with a hit, the shaded samples, and the
+    shaded samples by triangle."""
     with open(file_name) as file:
         samples = [s for s in csv.DictReader(file) if s["primitive"] != ""]
     shaded = [s for s in samples if int(s["shades"])]
@@ -119,9 +120,6 @@ def read_samples(file_name):
 
 def draw_samples(path, samples, shaded, triangles):
     """Draws the samples of two pixels on the film as PNG."""
-    from . import charts  # noqa: F401  (selects a backend without a display)
-    from matplotlib import pyplot
-
     def mark(axes, points, size, color, label, **options):
         axes.plot([float(s["film_x"]) for s in points], [float(s["film_y"]) for s in points], "x", color=color,
                   markersize=size, label=label, **options)

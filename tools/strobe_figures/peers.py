@@ -81,7 +81,7 @@ class Cycles:
 
 
 def cycles_curve(context, cycles, moving, size):
-    """Returns the measurements of Cycles as measure_curves() returns those of a method, and Cycles' own reference."""
+    """Returns a list of Measured of Cycles by increasing samples, and the reference of Cycles."""
     stack = [cycles.picture(moving, context.pick(512, 1024), 1001 + i, size).image for i in range(context.pick(2, 4))]
     mean, variance, relative = mean_and_variance(numpy.stack(stack))
     mask = images.comparable_pixels(mean)
@@ -126,9 +126,9 @@ def beside_cycles(context):
         for method, curve in measured.items():
             noise = (cycles_reference if method == CYCLES else reference).variance ** .5
             rows += [[name, method.name, m.spp, m.median, m.rmse, m.error["low"], m.error["high"], noise] for m in curve]
-        text = ("%d x %d pixels. Each renderer is compared with its own reference. The seconds of Cycles are those that "
-                "Blender prints and include building the BVH. The seconds of strobe are those of rendering; parsing and "
-                "building take %.2f s more." % (width, height, seconds_to_build(context, settings)))
+        text = ("%d x %d pixels. Each renderer is compared with its own reference. Blender prints the seconds of Cycles, "
+                "which include building the BVH. The seconds of strobe exclude parsing and building, which take %.2f s."
+                % (width, height, seconds_to_build(context, settings)))
         charts.append(chart("cycles-" + name, "%s, all diffuse, paths of depth 5: strobe and Cycles" % name, text, measured,
                             "rmse"))
     context.write_csv("beside-cycles", NAMES, rows)

@@ -1,7 +1,7 @@
 """Objects, materials and motion in Blender, their export as glTF, and their render by Cycles. Runs inside Blender.
 
-The glTF exporter reads materials from a Principled BSDF, whose diffuse lobe is not Lambert's and whose dielectric is not
-that of glTF. After the export, each material is therefore replaced by equivalent nodes for Cycles. Materials made with
+The glTF exporter reads materials from a Principled BSDF, whose diffuse lobe is not Lambertian and whose dielectric differs
+from glTF. After the export, each material is therefore replaced by equivalent nodes for Cycles. Materials made with
 exact=False remain Principled.
 """
 import math
@@ -196,7 +196,7 @@ def shape(kind, material, location=(0, 0, 0), smooth=False, rotation=(0, 0, 0), 
     return obj
 
 
-def put(data, name, location=(0, 0, 0), rotation=(0, 0, 0), parent=None, scale=(1, 1, 1)):
+def add_object(data, name, location=(0, 0, 0), rotation=(0, 0, 0), parent=None, scale=(1, 1, 1)):
     """Adds an object with data, or an empty object, and returns it."""
     obj = bpy.data.objects.new(name, data)
     bpy.context.scene.collection.objects.link(obj)
@@ -221,11 +221,11 @@ def light(kind, energy, location=(0, 0, 0), rotation=(0, 0, 0), color=(1, 1, 1),
     if cone:
         data.spot_size, data.spot_blend = math.radians(cone), blend
         _conversions.append(lambda: _level_spot(data))
-    return put(data, kind.lower(), location, rotation)
+    return add_object(data, kind.lower(), location, rotation)
 
 
 def _level_spot(data):
-    """Divides a spot by the cosine to its axis: Cycles' spots have this factor, those of glTF do not inside the inner cone."""
+    """Divides a spot by the cosine to its axis: spots have this factor in Cycles, but not in glTF inside the inner cone."""
     data.use_nodes = True
     tree = data.node_tree
     coordinates, components, inverse = (tree.nodes.new("ShaderNode" + kind)
@@ -241,7 +241,7 @@ def camera(location=(0, -8, 4), rotation=(65, 0, 0), width=None):
     data = bpy.data.cameras.new("camera")
     if width:
         data.type, data.ortho_scale = "ORTHO", width
-    bpy.context.scene.camera = put(data, "camera", location, [math.radians(a) for a in rotation])
+    bpy.context.scene.camera = add_object(data, "camera", location, [math.radians(a) for a in rotation])
     return bpy.context.scene.camera
 
 

@@ -167,4 +167,5 @@ def extensions():
     shape("plane", material("panel", (0, 0, 0), emission=(1, 0.9, 0.8), strength=8), (0, -2, 5), rotation=(math.pi - 0.4, 0, 0),
           size=2)
     camera()
-    return dict(bounces=4, inexact="transmission of glTF is a thin wall, of Principled a solid; Principled's coat has a quarter of the weight")
+    return dict(bounces=4, inexact="transmission of glTF is a thin wall, of Principled a solid; "
+                "Principled's coat has a quarter of the weight")

@@ -11,13 +11,13 @@ inexact           why Cycles cannot reproduce the image exactly
 import math
 
 import bpy
-from kit import camera, floor, keys, light, material, put, shape
+from kit import add_object, camera, floor, keys, light, material, shape
 from mathutils import Quaternion
 
 ANIMATED = dict(frame=7, shutter=0.5, last=13)
 # Blender computes normals of the deformed faces; glTF deforms the normals. Without exported normals, both use face normals.
 FACE_NORMALS = dict(ANIMATED, export=dict(export_normals=False))
-BENT_NORMALS = "Blender computes the normals of the deformed faces, glTF deforms those of the rest pose"
+BENT_NORMALS = "Blender computes the normals of the deformed faces, glTF deforms the normals of the rest pose"
 
 
 def lamps():
@@ -44,12 +44,12 @@ def hierarchy():
     floor()
     shape("monkey", material("clay", (0.7, 0.35, 0.2)), (-2.3, 0.5, 1), smooth=True, name="first")
     mesh = bpy.context.object.data
-    turned = put(None, "turned", (0, 0.4, 1.1), (0.2, -0.3, 0.9), scale=(1.5, 0.5, 0.8))
-    put(mesh, "sheared", (0, 0, 0), (0.3, 0.6, 0.2), turned)
-    mirror = put(None, "mirror", (2.4, 0, 1), scale=(-1, 1, 1))
-    put(mesh, "mirrored", (0, 0, 0), (0, 0.2, 0.7), mirror)
-    put(mesh, "inside out", (1.2, -1.9, 0.5), (0.3, 0, -0.5), scale=(-0.5, -0.5, -0.5))
-    put(mesh, "below", (-1.2, -1.6, -0.3), (0.1, 0, 0), turned, (0.5, 0.9, 0.5))
+    turned = add_object(None, "turned", (0, 0.4, 1.1), (0.2, -0.3, 0.9), scale=(1.5, 0.5, 0.8))
+    add_object(mesh, "sheared", (0, 0, 0), (0.3, 0.6, 0.2), turned)
+    mirror = add_object(None, "mirror", (2.4, 0, 1), scale=(-1, 1, 1))
+    add_object(mesh, "mirrored", (0, 0, 0), (0, 0.2, 0.7), mirror)
+    add_object(mesh, "inside out", (1.2, -1.9, 0.5), (0.3, 0, -0.5), scale=(-0.5, -0.5, -0.5))
+    add_object(mesh, "below", (-1.2, -1.6, -0.3), (0.1, 0, 0), turned, (0.5, 0.9, 0.5))
     lamps()
     camera()
     return {}
@@ -58,7 +58,7 @@ def hierarchy():
 def rigid():
     """Rigid linear motion, one object with a moving parent."""
     floor()
-    parent = put(None, "carrier", (-1.5, 0.8, 1))
+    parent = add_object(None, "carrier", (-1.5, 0.8, 1))
     keys(parent, "location", {1: (-2.4, 0.8, 1), 13: (1.8, 0.8, 1)})
     red = shape("monkey", material("red", (0.8, 0.1, 0.1)), smooth=True, parent=parent)
     red.rotation_mode = "QUATERNION"
