@@ -24,7 +24,7 @@ def draw(item, stem):
     axes.set_ylabel(item["ylabel"])
     axes.set_title(": ".join(filter(None, (item.get("number"), item["title"]))), fontsize=10)
     axes.grid(True, which="both", linewidth=0.3, alpha=0.6)
-    axes.legend(fontsize=7)
+    axes.legend(fontsize=7, handlelength=4)
     figure.savefig(stem + ".png", dpi=110)
     figure.savefig(stem + ".svg")
     pyplot.close(figure)

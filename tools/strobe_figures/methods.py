@@ -26,7 +26,7 @@ class Method:
         return {"integrator": self.integrator, "variant": self.variant}
 
 
-_VARIANTS = {"timebins": 1, "lightsamples": 1, "blocksize": 2, "shades": 3, "scope=tile": 3, "scope=thread": 4,
+_VARIANTS = {"timebins": 1, "lightsamples": 1, "blocksize": 2, "shades": 3, "scope=tile": 2, "scope=thread": 4,
              "scope=mutex": 4}
 
 SUPERSAMPLE = Method("supersample", "supersample")

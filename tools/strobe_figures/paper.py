@@ -162,8 +162,8 @@ def figure_3b(context):
     total = [sum(column) for column in zip(*rows)]
     return [{"kind": "picture", "id": "figure-3b", "number": "Paper Figure 3b",
              "title": "Overshading in two neighboring pixels",
-             "text": "msaa at 16 samples per pixel: %d samples hit %d triangles and take %d shades. %d of the shades repeat "
-                     "one of the other pixel, at another time. Over %d seeds: %d of %d shades." %
+             "text": "msaa at 16 samples per pixel: %d samples hit %d triangles and take %d shades. Shades that repeat a shade "
+                     "of the other pixel at another time: %d; over %d seeds: %d of %d." %
                      (samples, triangles, shades, overshade, len(rows), total[3], total[1]),
              "file": os.path.relpath(path, context.out)}]
 

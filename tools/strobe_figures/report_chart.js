@@ -92,8 +92,8 @@ class Chart {
 
   legend() {
     const entry = (series, i) => {
-      const swatch = makeSvg("svg", { class: series.style, viewBox: "0 0 34 14", "aria-hidden": "true" },
-        this.line(series, "M1 7H33"), ...(series.front ? [] : [this.marker(series, 17, 7)]));
+      const swatch = makeSvg("svg", { class: series.style, viewBox: "0 0 46 14", "aria-hidden": "true" },
+        this.line(series, "M1 7H45"), ...(series.front ? [] : [this.marker(series, 23, 7)]));
       const toggle = (event) => {
         if (!this.hidden.delete(i)) this.hidden.add(i);
         event.currentTarget.setAttribute("aria-pressed", !this.hidden.has(i));

@@ -115,8 +115,10 @@ def sweep_chart(name, sweep, measured, excluded):
         threshold = failure_threshold(measured, method)
         if threshold is not None and threshold != values[0]:
             thresholds.setdefault(threshold, []).append(method.name)
-    text = "At least as efficient as supersample: %s. Dotted line: from this value on, supersample is more efficient than the " \
-           "named methods." % "; ".join("%s %s" % (m.name, efficient_values(measured, m)) for m in methods[1:])
+    text = "Values where a method is at least as efficient as supersample: %s." % "; ".join(
+        "%s: %s" % (m.name, efficient_values(measured, m)) for m in methods[1:])
+    if thresholds:
+        text += " Dotted line: from this value on, supersample is more efficient than the named methods."
     if excluded:
         text += " Excluded, because the reference is too noisy: %s." % ", ".join("%g" % v for v in excluded)
     axes = {"xlabel": sweep.name + (" (%s)" % sweep.unit if sweep.unit else ""), "ylabel": "RMSE at %d spp" % SAMPLES,
@@ -147,7 +149,7 @@ def hardest_images(context, name, sweep, measured):
                 for m, c in sorted(cases.items(), key=lambda case: -case[1].error.rmse)]
     pictures.append({"label": "reference", "file": os.path.relpath(path, context.out), "caption": "supersample, other seeds"})
     text = "%d samples per pixel. The crops have the largest error of msaa and of msaa-cache." % SAMPLES
-    return items.images("stress-%s-pictures" % name, "%s at %s %g" % (name, sweep.name, value), text, pictures,
+    return items.images("stress-%s-pictures" % name, "%s: images at %s = %g" % (name, sweep.name, value), text, pictures,
                         len(pictures) - 1, crops)
 
 

@@ -7,7 +7,7 @@ COLORS = ("#133d8b", "#9b1d0b", "#00732c", "#6a2b62", "#ae8400", "#8b7bee", "#66
 # The shapes of MARKERS in report_chart.js.
 MARKERS = "os^DvPX<ph"
 # On and off lengths in units of the line width, by variant; the same as stroke-dasharray in report.css.
-DASHES = ((), (5, 2), (1, 1.5), (5, 2, 1, 2), (5, 2, 1, 2, 1, 2))
+DASHES = ((), (3, 1.5), (1, 1.5), (5, 2, 1, 2), (9, 2.5))
 
 
 def palette_indices(series):
