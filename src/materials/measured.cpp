@@ -5,7 +5,7 @@
 #include "materials/gloss_fit.h"
 #include "materials/inputs.h"
 #include "materials/irregular_brdf.h"
-#include "materials/lobe_lanes.h"
+#include "materials/lobe_soa.h"
 #include "materials/merl_brdf.h"
 
 namespace strobe {

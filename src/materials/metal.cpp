@@ -3,7 +3,7 @@
 #include "materials/blinn.h"
 #include "materials/fresnel.h"
 #include "materials/inputs.h"
-#include "materials/lobe_lanes.h"
+#include "materials/lobe_soa.h"
 
 namespace strobe {
 namespace {
