@@ -16,7 +16,7 @@ inline V2f random2D(uint64_t stream, uint64_t index) {
     return {random1D(stream * 2 + 1, index), random1D(stream * 2 + 2, index)};
 }
 
-/// The probability that a chi-square variable of `dof` degrees of freedom exceeds x: the regularised upper
+/// The probability that a chi-square variable of `dof` degrees of freedom exceeds x: the regularized upper
 /// incomplete gamma function Q(dof/2, x/2), by its series or its continued fraction.
 inline double chiSquareTail(double x, double dof) {
     const double a = dof / 2, z = x / 2;
@@ -49,7 +49,8 @@ inline double chiSquareP(const std::vector<double>& counts, const std::vector<do
     int cells = 0;
     for (size_t i = 0; i < counts.size(); ++i) {
         if (expected[i] < 5) {
-            pooledCount += counts[i], pooledExpected += expected[i];
+            pooledCount += counts[i];
+            pooledExpected += expected[i];
             continue;
         }
         sum += (counts[i] - expected[i]) * (counts[i] - expected[i]) / expected[i];

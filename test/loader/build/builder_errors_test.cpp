@@ -298,12 +298,12 @@ TEST(BuildErrors, Files) {
         {"WorldBegin\nTexture \"t\" \"rgb\" \"imagemap\" \"string filename\" \"a/none.png\"", 2, 30,
          "file \"a/none.png\" not found; looked for \"a/none.png\""},
         {"WorldBegin\nMaterial \"measured\" \"string filename\" \"text.ply\"", 2, 21,
-         "cannot tell the kind of measured BRDF from the extension \".ply\" (known: .brdf for pbrt-v2's "
-         "text, .binary or .merl for MERL)"},
+         "unknown extension \".ply\" of a measured BRDF (known: .brdf for pbrt-v2's text format, .binary and "
+         ".merl for MERL)"},
         {"WorldBegin\nMaterial \"measured\" \"string filename\" \"words.brdf\"", 2, 21,
          "BRDF file words.brdf, line 1: not a number"},
         {"WorldBegin\nMaterial \"measured\" \"string filename\" \"short.binary\"", 2, 21,
-         "MERL file short.binary: it ends in the header"},
+         "MERL file short.binary: the header is incomplete"},
     };
     for (const Wrong& wrong : cases) {
         std::string error = outcomeOf(wrong.text, folder.path() / "t.scene").error;
