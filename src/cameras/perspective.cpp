@@ -26,8 +26,12 @@ STROBE_TARGET_CLONES void stillRays(const M44f& m, const ScreenWindow& screen, f
         const V3f o(disk.x * radius, disk.y * radius, 0);
         const V3f from = transformPoint(m, o);
         const V3f d = normalize(transformVector(m, throughLens(screen, shift, samples.film.at(i), o)));
-        out.o.x[i] = from.x, out.o.y[i] = from.y, out.o.z[i] = from.z;
-        out.d.x[i] = d.x, out.d.y[i] = d.y, out.d.z[i] = d.z;
+        out.o.x[i] = from.x;
+        out.o.y[i] = from.y;
+        out.o.z[i] = from.z;
+        out.d.x[i] = d.x;
+        out.d.y[i] = d.y;
+        out.d.z[i] = d.z;
     }
 }
 
@@ -43,8 +47,12 @@ STROBE_TARGET_CLONES void pinholeRays(const M44f& matrix, const ScreenWindow& wi
         const V3f v = transformVector(m, throughLens(screen, 0, samples.film.at(i), V3f(0)));
         const float l2 = length2(v);
         const V3f d = v * (1 / std::sqrt(l2 > kLeast ? l2 : kLeast)); // no branch
-        out.o.x[i] = from.x, out.o.y[i] = from.y, out.o.z[i] = from.z;
-        out.d.x[i] = d.x, out.d.y[i] = d.y, out.d.z[i] = d.z;
+        out.o.x[i] = from.x;
+        out.o.y[i] = from.y;
+        out.o.z[i] = from.z;
+        out.d.x[i] = d.x;
+        out.d.y[i] = d.y;
+        out.d.z[i] = d.z;
     }
 }
 
@@ -115,7 +123,9 @@ class PerspectiveCamera final : public Camera {
         if (hasLens() || moves())
             return Camera::viewpointSoA(p, lens, time, n, out);
         const V3f only = position(0);
-        std::fill_n(out.x, n, only.x), std::fill_n(out.y, n, only.y), std::fill_n(out.z, n, only.z);
+        std::fill_n(out.x, n, only.x);
+        std::fill_n(out.y, n, only.y);
+        std::fill_n(out.z, n, only.z);
     }
     std::optional<FilmPoint> project(const V3f& p, float time) const override {
         float depth;

@@ -10,8 +10,10 @@ const WidthParams kWidths(0.5f);
 
 STROBE_TARGET_CLONES void spread(const V2f& radius, const V2SoA& u, int n, V2SoA& offset) {
     STROBE_IVDEP
-    for (int i = 0; i < n; ++i)
-        offset.x[i] = (2 * u.x[i] - 1) * radius.x, offset.y[i] = (2 * u.y[i] - 1) * radius.y;
+    for (int i = 0; i < n; ++i) {
+        offset.x[i] = (2 * u.x[i] - 1) * radius.x;
+        offset.y[i] = (2 * u.y[i] - 1) * radius.y;
+    }
 }
 
 class BoxFilter final : public Filter {

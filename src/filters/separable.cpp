@@ -48,7 +48,8 @@ Profile::Profile(float radius, Function f) : m_radius(radius), m_f(std::move(f))
     m_inverse.resize(kSteps + 1);
     for (int i = 0; i <= kSteps; ++i)
         m_inverse[size_t(i)] = exact(float(i) / kSteps);
-    m_inverse.front() = -m_radius, m_inverse.back() = m_radius;
+    m_inverse.front() = -m_radius;
+    m_inverse.back() = m_radius;
     // Weights from what the table really does, so that their mean is 1.
     std::vector<float> signs(kIntervals);
     double sum = 0, integral = 0;

@@ -81,7 +81,8 @@ STROBE_TARGET_CLONES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, fl
     STROBE_IVDEP
     for (uint32_t i = 0; i < n; ++i) {
         const V2f p = point(first + i, seeds);
-        x[i] = p.x, y[i] = p.y;
+        x[i] = p.x;
+        y[i] = p.y;
     }
 }
 
@@ -96,17 +97,24 @@ struct MemberSoA {
         uint64_t domain = ranges.front().domain;
         Seeds s = seedsOf(domain, dimension);
         for (const SampleRange& range : ranges) {
-            if (range.domain != domain) // neighbors are often samples of one pixel
-                domain = range.domain, s = seedsOf(domain, dimension);
+            if (range.domain != domain) { // neighbors are often samples of one pixel
+                domain = range.domain;
+                s = seedsOf(domain, dimension);
+            }
             if (range.n == 1) { // as of bounces
-                member[n] = range.first, order[n] = s.order, x[n] = s.x, y[n] = s.y;
+                member[n] = range.first;
+                order[n] = s.order;
+                x[n] = s.x;
+                y[n] = s.y;
                 ++n;
                 continue;
             }
             for (uint32_t i = 0; i < range.n; i += kFour)
                 for (uint32_t k = i; k < i + kFour; ++k) {
                     member[n + k] = range.first + k;
-                    order[n + k] = s.order, x[n + k] = s.x, y[n + k] = s.y;
+                    order[n + k] = s.order;
+                    x[n + k] = s.x;
+                    y[n + k] = s.y;
                 }
             n += int(range.n);
         }
@@ -121,7 +129,8 @@ STROBE_TARGET_CLONES void fillPoints(const MemberSoA& m, V2SoA& out) {
     STROBE_IVDEP
     for (int i = 0; i < m.n; ++i) {
         const V2f p = point(m.member[i], {m.order[i], m.x[i], m.y[i]});
-        out.x[i] = p.x, out.y[i] = p.y;
+        out.x[i] = p.x;
+        out.y[i] = p.y;
     }
 }
 

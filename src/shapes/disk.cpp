@@ -27,8 +27,12 @@ STROBE_TARGET_CLONES void sampleRing(const RingSampler& ring, const V2SoA& u, in
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V3f at = r.at(u.at(i));
-        p.x[i] = at.x, p.y[i] = at.y, p.z[i] = at.z;
-        normal.x[i] = 0, normal.y[i] = 0, normal.z[i] = 1;
+        p.x[i] = at.x;
+        p.y[i] = at.y;
+        p.z[i] = at.z;
+        normal.x[i] = 0;
+        normal.y[i] = 0;
+        normal.z[i] = 1;
     }
 }
 

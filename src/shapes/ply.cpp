@@ -161,19 +161,25 @@ std::vector<int> vertexSlots(const Element& vertex, const Failure& fail) {
     const int x = find("x"), y = find("y"), z = find("z");
     if (x < 0 || y < 0 || z < 0)
         fail("its vertices lack x, y or z");
-    slots[x] = 0, slots[y] = 1, slots[z] = 2;
+    slots[x] = 0;
+    slots[y] = 1;
+    slots[z] = 2;
     const int nx = find("nx"), ny = find("ny"), nz = find("nz");
     const int given = (nx >= 0) + (ny >= 0) + (nz >= 0);
-    if (given == 3)
-        slots[nx] = kNormalSlot, slots[ny] = kNormalSlot + 1, slots[nz] = kNormalSlot + 2;
-    else if (given > 0)
+    if (given == 3) {
+        slots[nx] = kNormalSlot;
+        slots[ny] = kNormalSlot + 1;
+        slots[nz] = kNormalSlot + 2;
+    } else if (given > 0) {
         fail("its vertices have some of nx, ny and nz, but not all");
+    }
     constexpr std::string_view pairs[][2] = {
         {"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}};
     for (const auto& pair : pairs) {
         const int u = find(pair[0]), v = find(pair[1]);
         if (u >= 0 && v >= 0) {
-            slots[u] = kUvSlot, slots[v] = kUvSlot + 1;
+            slots[u] = kUvSlot;
+            slots[v] = kUvSlot + 1;
             break;
         }
     }

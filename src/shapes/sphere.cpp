@@ -55,7 +55,10 @@ struct SphereHit {
         const int32_t is0 = (t0 > tmin ? 1 : 0) & (t0 < tmax ? 1 : 0) & s.has(x0, y0, z0);
         const int32_t is1 = (t1 > tmin ? 1 : 0) & (t1 < tmax ? 1 : 0) & s.has(x1, y1, z1);
         met = (exists >= 0 ? 1 : 0) & (is0 | is1);
-        t = is0 ? t0 : t1, x = is0 ? x0 : x1, y = is0 ? y0 : y1, z = is0 ? z0 : z1;
+        t = is0 ? t0 : t1;
+        x = is0 ? x0 : x1;
+        y = is0 ? y0 : y1;
+        z = is0 ? z0 : z1;
     }
 };
 
@@ -77,7 +80,10 @@ STROBE_TARGET_CLONES int32_t findHits(const Part& sphere, const QuadricRays& ray
     for (int i = 0; i < n; ++i) {
         const SphereHit found(s, rays.o(i), rays.d(i), tmin[i], tmax[i]);
         hit[i] = found.met ? hit[i] : 0;
-        out.t[i] = found.t, out.x[i] = found.x, out.y[i] = found.y, out.z[i] = found.z;
+        out.t[i] = found.t;
+        out.x[i] = found.x;
+        out.y[i] = found.y;
+        out.z[i] = found.z;
         any |= hit[i];
     }
     return any;
@@ -87,7 +93,8 @@ STROBE_TARGET_CLONES void findAngles(const SphereHits& hits, int n, float* phi, 
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const float x = hits.x[i], y = hits.y[i], z = hits.z[i];
-        phi[i] = azimuth(x, y), theta[i] = polarAngle(x, y, z);
+        phi[i] = azimuth(x, y);
+        theta[i] = polarAngle(x, y, z);
     }
 }
 
@@ -122,11 +129,20 @@ STROBE_TARGET_CLONES void findPoints(const Surface& surface, const float* u, con
     STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const QuadricPoint q = s.at(u[i], v[i]);
-        p.x[i] = q.p.x, p.y[i] = q.p.y, p.z[i] = q.p.z;
-        n.x[i] = q.n.x, n.y[i] = q.n.y, n.z[i] = q.n.z;
-        dpdu.x[i] = q.dpdu.x, dpdu.y[i] = q.dpdu.y, dpdu.z[i] = q.dpdu.z;
-        dpdv.x[i] = q.dpdv.x, dpdv.y[i] = q.dpdv.y, dpdv.z[i] = q.dpdv.z;
-        uv.x[i] = q.uv.x, uv.y[i] = q.uv.y;
+        p.x[i] = q.p.x;
+        p.y[i] = q.p.y;
+        p.z[i] = q.p.z;
+        n.x[i] = q.n.x;
+        n.y[i] = q.n.y;
+        n.z[i] = q.n.z;
+        dpdu.x[i] = q.dpdu.x;
+        dpdu.y[i] = q.dpdu.y;
+        dpdu.z[i] = q.dpdu.z;
+        dpdv.x[i] = q.dpdv.x;
+        dpdv.y[i] = q.dpdv.y;
+        dpdv.z[i] = q.dpdv.z;
+        uv.x[i] = q.uv.x;
+        uv.y[i] = q.uv.y;
     }
 }
 
@@ -147,11 +163,14 @@ class Sphere : public Quadric {
             m_part.zMax = float(m_zMax);
         if (m_phiMax < kTwoPi) {
             m_part.beyondHalf = m_phiMax > kTwoPi / 2;
-            m_part.cos = float(std::cos(m_phiMax)), m_part.sin = float(std::sin(m_phiMax)), m_part.least = 0;
+            m_part.cos = float(std::cos(m_phiMax));
+            m_part.sin = float(std::sin(m_phiMax));
+            m_part.least = 0;
         }
         m_thetaMin = std::acos(m_zMin / m_radius);
         m_thetaMax = std::acos(m_zMax / m_radius);
-        m_perPhi = 1 / m_phiMax, m_perTheta = 1 / (m_thetaMax - m_thetaMin);
+        m_perPhi = 1 / m_phiMax;
+        m_perTheta = 1 / (m_thetaMax - m_thetaMin);
     }
 
     Box3f bounds() const override {
@@ -166,7 +185,9 @@ class Sphere : public Quadric {
         const SphereHit hit(m_part, o, d, tmin, tmax);
         if (!hit.met)
             return false;
-        t = hit.t, u = alongPhi(azimuth(hit.x, hit.y)), v = alongTheta(polarAngle(hit.x, hit.y, hit.z));
+        t = hit.t;
+        u = alongPhi(azimuth(hit.x, hit.y));
+        v = alongTheta(polarAngle(hit.x, hit.y, hit.z));
         return true;
     }
 
@@ -175,8 +196,11 @@ class Sphere : public Quadric {
         if (findHits(m_part, rays, hit, hits) == 0)
             return;
         findAngles(hits, rays.n, u, v);
-        for (int i = 0; i < rays.n; ++i)
-            t[i] = hits.t[i], u[i] = alongPhi(u[i]), v[i] = alongTheta(v[i]);
+        for (int i = 0; i < rays.n; ++i) {
+            t[i] = hits.t[i];
+            u[i] = alongPhi(u[i]);
+            v[i] = alongTheta(v[i]);
+        }
     }
 
     QuadricPoint point(float u, float v) const override { return surface().at(u, v); }

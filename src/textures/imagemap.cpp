@@ -51,7 +51,8 @@ class ImageMap : public Texture {
         m_mapping.atSoA(q, begin, end, p);
         for (int i = begin; m_settings.flipV && i < end; ++i) {
             p.uv.y[i] = 1 - p.uv.y[i];
-            p.duvdx.y[i] = -p.duvdx.y[i], p.duvdy.y[i] = -p.duvdy.y[i];
+            p.duvdx.y[i] = -p.duvdx.y[i];
+            p.duvdy.y[i] = -p.duvdy.y[i];
         }
         if (!m_settings.filtered)
             for (float* row : {p.duvdx.x, p.duvdx.y, p.duvdy.x, p.duvdy.y})

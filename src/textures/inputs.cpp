@@ -15,8 +15,10 @@ STROBE_TARGET_CLONES void place(const V2SoA& from, const V2f& scale, const V2f& 
                                 V2SoA& to) {
     const float sx = scale.x, sy = scale.y, dx = delta.x, dy = delta.y;
     STROBE_IVDEP
-    for (int i = begin; i < end; ++i)
-        to.x[i] = from.x[i] * sx + dx, to.y[i] = from.y[i] * sy + dy;
+    for (int i = begin; i < end; ++i) {
+        to.x[i] = from.x[i] * sx + dx;
+        to.y[i] = from.y[i] * sy + dy;
+    }
 }
 
 bool isGivenAsFloat(const ParamSet& params, const InputDef& def) {
@@ -94,7 +96,9 @@ void Mapping2D::atSoA(const TextureQuerySoA& q, int begin, int end, TexturePoint
     if (m_planar) {
         for (int i = begin; i < end; ++i) {
             const TexturePoint p = at(q.at(i));
-            out.uv.set(i, p.st), out.duvdx.set(i, p.dstdx), out.duvdy.set(i, p.dstdy);
+            out.uv.set(i, p.st);
+            out.duvdx.set(i, p.dstdx);
+            out.duvdy.set(i, p.dstdy);
         }
         return;
     }

@@ -19,7 +19,8 @@ class Mix : public Texture {
     }
     void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const override {
         RgbSoA b;
-        m_a.rgbSoA(q, begin, end, out), m_b.rgbSoA(q, begin, end, b);
+        m_a.rgbSoA(q, begin, end, out);
+        m_b.rgbSoA(q, begin, end, b);
         for (int i = begin; i < end; ++i) {
             const float t = m_amount.texture ? m_amount.at(q.at(i)) : m_amount.constant;
             out.set(i, out.at(i) * (1 - t) + b.at(i) * t);

@@ -64,7 +64,8 @@ TEST(Cameras, LanesAreTheSameRays) {
         CameraSampleSoA samples;
         CameraRaySoA rays;
         for (int i = 0; i < kSoAWidth; ++i) {
-            samples.film.set(i, random2D(1, i) * 100.f), samples.lens.set(i, random2D(2, i));
+            samples.film.set(i, random2D(1, i) * 100.f);
+            samples.lens.set(i, random2D(2, i));
             samples.time[i] = random2D(3, i).x;
         }
         camera->raySoA(samples, kSoAWidth - 5, rays);

@@ -60,8 +60,10 @@ Moments integrate(const Filter& filter, int n = 600) {
             const V2f p((2 * (float(i) + .5f) / float(n) - 1) * r.x,
                         (2 * (float(j) + .5f) / float(n) - 1) * r.y);
             const double f = filter.eval(p);
-            m.mass += f * cell, m.absolute += std::abs(f) * cell;
-            m.xx += f * p.x * p.x * cell, m.yy += f * p.y * p.y * cell;
+            m.mass += f * cell;
+            m.absolute += std::abs(f) * cell;
+            m.xx += f * p.x * p.x * cell;
+            m.yy += f * p.y * p.y * cell;
         }
     return m;
 }
@@ -108,7 +110,8 @@ TEST(Filters, LanesAreTheSameSamples) {
         float weight[kSoAWidth];
         for (int i = 0; i < kSoAWidth; ++i)
             u.set(i, random2D(3, i));
-        u.set(0, V2f(0)), u.set(1, V2f(kOneMinusEpsilon));
+        u.set(0, V2f(0));
+        u.set(1, V2f(kOneMinusEpsilon));
         filter->sampleSoA(u, kSoAWidth - 3, offset, weight);
         for (int i = 0; i < kSoAWidth - 3; ++i) {
             const Filter::Sample s = filter->sample(u.at(i));
@@ -128,8 +131,11 @@ TEST(Filters, WeightsAndMomentsAreTheFilters) {
             const double golden = (i + .5) * 0.61803398874989485;
             const Filter::Sample s =
                 filter->sample({(float(i) + .5f) / n, float(golden - std::floor(golden))});
-            weight += s.weight, x += s.weight * s.offset.x, y += s.weight * s.offset.y;
-            xx += s.weight * sqr(s.offset.x), yy += s.weight * sqr(s.offset.y);
+            weight += s.weight;
+            x += s.weight * s.offset.x;
+            y += s.weight * s.offset.y;
+            xx += s.weight * sqr(s.offset.x);
+            yy += s.weight * sqr(s.offset.y);
             if (i % 64 == 0) {
                 EXPECT_NEAR(std::abs(s.weight), exact.absolute, 2e-3 * exact.absolute) << name;
             }

@@ -33,10 +33,15 @@ std::vector<V2f> points(const Sampler& sampler, uint64_t domain, uint32_t n, uin
 /// Pearson's correlation.
 double correlation(const std::vector<double>& a, const std::vector<double>& b) {
     double ma = 0, mb = 0, ab = 0, aa = 0, bb = 0;
-    for (size_t i = 0; i < a.size(); ++i)
-        ma += a[i] / double(a.size()), mb += b[i] / double(a.size());
-    for (size_t i = 0; i < a.size(); ++i)
-        ab += (a[i] - ma) * (b[i] - mb), aa += (a[i] - ma) * (a[i] - ma), bb += (b[i] - mb) * (b[i] - mb);
+    for (size_t i = 0; i < a.size(); ++i) {
+        ma += a[i] / double(a.size());
+        mb += b[i] / double(a.size());
+    }
+    for (size_t i = 0; i < a.size(); ++i) {
+        ab += (a[i] - ma) * (b[i] - mb);
+        aa += (a[i] - ma) * (a[i] - ma);
+        bb += (b[i] - mb) * (b[i] - mb);
+    }
     return ab / std::sqrt(aa * bb);
 }
 
@@ -112,7 +117,10 @@ TEST(Samplers, DimensionsAndDomainsAreIndependent) {
             const auto a = points(*sampler, hashOf(d), total, 0), b = points(*sampler, hashOf(d), total, 1);
             const auto c = points(*sampler, hashOf(d + 1), total, 0);
             for (uint32_t i = 0; i < total; ++i) {
-                x0.push_back(a[i].x), y0.push_back(a[i].y), x1.push_back(b[i].x), next.push_back(c[i].x);
+                x0.push_back(a[i].x);
+                y0.push_back(a[i].y);
+                x1.push_back(b[i].x);
+                next.push_back(c[i].x);
                 line0.push_back(sampler->get1D(hashOf(d), i, total, 0));
                 line1.push_back(sampler->get1D(hashOf(d), i, total, 1));
             }

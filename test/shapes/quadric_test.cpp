@@ -417,8 +417,10 @@ TEST(Quadrics, PointsSideBySideAreThoseOneByOne) {
         V3SoA p, n, dpdu, dpdv;
         V2SoA uv;
         QuadricPointSoA out{p, n, dpdu, dpdv, uv};
-        for (int i = 0; i < kSoAWidth; ++i)
-            u[i] = uniform(random), v[i] = i % 8 ? uniform(random) : float(i / 8 % 2); // poles and rims, too
+        for (int i = 0; i < kSoAWidth; ++i) {
+            u[i] = uniform(random);
+            v[i] = i % 8 ? uniform(random) : float(i / 8 % 2); // includes poles and rims
+        }
         for (int begin = 0, end; begin < kSoAWidth; begin = end) {
             end = std::min(kSoAWidth, begin + 1 + begin / 2);
             quadric->pointSoA(u, v, begin, end, out);

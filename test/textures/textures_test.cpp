@@ -62,7 +62,8 @@ TextureQuery at(float u, float v, float width = 0) {
     TextureQuery q;
     q.uv = V2f(u, v);
     q.p = V3f(u, v, 0);
-    q.duvdx = V2f(width, 0), q.duvdy = V2f(0, width);
+    q.duvdx = V2f(width, 0);
+    q.duvdy = V2f(0, width);
     return q;
 }
 
@@ -354,7 +355,9 @@ TEST_F(ImageMaps, LookupsSideBySideAreThoseOneByOne) {
             dy.set(i, V2f(-std::sin(turn), std::cos(turn) + .3f) * (size * sqr(sqr(thin))));
             p.set(i, {uv.x[i], number(engine), uv.y[i]});
         }
-        uv.x[5] = 1e12f, dx.x[6] = 1e5f, dy.y[7] = std::nanf(""); // left to OpenImageIO
+        uv.x[5] = 1e12f; // left to OpenImageIO
+        dx.x[6] = 1e5f;
+        dy.y[7] = std::nanf("");
         const int begin = round % 7, end = kSoAWidth - round % 50;
         for (const TexturePtr& texture : textures) {
             RgbSoA out;
