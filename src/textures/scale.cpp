@@ -31,7 +31,7 @@ class Scale : public Texture {
 
 Plugin<TexturePtr, const TextureArgs&> scaleTexturePlugin() {
     return {"scale",
-            "the product of two textures",
+            "product of two textures",
             {kTex1.color, kTex2.color},
             [](const ParamSet& params, const BuildContext&, const TextureArgs& args) -> TexturePtr {
                 return std::make_shared<const Scale>(Input(params, args, kTex1), Input(params, args, kTex2));
