@@ -21,13 +21,13 @@ std::shared_ptr<const Filter> make(const FilterPlugin& plugin, const ParamSet& p
     return plugin.create(params, BuildContext{.messages = quiet, .conventions = conventions});
 }
 
-struct Named {
+struct NamedFilter {
     std::string name;
     std::shared_ptr<const Filter> filter;
-    bool negativeLobes;
+    bool hasNegativeLobes;
 };
 
-std::vector<Named> filters() {
+std::vector<NamedFilter> filters() {
     const auto v2 = Conventions::PbrtV2;
     return {
         {"box", make(boxFilterPlugin()), false},
@@ -47,10 +47,11 @@ std::vector<Named> filters() {
     };
 }
 
-/// ∫ g f and ∫|f| over the support, by the midpoint rule.
+/// ∫f, ∫|f|, ∫x²f and ∫y²f over the support.
 struct Moments {
     double mass = 0, absolute = 0, xx = 0, yy = 0;
 };
+/// Integrates by the midpoint rule.
 Moments integrate(const Filter& filter, int n = 600) {
     const V2f r = filter.radius();
     const double cell = 4.0 * r.x * r.y / (double(n) * n);
@@ -82,7 +83,7 @@ TEST(Filters, SamplesFollowTheAbsoluteValue) {
             const int x = std::min(int((s.offset.x / r.x + 1) / 2 * bins), bins - 1);
             const int y = std::min(int((s.offset.y / r.y + 1) / 2 * bins), bins - 1);
             counts[y * bins + x] += 1;
-            if (std::abs(filter->eval(s.offset)) > 1e-3f) { // else too near a root to tell
+            if (std::abs(filter->eval(s.offset)) > 1e-3f) { // not close to a root
                 EXPECT_EQ(s.weight < 0, filter->eval(s.offset) < 0) << name << " at " << s.offset;
             }
             if (!negative) {
@@ -104,7 +105,7 @@ TEST(Filters, SamplesFollowTheAbsoluteValue) {
     }
 }
 
-TEST(Filters, LanesAreTheSameSamples) {
+TEST(Filters, SampleSoAEqualsSample) {
     for (const auto& [name, filter, negative] : filters()) {
         V2SoA u, offset;
         float weight[kSoAWidth];
@@ -121,8 +122,8 @@ TEST(Filters, LanesAreTheSameSamples) {
     }
 }
 
-TEST(Filters, WeightsAndMomentsAreTheFilters) {
-    constexpr int n = 1 << 20; // of a rank-1 lattice: its error is near 1/n
+TEST(Filters, MeanWeightIsOneAndMomentsAgreeWithQuadrature) {
+    constexpr int n = 1 << 20; // points of a rank-1 lattice, whose error is about 1/n
     for (const auto& [name, filter, negative] : filters()) {
         const Moments exact = integrate(*filter);
         EXPECT_NEAR(exact.mass, 1, 1e-4) << name << ": eval is not normalized";
@@ -149,8 +150,8 @@ TEST(Filters, WeightsAndMomentsAreTheFilters) {
     }
 }
 
-TEST(Filters, ValuesArePbrts) {
-    // Ratios to the center, from pbrt's formulas.
+TEST(Filters, ValuesEqualTheFormulasOfPbrt) {
+    // Ratios to the value at the center.
     const auto v2 = Conventions::PbrtV2;
     const auto gaussian = make(gaussianFilterPlugin(), {}, v2);
     EXPECT_EQ(gaussian->radius(), V2f(2));
@@ -170,7 +171,7 @@ TEST(Filters, ValuesArePbrts) {
                 std::sin(M_PI / 2) / (M_PI / 2) * std::sin(M_PI * 1.5) / (M_PI * 1.5), 1e-5);
 }
 
-TEST(Filters, MistakesAreLocated) {
+TEST(Filters, ErrorsHaveLocations) {
     EXPECT_EQ(
         errorOffset([] { make(boxFilterPlugin(), Params().floats("xwidth", {1}).floats("ywidth", {0})); }),
         20);
