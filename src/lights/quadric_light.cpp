@@ -73,7 +73,7 @@ struct VisibleSide {
     }
 };
 
-/// Writes upper bounds of the solid angle. `side`: null if the light is visible from both sides.
+/// Writes upper bounds of the solid angle. `visible`: null if the light is visible from both sides.
 STROBE_TARGET_CLONES void boundSolidAngles(const BoundingSphere& bounds, const VisibleSide* visible,
                                            const V3SoA& p, int n, float* out) {
     const BoundingSphere sphere = bounds;

@@ -12,8 +12,7 @@ const ParamDef<RgbInput> kKt{"Kt", Rgb(1), "scale of transmitted light"};
 const ParamDef<FloatInput> kIndex{"index", 1.5f, "index of refraction of the inside relative to the outside",
                                   "eta"};
 const ParamDef<FloatInput> kRoughness{
-    "roughness", 0.f,
-    "accepted for pbrt-v3 and pbrt-v4; other values than 0 are a warning and render smooth"};
+    "roughness", 0.f, "accepted for pbrt-v3 and pbrt-v4; values other than 0 render smooth, with a warning"};
 
 struct Data {
     PlainRgb kr, kt;

@@ -28,9 +28,9 @@ Ray rayAt(const Camera& camera, const V2f& film, float time = 0, const V2f& lens
     return ray;
 }
 
-void expectDirection(const V3f& d, const V3f& expected, const char* what = "") {
-    EXPECT_NEAR(length(d), 1, 1e-6) << what;
-    EXPECT_NEAR(length(d - normalize(expected)), 0, 2e-6) << what << " " << d;
+void expectDirection(const V3f& d, const V3f& expected, const char* label = "") {
+    EXPECT_NEAR(length(d), 1, 1e-6) << label;
+    EXPECT_NEAR(length(d - normalize(expected)), 0, 2e-6) << label << " " << d;
 }
 
 /// Returns a transform that scales, rotates around (1,2,3) and translates.

@@ -226,7 +226,7 @@ std::vector<Malformed> malformedBodies() {
         {faces("3.5 0 1 2\n"), "is not an integer"},
         {ascii("3", kXyz, "1", kList, "0 0 0 1 0 0 0 1 0x 3 0 1 2"), "\"0x\" in element \"vertex\""},
         {ascii("4000000000", kXyz, "1", kList, kThree), "too short for the 4000000000 rows"},
-        {ascii("18446744073709551615", kXyz, "1", kList, kThree), "32 bits"},
+        {ascii("18446744073709551615", kXyz, "1", kList, kThree), "has more vertices than 32-bit indices allow"},
         {ascii("3", kXyz, "18446744073709551615", kList, kThree), "too short"},
         {ascii("4", kXyz, "1", kList, std::string(kThree) + "0"), "too short for the 4 rows"},
     };
