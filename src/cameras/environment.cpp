@@ -25,7 +25,8 @@ class EnvironmentCamera final : public Camera {
     }
 
     RayCone cone(const V2f& film) const override {
-        // Averaged over the pixel's rows, so that it does not vanish at the poles.
+        // The solid angle of a whole row of pixels, divided by their number, which does not vanish at the
+        // poles.
         const float top = (film.y - .5f) * m_perPixel.y, half = .5f * m_perPixel.y;
         const float center = std::clamp(top + half, half, kPi - half);
         return {0, std::sqrt(m_perPixel.x * 2 * std::sin(center) * std::sin(half))};
@@ -40,18 +41,18 @@ class EnvironmentCamera final : public Camera {
         if (!(distance > 0))
             return std::nullopt;
         float depth;
-        const V3f at = m_placement.toCamera(p, time, depth);
-        const float phi = std::atan2(at.z, at.x), theta = std::atan2(std::hypot(at.x, at.z), at.y);
+        const V3f q = m_placement.toCamera(p, time, depth);
+        const float phi = std::atan2(q.z, q.x), theta = std::atan2(std::hypot(q.x, q.z), q.y);
         return FilmPoint{{(phi < 0 ? phi + 2 * kPi : phi) / m_perPixel.x, theta / m_perPixel.y}, distance};
     }
     V2f filmStep(const V2f& from, const V2f& to) const override {
-        const float around = 2 * kPi / m_perPixel.x, x = to.x - from.x;
-        return {x - around * std::round(x / around), to.y - from.y};
+        const float width = 2 * kPi / m_perPixel.x, x = to.x - from.x; // the film wraps in x
+        return {x - width * std::round(x / width), to.y - from.y};
     }
 
   private:
     CameraPlacement m_placement;
-    V2f m_perPixel; ///< radians
+    V2f m_perPixel; ///< azimuth and polar angle of one pixel, in radians
 };
 
 std::shared_ptr<const Camera> createEnvironment(const ParamSet&, const BuildContext&,
@@ -63,7 +64,7 @@ std::shared_ptr<const Camera> createEnvironment(const ParamSet&, const BuildCont
 
 Plugin<std::shared_ptr<const Camera>, const CameraArgs&> environmentPlugin() {
     return {"environment",
-            "all directions, as a latitude-longitude map",
+            "all directions, as a latitude-longitude image",
             {kShutterOpen, kShutterClose},
             createEnvironment};
 }

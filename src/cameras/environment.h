@@ -1,4 +1,4 @@
-// The environment camera.
+// The "environment" camera.
 #pragma once
 
 #include "core/interfaces/camera.h"
@@ -6,8 +6,8 @@
 
 namespace strobe {
 
-/// "environment": all directions; +y of camera space is up at the top row, and columns go round from +x by
-/// +z.
+/// A camera that sees all directions as a latitude-longitude image: the top row is +y of camera space, and
+/// columns go from +x over +z. Film x is the azimuth, film y the polar angle.
 Plugin<std::shared_ptr<const Camera>, const CameraArgs&> environmentPlugin();
 
 } // namespace strobe

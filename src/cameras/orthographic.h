@@ -1,4 +1,4 @@
-// The orthographic camera.
+// The "orthographic" camera.
 #pragma once
 
 #include "core/interfaces/camera.h"
@@ -6,7 +6,8 @@
 
 namespace strobe {
 
-/// "orthographic": parallel rays along +z of camera space; the screen window is in camera space units.
+/// Parallel rays along +z of camera space, with x right and y up. The screen window is in units of camera
+/// space. With a lens (lensradius > 0), rays through one film point meet in the plane at focaldistance.
 Plugin<std::shared_ptr<const Camera>, const CameraArgs&> orthographicPlugin();
 
 } // namespace strobe

@@ -4,7 +4,7 @@ namespace strobe {
 
 namespace {
 
-/// The shutter sees motion only where it overlaps the keys.
+/// Returns true if the transform moves and the shutter interval overlaps its keys.
 bool movesDuring(const KeyedTransform& t, const Shutter& shutter) {
     return !t.isStatic() && shutter.close > shutter.open && shutter.open < t.times().back() &&
            shutter.close > t.times().front();
@@ -14,13 +14,13 @@ bool movesDuring(const KeyedTransform& t, const Shutter& shutter) {
 
 CameraPlacement::CameraPlacement(const KeyedTransform& toWorld, const Shutter& shutter)
     : m_toWorld(toWorld), m_shutter(shutter), m_moves(movesDuring(toWorld, shutter)),
-      m_still(toWorld.at(shutter.sceneTime(0.5f))) {}
+      m_midShutter(toWorld.at(shutter.sceneTime(0.5f))) {}
 
 V3f CameraPlacement::toCamera(const V3f& p, float time, float& depth) const {
     const M44f m = at(time).inverse();
-    const V3f inCamera = transformPoint(m, p);
-    depth = inCamera.z / length(V3f(m[0][2], m[1][2], m[2][2]));
-    return inCamera;
+    const V3f cameraPoint = transformPoint(m, p);
+    depth = cameraPoint.z / length(V3f(m[0][2], m[1][2], m[2][2]));
+    return cameraPoint;
 }
 
 ScreenWindow readScreenWindow(const ParamSet& params, const V2i& resolution) {
@@ -32,7 +32,7 @@ ScreenWindow readScreenWindow(const ParamSet& params, const V2i& resolution) {
     if (params.has(kScreenWindow)) {
         window = params.get(kScreenWindow);
         if (window.size() != 4)
-            throw Error(params.whereIs(kScreenWindow), "\"screenwindow\" takes four numbers: x0 x1 y0 y1");
+            throw Error(params.whereIs(kScreenWindow), "\"screenwindow\" must be four numbers: x0 x1 y0 y1");
         if (!(window[0] != window[1] && window[2] != window[3]))
             throw Error(params.whereIs(kScreenWindow), "\"screenwindow\" is empty");
     }

@@ -1,4 +1,4 @@
-// When the shutter is open: parameters that every camera has.
+// The shutter interval: parameters of all cameras.
 #pragma once
 
 #include "core/math/transform.h"
@@ -9,7 +9,7 @@ namespace strobe {
 inline const ParamDef<float> kShutterOpen{"shutteropen", 0, "scene time at which the shutter opens"};
 inline const ParamDef<float> kShutterClose{"shutterclose", 1, "scene time at which the shutter closes"};
 
-/// The interval of a camera's parameters, in scene time. Throws a located Error when it closes before it
+/// Returns the shutter interval in scene time. Throws a located Error if it is not finite or closes before it
 /// opens.
 Shutter readShutter(const ParamSet& params);
 

@@ -8,10 +8,12 @@ namespace {
 
 const WidthParams kWidths(0.5f);
 
-STROBE_TARGET_CLONES void spread(const V2f& radius, const V2SoA& u, int n, V2SoA& offset) {
+STROBE_TARGET_CLONES void sampleBox(const V2f& radius, const V2SoA& u, int n, V2SoA& offset) {
     STROBE_IVDEP
-    for (int i = 0; i < n; ++i)
-        offset.x[i] = (2 * u.x[i] - 1) * radius.x, offset.y[i] = (2 * u.y[i] - 1) * radius.y;
+    for (int i = 0; i < n; ++i) {
+        offset.x[i] = (2 * u.x[i] - 1) * radius.x;
+        offset.y[i] = (2 * u.y[i] - 1) * radius.y;
+    }
 }
 
 class BoxFilter final : public Filter {
@@ -21,12 +23,12 @@ class BoxFilter final : public Filter {
         return {{(2 * u.x - 1) * m_radius.x, (2 * u.y - 1) * m_radius.y}, 1};
     }
     void sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const override {
-        spread(m_radius, u, n, offset);
+        sampleBox(m_radius, u, n, offset);
         std::fill_n(weight, n, 1.f);
     }
     float eval(const V2f& offset) const override {
-        const bool inside = std::abs(offset.x) <= m_radius.x && std::abs(offset.y) <= m_radius.y;
-        return inside ? 1 / (4 * m_radius.x * m_radius.y) : 0;
+        const bool isInside = std::abs(offset.x) <= m_radius.x && std::abs(offset.y) <= m_radius.y;
+        return isInside ? 1 / (4 * m_radius.x * m_radius.y) : 0;
     }
     V2f radius() const override { return m_radius; }
 
@@ -37,7 +39,10 @@ class BoxFilter final : public Filter {
 } // namespace
 
 Plugin<std::shared_ptr<const Filter>> boxFilterPlugin() {
-    return {"box", "constant", {kWidths.x, kWidths.y}, [](const ParamSet& params, const BuildContext&) {
+    return {"box",
+            "constant over a rectangle",
+            {kWidths.x, kWidths.y},
+            [](const ParamSet& params, const BuildContext&) {
                 return std::make_shared<BoxFilter>(kWidths.read(params));
             }};
 }

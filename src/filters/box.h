@@ -1,4 +1,4 @@
-// The box filter.
+// The "box" filter.
 #pragma once
 
 #include "core/interfaces/filter.h"
@@ -6,7 +6,7 @@
 
 namespace strobe {
 
-/// "box": constant over the rectangle of the half-widths.
+/// Constant over the rectangle given by the half-widths, sampled uniformly.
 Plugin<std::shared_ptr<const Filter>> boxFilterPlugin();
 
 } // namespace strobe

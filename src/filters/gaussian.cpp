@@ -7,30 +7,31 @@ namespace strobe {
 namespace {
 
 const WidthParams kWidths(1.5f);
-const ParamDef<float> kAlpha{"alpha", 2, "falloff exp(-alpha x²), as in pbrt-v2 and v3, where it is the rule",
-                             nullptr, kPositive};
-const ParamDef<float> kSigma{"sigma", 0.5f, "standard deviation in pixels, as in pbrt-v4", nullptr,
-                             kPositive};
+const ParamDef<float> kAlpha{
+    "alpha", 2,
+    "falloff exp(-alpha x²), x in pixels (pbrt-v2 and v3; the default under pbrt-v2's conventions)", nullptr,
+    kPositive};
+const ParamDef<float> kSigma{"sigma", 0.5f, "standard deviation in pixels (pbrt-v4)", nullptr, kPositive};
 
 Profile gaussianProfile(float radius, float alpha) {
     const float range = alpha * radius * radius, end = std::exp(-range);
     return Profile(radius, [=](float x) {
         const float a = alpha * x * x;
-        // expm1: a gaussian that is wide for its support must not cancel to noise.
+        // expm1 avoids cancellation for a Gaussian that is wide relative to its support.
         return std::max(0.f, range < 1 ? end * std::expm1(range - a) : std::exp(-a) - end);
     });
 }
 
 std::shared_ptr<const Filter> createGaussian(const ParamSet& params, const BuildContext& context) {
     if (params.has(kAlpha) && params.has(kSigma))
-        throw Error(params.whereIs(kSigma), "a gaussian filter takes \"alpha\" or \"sigma\", not both");
+        throw Error(params.whereIs(kSigma), "\"alpha\" and \"sigma\" must not both be given");
     const bool v2 = context.conventions == Conventions::PbrtV2;
     const bool byAlpha = params.has(kAlpha) || (v2 && !params.has(kSigma));
     const float alpha = byAlpha ? params.get(kAlpha) : .5f / sqr(params.get(kSigma));
     const V2f radius = kWidths.read(params, byAlpha ? 2 : kWidths.x.fallback);
-    if (alpha * sqr(std::max(radius.x, radius.y)) > 2000) // the table would not resolve it
+    if (alpha * sqr(std::max(radius.x, radius.y)) > 2000) // beyond the resolution of the table
         throw Error(params.whereIs(byAlpha ? kAlpha : kSigma),
-                    "the gaussian is too narrow for the filter's width");
+                    "the Gaussian is too narrow for the width of the filter");
     return makeSeparable(gaussianProfile(radius.x, alpha), gaussianProfile(radius.y, alpha));
 }
 
@@ -38,7 +39,7 @@ std::shared_ptr<const Filter> createGaussian(const ParamSet& params, const Build
 
 Plugin<std::shared_ptr<const Filter>> gaussianFilterPlugin() {
     return {"gaussian",
-            "a gaussian that reaches zero at the half-width (with alpha: half-widths default to 2)",
+            "Gaussian minus its value at the half-width (default half-width with alpha: 2)",
             {kWidths.x, kWidths.y, kAlpha, kSigma},
             createGaussian};
 }

@@ -1,4 +1,4 @@
-// The gaussian filter.
+// The "gaussian" filter.
 #pragma once
 
 #include "core/interfaces/filter.h"
@@ -6,8 +6,8 @@
 
 namespace strobe {
 
-/// "gaussian": exp(-alpha x²) (pbrt-v2, v3) or a normal distribution of standard deviation sigma (v4),
-/// lowered so that it reaches zero at the half-width.
+/// The Gaussian exp(-alpha x²) (pbrt-v2 and v3) or exp(-x² / (2 sigma²)) (pbrt-v4) along each axis, minus its
+/// value at the half-width, where the filter is 0. Offsets are in pixels.
 Plugin<std::shared_ptr<const Filter>> gaussianFilterPlugin();
 
 } // namespace strobe

@@ -7,10 +7,10 @@ namespace strobe {
 namespace {
 
 const WidthParams kWidths(2);
-const ParamDef<float> kB{"B", 1.f / 3, "blur"};
-const ParamDef<float> kC{"C", 1.f / 3, "ringing; B + 2C = 1 is recommended"};
+const ParamDef<float> kB{"B", 1.f / 3, "blur, 0 to 2"};
+const ParamDef<float> kC{"C", 1.f / 3, "ringing, 0 to 2; B + 2C = 1 is recommended"};
 
-/// The piecewise cubic on [-2, 2].
+/// Returns the piecewise cubic at x in [-2, 2].
 float mitchellCubic(float x, float b, float c) {
     x = std::abs(x);
     if (x > 1)
@@ -27,7 +27,8 @@ Profile mitchellProfile(float radius, float b, float c) {
 std::shared_ptr<const Filter> createMitchell(const ParamSet& params, const BuildContext&) {
     const float b = params.get(kB), c = params.get(kC);
     for (const ParamDef<float>* def : {&kB, &kC})
-        if (const float x = params.get(*def); !(x >= 0 && x <= 2)) // beyond, ∫f > 0 is all but canceled
+        if (const float x = params.get(*def);
+            !(x >= 0 && x <= 2)) // beyond 2, the negative lobes almost cancel ∫f
             throw Error(params.whereIs(*def), std::string("\"") + def->name + "\" must be between 0 and 2");
     const V2f radius = kWidths.read(params);
     return makeSeparable(mitchellProfile(radius.x, b, c), mitchellProfile(radius.y, b, c));
@@ -36,7 +37,10 @@ std::shared_ptr<const Filter> createMitchell(const ParamSet& params, const Build
 } // namespace
 
 Plugin<std::shared_ptr<const Filter>> mitchellFilterPlugin() {
-    return {"mitchell", "Mitchell and Netravali's cubic", {kWidths.x, kWidths.y, kB, kC}, createMitchell};
+    return {"mitchell",
+            "piecewise cubic of Mitchell and Netravali",
+            {kWidths.x, kWidths.y, kB, kC},
+            createMitchell};
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// The mitchell filter.
+// The "mitchell" filter.
 #pragma once
 
 #include "core/interfaces/filter.h"
@@ -6,8 +6,8 @@
 
 namespace strobe {
 
-/// "mitchell": Mitchell and Netravali's cubic (1988) with parameters B and C, stretched to the half-width. It
-/// has negative lobes.
+/// The piecewise cubic of Mitchell and Netravali ("Reconstruction Filters in Computer Graphics", 1988) with
+/// parameters B and C along each axis, scaled to the half-widths. It has negative lobes.
 Plugin<std::shared_ptr<const Filter>> mitchellFilterPlugin();
 
 } // namespace strobe

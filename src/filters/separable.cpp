@@ -4,11 +4,11 @@ namespace strobe {
 
 namespace {
 
-/// Of the function, and of the inverse of its integral.
-constexpr int kIntervals = 2048, kSteps = 4096;
-/// How much of the distribution is an end.
-constexpr float kEnd = 1.f / 256;
-bool isEnd(float u) { return u < kEnd || u > 1 - kEnd; }
+constexpr int kIntervals = 2048; ///< of the tabulated function
+constexpr int kSteps = 4096;     ///< of the tabulated inverse of its distribution function
+/// The probability of each end, where the inverse is not interpolated.
+constexpr float kEndProbability = 1.f / 256;
+bool isEnd(float u) { return u < kEndProbability || u > 1 - kEndProbability; }
 
 class SeparableFilter final : public Filter {
   public:
@@ -40,20 +40,21 @@ V2f WidthParams::read(const ParamSet& params, float fallback) const {
 }
 
 Profile::Profile(float radius, Function f) : m_radius(radius), m_f(std::move(f)) {
-    const auto at = [&](double fraction) { return m_f(float((2 * fraction - 1) * m_radius)); };
+    const auto valueAt = [&](double fraction) { return m_f(float((2 * fraction - 1) * m_radius)); };
     std::vector<float> nodes(kIntervals + 1);
     for (int i = 0; i <= kIntervals; ++i)
-        nodes[size_t(i)] = std::abs(at(double(i) / kIntervals));
+        nodes[size_t(i)] = std::abs(valueAt(double(i) / kIntervals));
     m_absolute = PiecewiseLinear1D(nodes);
     m_inverse.resize(kSteps + 1);
     for (int i = 0; i <= kSteps; ++i)
-        m_inverse[size_t(i)] = exact(float(i) / kSteps);
-    m_inverse.front() = -m_radius, m_inverse.back() = m_radius;
-    // Weights from what the table really does, so that their mean is 1.
+        m_inverse[size_t(i)] = exactInverse(float(i) / kSteps);
+    m_inverse.front() = -m_radius;
+    m_inverse.back() = m_radius;
+    // The weight is computed from the distribution of the table, so that the mean weight is 1.
     std::vector<float> signs(kIntervals);
     double sum = 0, integral = 0;
     for (int i = 0; i < kIntervals; ++i) {
-        const float value = at((i + .5) / kIntervals), width = 2 * m_radius / kIntervals;
+        const float value = valueAt((i + .5) / kIntervals), width = 2 * m_radius / kIntervals;
         const float from = float(i) * width - m_radius;
         signs[size_t(i)] = value < 0 ? -1.f : 1.f;
         sum += double(signs[size_t(i)]) * (distribution(from + width) - distribution(from));
@@ -63,7 +64,7 @@ Profile::Profile(float radius, Function f) : m_radius(radius), m_f(std::move(f))
     m_weight = float(1 / sum);
     if (std::find(signs.begin(), signs.end(), -1.f) != signs.end())
         for (float sign : signs)
-            m_signed.push_back(sign * m_weight);
+            m_signedWeights.push_back(sign * m_weight);
 }
 
 float Profile::distribution(float x) const {
@@ -78,7 +79,7 @@ float Profile::distribution(float x) const {
 
 namespace {
 
-inline float lookUp(const float* inverse, float u) {
+inline float lookupInverse(const float* inverse, float u) {
     const float scaled = u * kSteps;
     const int i = std::min(int(scaled), kSteps - 1);
     return lerp(inverse[i], inverse[i + 1], scaled - float(i));
@@ -87,12 +88,13 @@ inline float signedWeight(const float* weights, float radius, float x) {
     return weights[std::min(int((x / radius + 1) * (.5f * kIntervals)), kIntervals - 1)];
 }
 
-STROBE_TARGET_CLONES void lookUpAll(const float* inverse, const float* u, int n, float* x) {
+STROBE_TARGET_CLONES void lookupInverses(const float* inverse, const float* u, int n, float* x) {
     STROBE_IVDEP
     for (int i = 0; i < n; ++i)
-        x[i] = lookUp(inverse, u[i]);
+        x[i] = lookupInverse(inverse, u[i]);
 }
-STROBE_TARGET_CLONES void weighAll(const float* weights, float radius, const float* x, int n, float* weight) {
+STROBE_TARGET_CLONES void lookupWeights(const float* weights, float radius, const float* x, int n,
+                                        float* weight) {
     STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         weight[i] = signedWeight(weights, radius, x[i]);
@@ -101,22 +103,22 @@ STROBE_TARGET_CLONES void weighAll(const float* weights, float radius, const flo
 } // namespace
 
 Profile::Sample Profile::sample(float u) const {
-    const float x = isEnd(u) ? exact(u) : lookUp(m_inverse.data(), u);
-    return {x, m_signed.empty() ? m_weight : signedWeight(m_signed.data(), m_radius, x)};
+    const float x = isEnd(u) ? exactInverse(u) : lookupInverse(m_inverse.data(), u);
+    return {x, m_signedWeights.empty() ? m_weight : signedWeight(m_signedWeights.data(), m_radius, x)};
 }
 
 void Profile::sampleSoA(const float* u, int n, float* x, float* weight) const {
-    lookUpAll(m_inverse.data(), u, n, x);
+    lookupInverses(m_inverse.data(), u, n, x);
     for (int i = 0; i < n; ++i)
         if (isEnd(u[i]))
-            x[i] = exact(u[i]);
-    if (m_signed.empty())
+            x[i] = exactInverse(u[i]);
+    if (m_signedWeights.empty())
         std::fill_n(weight, n, m_weight);
     else
-        weighAll(m_signed.data(), m_radius, x, n, weight);
+        lookupWeights(m_signedWeights.data(), m_radius, x, n, weight);
 }
 
-float Profile::eval(float x) const { return raw(x) / m_integral; }
+float Profile::eval(float x) const { return unnormalized(x) / m_integral; }
 
 std::shared_ptr<const Filter> makeSeparable(Profile x, Profile y) {
     return std::make_shared<SeparableFilter>(std::move(x), std::move(y));

@@ -7,8 +7,9 @@ namespace strobe {
 namespace {
 
 const WidthParams kWidths(4);
-const ParamDef<float> kTau{"tau", 3,
-                           "lobes: the window's first zero, in pixels (pbrt-v2: lobes in the width)"};
+const ParamDef<float> kTau{
+    "tau", 3,
+    "first zero of the window, in pixels; under pbrt-v2's conventions: number of lobes in the half-width"};
 
 float sinc(float x) {
     x = std::abs(kPi * x);
@@ -16,7 +17,7 @@ float sinc(float x) {
 }
 
 Profile sincProfile(float radius, float tau, bool v2) {
-    if (v2) // pbrt-v2 swaps the two factors' roles and measures both by the half-width
+    if (v2) // the factors are exchanged and both relative to the half-width
         return Profile(radius, [=](float x) { return sinc(x / radius) * sinc(x * tau / radius); });
     return Profile(radius, [=](float x) { return sinc(x) * sinc(x / tau); });
 }
@@ -33,7 +34,7 @@ std::shared_ptr<const Filter> createSinc(const ParamSet& params, const BuildCont
 } // namespace
 
 Plugin<std::shared_ptr<const Filter>> sincFilterPlugin() {
-    return {"sinc", "sinc under a Lanczos window", {kWidths.x, kWidths.y, kTau}, createSinc};
+    return {"sinc", "Lanczos-windowed sinc", {kWidths.x, kWidths.y, kTau}, createSinc};
 }
 
 } // namespace strobe

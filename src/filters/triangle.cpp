@@ -27,7 +27,7 @@ class TriangleFilter final : public Filter {
 
 Plugin<std::shared_ptr<const Filter>> triangleFilterPlugin() {
     return {"triangle",
-            "a tent along each axis",
+            "tent along each axis",
             {kWidths.x, kWidths.y},
             [](const ParamSet& params, const BuildContext&) {
                 return std::make_shared<TriangleFilter>(kWidths.read(params));

@@ -1,4 +1,4 @@
-// The triangle filter.
+// The "triangle" filter.
 #pragma once
 
 #include "core/interfaces/filter.h"
@@ -6,7 +6,7 @@
 
 namespace strobe {
 
-/// "triangle": a tent along each axis, falling to zero at the half-width.
+/// A tent along each axis, which is 0 at the half-width.
 Plugin<std::shared_ptr<const Filter>> triangleFilterPlugin();
 
 } // namespace strobe

@@ -11,30 +11,34 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<Rgb> kL{"L", Rgb(1), "emitted radiance"};
-const ParamDef<RgbInput> kTexture{"texture", Rgb(1), "texture that multiplies L, on meshes"};
-const ParamDef<FilePath> kImage{"filename", {}, "image of the radiance over the shape: its mean is taken"};
-const ParamDef<bool> kTwoSided{"twosided", false, "shine on both sides"};
+const ParamDef<Rgb> kL{"L", Rgb(1), "emitted radiance, W/(m² sr)"};
+const ParamDef<RgbInput> kTexture{"texture", Rgb(1), "texture that scales L; meshes only"};
+const ParamDef<FilePath> kImage{
+    "filename", {}, "image of the radiance over the shape; replaced by its mean with a warning"};
+const ParamDef<bool> kTwoSided{"twosided", false,
+                               "emission on both sides instead of the side of the surface normal only"};
 
-/// The light of the kind that suits the shape.
+/// Creates the light for the type of the shape.
 std::shared_ptr<SurfaceLight> makeLight(const PlacedShape& shape, const Emission& emission) {
     if (shape.shape.mesh)
         return makeMeshLight(shape, emission);
-    return staysSphere(shape) ? makeSphereLight(shape, emission) : makeQuadricLight(shape, emission);
+    return isSphereAtAllTimes(shape) ? makeSphereLight(shape, emission) : makeQuadricLight(shape, emission);
 }
 
+/// Warns if the shape has cutouts (alpha), which light sampling does not support.
 void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Diagnostics& messages) {
     if (!shape.shape.mesh)
         return;
     const FloatInput& alpha = shape.shape.mesh->alpha;
     if (alpha.texture || alpha.constant < 1)
-        messages.warn(params.where(), "the shape's alpha is ignored where its light is sampled");
+        messages.warn(params.where(), "the alpha of the shape is ignored when its light is sampled");
 }
 
-Rgb meanOf(const ParamSet& params, const BuildContext& context) {
+/// Returns the mean color of the image and warns that the image is not used otherwise.
+Rgb imageMean(const ParamSet& params, const BuildContext& context) {
     const Location where = params.whereIs(kImage);
     context.messages.warnOnce("area light image", where,
-                              "an area light shines alike all over: the image's mean is taken");
+                              "images on area lights are not supported: the mean of the image is used");
     const std::filesystem::path path = params.get(kImage).path;
     const Image image =
         readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, {ColorEncoding::Srgb}));
@@ -48,13 +52,13 @@ std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext&
                                      const AreaLightArgs& args) {
     Emission emission{readEmission(params, kL), params.get(kTwoSided), params.get(kTexture).texture};
     if (emission.texture && !args.shape.shape.mesh)
-        throw Error(params.whereIs(kTexture), "only meshes can shine with a texture");
+        throw Error(params.whereIs(kTexture), "\"texture\" is supported on meshes only");
     if (params.has(kImage))
-        emission.radiance *= meanOf(params, context);
+        emission.radiance *= imageMean(params, context);
     std::shared_ptr<SurfaceLight> light = makeLight(args.shape, emission);
     if (params.has(kPower) && light->area() > 0) {
         emission.radiance *=
-            readTotal(params, kPower, luminance(Emission{Rgb(1), emission.twoSided}.power(light->area())));
+            scaleToTotal(params, kPower, luminance(Emission{Rgb(1), emission.twoSided}.power(light->area())));
         light = makeLight(args.shape, emission);
     }
     if (!(light->area() > 0))

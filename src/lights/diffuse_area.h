@@ -1,4 +1,4 @@
-// The diffuse area light.
+// The "diffuse" area light.
 #pragma once
 
 #include "core/interfaces/light.h"
@@ -6,8 +6,11 @@
 
 namespace strobe {
 
-/// "diffuse" (pbrt-v2 also: "area"): radiance L from every point of a shape, in all directions on the side of
-/// its normal, or on both.
+/// Emits radiance L (W/(m² sr)) from every point of a shape in all directions on the side of the surface
+/// normal, or on both sides. pbrt-v2 also calls it "area". Meshes are sampled by area (makeMeshLight), whole
+/// spheres by the cone of directions (makeSphereLight), other quadrics by area (makeQuadricLight); pdfs are
+/// per solid angle. pbrt-v4's "power" (W) replaces the magnitude of L. Differs from pbrt: an image
+/// ("filename") is replaced by its mean with a warning.
 Plugin<std::shared_ptr<Light>, const AreaLightArgs&> diffuseAreaLightPlugin();
 
 } // namespace strobe

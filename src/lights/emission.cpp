@@ -5,11 +5,11 @@ namespace strobe {
 BoundingSphere objectSphere(const Shape& shape) {
     if (shape.quadric) {
         const Box3f box = shape.quadric->bounds();
-        const float whole = shape.quadric->wholeSphereRadius();
+        const float sphereRadius = shape.quadric->wholeSphereRadius();
         const V3f center = (box.min + box.max) * .5f;
-        return {center, whole > 0 ? whole : length(box.max - center)};
+        return {center, sphereRadius > 0 ? sphereRadius : length(box.max - center)};
     }
-    const TriangleMesh& mesh = *shape.mesh; // only vertices that are used count
+    const TriangleMesh& mesh = *shape.mesh; // unused vertices do not count
     Box3f box;
     for (const std::vector<V3f>& key : mesh.positions)
         for (const uint32_t i : mesh.indices)
@@ -25,30 +25,31 @@ BoundingSphere objectSphere(const Shape& shape) {
 }
 
 BoundingSphere transformSphere(const M44f& m, const BoundingSphere& sphere) {
-    // The largest stretch is the norm of M Mᵀ, which is at most its largest absolute row sum; equal for
-    // rotations with an even scale.
-    float stretch2 = 0;
+    // The largest squared scale is the spectral norm of M Mᵀ, which is at most its largest absolute row sum,
+    // with equality for rotations with uniform scale.
+    float scale2 = 0;
     const V3f rows[3] = {
         {m[0][0], m[0][1], m[0][2]}, {m[1][0], m[1][1], m[1][2]}, {m[2][0], m[2][1], m[2][2]}};
     for (const V3f& a : rows)
-        stretch2 = std::max(stretch2, absDot(a, rows[0]) + absDot(a, rows[1]) + absDot(a, rows[2]));
+        scale2 = std::max(scale2, absDot(a, rows[0]) + absDot(a, rows[1]) + absDot(a, rows[2]));
     const V3f center = transformPoint(m, sphere.center);
     const float rounding =
         1e-6f * std::max(std::abs(center.x), std::max(std::abs(center.y), std::abs(center.z)));
-    return {center, sphere.radius * std::sqrt(stretch2) * (1 + 1e-5f) + rounding};
+    return {center, sphere.radius * std::sqrt(scale2) * (1 + 1e-5f) + rounding};
 }
 
-bool meetsSphere(const BoundingSphere& sphere, const V3f& p, const V3f& wi) {
-    const V3f to = sphere.center - p;
-    const float d2 = length2(to), r2 = sqr(sphere.radius) + 1e-6f * d2;
+bool mayIntersectSphere(const BoundingSphere& sphere, const V3f& p, const V3f& wi) {
+    const V3f toCenter = sphere.center - p;
+    const float d2 = length2(toCenter), r2 = sqr(sphere.radius) + 1e-6f * d2;
     if (d2 <= r2)
         return true;
-    return dot(to, wi) > 0 && length2(cross(to, wi)) <= r2;
+    return dot(toCenter, wi) > 0 && length2(cross(toCenter, wi)) <= r2;
 }
 
 SurfaceLight::SurfaceLight(PlacedShape shape, const Emission& emission)
-    : m_shape(std::move(shape)), m_emission(emission), m_still(!m_shape.motion || m_shape.motion->isStatic()),
-      m_stillToWorld(m_shape.toWorld(0)), m_objectBounds(objectSphere(m_shape.shape)),
-      m_stillBounds(transformSphere(m_stillToWorld, m_objectBounds)) {}
+    : m_shape(std::move(shape)), m_emission(emission),
+      m_isStatic(!m_shape.motion || m_shape.motion->isStatic()), m_staticToWorld(m_shape.toWorld(0)),
+      m_objectBounds(objectSphere(m_shape.shape)),
+      m_staticBounds(transformSphere(m_staticToWorld, m_objectBounds)) {}
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// A latitude-longitude image of the surrounding light, looked up bilinearly and sampled by its brightness.
+// A latitude-longitude environment map with bilinear lookups and importance sampling.
 #pragma once
 
 #include "core/image/image.h"
@@ -6,29 +6,30 @@
 
 namespace strobe {
 
-/// Radiance by direction, z up: column u = φ/2π, row v = θ/π. Columns wrap round; beyond the first and last
-/// row's centers the rows repeat.
+/// Radiance by direction, z up: column u = φ/2π, row v = θ/π. Lookups wrap in u and clamp in v. Directions
+/// are unit vectors; densities are per solid angle. Immutable.
 class EnvironmentMap {
   public:
-    /// `image`: not empty, all values finite and not negative.
+    /// `image`: not empty; all values finite and not negative.
     explicit EnvironmentMap(const Image& image);
 
+    /// Returns the bilinearly interpolated radiance.
     Rgb radiance(const V3f& w) const;
     struct Sample {
         V3f w;
         Rgb radiance;
         float pdf; ///< per solid angle
     };
-    /// Draws w with a density proportional to the luminance, but for sinθ, which is taken at the middle of a
-    /// pixel: between pixel centers luminance is bilinear, and so is the density.
+    /// Draws w with a density proportional to the interpolated luminance, times a factor per row of cells
+    /// over sinθ (the Jacobian is averaged over the row); u in [0,1)².
     Sample sample(const V2f& u) const;
-    /// The density of `sample`; positive wherever radiance is not black.
+    /// Returns the density of `sample`; positive wherever the radiance is not black.
     float pdf(const V3f& w) const;
-    /// radiance and pdf of directions 0 … n-1; `pdf` may be null: not wanted.
+    /// Writes the radiance and density of the directions 0 … n-1. `pdf` may be null.
     void lookupSoA(const V3SoA& w, int n, RgbSoA& radiance, float* pdf) const;
-    /// sample for u 0 … n-1.
+    /// Draws n samples with u 0 … n-1.
     void sampleSoA(const V2SoA& u, int n, V3SoA& w, RgbSoA& radiance, float* pdf) const;
-    /// The mean over all directions.
+    /// Returns the mean radiance over all directions.
     Rgb mean() const { return m_mean; }
 
   private:
@@ -36,11 +37,12 @@ class EnvironmentMap {
     View view() const;
 
     int m_width, m_height;
-    /// Red, green and blue in turn, with the last column before the first, the first row before itself and
-    /// the last after itself: every cell between four pixel centers has its corners.
+    /// Interleaved RGB of width + 1 by height + 2 pixels: the last column is repeated before the first, the
+    /// first row above itself and the last row below itself, so that every cell between four pixel centers
+    /// has its corners.
     std::vector<float> m_texels;
-    std::vector<float> m_density; ///< by row of cells: pdf · sinθ over luminance
-    Piecewise2D m_cells;          ///< flux of cells: width by height + 1
+    std::vector<float> m_density; ///< pdf · sinθ / luminance, by row of cells
+    Piecewise2D m_cells;          ///< flux of the width by height + 1 cells
     Rgb m_mean{0};
 };
 

@@ -3,17 +3,22 @@
 namespace strobe {
 namespace {
 
-/// Bilinear; over an edge the square goes on at the edge's own mirror image.
-Rgb lookup(const Image& image, const V2f& at) {
+/// Returns the bilinearly interpolated pixel at `p` in [0,1]². Beyond an edge, pixels wrap as on an
+/// octahedron: the edge is mirrored at its center.
+Rgb lookup(const Image& image, const V2f& p) {
     const int n = image.width;
     const auto pixel = [&](int x, int y) {
-        if (x < 0 || x >= n)
-            x = x < 0 ? -x - 1 : 2 * n - 1 - x, y = n - 1 - y;
-        if (y < 0 || y >= n)
-            y = y < 0 ? -y - 1 : 2 * n - 1 - y, x = n - 1 - x;
+        if (x < 0 || x >= n) {
+            x = x < 0 ? -x - 1 : 2 * n - 1 - x;
+            y = n - 1 - y;
+        }
+        if (y < 0 || y >= n) {
+            y = y < 0 ? -y - 1 : 2 * n - 1 - y;
+            x = n - 1 - x;
+        }
         return image.at(std::clamp(x, 0, n - 1), std::clamp(y, 0, n - 1));
     };
-    const float px = at.x * float(n) - .5f, py = at.y * float(n) - .5f;
+    const float px = p.x * float(n) - .5f, py = p.y * float(n) - .5f;
     const int x = int(std::floor(px)), y = int(std::floor(py));
     const float dx = px - float(x), dy = py - float(y);
     return (pixel(x, y) * (1 - dx) + pixel(x + 1, y) * dx) * (1 - dy) +
@@ -24,19 +29,20 @@ Rgb lookup(const Image& image, const V2f& at) {
 
 V2f equalAreaPoint(const V3f& w) {
     const float x = std::abs(w.x), y = std::abs(w.y), z = std::abs(w.z);
-    // Rings around the pole become squares around the center: of as large an area.
-    const float r = std::sqrt(std::max(1 - z, 0.f)), turn = x + y > 0 ? std::atan2(y, x) * (2 / kPi) : 0;
-    float u = r * (1 - turn), v = r * turn;
-    if (w.z < 0) { // folded outwards over the diagonal
+    // A spherical cap around the pole maps to a square around the center of the same relative area.
+    const float r = std::sqrt(std::max(1 - z, 0.f)), phi = x + y > 0 ? std::atan2(y, x) * (2 / kPi) : 0;
+    float u = r * (1 - phi), v = r * phi; // phi: in quarter turns
+    if (w.z < 0) {                        // the lower hemisphere is folded outwards over the diagonal
         const float unfolded = u;
-        u = 1 - v, v = 1 - unfolded;
+        u = 1 - v;
+        v = 1 - unfolded;
     }
     return {(std::copysign(u, w.x) + 1) / 2, (std::copysign(v, w.y) + 1) / 2};
 }
 
-Image latitudeLongitudeOf(const Image& equalArea) {
-    constexpr int kSub =
-        2; // samples of a pixel along each axis: near the equator it is as large as a square's
+Image toLatitudeLongitude(const Image& equalArea) {
+    // Supersampling per axis. Near the equator, pixels of both images cover about the same solid angle.
+    constexpr int kSub = 2;
     Image out{2 * equalArea.width, equalArea.width, {}};
     out.pixels.reserve(size_t(out.width) * size_t(out.height));
     for (int y = 0; y < out.height; ++y)

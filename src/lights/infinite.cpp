@@ -12,133 +12,144 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<Rgb> kL{"L", Rgb(1), "radiance, or factor of the map"};
+const ParamDef<Rgb> kL{"L", Rgb(1), "radiance, W/(m² sr), or scale of the map"};
 const ParamDef<FilePath> kMap{
-    "mapname", {}, "latitude-longitude image; none: the same from everywhere", "filename"};
+    "mapname",
+    {},
+    "environment map: latitude-longitude, or square equal-area (pbrt-v4); none: constant radiance",
+    "filename"};
 
-/// From the light's space to the world's and back.
-struct Body {
+/// The light-to-world transform, its inverse and its effect on solid angles.
+struct LightTransform {
     M44f toWorld, toLight;
-    float determinant; ///< absolute, of toWorld
+    float determinant; ///< of toWorld, absolute
 
+    /// Returns the direction in light space, of unit length.
     STROBE_FORCE_INLINE V3f lightDirection(const V3f& d) const {
         const V3f w = transformVector(toLight, d);
         return w * (1 / std::sqrt(length2(w)));
     }
-    /// Solid angle in light space over that in the world, for a unit direction that became `w`: 1 unless the
-    /// transform scales unevenly.
-    STROBE_FORCE_INLINE float distortion(const V3f& w) const {
+    /// Returns the solid angle in light space over the solid angle in world space for a unit direction in
+    /// light space that `toWorld` maps to `w`. It is 1 unless the transform scales non-uniformly.
+    STROBE_FORCE_INLINE float solidAngleRatio(const V3f& w) const {
         const float l2 = length2(w);
         return l2 * std::sqrt(l2) / determinant;
     }
-    /// A direction of the light to the world, unit length, its density with it.
+    /// Returns the direction in world space, of unit length, and converts its density to world space.
     STROBE_FORCE_INLINE V3f worldDirection(const V3f& d, float& pdf) const {
         const V3f w = transformVector(toWorld, d);
-        pdf *= distortion(w);
+        pdf *= solidAngleRatio(w);
         return w * (1 / std::sqrt(length2(w)));
     }
 };
 
-STROBE_TARGET_CLONES void turnToLight(const Body& turn, const V3SoA& d, int n, V3SoA& out) {
-    const Body t = turn;
+STROBE_TARGET_CLONES void toLightSpace(const LightTransform& transform, const V3SoA& d, int n, V3SoA& out) {
+    const LightTransform t = transform;
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         const V3f w = t.lightDirection(d.at(i));
-        out.x[i] = w.x, out.y[i] = w.y, out.z[i] = w.z;
+        out.x[i] = w.x;
+        out.y[i] = w.y;
+        out.z[i] = w.z;
     }
 }
 
-STROBE_TARGET_CLONES void turnToWorld(const Body& turn, V3SoA& d, int n, float* pdf) {
-    const Body t = turn;
+STROBE_TARGET_CLONES void toWorldSpace(const LightTransform& transform, V3SoA& d, int n, float* pdf) {
+    const LightTransform t = transform;
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
         float p = pdf[i];
         const V3f w = t.worldDirection(d.at(i), p);
-        d.x[i] = w.x, d.y[i] = w.y, d.z[i] = w.z;
+        d.x[i] = w.x;
+        d.y[i] = w.y;
+        d.z[i] = w.z;
         pdf[i] = p;
     }
 }
 
-STROBE_TARGET_CLONES void scale(RgbSoA& c, int n, const Rgb& factor) {
+STROBE_TARGET_CLONES void scaleRadiance(RgbSoA& c, int n, const Rgb& factor) {
     const float r = factor.x, g = factor.y, b = factor.z;
     STROBE_IVDEP
-    for (int i = 0; i < n; ++i)
-        c.r[i] *= r, c.g[i] *= g, c.b[i] *= b;
+    for (int i = 0; i < n; ++i) {
+        c.r[i] *= r;
+        c.g[i] *= g;
+        c.b[i] *= b;
+    }
 }
 
 class InfiniteLight final : public Light {
   public:
-    InfiniteLight(const M44f& toWorld, const Rgb& factor, std::optional<EnvironmentMap> map)
-        : m_body{toWorld, toWorld.inverse(), std::abs(determinant3(toWorld))}, m_factor(factor),
+    InfiniteLight(const M44f& toWorld, const Rgb& radiance, std::optional<EnvironmentMap> map)
+        : m_transform{toWorld, toWorld.inverse(), std::abs(determinant3(toWorld))}, m_radiance(radiance),
           m_map(std::move(map)) {}
 
     void sample(const V3f&, float, const V2f* u, int n, LightSample* out) const override {
         for (int i = 0; i < n; ++i) {
             if (!m_map) {
-                out[i] = {uniformSphere(u[i]), kInfinity, m_factor, kUniformSpherePdf};
+                out[i] = {uniformSphere(u[i]), kInfinity, m_radiance, kUniformSpherePdf};
                 continue;
             }
             EnvironmentMap::Sample s = m_map->sample(u[i]);
-            const V3f w = m_body.worldDirection(s.w, s.pdf);
-            out[i] = {w, kInfinity, s.radiance * m_factor, s.pdf};
+            const V3f w = m_transform.worldDirection(s.w, s.pdf);
+            out[i] = {w, kInfinity, s.radiance * m_radiance, s.pdf};
         }
     }
     void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
         if (!m_map)
             return Light::sampleSoA(query, out);
         m_map->sampleSoA(query.u, query.n, out.wi, out.radiance, out.pdf);
-        turnToWorld(m_body, out.wi, query.n, out.pdf);
-        scale(out.radiance, query.n, m_factor);
+        toWorldSpace(m_transform, out.wi, query.n, out.pdf);
+        scaleRadiance(out.radiance, query.n, m_radiance);
         std::fill(out.distance, out.distance + query.n, kInfinity);
     }
 
     float pdf(const V3f&, float, const V3f& wi, const LightHit*) const override {
         if (!m_map)
             return kUniformSpherePdf;
-        const V3f w = m_body.lightDirection(wi);
+        const V3f w = m_transform.lightDirection(wi);
         float pdf = m_map->pdf(w);
-        m_body.worldDirection(w, pdf);
+        m_transform.worldDirection(w, pdf);
         return pdf;
     }
 
     bool mayIntersect(const V3f&, float, const V3f&) const override { return true; }
     float solidAngle(const V3f&, float) const override { return 4 * kPi; }
     Rgb environment(const V3f& d) const override {
-        return m_map ? m_map->radiance(m_body.lightDirection(d)) * m_factor : m_factor;
+        return m_map ? m_map->radiance(m_transform.lightDirection(d)) * m_radiance : m_radiance;
     }
     void environmentSoA(const V3SoA& d, int n, RgbSoA& radiance, float* pdf) const override {
         if (!m_map)
             return Light::environmentSoA(d, n, radiance, pdf);
         V3SoA w;
-        turnToLight(m_body, d, n, w);
+        toLightSpace(m_transform, d, n, w);
         m_map->lookupSoA(w, n, radiance, pdf);
         if (pdf)
-            turnToWorld(m_body, w, n, pdf);
-        scale(radiance, n, m_factor);
+            toWorldSpace(m_transform, w, n, pdf);
+        scaleRadiance(radiance, n, m_radiance);
     }
     Rgb power(float radius) const override {
-        const Rgb mean = m_map ? m_map->mean() * m_factor : m_factor;
+        const Rgb mean = m_map ? m_map->mean() * m_radiance : m_radiance;
         return mean * (4 * kPi * kPi * radius * radius);
     }
     bool isEnvironment() const override { return true; }
 
   private:
-    Body m_body;
-    Rgb m_factor;
+    LightTransform m_transform;
+    Rgb m_radiance; ///< scale of the map if there is one
     std::optional<EnvironmentMap> m_map;
 };
 
-/// Values that no light can have are warned about and become black.
-void cleanPixels(Image& image, const Location& where, Diagnostics& messages) {
-    size_t bad = 0;
+/// Replaces negative and non-finite channels by zero, with a warning.
+void sanitizePixels(Image& image, const Location& where, Diagnostics& messages) {
+    size_t invalid = 0;
     for (Rgb& c : image.pixels)
         if (!isFinite(c) || c.x < 0 || c.y < 0 || c.z < 0) {
             for (int k = 0; k < 3; ++k)
                 c[k] = std::isfinite(c[k]) ? std::max(c[k], 0.f) : 0;
-            ++bad;
+            ++invalid;
         }
-    if (bad > 0)
-        messages.warn(where, std::to_string(bad) +
+    if (invalid > 0)
+        messages.warn(where, std::to_string(invalid) +
                                  " pixels of the environment map are negative or not finite; taken as black");
 }
 
@@ -147,27 +158,27 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
         return std::nullopt;
     const Location where = params.whereIs(kMap);
     const std::filesystem::path path = params.get(kMap).path;
-    const ColorEncoding usual{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
-                                                                         : ColorEncoding::Linear};
-    Image image = readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, usual));
+    const ColorEncoding defaultEncoding{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
+                                                                                   : ColorEncoding::Linear};
+    Image image = readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, defaultEncoding));
     if (image.width < 1 || image.height < 1)
         throw Error(where, "the environment map is empty");
     if (int64_t(image.width) * image.height > kMaxImagePixels)
         throw Error(where, "the environment map has " + std::to_string(image.width) + " x " +
                                std::to_string(image.height) + " pixels: too many");
-    cleanPixels(image, where, context.messages);
+    sanitizePixels(image, where, context.messages);
     if (image.width == image.height && image.width > 1 && context.conventions == Conventions::PbrtV4)
-        image = latitudeLongitudeOf(image);
+        image = toLatitudeLongitude(image);
     return EnvironmentMap(std::move(image));
 }
 
-/// What light from above gives a horizontal surface, by its luminance.
-float illuminanceOf(const EnvironmentMap* map) {
+/// Returns the luminance of the irradiance on a horizontal surface that faces +z of light space, for L = 1.
+float upwardIlluminance(const EnvironmentMap* map) {
     if (!map)
         return kPi;
     constexpr int kRows = 256;
     double sum = 0;
-    for (int i = 0; i < kRows * kRows; ++i) { // equal projected solid angles
+    for (int i = 0; i < kRows * kRows; ++i) { // stratified by projected solid angle
         const V3f w = cosineHemisphere({(float(i % kRows) + .5f) / kRows, (float(i / kRows) + .5f) / kRows});
         sum += luminance(map->radiance(w));
     }
@@ -178,16 +189,17 @@ std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext
                                       const LightArgs& args) {
     const bool v2 = context.conventions == Conventions::PbrtV2;
     if (!v2 && !args.toWorld.isStatic())
-        context.messages.warn(params.where(),
-                              "environment lights do not move: the transform at shutter opening is used");
+        context.messages.warn(
+            params.where(),
+            "motion of environment lights is not supported: the transform at shutter opening is used");
     const M44f toWorld = LightPlacement(args, context.conventions).at(0);
     if (!(std::abs(determinant3(toWorld)) > 0))
         throw Error(params.where(), "the environment light's transform is singular");
     std::optional<EnvironmentMap> map = readMap(params, context);
-    Rgb factor = readEmission(params, kL);
+    Rgb radiance = readEmission(params, kL);
     if (params.has(kIlluminance))
-        factor *= readTotal(params, kIlluminance, illuminanceOf(map ? &*map : nullptr));
-    auto light = std::make_shared<InfiniteLight>(toWorld, factor, std::move(map));
+        radiance *= scaleToTotal(params, kIlluminance, upwardIlluminance(map ? &*map : nullptr));
+    auto light = std::make_shared<InfiniteLight>(toWorld, radiance, std::move(map));
     light->sampleCount = params.get(kLightSamples);
     return light;
 }
@@ -195,11 +207,10 @@ std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext
 } // namespace
 
 Plugin<std::shared_ptr<Light>, const LightArgs&> infiniteLightPlugin() {
-    return {
-        "infinite",
-        "light from all directions, constant or from a map: latitude-longitude or (v4, square) equal-area",
-        {kL, kLightScale, kIlluminance, kMap, kLightSamples},
-        createInfinite};
+    return {"infinite",
+            "radiance from all directions, constant or from an environment map",
+            {kL, kLightScale, kIlluminance, kMap, kLightSamples},
+            createInfinite};
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// The environment light.
+// The "infinite" light.
 #pragma once
 
 #include "core/interfaces/light.h"
@@ -6,8 +6,11 @@
 
 namespace strobe {
 
-/// "infinite": light from all directions, constant or from a latitude-longitude map: u = φ/2π, v = θ/π around
-/// +z of light space.
+/// Radiance (W/(m² sr)) from all directions, constant or from a latitude-longitude map around +z of light
+/// space with u = φ/2π, v = θ/π (EnvironmentMap); under pbrt-v4's conventions a square map is an equal-area
+/// map. Sampled by the luminance of the map, or uniformly over the sphere; the pdf is per solid angle. The
+/// light does not move: the transform at shutter opening is used (pbrt-v2: the first key). pbrt-v4's
+/// "illuminance" replaces the magnitude of L.
 Plugin<std::shared_ptr<Light>, const LightArgs&> infiniteLightPlugin();
 
 } // namespace strobe

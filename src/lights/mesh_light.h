@@ -1,12 +1,13 @@
-// A shining triangle mesh, still, moving or deforming.
+// Area lights on triangle meshes, which may move or deform.
 #pragma once
 
 #include "lights/emission.h"
 
 namespace strobe {
 
-/// A light over a mesh: a triangle is drawn by its area (for deforming meshes: by the mean of its areas over
-/// the shutter), then a point uniform by area on the triangle as it stands at the sample's time.
+/// Creates a light on a mesh. A sample picks a triangle with probability proportional to its world-space area
+/// (moving and deforming meshes: to the mean area over the shutter), then a point uniform by area on the
+/// triangle at the time of the sample. The pdf is per solid angle.
 std::shared_ptr<SurfaceLight> makeMeshLight(const PlacedShape& shape, const Emission& emission);
 
 } // namespace strobe

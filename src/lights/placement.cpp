@@ -2,17 +2,17 @@
 
 namespace strobe {
 
-float readTotal(const ParamSet& params, const ParamDef<float>& def, float ofUnit) {
+float scaleToTotal(const ParamSet& params, const ParamDef<float>& def, float unitTotal) {
     if (!params.has(def))
         return 1;
     const float total = params.get(def);
     if (!(total > 0 && std::isfinite(total)))
         throw Error(params.whereIs(def), std::string("\"") + def.name + "\" must be positive");
-    return total / ofUnit;
+    return total / unitTotal;
 }
 
 Rgb readLightScale(const ParamSet& params) {
-    // pbrt-v2 writes a color, v4 a number.
+    // A color in pbrt-v2, a number in pbrt-v4.
     for (const Param& p : params.all())
         if (p.name == kLightScale.name && p.type == ParamType::Float)
             return Rgb(params.get(ParamDef<float>{kLightScale.name, 1, kLightScale.doc}));

@@ -1,4 +1,4 @@
-// What the lights without a shape share: their transform over the shutter, and common parameters.
+// Common parameters of lights, and the transforms of lights without a shape.
 #pragma once
 
 #include "core/interfaces/light.h"
@@ -6,31 +6,35 @@
 
 namespace strobe {
 
-inline const ParamDef<Rgb> kLightScale{"scale", Rgb(1), "factor of the emission"};
+inline const ParamDef<Rgb> kLightScale{"scale", Rgb(1), "scale of the emission"};
 inline const ParamDef<int> kLightSamples{
-    "nsamples", 1, "samples per shading point", "samples", {1, kMaxLightSamples}};
+    "nsamples", 1, "number of samples per shading point", "samples", {1, kMaxLightSamples}};
 
-/// pbrt-v4: what the whole light is to give. 0: as its intensity says.
-inline const ParamDef<float> kPower{"power", 0,
-                                    "total power of a white light, in place of the intensity's size"};
+// pbrt-v4: the total emission, which replaces the magnitude of the intensity or radiance. 0: not replaced.
+inline const ParamDef<float> kPower{
+    "power", 0,
+    "total power of a white light, W, which replaces the magnitude of the emission; not given: unchanged"};
 inline const ParamDef<float> kIlluminance{
     "illuminance", 0,
-    "irradiance by a white light of a surface that faces it, in place of the radiance's size"};
-/// `def`'s value over `ofUnit`, what a light of intensity (or radiance) 1 gives; 1 when it is not given.
-/// Throws a located Error unless it is positive.
-float readTotal(const ParamSet& params, const ParamDef<float>& def, float ofUnit);
+    "irradiance of a facing surface by a white light, W/m², which replaces the magnitude of the emission; "
+    "not given: unchanged"};
+/// Returns the factor of the emission that gives the total `def` (kPower or kIlluminance): its value over
+/// `unitTotal`, the total for an emission of 1; 1 if it is not given. Throws a located Error unless it is
+/// positive.
+float scaleToTotal(const ParamSet& params, const ParamDef<float>& def, float unitTotal);
 
-/// "scale": one number, or one per channel.
+/// Returns the parameter "scale", which may be a number or a color.
 Rgb readLightScale(const ParamSet& params);
-/// The emission `def` times "scale"; throws a located Error when it is negative or not finite.
+/// Returns the emission `def` times "scale". Throws a located Error if it is negative or not finite.
 Rgb readEmission(const ParamSet& params, const ParamDef<Rgb>& def);
 
-/// The light-to-world transform. In pbrt-v2's conventions lights stand still at their first key.
+/// The light-to-world transform over the shutter. Under the conventions of pbrt-v2 lights do not move: the
+/// first key is used.
 class LightPlacement {
   public:
     LightPlacement(const LightArgs& args, Conventions conventions);
     bool isStatic() const { return m_toWorld.isStatic(); }
-    /// At shutter fraction `time`.
+    /// Returns the transform at shutter fraction `time`.
     M44f at(float time) const { return m_toWorld.at(m_shutter.sceneTime(time)); }
 
   private:

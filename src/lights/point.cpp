@@ -7,43 +7,48 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<Rgb> kI{"I", Rgb(1), "radiant intensity"};
-const ParamDef<V3f> kFrom{"from", V3f(0), "position, in light space"};
+const ParamDef<Rgb> kI{"I", Rgb(1), "radiant intensity, W/sr"};
+const ParamDef<V3f> kFrom{"from", V3f(0), "position in light space"};
 
 class PointLight final : public DeltaLight {
   public:
     PointLight(const LightPlacement& placement, const V3f& from, const Rgb& intensity)
         : m_placement(placement), m_from(from), m_intensity(intensity) {}
-    LightSample only(const V3f& p, float time) const override {
+    LightSample deltaSample(const V3f& p, float time) const override {
         return fromPoint(p, transformPoint(m_placement.at(time), m_from), m_intensity);
     }
     void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
         if (m_placement.isStatic())
-            samplesFrom(transformPoint(m_placement.at(0), m_from), m_intensity, query, out);
+            sampleSoAFrom(transformPoint(m_placement.at(0), m_from), m_intensity, query, out);
         else
             DeltaLight::sampleSoA(query, out);
     }
     Rgb power(float) const override { return m_intensity * (4 * kPi); }
 
   private:
-    static void samplesFrom(const V3f& light, const Rgb& intensity, const LightQuerySoA& query,
-                            LightSampleSoA& out);
+    static void sampleSoAFrom(const V3f& position, const Rgb& intensity, const LightQuerySoA& query,
+                              LightSampleSoA& out);
 
     LightPlacement m_placement;
     V3f m_from;
     Rgb m_intensity;
 };
 
-STROBE_TARGET_CLONES void PointLight::samplesFrom(const V3f& light, const Rgb& intensity,
-                                                  const LightQuerySoA& query, LightSampleSoA& out) {
-    const V3f from = light;
-    const Rgb of = intensity;
+STROBE_TARGET_CLONES void PointLight::sampleSoAFrom(const V3f& position, const Rgb& intensity,
+                                                    const LightQuerySoA& query, LightSampleSoA& out) {
+    const V3f from = position; // local copies, which the stores of the loop cannot alias
+    const Rgb localIntensity = intensity;
     STROBE_IVDEP
     for (int i = 0; i < query.n; ++i) {
-        const LightSample s = fromPoint(query.p.at(i), from, of);
-        out.wi.x[i] = s.wi.x, out.wi.y[i] = s.wi.y, out.wi.z[i] = s.wi.z;
-        out.radiance.r[i] = s.radiance.x, out.radiance.g[i] = s.radiance.y, out.radiance.b[i] = s.radiance.z;
-        out.distance[i] = s.distance, out.pdf[i] = 1;
+        const LightSample s = fromPoint(query.p.at(i), from, localIntensity);
+        out.wi.x[i] = s.wi.x;
+        out.wi.y[i] = s.wi.y;
+        out.wi.z[i] = s.wi.z;
+        out.radiance.r[i] = s.radiance.x;
+        out.radiance.g[i] = s.radiance.y;
+        out.radiance.b[i] = s.radiance.z;
+        out.distance[i] = s.distance;
+        out.pdf[i] = 1;
     }
 }
 
@@ -51,12 +56,12 @@ STROBE_TARGET_CLONES void PointLight::samplesFrom(const V3f& light, const Rgb& i
 
 Plugin<std::shared_ptr<Light>, const LightArgs&> pointLightPlugin() {
     return {"point",
-            "the same intensity in all directions, from one point",
+            "equal intensity in all directions from a point",
             {kI, kLightScale, kPower, kFrom, kLightSamples},
             [](const ParamSet& params, const BuildContext& context, const LightArgs& args) {
                 auto light = std::make_shared<PointLight>(
                     LightPlacement(args, context.conventions), params.get(kFrom),
-                    readEmission(params, kI) * readTotal(params, kPower, 4 * kPi));
+                    readEmission(params, kI) * scaleToTotal(params, kPower, 4 * kPi));
                 light->sampleCount = params.get(kLightSamples);
                 return light;
             }};

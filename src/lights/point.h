@@ -1,4 +1,4 @@
-// The point light.
+// The "point" light.
 #pragma once
 
 #include "core/interfaces/light.h"
@@ -6,7 +6,8 @@
 
 namespace strobe {
 
-/// "point": the same intensity I in all directions, from one point.
+/// Emits the radiant intensity I (W/sr) in all directions from a point `from` in light space. Samples have
+/// pdf 1. pbrt-v4's "power" (W) replaces the magnitude of I.
 Plugin<std::shared_ptr<Light>, const LightArgs&> pointLightPlugin();
 
 } // namespace strobe

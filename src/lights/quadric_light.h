@@ -1,12 +1,12 @@
-// Any shining quadric, sampled by area.
+// Area lights on quadrics, sampled by area.
 #pragma once
 
 #include "lights/emission.h"
 
 namespace strobe {
 
-/// A light over a quadric under any transform: uniform by area in object space, with the transform's true
-/// stretching of the surface at each point.
+/// Creates a light on a quadric under any transform. Samples are uniform by area in object space; the pdf,
+/// per solid angle, includes the area scale of the transform at each point.
 std::shared_ptr<SurfaceLight> makeQuadricLight(const PlacedShape& shape, const Emission& emission);
 
 } // namespace strobe

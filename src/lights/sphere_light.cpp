@@ -6,8 +6,10 @@ namespace strobe {
 
 namespace {
 
+/// Returns the geometric mean of the scales along three orthogonal axes.
 float meanScale(const M44f& m) { return std::cbrt(std::abs(determinant3(m))); }
 
+/// Returns true if the transform is a rotation or reflection with uniform scale, up to rounding.
 bool isSimilarity(const M44f& m) {
     const float s2 = sqr(meanScale(m)), tolerance = 1e-5f * s2;
     const V3f rows[3] = {
@@ -19,60 +21,64 @@ bool isSimilarity(const M44f& m) {
     return s2 > 0;
 }
 
-/// A sphere as seen from a point.
-struct View {
-    V3f to; ///< from the point to the center
-    float d2, r2;
-    bool inside; ///< or so near that the cone is meaningless
+/// The cone that a sphere subtends at a point.
+struct SphereView {
+    V3f toCenter;  ///< from the point
+    float d2, r2;  ///< squared distance of the center, squared radius
+    bool isInside; ///< the point is inside the sphere, or too close to it for a cone
     float oneMinusCosMax;
 };
 
-inline View viewOf(const BoundingSphere& s, const V3f& p) {
-    View v{s.center - p, 0, sqr(s.radius), false, 2};
-    v.d2 = length2(v.to);
-    // Within rounding of the surface, inside and outside cannot be told apart: both count as inside.
-    v.inside = v.d2 <= v.r2 * (1 + 1e-5f);
-    v.oneMinusCosMax = v.inside ? 2 : oneMinusCos(v.r2 / v.d2);
+inline SphereView viewSphere(const BoundingSphere& s, const V3f& p) {
+    SphereView v{s.center - p, 0, sqr(s.radius), false, 2};
+    v.d2 = length2(v.toCenter);
+    // Points on the surface, up to rounding, count as inside.
+    v.isInside = v.d2 <= v.r2 * (1 + 1e-5f);
+    v.oneMinusCosMax = v.isInside ? 2 : oneMinusCos(v.r2 / v.d2);
     return v;
 }
 
-/// A direction into the cone that the sphere fills, seen from outside.
-inline V3f drawInCone(const View& view, const V2f& u, float& distance) {
+/// Draws a direction in the cone for a point outside; u in [0,1)². Also writes the distance of the sphere.
+inline V3f sampleCone(const SphereView& view, const V2f& u, float& distance) {
     const float d = std::sqrt(view.d2);
     const V3f w = uniformCone(u, view.oneMinusCosMax);
     const float sin2 = w.x * w.x + w.y * w.y;
     distance = d * w.z - safeSqrt(view.r2 - view.d2 * sin2);
-    return Frame::fromNormal(view.to * (1 / d)).toWorld(w);
+    return Frame::fromNormal(view.toCenter * (1 / d)).toWorld(w);
 }
 
-/// True when some point is inside: then the result is not to be used.
+/// Samples the cones of all points. Returns true if a point is inside; the output is then not valid.
 STROBE_TARGET_CLONES bool sampleCones(const BoundingSphere& sphere, const Rgb& radiance,
                                       const LightQuerySoA& q, LightSampleSoA& out) {
     const BoundingSphere s = sphere;
     const float r = radiance.x, g = radiance.y, b = radiance.z;
-    int inside = 0;
+    int anyInside = 0;
     STROBE_IVDEP
     for (int i = 0; i < q.n; ++i) {
-        const View view = viewOf(s, q.p.at(i));
-        inside |= view.inside;
+        const SphereView view = viewSphere(s, q.p.at(i));
+        anyInside |= view.isInside;
         float distance;
-        const V3f wi = drawInCone(view, q.u.at(i), distance);
-        out.wi.x[i] = wi.x, out.wi.y[i] = wi.y, out.wi.z[i] = wi.z;
+        const V3f wi = sampleCone(view, q.u.at(i), distance);
+        out.wi.x[i] = wi.x;
+        out.wi.y[i] = wi.y;
+        out.wi.z[i] = wi.z;
         out.distance[i] = distance;
         out.pdf[i] = uniformConePdf(view.oneMinusCosMax);
-        out.radiance.r[i] = r, out.radiance.g[i] = g, out.radiance.b[i] = b;
+        out.radiance.r[i] = r;
+        out.radiance.g[i] = g;
+        out.radiance.b[i] = b;
     }
-    return inside;
+    return anyInside;
 }
 
-STROBE_TARGET_CLONES void solidAngles(const BoundingSphere& sphere, bool shinesInside, bool shinesOutside,
+STROBE_TARGET_CLONES void solidAngles(const BoundingSphere& sphere, bool emitsInside, bool emitsOutside,
                                       const V3SoA& p, int n, float* out) {
     const BoundingSphere s = sphere;
-    const float within = shinesInside ? 4 * kPi : 0, beyond = shinesOutside ? 2 * kPi : 0;
+    const float inside = emitsInside ? 4 * kPi : 0, outside = emitsOutside ? 2 * kPi : 0;
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
-        const View view = viewOf(s, p.at(i));
-        out[i] = view.inside ? within : beyond * view.oneMinusCosMax;
+        const SphereView view = viewSphere(s, p.at(i));
+        out[i] = view.isInside ? inside : outside * view.oneMinusCosMax;
     }
 }
 
@@ -80,50 +86,50 @@ class SphereLight final : public SurfaceLight {
   public:
     SphereLight(const PlacedShape& shape, const Emission& emission) : SurfaceLight(shape, emission) {
         m_radius = m_shape.shape.quadric->wholeSphereRadius();
-        m_stillSphere = sphere(m_stillToWorld);
+        m_staticSphere = sphere(m_staticToWorld);
         m_area = 4 * kPi * sqr(sphereAt(.5f).radius);
     }
 
     void sample(const V3f& p, float time, const V2f* u, int n, LightSample* out) const override {
-        const View view = viewFrom(p, time);
-        const Rgb radiance = shinesTo(view) ? m_emission.radiance : Rgb(0);
-        if (view.inside)
+        const SphereView view = viewFrom(p, time);
+        const Rgb radiance = emitsTo(view) ? m_emission.radiance : Rgb(0);
+        if (view.isInside)
             return sampleInside(view, radiance, u, n, out);
         for (int i = 0; i < n; ++i) {
             float distance;
-            const V3f wi = drawInCone(view, u[i], distance);
+            const V3f wi = sampleCone(view, u[i], distance);
             out[i] = {wi, distance, radiance, uniformConePdf(view.oneMinusCosMax)};
         }
     }
     void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
-        const Rgb radiance = shines(false) ? m_emission.radiance : Rgb(0);
-        if (!m_still || sampleCones(m_stillSphere, radiance, query, out))
+        const Rgb radiance = emits(false) ? m_emission.radiance : Rgb(0);
+        if (!m_isStatic || sampleCones(m_staticSphere, radiance, query, out))
             Light::sampleSoA(query, out);
     }
 
     float pdf(const V3f& p, float time, const V3f& wi, const LightHit*) const override {
-        const View view = viewFrom(p, time);
-        if (view.inside)
+        const SphereView view = viewFrom(p, time);
+        if (view.isInside)
             return kUniformSpherePdf;
-        return meets(view, wi) ? uniformConePdf(view.oneMinusCosMax) : 0;
+        return mayIntersect(view, wi) ? uniformConePdf(view.oneMinusCosMax) : 0;
     }
 
     bool mayIntersect(const V3f& p, float time, const V3f& wi) const override {
-        const View view = viewFrom(p, time);
-        return shinesTo(view) && (view.inside || meets(view, wi));
+        const SphereView view = viewFrom(p, time);
+        return emitsTo(view) && (view.isInside || mayIntersect(view, wi));
     }
 
     bool cannotSelfOcclude() const override { return true; }
 
     float solidAngle(const V3f& p, float time) const override {
-        const View view = viewFrom(p, time);
-        if (!shinesTo(view))
+        const SphereView view = viewFrom(p, time);
+        if (!emitsTo(view))
             return 0;
-        return view.inside ? 4 * kPi : 2 * kPi * view.oneMinusCosMax;
+        return view.isInside ? 4 * kPi : 2 * kPi * view.oneMinusCosMax;
     }
     void solidAngleSoA(const V3SoA& p, const float* time, int n, float* out) const override {
-        if (m_still)
-            solidAngles(m_stillSphere, shines(true), shines(false), p, n, out);
+        if (m_isStatic)
+            solidAngles(m_staticSphere, emits(true), emits(false), p, n, out);
         else
             Light::solidAngleSoA(p, time, n, out);
     }
@@ -132,40 +138,43 @@ class SphereLight final : public SurfaceLight {
     BoundingSphere sphere(const M44f& m) const {
         return {transformPoint(m, V3f(0)), m_radius * meanScale(m)};
     }
-    BoundingSphere sphereAt(float time) const { return m_still ? m_stillSphere : sphere(toWorld(time)); }
+    BoundingSphere sphereAt(float time) const { return m_isStatic ? m_staticSphere : sphere(toWorld(time)); }
 
-    View viewFrom(const V3f& p, float time) const { return viewOf(sphereAt(time), p); }
+    SphereView viewFrom(const V3f& p, float time) const { return viewSphere(sphereAt(time), p); }
 
-    bool shines(bool inside) const { return m_emission.twoSided || inside == m_shape.reverseOrientation; }
-    bool shinesTo(const View& view) const { return shines(view.inside); }
+    /// Returns true if the inner (or outer) side of the sphere emits.
+    bool emits(bool inside) const { return m_emission.twoSided || inside == m_shape.reverseOrientation; }
+    bool emitsTo(const SphereView& view) const { return emits(view.isInside); }
 
-    /// With a margin, so that nothing the tracer hits is missed.
-    static bool meets(const View& view, const V3f& wi) {
-        return dot(view.to, wi) > 0 &&
-               length2(cross(view.to, wi)) <= view.r2 * (1 + 1e-4f) + 1e-12f * view.d2;
+    /// Returns true if direction `wi` may intersect the sphere, with a margin for rounding in the tracer.
+    static bool mayIntersect(const SphereView& view, const V3f& wi) {
+        return dot(view.toCenter, wi) > 0 &&
+               length2(cross(view.toCenter, wi)) <= view.r2 * (1 + 1e-4f) + 1e-12f * view.d2;
     }
 
-    /// From inside, or from the surface itself (a furnace wall): directions that leave there meet nothing.
-    void sampleInside(const View& view, const Rgb& radiance, const V2f* u, int n, LightSample* out) const {
-        const float nothing = 1e-3f * std::sqrt(view.r2);
+    /// Draws samples for a point inside or on the surface. On the surface, directions that leave the sphere
+    /// hit nothing and get no radiance.
+    void sampleInside(const SphereView& view, const Rgb& radiance, const V2f* u, int n,
+                      LightSample* out) const {
+        const float minDistance = 1e-3f * std::sqrt(view.r2);
         for (int i = 0; i < n; ++i) {
             const V3f wi = uniformSphere(u[i]);
-            const float b = dot(view.to, wi);
-            const float distance = b + safeSqrt(view.r2 - length2(view.to - wi * b));
-            out[i] = {wi, distance, distance > nothing ? radiance : Rgb(0), kUniformSpherePdf};
+            const float b = dot(view.toCenter, wi);
+            const float distance = b + safeSqrt(view.r2 - length2(view.toCenter - wi * b));
+            out[i] = {wi, distance, distance > minDistance ? radiance : Rgb(0), kUniformSpherePdf};
         }
     }
 
     float m_radius; ///< in object space
-    BoundingSphere m_stillSphere;
+    BoundingSphere m_staticSphere;
 };
 
 } // namespace
 
-bool staysSphere(const PlacedShape& shape) {
+bool isSphereAtAllTimes(const PlacedShape& shape) {
     if (!shape.shape.quadric || !(shape.shape.quadric->wholeSphereRadius() > 0))
         return false;
-    // At the keys and between them: interpolated matrices of a rotation are not quite rotations.
+    // Tests times between keys too: interpolated matrices of rotations are not exact rotations.
     const int steps = shape.motion && !shape.motion->isStatic() ? 4 * (shape.motion->keyCount() - 1) : 0;
     for (int i = 0; i <= steps; ++i)
         if (!isSimilarity(shape.toWorld(steps > 0 ? float(i) / float(steps) : 0)))

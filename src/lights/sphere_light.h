@@ -1,14 +1,15 @@
-// A shining sphere, sampled by the cone in which it is seen.
+// Area lights on spheres, sampled by the cone of directions that they subtend.
 #pragma once
 
 #include "lights/emission.h"
 
 namespace strobe {
 
-/// A light over a whole sphere that stays a sphere in the world: uniform over the cone it fills from outside,
-/// and over all directions from inside (where every direction meets it).
+/// Creates a light on a sphere for which isSphereAtAllTimes holds. From outside, directions are sampled
+/// uniformly over the cone that the sphere subtends; from inside, uniformly over all directions. The pdf is
+/// per solid angle.
 std::shared_ptr<SurfaceLight> makeSphereLight(const PlacedShape& shape, const Emission& emission);
-/// True when the shape is a whole sphere, and stays one under its transforms at all times.
-bool staysSphere(const PlacedShape& shape);
+/// Returns true if the shape is a full sphere in world space at all times.
+bool isSphereAtAllTimes(const PlacedShape& shape);
 
 } // namespace strobe

@@ -7,47 +7,50 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<Rgb> kI{"I", Rgb(1), "radiant intensity on the axis"};
-const ParamDef<V3f> kFrom{"from", V3f(0), "position, in light space"};
-const ParamDef<V3f> kTo{"to", V3f(0, 0, 1), "a point on the axis, in light space"};
-const ParamDef<float> kConeAngle{"coneangle", 30, "angle between axis and rim, in degrees"};
-const ParamDef<float> kConeDelta{"conedeltaangle", 5, "width of the soft rim, inside coneangle, in degrees",
+const ParamDef<Rgb> kI{"I", Rgb(1), "radiant intensity on the axis, W/sr"};
+const ParamDef<V3f> kFrom{"from", V3f(0), "position in light space"};
+const ParamDef<V3f> kTo{"to", V3f(0, 0, 1), "point on the axis in light space"};
+const ParamDef<float> kConeAngle{"coneangle", 30,
+                                 "angle between the axis and the edge of the cone, in degrees"};
+const ParamDef<float> kConeDelta{"conedeltaangle", 5, "width of the falloff inside coneangle, in degrees",
                                  nullptr, kNotNegative};
 
 const ParamDef<std::string> kFalloff{
-    "falloff", "", "across the rim: quartic (default in v2), smoothstep (default in v4) or squared (glTF)"};
+    "falloff", "",
+    "falloff at the edge: quartic (default in pbrt-v2), smoothstep (default in pbrt-v4), squared (glTF)"};
 
-/// 1 - cos θ of an angle θ, exact for narrow cones, too.
-float oneMinusCosOf(float degrees) { return 2 * sqr(std::sin(radians(degrees) / 2)); }
+/// Returns 1 - cos θ of an angle, accurate for narrow cones.
+float oneMinusCosDegrees(float degrees) { return 2 * sqr(std::sin(radians(degrees) / 2)); }
 
-/// The same of the angle between unit vectors.
+/// Returns 1 - cos θ of the angle between unit vectors.
 float oneMinusCosBetween(const V3f& a, const V3f& b) { return length2(a - b) / 2; }
 
-/// pbrt-v2 and v3 fall off with the fourth power, v4 with smoothstep, glTF with the square.
+/// The polynomial of x = (cos θ - cos edge) / (cos full - cos edge): x⁴, x² (3 - 2x) or x².
 enum class Falloff { Quartic, Smoothstep, Squared };
 
 class SpotLight final : public DeltaLight {
   public:
     SpotLight(const LightPlacement& placement, const V3f& from, const V3f& to, const Rgb& intensity,
-              float rim, float full, Falloff falloff)
-        : m_placement(placement), m_from(from), m_axis(to - from), m_intensity(intensity), m_rim(rim),
+              float edge, float full, Falloff falloff)
+        : m_placement(placement), m_from(from), m_axis(to - from), m_intensity(intensity), m_edge(edge),
           m_full(full), m_falloff(falloff) {}
-    LightSample only(const V3f& p, float time) const override {
+    LightSample deltaSample(const V3f& p, float time) const override {
         const M44f m = m_placement.at(time);
         const V3f axis = normalize(transformVector(m, m_axis));
         LightSample s = fromPoint(p, transformPoint(m, m_from), m_intensity);
         s.radiance *= falloff(oneMinusCosBetween(-s.wi, axis));
         return s;
     }
-    Rgb power(float) const override { return m_intensity * (kPi * (m_full + m_rim)); }
+    Rgb power(float) const override { return m_intensity * (kPi * (m_full + m_edge)); }
 
   private:
-    float falloff(float angle) const {
-        if (angle <= m_full)
+    /// Returns the falloff for 1 - cos of the angle from the axis.
+    float falloff(float oneMinusCos) const {
+        if (oneMinusCos <= m_full)
             return 1;
-        if (angle >= m_rim)
+        if (oneMinusCos >= m_edge)
             return 0;
-        const float x = (m_rim - angle) / (m_rim - m_full);
+        const float x = (m_edge - oneMinusCos) / (m_edge - m_full);
         return m_falloff == Falloff::Quartic      ? sqr(sqr(x))
                : m_falloff == Falloff::Smoothstep ? x * x * (3 - 2 * x)
                                                   : sqr(x);
@@ -56,7 +59,7 @@ class SpotLight final : public DeltaLight {
     LightPlacement m_placement;
     V3f m_from, m_axis;
     Rgb m_intensity;
-    float m_rim, m_full; ///< angles from the axis: 1 - their cosines
+    float m_edge, m_full; ///< 1 - cos of the angles of zero and of full intensity
     Falloff m_falloff;
 };
 
@@ -79,14 +82,13 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
     const V3f from = params.get(kFrom), to = params.get(kTo);
     if (from == to)
         throw Error(params.whereIs(kTo), "\"from\" and \"to\" are the same point");
-    const float rim = params.get(kConeAngle), delta = params.get(kConeDelta);
-    if (!(rim > 0 && rim <= 180))
+    const float angle = params.get(kConeAngle), delta = params.get(kConeDelta);
+    if (!(angle > 0 && angle <= 180))
         throw Error(params.whereIs(kConeAngle), "\"coneangle\" must be above 0 and at most 180 degrees");
-    const float full = std::max(rim - delta, 0.f);
-    const float rimPart = oneMinusCosOf(rim), fullPart = oneMinusCosOf(full);
-    const Rgb intensity = readEmission(params, kI) * readTotal(params, kPower, kPi * (fullPart + rimPart));
+    const float edge = oneMinusCosDegrees(angle), full = oneMinusCosDegrees(std::max(angle - delta, 0.f));
+    const Rgb intensity = readEmission(params, kI) * scaleToTotal(params, kPower, kPi * (full + edge));
     auto light = std::make_shared<SpotLight>(LightPlacement(args, context.conventions), from, to, intensity,
-                                             rimPart, fullPart, falloffFrom(params, context));
+                                             edge, full, falloffFrom(params, context));
     light->sampleCount = params.get(kLightSamples);
     return light;
 }
@@ -95,7 +97,7 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
 
 Plugin<std::shared_ptr<Light>, const LightArgs&> spotLightPlugin() {
     return {"spot",
-            "a point light that shines into a cone",
+            "point light that emits into a cone",
             {kI, kLightScale, kPower, kFrom, kTo, kConeAngle, kConeDelta, kFalloff, kLightSamples},
             createSpot};
 }

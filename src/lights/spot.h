@@ -1,4 +1,4 @@
-// The spot light.
+// The "spot" light.
 #pragma once
 
 #include "core/interfaces/light.h"
@@ -6,7 +6,10 @@
 
 namespace strobe {
 
-/// "spot": a point light that shines into a cone, with a soft rim inside it.
+/// A point light at `from` that emits into a cone around the direction to `to` (light space): radiant
+/// intensity I (W/sr) within coneangle - conedeltaangle (degrees) of the axis, falling to 0 at coneangle. The
+/// falloff is a polynomial of the cosine: quartic in pbrt-v2 and v3, smoothstep in pbrt-v4, squared in glTF.
+/// Samples have pdf 1. pbrt-v4's "power" (W) replaces the magnitude of I.
 Plugin<std::shared_ptr<Light>, const LightArgs&> spotLightPlugin();
 
 } // namespace strobe

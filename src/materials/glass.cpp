@@ -7,10 +7,12 @@
 namespace strobe {
 namespace {
 
-const ParamDef<RgbInput> kKr{"Kr", Rgb(1), "factor of the reflected light"};
-const ParamDef<RgbInput> kKt{"Kt", Rgb(1), "factor of the transmitted light"};
-const ParamDef<FloatInput> kIndex{"index", 1.5f, "index of refraction inside, relative to outside", "eta"};
-const ParamDef<FloatInput> kRoughness{"roughness", 0.f, "accepted for pbrt-v3 and v4: renders smooth"};
+const ParamDef<RgbInput> kKr{"Kr", Rgb(1), "scale of reflected light"};
+const ParamDef<RgbInput> kKt{"Kt", Rgb(1), "scale of transmitted light"};
+const ParamDef<FloatInput> kIndex{"index", 1.5f, "index of refraction of the inside relative to the outside",
+                                  "eta"};
+const ParamDef<FloatInput> kRoughness{
+    "roughness", 0.f, "accepted for pbrt-v3 and pbrt-v4; values other than 0 render smooth, with a warning"};
 
 struct Data {
     PlainRgb kr, kt;
@@ -36,13 +38,13 @@ class Glass : public Material {
             std::fill_n(pdf, n, 0.f);
     }
 
-    /// Reflection or transmission, by what each would weigh.
+    /// Picks reflection or transmission with probability proportional to its weight (largest channel).
     bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f&, BsdfSample& out) const override {
         const Data& data = bsdf.as<Data>();
         const float etaO = wo.z > 0 ? 1.f : data.index, etaI = wo.z > 0 ? data.index : 1.f;
         const float fresnel = fresnelDielectric(std::abs(wo.z), etaO, etaI);
-        const float reflected = fresnel * maxComponent(data.kr),
-                    total = reflected + (1 - fresnel) * maxComponent(data.kt);
+        const float reflected = fresnel * maxComponent(data.kr);
+        const float total = reflected + (1 - fresnel) * maxComponent(data.kt);
         if (!(total > 0))
             return false;
         const float probability = reflected / total;
@@ -50,7 +52,7 @@ class Glass : public Material {
             out = {V3f(-wo.x, -wo.y, wo.z), data.kr * (fresnel / probability), 0, true, false, 1};
             return true;
         }
-        const float eta = etaI / etaO; // of wi's side over wo's
+        const float eta = etaI / etaO; // index on wi's side / index on wo's side
         const float cosT = safeSqrt(1 - (1 - wo.z * wo.z) / (eta * eta));
         const V3f wi(-wo.x / eta, -wo.y / eta, wo.z > 0 ? -cosT : cosT);
         const float scale = m_scalesRadiance ? 1 / (eta * eta) : 1.f;
@@ -65,10 +67,11 @@ class Glass : public Material {
   private:
     RgbInput m_kr, m_kt;
     FloatInput m_index;
-    bool m_scalesRadiance; ///< radiance grows by the square of the index on entering; pbrt-v2 leaves that out
+    bool m_scalesRadiance; ///< scale transmitted radiance by 1/eta²; false under pbrt-v2's conventions
 };
 
-/// The index, which pbrt-v4 also takes as a spectrum ("glass-BK7"): then its mean.
+/// Returns the index of refraction. pbrt-v4 also accepts a spectrum ("glass-BK7"), of which the mean is
+/// taken.
 FloatInput indexFrom(const ParamSet& params) {
     const auto mean = [](const Rgb& c) { return (c.x + c.y + c.z) / 3; };
     for (const Param& p : params.all())
@@ -85,7 +88,7 @@ FloatInput indexFrom(const ParamSet& params) {
 
 Plugin<std::shared_ptr<const Material>> glassPlugin() {
     return {"glass",
-            "smooth dielectric boundary",
+            "smooth dielectric boundary: specular reflection and refraction",
             {kKr, kKt, kIndex, kRoughness},
             [](const ParamSet& params, const BuildContext& context) {
                 const FloatInput roughness = params.get(kRoughness);

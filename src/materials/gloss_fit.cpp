@@ -6,22 +6,24 @@
 namespace strobe {
 namespace {
 
-constexpr float kGreatestShare = .9f; ///< the rest keeps f |wi.z| / pdf bounded where the lobe is too narrow
-constexpr int kShares = 4;
-constexpr float kMinAlpha = .004f; ///< narrower lobes lose their shape to float's rounding
-constexpr float kAlphaStep = .75f;
-constexpr int kRounds = 2; ///< over the two roughnesses in turn
-/// A lobe must save at least this part of the second moment, or there is none.
-constexpr double kWorthwhile = .02;
+/// The largest probability of the lobe. The cosine gets the rest, which bounds f |wi.z| / pdf where the lobe
+/// is too narrow.
+constexpr float kMaxProbability = .9f;
+constexpr int kProbabilities = 4;  ///< number of probabilities tried, up to kMaxProbability
+constexpr float kMinAlpha = .004f; ///< narrower lobes lose their shape to rounding in float
+constexpr float kAlphaStep = .75f; ///< ratio of successive roughnesses tried
+constexpr int kRounds = 2;         ///< of improving the two roughnesses in turn
+/// A lobe that reduces the second moment by less than this fraction is dropped.
+constexpr double kMinGain = .02;
 
-/// A wi of the quadrature over the hemisphere.
+/// A node of the quadrature over the hemisphere of wi.
 struct Node {
     V3f wi;
-    double square; ///< (f |wi.z|)² times the node's solid angle
+    double square; ///< (f |wi.z|)² times the solid angle of the node
 };
 
-/// Even in azimuth and in the square root of the half vector's polar angle, so that lobes of any width meet
-/// many nodes. Half the azimuths do: f is isotropic.
+/// Returns nodes that are equidistant in azimuth and in the square root of the polar angle of the half
+/// vector, so that lobes of any width cover many nodes. The azimuths span 180°, because f is isotropic.
 std::vector<Node> quadrature(const GlossFit::Brdf& f, const V3f& wo) {
     constexpr int kPolar = 64, kAzimuth = 24;
     std::vector<Node> nodes;
@@ -41,29 +43,30 @@ std::vector<Node> quadrature(const GlossFit::Brdf& f, const V3f& wo) {
     return nodes;
 }
 
-/// A lobe, and the second moment of f |wi.z| / pdf by its mixture: the integral of (f |wi.z|)² / pdf.
+/// A lobe and the second moment of f |wi.z| / pdf for its mixture: the integral of (f |wi.z|)² / pdf.
 struct Candidate {
     GlossFit::Lobe lobe;
     double moment;
 };
 
-/// Takes the best share for `alpha` if it is better than what `best` has.
+/// Replaces `best` by the best probability for `alpha` if that lowers the second moment.
 void improve(Candidate& best, const std::vector<Node>& nodes, const V3f& wo, const GgxAlpha& alpha) {
     const GgxReflection lobe(wo, alpha);
-    std::array<float, kShares> shares;
-    for (size_t k = 0; k < kShares; ++k)
-        shares[k] = kGreatestShare * float(k + 1) / kShares;
-    std::array<double, kShares> moments{};
+    std::array<float, kProbabilities> probabilities;
+    for (size_t k = 0; k < kProbabilities; ++k)
+        probabilities[k] = kMaxProbability * float(k + 1) / kProbabilities;
+    std::array<double, kProbabilities> moments{};
     for (const Node& node : nodes) {
         const float cosine = node.wi.z * kInvPi, density = lobe.pdf(wo, node.wi);
-        for (size_t k = 0; k < kShares; ++k)
-            moments[k] += node.square / lerp(cosine, density, shares[k]);
+        for (size_t k = 0; k < kProbabilities; ++k)
+            moments[k] += node.square / lerp(cosine, density, probabilities[k]);
     }
-    for (size_t k = 0; k < kShares; ++k)
+    for (size_t k = 0; k < kProbabilities; ++k)
         if (moments[k] < best.moment)
-            best = {{shares[k], alpha}, moments[k]};
+            best = {{probabilities[k], alpha}, moments[k]};
 }
 
+/// Returns the lobe of least variance for `wo`: the best isotropic lobe, refined in each roughness in turn.
 GlossFit::Lobe bestLobe(const GlossFit::Brdf& f, const V3f& wo) {
     const std::vector<Node> nodes = quadrature(f, wo);
     Candidate best{{0, {1, 1}}, kInfinity};
@@ -78,9 +81,9 @@ GlossFit::Lobe bestLobe(const GlossFit::Brdf& f, const V3f& wo) {
     double withoutLobe = 0;
     for (const Node& node : nodes)
         withoutLobe += node.square / (node.wi.z * kInvPi);
-    // Without a lobe the roughness still counts: `at` interpolates it.
-    if (!(best.moment < (1 - kWorthwhile) * withoutLobe))
-        best.lobe.share = 0;
+    // The roughness is kept even if the probability is 0: GlossFit::at interpolates it.
+    if (!(best.moment < (1 - kMinGain) * withoutLobe))
+        best.lobe.probability = 0;
     return best.lobe;
 }
 
@@ -88,9 +91,11 @@ GlossFit::Lobe bestLobe(const GlossFit::Brdf& f, const V3f& wo) {
 
 GlossFit::GlossFit(const Brdf& f) {
     for (int i = 0; i <= kSteps; ++i) {
-        const float cosO = std::max(float(i) / kSteps, .01f); // nothing is seen from the horizon itself
+        const float cosO = std::max(float(i) / kSteps, .01f); // at the horizon itself there is nothing to fit
         const Lobe lobe = bestLobe(f, V3f(safeSqrt(1 - cosO * cosO), 0, cosO));
-        m_share[i] = lobe.share, m_along[i] = lobe.alpha.along, m_across[i] = lobe.alpha.across;
+        m_probability[i] = lobe.probability;
+        m_along[i] = lobe.alpha.along;
+        m_across[i] = lobe.alpha.across;
     }
 }
 

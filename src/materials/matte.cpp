@@ -7,77 +7,84 @@ namespace strobe {
 namespace {
 
 const ParamDef<RgbInput> kKd{"Kd", Rgb(.5f), "diffuse reflectance", "reflectance"};
-const ParamDef<FloatInput> kSigma{"sigma", 0.f,
-                                  "roughness: standard deviation of the facets' slope angle, degrees"};
+const ParamDef<FloatInput> kSigma{
+    "sigma", 0.f,
+    "standard deviation of the slope angle of the facets (Oren-Nayar), in degrees; 0: Lambertian"};
 
-/// f = Kd/π (A + B max(0, cos(φi-φo)) sinα tanβ); Lambert has A = 1, B = 0.
+/// f = Kd/π (A + B max(0, cos(φi-φo)) sinα tanβ). The Lambertian BRDF has A = 1, B = 0.
 struct Data {
     PlainRgb scaledKd; ///< Kd/π
     float a, b;
 };
-/// The data of the points of jobs; `same`: they are the same at all points of the material.
-template <bool kSame>
-struct DataSoA {
+/// The Data of each job's point. `kUniform`: all points of the material have the same Data.
+template <bool kUniform>
+struct MatteSoA {
     const BsdfSoA& jobs;
-    const Data first = of(jobs.point[jobs.begin]);
+    const Data first = atPoint(jobs.point[jobs.begin]);
 
-    Data of(int32_t point) const {
+    Data atPoint(int32_t point) const {
         return {Rgb(jobs.datum(point, 0), jobs.datum(point, 1), jobs.datum(point, 2)), jobs.datum(point, 3),
                 jobs.datum(point, 4)};
     }
-    Data at(int job) const { return kSame ? first : of(jobs.point[job]); }
+    Data at(int job) const { return kUniform ? first : atPoint(jobs.point[job]); }
 };
 
-/// A + B max(0, cos(φi-φo)) sinα tanβ, where sinα tanβ = sinθi sinθo / max(cosθi, cosθo): the product with
-/// the cosine is a dot product of the horizontal parts (Oren & Nayar 1994).
+/// Returns A + B max(0, cos(φi-φo)) sinα tanβ, where sinα tanβ = sinθi sinθo / max(cosθi, cosθo): the product
+/// with cos(φi-φo) is a dot product of the horizontal components (Oren & Nayar 1994).
 inline float brightness(const Data& data, const V3f& wo, const V3f& wi) {
     const float horizontal = std::max(0.f, wo.x * wi.x + wo.y * wi.y);
     return data.a + data.b * horizontal / std::max(std::max(std::abs(wo.z), std::abs(wi.z)), 1e-6f);
 }
-inline float pdfOf(const V3f& wo, const V3f& wi) {
+inline float pdfMatte(const V3f& wo, const V3f& wi) {
     return cosineHemispherePdf(std::copysign(1.f, wo.z) * wi.z);
 }
-inline V3f draw(const V3f& wo, const V2f& u) {
+inline V3f sampleDirection(const V3f& wo, const V2f& u) {
     const V3f w = cosineHemisphere(u);
     return {w.x, w.y, std::copysign(w.z, wo.z)};
 }
 
-template <bool kSame>
+template <bool kUniform>
 inline void evalAll(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
-    const DataSoA<kSame> lanes{jobs};
+    const MatteSoA<kUniform> points{jobs};
     STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i) {
-        const Data data = lanes.at(i);
+        const Data data = points.at(i);
         const float shade = brightness(data, jobs.wo.at(i), wi.at(i)) * std::abs(wi.z[i]);
-        f.r[i] = data.scaledKd.x * shade, f.g[i] = data.scaledKd.y * shade, f.b[i] = data.scaledKd.z * shade;
+        f.r[i] = data.scaledKd.x * shade;
+        f.g[i] = data.scaledKd.y * shade;
+        f.b[i] = data.scaledKd.z * shade;
     }
 }
 
-template <bool kSame>
+template <bool kUniform>
 inline void sampleAll(const BsdfSoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
-    const DataSoA<kSame> lanes{jobs};
+    const MatteSoA<kUniform> points{jobs};
     STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i) {
-        const Data data = lanes.at(i);
-        const V3f wo = jobs.wo.at(i), wi = draw(wo, u.at(i));
+        const Data data = points.at(i);
+        const V3f wo = jobs.wo.at(i), wi = sampleDirection(wo, u.at(i));
         const float shade = kPi * brightness(data, wo, wi);
-        out.wi.x[i] = wi.x, out.wi.y[i] = wi.y, out.wi.z[i] = wi.z;
-        out.pdf[i] = pdfOf(wo, wi);
-        out.weight.r[i] = data.scaledKd.x * shade, out.weight.g[i] = data.scaledKd.y * shade,
+        out.wi.x[i] = wi.x;
+        out.wi.y[i] = wi.y;
+        out.wi.z[i] = wi.z;
+        out.pdf[i] = pdfMatte(wo, wi);
+        out.weight.r[i] = data.scaledKd.x * shade;
+        out.weight.g[i] = data.scaledKd.y * shade;
         out.weight.b[i] = data.scaledKd.z * shade;
     }
 }
 
-STROBE_TARGET_CLONES void evalMatte(bool same, const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
-    same ? evalAll<true>(jobs, wi, f) : evalAll<false>(jobs, wi, f);
+STROBE_TARGET_CLONES void evalMatte(bool isUniform, const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
+    isUniform ? evalAll<true>(jobs, wi, f) : evalAll<false>(jobs, wi, f);
 }
-STROBE_TARGET_CLONES void pdfsOfMatte(const BsdfSoA& jobs, const V3SoA& wi, float* pdf) {
+STROBE_TARGET_CLONES void pdfMatteSoA(const BsdfSoA& jobs, const V3SoA& wi, float* pdf) {
     STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i)
-        pdf[i] = pdfOf(jobs.wo.at(i), wi.at(i));
+        pdf[i] = pdfMatte(jobs.wo.at(i), wi.at(i));
 }
-STROBE_TARGET_CLONES void sampleMatte(bool same, const BsdfSoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
-    same ? sampleAll<true>(jobs, u, out) : sampleAll<false>(jobs, u, out);
+STROBE_TARGET_CLONES void sampleMatte(bool isUniform, const BsdfSoA& jobs, const V2SoA& u,
+                                      BsdfSampleSoA& out) {
+    isUniform ? sampleAll<true>(jobs, u, out) : sampleAll<false>(jobs, u, out);
 }
 
 class Matte : public Material {
@@ -102,29 +109,31 @@ class Matte : public Material {
         for (int i = 0; i < n; ++i) {
             f[i] = data.scaledKd * (brightness(data, wo, wi[i]) * std::abs(wi[i].z));
             if (pdf)
-                pdf[i] = pdfOf(wo, wi[i]);
+                pdf[i] = pdfMatte(wo, wi[i]);
         }
     }
     void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
-        evalMatte(isSame(), jobs, wi, f);
+        evalMatte(isUniform(), jobs, wi, f);
         if (pdf)
-            pdfsOfMatte(jobs, wi, pdf);
+            pdfMatteSoA(jobs, wi, pdf);
     }
 
     bool sample(const Bsdf& bsdf, const V3f& wo, float, const V2f& u, BsdfSample& out) const override {
         const Data& data = bsdf.as<Data>();
-        out.wi = draw(wo, u);
-        out.pdf = pdfOf(wo, out.wi);
+        out.wi = sampleDirection(wo, u);
+        out.pdf = pdfMatte(wo, out.wi);
         out.weight = data.scaledKd * (kPi * brightness(data, wo, out.wi));
-        out.delta = out.transmits = false;
+        out.delta = false;
+        out.transmits = false;
         out.eta = 1;
         return out.pdf > 0;
     }
     void sampleSoA(const BsdfSoA& jobs, const float*, const V2SoA& u, BsdfSampleSoA& out) const override {
-        sampleMatte(isSame(), jobs, u, out);
+        sampleMatte(isUniform(), jobs, u, out);
         for (int i = jobs.begin; i < jobs.end; ++i) {
             out.drawn[i] = out.pdf[i] > 0;
-            out.delta[i] = out.transmits[i] = false;
+            out.delta[i] = false;
+            out.transmits[i] = false;
         }
     }
 
@@ -142,7 +151,7 @@ class Matte : public Material {
         data.a = 1 - s2 / (2 * (s2 + 0.33f));
         data.b = 0.45f * s2 / (s2 + 0.09f);
     }
-    bool isSame() const { return !m_kd.texture && !m_sigma.texture; }
+    bool isUniform() const { return !m_kd.texture && !m_sigma.texture; }
 
     RgbInput m_kd;
     FloatInput m_sigma;
@@ -152,7 +161,7 @@ class Matte : public Material {
 
 Plugin<std::shared_ptr<const Material>> mattePlugin() {
     return {"matte",
-            "diffuse: Lambert, or Oren-Nayar when sigma > 0",
+            "diffuse reflection: Lambertian, or Oren-Nayar if sigma > 0",
             {kKd, kSigma},
             [](const ParamSet& params, const BuildContext&) {
                 return std::make_shared<const Matte>(params.get(kKd), params.get(kSigma));

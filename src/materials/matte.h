@@ -1,4 +1,4 @@
-// Lambertian (Kd), or Oren and Nayar's rough diffuse when sigma (degrees) is not zero.
+// The "matte" material.
 #pragma once
 
 #include "core/interfaces/material.h"
@@ -6,6 +6,9 @@
 
 namespace strobe {
 
+/// Two-sided diffuse reflection, as in pbrt-v2: Lambertian of reflectance Kd, or, if sigma (degrees) is not
+/// 0, the qualitative model of Oren and Nayar ("Generalization of Lambert's Reflectance Model", 1994).
+/// Directions are sampled by the cosine.
 Plugin<std::shared_ptr<const Material>> mattePlugin();
 
 } // namespace strobe

@@ -1,87 +1,92 @@
 #include "materials/measured.h"
 
 #include "core/math/sampling.h"
-#include "materials/ggx.h"
 #include "materials/gloss_fit.h"
 #include "materials/inputs.h"
 #include "materials/irregular_brdf.h"
-#include "materials/lobe_lanes.h"
+#include "materials/lobe_soa.h"
 #include "materials/merl_brdf.h"
+#include "materials/microfacet.h"
 
 namespace strobe {
 namespace {
 
-const ParamDef<FilePath> kFilename{"filename", {}, ".brdf text (pbrt-v2) or MERL .binary file"};
+const ParamDef<FilePath> kFilename{
+    "filename", {}, "file of measurements: pbrt-v2's text format (.brdf) or MERL (.binary, .merl)"};
 
-/// pbrt-v2's scattered samples, looked up by the key of the pair of directions.
-struct Scattered {
+// Tables of values: operator() evaluates a pair of directions; evalSoA evaluates the pairs of jobs, and gives
+// black where `mask` is 0 (a null mask selects all).
+
+struct IrregularTable {
     IrregularBrdf brdf;
     Rgb operator()(const V3f& wo, const V3f& wi) const { return brdf.eval(IrregularBrdf::keyOf(wo, wi)); }
-    void lanes(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* wanted, RgbSoA& out) const {
+    void evalSoA(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* mask, RgbSoA& out) const {
         V3SoA keys;
         IrregularBrdf::keySoA(jobs.wo, wi, jobs.begin, jobs.end, keys);
-        brdf.evalSoA(keys, wanted, jobs.begin, jobs.end, out);
+        brdf.evalSoA(keys, mask, jobs.begin, jobs.end, out);
     }
 };
-struct Regular {
+struct MerlTable {
     MerlBrdf brdf;
     Rgb operator()(const V3f& wo, const V3f& wi) const { return brdf.eval(wo, wi); }
-    void lanes(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* wanted, RgbSoA& out) const {
+    void evalSoA(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* mask, RgbSoA& out) const {
         for (int i = jobs.begin; i < jobs.end; ++i)
-            out.set(i, !wanted || wanted[i] ? brdf.eval(jobs.wo.at(i), wi.at(i)) : Rgb(0));
+            out.set(i, !mask || mask[i] ? brdf.eval(jobs.wo.at(i), wi.at(i)) : Rgb(0));
     }
 };
 
-/// The directions that `sample` draws, given wo.
+/// The sampling density for one wo: a mixture of the cosine and a GGX lobe.
 struct Mixture {
-    float share; ///< of the lobe
-    float side;  ///< the sign of wi.z
+    float lobeProbability;
+    float side; ///< sign of wi.z
     GgxReflection lobe;
 
     STROBE_FORCE_INLINE Mixture(const GlossFit::Lobe& fit, const V3f& wo)
-        : share(fit.share), side(wo.z < 0 ? -1.f : 1.f), lobe(wo, fit.alpha) {}
+        : lobeProbability(fit.probability), side(wo.z < 0 ? -1.f : 1.f), lobe(wo, fit.alpha) {}
     STROBE_FORCE_INLINE float pdf(const V3f& wo, const V3f& wi) const {
         const float cosI = side * wi.z;
-        return cosI > 0 ? lerp(cosineHemispherePdf(cosI), lobe.pdf(wo, wi), share) : 0;
+        return cosI > 0 ? lerp(cosineHemispherePdf(cosI), lobe.pdf(wo, wi), lobeProbability) : 0;
     }
-    STROBE_FORCE_INLINE int32_t draw(const V3f& wo, float uc, const V2f& u, V3f& wi) const {
+    STROBE_FORCE_INLINE int32_t sampleDirection(const V3f& wo, float uc, const V2f& u, V3f& wi) const {
         V3f glossy;
-        const int32_t above = lobe.draw(wo, u, glossy);
-        const bool isGloss = uc < share;
-        const V3f any = cosineHemisphere(u);
-        wi.x = isGloss ? glossy.x : any.x;
-        wi.y = isGloss ? glossy.y : any.y;
-        wi.z = isGloss ? glossy.z : any.z * side;
+        const int32_t above = lobe.sample(wo, u, glossy);
+        const bool isGloss = uc < lobeProbability;
+        const V3f diffuse = cosineHemisphere(u);
+        wi.x = isGloss ? glossy.x : diffuse.x;
+        wi.y = isGloss ? glossy.y : diffuse.y;
+        wi.z = isGloss ? glossy.z : diffuse.z * side;
         return isGloss ? above : 1;
     }
 };
 
+/// The mixture of each job.
 struct MixtureSoA {
     const GlossFit& fit;
     const V3SoA& wo;
     STROBE_FORCE_INLINE Mixture at(int job) const { return {fit.at(wo.z[job]), wo.at(job)}; }
 };
 
-STROBE_TARGET_CLONES void pdfsOfMixtures(const MixtureSoA& lobes, int begin, int end, const V3SoA& wi,
-                                         float* pdf) {
+STROBE_TARGET_CLONES void mixturePdfSoA(const MixtureSoA& mixtures, int begin, int end, const V3SoA& wi,
+                                        float* pdf) {
     STROBE_IVDEP
     for (int i = begin; i < end; ++i)
-        pdf[i] = lobes.at(i).pdf(lobes.wo.at(i), wi.at(i));
+        pdf[i] = mixtures.at(i).pdf(mixtures.wo.at(i), wi.at(i));
 }
 
-STROBE_FORCE_INLINE float boundPdf(const GlossFit& fit, const V3f& wo) {
+/// Returns an upper bound of the density of the mixture over all wi.
+STROBE_FORCE_INLINE float maxMixturePdf(const GlossFit& fit, const V3f& wo) {
     const GlossFit::Lobe lobe = fit.at(wo.z);
-    return lerp(kInvPi, GgxReflection::maxPdf(wo, lobe.alpha), lobe.share);
+    return lerp(kInvPi, GgxReflection::maxPdf(wo, lobe.alpha), lobe.probability);
 }
-STROBE_TARGET_CLONES void boundsOfMixtures(const GlossFit& fit, const V3SoA& wo, int begin, int end,
+STROBE_TARGET_CLONES void maxMixturePdfSoA(const GlossFit& fit, const V3SoA& wo, int begin, int end,
                                            float* out) {
     STROBE_IVDEP
     for (int i = begin; i < end; ++i)
-        out[i] = boundPdf(fit, wo.at(i));
+        out[i] = maxMixturePdf(fit, wo.at(i));
 }
 
-/// Negative values count as zero; times the cosine.
-STROBE_TARGET_CLONES void shadeValues(int begin, int end, const V3SoA& wi, RgbSoA& f) {
+/// Replaces each value f by max(f, 0) |cos wi|.
+STROBE_TARGET_CLONES void clampAndScaleByCosine(int begin, int end, const V3SoA& wi, RgbSoA& f) {
     STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
         const float cosine = std::abs(wi.z[i]);
@@ -91,8 +96,7 @@ STROBE_TARGET_CLONES void shadeValues(int begin, int end, const V3SoA& wi, RgbSo
     }
 }
 
-/// A BRDF of any table, sampled by the mixture of the cosine and a GGX lobe that fits it. Negative
-/// interpolated values (spectra outside the gamut of RGB) count as zero, as in pbrt-v2.
+/// The BRDF of a table. Negative values (of spectra outside the gamut of RGB) count as zero, as in pbrt-v2.
 template <class Table>
 class Measured : public Material {
   public:
@@ -114,46 +118,47 @@ class Measured : public Material {
     void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
         valueSoA(jobs, wi, jobs.wanted, f);
         if (pdf)
-            pdfsOfMixtures({m_fit, jobs.wo}, jobs.begin, jobs.end, wi, pdf);
+            mixturePdfSoA({m_fit, jobs.wo}, jobs.begin, jobs.end, wi, pdf);
     }
     bool sample(const Bsdf&, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const override {
         const Mixture mixture(m_fit.at(wo.z), wo);
-        if (!mixture.draw(wo, uc, u, out.wi))
+        if (!mixture.sampleDirection(wo, uc, u, out.wi))
             return false;
         out.pdf = mixture.pdf(wo, out.wi);
         if (!(out.pdf > 0))
             return false;
         out.weight = value(wo, out.wi) * (1 / out.pdf);
-        out.delta = out.transmits = false;
+        out.delta = false;
+        out.transmits = false;
         out.eta = 1;
         return true;
     }
     void sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const override {
         alignas(64) int32_t drawn[kSoAWidth];
-        drawLobes(MixtureSoA{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
-        pdfsOfMixtures({m_fit, jobs.wo}, jobs.begin, jobs.end, out.wi, out.pdf);
+        sampleLobes(MixtureSoA{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
+        mixturePdfSoA({m_fit, jobs.wo}, jobs.begin, jobs.end, out.wi, out.pdf);
         valueSoA(jobs, out.wi, drawn, out.weight);
         finishSamples(jobs, drawn, out);
     }
     void drawSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const override {
         alignas(64) int32_t drawn[kSoAWidth];
-        drawLobes(MixtureSoA{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
+        sampleLobes(MixtureSoA{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
         finishDirections(jobs, drawn, out);
     }
-    float maxPdf(const Bsdf&, const V3f& wo) const override { return boundPdf(m_fit, wo); }
+    float maxPdf(const Bsdf&, const V3f& wo) const override { return maxMixturePdf(m_fit, wo); }
     void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
-        boundsOfMixtures(m_fit, jobs.wo, jobs.begin, jobs.end, out);
+        maxMixturePdfSoA(m_fit, jobs.wo, jobs.begin, jobs.end, out);
     }
 
   private:
     Rgb value(const V3f& wo, const V3f& wi) const { return nonNegative(m_table(wo, wi)) * std::abs(wi.z); }
-    void valueSoA(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* wanted, RgbSoA& f) const {
-        m_table.lanes(jobs, wi, wanted, f);
-        shadeValues(jobs.begin, jobs.end, wi, f);
+    void valueSoA(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* mask, RgbSoA& f) const {
+        m_table.evalSoA(jobs, wi, mask, f);
+        clampAndScaleByCosine(jobs.begin, jobs.end, wi, f);
     }
 
     Table m_table;
-    GlossFit m_fit; ///< of m_table: after it
+    GlossFit m_fit; ///< must follow m_table, to which it is fitted
 };
 
 std::shared_ptr<const Material> create(const ParamSet& params, const BuildContext&) {
@@ -161,18 +166,19 @@ std::shared_ptr<const Material> create(const ParamSet& params, const BuildContex
     const Location where = params.whereIs(kFilename);
     const std::string extension = path.extension().string();
     if (extension == ".brdf" || extension == ".BRDF")
-        return std::make_shared<const Measured<Scattered>>(
-            Scattered{IrregularBrdf(readIrregularBrdf(path, where))});
+        return std::make_shared<const Measured<IrregularTable>>(
+            IrregularTable{IrregularBrdf(readIrregularBrdf(path, where))});
     if (extension == ".binary" || extension == ".merl")
-        return std::make_shared<const Measured<Regular>>(Regular{MerlBrdf(path, where)});
-    throw Error(where, "cannot tell the kind of measured BRDF from the extension \"" + extension +
-                           "\" (known: .brdf for pbrt-v2's text, .binary or .merl for MERL)");
+        return std::make_shared<const Measured<MerlTable>>(MerlTable{MerlBrdf(path, where)});
+    throw Error(where, "unknown extension \"" + extension +
+                           "\" of a measured BRDF (known: .brdf for pbrt-v2's text format, .binary and "
+                           ".merl for MERL)");
 }
 
 } // namespace
 
 Plugin<std::shared_ptr<const Material>> measuredPlugin() {
-    return {"measured", "isotropic BRDF from a file of measurements", {kFilename}, create};
+    return {"measured", "isotropic BRDF from a file of measurements (pbrt-v2 or MERL)", {kFilename}, create};
 }
 
 } // namespace strobe

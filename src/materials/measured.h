@@ -1,5 +1,4 @@
-// Measured isotropic BRDFs: pbrt-v2's .brdf text files and MERL .binary files; sampled by the cosine and a
-// GGX lobe fitted to the file's values.
+// The "measured" material.
 #pragma once
 
 #include "core/interfaces/material.h"
@@ -7,6 +6,10 @@
 
 namespace strobe {
 
+/// A two-sided isotropic BRDF from a file of measurements: scattered samples in pbrt-v2's text format (.brdf;
+/// see IrregularBrdf) or a regular grid of the MERL database (.binary, .merl; see MerlBrdf), with the values
+/// of pbrt-v2. pbrt-v2 samples by the cosine only; here directions are sampled by a mixture of the cosine and
+/// a GGX lobe fitted to the values (GlossFit). Negative values count as zero.
 Plugin<std::shared_ptr<const Material>> measuredPlugin();
 
 } // namespace strobe

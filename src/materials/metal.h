@@ -1,4 +1,4 @@
-// pbrt-v2's metal: Torrance-Sparrow with a Blinn distribution and the Fresnel term of a conductor.
+// The "metal" material.
 #pragma once
 
 #include "core/interfaces/material.h"
@@ -6,6 +6,8 @@
 
 namespace strobe {
 
+/// pbrt-v2's metal: a two-sided Torrance-Sparrow lobe with the Blinn distribution (evalBlinn) and the
+/// approximate Fresnel reflectance of a conductor (fresnelConductor). The Blinn exponent is 1/roughness.
 Plugin<std::shared_ptr<const Material>> metalPlugin();
 
 } // namespace strobe

@@ -1,46 +1,55 @@
 #include "materials/metallic_roughness.h"
 
 #include "core/math/sampling.h"
-#include "materials/ggx.h"
 #include "materials/inputs.h"
+#include "materials/microfacet.h"
 
 namespace strobe {
 namespace {
 
-const ParamDef<RgbInput> kBaseColor{"basecolor", Rgb(1), "diffuse albedo, or reflectance of a metal"};
-const ParamDef<FloatInput> kMetallic{"metallic", 1.f, "0: dielectric, 1: metal"};
-const ParamDef<FloatInput> kRoughness{"roughness", 1.f, "its square is GGX's alpha; below 0.03 a mirror"};
+const ParamDef<RgbInput> kBaseColor{
+    "basecolor", Rgb(1), "albedo of the dielectric body, or reflectance of the metal at normal incidence"};
+const ParamDef<FloatInput> kMetallic{"metallic", 1.f, "mix of dielectric (0) and metal (1)"};
+const ParamDef<FloatInput> kRoughness{"roughness", 1.f,
+                                      "square root of GGX's alpha, 0 to 1; below 0.03: perfect mirror"};
 const ParamDef<FloatInput> kIor{"ior", 1.5f, "index of refraction of the dielectric"};
-const ParamDef<FloatInput> kSpecular{"specular", 1.f, "factor of the dielectric's reflection"};
-const ParamDef<RgbInput> kSpecularColor{"specularcolor", Rgb(1), "its color at normal incidence"};
-const ParamDef<FloatInput> kTransmission{"transmission", 0.f,
-                                         "how much goes through instead of being diffused; thin walls"};
-const ParamDef<FloatInput> kClearcoat{"clearcoat", 0.f, "strength of a coat of lacquer"};
-const ParamDef<FloatInput> kClearcoatRoughness{"clearcoatroughness", 0.f, "its roughness"};
-const ParamDef<RgbInput> kNormalMap{"normalmap", Rgb(.5f, .5f, 1), "texture of tangent-space normals"};
-const ParamDef<float> kNormalScale{"normalscale", 1.f, "factor of how far they lean"};
+const ParamDef<FloatInput> kSpecular{"specular", 1.f, "scale of the reflectance of the dielectric, 0 to 1"};
+const ParamDef<RgbInput> kSpecularColor{"specularcolor", Rgb(1),
+                                        "color of the reflectance of the dielectric at normal incidence"};
+const ParamDef<FloatInput> kTransmission{
+    "transmission", 0.f,
+    "fraction of the body's light that is transmitted through a thin wall instead of diffused"};
+const ParamDef<FloatInput> kClearcoat{"clearcoat", 0.f, "strength of the clearcoat, 0 to 1"};
+const ParamDef<FloatInput> kClearcoatRoughness{
+    "clearcoatroughness", 0.f, "square root of the clearcoat's GGX alpha; below 0.03: perfect mirror"};
+const ParamDef<RgbInput> kNormalMap{"normalmap", Rgb(.5f, .5f, 1),
+                                    "texture of tangent-space normals; (0.5, 0.5, 1): unperturbed"};
+const ParamDef<float> kNormalScale{"normalscale", 1.f, "scale of the tilt of the mapped normals"};
 
-/// Lobes with a smaller alpha are exact mirrors: no float density follows them, and no pixel tells.
+/// Lobes with a smaller alpha are perfect mirrors: their density exceeds the precision of float, and the
+/// difference is not visible.
 constexpr float kMinAlpha = 1e-3f;
 
 struct Data {
-    PlainRgb diffuse;      ///< albedo / π
-    PlainRgb f0;           ///< reflectance at normal incidence, of dielectric and metal mixed
-    float f90;             ///< at grazing incidence
-    float skinF0, skinF90; ///< the dielectric's own, in its brightest channel: what its body does not get
-    float alpha;           ///< 0: a mirror
-    PlainRgb through;      ///< albedo of the transmission
-    float coat, coatAlpha;
+    PlainRgb diffuse; ///< albedo / π
+    PlainRgb f0;      ///< reflectance at normal incidence, mixed from dielectric and metal
+    float f90;        ///< reflectance at grazing incidence
+    /// Reflectances of the dielectric alone, in the brightest channel; they reduce the light in its body.
+    float dielectricF0, dielectricF90;
+    float alpha;           ///< of GGX; 0: a mirror
+    PlainRgb transmission; ///< albedo of the transmission
+    float coat;            ///< strength of the clearcoat
+    float coatAlpha;       ///< of GGX; 0: a mirror
 };
 
-float clamp01(float x) { return std::clamp(x, 0.f, 1.f); } // NaN stays NaN: it is to be seen and reported
+float clamp01(float x) { return std::clamp(x, 0.f, 1.f); } // keeps NaN, which is reported per pixel
 Rgb clamp01(const Rgb& c) { return {clamp01(c.x), clamp01(c.y), clamp01(c.z)}; }
 float alphaOf(float roughness) {
     const float alpha = sqr(clamp01(roughness));
     return alpha < kMinAlpha ? 0 : alpha;
 }
 
-/// Schlick's factor of the way from f0 to f90.
+/// Returns Schlick's weight of f90 against f0: (1 - cosine)^5.
 inline float schlick(float cosine) {
     const float x = 1 - std::min(cosine, 1.f), x2 = x * x;
     return x2 * x2 * x;
@@ -49,136 +58,142 @@ inline Rgb fresnel(const Data& data, float cosine) {
     const float x = schlick(cosine);
     return Rgb(data.f0) * (1 - x) + Rgb(data.f90 * x);
 }
-/// What of the light gets through a dielectric's surface to its body. How much of the material is metal does
-/// not matter there: glTF mixes a dielectric with a metal (glTF 2.0, appendix B.2).
-inline float passed(const Data& data, float cosine) {
+/// Returns the fraction of light that passes the surface of the dielectric. It is independent of `metallic`,
+/// because glTF mixes a complete dielectric with a metal (glTF 2.0, appendix B.2).
+inline float dielectricTransmittance(const Data& data, float cosine) {
     const float x = schlick(cosine);
-    return 1 - (data.skinF0 * (1 - x) + data.skinF90 * x);
+    return 1 - (data.dielectricF0 * (1 - x) + data.dielectricF90 * x);
 }
 constexpr float kCoatF0 = 0.04f;
 inline float coatFresnel(const Data& data, float cosine) {
     return data.coat * (kCoatF0 + (1 - kCoatF0) * schlick(cosine));
 }
 
-/// Smith's masking of one direction.
+/// Returns Smith's masking G1 of GGX for one direction.
 inline float masking(float cosine, float alpha) {
     const float c = std::abs(cosine), a2 = sqr(alpha);
     return c > 0 ? 2 * c / (c + std::sqrt(a2 + (1 - a2) * sqr(c))) : 0;
 }
 
-/// The lobes' probabilities at wo: their rough shares of the albedo.
-struct Shares {
-    float gloss, diffuse, through, coat;
+/// The probabilities of sampling the lobes, given wo: their approximate fractions of the albedo.
+struct LobeProbabilities {
+    float gloss, diffuse, transmission, coat;
 
-    Shares(const Data& data, const V3f& wo) {
+    LobeProbabilities(const Data& data, const V3f& wo) {
         coat = coatFresnel(data, std::abs(wo.z));
         gloss = (1 - coat) * luminance(fresnel(data, std::abs(wo.z)));
-        // Diffuse light comes in from where little of it is reflected, whatever wo is.
+        // Without the transmittance: most diffuse light arrives at angles of little reflection, for any wo.
         diffuse = (1 - coat) * kPi * luminance(data.diffuse);
-        through = (1 - coat) * luminance(data.through) * std::max(passed(data, std::abs(wo.z)), .1f);
-        const float sum = gloss + diffuse + through + coat;
+        transmission = (1 - coat) * luminance(data.transmission) *
+                       std::max(dielectricTransmittance(data, std::abs(wo.z)), .1f);
+        const float sum = gloss + diffuse + transmission + coat;
         const float scale = sum > 0 ? 1 / sum : 0;
-        gloss *= scale, diffuse *= scale, through *= scale, coat *= scale;
+        gloss *= scale;
+        diffuse *= scale;
+        transmission *= scale;
+        coat *= scale;
     }
 };
 
-/// What does not depend on wi.
-struct View {
+/// The lobes for one wo: all values that do not depend on wi.
+struct LobesAt {
     const Data& data;
     const V3f& wo;
-    Shares shares;
+    LobeProbabilities probabilities;
     GgxReflection gloss, coat;
 
-    View(const Data& d, const V3f& w)
-        : data(d), wo(w), shares(d, w), gloss(w, ggx(d.alpha)), coat(w, ggx(d.coatAlpha)) {}
+    LobesAt(const Data& d, const V3f& w)
+        : data(d), wo(w), probabilities(d, w), gloss(w, ggx(d.alpha)), coat(w, ggx(d.coatAlpha)) {}
     static GgxAlpha ggx(float alpha) {
-        const float a = std::max(alpha, kMinAlpha); // of a mirror it is not used
+        const float a = std::max(alpha, kMinAlpha); // the result is not used for mirrors
         return {a, a};
     }
 
+    /// Writes f |cos wi| and the density per solid angle of all smooth lobes.
     void eval(const V3f& wi, Rgb& f, float& pdf) const {
-        f = Rgb(0), pdf = 0;
-        const float cosHalf = safeSqrt((1 + dot(wo, wi)) / 2); // between either direction and the half vector
+        f = Rgb(0);
+        pdf = 0;
         if (wo.z * wi.z > 0)
-            reflect(wi, cosHalf, f, pdf);
-        else if (wo.z * wi.z < 0 && data.alpha > 0 && shares.through > 0)
-            transmit(wi, f, pdf);
+            evalReflection(wi, f, pdf);
+        else if (wo.z * wi.z < 0 && data.alpha > 0 && probabilities.transmission > 0)
+            evalTransmission(wi, f, pdf);
     }
 
   private:
-    void reflect(const V3f& wi, float cosHalf, Rgb& f, float& pdf) const {
+    void evalReflection(const V3f& wi, Rgb& f, float& pdf) const {
+        const float cosHalf = safeSqrt((1 + dot(wo, wi)) / 2); // between wo (or wi) and the half vector
         const float cosine = std::abs(wi.z);
-        f = Rgb(data.diffuse) * (passed(data, cosHalf) * cosine);
-        pdf = shares.diffuse * cosine * kInvPi;
+        f = Rgb(data.diffuse) * (dielectricTransmittance(data, cosHalf) * cosine);
+        pdf = probabilities.diffuse * cosine * kInvPi;
         if (data.alpha > 0) {
             const float density = gloss.pdf(wo, wi);
             f += fresnel(data, cosHalf) * (density * masking(wi.z, data.alpha));
-            pdf += shares.gloss * density;
+            pdf += probabilities.gloss * density;
         }
         if (!(data.coat > 0))
             return;
-        const float lacquer = coatFresnel(data, cosHalf);
-        f *= 1 - lacquer;
+        const float reflected = coatFresnel(data, cosHalf);
+        f *= 1 - reflected;
         if (data.coatAlpha > 0) {
             const float density = coat.pdf(wo, wi);
-            f += Rgb(lacquer * density * masking(wi.z, data.coatAlpha));
-            pdf += shares.coat * density;
+            f += Rgb(reflected * density * masking(wi.z, data.coatAlpha));
+            pdf += probabilities.coat * density;
         }
     }
 
-    /// Through thin walls light goes on as if it were reflected, and the picture turned over.
-    void transmit(const V3f& wi, Rgb& f, float& pdf) const {
+    /// Transmission through a thin wall is the reflection lobe mirrored at the surface.
+    void evalTransmission(const V3f& wi, Rgb& f, float& pdf) const {
         const V3f mirrored(wi.x, wi.y, -wi.z);
         const float cosHalf = safeSqrt((1 + dot(wo, mirrored)) / 2), density = gloss.pdf(wo, mirrored);
-        f = Rgb(data.through) *
-            (passed(data, cosHalf) * density * masking(wi.z, data.alpha) * (1 - coatFresnel(data, cosHalf)));
-        pdf = shares.through * density;
+        f = Rgb(data.transmission) * (dielectricTransmittance(data, cosHalf) * density *
+                                      masking(wi.z, data.alpha) * (1 - coatFresnel(data, cosHalf)));
+        pdf = probabilities.transmission * density;
     }
 };
 
 class MetallicRoughness : public Material {
   public:
     explicit MetallicRoughness(MetallicRoughnessInputs inputs)
-        : Material(flagsOf(inputs)), m_in(std::move(inputs)) {}
+        : Material(flagsOf(inputs)), m_inputs(std::move(inputs)) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
-        fill(q, m_in.baseColor.at(q), m_in.packed ? m_in.packed->rgb(q) : Rgb(1), bsdf);
+        fill(q, m_inputs.baseColor.at(q), m_inputs.packed ? m_inputs.packed->rgb(q) : Rgb(1), bsdf);
     }
     void prepareSoA(const TextureQuerySoA& q, int begin, int end, Bsdf* bsdf) const override {
         RgbSoA base, packed;
-        m_in.baseColor.atSoA(q, begin, end, base);
-        if (m_in.packed)
-            m_in.packed->rgbSoA(q, begin, end, packed);
+        m_inputs.baseColor.atSoA(q, begin, end, base);
+        if (m_inputs.packed)
+            m_inputs.packed->rgbSoA(q, begin, end, packed);
         for (int i = begin; i < end; ++i)
-            fill(q.at(i), base.at(i), m_in.packed ? packed.at(i) : Rgb(1), bsdf[i]);
+            fill(q.at(i), base.at(i), m_inputs.packed ? packed.at(i) : Rgb(1), bsdf[i]);
     }
 
     void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
-        const View view(bsdf.as<Data>(), wo);
-        float unwanted;
+        const LobesAt lobes(bsdf.as<Data>(), wo);
+        float ignoredPdf;
         for (int i = 0; i < n; ++i)
-            view.eval(wi[i], f[i], pdf ? pdf[i] : unwanted);
+            lobes.eval(wi[i], f[i], pdf ? pdf[i] : ignoredPdf);
     }
 
     bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const override {
         const Data& data = bsdf.as<Data>();
-        const View view(data, wo);
-        const Shares& p = view.shares;
+        const LobesAt lobes(data, wo);
+        const LobeProbabilities& p = lobes.probabilities;
         out.eta = 1;
         if (uc < p.gloss) {
             if (data.alpha == 0)
-                return mirror(data, wo, p.gloss, out);
-            if (!view.gloss.draw(wo, u, out.wi))
+                return sampleMirror(data, wo, p.gloss, out);
+            if (!lobes.gloss.sample(wo, u, out.wi))
                 return false;
         } else if ((uc -= p.gloss) < p.coat) {
             if (data.coatAlpha == 0)
-                return lacquer(data, wo, p.coat, out);
-            if (!view.coat.draw(wo, u, out.wi))
+                return sampleMirrorCoat(data, wo, p.coat, out);
+            if (!lobes.coat.sample(wo, u, out.wi))
                 return false;
-        } else if ((uc -= p.coat) < p.through) {
+        } else if ((uc -= p.coat) < p.transmission) {
             if (data.alpha == 0)
-                return window(data, wo, p.through, out);
-            if (!view.gloss.draw(wo, u, out.wi))
+                return sampleStraightThrough(data, wo, p.transmission, out);
+            if (!lobes.gloss.sample(wo, u, out.wi))
                 return false;
             out.wi.z = -out.wi.z;
         } else {
@@ -187,7 +202,7 @@ class MetallicRoughness : public Material {
                 out.wi.z = -out.wi.z;
         }
         Rgb f;
-        view.eval(out.wi, f, out.pdf);
+        lobes.eval(out.wi, f, out.pdf);
         if (!(out.pdf > 0))
             return false;
         out.weight = f / out.pdf;
@@ -198,23 +213,24 @@ class MetallicRoughness : public Material {
 
     float maxPdf(const Bsdf& bsdf, const V3f& wo) const override {
         const Data& data = bsdf.as<Data>();
-        const Shares shares(data, wo);
-        float bound = shares.diffuse * kInvPi;
-        if (data.alpha > 0) // reflection and transmission lie on different sides
-            bound = std::max(bound + shares.gloss * GgxReflection::maxPdf(wo, View::ggx(data.alpha)),
-                             shares.through * GgxReflection::maxPdf(wo, View::ggx(data.alpha)));
+        const LobeProbabilities p(data, wo);
+        float bound = p.diffuse * kInvPi;
+        if (data.alpha > 0) { // reflection and transmission are on different sides
+            const float glossPdf = GgxReflection::maxPdf(wo, LobesAt::ggx(data.alpha));
+            bound = std::max(bound + p.gloss * glossPdf, p.transmission * glossPdf);
+        }
         if (data.coatAlpha > 0)
-            bound += shares.coat * GgxReflection::maxPdf(wo, View::ggx(data.coatAlpha));
+            bound += p.coat * GgxReflection::maxPdf(wo, LobesAt::ggx(data.coatAlpha));
         return bound;
     }
 
     Rgb albedo(const Bsdf& bsdf) const override {
         const Data& data = bsdf.as<Data>();
-        return Rgb(data.diffuse) * kPi + Rgb(data.f0) + Rgb(data.through);
+        return Rgb(data.diffuse) * kPi + Rgb(data.f0) + Rgb(data.transmission);
     }
     V3f tangentNormal(const TextureQuery& q) const override {
-        const Rgb c = m_in.normalMap->rgb(q) * 2 - Rgb(1);
-        return {c.x * m_in.normalScale, c.y * m_in.normalScale, c.z};
+        const Rgb c = m_inputs.normalMap->rgb(q) * 2 - Rgb(1);
+        return {c.x * m_inputs.normalScale, c.y * m_inputs.normalScale, c.z};
     }
 
   private:
@@ -232,43 +248,52 @@ class MetallicRoughness : public Material {
         flags.shadingNormal = in.normalMap ? ShadingNormal::Mapped : ShadingNormal::Visible;
         return flags;
     }
-    static bool delta(const V3f& wi, const Rgb& weight, bool transmits, BsdfSample& out) {
-        out.wi = wi, out.weight = weight, out.pdf = 0, out.delta = true, out.transmits = transmits;
+    static bool setDelta(const V3f& wi, const Rgb& weight, bool transmits, BsdfSample& out) {
+        out.wi = wi;
+        out.weight = weight;
+        out.pdf = 0;
+        out.delta = true;
+        out.transmits = transmits;
         return true;
     }
-    static bool mirror(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
+    // Samples of lobes with alpha 0, which are picked with `probability`.
+    static bool sampleMirror(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
         const float cosine = std::abs(wo.z);
-        return delta({-wo.x, -wo.y, wo.z},
-                     fresnel(data, cosine) * ((1 - coatFresnel(data, cosine)) / probability), false, out);
+        return setDelta({-wo.x, -wo.y, wo.z},
+                        fresnel(data, cosine) * ((1 - coatFresnel(data, cosine)) / probability), false, out);
     }
-    static bool lacquer(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
-        return delta({-wo.x, -wo.y, wo.z}, Rgb(coatFresnel(data, std::abs(wo.z)) / probability), false, out);
+    static bool sampleMirrorCoat(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
+        return setDelta({-wo.x, -wo.y, wo.z}, Rgb(coatFresnel(data, std::abs(wo.z)) / probability), false,
+                        out);
     }
-    static bool window(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
-        const float cosine = std::abs(wo.z), share = passed(data, cosine) * (1 - coatFresnel(data, cosine));
-        return delta(-wo, Rgb(data.through) * (share / probability), true, out);
+    static bool sampleStraightThrough(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
+        const float cosine = std::abs(wo.z);
+        const float transmittance = dielectricTransmittance(data, cosine) * (1 - coatFresnel(data, cosine));
+        return setDelta(-wo, Rgb(data.transmission) * (transmittance / probability), true, out);
     }
 
-    void fill(const TextureQuery& q, const Rgb& baseOrMore, const Rgb& packed, Bsdf& bsdf) const {
-        const Rgb base = clamp01(baseOrMore);
-        const float metallic = clamp01(m_in.metallic.at(q) * packed.z);
-        const float roughness = m_in.roughness.at(q) * packed.y;
-        const float ior = std::max(m_in.ior.at(q), 0.f), specular = clamp01(m_in.specular.at(q));
-        const Rgb f0 = clamp01(nonNegative(m_in.specularColor.at(q)) * sqr((ior - 1) / (ior + 1))) * specular;
-        const float transmission = flags().transmissive ? clamp01(m_in.transmission.at(q)) : 0.f;
+    void fill(const TextureQuery& q, const Rgb& baseColor, const Rgb& packed, Bsdf& bsdf) const {
+        const Rgb base = clamp01(baseColor);
+        const float metallic = clamp01(m_inputs.metallic.at(q) * packed.z);
+        const float roughness = m_inputs.roughness.at(q) * packed.y;
+        const float ior = std::max(m_inputs.ior.at(q), 0.f), specular = clamp01(m_inputs.specular.at(q));
+        const Rgb f0 =
+            clamp01(nonNegative(m_inputs.specularColor.at(q)) * sqr((ior - 1) / (ior + 1))) * specular;
+        const float transmission = flags().transmissive ? clamp01(m_inputs.transmission.at(q)) : 0.f;
         const Rgb body = base * (1 - metallic);
         Data& data = bsdf.as<Data>();
         data.diffuse = body * ((1 - transmission) * kInvPi);
-        data.through = body * transmission;
+        data.transmission = body * transmission;
         data.f0 = f0 * (1 - metallic) + base * metallic;
         data.f90 = lerp(specular, 1, metallic);
-        data.skinF0 = maxComponent(f0), data.skinF90 = specular;
+        data.dielectricF0 = maxComponent(f0);
+        data.dielectricF90 = specular;
         data.alpha = alphaOf(roughness);
-        data.coat = clamp01(m_in.clearcoat.at(q));
-        data.coatAlpha = alphaOf(m_in.clearcoatRoughness.at(q));
+        data.coat = clamp01(m_inputs.clearcoat.at(q));
+        data.coatAlpha = alphaOf(m_inputs.clearcoatRoughness.at(q));
     }
 
-    MetallicRoughnessInputs m_in;
+    MetallicRoughnessInputs m_inputs;
 };
 
 } // namespace
@@ -279,7 +304,7 @@ std::shared_ptr<const Material> makeMetallicRoughness(const MetallicRoughnessInp
 
 Plugin<std::shared_ptr<const Material>> metallicRoughnessPlugin() {
     return {"metallicroughness",
-            "glTF's: diffuse, or metal, under a GGX gloss; thin transmission; clearcoat",
+            "glTF's metallic-roughness model: diffuse, GGX reflection, thin transmission, clearcoat",
             {kBaseColor, kMetallic, kRoughness, kIor, kSpecular, kSpecularColor, kTransmission, kClearcoat,
              kClearcoatRoughness, kNormalMap, kNormalScale},
             [](const ParamSet& params, const BuildContext&) {

@@ -1,4 +1,4 @@
-// glTF's metallic-roughness material.
+// The "metallicroughness" material: the metallic-roughness model of glTF 2.0.
 #pragma once
 
 #include "core/interfaces/material.h"
@@ -6,27 +6,32 @@
 
 namespace strobe {
 
-/// What the material is made of, at each point. Names, ranges and defaults are glTF's (appendix B of its
-/// specification, and the extensions KHR_materials_ior, _specular, _transmission and _clearcoat).
+/// The inputs of the material. Names, ranges and defaults are those of glTF 2.0 (appendix B of the
+/// specification) and of the extensions KHR_materials_ior, _specular, _transmission and _clearcoat.
 struct MetallicRoughnessInputs {
     RgbInput baseColor{Rgb(1)};
     FloatInput metallic{1}, roughness{1};
-    /// A texture whose green channel multiplies the roughness and whose blue one the metalness; or none.
+    /// A texture whose green channel scales the roughness and whose blue channel scales the metalness, or
+    /// null.
     std::shared_ptr<const Texture> packed;
     FloatInput ior{1.5f};
     FloatInput specular{1};
     RgbInput specularColor{Rgb(1)};
     FloatInput transmission{0};
     FloatInput clearcoat{0}, clearcoatRoughness{0};
-    /// Tangent-space normals: (0.5, 0.5, 1) is the surface's own; red leans along dp/du, green along dp/dv.
+    /// A texture of tangent-space normals, or null. (0.5, 0.5, 1) encodes the unperturbed normal; red tilts
+    /// it along dp/du, green along dp/dv.
     std::shared_ptr<const Texture> normalMap;
-    float normalScale = 1; ///< of the leaning
+    float normalScale = 1; ///< scale of the tilt
 };
 
-/// Throws nothing: inputs out of range are clamped where they are looked up.
+/// Creates the material: a two-sided sum of a diffuse lobe, a GGX reflection with separable Smith masking,
+/// the transmission of an infinitely thin wall, and a GGX clearcoat on top, with Schlick's Fresnel terms.
+/// GGX's alpha is the square of the roughness; an alpha below 0.001 is a perfect mirror. Inputs out of range
+/// are clamped during evaluation.
 std::shared_ptr<const Material> makeMetallicRoughness(const MetallicRoughnessInputs& inputs);
 
-/// The same as a plugin of the scene language.
+/// The plugin of the scene language, with the inputs as parameters.
 Plugin<std::shared_ptr<const Material>> metallicRoughnessPlugin();
 
 } // namespace strobe

@@ -42,8 +42,12 @@ class Mirror : public Material {
     void sampleSoA(const BsdfSoA& jobs, const float*, const V2SoA&, BsdfSampleSoA& out) const override {
         for (int i = jobs.begin; i < jobs.end; ++i) {
             const PlainRgb& kr = jobs.bsdf[jobs.point[i]].as<Data>().kr;
-            out.wi.x[i] = -jobs.wo.x[i], out.wi.y[i] = -jobs.wo.y[i], out.wi.z[i] = jobs.wo.z[i];
-            out.weight.r[i] = kr.x, out.weight.g[i] = kr.y, out.weight.b[i] = kr.z;
+            out.wi.x[i] = -jobs.wo.x[i];
+            out.wi.y[i] = -jobs.wo.y[i];
+            out.wi.z[i] = jobs.wo.z[i];
+            out.weight.r[i] = kr.x;
+            out.weight.g[i] = kr.y;
+            out.weight.b[i] = kr.z;
             out.drawn[i] = !isBlack(kr);
         }
         std::fill(out.pdf + jobs.begin, out.pdf + jobs.end, 0.f);

@@ -1,4 +1,4 @@
-// A perfect mirror of constant reflectance Kr; no Fresnel term, as in pbrt.
+// The "mirror" material.
 #pragma once
 
 #include "core/interfaces/material.h"
@@ -6,6 +6,7 @@
 
 namespace strobe {
 
+/// A two-sided perfect mirror of reflectance Kr at all angles: like pbrt-v2's, it has no Fresnel term.
 Plugin<std::shared_ptr<const Material>> mirrorPlugin();
 
 } // namespace strobe

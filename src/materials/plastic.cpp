@@ -1,56 +1,58 @@
 #include "materials/plastic.h"
 
 #include "core/math/sampling.h"
-#include "materials/blinn.h"
 #include "materials/fresnel.h"
 #include "materials/inputs.h"
-#include "materials/lobe_lanes.h"
+#include "materials/lobe_soa.h"
+#include "materials/microfacet.h"
 
 namespace strobe {
 namespace {
 
 const ParamDef<RgbInput> kKd{"Kd", Rgb(.25f), "diffuse reflectance"};
-const ParamDef<RgbInput> kKs{"Ks", Rgb(.25f), "factor of the gloss"};
-const ParamDef<FloatInput> kRoughness{"roughness", .1f, "the Blinn exponent is 1/roughness, at most 10000"};
+const ParamDef<RgbInput> kKs{"Ks", Rgb(.25f), "scale of the glossy lobe"};
+const ParamDef<FloatInput> kRoughness{"roughness", .1f,
+                                      "inverse of the Blinn exponent, which is at most 10000"};
 
-/// pbrt-v2's plastic evaluates Fresnel as if the light came from inside the dielectric: total reflection
-/// beyond 41.8° from the half vector, where 4 % would be expected. Kept, to match its pictures.
-inline float quirkyFresnel(float cosHalf) { return fresnelDielectric(cosHalf, 1.5f, 1.f); }
+/// Returns pbrt-v2's Fresnel term of plastic. It is evaluated for light from inside the dielectric: 1 (total
+/// internal reflection) beyond 41.8° from the half vector, where about 4 % would be expected. Kept for
+/// equality with the images of pbrt-v2.
+inline float pbrtFresnel(float cosHalf) { return fresnelDielectric(cosHalf, 1.5f, 1.f); }
 
-/// See LobeMaterial.
+/// The lobe of LobeMaterial.
 struct Data {
     float r, g, b;    ///< Kd/π
     float kr, kg, kb; ///< Ks
     float exponent;
     float diffuse, gloss; ///< luminances of Kd and Ks
 
-    /// The probability of drawing from the gloss: its rough share of the albedo at wo. The Fresnel step at
-    /// sinθ = 1/1.5 is smeared by the width of the lobe.
+    /// Returns the probability of sampling the glossy lobe: its approximate fraction of the albedo for wo,
+    /// limited to [.1, .9]. The Fresnel step at sinθ = 1/1.5 is smoothed by the width of the lobe.
     STROBE_FORCE_INLINE float glossProbability(const V3f& wo) const {
         const float sinO = safeSqrt(1 - wo.z * wo.z);
-        const float smear =
+        const float step =
             std::min(std::max((sinO - 1 / 1.5f) * std::sqrt(exponent + 1) / 2 + .5f, 0.f), 1.f);
-        const float rough = gloss * lerp(.06f, 1.f, smear);
-        const float share = std::min(std::max(rough / (rough + diffuse), .1f), .9f);
-        const float only = gloss > 0 ? 1.f : 0.f;
-        return gloss > 0 && diffuse > 0 ? share : only;
+        const float glossAlbedo = gloss * lerp(.06f, 1.f, step);
+        const float fraction = std::min(std::max(glossAlbedo / (glossAlbedo + diffuse), .1f), .9f);
+        const float singleLobe = gloss > 0 ? 1.f : 0.f;
+        return gloss > 0 && diffuse > 0 ? fraction : singleLobe;
     }
     STROBE_FORCE_INLINE LobeValue eval(const V3f& wo, const V3f& wi) const {
-        const MicrofacetTerm term = evalBlinn(exponent, wo, wi);
-        const float cosine = std::abs(wi.z), glossy = term.shape * quirkyFresnel(term.cosHalf);
+        const BlinnTerm term = evalBlinn(exponent, wo, wi);
+        const float cosine = std::abs(wi.z), glossy = term.shape * pbrtFresnel(term.cosHalf);
         const float diffusePdf = wo.z * wi.z > 0 ? cosine * kInvPi : 0.f;
         return {r * cosine + kr * glossy, g * cosine + kg * glossy, b * cosine + kb * glossy,
                 lerp(diffusePdf, term.pdf, glossProbability(wo))};
     }
-    STROBE_FORCE_INLINE int32_t draw(const V3f& wo, float uc, const V2f& u, V3f& wi) const {
+    STROBE_FORCE_INLINE int32_t sampleDirection(const V3f& wo, float uc, const V2f& u, V3f& wi) const {
         V3f glossy;
-        const int32_t above = drawBlinn(exponent, wo, u, glossy);
+        const int32_t above = sampleBlinn(exponent, wo, u, glossy);
         const bool isGloss = uc < glossProbability(wo);
-        const V3f any = cosineHemisphere(u);
-        const float z = wo.z < 0 ? -any.z : any.z;
-        wi.x = isGloss ? glossy.x : any.x;
-        wi.y = isGloss ? glossy.y : any.y;
-        wi.z = isGloss ? glossy.z : z;
+        const V3f up = cosineHemisphere(u);
+        const float diffuseZ = wo.z < 0 ? -up.z : up.z;
+        wi.x = isGloss ? glossy.x : up.x;
+        wi.y = isGloss ? glossy.y : up.y;
+        wi.z = isGloss ? glossy.z : diffuseZ;
         return isGloss ? above : 1;
     }
     STROBE_FORCE_INLINE float maxPdf(const V3f& wo) const {
@@ -73,7 +75,8 @@ class Plastic : public LobeMaterial<Data> {
     }
     void prepareSoA(const TextureQuerySoA& q, int begin, int end, Bsdf* bsdf) const override {
         RgbSoA kd, ks;
-        m_kd.atSoA(q, begin, end, kd), m_ks.atSoA(q, begin, end, ks);
+        m_kd.atSoA(q, begin, end, kd);
+        m_ks.atSoA(q, begin, end, ks);
         float exponent = blinnExponent(m_roughness.constant);
         for (int i = begin; i < end; ++i) {
             if (m_roughness.texture)
@@ -87,8 +90,8 @@ class Plastic : public LobeMaterial<Data> {
     }
 
   private:
-    static void fill(const Rgb& kdOrLess, const Rgb& ksOrLess, float exponent, Bsdf& bsdf) {
-        const Rgb kd = nonNegative(kdOrLess), ks = nonNegative(ksOrLess), scaledKd = kd * kInvPi;
+    static void fill(const Rgb& kdInput, const Rgb& ksInput, float exponent, Bsdf& bsdf) {
+        const Rgb kd = nonNegative(kdInput), ks = nonNegative(ksInput), scaledKd = kd * kInvPi;
         bsdf.as<Data>() = {scaledKd.x, scaledKd.y, scaledKd.z,    ks.x,         ks.y,
                            ks.z,       exponent,   luminance(kd), luminance(ks)};
     }
@@ -101,7 +104,7 @@ class Plastic : public LobeMaterial<Data> {
 
 Plugin<std::shared_ptr<const Material>> plasticPlugin() {
     return {"plastic",
-            "diffuse under a Blinn gloss, exactly as pbrt-v2's",
+            "diffuse lobe plus a Blinn lobe, with the values of pbrt-v2",
             {kKd, kKs, kRoughness},
             [](const ParamSet& params, const BuildContext&) {
                 return std::make_shared<const Plastic>(params.get(kKd), params.get(kKs),

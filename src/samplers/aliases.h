@@ -1,4 +1,4 @@
-// Other renderers' names of samplers.
+// Sampler names of pbrt.
 #pragma once
 
 #include <map>
@@ -6,7 +6,8 @@
 
 namespace strobe {
 
-/// pbrt's sampler names that are not this renderer's own, each with the sampler that stands in for it.
+/// Returns the sampler names of pbrt that strobe does not have, with the name of the sampler that replaces
+/// each.
 std::map<std::string, std::string> samplerAliases();
 
 } // namespace strobe

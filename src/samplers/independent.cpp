@@ -6,7 +6,7 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<int> kPixelSamples{"pixelsamples", 4, "samples per pixel", "samples", kAtLeastOne};
+const ParamDef<int> kPixelSamples{"pixelsamples", 4, "number of samples per pixel", "samples", kAtLeastOne};
 
 class IndependentSampler final : public Sampler {
   public:
@@ -31,8 +31,8 @@ Plugin<SamplerSetup, int> independentPlugin() {
             "independent random numbers (pbrt: also \"random\")",
             {kPixelSamples},
             [](const ParamSet& params, const BuildContext&, int sppOverride) -> SamplerSetup {
-                const int asked = params.get(kPixelSamples);
-                return {std::make_shared<IndependentSampler>(), sppOverride > 0 ? sppOverride : asked};
+                const int spp = params.get(kPixelSamples);
+                return {std::make_shared<IndependentSampler>(), sppOverride > 0 ? sppOverride : spp};
             }};
 }
 

@@ -1,4 +1,4 @@
-// Independent uniform random numbers.
+// The "independent" sampler.
 #pragma once
 
 #include "core/interfaces/sampler.h"
@@ -6,7 +6,8 @@
 
 namespace strobe {
 
-/// "independent" (pbrt also: "random"): each number a hash of (domain, dimension, index).
+/// Independent uniform random numbers: each is a hash of (domain, dimension, index). Also known as "random"
+/// (pbrt).
 Plugin<SamplerSetup, int> independentPlugin();
 
 } // namespace strobe

@@ -9,7 +9,8 @@ namespace strobe {
 namespace {
 
 const ParamDef<int> kPixelSamples{
-    "pixelsamples", 16, "samples per pixel, rounded up to a power of two; by default 16 (pbrt-v2: 4)",
+    "pixelsamples", 16,
+    "number of samples per pixel, rounded up to a power of two; default under pbrt-v2's conventions: 4",
     "samples", kAtLeastOne};
 
 inline uint32_t reverseBits(uint32_t x) {
@@ -20,10 +21,10 @@ inline uint32_t reverseBits(uint32_t x) {
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
 }
 
-/// The second Sobol' coordinate from the index, which is the reversed first coordinate; itself reversed. With
-/// the digits as coefficients of a polynomial p(s) over GF(2), the second coordinate is p(1 + s): the
-/// generator matrix is Pascal's triangle. As (1 + s)^16 = 1 + s^16 and so on, it takes one masked shift per
-/// power of two.
+/// Returns the bit-reversed second Sobol' coordinate of an index, which is the bit-reversed first coordinate.
+/// With the digits as coefficients of a polynomial p(s) over GF(2), the second coordinate is p(1 + s): the
+/// generator matrix is Pascal's triangle. Because (1 + s)^16 = 1 + s^16 and so on, one masked shift per power
+/// of two is sufficient.
 inline uint32_t secondFromFirst(uint32_t x) {
     x ^= x >> 16;
     x ^= (x & 0xFF00FF00u) >> 8;
@@ -32,9 +33,9 @@ inline uint32_t secondFromFirst(uint32_t x) {
     return x ^ ((x & 0xAAAAAAAAu) >> 1);
 }
 
-/// A hash in which a bit depends only on itself and lower ones: an Owen scramble of bit-reversed numbers
-/// (Laine & Karras 2011 in Burley's form, "Practical Hash-based Owen Scrambling", 2020; the constants are
-/// Vegdahl's, which mix better).
+/// Returns a hash of which each bit depends only on the same and lower bits of `x`: an Owen scramble of
+/// bit-reversed numbers (Laine & Karras 2011 in the form of Burley, "Practical Hash-based Owen Scrambling",
+/// 2020, with the constants of Vegdahl, which mix better).
 inline uint32_t scrambleReversed(uint32_t x, uint32_t seed) {
     x ^= x * 0x3D20ADEAu;
     x += seed;
@@ -44,17 +45,16 @@ inline uint32_t scrambleReversed(uint32_t x, uint32_t seed) {
     return x;
 }
 
-/// 32 bits, reversed, as a float in [0, 1): as unitFloat, in a form that compilers vectorize.
+/// Converts 32 reversed bits to a float in [0,1): equals unitFloat, in a form that compilers vectorize.
 inline float toFloat(uint32_t reversed) { return float(int32_t(reverseBits(reversed) >> 8)) * 0x1p-24f; }
 
-/// Member `index` of the shuffled sequence: Owen's scramble of the index keeps aligned blocks of 2^m
-/// together, so that each is still a net.
+/// Returns the index of member `index` in the shuffled sequence. An Owen scramble of the index keeps aligned
+/// ranges of 2^m indices together, so that each remains a net.
 inline uint32_t shuffle(uint32_t index, uint32_t seed) {
     return reverseBits(scrambleReversed(reverseBits(index), seed));
 }
 
-/// What tells one set of numbers from another: how its members are shuffled, and how their digits are
-/// scrambled.
+/// The seeds of one domain and dimension: for the shuffle and for the scrambles of both coordinates.
 struct Seeds {
     uint32_t order, x, y;
 };
@@ -62,13 +62,14 @@ inline Seeds seedsOf(uint64_t domain, uint64_t dimension) {
     const uint64_t h = mix64(domain + dimension);
     return {uint32_t(h), uint32_t(h >> 32), uint32_t(mix64(h))};
 }
+/// Returns the hash of a dimension. `coordinates`: 1 or 2.
 inline uint64_t hashedDimension(uint32_t dim, int coordinates) { return hashOf(dim, coordinates); }
 
 inline float number(uint32_t member, const Seeds& s) {
     return toFloat(scrambleReversed(shuffle(member, s.order), s.x));
 }
 inline V2f point(uint32_t member, const Seeds& s) {
-    const uint32_t index = shuffle(member, s.order); // the reversed first coordinate
+    const uint32_t index = shuffle(member, s.order); // equals the reversed first coordinate
     return {toFloat(scrambleReversed(index, s.x)), toFloat(scrambleReversed(secondFromFirst(index), s.y))};
 }
 
@@ -81,32 +82,40 @@ STROBE_TARGET_CLONES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, fl
     STROBE_IVDEP
     for (uint32_t i = 0; i < n; ++i) {
         const V2f p = point(first + i, seeds);
-        x[i] = p.x, y[i] = p.y;
+        x[i] = p.x;
+        y[i] = p.y;
     }
 }
 
-/// Members of ranges, side by side.
+/// The members of several ranges, with the seeds of their domains.
 struct MemberSoA {
-    static constexpr int kFour = 4; ///< written together: faster, but up to so many too many
-    alignas(64) uint32_t member[kSoAWidth + kFour], order[kSoAWidth + kFour], x[kSoAWidth + kFour],
-        y[kSoAWidth + kFour];
+    static constexpr int kUnroll = 4; ///< members stored at a time; the excess is overwritten or ignored
+    static constexpr int kSize = kSoAWidth + kUnroll;
+    alignas(64) uint32_t member[kSize], order[kSize], x[kSize], y[kSize];
     int n = 0;
 
     MemberSoA(std::span<const SampleRange> ranges, uint64_t dimension) {
         uint64_t domain = ranges.front().domain;
         Seeds s = seedsOf(domain, dimension);
         for (const SampleRange& range : ranges) {
-            if (range.domain != domain) // neighbors are often samples of one pixel
-                domain = range.domain, s = seedsOf(domain, dimension);
-            if (range.n == 1) { // as of bounces
-                member[n] = range.first, order[n] = s.order, x[n] = s.x, y[n] = s.y;
+            if (range.domain != domain) { // neighboring ranges often have the same domain
+                domain = range.domain;
+                s = seedsOf(domain, dimension);
+            }
+            if (range.n == 1) { // for example bounces
+                member[n] = range.first;
+                order[n] = s.order;
+                x[n] = s.x;
+                y[n] = s.y;
                 ++n;
                 continue;
             }
-            for (uint32_t i = 0; i < range.n; i += kFour)
-                for (uint32_t k = i; k < i + kFour; ++k) {
+            for (uint32_t i = 0; i < range.n; i += kUnroll)
+                for (uint32_t k = i; k < i + kUnroll; ++k) {
                     member[n + k] = range.first + k;
-                    order[n + k] = s.order, x[n + k] = s.x, y[n + k] = s.y;
+                    order[n + k] = s.order;
+                    x[n + k] = s.x;
+                    y[n + k] = s.y;
                 }
             n += int(range.n);
         }
@@ -121,7 +130,8 @@ STROBE_TARGET_CLONES void fillPoints(const MemberSoA& m, V2SoA& out) {
     STROBE_IVDEP
     for (int i = 0; i < m.n; ++i) {
         const V2f p = point(m.member[i], {m.order[i], m.x[i], m.y[i]});
-        out.x[i] = p.x, out.y[i] = p.y;
+        out.x[i] = p.x;
+        out.y[i] = p.y;
     }
 }
 
@@ -151,15 +161,16 @@ class SobolSampler final : public Sampler {
         const uint64_t dimension = hashedDimension(dim, 2);
         if (areShort(ranges))
             return fillPoints(MemberSoA(ranges, dimension), out);
-        uint32_t lane = 0;
+        uint32_t offset = 0;
         for (const SampleRange& range : ranges) {
-            fillPoints(range.first, range.n, seedsOf(range.domain, dimension), out.x + lane, out.y + lane);
-            lane += range.n;
+            fillPoints(range.first, range.n, seedsOf(range.domain, dimension), out.x + offset,
+                       out.y + offset);
+            offset += range.n;
         }
     }
 
   private:
-    /// Then it is better to go through all of them at once.
+    /// Returns true if one loop over the members of all ranges is faster than a loop per range.
     static bool areShort(std::span<const SampleRange> ranges) {
         return ranges.size() > 1 && ranges.front().n < 16;
     }
@@ -184,7 +195,7 @@ SobolPoint sobolPoint(uint32_t index) { return {reverseBits(index), reverseBits(
 
 Plugin<SamplerSetup, int> sobolPlugin() {
     return {"sobol",
-            "Owen-scrambled (0,2)-sequences (stands in for pbrt's low-discrepancy samplers)",
+            "Owen-scrambled (0,2)-sequences (also replaces the low-discrepancy samplers of pbrt)",
             {kPixelSamples},
             createSobol};
 }

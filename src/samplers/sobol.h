@@ -1,4 +1,4 @@
-// Owen-scrambled (0,2) points: the default sampler.
+// The "sobol" sampler, which is the default.
 #pragma once
 
 #include "core/interfaces/sampler.h"
@@ -6,14 +6,18 @@
 
 namespace strobe {
 
-/// "sobol" (pbrt: "lowdiscrepancy" and most other names): every two-dimensional dimension is an independently
-/// Owen-scrambled and shuffled (0,2)-sequence, and every one-dimensional one a van der Corput sequence.
+/// Owen-scrambled low-discrepancy points: every two-dimensional dimension is a (0,2)-sequence (the first two
+/// dimensions of Sobol') and every one-dimensional dimension a van der Corput sequence, each scrambled and
+/// shuffled independently (Burley, "Practical Hash-based Owen Scrambling", 2020). The number of samples per
+/// pixel is rounded up to a power of two. Also replaces "lowdiscrepancy" and most other samplers of pbrt
+/// (samplerAliases).
 Plugin<SamplerSetup, int> sobolPlugin();
 
-/// Coordinates of point `index` of the unscrambled Sobol' (0,2)-sequence, as fractions of 2^32.
+/// Coordinates as fractions of 2^32.
 struct SobolPoint {
     uint32_t x, y;
 };
+/// Returns point `index` of the unscrambled Sobol' (0,2)-sequence.
 SobolPoint sobolPoint(uint32_t index);
 
 } // namespace strobe

@@ -6,9 +6,10 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<int> kXSamples{"xsamples", 4, "strata across a pixel", nullptr, kAtLeastOne};
-const ParamDef<int> kYSamples{"ysamples", 4, "strata down a pixel", nullptr, kAtLeastOne};
-const ParamDef<bool> kJitter{"jitter", true, "random places within the strata; false: their centers"};
+const ParamDef<int> kXSamples{"xsamples", 4, "number of strata in x per pixel", nullptr, kAtLeastOne};
+const ParamDef<int> kYSamples{"ysamples", 4, "number of strata in y per pixel", nullptr, kAtLeastOne};
+const ParamDef<bool> kJitter{"jitter", true,
+                             "random positions within the strata; false: the centers of the strata"};
 
 /// A grid of strata for `total` points.
 struct Grid {
@@ -23,9 +24,10 @@ class StratifiedSampler final : public Sampler {
         const uint32_t total = std::max(range.total, 1u);
         for (uint32_t i = 0; i < range.n; ++i) {
             const uint32_t index = range.first + i;
-            const uint64_t set = hashOf(range.domain, dim, 1, index / total); // beyond total: a fresh set
+            const uint64_t set =
+                hashOf(range.domain, dim, 1, index / total); // members beyond `total` form further sets
             const uint32_t cell = permutedIndex(index % total, total, set);
-            out[i] = place(cell, jitter(hashCombine(set, cell)), total);
+            out[i] = stratumPoint(cell, jitter(hashCombine(set, cell)), total);
         }
     }
 
@@ -40,8 +42,8 @@ class StratifiedSampler final : public Sampler {
     }
 
   private:
-    /// The pixel's own grid, or the smallest nearly square one with at least `total` cells: a random choice
-    /// of cells then stays empty, so every point remains uniform.
+    /// Returns the grid of the pixel if it has `total` cells; otherwise the smallest nearly square grid with
+    /// at least `total` cells, of which a random choice remains empty, so that every point is uniform.
     Grid gridFor(uint32_t total) const {
         if (total == m_pixelGrid.nx * m_pixelGrid.ny)
             return m_pixelGrid;
@@ -54,17 +56,18 @@ class StratifiedSampler final : public Sampler {
         const uint64_t random = hashCombine(set, cell + 1);
         const float jx = jitter(random), jy = jitter(random >> 32);
         if (!m_jitter)
-            return {place(cx, jx, grid.nx), place(cy, jy, grid.ny)};
-        // Substrata: the rows of a column take different ones, and the columns of a row.
+            return {stratumPoint(cx, jx, grid.nx), stratumPoint(cy, jy, grid.ny)};
+        // Substrata: all cells of a column have different substrata in x, all cells of a row in y.
         const uint32_t sx = permutedIndex(cy, grid.ny, hashCombine(set, ~0ull));
         const uint32_t sy = permutedIndex(cx, grid.nx, hashCombine(set, ~1ull));
-        return {place(cx * grid.ny + sx, jx, grid.nx * grid.ny),
-                place(cy * grid.nx + sy, jy, grid.nx * grid.ny)};
+        return {stratumPoint(cx * grid.ny + sx, jx, grid.nx * grid.ny),
+                stratumPoint(cy * grid.nx + sy, jy, grid.nx * grid.ny)};
     }
 
     float jitter(uint64_t random) const { return m_jitter ? unitFloat(static_cast<uint32_t>(random)) : .5f; }
-    static float place(uint32_t cell, float within, uint32_t n) {
-        return std::min((float(cell) + within) / float(n), kOneMinusEpsilon);
+    /// Returns the point at fraction `offset` of stratum `cell` of n.
+    static float stratumPoint(uint32_t cell, float offset, uint32_t n) {
+        return std::min((float(cell) + offset) / float(n), kOneMinusEpsilon);
     }
 
     Grid m_pixelGrid;
@@ -74,8 +77,8 @@ class StratifiedSampler final : public Sampler {
 SamplerSetup createStratified(const ParamSet& params, const BuildContext&, int sppOverride) {
     int nx = params.get(kXSamples), ny = params.get(kYSamples);
     if (double(nx) * ny > double(1 << 24))
-        throw Error(params.whereIs(kYSamples), "more than 16777216 samples per pixel");
-    if (sppOverride > 0 && sppOverride != nx * ny) { // the most nearly square grid of exactly that many
+        throw Error(params.whereIs(kYSamples), "\"xsamples\" times \"ysamples\" must be at most 16777216");
+    if (sppOverride > 0 && sppOverride != nx * ny) { // the most nearly square grid with this number of cells
         for (nx = static_cast<int>(std::sqrt(double(sppOverride))); sppOverride % nx != 0;)
             --nx;
         ny = sppOverride / nx;
@@ -86,17 +89,17 @@ SamplerSetup createStratified(const ParamSet& params, const BuildContext&, int s
 } // namespace
 
 uint32_t permutedIndex(uint32_t index, uint32_t n, uint64_t seed) {
-    // Swap or not (Hoang, Morris & Rogaway 2012): each round pairs all places and swaps each pair by the toss
-    // of a hash. What is left of the initial order halves with each round.
-    constexpr int rounds = 16;
+    // Swap-or-not shuffle (Hoang, Morris & Rogaway 2012): each round pairs all positions and swaps each pair
+    // depending on a hash. The remaining correlation with the initial order halves with each round.
+    constexpr int kRounds = 16;
     uint64_t state = mix64(seed);
     uint32_t x = index;
-    for (int r = 0; r < rounds; ++r) {
+    for (int r = 0; r < kRounds; ++r) {
         state = state * 6364136223846793005ull + 1442695040888963407ull;
         const uint32_t sum = uint32_t(((state >> 32) * n) >> 32), key = uint32_t(state >> 11);
         const uint32_t partner = sum >= x ? sum - x : sum + n - x;
-        const uint32_t toss = (std::max(x, partner) ^ key) * (uint32_t(state >> 24) | 1);
-        x = toss >> 31 ? partner : x;
+        const uint32_t coin = (std::max(x, partner) ^ key) * (uint32_t(state >> 24) | 1);
+        x = coin >> 31 ? partner : x;
     }
     return x;
 }

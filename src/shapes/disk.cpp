@@ -6,33 +6,38 @@
 namespace strobe {
 namespace {
 
-const ParamDef<float> kHeight{"height", 0, "z of the disk"};
+const ParamDef<float> kHeight{"height", 0, "z coordinate of the disk"};
 const ParamDef<float> kRadius{"radius", 1, "outer radius"};
-const ParamDef<float> kInnerRadius{"innerradius", 0, "radius of the hole"};
+const ParamDef<float> kInnerRadius{"innerradius", 0, "radius of the hole; 0: no hole"};
 
-/// Where a ring is sampled, uniform by area.
-struct RingSampler {
-    float height, inner2, width2, turns; ///< squares of radii; the sweep
+/// Samples an annulus uniformly by area.
+struct AnnulusSampler {
+    float height;
+    float inner2, width2; ///< squared inner radius; difference of the squared radii
+    float turns;          ///< sweep in full turns
 
-    STROBE_FORCE_INLINE V3f at(const V2f& u) const {
+    STROBE_FORCE_INLINE V3f sample(const V2f& u) const {
         const float r = std::sqrt(inner2 + u.x * width2);
         const SinCos phi = sinCosOfTurns(u.y * turns);
         return {r * phi.cos, r * phi.sin, height};
     }
 };
 
-STROBE_TARGET_CLONES void sampleRing(const RingSampler& ring, const V2SoA& u, int n, V3SoA& p,
-                                     V3SoA& normal) {
-    const RingSampler r = ring;
+STROBE_TARGET_CLONES void sampleAnnulus(const AnnulusSampler& sampler, const V2SoA& u, int n, V3SoA& p,
+                                        V3SoA& normal) {
+    const AnnulusSampler s = sampler;
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
-        const V3f at = r.at(u.at(i));
-        p.x[i] = at.x, p.y[i] = at.y, p.z[i] = at.z;
-        normal.x[i] = 0, normal.y[i] = 0, normal.z[i] = 1;
+        const V3f q = s.sample(u.at(i));
+        p.x[i] = q.x;
+        p.y[i] = q.y;
+        p.z[i] = q.z;
+        normal.x[i] = 0;
+        normal.y[i] = 0;
+        normal.z[i] = 1;
     }
 }
 
-/// u = phi / phimax, v = (radius - r) / (radius - innerradius): 0 at the rim.
 class Disk : public Quadric {
   public:
     explicit Disk(const ParamSet& params)
@@ -54,49 +59,52 @@ class Disk : public Quadric {
                    float& v) const override {
         if (d.z == 0)
             return false;
-        const double exact = (m_height - o.z) / d.z;
-        const auto candidate = static_cast<float>(exact);
-        if (!(candidate > tmin && candidate < tmax))
+        const double tExact = (m_height - o.z) / d.z;
+        const auto tHit = static_cast<float>(tExact);
+        if (!(tHit > tmin && tHit < tmax))
             return false;
-        const double x = o.x + exact * d.x, y = o.y + exact * d.y;
+        const double x = o.x + tExact * d.x, y = o.y + tExact * d.y;
         const double r = std::sqrt(x * x + y * y), phi = azimuth(float(x), float(y));
         if (!(r <= m_radius && r >= m_inner && (phi <= m_phiMax || m_phiMax >= kTwoPi)))
             return false;
-        t = candidate;
+        t = tHit;
         u = std::min(static_cast<float>(phi / m_phiMax), 1.f);
         v = static_cast<float>((m_radius - r) / (m_radius - m_inner));
         return true;
     }
 
-    QuadricPoint point(float u, float v) const override { return at(u, m_radius - v * (m_radius - m_inner)); }
+    QuadricPoint point(float u, float v) const override {
+        return pointAt(u, m_radius - v * (m_radius - m_inner));
+    }
 
     float area() const override {
         return static_cast<float>(m_phiMax / 2 * (m_radius * m_radius - m_inner * m_inner));
     }
 
     QuadricPoint samplePoint(const V2f& u) const override {
-        const RingSampler ring = sampler();
-        QuadricPoint q = at(u.y, std::sqrt(double(ring.inner2 + u.x * ring.width2)));
-        q.p = ring.at(u);
+        const AnnulusSampler s = sampler();
+        QuadricPoint q = pointAt(u.y, std::sqrt(double(s.inner2 + u.x * s.width2)));
+        q.p = s.sample(u);
         return q;
     }
     void samplePoints(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const override {
-        sampleRing(sampler(), u, n, p, normal);
+        sampleAnnulus(sampler(), u, n, p, normal);
     }
 
   private:
-    RingSampler sampler() const {
+    AnnulusSampler sampler() const {
         return {float(m_height), float(m_inner * m_inner), float(m_radius * m_radius - m_inner * m_inner),
                 float(m_phiMax / kTwoPi)};
     }
-    QuadricPoint at(float u, double r) const {
+    /// Returns the point at parameter u and radius r.
+    QuadricPoint pointAt(float u, double r) const {
         const double width = m_radius - m_inner;
         const V2d phi = unitVector(u * m_phiMax);
         const V3d outward(phi.x, phi.y, 0);
         QuadricPoint q;
         q.p = V3f(outward * r + V3d(0, 0, m_height));
         q.n = {0, 0, 1};
-        // Not zero at the center, where only the direction is wanted.
+        // The minimum radius keeps the direction of dp/du at the center.
         q.dpdu = V3f(V3d(-outward.y, outward.x, 0) * (m_phiMax * std::max(r, kPoleRadius * m_radius)));
         q.dpdv = V3f(outward * -width);
         q.uv = {u, static_cast<float>((m_radius - r) / width)};
@@ -113,7 +121,10 @@ Shape createDisk(const ParamSet& params, const BuildContext&) {
 } // namespace
 
 Plugin<Shape> diskPlugin() {
-    return {"disk", "disk, ring or sector facing +z", {kHeight, kRadius, kInnerRadius, kPhiMax}, createDisk};
+    return {"disk",
+            "disk, annulus or sector with normal +z",
+            {kHeight, kRadius, kInnerRadius, kPhiMax},
+            createDisk};
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// "disk": a disk, ring or sector at a height above the xy plane; its normal is +z.
+// The "disk" shape.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -6,7 +6,8 @@
 
 namespace strobe {
 
-/// The table row of the disk.
+/// A disk, annulus or sector in the plane z = height, with normal +z. pbrt's parametrization:
+/// u = φ / phimax, v = (radius - r) / (radius - innerradius), so v is 0 at the outer edge.
 Plugin<Shape> diskPlugin();
 
 } // namespace strobe

@@ -8,7 +8,8 @@ namespace {
 
 using namespace mesh_params;
 
-const ParamDef<int> kLevels{"nlevels", 3, "how often each triangle is divided into four, 0 to 8", "levels"};
+const ParamDef<int> kLevels{"nlevels", 3, "number of subdivisions of each triangle into four, 0 to 8",
+                            "levels"};
 const ParamDef<std::string> kScheme{"scheme", "loop", "subdivision scheme; only \"loop\""};
 
 Shape createLoopSubdiv(const ParamSet& params, const BuildContext& context) {
@@ -34,7 +35,7 @@ Shape createLoopSubdiv(const ParamSet& params, const BuildContext& context) {
 
 Plugin<Shape> loopSubdivPlugin() {
     return {"loopsubdiv",
-            "Loop subdivision surface, still or deforming",
+            "Loop subdivision surface, static or deforming",
             {kLevels, kScheme, kIndices, kP, kKeys, kKeyTimes, kAlpha, kShadowAlpha},
             createLoopSubdiv};
 }

@@ -1,4 +1,4 @@
-// "loopsubdiv": a Loop subdivision surface.
+// The "loopsubdiv" shape.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -6,7 +6,9 @@
 
 namespace strobe {
 
-/// The table row of the Loop subdivision surface; deforming when "keys" is above 1.
+/// A Loop subdivision surface (subdivideLoop), refined nlevels times to a triangle mesh with vertices and
+/// normals on the limit surface. It deforms if "keys" is above 1. Triangles have the texture coordinates
+/// (0,0) (1,0) (1,1).
 Plugin<Shape> loopSubdivPlugin();
 
 } // namespace strobe

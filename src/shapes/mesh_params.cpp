@@ -13,52 +13,51 @@ std::string vertices(size_t n) { return count(n, "vertex", "vertices"); }
 
 KeyedPoints splitKeys(const std::vector<V3f>& values, size_t keys) {
     const size_t n = values.size() / keys;
-    KeyedPoints parts;
+    KeyedPoints split;
     for (size_t k = 0; k < keys; ++k)
-        parts.emplace_back(values.begin() + k * n, values.begin() + (k + 1) * n);
-    return parts;
+        split.emplace_back(values.begin() + k * n, values.begin() + (k + 1) * n);
+    return split;
 }
 
 } // namespace
 
-void requireFinite(const std::vector<V3f>& values, const char* what, const std::string& ofKey,
+void requireFinite(const std::vector<V3f>& values, const char* noun, const std::string& ofKey,
                    const Location& where) {
     for (size_t i = 0; i < values.size(); ++i) {
         const V3f& p = values[i];
         if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)))
-            throw Error(where, "the " + std::string(what) + " of vertex " + std::to_string(i) + ofKey +
+            throw Error(where, "the " + std::string(noun) + " of vertex " + std::to_string(i) + ofKey +
                                    " is not finite");
     }
 }
 
-void requireFinite(const KeyedPoints& values, const char* what, const Location& where) {
+void requireFinite(const KeyedPoints& values, const char* noun, const Location& where) {
     for (size_t k = 0; k < values.size(); ++k)
-        requireFinite(values[k], what, values.size() > 1 ? " of key " + std::to_string(k) : "", where);
+        requireFinite(values[k], noun, values.size() > 1 ? " of key " + std::to_string(k) : "", where);
 }
 
 std::vector<uint32_t> readIndices(const ParamSet& params, size_t vertexCount) {
     if (!params.has(kIndices)) {
         if (vertexCount == 3)
             return {0, 1, 2};
-        throw Error(params.where(),
-                    "parameter \"indices\" is missing (it may be left out only with exactly 3 "
-                    "vertices; there are " +
-                        std::to_string(vertexCount) + ")");
+        throw Error(params.where(), "parameter \"indices\" is missing (it is optional only for exactly 3 "
+                                    "vertices; there are " +
+                                        std::to_string(vertexCount) + ")");
     }
-    const std::vector<int> given = params.get(kIndices);
+    const std::vector<int> indices = params.get(kIndices);
     const Location where = params.whereIs(kIndices);
-    if (given.empty())
+    if (indices.empty())
         throw Error(where, "the mesh has no triangles: \"indices\" is empty");
-    if (given.size() % 3 != 0)
-        throw Error(where, "\"indices\" has " + std::to_string(given.size()) +
+    if (indices.size() % 3 != 0)
+        throw Error(where, "\"indices\" has " + std::to_string(indices.size()) +
                                " numbers, which is not a multiple of 3");
-    for (size_t i = 0; i < given.size(); ++i) {
-        if (given[i] < 0 || static_cast<size_t>(given[i]) >= vertexCount)
-            throw Error(where, "index " + std::to_string(given[i]) + " (number " + std::to_string(i) +
+    for (size_t i = 0; i < indices.size(); ++i) {
+        if (indices[i] < 0 || static_cast<size_t>(indices[i]) >= vertexCount)
+            throw Error(where, "index " + std::to_string(indices[i]) + " (number " + std::to_string(i) +
                                    " of \"indices\", in triangle " + std::to_string(i / 3) +
                                    ") is out of range: the mesh has " + vertices(vertexCount));
     }
-    return {given.begin(), given.end()};
+    return {indices.begin(), indices.end()};
 }
 
 KeyedPoints readPositions(const ParamSet& params) {
@@ -72,9 +71,9 @@ KeyedPoints readPositions(const ParamSet& params) {
     if (points.size() % keys != 0)
         throw Error(where, "\"P\" has " + count(points.size(), "point", "points") +
                                ", which do not divide into " + std::to_string(keys) + " keys");
-    KeyedPoints parts = splitKeys(points, keys);
-    requireFinite(parts, "position", where);
-    return parts;
+    KeyedPoints positions = splitKeys(points, keys);
+    requireFinite(positions, "position", where);
+    return positions;
 }
 
 void checkNormals(std::vector<V3f>& normals, const std::string& ofKey, const Location& where,
@@ -85,27 +84,27 @@ void checkNormals(std::vector<V3f>& normals, const std::string& ofKey, const Loc
         if (!(std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z))) {
             n = V3f(0);
             context.messages.warnOnce("normals", where,
-                                      "some normals are not finite; the surface's own take their place");
+                                      "some normals are not finite; geometric normals are used instead");
         }
 }
 
 void warnOfEmptyMesh(const Location& where, const BuildContext& context) {
-    context.messages.warnOnce("empty mesh", where, "a mesh of no triangles is left out");
+    context.messages.warnOnce("empty mesh", where, "a mesh without triangles is ignored");
 }
 
 KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions, const BuildContext& context) {
     if (!params.has(kN))
         return {};
-    const std::vector<V3f> given = params.get(kN);
+    const std::vector<V3f> values = params.get(kN);
     const Location where = params.whereIs(kN);
     const size_t perKey = positions.front().size(), keys = positions.size();
     KeyedPoints normals;
-    if (given.size() == perKey * keys)
-        normals = splitKeys(given, keys);
-    else if (given.size() == perKey)
-        normals.assign(keys, given);
+    if (values.size() == perKey * keys)
+        normals = splitKeys(values, keys);
+    else if (values.size() == perKey)
+        normals.assign(keys, values);
     else
-        throw Error(where, "\"N\" has " + count(given.size(), "normal", "normals") + ", but the mesh has " +
+        throw Error(where, "\"N\" has " + count(values.size(), "normal", "normals") + ", but the mesh has " +
                                vertices(perKey) +
                                (keys > 1 ? " in each of " + std::to_string(keys) + " keys" : ""));
     for (size_t k = 0; k < keys; ++k)
@@ -135,7 +134,7 @@ std::vector<float> readKeyTimes(const ParamSet& params, size_t keyCount, const B
     const float last = context.keyTimes.empty() ? 1 : context.keyTimes.back();
     if (!(last > first))
         throw Error(params.where(),
-                    "a deforming mesh needs \"keytimes\": the scene's TransformTimes span no time");
+                    "a deforming mesh needs \"keytimes\": the TransformTimes of the scene span no time");
     std::vector<float> times;
     for (size_t i = 0; i < keyCount; ++i)
         times.push_back(lerp(first, last, static_cast<float>(i) / static_cast<float>(keyCount - 1)));
@@ -146,7 +145,7 @@ FloatInput readAlpha(const ParamSet& params, const BuildContext& context) {
     if (params.has(kShadowAlpha)) {
         params.get(kShadowAlpha); // checks its type
         context.messages.warn(params.whereIs(kShadowAlpha),
-                              "\"shadowalpha\" is ignored: shadows are cut by \"alpha\"");
+                              "\"shadowalpha\" is ignored: shadow rays use \"alpha\"");
     }
     return params.get(kAlpha);
 }

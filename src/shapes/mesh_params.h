@@ -1,5 +1,4 @@
-// What the mesh shapes share: their parameters, keys of deforming meshes, and the checks that every mesh
-// passes.
+// Parameters and checks that mesh shapes share, and the keys of deforming meshes.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -7,53 +6,59 @@
 
 namespace strobe {
 
-/// Parameters that more than one mesh shape takes.
+/// Parameters of more than one mesh shape.
 namespace mesh_params {
-inline const ParamDef<std::vector<int>> kIndices{"indices", {}, "three vertex numbers per triangle, from 0"};
+inline const ParamDef<std::vector<int>> kIndices{"indices", {}, "three vertex indices per triangle, from 0"};
 inline const ParamDef<std::vector<V3f>> kP{
-    "P", {}, "vertex positions; of a deforming mesh, those of each key in turn"};
+    "P",
+    {},
+    "vertex positions; of a deforming mesh, all positions of the first key, then of the second, ..."};
 inline const ParamDef<std::vector<V3f>> kN{"N", {}, "vertex normals; as many as P, or one set for all keys"};
-inline const ParamDef<int> kKeys{"keys", 1, "number of keys of a deforming mesh; 1: still"};
+inline const ParamDef<int> kKeys{"keys", 1, "number of keys of a deforming mesh; 1: static"};
 inline const ParamDef<std::vector<float>> kKeyTimes{
-    "keytimes", {}, "scene time of each key, ascending; default: TransformTimes, evenly divided"};
-inline const ParamDef<FloatInput> kAlpha{"alpha", FloatInput(1),
-                                         "opacity: below 1 partly, at 0 wholly cut away"};
+    "keytimes", {}, "scene time of each key, ascending; default: equidistant over TransformTimes"};
+inline const ParamDef<FloatInput> kAlpha{
+    "alpha", FloatInput(1), "opacity, 0 (cut away) to 1; in between, hits are accepted at random"};
 inline const ParamDef<FloatInput> kShadowAlpha{"shadowalpha", FloatInput(1),
-                                               "ignored with a warning: shadows use alpha"};
+                                               "ignored with a warning: shadow rays use \"alpha\""};
 } // namespace mesh_params
 
-/// Per-vertex values of a mesh: one array per key.
+/// Per-vertex vectors of a mesh, one array per key.
 using KeyedPoints = std::vector<std::vector<V3f>>;
 
-/// "indices": numbers of triples, each in [0, vertexCount). Missing with exactly three vertices: one
-/// triangle.
+/// Returns "indices": three per triangle, each in [0, vertexCount). If the parameter is missing, exactly
+/// three vertices are one triangle. Throws a located Error if indices are missing or out of range.
 std::vector<uint32_t> readIndices(const ParamSet& params, size_t vertexCount);
 
-/// "P", split into "keys" equal parts, all finite.
+/// Returns "P", split into one array per key. Throws a located Error if the arrays are not of equal size or
+/// values are not finite.
 KeyedPoints readPositions(const ParamSet& params);
 
-/// "N", one array per key of `positions`; a single set is used for every key; empty when not given.
+/// Returns "N", split into one array per key of `positions`; a single array is used for all keys; empty if
+/// not given. Throws a located Error if the number of normals does not match; see checkNormals for their
+/// values.
 KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions, const BuildContext& context);
 
-/// Normals that are NaN or infinite: an Error, or, in a lenient file, a warning, and they become zero, which
-/// stands for the geometry's own.
+/// Checks that normals are finite. Otherwise throws a located Error; in a lenient file, warns and sets the
+/// normals to zero, which selects the geometric normal. `ofKey`: a suffix of the message that names the key.
 void checkNormals(std::vector<V3f>& normals, const std::string& ofKey, const Location& where,
                   const BuildContext& context);
 
-/// Warns that a mesh of no triangles is left out, which only a lenient file may have.
+/// Warns that a mesh without triangles, which is allowed in lenient files, is ignored.
 void warnOfEmptyMesh(const Location& where, const BuildContext& context);
 
-/// The scene time of each of `keyCount` keys, strictly ascending; empty when there is only one.
+/// Returns the scene time of each of `keyCount` keys, strictly ascending; empty for one key. Default:
+/// equidistant over the TransformTimes of the scene.
 std::vector<float> readKeyTimes(const ParamSet& params, size_t keyCount, const BuildContext& context);
 
-/// "alpha"; warns when "shadowalpha" is given too.
+/// Returns "alpha". Warns if "shadowalpha" is given.
 FloatInput readAlpha(const ParamSet& params, const BuildContext& context);
 
-/// Throws when a coordinate is NaN or infinite; the message names the vertex and, of several, the key.
-/// `what` is the noun of the message, e.g. "position".
-void requireFinite(const KeyedPoints& values, const char* what, const Location& where);
-/// The same of one key; `ofKey` is put behind the vertex.
-void requireFinite(const std::vector<V3f>& values, const char* what, const std::string& ofKey,
+/// Throws an Error at `where` if a coordinate is not finite. The message names the vertex and, if there are
+/// several, the key. `noun` is the noun of the message, for example "position".
+void requireFinite(const KeyedPoints& values, const char* noun, const Location& where);
+/// Checks one key. `ofKey`: a suffix of the message that names the key.
+void requireFinite(const std::vector<V3f>& values, const char* noun, const std::string& ofKey,
                    const Location& where);
 
 } // namespace strobe

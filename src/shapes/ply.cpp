@@ -14,20 +14,20 @@ namespace {
 
 using namespace ply;
 
-/// Reads the numbers of the body one after the other.
+/// Reads the numbers of the body in order.
 class Body {
   public:
     Body(std::string_view bytes, Format format, const Failure& fail)
         : m_bytes(bytes), m_format(format), m_fail(fail) {}
 
-    /// The next number; a double holds every PLY type exactly.
+    /// Returns the next number; double represents every PLY type exactly.
     double next(Scalar type) { return m_format == Format::Ascii ? nextWord(type) : nextBinary(type); }
 
-    /// The next number as a count.
+    /// Returns the next number as the count of a list.
     uint64_t nextCount(Scalar type, const Property& property) {
         const double n = next(type);
         if (n < 0)
-            m_fail("a list " + shown(property.name) + " has a negative count");
+            m_fail("a list " + quoteWord(property.name) + " has a negative count");
         return static_cast<uint64_t>(n);
     }
 
@@ -40,7 +40,7 @@ class Body {
             next(property.type);
     }
 
-    /// Fails when `element` cannot possibly fit into the rest: called before memory is set aside for it.
+    /// Fails if the remaining bytes are too few for `element`; to be called before memory is reserved for it.
     void requireRoom(const Element& element) const {
         uint64_t rowBytes = 0;
         for (const Property& p : element.properties)
@@ -48,16 +48,17 @@ class Body {
         const uint64_t left = m_bytes.size() - m_pos + 1; // the last ASCII number may end with the file
         if (rowBytes > 0 && element.count > left / rowBytes)
             m_fail("is too short for the " + std::to_string(element.count) + " rows of element " +
-                   shown(element.name) + " that its header announces");
+                   quoteWord(element.name) + " that the header declares");
     }
 
-    /// True when numbers lie in the file as they do in memory.
+    /// Returns true if the numbers of the file have the byte layout of memory.
     bool isNative() const { return m_format == kNative; }
-    /// The next `size` bytes, or null where there are fewer.
+    /// Returns the next `size` bytes without consuming them; null if there are fewer.
     const char* peek(size_t size) const {
         return m_bytes.size() - m_pos < size ? nullptr : m_bytes.data() + m_pos;
     }
     void advance(size_t size) { m_pos += size; }
+    /// Consumes and returns the next `size` bytes; fails if there are fewer.
     const char* take(size_t size) {
         const char* bytes = peek(size);
         if (!bytes)
@@ -73,11 +74,13 @@ class Body {
         return m_bytes.size() - i;
     }
 
-    /// The element being read, for messages.
+    /// Sets the current element, for messages.
     void enter(const Element& element) { m_element = element.name; }
 
   private:
-    [[noreturn]] void failTruncated() const { m_fail("ends in the middle of element " + shown(m_element)); }
+    [[noreturn]] void failTruncated() const {
+        m_fail("ends in the middle of element " + quoteWord(m_element));
+    }
 
     double nextWord(Scalar type) {
         while (m_pos < m_bytes.size() && isSpace(m_bytes[m_pos]))
@@ -93,9 +96,9 @@ class Body {
         double value = 0;
         const auto [end, error] = std::from_chars(begin, word.data() + word.size(), value);
         if (error != std::errc() || end != word.data() + word.size())
-            m_fail(shown(word) + " in element " + shown(m_element) + " is not a number");
+            m_fail(quoteWord(word) + " in element " + quoteWord(m_element) + " is not a number");
         if (type < Scalar::F32 && !(value == std::floor(value) && std::abs(value) < 0x1p32))
-            m_fail(shown(word) + " in element " + shown(m_element) + " is not an integer of 32 bits");
+            m_fail(quoteWord(word) + " in element " + quoteWord(m_element) + " is not an integer of 32 bits");
         return value;
     }
 
@@ -145,10 +148,10 @@ class Body {
     std::string m_element;
 };
 
-// Places in a row of the vertex values that are kept.
+// Indices into a row of the vertex values that are kept: position, normal, uv.
 constexpr int kNormalSlot = 3, kUvSlot = 6, kSlotCount = 8;
 
-/// Which slot each vertex property goes to; -1: skipped.
+/// Returns the index into the row for each vertex property; -1: skipped.
 std::vector<int> vertexSlots(const Element& vertex, const Failure& fail) {
     const auto find = [&](std::string_view name) {
         for (size_t i = 0; i < vertex.properties.size(); ++i) {
@@ -160,27 +163,33 @@ std::vector<int> vertexSlots(const Element& vertex, const Failure& fail) {
     std::vector<int> slots(vertex.properties.size(), -1);
     const int x = find("x"), y = find("y"), z = find("z");
     if (x < 0 || y < 0 || z < 0)
-        fail("its vertices lack x, y or z");
-    slots[x] = 0, slots[y] = 1, slots[z] = 2;
+        fail("the vertices lack x, y or z");
+    slots[x] = 0;
+    slots[y] = 1;
+    slots[z] = 2;
     const int nx = find("nx"), ny = find("ny"), nz = find("nz");
-    const int given = (nx >= 0) + (ny >= 0) + (nz >= 0);
-    if (given == 3)
-        slots[nx] = kNormalSlot, slots[ny] = kNormalSlot + 1, slots[nz] = kNormalSlot + 2;
-    else if (given > 0)
-        fail("its vertices have some of nx, ny and nz, but not all");
+    const int normalCount = (nx >= 0) + (ny >= 0) + (nz >= 0);
+    if (normalCount == 3) {
+        slots[nx] = kNormalSlot;
+        slots[ny] = kNormalSlot + 1;
+        slots[nz] = kNormalSlot + 2;
+    } else if (normalCount > 0) {
+        fail("the vertices have some of nx, ny and nz, but not all");
+    }
     constexpr std::string_view pairs[][2] = {
         {"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}};
     for (const auto& pair : pairs) {
         const int u = find(pair[0]), v = find(pair[1]);
         if (u >= 0 && v >= 0) {
-            slots[u] = kUvSlot, slots[v] = kUvSlot + 1;
+            slots[u] = kUvSlot;
+            slots[v] = kUvSlot + 1;
             break;
         }
     }
     return slots;
 }
 
-/// Reads a row whose properties are all floats, as they lie in memory.
+/// Reads a row of float properties in the byte layout of memory.
 void readNativeRow(const std::vector<int>& slots, Body& body, float* row) {
     const char* bytes = body.take(slots.size() * sizeof(float));
     for (size_t p = 0; p < slots.size(); ++p)
@@ -189,26 +198,27 @@ void readNativeRow(const std::vector<int>& slots, Body& body, float* row) {
 }
 
 template <class T>
-void setAside(std::vector<T>& values, size_t count) {
+void reserveHugePages(std::vector<T>& values, size_t count) {
     values.reserve(count);
     adviseHugePages(values.data(), count * sizeof(T));
 }
 
 void readVertices(const Element& vertex, Body& body, const Failure& fail, PlyMesh& mesh) {
     const std::vector<int> slots = vertexSlots(vertex, fail);
-    const auto kept = [&](int slot) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); };
-    const bool hasNormals = kept(kNormalSlot), hasUvs = kept(kUvSlot);
-    const bool native = body.isNative() &&
-                        std::all_of(vertex.properties.begin(), vertex.properties.end(),
-                                    [](const Property& p) { return p.type == Scalar::F32 && !p.listCount; });
-    setAside(mesh.positions, vertex.count + PlyMesh::kSpare);
-    setAside(mesh.normals, hasNormals ? vertex.count : 0);
-    setAside(mesh.uvs, hasUvs ? vertex.count : 0);
+    const auto hasSlot = [&](int slot) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); };
+    const bool hasNormals = hasSlot(kNormalSlot), hasUvs = hasSlot(kUvSlot);
+    const bool isNative = body.isNative() && std::all_of(vertex.properties.begin(), vertex.properties.end(),
+                                                         [](const Property& p) {
+                                                             return p.type == Scalar::F32 && !p.listCount;
+                                                         });
+    reserveHugePages(mesh.positions, vertex.count + PlyMesh::kSpareCapacity);
+    reserveHugePages(mesh.normals, hasNormals ? vertex.count : 0);
+    reserveHugePages(mesh.uvs, hasUvs ? vertex.count : 0);
     float row[kSlotCount] = {};
     for (uint64_t i = 0; i < vertex.count; ++i) {
-        if (native)
+        if (isNative)
             readNativeRow(slots, body, row);
-        for (size_t p = 0; p < slots.size() && !native; ++p) {
+        for (size_t p = 0; p < slots.size() && !isNative; ++p) {
             if (slots[p] < 0)
                 body.skip(vertex.properties[p]);
             else
@@ -222,9 +232,9 @@ void readVertices(const Element& vertex, Body& body, const Failure& fail, PlyMes
     }
 }
 
-bool isCornerList(const Property& p) { return p.name == "vertex_indices" || p.name == "vertex_index"; }
+bool isIndexList(const Property& p) { return p.name == "vertex_indices" || p.name == "vertex_index"; }
 
-/// Reads one list of corners and appends its fan of triangles.
+/// Reads one list of vertex indices and appends its fan of triangles.
 void readFace(uint64_t face, const Property& corners, uint64_t vertexCount, Body& body, const Failure& fail,
               std::vector<uint32_t>& indices) {
     const uint64_t count = body.nextCount(*corners.listCount, corners);
@@ -246,8 +256,8 @@ void readFace(uint64_t face, const Property& corners, uint64_t vertexCount, Body
     }
 }
 
-/// Reads a triangle as it lies in memory, after a count of one byte; false when it is none, or not a good
-/// one.
+/// Reads a triangle with a count of one byte and indices in the byte layout of memory. Returns false, and
+/// consumes nothing, if the face is not a valid triangle.
 bool readNativeTriangle(uint64_t vertexCount, Body& body, std::vector<uint32_t>& indices) {
     uint32_t corners[3];
     const char* bytes = body.peek(1 + sizeof corners);
@@ -263,14 +273,14 @@ bool readNativeTriangle(uint64_t vertexCount, Body& body, std::vector<uint32_t>&
 
 void readFaces(const Element& faces, uint64_t vertexCount, Body& body, const Failure& fail,
                std::vector<uint32_t>& indices) {
-    const auto corners = std::find_if(faces.properties.begin(), faces.properties.end(), isCornerList);
+    const auto corners = std::find_if(faces.properties.begin(), faces.properties.end(), isIndexList);
     if (corners == faces.properties.end() || !corners->listCount || corners->type >= Scalar::F32)
-        fail("its faces have no list of integers called vertex_indices or vertex_index");
-    setAside(indices, 3 * faces.count);
-    const bool native = body.isNative() && faces.properties.size() == 1 &&
-                        byteSize(*corners->listCount) == 1 && byteSize(corners->type) == sizeof(uint32_t);
+        fail("the faces have no list of integers named vertex_indices or vertex_index");
+    reserveHugePages(indices, 3 * faces.count);
+    const bool isNative = body.isNative() && faces.properties.size() == 1 &&
+                          byteSize(*corners->listCount) == 1 && byteSize(corners->type) == sizeof(uint32_t);
     for (uint64_t i = 0; i < faces.count; ++i) {
-        if (native && readNativeTriangle(vertexCount, body, indices))
+        if (isNative && readNativeTriangle(vertexCount, body, indices))
             continue;
         for (const Property& p : faces.properties) {
             if (&p == &*corners)
@@ -296,7 +306,7 @@ PlyMesh parsePly(std::string_view contents, const std::string& fileName, const L
     if (!face || face->count == 0)
         fail(header.find("tristrips") ? "has triangle strips, which are not supported" : "has no faces");
     if (vertex->count > UINT32_MAX)
-        fail("has more vertices than 32 bits can number");
+        fail("has more vertices than 32-bit indices allow");
 
     PlyMesh mesh;
     Body body(contents.substr(header.size), header.format, fail);
@@ -319,7 +329,7 @@ PlyMesh parsePly(std::string_view contents, const std::string& fileName, const L
 PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where, bool mayBeEmpty) {
     FileBytes file;
     try {
-        file = readFileBytes(path, [&](uint64_t bytes) { // and as much again for the mesh
+        file = readFileBytes(path, [&](uint64_t bytes) { // the file and a mesh of about the same size
             resourcePolicyOf(where).require(2 * bytes, "the mesh \"" + path.string() + '"', "simplify it",
                                             where);
         });

@@ -21,7 +21,7 @@ class HeaderParser {
     }
 
   private:
-    /// The words of the next line. Lines end in \n or \r\n.
+    /// Returns the words of the next line. Lines end with \n or \r\n.
     std::vector<std::string_view> nextLine() {
         const size_t end = m_text.find('\n', m_pos);
         if (end == std::string_view::npos)
@@ -44,7 +44,7 @@ class HeaderParser {
         if (words.size() != 3 || words[0] != "format")
             m_fail("the second line of the header must be \"format ...\"");
         if (words[2] != "1.0")
-            m_fail("format version " + shown(words[2]) + " is not 1.0");
+            m_fail("format version " + quoteWord(words[2]) + " is not 1.0");
         if (words[1] == "ascii")
             m_header.format = Format::Ascii;
         else if (words[1] == "binary_little_endian")
@@ -52,7 +52,7 @@ class HeaderParser {
         else if (words[1] == "binary_big_endian")
             m_header.format = Format::Big;
         else
-            m_fail("unknown format " + shown(words[1]) +
+            m_fail("unknown format " + quoteWord(words[1]) +
                    " (known: ascii, binary_little_endian, binary_big_endian)");
     }
 
@@ -65,7 +65,7 @@ class HeaderParser {
             return addProperty({std::string(words[2]), scalar(words[1]), {}});
         if (words[0] == "property" && words.size() == 5 && words[1] == "list")
             return addProperty({std::string(words[4]), scalar(words[3]), scalar(words[2])});
-        m_fail("the header has a line that cannot be understood, starting " + shown(words[0]));
+        m_fail("the header has an invalid line that starts with " + quoteWord(words[0]));
     }
 
     void addElement(std::string_view name, std::string_view countText) {
@@ -73,23 +73,23 @@ class HeaderParser {
         const char* end = countText.data() + countText.size();
         const auto [stop, error] = std::from_chars(countText.data(), end, count);
         if (error != std::errc() || stop != end)
-            m_fail("the count of element " + shown(name) + " is not a number: " + shown(countText));
+            m_fail("the count of element " + quoteWord(name) + " is not a number: " + quoteWord(countText));
         if (m_header.find(name))
-            m_fail("element " + shown(name) + " is declared twice");
+            m_fail("element " + quoteWord(name) + " is declared twice");
         m_header.elements.push_back({std::string(name), count, {}});
     }
 
     void addProperty(Property property) {
         if (m_header.elements.empty())
-            m_fail("property " + shown(property.name) + " comes before any element");
+            m_fail("property " + quoteWord(property.name) + " comes before any element");
         Element& element = m_header.elements.back();
         for (const Property& other : element.properties) {
             if (other.name == property.name)
-                m_fail("property " + shown(property.name) + " of element " + shown(element.name) +
+                m_fail("property " + quoteWord(property.name) + " of element " + quoteWord(element.name) +
                        " is declared twice");
         }
         if (property.listCount && *property.listCount >= Scalar::F32)
-            m_fail("the count of list " + shown(property.name) + " must be of an integer type");
+            m_fail("the count of list " + quoteWord(property.name) + " must be of an integer type");
         element.properties.push_back(std::move(property));
     }
 
@@ -106,7 +106,7 @@ class HeaderParser {
             if (name == names[i][0] || name == names[i][1])
                 return static_cast<Scalar>(i);
         }
-        m_fail("unknown property type " + shown(name));
+        m_fail("unknown property type " + quoteWord(name));
     }
 
     std::string_view m_text;
@@ -117,7 +117,7 @@ class HeaderParser {
 
 } // namespace
 
-std::string shown(std::string_view word) {
+std::string quoteWord(std::string_view word) {
     std::string s(word.substr(0, 32));
     for (char& c : s) {
         if (c < ' ' || c > '~')

@@ -1,4 +1,4 @@
-// The header of a PLY file: which elements there are, how many, and the types of their properties.
+// The header of a PLY file: its elements, their counts, and the types of their properties.
 #pragma once
 
 #include "core/util/error.h"
@@ -11,18 +11,18 @@
 
 namespace strobe::ply {
 
-/// How the numbers of the body are written.
+/// The encoding of the numbers in the body.
 enum class Format { Ascii, Little, Big };
-/// Type of a number; the integers come first.
+/// The type of a number. The integer types precede the float types.
 enum class Scalar { I8, U8, I16, U16, I32, U32, F32, F64 };
 
-/// Of a binary number.
+/// Returns the size of a binary number.
 constexpr size_t byteSize(Scalar type) {
     constexpr size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
     return sizes[static_cast<int>(type)];
 }
 
-/// A column of an element: one number per row, or a list of them.
+/// A column of an element: a number or a list of numbers per row.
 struct Property {
     std::string name;
     Scalar type;
@@ -36,13 +36,12 @@ struct Element {
     std::vector<Property> properties;
 };
 
-/// The whole header.
 struct Header {
     Format format = Format::Ascii;
     std::vector<Element> elements;
-    size_t size = 0; ///< bytes up to the first of the body
+    size_t size = 0; ///< bytes before the body
 
-    /// Null when there is none.
+    /// Returns the element of this name, or null.
     const Element* find(std::string_view name) const {
         for (const Element& e : elements) {
             if (e.name == name)
@@ -52,7 +51,7 @@ struct Header {
     }
 };
 
-/// Throws a message at `where` about the file called `fileName`. The two must outlive it.
+/// A function that throws an Error at `where` that names the file. The referenced objects must outlive it.
 struct Failure {
     const std::string& fileName;
     const Location& where;
@@ -61,13 +60,13 @@ struct Failure {
     }
 };
 
-/// What the C locale calls white space.
+/// Returns true for white space of the C locale.
 inline bool isSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
-/// A word as an error message shows it: short, and without bytes that a terminal would act on.
-std::string shown(std::string_view word);
+/// Returns a word in quotes for an error message: at most 32 characters, without control characters.
+std::string quoteWord(std::string_view word);
 
-/// Reads the header at the start of `contents`. Counts are what the file claims, unchecked.
+/// Parses the header at the start of `contents`. Counts are not checked against the size of the file.
 Header parseHeader(std::string_view contents, const Failure& fail);
 
 } // namespace strobe::ply

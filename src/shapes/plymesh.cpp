@@ -9,7 +9,7 @@ namespace {
 using namespace mesh_params;
 
 const ParamDef<std::vector<std::string>> kFilename{
-    "filename", {}, "PLY file; several of the same topology: keys of a deforming mesh"};
+    "filename", {}, "PLY file; several files of the same topology are the keys of a deforming mesh"};
 
 PlyMesh readKey(const std::string& name, const Location& where, const BuildContext& context) {
     PlyMesh ply = readPlyFile(resolveFile(name, where), where, context.lenient);
@@ -21,7 +21,7 @@ PlyMesh readKey(const std::string& name, const Location& where, const BuildConte
     return ply;
 }
 
-/// Keys may differ in positions and normals alone.
+/// Throws a located Error unless the keys differ in the values of positions and normals only.
 void requireSameTopology(const PlyMesh& first, const PlyMesh& key, const std::string& firstName,
                          const std::string& name, const Location& where) {
     const std::string files = "\"" + name + "\" cannot be a key of the same mesh as \"" + firstName + "\": ";
@@ -29,9 +29,9 @@ void requireSameTopology(const PlyMesh& first, const PlyMesh& key, const std::st
         throw Error(where, files + std::to_string(key.positions.size()) + " vertices instead of " +
                                std::to_string(first.positions.size()));
     if (key.indices != first.indices)
-        throw Error(where, files + "its faces differ");
+        throw Error(where, files + "the faces differ");
     if (key.normals.empty() != first.normals.empty())
-        throw Error(where, files + "only one of them has normals");
+        throw Error(where, files + "only one of the files has normals");
 }
 
 Shape createPlyMesh(const ParamSet& params, const BuildContext& context) {
@@ -55,7 +55,7 @@ Shape createPlyMesh(const ParamSet& params, const BuildContext& context) {
     for (size_t k = 1; k < names.size(); ++k) {
         others.push_back(readKey(names[k], where, context));
         requireSameTopology(first, others.back(), names.front(), names[k], where);
-        others.back().indices = {}; // only the first is kept
+        others.back().indices = {}; // frees memory: equal to the first
     }
     mesh->indices = std::move(first.indices);
     mesh->uvs = std::move(first.uvs);
@@ -71,7 +71,7 @@ Shape createPlyMesh(const ParamSet& params, const BuildContext& context) {
 
 Plugin<Shape> plyMeshPlugin() {
     return {"plymesh",
-            "triangles of a PLY file (ascii or binary), still or deforming",
+            "triangles of a PLY file (ASCII or binary), static or deforming",
             {kFilename, kKeyTimes, kAlpha, kShadowAlpha},
             createPlyMesh};
 }

@@ -1,4 +1,4 @@
-// "plymesh": triangles from PLY files.
+// The "plymesh" shape.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -6,7 +6,8 @@
 
 namespace strobe {
 
-/// The table row of the PLY mesh; several file names are the keys of a deforming mesh.
+/// A triangle mesh from a PLY file (readPlyFile), with its normals and texture coordinates. Several files of
+/// the same topology are the keys of a deforming mesh; texture coordinates are taken from the first file.
 Plugin<Shape> plyMeshPlugin();
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// What the quadrics share: their sweep angle and the checks of their lengths.
+// Parameters and functions that quadrics share.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -11,12 +11,13 @@ using Imath::V2d;
 using Imath::V3d;
 
 inline constexpr double kTwoPi = 6.283185307179586;
-/// Relative radius within which dp/du is that of this radius: it vanishes at poles and centers.
+/// Minimum radius, relative to the shape, for the length of dp/du, which would vanish at poles and centers.
 inline constexpr double kPoleRadius = 1e-5;
 
-inline const ParamDef<float> kPhiMax{"phimax", 360, "how far the shape goes about the z axis, in degrees"};
+inline const ParamDef<float> kPhiMax{"phimax", 360,
+                                     "sweep about the z axis from the x axis, in degrees; 360: closed"};
 
-/// "phimax" in radians, in (0, 2 pi].
+/// Returns "phimax" in radians, in (0, 2π]. Throws a located Error unless it is positive.
 inline double sweep(const ParamSet& params) {
     const double degrees = params.get(kPhiMax);
     if (!(degrees > 0))
@@ -24,7 +25,7 @@ inline double sweep(const ParamSet& params) {
     return degrees >= 360 ? kTwoPi : degrees / 360 * kTwoPi;
 }
 
-/// A length that must be above 0 and finite.
+/// Returns a parameter that is positive and finite; throws a located Error otherwise.
 inline double positive(const ParamSet& params, const ParamDef<float>& def) {
     const float value = params.get(def);
     if (!(value > 0) || !std::isfinite(value))
@@ -32,15 +33,15 @@ inline double positive(const ParamSet& params, const ParamDef<float>& def) {
     return value;
 }
 
-/// Cosine and sine of an angle: to the precision of floats, but of unit length to that of doubles.
+/// Returns the cosine and sine of an angle in radians: accurate to float, and of unit length to double.
 STROBE_FORCE_INLINE V2d unitVector(double angle) {
     const SinCos s = sinCosOfTurns(float(angle * (1 / kTwoPi)));
     const double cos = s.cos, sin = s.sin;
-    const double scale = 1.5 - .5 * (cos * cos + sin * sin); // Newton's step to 1 over the length, from 1
+    const double scale = 1.5 - .5 * (cos * cos + sin * sin); // one Newton step to 1 / length, starting at 1
     return {cos * scale, sin * scale};
 }
 
-/// The angle of (x, y) from the x axis, in [0, 2 pi], as a float of the latter may round.
+/// Returns the angle of (x, y) from the x axis in [0, 2π]; the upper limit is float-rounded.
 inline float azimuth(float x, float y) {
     const float phi = fastAtan2(y, x);
     return phi < 0 ? phi + float(kTwoPi) : phi;

@@ -1,4 +1,4 @@
-// "sphere": a sphere about the origin, or the part of it that zmin, zmax and phimax leave.
+// The "sphere" shape.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -6,7 +6,9 @@
 
 namespace strobe {
 
-/// The table row of the sphere.
+/// A sphere around the origin, clipped to zmin <= z <= zmax and 0 <= φ <= phimax. pbrt's parametrization:
+/// u = φ / phimax, v = (θ - θmin) / (θmax - θmin) with θmin = acos(zmin / radius) and θmax = acos(zmax /
+/// radius), so v is 0 at zmin.
 Plugin<Shape> spherePlugin();
 
 } // namespace strobe

@@ -14,19 +14,19 @@ namespace {
 namespace Far = OpenSubdiv::Far;
 namespace Sdc = OpenSubdiv::Sdc;
 
-/// Of topology and vertices while refining, at the finest level.
+/// Memory for topology and vertices during refinement, per triangle of the finest level.
 constexpr uint64_t kBytesPerTriangle = 225;
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 26; ///< 15 GB
 
-/// Numbers the vertices that triangles use, in order; OpenSubdiv makes NaN of the others.
+/// A renumbering of the used vertices in order; OpenSubdiv produces NaN for unused vertices.
 struct UsedVertices {
-    std::vector<uint32_t> indices;  ///< of the triangles, renumbered
-    std::vector<uint32_t> original; ///< what each used vertex was called before
+    std::vector<uint32_t> indices;  ///< renumbered indices of the triangles
+    std::vector<uint32_t> original; ///< original index of each used vertex
 
-    UsedVertices(const std::vector<uint32_t>& given, size_t vertexCount) {
+    UsedVertices(const std::vector<uint32_t>& originalIndices, size_t vertexCount) {
         constexpr uint32_t kUnused = UINT32_MAX;
         std::vector<uint32_t> renumbered(vertexCount, kUnused);
-        for (const uint32_t v : given)
+        for (const uint32_t v : originalIndices)
             renumbered[v] = 0;
         for (uint32_t v = 0; v < vertexCount; ++v) {
             if (renumbered[v] == kUnused)
@@ -34,7 +34,7 @@ struct UsedVertices {
             renumbered[v] = static_cast<uint32_t>(original.size());
             original.push_back(v);
         }
-        for (const uint32_t v : given)
+        for (const uint32_t v : originalIndices)
             indices.push_back(renumbered[v]);
     }
 };
@@ -48,7 +48,7 @@ void requireSubdividable(const std::vector<uint32_t>& indices, int levels, const
     resourcePolicyOf(where).require(kBytesPerTriangle * (triangles << (2 * levels)),
                                     "subdividing " + std::to_string(triangles) + " triangles " +
                                         std::to_string(levels) + " times",
-                                    "subdivide less often", where);
+                                    "use a smaller \"nlevels\"", where);
     for (size_t i = 0; i < indices.size(); i += 3) {
         if (indices[i] == indices[i + 1] || indices[i + 1] == indices[i + 2] || indices[i + 2] == indices[i])
             throw Error(where, "triangle " + std::to_string(i / 3) +
@@ -66,16 +66,16 @@ std::unique_ptr<Far::TopologyRefiner> refine(const std::vector<uint32_t>& indice
     descriptor.numVertsPerFace = cornersPerFace.data();
     descriptor.vertIndicesPerFace = corners.data();
 
-    // Sets tags only; the masks below are not OpenSubdiv's.
+    // Sets tags only: the subdivision masks below are our own.
     Sdc::Options rules;
     rules.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
     using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
     std::unique_ptr<Far::TopologyRefiner> refiner(
         Factory::Create(descriptor, Factory::Options(Sdc::SCHEME_LOOP, rules)));
     if (!refiner)
-        throw Error(where, "OpenSubdiv cannot make a surface of this mesh");
+        throw Error(where, "OpenSubdiv cannot create a subdivision surface from this mesh");
     Far::TopologyRefiner::UniformOptions options(levels);
-    options.fullTopologyInLastLevel = true; // limits need the neighbors
+    options.fullTopologyInLastLevel = true; // limit masks need the neighbors
     refiner->RefineUniform(options);
     return refiner;
 }
@@ -91,8 +91,9 @@ std::vector<uint32_t> finestTriangles(const Far::TopologyRefiner& refiner) {
     return indices;
 }
 
-/// Vertices at which the limit has no normal (folded or collapsed neighborhoods) get the mean of their
-/// triangles', so that shading never meets a zero normal that the triangles do not have themselves.
+/// Replaces zero and non-finite normals, which occur at folded or collapsed neighborhoods, by the
+/// area-weighted sum of the normals of adjacent triangles, so that a normal is zero only if those of the
+/// triangles are.
 void replaceMissingNormals(const std::vector<uint32_t>& indices, const std::vector<V3f>& positions,
                            std::vector<V3f>& normals) {
     const auto missing = [](const V3f& n) { return !(length2(n) > 0) || !std::isfinite(length2(n)); };
@@ -111,21 +112,21 @@ void replaceMissingNormals(const std::vector<uint32_t>& indices, const std::vect
     }
 }
 
-// OpenSubdiv keeps the topology, but the masks are pbrt's: Warren's weights at irregular vertices, where
-// OpenSubdiv has Loop's, 1/5 for the limit of a boundary, and tangents of the points at the limit (see
-// below). Half of the Killeroo's vertices are irregular; OpenSubdiv's normals differ from pbrt's by 3 degrees
-// (RMS) on it at one level, and so would its picture.
+// OpenSubdiv provides the topology; the masks are those of pbrt: Warren's weights at irregular vertices
+// (OpenSubdiv uses Loop's), 1/5 for the limit of a boundary, and tangents from the limit points (see
+// subdivideKey). Half of the vertices of the Killeroo are irregular. On it, OpenSubdiv's normals differ from
+// those of pbrt by 3 degrees (RMS) at one level, which would be visible in the image.
 
-/// Weight of each of n neighbors in refinement (Warren 1995, as in Pharr et al., "Physically Based
-/// Rendering").
+/// Returns the weight of each of n neighbors in refinement (Warren 1995, as in Pharr et al., "Physically
+/// Based Rendering").
 float refinementWeight(size_t n) { return n == 3 ? 3.f / 16 : 3.f / (8 * static_cast<float>(n)); }
 constexpr float kBoundaryRefinementWeight = 1.f / 8;
 
-/// Weight of each of n neighbors in the limit.
+/// Returns the weight of each of n neighbors for the limit position.
 float limitWeight(size_t n) { return 1 / (static_cast<float>(n) + 3 / (8 * refinementWeight(n))); }
 constexpr float kBoundaryLimitWeight = 1.f / 5;
 
-/// The neighbors of a vertex, counter-clockwise; at a boundary from its one end to the other.
+/// The one-ring of a vertex, counter-clockwise; at a boundary, from the first boundary neighbor to the last.
 struct Ring {
     enum class Kind { Inner, Boundary, NonManifold } kind = Kind::Inner;
     std::vector<V3f> points; ///< unordered if not manifold
@@ -141,8 +142,8 @@ struct Ring {
             points.push_back(positions[ends[0] == vertex ? ends[1] : ends[0]]);
         }
     }
-    /// The center and its neighbors, weighted. Where sheets meet that are no surface, the center stays.
-    V3f blend(const V3f& center, float innerWeight, float boundaryWeight) const {
+    /// Returns the weighted sum of the center and its neighbors; the center itself if it is not manifold.
+    V3f weightedSum(const V3f& center, float innerWeight, float boundaryWeight) const {
         if (kind == Kind::NonManifold)
             return center;
         if (kind == Kind::Boundary)
@@ -152,7 +153,7 @@ struct Ring {
             sum += p;
         return center * (1 - static_cast<float>(points.size()) * innerWeight) + sum * innerWeight;
     }
-    /// The cross product of two tangents; zero where there are none.
+    /// Returns the cross product of two tangents; zero if the vertex is not manifold.
     V3f tangentNormal(const V3f& center) const {
         switch (kind) {
         case Kind::Inner:
@@ -170,12 +171,12 @@ struct Ring {
         V3f s(0), t(0);
         for (size_t i = 0; i < points.size(); ++i) {
             const float angle = 2 * kPi * static_cast<float>(i) / static_cast<float>(points.size());
-            s += (points[i] - center) * std::cos(angle); // the weights sum to 0: less to cancel
+            s += (points[i] - center) * std::cos(angle); // relative to the center, against cancellation
             t += (points[i] - center) * std::sin(angle);
         }
         return cross(s, t);
     }
-    /// The tangent across a boundary, into the surface.
+    /// Returns the tangent across a boundary, into the surface.
     V3f inwardTangent(const V3f& center) const {
         const size_t n = points.size();
         const V3f ends = points.front() + points.back();
@@ -193,22 +194,23 @@ struct Ring {
     }
 };
 
-/// The point that divides an edge: 3/8 of its ends and 1/8 of the two corners across; else its middle.
-V3f divideEdge(const Far::TopologyLevel& level, int edge, const std::vector<V3f>& points) {
+/// Returns the new vertex of an edge: 3/8 of each end and 1/8 of each of the two opposite vertices; the
+/// midpoint for boundary and non-manifold edges.
+V3f splitEdge(const Far::TopologyLevel& level, int edge, const std::vector<V3f>& points) {
     const auto ends = level.GetEdgeVertices(edge);
     const V3f sum = points[ends[0]] + points[ends[1]];
     const auto faces = level.GetEdgeFaces(edge);
     if (faces.size() != 2 || level.IsEdgeNonManifold(edge))
         return sum * 0.5f;
-    V3f across(0);
+    V3f opposite(0);
     for (const int face : {faces[0], faces[1]}) {
         const auto corners = level.GetFaceVertices(face);
         for (const int v : {corners[0], corners[1], corners[2]}) {
             if (v != ends[0] && v != ends[1])
-                across += points[v];
+                opposite += points[v];
         }
     }
-    return sum * (3.f / 8) + across * (1.f / 8);
+    return sum * (3.f / 8) + opposite * (1.f / 8);
 }
 
 std::vector<V3f> refineOnce(const Far::TopologyLevel& level, size_t finerCount,
@@ -218,14 +220,14 @@ std::vector<V3f> refineOnce(const Far::TopologyLevel& level, size_t finerCount,
     for (int v = 0; v < level.GetNumVertices(); ++v) {
         ring.gather(level, v, points);
         finer[level.GetVertexChildVertex(v)] =
-            ring.blend(points[v], refinementWeight(ring.points.size()), kBoundaryRefinementWeight);
+            ring.weightedSum(points[v], refinementWeight(ring.points.size()), kBoundaryRefinementWeight);
     }
     for (int e = 0; e < level.GetNumEdges(); ++e)
-        finer[level.GetEdgeChildVertex(e)] = divideEdge(level, e, points);
+        finer[level.GetEdgeChildVertex(e)] = splitEdge(level, e, points);
     return finer;
 }
 
-/// Positions and normals of one key at the limit.
+/// Appends the limit positions and normals of one key to `mesh`.
 void subdivideKey(const Far::TopologyRefiner& refiner, const std::vector<V3f>& control,
                   const std::vector<uint32_t>& used, SubdividedMesh& mesh) {
     std::vector<V3f> points;
@@ -239,9 +241,10 @@ void subdivideKey(const Far::TopologyRefiner& refiner, const std::vector<V3f>& c
     Ring ring;
     for (int v = 0; v < finest.GetNumVertices(); ++v) {
         ring.gather(finest, v, points);
-        limit[v] = ring.blend(points[v], limitWeight(ring.points.size()), kBoundaryLimitWeight);
+        limit[v] = ring.weightedSum(points[v], limitWeight(ring.points.size()), kBoundaryLimitWeight);
     }
-    // pbrt applies the tangent masks to the points already moved, though they are made for those before.
+    // As in pbrt, the tangent masks are applied to the limit points, although they are derived for the points
+    // before.
     for (int v = 0; v < finest.GetNumVertices(); ++v) {
         ring.gather(finest, v, limit);
         normals[v] = ring.tangentNormal(limit[v]);

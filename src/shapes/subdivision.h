@@ -8,20 +8,21 @@
 
 namespace strobe {
 
-/// A subdivided mesh. Vertices lie on the limit surface. Normals approach its own as levels grow, point to
-/// the side from which the control triangles turn counter-clockwise, and are not unit: their length is
-/// pbrt's.
+/// A subdivided mesh. Vertices are on the limit surface. Normals converge to those of the limit surface with
+/// the number of levels, and point to the side from which the control triangles are counter-clockwise. They
+/// are not normalized: their length is that of pbrt.
 struct SubdividedMesh {
     std::vector<uint32_t> indices;           ///< three per triangle; four times as many per level
     std::vector<std::vector<V3f>> positions; ///< one array per key
     std::vector<std::vector<V3f>> normals;   ///< one array per key
 };
 
-/// Subdivides a triangle mesh `levels` times and moves its vertices to the limit surface, with pbrt's rules:
-/// Loop 1987 with the weights of Warren 1995; boundaries depend on boundaries alone and have no sharp
-/// corners. Vertices and edges that are not manifold stay where they are. All keys share the topology. Every
-/// index must be in range; vertices that no triangle uses are left out. Throws at `where` when a triangle
-/// uses a vertex twice, or when the result would be too large to hold.
+/// Subdivides a triangle mesh `levels` times and moves its vertices to the limit surface, with the rules of
+/// pbrt: Loop ("Smooth Subdivision Surfaces Based on Triangles", 1987) with the weights of Warren (1995).
+/// Boundaries depend on boundary vertices only and have no sharp corners. Non-manifold vertices do not move,
+/// and non-manifold edges are split at their midpoints. All keys share the topology. Every index must be in
+/// range; unused vertices are removed. Throws an Error at `where` if a triangle uses a vertex twice, if the
+/// result has more than 2^26 triangles, or if it exceeds the memory limit.
 SubdividedMesh subdivideLoop(const std::vector<uint32_t>& indices, const std::vector<std::vector<V3f>>& keys,
                              int levels, const Location& where);
 

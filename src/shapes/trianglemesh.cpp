@@ -8,7 +8,8 @@ namespace {
 using namespace mesh_params;
 
 const ParamDef<std::vector<V3f>> kS{"S", {}, "tangent vectors, one per vertex"};
-const ParamDef<std::vector<V2f>> kUv{"uv", {}, "two texture coordinates per vertex (float or point2)", "st"};
+const ParamDef<std::vector<V2f>> kUv{
+    "uv", {}, "texture coordinates, one pair per vertex (float or point2)", "st"};
 
 std::vector<V2f> readUvs(const ParamSet& params, size_t vertexCount) {
     if (!params.has(kUv))
@@ -62,7 +63,7 @@ Shape createTriangleMesh(const ParamSet& params, const BuildContext& context) {
 
 Plugin<Shape> triangleMeshPlugin() {
     return {"trianglemesh",
-            "triangles, still or deforming",
+            "triangles, static or deforming",
             {kIndices, kP, kN, kS, kUv, kKeys, kKeyTimes, kAlpha, kShadowAlpha},
             createTriangleMesh};
 }

@@ -1,4 +1,4 @@
-// "trianglemesh": triangles from numbers in the scene file.
+// The "trianglemesh" shape.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -6,7 +6,8 @@
 
 namespace strobe {
 
-/// The table row of the triangle mesh; deforming when "keys" is above 1.
+/// A triangle mesh given by the parameters of the scene file, with pbrt's parametrization: uv is interpolated
+/// from the vertices; without "uv" each triangle has (0,0) (1,0) (1,1). It deforms if "keys" is above 1.
 Plugin<Shape> triangleMeshPlugin();
 
 } // namespace strobe

@@ -5,16 +5,17 @@
 namespace strobe {
 namespace {
 
-const InputDef kTex1{"tex1", 1, "of the squares where floor(s) + floor(t) is even"};
-const InputDef kTex2{"tex2", 0, "of the others"};
-const ParamDef<int> kDimension{"dimension", 2, "2, or 3: cubes in the texture's space, not filtered"};
-const ParamDef<std::string> kAaMode{"aamode", "closedform", "none, or closedform: filter by the footprint"};
+const InputDef kTex1{"tex1", 1, "value of the squares where floor(s) + floor(t) is even"};
+const InputDef kTex2{"tex2", 0, "value of the other squares"};
+const ParamDef<int> kDimension{"dimension", 2, "2: squares; 3: cubes in texture space, not filtered"};
+const ParamDef<std::string> kAaMode{"aamode", "closedform",
+                                    "antialiasing: none, or closedform (box filter over the footprint)"};
 
-/// The mean over [x - half, x + half] of the square wave that is +1 where floor(x) is even, else -1.
+/// Returns the mean over [x - half, x + half] of the square wave that is +1 where floor(x) is even, else -1.
 float squareWaveMean(float x, float half) {
     const auto wrapped = [](float a) { return a - 2 * std::floor(a / 2); };
-    // Its integral is the triangle wave 1 - |1 - (x mod 2)|. Below a width of 1e-4 differences of it are
-    // noise.
+    // The integral is the triangle wave 1 - |1 - (x mod 2)|. For half widths below 1e-4, its differences are
+    // dominated by rounding.
     if (half < 1e-4f)
         return wrapped(x) < 1 ? 1.f : -1.f;
     const auto integral = [&](float a) { return 1 - std::abs(1 - wrapped(a)); };
@@ -23,41 +24,42 @@ float squareWaveMean(float x, float half) {
 
 class Checkerboard : public Texture {
   public:
-    Checkerboard(Input a, Input b, const Mapping2D& mapping, bool filtered)
+    Checkerboard(Input a, Input b, const Mapping2D& mapping, bool isFiltered)
         : m_a(std::move(a)), m_b(std::move(b)), m_mapping(mapping),
-          m_filtered(filtered && mapping.hasFootprint() && !m_a.equals(m_b)) {}
+          m_isFiltered(isFiltered && mapping.hasFootprint() && !m_a.equals(m_b)) {}
 
     Rgb rgb(const TextureQuery& q) const override {
-        const float w = share(q);
+        const float w = tex2Fraction(q);
         if (w == 0 || w == 1)
             return w == 0 ? m_a.rgb(q) : m_b.rgb(q);
         return m_a.rgb(q) * (1 - w) + m_b.rgb(q) * w;
     }
     float value(const TextureQuery& q) const override {
-        const float w = share(q);
+        const float w = tex2Fraction(q);
         if (w == 0 || w == 1)
             return w == 0 ? m_a.value(q) : m_b.value(q);
         return lerp(m_a.value(q), m_b.value(q), w);
     }
     bool needsFootprint() const override {
-        return m_filtered || m_a.needsFootprint() || m_b.needsFootprint();
+        return m_isFiltered || m_a.needsFootprint() || m_b.needsFootprint();
     }
     bool isConstant() const override { return m_a.equals(m_b); }
 
   private:
-    /// The part of the footprint's bounding box, in [0,1], that tex2 covers.
-    float share(const TextureQuery& q) const {
+    /// Returns the fraction of the bounding box of the footprint, in [0,1], that tex2 covers.
+    float tex2Fraction(const TextureQuery& q) const {
         const TexturePoint point = m_mapping.at(q);
-        const auto half = [&](int axis) {
-            return m_filtered ? (std::abs(point.dstdx[axis]) + std::abs(point.dstdy[axis])) / 2 : 0.f;
+        const auto halfWidth = [&](int axis) {
+            return m_isFiltered ? (std::abs(point.dstdx[axis]) + std::abs(point.dstdy[axis])) / 2 : 0.f;
         };
-        const float even = squareWaveMean(point.st.x, half(0)) * squareWaveMean(point.st.y, half(1));
+        const float even =
+            squareWaveMean(point.st.x, halfWidth(0)) * squareWaveMean(point.st.y, halfWidth(1));
         return std::clamp((1 - even) / 2, 0.f, 1.f);
     }
 
     Input m_a, m_b;
     Mapping2D m_mapping;
-    bool m_filtered;
+    bool m_isFiltered;
 };
 
 class Checkerboard3D : public Texture {
@@ -82,7 +84,7 @@ TexturePtr create(const ParamSet& params, const BuildContext& context, const Tex
     Input a(params, args, kTex1), b(params, args, kTex2);
     const int dimension = params.get(kDimension);
     if (dimension != 2 && dimension != 3)
-        throw Error(params.whereIs(kDimension), "a checkerboard has 2 or 3 dimensions");
+        throw Error(params.whereIs(kDimension), "\"dimension\" must be 2 or 3");
     const std::string mode = params.get(kAaMode);
     if (mode != "none" && mode != "closedform" && mode != "supersample")
         throw Error(params.whereIs(kAaMode), "unknown aamode \"" + mode + "\" (known: none, closedform)");
@@ -98,7 +100,8 @@ Plugin<TexturePtr, const TextureArgs&> checkerboardTexturePlugin() {
     std::vector<ParamInfo> table{kTex1.color, kTex2.color, kDimension, kAaMode};
     const std::vector<ParamInfo> mapping = mappingParams();
     table.insert(table.end(), mapping.begin(), mapping.end());
-    return {"checkerboard", "squares of two textures, filtered in closed form", table, create};
+    return {"checkerboard", "squares or cubes of two textures; squares are filtered in closed form", table,
+            create};
 }
 
 } // namespace strobe

@@ -5,7 +5,7 @@
 namespace strobe {
 namespace {
 
-const InputDef kValue{"value", 1, "the value"};
+const InputDef kValue{"value", 1, "value"};
 
 class Constant : public Texture {
   public:
@@ -29,7 +29,7 @@ Plugin<TexturePtr, const TextureArgs&> constantTexturePlugin() {
                 const Input input(params, args, kValue);
                 if (!input.isConstant())
                     throw Error(params.whereIs(kValue.color),
-                                "the value of a constant texture must not vary");
+                                "the value of a constant texture must be constant");
                 return std::make_shared<const Constant>(input.rgb({}), input.value({}));
             }};
 }

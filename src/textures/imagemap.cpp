@@ -9,24 +9,26 @@ namespace strobe {
 namespace {
 
 const ParamDef<FilePath> kFilename{"filename", {}, "image file"};
-const ParamDef<std::string> kWrap{"wrap", "repeat", "outside the image: repeat, black or clamp"};
-const ParamDef<float> kScale{"scale", 1.f, "factor of the values"};
-const ParamDef<bool> kInvert{"invert", false, "use 1 - value"};
-const ParamDef<float> kGamma{"gamma", 1.f, "pbrt-v2: linear = stored^gamma; v3: a bool, sRGB or linear",
-                             nullptr, kPositive};
-const ParamDef<std::string> kEncoding{
-    "encoding", "",
-    "of 8- and 16-bit files: sRGB (default in v4), linear (default in v2) or \"gamma 2.2\"; of all files: a "
-    "color space of the OpenColorIO config"};
-const ParamDef<std::string> kFilter{"filter", "EWA",
-                                    "point and bilinear: no filtering; trilinear and EWA: by the footprint"};
-const ParamDef<bool> kTrilinear{"trilinear", false, "accepted: filtered by the footprint all the same"};
-const ParamDef<float> kMaxAnisotropy{"maxanisotropy", 8.f, "accepted: at most 16 are taken as needed"};
+const ParamDef<std::string> kWrap{"wrap", "repeat", "values outside of the image: repeat, black or clamp"};
+const ParamDef<float> kScale{"scale", 1.f, "scale of the values"};
+const ParamDef<bool> kInvert{"invert", false, "use max(1 - value, 0) instead of the value"};
+const ParamDef<float> kGamma{
+    "gamma", 1.f, "exponent of the stored values (pbrt-v2); as a bool: true: sRGB, false: linear (pbrt-v3)",
+    nullptr, kPositive};
+const ParamDef<std::string> kEncoding{"encoding", "",
+                                      "encoding of 8- and 16-bit files: sRGB (default in pbrt-v4), linear "
+                                      "(default in pbrt-v2) or \"gamma 2.2\"; or, "
+                                      "for all files, a color space of the OpenColorIO config"};
+const ParamDef<std::string> kFilter{
+    "filter", "EWA", "trilinear and EWA: filtering over the footprint; point and bilinear: no filtering"};
+const ParamDef<bool> kTrilinear{"trilinear", false, "accepted without effect: see \"filter\""};
+const ParamDef<float> kMaxAnisotropy{"maxanisotropy", 8.f,
+                                     "accepted without effect: the anisotropy is at most 16"};
 
 struct Settings {
     Wrap wrap = Wrap::Repeat;
     float scale = 1;
-    bool invert = false, filtered = true, flipV = false;
+    bool invert = false, isFiltered = true, flipV = false;
 };
 
 class ImageMap : public Texture {
@@ -42,28 +44,29 @@ class ImageMap : public Texture {
             p.dstdx.y = -p.dstdx.y;
             p.dstdy.y = -p.dstdy.y;
         }
-        if (!m_settings.filtered)
+        if (!m_settings.isFiltered)
             p.dstdx = p.dstdy = V2f(0);
-        return valueOf(m_cache->lookup(*m_file, p.st, p.dstdx, p.dstdy, m_settings.wrap));
+        return scaledAndInverted(m_cache->lookup(*m_file, p.st, p.dstdx, p.dstdy, m_settings.wrap));
     }
     void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const override {
         TexturePointSoA p;
         m_mapping.atSoA(q, begin, end, p);
         for (int i = begin; m_settings.flipV && i < end; ++i) {
             p.uv.y[i] = 1 - p.uv.y[i];
-            p.duvdx.y[i] = -p.duvdx.y[i], p.duvdy.y[i] = -p.duvdy.y[i];
+            p.duvdx.y[i] = -p.duvdx.y[i];
+            p.duvdy.y[i] = -p.duvdy.y[i];
         }
-        if (!m_settings.filtered)
+        if (!m_settings.isFiltered)
             for (float* row : {p.duvdx.x, p.duvdx.y, p.duvdy.x, p.duvdy.y})
                 std::fill(row + begin, row + end, 0.f);
         m_cache->lookupSoA(*m_file, p, begin, end, {m_settings.wrap, m_settings.wrap}, out);
         for (int i = begin; i < end; ++i)
-            out.set(i, valueOf(out.at(i)));
+            out.set(i, scaledAndInverted(out.at(i)));
     }
-    bool needsFootprint() const override { return m_settings.filtered && m_mapping.hasFootprint(); }
+    bool needsFootprint() const override { return m_settings.isFiltered && m_mapping.hasFootprint(); }
 
   private:
-    Rgb valueOf(const Rgb& stored) const {
+    Rgb scaledAndInverted(const Rgb& stored) const {
         const Rgb c = stored * m_settings.scale;
         return m_settings.invert ? nonNegative(Rgb(1) - c) : c;
     }
@@ -87,7 +90,7 @@ Wrap wrapFrom(const ParamSet& params) {
     throw Error(params.whereIs(kWrap), "unknown wrap \"" + name + "\" (known: repeat, black, clamp)");
 }
 
-bool isFiltered(const ParamSet& params) {
+bool isFilterEnabled(const ParamSet& params) {
     const std::string name = params.get(kFilter);
     if (name == "point" || name == "bilinear")
         return false;
@@ -108,16 +111,18 @@ ColorEncoding encodingFrom(const ParamSet& params, const BuildContext& context) 
         const auto [end, error] = std::from_chars(&name[6], name.data() + name.size(), gamma);
         if (error == std::errc() && end == name.data() + name.size() && gamma > 0)
             return {ColorEncoding::Gamma, gamma};
-        throw Error(params.whereIs(kEncoding), "\"gamma\" is followed by a positive number");
+        throw Error(params.whereIs(kEncoding), "\"gamma\" must be followed by a positive number");
     }
     try {
         return ColorEncoding::of(*context.color, name, params.whereIs(kEncoding));
     } catch (const Error& e) {
-        throw Error(e.location, std::string("neither sRGB, linear nor gamma and a number; of ") + e.what());
+        throw Error(e.location, "\"encoding\" must be sRGB, linear, \"gamma NUMBER\" or a color space of " +
+                                    std::string(e.what()));
     }
 }
 
-ColorEncoding transferFrom(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
+/// Returns the encoding from "encoding", "gamma", the rules of the OpenColorIO config, or the conventions.
+ColorEncoding encodingOfFile(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
     if (params.has(kEncoding))
         return encodingFrom(params, context);
     for (const Param& p : params.all())
@@ -125,33 +130,32 @@ ColorEncoding transferFrom(const ParamSet& params, const BuildContext& context, 
             const bool srgb = params.get(ParamDef<bool>{kGamma.name, true, ""});
             return {srgb ? ColorEncoding::Srgb : ColorEncoding::Linear};
         }
-    if (params.has(kGamma)) {
+    if (params.has(kGamma))
         return {ColorEncoding::Gamma, params.get(kGamma), true};
-    }
-    const ColorEncoding usual{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
-                                                                         : ColorEncoding::Linear};
-    if (args.isFloat) // numbers, of which a config's rules know nothing
-        return usual;
+    const ColorEncoding defaultEncoding{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
+                                                                                   : ColorEncoding::Linear};
+    if (args.isFloat) // the rules of a config apply to colors only
+        return defaultEncoding;
     return ColorEncoding::ofFile(*context.color, params.get(kFilename).path, params.whereIs(kFilename),
-                                 usual);
+                                 defaultEncoding);
 }
 
 TexturePtr create(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
     const std::filesystem::path path = params.require(kFilename).path;
-    params.get(kTrilinear);
+    params.get(kTrilinear); // marks it as used
     params.get(kMaxAnisotropy);
-    const ColorEncoding transfer = transferFrom(params, context, args);
+    const ColorEncoding encoding = encodingOfFile(params, context, args);
     Settings settings;
     settings.wrap = wrapFrom(params);
-    settings.filtered = isFiltered(params);
+    settings.isFiltered = isFilterEnabled(params);
     settings.invert = params.get(kInvert);
     settings.flipV = context.conventions == Conventions::PbrtV4;
     settings.scale = params.get(kScale);
-    if (transfer.kind == ColorEncoding::Gamma && transfer.ofFloats) // pbrt-v2: (scale * stored)^gamma
-        settings.scale = std::pow(std::max(settings.scale, 0.f), transfer.gamma);
+    if (encoding.kind == ColorEncoding::Gamma && encoding.ofFloats) // pbrt-v2: (scale * stored)^gamma
+        settings.scale = std::pow(std::max(settings.scale, 0.f), encoding.gamma);
     const Mapping2D mapping(params, context, args);
     const auto cache = context.textureCache ? context.textureCache : std::make_shared<TextureCache>();
-    return std::make_shared<const ImageMap>(cache, cache->open(path, params.whereIs(kFilename), transfer),
+    return std::make_shared<const ImageMap>(cache, cache->open(path, params.whereIs(kFilename), encoding),
                                             mapping, settings);
 }
 
@@ -162,7 +166,7 @@ Plugin<TexturePtr, const TextureArgs&> imagemapTexturePlugin() {
                                  kEncoding, kFilter, kTrilinear, kMaxAnisotropy};
     const std::vector<ParamInfo> mapping = mappingParams();
     table.insert(table.end(), mapping.begin(), mapping.end());
-    return {"imagemap", "an image file", table, create};
+    return {"imagemap", "image file, filtered over the footprint", table, create};
 }
 
 } // namespace strobe

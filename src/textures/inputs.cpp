@@ -3,23 +3,27 @@
 namespace strobe {
 namespace {
 
-const ParamDef<std::string> kMapping{"mapping", "uv", "uv or planar"};
-const ParamDef<float> kUScale{"uscale", 1.f, "factor of u"};
-const ParamDef<float> kVScale{"vscale", 1.f, "factor of v"};
-const ParamDef<float> kUDelta{"udelta", 0.f, "added to u"};
-const ParamDef<float> kVDelta{"vdelta", 0.f, "added to v"};
-const ParamDef<V3f> kV1{"v1", V3f(1, 0, 0), "planar: the vector whose dot product with the position is u"};
-const ParamDef<V3f> kV2{"v2", V3f(0, 1, 0), "planar: the vector whose dot product with the position is v"};
+const ParamDef<std::string> kMapping{"mapping", "uv", "mapping to texture coordinates: uv or planar"};
+const ParamDef<float> kUScale{"uscale", 1.f, "scale of u"};
+const ParamDef<float> kVScale{"vscale", 1.f, "scale of v"};
+const ParamDef<float> kUDelta{"udelta", 0.f, "offset of u"};
+const ParamDef<float> kVDelta{"vdelta", 0.f, "offset of v"};
+const ParamDef<V3f> kV1{"v1", V3f(1, 0, 0), "for planar: vector whose dot product with the position is u"};
+const ParamDef<V3f> kV2{"v2", V3f(0, 1, 0), "for planar: vector whose dot product with the position is v"};
 
-STROBE_TARGET_CLONES void place(const V2SoA& from, const V2f& scale, const V2f& delta, int begin, int end,
-                                V2SoA& to) {
+/// Writes in * scale + delta for the elements `begin` to `end`.
+STROBE_TARGET_CLONES void scaleAndOffset(const V2SoA& in, const V2f& scale, const V2f& delta, int begin,
+                                         int end, V2SoA& out) {
     const float sx = scale.x, sy = scale.y, dx = delta.x, dy = delta.y;
     STROBE_IVDEP
-    for (int i = begin; i < end; ++i)
-        to.x[i] = from.x[i] * sx + dx, to.y[i] = from.y[i] * sy + dy;
+    for (int i = begin; i < end; ++i) {
+        out.x[i] = in.x[i] * sx + dx;
+        out.y[i] = in.y[i] * sy + dy;
+    }
 }
 
-bool isGivenAsFloat(const ParamSet& params, const InputDef& def) {
+/// Returns true if the input is a number, not a color or texture.
+bool isFloatParam(const ParamSet& params, const InputDef& def) {
     for (const Param& p : params.all())
         if (p.name == def.scalar.name || (def.scalar.alias && p.name == def.scalar.alias))
             return p.type == ParamType::Float || p.type == ParamType::Int;
@@ -29,7 +33,7 @@ bool isGivenAsFloat(const ParamSet& params, const InputDef& def) {
 } // namespace
 
 Input::Input(const ParamSet& params, const TextureArgs& args, const InputDef& def)
-    : m_isFloat(args.isFloat || isGivenAsFloat(params, def)) {
+    : m_isFloat(args.isFloat || isFloatParam(params, def)) {
     if (m_isFloat)
         m_scalar = params.get(def.scalar);
     else
@@ -65,16 +69,16 @@ std::vector<ParamInfo> mappingParams() { return {kMapping, kUScale, kVScale, kUD
 Mapping2D::Mapping2D(const ParamSet& params, const BuildContext& context, const TextureArgs& args)
     : m_scale(params.get(kUScale), params.get(kVScale)), m_delta(params.get(kUDelta), params.get(kVDelta)) {
     const std::string mapping = params.get(kMapping);
-    m_planar = mapping == "planar";
-    if (!m_planar && mapping != "uv") {
+    m_isPlanar = mapping == "planar";
+    if (!m_isPlanar && mapping != "uv") {
         if (!context.lenient)
             throw Error(params.whereIs(kMapping),
                         "texture mapping \"" + mapping + "\" is not supported (known: uv, planar)");
         context.messages.warnOnce("mapping " + mapping, params.whereIs(kMapping),
                                   "texture mapping \"" + mapping +
-                                      "\" is not supported; \"uv\" takes its place");
+                                      "\" is not supported; \"uv\" is used instead");
     }
-    if (m_planar) {
+    if (m_isPlanar) {
         m_v1 = params.get(kV1);
         m_v2 = params.get(kV2);
         if (context.conventions != Conventions::PbrtV2)
@@ -83,7 +87,7 @@ Mapping2D::Mapping2D(const ParamSet& params, const BuildContext& context, const 
 }
 
 TexturePoint Mapping2D::at(const TextureQuery& q) const {
-    if (m_planar) {
+    if (m_isPlanar) {
         const V3f p = transformPoint(m_fromWorld, q.p);
         return {m_delta + V2f(dot(p, m_v1), dot(p, m_v2)), V2f(0), V2f(0)};
     }
@@ -91,16 +95,18 @@ TexturePoint Mapping2D::at(const TextureQuery& q) const {
 }
 
 void Mapping2D::atSoA(const TextureQuerySoA& q, int begin, int end, TexturePointSoA& out) const {
-    if (m_planar) {
+    if (m_isPlanar) {
         for (int i = begin; i < end; ++i) {
             const TexturePoint p = at(q.at(i));
-            out.uv.set(i, p.st), out.duvdx.set(i, p.dstdx), out.duvdy.set(i, p.dstdy);
+            out.uv.set(i, p.st);
+            out.duvdx.set(i, p.dstdx);
+            out.duvdy.set(i, p.dstdy);
         }
         return;
     }
-    place(q.uv, m_scale, m_delta, begin, end, out.uv);
-    place(q.duvdx, m_scale, V2f(0), begin, end, out.duvdx);
-    place(q.duvdy, m_scale, V2f(0), begin, end, out.duvdy);
+    scaleAndOffset(q.uv, m_scale, m_delta, begin, end, out.uv);
+    scaleAndOffset(q.duvdx, m_scale, V2f(0), begin, end, out.duvdx);
+    scaleAndOffset(q.duvdy, m_scale, V2f(0), begin, end, out.duvdy);
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// What textures share: inputs that are numbers, colors or other textures, and mappings to two dimensions.
+// Inputs of textures (numbers, colors or other textures) and mappings to two dimensions.
 #pragma once
 
 #include "core/image/texture_cache.h"
@@ -8,7 +8,7 @@
 
 namespace strobe {
 
-/// An input of a texture, of the texture's own type: float or rgb.
+/// The definition of a texture input, which has the type of the texture: float or rgb.
 struct InputDef {
     ParamDef<RgbInput> color;
     ParamDef<FloatInput> scalar;
@@ -16,18 +16,19 @@ struct InputDef {
         : color{name, Rgb(fallback), doc, alias}, scalar{name, fallback, doc, alias} {}
 };
 
-/// The value of such an input. A float given to an rgb texture is gray, as in pbrt-v4.
+/// An input of a texture. A float input of an rgb texture is gray, as in pbrt-v4.
 class Input {
   public:
-    /// Throws a located Error as ParamSet::get does.
+    /// Throws the located Errors of ParamSet::get.
     Input(const ParamSet& params, const TextureArgs& args, const InputDef& def);
     Rgb rgb(const TextureQuery& q) const { return m_isFloat ? Rgb(m_scalar.at(q)) : m_color.at(q); }
+    /// Returns the scalar value; for a constant color the mean of its channels.
     float value(const TextureQuery& q) const;
-    /// `rgb` of queries `begin` to `end`.
+    /// Evaluates `rgb` for the queries `begin` to `end`.
     void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const;
     bool needsFootprint() const { return m_scalar.needsFootprint() || m_color.needsFootprint(); }
     bool isConstant() const;
-    /// True when both are known to be the same everywhere.
+    /// Returns true if both inputs are constant and equal.
     bool equals(const Input& other) const;
 
   private:
@@ -36,31 +37,32 @@ class Input {
     RgbInput m_color;
 };
 
-/// A point of a two-dimensional texture with the axes of its footprint.
+/// Texture coordinates with the axes of the footprint.
 struct TexturePoint {
     V2f st;
     V2f dstdx{0}, dstdy{0};
 };
 
-/// The parameters of mappings, for plugins' tables.
+/// Returns the parameters of mappings for plugin tables.
 std::vector<ParamInfo> mappingParams();
 
-/// "uv" or "planar". A planar mapping has no footprint (a TextureQuery does not know that of its position):
-/// its textures are sampled at points.
+/// A mapping to two dimensions, "uv" or "planar". A planar mapping has no footprint, because a TextureQuery
+/// has no footprint of the position: its textures are point-sampled.
 class Mapping2D {
   public:
-    /// Reads mapping, uscale, vscale, udelta, vdelta, v1 and v2. Throws a located Error for another mapping.
+    /// Reads mapping, uscale, vscale, udelta, vdelta, v1 and v2. Throws a located Error for an unknown
+    /// mapping; in a lenient file, warns and uses "uv".
     Mapping2D(const ParamSet& params, const BuildContext& context, const TextureArgs& args);
     TexturePoint at(const TextureQuery& q) const;
-    /// The same of queries `begin` to `end`.
+    /// Maps the queries `begin` to `end`.
     void atSoA(const TextureQuerySoA& q, int begin, int end, TexturePointSoA& out) const;
-    bool hasFootprint() const { return !m_planar; }
+    bool hasFootprint() const { return !m_isPlanar; }
 
   private:
-    bool m_planar;
+    bool m_isPlanar;
     V2f m_scale, m_delta;
     V3f m_v1{0}, m_v2{0};
-    M44f m_fromWorld; ///< planar: pbrt-v2 maps positions of the world, v3 and v4 of the texture's space
+    M44f m_fromWorld; ///< for planar: to texture space; the identity under pbrt-v2's conventions
 };
 
 } // namespace strobe

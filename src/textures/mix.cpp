@@ -5,9 +5,9 @@
 namespace strobe {
 namespace {
 
-const InputDef kTex1{"tex1", 0, "where amount is 0"};
-const InputDef kTex2{"tex2", 1, "where amount is 1"};
-const ParamDef<FloatInput> kAmount{"amount", .5f, "share of tex2"};
+const InputDef kTex1{"tex1", 0, "value where amount is 0"};
+const InputDef kTex2{"tex2", 1, "value where amount is 1"};
+const ParamDef<FloatInput> kAmount{"amount", .5f, "weight of tex2, 0 to 1; tex1 has weight 1 - amount"};
 
 class Mix : public Texture {
   public:
@@ -19,7 +19,8 @@ class Mix : public Texture {
     }
     void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const override {
         RgbSoA b;
-        m_a.rgbSoA(q, begin, end, out), m_b.rgbSoA(q, begin, end, b);
+        m_a.rgbSoA(q, begin, end, out);
+        m_b.rgbSoA(q, begin, end, b);
         for (int i = begin; i < end; ++i) {
             const float t = m_amount.texture ? m_amount.at(q.at(i)) : m_amount.constant;
             out.set(i, out.at(i) * (1 - t) + b.at(i) * t);
@@ -44,7 +45,7 @@ class Mix : public Texture {
 
 Plugin<TexturePtr, const TextureArgs&> mixTexturePlugin() {
     return {"mix",
-            "a blend of two textures",
+            "linear interpolation of two textures",
             {kTex1.color, kTex2.color, kAmount},
             [](const ParamSet& params, const BuildContext&, const TextureArgs& args) -> TexturePtr {
                 return std::make_shared<const Mix>(Input(params, args, kTex1), Input(params, args, kTex2),

@@ -14,7 +14,8 @@ class Scale : public Texture {
     Rgb rgb(const TextureQuery& q) const override { return m_a.rgb(q) * m_b.rgb(q); }
     void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const override {
         RgbSoA b;
-        m_a.rgbSoA(q, begin, end, out), m_b.rgbSoA(q, begin, end, b);
+        m_a.rgbSoA(q, begin, end, out);
+        m_b.rgbSoA(q, begin, end, b);
         for (int i = begin; i < end; ++i)
             out.set(i, out.at(i) * b.at(i));
     }
@@ -30,7 +31,7 @@ class Scale : public Texture {
 
 Plugin<TexturePtr, const TextureArgs&> scaleTexturePlugin() {
     return {"scale",
-            "the product of two textures",
+            "product of two textures",
             {kTex1.color, kTex2.color},
             [](const ParamSet& params, const BuildContext&, const TextureArgs& args) -> TexturePtr {
                 return std::make_shared<const Scale>(Input(params, args, kTex1), Input(params, args, kTex2));

@@ -1,10 +1,11 @@
-// The product of two textures.
+// The "scale" texture.
 #pragma once
 
 #include "core/params/plugin.h"
 
 namespace strobe {
 
+/// The product of two inputs.
 Plugin<TexturePtr, const TextureArgs&> scaleTexturePlugin();
 
 } // namespace strobe

@@ -28,11 +28,12 @@ Ray rayAt(const Camera& camera, const V2f& film, float time = 0, const V2f& lens
     return ray;
 }
 
-void expectDirection(const V3f& d, const V3f& expected, const char* what = "") {
-    EXPECT_NEAR(length(d), 1, 1e-6) << what;
-    EXPECT_NEAR(length(d - normalize(expected)), 0, 2e-6) << what << " " << d;
+void expectDirection(const V3f& d, const V3f& expected, const char* label = "") {
+    EXPECT_NEAR(length(d), 1, 1e-6) << label;
+    EXPECT_NEAR(length(d - normalize(expected)), 0, 2e-6) << label << " " << d;
 }
 
+/// Returns a transform that scales, rotates around (1,2,3) and translates.
 M44f placement(const V3f& scale, float degrees, const V3f& t) {
     M44f s, r, m;
     s.setScale(scale);
@@ -41,7 +42,7 @@ M44f placement(const V3f& scale, float degrees, const V3f& t) {
     return s * r * m;
 }
 
-/// The pixel's size across the ray at distance 1, from differences of neighboring rays.
+/// Returns the size of a pixel at distance 1, from finite differences of rays.
 float measuredSpread(const Camera& camera, const V2f& film) {
     const float h = .25f;
     const V3f dx = (rayAt(camera, film + V2f(h, 0)).d - rayAt(camera, film - V2f(h, 0)).d) / (2 * h);
@@ -51,20 +52,21 @@ float measuredSpread(const Camera& camera, const V2f& film) {
 
 } // namespace
 
-TEST(Cameras, LanesAreTheSameRays) {
-    const KeyedTransform still(placement({2, 2, 2}, 40, {1, 2, 3}));
+TEST(Cameras, SoAMethodsEqualScalarMethods) {
+    const KeyedTransform fixed(placement({2, 2, 2}, 40, {1, 2, 3}));
     const KeyedTransform moving({0, 1}, {placement(V3f(1), 40, {1, 2, 3}), placement(V3f(1), 70, {1, 0, 3})},
                                 MotionConvention::ObjectToWorld);
     const ParamSet lens = Params().floats("lensradius", {.2f}).floats("focaldistance", {4});
     for (const auto& camera :
-         {make(perspectivePlugin(), {100, 60}, {}, still), make(perspectivePlugin(), {100, 60}, lens, still),
+         {make(perspectivePlugin(), {100, 60}, {}, fixed), make(perspectivePlugin(), {100, 60}, lens, fixed),
           make(perspectivePlugin(), {100, 60}, lens, moving),
-          make(orthographicPlugin(), {100, 60}, {}, still),
+          make(orthographicPlugin(), {100, 60}, {}, fixed),
           make(environmentPlugin(), {100, 60}, {}, moving)}) {
         CameraSampleSoA samples;
         CameraRaySoA rays;
         for (int i = 0; i < kSoAWidth; ++i) {
-            samples.film.set(i, random2D(1, i) * 100.f), samples.lens.set(i, random2D(2, i));
+            samples.film.set(i, random2D(1, i) * 100.f);
+            samples.lens.set(i, random2D(2, i));
             samples.time[i] = random2D(3, i).x;
         }
         camera->raySoA(samples, kSoAWidth - 5, rays);
@@ -110,14 +112,14 @@ TEST(Perspective, FovSpansTheShorterAxis) {
     expectDirection(rayAt(*make(perspectivePlugin(), {200, 100}, square), {200, 0}).d, {t, t, 1}, "aspect");
 }
 
-TEST(Perspective, ScreenWindow) {
+TEST(Perspective, ScreenWindowBoundsTheImage) {
     const auto camera = make(perspectivePlugin(), {10, 20}, Params().floats("screenwindow", {-1, 3, 0, 2}));
     expectDirection(rayAt(*camera, {0, 0}).d, {-1, 2, 1});
     expectDirection(rayAt(*camera, {10, 20}).d, {3, 0, 1});
     expectDirection(rayAt(*camera, {5, 10}).d, {1, 1, 1});
 }
 
-TEST(Perspective, IsPlacedInTheWorld) {
+TEST(Perspective, RaysAreInWorldSpace) {
     const M44f m = placement({-1, 1, 1}, 40, {5, 6, 7});
     const auto camera = make(perspectivePlugin(), {100, 100}, {}, KeyedTransform(m));
     const Ray ray = rayAt(*camera, {100, 50});
@@ -134,18 +136,18 @@ TEST(Perspective, LensRaysMeetAtTheFocalPlane) {
     for (const V2f& film : {V2f(50, 40), V2f(3, 70), V2f(99, 1)}) {
         const Ray middle = rayAt(*camera, film);
         const V3f focus = middle.o + middle.d * (7 / middle.d.z);
-        float widest = 0;
+        float maxRadius = 0;
         for (int i = 0; i < 200; ++i) {
             const Ray ray = rayAt(*camera, film, 0, random2D(1, i));
             EXPECT_NEAR(ray.o.z, 0, 1e-6);
             EXPECT_NEAR(length(ray.d), 1, 1e-6);
             EXPECT_NEAR(length(ray.o + ray.d * ((7 - ray.o.z) / ray.d.z) - focus), 0, 2e-5);
-            widest = std::max(widest, length(ray.o));
+            maxRadius = std::max(maxRadius, length(ray.o));
         }
-        EXPECT_GT(widest, .45f);
-        EXPECT_LE(widest, .5f + 1e-6f);
+        EXPECT_GT(maxRadius, .45f);
+        EXPECT_LE(maxRadius, .5f + 1e-6f);
     }
-    // pbrt's default focal distance is beyond what can be squared.
+    // The square of the default focal distance of pbrt overflows.
     const auto far = make(perspectivePlugin(), {10, 10},
                           Params().floats("lensradius", {1}).floats("focaldistance", {1e30f}));
     expectDirection(rayAt(*far, {5, 5}, 0, {.9f, .5f}).d, {0, 0, 1});
@@ -164,15 +166,15 @@ TEST(Cameras, MovingCameraFollowsItsKeys) {
         EXPECT_NEAR(rayAt(*camera, {5, 5}, 1).o.x, 6, 1e-4) << plugin.name;
         EXPECT_NEAR(camera->position(.5f).x, 4, 1e-4) << plugin.name;
         const auto instant = make(plugin, {10, 10}, {}, slide, {.5f, .5f});
-        EXPECT_FALSE(instant->moves()) << "an instant sees no motion";
+        EXPECT_FALSE(instant->moves()) << "the shutter interval is empty";
         EXPECT_NEAR(rayAt(*instant, {5, 5}, 1).o.x, 5, 1e-4) << plugin.name;
         const auto late = make(plugin, {10, 10}, {}, slide, {3, 4});
-        EXPECT_FALSE(late->moves()) << "the motion is over";
+        EXPECT_FALSE(late->moves()) << "the shutter opens after the last key";
         EXPECT_NEAR(rayAt(*late, {5, 5}, 0).o.x, 10, 1e-4) << plugin.name;
     }
 }
 
-TEST(Orthographic, ParallelRaysFromTheScreenWindow) {
+TEST(Orthographic, RaysAreParallelAndStartOnTheScreenWindow) {
     const auto camera =
         make(orthographicPlugin(), {200, 100}, Params().floats("screenwindow", {-4, 4, -2, 2}));
     for (const V2f& film : {V2f(0, 0), V2f(200, 100), V2f(50, 50)}) {
@@ -217,13 +219,13 @@ TEST(Cameras, ConeIsOnePixelWide) {
             const auto camera = make(perspectivePlugin(), {320, 240}, fov, t);
             EXPECT_EQ(camera->cone(film).width, 0);
             EXPECT_NEAR(camera->cone(film).spread / measuredSpread(*camera, film), 1, 2e-3) << film;
-            if (m[0][0] > 4 || m == M44f()) { // an environment camera is not meant to be stretched
+            if (m[0][0] > 4 || m == M44f()) { // not for non-uniform scaling
                 const auto round = make(environmentPlugin(), {320, 240}, {}, t);
                 EXPECT_NEAR(round->cone(film).spread / measuredSpread(*round, film), 1, 1e-2) << film;
             }
         }
     }
-    // All pixels together fill the whole sphere.
+    // The solid angles of all pixels sum to 4π.
     const auto round = make(environmentPlugin(), {64, 32});
     double sum = 0;
     for (int y = 0; y < 32; ++y)
@@ -231,7 +233,7 @@ TEST(Cameras, ConeIsOnePixelWide) {
     EXPECT_NEAR(sum / (4 * M_PI), 1, 1e-5);
 }
 
-TEST(Cameras, BatchesEqualSingleRays) {
+TEST(Cameras, ManyRaysEqualSingleRays) {
     M44f end;
     end.setAxisAngle(V3f(0, 1, 0), 1.f);
     const auto camera = make(perspectivePlugin(), {32, 32}, Params().floats("lensradius", {1}),
@@ -249,7 +251,7 @@ TEST(Cameras, BatchesEqualSingleRays) {
     }
 }
 
-TEST(Cameras, ShutterAndMistakes) {
+TEST(Cameras, ShutterIsReadAndErrorsHaveLocations) {
     const Shutter shutter = readShutter(Params().floats("shutteropen", {.25f}).floats("shutterclose", {.5f}));
     EXPECT_EQ(shutter.open, .25f);
     EXPECT_EQ(shutter.close, .5f);
@@ -270,7 +272,7 @@ TEST(Cameras, ShutterAndMistakes) {
     EXPECT_EQ(fails(Params().floats("frameaspectratio", {0})), 10);
 }
 
-TEST(Cameras, ViewpointIsWhereTheRayThroughAPointStarts) {
+TEST(Cameras, ViewpointIsTheOriginOfTheRayThroughAPoint) {
     const KeyedTransform slide({0, 1}, {placement(V3f(1), 20, V3f(0)), placement(V3f(1), 20, V3f(3, 1, 0))},
                                MotionConvention::ObjectToWorld);
     const auto lens = Params().floats("lensradius", {.3f}).floats("focaldistance", {5});
@@ -287,7 +289,7 @@ TEST(Cameras, ViewpointIsWhereTheRayThroughAPointStarts) {
         }
 }
 
-TEST(Cameras, ProjectFindsTheFilmPointOfARay) {
+TEST(Cameras, ProjectReturnsTheFilmPointOfARay) {
     const KeyedTransform slide({0, 1}, {placement(V3f(2), 20, V3f(0)), placement(V3f(2), 50, V3f(3, 1, 0))},
                                MotionConvention::ObjectToWorld);
     const V2i size(40, 30);
@@ -304,7 +306,7 @@ TEST(Cameras, ProjectFindsTheFilmPointOfARay) {
         }
 }
 
-TEST(Cameras, ProjectsWhatIsInFocusThroughAnyPointOfTheLens) {
+TEST(Cameras, PointsInFocusProjectToTheirFilmPoint) {
     const auto lens = Params().floats("lensradius", {.3f}).floats("focaldistance", {5});
     for (const auto& camera :
          {make(perspectivePlugin(), {40, 30}, lens), make(orthographicPlugin(), {40, 30}, lens)})
@@ -318,19 +320,19 @@ TEST(Cameras, ProjectsWhatIsInFocusThroughAnyPointOfTheLens) {
         }
 }
 
-TEST(Cameras, DepthIsInUnitsOfTheScene) {
+TEST(Cameras, DepthIsInSceneUnits) {
     const KeyedTransform large(placement({-3, 3, 3}, 0, {0, 0, 10}));
     for (const auto& plugin : {perspectivePlugin(), orthographicPlugin()}) {
         const auto camera = make(plugin, {40, 30}, {}, large);
         EXPECT_NEAR(camera->project({1, 1, 16}, 0)->depth, 6, 1e-5) << plugin.name;
-        EXPECT_FALSE(camera->project({0, 0, 9}, 0)) << "it is behind";
+        EXPECT_FALSE(camera->project({0, 0, 9}, 0)) << "the point is behind the camera";
     }
     const auto around = make(environmentPlugin(), {40, 30}, {}, large);
     EXPECT_NEAR(around->project({0, 3, 6}, 0)->depth, 5, 1e-5);
     EXPECT_FALSE(around->project({0, 0, 10}, 0));
 }
 
-TEST(Cameras, FilmStepsGoTheShorterWay) {
+TEST(Cameras, FilmStepWrapsForTheEnvironmentCamera) {
     const auto around = make(environmentPlugin(), {360, 180});
     EXPECT_EQ(around->filmStep({350, 40}, {5, 42}), V2f(15, 2));
     EXPECT_EQ(around->filmStep({5, 42}, {350, 40}), V2f(-15, -2));

@@ -21,13 +21,13 @@ std::shared_ptr<const Filter> make(const FilterPlugin& plugin, const ParamSet& p
     return plugin.create(params, BuildContext{.messages = quiet, .conventions = conventions});
 }
 
-struct Named {
+struct NamedFilter {
     std::string name;
     std::shared_ptr<const Filter> filter;
-    bool negativeLobes;
+    bool hasNegativeLobes;
 };
 
-std::vector<Named> filters() {
+std::vector<NamedFilter> filters() {
     const auto v2 = Conventions::PbrtV2;
     return {
         {"box", make(boxFilterPlugin()), false},
@@ -47,10 +47,11 @@ std::vector<Named> filters() {
     };
 }
 
-/// ∫ g f and ∫|f| over the support, by the midpoint rule.
+/// ∫f, ∫|f|, ∫x²f and ∫y²f over the support.
 struct Moments {
     double mass = 0, absolute = 0, xx = 0, yy = 0;
 };
+/// Integrates by the midpoint rule.
 Moments integrate(const Filter& filter, int n = 600) {
     const V2f r = filter.radius();
     const double cell = 4.0 * r.x * r.y / (double(n) * n);
@@ -60,8 +61,10 @@ Moments integrate(const Filter& filter, int n = 600) {
             const V2f p((2 * (float(i) + .5f) / float(n) - 1) * r.x,
                         (2 * (float(j) + .5f) / float(n) - 1) * r.y);
             const double f = filter.eval(p);
-            m.mass += f * cell, m.absolute += std::abs(f) * cell;
-            m.xx += f * p.x * p.x * cell, m.yy += f * p.y * p.y * cell;
+            m.mass += f * cell;
+            m.absolute += std::abs(f) * cell;
+            m.xx += f * p.x * p.x * cell;
+            m.yy += f * p.y * p.y * cell;
         }
     return m;
 }
@@ -80,7 +83,7 @@ TEST(Filters, SamplesFollowTheAbsoluteValue) {
             const int x = std::min(int((s.offset.x / r.x + 1) / 2 * bins), bins - 1);
             const int y = std::min(int((s.offset.y / r.y + 1) / 2 * bins), bins - 1);
             counts[y * bins + x] += 1;
-            if (std::abs(filter->eval(s.offset)) > 1e-3f) { // else too near a root to tell
+            if (std::abs(filter->eval(s.offset)) > 1e-3f) { // not close to a root
                 EXPECT_EQ(s.weight < 0, filter->eval(s.offset) < 0) << name << " at " << s.offset;
             }
             if (!negative) {
@@ -102,13 +105,14 @@ TEST(Filters, SamplesFollowTheAbsoluteValue) {
     }
 }
 
-TEST(Filters, LanesAreTheSameSamples) {
+TEST(Filters, SampleSoAEqualsSample) {
     for (const auto& [name, filter, negative] : filters()) {
         V2SoA u, offset;
         float weight[kSoAWidth];
         for (int i = 0; i < kSoAWidth; ++i)
             u.set(i, random2D(3, i));
-        u.set(0, V2f(0)), u.set(1, V2f(kOneMinusEpsilon));
+        u.set(0, V2f(0));
+        u.set(1, V2f(kOneMinusEpsilon));
         filter->sampleSoA(u, kSoAWidth - 3, offset, weight);
         for (int i = 0; i < kSoAWidth - 3; ++i) {
             const Filter::Sample s = filter->sample(u.at(i));
@@ -118,8 +122,8 @@ TEST(Filters, LanesAreTheSameSamples) {
     }
 }
 
-TEST(Filters, WeightsAndMomentsAreTheFilters) {
-    constexpr int n = 1 << 20; // of a rank-1 lattice: its error is near 1/n
+TEST(Filters, MeanWeightIsOneAndMomentsAgreeWithQuadrature) {
+    constexpr int n = 1 << 20; // points of a rank-1 lattice, whose error is about 1/n
     for (const auto& [name, filter, negative] : filters()) {
         const Moments exact = integrate(*filter);
         EXPECT_NEAR(exact.mass, 1, 1e-4) << name << ": eval is not normalized";
@@ -128,8 +132,11 @@ TEST(Filters, WeightsAndMomentsAreTheFilters) {
             const double golden = (i + .5) * 0.61803398874989485;
             const Filter::Sample s =
                 filter->sample({(float(i) + .5f) / n, float(golden - std::floor(golden))});
-            weight += s.weight, x += s.weight * s.offset.x, y += s.weight * s.offset.y;
-            xx += s.weight * sqr(s.offset.x), yy += s.weight * sqr(s.offset.y);
+            weight += s.weight;
+            x += s.weight * s.offset.x;
+            y += s.weight * s.offset.y;
+            xx += s.weight * sqr(s.offset.x);
+            yy += s.weight * sqr(s.offset.y);
             if (i % 64 == 0) {
                 EXPECT_NEAR(std::abs(s.weight), exact.absolute, 2e-3 * exact.absolute) << name;
             }
@@ -143,8 +150,8 @@ TEST(Filters, WeightsAndMomentsAreTheFilters) {
     }
 }
 
-TEST(Filters, ValuesArePbrts) {
-    // Ratios to the center, from pbrt's formulas.
+TEST(Filters, ValuesEqualTheFormulasOfPbrt) {
+    // Ratios to the value at the center.
     const auto v2 = Conventions::PbrtV2;
     const auto gaussian = make(gaussianFilterPlugin(), {}, v2);
     EXPECT_EQ(gaussian->radius(), V2f(2));
@@ -164,7 +171,7 @@ TEST(Filters, ValuesArePbrts) {
                 std::sin(M_PI / 2) / (M_PI / 2) * std::sin(M_PI * 1.5) / (M_PI * 1.5), 1e-5);
 }
 
-TEST(Filters, MistakesAreLocated) {
+TEST(Filters, ErrorsHaveLocations) {
     EXPECT_EQ(
         errorOffset([] { make(boxFilterPlugin(), Params().floats("xwidth", {1}).floats("ywidth", {0})); }),
         20);

@@ -1,4 +1,4 @@
-// Area lights: sample against pdf, emission sides, bounds, and closed forms of irradiance.
+// Tests of area lights: samples against pdfs, emitting sides, bounds, and closed forms of irradiance.
 #include "light_scene.h"
 #include "lights/diffuse_area.h"
 #include "lights/mesh_light.h"
@@ -82,8 +82,8 @@ std::vector<Case> cases() {
     };
 }
 
-/// Polar coordinates around the light: the map from (z, φ) bins to directions covers it narrowly.
-struct PixelBounds {
+/// Bins in (z, φ) over a cone of directions that encloses a light tightly.
+struct ConeBins {
     Frame frame;
     float oneMinusCosMax;
     int bin(const V3f& w, int nz, int np) const {
@@ -93,19 +93,21 @@ struct PixelBounds {
     }
 };
 
-PixelBounds windowOver(const std::vector<LightSample>& samples) {
+/// Returns a cone around the directions of the samples.
+ConeBins coneAround(const std::vector<LightSample>& samples) {
     V3f mean(0);
     for (const LightSample& s : samples)
         mean += s.wi;
     const V3f axis = length(mean) > .2f * float(samples.size()) ? normalize(mean) : V3f(0, 0, 1);
-    float widest = 1e-30f;
+    float maxOneMinusCos = 1e-30f;
     for (const LightSample& s : samples)
-        widest = std::max(widest, dot(s.wi, axis) > .7f ? oneMinusCos(length2(cross(s.wi, axis)))
-                                                        : 1 - dot(s.wi, axis));
-    return {Frame::fromNormal(axis), std::min(widest * 1.05f, 2.f)};
+        maxOneMinusCos =
+            std::max(maxOneMinusCos,
+                     dot(s.wi, axis) > .7f ? oneMinusCos(length2(cross(s.wi, axis))) : 1 - dot(s.wi, axis));
+    return {Frame::fromNormal(axis), std::min(maxOneMinusCos * 1.05f, 2.f)};
 }
 
-std::vector<LightSample> draw(const Light& light, const Case& c, int n) {
+std::vector<LightSample> sampleLight(const Light& light, const Case& c, int n) {
     std::vector<V2f> u(n);
     for (int i = 0; i < n; ++i)
         u[i] = random2D(3, i);
@@ -119,8 +121,8 @@ std::vector<LightSample> draw(const Light& light, const Case& c, int n) {
 TEST(AreaLights, SampleAgreesWithPdfAndEmission) {
     for (const Case& c : cases()) {
         const auto light = makeLight(c.shape, c.twoSided);
-        int lit = 0, missed = 0;
-        for (const LightSample& s : draw(*light, c, 4000)) {
+        int nonBlack = 0, missed = 0;
+        for (const LightSample& s : sampleLight(*light, c, 4000)) {
             ASSERT_NEAR(length(s.wi), 1, 1e-5) << c.name;
             const LightHit* nearest = nullptr;
             const auto hits = allHits(c.shape, c.p, s.wi, c.time);
@@ -128,7 +130,7 @@ TEST(AreaLights, SampleAgreesWithPdfAndEmission) {
                 if (!nearest || std::abs(h.distance - s.distance) < std::abs(nearest->distance - s.distance))
                     nearest = &h;
             if (!nearest || std::abs(nearest->distance - s.distance) > 2e-3f * s.distance) {
-                ++missed; // by rounding at an edge
+                ++missed; // rounding at an edge
                 continue;
             }
             const float pdf = light->pdf(c.p, c.time, s.wi, nearest);
@@ -138,17 +140,17 @@ TEST(AreaLights, SampleAgreesWithPdfAndEmission) {
                 ASSERT_EQ(radiance, s.radiance) << c.name;
             }
             if (!isBlack(s.radiance)) {
-                ++lit;
+                ++nonBlack;
                 ASSERT_GT(s.pdf, 0) << c.name;
                 ASSERT_TRUE(light->mayIntersect(c.p, c.time, s.wi)) << c.name;
             }
         }
-        EXPECT_GT(lit, 900) << c.name << ": the light should be seen from here";
+        EXPECT_GT(nonBlack, 900) << c.name;
         EXPECT_LT(missed, 30) << c.name;
     }
 }
 
-TEST(AreaLights, LanesAreTheSameSamples) {
+TEST(AreaLights, SoAMethodsEqualScalarMethods) {
     for (const Case& c : cases()) {
         const auto light = makeLight(c.shape, c.twoSided);
         constexpr int kPoints = 20, kSamples = 3 * kPoints;
@@ -156,14 +158,17 @@ TEST(AreaLights, LanesAreTheSameSamples) {
         V2SoA u;
         float time[kSoAWidth], timeBySample[kSoAWidth], solidAngle[kSoAWidth];
         int32_t point[kSoAWidth];
-        for (int i = 0; i < kPoints; ++i) { // the first where the light is known to shine
+        for (int i = 0; i < kPoints; ++i) { // the first point is illuminated
             const V2f a = random2D(4, i), b = random2D(5, i);
             p.set(i, c.p + V3f(a.x - .5f, a.y - .5f, b.x - .5f) * (.2f * float(i)));
             time[i] = i == 0 ? c.time : b.y;
         }
-        for (int i = 0; i < kSamples; ++i)
-            point[i] = i / 3, u.set(i, random2D(6, i)), bySample.set(i, p.at(i / 3)),
+        for (int i = 0; i < kSamples; ++i) {
+            point[i] = i / 3;
+            u.set(i, random2D(6, i));
+            bySample.set(i, p.at(i / 3));
             timeBySample[i] = time[i / 3];
+        }
         LightSampleSoA samples;
         light->sampleSoA({bySample, timeBySample, point, u, kSamples}, samples);
         light->solidAngleSoA(p, time, kPoints, solidAngle);
@@ -184,25 +189,25 @@ TEST(AreaLights, LanesAreTheSameSamples) {
 TEST(AreaLights, ChiSquareOfDirections) {
     constexpr int nz = 10, np = 10;
     for (const Case& c : cases()) {
-        // The density of area sampling is infinite, but integrable, around an ellipsoid's silhouette: only a
-        // finer integration and fewer samples agree there.
+        // The density of area sampling is infinite, but integrable, at the silhouette of an ellipsoid, so the
+        // expected counts need a finer quadrature and allow fewer samples.
         const bool singular = c.name.starts_with("ellipsoid");
         const int n = singular ? 8000 : 60000, sub = singular ? 80 : 24;
         const auto light = makeLight(c.shape, c.twoSided);
-        const auto samples = draw(*light, c, n);
-        const PixelBounds window = windowOver(samples);
+        const auto samples = sampleLight(*light, c, n);
+        const ConeBins cone = coneAround(samples);
         std::vector<double> counts(nz * np), expected(nz * np);
         for (const LightSample& s : samples)
-            counts[window.bin(s.wi, nz, np)] += 1;
-        const double solidAngle = 2 * M_PI * window.oneMinusCosMax;
+            counts[cone.bin(s.wi, nz, np)] += 1;
+        const double solidAngle = 2 * M_PI * cone.oneMinusCosMax;
         double total = 0;
         for (int b = 0; b < nz * np; ++b) {
             for (int k = 0; k < sub * sub; ++k) {
                 const V2f u((float(b % nz) + (float(k % sub) + .5f) / float(sub)) / nz,
                             (float(b / nz) + (float(k / sub) + .5f) / float(sub)) / np);
-                const V3f w = window.frame.toWorld(uniformCone(u, window.oneMinusCosMax));
+                const V3f w = cone.frame.toWorld(uniformCone(u, cone.oneMinusCosMax));
                 const auto hits = allHits(c.shape, c.p, w, c.time);
-                // The sphere's density is of directions; area sampling adds up over front and back.
+                // Spheres are sampled by direction; for area sampling the densities of all hits add up.
                 const bool byCone = c.name.starts_with("sphere");
                 for (size_t h = 0; h < (byCone ? std::min<size_t>(hits.size(), 1) : hits.size()); ++h)
                     expected[b] +=
@@ -215,33 +220,35 @@ TEST(AreaLights, ChiSquareOfDirections) {
     }
 }
 
-TEST(AreaLights, BoundsHold) {
-    // Directions over the whole sphere: what is hit and shines may be met, and fills no more than solidAngle.
+TEST(AreaLights, MayIntersectAndSolidAngleAreConservative) {
+    // For directions within the cone and over the sphere: if a hit emits light, mayIntersect is true, and
+    // these directions fill at most solidAngle.
     constexpr int n = 20000;
     for (const Case& c : cases()) {
         const auto light = makeLight(c.shape, c.twoSided);
-        const auto samples = draw(*light, c, n);
-        const PixelBounds window = windowOver(samples);
-        int filled = 0;
+        const auto samples = sampleLight(*light, c, n);
+        const ConeBins cone = coneAround(samples);
+        int emittingCount = 0;
         for (int i = 0; i < 2 * n; ++i) {
-            const bool narrow = i < n;
-            const V3f w = narrow ? window.frame.toWorld(uniformCone(random2D(9, i), window.oneMinusCosMax))
-                                 : uniformSphere(random2D(9, i));
-            bool shines = false;
+            const bool isInCone = i < n;
+            const V3f w = isInCone ? cone.frame.toWorld(uniformCone(random2D(9, i), cone.oneMinusCosMax))
+                                   : uniformSphere(random2D(9, i));
+            bool emits = false;
             for (const LightHit& h : allHits(c.shape, c.p, w, c.time))
-                shines |= !isBlack(light->emitted(h.ng, -w));
-            filled += narrow && shines;
-            if (shines) {
+                emits |= !isBlack(light->emitted(h.ng, -w));
+            emittingCount += isInCone && emits;
+            if (emits) {
                 ASSERT_TRUE(light->mayIntersect(c.p, c.time, w)) << c.name;
             }
         }
-        const double solidAngle = filled * 2 * M_PI * window.oneMinusCosMax / n;
-        EXPECT_GE(light->solidAngle(c.p, c.time), solidAngle * (1 - 3 / std::sqrt(filled + 1.))) << c.name;
+        const double solidAngle = emittingCount * 2 * M_PI * cone.oneMinusCosMax / n;
+        EXPECT_GE(light->solidAngle(c.p, c.time), solidAngle * (1 - 3 / std::sqrt(emittingCount + 1.)))
+            << c.name;
         EXPECT_LE(light->solidAngle(c.p, c.time), 4 * kPi * 1.00001f) << c.name;
     }
 }
 
-TEST(AreaLights, NothingIsSentForDarkSides) {
+TEST(AreaLights, SidesThatDoNotEmitAreNotSampled) {
     struct Dark {
         std::string name;
         PlacedShape shape;
@@ -275,7 +282,7 @@ TEST(AreaLights, NothingIsSentForDarkSides) {
     }
 }
 
-TEST(AreaLights, FlatLightsAreMissedExactly) {
+TEST(AreaLights, MayIntersectIsExactForFlatLights) {
     const auto disk = makeLight(placed(std::make_shared<TestDisk>(1.f, .5f)), true);
     const auto square = makeLight(placed(squareMesh()), true);
     const V3f p(0, 0, 4);
@@ -286,13 +293,13 @@ TEST(AreaLights, FlatLightsAreMissedExactly) {
     EXPECT_FALSE(disk->mayIntersect(p, 0, -towards({.8f, 0, .5f})));
     EXPECT_TRUE(square->mayIntersect(p, 0, towards({.99f, .99f, 0})));
     EXPECT_FALSE(square->mayIntersect(p, 0, towards({1.45f, 0, 0})));
-    // From the side, almost in the plane: the bounding sphere alone would not tell.
+    // Close to the plane, where the bounding sphere is hit.
     EXPECT_FALSE(square->mayIntersect({5, 0, .2f}, 0, normalize(V3f(-5, 0, .3f))));
 }
 
 namespace {
 
-/// Irradiance at p with normal n, from cosine-weighted light samples.
+/// Estimates the irradiance at p with normal n from light samples.
 Rgb irradiance(const Light& light, const V3f& p, const V3f& n, float time = 0, int count = 1 << 16) {
     std::vector<V2f> u(count);
     for (int i = 0; i < count; ++i) {
@@ -310,7 +317,7 @@ Rgb irradiance(const Light& light, const V3f& p, const V3f& n, float time = 0, i
 
 } // namespace
 
-TEST(AreaLights, SphereIrradianceIsClosedForm) {
+TEST(AreaLights, SphereIrradianceEqualsClosedForm) {
     for (const float distance : {1.6f, 3.f, 100.f, 1e5f}) {
         const auto light = makeLight(placed(std::make_shared<TestSphere>(1.5f), translate({0, 0, distance})));
         const double exact = M_PI * sqr(1.5f / distance); // times radiance
@@ -319,14 +326,15 @@ TEST(AreaLights, SphereIrradianceIsClosedForm) {
         EXPECT_NEAR(e.y / (2 * exact), 1, 1e-4) << distance;
         EXPECT_NEAR(e.z / exact, 1, 1e-4) << distance;
     }
-    // Everywhere inside a closed light: π L.
+    // Inside a closed light the irradiance is π L everywhere.
     const auto closed = makeLight(placed(std::make_shared<TestSphere>(1.5f), {}, nullptr, true));
     EXPECT_NEAR(irradiance(*closed, {.7f, .3f, 1}, {0, 1, 0}).z, M_PI, 1e-3);
-    const auto oval = makeLight(placed(std::make_shared<TestSphere>(1.5f), scale({1, 2, 1}), nullptr, true));
-    EXPECT_NEAR(irradiance(*oval, {.3f, .3f, .2f}, {0, 1, 0}).z, M_PI, 3e-3);
+    const auto ellipsoid =
+        makeLight(placed(std::make_shared<TestSphere>(1.5f), scale({1, 2, 1}), nullptr, true));
+    EXPECT_NEAR(irradiance(*ellipsoid, {.3f, .3f, .2f}, {0, 1, 0}).z, M_PI, 3e-3);
 }
 
-TEST(AreaLights, DiskIrradianceIsClosedForm) {
+TEST(AreaLights, DiskIrradianceEqualsClosedForm) {
     for (const float height : {.2f, 1.f, 50.f}) {
         const auto light =
             makeLight(placed(std::make_shared<TestDisk>(1.f),
@@ -335,15 +343,15 @@ TEST(AreaLights, DiskIrradianceIsClosedForm) {
     }
 }
 
-TEST(AreaLights, SquareIrradianceIsClosedForm) {
+TEST(AreaLights, SquareIrradianceEqualsClosedForm) {
     // Lambert's polygon formula: E = L/2 Σ Θ_i dot(Γ_i, n).
     const M44f m = scale({2, .7f, 1}) * rotate({1, .2f, 0}, 165) * translate({.3f, .2f, 1.5f});
     const V3f n(0, 0, 1);
     double exact = 0;
     const V3f corners[4] = {{-1, -1, 0}, {-1, 1, 0}, {1, 1, 0}, {1, -1, 0}};
     for (int i = 0; i < 4; ++i) {
-        const V3f a = normalize(transformPoint(m, corners[i])),
-                  b = normalize(transformPoint(m, corners[(i + 1) % 4]));
+        const V3f a = normalize(transformPoint(m, corners[i]));
+        const V3f b = normalize(transformPoint(m, corners[(i + 1) % 4]));
         exact += .5 * std::acos(dot(a, b)) * dot(normalize(cross(a, b)), n);
     }
     exact = std::abs(exact);
@@ -374,18 +382,19 @@ TEST(AreaLights, PowerIsAreaTimesPi) {
     EXPECT_NEAR(ellipsoid->power(1).z / (M_PI * 2 * M_PI * (1 + 2 * std::asin(e) / e)), 1, 1e-2);
 }
 
-TEST(AreaLights, ThoseThatAreBrightInFewPlacesHavePower) {
+TEST(AreaLights, PowerIsPositiveIfOnlyASmallPartOfTheTextureIsBright) {
     struct Spot : Texture {
         Rgb rgb(const TextureQuery& q) const override { return Rgb(q.uv.x > .999f && q.uv.y > .999f); }
     };
     TriangleMesh mesh = squareMesh();
     mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     Emission emission;
-    emission.radiance = Rgb(1), emission.texture = std::make_shared<Spot>();
+    emission.radiance = Rgb(1);
+    emission.texture = std::make_shared<Spot>();
     EXPECT_GT(makeMeshLight(placed(mesh), emission)->power(1).y, 0);
 }
 
-TEST(AreaLights, MistakesAreLocated) {
+TEST(AreaLights, ErrorsHaveLocations) {
     static Diagnostics quiet;
     const BuildContext context{.messages = quiet};
     const auto make = [&](const ParamSet& params, const PlacedShape& shape) {
@@ -396,7 +405,7 @@ TEST(AreaLights, MistakesAreLocated) {
     EXPECT_EQ(errorOffset([&] { make(Params().rgb("L", 1, 1, 1).ints("nsamples", {0}), square); }), 20);
     try {
         make(Params(), placed(squareMesh(), scale({1, 0, 1})));
-        FAIL() << "a light of zero area";
+        FAIL() << "no error for a light of zero area";
     } catch (const Error& e) {
         EXPECT_STREQ(e.what(), "area light on a shape of zero area");
         EXPECT_TRUE(e.location);

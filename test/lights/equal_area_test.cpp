@@ -7,7 +7,7 @@
 namespace strobe {
 namespace {
 
-TEST(EqualArea, KnownDirections) {
+TEST(EqualArea, MapsKnownDirections) {
     const auto expectAt = [](const V3f& w, float x, float y) {
         const V2f p = equalAreaPoint(w);
         EXPECT_NEAR(p.x, x, 1e-6f) << w.x << ' ' << w.y << ' ' << w.z;
@@ -25,7 +25,7 @@ TEST(EqualArea, KnownDirections) {
     EXPECT_NEAR(below.y, 1, 1e-3f);
 }
 
-TEST(EqualArea, IsOfEqualArea) {
+TEST(EqualArea, EqualAreasHaveEqualSolidAngles) {
     constexpr int kSide = 8, kSamples = 512;
     std::vector<int> counts(kSide * kSide);
     for (int i = 0; i < kSamples * kSamples; ++i) {
@@ -40,27 +40,28 @@ TEST(EqualArea, IsOfEqualArea) {
         EXPECT_NEAR(count / expected, 1, .02);
 }
 
-TEST(EqualArea, LatitudeLongitudeShowsTheSameLight) {
-    // A square that holds the direction's own components, smooth over all edges.
+TEST(EqualArea, ResamplingToLatitudeLongitudeKeepsDirections) {
+    // The pixels are the components of their directions, which are continuous over all edges.
     constexpr int n = 128;
     Image square{n, n, std::vector<Rgb>(size_t(n * n), Rgb(0))};
     std::vector<int> hits(size_t(n * n));
     constexpr int kSamples = 1 << 20;
-    for (int i = 0; i < kSamples; ++i) { // along a golden spiral: no pixel is missed, not at the poles either
+    for (int i = 0; i < kSamples; ++i) { // a golden spiral, which hits every pixel, also at the poles
         const double turns = i * 0.6180339887498949;
         const V3f w = uniformSphere({(float(i) + .5f) / kSamples, float(turns - std::floor(turns))});
         const V2f p = equalAreaPoint(w);
-        const size_t at = size_t(std::min(int(p.y * n), n - 1) * n + std::min(int(p.x * n), n - 1));
-        square.pixels[at] += w, ++hits[at];
+        const size_t pixel = size_t(std::min(int(p.y * n), n - 1) * n + std::min(int(p.x * n), n - 1));
+        square.pixels[pixel] += w;
+        ++hits[pixel];
     }
     for (size_t i = 0; i < hits.size(); ++i)
         square.pixels[i] = square.pixels[i] / float(std::max(hits[i], 1));
-    const Image map = latitudeLongitudeOf(square);
+    const Image map = toLatitudeLongitude(square);
     ASSERT_EQ(map.width, 2 * n);
     for (int y = 0; y < map.height; ++y)
         for (int x = 0; x < map.width; ++x) {
-            const float phi = (float(x) + .5f) / float(map.width) * 2 * kPi,
-                        theta = (float(y) + .5f) / float(map.height) * kPi;
+            const float phi = (float(x) + .5f) / float(map.width) * 2 * kPi;
+            const float theta = (float(y) + .5f) / float(map.height) * kPi;
             const V3f w(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
             EXPECT_LT(length(map.at(x, y) - w), .015f) << x << ' ' << y;
         }

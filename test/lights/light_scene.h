@@ -1,4 +1,4 @@
-// Shapes to shine, made without the shapes room, and brute-force rays against them.
+// Shapes for tests of area lights, independent of src/shapes, and brute-force ray intersection.
 #pragma once
 
 #include "core/interfaces/light.h"
@@ -8,7 +8,7 @@
 
 namespace strobe::test {
 
-/// A whole sphere about the origin.
+/// A full sphere around the origin.
 class TestSphere : public Quadric {
   public:
     explicit TestSphere(float radius) : m_r(radius) {}
@@ -22,7 +22,9 @@ class TestSphere : public Quadric {
         for (const double root : {(-b - std::sqrt(disc)) / a, (-b + std::sqrt(disc)) / a})
             if (root > tmin && root < tmax) {
                 const V3f p = o + d * float(root);
-                t = float(root), u = std::atan2(p.y, p.x), v = std::clamp(p.z / m_r, -1.f, 1.f);
+                t = float(root);
+                u = std::atan2(p.y, p.x);
+                v = std::clamp(p.z / m_r, -1.f, 1.f);
                 return true;
             }
         return false;
@@ -43,7 +45,7 @@ class TestSphere : public Quadric {
     float m_r;
 };
 
-/// A disc at z = 0.5 with normal +z, perhaps with a hole.
+/// A disk at z = 0.5 with normal +z and an optional hole.
 class TestDisk : public Quadric {
   public:
     explicit TestDisk(float radius, float inner = 0) : m_r(radius), m_inner(inner) {}
@@ -53,7 +55,8 @@ class TestDisk : public Quadric {
         t = (.5f - o.z) / d.z;
         if (!(t > tmin && t < tmax))
             return false;
-        u = o.x + t * d.x, v = o.y + t * d.y;
+        u = o.x + t * d.x;
+        v = o.y + t * d.y;
         const float r2 = u * u + v * v;
         return r2 <= m_r * m_r && r2 >= m_inner * m_inner;
     }
@@ -77,14 +80,14 @@ inline PlacedShape placed(TriangleMesh mesh, const M44f& toParent = {},
     return {{std::make_shared<TriangleMesh>(std::move(mesh)), nullptr}, toParent, std::move(motion), reverse};
 }
 
-/// The square [-1,1]² at z = 0, facing +z.
+/// Returns the square [-1,1]² at z = 0 with normal +z.
 inline TriangleMesh squareMesh() {
     TriangleMesh m;
     m.positions = {{{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}};
     m.indices = {0, 1, 2, 0, 2, 3};
     return m;
 }
-/// A lopsided tetrahedron, facing outwards.
+/// Returns an irregular tetrahedron with outward normals.
 inline TriangleMesh tetrahedronMesh() {
     TriangleMesh m;
     m.positions = {{{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {.2f, .3f, 1.5f}}};
@@ -107,7 +110,7 @@ inline M44f rotate(const V3f& axis, float degrees) {
     m.setAxisAngle(axis, radians(degrees));
     return m;
 }
-/// A motion through `keys` (object-to-world) over the shutter.
+/// Returns a motion through `keys` (object-to-world) at equidistant times of the shutter.
 inline std::shared_ptr<const Motion> motion(std::vector<M44f> keys) {
     std::vector<float> times;
     for (size_t i = 0; i < keys.size(); ++i)
@@ -116,7 +119,7 @@ inline std::shared_ptr<const Motion> motion(std::vector<M44f> keys) {
     return std::make_shared<Motion>(TransformChain(t), Shutter{0, 1}, Box3f(V3f(-2), V3f(2)), 1e-3f);
 }
 
-/// All hits of a ray with the shape, with the surface's normal as the renderer defines it.
+/// Returns all hits of a ray with the shape, with the surface normal as the renderer defines it.
 inline std::vector<LightHit> allHits(const PlacedShape& shape, const V3f& p, const V3f& wi, float time) {
     std::vector<LightHit> hits;
     const M44f m = shape.toWorld(time), inverse = m.inverse();

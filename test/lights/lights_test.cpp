@@ -1,4 +1,4 @@
-// Lights without a shape: point, spot, distant, environment.
+// Tests of the lights without a shape: point, spot, distant and infinite.
 #include "core/scene/scene.h"
 #include "light_scene.h"
 #include "lights/distant.h"
@@ -30,7 +30,8 @@ std::shared_ptr<Light> make(const LightPlugin& plugin, const ParamSet& params,
                          LightArgs{toWorld, shutter});
 }
 
-LightSample one(const Light& light, const V3f& p, float time = 0) {
+/// Returns the sample for u = (.5, .5).
+LightSample sampleOnce(const Light& light, const V3f& p, float time = 0) {
     LightSample s;
     const V2f u(.5f, .5f);
     light.sample(p, time, &u, 1, &s);
@@ -42,7 +43,7 @@ KeyedTransform sliding() {
                           MotionConvention::ObjectToWorld);
 }
 
-/// A dark sky with a few very bright pixels, some of them at the seam and at a pole.
+/// Returns a dark sky with a few very bright pixels, some of them at the seam and at a pole.
 Image contrastImage(int width = 32, int height = 16) {
     Image image{width, height, std::vector<Rgb>(size_t(width * height))};
     for (int y = 0; y < height; ++y)
@@ -55,7 +56,7 @@ Image contrastImage(int width = 32, int height = 16) {
     return image;
 }
 
-/// An 8-bit binary PPM file, removed at the end.
+/// An 8-bit binary PPM file that is removed by the destructor.
 class ImageFile {
   public:
     ImageFile(int width, int height, const std::vector<unsigned char>& rgb) {
@@ -73,11 +74,11 @@ class ImageFile {
 
 } // namespace
 
-TEST(PointLight, InverseSquareFromItsPlace) {
+TEST(PointLight, RadianceFallsWithTheSquaredDistance) {
     const auto light =
         make(pointLightPlugin(), Params().rgb("I", 8, 4, 0).point("from", {1, 0, 0}).floats("scale", {2}),
              KeyedTransform(rotate({0, 0, 1}, 90) * translate({0, 0, 5})));
-    const LightSample s = one(*light, {0, 1, 1});
+    const LightSample s = sampleOnce(*light, {0, 1, 1});
     EXPECT_NEAR(s.distance, 4, 1e-5);
     EXPECT_NEAR(length(s.wi - V3f(0, 0, 1)), 0, 1e-6);
     EXPECT_NEAR(s.radiance.x, 1, 1e-5);
@@ -88,32 +89,34 @@ TEST(PointLight, InverseSquareFromItsPlace) {
     EXPECT_EQ(light->solidAngle({0, 0, 0}, 0), 0);
     EXPECT_NEAR(light->power(1).x, 16 * 4 * M_PI, 1e-3);
     const auto plain = make(pointLightPlugin(), Params().point("from", {0, 1, 5}));
-    EXPECT_TRUE(isBlack(one(*plain, {0, 1, 5}).radiance)) << "at the light itself";
+    EXPECT_TRUE(isBlack(sampleOnce(*plain, {0, 1, 5}).radiance)) << "p is the position of the light";
 }
 
-TEST(PointLight, MovesOnlyInV4) {
+TEST(PointLight, MovesUnderPbrtV4ConventionsOnly) {
     const auto moving = make(pointLightPlugin(), {}, sliding(), Conventions::PbrtV4, {.5f, 1});
-    EXPECT_NEAR(one(*moving, {0, 0, 1}, 0).wi.x, 2 / std::sqrt(5.f), 1e-5);
-    EXPECT_NEAR(one(*moving, {4, 0, 1}, 1).distance, 1, 1e-5);
+    EXPECT_NEAR(sampleOnce(*moving, {0, 0, 1}, 0).wi.x, 2 / std::sqrt(5.f), 1e-5);
+    EXPECT_NEAR(sampleOnce(*moving, {4, 0, 1}, 1).distance, 1, 1e-5);
     const auto still = make(pointLightPlugin(), {}, sliding(), Conventions::PbrtV2, {.5f, 1});
-    EXPECT_NEAR(one(*still, {0, 0, 1}, 1).distance, 1, 1e-5);
+    EXPECT_NEAR(sampleOnce(*still, {0, 0, 1}, 1).distance, 1, 1e-5);
 }
 
-TEST(PointLight, LanesAreTheSameSamples) {
+TEST(PointLight, SampleSoAEqualsSample) {
     const auto test = [](const Light& light) {
         constexpr int n = kSoAWidth - 3;
         V3SoA p;
         V2SoA u;
         float time[kSoAWidth];
         int32_t point[kSoAWidth];
-        for (int i = 0; i < n; ++i) { // a point twice in a row; the first is the light's own
+        for (int i = 0; i < n; ++i) { // each point twice; the first is the position of the light
             const V2f a = random2D(1, i / 2), b = random2D(2, i / 2);
-            point[i] = i / 2, time[i] = b.y, p.set(i, i < 2 ? V3f(1, 0, 0) : V3f(a.x, a.y, b.x) * 3.f);
+            point[i] = i / 2;
+            time[i] = b.y;
+            p.set(i, i < 2 ? V3f(1, 0, 0) : V3f(a.x, a.y, b.x) * 3.f);
         }
         LightSampleSoA samples;
         light.sampleSoA({p, time, point, u, n}, samples);
         for (int i = 0; i < n; ++i) {
-            const LightSample s = one(light, p.at(i), time[i]);
+            const LightSample s = sampleOnce(light, p.at(i), time[i]);
             EXPECT_EQ(samples.wi.at(i), s.wi);
             EXPECT_EQ(samples.radiance.at(i), s.radiance);
             EXPECT_EQ(samples.pdf[i], 1);
@@ -126,7 +129,7 @@ TEST(PointLight, LanesAreTheSameSamples) {
     test(*make(spotLightPlugin(), params));
 }
 
-TEST(SpotLight, FallsOffWithinItsRim) {
+TEST(SpotLight, FalloffIsAPolynomialOfTheCosine) {
     const Params params = Params()
                               .rgb("I", 1, 1, 1)
                               .point("from", {0, 0, 2})
@@ -136,24 +139,26 @@ TEST(SpotLight, FallsOffWithinItsRim) {
     for (const auto conventions : {Conventions::PbrtV2, Conventions::PbrtV4}) {
         const auto light =
             make(spotLightPlugin(), params, KeyedTransform(rotate({1, 0, 0}, 180)), conventions);
-        const auto at = [&](float degrees) { // the light stands at z = -2 and shines along +z
-            return one(*light, V3f(std::sin(radians(degrees)), 0, std::cos(radians(degrees))) + V3f(0, 0, -2))
+        const auto radianceAt = [&](float degrees) { // the light is at z = -2 and emits along +z
+            return sampleOnce(*light,
+                              V3f(std::sin(radians(degrees)), 0, std::cos(radians(degrees))) + V3f(0, 0, -2))
                 .radiance.x;
         };
-        EXPECT_NEAR(at(0), 1, 1e-5);
-        EXPECT_NEAR(at(19.9f), 1, 1e-5);
-        EXPECT_EQ(at(30.1f), 0);
-        EXPECT_EQ(at(180), 0);
+        EXPECT_NEAR(radianceAt(0), 1, 1e-5);
+        EXPECT_NEAR(radianceAt(19.9f), 1, 1e-5);
+        EXPECT_EQ(radianceAt(30.1f), 0);
+        EXPECT_EQ(radianceAt(180), 0);
         const float x =
             (std::cos(radians(25)) - std::cos(radians(30))) / (std::cos(radians(20)) - std::cos(radians(30)));
-        EXPECT_NEAR(at(25), conventions == Conventions::PbrtV2 ? x * x * x * x : x * x * (3 - 2 * x), 1e-4);
+        EXPECT_NEAR(radianceAt(25), conventions == Conventions::PbrtV2 ? x * x * x * x : x * x * (3 - 2 * x),
+                    1e-4);
     }
     EXPECT_EQ(errorOffset([] { make(spotLightPlugin(), Params().point("to", V3f(0))); }), 10);
     EXPECT_EQ(errorOffset([] { make(spotLightPlugin(), Params().floats("coneangle", {-5})); }), 10);
 }
 
-TEST(LightSampler, PicksAsOftenAsItSays) {
-    constexpr int kNumbers = 1 << 24; // that random floats can be
+TEST(LightSampler, FrequenciesEqualProbabilities) {
+    constexpr int kNumbers = 1 << 24; // all values of unitFloat
     const std::vector<std::vector<float>> cases{
         {1, 0, 3, 0}, {0, 1e-30f, 1e30f, 0}, std::vector<float>(100000, .37f)};
     for (const std::vector<float>& powers : cases) {
@@ -170,23 +175,23 @@ TEST(LightSampler, PicksAsOftenAsItSays) {
     EXPECT_EQ(LightSampler({0, 0}).probability(1), .5f);
 }
 
-TEST(SpotLight, NarrowOnesHaveTheirPower) {
+TEST(SpotLight, PowerOfNarrowConesIsAccurate) {
     for (const float degrees : {1.f, .1f, .01f, .001f}) {
         const Params cone = Params().floats("coneangle", {degrees}).floats("conedeltaangle", {0});
-        const double part = 2 * M_PI * 2 * std::pow(std::sin(radians(degrees) / 2.), 2);
-        EXPECT_NEAR(make(spotLightPlugin(), cone)->power(1).x / part, 1, 1e-4) << degrees;
-        const auto bulb = make(spotLightPlugin(), Params(cone).floats("power", {5}));
-        EXPECT_NEAR(bulb->power(1).x / 5, 1, 1e-4) << degrees;
+        const double solidAngle = 2 * M_PI * 2 * std::pow(std::sin(radians(degrees) / 2.), 2);
+        EXPECT_NEAR(make(spotLightPlugin(), cone)->power(1).x / solidAngle, 1, 1e-4) << degrees;
+        const auto withPower = make(spotLightPlugin(), Params(cone).floats("power", {5}));
+        EXPECT_NEAR(withPower->power(1).x / 5, 1, 1e-4) << degrees;
         const float sine = std::sin(radians(degrees * .9f));
-        EXPECT_GT(one(*bulb, V3f(sine, 0, 1)).radiance.x, 0) << degrees;
+        EXPECT_GT(sampleOnce(*withPower, V3f(sine, 0, 1)).radiance.x, 0) << degrees;
     }
 }
 
-TEST(DistantLight, ComesFromInfinity) {
+TEST(DistantLight, IrradianceIsConstantFromInfinity) {
     const auto light =
         make(distantLightPlugin(), Params().rgb("L", 3, 2, 1).point("from", {0, 5, 0}).point("to", V3f(0)),
              KeyedTransform(rotate({0, 0, 1}, -90) * translate({9, 9, 9})));
-    const LightSample s = one(*light, {1, 2, 3});
+    const LightSample s = sampleOnce(*light, {1, 2, 3});
     EXPECT_NEAR(length(s.wi - V3f(1, 0, 0)), 0, 1e-6);
     EXPECT_EQ(s.distance, kInfinity);
     EXPECT_EQ(s.radiance, Rgb(3, 2, 1));
@@ -194,8 +199,8 @@ TEST(DistantLight, ComesFromInfinity) {
     EXPECT_EQ(errorOffset([] { make(distantLightPlugin(), Params().point("to", V3f(0))); }), 10);
 }
 
-TEST(EnvironmentMap, LooksUpPbrtsWay) {
-    // u = φ/2π from +x by +y, v = θ/π from +z.
+TEST(EnvironmentMap, HasTheOrientationOfPbrtV2) {
+    // u = φ/2π from +x to +y, v = θ/π from +z.
     Image image{8, 4, std::vector<Rgb>(32)};
     for (int i = 0; i < 32; ++i)
         image.pixels[size_t(i)] = Rgb(float(i % 8), float(i / 8), 0);
@@ -212,7 +217,7 @@ TEST(EnvironmentMap, LooksUpPbrtsWay) {
         }
     EXPECT_NEAR(map.radiance({0, 0, 1}).y, 0, 1e-5);
     EXPECT_NEAR(map.radiance({0, 0, -1}).y, 3, 1e-5);
-    EXPECT_NEAR(map.radiance({1, 0, 0}).x, 3.5, 1e-4) << "half way across the seam, between columns 7 and 0";
+    EXPECT_NEAR(map.radiance({1, 0, 0}).x, 3.5, 1e-4) << "at the seam, between columns 7 and 0";
     EXPECT_NEAR(map.radiance({0, 1, 0}).x, 1.5, 1e-4);
 }
 
@@ -229,7 +234,7 @@ TEST(EnvironmentMap, SampleAgreesWithPdfAndRadiance) {
     }
 }
 
-TEST(EnvironmentMap, PdfIsPositiveWhereverThereIsLightAndIntegratesToOne) {
+TEST(EnvironmentMap, PdfIsPositiveForNonBlackRadianceAndIntegratesToOne) {
     const EnvironmentMap map(contrastImage());
     constexpr int nx = 1024, ny = 512;
     double integral = 0;
@@ -249,7 +254,7 @@ TEST(EnvironmentMap, PdfIsPositiveWhereverThereIsLightAndIntegratesToOne) {
 
 TEST(EnvironmentMap, EstimatesTheIntegralOfAHighContrastImage) {
     const EnvironmentMap map(contrastImage());
-    // The sum over a fine grid, as a reference that knows nothing of sampling.
+    // The reference is the sum over a fine grid.
     constexpr int nx = 2048, ny = 1024;
     double sum[3] = {0, 0, 0}, estimate[3] = {0, 0, 0};
     for (int y = 0; y < ny; ++y)
@@ -261,20 +266,20 @@ TEST(EnvironmentMap, EstimatesTheIntegralOfAHighContrastImage) {
                 sum[k] += c[k] * std::sin(theta) * M_PI / ny * 2 * M_PI / nx;
         }
     constexpr int n = 40000;
-    double worst = 0;
+    double maxWeight = 0;
     for (int i = 0; i < n; ++i) {
         const EnvironmentMap::Sample s = map.sample(random2D(37, i));
         for (int k = 0; k < 3; ++k)
             estimate[k] += s.radiance[k] / s.pdf / n;
-        worst = std::max(worst, double(luminance(s.radiance) / s.pdf));
+        maxWeight = std::max(maxWeight, double(luminance(s.radiance) / s.pdf));
     }
     const double exact = .212671 * sum[0] + .715160 * sum[1] + .072169 * sum[2];
     for (int k = 0; k < 3; ++k) {
-        EXPECT_NEAR(map.mean()[k] * 4 * M_PI / sum[k], 1, 1e-2) << k; // a rough figure
+        EXPECT_NEAR(map.mean()[k] * 4 * M_PI / sum[k], 1, 1e-2) << k; // approximate
         EXPECT_NEAR(estimate[k] / sum[k], 1, .03) << k;
     }
-    // Luminance over pdf is constant up to the variation of sinθ across a pixel: no fireflies.
-    EXPECT_LT(worst, 2.5 * exact);
+    // Luminance / pdf is constant up to the variation of sinθ within a row of cells.
+    EXPECT_LT(maxWeight, 2.5 * exact);
 }
 
 TEST(EnvironmentMap, ChiSquare) {
@@ -298,7 +303,7 @@ TEST(EnvironmentMap, ChiSquare) {
     EXPECT_GT(chiSquareP(counts, expected), 1e-4);
 }
 
-TEST(EnvironmentMap, ABlackOrTinyMapIsNoTrouble) {
+TEST(EnvironmentMap, BlackAndOnePixelMapsAreValid) {
     const EnvironmentMap black(Image{4, 2, std::vector<Rgb>(8, Rgb(0))}), tiny(Image{1, 1, {Rgb(2)}});
     for (int i = 0; i < 100; ++i) {
         const auto b = black.sample(random2D(1, i)), t = tiny.sample(random2D(1, i));
@@ -309,11 +314,11 @@ TEST(EnvironmentMap, ABlackOrTinyMapIsNoTrouble) {
     EXPECT_NEAR(tiny.mean().x, 2, 1e-5);
 }
 
-TEST(InfiniteLight, ConstantIsUniform) {
+TEST(InfiniteLight, ConstantRadianceIsSampledUniformly) {
     const auto light = make(infiniteLightPlugin(), Params().rgb("L", 1, 2, 3).ints("nsamples", {4}));
     EXPECT_EQ(light->sampleCount, 4);
     EXPECT_TRUE(light->isEnvironment());
-    const LightSample s = one(*light, V3f(0));
+    const LightSample s = sampleOnce(*light, V3f(0));
     EXPECT_EQ(s.radiance, Rgb(1, 2, 3));
     EXPECT_NEAR(s.pdf, 1 / (4 * M_PI), 1e-7);
     EXPECT_EQ(light->pdf(V3f(0), 0, s.wi, nullptr), s.pdf);
@@ -321,7 +326,7 @@ TEST(InfiniteLight, ConstantIsUniform) {
     EXPECT_NEAR(light->power(1).x, 4 * M_PI * M_PI, 1e-4);
 }
 
-TEST(InfiniteLight, LanesAreTheSameSamples) {
+TEST(InfiniteLight, SoAMethodsEqualScalarMethods) {
     std::vector<unsigned char> rgb;
     for (int i = 0; i < 16 * 8 * 3; ++i)
         rgb.push_back(static_cast<unsigned char>(i * 37 % 256));
@@ -337,9 +342,12 @@ TEST(InfiniteLight, LanesAreTheSameSamples) {
             V2SoA u;
             float time[kSoAWidth] = {}, pdf[kSoAWidth];
             int32_t point[kSoAWidth];
-            for (int i = 0; i < n; ++i)
-                p.set(i, V3f(0)), u.set(i, random2D(8, i)), point[i] = i,
-                                                            d.set(i, uniformSphere(random2D(9, i)));
+            for (int i = 0; i < n; ++i) {
+                p.set(i, V3f(0));
+                u.set(i, random2D(8, i));
+                point[i] = i;
+                d.set(i, uniformSphere(random2D(9, i)));
+            }
             for (int axis = 0; axis < 6; ++axis) { // seams and poles
                 V3f w(0);
                 w[axis / 2] = axis % 2 ? -1.f : 1.f;
@@ -366,9 +374,9 @@ TEST(InfiniteLight, LanesAreTheSameSamples) {
 }
 
 TEST(InfiniteLight, FollowsItsTransform) {
-    // 8 x 4 pixels, black but for one that is bright at φ = 22.5°, θ = 67.5°.
+    // 8 x 4 pixels, all black except one at φ = 22.5°, θ = 67.5°.
     std::vector<unsigned char> rgb(8 * 4 * 3, 0);
-    rgb[(1 * 8 + 0) * 3 + 0] = rgb[(1 * 8 + 0) * 3 + 1] = rgb[(1 * 8 + 0) * 3 + 2] = 255;
+    std::fill_n(rgb.begin() + 8 * 3, 3, static_cast<unsigned char>(255));
     const ImageFile file(8, 4, rgb);
     const float theta = radians(67.5f), phi = radians(22.5f);
     const V3f bright(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));

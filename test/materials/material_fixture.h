@@ -1,8 +1,9 @@
-// Making materials from parameters, and the statistics that check them.
+// Creation of materials from parameters, and the statistics that check them.
 #pragma once
 
 #include "core/interfaces/material.h"
 #include "core/params/plugin.h"
+#include "support/chi_square.h"
 
 #include <functional>
 #include <random>
@@ -27,7 +28,7 @@ inline Param stringParam(const std::string& name, const std::string& value) {
 MaterialPtr makeMaterial(const MaterialPlugin& plugin, const std::vector<Param>& params,
                          Conventions conventions = Conventions::PbrtV4);
 
-/// A material at a point without textures.
+/// Returns the Bsdf of a material without textures.
 inline Bsdf prepared(const Material& material) {
     Bsdf bsdf;
     bsdf.material = &material;
@@ -35,7 +36,7 @@ inline Bsdf prepared(const Material& material) {
     return bsdf;
 }
 
-/// Deterministic random numbers.
+/// A random number generator with a fixed seed.
 class Random {
   public:
     explicit Random(uint32_t seed) : m_engine(seed) {}
@@ -44,7 +45,7 @@ class Random {
         const float x = next();
         return {x, next()};
     }
-    /// Uniform on the sphere.
+    /// Returns a direction, uniform over the sphere.
     V3f direction();
 
   private:
@@ -54,17 +55,18 @@ class Random {
 struct NamedMaterial {
     std::string name;
     MaterialPtr material;
-    bool conservesEnergy = true; ///< its parameters are physically meaningful
-    bool isSharp = false;        ///< its lobe is only a few degrees wide
+    bool conservesEnergy = true; ///< the parameters are physically plausible
+    bool isSharp = false;        ///< the lobe is only a few degrees wide
 };
 
-/// Every smooth material, with ordinary and extreme parameters.
+/// Returns every smooth material with ordinary and extreme parameters.
 std::vector<NamedMaterial> smoothMaterials();
 
-/// Viewing directions: normal, oblique, grazing, and on the other side.
+/// Returns viewing directions: normal, oblique, grazing, and below the surface.
 std::vector<V3f> viewDirections();
 
-/// What a quadrature over the bins of the sphere finds: bins are equal in cos θ and φ.
+/// Integrals of the pdf and of f |cos wi| by quadrature over bins of the sphere that are equidistant in cos θ
+/// and φ.
 struct Integrals {
     static constexpr int kRows = 16, kColumns = 24;
     std::vector<double> pdf; ///< per bin
@@ -74,10 +76,8 @@ struct Integrals {
 };
 Integrals integrate(const Material& material, const Bsdf& bsdf, const V3f& wo);
 
-/// The probability that a chi-square variable of `degrees` degrees of freedom exceeds `x`.
-double chiSquareTail(double x, double degrees);
-
-/// The level of each of `tests` tests so that all together err with probability `alpha` (Šidák).
+/// Returns the significance level of each of `tests` independent tests for which the probability of any false
+/// rejection is `alpha` (Šidák).
 double sidakLevel(double alpha, int tests);
 
 } // namespace strobe::test

@@ -30,7 +30,7 @@ V3f Random::direction() {
 
 namespace {
 
-/// A material of a file that is gone afterwards.
+/// Returns the "measured" material of a temporary file with these bytes.
 MaterialPtr measuredFrom(const std::string& extension, const std::string& bytes) {
     const auto path =
         std::filesystem::temp_directory_path() / ("strobe-fixture-" + std::to_string(::getpid()) + extension);
@@ -40,9 +40,10 @@ MaterialPtr measuredFrom(const std::string& extension, const std::string& bytes)
     return material;
 }
 
-/// A .brdf file with two wavelengths of value(θi, θo, Δφ) at random pairs.
+/// Returns a material of a .brdf file with value(θi, θo, Δφ) at `n` random pairs of directions, at two
+/// wavelengths.
 template <class Value>
-MaterialPtr scatteredExample(int n, Value value) {
+MaterialPtr irregularExample(int n, Value value) {
     std::ostringstream file;
     file << "# made up\n2\n450 600 # nm\n";
     Random random(7);
@@ -58,25 +59,25 @@ float smoothValue(float ti, float to, float phi) {
     return .1f + .05f * std::cos(ti) * std::cos(to) + .1f * sqr(phi / kPi) * std::sin(ti);
 }
 
-/// A gloss of about 15° about the mirror direction.
+/// A glossy lobe of about 15° around the mirror direction.
 float glossyValue(float ti, float to, float phi) {
-    const V3f wi(std::sin(ti), 0, std::cos(ti)),
-        wo(std::sin(to) * std::cos(phi), std::sin(to) * std::sin(phi), std::cos(to));
+    const V3f wi(std::sin(ti), 0, std::cos(ti));
+    const V3f wo(std::sin(to) * std::cos(phi), std::sin(to) * std::sin(phi), std::cos(to));
     return .02f + std::pow(normalize(wi + wo).z, 60.f);
 }
 
-/// A MERL table of kd/π plus a Blinn lobe that depends on the half angle only.
+/// Returns a material of a MERL table: kd/π plus a Blinn lobe that depends on the half angle only.
 MaterialPtr merlExample(double kd, double ks, double exponent) {
-    const int32_t size[3] = {90, 30, 12}; // MERL's own is 90 x 90 x 180
+    const int32_t size[3] = {90, 30, 12}; // the database has 90 x 90 x 180
     std::string bytes(reinterpret_cast<const char*>(size), sizeof(size));
     for (const double scale : {1 / 1500., 1.15 / 1500., 1.66 / 1500.})
         for (int h = 0; h < size[0]; ++h) {
             const double thetaH = M_PI / 2 * std::pow((h + .5) / size[0], 2);
             const double value =
                 kd / M_PI + ks * (exponent + 2) / (8 * M_PI) * std::pow(std::cos(thetaH), exponent);
-            const double inFile = value / scale;
+            const double stored = value / scale;
             for (int rest = 0; rest < size[1] * size[2]; ++rest)
-                bytes.append(reinterpret_cast<const char*>(&inFile), sizeof(inFile));
+                bytes.append(reinterpret_cast<const char*>(&stored), sizeof(stored));
         }
     return measuredFrom(".binary", bytes);
 }
@@ -127,8 +128,8 @@ std::vector<NamedMaterial> smoothMaterials() {
             {"metallic-roughness sharp metal", metallicRoughness(.9f, 1, .15f), true, true},
             {"metallic-roughness white", metallicRoughness(1, 0, .6f), false},
             {"metallic-roughness coated", coated()},
-            {"measured", scatteredExample(600, smoothValue)},
-            {"measured glossy", scatteredExample(3000, glossyValue)},
+            {"measured", irregularExample(600, smoothValue)},
+            {"measured glossy", irregularExample(3000, glossyValue)},
             {"measured, MERL even", merlExample(.5, 0, 1)},
             {"measured, MERL satin", merlExample(.3, .4, 100)},
             {"measured, MERL glossy", merlExample(.1, .6, 1000), true, true}};
@@ -158,23 +159,23 @@ int Integrals::binOf(const V3f& w) {
 
 namespace {
 
-using Pair = std::array<double, 2>; ///< of pdf and f cos
+using Pair = std::array<double, 2>; ///< integrals of pdf and f |cos|
 
 struct Quadrature {
     const Material& material;
     const Bsdf& bsdf;
     V3f wo, mirror;
 
-    /// 3x3 Gauss-Legendre over a rectangle in (z, phi).
+    /// Integrates over a rectangle in (z, phi) by 3x3 Gauss-Legendre quadrature.
     Pair rule(double z0, double z1, double p0, double p1) const {
-        static const double x[3] = {-.7745966692414834, 0, .7745966692414834},
-                            w[3] = {5 / 18., 8 / 18., 5 / 18.};
+        static const double x[3] = {-.7745966692414834, 0, .7745966692414834};
+        static const double w[3] = {5 / 18., 8 / 18., 5 / 18.};
         V3f wi[9];
         Rgb f[9];
         float pdf[9];
         for (int i = 0; i < 9; ++i) {
-            const double z = (z0 + z1) / 2 + x[i / 3] * (z1 - z0) / 2,
-                         p = (p0 + p1) / 2 + x[i % 3] * (p1 - p0) / 2;
+            const double z = (z0 + z1) / 2 + x[i / 3] * (z1 - z0) / 2;
+            const double p = (p0 + p1) / 2 + x[i % 3] * (p1 - p0) / 2;
             const double r = std::sqrt(std::max(0., 1 - z * z));
             wi[i] = V3f(float(r * std::cos(p)), float(r * std::sin(p)), float(z));
         }
@@ -187,21 +188,24 @@ struct Quadrature {
         }
         return sum;
     }
+    /// Subdivides the rectangle, whose integral by `rule` is `whole`, until the result converges.
     Pair refine(double z0, double z1, double p0, double p1, const Pair& whole, int depth) const {
         const double z = (z0 + z1) / 2, p = (p0 + p1) / 2;
         const double box[4][4] = {{z0, z, p0, p}, {z0, z, p, p1}, {z, z1, p0, p}, {z, z1, p, p1}};
-        Pair parts[4], sum{};
+        Pair quarters[4], sum{};
         for (int k = 0; k < 4; ++k) {
-            parts[k] = rule(box[k][0], box[k][1], box[k][2], box[k][3]);
-            sum[0] += parts[k][0], sum[1] += parts[k][1];
+            quarters[k] = rule(box[k][0], box[k][1], box[k][2], box[k][3]);
+            sum[0] += quarters[k][0];
+            sum[1] += quarters[k][1];
         }
         const double error = std::abs(sum[0] - whole[0]) + std::abs(sum[1] - whole[1]);
         if (depth >= 9 || (depth >= 2 && error < 1e-6))
             return sum;
         sum = {};
         for (int k = 0; k < 4; ++k) {
-            const Pair r = refine(box[k][0], box[k][1], box[k][2], box[k][3], parts[k], depth + 1);
-            sum[0] += r[0], sum[1] += r[1];
+            const Pair r = refine(box[k][0], box[k][1], box[k][2], box[k][3], quarters[k], depth + 1);
+            sum[0] += r[0];
+            sum[1] += r[1];
         }
         return sum;
     }
@@ -214,22 +218,24 @@ Integrals integrate(const Material& material, const Bsdf& bsdf, const V3f& wo) {
     const Quadrature quadrature{material, bsdf, wo, V3f(-wo.x, -wo.y, wo.z)};
     for (int row = 0; row < Integrals::kRows; ++row)
         for (int column = 0; column < Integrals::kColumns; ++column) {
-            // Sub-rectangles so small that no lobe hides between the points of the first rules.
-            constexpr int kParts = 6;
-            const double dz = 2. / Integrals::kRows / kParts, dp = 2 * M_PI / Integrals::kColumns / kParts;
+            // Subdivides bins so finely that the nodes of the first rule miss no lobe.
+            constexpr int kDivisions = 6;
+            const double dz = 2. / Integrals::kRows / kDivisions;
+            const double dp = 2 * M_PI / Integrals::kColumns / kDivisions;
             Pair sum{};
-            for (int k = 0; k < kParts * kParts; ++k) {
-                const double z = -1 + dz * (row * kParts + k / kParts),
-                             p = -M_PI + dp * (column * kParts + k % kParts);
-                const Pair part = quadrature.rule(z, z + dz, p, p + dp);
+            for (int k = 0; k < kDivisions * kDivisions; ++k) {
+                const double z = -1 + dz * (row * kDivisions + k / kDivisions);
+                const double p = -M_PI + dp * (column * kDivisions + k % kDivisions);
+                const Pair coarse = quadrature.rule(z, z + dz, p, p + dp);
                 const V3f middle(float(std::sqrt(1 - sqr(float(z + dz / 2))) * std::cos(p + dp / 2)),
                                  float(std::sqrt(1 - sqr(float(z + dz / 2))) * std::sin(p + dp / 2)),
                                  float(z + dz / 2));
                 const bool near = dot(middle, quadrature.mirror) > .9f;
-                const Pair r = near || part[0] + part[1] > 1e-3
-                                   ? quadrature.refine(z, z + dz, p, p + dp, part, 0)
-                                   : part;
-                sum[0] += r[0], sum[1] += r[1];
+                const Pair r = near || coarse[0] + coarse[1] > 1e-3
+                                   ? quadrature.refine(z, z + dz, p, p + dp, coarse, 0)
+                                   : coarse;
+                sum[0] += r[0];
+                sum[1] += r[1];
             }
             result.pdf.push_back(sum[0]);
             result.pdfTotal += sum[0];
@@ -238,36 +244,11 @@ Integrals integrate(const Material& material, const Bsdf& bsdf, const V3f& wo) {
     return result;
 }
 
-double chiSquareTail(double x, double degrees) {
-    const double a = degrees / 2, h = x / 2;
-    if (h <= 0)
-        return 1;
-    const double front = std::exp(a * std::log(h) - h - std::lgamma(a));
-    if (h < a + 1) { // the series of the lower incomplete gamma function
-        double term = 1 / a, sum = term;
-        for (double n = a + 1; term > sum * 1e-15; ++n)
-            sum += term *= h / n;
-        return 1 - front * sum;
-    }
-    double b = h + 1 - a, c = 1e300, d = 1 / b, fraction = d; // Lentz's continued fraction of the upper one
-    for (int i = 1; i < 10000; ++i) {
-        const double k = -i * (i - a);
-        b += 2;
-        d = 1 / (k * d + b);
-        c = b + k / c;
-        fraction *= c * d;
-        if (std::abs(c * d - 1) < 1e-14)
-            break;
-    }
-    return front * fraction;
-}
-
 double sidakLevel(double alpha, int tests) { return 1 - std::pow(1 - alpha, 1. / tests); }
 
-TEST(Statistics, ChiSquareTail) {
-    EXPECT_NEAR(chiSquareTail(3.841459, 1), .05, 1e-6);
-    EXPECT_NEAR(chiSquareTail(124.342, 100), .05, 1e-5);
-    EXPECT_NEAR(chiSquareTail(77.929, 100), .95, 1e-5);
+TEST(Statistics, SidakLevelOfManyTestsGivesTheTotalLevel) {
+    EXPECT_NEAR(sidakLevel(.05, 1), .05, 1e-15);
+    EXPECT_NEAR(1 - std::pow(1 - sidakLevel(.001, 200), 200), .001, 1e-12);
 }
 
 } // namespace strobe::test

@@ -1,4 +1,4 @@
-// Known values, one material after another.
+// Known values of each material.
 #include "materials/glass.h"
 #include "materials/material_fixture.h"
 #include "materials/matte.h"
@@ -39,12 +39,12 @@ TEST(Matte, OrenNayarAtKnownAngles) {
     EXPECT_NEAR(evalOne(*m, direction(30), direction(60, kPi)).x, a / M_PI * .5, 1e-6);
 }
 
-TEST(Plastic, IsPbrtsFormula) {
+TEST(Plastic, EqualsTheFormulaOfPbrtV2) {
     const double kd = .25, ks = .5, e = 8;
     const auto m =
         makeMaterial(plasticPlugin(), {rgbParam("Kd", Rgb(float(kd))), rgbParam("Ks", Rgb(float(ks))),
                                        floatParam("roughness", float(1 / e))});
-    // In one plane: wo at 20°, wi at 50° on the other side; the half vector leans 15°, 35° from both.
+    // In one plane: wo at 20°, wi at 50° on the other side. The half vector is at 15°, 35° from both.
     const double half = 35 * M_PI / 180, h = 15 * M_PI / 180, o = 20 * M_PI / 180, i = 50 * M_PI / 180;
     const double sinT = 1.5 * std::sin(half), cosT = std::sqrt(1 - sinT * sinT), c = std::cos(half);
     const double rp = (c - 1.5 * cosT) / (c + 1.5 * cosT), rs = (1.5 * c - cosT) / (1.5 * c + cosT);
@@ -54,13 +54,12 @@ TEST(Plastic, IsPbrtsFormula) {
     EXPECT_NEAR(evalOne(*m, direction(20), direction(50, kPi)).y, kd / M_PI * std::cos(i) + gloss, 1e-6);
 }
 
-TEST(Plastic, FresnelIsTotalBeyondTheAngleOfTotalReflectionInside) {
-    // pbrt-v2's quirk: 41.81° and more from the half vector, everything is reflected; 4 % at 0°.
+TEST(Plastic, FresnelTermHasTotalInternalReflection) {
+    // As in pbrt-v2: reflectance 1 from 41.81° between wi and the half vector, 4 % at 0°.
     const auto m = makeMaterial(
         plasticPlugin(), {rgbParam("Kd", Rgb(0)), rgbParam("Ks", Rgb(1)), floatParam("roughness", .1f)});
-    const auto shape = [](double angle) {
-        return 12 / (2 * M_PI) / (4 * std::cos(angle));
-    }; // D / (4 cos), G = 1
+    // D / (4 cos) with G = 1.
+    const auto shape = [](double angle) { return 12 / (2 * M_PI) / (4 * std::cos(angle)); };
     EXPECT_NEAR(evalOne(*m, direction(0), direction(0)).x, .04 * shape(0), 1e-5);
     EXPECT_NEAR(evalOne(*m, direction(42), direction(42, kPi)).x, shape(42 * M_PI / 180), 1e-5);
     EXPECT_LT(evalOne(*m, direction(41), direction(41, kPi)).x, .6f * shape(41 * M_PI / 180));
@@ -76,7 +75,7 @@ TEST(Metal, CopperAtNormalIncidence) {
     }
 }
 
-TEST(Mirror, LanesAreTheSameSamples) {
+TEST(Mirror, SampleSoAEqualsSample) {
     const auto m = makeMaterial(mirrorPlugin(), {rgbParam("Kr", {.2f, .4f, .8f})});
     const Bsdf bsdf = prepared(*m);
     Random random(5);
@@ -84,8 +83,10 @@ TEST(Mirror, LanesAreTheSameSamples) {
     V2SoA u;
     float uc[kSoAWidth] = {};
     int32_t point[kSoAWidth] = {};
-    for (int i = 0; i < kSoAWidth; ++i)
-        wo.set(i, random.direction()), u.set(i, random.next2());
+    for (int i = 0; i < kSoAWidth; ++i) {
+        wo.set(i, random.direction());
+        u.set(i, random.next2());
+    }
     BsdfSampleSoA out;
     m->sampleSoA({&bsdf, point, wo, 2, kSoAWidth - 1, nullptr}, uc, u, out);
     for (int i = 2; i < kSoAWidth - 1; ++i) {
@@ -120,8 +121,8 @@ TEST(Glass, ReflectsAndRefractsByFresnelAndSnell) {
         Random random(8);
         const double index = wo.z > 0 ? 1.6 : 1 / 1.6;
         const double c = std::abs(wo.z), cosT = std::sqrt(1 - (1 - c * c) / (index * index));
-        const double rp = (index * c - cosT) / (index * c + cosT),
-                     rs = (c - index * cosT) / (c + index * cosT);
+        const double rp = (index * c - cosT) / (index * c + cosT);
+        const double rs = (c - index * cosT) / (c + index * cosT);
         const double fresnel = (rp * rp + rs * rs) / 2;
         int reflected = 0;
         constexpr int kN = 20000;
@@ -134,7 +135,8 @@ TEST(Glass, ReflectsAndRefractsByFresnelAndSnell) {
                 ASSERT_NEAR(s.weight.x, 1, 1e-5);
                 continue;
             }
-            ASSERT_NEAR(s.weight.x, 1 / (index * index), 1e-5); // radiance is squeezed into a narrower cone
+            ASSERT_NEAR(s.weight.x, 1 / (index * index),
+                        1e-5); // radiance scales by the inverse squared index
             ASSERT_NEAR(s.eta, index, 1e-5);
             ASSERT_NEAR(s.wi.z, wo.z > 0 ? -cosT : cosT, 1e-5);
             ASSERT_NEAR(s.wi.x, -wo.x / index, 1e-5);
@@ -144,7 +146,7 @@ TEST(Glass, ReflectsAndRefractsByFresnelAndSnell) {
     }
 }
 
-TEST(Glass, TotalReflectionInsideAndPbrtV2HasNoRadianceScaling) {
+TEST(Glass, PbrtV2HasTotalInternalReflectionAndNoRadianceScaling) {
     const auto m = makeMaterial(glassPlugin(), {}, Conventions::PbrtV2);
     BsdfSample s;
     for (const float uc : {0.f, .5f, kOneMinusEpsilon}) {
@@ -157,7 +159,7 @@ TEST(Glass, TotalReflectionInsideAndPbrtV2HasNoRadianceScaling) {
     EXPECT_NEAR(s.weight.x, 1, 1e-5);
 }
 
-TEST(Glass, TakesASpectrumAsItsIndex) {
+TEST(Glass, IndexMayBeASpectrum) {
     const Param named{"eta", ParamType::Spectrum, {}, {}, {}, {"glass-SF11"}};
     const Param flat{"eta", ParamType::Spectrum, {}, {400, 1.7f, 700, 1.7f}, {}, {}};
     BsdfSample s;
@@ -168,16 +170,16 @@ TEST(Glass, TakesASpectrumAsItsIndex) {
     }
 }
 
-TEST(Glass, WarnsOnceThatRoughnessIsIgnored) {
-    std::vector<std::string> said;
-    Diagnostics messages([&](const std::string& text) { said.push_back(text); });
+TEST(Glass, RoughnessIsIgnoredWithOneWarning) {
+    std::vector<std::string> warnings;
+    Diagnostics messages([&](const std::string& text) { warnings.push_back(text); });
     for (int i = 0; i < 2; ++i) {
         ParamSet params;
         params.add(floatParam("roughness", .2f));
         glassPlugin().create(params, BuildContext{messages});
     }
-    ASSERT_EQ(said.size(), 1u);
-    EXPECT_NE(said[0].find("smooth"), std::string::npos);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("rough glass is not supported: it renders smooth"), std::string::npos);
 }
 
 } // namespace

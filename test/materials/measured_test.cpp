@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file that is gone after the test.
+/// A file that is removed after the test.
 struct ScratchFile {
     fs::path path;
     ScratchFile(const std::string& name, const std::string& bytes)
@@ -34,7 +34,7 @@ V3f upperDirection(Random& random) {
     return w;
 }
 
-/// Distinct by more than rounding.
+/// Expects equality up to rounding.
 void expectSame(const Rgb& a, const Rgb& b, const V3f& key) {
     for (int c = 0; c < 3; ++c)
         ASSERT_NEAR(a[c], b[c], 1e-5f * std::abs(b[c]) + 1e-9f) << key;
@@ -46,7 +46,7 @@ void expectGridEqualsBruteForce(const IrregularBrdf& brdf, int n) {
         const V3f key = IrregularBrdf::keyOf(upperDirection(random), upperDirection(random));
         expectSame(brdf.eval(key), brdf.evalBruteForce(key), key);
     }
-    for (int i = 0; i < 1000; ++i) { // any pair, also through the horizon
+    for (int i = 0; i < 1000; ++i) { // any pair, including directions on opposite sides
         const V3f key = IrregularBrdf::keyOf(random.direction(), random.direction());
         expectSame(brdf.eval(key), brdf.evalBruteForce(key), key);
     }
@@ -55,7 +55,7 @@ void expectGridEqualsBruteForce(const IrregularBrdf& brdf, int n) {
         expectSame(brdf.eval(key), brdf.evalBruteForce(key), key);
 }
 
-/// Clustered, as measurements are.
+/// Returns samples that are clustered like measurements: half of them near the mirror direction.
 std::vector<IrregularBrdf::Sample> clusteredSamples(int n) {
     Random random(2);
     std::vector<IrregularBrdf::Sample> samples;
@@ -79,13 +79,13 @@ TEST(IrregularBrdf, GridEqualsBruteForce) {
 TEST(IrregularBrdf, GridEqualsBruteForceOnMystique) {
     const fs::path path = test::pbrtFolder() / "brdfs/mystique.brdf";
     if (!fs::exists(path))
-        GTEST_SKIP() << "the paper's scenes are not here: set STROBE_SCENES";
+        GTEST_SKIP() << "the scenes of the paper are not available: set STROBE_SCENES";
     const IrregularBrdf brdf(readIrregularBrdf(path, {}));
     EXPECT_EQ(brdf.samples().size(), 1439u);
     expectGridEqualsBruteForce(brdf, 100000);
 }
 
-TEST(IrregularBrdf, KeyIsPbrts) {
+TEST(IrregularBrdf, KeyEqualsThatOfPbrtV2) {
     const V3f wi(std::sin(.5f), 0, std::cos(.5f));
     const V3f wo(std::sin(.8f) * std::cos(4.f), std::sin(.8f) * std::sin(4.f), std::cos(.8f));
     const V3f key = IrregularBrdf::keyOf(wo, wi);
@@ -94,17 +94,18 @@ TEST(IrregularBrdf, KeyIsPbrts) {
     EXPECT_NEAR(key.z, std::cos(.5) * std::cos(.8), 1e-6);
 }
 
-TEST(IrregularBrdf, WeightsAreGaussianWithinTheGrowingRadius) {
-    // At the origin: three samples at d² = .0005, .0015 and .0075 make r² = .008; one at .0085 stays out.
-    const auto at = [](double d2, float value) {
+TEST(IrregularBrdf, WeightsAreGaussianWithinTheSearchRadius) {
+    // For the key 0, samples at d² = .0005, .0015 and .0075 give r² = .008, which excludes d² = .0085.
+    const auto sampleAt = [](double d2, float value) {
         return IrregularBrdf::Sample{V3f(0, float(std::sqrt(d2)), 0), Rgb(value)};
     };
-    const IrregularBrdf brdf({at(.0005, 1), at(.0015, 2), at(.0075, 3), at(.0085, 1000)});
+    const IrregularBrdf brdf(
+        {sampleAt(.0005, 1), sampleAt(.0015, 2), sampleAt(.0075, 3), sampleAt(.0085, 1000)});
     const double w[3] = {std::exp(-.05), std::exp(-.15), std::exp(-.75)};
     EXPECT_NEAR(brdf.eval(V3f(0)).x, (w[0] + 2 * w[1] + 3 * w[2]) / (w[0] + w[1] + w[2]), 1e-5);
 }
 
-TEST(IrregularBrdf, ReadsPbrtsFormat) {
+TEST(IrregularBrdf, ReadsTheTextFormatOfPbrtV2) {
     const ScratchFile file("a.brdf",
                            "# comment\n2 # wavelengths\n400 700\n.1 0 .2 .3 1 1\n\n.5 0 .6 -.7 2 2 # x\n");
     const auto samples = readIrregularBrdf(file.path, {});
@@ -114,25 +115,27 @@ TEST(IrregularBrdf, ReadsPbrtsFormat) {
     EXPECT_NEAR(samples[1].key.y, .7 / M_PI, 1e-6);
 }
 
-void expectError(const std::string& name, const std::string& bytes, const std::string& part) {
+void expectError(const std::string& name, const std::string& bytes, const std::string& message) {
     const ScratchFile file(name, bytes);
     try {
         makeMaterial(measuredPlugin(), {stringParam("filename", file.path.string())});
         FAIL() << "no error for " << name;
     } catch (const Error& e) {
-        EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
+        EXPECT_NE(std::string(e.what()).find(message), std::string::npos) << e.what();
     }
 }
 
-TEST(Measured, SaysWhatIsWrongWithAFile) {
-    expectError("b.brdf", "", "number of wavelengths");
-    expectError("c.brdf", "2\n400 700\n1 2 3 4 5", "whole records");
-    expectError("d.brdf", "2\n400 700\n1 2 x", "line 3");
-    expectError("e.brdf", "2\n700 400\n1 2 3 4 5 6", "ascend");
+TEST(Measured, ReportsErrorsInFiles) {
+    expectError("b.brdf", "", "the first number must be the number of wavelengths");
+    expectError("c.brdf", "2\n400 700\n1 2 3 4 5", "8 numbers are not a whole number of records of 6");
+    expectError("d.brdf", "2\n400 700\n1 2 x", "line 3: not a number");
+    expectError("e.brdf", "2\n700 400\n1 2 3 4 5 6", "the wavelengths must ascend");
     expectError("f.brdf", "-1 2 3", "number of wavelengths");
-    expectError("g.binary", "abc", "header");
-    expectError("h.binary", std::string("\2\0\0\0\2\0\0\0\2\0\0\0", 12) + "abc", "204 bytes");
-    expectError("i.binary", std::string("\0\0\0\0\2\0\0\0\2\0\0\0", 12), "resolution of 0");
+    expectError("g.binary", "abc", "the header is incomplete");
+    expectError("h.binary", std::string("\2\0\0\0\2\0\0\0\2\0\0\0", 12) + "abc",
+                "it has 15 bytes instead of the 204 that its header implies");
+    expectError("i.binary", std::string("\0\0\0\0\2\0\0\0\2\0\0\0", 12),
+                "the header gives a resolution of 0 (must be 1 to 4096)");
     expectError("j.bsdf", "", "known: .brdf");
 }
 
@@ -147,21 +150,21 @@ std::string merlOf(int32_t cells, const std::function<double(double thetaH)>& f)
     return bytes;
 }
 
-/// The greatest weight of many samples.
-float greatestWeight(const Material& material, const V3f& wo) {
+/// Returns the maximum weight of 20000 samples.
+float maxWeight(const Material& material, const V3f& wo) {
     const Bsdf bsdf = prepared(material);
     Random random(8);
-    float greatest = 0;
+    float result = 0;
     for (int i = 0; i < 20000; ++i) {
         BsdfSample s;
         const float uc = random.next();
         if (material.sample(bsdf, wo, uc, random.next2(), s))
-            greatest = std::max(greatest, s.weight.y);
+            result = std::max(result, s.weight.y);
     }
-    return greatest;
+    return result;
 }
 
-TEST(Measured, EvenTablesAreSampledByTheCosineAlone) {
+TEST(Measured, ConstantBrdfsAreSampledByTheCosineOnly) {
     for (const double value : {0., .5 / M_PI}) {
         const ScratchFile file("l.binary", merlOf(1, [&](double) { return value; }));
         const auto material = makeMaterial(measuredPlugin(), {stringParam("filename", file.path.string())});
@@ -170,13 +173,13 @@ TEST(Measured, EvenTablesAreSampledByTheCosineAlone) {
     }
 }
 
-TEST(Measured, NoSampleOfAGlossWeighsMuch) {
-    // The cosine alone would weigh the peak at pi f = 125.
+TEST(Measured, WeightsOfGlossyBrdfsAreSmall) {
+    // Sampling by the cosine only would give a maximum weight of pi f = 125.
     const ScratchFile file(
         "m.binary", merlOf(90, [](double h) { return 1002 / (8 * M_PI) * std::pow(std::cos(h), 1000); }));
     const auto material = makeMaterial(measuredPlugin(), {stringParam("filename", file.path.string())});
     for (const float cosO : {1.f, .7f, .33f, -.5f})
-        EXPECT_LT(greatestWeight(*material, V3f(safeSqrt(1 - sqr(cosO)), 0, cosO)), 8) << cosO;
+        EXPECT_LT(maxWeight(*material, V3f(safeSqrt(1 - sqr(cosO)), 0, cosO)), 8) << cosO;
 }
 
 TEST(Merl, IndexesByHalfAndDifferenceAngles) {
@@ -193,9 +196,9 @@ TEST(Merl, IndexesByHalfAndDifferenceAngles) {
     const ScratchFile file("k.binary", bytes);
     const MerlBrdf brdf(file.path, {});
 
-    // wo = wi = normal: the first cell, whose blue is invalid.
+    // wo = wi = normal: the first cell, whose blue value is invalid (negative).
     EXPECT_EQ(brdf.eval(V3f(0, 0, 1), V3f(0, 0, 1)), Rgb(0));
-    // Half vector at 40°, azimuth 0; wi 35° from it, turned by 70° about it from the half vector's meridian.
+    // θh = 40° at azimuth 0, θd = 35°, φd = 70°.
     const float h = radians(40), d = radians(35), p = radians(70);
     const V3f wh(std::sin(h), 0, std::cos(h)), x(std::cos(h), 0, -std::sin(h)), y(0, 1, 0);
     const V3f wi = wh * std::cos(d) + (x * std::cos(p) + y * std::sin(p)) * std::sin(d);

@@ -1,4 +1,4 @@
-// What every material with smooth lobes must fulfil.
+// Properties of all materials with smooth lobes.
 #include "materials/material_fixture.h"
 #include "materials/matte.h"
 #include "materials/metal.h"
@@ -33,7 +33,7 @@ class SmoothMaterials : public testing::Test {
     static int count() { return int(all().size() * viewDirections().size()); }
 };
 
-/// Counts samples per bin; the last bin is for absorbed ones.
+/// Counts of samples per bin; the last bin counts absorbed samples.
 struct Histogram {
     std::vector<double> counts = std::vector<double>(Integrals::kRows * Integrals::kColumns + 1);
     double albedo = 0, variance = 0;
@@ -46,10 +46,11 @@ Histogram sampleHistogram(const Material& material, const Bsdf& bsdf, const V3f&
     for (int i = 0; i < n; ++i) {
         BsdfSample s;
         const float uc = random.next();
-        const bool alive = material.sample(bsdf, wo, uc, random.next2(), s);
-        ++h.counts[alive ? size_t(Integrals::binOf(s.wi)) : h.counts.size() - 1];
-        const double w = alive ? s.weight.y : 0;
-        sum += w, sum2 += w * w;
+        const bool drawn = material.sample(bsdf, wo, uc, random.next2(), s);
+        ++h.counts[drawn ? size_t(Integrals::binOf(s.wi)) : h.counts.size() - 1];
+        const double w = drawn ? s.weight.y : 0;
+        sum += w;
+        sum2 += w * w;
     }
     h.albedo = sum / n;
     h.variance = std::max(0., sum2 / n - h.albedo * h.albedo) / n;
@@ -57,30 +58,31 @@ Histogram sampleHistogram(const Material& material, const Bsdf& bsdf, const V3f&
 }
 
 double chiSquarePValue(const Histogram& h, const Integrals& expected, int n) {
-    double x = 0, pooledSeen = 0, pooledExpected = 0;
+    double x = 0, pooledCount = 0, pooledExpected = 0;
     int bins = 0;
     for (size_t i = 0; i < h.counts.size(); ++i) {
         const double e =
             n * (i < expected.pdf.size() ? expected.pdf[i] : std::max(0., 1 - expected.pdfTotal));
         if (e < 10) {
-            pooledSeen += h.counts[i], pooledExpected += e;
+            pooledCount += h.counts[i];
+            pooledExpected += e;
             continue;
         }
         x += (h.counts[i] - e) * (h.counts[i] - e) / e;
         ++bins;
     }
-    // Rare bins together; a floor keeps a quadrature error of a fraction of a sample from counting.
-    if (pooledExpected > 5 || pooledSeen > 10) {
-        x += (pooledSeen - pooledExpected) * (pooledSeen - pooledExpected) / std::max(pooledExpected, 5.);
+    // Rare bins are pooled. The lower limit of 5 suppresses quadrature errors of a fraction of a sample.
+    if (pooledExpected > 5 || pooledCount > 10) {
+        x += (pooledCount - pooledExpected) * (pooledCount - pooledExpected) / std::max(pooledExpected, 5.);
         ++bins;
     }
     return bins > 1 ? chiSquareTail(x, bins - 1) : 1;
 }
 
-TEST_F(SmoothMaterials, LanesGiveTheSameNumbers) {
+TEST_F(SmoothMaterials, SoAMethodsEqualScalarMethods) {
     for (const NamedMaterial& m : all()) {
         SCOPED_TRACE(m.name);
-        // Points with different views, and one, two or three jobs at each.
+        // Points with different viewing directions and one, two or three jobs each.
         constexpr int kPoints = 30;
         std::vector<Bsdf> bsdfs(kPoints, prepared(*m.material));
         Random random(77);
@@ -88,16 +90,18 @@ TEST_F(SmoothMaterials, LanesGiveTheSameNumbers) {
         V3f views[kPoints];
         V2SoA u;
         float uc[kSoAWidth], pdf[kSoAWidth];
-        int32_t point[kSoAWidth], wanted[kSoAWidth];
+        int32_t point[kSoAWidth], mask[kSoAWidth];
         for (int i = 0; i < kPoints; ++i)
             views[i] = random.direction();
         for (int i = 0; i < kSoAWidth; ++i) {
             point[i] = (i + i / 4) % 80 * kPoints / 80;
-            wo.set(i, views[point[i]]), wi.set(i, random.direction());
-            wanted[i] = i % 7 != 3;
-            uc[i] = random.next(), u.set(i, random.next2());
+            wo.set(i, views[point[i]]);
+            wi.set(i, random.direction());
+            mask[i] = i % 7 != 3;
+            uc[i] = random.next();
+            u.set(i, random.next2());
         }
-        const BsdfSoA jobs{bsdfs.data(), point, wo, 5, kSoAWidth - 2, wanted};
+        const BsdfSoA jobs{bsdfs.data(), point, wo, 5, kSoAWidth - 2, mask};
         RgbSoA f;
         BsdfSampleSoA drawn, directions;
         float bound[kSoAWidth];
@@ -106,7 +110,7 @@ TEST_F(SmoothMaterials, LanesGiveTheSameNumbers) {
         m.material->drawSoA(jobs, uc, u, directions);
         m.material->maxPdfSoA(jobs, bound);
         for (int i = jobs.begin; i < jobs.end; ++i) {
-            if (!wanted[i])
+            if (!mask[i])
                 continue;
             const V3f view = wo.at(i), light = wi.at(i);
             Rgb value;
@@ -130,13 +134,13 @@ TEST_F(SmoothMaterials, LanesGiveTheSameNumbers) {
     }
 }
 
-/// A texture of the place.
-class Slope : public Texture {
+/// A texture that varies linearly in uv.
+class Gradient : public Texture {
   public:
     Rgb rgb(const TextureQuery& q) const override { return {.1f + .8f * q.uv.x, .5f, .1f + .8f * q.uv.y}; }
 };
 
-/// All of these parameters are the table's first texture.
+/// Creates a material whose parameters `names` are the first texture of the table.
 MaterialPtr texturedMaterial(const MaterialPlugin& plugin, const std::vector<std::string>& names,
                              const std::shared_ptr<const TextureTable>& table) {
     ParamSet set;
@@ -147,9 +151,9 @@ MaterialPtr texturedMaterial(const MaterialPlugin& plugin, const std::vector<std
     return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
 }
 
-TEST(TexturedMaterials, LanesKeepPointsApart) {
+TEST(TexturedMaterials, EvalCosSoAUsesTheDataOfEachPoint) {
     const auto table = std::make_shared<TextureTable>();
-    table->rgbs = table->floats = {std::make_shared<Slope>()};
+    table->rgbs = table->floats = {std::make_shared<Gradient>()};
     const auto textured = [&](const MaterialPlugin& plugin, const std::vector<std::string>& names) {
         return texturedMaterial(plugin, names, table);
     };
@@ -166,7 +170,8 @@ TEST(TexturedMaterials, LanesKeepPointsApart) {
             bsdfs[size_t(i)].material = material.get();
             material->prepare(q, bsdfs[size_t(i)]);
             point[i] = kSoAWidth - 1 - i;
-            wo.set(i, random.direction()), wi.set(i, random.direction());
+            wo.set(i, random.direction());
+            wi.set(i, random.direction());
         }
         RgbSoA f;
         float pdf[kSoAWidth];
@@ -182,7 +187,7 @@ TEST(TexturedMaterials, LanesKeepPointsApart) {
     }
 }
 
-TEST_F(SmoothMaterials, SamplesFollowPdfAndGiveTheAlbedo) {
+TEST_F(SmoothMaterials, SamplesFollowThePdfAndEstimateTheAlbedo) {
     const double level = sidakLevel(kAlpha, 2 * count());
     forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {
         constexpr int kN = 40000;
@@ -190,9 +195,9 @@ TEST_F(SmoothMaterials, SamplesFollowPdfAndGiveTheAlbedo) {
         const Histogram h = sampleHistogram(*m.material, bsdf, wo, kN);
         EXPECT_LE(integrals.pdfTotal, 1 + 1e-4);
         EXPECT_GT(chiSquarePValue(h, integrals, kN), level);
-        // The importance-sampled albedo against the quadrature: a z-test.
+        // A z-test of the importance-sampled albedo against the quadrature.
         const double difference = h.albedo - integrals.albedo;
-        const double slack = 1e-4 * integrals.albedo + 1e-9; // of the quadrature
+        const double slack = 1e-4 * integrals.albedo + 1e-9; // error of the quadrature
         const double z = std::max(0., std::abs(difference) - slack) / std::sqrt(h.variance + 1e-18);
         EXPECT_GT(std::erfc(z / std::sqrt(2)), level) << h.albedo << " instead of " << integrals.albedo;
         if (m.conservesEnergy) {
@@ -205,7 +210,7 @@ TEST_F(SmoothMaterials, UniformSamplingGivesTheSameAlbedo) {
     const double level = sidakLevel(kAlpha, count());
     forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {
         if (m.isSharp)
-            return; // uniform sampling hardly ever meets such a lobe
+            return; // uniform samples rarely hit the lobe
         constexpr int kN = 40000;
         const Histogram h = sampleHistogram(*m.material, bsdf, wo, kN);
         Random random(99);
@@ -216,7 +221,8 @@ TEST_F(SmoothMaterials, UniformSamplingGivesTheSameAlbedo) {
             Rgb f;
             float pdf;
             m.material->evalCos(bsdf, wo, &wi, 1, &f, &pdf);
-            sum += 2 * kPi * f.y, sum2 += sqr(2 * kPi * f.y);
+            sum += 2 * kPi * f.y;
+            sum2 += sqr(2 * kPi * f.y);
         }
         const double mean = sum / kN, variance = std::max(0., sum2 / kN - mean * mean) / kN + h.variance;
         const double z = std::max(0., std::abs(mean - h.albedo) - 1e-4 * mean) / std::sqrt(variance + 1e-18);
@@ -277,7 +283,7 @@ TEST_F(SmoothMaterials, ReciprocalTwoSidedAndPdfOnlyAboveTheHorizon) {
     }
 }
 
-TEST_F(SmoothMaterials, BatchesGiveTheSameAsSingleCalls) {
+TEST_F(SmoothMaterials, EvalCosOfManyDirectionsEqualsSingleCalls) {
     forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {
         Random random(5);
         V3f wi[37];
@@ -294,29 +300,29 @@ TEST_F(SmoothMaterials, BatchesGiveTheSameAsSingleCalls) {
     });
 }
 
-TEST_F(SmoothMaterials, MaxPdfBounds) {
+TEST_F(SmoothMaterials, MaxPdfIsATightUpperBound) {
     forAll([&](const NamedMaterial& m, const Bsdf& bsdf, const V3f& wo) {
         const float bound = m.material->maxPdf(bsdf, wo);
         Random random(6);
-        float greatest = 0;
+        float maximum = 0;
         for (int i = 0; i < 20000; ++i) {
             BsdfSample s;
             V3f wi = random.direction();
             const float uc = random.next();
             const V2f u = random.next2();
-            if (i % 2 && m.material->sample(bsdf, wo, uc, u, s)) // near the lobes, and a little beside
+            if (i % 2 && m.material->sample(bsdf, wo, uc, u, s)) // near the lobe, up to .3 from the sample
                 wi = normalize(s.wi + random.direction() * (.3f * random.next()));
             Rgb f;
             float pdf;
             m.material->evalCos(bsdf, wo, &wi, 1, &f, &pdf);
-            greatest = std::max(greatest, pdf);
+            maximum = std::max(maximum, pdf);
         }
-        EXPECT_LE(greatest, bound);
-        EXPECT_LE(bound, 2.5f * greatest) << "a bound, but far off";
+        EXPECT_LE(maximum, bound);
+        EXPECT_LE(bound, 2.5f * maximum) << "the bound is too loose";
     });
 }
 
-TEST_F(SmoothMaterials, ExactlyGrazingAndOppositeDirectionsAreFinite) {
+TEST_F(SmoothMaterials, GrazingAndOppositeDirectionsGiveFiniteValues) {
     for (const NamedMaterial& m : all()) {
         SCOPED_TRACE(m.name);
         const Bsdf bsdf = prepared(*m.material);
@@ -348,15 +354,16 @@ TEST_F(SmoothMaterials, ExactlyGrazingAndOppositeDirectionsAreFinite) {
     }
 }
 
-/// Colors by place; as a number, too.
-class Stripes : public Texture {
+/// A texture of the colors (u, v, 0.5).
+class UvTexture : public Texture {
   public:
     Rgb rgb(const TextureQuery& q) const override { return {q.uv.x, q.uv.y, .5f}; }
 };
 
-TEST_F(SmoothMaterials, PreparedSideBySideAreThoseOneByOne) {
+TEST_F(SmoothMaterials, PrepareSoAEqualsPrepare) {
     const auto table = std::make_shared<TextureTable>();
-    table->floats.push_back(std::make_shared<Stripes>()), table->rgbs.push_back(table->floats[0]);
+    table->floats.push_back(std::make_shared<UvTexture>());
+    table->rgbs.push_back(table->floats[0]);
     const auto textured = [&](const MaterialPlugin& plugin, const std::vector<std::string>& names) {
         return texturedMaterial(plugin, names, table);
     };
@@ -378,11 +385,12 @@ TEST_F(SmoothMaterials, PreparedSideBySideAreThoseOneByOne) {
         uv.set(i, random.next2() - V2f(.2f));
     const TextureQuerySoA q{uv, p, none, none, prim, barycentrics, barycentrics};
     for (const MaterialPtr& material : materials) {
-        Bsdf beside[kSoAWidth] = {}, alone{};
-        material->prepareSoA(q, 0, 5, beside), material->prepareSoA(q, 5, kSoAWidth, beside);
+        Bsdf prepared[kSoAWidth] = {}, expected{};
+        material->prepareSoA(q, 0, 5, prepared);
+        material->prepareSoA(q, 5, kSoAWidth, prepared);
         for (int i = 0; i < kSoAWidth; ++i) {
-            material->prepare(q.at(i), alone);
-            EXPECT_EQ(0, std::memcmp(alone.data, beside[i].data, sizeof alone.data)) << i;
+            material->prepare(q.at(i), expected);
+            EXPECT_EQ(0, std::memcmp(expected.data, prepared[i].data, sizeof expected.data)) << i;
         }
     }
 }

@@ -30,19 +30,24 @@ std::vector<V2f> points(const Sampler& sampler, uint64_t domain, uint32_t n, uin
     return out;
 }
 
-/// Pearson's correlation.
+/// Returns the Pearson correlation coefficient.
 double correlation(const std::vector<double>& a, const std::vector<double>& b) {
     double ma = 0, mb = 0, ab = 0, aa = 0, bb = 0;
-    for (size_t i = 0; i < a.size(); ++i)
-        ma += a[i] / double(a.size()), mb += b[i] / double(a.size());
-    for (size_t i = 0; i < a.size(); ++i)
-        ab += (a[i] - ma) * (b[i] - mb), aa += (a[i] - ma) * (a[i] - ma), bb += (b[i] - mb) * (b[i] - mb);
+    for (size_t i = 0; i < a.size(); ++i) {
+        ma += a[i] / double(a.size());
+        mb += b[i] / double(a.size());
+    }
+    for (size_t i = 0; i < a.size(); ++i) {
+        ab += (a[i] - ma) * (b[i] - mb);
+        aa += (a[i] - ma) * (a[i] - ma);
+        bb += (b[i] - mb) * (b[i] - mb);
+    }
     return ab / std::sqrt(aa * bb);
 }
 
 } // namespace
 
-TEST(Samplers, SeveralRangesSideBySideEqualSingleOnes) {
+TEST(Samplers, SeveralRangesEqualSingleQueries) {
     const SampleRange ranges[] = {{99, 3, 5, 16}, {7, 0, 1, 16}, {8, 31, 20, 40}, {99, 8, 38, 16}};
     for (const SamplerPlugin& plugin : all()) {
         const auto sampler = make(plugin).sampler;
@@ -50,13 +55,13 @@ TEST(Samplers, SeveralRangesSideBySideEqualSingleOnes) {
         V2SoA square;
         sampler->fill1D(ranges, 5, line);
         sampler->fill2D(ranges, 5, square);
-        int lane = 0;
+        int k = 0;
         for (const SampleRange& range : ranges)
-            for (uint32_t i = 0; i < range.n; ++i, ++lane) {
-                EXPECT_EQ(line[lane], sampler->get1D(range.domain, range.first + i, range.total, 5));
-                EXPECT_EQ(square.at(lane), sampler->get2D(range.domain, range.first + i, range.total, 5));
+            for (uint32_t i = 0; i < range.n; ++i, ++k) {
+                EXPECT_EQ(line[k], sampler->get1D(range.domain, range.first + i, range.total, 5));
+                EXPECT_EQ(square.at(k), sampler->get2D(range.domain, range.first + i, range.total, 5));
             }
-        EXPECT_EQ(lane, kSoAWidth);
+        EXPECT_EQ(k, kSoAWidth);
     }
 }
 
@@ -66,7 +71,7 @@ TEST(Samplers, RangesEqualSingleQueries) {
         for (const uint32_t total : {1u, 7u, 16u, 24u}) {
             std::vector<float> line(40);
             std::vector<V2f> square(40);
-            sampler->fill1D({99, 3, 40, total}, 5, line.data()); // also beyond total
+            sampler->fill1D({99, 3, 40, total}, 5, line.data()); // includes members beyond total
             sampler->fill2D({99, 3, 40, total}, 5, square.data());
             for (uint32_t i = 0; i < 40; ++i) {
                 EXPECT_EQ(sampler->get1D(99, 3 + i, total, 5), line[i]) << plugin.name;
@@ -79,7 +84,7 @@ TEST(Samplers, RangesEqualSingleQueries) {
 }
 
 TEST(Samplers, EachMemberIsUniformOverDomains) {
-    // One fixed member of many domains: a chi-square over a grid, and over dimensions of the same domain.
+    // A chi-square test of one member over many domains.
     constexpr int n = 20000, bins = 12;
     for (const SamplerPlugin& plugin : all()) {
         const auto sampler = make(plugin).sampler;
@@ -102,8 +107,7 @@ TEST(Samplers, EachMemberIsUniformOverDomains) {
 }
 
 TEST(Samplers, DimensionsAndDomainsAreIndependent) {
-    // For a good sampler the products of two dimensions are as uncorrelated as random numbers, member by
-    // member.
+    // Over many sets, equal members of two dimensions or domains are as uncorrelated as random numbers.
     constexpr uint32_t total = 16, sets = 2000;
     for (const SamplerPlugin& plugin : all()) {
         const auto sampler = make(plugin).sampler;
@@ -112,7 +116,10 @@ TEST(Samplers, DimensionsAndDomainsAreIndependent) {
             const auto a = points(*sampler, hashOf(d), total, 0), b = points(*sampler, hashOf(d), total, 1);
             const auto c = points(*sampler, hashOf(d + 1), total, 0);
             for (uint32_t i = 0; i < total; ++i) {
-                x0.push_back(a[i].x), y0.push_back(a[i].y), x1.push_back(b[i].x), next.push_back(c[i].x);
+                x0.push_back(a[i].x);
+                y0.push_back(a[i].y);
+                x1.push_back(b[i].x);
+                next.push_back(c[i].x);
                 line0.push_back(sampler->get1D(hashOf(d), i, total, 0));
                 line1.push_back(sampler->get1D(hashOf(d), i, total, 1));
             }
@@ -123,7 +130,7 @@ TEST(Samplers, DimensionsAndDomainsAreIndependent) {
         EXPECT_LT(std::abs(correlation(x0, next)), limit) << plugin.name;
         EXPECT_LT(std::abs(correlation(line0, line1)), limit) << plugin.name;
         EXPECT_LT(std::abs(correlation(x0, line0)), limit) << plugin.name;
-        // Not only linearly: joint cells of the same member in two dimensions.
+        // A chi-square test of pairs finds non-linear dependence, too.
         std::vector<double> cells(64);
         for (size_t i = 0; i < x0.size(); ++i)
             cells[size_t(x0[i] * 8) * 8 + size_t(x1[i] * 8)] += 1;
@@ -141,20 +148,22 @@ TEST(Sobol, SecondDimensionMatchesDirectionNumbers) {
         const uint32_t index = i < 1000 ? i : uint32_t(hashOf(i));
         uint32_t x = 0, y = 0;
         for (int k = 0; k < 32; ++k)
-            if (index >> k & 1)
-                x |= 1u << (31 - k), y ^= v[k];
+            if (index >> k & 1) {
+                x |= 1u << (31 - k);
+                y ^= v[k];
+            }
         EXPECT_EQ(sobolPoint(index).x, x);
         EXPECT_EQ(sobolPoint(index).y, y);
     }
 }
 
-TEST(Sobol, EveryElementaryIntervalHoldsItsShare) {
+TEST(Sobol, EveryElementaryIntervalContainsOnePoint) {
     const auto sampler = make(sobolPlugin()).sampler;
     for (const uint64_t domain : {1ull, 77ull, 123456789ull})
         for (uint32_t dim = 0; dim < 5; ++dim)
             for (uint32_t m = 0; m <= 10; ++m) {
                 const uint32_t n = 1u << m;
-                for (const uint32_t first : {0u, 3 * n}) { // any aligned block is a net
+                for (const uint32_t first : {0u, 3 * n}) { // any aligned range is a net
                     std::vector<V2f> p(n);
                     std::vector<float> line(n);
                     sampler->fill2D({domain, first, n, n}, dim, p.data());
@@ -174,8 +183,8 @@ TEST(Sobol, EveryElementaryIntervalHoldsItsShare) {
             }
 }
 
-TEST(Sobol, IntegratesFasterThanRandom) {
-    // RMSE of the mean of a smooth function over 64 points: Owen scrambling gains more than a factor of 5.
+TEST(Sobol, ConvergesFasterThanIndependentSamples) {
+    // The RMSE of the mean of a smooth function over 64 points.
     const auto rmse = [](const Sampler& sampler) {
         double sum = 0;
         for (uint64_t d = 0; d < 200; ++d) {
@@ -187,15 +196,15 @@ TEST(Sobol, IntegratesFasterThanRandom) {
         }
         return std::sqrt(sum / 200);
     };
-    const double random = rmse(*make(independentPlugin()).sampler),
-                 sobol = rmse(*make(sobolPlugin()).sampler);
+    const double random = rmse(*make(independentPlugin()).sampler);
+    const double sobol = rmse(*make(sobolPlugin()).sampler);
     const double stratified =
         rmse(*make(stratifiedPlugin(), Params().ints("xsamples", {8}).ints("ysamples", {8})).sampler);
     EXPECT_LT(sobol, random / 5);
     EXPECT_LT(stratified, random / 3);
 }
 
-TEST(Stratified, OnePointPerStratumRowAndColumn) {
+TEST(Stratified, EveryStratumRowAndColumnContainsOnePoint) {
     const auto setup = make(stratifiedPlugin(), Params().ints("xsamples", {6}).ints("ysamples", {4}));
     EXPECT_EQ(setup.samplesPerPixel, 24);
     for (uint64_t domain = 0; domain < 20; ++domain) {
@@ -214,7 +223,7 @@ TEST(Stratified, OnePointPerStratumRowAndColumn) {
     }
 }
 
-TEST(Stratified, WithoutJitterPointsAreTheCenters) {
+TEST(Stratified, PointsAreCentersWithoutJitter) {
     const auto setup = make(stratifiedPlugin(),
                             Params().ints("xsamples", {3}).ints("ysamples", {2}).boolean("jitter", false));
     std::set<std::pair<int, int>> found;
@@ -228,7 +237,7 @@ TEST(Stratified, WithoutJitterPointsAreTheCenters) {
 
 TEST(Stratified, PermutationsAreBijectiveAndUniform) {
     for (const uint32_t n : {1u, 2u, 3u, 5u, 8u, 13u, 64u, 100u}) {
-        std::vector<double> places(n * n);
+        std::vector<double> counts(n * n);
         const int seeds = n < 16 ? 20000 : 4000;
         for (int seed = 0; seed < seeds; ++seed) {
             std::set<uint32_t> seen;
@@ -236,17 +245,17 @@ TEST(Stratified, PermutationsAreBijectiveAndUniform) {
                 const uint32_t j = permutedIndex(i, n, hashOf(seed, n));
                 EXPECT_LT(j, n);
                 seen.insert(j);
-                places[i * n + j] += 1;
+                counts[i * n + j] += 1;
             }
             EXPECT_EQ(seen.size(), n);
         }
         if (n > 1) {
-            EXPECT_GT(chiSquareP(places, std::vector<double>(n * n, double(seeds) / n)), 1e-4) << n;
+            EXPECT_GT(chiSquareP(counts, std::vector<double>(n * n, double(seeds) / n)), 1e-4) << n;
         }
     }
 }
 
-TEST(Samplers, CountsFollowTheSceneAndTheCommandLine) {
+TEST(Samplers, SamplesPerPixelFollowTheSceneAndTheCommandLine) {
     EXPECT_EQ(make(sobolPlugin()).samplesPerPixel, 16);
     EXPECT_EQ(make(sobolPlugin(), {}, 0, Conventions::PbrtV2).samplesPerPixel, 4);
     EXPECT_EQ(make(sobolPlugin(), Params().ints("pixelsamples", {33})).samplesPerPixel, 64);
@@ -256,11 +265,11 @@ TEST(Samplers, CountsFollowTheSceneAndTheCommandLine) {
     EXPECT_EQ(make(independentPlugin(), {}, 7).samplesPerPixel, 7);
     EXPECT_EQ(make(stratifiedPlugin(), {}, 12).samplesPerPixel, 12);
     EXPECT_EQ(make(stratifiedPlugin()).samplesPerPixel, 16);
-    const Params none = Params().ints("pixelsamples", {0}),
-                 one = Params().ints("xsamples", {2}).ints("ysamples", {-1});
+    const Params none = Params().ints("pixelsamples", {0});
+    const Params negative = Params().ints("xsamples", {2}).ints("ysamples", {-1});
     EXPECT_EQ(errorOffset([&] { make(sobolPlugin(), none); }), 10);
     EXPECT_EQ(errorOffset([&] { make(independentPlugin(), none); }), 10);
-    EXPECT_EQ(errorOffset([&] { make(stratifiedPlugin(), one); }), 20);
+    EXPECT_EQ(errorOffset([&] { make(stratifiedPlugin(), negative); }), 20);
 }
 
 TEST(Samplers, AliasesNameExistingSamplers) {

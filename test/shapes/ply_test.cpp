@@ -13,7 +13,7 @@ namespace {
 enum class Encoding { Ascii, Little, Big };
 constexpr Encoding kEncodings[] = {Encoding::Ascii, Encoding::Little, Encoding::Big};
 
-/// Writes PLY bodies in any encoding.
+/// A writer of PLY files in any encoding.
 class PlyWriter {
   public:
     explicit PlyWriter(Encoding encoding) : m_encoding(encoding) {
@@ -50,18 +50,31 @@ class PlyWriter {
     Encoding m_encoding;
 };
 
-const char* const kXyz = "property float x\nproperty float y\nproperty float z\n";
+const char* const kXyz = R"(property float x
+property float y
+property float z
+)";
 
-/// A square with normals and uvs, a property and an element of no interest, and one quad.
+/// Returns a square with normals and uvs, other properties and another element, and a quad and a triangle.
 template <class Count, class Index>
 std::string square(Encoding encoding, const std::string& countType, const std::string& indexType) {
     PlyWriter ply(encoding);
     ply.header("element vertex 4\n" + std::string(kXyz) +
-               "property uchar red\nproperty double nx\nproperty double ny\nproperty double nz\n"
-               "property list uchar short rings\nproperty float u\nproperty float v\n"
-               "element material 2\nproperty int id\nproperty list uint8 float32 weights\n"
-               "element face 2\nproperty list " +
-               countType + " " + indexType + " vertex_indices\nproperty int32 face_index\n");
+               R"(property uchar red
+property double nx
+property double ny
+property double nz
+property list uchar short rings
+property float u
+property float v
+element material 2
+property int id
+property list uint8 float32 weights
+element face 2
+property list )" +
+               countType + " " + indexType + R"( vertex_indices
+property int32 face_index
+)");
     const float corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (const auto& c : corners) {
         ply.put(c[0], c[1], 0.1f).put(uint8_t(200)).put(0.0, 0.0, 1.5);
@@ -87,7 +100,7 @@ void expectSquare(const PlyMesh& mesh) {
 
 PlyMesh parse(const std::string& text) { return parsePly(text, "test.ply", {}); }
 
-TEST(Ply, AllEncodingsAndIntegerTypes) {
+TEST(Ply, ReadsAllEncodingsAndIntegerTypes) {
     for (const Encoding e : kEncodings) {
         expectSquare(parse(square<uint8_t, int32_t>(e, "uchar", "int")));
         expectSquare(parse(square<int8_t, uint32_t>(e, "int8", "uint32")));
@@ -98,17 +111,31 @@ TEST(Ply, AllEncodingsAndIntegerTypes) {
     }
 }
 
-TEST(Ply, FacesOfManyCornersBecomeFans) {
-    std::string text = std::string("ply\nformat ascii 1.0\nelement vertex 5\n") + kXyz +
-                       "element face 1\nproperty list uchar int vertex_index\nend_header\n"
-                       "0 0 0 1 0 0 2 1 0 1 2 0 0 1 0 5 0 1 2 3 4\n";
-    EXPECT_EQ(parse(text).indices, (std::vector<uint32_t>{0, 1, 2, 0, 2, 3, 0, 3, 4}));
+TEST(Ply, PolygonsAreSplitIntoFans) {
+    EXPECT_EQ(parse(R"(ply
+format ascii 1.0
+element vertex 5
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_index
+end_header
+0 0 0
+1 0 0
+2 1 0
+1 2 0
+0 1 0
+5 0 1 2 3 4
+)")
+                  .indices,
+              (std::vector<uint32_t>{0, 1, 2, 0, 2, 3, 0, 3, 4}));
 }
 
-TEST(Ply, TextureCoordinateNamesAndLineEnds) {
+TEST(Ply, ReadsAllNamesOfTextureCoordinatesAndCrLfLines) {
     for (const char* names : {"u v", "s t", "texture_u texture_v", "texture_s texture_t"}) {
-        const std::string both = names, u = both.substr(0, both.find(' ')),
-                          v = both.substr(both.find(' ') + 1);
+        const std::string both = names;
+        const std::string u = both.substr(0, both.find(' ')), v = both.substr(both.find(' ') + 1);
         const std::string text =
             "ply\r\nformat ascii 1.0\r\nobj_info made here\r\nelement face 1\r\n"
             "property list uchar int vertex_indices\r\nelement vertex 3\r\n"
@@ -128,8 +155,6 @@ TEST(Ply, CountsTrailingBytes) {
     EXPECT_EQ(parse(text + " 1 2").trailingBytes, 3u);
 }
 
-// --------------------------------------------------------------------------------------- malformed files
-
 std::string ascii(const std::string& vertexCount, const std::string& vertexProperties,
                   const std::string& faceCount, const std::string& faceProperties, const std::string& body) {
     return "ply\nformat ascii 1.0\nelement vertex " + vertexCount + "\n" + vertexProperties +
@@ -137,13 +162,15 @@ std::string ascii(const std::string& vertexCount, const std::string& vertexPrope
 }
 
 const char* const kList = "property list uchar int vertex_indices\n";
+/// The positions of three vertices.
 const char* const kThree = "0 0 0\n1 0 0\n0 1 0\n";
 
-struct Mangled {
+/// A malformed file and a fragment of the expected message.
+struct Malformed {
     std::string text, message;
 };
 
-std::vector<Mangled> mangledHeaders() {
+std::vector<Malformed> malformedHeaders() {
     const std::string good = ascii("3", kXyz, "1", kList, std::string(kThree) + "3 0 1 2\n");
     const auto swap = [&](const std::string& from, const std::string& to) {
         std::string text = good;
@@ -160,7 +187,7 @@ std::vector<Mangled> mangledHeaders() {
         {swap("element vertex 3", "element vertex three"), "not a number: \"three\""},
         {swap("element vertex 3", "element vertex -3"), "not a number: \"-3\""},
         {swap("element vertex 3", "element vertex 99999999999999999999"), "not a number"},
-        {swap("element vertex 3", "element vertex"), "cannot be understood, starting \"element\""},
+        {swap("element vertex 3", "element vertex"), "an invalid line that starts with \"element\""},
         {swap("element vertex 3", "property float x\nelement vertex 3"), "before any element"},
         {swap("element face 1", "element vertex 1"), "element \"vertex\" is declared twice"},
         {swap("property float y", "property float x"),
@@ -171,7 +198,7 @@ std::vector<Mangled> mangledHeaders() {
         {swap("property float y", "property list uchar float y"), "lack x, y or z"},
         {swap("property float z", "property float z\nproperty float nx"), "some of nx, ny and nz"},
         {swap("list uchar int", "list float int"), "must be of an integer type"},
-        {swap("list uchar int", "list uchar float"), "no list of integers called vertex_indices"},
+        {swap("list uchar int", "list uchar float"), "no list of integers named vertex_indices"},
         {swap("vertex_indices", "corners"), "no list of integers"},
         {swap("property list uchar int vertex_indices", "property int vertex_indices"),
          "no list of integers"},
@@ -183,7 +210,7 @@ std::vector<Mangled> mangledHeaders() {
     };
 }
 
-std::vector<Mangled> mangledBodies() {
+std::vector<Malformed> malformedBodies() {
     const auto faces = [](const std::string& face) { return ascii("3", kXyz, "1", kList, kThree + face); };
     return {
         {faces("3 0 1 3\n"), "face 0 refers to vertex 3, but there are 3 vertices"},
@@ -199,14 +226,14 @@ std::vector<Mangled> mangledBodies() {
         {faces("3.5 0 1 2\n"), "is not an integer"},
         {ascii("3", kXyz, "1", kList, "0 0 0 1 0 0 0 1 0x 3 0 1 2"), "\"0x\" in element \"vertex\""},
         {ascii("4000000000", kXyz, "1", kList, kThree), "too short for the 4000000000 rows"},
-        {ascii("18446744073709551615", kXyz, "1", kList, kThree), "32 bits"},
+        {ascii("18446744073709551615", kXyz, "1", kList, kThree), "has more vertices than 32-bit indices allow"},
         {ascii("3", kXyz, "18446744073709551615", kList, kThree), "too short"},
         {ascii("4", kXyz, "1", kList, std::string(kThree) + "0"), "too short for the 4 rows"},
     };
 }
 
-std::vector<Mangled> mangledBinary() {
-    std::vector<Mangled> cases;
+std::vector<Malformed> malformedBinary() {
+    std::vector<Malformed> cases;
     for (const Encoding e : {Encoding::Little, Encoding::Big}) {
         const std::string header = std::string("element vertex 3\n") + kXyz + "element face 1\n" +
                                    "property list int int vertex_indices\n";
@@ -229,11 +256,11 @@ std::vector<Mangled> mangledBinary() {
     return cases;
 }
 
-TEST(Ply, MalformedFilesAreNamedErrors) {
-    std::vector<Mangled> cases = mangledHeaders();
-    for (const auto& more : {mangledBodies(), mangledBinary()})
+TEST(Ply, ErrorsOfMalformedFilesNameTheFile) {
+    std::vector<Malformed> cases = malformedHeaders();
+    for (const auto& more : {malformedBodies(), malformedBinary()})
         cases.insert(cases.end(), more.begin(), more.end());
-    for (const Mangled& c : cases) {
+    for (const Malformed& c : cases) {
         try {
             parse(c.text);
             ADD_FAILURE() << "no error; expected: " << c.message << "\n" << c.text;
@@ -249,13 +276,13 @@ TEST(Ply, MalformedFilesAreNamedErrors) {
 TEST(Ply, EveryTruncationIsAnError) {
     for (const Encoding e : kEncodings) {
         const std::string text = square<uint8_t, int32_t>(e, "uchar", "int");
-        // Without its last byte, a line end, an ASCII file is still whole.
+        // An ASCII file is complete without its last byte, a line break.
         for (size_t n = 0; n + 1 < text.size(); ++n)
             EXPECT_THROW(parse(text.substr(0, n)), Error) << "cut to " << n << " of " << text.size();
     }
 }
 
-TEST(Ply, EveryFlippedByteIsReadOrRefused) {
+TEST(Ply, FilesWithFlippedBytesAreValidOrErrors) {
     for (const Encoding e : kEncodings) {
         const std::string good = square<uint8_t, int32_t>(e, "uchar", "int");
         for (size_t i = 0; i < good.size(); ++i) {
@@ -273,9 +300,7 @@ TEST(Ply, EveryFlippedByteIsReadOrRefused) {
     }
 }
 
-// ------------------------------------------------------------------------------------------------ the plugin
-
-/// A file that is removed when the test ends.
+/// A file that is removed by the destructor.
 class TemporaryFile {
   public:
     TemporaryFile(const std::string& name, const std::string& contents)
@@ -289,14 +314,14 @@ class TemporaryFile {
     const std::filesystem::path path;
 };
 
-ShapeParams named(const std::vector<std::filesystem::path>& paths) {
+ShapeParams withFiles(const std::vector<std::filesystem::path>& paths) {
     std::vector<std::string> names(paths.begin(), paths.end());
     return ShapeParams().strings("filename", names);
 }
 
 TEST(PlyMesh, ReadsAFile) {
     const TemporaryFile file("one.ply", square<uint8_t, int32_t>(Encoding::Big, "uchar", "int"));
-    const Shape shape = makeShape(plyMeshPlugin(), named({file.path}));
+    const Shape shape = makeShape(plyMeshPlugin(), withFiles({file.path}));
     ASSERT_TRUE(shape.mesh);
     EXPECT_EQ(shape.mesh->triangleCount(), 3u);
     EXPECT_EQ(shape.mesh->uvs.size(), 4u);
@@ -308,47 +333,48 @@ TEST(PlyMesh, SeveralFilesAreKeys) {
     const std::string first = ascii("3", kXyz, "1", kList, std::string(kThree) + "3 0 1 2\n");
     const std::string second = ascii("3", kXyz, "1", kList, "0 0 1 1 0 1 0 1 1\n3 0 1 2\n");
     const TemporaryFile a("a.ply", first), b("b.ply", second);
-    const TriangleMesh mesh = *makeShape(plyMeshPlugin(), named({a.path, b.path, a.path}), {0, 2}).mesh;
+    const TriangleMesh mesh = *makeShape(plyMeshPlugin(), withFiles({a.path, b.path, a.path}), {0, 2}).mesh;
     ASSERT_EQ(mesh.positions.size(), 3u);
     EXPECT_EQ(mesh.positions[1][1], V3f(1, 0, 1));
     EXPECT_EQ(mesh.keyTimes, (std::vector<float>{0, 1, 2}));
     EXPECT_TRUE(mesh.normals.empty());
 }
 
-TEST(PlyMesh, LocatedErrors) {
+TEST(PlyMesh, ErrorsHaveLocations) {
     const std::string one = ascii("3", kXyz, "1", kList, std::string(kThree) + "3 0 1 2\n");
-    const TemporaryFile good("good.ply", one),
-        quad("quad.ply", square<uint8_t, int32_t>(Encoding::Ascii, "uchar", "int"));
+    const TemporaryFile good("good.ply", one);
+    const TemporaryFile quad("quad.ply", square<uint8_t, int32_t>(Encoding::Ascii, "uchar", "int"));
     const TemporaryFile other("other.ply", ascii("3", kXyz, "1", kList, std::string(kThree) + "3 0 2 1\n"));
     const TemporaryFile nan("nan.ply", ascii("3", kXyz, "1", kList, "0 0 0 0 nan 0 1 0 0 3 0 1 2\n"));
     const TemporaryFile huge("huge.ply", ascii("3", kXyz, "1", kList, "0 0 0 0 1e60 0 1 0 0 3 0 1 2\n"));
     const TemporaryFile empty("empty.ply", "");
     const Plugin<Shape> plugin = plyMeshPlugin();
     expectShapeError(plugin, ShapeParams(), "", "\"filename\" is missing");
-    expectShapeError(plugin, named({}), "filename", "names no file");
-    expectShapeError(plugin, named({"no such file.ply"}), "filename", "no such file.ply");
-    expectShapeError(plugin, named({empty.path}), "filename", empty.path.string());
-    expectShapeError(plugin, named({good.path.parent_path()}), "filename", good.path.parent_path().string());
-    expectShapeError(plugin, named({nan.path}), "filename", "the position of vertex 1 is not finite");
-    expectShapeError(plugin, named({huge.path}), "filename", "the position of vertex 1 is not finite");
-    expectShapeError(plugin, named({good.path, quad.path}), "filename", "4 vertices instead of 3");
-    expectShapeError(plugin, named({good.path, other.path}), "filename", "its faces differ");
-    expectShapeError(plugin, named({good.path, good.path}).floats("keytimes", {1, 0}), "keytimes",
+    expectShapeError(plugin, withFiles({}), "filename", "names no file");
+    expectShapeError(plugin, withFiles({"no such file.ply"}), "filename", "no such file.ply");
+    expectShapeError(plugin, withFiles({empty.path}), "filename", empty.path.string());
+    expectShapeError(plugin, withFiles({good.path.parent_path()}), "filename",
+                     good.path.parent_path().string());
+    expectShapeError(plugin, withFiles({nan.path}), "filename", "the position of vertex 1 is not finite");
+    expectShapeError(plugin, withFiles({huge.path}), "filename", "the position of vertex 1 is not finite");
+    expectShapeError(plugin, withFiles({good.path, quad.path}), "filename", "4 vertices instead of 3");
+    expectShapeError(plugin, withFiles({good.path, other.path}), "filename", "the faces differ");
+    expectShapeError(plugin, withFiles({good.path, good.path}).floats("keytimes", {1, 0}), "keytimes",
                      "ascending");
 }
 
-TEST(PlyMesh, LenientFilesMayBeEmptyOrHaveBadNormals) {
-    const TemporaryFile none("none.ply", ascii("0", kXyz, "0", kList, "")),
-        nan("nan.ply",
-            ascii("3", std::string(kXyz) + "property float nx\nproperty float ny\nproperty float nz\n", "1",
-                  kList, "0 0 0 nan 0 0 1 0 0 0 0 1 0 1 0 0 0 1 3 0 1 2\n"));
+TEST(PlyMesh, LenientFilesMayBeEmptyOrHaveInvalidNormals) {
+    const TemporaryFile none("none.ply", ascii("0", kXyz, "0", kList, ""));
+    const TemporaryFile nan(
+        "nan.ply", ascii("3", std::string(kXyz) + "property float nx\nproperty float ny\nproperty float nz\n",
+                         "1", kList, "0 0 0 nan 0 0 1 0 0 0 0 1 0 1 0 0 0 1 3 0 1 2\n"));
     for (const bool lenient : {false, true}) {
         std::string warning;
         Diagnostics messages([&](const std::string& text) { warning = text; });
         BuildContext context{messages};
         context.lenient = lenient;
         const auto make = [&](const TemporaryFile& file) {
-            return plyMeshPlugin().create(named({file.path}).set(), context);
+            return plyMeshPlugin().create(withFiles({file.path}).set(), context);
         };
         if (!lenient) {
             EXPECT_THROW(make(none), Error);
@@ -356,19 +382,20 @@ TEST(PlyMesh, LenientFilesMayBeEmptyOrHaveBadNormals) {
             continue;
         }
         EXPECT_FALSE(make(none).mesh);
-        EXPECT_NE(warning.find("a mesh of no triangles is left out"), std::string::npos);
+        EXPECT_NE(warning.find("a mesh without triangles is ignored"), std::string::npos);
         const Shape shape = make(nan);
         EXPECT_EQ(shape.mesh->normals[0][0], V3f(0));
         EXPECT_EQ(shape.mesh->normals[0][1], V3f(0, 0, 1));
-        EXPECT_NE(warning.find("some normals are not finite"), std::string::npos);
+        EXPECT_NE(warning.find("some normals are not finite; geometric normals are used instead"),
+                  std::string::npos);
     }
 }
 
-TEST(PlyMesh, WarnsOfTrailingBytes) {
+TEST(PlyMesh, TrailingBytesAreIgnoredWithAWarning) {
     const TemporaryFile file("tail.ply", ascii("3", kXyz, "1", kList, std::string(kThree) + "3 0 1 2 7\n"));
     std::string warning;
     Diagnostics messages([&](const std::string& text) { warning = text; });
-    makeShape(plyMeshPlugin(), named({file.path}), {0, 1}, &messages);
+    makeShape(plyMeshPlugin(), withFiles({file.path}), {0, 1}, &messages);
     EXPECT_NE(warning.find("after the last element"), std::string::npos);
 }
 

@@ -1,4 +1,4 @@
-// Spheres and disks against references in double precision that share no code with them.
+// Spheres and disks against independent references in extended precision.
 #include "shapes/disk.h"
 #include "shapes/shape_params.h"
 #include "shapes/sphere.h"
@@ -19,8 +19,9 @@ V3f inCube(Random& random, float size) {
     return {between(random, -size, size), between(random, -size, size), between(random, -size, size)};
 }
 
+/// Clipping of a sphere (a, b: zmin, zmax), or shape of a disk (a, b: innerradius, height).
 struct Cut {
-    float a, b, phiMax; ///< zmin and zmax, or innerradius and height
+    float a, b, phiMax;
 };
 
 std::shared_ptr<const Quadric> sphere(float radius, const Cut& cut) {
@@ -48,20 +49,20 @@ long double degreesAbout(long double x, long double y) {
     return phi < 0 ? phi + 360 : phi;
 }
 
-/// All crossings of a line with a shape, and how far each is from the nearest cut (there, either answer
-/// goes).
+/// A crossing of a line with a shape.
 struct Crossing {
-    long double t, margin; ///< margin < 0: cut away
+    long double t, margin; ///< margin: distance from the nearest edge of the shape; negative outside of it
 };
+/// Returns all crossings of a line.
 using Reference = std::function<std::vector<Crossing>(const V3f& o, const V3f& d)>;
 
-struct Wide {
+struct Point {
     long double x, y, z;
 };
-Wide along(const V3f& o, const V3f& d, long double t) {
+Point along(const V3f& o, const V3f& d, long double t) {
     return {o.x + t * d.x, o.y + t * d.y, o.z + t * d.z};
 }
-long double sweepMargin(const Wide& p, float phiMax) {
+long double sweepMargin(const Point& p, float phiMax) {
     return phiMax >= 360 ? 1.L : (phiMax - degreesAbout(p.x, p.y)) / 360;
 }
 
@@ -77,7 +78,7 @@ Reference sphereReference(float r, const Cut& cut) {
             return crossings;
         for (const long double sign : {-1.L, 1.L}) {
             const long double t = (-b + sign * std::sqrt(disc)) / a;
-            const Wide p = along(o, d, t);
+            const Point p = along(o, d, t);
             const long double low = cut.a <= -r ? 1 : p.z - cut.a, high = cut.b >= r ? 1 : cut.b - p.z;
             crossings.push_back({t, std::min({low, high, sweepMargin(p, cut.phiMax)})});
         }
@@ -88,37 +89,38 @@ Reference sphereReference(float r, const Cut& cut) {
 Reference diskReference(float r, const Cut& cut) {
     return [=](const V3f& o, const V3f& d) {
         const long double t = ((long double)cut.b - o.z) / d.z;
-        const Wide p = along(o, d, t);
+        const Point p = along(o, d, t);
         const long double rho = std::hypot(p.x, p.y), inner = cut.a > 0 ? rho - cut.a : 1;
         return std::vector<Crossing>{{t, std::min({r - rho, inner, sweepMargin(p, cut.phiMax)})}};
     };
 }
 
-/// Compares random rays, some of them grazing, some from far away, some cut short.
+/// Compares random rays with the reference; some rays are limited by tmin or tmax. Rays whose crossing is
+/// within rounding of an edge or of an end of the ray are not compared.
 void compareRays(const Quadric& shape, const Reference& reference, float size, int rays, float distance) {
     Random random(7);
-    int hits = 0, doubtful = 0;
+    int hits = 0, ambiguous = 0;
     for (int i = 0; i < rays; ++i) {
         const V3f target = inCube(random, size), o = inCube(random, size * distance);
         const V3f d = (target - o) * between(random, 0.1f, 3.f);
-        const float tmin = i % 3 ? 0 : between(random, 0, 1),
-                    tmax = i % 5 ? kInfinity : between(random, 0, 2);
+        const float tmin = i % 3 ? 0 : between(random, 0, 1);
+        const float tmax = i % 5 ? kInfinity : between(random, 0, 2);
         float t = -1, u = -1, v = -1;
         const bool hit = shape.intersect(o, d, tmin, tmax, t, u, v);
         const long double slack = 1e-6L;
-        bool expected = false, doubt = false;
+        bool expected = false, isAmbiguous = false;
         long double nearest = 0;
         for (const Crossing& c : reference(o, d)) {
             if (std::abs(c.margin) < slack * size || std::abs(c.t - tmin) < slack * (1 + std::abs(c.t)) ||
                 std::abs(c.t - tmax) < slack * (1 + std::abs(c.t)))
-                doubt = true;
+                isAmbiguous = true;
             else if (!expected && c.margin > 0 && c.t > tmin && c.t < tmax) {
                 expected = true;
                 nearest = c.t;
             }
         }
-        if (doubt) {
-            ++doubtful;
+        if (isAmbiguous) {
+            ++ambiguous;
             continue;
         }
         ASSERT_EQ(hit, expected) << "ray " << i << " from " << o << " to " << target;
@@ -126,7 +128,7 @@ void compareRays(const Quadric& shape, const Reference& reference, float size, i
             continue;
         ++hits;
         ASSERT_NEAR(t, nearest, 1e-6 * std::abs(nearest)) << "ray " << i;
-        const Wide p = along(o, d, nearest);
+        const Point p = along(o, d, nearest);
         const QuadricPoint q = shape.point(u, v);
         const V3f expectedPoint(static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z));
         ASSERT_LT(length(q.p - expectedPoint), 3e-6f * size) << "ray " << i << " uv " << u << " " << v;
@@ -136,14 +138,14 @@ void compareRays(const Quadric& shape, const Reference& reference, float size, i
         ASSERT_NEAR(q.uv.y, v, 1e-5f);
     }
     EXPECT_GT(hits, rays / 100);
-    EXPECT_LT(doubtful, rays / 100);
+    EXPECT_LT(ambiguous, rays / 100);
 }
 
 const Cut kSphereCuts[] = {
     {-9, 9, 360}, {-1.5f, 9, 360}, {-9, 0.5f, 360}, {-0.7f, 1.9f, 200}, {1.2f, 1.6f, 90}};
 const Cut kDiskCuts[] = {{0, 0, 360}, {0.7f, 0.3f, 360}, {0, -1, 250}, {1.5f, 1, 60}};
 
-/// Rays side by side are those one by one, to the bit; those not asked for never hit.
+/// Expects intersectSoA to equal intersect to the bit, and inactive rays not to hit.
 void comparePackets(const Quadric& shape) {
     constexpr unsigned kPacket = 16;
     float rows[9][kPacket]; // origin, tmin, direction, time, tmax
@@ -166,8 +168,9 @@ void comparePackets(const Quadric& shape) {
         shape.intersectSoA(rays, hit, t, u, v);
         for (int i = 0; i < int(n); ++i) {
             float t1, u1, v1;
-            const bool alone = shape.intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t1, u1, v1);
-            ASSERT_EQ(hit[i] != 0, alone && valid[i]) << "packet " << packet << ", ray " << i;
+            const bool expected =
+                shape.intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t1, u1, v1);
+            ASSERT_EQ(hit[i] != 0, expected && valid[i]) << "packet " << packet << ", ray " << i;
             if (!hit[i])
                 continue;
             ++hits;
@@ -186,27 +189,26 @@ TEST(Sphere, AgreesWithTheReference) {
     }
 }
 
-TEST(Quadrics, MeetPacketsAsSingleRays) {
+TEST(Quadrics, IntersectSoAEqualsIntersect) {
     for (const Cut& cut : kSphereCuts)
         comparePackets(*sphere(2, cut));
     for (const Cut& cut : kDiskCuts)
         comparePackets(*disk(2, cut));
 }
 
-TEST(Sphere, AgreesFromFarAway) {
+TEST(Sphere, AgreesWithTheReferenceForDistantRays) {
     for (const float distance : {1e2f, 1e4f})
         compareRays(*sphere(2), sphereReference(2, {-9, 9, 360}), 2, 50000, distance);
 }
 
-TEST(Sphere, GrazingRays) {
-    // Rays that miss or hit the unit sphere by one part in a million, from a thousand radii away.
+TEST(Sphere, AgreesWithTheReferenceForGrazingRays) {
+    // Rays that miss or hit the unit sphere by a few millionths, from a distance of 1000 radii.
     const auto shape = sphere(1);
     Random random(3);
     for (int i = 0; i < 10000; ++i) {
         const V3f n = normalize(inCube(random, 1)), side = Frame::fromNormal(n).s;
         for (const float height : {1 - 3e-6f, 1 + 3e-6f}) {
-            // Both ends stand off by the same height, exactly enough: the line is parallel to `side` only
-            // nearly, so the reference decides.
+            // The line is parallel to `side` up to rounding only, so the reference decides.
             const V3f o = n * height - side * 1000.f, d = n * height + side * 1000.f - o;
             const auto crossings = sphereReference(1, {-9, 9, 360})(o, d);
             float t, u, v;
@@ -219,7 +221,7 @@ TEST(Sphere, GrazingRays) {
     }
 }
 
-TEST(Sphere, FromItsOwnSurfaceAndInside) {
+TEST(Sphere, RaysFromTheSurfaceAndFromInside) {
     const auto shape = sphere(1);
     float t, u, v;
     ASSERT_TRUE(shape->intersect({0, 0, 0}, {0, 0, 2}, 0, kInfinity, t, u, v));
@@ -227,14 +229,14 @@ TEST(Sphere, FromItsOwnSurfaceAndInside) {
     ASSERT_TRUE(shape->intersect({0, 0, 1}, {0, 0, -1}, 1e-4f, kInfinity, t, u, v));
     EXPECT_FLOAT_EQ(t, 2);
     EXPECT_FALSE(shape->intersect({0, 0, 1}, {0, 0, 1}, 1e-4f, kInfinity, t, u, v));
-    EXPECT_FALSE(shape->intersect({0, 0, 3}, {0, 0, -1}, 0, 2, t, u, v)); // tmax itself is outside
+    EXPECT_FALSE(shape->intersect({0, 0, 3}, {0, 0, -1}, 0, 2, t, u, v)); // tmax is exclusive
     EXPECT_FALSE(shape->intersect({0, 0, 3}, {0, 0, 0}, 0, kInfinity, t, u, v));
     const float nan = std::numeric_limits<float>::quiet_NaN();
     EXPECT_FALSE(shape->intersect({0, nan, 3}, {0, 0, -1}, 0, kInfinity, t, u, v));
 }
 
-TEST(Sphere, NearestUncutHit) {
-    const auto bowl = sphere(1, {-9, 0, 360}); // the upper half is cut away: rays from above hit the inside
+TEST(Sphere, ClippedHitsAreSkipped) {
+    const auto bowl = sphere(1, {-9, 0, 360}); // without the upper half: rays from above hit the inside
     float t, u, v;
     ASSERT_TRUE(bowl->intersect({0.1f, 0, 5}, {0, 0, -1}, 0, kInfinity, t, u, v));
     EXPECT_GT(t, 5.f);
@@ -255,9 +257,7 @@ TEST(Disk, ParallelRaysMiss) {
     EXPECT_FALSE(disk(1, {0, 0, 360})->intersect({-3, 0, 1}, {1, 0, 0}, 0, kInfinity, t, u, v));
 }
 
-// ------------------------------------------------------------------------------------- the parametrization
-
-TEST(Sphere, PbrtsParametrization) {
+TEST(Sphere, HasTheParametrizationOfPbrt) {
     struct Row {
         V3f p;
         float u, v;
@@ -279,16 +279,16 @@ TEST(Sphere, PbrtsParametrization) {
     EXPECT_LT(length(middle - V3f(0, 2, 0)), 1e-6f);
 }
 
-TEST(Disk, PbrtsParametrization) {
+TEST(Disk, HasTheParametrizationOfPbrt) {
     const auto whole = disk(2, {0, 3, 360});
-    EXPECT_LT(length(whole->point(0, 0).p - V3f(2, 0, 3)), 1e-6f); // v is 0 at the rim
+    EXPECT_LT(length(whole->point(0, 0).p - V3f(2, 0, 3)), 1e-6f); // v is 0 at the outer edge
     EXPECT_LT(length(whole->point(0.25f, 1).p - V3f(0, 0, 3)), 1e-6f);
     const auto ring = disk(2, {1, 0, 180});
     EXPECT_LT(length(ring->point(0.5f, 0.25f).p - V3f(0, 1.75f, 0)), 1e-6f);
     EXPECT_EQ(ring->point(0.5f, 0.25f).n, V3f(0, 0, 1));
 }
 
-/// Derivatives against differences, and the normal against their cross product.
+/// Compares derivatives with finite differences, and the normal with the cross product of the derivatives.
 void checkDerivatives(const Quadric& shape) {
     Random random(11);
     for (int i = 0; i < 1000; ++i) {
@@ -303,25 +303,24 @@ void checkDerivatives(const Quadric& shape) {
     }
 }
 
-TEST(Sphere, Derivatives) {
+TEST(Sphere, DerivativesEqualDifferences) {
     for (const Cut& cut : kSphereCuts)
         checkDerivatives(*sphere(2, cut));
-    for (const float v : {0.f, 1.f}) { // the poles have directions
+    for (const float v : {0.f, 1.f}) { // not zero at the poles
         EXPECT_GT(length(sphere(2)->point(0.3f, v).dpdu), 0.f);
         EXPECT_GT(length(sphere(2)->point(0.3f, v).dpdv), 0.f);
     }
 }
 
-TEST(Disk, Derivatives) {
+TEST(Disk, DerivativesEqualDifferences) {
     for (const Cut& cut : kDiskCuts)
         checkDerivatives(*disk(2, cut));
     EXPECT_GT(length(disk(2, kDiskCuts[0])->point(0.3f, 1).dpdu), 0.f);
 }
 
-// ------------------------------------------------------------------------------------------------- sampling
-
-/// Chi-square of samples in 8 x 8 cells of equal area, which `cell` maps a point to in [0,1)².
-void checkSampling(const Quadric& shape, const std::function<V2f(const V3f&)>& cell) {
+/// Chi-square test of samples in 8 x 8 bins of equal area. `toUnitSquare` maps the surface to [0,1)² with
+/// equal areas.
+void checkSampling(const Quadric& shape, const std::function<V2f(const V3f&)>& toUnitSquare) {
     constexpr int kSide = 8, kSamples = 64000;
     std::vector<int> counts(kSide * kSide);
     Random random(5);
@@ -329,14 +328,14 @@ void checkSampling(const Quadric& shape, const std::function<V2f(const V3f&)>& c
     for (int i = 0; i < kSamples; ++i) {
         const float x = uniform(random), y = uniform(random);
         const QuadricPoint q = shape.samplePoint({x, y});
-        const V2f c = cell(q.p);
+        const V2f c = toUnitSquare(q.p);
         ASSERT_GE(std::min(c.x, c.y), -1e-5f);
         ASSERT_LE(std::max(c.x, c.y), 1 + 1e-5f);
         for (int axis = 0; axis < 3; ++axis) {
             ASSERT_GE(q.p[axis], bounds.min[axis] - 1e-6f);
             ASSERT_LE(q.p[axis], bounds.max[axis] + 1e-6f);
         }
-        // A sample is a point of the surface: `point` agrees at its uv.
+        // `point` returns the sample for its uv.
         ASSERT_LT(length(shape.point(q.uv.x, q.uv.y).p - q.p), 2e-5f);
         const auto index = [](float f) { return std::clamp(static_cast<int>(f * kSide), 0, kSide - 1); };
         ++counts[index(c.y) * kSide + index(c.x)];
@@ -349,7 +348,7 @@ void checkSampling(const Quadric& shape, const std::function<V2f(const V3f&)>& c
     EXPECT_GT(chi2, 63 - 3.7 * std::sqrt(2. * 63)); // random numbers are not stratified
 }
 
-TEST(Sphere, SamplesUniformly) {
+TEST(Sphere, SamplesAreUniformByArea) {
     for (const Cut& cut : kSphereCuts) {
         const float low = std::max(cut.a, -2.f), high = std::min(cut.b, 2.f);
         checkSampling(*sphere(2, cut), [=](const V3f& p) {
@@ -358,7 +357,7 @@ TEST(Sphere, SamplesUniformly) {
     }
 }
 
-TEST(Disk, SamplesUniformly) {
+TEST(Disk, SamplesAreUniformByArea) {
     for (const Cut& cut : kDiskCuts) {
         checkSampling(*disk(2, cut), [=](const V3f& p) {
             const float inner2 = cut.a * cut.a;
@@ -368,7 +367,7 @@ TEST(Disk, SamplesUniformly) {
     }
 }
 
-TEST(Quadrics, AreasAndBounds) {
+TEST(Quadrics, AreasAndBoundsEqualClosedForms) {
     EXPECT_NEAR(sphere(2)->area(), 16 * kPi, 1e-4f);
     EXPECT_NEAR(sphere(2, {0, 1, 90})->area(), kPi, 1e-5f);
     EXPECT_NEAR(disk(2, {1, 0, 180})->area(), 1.5f * kPi, 1e-5f);
@@ -380,7 +379,7 @@ TEST(Quadrics, AreasAndBounds) {
     EXPECT_EQ(disk(2, {0, 3, 360})->bounds(), Box3f({-2, -2, 3}, {2, 2, 3}));
 }
 
-TEST(Quadrics, OnlyAWholeSphereHasARadius) {
+TEST(Quadrics, WholeSphereRadiusIsZeroForOtherShapes) {
     EXPECT_EQ(sphere(2)->wholeSphereRadius(), 2.f);
     EXPECT_EQ(sphere(2, {-2, 2, 360})->wholeSphereRadius(), 2.f);
     EXPECT_EQ(sphere(2, {-2, 1.9f, 360})->wholeSphereRadius(), 0.f);
@@ -388,37 +387,39 @@ TEST(Quadrics, OnlyAWholeSphereHasARadius) {
     EXPECT_EQ(disk(2, {0, 0, 360})->wholeSphereRadius(), 0.f);
 }
 
-TEST(Quadrics, LocatedErrors) {
+TEST(Quadrics, ErrorsHaveLocations) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    const Plugin<Shape> ball = spherePlugin(), plate = diskPlugin();
+    const Plugin<Shape> sphere = spherePlugin(), disk = diskPlugin();
     for (const float bad : {0.f, -1.f, nan, kInfinity}) {
-        expectShapeError(ball, ShapeParams().floats("radius", {bad}), "radius",
+        expectShapeError(sphere, ShapeParams().floats("radius", {bad}), "radius",
                          "must be positive and finite");
-        expectShapeError(plate, ShapeParams().floats("radius", {bad}), "radius",
+        expectShapeError(disk, ShapeParams().floats("radius", {bad}), "radius",
                          "must be positive and finite");
     }
     for (const float bad : {0.f, -90.f, nan}) {
-        expectShapeError(ball, ShapeParams().floats("phimax", {bad}), "phimax", "above 0 degrees");
-        expectShapeError(plate, ShapeParams().floats("phimax", {bad}), "phimax", "above 0 degrees");
+        expectShapeError(sphere, ShapeParams().floats("phimax", {bad}), "phimax", "above 0 degrees");
+        expectShapeError(disk, ShapeParams().floats("phimax", {bad}), "phimax", "above 0 degrees");
     }
-    expectShapeError(ball, ShapeParams().floats("zmin", {0.5f}).floats("zmax", {0.5f}), "zmin",
+    expectShapeError(sphere, ShapeParams().floats("zmin", {0.5f}).floats("zmax", {0.5f}), "zmin",
                      "leave nothing");
-    expectShapeError(ball, ShapeParams().floats("zmin", {1.5f}), "zmin", "leave nothing");
-    expectShapeError(ball, ShapeParams().floats("zmax", {nan}), "zmax", "leave nothing");
-    expectShapeError(plate, ShapeParams().floats("innerradius", {1}), "innerradius", "less than \"radius\"");
-    expectShapeError(plate, ShapeParams().floats("innerradius", {-0.1f}), "innerradius", "at least 0");
-    expectShapeError(plate, ShapeParams().floats("height", {kInfinity}), "height", "must be finite");
+    expectShapeError(sphere, ShapeParams().floats("zmin", {1.5f}), "zmin", "leave nothing");
+    expectShapeError(sphere, ShapeParams().floats("zmax", {nan}), "zmax", "leave nothing");
+    expectShapeError(disk, ShapeParams().floats("innerradius", {1}), "innerradius", "less than \"radius\"");
+    expectShapeError(disk, ShapeParams().floats("innerradius", {-0.1f}), "innerradius", "at least 0");
+    expectShapeError(disk, ShapeParams().floats("height", {kInfinity}), "height", "must be finite");
 }
 
-TEST(Quadrics, PointsSideBySideAreThoseOneByOne) {
+TEST(Quadrics, PointSoAEqualsPoint) {
     Random random(5);
     for (const auto& quadric : {sphere(2), sphere(.7f, {-.3f, .6f, 250}), disk(1.5f, {.2f, 3, 120})}) {
         float u[kSoAWidth], v[kSoAWidth];
         V3SoA p, n, dpdu, dpdv;
         V2SoA uv;
         QuadricPointSoA out{p, n, dpdu, dpdv, uv};
-        for (int i = 0; i < kSoAWidth; ++i)
-            u[i] = uniform(random), v[i] = i % 8 ? uniform(random) : float(i / 8 % 2); // poles and rims, too
+        for (int i = 0; i < kSoAWidth; ++i) {
+            u[i] = uniform(random);
+            v[i] = i % 8 ? uniform(random) : float(i / 8 % 2); // includes poles and rims
+        }
         for (int begin = 0, end; begin < kSoAWidth; begin = end) {
             end = std::min(kSoAWidth, begin + 1 + begin / 2);
             quadric->pointSoA(u, v, begin, end, out);

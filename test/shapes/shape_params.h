@@ -1,4 +1,4 @@
-// Parameters for tests, made without the scene language, and a check of located errors.
+// Construction of shape parameters without a scene file, and a check of located errors.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -8,7 +8,8 @@
 
 namespace strobe {
 
-/// A ParamSet whose every parameter stands at a place of its own in a made-up source.
+/// A ParamSet whose parameters have the offsets 10, 20, … of an artificial source; the directive has offset
+/// 0.
 class ShapeParams {
   public:
     ShapeParams() {
@@ -36,7 +37,7 @@ class ShapeParams {
         return add(std::move(p));
     }
     const ParamSet& set() const { return m_set; }
-    /// Where `name` stands; the empty name: the directive.
+    /// Returns the offset of the parameter `name`; 0 (the directive) for the empty name.
     size_t offsetOf(const std::string& name) const {
         for (const Param& p : m_set.all()) {
             if (p.name == name)
@@ -57,7 +58,7 @@ class ShapeParams {
     ParamSet m_set;
 };
 
-/// What the plugin makes of the parameters.
+/// Creates the shape.
 inline Shape makeShape(const Plugin<Shape>& plugin, const ShapeParams& params,
                        std::vector<float> keyTimes = {0, 1}, Diagnostics* messages = nullptr) {
     Diagnostics quiet;
@@ -66,8 +67,8 @@ inline Shape makeShape(const Plugin<Shape>& plugin, const ShapeParams& params,
     return plugin.create(params.set(), context);
 }
 
-/// Expects an Error at the parameter `at` (empty: at the directive) whose message contains `message`.
-inline void expectShapeError(const Plugin<Shape>& plugin, const ShapeParams& params, const std::string& at,
+/// Expects an Error at the parameter `name` (empty: at the directive) whose message contains `message`.
+inline void expectShapeError(const Plugin<Shape>& plugin, const ShapeParams& params, const std::string& name,
                              const std::string& message) {
     try {
         makeShape(plugin, params);
@@ -76,7 +77,7 @@ inline void expectShapeError(const Plugin<Shape>& plugin, const ShapeParams& par
         EXPECT_NE(std::string(error.what()).find(message), std::string::npos)
             << "message: " << error.what() << "\nexpected: " << message;
         EXPECT_TRUE(error.location) << error.what();
-        EXPECT_EQ(error.location.offset, params.offsetOf(at)) << error.what();
+        EXPECT_EQ(error.location.offset, params.offsetOf(name)) << error.what();
     }
 }
 

@@ -19,23 +19,24 @@ const Points kOctahedronPoints{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0,
 const Indices kTetrahedron{0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2};
 const Points kTetrahedronPoints{{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};
 
-/// Flat squares in the plane z = 2, each cut along the same diagonal; counter-clockwise from above.
+/// Appends n x n squares in the plane z = 2, each split along the same diagonal; counter-clockwise from
+/// above.
 void makeGrid(int n, Indices& indices, Points& points) {
     for (int y = 0; y <= n; ++y) {
         for (int x = 0; x <= n; ++x)
             points.emplace_back(static_cast<float>(x), static_cast<float>(y), 2.f);
     }
-    const auto at = [&](int x, int y) { return static_cast<uint32_t>(y * (n + 1) + x); };
+    const auto vertex = [&](int x, int y) { return static_cast<uint32_t>(y * (n + 1) + x); };
     for (int y = 0; y < n; ++y) {
         for (int x = 0; x < n; ++x) {
-            const uint32_t square[] = {at(x, y), at(x + 1, y),     at(x + 1, y + 1),
-                                       at(x, y), at(x + 1, y + 1), at(x, y + 1)};
+            const uint32_t square[] = {vertex(x, y), vertex(x + 1, y),     vertex(x + 1, y + 1),
+                                       vertex(x, y), vertex(x + 1, y + 1), vertex(x, y + 1)};
             indices.insert(indices.end(), std::begin(square), std::end(square));
         }
     }
 }
 
-/// The weight of the center in the limit of a vertex of valence n, whose refinement weight is beta.
+/// Returns the weight of a vertex of valence n in its own limit position.
 float limitCenterWeight(int n) {
     const float beta = n == 3 ? 3.f / 16 : 3.f / (8.f * n);
     return 1 - n / (n + 3 / (8 * beta));
@@ -51,28 +52,28 @@ void expectOutwardNormals(const SubdividedMesh& mesh) {
     }
 }
 
-TEST(SubdivideLoop, LimitOfAnOctahedron) {
-    // Opposite neighbors cancel, so every vertex shrinks by the weight of the center, at level 0.
+TEST(SubdivideLoop, OctahedronHasTheKnownLimit) {
+    // Opposite neighbors cancel, so at level 0 every vertex is scaled by its own weight.
     const SubdividedMesh mesh = subdivideLoop(kOctahedron, {kOctahedronPoints}, 0, {});
     EXPECT_EQ(mesh.indices, kOctahedron);
     for (size_t v = 0; v < 6; ++v) {
         const V3f expected = kOctahedronPoints[v] * limitCenterWeight(4);
         EXPECT_LT(length(mesh.positions[0][v] - expected), 1e-6f);
         EXPECT_NEAR(dot(normalize(mesh.normals[0][v]), kOctahedronPoints[v]), 1, 1e-5f);
-        // pbrt's length: the tangents are 2 (cos, sin) sums over the neighbors at the limit.
+        // The length of the normals in pbrt: the tangents are cos and sin sums over the limit points.
         EXPECT_NEAR(length(mesh.normals[0][v]), 4 * sqr(limitCenterWeight(4)), 1e-5f);
     }
 }
 
-TEST(SubdivideLoop, LimitOfATetrahedron) {
-    // The three neighbors sum to minus the vertex.
+TEST(SubdivideLoop, TetrahedronHasTheKnownLimit) {
+    // The sum of the three neighbors is minus the vertex.
     const SubdividedMesh mesh = subdivideLoop(kTetrahedron, {kTetrahedronPoints}, 0, {});
     const float w = limitCenterWeight(3);
     for (size_t v = 0; v < 4; ++v)
         EXPECT_LT(length(mesh.positions[0][v] - kTetrahedronPoints[v] * (w - (1 - w) / 3)), 1e-6f);
 }
 
-TEST(SubdivideLoop, TheLimitDoesNotDependOnTheLevel) {
+TEST(SubdivideLoop, LimitIsIndependentOfTheLevel) {
     const std::pair<Indices, Points> solids[] = {{kOctahedron, kOctahedronPoints},
                                                  {kTetrahedron, kTetrahedronPoints}};
     for (const auto& [indices, points] : solids) {
@@ -91,7 +92,7 @@ TEST(SubdivideLoop, TheLimitDoesNotDependOnTheLevel) {
     }
 }
 
-TEST(SubdivideLoop, AFlatGridStaysFlat) {
+TEST(SubdivideLoop, FlatGridStaysFlat) {
     Indices indices;
     Points points;
     makeGrid(4, indices, points);
@@ -110,16 +111,16 @@ TEST(SubdivideLoop, BoundariesHaveRoundCorners) {
     Points points;
     makeGrid(1, indices, points);
     const SubdividedMesh mesh = subdivideLoop(indices, {points}, 0, {});
-    for (size_t v = 0; v < 4;
-         ++v) { // each corner: 3/5 of itself, 1/5 of each of its two neighbors on the boundary
-        const V3f center(0.5f, 0.5f, 2);
+    // The weights are 3/5 for a corner and 1/5 for each of its two neighbors on the boundary.
+    const V3f center(0.5f, 0.5f, 2);
+    for (size_t v = 0; v < 4; ++v) {
         EXPECT_LT(length(mesh.positions[0][v] - (center + (points[v] - center) * (3.f / 5))), 1e-6f);
     }
 }
 
-TEST(SubdivideLoop, RefinesByPbrtsWeights) {
-    // A hexagon's fan, its center lifted by 1: 5/8 of that remains, then half of the rest in the limit, to
-    // which the six neighbors, lifted by 3/8 each, add 1/12.
+TEST(SubdivideLoop, HasTheWeightsOfPbrt) {
+    // A fan of six triangles whose center is lifted by 1. Refinement lifts the center by 5/8 and its six new
+    // neighbors by 3/8. In the limit, the center has weight 1/2 and each neighbor 1/12.
     Points points{{0, 0, 1}};
     Indices indices;
     for (uint32_t i = 0; i < 6; ++i) {
@@ -145,7 +146,7 @@ TEST(SubdivideLoop, KeysShareTheTopology) {
         EXPECT_LT(length(mesh.positions[0][v] * 3.f + V3f(1, 2, 3) - mesh.positions[1][v]), 1e-5f);
 }
 
-TEST(SubdivideLoop, UnusedVerticesAreLeftOut) {
+TEST(SubdivideLoop, UnusedVerticesAreRemoved) {
     Points points = kOctahedronPoints;
     points.insert(points.begin(), {9, 9, 9});
     points.push_back({7, 7, 7});
@@ -158,21 +159,21 @@ TEST(SubdivideLoop, UnusedVerticesAreLeftOut) {
     EXPECT_EQ(mesh.positions[0], plain.positions[0]);
 }
 
-TEST(SubdivideLoop, CollapsedMeshesHaveNoNaN) {
+TEST(SubdivideLoop, DegenerateMeshesHaveNoNaN) {
     const Points flat(6, V3f(1, 2, 3));
     const SubdividedMesh mesh = subdivideLoop(kOctahedron, {flat}, 2, {});
     for (const V3f& n : mesh.normals[0])
         EXPECT_LT(length(n), 1e-5f);
-    // Three triangles at one edge, and two that touch in a vertex.
+    // Three triangles share an edge, and a fourth touches them in a vertex.
     const Points points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {-1, 0, 0}, {-1, 1, 0}};
-    const SubdividedMesh fin = subdivideLoop({0, 1, 2, 1, 0, 3, 0, 1, 4, 0, 5, 6}, {points}, 2, {});
-    for (size_t v = 0; v < fin.positions[0].size(); ++v) {
-        EXPECT_TRUE(std::isfinite(length(fin.positions[0][v])));
-        EXPECT_GT(length(fin.normals[0][v]), 0.f);
+    const SubdividedMesh nonManifold = subdivideLoop({0, 1, 2, 1, 0, 3, 0, 1, 4, 0, 5, 6}, {points}, 2, {});
+    for (size_t v = 0; v < nonManifold.positions[0].size(); ++v) {
+        EXPECT_TRUE(std::isfinite(length(nonManifold.positions[0][v])));
+        EXPECT_GT(length(nonManifold.normals[0][v]), 0.f);
     }
 }
 
-TEST(SubdivideLoop, RefusesWhatItCannotDo) {
+TEST(SubdivideLoop, RejectsInvalidInput) {
     EXPECT_THROW(subdivideLoop({0, 1, 1}, {kOctahedronPoints}, 1, {}), Error);
     EXPECT_THROW(subdivideLoop(kOctahedron, {kOctahedronPoints}, 12, {}), Error);
     EXPECT_THROW(subdivideLoop(kOctahedron, {kOctahedronPoints}, -1, {}), Error);
@@ -185,13 +186,13 @@ ShapeParams octahedron() {
     return ShapeParams().ints("indices", {kOctahedron.begin(), kOctahedron.end()}).points("P", numbers);
 }
 
-TEST(LoopSubdiv, LevelsHaveTwoSpellings) {
+TEST(LoopSubdiv, LevelsMayBeNamedNlevelsOrLevels) {
     EXPECT_EQ(makeShape(loopSubdivPlugin(), octahedron()).mesh->triangleCount(), 8u * 64);
     EXPECT_EQ(makeShape(loopSubdivPlugin(), octahedron().ints("nlevels", {1})).mesh->triangleCount(), 32u);
     EXPECT_EQ(makeShape(loopSubdivPlugin(), octahedron().ints("levels", {2})).mesh->triangleCount(), 128u);
 }
 
-TEST(LoopSubdiv, Deforms) {
+TEST(LoopSubdiv, KeysDeformTheSurface) {
     std::vector<float> numbers;
     for (const float lift : {0.f, 1.f}) {
         for (const V3f& p : kOctahedronPoints)
@@ -205,7 +206,7 @@ TEST(LoopSubdiv, Deforms) {
     EXPECT_NEAR(mesh.positions[1][7].z - mesh.positions[0][7].z, 1, 1e-6f);
 }
 
-TEST(LoopSubdiv, LocatedErrors) {
+TEST(LoopSubdiv, ErrorsHaveLocations) {
     const Plugin<Shape> plugin = loopSubdivPlugin();
     expectShapeError(plugin, octahedron().ints("nlevels", {9}), "nlevels", "between 0 and 8, not 9");
     expectShapeError(plugin, octahedron().ints("levels", {-1}), "levels", "between 0 and 8, not -1");
@@ -223,9 +224,7 @@ TEST(LoopSubdiv, LocatedErrors) {
                      "indices", "would make more than");
 }
 
-// ---------------------------------------------------------------------------------------------- the Killeroo
-
-/// The numbers between the brackets that follow `key`.
+/// Returns the numbers between the brackets after `key`.
 template <class T>
 std::vector<T> numbersOf(const std::string& text, const std::string& key) {
     const size_t begin = text.find('[', text.find(key)) + 1;
@@ -233,10 +232,10 @@ std::vector<T> numbersOf(const std::string& text, const std::string& key) {
     return {std::istream_iterator<T>(words), {}};
 }
 
-TEST(LoopSubdiv, Killeroo) {
+TEST(LoopSubdiv, KillerooHasOutwardNormals) {
     std::ifstream file(test::pbrtFolder() / "geometry/killeroo.pbrt");
     if (!file)
-        GTEST_SKIP() << "the paper's scenes are not here: set STROBE_SCENES";
+        GTEST_SKIP() << "the scenes of the paper are not available: set STROBE_SCENES";
     std::stringstream text;
     text << file.rdbuf();
     ShapeParams params;
@@ -246,7 +245,7 @@ TEST(LoopSubdiv, Killeroo) {
     EXPECT_EQ(mesh.triangleCount(), 33264u);
     EXPECT_EQ(mesh.vertexCount(), 16899u);
     ASSERT_EQ(mesh.normals.at(0).size(), 16899u);
-    size_t against = 0; // folds in the control mesh may turn a few corners
+    size_t reversed = 0; // folds in the control mesh may reverse a few normals
     for (size_t i = 0; i < mesh.indices.size(); i += 3) {
         const V3f a = mesh.positions[0][mesh.indices[i]];
         const V3f face =
@@ -254,10 +253,10 @@ TEST(LoopSubdiv, Killeroo) {
         for (const size_t corner : {i, i + 1, i + 2}) {
             const V3f n = mesh.normals[0][mesh.indices[corner]];
             ASSERT_TRUE(std::isfinite(length(n)));
-            against += dot(n, face) <= 0;
+            reversed += dot(n, face) <= 0;
         }
     }
-    EXPECT_LT(against, mesh.indices.size() / 1000) << "of " << mesh.indices.size();
+    EXPECT_LT(reversed, mesh.indices.size() / 1000) << "of " << mesh.indices.size();
 }
 
 } // namespace

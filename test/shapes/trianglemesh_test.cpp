@@ -13,6 +13,7 @@ ShapeParams square() {
     return params;
 }
 
+/// Returns the vectors `values` twice, the second time with `lift` added to z.
 std::vector<float> twice(const std::vector<float>& values, float lift) {
     std::vector<float> all = values;
     for (size_t i = 0; i < values.size(); ++i)
@@ -20,7 +21,7 @@ std::vector<float> twice(const std::vector<float>& values, float lift) {
     return all;
 }
 
-TEST(TriangleMesh, ReadsAllThatAVertexHas) {
+TEST(TriangleMesh, ReadsAllVertexAttributes) {
     ShapeParams params = square();
     params.points("N", {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 2})
         .points("S", {1, 0, 0, 1, 0, 0, 1, 0, 0, 2, 0, 0})
@@ -42,7 +43,7 @@ TEST(TriangleMesh, ReadsAllThatAVertexHas) {
     EXPECT_FALSE(mesh.deforms());
 }
 
-TEST(TriangleMesh, OptionalPartsAreEmpty) {
+TEST(TriangleMesh, OptionalAttributesAreEmptyByDefault) {
     const TriangleMesh mesh = *makeShape(triangleMeshPlugin(), square()).mesh;
     EXPECT_TRUE(mesh.normals.empty());
     EXPECT_TRUE(mesh.tangents.empty());
@@ -50,7 +51,7 @@ TEST(TriangleMesh, OptionalPartsAreEmpty) {
     EXPECT_EQ(mesh.alpha.constant, 1.f);
 }
 
-TEST(TriangleMesh, UvSpellings) {
+TEST(TriangleMesh, UvMayBeNamedStAndMayBePoint2) {
     for (const char* name : {"uv", "st"}) {
         for (const ParamType type : {ParamType::Float, ParamType::Point2}) {
             ShapeParams params = square();
@@ -75,7 +76,7 @@ TEST(TriangleMesh, DegenerateTrianglesAreKept) {
     EXPECT_EQ(makeShape(triangleMeshPlugin(), params).mesh->triangleCount(), 2u);
 }
 
-TEST(TriangleMesh, KeysTakeTheScenesTimes) {
+TEST(TriangleMesh, KeyTimesDefaultToTransformTimes) {
     ShapeParams params;
     params.ints("indices", {0, 1, 2}).ints("keys", {2}).points("P", twice(kSquare, 5));
     const TriangleMesh mesh = *makeShape(triangleMeshPlugin(), params, {0.25f, 0.75f}).mesh;
@@ -85,7 +86,7 @@ TEST(TriangleMesh, KeysTakeTheScenesTimes) {
     EXPECT_EQ(mesh.keyTimes, (std::vector<float>{0.25f, 0.75f}));
 }
 
-TEST(TriangleMesh, KeysDivideTheScenesTimesEvenly) {
+TEST(TriangleMesh, KeyTimesDefaultToEquidistantTimes) {
     std::vector<float> points = twice(kSquare, 1);
     points.insert(points.end(), kSquare.begin(), kSquare.end());
     ShapeParams params;
@@ -95,7 +96,7 @@ TEST(TriangleMesh, KeysDivideTheScenesTimesEvenly) {
     EXPECT_EQ(mesh.positions.size(), 3u);
 }
 
-TEST(TriangleMesh, KeysWithTimesAndNormals) {
+TEST(TriangleMesh, KeysMayHaveTimesAndNormals) {
     ShapeParams moving;
     const std::vector<float> normals{0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
     moving.ints("indices", {0, 1, 2})
@@ -109,7 +110,7 @@ TEST(TriangleMesh, KeysWithTimesAndNormals) {
     EXPECT_EQ(mesh.normals[1][0], V3f(0, 0, 2));
 }
 
-TEST(TriangleMesh, OneSetOfNormalsServesAllKeys) {
+TEST(TriangleMesh, OneArrayOfNormalsIsUsedForAllKeys) {
     ShapeParams params;
     params.ints("indices", {0, 1, 2}).ints("keys", {2}).points("P", twice(kSquare, 5)).points("N", kSquare);
     const TriangleMesh mesh = *makeShape(triangleMeshPlugin(), params).mesh;
@@ -117,21 +118,21 @@ TEST(TriangleMesh, OneSetOfNormalsServesAllKeys) {
     EXPECT_EQ(mesh.normals[0], mesh.normals[1]);
 }
 
-TEST(TriangleMesh, WarnsOfShadowAlpha) {
+TEST(TriangleMesh, ShadowAlphaIsIgnoredWithAWarning) {
     ShapeParams params = square();
     params.floats("shadowalpha", {0});
     std::string warning;
     Diagnostics messages([&](const std::string& text) { warning = text; });
     makeShape(triangleMeshPlugin(), params, {0, 1}, &messages);
-    EXPECT_NE(warning.find("shadowalpha"), std::string::npos);
+    EXPECT_NE(warning.find("\"shadowalpha\" is ignored: shadow rays use \"alpha\""), std::string::npos);
 }
 
-TEST(TriangleMesh, LocatedErrors) {
+TEST(TriangleMesh, ErrorsHaveLocations) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const Plugin<Shape> plugin = triangleMeshPlugin();
     struct Case {
         ShapeParams params;
-        const char *at, *message;
+        const char *name, *message;
     };
     const auto mesh = [](std::vector<int> indices, std::vector<float> points) {
         return ShapeParams().ints("indices", std::move(indices)).points("P", std::move(points));
@@ -167,10 +168,10 @@ TEST(TriangleMesh, LocatedErrors) {
         {square().floats("uv", {0, 0, 1}, ParamType::Vector3), "uv", "must be"},
     };
     for (const Case& c : cases)
-        expectShapeError(plugin, c.params, c.at, c.message);
+        expectShapeError(plugin, c.params, c.name, c.message);
 }
 
-TEST(TriangleMesh, KeysNeedTime) {
+TEST(TriangleMesh, DeformationNeedsAnIntervalOfTime) {
     std::vector<float> points;
     for (int k = 0; k < 3; ++k)
         points.insert(points.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});

@@ -9,15 +9,17 @@
 
 namespace strobe::test {
 
+/// Returns number `index` of a stream of random numbers in [0,1).
 inline float random1D(uint64_t stream, uint64_t index) {
     return unitFloat(uint32_t(hashOf(stream, index) >> 32));
 }
+/// Returns point `index` of a stream of random points in [0,1)².
 inline V2f random2D(uint64_t stream, uint64_t index) {
     return {random1D(stream * 2 + 1, index), random1D(stream * 2 + 2, index)};
 }
 
-/// The probability that a chi-square variable of `dof` degrees of freedom exceeds x: the regularised upper
-/// incomplete gamma function Q(dof/2, x/2), by its series or its continued fraction.
+/// Returns the probability that a chi-square variable with `dof` degrees of freedom exceeds x: the
+/// regularized upper incomplete gamma function Q(dof/2, x/2), by its series or its continued fraction.
 inline double chiSquareTail(double x, double dof) {
     const double a = dof / 2, z = x / 2;
     if (z <= 0)
@@ -42,26 +44,27 @@ inline double chiSquareTail(double x, double dof) {
     return front * h;
 }
 
-/// The p-value of `counts` against `expected` counts; cells that expect fewer than 5 are pooled. Zero when
-/// something lies where nothing may be.
+/// Returns the p-value of `counts` given the `expected` counts. Bins with fewer than 5 expected counts are
+/// pooled. Returns 0 if the pooled bins expect fewer than 5 counts and contain significantly more.
 inline double chiSquareP(const std::vector<double>& counts, const std::vector<double>& expected) {
     double sum = 0, pooledCount = 0, pooledExpected = 0;
-    int cells = 0;
+    int bins = 0;
     for (size_t i = 0; i < counts.size(); ++i) {
         if (expected[i] < 5) {
-            pooledCount += counts[i], pooledExpected += expected[i];
+            pooledCount += counts[i];
+            pooledExpected += expected[i];
             continue;
         }
         sum += (counts[i] - expected[i]) * (counts[i] - expected[i]) / expected[i];
-        ++cells;
+        ++bins;
     }
     if (pooledExpected >= 5) {
         sum += (pooledCount - pooledExpected) * (pooledCount - pooledExpected) / pooledExpected;
-        ++cells;
+        ++bins;
     } else if (pooledCount > 12 + 5 * pooledExpected) {
         return 0;
     }
-    return chiSquareTail(sum, std::max(cells - 1, 1));
+    return chiSquareTail(sum, std::max(bins - 1, 1));
 }
 
 } // namespace strobe::test

@@ -1,11 +1,12 @@
-// Parameters made by a program, as the parser would make them.
+// Construction of parameters as the parser creates them, without a scene file.
 #pragma once
 
 #include "core/params/plugin.h"
 
 namespace strobe::test {
 
-/// A ParamSet whose parameters stand at offsets 10, 20, … of a made-up source; the directive itself is at 0.
+/// A ParamSet whose parameters have the offsets 10, 20, … of an artificial source; the directive has offset
+/// 0.
 class Params {
   public:
     Params() {
@@ -60,7 +61,8 @@ class Params {
     ParamSet m_set;
 };
 
-/// Where `make` failed: the offset of the Error's location, or -1 when it did not throw or had none.
+/// Returns the offset of the location of the Error that `make` throws; -1 if it does not throw or there is no
+/// location.
 template <class F>
 long errorOffset(F&& make) {
     try {

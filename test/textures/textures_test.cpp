@@ -32,12 +32,13 @@ Param stringParam(const std::string& name, const std::string& v) {
 Param vectorParam(const std::string& name, const V3f& v) {
     return {name, ParamType::Vector3, {}, {v.x, v.y, v.z}, {}, {}};
 }
-/// The texture called i of the table of `make`.
+/// A parameter that refers to texture i of the table of TextureFactory.
 Param textureParam(const std::string& name, int i) {
     return {name, ParamType::Texture, {}, {}, {i, i}, {"t"}};
 }
 
-struct PluginFactory {
+/// Creates textures, which may refer to textures of a table.
+struct TextureFactory {
     std::vector<std::string> warnings;
     Diagnostics messages{[this](const std::string& text) { warnings.push_back(text); }};
     std::shared_ptr<TextureTable> table = std::make_shared<TextureTable>();
@@ -51,6 +52,7 @@ struct PluginFactory {
         set.bindTextures(table);
         return plugin.create(set, context, TextureArgs{isFloat, toWorld});
     }
+    /// Adds a texture to the table and returns its index.
     int add(const TexturePtr& t) {
         table->floats.push_back(t);
         table->rgbs.push_back(t);
@@ -58,19 +60,21 @@ struct PluginFactory {
     }
 };
 
-TextureQuery at(float u, float v, float width = 0) {
+/// Returns a query at (u, v) with a square footprint.
+TextureQuery queryAt(float u, float v, float width = 0) {
     TextureQuery q;
     q.uv = V2f(u, v);
     q.p = V3f(u, v, 0);
-    q.duvdx = V2f(width, 0), q.duvdy = V2f(0, width);
+    q.duvdx = V2f(width, 0);
+    q.duvdy = V2f(0, width);
     return q;
 }
 
-TEST(Constant, IsItsValue) {
-    PluginFactory m;
+TEST(Constant, HasTheGivenValue) {
+    TextureFactory m;
     const auto rgb = m.make(constantTexturePlugin(), {rgbParam("value", {.1f, .2f, .6f})});
-    EXPECT_EQ(rgb->rgb(at(.3f, .4f)), Rgb(.1f, .2f, .6f));
-    EXPECT_FLOAT_EQ(rgb->value(at(.3f, .4f)), .3f);
+    EXPECT_EQ(rgb->rgb(queryAt(.3f, .4f)), Rgb(.1f, .2f, .6f));
+    EXPECT_FLOAT_EQ(rgb->value(queryAt(.3f, .4f)), .3f);
     EXPECT_TRUE(rgb->isConstant() && !rgb->needsFootprint());
     const auto scalar = m.make(constantTexturePlugin(), {floatParam("value", .7f)}, true);
     EXPECT_EQ(scalar->value({}), .7f);
@@ -79,8 +83,8 @@ TEST(Constant, IsItsValue) {
     EXPECT_THROW(m.make(constantTexturePlugin(), {rgbParam("value", Rgb(1))}, true), Error);
 }
 
-TEST(Scale, Multiplies) {
-    PluginFactory m;
+TEST(Scale, MultipliesItsInputs) {
+    TextureFactory m;
     const int half = m.add(m.make(constantTexturePlugin(), {floatParam("value", .5f)}, true));
     const auto v2 =
         m.make(scaleTexturePlugin(), {textureParam("tex1", half), rgbParam("tex2", {.2f, .4f, .6f})});
@@ -91,27 +95,27 @@ TEST(Scale, Multiplies) {
     EXPECT_TRUE(v4->isConstant() && v2->isConstant());
 }
 
-TEST(Mix, Blends) {
-    PluginFactory m;
+TEST(Mix, InterpolatesItsInputs) {
+    TextureFactory m;
     const auto mix = m.make(mixTexturePlugin(), {rgbParam("tex1", Rgb(0)), rgbParam("tex2", {1, 2, 4}),
                                                  floatParam("amount", .25f)});
     EXPECT_EQ(mix->rgb({}), Rgb(.25f, .5f, 1));
     EXPECT_FLOAT_EQ(m.make(mixTexturePlugin(), {}, true)->value({}), .5f);
 }
 
-TEST(Checkerboard, AlternatesUnfilteredAtPoints) {
-    PluginFactory m;
+TEST(Checkerboard, AlternatesWithoutAFootprint) {
+    TextureFactory m;
     const auto board =
         m.make(checkerboardTexturePlugin(), {floatParam("uscale", 4), floatParam("vscale", 2)});
     EXPECT_TRUE(board->needsFootprint());
     for (int i = -3; i < 8; ++i)
         for (int j = -3; j < 5; ++j)
-            EXPECT_EQ(board->rgb(at((i + .3f) / 4, (j + .7f) / 2)), Rgb((i + j) % 2 ? 0.f : 1.f))
+            EXPECT_EQ(board->rgb(queryAt((i + .3f) / 4, (j + .7f) / 2)), Rgb((i + j) % 2 ? 0.f : 1.f))
                 << i << " " << j;
 }
 
-TEST(Checkerboard, FootprintIsABoxFilter) {
-    PluginFactory m;
+TEST(Checkerboard, IsBoxFilteredOverTheFootprint) {
+    TextureFactory m;
     const auto board =
         m.make(checkerboardTexturePlugin(), {rgbParam("tex1", {1, 0, 2}), rgbParam("tex2", Rgb(0))});
     for (const auto& [u, v, width] :
@@ -120,28 +124,28 @@ TEST(Checkerboard, FootprintIsABoxFilter) {
         double mean = 0;
         for (int i = 0; i < kN * kN; ++i)
             mean += board
-                        ->rgb(at(u + width * ((i % kN + .5f) / kN - .5f),
-                                 v + width * ((i / kN + .5f) / kN - .5f)))
+                        ->rgb(queryAt(u + width * ((i % kN + .5f) / kN - .5f),
+                                      v + width * ((i / kN + .5f) / kN - .5f)))
                         .x;
-        const Rgb c = board->rgb(at(u, v, width));
+        const Rgb c = board->rgb(queryAt(u, v, width));
         EXPECT_NEAR(c.x, mean / kN / kN, .004);
         EXPECT_FLOAT_EQ(c.z, 2 * c.x);
         EXPECT_EQ(c.y, 0);
     }
-    EXPECT_NEAR(board->rgb(at(.3f, .3f, 1000)).x, .5f, 1e-3f);
-    EXPECT_NEAR(board->rgb(at(.3f, .3f, 1e-3f)).x, 1, 0); // within one square: exactly its texture
+    EXPECT_NEAR(board->rgb(queryAt(.3f, .3f, 1000)).x, .5f, 1e-3f);
+    EXPECT_NEAR(board->rgb(queryAt(.3f, .3f, 1e-3f)).x, 1, 0); // within one square: exactly its value
 }
 
-TEST(Checkerboard, FootprintIsAskedForOnlyWhereItHelps) {
-    PluginFactory m;
+TEST(Checkerboard, NeedsAFootprintOnlyIfFiltered) {
+    TextureFactory m;
     EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {stringParam("aamode", "none")})->needsFootprint());
     EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {rgbParam("tex2", Rgb(1))})->needsFootprint());
     EXPECT_TRUE(m.make(checkerboardTexturePlugin(), {rgbParam("tex2", Rgb(1))})->isConstant());
     EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {stringParam("mapping", "planar")})->needsFootprint());
 }
 
-TEST(Checkerboard, PlanarMapsPositionsOfTheWorldInV2AndOfTheTextureElsewhere) {
-    PluginFactory m;
+TEST(Checkerboard, PlanarMappingIsInWorldSpaceInPbrtV2AndInTextureSpaceOtherwise) {
+    TextureFactory m;
     M44f shift;
     shift.translate(V3f(1, 0, 0));
     const std::vector<Param> params{stringParam("mapping", "planar"), vectorParam("v1", {2, 0, 0}),
@@ -168,8 +172,8 @@ TEST(Checkerboard, PlanarMapsPositionsOfTheWorldInV2AndOfTheTextureElsewhere) {
     EXPECT_THROW(m.make(checkerboardTexturePlugin(), {stringParam("mapping", "spherical")}), Error);
 }
 
-TEST(Checkerboard, ThreeDimensions) {
-    PluginFactory m;
+TEST(Checkerboard, AlternatesInThreeDimensions) {
+    TextureFactory m;
     const auto board =
         m.make(checkerboardTexturePlugin(), {Param{"dimension", ParamType::Int, {}, {}, {3}, {}}});
     TextureQuery q;
@@ -183,7 +187,7 @@ TEST(Checkerboard, ThreeDimensions) {
                  Error);
 }
 
-/// A file of two rows: red above, and a byte of 188 in all channels below.
+/// An image file of 1 x 2 pixels: red in the first row, and 188 (of 255) in all channels in the second.
 class ImageMaps : public testing::Test {
   protected:
     void SetUp() override {
@@ -205,7 +209,7 @@ class ImageMaps : public testing::Test {
     }
     TexturePtr make(std::vector<Param> params, bool isFloat = false) {
         params.push_back(stringParam("filename", m_path.string()));
-        return m_maker.make(imagemapTexturePlugin(), params, isFloat);
+        return m_factory.make(imagemapTexturePlugin(), params, isFloat);
     }
     std::string errorOf(const std::vector<Param>& params) {
         try {
@@ -215,74 +219,79 @@ class ImageMaps : public testing::Test {
         }
         return "no error";
     }
-    PluginFactory m_maker;
+    TextureFactory m_factory;
     std::filesystem::path m_path =
         std::filesystem::temp_directory_path() / ("strobe-map-" + std::to_string(::getpid()) + ".png");
 };
 
-TEST_F(ImageMaps, V4HasTheFirstRowOnTopAndDecodesSrgb) {
+TEST_F(ImageMaps, PbrtV4HasTheFirstRowAtOneAndDecodesSrgb) {
     const auto map = make({});
-    EXPECT_EQ(map->rgb(at(.5f, .75f)), Rgb(1, 0, 0));
-    EXPECT_NEAR(map->rgb(at(.5f, .25f)).x, decodeSrgb(188 / 255.f), 1e-5f);
-    EXPECT_NEAR(map->value(at(.5f, .75f)), 1 / 3.f, 1e-6f);
+    EXPECT_EQ(map->rgb(queryAt(.5f, .75f)), Rgb(1, 0, 0));
+    EXPECT_NEAR(map->rgb(queryAt(.5f, .25f)).x, decodeSrgb(188 / 255.f), 1e-5f);
+    EXPECT_NEAR(map->value(queryAt(.5f, .75f)), 1 / 3.f, 1e-6f);
     EXPECT_TRUE(map->needsFootprint());
 }
 
-TEST_F(ImageMaps, V2HasTheFirstRowAtZeroAndStoredValues) {
-    m_maker.context.conventions = Conventions::PbrtV2;
-    EXPECT_EQ(make({})->rgb(at(.5f, .25f)), Rgb(1, 0, 0));
-    EXPECT_NEAR(make({})->rgb(at(.5f, .75f)).x, 188 / 255.f, 1e-5f);
+TEST_F(ImageMaps, PbrtV2HasTheFirstRowAtZeroAndLinearValues) {
+    m_factory.context.conventions = Conventions::PbrtV2;
+    EXPECT_EQ(make({})->rgb(queryAt(.5f, .25f)), Rgb(1, 0, 0));
+    EXPECT_NEAR(make({})->rgb(queryAt(.5f, .75f)).x, 188 / 255.f, 1e-5f);
     const auto map = make({floatParam("gamma", 2), floatParam("scale", .5f)});
-    EXPECT_NEAR(map->rgb(at(.5f, .75f)).x, std::pow(.5f * 188 / 255, 2), 1e-5f);
+    EXPECT_NEAR(map->rgb(queryAt(.5f, .75f)).x, std::pow(.5f * 188 / 255, 2), 1e-5f);
 }
 
-TEST_F(ImageMaps, ParametersAct) {
-    EXPECT_NEAR(make({stringParam("encoding", "linear")})->rgb(at(.5f, .25f)).x, 188 / 255.f, 1e-5f);
-    EXPECT_NEAR(make({stringParam("encoding", "gamma 2")})->rgb(at(.5f, .25f)).x, sqr(188 / 255.f), 1e-5f);
-    EXPECT_NEAR(make({floatParam("scale", 3)})->rgb(at(.5f, .75f)).x, 3, 1e-5f);
-    EXPECT_EQ(make({Param{"invert", ParamType::Bool, {}, {}, {1}, {}}})->rgb(at(.5f, .75f)), Rgb(0, 1, 1));
-    EXPECT_EQ(make({floatParam("vdelta", .5f)})->rgb(at(.5f, .25f)), Rgb(1, 0, 0));
-    EXPECT_EQ(make({floatParam("vscale", 3)})->rgb(at(.5f, .25f)), Rgb(1, 0, 0));
-    EXPECT_EQ(make({stringParam("wrap", "black")})->rgb(at(.5f, 5)), Rgb(0));
-    EXPECT_EQ(make({stringParam("wrap", "clamp")})->rgb(at(.5f, 5)), Rgb(1, 0, 0));
-    EXPECT_FALSE(make({stringParam("filter", "bilinear")})->needsFootprint());
-    EXPECT_NEAR(make({Param{"gamma", ParamType::Bool, {}, {}, {0}, {}}})->rgb(at(.5f, .25f)).x, 188 / 255.f,
+TEST_F(ImageMaps, ParametersHaveTheirEffect) {
+    EXPECT_NEAR(make({stringParam("encoding", "linear")})->rgb(queryAt(.5f, .25f)).x, 188 / 255.f, 1e-5f);
+    EXPECT_NEAR(make({stringParam("encoding", "gamma 2")})->rgb(queryAt(.5f, .25f)).x, sqr(188 / 255.f),
                 1e-5f);
+    EXPECT_NEAR(make({floatParam("scale", 3)})->rgb(queryAt(.5f, .75f)).x, 3, 1e-5f);
+    EXPECT_EQ(make({Param{"invert", ParamType::Bool, {}, {}, {1}, {}}})->rgb(queryAt(.5f, .75f)),
+              Rgb(0, 1, 1));
+    EXPECT_EQ(make({floatParam("vdelta", .5f)})->rgb(queryAt(.5f, .25f)), Rgb(1, 0, 0));
+    EXPECT_EQ(make({floatParam("vscale", 3)})->rgb(queryAt(.5f, .25f)), Rgb(1, 0, 0));
+    EXPECT_EQ(make({stringParam("wrap", "black")})->rgb(queryAt(.5f, 5)), Rgb(0));
+    EXPECT_EQ(make({stringParam("wrap", "clamp")})->rgb(queryAt(.5f, 5)), Rgb(1, 0, 0));
+    EXPECT_FALSE(make({stringParam("filter", "bilinear")})->needsFootprint());
+    EXPECT_NEAR(make({Param{"gamma", ParamType::Bool, {}, {}, {0}, {}}})->rgb(queryAt(.5f, .25f)).x,
+                188 / 255.f, 1e-5f);
 }
 
-TEST_F(ImageMaps, EncodingsAreColorSpacesToo) {
+TEST_F(ImageMaps, EncodingMayBeAColorSpace) {
     const float stored = 188 / 255.f;
-    EXPECT_EQ(make({stringParam("encoding", "raw")})->rgb(at(.5f, .25f)).x,
-              make({stringParam("encoding", "linear")})->rgb(at(.5f, .25f)).x);
-    EXPECT_NEAR(make({stringParam("encoding", "texture_paint")})->rgb(at(.5f, .25f)).x, decodeSrgb(stored),
-                1e-4f);
-    const Rgb red = make({stringParam("encoding", "ACEScg")})->rgb(at(.5f, .75f)); // outside of Rec. 709
+    EXPECT_EQ(make({stringParam("encoding", "raw")})->rgb(queryAt(.5f, .25f)).x,
+              make({stringParam("encoding", "linear")})->rgb(queryAt(.5f, .25f)).x);
+    EXPECT_NEAR(make({stringParam("encoding", "texture_paint")})->rgb(queryAt(.5f, .25f)).x,
+                decodeSrgb(stored), 1e-4f);
+    const Rgb red = make({stringParam("encoding", "ACEScg")})
+                        ->rgb(queryAt(.5f, .75f)); // outside of the gamut of Rec. 709
     EXPECT_NEAR(red.x, 1.705051f, 1e-5f);
     EXPECT_NEAR(red.y, -.130256f, 1e-5f);
     EXPECT_NEAR(red.z, -.024003f, 1e-5f);
 }
 
-TEST_F(ImageMaps, RulesForFileNamesAreOfColorsThatSayNothing) {
+TEST_F(ImageMaps, FileRulesApplyToColorsWithoutAnEncoding) {
     const std::string config = m_path.string() + ".ocio";
     std::string text = builtinColorConfig();
     text.replace(
         text.find("file_rules:"), 11,
         "file_rules:\n  - !<Rule> {name: maps, pattern: \"*strobe-map*\", extension: png, colorspace: raw}");
     std::ofstream(config) << text;
-    m_maker.context.color = std::make_shared<const ColorConfig>(config);
+    m_factory.context.color = std::make_shared<const ColorConfig>(config);
     const float stored = 188 / 255.f;
-    EXPECT_NEAR(make({})->rgb(at(.5f, .25f)).x, stored, 1e-5f);
-    EXPECT_NEAR(make({}, true)->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "a map of numbers";
-    EXPECT_NEAR(make({stringParam("encoding", "sRGB")})->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f);
-    EXPECT_NEAR(make({floatParam("gamma", 2)})->rgb(at(.5f, .25f)).x, sqr(stored), 1e-5f);
+    EXPECT_NEAR(make({})->rgb(queryAt(.5f, .25f)).x, stored, 1e-5f);
+    EXPECT_NEAR(make({}, true)->rgb(queryAt(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "a float texture";
+    EXPECT_NEAR(make({stringParam("encoding", "sRGB")})->rgb(queryAt(.5f, .25f)).x, decodeSrgb(stored),
+                1e-5f);
+    EXPECT_NEAR(make({floatParam("gamma", 2)})->rgb(queryAt(.5f, .25f)).x, sqr(stored), 1e-5f);
     text.replace(text.find("*strobe-map*"), 12, "*another*");
     std::ofstream(config) << text;
-    m_maker.context.color = std::make_shared<const ColorConfig>(config);
-    EXPECT_NEAR(make({})->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "no rule but the default";
+    m_factory.context.color = std::make_shared<const ColorConfig>(config);
+    EXPECT_NEAR(make({})->rgb(queryAt(.5f, .25f)).x, decodeSrgb(stored), 1e-5f)
+        << "only the default rule matches";
     std::filesystem::remove(config);
 }
 
-TEST_F(ImageMaps, SmallImagesInMemoryGiveWhatTheCacheGives) {
+TEST_F(ImageMaps, SmallImagesInMemoryAgreeWithTheCache) {
     for (const auto& [width, height, channels] :
          {std::tuple{64, 64, 3}, {96, 64, 3}, {50, 31, 3}, {32, 32, 1}}) {
         writeNoise(width, height, channels);
@@ -290,47 +299,48 @@ TEST_F(ImageMaps, SmallImagesInMemoryGiveWhatTheCacheGives) {
         const auto file = cache.open(m_path, {});
         std::mt19937 engine(3);
         std::uniform_real_distribution<float> number(0, 1);
-        double worst = 0;
+        double maxDifference = 0;
         int lookups = 0, differing = 0;
         for (int i = 0; i < 20000; ++i) {
-            // From far below a texel to far more than the image, round and stretched, turned and skewed.
-            const float size = std::exp2(-12 + 14 * number(engine)), thin = std::exp2(-8 * number(engine)),
-                        turn = 2 * kPi * number(engine), skew = kPi * number(engine);
-            const V2f a = V2f(std::cos(turn), std::sin(turn)) * size,
-                      b = V2f(-std::sin(turn), std::cos(turn)) * (size * thin);
-            const V2f dx = a * std::cos(skew) + b * std::sin(skew),
-                      dy = b * std::cos(skew) - a * std::sin(skew);
+            // Footprints from far below a texel to larger than the image, isotropic to elongated, rotated.
+            const float size = std::exp2(-12 + 14 * number(engine)), aspect = std::exp2(-8 * number(engine));
+            const float angle = 2 * kPi * number(engine), skew = kPi * number(engine);
+            const V2f a = V2f(std::cos(angle), std::sin(angle)) * size;
+            const V2f b = V2f(-std::sin(angle), std::cos(angle)) * (size * aspect);
+            const V2f dx = a * std::cos(skew) + b * std::sin(skew);
+            const V2f dy = b * std::cos(skew) - a * std::sin(skew);
             const V2f uv(4 * number(engine) - 2, 4 * number(engine) - 2);
             const bool isPoint = i % 5 == 0;
             for (const Wrap wrap : {Wrap::Repeat, Wrap::Clamp, Wrap::Black}) {
                 const V2f none(0);
-                const Rgb kept = cache.lookup(*file, uv, isPoint ? none : dx, isPoint ? none : dy, wrap);
-                const Rgb other =
+                const Rgb result = cache.lookup(*file, uv, isPoint ? none : dx, isPoint ? none : dy, wrap);
+                const Rgb expected =
                     cache.lookupFiltered(*file, uv, isPoint ? none : dx, isPoint ? none : dy, wrap);
                 double difference = 0;
                 for (int c = 0; c < 3; ++c)
-                    difference = std::max(difference, double(std::abs(kept[c] - other[c])));
-                worst = std::max(worst, difference);
-                ++lookups, differing += difference > 1e-4;
+                    difference = std::max(difference, double(std::abs(result[c] - expected[c])));
+                maxDifference = std::max(maxDifference, difference);
+                ++lookups;
+                differing += difference > 1e-4;
             }
         }
-        // Where the number of probes is on the verge of another, rounding decides.
+        // The number of probes of a lookup depends on rounding in rare cases.
         EXPECT_LT(differing, lookups / 5000) << width << " x " << height;
-        EXPECT_LT(worst, .02) << width << " x " << height;
+        EXPECT_LT(maxDifference, .02) << width << " x " << height;
     }
 }
 
-TEST_F(ImageMaps, LookupsSideBySideAreThoseOneByOne) {
+TEST_F(ImageMaps, RgbSoAEqualsRgb) {
     writeNoise(50, 31, 3);
-    PluginFactory maker;
-    const int map = maker.add(make({})), other = maker.add(make({floatParam("uscale", 2)}));
+    TextureFactory factory;
+    const int map = factory.add(make({})), other = factory.add(make({floatParam("uscale", 2)}));
     const TexturePtr textures[] = {
         make({}),
-        maker.make(scaleTexturePlugin(), {textureParam("tex1", map), rgbParam("tex2", Rgb(.5f, 2, 1))}),
-        maker.make(scaleTexturePlugin(), {textureParam("tex1", map), floatParam("tex2", .3f)}),
-        maker.make(mixTexturePlugin(),
-                   {textureParam("tex1", map), textureParam("tex2", other), textureParam("amount", map)}),
-        maker.make(mixTexturePlugin(), {textureParam("tex1", map), floatParam("amount", .3f)}),
+        factory.make(scaleTexturePlugin(), {textureParam("tex1", map), rgbParam("tex2", Rgb(.5f, 2, 1))}),
+        factory.make(scaleTexturePlugin(), {textureParam("tex1", map), floatParam("tex2", .3f)}),
+        factory.make(mixTexturePlugin(),
+                     {textureParam("tex1", map), textureParam("tex2", other), textureParam("amount", map)}),
+        factory.make(mixTexturePlugin(), {textureParam("tex1", map), floatParam("amount", .3f)}),
         make({floatParam("uscale", 3), floatParam("vdelta", .4f)}),
         make({stringParam("wrap", "clamp"),
               {"invert", ParamType::Bool, {}, {}, {1}, {}},
@@ -347,38 +357,41 @@ TEST_F(ImageMaps, LookupsSideBySideAreThoseOneByOne) {
         float barycentrics[kSoAWidth] = {};
         const TextureQuerySoA q{uv, p, dx, dy, prim, barycentrics, barycentrics};
         for (int i = 0; i < kSoAWidth; ++i) {
-            const float size = i % 9 ? std::exp2(-8 + 10 * number(engine)) : 0, thin = number(engine),
-                        turn = 2 * kPi * number(engine);
+            const float size = i % 9 ? std::exp2(-8 + 10 * number(engine)) : 0;
+            const float aspect = number(engine), angle = 2 * kPi * number(engine);
             uv.set(i, {4 * number(engine) - 2, 4 * number(engine) - 2});
-            dx.set(i, V2f(std::cos(turn), std::sin(turn)) * size);
-            dy.set(i, V2f(-std::sin(turn), std::cos(turn) + .3f) * (size * sqr(sqr(thin))));
+            dx.set(i, V2f(std::cos(angle), std::sin(angle)) * size);
+            dy.set(i, V2f(-std::sin(angle), std::cos(angle) + .3f) * (size * sqr(sqr(aspect))));
             p.set(i, {uv.x[i], number(engine), uv.y[i]});
         }
-        uv.x[5] = 1e12f, dx.x[6] = 1e5f, dy.y[7] = std::nanf(""); // left to OpenImageIO
+        uv.x[5] = 1e12f; // extreme values are looked up by OpenImageIO
+        dx.x[6] = 1e5f;
+        dy.y[7] = std::nanf("");
         const int begin = round % 7, end = kSoAWidth - round % 50;
         for (const TexturePtr& texture : textures) {
             RgbSoA out;
             texture->rgbSoA(q, begin, end, out);
             for (int i = begin; i < end; ++i) {
-                const Rgb alone = texture->rgb(q.at(i)), beside = out.at(i);
-                EXPECT_EQ(0, std::memcmp(&alone, &beside, sizeof alone)) << i;
+                const Rgb expected = texture->rgb(q.at(i)), result = out.at(i);
+                EXPECT_EQ(0, std::memcmp(&expected, &result, sizeof expected)) << i;
             }
         }
     }
 }
 
-TEST_F(ImageMaps, WhatIsUnknownIsAnError) {
+TEST_F(ImageMaps, InvalidParametersAreErrors) {
     EXPECT_NE(errorOf({stringParam("wrap", "mirror")}).find("known: repeat, black, clamp"),
               std::string::npos);
     EXPECT_NE(errorOf({stringParam("filter", "box")}).find("known: point"), std::string::npos);
-    EXPECT_EQ(errorOf({stringParam("encoding", "gamma x")}), "\"gamma\" is followed by a positive number");
-    EXPECT_EQ(
-        errorOf({stringParam("encoding", "ACESgc")}),
-        "neither sRGB, linear nor gamma and a number; of the built-in OpenColorIO config: unknown color "
-        "space \"ACESgc\"; did you mean \"ACEScg\"? (known: ACES2065-1, ACEScg, ACEScct, lin_rec709, "
-        "srgb_texture, raw)");
+    EXPECT_EQ(errorOf({stringParam("encoding", "gamma x")}),
+              "\"gamma\" must be followed by a positive number");
+    EXPECT_EQ(errorOf({stringParam("encoding", "ACESgc")}),
+              "\"encoding\" must be sRGB, linear, \"gamma NUMBER\" or a color space of the built-in "
+              "OpenColorIO config: unknown color "
+              "space \"ACESgc\"; did you mean \"ACEScg\"? (known: ACES2065-1, ACEScg, ACEScct, lin_rec709, "
+              "srgb_texture, raw)");
     EXPECT_NE(errorOf({floatParam("gamma", 0)}).find("positive"), std::string::npos);
-    PluginFactory m;
+    TextureFactory m;
     EXPECT_THROW(m.make(imagemapTexturePlugin(), {}), Error);
 }
 

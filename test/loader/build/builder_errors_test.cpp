@@ -159,7 +159,7 @@ Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 2 0])"
         {R"(WorldBegin
 Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0 1 1 1])",
          2, 1,
-         R"(parameter "indices" is missing (it may be left out only with exactly 3 vertices; there are 4))"},
+         R"(parameter "indices" is missing (it is optional only for exactly 3 vertices; there are 4))"},
         {R"(WorldBegin
 Shape "trianglemesh" "integer indices" [0 1 2])",
          2, 1, R"(parameter "P" is missing)"},
@@ -268,7 +268,7 @@ Texture "t" "rgb" "wood")",
          2, 1, R"(unknown texture "wood" (known: constant, scale, mix, checkerboard, imagemap))"},
         {R"(WorldBegin
 Texture "t" "rgb" "checkerboard" "integer dimension" 5)",
-         2, 34, R"(a checkerboard has 2 or 3 dimensions)"},
+         2, 34, R"("dimension" must be 2 or 3)"},
     });
 }
 
@@ -298,12 +298,12 @@ TEST(BuildErrors, Files) {
         {"WorldBegin\nTexture \"t\" \"rgb\" \"imagemap\" \"string filename\" \"a/none.png\"", 2, 30,
          "file \"a/none.png\" not found; looked for \"a/none.png\""},
         {"WorldBegin\nMaterial \"measured\" \"string filename\" \"text.ply\"", 2, 21,
-         "cannot tell the kind of measured BRDF from the extension \".ply\" (known: .brdf for pbrt-v2's "
-         "text, .binary or .merl for MERL)"},
+         "unknown extension \".ply\" of a measured BRDF (known: .brdf for pbrt-v2's text format, .binary and "
+         ".merl for MERL)"},
         {"WorldBegin\nMaterial \"measured\" \"string filename\" \"words.brdf\"", 2, 21,
          "BRDF file words.brdf, line 1: not a number"},
         {"WorldBegin\nMaterial \"measured\" \"string filename\" \"short.binary\"", 2, 21,
-         "MERL file short.binary: it ends in the header"},
+         "MERL file short.binary: the header is incomplete"},
     };
     for (const Wrong& wrong : cases) {
         std::string error = outcomeOf(wrong.text, folder.path() / "t.scene").error;

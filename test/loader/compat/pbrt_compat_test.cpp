@@ -279,7 +279,7 @@ TEST(CompatPlugin, TrifleInAPbrtFileIsAWarning) {
     EXPECT_EQ(warning("LightSource \"laser\" \"float size\" 2\n"),
               "light \"laser\" is not known; it is left out");
     EXPECT_EQ(warning("Shape \"trianglemesh\" \"point P\" [] \"integer indices\" []\n"),
-              "a mesh of no triangles is left out");
+              "a mesh without triangles is ignored");
     EXPECT_EQ(warning("Material \"matte\" \"float bumpmap\" 1\nMaterial \"glass\" \"float bumpmap\" 1\n"),
               "bump, displacement and normal maps are not supported: surfaces stay smooth");
     EXPECT_EQ(warning("Shape \"sphere\" \"float sheen\" 1\nShape \"sphere\" \"float sheen\" 1\n"),
