@@ -4,7 +4,7 @@
 #include "core/util/memory.h"
 #include "loader/parser/content_hash.h"
 #include "loader/parser/parser.h"
-#include "session/aov_films.h"
+#include "session/aov_recorder.h"
 #include "session/checkpoint.h"
 #include "session/fallback_writer.h"
 #include "session/merge.h"
@@ -165,14 +165,14 @@ int makePicture(const Options& options, const BuiltScene& built, const ResourceP
     if (!options.samplesFile.empty())
         settings.onSample = [&](const SampleRecord& report) { samples.add(report); };
     Film film(built.resolution.x, built.resolution.y, built.pixelBounds, filmAovs(options));
-    AovFilms aovs(options, built, log);
-    aovs.addTo(settings);
+    AovRecorder aovs(options, built, log);
+    aovs.attachTo(settings);
     if (std::any_of(options.outputs.begin(), options.outputs.end(), isPart))
         film.keepSums();
     const OutputSettings outputSettings = outputSettingsOf(options.picture, options.threads);
     for (const auto& output : options.outputs)
         if (!isPart(output))
-            film.checkWrite(output, outputSettings, aovs.develop().parts);
+            film.checkWrite(output, outputSettings, aovs.recorded().parts);
     const auto writeTo = [&](const std::filesystem::path& file, const Film& picture, const RenderStats& so,
                              bool finished) {
         if (isPart(file)) {
@@ -180,13 +180,13 @@ int makePicture(const Options& options, const BuiltScene& built, const ResourceP
                 writePart(file, partOf(picture, options, built));
             return;
         }
-        const DevelopedAovs developed = finished ? aovs.develop() : DevelopedAovs{};
+        const RecordedAovs recorded = finished ? aovs.recorded() : RecordedAovs{};
         Metadata metadata = renderMetadata(built, options, so, seconds, finished);
         if (file.extension() == ".png")
             addViewMetadata(options.picture, metadata);
         else
-            metadata.insert(metadata.end(), developed.metadata.begin(), developed.metadata.end());
-        warnOfClamped(file, picture.write(file, metadata, outputSettings, developed.parts), log);
+            metadata.insert(metadata.end(), recorded.metadata.begin(), recorded.metadata.end());
+        warnOfClamped(file, picture.write(file, metadata, outputSettings, recorded.parts), log);
     };
     const WriteOutputs write = [&](const Film& picture, const RenderStats& so, bool finished) {
         for (const auto& output : options.outputs)
@@ -199,20 +199,20 @@ int makePicture(const Options& options, const BuiltScene& built, const ResourceP
             std::accumulate(film.sums().begin(), film.sums().end(), uint64_t(0),
                             [](uint64_t sum, const PixelAccumulator& pixel) { return sum + pixel.bad(); });
     warnOfInvalidSamples(stats, options, built, log);
-    FallbackWriter rescue(log);
+    FallbackWriter fallback(log);
     for (const auto& output : options.outputs)
-        rescue.write(output, [&](const auto& file) { writeTo(file, film, stats, finished); });
+        fallback.write(output, [&](const auto& file) { writeTo(file, film, stats, finished); });
     if (!options.heatmapFile.empty())
-        rescue.write(options.heatmapFile, [&](const auto& file) {
+        fallback.write(options.heatmapFile, [&](const auto& file) {
             writePng(file, heatmap(film, options.heatmapAov, settings.samplesPerPixel),
                      renderMetadata(built, options, stats, seconds, true));
         });
     if (!options.samplesFile.empty())
-        rescue.write(options.samplesFile, [&](const auto& file) { samples.write(file); });
+        fallback.write(options.samplesFile, [&](const auto& file) { samples.write(file); });
     if (!options.statsFile.empty())
-        rescue.write(options.statsFile,
-                     [&](const auto& file) { writeStats(file, built, options, stats, seconds); });
-    if (!rescue.isWhole())
+        fallback.write(options.statsFile,
+                       [&](const auto& file) { writeStats(file, built, options, stats, seconds); });
+    if (!fallback.wroteAll())
         return kOutputError;
     if (!finished) {
         log.warn(options.takesPasses() ? fmt::format("stopped after {} passes", stats.passes)

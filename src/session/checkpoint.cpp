@@ -97,10 +97,10 @@ bool Checkpoint::resume(Film& film) const {
     return true;
 }
 
-void Checkpoint::save(const Film& film, FallbackWriter& rescue) const {
+void Checkpoint::save(const Film& film, FallbackWriter& fallback) const {
     const RenderPart part = partOf(film, m_options, m_built);
     if (!part.boxes.empty()) // else there is nothing to lose
-        rescue.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part); });
+        fallback.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part); });
 }
 
 void Checkpoint::remove(const Options& options) {

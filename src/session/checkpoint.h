@@ -19,8 +19,8 @@ class Checkpoint {
     /// Fills the film with what is there; false: nothing is. Throws Error of kind Usage if it is damaged, or
     /// of another render.
     bool resume(Film& film) const;
-    /// Where it belongs, or where `rescue` finds room.
-    void save(const Film& film, FallbackWriter& rescue) const;
+    /// Where it belongs, or where `fallback` finds room.
+    void save(const Film& film, FallbackWriter& fallback) const;
     /// When the picture is written.
     static void remove(const Options& options);
 

@@ -17,15 +17,15 @@ fs::path newFolderIn(const fs::path& parent) {
     return mkdtemp(name.data()) ? fs::path(name) : fs::path();
 }
 
-std::vector<fs::path> places() {
-    std::vector<fs::path> places;
+std::vector<fs::path> candidateFolders() {
+    std::vector<fs::path> folders;
     if (const char* variable = std::getenv("TMPDIR"); variable && *variable)
-        places.push_back(variable);
-    places.push_back("/tmp");
+        folders.push_back(variable);
+    folders.push_back("/tmp");
     std::error_code error;
-    if (const fs::path here = fs::current_path(error); !error)
-        places.push_back(here);
-    return places;
+    if (const fs::path current = fs::current_path(error); !error)
+        folders.push_back(current);
+    return folders;
 }
 
 } // namespace
@@ -38,16 +38,16 @@ bool FallbackWriter::write(const fs::path& file, const Write& write) {
         if (e.kind != ErrorKind::Output)
             throw;
         const std::lock_guard lock(m_mutex);
-        m_whole = false;
+        m_wroteAll = false;
         m_log.error("error: {}", e.what());
-        if (!writeElsewhere(file, write))
+        if (!writeToFallbackFolder(file, write))
             m_log.error("error: there is no other place for {} either", file.filename().string());
         return false;
     }
 }
 
-bool FallbackWriter::writeElsewhere(const fs::path& file, const Write& write) {
-    std::vector<fs::path> parents = places();
+bool FallbackWriter::writeToFallbackFolder(const fs::path& file, const Write& write) {
+    std::vector<fs::path> parents = candidateFolders();
     for (size_t i = 0; i < parents.size(); ++i) {
         const fs::path folder = i == 0 && !m_folder.empty() ? m_folder : newFolderIn(parents[i]);
         if (folder.empty())

@@ -23,15 +23,15 @@ class FallbackWriter {
     /// belongs.
     bool write(const std::filesystem::path& file, const Write& write);
     /// Whether every file so far is where it belongs.
-    bool isWhole() const { return m_whole; }
+    bool wroteAll() const { return m_wroteAll; }
 
   private:
-    bool writeElsewhere(const std::filesystem::path& file, const Write& write);
+    bool writeToFallbackFolder(const std::filesystem::path& file, const Write& write);
 
     spdlog::logger& m_log;
     std::mutex m_mutex;
     std::filesystem::path m_folder; ///< once there is one
-    bool m_whole = true;
+    bool m_wroteAll = true;
 };
 
 } // namespace strobe

@@ -10,7 +10,7 @@ namespace strobe {
 
 namespace {
 
-Film filmOf(const RenderPart& part) {
+Film toFilm(const RenderPart& part) {
     Film film(part.fullWidth, part.fullHeight, part.pixelBounds);
     const PixelBounds& w = part.pixelBounds;
     for (int y = w.y0; y < w.y1; ++y)
@@ -58,7 +58,7 @@ void writePicture(const std::filesystem::path& output, const RenderPart& whole, 
                   const PictureOptions& options, const OutputSettings& settings, spdlog::logger& log) {
     if (output.extension() == ".png")
         addViewMetadata(options, metadata);
-    warnOfClamped(output, filmOf(whole).write(output, metadata, settings), log);
+    warnOfClamped(output, toFilm(whole).write(output, metadata, settings), log);
 }
 
 } // namespace

@@ -64,7 +64,7 @@ void parseShutter(const std::string& text, Sequence& sequence) {
 }
 
 /// What was given to all options but those that leave every picture as it is.
-std::string decisive(const CLI::App& app) {
+std::string imageAffectingOptions(const CLI::App& app) {
     static const std::set<std::string> others{"FILE",        "--output",  "--threads",   "--tile",
                                               "--quiet",     "--frames",  "--overwrite", "--stats",
                                               "--log-level", "--samples", "--partial",   "--display-server",
@@ -110,7 +110,7 @@ void readSequence(const CLI::App& app, const std::string& frames, const std::str
     options.sequence->fps = fps;
     if (!shutter.empty())
         parseShutter(shutter, *options.sequence);
-    options.command = decisive(app);
+    options.command = imageAffectingOptions(app);
 }
 
 /// The command's name among the files is no scene.

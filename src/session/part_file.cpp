@@ -42,7 +42,7 @@ int integerFrom(const Json& j) {
     constexpr uint64_t kMax = std::numeric_limits<int>::max();
     return j.is_number_unsigned() && j.get<uint64_t>() <= kMax ? j.get<int>() : -1;
 }
-PixelBounds windowFrom(const Json& j) {
+PixelBounds pixelBoundsFrom(const Json& j) {
     return {integerFrom(j.at(0)), integerFrom(j.at(2)), integerFrom(j.at(1)), integerFrom(j.at(3))};
 }
 SampleSlice sliceFrom(const Json& j) {
@@ -61,7 +61,7 @@ bool isInside(const PixelBounds& inner, const PixelBounds& outer) {
 }
 
 /// Nothing in it contradicts itself, or would take memory that the file does not.
-bool isSound(const RenderPart& part) {
+bool isConsistent(const RenderPart& part) {
     if (part.fullWidth < 1 || part.fullHeight < 1 || part.fullWidth > kMaxPixels ||
         part.fullHeight > kMaxPixels || part.samplesPerPixel < 1 || part.boxes.empty() ||
         !isInside(part.pixelBounds, {0, 0, part.fullWidth, part.fullHeight}))
@@ -79,9 +79,9 @@ RenderPart fromJson(const Json& header) {
     part.fullWidth = integerFrom(header.at("frame").at(0));
     part.fullHeight = integerFrom(header.at("frame").at(1));
     part.samplesPerPixel = integerFrom(header.at("samplesPerPixel"));
-    part.pixelBounds = windowFrom(header.at("window"));
+    part.pixelBounds = pixelBoundsFrom(header.at("window"));
     for (const Json& box : header.at("boxes"))
-        part.boxes.push_back({windowFrom(box.at("window")), sliceFrom(box.at("samples"))});
+        part.boxes.push_back({pixelBoundsFrom(box.at("window")), sliceFrom(box.at("samples"))});
     return part;
 }
 
@@ -139,10 +139,10 @@ RenderPart readPart(const fs::path& file) {
     if (!stream)
         fail(file, std::string("cannot read it: ") + std::strerror(errno));
     const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-    return partFrom(bytes, file);
+    return parsePart(bytes, file);
 }
 
-RenderPart partFrom(std::string_view bytes, const fs::path& file) {
+RenderPart parsePart(std::string_view bytes, const fs::path& file) {
     if (!bytes.starts_with(kFirstLine))
         fail(file, "it is not a part of a render");
     bytes.remove_prefix(kFirstLine.size());
@@ -155,7 +155,7 @@ RenderPart partFrom(std::string_view bytes, const fs::path& file) {
     } catch (const Json::exception&) {
         fail(file, "it is damaged");
     }
-    if (end == std::string::npos || !isSound(part))
+    if (end == std::string::npos || !isConsistent(part))
         fail(file, "it is damaged");
     const std::string_view sums = bytes.substr(end + 1);
     if (sums.size() != pixelsOf(part.pixelBounds) * PixelAccumulator::kBytes)

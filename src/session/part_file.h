@@ -35,7 +35,7 @@ void writePart(const std::filesystem::path& file, const RenderPart& part);
 /// Throws Error of kind Usage if the file is no part, damaged or cut short.
 RenderPart readPart(const std::filesystem::path& file);
 /// The same of its bytes; `file` is for messages.
-RenderPart partFrom(std::string_view bytes, const std::filesystem::path& file);
+RenderPart parsePart(std::string_view bytes, const std::filesystem::path& file);
 
 /// Puts `more` (named `file` in messages) together with `part`. Throws Error of kind Usage if it belongs to
 /// another render, or has samples that are there already.

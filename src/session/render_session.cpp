@@ -20,11 +20,11 @@ std::string imageName(const Options& options) {
 }
 
 /// A picture on its way, and those who hear of it.
-class Picture {
+class RenderSession {
   public:
-    Picture(const BuiltScene& built, const Options& options, const RenderSettings& settings,
-            Clock::time_point start, StopSignals* signals, Film& film, const WriteOutputs& write,
-            spdlog::logger& log)
+    RenderSession(const BuiltScene& built, const Options& options, const RenderSettings& settings,
+                  Clock::time_point start, StopSignals* signals, Film& film, const WriteOutputs& write,
+                  spdlog::logger& log)
         : m_built(built), m_options(options), m_settings(settings), m_start(start), m_film(film),
           m_write(write), m_log(log), m_progress(options.quiet) {
         if (!options.reference.empty())
@@ -32,7 +32,7 @@ class Picture {
         if (signals)
             m_settings.stop = [signals] { return signals->stops(); };
         if (options.checkpoint > 0)
-            goOn(signals);
+            resumeFromCheckpoint(signals);
         if (options.partial > 0 || options.display || m_checkpoint)
             m_live = std::make_shared<LiveFilm>(film);
         if (m_live)
@@ -44,7 +44,7 @@ class Picture {
         m_settings.onProgress = [this](double part) { m_progress.update(m_fraction(part)); };
     }
 
-    RenderStats make() {
+    RenderStats run() {
         std::optional<DisplayServer> display;
         if (m_options.display)
             display.emplace(*m_options.display, imageName(m_options), m_live,
@@ -53,14 +53,14 @@ class Picture {
         std::optional<PeriodicWriter> partial;
         if (m_options.partial > 0)
             partial.emplace(Seconds(m_options.partial), [this] { writePartial(); });
-        const RenderStats stats = renderSafely();
+        const RenderStats stats = renderWithCheckpoints();
         m_progress.finish();
         return stats;
     }
 
   private:
     /// Takes up what there is of the picture.
-    void goOn(StopSignals* signals) {
+    void resumeFromCheckpoint(StopSignals* signals) {
         m_film.keepSums();
         m_checkpoint.emplace(m_options, m_built);
         m_settings.resume = m_options.resume && m_checkpoint->resume(m_film);
@@ -70,16 +70,16 @@ class Picture {
     }
 
     /// With checkpoints, if that is wanted.
-    RenderStats renderSafely() {
+    RenderStats renderWithCheckpoints() {
         if (!m_checkpoint)
             return render();
         RenderStats stats;
         {
             const auto save = [this] {
-                attempt("--checkpoint", [this] { m_checkpoint->save(m_live->film(), m_rescue); });
+                attempt("--checkpoint", [this] { m_checkpoint->save(m_live->film(), m_fallback); });
             };
             const PeriodicWriter saver(Seconds(m_options.checkpoint), save);
-            const OnSave onSave(*m_signals, save);
+            const SaveHandlerScope saveHandler(*m_signals, save);
             try {
                 stats = render();
             } catch (...) { // a texture may have vanished: what was rendered until then is not lost
@@ -88,19 +88,19 @@ class Picture {
             }
         }
         if (stats.passes == 0)
-            m_checkpoint->save(m_film, m_rescue);
+            m_checkpoint->save(m_film, m_fallback);
         return stats;
     }
 
     /// What SIGHUP does, for a while.
-    class OnSave {
+    class SaveHandlerScope {
       public:
-        OnSave(StopSignals& signals, std::function<void()> save) : m_signals(signals) {
+        SaveHandlerScope(StopSignals& signals, std::function<void()> save) : m_signals(signals) {
             m_signals.onSave(std::move(save));
         }
-        ~OnSave() { m_signals.onSave(nullptr); }
-        OnSave(const OnSave&) = delete;
-        OnSave& operator=(const OnSave&) = delete;
+        ~SaveHandlerScope() { m_signals.onSave(nullptr); }
+        SaveHandlerScope(const SaveHandlerScope&) = delete;
+        SaveHandlerScope& operator=(const SaveHandlerScope&) = delete;
 
       private:
         StopSignals& m_signals;
@@ -115,7 +115,7 @@ class Picture {
         if (m_options.takesPasses()) {
             PassGoal goal;
             if (m_options.timeLimit > 0)
-                goal.deadline = timeLimit();
+                goal.deadline = deadline();
             if (m_options.noiseTarget > 0)
                 goal.noise = m_options.noiseTarget;
             const int most = m_options.build.samplesPerPixel > 0 ? m_settings.samplesPerPixel
@@ -134,7 +134,7 @@ class Picture {
         return strobe::render(*b.scene, *b.integrator, *b.shader, sampler, *b.filter, m_settings, m_film);
     }
 
-    Clock::time_point timeLimit() const {
+    Clock::time_point deadline() const {
         return m_start + std::chrono::duration_cast<Clock::duration>(Seconds(m_options.timeLimit));
     }
 
@@ -151,20 +151,20 @@ class Picture {
             m_log.debug("pass {}: noise {:.4g}", stats.passes, *stats.noise);
         m_reached = reachedWith(stats);
         if (m_options.timeLimit > 0 && stats.passes == 1)
-            return reserveWriting(film, stats);
+            return reserveWritingTime(film, stats);
         return {};
     }
 
     /// Writes the picture, which costs time, to know how much of it to keep for the end. (And an early
     /// picture is one that an accident leaves behind.)
-    Clock::time_point reserveWriting(const Film& film, const RenderStats& stats) {
+    Clock::time_point reserveWritingTime(const Film& film, const RenderStats& stats) {
         const Clock::time_point begin = Clock::now();
-        if (begin > timeLimit())
+        if (begin > deadline())
             m_log.warn("--time-limit {}: a single pass took {:.1f} s", m_options.timeLimit,
                        Seconds(begin - m_start).count());
         attempt("--time-limit", [&] { m_write(film, stats, false); });
         const int writings = m_options.partial > 0 ? 2 : 1; // the end may have to wait for one under way
-        return timeLimit() - writings * (Clock::now() - begin);
+        return deadline() - writings * (Clock::now() - begin);
     }
 
     void addToCurve(const Film& film, const RenderStats& stats) {
@@ -206,7 +206,7 @@ class Picture {
         try {
             write();
         } catch (const std::exception& e) { // memory may be short, too
-            if (!m_warnedOfWriting.exchange(true))
+            if (!m_hasWarnedOfWriting.exchange(true))
                 m_log.warn("{}: {}", option, e.what());
         }
     }
@@ -226,9 +226,9 @@ class Picture {
     std::mutex m_mutex;
     RenderStats m_stats; ///< of the passes so far; under m_mutex
     std::optional<Checkpoint> m_checkpoint;
-    FallbackWriter m_rescue{m_log}; ///< of checkpoints
+    FallbackWriter m_fallback{m_log}; ///< of checkpoints
     StopSignals* m_signals = nullptr;
-    std::atomic<bool> m_warnedOfWriting{false};
+    std::atomic<bool> m_hasWarnedOfWriting{false};
 };
 
 } // namespace
@@ -236,7 +236,7 @@ class Picture {
 RenderStats renderPicture(const BuiltScene& built, const Options& options, RenderSettings settings,
                           PassGoal::Clock::time_point start, StopSignals* signals, Film& film,
                           const WriteOutputs& write, spdlog::logger& log) {
-    RenderStats stats = Picture(built, options, settings, start, signals, film, write, log).make();
+    RenderStats stats = RenderSession(built, options, settings, start, signals, film, write, log).run();
     if (stats.noise)
         log.info("noise {:.4g} after {} passes{}", *stats.noise, stats.passes,
                  *stats.noise <= options.noiseTarget ? "" : ": the target is not met");

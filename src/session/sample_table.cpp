@@ -17,7 +17,8 @@ void SampleTable::add(const SampleRecord& r) {
                            hit.prim);
     else
         row += ",,,";
-    row += fmt::format("{},{},{:.9g},{:.9g},{:.9g}\n", r.sharingId, r.shades, r.value.x, r.value.y, r.value.z);
+    row +=
+        fmt::format("{},{},{:.9g},{:.9g},{:.9g}\n", r.sharingId, r.shades, r.value.x, r.value.y, r.value.z);
     const std::lock_guard lock(m_mutex);
     m_rows.emplace_back(Place(r.y, r.x, r.number), std::move(row));
 }

@@ -9,8 +9,8 @@ using namespace strobe;
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     try {
-        RenderPart part = partFrom({reinterpret_cast<const char*>(data), size}, "fuzz.part");
-        if (part.sums.size() != size_t(part.window.width()) * size_t(part.window.height()))
+        RenderPart part = parsePart({reinterpret_cast<const char*>(data), size}, "fuzz.part");
+        if (part.sums.size() != size_t(part.pixelBounds.width()) * size_t(part.pixelBounds.height()))
             std::abort();
         missingSamples(part);
         const RenderPart again = part;

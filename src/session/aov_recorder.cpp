@@ -1,4 +1,4 @@
-#include "session/aov_films.h"
+#include "session/aov_recorder.h"
 
 namespace strobe {
 
@@ -8,27 +8,27 @@ bool isExr(const std::filesystem::path& output) { return output.extension() == "
 
 } // namespace
 
-AovFilms::AovFilms(const Options& options, const BuiltScene& built, spdlog::logger& log) {
+AovRecorder::AovRecorder(const Options& options, const BuiltScene& built, spdlog::logger& log) {
     if (!options.aovs.empty() && std::none_of(options.outputs.begin(), options.outputs.end(), isExr))
         log.warn("--aov: there is no .exr output to hold the layers");
     if (const auto light = aovsOf(options.aovs, AovGroup::Light); !light.empty())
-        m_lights = std::make_unique<LightFilm>(built.pixelBounds, light, built.lightGroups);
+        m_lightAovs = std::make_unique<LightFilm>(built.pixelBounds, light, built.lightGroups);
     const std::vector<Aov> visible = aovsOf(options.aovs, AovGroup::Visible);
     if (visible.empty())
         return;
-    m_features = std::make_unique<AovFilm>(
+    m_surfaceAovs = std::make_unique<AovFilm>(
         *built.scene, *built.sampler.sampler, built.pixelBounds,
         AovFilmSettings{visible, built.cryptomatteMaterialNames, options.cryptoLevels});
-    for (const std::string& warning : m_features->warnings())
+    for (const std::string& warning : m_surfaceAovs->warnings())
         log.warn("{}", warning);
 }
 
-DevelopedAovs AovFilms::develop() const {
-    DevelopedAovs aovs;
-    if (m_features)
-        aovs.values = m_features->channels();
-    if (m_lights)
-        for (AovChannel& channel : m_lights->channels())
+RecordedAovs AovRecorder::recorded() const {
+    RecordedAovs aovs;
+    if (m_surfaceAovs)
+        aovs.values = m_surfaceAovs->channels();
+    if (m_lightAovs)
+        for (AovChannel& channel : m_lightAovs->channels())
             aovs.values.push_back(std::move(channel));
     for (const AovChannel& channel : aovs.values) {
         if (aovs.parts.empty() || aovs.parts.back().name != channel.layer)
@@ -36,8 +36,8 @@ DevelopedAovs AovFilms::develop() const {
         aovs.parts.back().channels.push_back(
             {channel.layer + '.' + channel.name, channel.values.data(), 1, channel.exact});
     }
-    if (m_features)
-        aovs.metadata = m_features->metadata();
+    if (m_surfaceAovs)
+        aovs.metadata = m_surfaceAovs->metadata();
     return aovs;
 }
 

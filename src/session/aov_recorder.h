@@ -10,27 +10,27 @@
 namespace strobe {
 
 /// Parts of a file, and the values that they refer to.
-struct DevelopedAovs {
+struct RecordedAovs {
     std::vector<AovChannel> values;
     std::vector<Part> parts;
     Metadata metadata; ///< what the whole file must say of them
 };
 
-class AovFilms {
+class AovRecorder {
   public:
     /// Warns of names that Cryptomatte cannot tell apart, and of layers that no output holds.
-    AovFilms(const Options& options, const BuiltScene& built, spdlog::logger& log);
+    AovRecorder(const Options& options, const BuiltScene& built, spdlog::logger& log);
     /// Has the render fill them; they must outlive it.
-    void addTo(RenderSettings& settings) {
-        settings.aovs = m_features.get();
-        settings.lights = m_lights.get();
+    void attachTo(RenderSettings& settings) {
+        settings.aovs = m_surfaceAovs.get();
+        settings.lights = m_lightAovs.get();
     }
     /// What was gathered so far.
-    DevelopedAovs develop() const;
+    RecordedAovs recorded() const;
 
   private:
-    std::unique_ptr<AovFilm> m_features; ///< null: none are asked for; likewise:
-    std::unique_ptr<LightFilm> m_lights;
+    std::unique_ptr<AovFilm> m_surfaceAovs; ///< null: none are asked for; likewise:
+    std::unique_ptr<LightFilm> m_lightAovs;
 };
 
 } // namespace strobe
