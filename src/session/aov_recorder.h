@@ -1,36 +1,37 @@
-// The layers of --aov that the film itself does not hold.
+// AOVs of surfaces and of light, recorded while rendering, for EXR outputs.
 #pragma once
 
 #include "core/render/aov_film.h"
 #include "core/render/render.h"
+#include "session/log.h"
 #include "session/options.h"
-
-#include <spdlog/spdlog.h>
 
 namespace strobe {
 
-/// Parts of a file, and the values that they refer to.
+/// Recorded AOVs, ready to be written.
 struct RecordedAovs {
-    std::vector<AovChannel> values;
-    std::vector<Part> parts;
-    Metadata metadata; ///< what the whole file must say of them
+    std::vector<AovChannel> channels;
+    std::vector<Part> parts; ///< of an EXR; they refer to `channels`
+    Metadata metadata;       ///< of the whole file
 };
 
+/// Records the AOVs of AovGroup::Visible and AovGroup::Light. (The film holds those of AovGroup::Sharing.)
 class AovRecorder {
   public:
-    /// Warns of names that Cryptomatte cannot tell apart, and of layers that no output holds.
-    AovRecorder(const Options& options, const BuiltScene& built, spdlog::logger& log);
-    /// Has the render fill them; they must outlive it.
+    /// Warns of names with equal Cryptomatte hashes, and of AOVs without an EXR output. `built` outlives the
+    /// recorder.
+    AovRecorder(const OutputOptions& output, const BuiltScene& built, const Log& log);
+    /// Makes a render with these settings fill the recorder, which outlives the render.
     void attachTo(RenderSettings& settings) {
         settings.aovs = m_surfaceAovs.get();
         settings.lights = m_lightAovs.get();
     }
-    /// What was gathered so far.
+    /// Returns the means of the samples so far.
     RecordedAovs recorded() const;
 
   private:
-    std::unique_ptr<AovFilm> m_surfaceAovs; ///< null: none are asked for; likewise:
-    std::unique_ptr<LightFilm> m_lightAovs;
+    std::unique_ptr<AovFilm> m_surfaceAovs; ///< null if there are none
+    std::unique_ptr<LightFilm> m_lightAovs; ///< null if there are none
 };
 
 } // namespace strobe

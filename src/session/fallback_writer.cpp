@@ -11,13 +11,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A new folder that nobody else knows of or may write to; empty if there cannot be one.
+/// Makes a folder with an unused name that only this user can access. Returns an empty path on failure.
 fs::path newFolderIn(const fs::path& parent) {
     std::string name = (parent / "strobe-XXXXXX").string();
     return mkdtemp(name.data()) ? fs::path(name) : fs::path();
 }
 
-std::vector<fs::path> candidateFolders() {
+std::vector<fs::path> candidateParents() {
     std::vector<fs::path> folders;
     if (const char* variable = std::getenv("TMPDIR"); variable && *variable)
         folders.push_back(variable);
@@ -41,13 +41,13 @@ bool FallbackWriter::write(const fs::path& file, const Write& write) {
         m_wroteAll = false;
         m_log.error("error: {}", e.what());
         if (!writeToFallbackFolder(file, write))
-            m_log.error("error: there is no other place for {} either", file.filename().string());
+            m_log.error("error: {} could not be written to another folder either", file.filename().string());
         return false;
     }
 }
 
 bool FallbackWriter::writeToFallbackFolder(const fs::path& file, const Write& write) {
-    std::vector<fs::path> parents = candidateFolders();
+    const std::vector<fs::path> parents = candidateParents();
     for (size_t i = 0; i < parents.size(); ++i) {
         const fs::path folder = i == 0 && !m_folder.empty() ? m_folder : newFolderIn(parents[i]);
         if (folder.empty())
@@ -59,7 +59,7 @@ bool FallbackWriter::writeToFallbackFolder(const fs::path& file, const Write& wr
             m_log.error("SAVED INSTEAD: {} is in {}", file.filename().string(), saved.string());
             return true;
         } catch (const Error&) {
-            std::error_code ignored; // it is of no use, and of no harm
+            std::error_code ignored; // a new folder is empty: leaving it does no harm
             if (folder != m_folder)
                 fs::remove(folder, ignored);
         }
