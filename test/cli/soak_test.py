@@ -1,4 +1,4 @@
-"""How tools/soak judges what it has seen.
+"""The verdict of tools/soak on simulated measurements.
 Usage: soak_test.py"""
 import importlib.machinery
 import importlib.util
@@ -8,7 +8,7 @@ import sys
 import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.dont_write_bytecode = True  # the source tree stays clean
+sys.dont_write_bytecode = True  # do not write to the source tree
 loader = importlib.machinery.SourceFileLoader("soak", os.path.join(ROOT, "tools", "soak"))
 soak = importlib.util.module_from_spec(importlib.util.spec_from_loader("soak", loader))
 loader.exec_module(soak)
@@ -16,8 +16,8 @@ loader.exec_module(soak)
 
 class SoakTest(unittest.TestCase):
     def wrong(self, leak=0, lost=0, late=0, seconds=4000):
-        """The verdict on 5 frames a second of 150 MB, which goes up and down by 2 MB, warms up, and leaks bytes and files a frame; in its
-        second half it has some threads more."""
+        """Returns the verdict on 5 frames per second at 150 MB with noise of 2 MB and a warm-up. `leak`, `lost`: bytes and open
+        files more per frame. `late`: threads more in the second half."""
         chance = random.Random(3)
         rows = []
         for second in range(seconds):
@@ -26,16 +26,16 @@ class SoakTest(unittest.TestCase):
             rows.append((second, frame, memory, 6 + chance.randrange(3) + late * (2 * second > seconds), 3 + chance.randrange(2) + int(lost * frame)))
         return soak.judge(rows)[0]
 
-    def test_flat(self):
+    def test_constant_memory_passes(self):
         self.assertEqual(self.wrong(), [])
-        self.assertEqual(self.wrong(leak=100), [])  # 17 MB in a film of two hours
+        self.assertEqual(self.wrong(leak=100), [])  # 17 MB in two hours of frames at 24 per second
         self.assertEqual(self.wrong(late=1), [])
 
-    def test_growth(self):
+    def test_growth_fails(self):
         self.assertEqual(self.wrong(leak=1500), ["memory grows"])
         self.assertEqual(self.wrong(lost=1e-3), ["open files grow in number"])
 
-    def test_too_short_to_tell(self):
+    def test_short_runs_have_no_verdict(self):
         self.assertEqual(self.wrong(seconds=100), ["too short to tell whether memory grows"])
         self.assertEqual(self.wrong(seconds=30), ["too few frames to tell"])
 
