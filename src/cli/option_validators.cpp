@@ -8,31 +8,32 @@
 namespace strobe {
 namespace {
 
-/// As CLI11 reads it, but for what is none or does not fit.
+/// Parses a number as CLI11 does. Returns none if it is not finite or does not fit T.
 template <class T>
-std::optional<T> numberIn(const std::string& text) {
+std::optional<T> parseNumber(const std::string& text) {
     T value = 0;
     return CLI::detail::lexical_cast(text, value) && std::isfinite(value) ? std::optional(value)
                                                                           : std::nullopt;
 }
 
-CLI::Validator checkOf(std::function<std::string(const std::string&)> check) {
+/// Returns a validator that does not change the text. `check` returns an error or an empty text.
+CLI::Validator makeCheck(std::function<std::string(const std::string&)> check) {
     return CLI::Validator([check = std::move(check)](const std::string& text) { return check(text); }, "");
 }
 
-/// 1024 to some power; 0: there is no such unit.
+/// Returns the bytes in a unit such as "", "K", "MB" or "GiB"; 0 for others.
 double bytesIn(std::string_view unit) {
     if (unit.empty())
         return 1;
     constexpr std::string_view kLetters = "KMGT";
-    const size_t at = kLetters.find(char(std::toupper(static_cast<unsigned char>(unit.front()))));
+    const size_t power = kLetters.find(char(std::toupper(static_cast<unsigned char>(unit.front()))));
     const std::string_view rest = unit.substr(1);
     const bool isUnit = rest.empty() || rest == "B" || rest == "b" || rest == "iB" || rest == "ib";
-    return at != std::string_view::npos && isUnit ? std::pow(1024., double(at + 1)) : 0;
+    return power != std::string_view::npos && isUnit ? std::pow(1024., double(power + 1)) : 0;
 }
 
-/// 0: it is no size, or none that a machine has.
-uint64_t sizeIn(const std::string& text) {
+/// Returns bytes; 0 if the text is not a size, or beyond 1 PiB.
+uint64_t parseSize(const std::string& text) {
     constexpr double kMax = double(uint64_t(1) << 50);
     double number = 0;
     const char* const end = text.data() + text.size();
@@ -46,42 +47,42 @@ uint64_t sizeIn(const std::string& text) {
 
 template <class T>
 CLI::Validator finiteNumber() {
-    return checkOf([](const std::string& text) { return numberIn<T>(text) ? "" : "takes a number"; });
+    return makeCheck([](const std::string& text) { return parseNumber<T>(text) ? "" : "takes a number"; });
 }
 template CLI::Validator finiteNumber<float>();
 
 template <class T>
 CLI::Validator numberAboveZero() {
-    return checkOf([](const std::string& text) {
-        return numberIn<T>(text).value_or(0) > 0 ? "" : "takes a number above 0";
+    return makeCheck([](const std::string& text) {
+        return parseNumber<T>(text).value_or(0) > 0 ? "" : "takes a number above 0";
     });
 }
 template CLI::Validator numberAboveZero<float>();
 template CLI::Validator numberAboveZero<double>();
 
-CLI::Validator integerBetween(uint64_t least, uint64_t most) {
+CLI::Validator integerBetween(uint64_t min, uint64_t max) {
     const auto transform = [=](std::string& text) -> std::string {
         const bool isHexadecimal = text.starts_with("0x");
-        const char *const begin = text.data() + (isHexadecimal ? 2 : 0), *const end =
-                                                                             text.data() + text.size();
+        const char* const begin = text.data() + (isHexadecimal ? 2 : 0);
+        const char* const end = text.data() + text.size();
         uint64_t value = 0;
         const auto [rest, error] = std::from_chars(begin, end, value, isHexadecimal ? 16 : 10);
-        if (rest != end || error == std::errc::invalid_argument || (error == std::errc() && value < least))
-            return "takes an integer of at least " + std::to_string(least);
-        if (error != std::errc() || value > most)
-            return "takes an integer of at most " + std::to_string(most);
+        if (rest != end || error == std::errc::invalid_argument || (error == std::errc() && value < min))
+            return "takes an integer of at least " + std::to_string(min);
+        if (error != std::errc() || value > max)
+            return "takes an integer of at most " + std::to_string(max);
         text = std::to_string(value);
         return "";
     };
     return CLI::Validator(transform, "");
 }
 
-CLI::Validator byteSize(uint64_t least) {
+CLI::Validator byteSize(uint64_t min) {
     return CLI::Validator(
         [=](std::string& text) -> std::string {
-            const uint64_t size = sizeIn(text);
-            if (size < least)
-                return "takes a size such as 4G or 800M, at least " + std::to_string(least >> 20) + "M";
+            const uint64_t size = parseSize(text);
+            if (size < min)
+                return "takes a size such as 4G or 800M, at least " + std::to_string(min >> 20) + "M";
             text = std::to_string(size);
             return "";
         },

@@ -1,4 +1,4 @@
-// What options take that are numbers: for CLI::Option::transform, with messages that say it in words.
+// Validators of numbers, for CLI::Option::transform.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,23 +8,24 @@
 
 namespace strobe {
 
-/// "takes a number": one that a T holds.
+/// Rejects what is not a finite number of type T: "takes a number".
 template <class T>
 CLI::Validator finiteNumber();
-/// "takes a number above 0": one that a T holds, and does not make 0.
+/// Rejects what is not a finite number of type T above 0: "takes a number above 0".
 template <class T>
 CLI::Validator numberAboveZero();
-/// "takes an integer of at least …", or of at most …, whichever it misses. Zeros may lead (CLI11 would read
-/// octal digits), and 0x.
-CLI::Validator integerBetween(uint64_t least, uint64_t most);
-/// "takes a size such as 4G or 800M, at least …": makes it a number of bytes, K, M, G and T being powers of
-/// 1024. `least`: whole megabytes.
-CLI::Validator byteSize(uint64_t least);
+/// Rejects what is not an integer in [min, max]: "takes an integer of at least …" or "… of at most …".
+/// Accepts hexadecimal numbers with 0x, and decimal numbers with leading zeros, which CLI11 would read as
+/// octal.
+CLI::Validator integerBetween(uint64_t min, uint64_t max);
+/// Converts a size such as 4G or 800M to bytes; K, M, G and T are powers of 1024. Rejects smaller sizes than
+/// `min`, a multiple of 1 MiB: "takes a size such as 4G or 800M, at least …".
+CLI::Validator byteSize(uint64_t min);
 
-/// As integerBetween, up to what a T holds.
+/// integerBetween `min` and the maximum of type T.
 template <class T>
-CLI::Validator integerFrom(uint64_t least) {
-    return integerBetween(least, uint64_t(std::numeric_limits<T>::max()));
+CLI::Validator integerFrom(uint64_t min) {
+    return integerBetween(min, uint64_t(std::numeric_limits<T>::max()));
 }
 
 } // namespace strobe

@@ -9,7 +9,8 @@ namespace strobe {
 
 namespace {
 
-std::string duration(double seconds) {
+/// "h:mm:ss" or "m:ss".
+std::string formatDuration(double seconds) {
     const long s = long(seconds + 0.5);
     return s >= 3600 ? fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
                      : fmt::format("{}:{:02}", s / 60, s % 60);
@@ -17,33 +18,42 @@ std::string duration(double seconds) {
 
 } // namespace
 
-Progress::Progress(bool quiet)
-    : m_quiet(quiet), m_terminal(isatty(STDERR_FILENO)), m_start(std::chrono::steady_clock::now()),
-      m_lastDrawn(m_start) {}
+Progress::Progress() : m_isTerminal(isatty(STDERR_FILENO)) { restart(); }
+
+void Progress::restart() {
+    m_start = Clock::now();
+    m_lastDrawn = m_start;
+    m_printedTenths = 0;
+}
 
 void Progress::update(double fraction) {
-    if (m_quiet)
+    if (fraction == 0) {
+        restart();
         return;
-    const auto now = std::chrono::steady_clock::now();
-    const double elapsed = std::chrono::duration<double>(now - m_start).count();
-    if (m_terminal) {
+    }
+    const Clock::time_point now = Clock::now();
+    if (m_isTerminal) {
         if (now - m_lastDrawn < std::chrono::milliseconds(100) && fraction < 1)
             return;
         m_lastDrawn = now;
-        constexpr int kWidth = 40;
-        const int filled = int(fraction * kWidth);
-        const std::string left = fraction > 0 ? duration(elapsed / fraction * (1 - fraction)) : "?";
-        fmt::print(stderr, "\r[{:=<{}}{: <{}}] {:3.0f}%  {} left   ", "", filled, "", kWidth - filled,
-                   fraction * 100, left);
-        std::fflush(stderr);
-    } else if (int(fraction * 10) > m_lastTenth) {
-        m_lastTenth = int(fraction * 10);
-        fmt::print(stderr, "{}%\n", m_lastTenth * 10);
+        drawBar(fraction, std::chrono::duration<double>(now - m_start).count());
+    } else if (int(fraction * 10) > m_printedTenths) {
+        m_printedTenths = int(fraction * 10);
+        fmt::print(stderr, "{}%\n", m_printedTenths * 10);
     }
 }
 
+void Progress::drawBar(double fraction, double elapsed) const {
+    constexpr int kWidth = 40;
+    const int filled = int(fraction * kWidth);
+    const std::string left = formatDuration(elapsed / fraction * (1 - fraction));
+    fmt::print(stderr, "\r[{:=<{}}{: <{}}] {:3.0f}%  {} left   ", "", filled, "", kWidth - filled,
+               fraction * 100, left);
+    std::fflush(stderr);
+}
+
 void Progress::finish() {
-    if (!m_quiet && m_terminal)
+    if (m_isTerminal)
         fmt::print(stderr, "\r{: <70}\r", "");
 }
 

@@ -1,21 +1,29 @@
-// Progress on standard error: a bar with the time left on a terminal, plain percentages elsewhere.
+// Progress on standard error.
 #pragma once
 
 #include <chrono>
 
 namespace strobe {
 
+/// Prints the fraction done: on a terminal a bar with the estimated time left, elsewhere a line for every 10
+/// %.
 class Progress {
   public:
-    explicit Progress(bool quiet);
-    /// `fraction` in [0,1]; calls may come from different threads, one at a time.
+    Progress();
+    /// `fraction` in [0, 1]; 0 restarts the clock, for a new image. Any thread may call it, one at a time.
     void update(double fraction);
+    /// Erases the bar.
     void finish();
 
   private:
-    bool m_quiet, m_terminal;
-    int m_lastTenth = 0;
-    std::chrono::steady_clock::time_point m_start, m_lastDrawn;
+    using Clock = std::chrono::steady_clock;
+
+    void restart();
+    void drawBar(double fraction, double elapsed) const;
+
+    const bool m_isTerminal;
+    int m_printedTenths = 0;
+    Clock::time_point m_start, m_lastDrawn;
 };
 
 } // namespace strobe

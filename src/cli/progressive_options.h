@@ -1,4 +1,4 @@
-// The options that decide how long is rendered, what shows it on the way, and which part of it is done here.
+// The options of progressive rendering, of parts and of checkpoints.
 #pragma once
 
 #include "session/options.h"
@@ -7,17 +7,7 @@
 
 namespace strobe {
 
-/// Texts as given, until they are read.
-struct ProgressiveTexts {
-    std::optional<std::string> display, samples;
-    std::vector<int> bounds;
-};
-
-/// Both refer to `options` and `texts` until the command line is parsed.
-void addProgressiveOptions(CLI::App& app, Options& options, ProgressiveTexts& texts);
-
-/// When all other options are read. Throws CLI::ValidationError for texts that are wrong, and for options
-/// that do not go together.
-void readProgressiveOptions(const ProgressiveTexts& texts, Options& options);
+/// Declares the options. `options` outlives the parsing.
+void addProgressiveOptions(CLI::App& app, RenderOptions& options);
 
 } // namespace strobe

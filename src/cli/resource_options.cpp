@@ -6,25 +6,24 @@
 
 namespace strobe {
 
-void addGuardOptions(CLI::App& app, Options& options) {
-    constexpr uint64_t kLeast = 128 << 20; // libraries alone take half of it
-    app.add_option("--sandbox", options.guard.roots,
-                   "a folder (or file): scenes may read nothing else; may be given again")
+void addResourceOptions(CLI::App& app, RenderOptions& options) {
+    constexpr uint64_t kMinMemory = 128 << 20; // libraries alone take half of it
+    app.add_option("--sandbox", options.resources.roots,
+                   "folder or file that scenes may read, and no others; may be repeated")
         ->allow_extra_args(false);
-    app.add_option("--max-memory", options.guard.memory, "most memory to take, e.g. 4G or 800M")
-        ->transform(byteSize(kLeast));
-    app.add_flag("--strict", options.strict, "fail (exit code 6) if a sample is NaN, infinite or too large");
-    app.add_option("--clamp", options.clamp,
-                   "darken samples of which a channel is more than this; biases the picture")
+    app.add_option("--max-memory", options.resources.memory, "memory limit, e.g. 4G or 800M")
+        ->transform(byteSize(kMinMemory));
+    app.add_flag("--strict", options.strict, "exit with code 6 if a sample is NaN, infinite or too large");
+    app.add_option("--clamp", options.clamp, "scale down samples with a channel above this; biases the image")
         ->transform(numberAboveZero<float>());
 }
 
-void limitMemory(const ResourcePolicy::Settings& guard) {
-    if (guard.memory == 0)
+void limitMemory(const ResourcePolicy::Settings& resources) {
+    if (resources.memory == 0)
         return;
     rlimit limit{};
-    if (getrlimit(RLIMIT_DATA, &limit) == 0 && limit.rlim_cur > guard.memory) {
-        limit.rlim_cur = guard.memory;
+    if (getrlimit(RLIMIT_DATA, &limit) == 0 && limit.rlim_cur > resources.memory) {
+        limit.rlim_cur = resources.memory;
         setrlimit(RLIMIT_DATA, &limit);
     }
 }

@@ -1,4 +1,4 @@
-// The options that say what scenes may read and take, and what of their numbers.
+// The options that limit what scenes read and take, and the options about invalid and bright samples.
 #pragma once
 
 #include "session/options.h"
@@ -7,10 +7,11 @@
 
 namespace strobe {
 
-void addGuardOptions(CLI::App& app, Options& options);
+/// Declares the options. `options` outlives the parsing.
+void addResourceOptions(CLI::App& app, RenderOptions& options);
 
-/// Lets the system, too, refuse what is beyond --max-memory: what nobody asked the guard for is then an error
-/// of memory. To be called before there are threads.
-void limitMemory(const ResourcePolicy::Settings& guard);
+/// Makes the system enforce --max-memory: allocations that ResourcePolicy does not check then throw
+/// std::bad_alloc. To be called before there are threads.
+void limitMemory(const ResourcePolicy::Settings& resources);
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// The picture in tev, while it is rendered.
+// Shows the image in tev while it is rendered.
 #pragma once
 
 #include "display/live_film.h"
@@ -9,30 +9,31 @@
 
 namespace strobe {
 
-/// Where a viewer listens.
+/// The address at which a viewer listens.
 struct ViewerAddress {
     std::string host, port;
-    /// "host:port", "[IPv6]:port", or without a port: tev's own, 14158. None: not an address.
+    /// Parses "host:port" or "[IPv6]:port"; without a port it is 14158, the default of tev. Returns none if
+    /// the text is not an address.
     static std::optional<ViewerAddress> parse(const std::string& text);
     std::string text() const { return host + ":" + port; }
 };
 
-/// Sends what changes in a film to tev (https://github.com/Tom94/tev) through its TCP protocol: one image,
-/// named `name`, with channels R, G and B, updated piece by piece. A thread of its own does it: a viewer that
-/// is slow misses updates, one that goes away, or is not there yet, is looked for again every few seconds;
-/// `warn` (called from that thread) hears of it once. The render never waits.
+/// Sends changed tiles of a film to tev (https://github.com/Tom94/tev) by its TCP protocol, as one image with
+/// channels R, G and B. Works in a thread of its own: a slow viewer skips updates, and a viewer that is
+/// missing or closes the connection is tried again every few seconds. Rendering never waits for the viewer.
 class DisplayServer {
   public:
-    /// `farewell`: how long the end may take, to send what is left.
+    /// `name`: of the image in the viewer. `closingTime`: how long the destructor may wait until the
+    /// remaining tiles are sent. `warn`: receives the first connection error, from the thread.
     DisplayServer(const ViewerAddress& address, const std::string& name, std::shared_ptr<LiveFilm> film,
-                  std::chrono::milliseconds farewell, std::function<void(const std::string&)> warn);
+                  std::chrono::milliseconds closingTime, std::function<void(const std::string&)> warn);
     ~DisplayServer();
     DisplayServer(const DisplayServer&) = delete;
     DisplayServer& operator=(const DisplayServer&) = delete;
 
   private:
     struct State;
-    std::chrono::milliseconds m_farewell;
+    std::chrono::milliseconds m_closingTime;
     std::shared_ptr<State> m_state;
 };
 

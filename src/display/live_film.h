@@ -1,4 +1,4 @@
-// The picture so far, for those who look at it while it is rendered.
+// A copy of the film that viewers and writers read while it is rendered.
 #pragma once
 
 #include "core/film/film.h"
@@ -10,42 +10,41 @@
 
 namespace strobe {
 
-/// A copy of the film that renderers update tile by tile and onlookers read, each at its own pace: what
-/// nobody fetched in time is overwritten by what is newer, so that nobody waits for an onlooker, and nothing
-/// piles up.
+/// A copy of a film, updated tile by tile by the renderer and read by other threads. A slow reader does not
+/// delay the renderer: tiles that it has not fetched are overwritten. Thread-safe.
 class LiveFilm {
   public:
-    /// `like`: its size and layers, and whether it keeps sums.
-    explicit LiveFilm(const Film& like);
+    /// Makes an empty film with the size and layers of `film`; it keeps sums if `film` does.
+    explicit LiveFilm(const Film& film);
 
-    /// Copies what `film` has in a tile of the window. From any thread.
-    void update(const Film& film, const PixelBounds& tile);
-    /// A copy.
+    /// Copies the pixels of `bounds` from a film of the same size and layers.
+    void update(const Film& film, const PixelBounds& bounds);
+    /// Returns a copy.
     Film film() const;
     const PixelBounds& pixelBounds() const { return m_pixelBounds; }
 
-    /// A piece of the picture, in pixels of the full frame.
-    struct Piece {
-        PixelBounds pixelBounds;
+    /// Up to 64x64 pixels.
+    struct Tile {
+        PixelBounds pixelBounds; ///< in the full frame
         Image image;
     };
-    /// For one onlooker: a piece that has changed since it was fetched, the longest waiting first. Waits for
-    /// one; none: nothing has changed for `patience`.
-    std::optional<Piece> nextChanged(std::chrono::milliseconds patience);
-    /// All that is in the picture counts as changed: for an onlooker who comes late.
-    void touchAll();
+    /// Returns the tile that changed first since it was last returned. Waits for a change until the timeout,
+    /// then returns none. For a single reader.
+    std::optional<Tile> nextChanged(std::chrono::milliseconds timeout);
+    /// Marks all rendered tiles as changed, for a reader that starts late.
+    void markAllChanged();
 
   private:
-    void touch(const PixelBounds& tile);
+    void markChanged(const PixelBounds& bounds);
+    PixelBounds boundsOf(int tile) const;
 
     const PixelBounds m_pixelBounds;
     mutable std::mutex m_mutex;
     std::condition_variable m_changed;
     Film m_film;
-    // Pieces of the window, row by row:
-    int m_across, m_down;
-    std::vector<bool> m_filled, m_waits;
-    std::vector<int> m_queue; ///< those that wait, each once; from m_head on
+    const int m_columns, m_rows;                 ///< of tiles
+    std::vector<bool> m_isRendered, m_isChanged; ///< by tile, row by row
+    std::vector<int> m_queue;                    ///< changed tiles, each once, from m_head on
     size_t m_head = 0;
 };
 

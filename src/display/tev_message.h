@@ -1,5 +1,5 @@
-// Diagnostics of tev's protocol: a length in bytes (its own four included), a type, and fields one after the
-// other; integers and floats are little-endian, strings end in a zero.
+// Messages of tev's TCP protocol: length in bytes (including its own four), type, fields. Integers and floats
+// are little-endian, strings zero-terminated.
 #pragma once
 
 #include <bit>
@@ -11,11 +11,13 @@
 
 namespace strobe {
 
+/// A message under construction.
 class TevMessage {
   public:
     enum Type : uint8_t { CreateImage = 4, UpdateImage = 6 };
 
     explicit TevMessage(Type type) : m_bytes(4, '\0') { *this << type; }
+    /// Appends a number.
     template <class T>
     requires std::integral<T> || std::floating_point<T> || std::same_as<T, Type> TevMessage&
     operator<<(T value) {
@@ -25,15 +27,17 @@ class TevMessage {
         m_bytes.append(bytes, sizeof value);
         return *this;
     }
+    /// Appends a string.
     TevMessage& operator<<(std::string_view text) {
         m_bytes.append(text).push_back('\0');
         return *this;
     }
+    /// Appends n floats.
     TevMessage& append(const float* values, size_t n) {
         m_bytes.append(reinterpret_cast<const char*>(values), n * sizeof(float));
         return *this;
     }
-    /// The message, complete.
+    /// Returns the complete message.
     std::string bytes() && {
         const uint32_t size = uint32_t(m_bytes.size());
         std::memcpy(m_bytes.data(), &size, sizeof size);

@@ -1,51 +1,53 @@
 #include "session/checkpoint.h"
 
-#include <fmt/format.h>
+#include "core/util/version.h"
 
 namespace strobe {
 
 namespace {
 
-std::filesystem::path fileOf(const Options& options) {
-    return options.outputs.front().string() + ".checkpoint";
+std::filesystem::path checkpointFile(const FrameJob& job) {
+    return job.options.output.images.front().string() + ".checkpoint";
 }
 
-SampleSlice samplesOf(const Options& options, const BuiltScene& built) {
-    return options.samples.value_or(SampleSlice{0, uint32_t(built.sampler.samplesPerPixel)});
+SampleSlice samplesOf(const FrameJob& job, const BuiltScene& built) {
+    return job.options.sampleRange.value_or(SampleSlice{0, uint32_t(built.sampler.samplesPerPixel)});
 }
 
-/// The pixels that have all samples, as rectangles: runs of rows, those that repeat in one.
-std::vector<SampleBox> fullBoxes(const Film& film, const SampleSlice& samples) {
+/// Returns the pixels that have all samples, as rectangles: runs of pixels in a row; equal runs in successive
+/// rows are one rectangle.
+std::vector<SampleBox> finishedBoxes(const Film& film, const SampleSlice& samples) {
     std::vector<SampleBox> boxes;
-    const PixelBounds& w = film.pixelBounds();
-    std::vector<size_t> above; // boxes that reach down to the row before
-    for (int y = w.y0; y < w.y1; ++y) {
-        std::vector<size_t> open;
-        for (int x = w.x0; x < w.x1;) {
+    const PixelBounds& bounds = film.pixelBounds();
+    std::vector<size_t> above; // boxes that include the previous row
+    for (int y = bounds.y0; y < bounds.y1; ++y) {
+        std::vector<size_t> current;
+        for (int x = bounds.x0; x < bounds.x1;) {
             int end = x;
-            while (end < w.x1 && film.holds({end, y, end + 1, y + 1}, samples.count()))
+            while (end < bounds.x1 && film.holds({end, y, end + 1, y + 1}, samples.count()))
                 ++end;
             if (end > x) {
                 const auto same = std::find_if(above.begin(), above.end(), [&](size_t i) {
                     return boxes[i].pixelBounds.x0 == x && boxes[i].pixelBounds.x1 == end;
                 });
-                open.push_back(same != above.end() ? *same : boxes.size());
+                current.push_back(same != above.end() ? *same : boxes.size());
                 if (same == above.end())
                     boxes.push_back({{x, y, end, y}, samples});
-                boxes[open.back()].pixelBounds.y1 = y + 1;
+                boxes[current.back()].pixelBounds.y1 = y + 1;
             }
             x = end + 1;
         }
-        above = std::move(open);
+        above = std::move(current);
     }
     return boxes;
 }
 
 } // namespace
 
-RenderPart partOf(const Film& film, const Options& options, const BuiltScene& built) {
+RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built) {
+    const RenderOptions& options = job.options;
     RenderPart part;
-    part.key = {{"version", STROBE_VERSION}, {"scene", fmt::format("{:016x}", options.content)}};
+    part.key = {{"version", version()}, {"scene", fmt::format("{:016x}", job.contentHash)}};
     for (const auto& [name, value] : built.metadata)
         if (const auto* text = std::get_if<std::string>(&value))
             part.key.emplace_back(name.substr(name.find(':') + 1), *text);
@@ -53,23 +55,23 @@ RenderPart partOf(const Film& film, const Options& options, const BuiltScene& bu
     part.key.emplace_back("seed", std::to_string(options.seed));
     const Shutter& shutter = built.scene->shutter();
     part.key.emplace_back("shutter", fmt::format("{} {}", shutter.open, shutter.close));
-    part.fullWidth = film.fullWidth(), part.fullHeight = film.fullHeight();
+    part.fullWidth = film.fullWidth();
+    part.fullHeight = film.fullHeight();
     part.samplesPerPixel = built.sampler.samplesPerPixel;
     part.pixelBounds = film.pixelBounds();
-    part.boxes = fullBoxes(film, samplesOf(options, built));
+    part.boxes = finishedBoxes(film, samplesOf(job, built));
     part.sums = film.sums();
     return part;
 }
 
-Checkpoint::Checkpoint(const Options& options, const BuiltScene& built)
-    : m_options(options), m_built(built), m_file(fileOf(options)) {
+Checkpoint::Checkpoint(const FrameJob& job, const BuiltScene& built)
+    : m_job(job), m_built(built), m_file(checkpointFile(job)) {
     if (built.integrator->dependence() == SampleDependence::Render)
-        throw Error(
-            "--checkpoint: this integrator's samples depend on the course of the render, which cannot be "
-            "taken up again",
-            ErrorKind::Usage);
-    if (!options.resume && std::filesystem::exists(m_file))
-        throw Error(m_file.string() + " is there: --resume goes on from it; remove it to begin anew",
+        throw Error("--checkpoint: samples of this integrator depend on the order of rendering: it cannot "
+                    "continue a render",
+                    ErrorKind::Usage);
+    if (!job.options.progressive.resume && std::filesystem::exists(m_file))
+        throw Error(m_file.string() + " exists: continue from it with --resume, or remove it to start anew",
                     ErrorKind::Usage);
 }
 
@@ -77,35 +79,34 @@ bool Checkpoint::resume(Film& film) const {
     if (!std::filesystem::exists(m_file))
         return false;
     const RenderPart part = readPart(m_file);
-    RenderPart expected = partOf(film, m_options, m_built);
+    RenderPart expected = partOf(film, m_job, m_built);
     expected.boxes.clear();
-    const SampleSlice samples = samplesOf(m_options, m_built);
-    const PixelBounds &w = part.pixelBounds, &own = film.pixelBounds();
+    const SampleSlice samples = samplesOf(m_job, m_built);
     for (const SampleBox& box : part.boxes)
         if (box.samples != samples)
             throw Error(fmt::format("{}: it has samples {}:{}, not {}:{}", m_file.string(), box.samples.first,
                                     box.samples.end, samples.first, samples.end),
                         ErrorKind::Usage);
     addPart(expected, part, m_file);
-    if (w.x0 != own.x0 || w.y0 != own.y0 || w.x1 != own.x1 || w.y1 != own.y1)
-        throw Error(fmt::format("{}: its pixels are {} {} {} {}, not {} {} {} {}", m_file.string(), w.x0,
-                                w.x1, w.y0, w.y1, own.x0, own.x1, own.y0, own.y1),
+    const PixelBounds& saved = part.pixelBounds;
+    const PixelBounds& own = film.pixelBounds();
+    if (saved.x0 != own.x0 || saved.y0 != own.y0 || saved.x1 != own.x1 || saved.y1 != own.y1)
+        throw Error(fmt::format("{}: its pixels are {} {} {} {}, not {} {} {} {}", m_file.string(), saved.x0,
+                                saved.x1, saved.y0, saved.y1, own.x0, own.x1, own.y0, own.y1),
                     ErrorKind::Usage);
-    for (int y = w.y0; y < w.y1; ++y)
-        for (int x = w.x0; x < w.x1; ++x)
-            film.add(x, y, part.sums[size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0)]);
+    addToFilm(part, film);
     return true;
 }
 
-void Checkpoint::save(const Film& film, FallbackWriter& rescue) const {
-    const RenderPart part = partOf(film, m_options, m_built);
-    if (!part.boxes.empty()) // else there is nothing to lose
-        rescue.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part); });
+void Checkpoint::save(const Film& film, FallbackWriter& fallback) const {
+    const RenderPart part = partOf(film, m_job, m_built);
+    if (!part.boxes.empty())
+        fallback.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part); });
 }
 
-void Checkpoint::remove(const Options& options) {
+void Checkpoint::remove(const FrameJob& job) {
     std::error_code ignored; // it may never have been written
-    std::filesystem::remove(fileOf(options), ignored);
+    std::filesystem::remove(checkpointFile(job), ignored);
 }
 
 } // namespace strobe

@@ -1,31 +1,32 @@
-// What a render has done so far, in a file from which it can go on.
+// Checkpoints: the finished pixels of a render, in a file from which the render can continue.
 #pragma once
 
 #include "session/fallback_writer.h"
-#include "session/options.h"
+#include "session/frame.h"
 #include "session/part_file.h"
 
 namespace strobe {
 
-/// What is in the film (which keeps sums) of the samples that the options ask for: the pixels that have them
-/// all.
-RenderPart partOf(const Film& film, const Options& options, const BuiltScene& built);
+/// Returns the pixels of the film that have all samples of the job. The film keeps sums.
+RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built);
 
-/// The part of a picture that is finished, beside its first output: OUTPUT.checkpoint.
+/// The checkpoint of a render: a part in the file OUTPUT.checkpoint, OUTPUT being the first image.
 class Checkpoint {
   public:
-    /// Throws Error of kind Usage if there is one already but the options do not say --resume.
-    Checkpoint(const Options& options, const BuiltScene& built);
-    /// Fills the film with what is there; false: nothing is. Throws Error of kind Usage if it is damaged, or
-    /// of another render.
+    /// Throws Error of kind Usage if the integrator cannot continue a render, or if the file exists and the
+    /// options do not say to resume. `job` and `built` outlive the checkpoint.
+    Checkpoint(const FrameJob& job, const BuiltScene& built);
+    /// Adds the saved pixels to the film, which keeps sums. Returns false if there is no file. Throws Error
+    /// of kind Usage if the file is damaged or of another render.
     bool resume(Film& film) const;
-    /// Where it belongs, or where `rescue` finds room.
-    void save(const Film& film, FallbackWriter& rescue) const;
-    /// When the picture is written.
-    static void remove(const Options& options);
+    /// Writes the finished pixels of the film to the file, or to a fallback folder. Does nothing if there are
+    /// none.
+    void save(const Film& film, FallbackWriter& fallback) const;
+    /// Removes the file, if there is one.
+    static void remove(const FrameJob& job);
 
   private:
-    const Options& m_options;
+    const FrameJob& m_job;
     const BuiltScene& m_built;
     const std::filesystem::path m_file;
 };

@@ -11,21 +11,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A new folder that nobody else knows of or may write to; empty if there cannot be one.
+/// Makes a folder with an unused name that only this user can access. Returns an empty path on failure.
 fs::path newFolderIn(const fs::path& parent) {
     std::string name = (parent / "strobe-XXXXXX").string();
     return mkdtemp(name.data()) ? fs::path(name) : fs::path();
 }
 
-std::vector<fs::path> places() {
-    std::vector<fs::path> places;
+std::vector<fs::path> candidateParents() {
+    std::vector<fs::path> folders;
     if (const char* variable = std::getenv("TMPDIR"); variable && *variable)
-        places.push_back(variable);
-    places.push_back("/tmp");
+        folders.push_back(variable);
+    folders.push_back("/tmp");
     std::error_code error;
-    if (const fs::path here = fs::current_path(error); !error)
-        places.push_back(here);
-    return places;
+    if (const fs::path current = fs::current_path(error); !error)
+        folders.push_back(current);
+    return folders;
 }
 
 } // namespace
@@ -38,16 +38,16 @@ bool FallbackWriter::write(const fs::path& file, const Write& write) {
         if (e.kind != ErrorKind::Output)
             throw;
         const std::lock_guard lock(m_mutex);
-        m_whole = false;
+        m_wroteAll = false;
         m_log.error("error: {}", e.what());
-        if (!writeElsewhere(file, write))
-            m_log.error("error: there is no other place for {} either", file.filename().string());
+        if (!writeToFallbackFolder(file, write))
+            m_log.error("error: {} could not be written to another folder either", file.filename().string());
         return false;
     }
 }
 
-bool FallbackWriter::writeElsewhere(const fs::path& file, const Write& write) {
-    std::vector<fs::path> parents = places();
+bool FallbackWriter::writeToFallbackFolder(const fs::path& file, const Write& write) {
+    const std::vector<fs::path> parents = candidateParents();
     for (size_t i = 0; i < parents.size(); ++i) {
         const fs::path folder = i == 0 && !m_folder.empty() ? m_folder : newFolderIn(parents[i]);
         if (folder.empty())
@@ -59,7 +59,7 @@ bool FallbackWriter::writeElsewhere(const fs::path& file, const Write& write) {
             m_log.error("SAVED INSTEAD: {} is in {}", file.filename().string(), saved.string());
             return true;
         } catch (const Error&) {
-            std::error_code ignored; // it is of no use, and of no harm
+            std::error_code ignored; // a new folder is empty: leaving it does no harm
             if (folder != m_folder)
                 fs::remove(folder, ignored);
         }

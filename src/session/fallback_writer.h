@@ -1,8 +1,8 @@
-// What cannot be written where it belongs is written elsewhere: hours of rendering are not lost to a full
-// disk.
+// Writes files to another folder where they cannot be written under their own name, so that a full disk does
+// not cost a finished render.
 #pragma once
 
-#include <spdlog/logger.h>
+#include "session/log.h"
 
 #include <filesystem>
 #include <functional>
@@ -10,28 +10,28 @@
 
 namespace strobe {
 
-/// Writes files; safe to use from several threads.
+/// Writes files. Thread-safe.
 class FallbackWriter {
   public:
-    explicit FallbackWriter(spdlog::logger& log) : m_log(log) {}
+    explicit FallbackWriter(const Log& log) : m_log(log) {}
     FallbackWriter(const FallbackWriter&) = delete;
     FallbackWriter& operator=(const FallbackWriter&) = delete;
 
     using Write = std::function<void(const std::filesystem::path& file)>;
-    /// Calls write(file). If that throws an Error of kind Output, says so and tries the same name in a new
-    /// folder of its own: in $TMPDIR, /tmp or the current folder, where it can be. False: it is not where it
-    /// belongs.
+    /// Calls write(file). If that throws Error of kind Output, logs the error, and calls `write` with the
+    /// same file name in a new folder in $TMPDIR, /tmp or the current folder, whichever first succeeds.
+    /// Returns whether the file was written under its own name.
     bool write(const std::filesystem::path& file, const Write& write);
-    /// Whether every file so far is where it belongs.
-    bool isWhole() const { return m_whole; }
+    /// Whether every file so far was written under its own name.
+    bool wroteAll() const { return m_wroteAll; }
 
   private:
-    bool writeElsewhere(const std::filesystem::path& file, const Write& write);
+    bool writeToFallbackFolder(const std::filesystem::path& file, const Write& write);
 
-    spdlog::logger& m_log;
+    const Log& m_log;
     std::mutex m_mutex;
-    std::filesystem::path m_folder; ///< once there is one
-    bool m_whole = true;
+    std::filesystem::path m_folder; ///< of the files so far; empty if there are none
+    bool m_wroteAll = true;
 };
 
 } // namespace strobe

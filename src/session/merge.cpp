@@ -1,106 +1,71 @@
-#include "session/merge.h"
-
-#include "session/options.h"
+#include "core/util/version.h"
 #include "session/outputs.h"
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
+#include "session/part_file.h"
+#include "session/session.h"
 
 namespace strobe {
 
 namespace {
 
-Film filmOf(const RenderPart& part) {
-    Film film(part.fullWidth, part.fullHeight, part.pixelBounds);
-    const PixelBounds& w = part.pixelBounds;
-    for (int y = w.y0; y < w.y1; ++y)
-        for (int x = w.x0; x < w.x1; ++x)
-            film.add(x, y, part.sums[size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0)]);
-    return film;
-}
-
-uint64_t invalidSamplesOf(const RenderPart& part) {
-    uint64_t bad = 0;
-    for (const PixelAccumulator& sum : part.sums)
-        bad += sum.bad();
-    return bad;
-}
-
 Metadata metadataOf(const RenderPart& part, uint64_t missing) {
     Metadata m;
     for (const auto& [name, value] : part.key)
         m.emplace_back("strobe:" + name, value);
-    m.emplace_back("Software", "strobe " STROBE_VERSION);
+    m.emplace_back("Software", std::string("strobe ") + version());
     m.emplace_back("strobe:samplesPerPixel", part.samplesPerPixel);
-    m.emplace_back("strobe:invalidSamples", std::to_string(invalidSamplesOf(part)));
+    m.emplace_back("strobe:invalidSamples", std::to_string(invalidSamples(part.sums)));
     if (missing > 0)
         m.emplace_back("strobe:unfinished", 1);
     return m;
 }
 
-/// How many samples are missing. What parts at the frame's border lack cannot be told from a crop: only the
-/// picture's size is said, where there is one.
-uint64_t warnOfMissing(const RenderPart& whole, const std::vector<std::filesystem::path>& outputs,
-                       spdlog::logger& log) {
-    const PixelBounds& w = whole.pixelBounds;
-    const uint64_t missing = missingSamples(whole);
+/// Warns of missing samples, and returns their number. A part does not say whether it is of a crop, so pixels
+/// outside of its bounds are not missing: of images, a warning gives the pixels that they show.
+uint64_t warnOfMissing(const RenderPart& merged, const std::vector<std::filesystem::path>& images,
+                       const Log& log) {
+    const PixelBounds& bounds = merged.pixelBounds;
+    const uint64_t missing = missingSamples(merged);
     if (missing > 0)
-        log.warn("{} samples of the pixels from {},{} to {},{} are missing", missing, w.x0, w.y0, w.x1 - 1,
-                 w.y1 - 1);
-    const bool isWhole = w.width() == whole.fullWidth && w.height() == whole.fullHeight;
-    if (!isWhole && !std::all_of(outputs.begin(), outputs.end(), isPart))
-        log.warn("the parts show pixels {},{} to {},{} of a frame of {}x{}", w.x0, w.y0, w.x1 - 1, w.y1 - 1,
-                 whole.fullWidth, whole.fullHeight);
+        log.warn("{} samples of the pixels from {},{} to {},{} are missing", missing, bounds.x0, bounds.y0,
+                 bounds.x1 - 1, bounds.y1 - 1);
+    const bool isWholeFrame = bounds.width() == merged.fullWidth && bounds.height() == merged.fullHeight;
+    if (!isWholeFrame && !std::all_of(images.begin(), images.end(), isPart))
+        log.warn("the parts show pixels {},{} to {},{} of a frame of {}x{}", bounds.x0, bounds.y0,
+                 bounds.x1 - 1, bounds.y1 - 1, merged.fullWidth, merged.fullHeight);
     return missing;
 }
 
-void writePicture(const std::filesystem::path& output, const RenderPart& whole, Metadata metadata,
-                  const PictureOptions& options, const OutputSettings& settings, spdlog::logger& log) {
-    if (output.extension() == ".png")
-        addViewMetadata(options, metadata);
-    warnOfClamped(output, filmOf(whole).write(output, metadata, settings), log);
+void writeImage(const std::filesystem::path& image, const RenderPart& merged, Metadata metadata,
+                const ImageOptions& format, const OutputSettings& settings, const Log& log) {
+    if (image.extension() == ".png")
+        addViewMetadata(format, metadata);
+    Film film(merged.fullWidth, merged.fullHeight, merged.pixelBounds);
+    addToFilm(merged, film);
+    warnOfClampedValues(image, film.write(image, metadata, settings), log);
 }
 
 } // namespace
 
-std::optional<int> parseMerge(int argc, char** argv, MergeOptions& options) {
-    CLI::App app{"strobe merge: puts the parts of a render together"};
-    app.add_option("PART", options.parts, "files that strobe -o NAME.part wrote")->required();
-    app.add_option("-o,--output", options.outputs, "output file (.exr, .png or .part); may be given again")
-        ->allow_extra_args(false)
-        ->required();
-    addPictureOptions(app, options.picture);
-    app.add_flag("--strict", options.strict, "fail (exit code 6) if a sample is NaN, infinite or too large");
-    app.add_flag("--quiet", options.quiet, "print errors only");
-    try {
-        app.parse(argc, argv);
-        for (const auto& output : options.outputs)
-            checkOutputName(output);
-    } catch (const CLI::ParseError& e) {
-        return app.exit(e) == 0 ? kOk : kUsageError;
-    }
-    return std::nullopt;
-}
-
-int merge(const MergeOptions& options, spdlog::logger& log) {
-    checkOutputs(options.outputs);
-    const OutputSettings settings = outputSettingsOf(options.picture, 0);
-    RenderPart whole = readPart(options.parts.front());
+Outcome mergeParts(const MergeOptions& options, const Log& log) {
+    checkOptions(options);
+    checkOutputFiles(options.images);
+    const OutputSettings settings = outputSettings(options.format, 0);
+    RenderPart merged = readPart(options.parts.front());
     for (size_t i = 1; i < options.parts.size(); ++i)
-        addPart(whole, readPart(options.parts[i]), options.parts[i]);
-    const uint64_t missing = warnOfMissing(whole, options.outputs, log);
-    for (const auto& output : options.outputs) {
-        if (isPart(output))
-            writePart(output, whole);
+        addPart(merged, readPart(options.parts[i]), options.parts[i]);
+    const uint64_t missing = warnOfMissing(merged, options.images, log);
+    for (const auto& image : options.images) {
+        if (isPart(image))
+            writePart(image, merged);
         else
-            writePicture(output, whole, metadataOf(whole, missing), options.picture, settings, log);
-        log.info("wrote {}", output.string());
+            writeImage(image, merged, metadataOf(merged, missing), options.format, settings, log);
+        log.info("wrote {}", image.string());
     }
-    const uint64_t bad = invalidSamplesOf(whole);
-    if (bad > 0)
-        log.log(options.strict ? spdlog::level::err : spdlog::level::warn,
-                "{} samples were NaN, infinite or beyond 2.8e14 and are left out", bad);
-    return options.strict && bad > 0 ? kInvalidSamples : kOk;
+    const uint64_t invalid = invalidSamples(merged.sums);
+    if (invalid > 0)
+        log.write(options.strict ? LogLevel::Error : LogLevel::Warning,
+                  "{} samples were NaN, infinite or beyond 2.8e14 and are left out", invalid);
+    return options.strict && invalid > 0 ? Outcome::InvalidSamples : Outcome::Finished;
 }
 
 } // namespace strobe

@@ -1,14 +1,13 @@
-// The command line.
+// The options of renders and merges, and their check.
 #pragma once
 
-#include "core/math/math.h"
-#include "core/render/aov_film.h"
-#include "core/render/light_film.h"
+#include "core/film/film.h"
+#include "core/render/integrator.h"
 #include "core/util/resource_policy.h"
 #include "display/display_server.h"
 #include "loader/build/builder.h"
-#include "session/output_options.h"
 
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -16,65 +15,84 @@
 
 namespace strobe {
 
-/// Frames first, first + step, … up to last; frame f has its shutter open from (f + open) / fps to
-/// (f + close) / fps in scene time.
-struct Sequence {
-    int first = 0, last = 0, step = 1;
-    double fps = 24, open = 0, close = 0.5;
+/// How pixels become image files.
+struct ImageOptions {
+    ViewSettings view;  ///< of PNGs
+    float exposure = 0; ///< of PNGs, in stops
+    ExrSettings exr;
+    /// Has the views of PNGs, and names the working space in EXRs.
+    std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
 };
 
-struct Options {
-    std::vector<std::filesystem::path> scenes;
-    std::vector<std::filesystem::path> outputs;
-    BuildOptions build;
-    int threads = 0;
-    int tile = 32;
-    uint64_t seed = 0;
-    std::optional<V2i> pixel;
-    std::optional<uint32_t> sample;
-    std::filesystem::path statsFile, heatmapFile, samplesFile;
-    double timeLimit = 0, noiseTarget = 0, partial = 0, checkpoint = 0; ///< 0: none
-    bool resume = false;
-    ResourcePolicy::Settings guard; ///< what scenes may read and take
-    bool strict = false;            ///< samples that are no numbers are a failure
-    float clamp = 0;                ///< see RenderSettings::clamp
-    std::filesystem::path reference, curveFile;
-    std::optional<SampleSlice> samples; ///< of each pixel; none: all
-    uint64_t content = 0;               ///< contentHash of the scene, where parts are written
-    std::optional<ViewerAddress> display;
+/// The files that a render writes. Empty paths: none.
+struct OutputOptions {
+    /// .exr, .png or .part. Empty: the output name of the scene, or else the stem of the first scene file and
+    /// .exr, in the current folder.
+    std::vector<std::filesystem::path> images;
+    ImageOptions format;
+    std::vector<Aov> aovs;         ///< layers of the EXRs
+    int cryptomatteEntries = 6;    ///< names per pixel in Cryptomatte layers
+    std::filesystem::path stats;   ///< JSON
+    std::filesystem::path heatmap; ///< PNG of heatmapAov in false color
     Aov heatmapAov = Aov::Shades;
-    PictureOptions picture;
-    std::vector<Aov> aovs; ///< of EXR outputs
-    int cryptoLevels = 6;
-    std::string logLevel = "info";
-    bool quiet = false;
-    bool list = false, printOcio = false;
-    std::optional<Sequence> sequence;
-    bool overwrite = false;   ///< render finished frames of a sequence again
-    std::string command;      ///< the options that decide a picture, as they were given
-    std::optional<int> frame; ///< of a sequence, when these are the options of one
-    std::string frameKey;     ///< likewise; see optionsOfFrame
+    std::filesystem::path samples; ///< CSV of every visibility sample
+};
 
-    /// Whether it is rendered again and again, until time is up or the picture is good.
+/// When a render ends, and what it writes or shows until then. Intervals and limits are in seconds; 0: none.
+struct ProgressiveOptions {
+    double timeLimit = 0;
+    /// Time from which timeLimit counts. None: the call of renderScene. In a sequence each frame has the
+    /// limit, from the end of the previous frame.
+    std::optional<std::chrono::steady_clock::time_point> start;
+    double noiseTarget = 0;           ///< NoiseEstimate::level to reach; 0: none
+    std::filesystem::path reference;  ///< image to compute errors against while rendering
+    std::filesystem::path errorCurve; ///< CSV of these errors
+    double writeInterval = 0;         ///< between writes of the unfinished image to the outputs
+    double checkpointInterval = 0;    ///< between writes of the checkpoint
+    bool resume = false;              ///< continues from the checkpoint, if there is one
+    std::optional<ViewerAddress> viewer;
+
+    /// Whether the image is the mean of passes, rendered until the time limit or noise target.
     bool takesPasses() const { return timeLimit > 0 || noiseTarget > 0; }
 };
 
-/// Exit codes of the program.
-enum ExitCode {
-    kOk = 0,
-    kUsageError = 1,
-    kSceneError = 2,
-    kOutputError = 3,
-    kInternalError = 4,
-    kInterrupted = 5,
-    kInvalidSamples = 6
+/// Frames first, first + step, ... up to last. The shutter of frame f is open from (f + shutterOpen) / fps to
+/// (f + shutterClose) / fps in scene time.
+struct SequenceOptions {
+    int first = 0, last = 0, step = 1;
+    double fps = 24, shutterOpen = 0, shutterClose = 0.5;
+    bool overwrite = false; ///< renders finished frames again
+    /// Text of all options that affect the image. Frames with a different text are not finished.
+    std::string settings;
 };
 
-/// Throws CLI::ValidationError unless the name is that of a file that can be written: .exr, .png or .part.
-void checkOutputName(const std::filesystem::path& output);
+struct RenderOptions {
+    std::vector<std::filesystem::path> scenes; ///< read one after another, as if they were one file
+    BuildOptions build;
+    ResourcePolicy::Settings resources; ///< limits of the scene
+    OutputOptions output;
+    ProgressiveOptions progressive;
+    std::optional<SequenceOptions> sequence;
+    std::optional<SampleSlice> sampleRange; ///< of each pixel; none: all
+    uint64_t seed = 0;
+    float clamp = 0;     ///< see RenderSettings::clamp
+    bool strict = false; ///< invalid samples are Outcome::InvalidSamples
+    int threads = 0;     ///< 0: one per core
+    int tileSize = 32;   ///< pixels; does not change the image
+};
 
-/// Fills `options`; returns an exit code when the program has nothing more to do (--help, --version, a
-/// mistake).
-std::optional<int> parseCommandLine(int argc, char** argv, Options& options);
+struct MergeOptions {
+    std::vector<std::filesystem::path> parts;
+    std::vector<std::filesystem::path> images; ///< .exr, .png or .part
+    ImageOptions format;
+    bool strict = false; ///< see RenderOptions
+};
+
+/// Throws Error of kind Usage if a value is out of range, or if options exclude or require each other.
+/// Messages name options as the command line does.
+void checkOptions(const RenderOptions& options);
+/// As checkOptions, and throws for options that have no effect on renderPixel.
+void checkPixelOptions(const RenderOptions& options);
+void checkOptions(const MergeOptions& options);
 
 } // namespace strobe

@@ -8,17 +8,19 @@
 #include <unistd.h>
 
 namespace strobe {
+
 namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const fs::path& file, const std::string& why) {
-    throw Error("cannot write \"" + file.string() + "\": " + why, ErrorKind::Output);
+[[noreturn]] void fail(const fs::path& file, const std::string& reason) {
+    throw Error("cannot write \"" + file.string() + "\": " + reason, ErrorKind::Output);
 }
 
-std::vector<fs::path> outputsOf(const Options& options) {
-    std::vector<fs::path> files = options.outputs;
-    for (const auto& file : {options.statsFile, options.heatmapFile, options.samplesFile, options.curveFile})
+std::vector<fs::path> outputFiles(const RenderOptions& options) {
+    const OutputOptions& output = options.output;
+    std::vector<fs::path> files = output.images;
+    for (const auto& file : {output.stats, output.heatmap, output.samples, options.progressive.errorCurve})
         if (!file.empty())
             files.push_back(file);
     return files;
@@ -31,59 +33,80 @@ void checkWritable(const fs::path& file) {
     if (fs::is_directory(file))
         fail(file, "it is a folder");
     if (file.extension() == ".png")
-        imageLibrary();
+        imageLibrary(); // throws if it cannot be loaded
 }
 
-bool isSame(const fs::path& a, const fs::path& b) {
-    std::error_code first, second, ignored;
-    const fs::path placeOfA = fs::weakly_canonical(a, first), placeOfB = fs::weakly_canonical(b, second);
-    return (!first && !second && placeOfA == placeOfB) || fs::equivalent(a, b, ignored);
+bool isSameFile(const fs::path& a, const fs::path& b) {
+    std::error_code errorOfA, errorOfB, ignored;
+    const fs::path canonicalA = fs::weakly_canonical(a, errorOfA);
+    const fs::path canonicalB = fs::weakly_canonical(b, errorOfB);
+    return (!errorOfA && !errorOfB && canonicalA == canonicalB) || fs::equivalent(a, b, ignored);
 }
 
 } // namespace
 
-Options withOutput(Options options, const std::string& scenesOwn, spdlog::logger& log) {
-    if (!options.outputs.empty())
+OutputSettings outputSettings(const ImageOptions& options, int threads) {
+    OutputSettings settings{options.exposure, {}, options.exr, threads};
+    if (!options.view.isDefault())
+        settings.view = options.color->view(options.view);
+    settings.exr.space = options.color->workingSpace();
+    return settings;
+}
+
+void addViewMetadata(const ImageOptions& options, Metadata& metadata) {
+    for (const auto& [name, value] : {std::pair("display", options.view.display),
+                                      {"view", options.view.view},
+                                      {"look", options.view.look}})
+        if (!value.empty())
+            metadata.emplace_back(std::string("strobe:") + name, value);
+    if (options.exposure != 0)
+        metadata.emplace_back("strobe:exposure", fmt::format("{}", options.exposure)); // PNGs store text only
+}
+
+RenderOptions withDefaultImage(RenderOptions options, const std::string& sceneOutput, const Log& log) {
+    if (!options.output.images.empty())
         return options;
-    fs::path path = scenesOwn;
-    if (!options.guard.roots.empty() && !path.empty()) {
-        log.warn("with --sandbox, scenes do not say where pictures go: \"{}\" is ignored", path.string());
-        path.clear();
+    fs::path image = sceneOutput;
+    if (!options.resources.roots.empty() && !image.empty()) {
+        log.warn("--sandbox: the output name in the scene, \"{}\", is ignored", image.string());
+        image.clear();
     }
-    if (path.empty())
-        path = options.scenes.front().stem().string() + ".exr";
-    if (path.extension() != ".exr" && path.extension() != ".png") {
-        log.warn("\"{}\" is not a kind of file written here; writing .exr instead", path.string());
-        path.replace_extension(".exr");
+    if (image.empty())
+        image = options.scenes.front().stem().string() + ".exr";
+    if (image.extension() != ".exr" && image.extension() != ".png") {
+        log.warn("\"{}\" is not a supported kind of image file; writing .exr instead", image.string());
+        image.replace_extension(".exr");
     }
-    options.outputs = {path};
+    options.output.images = {image};
     return options;
 }
 
-void checkOutputs(const std::vector<fs::path>& files) {
+void checkOutputFiles(const std::vector<fs::path>& files) {
     for (size_t i = 0; i < files.size(); ++i)
         for (size_t k = 0; k < i; ++k)
-            if (isSame(files[i], files[k]))
+            if (isSameFile(files[i], files[k]))
                 throw Error("\"" + files[i].string() + "\" is to be written twice", ErrorKind::Usage);
     for (const fs::path& file : files)
         checkWritable(file);
 }
 
-void checkOutputs(const Options& options) { checkOutputs(outputsOf(options)); }
+void checkOutputFiles(const RenderOptions& options) { checkOutputFiles(outputFiles(options)); }
 
-void checkNotRead(const Options& options, const ResourcePolicy& guard) {
-    for (const fs::path& file : outputsOf(options)) {
-        if (guard.hasAdmitted(file))
+void checkOutputsAreNotInputs(const RenderOptions& options, const ResourcePolicy& policy) {
+    const fs::path& reference = options.progressive.reference;
+    for (const fs::path& file : outputFiles(options)) {
+        if (policy.hasAdmitted(file))
             fail(file, "the scene reads it");
-        if (!options.reference.empty() && isSame(file, options.reference))
+        if (!reference.empty() && isSameFile(file, reference))
             fail(file, "--reference reads it");
     }
 }
 
-void warnOfClamped(const fs::path& output, size_t clamped, spdlog::logger& log) {
+void warnOfClampedValues(const fs::path& image, size_t clamped, const Log& log) {
     if (clamped > 0)
-        log.warn("{}: {} values beyond 65504 became that, the largest half float; --exr float keeps them",
-                 output.string(), clamped);
+        log.warn("{}: {} values beyond 65504, the largest half float, were clamped to it; --exr float keeps "
+                 "them",
+                 image.string(), clamped);
 }
 
 } // namespace strobe

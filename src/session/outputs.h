@@ -1,26 +1,31 @@
-// Where results go, and whether they can go there.
+// Output files: names, checks before rendering, and how images are written.
 #pragma once
 
+#include "session/log.h"
 #include "session/options.h"
-
-#include <spdlog/logger.h>
 
 namespace strobe {
 
-/// The options with their picture's place: -o, else the scene's own name (but with --sandbox), else the scene
-/// file's stem, in the current folder.
-Options withOutput(Options options, const std::string& scenesOwn, spdlog::logger& log);
+/// Throws Error of kind Usage if the color config has no such view. `threads`: see OutputSettings.
+OutputSettings outputSettings(const ImageOptions& options, int threads);
 
-/// Finds out before the work, not after it, that files cannot be written: throws Error of kind Output, or of
-/// kind Usage where two are the same.
-void checkOutputs(const std::vector<std::filesystem::path>& files);
-/// Of all the files that the options name.
-void checkOutputs(const Options& options);
-/// Throws Error of kind Output where one of them is a file that the scene, by way of the guard, or
-/// --reference reads.
-void checkNotRead(const Options& options, const ResourcePolicy& guard);
+/// Adds the view and the exposure of a PNG, where they are not the default.
+void addViewMetadata(const ImageOptions& options, Metadata& metadata);
 
-/// Warns of values that became the largest half float, if there are any.
-void warnOfClamped(const std::filesystem::path& output, size_t clamped, spdlog::logger& log);
+/// Returns the options with an image name. Images that are given stay. Else it is `sceneOutput`, the output
+/// name in the scene file, unless that is empty or the scene is restricted to some folders; else the stem of
+/// the first scene file, in the current folder. Unsupported extensions become .exr, with a warning.
+RenderOptions withDefaultImage(RenderOptions options, const std::string& sceneOutput, const Log& log);
+
+/// Throws Error of kind Output if a file cannot be written, and of kind Usage if two of them are the same.
+/// To be called before rendering.
+void checkOutputFiles(const std::vector<std::filesystem::path>& files);
+/// As above, for all files that a render writes.
+void checkOutputFiles(const RenderOptions& options);
+/// Throws Error of kind Output if an output is a file that the scene has read, by `policy`, or the reference.
+void checkOutputsAreNotInputs(const RenderOptions& options, const ResourcePolicy& policy);
+
+/// Warns if `clamped`, the number of values that were clamped to the largest half float, is not 0.
+void warnOfClampedValues(const std::filesystem::path& image, size_t clamped, const Log& log);
 
 } // namespace strobe

@@ -17,8 +17,8 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFirstLine = "strobe part 2\n";
-constexpr size_t kChecksum = 17;    ///< hexadecimal digits and a line end, after the header
-constexpr int kMaxPixels = 1 << 16; ///< along a side
+constexpr size_t kChecksumLine = 17;    ///< length in bytes: 16 hexadecimal digits and a line end
+constexpr int kMaxResolution = 1 << 16; ///< pixels along a side
 
 [[noreturn]] void fail(const fs::path& file, const std::string& reason) {
     throw Error(file.string() + ": " + reason, ErrorKind::Usage);
@@ -34,25 +34,25 @@ std::string checksum(std::string_view bytes) {
     return fmt::format("{:016x}", h);
 }
 
-Json toJson(const PixelBounds& w) { return {w.x0, w.x1, w.y0, w.y1}; }
+Json toJson(const PixelBounds& bounds) { return {bounds.x0, bounds.x1, bounds.y0, bounds.y1}; }
 
-/// -1, which is sound nowhere, where there is anything else: the library would convert any number, even one
-/// that no int can hold.
+/// Returns -1, which isConsistent rejects, for anything but a non-negative int: the library would convert
+/// any number, even one that does not fit an int.
 int integerFrom(const Json& j) {
     constexpr uint64_t kMax = std::numeric_limits<int>::max();
     return j.is_number_unsigned() && j.get<uint64_t>() <= kMax ? j.get<int>() : -1;
 }
-PixelBounds windowFrom(const Json& j) {
+PixelBounds pixelBoundsFrom(const Json& j) {
     return {integerFrom(j.at(0)), integerFrom(j.at(2)), integerFrom(j.at(1)), integerFrom(j.at(3))};
 }
 SampleSlice sliceFrom(const Json& j) {
     return {uint32_t(integerFrom(j.at(0))), uint32_t(integerFrom(j.at(1)))};
 }
 
-size_t pixelsOf(const PixelBounds& w) { return size_t(w.width()) * size_t(w.height()); }
+size_t pixelCount(const PixelBounds& bounds) { return size_t(bounds.width()) * size_t(bounds.height()); }
 
-size_t indexIn(const PixelBounds& w, int x, int y) {
-    return size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0);
+size_t indexIn(const PixelBounds& bounds, int x, int y) {
+    return size_t(y - bounds.y0) * size_t(bounds.width()) + size_t(x - bounds.x0);
 }
 
 bool isInside(const PixelBounds& inner, const PixelBounds& outer) {
@@ -60,10 +60,10 @@ bool isInside(const PixelBounds& inner, const PixelBounds& outer) {
            inner.x0 < inner.x1 && inner.y0 < inner.y1;
 }
 
-/// Nothing in it contradicts itself, or would take memory that the file does not.
-bool isSound(const RenderPart& part) {
-    if (part.fullWidth < 1 || part.fullHeight < 1 || part.fullWidth > kMaxPixels ||
-        part.fullHeight > kMaxPixels || part.samplesPerPixel < 1 || part.boxes.empty() ||
+/// Whether the header does not contradict itself, and sizes are within limits.
+bool isConsistent(const RenderPart& part) {
+    if (part.fullWidth < 1 || part.fullHeight < 1 || part.fullWidth > kMaxResolution ||
+        part.fullHeight > kMaxResolution || part.samplesPerPixel < 1 || part.boxes.empty() ||
         !isInside(part.pixelBounds, {0, 0, part.fullWidth, part.fullHeight}))
         return false;
     return std::all_of(part.boxes.begin(), part.boxes.end(), [&](const SampleBox& box) {
@@ -79,9 +79,9 @@ RenderPart fromJson(const Json& header) {
     part.fullWidth = integerFrom(header.at("frame").at(0));
     part.fullHeight = integerFrom(header.at("frame").at(1));
     part.samplesPerPixel = integerFrom(header.at("samplesPerPixel"));
-    part.pixelBounds = windowFrom(header.at("window"));
+    part.pixelBounds = pixelBoundsFrom(header.at("window"));
     for (const Json& box : header.at("boxes"))
-        part.boxes.push_back({windowFrom(box.at("window")), sliceFrom(box.at("samples"))});
+        part.boxes.push_back({pixelBoundsFrom(box.at("window")), sliceFrom(box.at("samples"))});
     return part;
 }
 
@@ -91,15 +91,23 @@ bool overlap(const SampleBox& a, const SampleBox& b) {
            a.samples.first < b.samples.end && b.samples.first < a.samples.end;
 }
 
-void addSums(RenderPart& to, const RenderPart& from) {
-    const PixelBounds& w = from.pixelBounds;
-    for (int y = w.y0; y < w.y1; ++y)
-        for (int x = w.x0; x < w.x1; ++x)
-            to.sums[indexIn(to.pixelBounds, x, y)].add(from.sums[indexIn(w, x, y)]);
+/// Calls add(x, y, sum) for each pixel.
+template <class Add>
+void forEachPixel(const RenderPart& part, const Add& add) {
+    const PixelBounds& bounds = part.pixelBounds;
+    for (int y = bounds.y0; y < bounds.y1; ++y)
+        for (int x = bounds.x0; x < bounds.x1; ++x)
+            add(x, y, part.sums[indexIn(bounds, x, y)]);
 }
 
-/// Throws where `more` is of another render.
-void checkKey(const RenderPart& part, const RenderPart& more, const fs::path& file) {
+void addSums(RenderPart& to, const RenderPart& from) {
+    forEachPixel(from, [&](int x, int y, const PixelAccumulator& sum) {
+        to.sums[indexIn(to.pixelBounds, x, y)].add(sum);
+    });
+}
+
+/// Throws if the parts are of different renders.
+void checkSameRender(const RenderPart& part, const RenderPart& more, const fs::path& file) {
     for (size_t i = 0; i < std::max(part.key.size(), more.key.size()); ++i) {
         if (i >= part.key.size() || i >= more.key.size() || part.key[i].first != more.key[i].first)
             fail(file, "it is a part of another render: the settings differ");
@@ -139,55 +147,58 @@ RenderPart readPart(const fs::path& file) {
     if (!stream)
         fail(file, std::string("cannot read it: ") + std::strerror(errno));
     const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-    return partFrom(bytes, file);
+    return parsePart(bytes, file);
 }
 
-RenderPart partFrom(std::string_view bytes, const fs::path& file) {
+RenderPart parsePart(std::string_view bytes, const fs::path& file) {
     if (!bytes.starts_with(kFirstLine))
         fail(file, "it is not a part of a render");
     bytes.remove_prefix(kFirstLine.size());
-    const std::string_view sum = bytes.substr(0, std::min(kChecksum, bytes.size()));
-    bytes.remove_prefix(sum.size());
-    const size_t end = bytes.find('\n');
+    const std::string_view checksumLine = bytes.substr(0, std::min(kChecksumLine, bytes.size()));
+    bytes.remove_prefix(checksumLine.size());
+    const size_t headerEnd = bytes.find('\n');
     RenderPart part;
     try {
-        part = fromJson(Json::parse(bytes.substr(0, end)));
+        part = fromJson(Json::parse(bytes.substr(0, headerEnd)));
     } catch (const Json::exception&) {
         fail(file, "it is damaged");
     }
-    if (end == std::string::npos || !isSound(part))
+    if (headerEnd == std::string::npos || !isConsistent(part))
         fail(file, "it is damaged");
-    const std::string_view sums = bytes.substr(end + 1);
-    if (sums.size() != pixelsOf(part.pixelBounds) * PixelAccumulator::kBytes)
-        fail(file, "it is cut short or too long");
-    if (sum != checksum(bytes) + '\n')
+    const std::string_view sums = bytes.substr(headerEnd + 1);
+    if (sums.size() != pixelCount(part.pixelBounds) * PixelAccumulator::kBytes)
+        fail(file, "it is truncated or too long");
+    if (checksumLine != checksum(bytes) + '\n')
         fail(file, "it is damaged");
-    part.sums.resize(pixelsOf(part.pixelBounds));
+    part.sums.resize(pixelCount(part.pixelBounds));
     for (size_t i = 0; i < part.sums.size(); ++i)
         part.sums[i].load(&sums[i * PixelAccumulator::kBytes]);
     return part;
 }
 
 void addPart(RenderPart& part, const RenderPart& more, const fs::path& file) {
-    checkKey(part, more, file);
+    checkSameRender(part, more, file);
     for (const SampleBox& a : part.boxes)
         for (const SampleBox& b : more.boxes)
             if (overlap(a, b))
-                fail(file,
-                     fmt::format("samples {}:{} of pixels {} {} {} {} are, in part, in another file too",
-                                 b.samples.first, b.samples.end, b.pixelBounds.x0, b.pixelBounds.x1,
-                                 b.pixelBounds.y0, b.pixelBounds.y1));
+                fail(file, fmt::format("samples {}:{} of pixels {} {} {} {} overlap those of another file",
+                                       b.samples.first, b.samples.end, b.pixelBounds.x0, b.pixelBounds.x1,
+                                       b.pixelBounds.y0, b.pixelBounds.y1));
     if (!isInside(more.pixelBounds, part.pixelBounds)) {
         RenderPart grown = part;
-        PixelBounds& w = grown.pixelBounds;
-        w = {std::min(w.x0, more.pixelBounds.x0), std::min(w.y0, more.pixelBounds.y0),
-             std::max(w.x1, more.pixelBounds.x1), std::max(w.y1, more.pixelBounds.y1)};
-        grown.sums.assign(pixelsOf(w), {});
+        PixelBounds& bounds = grown.pixelBounds;
+        bounds = {std::min(bounds.x0, more.pixelBounds.x0), std::min(bounds.y0, more.pixelBounds.y0),
+                  std::max(bounds.x1, more.pixelBounds.x1), std::max(bounds.y1, more.pixelBounds.y1)};
+        grown.sums.assign(pixelCount(bounds), {});
         addSums(grown, part);
         part = std::move(grown);
     }
     addSums(part, more);
     part.boxes.insert(part.boxes.end(), more.boxes.begin(), more.boxes.end());
+}
+
+void addToFilm(const RenderPart& part, Film& film) {
+    forEachPixel(part, [&](int x, int y, const PixelAccumulator& sum) { film.add(x, y, sum); });
 }
 
 uint64_t missingSamples(const RenderPart& part) {
@@ -196,6 +207,13 @@ uint64_t missingSamples(const RenderPart& part) {
         missing += uint64_t(part.samplesPerPixel) -
                    std::min(uint64_t(part.samplesPerPixel), uint64_t(sum.good()) + sum.bad());
     return missing;
+}
+
+uint64_t invalidSamples(const std::vector<PixelAccumulator>& sums) {
+    uint64_t count = 0;
+    for (const PixelAccumulator& sum : sums)
+        count += sum.bad();
+    return count;
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// Parts of a render in files: exact sums, which add up to the whole.
+// Part files: exact sums of some samples of some pixels, which add up to the whole render.
 #pragma once
 
 #include "core/film/film.h"
@@ -11,37 +11,44 @@
 
 namespace strobe {
 
-/// Which samples of which pixels.
+/// The same samples of all pixels of a rectangle.
 struct SampleBox {
     PixelBounds pixelBounds;
     SampleSlice samples;
 };
 
 struct RenderPart {
-    /// What must be the same for parts to belong together: names and values, for people too.
+    /// Names and values of all that affects the image. Parts of one render have equal keys.
     std::vector<std::pair<std::string, std::string>> key;
-    int fullWidth = 0, fullHeight = 0, samplesPerPixel = 0; ///< of the whole render
-    std::vector<SampleBox> boxes;                           ///< what is here; no two overlap
-    PixelBounds pixelBounds;                                ///< around them
-    std::vector<PixelAccumulator> sums;                     ///< row by row over the window
+    int fullWidth = 0, fullHeight = 0;  ///< of the frame, pixels
+    int samplesPerPixel = 0;            ///< of the whole render
+    std::vector<SampleBox> boxes;       ///< the samples of this part; disjoint
+    PixelBounds pixelBounds;            ///< contains the boxes
+    std::vector<PixelAccumulator> sums; ///< row by row over pixelBounds
 };
 
-/// By its name.
+/// Whether a file with this name is a part.
 inline bool isPart(const std::filesystem::path& file) { return file.extension() == ".part"; }
 
-/// A text line that says what it is, one with a checksum of the rest, one of JSON, then the sums. Atomic;
-/// throws Error of kind Output.
+/// Writes a line with the format and version, a line with a checksum of the rest, a line of JSON, and the
+/// sums. The file is replaced atomically. Throws Error of kind Output.
 void writePart(const std::filesystem::path& file, const RenderPart& part);
-/// Throws Error of kind Usage if the file is no part, damaged or cut short.
+/// Throws Error of kind Usage if the file cannot be read, is not a part, is damaged or truncated.
 RenderPart readPart(const std::filesystem::path& file);
-/// The same of its bytes; `file` is for messages.
-RenderPart partFrom(std::string_view bytes, const std::filesystem::path& file);
+/// Parses the bytes of a file. `file` names it in errors, which are those of readPart.
+RenderPart parsePart(std::string_view bytes, const std::filesystem::path& file);
 
-/// Puts `more` (named `file` in messages) together with `part`. Throws Error of kind Usage if it belongs to
-/// another render, or has samples that are there already.
+/// Adds the samples of `more` to `part`. `file` names `more` in errors. Throws Error of kind Usage if the
+/// parts are of different renders, or have samples in common.
 void addPart(RenderPart& part, const RenderPart& more, const std::filesystem::path& file);
 
-/// How many samples are missing in the frame's window around the boxes: 0 if every pixel there has all.
+/// Adds the sums to a film whose pixel bounds contain those of the part. The film keeps sums, unless it is
+/// empty.
+void addToFilm(const RenderPart& part, Film& film);
+
+/// Returns how many samples the pixels of `pixelBounds` lack in all.
 uint64_t missingSamples(const RenderPart& part);
+/// Returns the number of invalid samples of all pixels.
+uint64_t invalidSamples(const std::vector<PixelAccumulator>& sums);
 
 } // namespace strobe

@@ -1,246 +1,272 @@
 #include "session/render_session.h"
 
 #include "display/display_server.h"
-#include "session/checkpoint.h"
-#include "session/error_curve.h"
-#include "session/periodic_writer.h"
 
-#include <fmt/format.h>
+#include <condition_variable>
+#include <thread>
 
 namespace strobe {
 
 namespace {
 
-using Clock = PassGoal::Clock;
 using Seconds = std::chrono::duration<double>;
 using namespace std::chrono_literals;
 
-std::string imageName(const Options& options) {
-    return (options.outputs.empty() ? options.scenes.front() : options.outputs.front()).filename().string();
-}
-
-/// A picture on its way, and those who hear of it.
-class Picture {
+/// Calls a function at intervals, from a thread of its own, until it is destroyed. A running call is awaited.
+class PeriodicTask {
   public:
-    Picture(const BuiltScene& built, const Options& options, const RenderSettings& settings,
-            Clock::time_point start, StopSignals* signals, Film& film, const WriteOutputs& write,
-            spdlog::logger& log)
-        : m_built(built), m_options(options), m_settings(settings), m_start(start), m_film(film),
-          m_write(write), m_log(log), m_progress(options.quiet) {
-        if (!options.reference.empty())
-            m_curve.emplace(options.reference, film);
-        if (signals)
-            m_settings.stop = [signals] { return signals->stops(); };
-        if (options.checkpoint > 0)
-            goOn(signals);
-        if (options.partial > 0 || options.display || m_checkpoint)
-            m_live = std::make_shared<LiveFilm>(film);
-        if (m_live)
-            m_settings.onTileDone = [this](const Film& of, const PixelBounds& tile) {
-                m_live->update(of, tile);
-            };
-        if (m_live && m_settings.resume)
-            m_live->update(film, film.pixelBounds());
-        m_settings.onProgress = [this](double part) { m_progress.update(m_fraction(part)); };
+    PeriodicTask(Seconds interval, std::function<void()> task)
+        : m_thread([this, interval, task = std::move(task)] {
+              std::unique_lock lock(m_mutex);
+              while (!m_wake.wait_for(lock, interval, [this] { return m_ends; })) {
+                  lock.unlock();
+                  task();
+                  lock.lock();
+              }
+          }) {}
+    ~PeriodicTask() {
+        {
+            const std::lock_guard lock(m_mutex);
+            m_ends = true;
+        }
+        m_wake.notify_all();
+        m_thread.join();
     }
-
-    RenderStats make() {
-        std::optional<DisplayServer> display;
-        if (m_options.display)
-            display.emplace(*m_options.display, imageName(m_options), m_live,
-                            m_options.timeLimit > 0 ? 100ms : 2000ms,
-                            [this](const std::string& text) { m_log.warn("{}", text); });
-        std::optional<PeriodicWriter> partial;
-        if (m_options.partial > 0)
-            partial.emplace(Seconds(m_options.partial), [this] { writePartial(); });
-        const RenderStats stats = renderSafely();
-        m_progress.finish();
-        return stats;
-    }
+    PeriodicTask(const PeriodicTask&) = delete;
+    PeriodicTask& operator=(const PeriodicTask&) = delete;
 
   private:
-    /// Takes up what there is of the picture.
-    void goOn(StopSignals* signals) {
-        m_film.keepSums();
-        m_checkpoint.emplace(m_options, m_built);
-        m_settings.resume = m_options.resume && m_checkpoint->resume(m_film);
-        if (m_options.resume && !m_settings.resume)
-            m_log.info("there is nothing to resume from");
-        m_signals = signals;
-    }
-
-    /// With checkpoints, if that is wanted.
-    RenderStats renderSafely() {
-        if (!m_checkpoint)
-            return render();
-        RenderStats stats;
-        {
-            const auto save = [this] {
-                attempt("--checkpoint", [this] { m_checkpoint->save(m_live->film(), m_rescue); });
-            };
-            const PeriodicWriter saver(Seconds(m_options.checkpoint), save);
-            const OnSave onSave(*m_signals, save);
-            try {
-                stats = render();
-            } catch (...) { // a texture may have vanished: what was rendered until then is not lost
-                save();
-                throw;
-            }
-        }
-        if (stats.passes == 0)
-            m_checkpoint->save(m_film, m_rescue);
-        return stats;
-    }
-
-    /// What SIGHUP does, for a while.
-    class OnSave {
-      public:
-        OnSave(StopSignals& signals, std::function<void()> save) : m_signals(signals) {
-            m_signals.onSave(std::move(save));
-        }
-        ~OnSave() { m_signals.onSave(nullptr); }
-        OnSave(const OnSave&) = delete;
-        OnSave& operator=(const OnSave&) = delete;
-
-      private:
-        StopSignals& m_signals;
-    };
-
-    RenderStats render() {
-        const BuiltScene& b = m_built;
-        const Sampler& sampler = *b.sampler.sampler;
-        const PassDone done = [this](const Film& film, const RenderStats& stats) {
-            return passDone(film, stats);
-        };
-        if (m_options.takesPasses()) {
-            PassGoal goal;
-            if (m_options.timeLimit > 0)
-                goal.deadline = timeLimit();
-            if (m_options.noiseTarget > 0)
-                goal.noise = m_options.noiseTarget;
-            const int most = m_options.build.samplesPerPixel > 0 ? m_settings.samplesPerPixel
-                                                                 : int(PixelAccumulator::kMaxSamples);
-            m_fraction = [this](double) { return std::max(m_reached, timeSpent()); };
-            return renderPasses(*b.scene, *b.integrator, *b.shader, sampler, *b.filter, m_settings, goal,
-                                most, m_film, done);
-        }
-        if (m_curve) {
-            m_fraction = [this](double part) {
-                return m_reached + part * std::max(1.0 / m_settings.samplesPerPixel, m_reached);
-            };
-            return renderDoubling(*b.scene, *b.integrator, *b.shader, sampler, *b.filter, m_settings, m_film,
-                                  done);
-        }
-        return strobe::render(*b.scene, *b.integrator, *b.shader, sampler, *b.filter, m_settings, m_film);
-    }
-
-    Clock::time_point timeLimit() const {
-        return m_start + std::chrono::duration_cast<Clock::duration>(Seconds(m_options.timeLimit));
-    }
-
-    std::optional<Clock::time_point> passDone(const Film& film, const RenderStats& stats) {
-        if (m_live)
-            m_live->update(film, film.pixelBounds());
-        {
-            const std::lock_guard lock(m_mutex);
-            m_stats = stats;
-        }
-        if (m_curve)
-            addToCurve(film, stats);
-        if (stats.noise)
-            m_log.debug("pass {}: noise {:.4g}", stats.passes, *stats.noise);
-        m_reached = reachedWith(stats);
-        if (m_options.timeLimit > 0 && stats.passes == 1)
-            return reserveWriting(film, stats);
-        return {};
-    }
-
-    /// Writes the picture, which costs time, to know how much of it to keep for the end. (And an early
-    /// picture is one that an accident leaves behind.)
-    Clock::time_point reserveWriting(const Film& film, const RenderStats& stats) {
-        const Clock::time_point begin = Clock::now();
-        if (begin > timeLimit())
-            m_log.warn("--time-limit {}: a single pass took {:.1f} s", m_options.timeLimit,
-                       Seconds(begin - m_start).count());
-        attempt("--time-limit", [&] { m_write(film, stats, false); });
-        const int writings = m_options.partial > 0 ? 2 : 1; // the end may have to wait for one under way
-        return timeLimit() - writings * (Clock::now() - begin);
-    }
-
-    void addToCurve(const Film& film, const RenderStats& stats) {
-        const ErrorCurve::Point& p = m_curve->add(film, stats);
-        m_log.info("{:8.2f} s, {} samples per pixel: RMSE {:.5f}, relative {:.5f}", p.seconds,
-                   p.samplesPerPixel, p.rmse, p.relative);
-        if (!m_options.curveFile.empty())
-            m_curve->write(m_options.curveFile);
-    }
-
-    /// Of the limit, if there is one.
-    double timeSpent() const {
-        return m_options.timeLimit > 0
-                   ? std::min(Seconds(Clock::now() - m_start).count() / m_options.timeLimit, 1.0)
-                   : 0;
-    }
-
-    /// Of the way to the goal; errors fall with the root of the samples.
-    double reachedWith(const RenderStats& stats) const {
-        double reached = timeSpent();
-        if (m_options.noiseTarget > 0)
-            reached = std::max(reached, stats.noise ? std::pow(m_options.noiseTarget / *stats.noise, 2) : 0);
-        else if (m_options.timeLimit == 0)
-            reached = double(stats.samplesPerPixel) / m_settings.samplesPerPixel;
-        return std::clamp(reached, m_reached, 1.0);
-    }
-
-    void writePartial() {
-        RenderStats stats;
-        {
-            const std::lock_guard lock(m_mutex);
-            stats = m_stats;
-        }
-        attempt("--partial", [&] { m_write(m_live->film(), stats, false); });
-    }
-
-    /// Something that may fail, and be tried again later: the disk may have room when it matters.
-    void attempt(const char* option, const std::function<void()>& write) {
-        try {
-            write();
-        } catch (const std::exception& e) { // memory may be short, too
-            if (!m_warnedOfWriting.exchange(true))
-                m_log.warn("{}: {}", option, e.what());
-        }
-    }
-
-    const BuiltScene& m_built;
-    const Options& m_options;
-    RenderSettings m_settings;
-    const Clock::time_point m_start;
-    Film& m_film;
-    const WriteOutputs& m_write;
-    spdlog::logger& m_log;
-    Progress m_progress;
-    std::function<double(double)> m_fraction = [](double part) { return part; };
-    double m_reached = 0;
-    std::optional<ErrorCurve> m_curve;
-    std::shared_ptr<LiveFilm> m_live;
     std::mutex m_mutex;
-    RenderStats m_stats; ///< of the passes so far; under m_mutex
-    std::optional<Checkpoint> m_checkpoint;
-    FallbackWriter m_rescue{m_log}; ///< of checkpoints
-    StopSignals* m_signals = nullptr;
-    std::atomic<bool> m_warnedOfWriting{false};
+    std::condition_variable m_wake;
+    bool m_ends = false;
+    std::thread m_thread; ///< last: it uses the other members
 };
+
+/// Sets the function that RenderControl::saveCheckpoint calls, until it is destroyed. `control` may be null.
+class SaveFunctionScope {
+  public:
+    SaveFunctionScope(RenderControl* control, std::function<void()> save) : m_control(control) {
+        if (m_control)
+            m_control->setSaveFunction(std::move(save));
+    }
+    ~SaveFunctionScope() {
+        if (m_control)
+            m_control->setSaveFunction(nullptr);
+    }
+    SaveFunctionScope(const SaveFunctionScope&) = delete;
+    SaveFunctionScope& operator=(const SaveFunctionScope&) = delete;
+
+  private:
+    RenderControl* const m_control;
+};
+
+/// Returns the name of the image in the viewer.
+std::string viewerImageName(const RenderOptions& options) {
+    const auto& images = options.output.images;
+    return (images.empty() ? options.scenes.front() : images.front()).filename().string();
+}
 
 } // namespace
 
-RenderStats renderPicture(const BuiltScene& built, const Options& options, RenderSettings settings,
-                          PassGoal::Clock::time_point start, StopSignals* signals, Film& film,
-                          const WriteOutputs& write, spdlog::logger& log) {
-    RenderStats stats = Picture(built, options, settings, start, signals, film, write, log).make();
-    if (stats.noise)
-        log.info("noise {:.4g} after {} passes{}", *stats.noise, stats.passes,
-                 *stats.noise <= options.noiseTarget ? "" : ": the target is not met");
+RenderSettings renderSettings(const RenderOptions& options, const FrameSetup& setup) {
+    RenderSettings settings;
+    settings.samplesPerPixel = setup.sampler.samplesPerPixel;
+    settings.slice = options.sampleRange;
+    settings.seed = options.seed;
+    settings.clamp = options.clamp;
+    settings.threads = options.threads;
+    settings.tileSize = options.tileSize;
+    return settings;
+}
+
+RenderSession::RenderSession(const FrameJob& job, const FrameInputs& inputs, const RenderSettings& settings,
+                             Film& film, const WriteOutputs& write)
+    : m_job(job), m_built(inputs.built), m_inputs(inputs), m_log(inputs.log),
+      m_control(inputs.callbacks.control), m_settings(settings), m_film(film), m_write(write),
+      m_toTotalFraction([](double fraction) { return fraction; }), m_checkpointWriter(inputs.log) {
+    if (!progressive().reference.empty())
+        m_curve.emplace(progressive().reference, film);
+    // Slices of a doubling render cannot be left out.
+    if (m_control && (!m_curve || progressive().takesPasses()))
+        m_settings.stop = [control = m_control] { return control->isStopped(); };
+    if (progressive().checkpointInterval > 0)
+        resumeFromCheckpoint();
+    if (progressive().writeInterval > 0 || progressive().viewer || m_checkpoint)
+        connectLiveFilm();
+    if (const auto& onProgress = inputs.callbacks.onProgress) {
+        onProgress(0);
+        m_settings.onProgress = [this, &onProgress](double fraction) {
+            onProgress(m_toTotalFraction(fraction));
+        };
+    }
+}
+
+RenderSession::~RenderSession() = default;
+
+void RenderSession::resumeFromCheckpoint() {
+    m_film.keepSums();
+    m_checkpoint.emplace(m_job, m_built);
+    m_settings.resume = progressive().resume && m_checkpoint->resume(m_film);
+    if (progressive().resume && !m_settings.resume)
+        m_log.info("there is no checkpoint to resume from");
+}
+
+void RenderSession::connectLiveFilm() {
+    m_live = std::make_shared<LiveFilm>(m_film);
+    m_settings.onTileDone = [this](const Film& film, const PixelBounds& tile) { m_live->update(film, tile); };
+    if (m_settings.resume)
+        m_live->update(m_film, m_film.pixelBounds());
+}
+
+RenderStats RenderSession::run() {
+    std::optional<DisplayServer> viewer;
+    if (progressive().viewer)
+        viewer.emplace(*progressive().viewer, viewerImageName(m_job.options), m_live,
+                       progressive().timeLimit > 0 ? 100ms : 2000ms,
+                       [this](const std::string& text) { m_log.warn("{}", text); });
+    std::optional<PeriodicTask> unfinishedImages;
+    if (progressive().writeInterval > 0)
+        unfinishedImages.emplace(Seconds(progressive().writeInterval), [this] { writeUnfinishedImage(); });
+    const RenderStats stats = m_checkpoint ? renderWithCheckpoints() : render();
+    if (m_inputs.callbacks.onRendered)
+        m_inputs.callbacks.onRendered();
     return stats;
+}
+
+RenderStats RenderSession::renderWithCheckpoints() {
+    RenderStats stats;
+    {
+        const auto save = [this] { saveCheckpoint(); };
+        const PeriodicTask periodic(Seconds(progressive().checkpointInterval), save);
+        const SaveFunctionScope onRequest(m_control, save);
+        try {
+            stats = render();
+        } catch (...) { // a texture file may have become unreadable: keep the pixels finished until then
+            save();
+            throw;
+        }
+    }
+    if (stats.passes == 0)
+        m_checkpoint->save(m_film, m_checkpointWriter);
+    return stats;
+}
+
+RenderStats RenderSession::render() {
+    if (progressive().takesPasses())
+        return renderInPasses();
+    if (m_curve)
+        return renderInDoublingSlices();
+    return strobe::render(*m_built.scene, *m_built.integrator, *m_built.shader, *m_built.sampler.sampler,
+                          *m_built.filter, m_settings, m_film);
+}
+
+RenderStats RenderSession::renderInPasses() {
+    PassGoal goal;
+    if (progressive().timeLimit > 0)
+        goal.deadline = deadline();
+    if (progressive().noiseTarget > 0)
+        goal.noise = progressive().noiseTarget;
+    const int maxSamples = m_job.options.build.samplesPerPixel > 0 ? m_settings.samplesPerPixel
+                                                                   : int(PixelAccumulator::kMaxSamples);
+    m_toTotalFraction = [this](double) { return std::max(m_reached, timeLimitFraction()); };
+    return renderPasses(
+        *m_built.scene, *m_built.integrator, *m_built.shader, *m_built.sampler.sampler, *m_built.filter,
+        m_settings, goal, maxSamples, m_film,
+        [this](const Film& film, const RenderStats& stats) { return onPassDone(film, stats); });
+}
+
+RenderStats RenderSession::renderInDoublingSlices() {
+    m_toTotalFraction = [this](double fraction) {
+        return m_reached + fraction * std::max(1.0 / m_settings.samplesPerPixel, m_reached);
+    };
+    return renderDoubling(
+        *m_built.scene, *m_built.integrator, *m_built.shader, *m_built.sampler.sampler, *m_built.filter,
+        m_settings, m_film,
+        [this](const Film& film, const RenderStats& stats) { return onPassDone(film, stats); });
+}
+
+/// Returns the new deadline of the passes, if it changes.
+std::optional<PassGoal::Clock::time_point> RenderSession::onPassDone(const Film& film,
+                                                                     const RenderStats& stats) {
+    if (m_live)
+        m_live->update(film, film.pixelBounds());
+    {
+        const std::lock_guard lock(m_mutex);
+        m_passStats = stats;
+    }
+    if (m_curve)
+        addToErrorCurve(film, stats);
+    if (stats.noise)
+        m_log.debug("pass {}: noise {:.4g}", stats.passes, *stats.noise);
+    m_reached = goalFraction(stats);
+    if (progressive().timeLimit > 0 && stats.passes == 1)
+        return reserveWritingTime(film, stats);
+    return {};
+}
+
+/// Writes the image after the first pass, to measure how long writing takes, and returns the deadline of the
+/// passes that leaves this time. (The image also remains if the program crashes later.)
+PassGoal::Clock::time_point RenderSession::reserveWritingTime(const Film& film, const RenderStats& stats) {
+    const Clock::time_point begin = Clock::now();
+    if (begin > deadline())
+        m_log.warn("--time-limit {}: a single pass took {:.1f} s", progressive().timeLimit,
+                   Seconds(begin - m_inputs.start).count());
+    tryToWrite("--time-limit", [&] { m_write(film, stats, false); });
+    // The last write may have to wait for a periodic one.
+    const int writes = progressive().writeInterval > 0 ? 2 : 1;
+    return deadline() - writes * (Clock::now() - begin);
+}
+
+void RenderSession::addToErrorCurve(const Film& film, const RenderStats& stats) {
+    const ErrorCurve::Point& p = m_curve->add(film, stats);
+    m_log.info("{:8.2f} s, {} samples per pixel: RMSE {:.5f}, relative {:.5f}", p.seconds, p.samplesPerPixel,
+               p.rmse, p.relative);
+    if (!progressive().errorCurve.empty())
+        m_curve->write(progressive().errorCurve);
+}
+
+void RenderSession::writeUnfinishedImage() {
+    RenderStats stats;
+    {
+        const std::lock_guard lock(m_mutex);
+        stats = m_passStats;
+    }
+    tryToWrite("--write-interval", [&] { m_write(m_live->film(), stats, false); });
+}
+
+void RenderSession::saveCheckpoint() {
+    tryToWrite("--checkpoint", [this] { m_checkpoint->save(m_live->film(), m_checkpointWriter); });
+}
+
+/// Warns of the first failure and ignores the others: later writes may succeed.
+void RenderSession::tryToWrite(const char* option, const std::function<void()>& write) {
+    try {
+        write();
+    } catch (const std::exception& e) { // Error, or std::bad_alloc
+        if (!m_hasWarnedOfWriting.exchange(true))
+            m_log.warn("{}: {}", option, e.what());
+    }
+}
+
+PassGoal::Clock::time_point RenderSession::deadline() const {
+    return m_inputs.start + std::chrono::duration_cast<Clock::duration>(Seconds(progressive().timeLimit));
+}
+
+/// Returns the fraction of the time limit that has passed; 0 without a limit.
+double RenderSession::timeLimitFraction() const {
+    const double limit = progressive().timeLimit;
+    return limit > 0 ? std::min(Seconds(Clock::now() - m_inputs.start).count() / limit, 1.0) : 0;
+}
+
+/// Returns the fraction of the way to the time limit, noise target or number of samples. Noise is inversely
+/// proportional to the square root of the number of samples.
+double RenderSession::goalFraction(const RenderStats& stats) const {
+    double reached = timeLimitFraction();
+    if (progressive().noiseTarget > 0)
+        reached = std::max(reached, stats.noise ? std::pow(progressive().noiseTarget / *stats.noise, 2) : 0);
+    else if (progressive().timeLimit == 0)
+        reached = double(stats.samplesPerPixel) / m_settings.samplesPerPixel;
+    return std::clamp(reached, m_reached, 1.0);
 }
 
 } // namespace strobe

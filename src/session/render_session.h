@@ -1,23 +1,73 @@
-// From a built scene to a finished film: in one go or in passes, watched or not.
+// Rendering of one frame into a film: plain, in passes or with checkpoints, with a viewer and unfinished
+// images.
 #pragma once
 
-#include "cli/progress.h"
 #include "core/render/passes.h"
-#include "session/options.h"
-#include "session/stop_signals.h"
+#include "session/checkpoint.h"
+#include "session/csv_tables.h"
 
-#include <spdlog/logger.h>
+#include <atomic>
 
 namespace strobe {
 
-/// Writes outputs; `finished`: the picture is.
-using WriteOutputs = std::function<void(const Film&, const RenderStats&, bool finished)>;
+/// Writes the outputs from a film. `isFinished`: no samples will follow.
+using WriteOutputs = std::function<void(const Film&, const RenderStats&, bool isFinished)>;
 
-/// Renders what the options ask for into the film; all but the last writing of the outputs. `start`: of the
-/// program, for --time-limit. `signals`: there with --checkpoint. No passes in the result: they ended the
-/// render before its time, and a checkpoint is saved. Throws Error.
-RenderStats renderPicture(const BuiltScene& built, const Options& options, RenderSettings settings,
-                          PassGoal::Clock::time_point start, StopSignals* signals, Film& film,
-                          const WriteOutputs& write, spdlog::logger& log);
+/// Returns the settings of the options for a frame of the scene.
+RenderSettings renderSettings(const RenderOptions& options, const FrameSetup& setup);
+
+/// Renders one frame as its options say. All references outlive the session.
+class RenderSession {
+  public:
+    /// `settings` has the AOVs and callbacks of the caller. `write` is called for unfinished images only.
+    /// Reads the reference and the checkpoint into the film. Throws Error.
+    RenderSession(const FrameJob& job, const FrameInputs& inputs, const RenderSettings& settings, Film& film,
+                  const WriteOutputs& write);
+    ~RenderSession();
+    RenderSession(const RenderSession&) = delete;
+    RenderSession& operator=(const RenderSession&) = delete;
+
+    /// Renders. RenderStats::passes is 0 if RenderControl::stop ended the render; the checkpoint, if the
+    /// options have one, is then saved. Throws Error.
+    RenderStats run();
+
+  private:
+    using Clock = PassGoal::Clock;
+
+    void resumeFromCheckpoint();
+    void connectLiveFilm();
+    RenderStats renderWithCheckpoints();
+    RenderStats render();
+    RenderStats renderInPasses();
+    RenderStats renderInDoublingSlices();
+    std::optional<Clock::time_point> onPassDone(const Film& film, const RenderStats& stats);
+    Clock::time_point reserveWritingTime(const Film& film, const RenderStats& stats);
+    void addToErrorCurve(const Film& film, const RenderStats& stats);
+    void writeUnfinishedImage();
+    void saveCheckpoint();
+    void tryToWrite(const char* option, const std::function<void()>& write);
+    Clock::time_point deadline() const;
+    double timeLimitFraction() const;
+    double goalFraction(const RenderStats& stats) const;
+    const ProgressiveOptions& progressive() const { return m_job.options.progressive; }
+
+    const FrameJob& m_job;
+    const BuiltScene& m_built;
+    const FrameInputs& m_inputs;
+    const Log& m_log;
+    RenderControl* const m_control; ///< null: none
+    RenderSettings m_settings;
+    Film& m_film;
+    const WriteOutputs& m_write;
+    std::function<double(double)> m_toTotalFraction; ///< from the fraction of the current pass or slice
+    double m_reached = 0;                            ///< fraction of the goal reached by the passes so far
+    std::optional<ErrorCurve> m_curve;
+    std::shared_ptr<LiveFilm> m_live; ///< null: nothing reads the unfinished image
+    std::mutex m_mutex;
+    RenderStats m_passStats; ///< of the passes so far; guarded by m_mutex
+    std::optional<Checkpoint> m_checkpoint;
+    FallbackWriter m_checkpointWriter;
+    std::atomic<bool> m_hasWarnedOfWriting{false};
+};
 
 } // namespace strobe

@@ -1,63 +1,79 @@
 #include "session/report.h"
 
 #include "core/util/atomic_file.h"
+#include "core/util/version.h"
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace strobe {
 
-Metadata renderMetadata(const BuiltScene& built, const Options& options, const RenderStats& stats,
-                        const StepSeconds& seconds, bool finished) {
-    Metadata m = built.metadata;
-    m.emplace_back("Software", "strobe " STROBE_VERSION);
-    m.emplace_back("strobe:version", STROBE_VERSION);
-    m.emplace_back("strobe:samplesPerPixel", int(stats.samplesPerPixel));
-    if (!finished)
-        m.emplace_back("strobe:unfinished", 1);
-    if (const auto& s = options.samples)
-        m.emplace_back("strobe:samples", fmt::format("{}:{}", s->first, s->end));
-    if (stats.passes > 1)
-        m.emplace_back("strobe:passes", stats.passes);
-    if (stats.noise)
-        m.emplace_back("strobe:noise", float(*stats.noise));
-    m.emplace_back("strobe:seed", std::to_string(options.seed));
-    if (options.frame) {
-        m.emplace_back("strobe:frame", *options.frame);
-        if (finished) // an unfinished frame is not to be skipped
-            m.emplace_back("strobe:frameKey", options.frameKey);
-    }
-    m.emplace_back("strobe:shutter:open", built.scene->shutter().open);
-    m.emplace_back("strobe:shutter:close", built.scene->shutter().close);
-    const BiasBound bound = built.integrator->biasBound(*built.scene);
-    m.emplace_back("strobe:bias:reachPixels", bound.reachPixels);
-    m.emplace_back("strobe:bias:shutterFraction", bound.shutterFraction);
-    if (options.clamp > 0)
-        m.emplace_back("strobe:bias:clamp", options.clamp);
-    m.emplace_back("strobe:rays", std::to_string(stats.total.rays()));
-    m.emplace_back("strobe:visibilitySamples", std::to_string(stats.total.visibilitySamples));
-    m.emplace_back("strobe:shades", std::to_string(stats.total.shades));
-    m.emplace_back("strobe:invalidSamples", std::to_string(stats.total.invalidSamples));
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void addCounts(const Counters& counters, Metadata& m) {
+    m.emplace_back("strobe:rays", std::to_string(counters.rays()));
+    m.emplace_back("strobe:visibilitySamples", std::to_string(counters.visibilitySamples));
+    m.emplace_back("strobe:shades", std::to_string(counters.shades));
+    m.emplace_back("strobe:invalidSamples", std::to_string(counters.invalidSamples));
+}
+
+void addSeconds(const RenderStats& stats, const StepSeconds& seconds, Metadata& m) {
     m.emplace_back("strobe:seconds:parse", float(seconds.parse));
     m.emplace_back("strobe:seconds:build", float(seconds.build));
     m.emplace_back("strobe:seconds:render", float(stats.seconds));
     for (int i = 0; i < kStageCount; ++i)
         m.emplace_back(std::string("strobe:threadSeconds:") + toString(Stage(i)),
                        float(stats.total.seconds[i]));
-    return m;
 }
 
-namespace {
+Json settingsOf(const BuiltScene& built, const FrameJob& job, const RenderStats& stats) {
+    Json settings;
+    for (const auto& [key, value] : built.metadata)
+        if (const auto* text = std::get_if<std::string>(&value))
+            settings[key.substr(key.find(':') + 1)] = *text;
+    settings["samplesPerPixel"] = stats.samplesPerPixel;
+    settings["seed"] = job.options.seed;
+    if (job.number)
+        settings["frame"] = *job.number;
+    settings["shutter"] = {built.scene->shutter().open, built.scene->shutter().close};
+    return settings;
+}
 
-nlohmann::ordered_json stagesOf(const Counters& c) {
-    nlohmann::ordered_json stages;
+Json stagesOf(const Counters& c) {
+    Json stages;
     for (int i = 0; i < kStageCount; ++i)
         stages[toString(Stage(i))] = c.seconds[i];
     return stages;
 }
 
-nlohmann::ordered_json costsOf(const BuiltScene& built, const Counters& c) {
-    auto costs = nlohmann::ordered_json::array();
+Json threadsOf(const RenderStats& stats) {
+    Json threads;
+    for (const Counters& thread : stats.threads)
+        threads.push_back(
+            {{"pixels", thread.pixels}, {"shades", thread.shades}, {"seconds", stagesOf(thread)}});
+    return threads;
+}
+
+Json raysOf(const Counters& c) {
+    return {{"camera", c.visibilitySamples},
+            {"shadow", c.shadowRays},
+            {"light", c.lightRays},
+            {"bounce", c.bounceRays},
+            {"total", c.rays()}};
+}
+
+Json cacheOf(const Counters& c) {
+    return {{"lookups", c.cacheLookups},
+            {"hits", c.cacheHits},
+            {"hitRate", c.cacheLookups ? double(c.cacheHits) / double(c.cacheLookups) : 0},
+            {"duplicates", c.cacheDuplicates},
+            {"evictions", c.cacheEvictions},
+            {"cacheBytes", c.cacheBytes}};
+}
+
+Json shadeCostsOf(const BuiltScene& built, const Counters& c) {
+    Json costs = Json::array();
     for (size_t i = 0; i < c.shadeCosts.size(); ++i)
         if (const ShadeCost& cost = c.shadeCosts[i]; cost.shades() > 0)
             costs.push_back(
@@ -68,40 +84,17 @@ nlohmann::ordered_json costsOf(const BuiltScene& built, const Counters& c) {
     return costs;
 }
 
-nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, const RenderStats& stats,
-                              const StepSeconds& seconds) {
-    const Counters& c = stats.total;
+Json geometryOf(const BuiltScene& built) {
     const TracerCounts& t = built.scene->tracer().counts();
-    nlohmann::ordered_json j;
-    j["version"] = STROBE_VERSION;
-    for (const auto& scene : options.scenes)
-        j["scenes"].push_back(scene.string());
-    for (const auto& [key, value] : built.metadata)
-        if (const auto* text = std::get_if<std::string>(&value))
-            j["settings"][key.substr(key.find(':') + 1)] = *text;
-    j["settings"]["samplesPerPixel"] = stats.samplesPerPixel;
-    j["settings"]["seed"] = options.seed;
-    if (options.frame)
-        j["settings"]["frame"] = *options.frame;
-    j["settings"]["shutter"] = {built.scene->shutter().open, built.scene->shutter().close};
-    const BiasBound bound = built.integrator->biasBound(*built.scene);
-    j["passes"] = stats.passes;
-    if (stats.noise)
-        j["noise"] = *stats.noise;
-    j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
-    j["resolution"] = {built.resolution.x, built.resolution.y};
-    j["pixelBounds"] = {built.pixelBounds.x0, built.pixelBounds.x1, built.pixelBounds.y0,
-                        built.pixelBounds.y1};
-    j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", stats.seconds}};
-    j["threadSeconds"] = stagesOf(c);
-    for (const Counters& thread : stats.threads)
-        j["threads"].push_back(
-            {{"pixels", thread.pixels}, {"shades", thread.shades}, {"seconds", stagesOf(thread)}});
-    j["rays"] = {{"camera", c.visibilitySamples},
-                 {"shadow", c.shadowRays},
-                 {"light", c.lightRays},
-                 {"bounce", c.bounceRays},
-                 {"total", c.rays()}};
+    return {{"triangles", t.triangles},
+            {"quadrics", t.quadrics},
+            {"instances", t.instances},
+            {"timeSteps", t.timeSteps},
+            {"filteredGeometries", t.filteredGeometries}};
+}
+
+void addCounters(const Counters& c, Json& j) {
+    j["rays"] = raysOf(c);
     j["pixels"] = c.pixels;
     j["visibilitySamples"] = c.visibilitySamples;
     j["shades"] = c.shades;
@@ -112,26 +105,84 @@ nlohmann::ordered_json toJson(const BuiltScene& built, const Options& options, c
     j["footprints"] = c.footprints;
     j["invalidSamples"] = c.invalidSamples;
     j["clampedSamples"] = c.clampedSamples;
-    j["cache"] = {{"lookups", c.cacheLookups},
-                  {"hits", c.cacheHits},
-                  {"hitRate", c.cacheLookups ? double(c.cacheHits) / double(c.cacheLookups) : 0},
-                  {"duplicates", c.cacheDuplicates},
-                  {"evictions", c.cacheEvictions},
-                  {"cacheBytes", c.cacheBytes}};
-    j["shadeCost"] = costsOf(built, c);
-    j["geometry"] = {{"triangles", t.triangles},
-                     {"quadrics", t.quadrics},
-                     {"instances", t.instances},
-                     {"timeSteps", t.timeSteps},
-                     {"filteredGeometries", t.filteredGeometries}};
+    j["cache"] = cacheOf(c);
+}
+
+Json toJson(const BuiltScene& built, const FrameJob& job, const RenderStats& stats,
+            const StepSeconds& seconds) {
+    Json j;
+    j["version"] = version();
+    for (const auto& scene : job.options.scenes)
+        j["scenes"].push_back(scene.string());
+    j["settings"] = settingsOf(built, job, stats);
+    j["passes"] = stats.passes;
+    if (stats.noise)
+        j["noise"] = *stats.noise;
+    const BiasBound bound = built.integrator->biasBound(*built.scene);
+    j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
+    j["resolution"] = {built.resolution.x, built.resolution.y};
+    const PixelBounds& bounds = built.pixelBounds;
+    j["pixelBounds"] = {bounds.x0, bounds.x1, bounds.y0, bounds.y1};
+    j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", stats.seconds}};
+    j["threadSeconds"] = stagesOf(stats.total);
+    if (!stats.threads.empty())
+        j["threads"] = threadsOf(stats);
+    addCounters(stats.total, j);
+    j["shadeCost"] = shadeCostsOf(built, stats.total);
+    j["geometry"] = geometryOf(built);
     return j;
+}
+
+/// Returns the options that, added to those of the render, render this sample alone.
+std::string replayOptions(const InvalidSample& sample, const FrameJob& job, const BuiltScene& built) {
+    std::string words = fmt::format("--pixel {},{} --sample {}", sample.x, sample.y, sample.sample);
+    if (job.number)
+        words += fmt::format(" --frames {0}:{0}", *job.number);
+    if (sample.seed != job.options.seed)
+        words += fmt::format(" --seed {}", sample.seed);
+    if (sample.samplesPerPixel != built.sampler.samplesPerPixel)
+        words += fmt::format(" --spp {}", sample.samplesPerPixel);
+    return words;
 }
 
 } // namespace
 
-void writeStats(const std::filesystem::path& file, const BuiltScene& built, const Options& options,
+Metadata renderMetadata(const BuiltScene& built, const FrameJob& job, const RenderStats& stats,
+                        const StepSeconds& seconds, bool isFinished) {
+    const RenderOptions& options = job.options;
+    Metadata m = built.metadata;
+    m.emplace_back("Software", std::string("strobe ") + version());
+    m.emplace_back("strobe:version", version());
+    m.emplace_back("strobe:samplesPerPixel", int(stats.samplesPerPixel));
+    if (!isFinished)
+        m.emplace_back("strobe:unfinished", 1);
+    if (const auto& s = options.sampleRange)
+        m.emplace_back("strobe:samples", fmt::format("{}:{}", s->first, s->end));
+    if (stats.passes > 1)
+        m.emplace_back("strobe:passes", stats.passes);
+    if (stats.noise)
+        m.emplace_back("strobe:noise", float(*stats.noise));
+    m.emplace_back("strobe:seed", std::to_string(options.seed));
+    if (job.number) {
+        m.emplace_back("strobe:frame", *job.number);
+        if (isFinished) // frames without a key are rendered again
+            m.emplace_back("strobe:frameKey", job.key);
+    }
+    m.emplace_back("strobe:shutter:open", built.scene->shutter().open);
+    m.emplace_back("strobe:shutter:close", built.scene->shutter().close);
+    const BiasBound bound = built.integrator->biasBound(*built.scene);
+    m.emplace_back("strobe:bias:reachPixels", bound.reachPixels);
+    m.emplace_back("strobe:bias:shutterFraction", bound.shutterFraction);
+    if (options.clamp > 0)
+        m.emplace_back("strobe:bias:clamp", options.clamp);
+    addCounts(stats.total, m);
+    addSeconds(stats, seconds, m);
+    return m;
+}
+
+void writeStats(const std::filesystem::path& file, const BuiltScene& built, const FrameJob& job,
                 const RenderStats& stats, const StepSeconds& seconds) {
-    writeFileAtomically(file, toJson(built, options, stats, seconds).dump(2) + '\n');
+    writeFileAtomically(file, toJson(built, job, stats, seconds).dump(2) + '\n');
 }
 
 std::string summary(const BuiltScene& built, const RenderStats& stats, const StepSeconds& seconds) {
@@ -142,6 +193,21 @@ std::string summary(const BuiltScene& built, const RenderStats& stats, const Ste
                        stats.seconds, seconds.parse + seconds.build, double(c.rays()) * 1e-6,
                        double(c.rays()) * 1e-6 / stats.seconds,
                        double(c.shades) / double(std::max<uint64_t>(c.pixels, 1)));
+}
+
+void reportInvalidSamples(const RenderStats& stats, const FrameJob& job, const BuiltScene& built,
+                          const Log& log) {
+    const Counters& total = stats.total;
+    if (total.clampedSamples > 0)
+        log.warn("--clamp {}: {} samples were scaled down; the image is biased", job.options.clamp,
+                 total.clampedSamples);
+    if (total.invalidSamples == 0)
+        return;
+    log.write(job.options.strict ? LogLevel::Error : LogLevel::Warning,
+              "{} samples were NaN, infinite or beyond 2.8e14 and are left out{}", total.invalidSamples,
+              total.firstInvalid.empty() ? "" : "; the first:");
+    for (const InvalidSample& sample : total.firstInvalid)
+        log.warn("  replay with {}", replayOptions(sample, job, built));
 }
 
 } // namespace strobe

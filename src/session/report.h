@@ -1,21 +1,22 @@
-// What a finished render says about itself: EXR metadata, JSON statistics, one line for people.
+// Reports of a render: EXR metadata, JSON statistics, and messages.
 #pragma once
 
 #include "core/render/render.h"
-#include "session/options.h"
+#include "session/frame.h"
 
 namespace strobe {
 
-/// Wall-clock seconds of the steps of main before rendering.
-struct StepSeconds {
-    double parse = 0, build = 0;
-};
-
-Metadata renderMetadata(const BuiltScene& built, const Options& options, const RenderStats& stats,
-                        const StepSeconds& seconds, bool finished);
-/// Throws Error of kind Output.
-void writeStats(const std::filesystem::path& file, const BuiltScene& built, const Options& options,
+/// Returns the attributes of the frame's images. `isFinished`: of an unfinished image they have
+/// strobe:unfinished, and no frame key.
+Metadata renderMetadata(const BuiltScene& built, const FrameJob& job, const RenderStats& stats,
+                        const StepSeconds& seconds, bool isFinished);
+/// Writes JSON. Throws Error of kind Output.
+void writeStats(const std::filesystem::path& file, const BuiltScene& built, const FrameJob& job,
                 const RenderStats& stats, const StepSeconds& seconds);
+/// Returns one line: size, samples, seconds, rays, shades.
 std::string summary(const BuiltScene& built, const RenderStats& stats, const StepSeconds& seconds);
+/// Logs the number of clamped samples, and of invalid samples with the options that render the first of them.
+void reportInvalidSamples(const RenderStats& stats, const FrameJob& job, const BuiltScene& built,
+                          const Log& log);
 
 } // namespace strobe

@@ -1,5 +1,5 @@
-"""Another program opens our layers: Blender finds each under its name, and its Cryptomatte node extracts mattes that
-are the coverage in the file. Usage: blender_layers_test.py PATH_OF_STROBE [unittest arguments]"""
+"""Blender finds each layer of an EXR by name, and its Cryptomatte node extracts mattes that equal the coverage in the file.
+Usage: blender_layers_test.py PATH_OF_STROBE [unittest arguments]"""
 import json
 import os
 import shutil
@@ -10,7 +10,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-sys.dont_write_bytecode = True  # the source tree stays clean
+sys.dont_write_bytecode = True  # do not write to the source tree
 from exr import Exr  # noqa: E402
 
 STROBE = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else os.environ.get("STROBE", "strobe")
@@ -37,7 +37,7 @@ Translate 0 -1.6 3
 Shape "sphere" "float radius" 1.4
 """
 
-# Runs inside Blender.
+# Script for Blender.
 INSIDE = """
 import bpy, json, sys
 picture, matte, answer = sys.argv[sys.argv.index("--") + 1:]
@@ -66,7 +66,7 @@ json.dump({"outputs": outputs, "entries": [e.name for e in crypto.entries]}, ope
 """ % (WIDTH, HEIGHT)
 
 
-@unittest.skipUnless(BLENDER, "there is no blender")
+@unittest.skipUnless(BLENDER, "Blender is not installed")
 class BlenderOpensLayers(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -86,12 +86,12 @@ class BlenderOpensLayers(unittest.TestCase):
         cls.picture = Exr(path["p.exr"])
         cls.matte = Exr(path["matte.exr"])
 
-    def test_every_layer_has_its_name(self):
+    def test_blender_finds_every_layer_by_name(self):
         crypto = {f"Crypto{kind}0{i}" for kind in ("Object", "Material") for i in range(3)}
         plain = set(LAYERS.split(",")) - {"cryptoobject", "cryptomaterial", "lightgroups"}
         self.assertEqual(set(self.answer["outputs"]) - {"Alpha"}, {"Combined", "light_sky"} | plain | crypto)
 
-    def test_mattes_are_the_coverage(self):
+    def test_mattes_equal_the_coverage(self):
         self.assertEqual(self.answer["entries"], ["runner"])
         attribute, = (v for k, v in self.picture.attributes.items() if k == "cryptomatte/3ae39a5/manifest")
         runner, = struct.unpack("<f", struct.pack("<I", int(json.loads(attribute)["runner"], 16)))
@@ -103,7 +103,7 @@ class BlenderOpensLayers(unittest.TestCase):
                                if self.picture.value(f"CryptoObject0{i}.{a}", x, y) == runner)
                 self.assertAlmostEqual(self.matte.value(red, x, y), coverage, delta=1e-6)
                 partial += 0 < coverage < 1
-        self.assertGreater(partial, 40, "the runner is blurred")
+        self.assertGreater(partial, 40, "motion blur gives pixels with partial coverage")
 
 
 if __name__ == "__main__":

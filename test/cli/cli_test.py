@@ -1,5 +1,5 @@
-"""The program from outside: what every option of the command line does, exit codes, and that a run that fails
-touches nothing. Usage: cli_test.py PATH_OF_STROBE [unittest arguments]"""
+"""Tests of the program strobe: the effect of each option, messages, exit codes, and that failed runs leave files unchanged.
+Usage: cli_test.py PATH_OF_STROBE [unittest arguments]"""
 import json
 import os
 import pty
@@ -12,11 +12,11 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-sys.dont_write_bytecode = True  # the source tree stays clean
+sys.dont_write_bytecode = True  # do not write to the source tree
 from exr import Exr  # noqa: E402
 from scene_case import STROBE, WORLD  # noqa: E402
 
-os.environ.pop("OCIO", None)  # what the tests see does not depend on who runs them
+os.environ.pop("OCIO", None)  # the color config of the user would change the results
 OK, USAGE, SCENE, OUTPUT = 0, 1, 2, 3
 
 OPTIONS = """TransformTimes 0 1
@@ -53,7 +53,7 @@ class CliTest(unittest.TestCase):
         return result
 
     def render(self, *arguments, scene="s.scene"):
-        """The picture that these arguments give."""
+        """Renders an EXR and returns it."""
         self.run_strobe(scene, "--quiet", "-o", "picture.exr", *arguments)
         return Exr(self.path("picture.exr"))
 
@@ -68,14 +68,19 @@ class CliTest(unittest.TestCase):
 class Information(CliTest):
     def test_help_names_every_option(self):
         text = self.run_strobe("--help").out
-        for option in ("--integrator --shading -D --spp --resolution --aov --crypto-depth --exr --view --display --look --exposure --print-ocio --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed --frame-time --frames --fps --shutter --overwrite --time-limit --noise-target --reference --curve --partial --display-server --pixel-bounds --sample-range --checkpoint --resume --sandbox --max-memory --strict --clamp "
-                       "--quick --quiet --stats --log-level --list --version --help").split():
+        options = """--integrator --shading -D --spp --resolution --aov --crypto-depth --exr --view --display --look --exposure
+            --print-ocio --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed
+            --frame-time --frames --fps --shutter --overwrite --animation --camera --time-limit --noise-target --reference
+            --curve --write-interval --display-server --pixel-bounds --sample-range --checkpoint --resume --sandbox
+            --max-memory --strict --clamp --quick --quiet --stats --log-level --list --version --help"""
+        for option in options.split():
             self.assertRegex(text, rf"(^|[\s,]){option}[\s,]")
         self.assertEqual(self.run_strobe("-h").out, text)
+        self.assertNotIn("--partial", text, "the former name of --write-interval is hidden")
 
     def test_merge_is_a_command(self):
         self.assertIn("strobe merge PART... -o OUT...", self.run_strobe("--help").out)
-        self.assertIn("merge: comes first: strobe merge PART... -o OUT...",
+        self.assertIn("merge: must be the first argument: strobe merge PART... -o OUT...",
                       self.run_strobe("--quiet", "merge", "a.part", "-o", "m.exr", code=USAGE).err)
         self.write("merge", OPTIONS + WORLD)
         self.run_strobe("--quiet", "merge", "--spp", "1")
@@ -83,7 +88,7 @@ class Information(CliTest):
     def test_version(self):
         self.assertRegex(self.run_strobe("--version").out, r"^strobe \d+\.\d+\.\d+\n$")
 
-    def test_list_has_every_plugin_with_its_parameters(self):
+    def test_list_names_every_plugin_with_its_parameters(self):
         text = self.run_strobe("--list").out
         kinds = {}
         for line in text.splitlines():
@@ -115,7 +120,7 @@ class Information(CliTest):
         self.assertTrue(any(re.search(r"\bfloat +radius .*\[1\]$", p) for p in kinds["Shape"]["sphere"]))
 
     def test_listed_plugins_exist(self):
-        """The list comes from the tables the parser uses: each name builds, or fails for lack of a file alone."""
+        """Each listed material builds; `measured` fails for lack of a file."""
         text = self.run_strobe("--list").out
         materials = re.search(r"^Material\n(.*?)\n\n", text, re.M | re.S)[1]
         for name in re.findall(r"^  (\w+)", materials, re.M):
@@ -133,10 +138,10 @@ class Options(CliTest):
         self.run_strobe("named.scene", "--spp", "1")
         self.assertEqual(self.names(), ["chosen.png", "named.scene", "s.exr", "s.scene"])
 
-    def test_foreign_output_name_becomes_exr(self):
+    def test_unsupported_output_extension_of_a_scene_becomes_exr(self):
         self.write("t.scene", OPTIONS.replace('"image"', '"image" "string filename" "x.tga"') + WORLD)
         err = self.run_strobe("t.scene", "--spp", "1").err
-        self.assertIn("x.tga", err)
+        self.assertIn('"x.tga" is not a supported kind of image file; writing .exr instead', err)
         self.assertEqual(self.names(), ["s.scene", "t.scene", "x.exr"])
 
     def test_two_outputs(self):
@@ -147,16 +152,16 @@ class Options(CliTest):
         self.assertEqual(struct.unpack(">2I", png[16:24]), (24, 16))
         self.assertEqual(Exr(self.path("a.exr")).display, (0, 0, 23, 15))
 
-    def test_option_between_files_takes_one_value(self):
-        """-o and -D do not swallow the scene that follows them."""
+    def test_options_between_files_take_one_value(self):
+        """The scene after -o and -D is not a value of these options."""
         self.run_strobe("--quiet", "-o", "a.exr", "-D", "maxdepth=1", "s.scene")
         self.assertEqual(self.names(), ["a.exr", "s.scene"])
 
-    def test_overwrites_by_renaming(self):
+    def test_outputs_are_replaced_by_renaming(self):
         self.write("a.exr", "old")
         os.link(self.path("a.exr"), self.path("link.exr"))
         self.run_strobe("s.scene", "--spp", "1", "-o", "a.exr")
-        self.assertEqual(self.read("link.exr"), b"old")  # the old file itself was not written into
+        self.assertEqual(self.read("link.exr"), b"old")  # the old file was not changed
         Exr(self.path("a.exr"))
 
     def test_metadata(self):
@@ -182,7 +187,7 @@ class Options(CliTest):
         self.assertEqual(self.render("--integrator", "supersample").rows, self.render().rows)
 
     def test_defines(self):
-        """-D changes what the scene says; of two, both count; of the same name, the last."""
+        """-D overrides the scene. Each -D counts; of those with the same name, the last."""
         deep = self.render()
         shallow = self.render("-D", "maxdepth=1")
         self.assertNotEqual(deep.rows, shallow.rows)
@@ -201,18 +206,18 @@ class Options(CliTest):
         self.assertEqual(picture.attributes["strobe:samplesPerPixel"], 64)
         self.assertNotEqual(picture.rows, self.render().rows)
 
-    def test_counts_that_are_rounded_are_told(self):
-        said = self.run_strobe("s.scene", "-o", "a.exr", "--spp", "12").err
-        self.assertIn('warning: --spp 12: sampler "sobol" takes 16\n', said)
+    def test_rounded_sample_counts_are_reported(self):
+        stderr = self.run_strobe("s.scene", "-o", "a.exr", "--spp", "12").err
+        self.assertIn('warning: --spp 12: sampler "sobol" takes 16\n', stderr)
         self.assertEqual(Exr(self.path("a.exr")).attributes["strobe:samplesPerPixel"], 16)
         self.write("twelve.scene", OPTIONS.replace('"integer pixelsamples" 16', '"integer pixelsamples" 12') + WORLD)
-        said = self.run_strobe("twelve.scene", "-o", "a.exr").err
-        self.assertIn("twelve.scene:3:17: warning: 12 samples per pixel become 16, a power of two\n", said)
+        stderr = self.run_strobe("twelve.scene", "-o", "a.exr").err
+        self.assertIn("twelve.scene:3:17: warning: 12 samples per pixel become 16, a power of two\n", stderr)
         self.write("strata.scene", OPTIONS.replace('"sobol" "integer pixelsamples" 16', '"stratified"') + WORLD)
         for scene, *arguments in (("s.scene",), ("s.scene", "--quick"), ("twelve.scene", "--spp", "8"), ("strata.scene", "--spp", "12")):
             self.assertNotIn("warning", self.run_strobe(scene, "-o", "a.exr", *arguments).err)
 
-    def test_threads_and_tiles_change_nothing(self):
+    def test_threads_and_tiles_do_not_change_the_image(self):
         reference = self.render("--threads", "1", "--tile", "16").rows
         for arguments in (["--threads", "7", "--tile", "3"], ["--threads", "2", "--tile", "1"], ["--threads", "0"],
                           ["--tile", "2147483647"], ["--tile", "8", "--threads", "3"]):
@@ -228,7 +233,7 @@ class Options(CliTest):
             self.assertEqual(part.pixels(), {p: v for p, v in whole.items() if p in part.pixels()})
 
     def test_crop_at_whole_pixels(self):
-        """A float's rounding adds no pixel and leaves none out."""
+        """Rounding of floats neither adds nor omits pixels: adjacent crops share none."""
         size = ("--resolution", "100x75", "--spp", "1")
         self.assertEqual(self.render(*size, "--crop", ".3", ".7", ".2", ".9").window, (30, 15, 69, 67))
         end = -1
@@ -245,13 +250,13 @@ class Options(CliTest):
             self.assertEqual(self.render("--seed", same).attributes["strobe:seed"], "16")
 
     def test_frame_time(self):
-        """A still at that time: as if nothing moved, from the place on the way there."""
+        """--frame-time renders the positions at that time without motion blur."""
         motion = WORLD.index("ActiveTransform EndTime"), WORLD.index("ActiveTransform All")
         for time, shift in (("0", 0), ("0.25", 0.3), ("1", 1.2)):
             self.write("still.scene", OPTIONS + WORLD[: motion[0]] + f"Translate {shift} 0 0\n" + WORLD[motion[1] :])
             still, frozen = self.render(scene="still.scene").pixels(), self.render("--frame-time", time).pixels()
             differences = [abs(still[p][0] - frozen[p][0]) for p in still]
-            self.assertLess(sorted(differences)[-4], 1e-5, time)  # rounding may tip a sample at an edge or two
+            self.assertLess(sorted(differences)[-4], 1e-5, time)  # rounding changes single samples at edges
             self.assertLess(max(differences), 0.1)
         self.assertEqual(self.stats("--frame-time", "0.5")["geometry"]["timeSteps"], 0)
         self.assertGreater(self.stats()["geometry"]["timeSteps"], 0)
@@ -276,8 +281,8 @@ class Options(CliTest):
             out = self.run_strobe("s.scene", "--seed", "5", "--pixel", f"{x},{y}").out
             found = re.fullmatch(rf"pixel {x},{y}: {number} {number} {number}\n", out)
             printed = tuple(struct.unpack("<f", struct.pack("<f", float(v)))[0] for v in found.groups())
-            self.assertEqual(printed, picture.pixel(x, y))  # nine digits are all of a float
-        # With a box filter of weight 1 the pixel is the mean of its samples.
+            self.assertEqual(printed, picture.pixel(x, y))  # nine digits represent a float exactly
+        # With a box filter, all weights are 1: the pixel is the mean of its samples.
         self.write("box.scene", OPTIONS.replace('"gaussian"', '"box"') + WORLD)
         total = [0.0, 0.0, 0.0]
         for sample in range(16):
@@ -289,7 +294,7 @@ class Options(CliTest):
             self.assertAlmostEqual(mean / 16, value, delta=1e-6 * value)
         self.assertEqual(self.names(), ["box.exr", "box.scene", "picture.exr", "s.scene"])
 
-    def test_stats(self):
+    def test_statistics(self):
         s = self.stats("--threads", "2", "--tile", "4", "--crop", "0", ".5", "0", "1")
         self.assertEqual(s["scenes"], ["s.scene"])
         self.assertEqual(s["resolution"], [24, 16])
@@ -315,24 +320,23 @@ class Options(CliTest):
         self.assertEqual(s["settings"]["shading:maxdepth"], "3")
         self.assertEqual(s["settings"]["samplesPerPixel"], 16)
 
-
     def test_resolution(self):
         self.assertEqual(self.stats("--resolution", "10x7")["resolution"], [10, 7])
 
     def test_shading(self):
         s = self.stats("--shading", "directlighting")
         self.assertEqual(s["settings"]["shading"], "directlighting")
-        self.assertEqual(s["settings"]["shading:maxdepth"], "5", "parameters of another shading are not its own")
+        self.assertEqual(s["settings"]["shading:maxdepth"], "5", "parameters of another shading integrator are ignored")
 
-    def test_layers(self):
+    def test_layers_of_sharing(self):
         picture = self.render("--integrator", "msaa", "--aov", "shades,samples", "--aov", "hitrate")
         self.assertEqual(sorted(picture.channels), ["B", "G", "R", "hitrate.Y", "samples.Y", "shades.Y"])
         shades = sum(picture.value("shades.Y", x, y) for y in range(16) for x in range(24))
         self.assertEqual(shades, int(picture.attributes["strobe:shades"]))
         self.assertEqual(picture.value("samples.Y", 3, 4), 16)
-        self.assertEqual(picture.pixels(), self.render("--integrator", "msaa").pixels(), "they change the picture")
+        self.assertEqual(picture.pixels(), self.render("--integrator", "msaa").pixels(), "layers change the image")
 
-    def test_layers_of_what_is_seen(self):
+    def test_layers_of_visible_surfaces(self):
         world = WORLD.replace('"float radius" .8', '"float radius" .8 "string name" "ball \\"1\\""')
         self.write("named.scene", OPTIONS + world)
         names = "normal,albedo,depth,position,uv,motionvector,objectid,materialid,primitiveid,cryptoobject,cryptomaterial"
@@ -348,7 +352,7 @@ class Options(CliTest):
         manifest = json.loads(metadata["manifest"])
         self.assertEqual(set(manifest), {'ball "1"', "sphere#1"})
         ball, = struct.unpack("<f", struct.pack("<I", int(manifest['ball "1"'], 16)))
-        x, y = 12, 8  # the ball passes the middle
+        x, y = 12, 8  # the ball passes the center
         self.assertEqual(picture.value("CryptoObject00.R", x, y), ball)
         self.assertGreater(picture.value("CryptoObject00.G", x, y), .2)
         self.assertEqual(picture.value("depth.Z", 0, 15), float(struct.unpack("<f", struct.pack("<f", 1e10))[0]))
@@ -365,15 +369,15 @@ class Options(CliTest):
                     parts = picture.value(f"{a}.{c}", x, y) + picture.value(f"{b}.{c}", x, y)
                     self.assertAlmostEqual(parts, whole, delta=1e-5 * whole + 1e-6)
 
-    def test_variance_is_told_by_passes(self):
+    def test_variance_needs_passes(self):
         picture = self.render("--spp", "4", "--noise-target", "0.2", "--aov", "variance")
         self.assertEqual(sorted(picture.channels), ["B", "G", "R", "variance.Y"])
         values = [picture.value("variance.Y", x, y) for x, y in picture.pixels()]
         self.assertTrue(all(0 <= v < 1 for v in values))
         self.assertGreater(max(values), 0)
-        for words, says in ((("variance",), "--aov variance: needs --noise-target"),
+        for words, message in ((("variance",), "--aov variance: needs --noise-target"),
                             (("variance,depth", "--noise-target", "1"), "--aov depth: does not go with --noise-target")):
-            self.assertIn(says, self.run_strobe("s.scene", "--aov", *words, code=USAGE).err)
+            self.assertIn(message, self.run_strobe("s.scene", "--aov", *words, code=USAGE).err)
 
     def test_layers_need_an_exr(self):
         error = self.run_strobe("s.scene", "-o", "picture.png", "--spp", "1", "--aov", "depth").err
@@ -383,27 +387,27 @@ class Options(CliTest):
         self.run_strobe("s.scene", "--quiet", "-o", "picture.exr", "--heatmap", "heat.png", "--heatmap-of", "hitrate")
         width, height = struct.unpack(">II", self.read("heat.png")[16:24])
         self.assertGreaterEqual(width, 24)
-        self.assertGreater(height, 16, "no scale")
+        self.assertGreater(height, 16, "the scale is missing")
 
-    def test_samples(self):
+    def test_sample_table(self):
         self.run_strobe("s.scene", "--quiet", "-o", "p.exr", "--integrator", "msaa", "--crop", ".4", ".5", ".4", ".5",
                         "--samples", "samples.csv", "--stats", "stats.json")
         rows = [line.split(",") for line in self.read("samples.csv").decode().splitlines()]
         stats = json.loads(self.read("stats.json"))
         self.assertEqual(len(rows) - 1, stats["visibilitySamples"])
-        asked = rows[0].index("shades")
-        self.assertEqual(sum(int(row[asked]) for row in rows[1:]), stats["shades"])
+        shades = rows[0].index("shades")
+        self.assertEqual(sum(int(row[shades]) for row in rows[1:]), stats["shades"])
         for row in rows[1:]:
-            self.assertLess(abs(float(row[3]) - int(row[0]) - 0.5), 3, "the film place is near the pixel")
+            self.assertLess(abs(float(row[3]) - int(row[0]) - 0.5), 3, "the film position is near the pixel")
             self.assertTrue(0 <= float(row[5]) < 1, "the time is a fraction of the shutter")
 
-    def test_bias_bound(self):
+    def test_bias_bound_is_in_the_statistics(self):
         self.assertEqual(self.stats()["bias"], {"reachPixels": 0, "shutterFraction": 0})
         bound = self.stats("--integrator", "msaa-cache", "-D", "blocksize=2", "-D", "timebins=8")["bias"]
         self.assertGreater(bound["reachPixels"], 2)
         self.assertEqual(bound["shutterFraction"], 0.125)
 
-    def test_cost_of_shades(self):
+    def test_statistics_have_the_cost_of_shades_by_material(self):
         s = self.stats("--threads", "1")
         self.assertTrue(any("matte (s.scene:" in row["material"] for row in s["shadeCost"]), s["shadeCost"])
         for row in s["shadeCost"]:
@@ -411,7 +415,7 @@ class Options(CliTest):
 
 
 class Messages(CliTest):
-    def test_progress_is_plain_percentages(self):
+    def test_progress_in_a_pipe_is_lines_of_percentages(self):
         result = self.run_strobe("s.scene", "-o", "a.exr", "--tile", "2")
         self.assertNotIn("\r", result.err)
         self.assertNotIn("\x1b", result.err)
@@ -423,8 +427,8 @@ class Messages(CliTest):
     def test_progress_bar_on_a_terminal(self):
         try:
             master, slave = pty.openpty()
-        except OSError as error:  # a bare chroot
-            self.skipTest(f"no terminal to be had: {error}")
+        except OSError as error:  # /dev/pts is not mounted
+            self.skipTest(f"cannot open a terminal: {error}")
         code = subprocess.run([STROBE, "s.scene", "-o", "a.exr"], cwd=self.folder, stderr=slave, timeout=60).returncode
         os.close(slave)
         text = b""
@@ -439,7 +443,7 @@ class Messages(CliTest):
         self.assertIn(b"left", text)
         self.assertNotRegex(text, rb"(?m)^10%")
 
-    def test_quiet_says_nothing_but_errors(self):
+    def test_quiet_prints_errors_only(self):
         result = self.run_strobe("s.scene", "--quiet", "-o", "a.exr")
         self.assertEqual(result.err + result.out, "")
         self.write("warned.pbrt", OPTIONS + WORLD + 'Shape "cone"\n')
@@ -449,16 +453,16 @@ class Messages(CliTest):
     def test_log_levels(self):
         self.write("warned.scene", OPTIONS + WORLD + 'Shape "cone"\n')
 
-        def said(level):
+        def printed(level):
             err = self.run_strobe("warned.scene", "--log-level", level, "--spp", "1").err
             return ["parsed in" in err, "wrote" in err, "warning" in err]
 
-        self.assertEqual(said("debug"), [True, True, True])
-        self.assertEqual(said("info"), [False, True, True])
-        self.assertEqual(said("warn"), [False, False, True])
-        self.assertEqual(said("error"), [False, False, False])
+        self.assertEqual(printed("debug"), [True, True, True])
+        self.assertEqual(printed("info"), [False, True, True])
+        self.assertEqual(printed("warn"), [False, False, True])
+        self.assertEqual(printed("error"), [False, False, False])
 
-    def test_scene_error_has_place_and_caret(self):
+    def test_scene_errors_have_location_and_caret(self):
         self.write("bad.scene", 'WorldBegin\n  Shape "sphere" "float raduis" 2\n')
         err = self.run_strobe("bad.scene", code=SCENE).err
         self.assertEqual(err, 'bad.scene:2:18: error: unknown parameter "raduis"; did you mean "radius"? (known: radius, '
@@ -466,30 +470,30 @@ class Messages(CliTest):
 
 
 class Failures(CliTest):
-    """Exit codes, and that nothing is made or touched."""
+    """Exit codes, and that no file is created or changed."""
 
     def setUp(self):
         super().setUp()
         for name in ("out.exr", "out.png", "stats.json"):
-            self.write(name, "precious")
+            self.write(name, "original")
             os.utime(self.path(name), (1000, 1000))
 
-    def fails(self, code, *arguments, says=None):
+    def fails(self, code, *arguments, message=None):
         before = self.names()
         result = self.run_strobe(*arguments, code=code)
         self.assertEqual(self.names(), before, arguments)
         for name in ("out.exr", "out.png", "stats.json"):
-            self.assertEqual(self.read(name), b"precious", arguments)
+            self.assertEqual(self.read(name), b"original", arguments)
             self.assertEqual(os.stat(self.path(name)).st_mtime, 1000, arguments)
         self.assertNotEqual(result.err, "")
         self.assertEqual(result.out, "")
-        if says:
-            self.assertIn(says, result.err)
+        if message:
+            self.assertIn(message, result.err)
 
     OUT = ("-o", "out.exr", "-o", "out.png", "--stats", "stats.json")
 
-    def test_usage(self):
-        for arguments, says in (
+    def test_usage_errors(self):
+        for arguments, message in (
             ([], "FILE"),
             (["s.scene", "--bogus"], "--bogus"),
             (["s.scene", "--spp", "0"], "--spp: takes an integer of at least 1"),
@@ -513,7 +517,7 @@ class Failures(CliTest):
             (["s.scene", "--seed", "-1"], "--seed: takes an integer of at least 0"),
             (["s.scene", "--seed", "18446744073709551616"], "--seed: takes an integer of at most 18446744073709551615"),
             *((["s.scene", option, value], f"{option}: takes a number above 0") for value in ("0", "-1", "nan", "inf", "1e999", "soon")
-              for option in ("--fps", "--time-limit", "--noise-target", "--partial", "--checkpoint", "--clamp")),
+              for option in ("--fps", "--time-limit", "--noise-target", "--write-interval", "--checkpoint", "--clamp")),
             *((["s.scene", option, value], f"{option}: takes a number") for value in ("nan", "-inf", "1e999", "soon")
               for option in ("--frame-time", "--exposure")),
             (["s.scene", "--aov", "cryptoobject", "--crypto-depth", "0"], "--crypto-depth: takes an integer of at least 1"),
@@ -539,8 +543,8 @@ class Failures(CliTest):
             (["s.scene", "--frames", "1:3", "--shutter", ".5,.2"], "--shutter: takes open,close"),
             (["s.scene", "--frames", "1:3", "--shutter", ".5"], "--shutter"),
             (["s.scene", "--frames", "1:3", "--shutter", "0,inf"], "--shutter"),
-            (["s.scene", "--frames", "1:3", "--pixel", "1,1"], "--pixel: is of one frame"),
-            (["s.scene", "--frames", "1:3", "--frame-time", "1"], "--frame-time: is of one frame"),
+            (["s.scene", "--frames", "1:3", "--pixel", "1,1"], "--pixel: renders a single frame; --frames has several"),
+            (["s.scene", "--frames", "1:3", "--frame-time", "1"], "--frame-time: renders a single frame; it does not go with --frames"),
             (["s.scene", "--shutter", "0,1"], "--shutter: needs --frames"),
             (["s.scene", "--fps", "24"], "--fps: needs --frames"),
             (["s.scene", "--overwrite"], "--overwrite: needs --frames"),
@@ -557,10 +561,10 @@ class Failures(CliTest):
             (["s.scene", "none.scene"], "none.scene"),
         ):
             with self.subTest(arguments):
-                self.fails(USAGE, *arguments, *self.OUT, says=says)
+                self.fails(USAGE, *arguments, *self.OUT, message=message)
 
-    def test_usage_of_pixels(self):
-        for arguments, says in (
+    def test_usage_errors_of_pixels(self):
+        for arguments, message in (
             (["--pixel", "24,0"], "--pixel 24,0: the frame has 24x16 pixels"),
             (["--pixel", "-1,0"], "--pixel"),
             (["--pixel", "3,4", "--sample", "16"], "--sample 16: a pixel has 16 samples"),
@@ -568,20 +572,22 @@ class Failures(CliTest):
             (["--pixel", "3,4", "--heatmap", "a.png"], "--heatmap: does not go with --pixel"),
             (["--pixel", "3,4", "--samples", "a.csv"], "--samples: does not go with --pixel"),
             (["--pixel", "3,4", "--aov", "normal"], "--aov normal: does not go with --pixel"),
-            (["--pixel", "3,4", "--partial", "1"], "--partial: does not go with --pixel"),
+            (["--pixel", "3,4", "--write-interval", "1"], "--write-interval: does not go with --pixel"),
+            (["--pixel", "3,4", "--partial", "1"], "--write-interval: does not go with --pixel"),
+            (["--partial=0"], "--write-interval: takes a number above 0"),
         ):
             with self.subTest(arguments):
-                self.fails(USAGE, "s.scene", *arguments, says=says)
+                self.fails(USAGE, "s.scene", *arguments, message=message)
 
-    def test_what_the_other_option_chooses(self):
-        self.fails(USAGE, "s.scene", "--integrator", "path", *self.OUT, says="--integrator path: that is chosen by --shading path")
-        self.fails(USAGE, "s.scene", "--shading", "msaa", *self.OUT, says="--shading msaa: that is chosen by --integrator msaa")
+    def test_integrators_and_shading_integrators_have_their_own_options(self):
+        self.fails(USAGE, "s.scene", "--integrator", "path", *self.OUT, message="--integrator path: there is no such integrator; use --shading path")
+        self.fails(USAGE, "s.scene", "--shading", "msaa", *self.OUT, message="--shading msaa: there is no such shading integrator; use --integrator msaa")
 
-    def test_unknown_integrator_lists_the_known(self):
-        self.fails(USAGE, "s.scene", "--integrator", "supersampel", *self.OUT, says='did you mean "supersample"?')
-        self.fails(USAGE, "s.scene", "--integrator", "xyz", *self.OUT, says="(known: supersample")
+    def test_errors_of_unknown_integrators_list_the_known(self):
+        self.fails(USAGE, "s.scene", "--integrator", "supersampel", *self.OUT, message='did you mean "supersample"?')
+        self.fails(USAGE, "s.scene", "--integrator", "xyz", *self.OUT, message="(known: supersample")
 
-    def test_scene(self):
+    def test_scene_errors(self):
         scenes = {
             "misspelt": OPTIONS + WORLD + 'Shape "sphere" "float raduis" 2\n',
             "unclosed": OPTIONS + WORLD + "AttributeBegin\n",
@@ -597,33 +603,33 @@ class Failures(CliTest):
         for name, text in scenes.items():
             with self.subTest(name):
                 self.write(name + ".scene", text)
-                self.fails(SCENE, name + ".scene", *self.OUT, says=name + ".scene:")
+                self.fails(SCENE, name + ".scene", *self.OUT, message=name + ".scene:")
         with self.subTest("twice"):
-            self.fails(SCENE, "s.scene", "s.scene", *self.OUT, says="s.scene:1:1: error: TransformTimes must come before")
+            self.fails(SCENE, "s.scene", "s.scene", *self.OUT, message="s.scene:1:1: error: TransformTimes must come before")
 
-    def test_output(self):
+    def test_unwritable_outputs(self):
         os.mkdir(self.path("folder.exr"))
-        self.fails(OUTPUT, "s.scene", "-o", "none/out.exr", says="none/out.exr")
-        self.fails(OUTPUT, "s.scene", "-o", "s.scene/out.exr", says="s.scene/out.exr")
-        self.fails(OUTPUT, "s.scene", "-o", "folder.exr", says="folder.exr")
-        self.fails(OUTPUT, "s.scene", "-o", "out.exr", "-o", "none/out.png", says="none/out.png")
-        self.fails(OUTPUT, "s.scene", "-o", "new.exr", "--stats", "none/stats.json", says="none/stats.json")
-        self.fails(OUTPUT, "s.scene", "-o", "new.exr", "--stats", ".", says="cannot write")
+        self.fails(OUTPUT, "s.scene", "-o", "none/out.exr", message="none/out.exr")
+        self.fails(OUTPUT, "s.scene", "-o", "s.scene/out.exr", message="s.scene/out.exr")
+        self.fails(OUTPUT, "s.scene", "-o", "folder.exr", message="folder.exr")
+        self.fails(OUTPUT, "s.scene", "-o", "out.exr", "-o", "none/out.png", message="none/out.png")
+        self.fails(OUTPUT, "s.scene", "-o", "new.exr", "--stats", "none/stats.json", message="none/stats.json")
+        self.fails(OUTPUT, "s.scene", "-o", "new.exr", "--stats", ".", message="cannot write")
         self.write("named.scene", OPTIONS.replace('"image"', '"image" "string filename" "none/out.exr"') + WORLD)
-        self.fails(OUTPUT, "named.scene", says="none/out.exr")
+        self.fails(OUTPUT, "named.scene", message="none/out.exr")
 
-    def test_one_file_for_two_outputs(self):
+    def test_two_outputs_to_one_file_are_an_error(self):
         os.symlink("out.exr", self.path("link.exr"))
         for outputs in (["-o", "out.png", "--heatmap", "out.png"], ["-o", "out.exr", "--stats", "./out.exr"], ["-o", "out.exr", "-o", "link.exr"],
                         ["--samples", "new.csv", "--stats", "new.csv"], ["--reference", "r.exr", "--curve", "new.csv", "--stats", "new.csv"],
                         ["--stats", "s.exr"], ["--frames", "1:2", "-o", "a.#.exr", "--stats", "a.#.exr"],
                         ["--frames", "1:2", "-o", "new.#.exr", "-o", "new.%d.exr"]):
             with self.subTest(outputs):
-                self.fails(USAGE, "s.scene", *outputs, says="is to be written twice")
-        os.symlink("loop", self.path("loop"))  # places that cannot be looked at are not all one
-        self.fails(OUTPUT, "s.scene", "-o", "loop/a.exr", "-o", "loop/b.exr", says="loop/a.exr")
+                self.fails(USAGE, "s.scene", *outputs, message="is to be written twice")
+        os.symlink("loop", self.path("loop"))  # files whose names cannot be resolved are different files
+        self.fails(OUTPUT, "s.scene", "-o", "loop/a.exr", "-o", "loop/b.exr", message="loop/a.exr")
 
-    def test_what_the_scene_reads_is_not_written(self):
+    def test_files_that_the_scene_reads_are_not_overwritten(self):
         self.run_strobe("s.scene", "--quiet", "--spp", "1", "-o", "env.exr")
         self.write("part.scene", WORLD.replace('"rgb L" [.2 .3 .4]', '"string mapname" "env.exr"'))
         self.write("env.scene", OPTIONS + 'Include "part.scene"\n')
@@ -633,33 +639,33 @@ class Failures(CliTest):
                                 (["-o", "new.exr", "--stats", "env.scene"], "env.scene"), (["--samples", "part.scene", "-o", "new.exr"], "part.scene"),
                                 (["--sandbox", ".", "-o", "env.exr"], "env.exr")):
             with self.subTest(arguments):
-                self.fails(OUTPUT, "env.scene", *arguments, says=f'cannot write "{name}": the scene reads it')
+                self.fails(OUTPUT, "env.scene", *arguments, message=f'cannot write "{name}": the scene reads it')
         os.rename(self.path("env.exr"), self.path("env.0002.exr"))
         self.write("part.scene", kept["part.scene"].replace(b"env.exr", b"env.0002.exr"))
         err = self.run_strobe("env.scene", "--frames", "1:2", "--quiet", code=OUTPUT).err
         self.assertIn('cannot write "env.0002.exr": the scene reads it', err)
         self.assertEqual(self.read("env.0002.exr"), kept["env.exr"])
-        self.fails(OUTPUT, "s.scene", "--reference", "env.0002.exr", "-o", "env.0002.exr", says="--reference reads it")
+        self.fails(OUTPUT, "s.scene", "--reference", "env.0002.exr", "-o", "env.0002.exr", message="--reference reads it")
 
-    def test_without_the_library_of_images(self):
+    def test_missing_image_library_is_an_error_before_rendering(self):
         shutil.copy(STROBE, self.path("alone"))
         def run(*arguments):
             return subprocess.run([self.path("alone"), "s.scene", "--quiet", *arguments], cwd=self.folder, capture_output=True,
                                   timeout=60)
-        self.assertEqual(run("-o", "out.exr").returncode, OK, "no image is read, and no PNG written")
+        self.assertEqual(run("-o", "out.exr").returncode, OK, "the library is needed only to read images and to write PNGs")
         result = run("-o", "new.exr", "-o", "out.png")
         self.assertEqual(result.returncode, SCENE)
         self.assertIn(b"libstrobe_images.so, cannot be loaded: it is not beside the program", result.stderr)
-        self.assertFalse(os.path.exists(self.path("new.exr")), "found out after the work")
+        self.assertFalse(os.path.exists(self.path("new.exr")), "the error comes after rendering")
 
 
 class Sequences(CliTest):
     def sequence(self, *arguments, scene="s.scene"):
-        """What was said, and the frames that were rendered, not found finished."""
+        """Renders a sequence. Returns the result and the frames that were rendered."""
         result = self.run_strobe(scene, *arguments)
         return result, [int(frame) for frame in re.findall(r"^frame (-?\d+) \(", result.err, re.M)]
 
-    def test_frames_are_the_pictures_of_their_shutters(self):
+    def test_frames_equal_stills_with_the_same_shutter(self):
         self.run_strobe("s.scene", "--frames=-1:3:2", "--fps", "4", "--shutter", ".25,.75", "-o", "a.exr")
         self.assertEqual(self.names(), ["a.-001.exr", "a.0001.exr", "a.0003.exr", "s.scene"])
         for frame, name in ((-1, "-001"), (1, "0001"), (3, "0003")):
@@ -677,7 +683,7 @@ class Sequences(CliTest):
         self.assertAlmostEqual(picture.attributes["strobe:shutter:open"], 12 / 24)
         self.assertAlmostEqual(picture.attributes["strobe:shutter:close"], 12.5 / 24)
 
-    def test_names(self):
+    def test_file_names_have_the_frame_number(self):
         self.run_strobe("s.scene", "--frames", "7:7", "--spp", "1", "-o", "a.##.exr", "-o", "b_%03d_x.png", "-o", "c%d.exr",
                         "--stats", "d.#.json", "--heatmap", "e.png", "--samples", "f%4d.csv")
         self.assertEqual(self.names(), ["a.07.exr", "b_007_x.png", "c7.exr", "d.7.json", "e.0007.png", "f   7.csv", "s.scene"])
@@ -685,7 +691,7 @@ class Sequences(CliTest):
         self.write("named.scene", OPTIONS.replace('"image"', '"image" "string filename" "chosen.#.png"') + WORLD)
         self.run_strobe("named.scene", "--frames", "1:2", "--spp", "1")
         self.assertLessEqual({"chosen.1.png", "chosen.2.png"}, set(self.names()))
-        self.run_strobe("s.scene", "--spp", "1", "-o", "g.##.exr")  # of one picture, the name is the name
+        self.run_strobe("s.scene", "--spp", "1", "-o", "g.##.exr")  # without --frames, # is an ordinary character
         self.assertIn("g.##.exr", self.names())
 
     def test_finished_frames_are_skipped(self):
@@ -719,10 +725,10 @@ class Sequences(CliTest):
         self.write("s.scene", OPTIONS + WORLD + "Shape \"sphere\"\n")
         self.assertEqual(self.sequence(*arguments, *more)[1], [1, 2])
 
-    def test_killed_and_restarted(self):
+    def test_killed_sequences_continue(self):
         arguments = [STROBE, "s.scene", "--frames", "0:11", "--fps", "12", "-o", "a.##.exr", "--spp", "256", "--resolution", "48x32"]
         process = subprocess.Popen(arguments, cwd=self.folder, stderr=subprocess.PIPE)
-        for line in process.stderr:  # until the fourth frame has begun
+        for line in process.stderr:  # until the fourth frame begins
             if line.startswith(b"frame 3"):
                 break
         process.kill()
@@ -737,7 +743,7 @@ class Sequences(CliTest):
         for name in rows:
             self.assertEqual(Exr(self.path(name)).rows, rows[name], name)
 
-    def test_a_frame_that_cannot_be_written_stops_the_run(self):
+    def test_a_frame_that_cannot_be_written_ends_the_sequence(self):
         os.mkdir(self.path("a.2.exr"))
         result = self.run_strobe("s.scene", "--frames", "1:3", "--spp", "1", "-o", "a.#.exr", code=OUTPUT)
         self.assertIn("a.2.exr", result.err)

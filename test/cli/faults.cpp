@@ -1,7 +1,7 @@
-// Preloaded into a program, makes calls about files below $FAULTS_DIR fail now and then: one in
-// $FAULTS_EVERY, chosen by $FAULTS_SEED. Each fault is one that disks and networks have: ENOSPC, EIO, EINTR,
-// EMFILE, fewer bytes than asked for; a full disk stays full if the seed is odd. What it did stands in
-// $FAULTS_LOG.
+// A library to preload (LD_PRELOAD): makes calls for files below $FAULTS_DIR fail, one in $FAULTS_EVERY,
+// chosen by a hash of $FAULTS_SEED and the number of the call. Failures are those of disks and networks:
+// ENOSPC, EIO, EINTR, EMFILE, EACCES, and partial reads and writes. If the seed is odd, ENOSPC persists. Logs
+// to $FAULTS_LOG.
 #include <atomic>
 #include <cerrno>
 #include <cstdarg>
@@ -31,7 +31,7 @@ std::atomic<bool> full{false};
 constexpr int kFiles = 4096;
 std::atomic<bool> watched[kFiles]; ///< by file descriptor
 
-/// A hash of the seed and of how many calls there were.
+/// Returns a hash of the seed and the number of calls so far.
 uint64_t draw() {
     uint64_t h = number("FAULTS_SEED") * 0x9e3779b97f4a7c15u + calls.fetch_add(1) + 1;
     h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -40,58 +40,60 @@ uint64_t draw() {
 }
 
 bool isWatched(const char* path) {
-    const char* where = folder();
-    if (!where || !path)
+    const char* directory = folder();
+    if (!directory || !path)
         return false;
     char absolute[8192];
     if (path[0] != '/') {
-        char here[4096];
-        if (!getcwd(here, sizeof here))
+        char current[4096];
+        if (!getcwd(current, sizeof current))
             return false;
-        std::snprintf(absolute, sizeof absolute, "%s/%s", here, path);
+        std::snprintf(absolute, sizeof absolute, "%s/%s", current, path);
         path = absolute;
     }
-    return std::strncmp(path, where, std::strlen(where)) == 0;
+    return std::strncmp(path, directory, std::strlen(directory)) == 0;
 }
 bool isWatched(int fd) { return fd >= 0 && fd < kFiles && watched[fd]; }
 
-void note(const char* what) {
+void writeLog(const char* text) {
     const char* file = std::getenv("FAULTS_LOG");
     const int fd =
         file ? next<int(const char*, int, ...)>("open")(file, O_WRONLY | O_CREAT | O_APPEND, 0666) : -1;
     if (fd < 0)
         return;
     char line[64];
-    const int n = std::snprintf(line, sizeof line, "%s\n", what);
+    const int n = std::snprintf(line, sizeof line, "%s\n", text);
     (void)!next<ssize_t(int, const void*, size_t)>("write")(fd, line, size_t(n));
     next<int(int)>("close")(fd);
 }
 
-/// Whether this call is to fail; errno is one of those given.
+/// Returns whether this call fails; then sets errno to one of the errors.
 bool fails(const char* call, std::initializer_list<int> errors) {
     const uint64_t every = number("FAULTS_EVERY"), h = draw();
-    bool now = every > 0 && h % every == 0;
+    bool isFailing = every > 0 && h % every == 0;
     int error = errors.begin()[(h >> 32) % errors.size()];
     for (const int possible : errors)
-        if (possible == ENOSPC && full)
-            now = true, error = ENOSPC;
-    if (!now)
+        if (possible == ENOSPC && full) {
+            isFailing = true;
+            error = ENOSPC;
+        }
+    if (!isFailing)
         return false;
     if (error == ENOSPC && number("FAULTS_SEED") % 2 == 1)
         full = true;
-    char what[64];
-    std::snprintf(what, sizeof what, "%s: %s", call, std::strerror(error));
-    note(what);
+    char text[64];
+    std::snprintf(text, sizeof text, "%s: %s", call, std::strerror(error));
+    writeLog(text);
     errno = error;
     return true;
 }
 
-/// How many of the bytes are written or read this time.
+/// Returns the number of bytes to write or read in this call.
 size_t fewer(const char* call, size_t size) {
     const uint64_t every = number("FAULTS_EVERY"), h = draw();
     if (size < 2 || every == 0 || h % every != 0)
         return size;
-    note(call);
+    writeLog(call);
     return 1 + (h >> 32) % (size - 1);
 }
 
@@ -165,7 +167,7 @@ int close(int fd) {
     const bool is = isWatched(fd);
     watchedFile(fd, false);
     const int result = next<int(int)>("close")(fd);
-    return is && fails("close", {ENOSPC, EIO, EINTR}) ? -1 : result; // it is closed all the same
+    return is && fails("close", {ENOSPC, EIO, EINTR}) ? -1 : result; // the descriptor is closed even so
 }
 int rename(const char* from, const char* to) {
     if (isWatched(to) && fails("rename", {ENOSPC, EIO, EINTR, EACCES}))

@@ -1,5 +1,5 @@
-"""File calls that fail: whatever does, strobe does not crash, no file is half-written, and what was rendered is not lost.
-Usage: faults_test.py PATH_OF_STROBE PATH_OF_THE_SHIM [unittest arguments]; STROBE_FAULTS: how many runs (20)"""
+"""Injected failures of file calls: strobe does not crash, leaves no truncated file, and loses no rendered pixels.
+Usage: faults_test.py PATH_OF_STROBE PATH_OF_THE_SHIM [unittest arguments]; STROBE_FAULTS: number of runs (20)"""
 import os
 import re
 import struct
@@ -42,7 +42,7 @@ class FaultsTest(CliTest):
         self.log = self.path("faults.log")
 
     def faulty(self, seed, *arguments, every=12):
-        """Runs strobe on a bad disk; its exit code and what it said."""
+        """Runs strobe with failing calls for files in disk/. Returns the exit code and the text on standard error."""
         environment = {**os.environ, "LD_PRELOAD": SHIM, "FAULTS_DIR": self.path("disk"), "FAULTS_SEED": str(seed),
                        "FAULTS_EVERY": str(every), "FAULTS_LOG": self.log, "TMPDIR": self.path("spare")}
         result = subprocess.run([STROBE, *arguments], cwd=self.path("disk"), capture_output=True, timeout=60, env=environment)
@@ -52,11 +52,11 @@ class FaultsTest(CliTest):
         picture = Exr(self.path(name))
         return picture.window, picture.rows
 
-    def assertSound(self, seed, code, said):
-        self.assertIn(code, (0, 1, 2, 3), f"seed {seed}: {said}")
+    def assertNoCrash(self, seed, code, stderr):
+        self.assertIn(code, (0, 1, 2, 3), f"seed {seed}: {stderr}")
         self.assertEqual([name for name in os.listdir(self.path("disk")) if name.endswith(".tmp")], [], f"seed {seed}")
 
-    def test_pictures(self):
+    def test_images_are_whole_or_absent(self):
         self.run_strobe("disk/s.scene", "--quiet", "-o", "good.exr", "-o", "good.png")
         good, good_png = self.pixels("good.exr"), self.read("good.png")
         self.run_strobe("disk/s.scene", "--quiet", "-o", "disk/p.exr", "--spp", "1")
@@ -65,61 +65,61 @@ class FaultsTest(CliTest):
         for seed in range(RUNS):
             with self.subTest(seed=seed):
                 self.write("disk/p.exr", old)
-                code, said = self.faulty(seed, "s.scene", "--quiet", "-o", "p.exr", "-o", "p.png")
-                self.assertSound(seed, code, said)
+                code, stderr = self.faulty(seed, "s.scene", "--quiet", "-o", "p.exr", "-o", "p.png")
+                self.assertNoCrash(seed, code, stderr)
                 if self.read("disk/p.exr") != old:
                     self.assertEqual(self.pixels("disk/p.exr"), good)
                 elif code == 0:
-                    self.fail("the picture is an old one")
+                    self.fail("the image was not replaced")
                 if os.path.exists(self.path("disk/p.png")):
                     self.assertEqual(self.png_pixels(self.read("disk/p.png")), self.png_pixels(good_png))
                     os.remove(self.path("disk/p.png"))
-                for file in re.findall(r"SAVED INSTEAD: p\.exr is in (\S+)", said):
+                for file in re.findall(r"SAVED INSTEAD: p\.exr is in (\S+)", stderr):
                     self.assertEqual(self.pixels(os.path.relpath(file, self.folder)), good)
                     saved += 1
-                if code == 3 and "SAVED" not in said:  # nothing was rendered yet
-                    self.assertRegex(said, "cannot write")
+                if code == 3 and "SAVED" not in stderr:  # nothing was rendered yet
+                    self.assertRegex(stderr, "cannot write")
                 codes += code != 0
-        self.assertGreater(codes, RUNS // 10, "there were no faults")
+        self.assertGreater(codes, RUNS // 10, "no call has failed")
         self.assertGreater(saved, 0)
 
     @staticmethod
     def png_pixels(data):
-        """The compressed pixels; the text beside them tells of seconds."""
+        """Returns the compressed pixels, without the metadata, which contain render times."""
         return b"".join(re.findall(rb"IDAT.*?(?=....(?:IDAT|IEND))", data, re.S))
 
-    def test_checkpoints(self):
-        """A render on a bad disk goes on from its checkpoints until it is done, and is the same picture."""
+    def test_renders_resume_after_failures(self):
+        """Repeated runs with --resume finish, and give the image of an uninterrupted render."""
         settings = ["s.scene", "--quiet", "--spp", "256", "--tile", "4"]
         self.run_strobe("disk/s.scene", *settings[1:], "-o", "good.exr")
         good = self.pixels("good.exr")
         for seed in range(max(1, RUNS // 5)):
             for attempt in range(100):
-                code, said = self.faulty(1000 * seed + 2 * attempt, *settings, "--checkpoint", "0.01", "--resume", "-o", "o.exr",
+                code, stderr = self.faulty(1000 * seed + 2 * attempt, *settings, "--checkpoint", "0.01", "--resume", "-o", "o.exr",
                                          every=40)
-                self.assertSound(seed, code, said)
+                self.assertNoCrash(seed, code, stderr)
                 if code == 0:
                     break
             self.assertEqual(code, 0)
             self.assertEqual(self.pixels("disk/o.exr"), good)
             os.remove(self.path("disk/o.exr"))
 
-    def test_merging(self):
+    def test_merged_files_are_whole_or_absent(self):
         for name, samples in (("a.part", "0:5"), ("b.part", "5:16")):
             self.run_strobe("disk/s.scene", "--quiet", "--sample-range", samples, "-o", "disk/" + name)
         self.run_strobe("merge", "disk/a.part", "disk/b.part", "--quiet", "-o", "good.exr", "-o", "good.part")
         good, good_part = self.read("good.exr"), self.read("good.part")
         for seed in range(RUNS):
             with self.subTest(seed=seed):
-                code, said = self.faulty(seed, "merge", "a.part", "b.part", "--quiet", "-o", "m.part", "-o", "m.exr", every=6)
-                self.assertSound(seed, code, said)
+                code, stderr = self.faulty(seed, "merge", "a.part", "b.part", "--quiet", "-o", "m.part", "-o", "m.exr", every=6)
+                self.assertNoCrash(seed, code, stderr)
                 for name, content in (("m.part", good_part), ("m.exr", good)):
                     if code == 0 or os.path.exists(self.path("disk/" + name)):
                         self.assertEqual(self.read("disk/" + name), content)
                         os.remove(self.path("disk/" + name))
 
-    def test_a_texture_that_ends_early(self):
-        """Found only while rendering; what was rendered until then is kept."""
+    def test_checkpoint_is_saved_when_a_texture_cannot_be_read(self):
+        """The error occurs while rendering, since texels are read on demand."""
         rows = b"".join(b"\0" + bytes((97 * x * y + x) & 255 for x in range(3 * 256)) for y in range(256))
         chunks = [struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in (
             (b"IHDR", struct.pack(">IIBBBBB", 256, 256, 8, 2, 0, 0, 0)), (b"IDAT", zlib.compress(rows)), (b"IEND", b""))]
@@ -129,13 +129,13 @@ class FaultsTest(CliTest):
                    'Shape "sphere" "float radius" 2\n')
         settings = ["s.scene", "--quiet", "--threads", "1", "--tile", "4", "--checkpoint", "100", "--resume", "-o", "o.exr"]
         self.write("t.png", whole[: len(whole) // 2])
-        said = self.run_strobe(*settings, code=2).err
-        self.assertRegex(said, r"s\.scene:\d+:\d+: error: cannot read the image t\.png")
+        stderr = self.run_strobe(*settings, code=2).err
+        self.assertRegex(stderr, r"s\.scene:\d+:\d+: error: cannot read the image t\.png")
         self.assertIn("o.exr.checkpoint", self.names())
         self.assertGreater(os.path.getsize(self.path("o.exr.checkpoint")), 24 * 16 * 56)
 
     def test_full_disk(self):
-        """Not a shim's: a device on which there is never room."""
+        """/dev/full is a device without space."""
         if not os.path.exists("/dev/full"):
             self.skipTest("no /dev/full")
         self.assertIn("/dev/full: it is not a regular file", self.run_strobe(

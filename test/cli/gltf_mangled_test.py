@@ -1,9 +1,9 @@
-"""Broken glTF files, through the program: each ends with exit code 2 and a message that tells file, place and fault.
+"""Damaged glTF files: strobe exits with code 2 and a message that names the file, the location and the error.
 
     gltf_mangled_test.py STROBE [--sanitized] [--flips N]
 
---sanitized: the program was built with sanitizers: memory is not measured, and it may take longer. --flips N: besides,
-N files of which some bytes are random; they may be read or refused, but nothing else.
+--sanitized: the program was built with sanitizers: memory is not checked, and time limits are longer. --flips N: also tests
+N files with random bytes, which must either render or be an error.
 """
 import argparse
 import base64
@@ -39,7 +39,7 @@ def put(root, path, value):
 
 
 def edited(*changes):
-    """The model with members changed: path, value, path, value, …"""
+    """Returns the model with changed members: path, value, path, value, …"""
     glb = gltf_model.model()
     for path, value in zip(changes[::2], changes[1::2]):
         put(glb.root, path, value)
@@ -47,17 +47,17 @@ def edited(*changes):
 
 
 def numbers(accessor, element, value):
-    """The model with a number of an accessor changed."""
+    """Returns the model with a changed number of an accessor."""
     glb = gltf_model.model()
-    of = glb.root["accessors"][accessor]
-    kind = {5126: "<f", 5123: "<H", 5121: "<B"}[of["componentType"]]
-    start = glb.root["bufferViews"][of["bufferView"]]["byteOffset"]
+    members = glb.root["accessors"][accessor]
+    kind = {5126: "<f", 5123: "<H", 5121: "<B"}[members["componentType"]]
+    start = glb.root["bufferViews"][members["bufferView"]]["byteOffset"]
     struct.pack_into(kind, glb.binary, start + element * struct.calcsize(kind), value)
     return glb.bytes()
 
 
 def buffered(**members):
-    """The model as text, with other members of its buffer."""
+    """Returns the model as JSON, with these members of its buffer."""
     glb = gltf_model.model()
     glb.root["buffers"] = [dict({"byteLength": len(glb.binary)}, **members)]
     return json.dumps(glb.root).encode()
@@ -67,18 +67,19 @@ def data_uri(data):
     return "data:application/octet-stream;base64," + base64.b64encode(data).decode()
 
 
-def headed(data, at, value):
-    """Bytes with a 32-bit word changed."""
-    return data[:at] + struct.pack("<I", value) + data[at + 4:]
+def with_word(data, offset, value):
+    """Returns the bytes with a changed 32-bit word."""
+    return data[:offset] + struct.pack("<I", value) + data[offset + 4:]
 
 
 def cut(data, length, fix_header=False):
+    """Returns the first bytes; `fix_header`: with their number in the header."""
     data = data[:length]
-    return headed(data, 8, length) if fix_header else data
+    return with_word(data, 8, length) if fix_header else data
 
 
 def text(source):
-    """A .glb whose JSON is this text."""
+    """Returns a .glb with this text as JSON."""
     return pack(source, b"")
 
 
@@ -101,15 +102,15 @@ def container_cases():
                          ("in the second header", 24 + size), ("before the buffer", 28 + size),
                          ("in the buffer", (28 + size + len(whole)) // 2), ("before the last byte", len(whole) - 1)):
         yield "cut " + name, cut(whole, length), f"it has {length} of {len(whole)} bytes"
-    yield "cut in the JSON, header mended", cut(whole, 20 + size // 2, True), "reaches beyond the end of the file"
-    yield "cut after the JSON, header mended", cut(whole, 20 + size, True), "buffers[0]: has no uri, and the file no binary chunk"
-    yield "cut in the second header, mended", cut(whole, 24 + size, True), "within the header of a chunk"
-    yield "cut in the buffer, header mended", cut(whole, len(whole) - 40, True), "reaches beyond the end of the file"
-    yield "version 1", headed(whole, 4, 1), "a .glb of version 1"
-    yield "endless chunk", headed(whole, 12, 0xffffffff), "a chunk of 4294967295 bytes reaches beyond"
-    yield "length beyond 31 bits", headed(whole, 8, 0xfffffff0), "the file is cut off"
-    yield "first chunk is BIN", headed(whole, 16, 0x004e4942), "the first chunk is not JSON"
-    yield "second chunk is unknown", headed(whole, 24 + size, 0x12345678), "the second chunk is not the binary buffer"
+    yield "cut in the JSON, header corrected", cut(whole, 20 + size // 2, True), "reaches beyond the end of the file"
+    yield "cut after the JSON, header corrected", cut(whole, 20 + size, True), "buffers[0]: has no uri, and the file no binary chunk"
+    yield "cut in the second header, corrected", cut(whole, 24 + size, True), "within the header of a chunk"
+    yield "cut in the buffer, header corrected", cut(whole, len(whole) - 40, True), "reaches beyond the end of the file"
+    yield "version 1", with_word(whole, 4, 1), "a .glb of version 1"
+    yield "endless chunk", with_word(whole, 12, 0xffffffff), "a chunk of 4294967295 bytes reaches beyond"
+    yield "length beyond 31 bits", with_word(whole, 8, 0xfffffff0), "the file is cut off"
+    yield "first chunk is BIN", with_word(whole, 16, 0x004e4942), "the first chunk is not JSON"
+    yield "second chunk is unknown", with_word(whole, 24 + size, 0x12345678), "the second chunk is not the binary buffer"
     yield "no JSON", text(b"what?"), "this is not valid JSON"
     yield "a list", text(b"[1, 2]"), "is not an object"
     yield "bad UTF-8", text(b'{"asset": {"version": "2.0", "generator": "\xff\xfe"}}'), "not valid JSON"
@@ -245,7 +246,7 @@ def extension_cases():
     yield "extensions no list", edited("extensionsRequired", "all"), "must be a list of strings"
 
 
-# What is odd and yet allowed: it renders.
+# Unusual but valid files, which render.
 def harmless_cases():
     whole = gltf_model.model()
     whole.root["buffers"] = [{"byteLength": len(whole.binary)}]
@@ -258,7 +259,7 @@ def harmless_cases():
 
 
 def flipped(count):
-    """Files with some random bytes; the same ones every time."""
+    """Yields files with random bytes, the same in each run."""
     whole = gltf_model.model().bytes()
     for i in range(count):
         chance = random.Random(i)
@@ -275,7 +276,7 @@ class Runner:
         self.seconds = SECONDS * (6 if args.sanitized else 1)
 
     def run(self, number, data):
-        """Exit code (a negative signal where it used up its seconds), messages and megabytes of one file's rendering."""
+        """Renders a file. Returns the exit code (a negative signal number after the time limit), messages, megabytes and path."""
         path = os.path.join(self.folder, f"{number}.gl" + ("tf" if data[:1] == b"{" else "b"))
         with open(path, "wb") as file:
             file.write(data)
@@ -284,7 +285,7 @@ class Runner:
         environment = dict(os.environ, ASAN_OPTIONS="new_delete_type_mismatch=0", UBSAN_OPTIONS="halt_on_error=1")
         with open(path + ".log", "w+", errors="replace") as log:
             process = subprocess.Popen(command, stdout=log, stderr=log, env=environment)
-            watch = threading.Timer(12 * self.seconds, process.kill)  # should it sleep
+            watch = threading.Timer(12 * self.seconds, process.kill)  # the limit of CPU time does not end a process that sleeps
             watch.start()
             _, status, usage = os.wait4(process.pid, 0)
             watch.cancel()
@@ -293,17 +294,17 @@ class Runner:
             return process.returncode, log.read(), usage.ru_maxrss / 1024, path
 
     def fault(self, number, case, codes):
-        """What is wrong with how the program took a case, or None."""
+        """Returns the description of a failure, or None."""
         name, data, expected = case
-        code, said, megabytes, path = self.run(number, data)
-        where = f"{name}: exit code {code}, said: {said.strip()[:300] or 'nothing'}"
+        code, stderr, megabytes, path = self.run(number, data)
+        where = f"{name}: exit code {code}, stderr: {stderr.strip()[:300] or 'nothing'}"
         if code not in codes:
             return where
-        if code == 2 and os.path.basename(path) not in said:
+        if code == 2 and os.path.basename(path) not in stderr:
             return where + " — without the file's name"
-        if expected is not None and expected not in said:
+        if expected is not None and expected not in stderr:
             return where + f" — without \"{expected}\""
-        if "Sanitizer" in said or "runtime error" in said:
+        if "Sanitizer" in stderr or "runtime error" in stderr:
             return where
         if megabytes > MEGABYTES and not self.args.sanitized:
             return where + f" — with {megabytes:.0f} MB"

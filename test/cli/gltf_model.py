@@ -1,4 +1,4 @@
-"""A small glTF file that has one of everything, from which test/cli/gltf_mangled_test.py makes broken ones."""
+"""A small glTF file with all supported features, which test/cli/gltf_mangled_test.py damages."""
 import os
 import struct
 import sys
@@ -13,7 +13,7 @@ from strobe_gltf.glb import Glb  # noqa: E402
 
 
 def png(width=2, height=2):
-    """A grayish picture."""
+    """Returns a gray PNG."""
     def chunk(kind, data):
         body = kind + data
         return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
@@ -27,7 +27,7 @@ def floats(*values):
     return np.array(values, np.float32)
 
 
-# Accessors, in the order in which they are added.
+# Accessors, in the order of the file.
 (POSITION, NORMAL, UV, COLOR, JOINTS, WEIGHTS, INDICES, TARGET, MATRICES, TIMES, MOVES, TURNS, STRENGTHS,
  SPARSE) = range(14)
 # Nodes.
@@ -35,7 +35,7 @@ CAMERA, LIGHT, BODY, HIP, KNEE, FLOOR, SCARF = range(7)
 
 
 def model():
-    """A quad that is skinned, morphed, textured and colored, above one that rests, with lights, camera and motion."""
+    """Returns a quad that is skinned, morphed, textured and colored, a static quad, lights, a camera and an animation."""
     glb = Glb()
     corners = floats([-1, 0, 0], [1, 0, 0], [-1, 2, 0], [1, 2, 0])
     glb.add(corners, "VEC3", min=[-1, 0, 0], max=[1, 2, 0])
@@ -51,11 +51,11 @@ def model():
     glb.add(floats([0, 0, 0], [0.2, 0, 0], [0.3, 0.1, 0]), "VEC3")
     glb.add(floats([0, 0, 0, 1], [0, 0, 0.1, 0.995], [0, 0, 0, 1]), "VEC4")
     glb.add(floats(0, 1, 0.5), "SCALAR")
-    where, what = glb.add_view(np.array([1, 3], np.uint16).tobytes()), glb.add_view(floats([0, 0, 1], [0, 0, 1]).tobytes())
+    indices, values = glb.add_view(np.array([1, 3], np.uint16).tobytes()), glb.add_view(floats([0, 0, 1], [0, 0, 1]).tobytes())
     root = glb.root
     root["accessors"].append({"componentType": 5126, "type": "VEC3", "count": 4,
-                              "sparse": {"count": 2, "indices": {"bufferView": where, "componentType": 5123},
-                                         "values": {"bufferView": what}}})
+                              "sparse": {"count": 2, "indices": {"bufferView": indices, "componentType": 5123},
+                                         "values": {"bufferView": values}}})
     root["images"] = [{"bufferView": glb.add_view(png()), "mimeType": "image/png"}]
     root["samplers"] = [{"magFilter": 9729, "wrapS": 10497}]
     root["textures"] = [{"source": 0, "sampler": 0}]
@@ -88,6 +88,6 @@ def model():
         "channels": [{"sampler": 0, "target": {"node": FLOOR, "path": "translation"}},
                      {"sampler": 1, "target": {"node": KNEE, "path": "rotation"}},
                      {"sampler": 2, "target": {"node": BODY, "path": "weights"}}]}]
-    # Animated nodes are not placed by a matrix.
+    # Animated nodes must not have a matrix.
     root["nodes"][FLOOR] = {"mesh": 1, "scale": [2, 2, 2]}
     return glb

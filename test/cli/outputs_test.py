@@ -1,5 +1,5 @@
-"""What the program's pictures say, as other programs read them: colors as oiiotool shows them, EXRs as OpenImageIO,
-exrheader and Blender open them. Usage: outputs_test.py PATH_OF_STROBE [unittest arguments]"""
+"""Image files as other programs read them: colors compared with oiiotool, EXRs read by OpenImageIO, exrheader and Blender.
+Usage: outputs_test.py PATH_OF_STROBE [unittest arguments]"""
 import os
 import re
 import shutil
@@ -19,7 +19,7 @@ SCENE = OPTIONS.replace('"integer xresolution" 24', '"integer xresolution" 72').
         "[.2 .3 .4]", "[.02 .05 .1]").replace("[20 20 20]", "[400 300 200]")
 BUILTIN_VIEWS = [(display, view) for display in ("sRGB", "Rec.1886 Rec.709", "P3-D65") for view in ("Standard", "ACES", "Raw")]
 
-# A config as a show may have: the working space by another name, a view with a look, a rule for files.
+# An OpenColorIO config with another name of the working space, a view with a look, and a file rule.
 SHOW_CONFIG = """ocio_profile_version: 2
 strictparsing: true
 roles:
@@ -61,8 +61,8 @@ class OutputTest(CliTest):
         self.write("o.scene", SCENE)
 
     def channels(self, name):
-        """The pixels of a file by channel name, of all its parts, as they are stored."""
-        file = oiio.ImageInput.open(self.path(name))  # not ImageBuf, which may remember an older file of that name
+        """Returns the stored pixels of all EXR parts by channel name."""
+        file = oiio.ImageInput.open(self.path(name))  # ImageBuf caches files by name
         self.assertIsNotNone(file, oiio.geterror())
         found, part = {}, 0
         while file.seek_subimage(part, 0):
@@ -96,22 +96,22 @@ class Color(OutputTest):
         self.linear = self.read("linear.exr")
 
     def assert_same_bytes(self, ours, theirs):
-        """To rounding: a value that lies on the edge between two bytes may fall to either side."""
+        """Compares 8-bit images. Values halfway between two bytes may be rounded either way."""
         a, b = self.channels(ours), self.channels(theirs)
         self.assertEqual(sorted(a), ["B", "G", "R"])
         difference = np.abs(np.stack([a[c].astype(int) - b[c] for c in "RGB"]))
         self.assertLessEqual(difference.max(), 1)
         self.assertLess(np.mean(difference > 0), 0.005)
-        self.assertGreater(np.ptp(a["G"]), 50, "a picture of nothing")
+        self.assertGreater(np.ptp(a["G"]), 50, "the image is constant")
 
-    def test_srgb_is_the_default(self):
+    def test_pngs_are_srgb_by_default(self):
         self.run_strobe("o.scene", "--quiet", "-o", "ours.png")
         self.tool("linear.exr", "--colorconvert", "linear", "sRGB", "-d", "uint8", "-o", "theirs.png")
         self.assert_same_bytes("ours.png", "theirs.png")
         self.run_with("show.ocio", "o.scene", "--quiet", "-o", "with_ocio.png")
         np.testing.assert_array_equal(self.channels("ours.png")["G"], self.channels("with_ocio.png")["G"])
 
-    def test_built_in_views(self):
+    def test_built_in_views_equal_those_of_oiiotool(self):
         for display, view in BUILTIN_VIEWS:
             with self.subTest(display=display, view=view):
                 self.run_strobe("o.scene", "--quiet", "--display", display, "--view", view, "-o", "ours.png")
@@ -119,7 +119,7 @@ class Color(OutputTest):
                           ocio="builtin.ocio")
                 self.assert_same_bytes("ours.png", "theirs.png")
 
-    def test_views_of_a_config(self):
+    def test_views_of_a_config_equal_those_of_oiiotool(self):
         for view in ("film", "flat"):
             with self.subTest(view=view):
                 self.run_with("show.ocio", "o.scene", "--quiet", "--view", view, "-o", "ours.png")
@@ -128,13 +128,13 @@ class Color(OutputTest):
                           ocio="show.ocio")
                 self.assert_same_bytes("ours.png", "theirs.png")
 
-    def test_look_takes_the_place_of_the_views_own(self):
+    def test_look_replaces_the_looks_of_the_view(self):
         self.run_with("show.ocio", "o.scene", "--quiet", "--look", "noon", "-o", "ours.png")
         self.tool("linear.exr", "--iscolorspace", "scene_linear", "--ociolook:from=scene_linear:to=scene_linear", "noon",
                   "--tocolorspace", "dense", "-d", "uint8", "-o", "theirs.png", ocio="show.ocio")
         self.assert_same_bytes("ours.png", "theirs.png")
 
-    def test_exposure_is_of_pngs(self):
+    def test_exposure_applies_to_pngs_only(self):
         factor = 2**-1.5
         self.run_strobe("o.scene", "--quiet", "--exposure", "-1.5", "-o", "ours.png", "-o", "same.exr")
         self.tool("linear.exr", "--mulc", str(factor), "--colorconvert", "linear", "sRGB", "-d", "uint8", "-o", "theirs.png")
@@ -148,7 +148,7 @@ class Color(OutputTest):
             for channel, values in self.channels(name).items():
                 np.testing.assert_array_equal(values, self.channels("linear.exr")[channel])
 
-    def test_merge_has_the_options_of_pictures(self):
+    def test_merge_has_the_image_options_of_a_render(self):
         self.run_strobe("o.scene", "--quiet", "-o", "p.part")
         how = ("--view", "film", "--display", "projector", "--look", "noon", "--exposure", "1", "--exr", "half,tiles:16")
         self.run_with("show.ocio", "o.scene", "--quiet", *how, "-o", "ours.png", "-o", "ours.exr")
@@ -159,11 +159,11 @@ class Color(OutputTest):
                 np.testing.assert_array_equal(ours[channel], merged[channel])
         self.assertEqual(self.header("merged.exr").tile_width, 16)
         self.assertIn(b"strobe:exposure", self.read("merged.png"))
-        for wrong, says in ((["--view", "Film"], "unknown view"), (["--exr", "deflate"], "--exr: unknown kind"), (["--exposure", "nan"], "takes a number")):
-            self.assertIn(says, self.run_strobe("merge", "p.part", "-o", "no.png", *wrong, code=USAGE).err)
+        for wrong, message in ((["--view", "Film"], "unknown view"), (["--exr", "deflate"], "--exr: unknown kind"), (["--exposure", "nan"], "takes a number")):
+            self.assertIn(message, self.run_strobe("merge", "p.part", "-o", "no.png", *wrong, code=USAGE).err)
         self.assertNotIn("no.png", self.names())
 
-    def test_the_space_is_named(self):
+    def test_metadata_name_the_color_space(self):
         header = self.header("linear.exr")
         self.assertEqual(header["oiio:ColorSpace"], "lin_rec709")
         self.assertEqual(header["colorInteropID"], "lin_rec709_scene")
@@ -173,26 +173,26 @@ class Color(OutputTest):
         self.run_strobe("o.scene", "--quiet", "--view", "ACES", "--exposure", "1", "-o", "v.png", "-o", "s.png")
         self.assertEqual(self.header("v.png")["strobe:view"], "ACES")
 
-    def test_textures_follow_rules_and_names(self):
+    def test_textures_follow_file_rules_and_encodings(self):
         card = oiio.ImageBuf(oiio.ImageSpec(1, 1, 3, oiio.UINT8))
         oiio.ImageBufAlgo.fill(card, (0.5, 0.25, 0.75))
         for name in ("a_card.png", "a.png"):
             card.write(self.path(name))
 
-        def seen(file, *encoding):
+        def render_red(file, *encoding):
             self.write("t.scene", SCENE.replace('Material "matte"', f'Texture "t" "color" "imagemap" "string filename" "{file}" '
                        f'{" ".join(encoding)}\nMaterial "matte" "texture Kd" "t" #'))
             self.run_with("show.ocio", "t.scene", "--quiet", "--spp", "4", "-o", "t.exr")
             return self.channels("t.exr")["R"]
 
-        by_rule = seen("a_card.png")
-        np.testing.assert_array_equal(by_rule, seen("a.png", '"string encoding" "flat"'))
-        np.testing.assert_array_equal(by_rule, seen("a_card.png", '"string encoding" "default"'))  # a role
-        self.assertFalse(np.array_equal(by_rule, seen("a.png")))
-        np.testing.assert_allclose(by_rule, seen("a.png", '"string encoding" "gamma 2.2"'), rtol=1e-4)
+        by_rule = render_red("a_card.png")
+        np.testing.assert_array_equal(by_rule, render_red("a.png", '"string encoding" "flat"'))
+        np.testing.assert_array_equal(by_rule, render_red("a_card.png", '"string encoding" "default"'))  # a role
+        self.assertFalse(np.array_equal(by_rule, render_red("a.png")))
+        np.testing.assert_allclose(by_rule, render_red("a.png", '"string encoding" "gamma 2.2"'), rtol=1e-4)
 
-    def test_mistakes(self):
-        for arguments, says in (
+    def test_errors(self):
+        for arguments, message in (
             (["--view", "ACSE"], 'unknown view "ACSE"; did you mean "ACES"? (known: Standard, ACES, Raw)'),
             (["--display", "TV"], 'unknown display "TV" (known: sRGB, Rec.1886 Rec.709, P3-D65)'),
             (["--look", "Noir"], 'unknown look "Noir" (there is none)'),
@@ -200,7 +200,7 @@ class Color(OutputTest):
             (["--exposure", "bright"], "--exposure"),
         ):
             err = self.run_strobe("o.scene", "-o", "no.png", *arguments, code=USAGE).err
-            self.assertIn(says, err)
+            self.assertIn(message, err)
         err = self.run_with("show.ocio", "o.scene", "-o", "no.png", "--view", "flim", code=USAGE).err
         self.assertIn('unknown view "flim"; did you mean "film"? (known: film, flat)', err)
         err = self.run_with("none.ocio", "o.scene", "-o", "no.png", "--view", "film", code=USAGE).err
@@ -213,7 +213,7 @@ class ExrFiles(OutputTest):
              "parts,tiles:16,half", "parts,half,dwab", "parts,pxr24", "half,dwaa:20,parts,tiles")
 
     def render_all(self):
-        """A file of every kind, k.exr, with two layers; and reference.exr."""
+        """Renders KINDS[k] to k.exr with two layers, and reference.exr with default settings."""
         self.run_strobe("o.scene", "--quiet", "--aov", "shades,block", "-o", "reference.exr")
         for k, kind in enumerate(self.KINDS):
             self.run_strobe("o.scene", "--quiet", "--aov", "shades,block", "--exr", kind, "-o", f"{k}.exr")
@@ -244,7 +244,7 @@ class ExrFiles(OutputTest):
             self.assertEqual((header.x, header.y, header.full_width, header.full_height), (18, 15, 72, 48))
             np.testing.assert_allclose(self.channels("a.exr")["G"], reference, rtol=1e-3)
 
-    def test_exrheader_lists_what_was_asked_for(self):
+    def test_exrheader_lists_the_settings(self):
         self.run_strobe("o.scene", "--quiet", "--aov", "shades,block", "--exr", "half,dwab,tiles:32,parts", "-o", "a.exr")
         text = subprocess.run(["exrheader", "a.exr"], cwd=self.folder, check=True, capture_output=True).stdout.decode()
         parts = text.split("part ")[1:]
@@ -258,26 +258,26 @@ class ExrFiles(OutputTest):
         self.assertRegex(parts[1], r"shades.Y, 32-bit floating-point")
         self.assertIn("strobe:samplesPerPixel", parts[0])
 
-    def test_values_beyond_half_floats_are_told(self):
+    def test_values_beyond_half_floats_are_reported(self):
         self.write("hot.scene", SCENE.replace("[400 300 200]", "[2e8 1 1]"))
         err = self.run_strobe("hot.scene", "--exr", "half", "-o", "a.exr").err
-        count = int(re.search(r"a\.exr: (\d+) values beyond 65504 became that", err)[1])
+        count = int(re.search(r"a\.exr: (\d+) values beyond 65504, the largest half float, were clamped to it", err)[1])
         self.assertEqual(np.sum(self.channels("a.exr")["R"] == 65504), count)
         self.assertNotIn("65504", self.run_strobe("hot.scene", "-o", "a.exr").err)
 
-    def test_mistakes(self):
-        for kind, says in (("deflate", 'unknown kind of EXR file "deflate" (known: half, float, none, rle, zips, zip, piz, '),
+    def test_errors(self):
+        for kind, message in (("deflate", 'unknown kind of EXR file "deflate" (known: half, float, none, rle, zips, zip, piz, '),
                            ("half,zip:9", '"zip:9"'), ("tiles:0", '"tiles:0"'),
                            ("dwaa", 'dwaa would change the numbers of "shades"; add "parts"')):
             before = self.names()
-            self.assertIn(says, self.run_strobe("o.scene", "--aov", "shades", "--exr", kind, "-o", "a.exr", code=USAGE).err)
+            self.assertIn(message, self.run_strobe("o.scene", "--aov", "shades", "--exr", kind, "-o", "a.exr", code=USAGE).err)
             self.assertEqual(self.names(), before)
         os.mkdir(self.path("folder.exr"))
         self.run_strobe("o.scene", "--exr", "parts,tiles", "-o", "folder.exr", code=OUTPUT)
 
-    @unittest.skipUnless(shutil.which("blender"), "there is no blender")
+    @unittest.skipUnless(shutil.which("blender"), "Blender is not installed")
     def test_blender_opens_them(self):
-        """Its compositor finds the color and the layers by name, and their values."""
+        """The compositor of Blender finds color and layers by name, with the stored values."""
         self.render_all()
         self.write("open.py", BLENDER)
         files = [self.path(f"{k}.exr") for k in range(len(self.KINDS))]
@@ -292,7 +292,7 @@ class ExrFiles(OutputTest):
                         np.testing.assert_array_equal(opened[channel if "R" in opened else "V"], stored[name], output)
 
 
-# For Blender: writes every output of its Image node for each file as a float EXR of its own.
+# Script for Blender: writes each output of the Image node of each file to a float EXR.
 BLENDER = """
 import bpy, os, sys
 folder, *files = sys.argv[sys.argv.index("--") + 1:]

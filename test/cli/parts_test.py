@@ -1,6 +1,6 @@
-"""Renders in parts, and renders that are killed and go on, from outside.
-Usage: parts_test.py PATH_OF_STROBE [unittest arguments]; for long runs, of each integrator, STROBE_KILLS: how many kills (3),
-STROBE_SPLITS: how many pictures in 16 parts (one in 4)"""
+"""Renders in parts, and killed renders that resume from checkpoints.
+Usage: parts_test.py PATH_OF_STROBE [unittest arguments]; for long runs, of each integrator, STROBE_KILLS: number of kills (3),
+STROBE_SPLITS: number of images in 16 parts (1 in 4 parts)"""
 import os
 import random
 import signal
@@ -11,7 +11,7 @@ import unittest
 from concurrent.futures import ThreadPoolExecutor
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-sys.dont_write_bytecode = True  # the source tree stays clean
+sys.dont_write_bytecode = True  # do not write to the source tree
 from exr import Exr  # noqa: E402
 from scene_case import STROBE, SceneTest  # noqa: E402
 
@@ -21,7 +21,7 @@ INTEGRATORS = (["supersample"], ["msaa", "-D", "shades=2"], ["msaa-cache"], ["in
 
 
 def split(box, parts, chance):
-    """Cuts a box, [first, end] of columns, rows and samples, at random into so many; it is large enough."""
+    """Cuts a box, [first, end] of columns, rows and samples, into this many boxes at random positions."""
     if parts == 1:
         return [box]
     side = chance.choice([side for side in range(3) if box[side][1] - box[side][0] >= parts])
@@ -40,7 +40,7 @@ class PartsTest(SceneTest):
         return done.stderr
 
     def random_parts(self, settings, chance):
-        """Renders the picture of run_strobe in parts, in any order; their names."""
+        """Renders the frame in random parts. Returns their file names in random order."""
         names, commands = [], []
         for x, y, samples in split([[0, 30], [0, 20], [0, 16]], PARTS, chance):
             names.append("p%d.part" % len(names))
@@ -51,22 +51,22 @@ class PartsTest(SceneTest):
         chance.shuffle(names)
         return names
 
-    def test_random_splits_merge_to_the_whole(self):
+    def test_random_parts_merge_to_the_whole_image(self):
         chance = random.Random(7)
         for integrator in INTEGRATORS:
             settings = ["--integrator", *integrator, "--resolution", "30x20", "--spp", "16", "--quiet"]
             self.run_strobe(*settings, "-o", "whole.exr")
             for number in range(SPLITS):
                 names = self.random_parts(settings, chance)
-                self.merged(names[:2], "some.part")  # merging may itself be split
-                said = self.merged([*names[2:], "some.part"])
-                self.assertNotIn("missing", said)
+                self.merged(names[:2], "some.part")  # a merged part can be merged again
+                stderr = self.merged([*names[2:], "some.part"])
+                self.assertNotIn("missing", stderr)
                 self.assertEqual(self.pixels("m.exr"), self.pixels("whole.exr"), (integrator, number))
                 attributes = Exr(self.path("m.exr")).attributes
                 self.assertEqual(attributes["strobe:integrator"], integrator[0])
                 self.assertNotIn("strobe:unfinished", attributes)
 
-    def test_parts_that_do_not_belong_together(self):
+    def test_parts_of_different_renders_are_an_error(self):
         small = ["--resolution", "30x20", "--quiet"]
         self.run_strobe(*small, "--sample-range", "0:4", "-o", "a.part")
         for change, reason in ((["--seed", "1"], "seed is 1, not 0"), (["--integrator", "msaa"], "integrator is msaa, not supersample"),
@@ -83,16 +83,16 @@ class PartsTest(SceneTest):
         self.assertRegex(self.merged(["a.part", "b.part"], code=1), "it is a part of another render: scene is [0-9a-f]+, not [0-9a-f]+")
         self.assertFalse(os.path.exists(self.path("m.exr")))
 
-    def test_parts_that_overlap_or_lack(self):
+    def test_overlapping_parts_are_an_error_and_missing_samples_a_warning(self):
         small = ["--resolution", "30x20", "--quiet"]
         self.run_strobe(*small, "--sample-range", "0:5", "-o", "a.part")
         self.run_strobe(*small, "--sample-range", "4:8", "--pixel-bounds", "0", "10", "0", "20", "-o", "b.part")
-        self.assertIn("b.part: samples 4:8 of pixels 0 10 0 20 are, in part, in another file too", self.merged(["a.part", "b.part"], code=1))
+        self.assertIn("b.part: samples 4:8 of pixels 0 10 0 20 overlap those of another file", self.merged(["a.part", "b.part"], code=1))
         self.assertIn("1800 samples of the pixels from 0,0 to 29,19 are missing", self.merged(["a.part"]))
         self.assertEqual(Exr(self.path("m.exr")).attributes["strobe:unfinished"], 1)
 
-    def test_parts_that_lack_the_border(self):
-        """Or of a crop: it is not unfinished, but said."""
+    def test_merged_parts_that_do_not_cover_the_frame(self):
+        """They may be of a crop: the image is not marked unfinished, but a warning gives its pixels."""
         small = ["--resolution", "30x20", "--quiet"]
         self.run_strobe(*small, "--pixel-bounds", "0", "30", "0", "10", "-o", "a.part")
         self.assertIn("the parts show pixels 0,0 to 29,9 of a frame of 30x20", self.merged(["a.part"]))
@@ -101,11 +101,11 @@ class PartsTest(SceneTest):
         self.run_strobe(*small, "--pixel-bounds", "0", "30", "10", "20", "-o", "b.part")
         self.assertNotIn("the parts show", self.merged(["a.part", "b.part"]))
 
-    def test_damaged_parts(self):
+    def test_damaged_parts_are_an_error(self):
         self.run_strobe("--resolution", "30x20", "--quiet", "-o", "a.part")
         with open(self.path("a.part"), "rb") as file:
             good = file.read()
-        for bytes, reason in ((good[:-1], "it is cut short or too long"), (good + b"x", "it is cut short or too long"),
+        for bytes, reason in ((good[:-1], "it is truncated or too long"), (good + b"x", "it is truncated or too long"),
                               (b"hello", "it is not a part of a render"), (good[:60], "it is damaged"),
                               (good[:-9] + b"x" + good[-8:], "it is damaged"),
                               (good.replace(b'"seed":"0"', b'"seed":"1"', 1), "it is damaged"),
@@ -117,27 +117,27 @@ class PartsTest(SceneTest):
             self.assertIn("b.part: " + reason, self.merged(["b.part"], code=1))
         self.assertIn("none.part: cannot read it: No such file", self.merged(["none.part"], code=1))
 
-    def test_slices_that_cannot_be(self):
+    def test_invalid_slices_are_an_error(self):
         for args, reason in ((["--sample-range", "8:9"], "samples 8:9: a pixel has 8"), (["--sample-range", "-1:2"], "takes first:end"),
                              (["--pixel-bounds", "0", "200", "0", "9"], "the frame has 150x100 pixels"),
                              (["--sample-range", "0:4", "--integrator", "msaa-cache", "-D", "scope=tile"], "there are no slices of them"),
                              (["--sample-range", "0:4", "--noise-target", "1"], "--sample-range: does not go with --noise-target"),
                              (["--sample-range", "0:4", "--aov", "shades"], "--aov shades: does not go with --sample-range")):
-            said, _ = self.run_strobe(*args, "-o", "o.exr", code=1)
-            self.assertIn(reason, said)
+            stderr, _ = self.run_strobe(*args, "-o", "o.exr", code=1)
+            self.assertIn(reason, stderr)
 
     # Checkpoints
 
     def checkpoint(self):
-        """Tells one checkpoint from the next; None: there is none."""
+        """Returns a value that differs between checkpoints; None if there is none."""
         try:
-            at = os.stat(self.path("o.exr.checkpoint"))
-            return at.st_ino, at.st_mtime_ns
+            status = os.stat(self.path("o.exr.checkpoint"))
+            return status.st_ino, status.st_mtime_ns
         except FileNotFoundError:
             return None
 
     def killed_and_resumed(self, settings, kills, seed):
-        """Renders with checkpoints, killed some time after each process wrote its first; how often one went on from another's."""
+        """Renders with checkpoints, and kills each process after its first one. Returns how many processes resumed."""
         random_numbers = random.Random(seed)
         resumed = 0
         for kill in range(kills):
@@ -154,48 +154,48 @@ class PartsTest(SceneTest):
         self.assertIsNone(self.checkpoint())
         return resumed
 
-    def test_kills_lose_nothing(self):
+    def test_killed_renders_resume_to_the_same_image(self):
         for number, integrator in enumerate(INTEGRATORS):
             settings = ["--integrator", *integrator, "--spp", "1024", "--resolution", "90x60"]
             self.run_strobe(*settings, "-o", "whole.exr")
             resumed = 0
-            for killed in range(0, KILLS, 3):  # a picture lasts for three
+            for killed in range(0, KILLS, 3):  # three kills per image
                 resumed += self.killed_and_resumed(settings, min(3, KILLS - killed), 1000 * number + killed)
                 self.assertEqual(self.pixels("o.exr"), self.pixels("whole.exr"), (integrator, killed))
             self.assertGreater(resumed, KILLS / 2)
 
-    def test_signals(self):
+    def test_signals_save_checkpoints(self):
         settings = ["--spp", "4096", "--tile", "8", "--checkpoint", "100", "-o", "o.exr"]
         process = self.start(*settings)
-        self.wait_until(lambda: self.listens(process))
-        self.wait_until(lambda: process.send_signal(signal.SIGHUP) or self.checkpoint())  # saves what is finished, and goes on
+        self.wait_until(lambda: self.handles_signals(process))
+        self.wait_until(lambda: process.send_signal(signal.SIGHUP) or self.checkpoint())  # saves a checkpoint; rendering continues
         self.assertIsNone(process.poll())
         process.send_signal(signal.SIGTERM)
         self.assertEqual(process.wait(20), 5)
         self.assertEqual(Exr(self.path("o.exr")).attributes["strobe:unfinished"], 1)
-        said, _ = self.run_strobe(*settings, code=1)
-        self.assertIn("o.exr.checkpoint is there: --resume goes on from it; remove it to begin anew", said)
+        stderr, _ = self.run_strobe(*settings, code=1)
+        self.assertIn("o.exr.checkpoint exists: continue from it with --resume, or remove it to start anew", stderr)
         for change, reason in ((["--seed", "3"], "it is a part of another render: seed is 0, not 3"),
                                (["--pixel-bounds", "0", "90", "0", "60"], "its pixels are 0 150 0 100, not 0 90 0 60"),
                                (["--sample-range", "0:9"], "it has samples 0:4096, not 0:9")):
-            said, _ = self.run_strobe(*settings, *change, "--resume", code=1)
-            self.assertIn("o.exr.checkpoint: " + reason, said)
+            stderr, _ = self.run_strobe(*settings, *change, "--resume", code=1)
+            self.assertIn("o.exr.checkpoint: " + reason, stderr)
 
     def test_second_interrupt_stops_at_once(self):
         process = self.start("--spp", "65536", "--checkpoint", "100", "-o", "o.exr", "--tile", "256")
-        self.wait_until(lambda: self.listens(process))
+        self.wait_until(lambda: self.handles_signals(process))
         process.send_signal(signal.SIGINT)
         time.sleep(0.15)
         process.send_signal(signal.SIGINT)
-        self.assertIn(process.wait(5), (5, 130))  # the first may have been enough
+        self.assertIn(process.wait(5), (5, 130))  # the first signal may have sufficed
 
-    def test_what_has_no_checkpoints(self):
+    def test_options_that_exclude_checkpoints(self):
         for args, reason in ((["--resume"], "--resume: needs --checkpoint"),
                              (["--checkpoint", "1", "--frames", "1:2"], "--frames: does not go with --checkpoint"),
                              (["--checkpoint", "1", "--time-limit", "1"], "--checkpoint: does not go with --time-limit"),
-                             (["--checkpoint", "1", "--integrator", "msaa-cache", "-D", "scope=tile"], "which cannot be taken up again")):
-            said, _ = self.run_strobe(*args, "-o", "o.exr", code=1)
-            self.assertIn(reason, said)
+                             (["--checkpoint", "1", "--integrator", "msaa-cache", "-D", "scope=tile"], "samples of this integrator depend on the order of rendering")):
+            stderr, _ = self.run_strobe(*args, "-o", "o.exr", code=1)
+            self.assertIn(reason, stderr)
 
 
 if __name__ == "__main__":

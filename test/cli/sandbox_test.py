@@ -1,4 +1,4 @@
-"""--sandbox: whatever a scene names, it reads nothing outside; and it does not say where pictures go.
+"""--sandbox: a scene reads no file outside of the given folders, and does not choose the output file.
 Usage: sandbox_test.py PATH_OF_STROBE [unittest arguments]"""
 import base64
 import gzip
@@ -47,7 +47,7 @@ def png():
 
 
 def gltf(buffer="", image=""):
-    """A triangle; its bytes and its picture stand in the text unless URIs are given."""
+    """Returns glTF of a triangle. Buffer and image are data URIs unless URIs are given."""
     data = "data:application/octet-stream;base64," + base64.b64encode(POSITIONS).decode()
     model = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
              "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
@@ -60,7 +60,7 @@ def gltf(buffer="", image=""):
     return json.dumps(model).encode()
 
 
-# What a scene can name: the file's name, what is in it, and the directives that name it NAME.
+# Kinds of files that a scene refers to: file name, content, and directives that refer to it as NAME.
 KINDS = {
     "Include": ("part.scene", SHAPE.encode(), 'Include "NAME"'),
     "Include, packed": ("part.scene.gz", gzip.compress(SHAPE.encode()), 'Include "NAME"'),
@@ -101,7 +101,7 @@ class SandboxTest(CliTest):
             self.assertRegex(result.err, r"room\.scene:\d+:\d+: error: ")
         self.assertNotIn("picture.exr", self.names())
 
-    def test_nothing_outside_is_read(self):
+    def test_files_outside_are_not_read(self):
         os.symlink(self.path("outside"), self.path("job/folder"))
         for kind, (name, content, directives) in KINDS.items():
             self.write("outside/" + name, content)
@@ -115,7 +115,7 @@ class SandboxTest(CliTest):
                     scene = self.scene(directives.replace("NAME", way))
                     self.assertRefused(scene)
 
-    def test_what_is_inside_is_read(self):
+    def test_files_inside_are_read(self):
         world = {"outside": "", "job": ""}
         for name, content, directives in KINDS.values():
             for folder in world:
@@ -128,16 +128,16 @@ class SandboxTest(CliTest):
         self.in_sandbox(outside, *(word for kind in KINDS.values() for word in ("--sandbox", "outside/outside-" + kind[0])))
         self.run_strobe(outside, "-o", "plain.exr")
 
-    def test_whether_a_file_is_there_stays_unknown(self):
+    def test_errors_do_not_reveal_whether_a_file_exists(self):
         for name in ("../outside/none.ply", "/none.ply", "../outside/../none.ply"):
             self.assertRefused(self.scene(f'Shape "plymesh" "string filename" "{name}"'))
 
-    def test_folders_of_like_names_are_others(self):
+    def test_folders_with_a_common_prefix_are_different(self):
         os.mkdir(self.path("job2"))
         self.write("job2/mesh.ply", PLY)
         self.assertRefused(self.scene('Shape "plymesh" "string filename" "../job2/mesh.ply"'))
 
-    def test_scenes_of_the_environment(self):
+    def test_strobe_scenes_variable_is_restricted(self):
         self.write("outside/mesh.ply", PLY)
         scene = self.scene('Shape "plymesh" "string filename" "$STROBE_SCENES/mesh.ply"')
         os.environ["STROBE_SCENES"] = self.path("outside")
@@ -145,7 +145,7 @@ class SandboxTest(CliTest):
         self.assertRefused(scene)
         self.in_sandbox(scene, "--sandbox", "outside")
 
-    def test_files_of_gltf(self):
+    def test_files_of_gltf_are_restricted(self):
         for name, content in (("o.bin", POSITIONS), ("o.png", png())):
             self.write("outside/" + name, content)
             os.symlink(self.path("outside/" + name), self.path("job/" + name))
@@ -161,7 +161,7 @@ class SandboxTest(CliTest):
             self.write("job/model.gltf", gltf(buffer=uri))
             self.in_sandbox(scene, "--sandbox", "outside", code=SCENE)
 
-    def test_the_scene_itself(self):
+    def test_scene_file_itself_is_restricted(self):
         self.scene(SHAPE, "outside/room.scene")
         os.symlink(self.path("outside/room.scene"), self.path("job/linked.scene"))
         for scene in ("outside/room.scene", "job/linked.scene"):
@@ -169,8 +169,8 @@ class SandboxTest(CliTest):
         self.in_sandbox("job/linked.scene", "--sandbox", "outside/room.scene")
         self.assertIn("No such file", self.run_strobe("outside/room.scene", "--sandbox", "none", code=USAGE).err)
 
-    def test_images_that_refer_to_others(self):
-        """OpenImageIO hands what it does not know to FFmpeg, which follows lists of files, and sees patterns in names."""
+    def test_images_that_refer_to_other_files(self):
+        """OpenImageIO passes unknown formats to FFmpeg, which follows lists of files, and expands patterns in names."""
         self.write("outside/o.png", png())
         os.symlink(self.path("outside/o.png"), self.path("job/frame.png"))
         texture = 'Texture "t" "rgb" "imagemap" "string filename" "NAME"\nMaterial "matte" "texture Kd" "t"\n' + SHAPE
@@ -182,15 +182,15 @@ class SandboxTest(CliTest):
         os.symlink(self.path("outside/o.png"), self.path("job/t.1001.png"))
         self.assertIn("must not contain <", self.in_sandbox(self.scene(texture.replace("NAME", "t.<UDIM>.png")), code=SCENE).err)
 
-    def test_what_is_no_file(self):
+    def test_only_regular_files_are_read(self):
         os.mkfifo(self.path("job/pipe.spd"))
         scene = self.scene('Material "matte" "spectrum Kd" "pipe.spd"\n' + SHAPE)
         self.assertIn('pipe.spd" is not a regular file', self.in_sandbox(scene, code=SCENE).err)
 
-    def test_scenes_do_not_say_where_pictures_go(self):
+    def test_output_name_of_the_scene_is_ignored(self):
         self.write("job/room.scene", OPTIONS.replace("4\nS", f'4 "string filename" "{self.path("outside/o.png")}"\nS', 1) + SHAPE)
         result = self.run_strobe("job/room.scene", "--sandbox", "job")
-        self.assertIn("scenes do not say where pictures go", result.err)
+        self.assertIn("--sandbox: the output name in the scene", result.err)
         self.assertEqual(os.listdir(self.path("outside")), [])
         self.assertIn("room.exr", self.names())
         self.run_strobe("job/room.scene")

@@ -1,4 +1,4 @@
-"""What the tests of renders in pieces share: a small scene and the program."""
+"""A small scene and the program strobe, for tests of parts, passes, checkpoints and threads."""
 import os
 import signal
 import subprocess
@@ -45,30 +45,31 @@ class SceneTest(unittest.TestCase):
         return os.path.join(self.folder, name)
 
     def run_strobe(self, *args, code=0):
-        """What it says on standard error, and how long it takes."""
+        """Renders s.scene. Returns the text on standard error and the wall-clock seconds."""
         start = time.monotonic()
         done = subprocess.run([STROBE, "s.scene", *args], cwd=self.folder, capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr, time.monotonic() - start
 
     def start(self, *args):
+        """Starts a render of s.scene in the background."""
         return subprocess.Popen([STROBE, "s.scene", *args, "--quiet"], cwd=self.folder)
 
     @staticmethod
-    def listens(process):
-        """Whether it has begun to take care of signals itself."""
+    def handles_signals(process):
+        """Whether the process has blocked SIGHUP, which it does once its signal handling is set up."""
         with open("/proc/%d/status" % process.pid, encoding="utf-8") as file:
             line = next(line for line in file if line.startswith("SigBlk:"))
         blocked = int(line.split()[1], 16)
-        # While a thread is being made, all signals are blocked for a moment: that is not it.
+        # While a thread is created, all signals are blocked for a moment, SIGCHLD too.
         return blocked >> signal.SIGHUP - 1 & 1 and not blocked >> signal.SIGCHLD - 1 & 1
 
     def wait_until(self, condition):
         limit = time.monotonic() + 60
         while not condition():
-            self.assertLess(time.monotonic(), limit, "it takes too long")
+            self.assertLess(time.monotonic(), limit, "timeout")
             time.sleep(0.005)
 
     def pixels(self, name):
-        """Row by row."""
+        """Returns the pixels of an EXR, row by row."""
         return list(Exr(self.path(name)).pixels().values())

@@ -1,25 +1,25 @@
-"""A small stand-in for tev: listens on a port of its own and understands the two messages of its protocol that a renderer
-needs. Written from the protocol's layout, not from strobe's code, so that the two can disagree."""
+"""A replacement of tev for tests: receives the messages CreateImage and UpdateImage. Implements the published protocol
+independently of the code of strobe."""
 import socket
 import struct
 import threading
 
 
 class Reader:
-    """The fields of one message."""
+    """Reads the fields of one message."""
 
     def __init__(self, data):
-        self.data, self.at = data, 0
+        self.data, self.offset = data, 0
 
     def number(self, kind):
-        value, = struct.unpack_from("<" + kind, self.data, self.at)
-        self.at += struct.calcsize(kind)
+        value, = struct.unpack_from("<" + kind, self.data, self.offset)
+        self.offset += struct.calcsize(kind)
         return value
 
     def text(self):
-        end = self.data.index(b"\0", self.at)
-        value = self.data[self.at:end].decode()
-        self.at = end + 1
+        end = self.data.index(b"\0", self.offset)
+        value = self.data[self.offset:end].decode()
+        self.offset = end + 1
         return value
 
 
@@ -34,8 +34,10 @@ class Image:
 
 
 class TevServer:
-    """images: by name. errors: what was wrong with the messages. `stop_after`: messages after which it stops reading;
-    `die_after`: after which it closes the connection."""
+    """A server on an unused port, in a thread of its own.
+
+    images: by name. errors: texts about invalid messages. `stop_after`: number of messages after which it stops reading;
+    `die_after`: number of messages after which it closes the connection once."""
 
     def __init__(self, stop_after=None, die_after=None):
         self.images, self.errors, self.messages, self.connections = {}, [], 0, 0
@@ -71,23 +73,23 @@ class TevServer:
                 return
             while len(buffer) < 4 or len(buffer) < struct.unpack_from("<I", buffer)[0]:
                 try:
-                    got = connection.recv(1 << 16)
+                    received = connection.recv(1 << 16)
                 except OSError:
                     return
-                if not got:
+                if not received:
                     if buffer:
                         self.errors.append("%d bytes of an unfinished message" % len(buffer))
                     return
-                buffer += got
+                buffer += received
             size, = struct.unpack_from("<I", buffer)
             try:
-                self.take(Reader(buffer[4:size]))
-            except Exception as error:  # what a viewer would choke on
+                self.handle(Reader(buffer[4:size]))
+            except Exception as error:  # an invalid message
                 self.errors.append(repr(error))
             buffer = buffer[size:]
             self.messages += 1
 
-    def take(self, message):
+    def handle(self, message):
         kind, grab = message.number("b"), message.number("b")
         assert grab in (0, 1), grab
         name = message.text()
@@ -98,7 +100,7 @@ class TevServer:
             self.update(self.images[name], message)
         else:
             raise AssertionError("type %d" % kind)
-        assert message.at == len(message.data), "%d bytes too many" % (len(message.data) - message.at)
+        assert message.offset == len(message.data), "%d bytes too many" % (len(message.data) - message.offset)
 
     @staticmethod
     def update(image, message):
@@ -109,8 +111,8 @@ class TevServer:
         strides = [message.number("q") for _ in channels]
         n = width * height
         needed = max(o + (n - 1) * s + 1 for o, s in zip(offsets, strides))
-        values = struct.unpack_from("<%df" % needed, message.data, message.at)
-        message.at += 4 * needed
+        values = struct.unpack_from("<%df" % needed, message.data, message.offset)
+        message.offset += 4 * needed
         for channel, offset, stride in zip(channels, offsets, strides):
             plane = image.planes[channel]
             for i in range(n):

@@ -1,5 +1,5 @@
-// Parts and checkpoints: any bytes are one or an Error. A damaged one is not to be taken for a good one: what
-// is read has all its sums, and overlaps itself.
+// Parts and checkpoints. Arbitrary bytes are either a valid part or an Error; a valid part has a sum for each
+// pixel, and adding it to itself is an Error, since the samples overlap.
 #include "session/part_file.h"
 
 #include <cstdint>
@@ -9,12 +9,12 @@ using namespace strobe;
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     try {
-        RenderPart part = partFrom({reinterpret_cast<const char*>(data), size}, "fuzz.part");
-        if (part.sums.size() != size_t(part.window.width()) * size_t(part.window.height()))
+        RenderPart part = parsePart({reinterpret_cast<const char*>(data), size}, "fuzz.part");
+        if (part.sums.size() != size_t(part.pixelBounds.width()) * size_t(part.pixelBounds.height()))
             std::abort();
         missingSamples(part);
         const RenderPart again = part;
-        addPart(part, again, "fuzz.part"); // overlaps
+        addPart(part, again, "fuzz.part"); // must throw
         std::abort();
     } catch (const Error&) {
     }

@@ -1,0 +1,228 @@
+#include "cli/command_line.h"
+
+#include "cli/image_options.h"
+#include "cli/option_validators.h"
+#include "cli/progressive_options.h"
+#include "cli/resource_options.h"
+#include "cli/sequence_options.h"
+#include "core/util/version.h"
+
+#include <CLI/CLI.hpp>
+
+namespace strobe {
+
+namespace {
+
+std::string aovNames() {
+    return aovNames(AovGroup::Visible) + ", " + aovNames(AovGroup::Light) + ", " +
+           aovNames(AovGroup::Sharing);
+}
+
+V2i parseResolution(const std::string& text) {
+    constexpr int kMax = 1 << 16;
+    long long x = 0, y = 0;
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%lldx%lld%c", &x, &y, &rest) != 2 || std::min(x, y) < 1 ||
+        std::max(x, y) > kMax)
+        throw CLI::ValidationError("--resolution",
+                                   "takes WxH, two integers from 1 to " + std::to_string(kMax));
+    return {int(x), int(y)};
+}
+
+std::array<float, 4> parseCrop(const std::vector<float>& crop) {
+    if (!(crop[0] < crop[1] && crop[2] < crop[3]))
+        throw CLI::ValidationError("--crop", "takes x0 x1 y0 y1 with x0 < x1 and y0 < y1");
+    return {crop[0], crop[1], crop[2], crop[3]};
+}
+
+V2i parsePixel(const std::string& text) {
+    V2i pixel;
+    char comma = 0, rest = 0;
+    if (std::sscanf(text.c_str(), "%d%c%d%c", &pixel.x, &comma, &pixel.y, &rest) != 3 || comma != ',')
+        throw CLI::ValidationError("--pixel", "takes x,y, two integers");
+    return pixel;
+}
+
+[[noreturn]] void failUnknown(const char* option, const std::string& name, const std::string& known) {
+    throw CLI::ValidationError(option, "unknown layer \"" + name + "\" (known: " + known + ")");
+}
+
+/// Returns the AOVs of these names, each once.
+std::vector<Aov> parseAovs(const std::vector<std::string>& names) {
+    std::vector<Aov> aovs;
+    for (const std::string& name : names) {
+        const AovInfo* info = findAov(name);
+        if (!info)
+            failUnknown("--aov", name, aovNames());
+        if (std::find(aovs.begin(), aovs.end(), info->aov) == aovs.end())
+            aovs.push_back(info->aov);
+    }
+    return aovs;
+}
+
+Aov parseHeatmapAov(const std::string& name) {
+    const AovInfo* info = findAov(name);
+    if (!info || info->group != AovGroup::Sharing)
+        failUnknown("--heatmap-of", name, aovNames(AovGroup::Sharing));
+    return info->aov;
+}
+
+void addSceneOptions(CLI::App& app, RenderOptions& render) {
+    BuildOptions& build = render.build;
+    app.add_option("FILE", render.scenes,
+                   "scene files (.scene, .pbrt, .gltf, .glb), read one after another as if they were one");
+    app.add_option("--integrator", build.integrator, "which visibility samples share a shade; see --list");
+    app.add_option("--shading", build.shading, "shading integrator, path or directlighting; see --list");
+    app.add_option("-D", build.defines,
+                   "name=value: a parameter of the integrator or of the shading integrator")
+        ->allow_extra_args(false);
+    app.add_option("--spp", build.samplesPerPixel, "visibility samples per pixel")
+        ->transform(integerFrom<int>(1));
+    app.add_option_function<std::string>(
+        "--resolution", [&build](const std::string& text) { build.resolution = parseResolution(text); },
+        "WxH: size of the frame in pixels");
+}
+
+void addImageOutputs(CLI::App& app, CommandLine& line) {
+    app.add_option("-o,--output", line.render.output.images,
+                   "output file (.exr, .png or .part); may be repeated")
+        ->allow_extra_args(false);
+    addImageOptions(app, line.render.output.format);
+    line.render.build.color = line.render.output.format.color;
+    app.add_flag("--print-ocio", line.printOcio, "print the built-in OpenColorIO config and exit");
+}
+
+void addSampleOptions(CLI::App& app, CommandLine& line, std::optional<uint32_t>& sample) {
+    RenderOptions& render = line.render;
+    app.add_option("--threads", render.threads, "number of threads; 0: one per core")
+        ->transform(integerFrom<int>(0));
+    app.add_option("--tile", render.tileSize, "tile size in pixels; does not change the image")
+        ->transform(integerFrom<int>(1));
+    app.add_option_function<std::vector<float>>(
+           "--crop", [&render](const std::vector<float>& crop) { render.build.crop = parseCrop(crop); },
+           "x0 x1 y0 y1: region of the frame to render, in fractions of its size")
+        ->expected(4);
+    app.add_option_function<std::string>(
+        "--pixel",
+        [&line](const std::string& text) {
+            line.pixel = PixelQuery{parsePixel(text), {}};
+        },
+        "x,y: render one pixel and print it");
+    app.add_option("--sample", sample, "with --pixel: print one visibility sample, by number")
+        ->transform(integerFrom<uint32_t>(0));
+    app.add_option("--seed", render.seed, "seed of the random numbers")->transform(integerFrom<uint64_t>(0));
+    app.add_option_function<float>(
+           "--frame-time",
+           [&render](float time) {
+               render.build.shutter = Shutter{time, time};
+           },
+           "render a still at this scene time")
+        ->transform(finiteNumber<float>());
+}
+
+void addLayerOptions(CLI::App& app, OutputOptions& output) {
+    app.add_option_function<std::vector<std::string>>(
+           "--aov", [&output](const std::vector<std::string>& names) { output.aovs = parseAovs(names); },
+           "layers of EXR outputs, separated by commas: " + aovNames())
+        ->delimiter(',');
+    app.add_option("--crypto-depth", output.cryptomatteEntries,
+                   "number of names per pixel in Cryptomatte layers")
+        ->transform(integerBetween(1, 200));
+    app.add_option("--heatmap", output.heatmap, "write a layer in false color, with a scale (.png)");
+    app.add_option_function<std::string>(
+        "--heatmap-of", [&output](const std::string& name) { output.heatmapAov = parseHeatmapAov(name); },
+        "layer of --heatmap [shades]");
+    app.add_option("--samples", output.samples,
+                   "write every visibility sample as CSV; for a small --crop, since files are large");
+    app.add_option("--stats", output.stats, "write statistics as JSON");
+}
+
+/// Throws if an option was given that has no effect.
+void checkRequirements(const CLI::App& app, const OutputOptions& output) {
+    for (const auto& [name, required] : {std::pair("--sample", "--pixel"), {"--heatmap-of", "--heatmap"}})
+        if (app.count(name) > 0 && app.count(required) == 0)
+            throw CLI::ValidationError(name, std::string("needs ") + required);
+    const auto has = [&](Aov aov) {
+        return std::find(output.aovs.begin(), output.aovs.end(), aov) != output.aovs.end();
+    };
+    if (app.count("--crypto-depth") > 0 && !has(Aov::CryptoObject) && !has(Aov::CryptoMaterial))
+        throw CLI::ValidationError("--crypto-depth", "needs --aov cryptoobject or cryptomaterial");
+}
+
+void checkScenes(const CommandLine& line) {
+    const auto& scenes = line.render.scenes;
+    std::error_code ignored;
+    if (!scenes.empty() && scenes.front() == "merge" && !std::filesystem::exists("merge", ignored))
+        throw CLI::ValidationError("merge", "must be the first argument: strobe merge PART... -o OUT...");
+    if (scenes.empty() && !line.list && !line.printOcio)
+        throw CLI::RequiredError("FILE");
+}
+
+/// Throws the errors of checkOptions as those of the command line.
+void checkRenderOptions(const CommandLine& line) {
+    try {
+        if (line.pixel)
+            checkPixelOptions(line.render);
+        else
+            checkOptions(line.render);
+    } catch (const Error& e) {
+        throw CLI::ValidationError(e.what());
+    }
+}
+
+/// Returns the arguments with current names of options in place of former names, which --help does not list.
+std::vector<std::string> withCurrentNames(int argc, char** argv) {
+    constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {{"--partial", "--write-interval"}};
+    std::vector<std::string> arguments(argv, argv + argc);
+    for (std::string& argument : arguments)
+        for (const auto& [former, current] : kRenamed)
+            if (argument == former || argument.starts_with(std::string(former) + '='))
+                argument.replace(0, former.size(), current);
+    return arguments;
+}
+
+void parse(CLI::App& app, const std::vector<std::string>& arguments) {
+    std::vector<const char*> argv;
+    for (const std::string& argument : arguments)
+        argv.push_back(argument.c_str());
+    app.parse(int(argv.size()), argv.data());
+}
+
+} // namespace
+
+std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& line) {
+    CLI::App app{"strobe: a pbrt-style renderer that shades less often than it samples visibility"};
+    app.set_version_flag("--version", std::string("strobe ") + version());
+    app.footer("strobe merge PART... -o OUT... merges parts of a render: see strobe merge --help");
+    SequenceOptions sequence;
+    std::optional<uint32_t> sample;
+    BuildOptions& build = line.render.build;
+    addSceneOptions(app, line.render);
+    addImageOutputs(app, line);
+    addSampleOptions(app, line, sample);
+    addSequenceOptions(app, sequence);
+    app.add_option("--animation", build.gltfAnimation, "name of the glTF animation to play");
+    app.add_option("--camera", build.gltfCamera, "name of the glTF camera to use");
+    app.add_flag("--quick", build.quick, "a quarter of the resolution and of the samples per pixel");
+    app.add_flag("--quiet", line.quiet, "print errors only");
+    addLayerOptions(app, line.render.output);
+    app.add_option("--log-level", line.logLevel, "debug, info, warn or error")
+        ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+    addProgressiveOptions(app, line.render);
+    addResourceOptions(app, line.render);
+    app.add_flag("--list", line.list, "print all plugins with their parameters and exit");
+    try {
+        parse(app, withCurrentNames(argc, argv));
+        if (line.pixel)
+            line.pixel->sample = sample;
+        readSequenceOptions(app, sequence, line.render);
+        checkRequirements(app, line.render.output);
+        checkRenderOptions(line);
+        checkScenes(line);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? kOk : kUsageError;
+    }
+    return std::nullopt;
+}
+
+} // namespace strobe

@@ -1,0 +1,30 @@
+#include "cli/merge_command_line.h"
+
+#include "cli/image_options.h"
+
+namespace strobe {
+
+std::optional<ExitCode> parseMergeCommandLine(int argc, char** argv, MergeCommandLine& line) {
+    MergeOptions& merge = line.merge;
+    CLI::App app{"strobe merge: merges parts of a render"};
+    app.add_option("PART", merge.parts, "files written by strobe -o NAME.part")->required();
+    app.add_option("-o,--output", merge.images, "output file (.exr, .png or .part); may be repeated")
+        ->allow_extra_args(false)
+        ->required();
+    addImageOptions(app, merge.format);
+    app.add_flag("--strict", merge.strict, "exit with code 6 if a sample is NaN, infinite or too large");
+    app.add_flag("--quiet", line.quiet, "print errors only");
+    try {
+        app.parse(argc, argv);
+        try {
+            checkOptions(merge);
+        } catch (const Error& e) {
+            throw CLI::ValidationError(e.what());
+        }
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? kOk : kUsageError;
+    }
+    return std::nullopt;
+}
+
+} // namespace strobe

@@ -1,0 +1,37 @@
+// AOVs of surfaces and of light, recorded while rendering, for EXR outputs.
+#pragma once
+
+#include "core/render/aov_film.h"
+#include "core/render/render.h"
+#include "session/log.h"
+#include "session/options.h"
+
+namespace strobe {
+
+/// Recorded AOVs, ready to be written.
+struct RecordedAovs {
+    std::vector<AovChannel> channels;
+    std::vector<Part> parts; ///< of an EXR; they refer to `channels`
+    Metadata metadata;       ///< of the whole file
+};
+
+/// Records the AOVs of AovGroup::Visible and AovGroup::Light. (The film holds those of AovGroup::Sharing.)
+class AovRecorder {
+  public:
+    /// Warns of names with equal Cryptomatte hashes, and of AOVs without an EXR output. `built` outlives the
+    /// recorder.
+    AovRecorder(const OutputOptions& output, const BuiltScene& built, const Log& log);
+    /// Makes a render with these settings fill the recorder, which outlives the render.
+    void attachTo(RenderSettings& settings) {
+        settings.aovs = m_surfaceAovs.get();
+        settings.lights = m_lightAovs.get();
+    }
+    /// Returns the means of the samples so far.
+    RecordedAovs recorded() const;
+
+  private:
+    std::unique_ptr<AovFilm> m_surfaceAovs; ///< null if there are none
+    std::unique_ptr<LightFilm> m_lightAovs; ///< null if there are none
+};
+
+} // namespace strobe

@@ -1,0 +1,58 @@
+#include "session/frame.h"
+
+#include "core/image/image.h"
+#include "core/math/hash.h"
+
+#include <regex>
+
+namespace strobe {
+
+namespace fs = std::filesystem;
+
+Shutter shutterOf(const SequenceOptions& sequence, int frame) {
+    return {float((frame + sequence.shutterOpen) / sequence.fps),
+            float((frame + sequence.shutterClose) / sequence.fps)};
+}
+
+fs::path numberedFile(const fs::path& file, int frame) {
+    if (file.empty())
+        return file;
+    static const std::regex pattern("(#+)|%(0?)([0-9]?)d");
+    const std::string name = file.filename().string();
+    std::smatch match;
+    if (!std::regex_search(name, match, pattern))
+        return file.parent_path() /
+               fmt::format("{}.{:04}{}", file.stem().string(), frame, file.extension().string());
+    const int width = match[1].matched ? int(match[1].length()) : std::atoi(match[3].str().c_str());
+    const bool hasZeros = match[1].matched || match[2].length() > 0;
+    const std::string number =
+        hasZeros ? fmt::format("{:0{}}", frame, width) : fmt::format("{:{}}", frame, width);
+    return file.parent_path() / (match.prefix().str() + number + match.suffix().str());
+}
+
+FrameJob frameJob(const RenderOptions& options, int frame, uint64_t contentHash) {
+    FrameJob job{options, contentHash, frame, {}};
+    OutputOptions& output = job.options.output;
+    for (fs::path& image : output.images)
+        image = numberedFile(image, frame);
+    for (fs::path* file :
+         {&output.stats, &output.heatmap, &output.samples, &job.options.progressive.errorCurve})
+        *file = numberedFile(*file, frame);
+    uint64_t key = hashOf(contentHash, frame);
+    for (const char c : options.sequence->settings)
+        key = hashCombine(key, uint8_t(c));
+    job.key = fmt::format("{:016x}", key);
+    return job;
+}
+
+bool isFinished(const FrameJob& job) {
+    const OutputOptions& output = job.options.output;
+    for (const auto& file : {output.stats, output.heatmap, output.samples})
+        if (std::error_code ignored; !file.empty() && !fs::exists(file, ignored))
+            return false;
+    return std::all_of(output.images.begin(), output.images.end(), [&](const fs::path& image) {
+        return readMetadata(image, "strobe:frameKey") == job.key;
+    });
+}
+
+} // namespace strobe

@@ -1,0 +1,49 @@
+// One frame to render: its options, its files, and its identity.
+#pragma once
+
+#include "session/log.h"
+#include "session/options.h"
+#include "session/session.h"
+
+namespace strobe {
+
+/// The options of one frame, with the names of its own files.
+struct FrameJob {
+    RenderOptions options;
+    uint64_t contentHash = 0;  ///< of the scene; 0 where nothing depends on it
+    std::optional<int> number; ///< in the sequence; none: a single image
+    std::string key;           ///< of a sequence's frame: hash of the scene, the number and the settings
+};
+
+/// Returns the interval, in scene time, during which the shutter is open for a frame.
+Shutter shutterOf(const SequenceOptions& sequence, int frame);
+
+/// Returns the name of a frame's file: a run of # in the file name, or %d, %4d or %04d, is replaced by the
+/// number; a name without these gets the number before its extension, as ".0001".
+std::filesystem::path numberedFile(const std::filesystem::path& file, int frame);
+
+/// Returns the job of one frame of `options.sequence`. `contentHash`: see contentHash(SceneDescription).
+FrameJob frameJob(const RenderOptions& options, int frame, uint64_t contentHash);
+
+/// Whether all files of the frame exist, and all its images have its key as the attribute strobe:frameKey.
+bool isFinished(const FrameJob& job);
+
+/// Wall-clock seconds of the steps before rendering.
+struct StepSeconds {
+    double parse = 0, build = 0;
+};
+
+/// What a frame is rendered from, and how it is reported.
+struct FrameInputs {
+    const BuiltScene& built;
+    const ResourcePolicy& policy; ///< of the scene
+    StepSeconds seconds;
+    std::chrono::steady_clock::time_point start; ///< from which the time limit counts
+    const RenderCallbacks& callbacks;
+    const Log& log;
+};
+
+/// Renders a frame and writes its outputs.
+Outcome renderFrame(const FrameJob& job, const FrameInputs& inputs);
+
+} // namespace strobe

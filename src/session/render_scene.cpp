@@ -1,0 +1,190 @@
+#include "core/util/memory.h"
+#include "loader/parser/content_hash.h"
+#include "loader/parser/parser.h"
+#include "session/frame.h"
+#include "session/outputs.h"
+#include "session/part_file.h"
+#include "session/render_session.h"
+#include "session/report.h"
+#include "session/session.h"
+
+#include <set>
+
+namespace strobe {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Throws Error of kind Usage if `table` has no plugin of this name. If `others` has, the error names the
+/// option that chooses it.
+template <class Row, class Other>
+void checkPluginName(const std::string& name, const char* kind, const char* option,
+                     const std::vector<Row>& table, const char* optionOfOthers,
+                     const std::vector<Other>& others) {
+    if (name.empty())
+        return;
+    if (std::any_of(others.begin(), others.end(), [&](const Other& row) { return row.name == name; }))
+        throw Error(
+            fmt::format("{0} {1}: there is no such {3}; use {2} {1}", option, name, optionOfOthers, kind),
+            ErrorKind::Usage);
+    findPlugin(table, name, kind, {});
+}
+
+/// Throws the errors that can be found without the scene.
+void checkBeforeParsing(const RenderOptions& options) {
+    if (options.scenes.empty())
+        throw Error("there is no scene file", ErrorKind::Usage);
+    const PluginTables tables = pluginTables();
+    checkPluginName(options.build.integrator, "integrator", "--integrator", tables.integrators, "--shading",
+                    tables.shaders);
+    checkPluginName(options.build.shading, "shading integrator", "--shading", tables.shaders, "--integrator",
+                    tables.integrators);
+    outputSettings(options.output.format, options.threads);
+    checkOutputFiles(options);
+}
+
+std::set<std::string> integratorNames() {
+    std::set<std::string> names;
+    for (const auto& row : pluginTables().integrators)
+        names.insert(row.name);
+    return names;
+}
+
+/// A call of renderScene or renderPixel.
+class SceneRenderer {
+  public:
+    /// Checks the options and parses the scene.
+    SceneRenderer(const RenderOptions& options, const Log& log, const RenderCallbacks& callbacks)
+        : m_options(options), m_log(log), m_callbacks(callbacks),
+          m_start(options.progressive.start.value_or(Clock::now())),
+          m_diagnostics([&log](const std::string& text) { log.warn("{}", text); }) {
+        checkBeforeParsing(options);
+        m_policy = std::make_shared<const ResourcePolicy>(options.resources);
+        const Clock::time_point start = Clock::now();
+        m_description = parseFiles(options.scenes, integratorNames(), m_diagnostics, m_policy);
+        m_seconds.parse = secondsSince(start);
+    }
+
+    Outcome renderImage() {
+        FrameJob job;
+        const auto& images = m_options.output.images;
+        if (m_options.progressive.checkpointInterval > 0 || std::any_of(images.begin(), images.end(), isPart))
+            job.contentHash = contentHash(m_description);
+        const BuiltScene built = buildImage();
+        job.options = withDefaultImage(m_options, built.filename, m_log);
+        return renderFrame(job, {built, *m_policy, m_seconds, m_start, m_callbacks, m_log});
+    }
+
+    Outcome renderSequence();
+    PixelResult renderPixel(const PixelQuery& query);
+
+  private:
+    BuiltScene buildFrame(int number);
+    BuiltScene buildImage() {
+        const Clock::time_point start = Clock::now();
+        BuiltScene built = buildScene(std::move(m_description), m_options.build, m_diagnostics);
+        m_seconds.build = secondsSince(start);
+        m_log.debug("parsed in {:.3f} s, built in {:.3f} s", m_seconds.parse, m_seconds.build);
+        return built;
+    }
+
+    const RenderOptions& m_options;
+    const Log& m_log;
+    const RenderCallbacks& m_callbacks;
+    const Clock::time_point m_start;
+    Diagnostics m_diagnostics;
+    std::shared_ptr<const ResourcePolicy> m_policy;
+    SceneDescription m_description;
+    StepSeconds m_seconds;
+};
+
+Outcome SceneRenderer::renderSequence() {
+    const SequenceOptions& sequence = *m_options.sequence;
+    const uint64_t content = contentHash(m_description);
+    Clock::time_point start = Clock::now();
+    SceneBuilder builder(std::move(m_description), m_options.build, m_diagnostics);
+    const RenderOptions options = withDefaultImage(m_options, builder.setup().filename, m_log);
+    const int64_t count = (int64_t(sequence.last) - sequence.first) / sequence.step + 1;
+    int64_t finished = 0;
+    Outcome outcome = Outcome::Finished;
+    for (int64_t i = 0; i < count; ++i) {
+        const int number = int(sequence.first + i * sequence.step);
+        const FrameJob job = frameJob(options, number, content);
+        if (!sequence.overwrite && isFinished(job)) {
+            m_log.debug("frame {} is finished", number);
+            ++finished;
+            continue;
+        }
+        releaseFreeMemory(); // of the previous frame
+        m_log.info("frame {} ({} of {})", number, i + 1, count);
+        const BuiltScene built = builder.build(shutterOf(sequence, number));
+        m_seconds.build = secondsSince(start);
+        const Outcome ofFrame = renderFrame(job, {built, *m_policy, m_seconds, start, m_callbacks, m_log});
+        if (ofFrame != Outcome::Finished)
+            outcome = ofFrame;
+        // Later frames could not be written either.
+        if (ofFrame == Outcome::OutputFailed || ofFrame == Outcome::Interrupted)
+            return ofFrame;
+        start = Clock::now();
+        m_seconds.parse = 0; // the scene was parsed once for all frames
+    }
+    m_log.info("{} frames: {} rendered now, {} before", count, count - finished, finished);
+    return outcome;
+}
+
+BuiltScene SceneRenderer::buildFrame(int number) {
+    SceneBuilder builder(std::move(m_description), m_options.build, m_diagnostics);
+    return builder.build(shutterOf(*m_options.sequence, number));
+}
+
+void checkQuery(const PixelQuery& query, const V2i& resolution, int samplesPerPixel) {
+    const V2i p = query.pixel;
+    if (p.x < 0 || p.y < 0 || p.x >= resolution.x || p.y >= resolution.y)
+        throw Error(
+            fmt::format("--pixel {},{}: the frame has {}x{} pixels", p.x, p.y, resolution.x, resolution.y),
+            ErrorKind::Usage);
+    if (query.sample && *query.sample >= uint32_t(samplesPerPixel))
+        throw Error(fmt::format("--sample {}: a pixel has {} samples", *query.sample, samplesPerPixel),
+                    ErrorKind::Usage);
+}
+
+PixelResult SceneRenderer::renderPixel(const PixelQuery& query) {
+    FrameJob job{m_options, 0, {}, {}};
+    if (m_options.sequence)
+        job.number = m_options.sequence->first;
+    const BuiltScene built = job.number ? buildFrame(*job.number) : buildImage();
+    RenderSettings settings = renderSettings(m_options, built);
+    checkQuery(query, built.resolution, settings.samplesPerPixel);
+    Rgb sampleValue(0);
+    settings.onSample = [&](const SampleRecord& record) {
+        if (query.sample == record.number)
+            sampleValue = record.value;
+    };
+    const V2i p = query.pixel;
+    Film film(built.resolution.x, built.resolution.y, {p.x, p.y, p.x + 1, p.y + 1});
+    const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
+                                     *built.filter, settings, film);
+    reportInvalidSamples(stats, job, built, m_log);
+    return {query.sample ? sampleValue : film.image().pixels[0], stats.total.invalidSamples};
+}
+
+} // namespace
+
+Outcome renderScene(const RenderOptions& options, const Log& log, const RenderCallbacks& callbacks) {
+    checkOptions(options);
+    SceneRenderer renderer(options, log, callbacks);
+    return options.sequence ? renderer.renderSequence() : renderer.renderImage();
+}
+
+PixelResult renderPixel(const RenderOptions& options, const PixelQuery& query, const Log& log) {
+    checkPixelOptions(options);
+    const RenderCallbacks callbacks;
+    return SceneRenderer(options, log, callbacks).renderPixel(query);
+}
+
+} // namespace strobe

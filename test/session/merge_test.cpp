@@ -1,0 +1,97 @@
+#include "session/part_file.h"
+#include "session_fixture.h"
+
+namespace strobe::test {
+namespace {
+
+class MergeTest : public SessionTest {
+  protected:
+    void renderPart(const char* name, SampleSlice samples, std::optional<PixelBounds> bounds = {}) {
+        RenderOptions o = writing({name});
+        o.sampleRange = samples;
+        o.build.pixelBounds = bounds;
+        EXPECT_EQ(renderScene(o, log), Outcome::Finished);
+    }
+    Outcome merge(std::initializer_list<const char*> parts, const char* image) {
+        MergeOptions o;
+        for (const char* part : parts)
+            o.parts.push_back(path(part));
+        o.images = {path(image)};
+        return mergeParts(o, log);
+    }
+};
+
+TEST_F(MergeTest, MergedPartsEqualTheWholeImage) {
+    renderScene(writing({"whole.exr"}), log);
+    renderPart("a.part", {0, 3});
+    renderPart("b.part", {3, 8}, PixelBounds{0, 0, 10, 16});
+    renderPart("c.part", {3, 8}, PixelBounds{10, 0, 24, 16});
+    EXPECT_EQ(merge({"c.part", "b.part"}, "bc.part"), Outcome::Finished);
+    EXPECT_EQ(merge({"a.part", "bc.part"}, "merged.exr"), Outcome::Finished);
+    EXPECT_EQ(pixels("merged.exr"), pixels("whole.exr"));
+    EXPECT_EQ(attribute("merged.exr", "strobe:unfinished"), "");
+}
+
+TEST_F(MergeTest, MissingSamplesAreReported) {
+    renderPart("a.part", {0, 3});
+    EXPECT_EQ(merge({"a.part"}, "merged.exr"), Outcome::Finished);
+    EXPECT_TRUE(hasMessage(LogLevel::Warning, "1920 samples of the pixels from 0,0 to 23,15 are missing"));
+    renderPart("b.part", {0, 8}, PixelBounds{0, 0, 10, 16});
+    merge({"b.part"}, "cropped.exr");
+    EXPECT_TRUE(hasMessage(LogLevel::Warning, "the parts show pixels 0,0 to 9,15 of a frame of 24x16"));
+}
+
+TEST_F(MergeTest, PartsThatDoNotFitAreErrors) {
+    renderPart("a.part", {0, 5});
+    renderPart("b.part", {4, 8}, PixelBounds{0, 0, 10, 16});
+    EXPECT_EQ(usageError([&] {
+                  merge({"a.part", "b.part"}, "merged.exr");
+              }),
+              path("b.part").string() + ": samples 4:8 of pixels 0 10 0 16 overlap those of another file");
+    options.seed = 1;
+    renderPart("c.part", {5, 8});
+    EXPECT_EQ(usageError([&] {
+                  merge({"a.part", "c.part"}, "merged.exr");
+              }),
+              path("c.part").string() + ": it is a part of another render: seed is 1, not 0");
+    EXPECT_FALSE(exists("merged.exr"));
+}
+
+TEST_F(MergeTest, OptionsAreChecked) {
+    EXPECT_EQ(usageError([&] { merge({}, "merged.exr"); }), "there are no parts to merge");
+    EXPECT_EQ(usageError([&] { merge({"a.part"}, "merged.jpg"); }),
+              "-o: \"" + path("merged.jpg").string() + "\" must end in .exr, .png or .part");
+}
+
+TEST(PartFileTest, DamagedBytesAreErrors) {
+    RenderPart part;
+    part.key = {{"version", "1"}};
+    part.fullWidth = 4;
+    part.fullHeight = 3;
+    part.samplesPerPixel = 2;
+    part.pixelBounds = {1, 0, 3, 2};
+    part.boxes = {{part.pixelBounds, {0, 1}}};
+    part.sums.resize(4);
+    part.sums[2].add(Rgb(1, 2, 3), 0.5f);
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "p.part";
+    writePart(file, part);
+    const RenderPart read = readPart(file);
+    EXPECT_EQ(read.key, part.key);
+    EXPECT_EQ(read.sums, part.sums);
+    EXPECT_EQ(missingSamples(read), 7u);
+
+    const auto error = [](const std::string& bytes) { return usageError([&] { parsePart(bytes, "x"); }); };
+    std::ifstream stream(file, std::ios::binary);
+    const std::string good{std::istreambuf_iterator<char>(stream), {}};
+    EXPECT_EQ(error(good), "");
+    EXPECT_EQ(error("hello"), "x: it is not a part of a render");
+    EXPECT_EQ(error(good.substr(0, 40)), "x: it is damaged");
+    EXPECT_EQ(error(good + "x"), "x: it is truncated or too long");
+    std::string flipped = good;
+    flipped.back() ^= 1;
+    EXPECT_EQ(error(flipped), "x: it is damaged");
+}
+
+} // namespace
+} // namespace strobe::test
