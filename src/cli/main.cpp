@@ -168,7 +168,7 @@ int makePicture(const Options& options, const BuiltScene& built, const ResourceP
     AovFilms aovs(options, built, log);
     aovs.addTo(settings);
     if (std::any_of(options.outputs.begin(), options.outputs.end(), isPart))
-        film.keepSums();
+        film.enableAccumulation();
     const OutputSettings outputSettings = outputSettingsOf(options.picture, options.threads);
     for (const auto& output : options.outputs)
         if (!isPart(output))
@@ -195,9 +195,9 @@ int makePicture(const Options& options, const BuiltScene& built, const ResourceP
     RenderStats stats = renderPicture(built, options, settings, start, signals, film, write, log);
     const bool finished = stats.passes > 0 && !(options.takesPasses() && signals && signals->stops());
     if (!film.sums().empty()) // of earlier runs, too
-        stats.total.invalidSamples =
-            std::accumulate(film.sums().begin(), film.sums().end(), uint64_t(0),
-                            [](uint64_t sum, const PixelAccumulator& pixel) { return sum + pixel.bad(); });
+        stats.total.invalidSamples = std::accumulate(
+            film.sums().begin(), film.sums().end(), uint64_t(0),
+            [](uint64_t sum, const PixelAccumulator& pixel) { return sum + pixel.invalidCount(); });
     warnOfInvalidSamples(stats, options, built, log);
     FallbackWriter rescue(log);
     for (const auto& output : options.outputs)

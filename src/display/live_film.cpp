@@ -16,13 +16,13 @@ LiveFilm::LiveFilm(const Film& like)
       m_across(piecesOf(m_pixelBounds.width())), m_down(piecesOf(m_pixelBounds.height())),
       m_filled(size_t(m_across) * size_t(m_down)), m_waits(m_filled.size()) {
     if (!like.sums().empty())
-        m_film.keepSums();
+        m_film.enableAccumulation();
 }
 
 void LiveFilm::update(const Film& film, const PixelBounds& tile) {
     {
         const std::lock_guard lock(m_mutex);
-        m_film.copy(film, tile);
+        m_film.copyFrom(film, tile);
         touch(tile);
     }
     m_changed.notify_one();

@@ -23,7 +23,7 @@ std::vector<SampleBox> fullBoxes(const Film& film, const SampleSlice& samples) {
         std::vector<size_t> open;
         for (int x = w.x0; x < w.x1;) {
             int end = x;
-            while (end < w.x1 && film.holds({end, y, end + 1, y + 1}, samples.count()))
+            while (end < w.x1 && film.hasSampleCount({end, y, end + 1, y + 1}, samples.count()))
                 ++end;
             if (end > x) {
                 const auto same = std::find_if(above.begin(), above.end(), [&](size_t i) {

@@ -22,7 +22,7 @@ Film filmOf(const RenderPart& part) {
 uint64_t invalidSamplesOf(const RenderPart& part) {
     uint64_t bad = 0;
     for (const PixelAccumulator& sum : part.sums)
-        bad += sum.bad();
+        bad += sum.invalidCount();
     return bad;
 }
 

@@ -61,7 +61,7 @@ class Picture {
   private:
     /// Takes up what there is of the picture.
     void goOn(StopSignals* signals) {
-        m_film.keepSums();
+        m_film.enableAccumulation();
         m_checkpoint.emplace(m_options, m_built);
         m_settings.resume = m_options.resume && m_checkpoint->resume(m_film);
         if (m_options.resume && !m_settings.resume)

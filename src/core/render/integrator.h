@@ -23,7 +23,7 @@ class IntegratorWorker {
     /// Appends the requests that the batch needs to `requests`, which is empty.
     virtual void plan(const VisibilityBatch& batch, ShadingRequests& requests) = 0;
     /// Returns the radiance of each sample of the batch, given the radiance of each request of the last
-    /// `plan`. Samples outside of `batch.wanted` may have any value. The result is `values`, filled, or
+    /// `plan`. Samples outside of `batch.filmSlice` may have any value. The result is `values`, filled, or
     /// `shaded` itself.
     virtual std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                          std::span<Rgb> values) = 0;

@@ -25,7 +25,8 @@ struct RenderSettings {
     /// The samples of each pixel to render; none: all. The sums of disjoint slices add up to those of the
     /// whole render, to the bit.
     std::optional<SampleSlice> slice;
-    /// The film keeps sums. Tiles whose pixels have all these samples already are skipped, others start anew.
+    /// Skips tiles whose pixels have all these samples already and renders the others anew. The film must
+    /// accumulate.
     bool resume = false;
     uint64_t seed = 0;
     /// Samples with a channel above this are scaled down to it. Biased; 0: off. Samples that are not finite
