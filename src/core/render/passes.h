@@ -6,7 +6,7 @@
 
 namespace strobe {
 
-/// When to end a render in passes; at least one of the two is set.
+/// The goal of a render in passes. At least one member is set.
 struct PassGoal {
     using Clock = std::chrono::steady_clock;
     /// No pass but the first continues after it.
@@ -15,8 +15,8 @@ struct PassGoal {
     std::optional<double> noise;
 };
 
-/// Called after each pass with the film and the statistics so far. Returns a new deadline, or nothing to keep
-/// the previous one. (The time that the callback takes can thereby be excluded.)
+/// Called after each pass with the film and the statistics so far. Returns a new deadline, e.g. one that
+/// leaves time to write the image, or nothing to keep the previous one.
 using PassDone = std::function<std::optional<PassGoal::Clock::time_point>(const Film&, const RenderStats&)>;
 
 /// Renders independent passes, each with a seed and caches of its own, and accumulates them in the film.

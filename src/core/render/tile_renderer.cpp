@@ -8,7 +8,7 @@ namespace strobe {
 
 namespace {
 
-// Sampler dimensions of the camera sample. Dimensions 3 and 4 belong to AovFilm, the next ones to shaders.
+// Sampler dimensions of the camera sample. AovFilm uses dimensions 3 and 4, shaders use higher ones.
 enum : uint32_t { kDimFilm = 0, kDimLens = 1, kDimTime = 2 };
 
 /// The number of samples for which all buffers of a batch fit into a second-level cache.
@@ -31,8 +31,8 @@ TileRenderer::TileRenderer(const Scene& scene, IntegratorState& integrator, cons
     initializeSamples();
 }
 
-/// Writes the members of samples that are the same in every batch: the pixel, the sample number, and the time
-/// and lens position for scenes that do not sample them.
+/// Writes the members of samples that do not change from batch to batch: the pixel, the sample number, and
+/// the time and lens position for scenes that do not sample them.
 void TileRenderer::initializeSamples() {
     m_samples.resize(size_t(m_pixelsPerBatch) * m_tracedSlice.count());
     for (size_t c = 0; c < m_samples.chunks(); ++c) {

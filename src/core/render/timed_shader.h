@@ -7,7 +7,7 @@
 namespace strobe {
 
 /// A shader worker that measures, in some of its batches, the cost of a shade per material. Timed batches are
-/// sorted by material and shaded in packets of one material each. The radiance is the same as untimed.
+/// sorted by material and shaded in packets of one material each. Timing does not change the radiance.
 class TimedShader {
   public:
     /// `components` is LightComponents::count. The scene must outlive this object.

@@ -33,8 +33,7 @@ struct SurfacePoint {
     int light = -1; ///< index into Scene::lights; -1: the surface does not emit
     uint32_t prim = 0;
 
-    /// Returns the distance from which on a ray from p along the unit vector `w` may hit surfaces
-    /// (`tminFor`).
+    /// Returns `tminFor` a ray from p along the unit vector `w`.
     float tmin(const V3f& w) const { return tminFor(offset, dot(w, ng)); }
 };
 

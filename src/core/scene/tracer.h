@@ -58,7 +58,7 @@ struct alignas(64) RayPacket {
 
     RayPacket() { std::fill(mask, mask + kSize, ~0u); }
     /// Returns the id of occlusion rays towards a light that cannot self-occlude (Light::cannotSelfOcclude):
-    /// the light's own shape is not tested.
+    /// StaticQuadrics skip the light's own shape, which saves time only.
     static uint32_t idOfLight(int light) { return uint32_t(light) + 1; }
     /// Sets one ray and clears its hit.
     void set(int lane, const V3f& o, const V3f& d, float tmin, float tmax, float rayTime) {
