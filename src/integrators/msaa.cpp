@@ -88,7 +88,7 @@ class Worker : public IntegratorWorker {
     }
 
     void planGroup(const VisibilityBatch& batch, uint32_t begin, uint32_t end, ShadingRequests& requests) {
-        const auto wanted = [&](uint32_t i) { return batch.wanted.contains(batch.samples[i].index); };
+        const auto wanted = [&](uint32_t i) { return batch.filmSlice.contains(batch.samples[i].index); };
         const bool any = std::any_of(&m_order[begin], &m_order[end - 1] + 1, wanted);
         const uint32_t size = end - begin, count = any ? std::min(size, m_shades) : 0;
         const Share share{uint32_t(requests.size()), count};

@@ -205,7 +205,7 @@ uint64_t missingSamples(const RenderPart& part) {
     uint64_t missing = 0;
     for (const PixelAccumulator& sum : part.sums)
         missing += uint64_t(part.samplesPerPixel) -
-                   std::min(uint64_t(part.samplesPerPixel), uint64_t(sum.good()) + sum.bad());
+                   std::min(uint64_t(part.samplesPerPixel), uint64_t(sum.validCount()) + sum.invalidCount());
     return missing;
 }
 

@@ -1,4 +1,4 @@
-// Arbitrary output variables (AOVs): every layer that a render can write beside its color, in one table.
+// Arbitrary output variables (AOVs): one table of all layers that a render can write besides its color.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace strobe {
 
-/// A layer. Its group decides what gathers it.
+/// A layer. Its group determines the class that accumulates it.
 enum class Aov {
     // AovGroup::Visible
     Normal,
@@ -40,28 +40,28 @@ enum class AovGroup { Visible, Light, Sharing };
 struct AovInfo {
     Aov aov;
     AovGroup group;
-    const char*
-        name; ///< for --aov, and of the layer in files (Cryptomatte and light groups name theirs differently)
+    /// The name for --aov, and the layer's name in files (but for Cryptomatte and light groups).
+    const char* name;
     const char* doc;
-    std::vector<const char*> channels; ///< for Cryptomatte: the name of the layer in files
-    const char* formerName = nullptr;  ///< accepted by --aov, not listed
+    std::vector<const char*> channels; ///< for Cryptomatte: the layer's name in files
+    const char* formerName = nullptr;  ///< accepted by --aov, but not listed
 };
 
-/// All AOVs, in the order of the enumeration.
+/// Returns all AOVs in the order of the enumeration.
 const std::vector<AovInfo>& aovTable();
 const AovInfo& aovInfo(Aov aov);
-/// The row with this name or former name; null if there is none.
+/// Returns the AOV with this name or former name, or null.
 const AovInfo* findAov(const std::string& name);
-/// The names of one group, separated by commas.
+/// Returns the names of a group's AOVs, separated by commas.
 std::string aovNames(AovGroup group);
-/// Those of `aovs` that belong to `group`, in the same order.
+/// Returns the members of `aovs` that belong to `group`, in the same order.
 std::vector<Aov> aovsOf(const std::vector<Aov>& aovs, AovGroup group);
 
-/// One channel of an EXR file, ready to be written.
+/// One channel of an EXR file.
 struct AovChannel {
-    std::string layer, name; ///< in files: "layer.name"
+    std::string layer, name; ///< the name in files is "layer.name"
     std::vector<float> values;
-    bool exact = false; ///< see Channel
+    bool exact = false; ///< written with 32 bits, see Channel
 };
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// Cryptomatte: mattes for everything that has a name (Friedman and Jones, "Fully Automatic ID Mattes with
+// Cryptomatte: mattes for objects and materials by name (Friedman and Jones, "Fully Automatic ID Mattes with
 // Support for Motion Blur and Transparency", 2015; specification 1.2.0).
 #pragma once
 
@@ -11,37 +11,41 @@
 
 namespace strobe {
 
-/// MurmurHash3_x86_32 (Appleby) of bytes, seed 0.
+/// Returns MurmurHash3_x86_32 (Appleby) of the bytes, with seed 0.
 uint32_t murmur3(std::string_view bytes);
 
-/// The number that stands for a name (UTF-8): its hash, with the exponent's last bit flipped where the bits
-/// would not be an ordinary float. Pixels hold these bits as a float.
+/// Returns the id of a name (UTF-8): its hash, interpreted as the bits of a float in pixels. If these would
+/// be zero, denormal, infinite or NaN, the lowest bit of the exponent is flipped.
 uint32_t cryptomatteId(std::string_view name);
 
-/// What the header of a file says of the Cryptomatte layer `layer` (e.g. "CryptoObject"), with the manifest
-/// of all `names`.
+/// Returns the file metadata of the Cryptomatte layer `layer` (e.g. "CryptoObject"), with a manifest of
+/// `names`.
 Metadata cryptomatteMetadata(const std::string& layer, const std::vector<std::string>& names);
 
-/// Pairs of different names that have the same id: their mattes cannot be told apart.
+/// Returns pairs of different names with the same id, which therefore share a matte.
 std::vector<std::pair<std::string, std::string>> cryptomatteCollisions(const std::vector<std::string>& names);
 
-/// How many of a pixel's samples met each of the things it sees.
+/// The number of a pixel's samples per name.
 class CryptomatteCounts {
   public:
-    /// One sample more of thing number `thing`.
-    void add(uint32_t thing) {
-        for (Entry& entry : m_entries)
-            if (entry.thing == thing)
-                return void(++entry.samples);
-        m_entries.push_back({thing, 1});
+    /// Adds a sample of the name with this index.
+    void add(uint32_t name) {
+        for (Entry& entry : m_entries) {
+            if (entry.name == name) {
+                ++entry.samples;
+                return;
+            }
+        }
+        m_entries.push_back({name, 1});
     }
-    /// Writes `levels` pairs of id (ids[thing], as a float) and coverage, the largest coverage first (of
-    /// equals, the thing of the smaller number), and zeros after the last. `samples`: of the pixel in all.
+    /// Writes `levels` pairs of id (the bits of ids[name]) and coverage, by descending coverage, then by
+    /// ascending index of the name; the rest are zeros. `samples` is the total number of the pixel's samples.
     void rank(const std::vector<uint32_t>& ids, uint64_t samples, int levels, float* out) const;
 
   private:
     struct Entry {
-        uint32_t thing, samples;
+        uint32_t name;
+        uint32_t samples;
     };
     std::vector<Entry> m_entries;
 };

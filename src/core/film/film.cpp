@@ -27,11 +27,11 @@ void Film::setPlane(Aov layer, std::vector<float> values) {
     m_planes.at(size_t(it - m_layers.begin())) = std::move(values);
 }
 
-void Film::add(const Film& part) {
-    const PixelBounds& w = part.pixelBounds();
-    for (int y = w.y0; y < w.y1; ++y)
-        for (int x = w.x0; x < w.x1; ++x)
-            add(x, y, part.m_sums.at(size_t(y - w.y0) * size_t(w.width()) + size_t(x - w.x0)));
+void Film::merge(const Film& other) {
+    const PixelBounds& bounds = other.pixelBounds();
+    for (int y = bounds.y0; y < bounds.y1; ++y)
+        for (int x = bounds.x0; x < bounds.x1; ++x)
+            add(x, y, other.m_sums.at(other.index(x, y)));
 }
 
 void Film::clear() {
@@ -42,63 +42,66 @@ void Film::clear() {
 }
 
 void Film::clear(const PixelBounds& tile) {
-    for (int y = tile.y0; y < tile.y1; ++y)
-        for (int x = tile.x0; x < tile.x1; ++x)
-            m_sums[index(x, y)] = {}, m_image.pixels[index(x, y)] = Rgb(0);
+    for (int y = tile.y0; y < tile.y1; ++y) {
+        for (int x = tile.x0; x < tile.x1; ++x) {
+            m_sums[index(x, y)] = {};
+            m_image.pixels[index(x, y)] = Rgb(0);
+        }
+    }
 }
 
-bool Film::holds(const PixelBounds& tile, uint32_t samples) const {
+bool Film::hasSampleCount(const PixelBounds& tile, uint32_t samples) const {
     for (int y = tile.y0; y < tile.y1; ++y)
         for (int x = tile.x0; x < tile.x1; ++x)
-            if (const PixelAccumulator& sum = m_sums[index(x, y)]; sum.good() + sum.bad() != samples)
+            if (const PixelAccumulator& sum = m_sums[index(x, y)];
+                sum.validCount() + sum.invalidCount() != samples)
                 return false;
     return true;
 }
 
-void Film::copy(const Film& from, const PixelBounds& tile) {
-    for (int y = tile.y0 - m_pixelBounds.y0; y < tile.y1 - m_pixelBounds.y0; ++y) {
-        const ptrdiff_t row = ptrdiff_t(y) * m_image.width;
-        const ptrdiff_t begin = row + tile.x0 - m_pixelBounds.x0, end = row + tile.x1 - m_pixelBounds.x0;
-        const auto take = [&](const auto& in, auto& out) {
-            std::copy(in.begin() + begin, in.begin() + end, out.begin() + begin);
+void Film::copyFrom(const Film& source, const PixelBounds& tile) {
+    for (int y = tile.y0; y < tile.y1; ++y) {
+        const size_t begin = index(tile.x0, y);
+        const auto copyRow = [&](const auto& in, auto& out) {
+            std::copy_n(in.begin() + ptrdiff_t(begin), tile.width(), out.begin() + ptrdiff_t(begin));
         };
-        take(from.m_image.pixels, m_image.pixels);
-        if (!from.m_sums.empty() && !m_sums.empty())
-            take(from.m_sums, m_sums);
+        copyRow(source.m_image.pixels, m_image.pixels);
+        if (!source.m_sums.empty() && !m_sums.empty())
+            copyRow(source.m_sums, m_sums);
         for (size_t i = 0; i < m_planes.size(); ++i)
-            take(from.m_planes[i], m_planes[i]);
+            copyRow(source.m_planes[i], m_planes[i]);
     }
 }
 
-std::vector<Part> Film::exrParts(const std::vector<Part>& more) const {
-    const float* data = &m_image.pixels[0].x;
-    std::vector<Part> parts = {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}}};
+std::vector<Part> Film::exrParts(const std::vector<Part>& extraParts) const {
+    const float* rgb = &m_image.pixels[0].x;
+    std::vector<Part> parts = {{"rgba", {{"R", rgb, 3}, {"G", rgb + 1, 3}, {"B", rgb + 2, 3}}}};
     for (size_t i = 0; i < m_layers.size(); ++i) {
         const std::string name = aovInfo(m_layers[i]).name;
         parts.push_back({name, {{name + ".Y", m_planes[i].data(), 1, true}}});
     }
-    parts.insert(parts.end(), more.begin(), more.end());
+    parts.insert(parts.end(), extraParts.begin(), extraParts.end());
     return parts;
 }
 
 void Film::checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
-                      const std::vector<Part>& more) const {
+                      const std::vector<Part>& extraParts) const {
     if (path.extension() == ".exr")
-        checkExr(path, exrParts(more), settings.exr);
+        checkExr(path, exrParts(extraParts), settings.exr);
     else if (path.extension() != ".png")
         throw Error("cannot write \"" + path.string() + "\": the name must end in .exr or .png",
                     ErrorKind::Usage);
 }
 
 size_t Film::write(const std::filesystem::path& path, const Metadata& metadata,
-                   const OutputSettings& settings, const std::vector<Part>& more) const {
-    checkWrite(path, settings, more);
+                   const OutputSettings& settings, const std::vector<Part>& extraParts) const {
+    checkWrite(path, settings, extraParts);
     if (path.extension() == ".exr")
-        return writeExr(path, {m_pixelBounds, {m_fullWidth, m_fullHeight}}, exrParts(more), metadata,
+        return writeExr(path, {m_pixelBounds, {m_fullWidth, m_fullHeight}}, exrParts(extraParts), metadata,
                         settings.exr, settings.threads);
     Image image = m_image;
-    for (Rgb& c : image.pixels)
-        c *= std::exp2(settings.exposure);
+    for (Rgb& color : image.pixels)
+        color *= std::exp2(settings.exposure);
     writePng(path, std::move(image), metadata, settings.view);
     return 0;
 }

@@ -1,4 +1,4 @@
-// The film: the mean of each pixel's samples, and layers that tell how it came about.
+// The film: the mean of each pixel's samples, and the AOVs of AovGroup::Sharing.
 #pragma once
 
 #include "core/film/aov.h"
@@ -9,7 +9,7 @@
 
 namespace strobe {
 
-/// How files are made of pixels.
+/// Settings for writing images.
 struct OutputSettings {
     float exposure = 0;    ///< of PNGs, in stops
     ColorTransform view{}; ///< of PNGs; empty: sRGB
@@ -17,59 +17,74 @@ struct OutputSettings {
     int threads = 1; ///< that compress EXRs; 0: one per core
 };
 
-/// Pixel values over a window of the full frame. Different pixels may be written by different threads.
+/// The image of a render, over pixel bounds within the full frame, with optional layers of one float per
+/// pixel.
+///
+/// A pixel is the mean of its samples. By default all samples of a pixel are added at once, and only the mean
+/// is stored. A film that accumulates (`enableAccumulation`) also stores the sums and can add samples to
+/// previous ones, for passes, slices and checkpoints.
+///
+/// Sums are exact (PixelAccumulator): the film does not depend on the order or the grouping in which samples
+/// were added, so films of disjoint samples merge to the same bits as one render of all samples. Layers are
+/// not sums: `setLayerValue` overwrites.
+///
+/// Thread safety: threads may concurrently add to, set, clear and copy from different pixels. All other
+/// functions need exclusive access.
 class Film {
   public:
     Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::vector<Aov> layers = {});
 
-    /// From now on, what is added to a pixel joins what was added before. Costs 64 bytes per pixel.
-    void keepSums() { m_sums.resize(m_image.pixels.size()); }
-    /// The pixel's samples: all of them, unless the film keeps sums.
+    /// Makes the film accumulate. Takes 64 more bytes per pixel. Call it before samples are added.
+    void enableAccumulation() { m_sums.resize(m_image.pixels.size()); }
+    /// Adds samples of a pixel. They replace its previous samples unless the film accumulates.
     void add(int x, int y, const PixelAccumulator& sum) {
         const size_t i = index(x, y);
         if (!m_sums.empty())
             m_sums[i].add(sum);
         m_image.pixels[i] = (m_sums.empty() ? sum : m_sums[i]).mean();
     }
-    /// Adds another film's samples, pixel by pixel; it covers a part of this one, and both keep sums.
-    void add(const Film& part);
-    /// No samples.
+    /// Adds the samples of another film, whose pixel bounds lie within this film's. Both films accumulate.
+    void merge(const Film& other);
+    /// Removes all samples and sets the layers to zero.
     void clear();
-    /// None in these pixels; the film keeps sums.
+    /// Removes the samples of the pixels in `tile`. The film accumulates.
     void clear(const PixelBounds& tile);
-    /// Whether each of these pixels has `samples` samples; the film keeps sums.
-    bool holds(const PixelBounds& tile, uint32_t samples) const;
-    /// Takes pixels and layers over, and sums if both keep them, from a film of the same window and layers.
-    void copy(const Film& from, const PixelBounds& tile);
-    /// Row by row over the window; empty if they are not kept.
+    /// Returns whether each pixel in `tile` has exactly `samples` samples, valid or not. The film
+    /// accumulates.
+    bool hasSampleCount(const PixelBounds& tile, uint32_t samples) const;
+    /// Copies the pixels in `tile`, their layers and, if both films accumulate, their sums. The pixel bounds
+    /// and the layers of both films are equal.
+    void copyFrom(const Film& source, const PixelBounds& tile);
+    /// Returns the sums of all pixels, row by row; empty unless the film accumulates.
     const std::vector<PixelAccumulator>& sums() const { return m_sums; }
-    /// `value` of layer `index` (into `layers()`).
-    void setLayer(size_t index, int x, int y, float value) {
-        m_planes[index][size_t(y - m_pixelBounds.y0) * size_t(m_image.width) + size_t(x - m_pixelBounds.x0)] =
-            value;
+    /// Sets the value of a pixel in the layer layers()[layerIndex].
+    void setLayerValue(size_t layerIndex, int x, int y, float value) {
+        m_planes[layerIndex][index(x, y)] = value;
     }
     bool has(Aov layer) const;
-    /// All of a layer, which must be one of `layers()`: row by row over the window.
+    /// Sets the values of a whole layer, row by row. Precondition: has(layer).
     void setPlane(Aov layer, std::vector<float> values);
     const Image& image() const { return m_image; }
     const std::vector<Aov>& layers() const { return m_layers; }
-    /// Row by row over the window; the layer must be one of `layers()`.
+    /// Returns the values of a layer, row by row. Precondition: has(layer).
     const std::vector<float>& plane(Aov layer) const;
     const PixelBounds& pixelBounds() const { return m_pixelBounds; }
     int fullWidth() const { return m_fullWidth; }
     int fullHeight() const { return m_fullHeight; }
 
-    /// Writes by the file name's extension: .exr (the first part, "rgba", has the color; layers are channels
-    /// "name.Y" in a part "name", with all bits) or .png (no layers). Returns how many values an EXR's half
-    /// floats could not hold. `more`: parts beside the film's own. Throws Error of kind Output.
+    /// Writes an EXR or PNG file, by the extension of `path`. The color of an EXR is the part "rgba"; each
+    /// layer is a part of its name with the 32-bit channel "name.Y"; `extraParts` follow. A PNG has the color
+    /// only. Returns the number of values outside of the range of half floats (EXR). Throws Error of kind
+    /// Output, and what `checkWrite` throws.
     size_t write(const std::filesystem::path& path, const Metadata& metadata,
-                 const OutputSettings& settings = {}, const std::vector<Part>& more = {}) const;
-    /// Throws what `write` would throw because of the name and the settings.
+                 const OutputSettings& settings = {}, const std::vector<Part>& extraParts = {}) const;
+    /// Throws Error if `write` cannot succeed with this file name and these settings.
     void checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
-                    const std::vector<Part>& more = {}) const;
+                    const std::vector<Part>& extraParts = {}) const;
 
   private:
-    std::vector<Part> exrParts(const std::vector<Part>& more) const;
+    std::vector<Part> exrParts(const std::vector<Part>& extraParts) const;
+    /// The index of a pixel of the full frame in m_image, m_sums and m_planes.
     size_t index(int x, int y) const {
         return size_t(y - m_pixelBounds.y0) * size_t(m_image.width) + size_t(x - m_pixelBounds.x0);
     }
@@ -77,9 +92,9 @@ class Film {
     int m_fullWidth, m_fullHeight;
     PixelBounds m_pixelBounds;
     Image m_image;
-    std::vector<PixelAccumulator> m_sums; ///< none, or one per pixel
+    std::vector<PixelAccumulator> m_sums; ///< per pixel; empty unless the film accumulates
     std::vector<Aov> m_layers;
-    std::vector<std::vector<float>> m_planes; ///< beside m_layers
+    std::vector<std::vector<float>> m_planes; ///< per layer
 };
 
 } // namespace strobe

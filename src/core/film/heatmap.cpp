@@ -11,37 +11,38 @@ namespace {
 
 Rgb fromSrgb(float r, float g, float b) { return Rgb(decodeSrgb(r), decodeSrgb(g), decodeSrgb(b)); }
 
-/// Blue, cyan, green, yellow, red for x from 0 to 1.
+/// Returns the color at x in [0,1]: blue, cyan, green, yellow, red.
 Rgb falseColor(float x) {
     static constexpr float kStops[5][3] = {
         {.1f, .15f, .75f}, {.1f, .7f, .9f}, {.25f, .8f, .3f}, {.98f, .85f, .2f}, {.85f, .1f, .1f}};
-    const float at = std::clamp(x, 0.f, 1.f) * 4;
-    const int i = std::min(int(at), 3);
-    const float f = at - float(i);
-    float c[3];
+    const float position = std::clamp(x, 0.f, 1.f) * 4;
+    const int i = std::min(int(position), 3);
+    const float f = position - float(i);
+    float srgb[3];
     for (int k = 0; k < 3; ++k)
-        c[k] = kStops[i][k] + (kStops[i + 1][k] - kStops[i][k]) * f;
-    return fromSrgb(c[0], c[1], c[2]);
+        srgb[k] = kStops[i][k] + (kStops[i + 1][k] - kStops[i][k]) * f;
+    return fromSrgb(srgb[0], srgb[1], srgb[2]);
 }
 
-Rgb ownColor(float number) {
-    const uint64_t h = hashOf(uint64_t(number));
-    const auto part = [&](int shift) { return 0.25f + 0.75f * float((h >> shift) & 255) / 255; };
-    return fromSrgb(part(8), part(16), part(24));
+/// Returns a color hashed from an id.
+Rgb idColor(float id) {
+    const uint64_t h = hashOf(uint64_t(id));
+    const auto channel = [&](int shift) { return 0.25f + 0.75f * float((h >> shift) & 255) / 255; };
+    return fromSrgb(channel(8), channel(16), channel(24));
 }
 
-/// How a layer's values become places on the color scale.
+/// Maps a layer's values to [0,1] for `falseColor`.
 struct Scale {
-    bool logarithmic;
-    float top;
-    float placeOf(float value) const {
-        return logarithmic ? std::log2(std::max(value, 1.f)) / std::log2(std::max(top, 2.f)) : value / top;
+    bool isLogarithmic;
+    float max;
+    float operator()(float value) const {
+        return isLogarithmic ? std::log2(std::max(value, 1.f)) / std::log2(std::max(max, 2.f)) : value / max;
     }
-    /// Absent or none: shown black.
-    bool has(float value) const { return logarithmic ? value > 0 : value >= 0; }
+    /// False: the value is shown in black.
+    bool contains(float value) const { return isLogarithmic ? value > 0 : value >= 0; }
 };
 
-/// Digits and the point, three by five: a row is three bits.
+/// A bitmap font of 3×5 pixels for the digits 0 … 9 and the decimal point; a row is three bits.
 constexpr std::array<std::array<uint8_t, 5>, 11> kGlyphs = {{{7, 5, 5, 5, 7},
                                                              {2, 6, 2, 2, 7},
                                                              {7, 1, 7, 4, 7},
@@ -53,67 +54,75 @@ constexpr std::array<std::array<uint8_t, 5>, 11> kGlyphs = {{{7, 5, 5, 5, 7},
                                                              {7, 5, 7, 5, 7},
                                                              {7, 5, 7, 1, 7},
                                                              {0, 0, 0, 0, 2}}};
-constexpr int kZoom = 2, kAdvance = 4 * kZoom, kMargin = 6, kBar = 10,
-              kFooter = kBar + 6 * kZoom + 3 * kMargin;
+// In pixels of the image.
+constexpr int kFontZoom = 2;
+constexpr int kGlyphAdvance = 4 * kFontZoom;
+constexpr int kMargin = 6;
+constexpr int kBarHeight = 10;
+constexpr int kFooterHeight = kBarHeight + 6 * kFontZoom + 3 * kMargin;
 
 void drawText(Image& image, int center, int top, const std::string& text) {
-    int left = std::clamp(center - int(text.size()) * kAdvance / 2, 0,
-                          std::max(image.width - int(text.size()) * kAdvance, 0));
+    const int textWidth = int(text.size()) * kGlyphAdvance;
+    int left = std::clamp(center - textWidth / 2, 0, std::max(image.width - textWidth, 0));
     for (const char c : text) {
         const auto& glyph = kGlyphs[c == '.' ? 10 : size_t(c - '0')];
-        for (int y = 0; y < 5 * kZoom; ++y)
-            for (int x = 0; x < 3 * kZoom; ++x)
-                if (glyph[size_t(y / kZoom)] >> (2 - x / kZoom) & 1 && left + x < image.width)
+        for (int y = 0; y < 5 * kFontZoom; ++y) {
+            for (int x = 0; x < 3 * kFontZoom; ++x) {
+                const bool isSet = glyph[size_t(y / kFontZoom)] >> (2 - x / kFontZoom) & 1;
+                if (isSet && left + x < image.width)
                     image.at(left + x, top + y) = Rgb(1);
-        left += kAdvance;
+            }
+        }
+        left += kGlyphAdvance;
     }
 }
 
-void drawScale(Image& image, int top, const Scale& scale) {
+/// Draws the color bar and its labels into the footer, whose first row is `top`.
+void drawColorBar(Image& image, int top, const Scale& scale) {
     const int left = 3 * kMargin, right = image.width - left;
     for (int x = left; x < right; ++x)
-        for (int y = 0; y < kBar; ++y)
+        for (int y = 0; y < kBarHeight; ++y)
             image.at(x, top + kMargin + y) = falseColor(float(x - left) / float(right - 1 - left));
-    const auto label = [&](float value, const std::string& text) {
-        const int x = left + int(scale.placeOf(value) * float(right - 1 - left));
-        drawText(image, x, top + 2 * kMargin + kBar, text);
+    const auto drawLabel = [&](float value, const std::string& text) {
+        const int x = left + int(scale(value) * float(right - 1 - left));
+        drawText(image, x, top + 2 * kMargin + kBarHeight, text);
     };
-    if (scale.logarithmic) {
-        for (float value = 1; value < scale.top; value *= 4)
-            if (value * 2 <= scale.top)
-                label(value, std::to_string(int(value)));
-        label(scale.top, std::to_string(int(scale.top)));
+    if (scale.isLogarithmic) {
+        for (float value = 1; value < scale.max; value *= 4)
+            if (value * 2 <= scale.max)
+                drawLabel(value, std::to_string(int(value)));
+        drawLabel(scale.max, std::to_string(int(scale.max)));
     } else {
-        label(0, "0");
-        label(0.5f, "0.5");
-        label(1, "1");
+        drawLabel(0, "0");
+        drawLabel(0.5f, "0.5");
+        drawLabel(1, "1");
     }
 }
 
 } // namespace
 
 Image heatmap(const Film& film, Aov layer, int samplesPerPixel) {
-    constexpr int kLeastWidth = 160;
-    const bool colorsOnly = layer == Aov::Cell;
-    const bool counts = layer == Aov::Shades || layer == Aov::Samples;
-    const Scale scale{counts, counts ? float(std::max(samplesPerPixel, 2)) : 1};
+    constexpr int kMinBarWidth = 160;
+    const bool isId = layer == Aov::Cell;
+    const bool isCount = layer == Aov::Shades || layer == Aov::Samples;
+    const Scale scale{isCount, isCount ? float(std::max(samplesPerPixel, 2)) : 1};
     const PixelBounds& pixelBounds = film.pixelBounds();
     Image image;
-    image.width = std::max(pixelBounds.width(), colorsOnly ? 0 : kLeastWidth);
-    image.height = pixelBounds.height() + (colorsOnly ? 0 : kFooter);
+    image.width = std::max(pixelBounds.width(), isId ? 0 : kMinBarWidth);
+    image.height = pixelBounds.height() + (isId ? 0 : kFooterHeight);
     image.pixels.assign(size_t(image.width) * size_t(image.height), Rgb(0));
     const std::vector<float>& plane = film.plane(layer);
-    for (int y = 0; y < pixelBounds.height(); ++y)
+    for (int y = 0; y < pixelBounds.height(); ++y) {
         for (int x = 0; x < pixelBounds.width(); ++x) {
             const float value = plane[size_t(y) * size_t(pixelBounds.width()) + size_t(x)];
-            Rgb& pixel = image.at(x, y);
-            if (colorsOnly)
-                pixel = value != 0 ? ownColor(value) : Rgb(0);
-            else if (scale.has(value))
-                pixel = falseColor(scale.placeOf(value));
+            if (isId)
+                image.at(x, y) = value != 0 ? idColor(value) : Rgb(0);
+            else if (scale.contains(value))
+                image.at(x, y) = falseColor(scale(value));
         }
-    if (!colorsOnly)
-        drawScale(image, pixelBounds.height(), scale);
+    }
+    if (!isId)
+        drawColorBar(image, pixelBounds.height(), scale);
     return image;
 }
 

@@ -1,13 +1,14 @@
-// Film layers as pictures for people.
+// False-color images of the film's layers.
 #pragma once
 
 #include "core/film/film.h"
 
 namespace strobe {
 
-/// The layer in false color, with its scale below: counts from blue (1) to red (`samplesPerPixel`) in
-/// logarithmic steps, 0 black; fractions from blue (0) to red (1), absent ones black; blocks in colors of
-/// their own, without a scale. Linear RGB, as writePng takes it.
+/// Returns a false-color image of a layer, in linear RGB, with a color bar below. Counts (Aov::Shades and
+/// Aov::Samples) are shown on a logarithmic scale from blue (1) to red (`samplesPerPixel`), zero in black;
+/// fractions on a linear scale from blue (0) to red (1), negative values in black. Aov::Cell has a hashed
+/// color per id, zero in black, and no color bar.
 Image heatmap(const Film& film, Aov layer, int samplesPerPixel);
 
 } // namespace strobe

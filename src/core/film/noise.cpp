@@ -4,39 +4,45 @@ namespace strobe {
 
 namespace {
 
-/// The probability of |T| < t: the finite sums of Abramowitz and Stegun, 26.7.3 and 26.7.4.
-double studentWithin(double t, int dof) {
+/// Returns P(|T| < t), by the finite sums of Abramowitz and Stegun, 26.7.3 and 26.7.4.
+double studentProbability(double t, int dof) {
     const double angle = std::atan(t / std::sqrt(double(dof)));
     const double cosine = std::cos(angle), sine = std::sin(angle);
-    const bool odd = dof % 2 != 0;
-    double term = odd ? cosine : 1, sum = dof > 1 ? term : 0;
-    for (int k = odd ? 3 : 2; k < dof; k += 2)
-        sum += term *= cosine * cosine * (k - 1) / k;
-    return odd ? 2 / M_PI * (angle + sine * sum) : sine * sum;
+    const bool isOdd = dof % 2 != 0;
+    double term = isOdd ? cosine : 1;
+    double sum = dof > 1 ? term : 0;
+    for (int k = isOdd ? 3 : 2; k < dof; k += 2) {
+        term *= cosine * cosine * (k - 1) / k;
+        sum += term;
+    }
+    return isOdd ? 2 / M_PI * (angle + sine * sum) : sine * sum;
 }
 
 } // namespace
 
 double studentQuantile(double probability, int dof) {
     double low = 0, high = 1;
-    while (studentWithin(high, dof) < probability)
+    while (studentProbability(high, dof) < probability)
         high *= 2;
     for (int i = 0; i < 60; ++i) {
         const double middle = (low + high) / 2;
-        (studentWithin(middle, dof) < probability ? low : high) = middle;
+        (studentProbability(middle, dof) < probability ? low : high) = middle;
     }
     return low;
 }
 
 void NoiseEstimate::add(const Image& pass) {
     if (m_passes++ == 0) {
-        m_width = pass.width, m_height = pass.height;
-        m_mean.assign(pass.pixels.size(), 0.f), m_squares = m_mean;
+        m_width = pass.width;
+        m_height = pass.height;
+        m_mean.assign(pass.pixels.size(), 0.f);
+        m_squaredDeviations.assign(pass.pixels.size(), 0.f);
     }
-    for (size_t i = 0; i < m_mean.size(); ++i) { // Welford
-        const float y = luminance(pass.pixels[i]), off = y - m_mean[i];
-        m_mean[i] += off / float(m_passes);
-        m_squares[i] += off * (y - m_mean[i]);
+    for (size_t i = 0; i < m_mean.size(); ++i) { // Welford's algorithm
+        const float y = luminance(pass.pixels[i]);
+        const float deviation = y - m_mean[i];
+        m_mean[i] += deviation / float(m_passes);
+        m_squaredDeviations[i] += deviation * (y - m_mean[i]);
     }
 }
 
@@ -46,25 +52,30 @@ std::vector<float> NoiseEstimate::pixels() const {
         return noise;
     const double t = studentQuantile(kConfidence, m_passes - 1);
     const double scale = t / std::sqrt(double(m_passes - 1) * m_passes);
-    for (int y = 0; y < m_height; ++y)
+    for (int y = 0; y < m_height; ++y) {
         for (int x = 0; x < m_width; ++x) {
             float sum = 0;
-            int n = 0;
-            for (int j = std::max(y - 1, 0); j <= std::min(y + 1, m_height - 1); ++j)
-                for (int i = std::max(x - 1, 0); i <= std::min(x + 1, m_width - 1); ++i, ++n)
-                    sum += m_squares[size_t(j) * size_t(m_width) + size_t(i)];
-            const size_t at = size_t(y) * size_t(m_width) + size_t(x);
-            const double squares = std::max(m_squares[at], sum / float(n));
-            noise[at] = float(scale * std::sqrt(squares)) / std::max(m_mean[at], kFloor);
+            int count = 0;
+            for (int j = std::max(y - 1, 0); j <= std::min(y + 1, m_height - 1); ++j) {
+                for (int i = std::max(x - 1, 0); i <= std::min(x + 1, m_width - 1); ++i) {
+                    sum += m_squaredDeviations[size_t(j) * size_t(m_width) + size_t(i)];
+                    ++count;
+                }
+            }
+            const size_t pixel = size_t(y) * size_t(m_width) + size_t(x);
+            const double squares = std::max(m_squaredDeviations[pixel], sum / float(count));
+            noise[pixel] = float(scale * std::sqrt(squares)) / std::max(m_mean[pixel], kFloor);
         }
+    }
     return noise;
 }
 
 std::vector<float> NoiseEstimate::variances() const {
-    std::vector<float> variances(m_squares.size(), kInfinity);
-    if (m_passes > 1)
+    std::vector<float> variances(m_squaredDeviations.size(), kInfinity);
+    if (m_passes > 1) {
         for (size_t i = 0; i < variances.size(); ++i)
-            variances[i] = m_squares[i] / (float(m_passes) * float(m_passes - 1));
+            variances[i] = m_squaredDeviations[i] / (float(m_passes) * float(m_passes - 1));
+    }
     return variances;
 }
 
@@ -72,7 +83,7 @@ double NoiseEstimate::level() const {
     std::vector<float> noise = pixels();
     if (noise.empty())
         return kInfinity;
-    const size_t rank = std::min(size_t(std::ceil(kPart * double(noise.size()))), noise.size()) - 1;
+    const size_t rank = std::min(size_t(std::ceil(kPixelFraction * double(noise.size()))), noise.size()) - 1;
     std::nth_element(noise.begin(), noise.begin() + ptrdiff_t(rank), noise.end());
     return noise[rank];
 }

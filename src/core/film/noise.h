@@ -1,4 +1,4 @@
-// How far a picture made in passes may be from what it converges to, as its passes tell.
+// Estimation of the noise of an image that is rendered in passes.
 #pragma once
 
 #include "core/image/image.h"
@@ -7,36 +7,38 @@
 
 namespace strobe {
 
-/// Gathers passes over the same window that are independent of one another and of one distribution: with
-/// seeds of their own and equally many samples. What repeats within a pass (points of a sequence, shades that
-/// samples share) then shows in how passes differ, and is counted in full; a bias that all passes have is not
-/// seen.
+/// Estimates the noise of the mean of passes from the variance between passes. Passes cover the same pixels,
+/// are independent and identically distributed: seeds of their own, equally many samples. Correlation within
+/// a pass (stratified samples, shared shades) is thereby fully accounted for; a bias common to all passes
+/// cannot be detected.
 class NoiseEstimate {
   public:
     void add(const Image& pass);
     int passes() const { return m_passes; }
 
-    /// Half the width of the 95 % confidence interval of the pixel's luminance Y, over max(Y, kFloor): by
-    /// Student's distribution from the variance of the passes. (Of a pixel that all passes agree on, or
-    /// nearly, the mean variance around it counts: what it has not met yet, its neighbors have.) Infinite
-    /// before the second pass.
+    /// Returns the noise of each pixel: the half-width of the 95 % confidence interval of its luminance Y by
+    /// Student's t distribution, divided by max(Y, kFloor). If a pixel's variance is below its 3×3 mean, the
+    /// mean is used, so that missed rare light does not read as zero noise. Infinite before the second pass.
     std::vector<float> pixels() const;
-    /// The variance of the pixel's luminance as the mean of the passes. Infinite before the second pass.
+    /// Returns the variance of each pixel's luminance in the mean of the passes. Infinite before the second
+    /// pass.
     std::vector<float> variances() const;
-    /// The noise that `kPart` of the pixels do not exceed.
+    /// Returns the noise level: the noise that the fraction kPixelFraction of the pixels does not exceed.
     double level() const;
 
-    static constexpr double kConfidence = 0.95, kPart = 0.95;
-    /// Below this luminance (of a display's white), errors count as they are, not relatively.
+    static constexpr double kConfidence = 0.95;
+    static constexpr double kPixelFraction = 0.95;
+    /// Below this luminance (display white is 1), noise is absolute instead of relative.
     static constexpr float kFloor = 0.1f;
 
   private:
     int m_width = 0, m_height = 0, m_passes = 0;
-    std::vector<float> m_mean, m_squares; ///< of luminance; squared deviations from the mean, added up
+    std::vector<float> m_mean;              ///< of each pixel's luminance
+    std::vector<float> m_squaredDeviations; ///< from the mean, summed over the passes
 };
 
-/// The t that |T| does not exceed with this probability, T of Student's distribution with `dof` >= 1 degrees
-/// of freedom.
+/// Returns the t for which P(|T| < t) = probability, where T has Student's t distribution with `dof` >= 1
+/// degrees of freedom.
 double studentQuantile(double probability, int dof);
 
 } // namespace strobe

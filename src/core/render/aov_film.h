@@ -1,4 +1,4 @@
-// Layers that tell what visibility samples saw, whatever shades them.
+// AOVs of AovGroup::Visible: properties of the surfaces that visibility samples hit.
 #pragma once
 
 #include "core/film/aov.h"
@@ -13,72 +13,75 @@ namespace strobe {
 struct AovFilmSettings {
     std::vector<Aov> aovs;                    ///< of AovGroup::Visible
     std::vector<std::string> materialNames{}; ///< of the scene's materials
-    int cryptoLevels = 6;                     ///< of Cryptomatte: how many things a pixel can name
+    int cryptoLevels = 6;                     ///< the maximum number of Cryptomatte ids per pixel
 };
 
-/// Gathers features over a window of the frame. Normals and albedos are means of the samples, weighted by the
-/// pixel filter, like color. What makes no sense when mixed is that of one sample: of all, the nearest to
-/// the middle of the pixel. Cryptomatte counts all samples: they are drawn with the density of the filter's
-/// absolute value, so their numbers are the coverage that it gives.
+/// Accumulates AOVs over pixel bounds, independent of the integrator.
+///
+/// Normal and albedo are means of the samples, weighted by the pixel filter like color. Values that cannot be
+/// averaged (depth, position, ids, …) are those of one sample per pixel: the one nearest to the pixel center.
+/// Cryptomatte counts all samples: their density is the absolute value of the pixel filter, so that the
+/// fraction of samples is the filtered coverage.
 class AovFilm {
   public:
-    /// Scene and sampler outlive the film.
+    /// The scene and the sampler must outlive the film.
     AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& pixelBounds,
             AovFilmSettings settings);
 
-    /// Adds the wanted samples of a batch; those of different pixels may come from different threads. Counts
+    /// Adds the samples of batch.filmSlice. Threads may concurrently add batches of different pixels. Counts
     /// `surfaces` and `footprints`.
     void add(const VisibilityBatch& batch, Counters& counters);
 
-    /// Row by row over the window, of what was added so far.
+    /// Returns the channels of the samples added so far, row by row over the pixel bounds.
     std::vector<AovChannel> channels() const;
-    /// What the header of a file must say of them.
+    /// Returns the Cryptomatte metadata of files with these channels.
     Metadata metadata() const;
-    /// Names that Cryptomatte cannot tell apart, in words.
+    /// Returns a message for each pair of names that Cryptomatte cannot distinguish.
     std::vector<std::string> warnings() const;
 
   private:
-    struct Plane {
+    /// An AOV of the sample nearest to the pixel center.
+    struct NearestAov {
         Aov aov;
-        size_t width; ///< numbers per pixel
-        std::vector<float> values;
+        size_t channels;
+        std::vector<float> values; ///< `channels` per pixel
     };
-    struct Mean {
+    /// An AOV that is a mean of samples with three channels.
+    struct MeanAov {
         Aov aov;
         std::vector<double> sums; ///< three per pixel
     };
-    struct Crypto {
+    struct CryptomatteAov {
         Aov aov;
-        std::vector<CryptomatteCounts> counts;
+        std::vector<CryptomatteCounts> counts; ///< per pixel
     };
 
-    // Of the pixel number `at`:
-    /// Of samples `first` to `end` of the batch.
-    void addNearest(const VisibilityBatch& batch, size_t first, size_t end, size_t at, Counters& counters);
-    void addMeans(const VisibilityBatch& batch, const VisibilitySample& sample, size_t at,
+    // `pixel` is an index into the pixel bounds.
+    void addNearest(const VisibilityBatch& batch, size_t begin, size_t end, size_t pixel, Counters& counters);
+    void addMeans(const VisibilityBatch& batch, const VisibilitySample& sample, size_t pixel,
                   Counters& counters);
-    void show(Aov aov, const VisibilitySample& sample, const std::optional<SurfacePoint>& surface, float* out,
-              Counters& counters) const;
+    void writeNearest(Aov aov, const VisibilitySample& sample, const std::optional<SurfacePoint>& surface,
+                      float* out, Counters& counters) const;
+    float depth(const VisibilitySample& sample) const;
     Rgb albedo(const VisibilityBatch& batch, const VisibilitySample& sample, const SurfacePoint& surface,
                Counters& counters) const;
-    V2f motion(const Hit& hit, Counters& counters) const;
-    /// The number of an object or a material.
-    uint32_t thingOf(Aov aov, const Hit& hit) const;
-    const std::vector<std::string>& namesOf(Aov aov) const;
-    void appendCrypto(const Crypto& crypto, std::vector<AovChannel>& out) const;
+    V2f motionVector(const Hit& hit, Counters& counters) const;
+    uint32_t nameIndex(Aov aov, const Hit& hit) const;
+    const std::vector<std::string>& names(Aov aov) const;
+    void appendCryptomatte(const CryptomatteAov& cryptomatte, std::vector<AovChannel>& out) const;
 
     const Scene& m_scene;
     const Sampler& m_sampler;
     const PixelBounds m_pixelBounds;
     const AovFilmSettings m_settings;
-    std::optional<ObjectNames> m_objects; ///< where they are asked for
-    std::vector<Plane> m_planes;          ///< of one sample each
-    std::vector<float> m_distance2; ///< of that sample to the pixel's middle; none if there are no planes
-    bool m_needsSurface = false;    ///< for m_planes
-    bool m_moves;                   ///< anything, or the camera
-    std::vector<Mean> m_means;
-    std::vector<Crypto> m_cryptos;
-    std::vector<uint32_t> m_samples; ///< by pixel
+    const bool m_moves;                   ///< see Scene::moves
+    std::optional<ObjectNames> m_objects; ///< if an AOV needs them
+    std::vector<NearestAov> m_nearest;
+    std::vector<float> m_distance2;     ///< squared, of each pixel's nearest sample to the pixel center
+    bool m_nearestNeedsSurface = false; ///< some AOV in m_nearest needs a SurfacePoint
+    std::vector<MeanAov> m_means;
+    std::vector<CryptomatteAov> m_cryptomattes;
+    std::vector<uint32_t> m_sampleCounts; ///< per pixel
 };
 
 } // namespace strobe

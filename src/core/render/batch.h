@@ -1,4 +1,4 @@
-// What goes through the steps of a batch: visibility samples and shading requests, kept side by side.
+// Batches of visibility samples and shading requests, stored as structures of arrays.
 #pragma once
 
 #include "core/interfaces/camera.h"
@@ -11,8 +11,8 @@ namespace strobe {
 
 class Scene;
 
-/// A vector of values that are stored as structures of arrays, kSoAWidth values to a chunk. An element is
-/// assembled when it is read. Shrinking keeps the memory.
+/// A vector whose elements are stored as structures of arrays, in chunks of kSoAWidth elements. `operator[]`
+/// and iterators return copies. Shrinking keeps the memory.
 template <class SoA>
 class SoAVector {
   public:
@@ -20,7 +20,7 @@ class SoAVector {
 
     size_t size() const { return m_size; }
     void clear() { m_size = 0; }
-    /// New elements are uninitialized.
+    /// Leaves new elements uninitialized.
     void resize(size_t size) {
         m_size = size;
         if (chunks() > m_chunks.size())
@@ -32,22 +32,26 @@ class SoAVector {
     }
     Value operator[](size_t i) const { return m_chunks[i / kSoAWidth].at(int(i % kSoAWidth)); }
 
+    /// Returns the number of chunks.
     size_t chunks() const { return (m_size + kSoAWidth - 1) / kSoAWidth; }
-    /// How many elements chunk `c` has; the first is number c * kSoAWidth.
+    /// Returns the number of elements in chunk `c`; its first element has the index c * kSoAWidth.
     int chunkSize(size_t c) const { return int(std::min<size_t>(kSoAWidth, m_size - c * kSoAWidth)); }
     SoA& chunk(size_t c) { return m_chunks[c]; }
     const SoA& chunk(size_t c) const { return m_chunks[c]; }
 
     class Iterator {
       public:
-        Iterator(const SoAVector& all, size_t i) : m_all(all), m_i(i) {}
-        Value operator*() const { return m_all[m_i]; }
-        Iterator& operator++() { return ++m_i, *this; }
-        bool operator!=(const Iterator& other) const { return m_i != other.m_i; }
+        Iterator(const SoAVector& vector, size_t index) : m_vector(vector), m_index(index) {}
+        Value operator*() const { return m_vector[m_index]; }
+        Iterator& operator++() {
+            ++m_index;
+            return *this;
+        }
+        bool operator!=(const Iterator& other) const { return m_index != other.m_index; }
 
       private:
-        const SoAVector& m_all;
-        size_t m_i;
+        const SoAVector& m_vector;
+        size_t m_index;
     };
     Iterator begin() const { return {*this, 0}; }
     Iterator end() const { return {*this, m_size}; }
@@ -57,16 +61,17 @@ class SoAVector {
     std::vector<SoA> m_chunks;
 };
 
-/// One camera ray and what it met.
+/// One camera ray and its hit.
 struct VisibilitySample {
     Hit hit;
     Ray ray;
     V2f film;       ///< film position, in pixels of the full frame
-    float weight;   ///< of the pixel filter: plus or minus the same number for all samples of a render
+    float weight;   ///< of the pixel filter; all samples of a render have the same absolute value
     uint32_t pixel; ///< index into VisibilityBatch::pixels
     uint32_t index; ///< of the sample in its pixel
 };
 
+/// VisibilitySamples as a structure of arrays.
 struct VisibilitySoA {
     HitSoA hit;
     CameraSampleSoA camera;
@@ -79,12 +84,13 @@ struct VisibilitySoA {
     }
 };
 
+/// A pixel of a batch.
 struct PixelRef {
-    int x, y;
-    uint64_t domain; ///< the sampler domain of the pixel: a hash of seed and position
+    int x, y;        ///< in the full frame
+    uint64_t domain; ///< of the pixel's samples (see SampleRange): a hash of the seed and the position
 };
 
-/// Some of a pixel's samples: numbers `first` to `end`, without the latter.
+/// A half-open interval of the sample numbers of a pixel.
 struct SampleSlice {
     uint32_t first = 0, end = 0;
     uint32_t count() const { return end - first; }
@@ -92,50 +98,52 @@ struct SampleSlice {
     bool operator==(const SampleSlice&) const = default;
 };
 
-/// Visibility samples of a few pixels, pixel by pixel, samples in order: the same `slice` of each.
+/// Visibility samples of a few pixels: pixel by pixel, the same slice of each pixel, in ascending order.
 struct VisibilityBatch {
     std::span<const PixelRef> pixels;
     const SoAVector<VisibilitySoA>& samples;
     uint32_t samplesPerPixel = 0; ///< of the whole render
-    SampleSlice slice;  ///< of each pixel: what is here. All of them, if samples depend on their pixel
-    SampleSlice wanted; ///< a part of it: the values of others are not looked at
+    SampleSlice slice;     ///< the samples of each pixel in the batch; all, if they depend on their pixel
+    SampleSlice filmSlice; ///< the samples of each pixel whose values are used; a subset of `slice`
 
-    /// The index among `samples` of sample `index` of a pixel.
-    uint32_t placeOf(uint32_t pixel, uint32_t index) const {
+    /// Returns the index in `samples` of sample number `index` of a pixel.
+    uint32_t sampleIndex(uint32_t pixel, uint32_t index) const {
         return pixel * slice.count() + index - slice.first;
     }
 };
 
-/// Which of the light to estimate. Direct: what lights the first surface beyond mirrors and glass, and what
-/// that surface and the emptiness emit. Indirect: the rest, of a first surface that is neither mirror nor
-/// glass. Their sum is all; but where the first surface's material is textured, Indirect is divided by its
-/// albedo there, so that it can be carried to other points. Albedo asks for theirs, and for no light.
+/// The component of light to estimate. Direct: emission and direct illumination at the first vertex that is
+/// neither mirror nor glass, and the background. Indirect: all other radiance, for hits that are neither
+/// mirror nor glass; if the material is textured, it is divided by the albedo at the hit, so that it can be
+/// reused at other points. Albedo: this albedo, and no radiance.
 enum class LightComponent : uint8_t { All, Direct, Indirect, Albedo };
 
-/// How radiance is to be split, besides its whole: into direct and indirect light (see LightComponent; what
-/// is seen in mirrors and glass included), and by the groups of the lights that it comes from.
+/// The components into which a shade splits its radiance, in addition to the whole: direct and indirect light
+/// (see LightComponent; here, including light seen through mirrors and glass), and the light of each group.
 struct LightComponents {
-    bool byBounce = false;
-    int groups = 0; ///< 0: not by groups
-    /// Parts per request: direct, indirect, then each group; those that are asked for.
+    bool byBounce = false; ///< direct and indirect
+    int groups = 0;        ///< the number of light groups; 0: no split by groups
+    /// Returns the number of components. Their order is direct, indirect, then the groups.
     int count() const { return (byBounce ? 2 : 0) + groups; }
 };
 
-/// A place to shade: a surface point (or the emptiness) as seen along a ray.
+/// The input of one shade: a hit (or a miss) seen along a ray.
 struct ShadingRequest {
     Hit hit;
-    Ray ray;         ///< towards the surface; its time is the time of shading, its tmin does not count
+    Ray ray;         ///< towards the hit; ray.time is the time of shading, ray.tmin is unused
     RayCone cone;    ///< at the ray's origin
-    uint64_t domain; ///< sampler set of the random numbers: member `index` of `total`
+    uint64_t domain; ///< of the random numbers: sample `index` of `total`, see SampleRange
     uint32_t index, total;
-    uint32_t sample; ///< the sample of the batch that asked for it; shading does not look at it
+    uint32_t sample; ///< index of the sample of the batch that made the request; not read by shaders
     LightComponent component = LightComponent::All;
 };
 
+/// ShadingRequests as a structure of arrays.
 struct RequestSoA {
     HitSoA hit;
     CameraRaySoA ray;
-    alignas(64) float time[kSoAWidth], width[kSoAWidth], spread[kSoAWidth]; ///< the latter of the cone
+    alignas(64) float time[kSoAWidth];
+    alignas(64) float width[kSoAWidth], spread[kSoAWidth]; ///< of the cone
     alignas(64) uint64_t domain[kSoAWidth];
     alignas(64) uint32_t index[kSoAWidth], total[kSoAWidth], sample[kSoAWidth];
     alignas(64) LightComponent component[kSoAWidth];
@@ -150,17 +158,24 @@ struct RequestSoA {
                 component[i]};
     }
     void set(int i, const ShadingRequest& r) {
-        hit.set(i, r.hit), ray.o.set(i, r.ray.o), ray.d.set(i, r.ray.d);
-        time[i] = r.ray.time, width[i] = r.cone.width, spread[i] = r.cone.spread;
-        domain[i] = r.domain, index[i] = r.index, total[i] = r.total, sample[i] = r.sample,
+        hit.set(i, r.hit);
+        ray.o.set(i, r.ray.o);
+        ray.d.set(i, r.ray.d);
+        time[i] = r.ray.time;
+        width[i] = r.cone.width;
+        spread[i] = r.cone.spread;
+        domain[i] = r.domain;
+        index[i] = r.index;
+        total[i] = r.total;
+        sample[i] = r.sample;
         component[i] = r.component;
     }
 };
 using ShadingRequests = SoAVector<RequestSoA>;
 
-/// The request that a visibility sample would make for itself.
+/// Returns the request that shades exactly one visibility sample: its hit, its ray and its random numbers.
 ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch, const VisibilitySample& sample);
-/// Those of all samples of the batch, in their order; `requests` is empty at the call.
+/// Writes the request of each sample of the batch, in order. Precondition: `requests` is empty.
 void requestForEach(const Scene& scene, const VisibilityBatch& batch, ShadingRequests& requests);
 
 } // namespace strobe

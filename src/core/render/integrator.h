@@ -23,28 +23,28 @@ class IntegratorWorker {
     /// Appends the requests that the batch needs to `requests`, which is empty.
     virtual void plan(const VisibilityBatch& batch, ShadingRequests& requests) = 0;
     /// Returns the radiance of each sample of the batch, given the radiance of each request of the last
-    /// `plan`. Samples outside of `batch.wanted` may have any value. The result is `values`, filled, or
+    /// `plan`. Samples outside of `batch.filmSlice` may have any value. The result is `values`, filled, or
     /// `shaded` itself.
     virtual std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                          std::span<Rgb> values) = 0;
-    /// The same for one component of the radiance (0 <= component < LightComponents::count), after `resolve`.
-    /// By default it calls `resolve` again, which is right if that depends on its arguments and the last
-    /// `plan` only; a worker that stores shades elsewhere overrides it.
+    /// Returns one component of the radiance of each sample (0 <= component < LightComponents::count), after
+    /// `resolve`. The default calls `resolve` again, which is correct if that depends on its arguments and
+    /// the last `plan` only; a worker that stores shades elsewhere overrides it.
     virtual std::span<const Rgb> resolveComponent(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                                   std::span<Rgb> values, int /*component*/) {
         return resolve(batch, shaded, values);
     }
     /// Called before the first batch of each tile.
     virtual void beginTile() {}
-    /// Returns an id for what the value of sample number `sample` of the batch was computed from, after
-    /// `resolve`. Samples that share have the same id; 0: the sample shares with none. For Aov::Cell and
+    /// Returns an id of the shades from which the value of sample number `sample` of the batch was computed,
+    /// after `resolve`. Samples that share have the same id; 0: the sample does not share. For Aov::Cell and
     /// --samples.
     virtual uint64_t sharingId(size_t /*sample*/) const { return 0; }
     /// Adds the worker's counters; called once, after its last batch.
     virtual void report(Counters& /*counters*/) const {}
 };
 
-/// What an integrator knows about the render that begins.
+/// The properties of a render that an integrator may depend on.
 struct RenderContext {
     uint64_t seed = 0; ///< for random numbers that belong to no pixel
     int threads = 1;
@@ -52,7 +52,7 @@ struct RenderContext {
     PixelBounds pixelBounds;
     bool hasIndirectLight = true; ///< see Shader
     int lightComponents = 0;      ///< LightComponents::count
-    ShadeCost shadeCost{};        ///< seconds of one shade, if Integrator::needsShadeCost asked for it
+    ShadeCost shadeCost{};        ///< the cost of a shade, if Integrator::needsShadeCost is true
 };
 
 /// State that the workers of one render share.
@@ -65,9 +65,8 @@ class IntegratorState {
     virtual void restart(uint64_t /*seed*/, int /*samplesPerPixel*/) {}
 };
 
-/// On which other samples the value of a sample depends: on none, on those of its pixel, or on the order in
-/// which threads render. Sharing by position alone (the value of a shared shade is a function of its key) is
-/// None.
+/// The dependence of a sample's value on other samples: on none, on the samples of its pixel, or on the order
+/// in which threads render. Sharing by position alone (a shared shade is a function of its key) is None.
 enum class SampleDependence { None, Pixel, Render };
 
 /// How far from a sample's own surface point, at most, the shades were made that it uses. The bias of the

@@ -18,15 +18,16 @@ bool LightFilm::has(Aov layer) const {
 std::vector<AovChannel> LightFilm::channels() const {
     std::vector<AovChannel> out;
     if (has(Aov::Direct))
-        append(aovInfo(Aov::Direct).name, 0, out);
+        appendChannels(aovInfo(Aov::Direct).name, 0, out);
     if (has(Aov::Indirect))
-        append(aovInfo(Aov::Indirect).name, 1, out);
+        appendChannels(aovInfo(Aov::Indirect).name, 1, out);
     for (size_t group = 0; group < size_t(m_components.groups); ++group)
-        append("light_" + m_groups[group], (m_components.byBounce ? 2 : 0) + group, out);
+        appendChannels("light_" + m_groups[group], (m_components.byBounce ? 2 : 0) + group, out);
     return out;
 }
 
-void LightFilm::append(const std::string& layer, size_t component, std::vector<AovChannel>& out) const {
+void LightFilm::appendChannels(const std::string& layer, size_t component,
+                               std::vector<AovChannel>& out) const {
     const std::vector<PixelAccumulator>& sums = m_sums[component];
     for (int c = 0; c < 3; ++c) {
         AovChannel& channel = out.emplace_back();

@@ -10,13 +10,18 @@ namespace {
 
 using Clock = PassGoal::Clock;
 
-/// How long passes take, from those that were made.
+double secondsUntil(Clock::time_point time) {
+    return std::chrono::duration<double>(time - Clock::now()).count();
+}
+
+/// Predicts the duration of passes from previous ones.
 class PassTimes {
   public:
     void add(int samples, double seconds) { m_seconds[samples] = seconds; }
-    /// There is a part that does not depend on the samples (points that are shaded once, however many of them
-    /// share it), and what each sample adds. So: along the line through the neighboring sizes or, beyond
-    /// the largest pass, through the last two; but there a sample adds a quarter of its mean share at least.
+    /// Returns the predicted seconds of a pass. A pass costs a part that does not depend on the samples
+    /// (shades that any number of samples share) and a part per sample. The prediction therefore interpolates
+    /// linearly between the neighboring pass sizes, and extrapolates the line through the two largest ones;
+    /// there, a sample costs between a quarter and the whole of the mean cost of a sample.
     double predict(int samples) const {
         const auto above = m_seconds.lower_bound(samples);
         if (above == m_seconds.begin() || (above != m_seconds.end() && above->first == samples))
@@ -25,106 +30,173 @@ class PassTimes {
         const auto below = std::prev(above);
         if (above != m_seconds.end())
             return below->second + slope(below, above) * (samples - below->first);
-        const double share = below->second / below->first;
-        const double each =
-            below == m_seconds.begin() ? share : std::clamp(slope(std::prev(below), below), share / 4, share);
-        return below->second + each * (samples - below->first);
+        const double mean = below->second / below->first;
+        const double perSample =
+            below == m_seconds.begin() ? mean : std::clamp(slope(std::prev(below), below), mean / 4, mean);
+        return below->second + perSample * (samples - below->first);
     }
 
   private:
-    std::map<int, double> m_seconds; ///< of the latest pass of each size
+    std::map<int, double> m_seconds; ///< of the latest pass of each size, by samples per pixel
 };
 
-double secondsUntil(Clock::time_point time) {
-    return std::chrono::duration<double>(time - Clock::now()).count();
-}
+/// Chooses the samples per pixel of each pass.
+class PassSchedule {
+  public:
+    /// With a noise target, all passes have settings.samplesPerPixel.
+    PassSchedule(const RenderSettings& settings, bool hasNoiseTarget, int maxSamples)
+        : m_hasNoiseTarget(hasNoiseTarget), m_maxSamples(maxSamples),
+          m_samples(hasNoiseTarget ? settings.samplesPerPixel : 1), m_largest(m_samples) {}
 
-/// How many times the samples of the largest pass the next one has. Few passes spread samples and share
-/// shades better than many; but the last one's time is told from those before, and too long a one is lost.
-constexpr uint64_t kGrowth = 4;
+    /// The samples of the current pass.
+    int samples() const { return m_samples; }
+    void recordTime(double seconds) { m_times.add(m_samples, seconds); }
+    /// Chooses the samples of the next pass. Returns false if no further pass ends before the deadline, or
+    /// fits into the film after `samplesSoFar`.
+    bool advance(std::optional<Clock::time_point> deadline, uint64_t samplesSoFar) {
+        int samples = m_samples;
+        if (!m_hasNoiseTarget)
+            samples = int(std::min<uint64_t>(kGrowth * uint64_t(m_largest), uint64_t(m_maxSamples)));
+        if (deadline) {
+            const int fitting = samplesThatFit(samples, *deadline);
+            if (fitting < (m_hasNoiseTarget ? samples : 1))
+                return false;
+            samples = fitting;
+        }
+        if (samplesSoFar + uint64_t(samples) > PixelAccumulator::kMaxSamples)
+            return false;
+        m_samples = samples;
+        m_largest = std::max(m_largest, samples);
+        return true;
+    }
 
-/// How many samples the next pass may have, of at most `most`, to end in time; 0: not one.
-int samplesThatFit(int most, const PassTimes& times, Clock::time_point deadline) {
-    constexpr double kVariation = 1.1; // passes of one size take unequal times
-    const double left = secondsUntil(deadline);
-    int samples = most;
-    while (samples > 0 && times.predict(samples) * kVariation > left)
-        samples /= 2;
-    return samples;
-}
+  private:
+    /// The ratio of a pass's samples to those of the largest pass before. Few large passes stratify samples
+    /// and share shades better than many small ones, but the duration of a large pass is predicted from small
+    /// ones, and a pass that takes too long is discarded.
+    static constexpr uint64_t kGrowth = 4;
+
+    /// Returns the most samples, of maxSamples divided by powers of two, of a pass that ends before the
+    /// deadline; 0 if there are none.
+    int samplesThatFit(int maxSamples, Clock::time_point deadline) const {
+        constexpr double kVariation = 1.1; // between passes of the same size
+        const double left = secondsUntil(deadline);
+        int samples = maxSamples;
+        while (samples > 0 && m_times.predict(samples) * kVariation > left)
+            samples /= 2;
+        return samples;
+    }
+
+    const bool m_hasNoiseTarget;
+    const int m_maxSamples;
+    int m_samples;
+    int m_largest; ///< samples of the largest pass
+    PassTimes m_times;
+};
+
+/// The state of renderPasses.
+class PassLoop {
+  public:
+    PassLoop(const Scene& scene, const Integrator& integrator, const Shader& shader, const Sampler& sampler,
+             const Filter& filter, const RenderSettings& settings, const PassGoal& goal, int maxSamples,
+             Film& film)
+        : m_settings(settings), m_goal(goal), m_deadline(goal.deadline),
+          m_schedule(settings, goal.noise.has_value(), maxSamples), m_film(film),
+          m_passFilm(film.fullWidth(), film.fullHeight(), film.pixelBounds(), film.layers()),
+          m_renderer(scene, integrator, shader, sampler, filter, passSettings(), film.pixelBounds()) {
+        m_passFilm.enableAccumulation();
+        m_film.enableAccumulation();
+    }
+    PassLoop(const PassLoop&) = delete;
+    PassLoop& operator=(const PassLoop&) = delete;
+
+    RenderStats run(const PassDone& done) {
+        while (renderPass()) {
+            const RenderStats stats = statsSoFar();
+            if (const auto deadline = done(m_film, stats))
+                m_deadline = deadline;
+            const bool isNoiseReached = m_noise && *m_noise <= *m_goal.noise;
+            if (isNoiseReached || isStopRequested() || !m_schedule.advance(m_deadline, stats.samplesPerPixel))
+                break;
+            m_renderer.restart(hashOf(m_settings.seed, m_passes), m_schedule.samples());
+        }
+        return statsSoFar();
+    }
+
+  private:
+    bool isStopRequested() const { return m_settings.stop && m_settings.stop(); }
+
+    /// Returns the settings of a single pass. Its callbacks run on render threads; m_passes and m_deadline
+    /// change between passes only.
+    RenderSettings passSettings() {
+        RenderSettings pass = m_settings;
+        pass.samplesPerPixel = m_schedule.samples();
+        pass.stop = [this] {
+            return m_passes > 0 && ((m_deadline && Clock::now() > *m_deadline) || isStopRequested());
+        };
+        pass.onTileDone = [this](const Film& film, const PixelBounds& tile) {
+            if (m_passes == 0 && m_settings.onTileDone)
+                m_settings.onTileDone(film, tile);
+        };
+        return pass;
+    }
+
+    /// Renders a pass and adds it to the film. Returns false if it was interrupted; it is then discarded.
+    bool renderPass() {
+        const Clock::time_point start = Clock::now();
+        m_passFilm.clear();
+        if (!m_renderer.render(m_passFilm))
+            return false;
+        ++m_passes;
+        m_film.merge(m_passFilm);
+        m_schedule.recordTime(-secondsUntil(start));
+        if (m_goal.noise)
+            updateNoise();
+        return true;
+    }
+
+    void updateNoise() {
+        m_estimate.add(m_passFilm.image());
+        m_noise = m_estimate.level();
+        if (m_film.has(Aov::Variance))
+            m_film.setPlane(Aov::Variance, m_estimate.variances());
+    }
+
+    RenderStats statsSoFar() const {
+        RenderStats stats = m_renderer.stats();
+        stats.noise = m_noise;
+        return stats;
+    }
+
+    const RenderSettings& m_settings;
+    const PassGoal& m_goal;
+    std::optional<Clock::time_point> m_deadline;
+    PassSchedule m_schedule;
+    int m_passes = 0;
+    Film& m_film;
+    Film m_passFilm;
+    Renderer m_renderer;
+    NoiseEstimate m_estimate;
+    std::optional<double> m_noise;
+};
 
 } // namespace
 
 RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const Shader& shader,
                          const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
-                         const PassGoal& goal, int most, Film& film, const PassDone& done) {
-    std::optional<Clock::time_point> deadline = goal.deadline;
-    int passes = 0; // written between passes only
-    RenderSettings passSettings = settings;
-    passSettings.samplesPerPixel = goal.noise ? settings.samplesPerPixel : 1;
-    const auto isToldToStop = [&] { return settings.stop && settings.stop(); };
-    passSettings.stop = [&] {
-        return passes > 0 && ((deadline && Clock::now() > *deadline) || isToldToStop());
-    };
-    passSettings.onTileDone = [&](const Film& of, const PixelBounds& tile) {
-        if (passes == 0 && settings.onTileDone)
-            settings.onTileDone(of, tile);
-    };
-    Renderer renderer(scene, integrator, shader, sampler, filter, passSettings, film.pixelBounds());
-    Film pass(film.fullWidth(), film.fullHeight(), film.pixelBounds(), film.layers());
-    pass.keepSums(), film.keepSums();
-    NoiseEstimate estimate;
-    std::optional<double> noise;
-    PassTimes times;
-    int largest = passSettings.samplesPerPixel;
-    const auto statsSoFar = [&] {
-        RenderStats stats = renderer.stats();
-        stats.noise = noise;
-        return stats;
-    };
-    for (int samples = passSettings.samplesPerPixel;;) {
-        const Clock::time_point start = Clock::now();
-        pass.clear();
-        if (!renderer.render(pass))
-            break;
-        ++passes;
-        film.add(pass);
-        times.add(samples, -secondsUntil(start));
-        if (goal.noise) {
-            estimate.add(pass.image());
-            noise = estimate.level();
-            if (film.has(Aov::Variance))
-                film.setPlane(Aov::Variance, estimate.variances());
-        }
-        const RenderStats stats = statsSoFar();
-        if (const auto later = done(film, stats))
-            deadline = later;
-        if ((noise && *noise <= *goal.noise) || isToldToStop())
-            break;
-        if (!goal.noise)
-            samples = int(std::min<uint64_t>(kGrowth * uint64_t(largest), uint64_t(most)));
-        if (deadline) {
-            const int fits = samplesThatFit(samples, times, *deadline);
-            if (fits < (goal.noise ? samples : 1)) // passes that tell the noise are all of one size
-                break;
-            samples = fits;
-        }
-        if (stats.samplesPerPixel + uint64_t(samples) > PixelAccumulator::kMaxSamples)
-            break;
-        largest = std::max(largest, samples);
-        renderer.restart(hashOf(settings.seed, passes), samples);
-    }
-    return statsSoFar();
+                         const PassGoal& goal, int maxSamples, Film& film, const PassDone& done) {
+    PassLoop loop(scene, integrator, shader, sampler, filter, settings, goal, maxSamples, film);
+    return loop.run(done);
 }
 
 RenderStats renderDoubling(const Scene& scene, const Integrator& integrator, const Shader& shader,
                            const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
                            Film& film, const PassDone& done) {
     Renderer renderer(scene, integrator, shader, sampler, filter, settings, film.pixelBounds());
-    film.keepSums();
+    film.enableAccumulation();
     const uint32_t total = uint32_t(settings.samplesPerPixel);
     for (SampleSlice slice{0, 1}; slice.first < total; slice = {slice.end, std::min(2 * slice.end, total)}) {
-        renderer.continueWith(slice);
+        renderer.setSlice(slice);
         renderer.render(film);
         done(film, renderer.stats());
     }

@@ -1,4 +1,4 @@
-// Pictures made pass by pass: until time is up, until noise is low enough, or to be watched while they grow.
+// Progressive rendering: passes until a deadline or a noise target, or with a growing number of samples.
 #pragma once
 
 #include "core/film/noise.h"
@@ -6,31 +6,35 @@
 
 namespace strobe {
 
+/// The goal of a render in passes. At least one member is set.
 struct PassGoal {
     using Clock = std::chrono::steady_clock;
-    /// The last pass ends before; but the first pass is made in any case.
+    /// No pass but the first continues after it.
     std::optional<Clock::time_point> deadline;
-    /// Goes on until NoiseEstimate::level is not above this.
+    /// Passes continue until NoiseEstimate::level is at most this.
     std::optional<double> noise;
 };
 
-/// Called after each pass with the picture so far and what it took. The deadline that it returns, if any,
-/// counts from then on.
+/// Called after each pass with the film and the statistics so far. Returns a new deadline, e.g. one that
+/// leaves time to write the image, or nothing to keep the previous one.
 using PassDone = std::function<std::optional<PassGoal::Clock::time_point>(const Film&, const RenderStats&)>;
 
-/// Independent passes, each with a seed and a cache of its own; the picture is the mean of their samples.
-/// With a noise to reach, each has settings.samplesPerPixel; with a deadline alone, they grow by
-/// fours (in few passes, samples are well spread and shades well shared) up to `most`, and shrink when time
-/// runs out. A pass that the deadline or settings.stop finds unfinished is left out, but for the first: all
-/// pixels have equally many samples.
-/// Tiles are shown (settings.onTileDone) in the first pass only. Makes the film keep sums; fills its layer
-/// Variance, if it has that, where there is a noise to reach.
+/// Renders independent passes, each with a seed and caches of its own, and accumulates them in the film.
+///
+/// With goal.noise, each pass has settings.samplesPerPixel samples per pixel. With a deadline alone, the
+/// first pass has one sample per pixel; the next ones grow by factors of four up to `maxSamples` (fewer
+/// passes stratify samples and share shades better), and shrink to fit the time that is left. A pass that is
+/// interrupted by the deadline or by settings.stop is discarded, so all pixels have equally many samples; the
+/// first pass is never interrupted.
+///
+/// settings.onTileDone is called in the first pass only. The film is made to accumulate; its layer
+/// Aov::Variance, if any, is set if there is a noise target.
 RenderStats renderPasses(const Scene& scene, const Integrator& integrator, const Shader& shader,
                          const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
-                         const PassGoal& goal, int most, Film& film, const PassDone& done);
+                         const PassGoal& goal, int maxSamples, Film& film, const PassDone& done);
 
-/// The render of these settings, to the bit, in passes over the window that each double the samples. Makes
-/// the film keep sums. Throws Error if the integrator's samples cannot be sliced.
+/// Renders the same image as `render`, to the bit, in passes that each double the number of samples. The film
+/// is made to accumulate. Throws Error if the integrator's samples cannot be rendered in slices.
 RenderStats renderDoubling(const Scene& scene, const Integrator& integrator, const Shader& shader,
                            const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
                            Film& film, const PassDone& done);

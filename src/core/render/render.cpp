@@ -26,7 +26,7 @@ std::vector<PixelBounds> tilesOf(const PixelBounds& pixelBounds, int size) {
     return tiles;
 }
 
-/// Throws for samples that these settings cannot render.
+/// Throws Error if the number of samples or the slice is invalid.
 void checkSamples(const RenderSettings& settings, SampleDependence dependence) {
     if (uint64_t(settings.samplesPerPixel) > PixelAccumulator::kMaxSamples)
         throw Error("more than " + std::to_string(PixelAccumulator::kMaxSamples) + " samples per pixel",
@@ -35,12 +35,12 @@ void checkSamples(const RenderSettings& settings, SampleDependence dependence) {
         return;
     if (dependence == SampleDependence::Render)
         throw Error(
-            "the samples of this integrator depend on the course of the render: there are no slices of them",
+            "this integrator's samples depend on the order of rendering and cannot be rendered in slices",
             ErrorKind::Usage);
-    const SampleSlice& s = *settings.slice;
-    if (s.first >= s.end || s.end > uint32_t(settings.samplesPerPixel))
-        throw Error("samples " + std::to_string(s.first) + ":" + std::to_string(s.end) + ": a pixel has " +
-                        std::to_string(settings.samplesPerPixel),
+    const SampleSlice& slice = *settings.slice;
+    if (slice.first >= slice.end || slice.end > uint32_t(settings.samplesPerPixel))
+        throw Error("samples " + std::to_string(slice.first) + ":" + std::to_string(slice.end) +
+                        ": a pixel has " + std::to_string(settings.samplesPerPixel) + " samples",
                     ErrorKind::Usage);
 }
 
@@ -58,13 +58,13 @@ void Renderer::restart(uint64_t seed, int samplesPerPixel) {
     m_settings.seed = seed;
     m_settings.samplesPerPixel = samplesPerPixel;
     m_settings.slice.reset();
-    if (m_shared)
-        m_shared->restart(seed, samplesPerPixel);
+    if (m_state)
+        m_state->restart(seed, samplesPerPixel);
 }
 
-void Renderer::continueWith(const SampleSlice& slice) { m_settings.slice = slice; }
+void Renderer::setSlice(const SampleSlice& slice) { m_settings.slice = slice; }
 
-RenderContext Renderer::context(int threads) const {
+RenderContext Renderer::makeContext(int threads) const {
     RenderContext context{m_settings.seed,
                           threads,
                           m_settings.samplesPerPixel,
@@ -81,25 +81,25 @@ bool Renderer::render(Film& film) {
     const auto start = std::chrono::steady_clock::now();
     checkSamples(m_settings, m_integrator.dependence());
     const int threads = m_settings.threads > 0 ? m_settings.threads : tbb::info::default_concurrency();
-    if (!m_shared)
-        m_shared = m_integrator.begin(m_scene, context(threads));
-    const bool whole =
+    if (!m_state)
+        m_state = m_integrator.begin(m_scene, makeContext(threads));
+    const bool isFinished =
         renderTiles(tilesOf(m_pixelBounds, std::clamp(m_settings.tileSize, 1, 1 << 16)), threads, film);
-    if (whole) {
+    if (isFinished) {
         ++m_stats.passes;
         m_stats.samplesPerPixel +=
             m_settings.slice ? m_settings.slice->count() : uint64_t(m_settings.samplesPerPixel);
     }
     m_stats.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return whole;
+    return isFinished;
 }
 
-bool Renderer::isThere(const PixelBounds& tile, Film& film) const {
+bool Renderer::isComplete(const PixelBounds& tile, Film& film) const {
     if (!m_settings.resume)
         return false;
     const uint32_t samples =
         m_settings.slice ? m_settings.slice->count() : uint32_t(m_settings.samplesPerPixel);
-    if (film.holds(tile, samples))
+    if (film.hasSampleCount(tile, samples))
         return true;
     film.clear(tile);
     return false;
@@ -107,10 +107,10 @@ bool Renderer::isThere(const PixelBounds& tile, Film& film) const {
 
 bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, Film& film) {
     tbb::enumerable_thread_specific<std::unique_ptr<TileRenderer>> renderers;
-    std::atomic<size_t> done{0};
+    std::atomic<size_t> finishedTiles{0};
     std::mutex progressMutex;
 
-    // TBB offers no more workers than cores unless asked.
+    // By default, TBB limits the number of threads to the number of cores.
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                       size_t(std::max(threads, 1)));
     tbb::task_arena arena(threads);
@@ -118,11 +118,11 @@ bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, F
         parallelFor(tiles.size(), [&](size_t i) {
             auto& renderer = renderers.local();
             if (!renderer)
-                renderer = std::make_unique<TileRenderer>(m_scene, *m_shared, m_shader, m_sampler, m_filter,
+                renderer = std::make_unique<TileRenderer>(m_scene, *m_state, m_shader, m_sampler, m_filter,
                                                           m_settings, m_integrator.dependence());
-            if (!isThere(tiles[i], film) && !renderer->renderTile(tiles[i], film))
+            if (!isComplete(tiles[i], film) && !renderer->renderTile(tiles[i], film))
                 return;
-            const size_t finished = ++done;
+            const size_t finished = ++finishedTiles;
             if (m_settings.onTileDone)
                 m_settings.onTileDone(film, tiles[i]);
             if (m_settings.onProgress) {
@@ -132,20 +132,20 @@ bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, F
         });
     });
 
-    const bool whole = done == tiles.size();
-    if (!whole && !m_settings.stop)
-        throw std::logic_error("tiles were left out");
+    const bool isFinished = finishedTiles == tiles.size();
+    if (!isFinished && !m_settings.stop)
+        throw std::logic_error("some tiles were not rendered");
     size_t thread = 0;
     for (const auto& renderer : renderers) {
         renderer->finish();
         addCounters(thread++, renderer->counters());
     }
-    return whole;
+    return isFinished;
 }
 
 void Renderer::addCounters(size_t thread, Counters counters) {
     if (m_stats.passes > 0)
-        counters.pixels = 0; // they are the same ones
+        counters.pixels = 0; // later passes render the same pixels
     m_stats.threads.resize(std::max(m_stats.threads.size(), thread + 1));
     m_stats.threads[thread].add(counters);
     m_stats.total.add(counters);

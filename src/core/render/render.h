@@ -1,4 +1,4 @@
-// The render loop: tiles over threads, five steps per batch of pixels.
+// The render loop: tiles, distributed over threads.
 #pragma once
 
 #include "core/render/integrator.h"
@@ -7,32 +7,33 @@
 
 namespace strobe {
 
-/// A render that may take several passes over its window, each of other samples.
+/// A render of one or several passes over the same pixels, each with other samples.
 class Renderer {
   public:
-    /// What is passed in outlives the renderer.
+    /// All arguments but `settings` and `pixelBounds` must outlive the renderer.
     Renderer(const Scene& scene, const Integrator& integrator, const Shader& shader, const Sampler& sampler,
              const Filter& filter, const RenderSettings& settings, const PixelBounds& pixelBounds);
     ~Renderer();
 
-    /// The whole window, or what there is of it when settings.stop says so: then false. Throws Error for a
-    /// slice of samples that depend on more than their pixel.
+    /// Renders a pass into the film. Returns false if settings.stop ended it early. Throws Error if the
+    /// number of samples or the slice is invalid, or if there is a slice and the integrator has
+    /// SampleDependence::Render.
     bool render(Film& film);
-    /// From now on this is a render with another seed and other samples per pixel: all of them are to be
-    /// rendered, and none of them depends on what came before.
+    /// Makes the next `render` an independent one with this seed, of all samples.
     void restart(uint64_t seed, int samplesPerPixel);
-    /// From now on, the next `render` is to render this slice of the same samples.
-    void continueWith(const SampleSlice& slice);
+    /// Makes the next `render` render this slice of the same samples.
+    void setSlice(const SampleSlice& slice);
 
-    /// Of all passes.
+    /// The statistics of all passes so far.
     const RenderStats& stats() const { return m_stats; }
 
   private:
-    /// Whether the film has it already; what it has of it in part is taken away.
-    bool isThere(const PixelBounds& tile, Film& film) const;
+    /// With settings.resume: returns whether the film has all samples of the tile; if not, removes those that
+    /// it has.
+    bool isComplete(const PixelBounds& tile, Film& film) const;
     bool renderTiles(const std::vector<PixelBounds>& tiles, int threads, Film& film);
     void addCounters(size_t thread, Counters counters);
-    RenderContext context(int threads) const;
+    RenderContext makeContext(int threads) const;
 
     const Scene& m_scene;
     const Integrator& m_integrator;
@@ -41,12 +42,12 @@ class Renderer {
     const Filter& m_filter;
     RenderSettings m_settings;
     const PixelBounds m_pixelBounds;
-    std::unique_ptr<IntegratorState> m_shared;
+    std::unique_ptr<IntegratorState> m_state; ///< created by the first `render`
     RenderStats m_stats;
 };
 
-/// Renders the film's window. A pixel is a function of scene, shader, integrator, sampler, filter, seed and
-/// its own coordinates: not of window, tiles or threads.
+/// Renders the film's pixels in one pass. A pixel depends on the scene, the integrator, the shader, the
+/// sampler, the filter, the seed and its coordinates, but not on the film's pixel bounds, tiles or threads.
 RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
                    const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film);
 

@@ -1,4 +1,4 @@
-// What a render is asked for, and what it reports.
+// Settings and statistics of a render.
 #pragma once
 
 #include "core/film/film.h"
@@ -22,10 +22,11 @@ struct SampleRecord {
 
 struct RenderSettings {
     int samplesPerPixel = 1;
-    /// The samples of each pixel to render; none: all. The sums of disjoint slices add up to those of the
-    /// whole render, to the bit.
+    /// The samples of each pixel to render; none: all. The sums of disjoint slices add up to the sums
+    /// of the whole render, to the bit.
     std::optional<SampleSlice> slice;
-    /// The film keeps sums. Tiles whose pixels have all these samples already are skipped, others start anew.
+    /// Skips tiles whose pixels have all these samples already and renders the others anew. The film must
+    /// accumulate.
     bool resume = false;
     uint64_t seed = 0;
     /// Samples with a channel above this are scaled down to it. Biased; 0: off. Samples that are not finite
@@ -37,7 +38,7 @@ struct RenderSettings {
     std::function<void(double)> onProgress;
     /// Called for every sample, from any thread. Slow: leave empty otherwise.
     std::function<void(const SampleRecord&)> onSample;
-    /// Called from any thread when a tile is in the film. No other thread writes there.
+    /// Called from any thread when a tile is in the film. No other thread writes to this tile.
     std::function<void(const Film&, const PixelBounds&)> onTileDone;
     /// Called from any thread, about every thousand samples. Once it returns true, the rest is skipped.
     std::function<bool()> stop;

@@ -7,7 +7,7 @@ namespace strobe {
 
 namespace {
 
-/// Shades every sample that hit something, and ignores the result.
+/// Requests a shade for every hit and discards the radiance.
 class PilotWorker : public IntegratorWorker {
   public:
     explicit PilotWorker(const Scene& scene) : m_scene(scene) {}
@@ -37,7 +37,7 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
     pilotSettings.samplesPerPixel = 16;
     UnsharedState<PilotWorker> pilot(scene);
     TileRenderer renderer(scene, pilot, shader, sampler, filter, pilotSettings, SampleDependence::None);
-    renderer.meterEvery(1);
+    renderer.timeShadesEvery(1);
     for (int i = 0; i < kPixels; ++i) {
         const uint64_t h = hashOf(settings.seed, i);
         const int x = pixelBounds.x0 + int(h % uint64_t(pixelBounds.width()));
@@ -46,10 +46,10 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
         Film film(pixel.x1, pixel.y1, pixel);
         renderer.renderTile(pixel, film);
     }
-    ShadeCost cost;
-    for (const ShadeCost& c : renderer.counters().shadeCosts)
-        cost.add(c);
-    return cost;
+    ShadeCost total;
+    for (const ShadeCost& cost : renderer.counters().shadeCosts)
+        total.add(cost);
+    return total;
 }
 
 } // namespace strobe

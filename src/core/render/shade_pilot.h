@@ -1,4 +1,4 @@
-// A pilot that measures what a shade costs.
+// The pilot that measures the cost of a shade.
 #pragma once
 
 #include "core/render/render_settings.h"
@@ -6,8 +6,8 @@
 
 namespace strobe {
 
-/// Shades what some pixels within `pixelBounds` see, on the calling thread, and returns the cost of a shade.
-/// Of `settings`, only the seed matters.
+/// Shades the hits of a few random pixels within `pixelBounds` on the calling thread, and returns the cost of
+/// a shade. Of `settings`, only the seed is used.
 ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampler& sampler,
                            const Filter& filter, const RenderSettings& settings,
                            const PixelBounds& pixelBounds);

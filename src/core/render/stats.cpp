@@ -34,14 +34,13 @@ void Counters::add(const Counters& other) {
     cacheHits += other.cacheHits;
     cacheDuplicates += other.cacheDuplicates;
     cacheEvictions += other.cacheEvictions;
-    cacheBytes = std::max(cacheBytes, other.cacheBytes); // of one table, which all threads share
+    cacheBytes = std::max(cacheBytes, other.cacheBytes); // all threads share one table
     shadeCosts.resize(std::max(shadeCosts.size(), other.shadeCosts.size()));
     for (size_t i = 0; i < other.shadeCosts.size(); ++i)
         shadeCosts[i].add(other.shadeCosts[i]);
-    constexpr size_t kKept = 16;
-    for (const InvalidSample& bad : other.firstInvalid)
-        if (firstInvalid.size() < kKept)
-            firstInvalid.push_back(bad);
+    for (const InvalidSample& sample : other.firstInvalid)
+        if (firstInvalid.size() < kMaxRecordedInvalid)
+            firstInvalid.push_back(sample);
     for (int i = 0; i < kStageCount; ++i)
         seconds[i] += other.seconds[i];
 }

@@ -3,25 +3,16 @@
 #include "core/math/hash.h"
 
 #include <bit>
-#include <numeric>
 
 namespace strobe {
 
 namespace {
 
-// Dimensions of the camera sample; shading's begin beyond.
+// Sampler dimensions of the camera sample. AovFilm uses dimensions 3 and 4, shaders use higher ones.
 enum : uint32_t { kDimFilm = 0, kDimLens = 1, kDimTime = 2 };
 
-/// About as many samples as keep all buffers of a batch in the second-level cache.
+/// The number of samples for which all buffers of a batch fit into a second-level cache.
 constexpr uint32_t kBatchSamples = 2048;
-/// Shades timed together: the rays of so many are traced about as well as those of a batch.
-constexpr size_t kMeteredPacket = 16;
-
-/// Pictures of the sharing show what is shared.
-bool countsAsShade(const ShadingRequest& request) {
-    return request.hit &&
-           (request.component == LightComponent::All || request.component == LightComponent::Indirect);
-}
 
 } // namespace
 
@@ -29,33 +20,36 @@ TileRenderer::TileRenderer(const Scene& scene, IntegratorState& integrator, cons
                            const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
                            SampleDependence dependence)
     : m_scene(scene), m_moves(scene.moves()), m_sampler(sampler), m_filter(filter), m_settings(settings),
-      m_wanted(settings.slice.value_or(SampleSlice{0, uint32_t(settings.samplesPerPixel)})),
-      m_slice(dependence == SampleDependence::None ? m_wanted
-                                                   : SampleSlice{0, uint32_t(settings.samplesPerPixel)}),
-      m_pixelsPerBatch(std::max(1u, kBatchSamples / m_slice.count())), m_integrator(integrator.makeWorker()),
-      m_shader(shader.makeWorker(scene, sampler, settings.lightComponents())),
-      m_components(size_t(settings.lightComponents().count())) {
+      m_filmSlice(settings.slice.value_or(SampleSlice{0, uint32_t(settings.samplesPerPixel)})),
+      m_tracedSlice(dependence == SampleDependence::None
+                        ? m_filmSlice
+                        : SampleSlice{0, uint32_t(settings.samplesPerPixel)}),
+      m_pixelsPerBatch(std::max(1u, kBatchSamples / m_tracedSlice.count())),
+      m_components(size_t(settings.lightComponents().count())), m_integrator(integrator.makeWorker()),
+      m_shader(scene, shader.makeWorker(scene, sampler, settings.lightComponents()), m_components) {
     m_counters.shadeCosts.resize(scene.materials().size() + 1);
-    initializeLayout();
+    initializeSamples();
 }
 
-/// What is the same in every batch: which samples are whose, and numbers that nobody draws.
-void TileRenderer::initializeLayout() {
-    m_samples.resize(size_t(m_pixelsPerBatch) * m_slice.count());
-    for (size_t b = 0; b < m_samples.chunks(); ++b) {
-        VisibilitySoA& lanes = m_samples.chunk(b);
+/// Writes the members of samples that do not change from batch to batch: the pixel, the sample number, and
+/// the time and lens position for scenes that do not sample them.
+void TileRenderer::initializeSamples() {
+    m_samples.resize(size_t(m_pixelsPerBatch) * m_tracedSlice.count());
+    for (size_t c = 0; c < m_samples.chunks(); ++c) {
+        VisibilitySoA& chunk = m_samples.chunk(c);
         for (uint32_t i = 0; i < kSoAWidth; ++i) {
-            const uint32_t sample = uint32_t(b * kSoAWidth) + i;
-            lanes.pixel[i] = sample / m_slice.count(),
-            lanes.index[i] = m_slice.first + sample % m_slice.count();
-            lanes.camera.time[i] = lanes.camera.lens.x[i] = lanes.camera.lens.y[i] = 0.5f;
+            const uint32_t sample = uint32_t(c * kSoAWidth) + i;
+            chunk.pixel[i] = sample / m_tracedSlice.count();
+            chunk.index[i] = m_tracedSlice.first + sample % m_tracedSlice.count();
+            chunk.camera.time[i] = 0.5f;
+            chunk.camera.lens.set(int(i), V2f(0.5f));
         }
     }
 }
 
 bool TileRenderer::renderTile(const PixelBounds& tile, Film& film) {
-    const ScopedFlushDenormals fast;
-    // A batch is about as high as wide: what its samples meet, and share, lies close together.
+    const ScopedFlushDenormals flushDenormals;
+    // A batch is about square, so that its samples hit, and share, nearby surfaces.
     const int rows = 1 << (std::bit_width(m_pixelsPerBatch) - 1) / 2;
     const auto render = [&] {
         if (m_settings.stop && m_settings.stop())
@@ -65,7 +59,7 @@ bool TileRenderer::renderTile(const PixelBounds& tile, Film& film) {
     };
     m_integrator->beginTile();
     m_pixels.clear();
-    for (int top = tile.y0; top < tile.y1; top += rows)
+    for (int top = tile.y0; top < tile.y1; top += rows) {
         for (int x = tile.x0; x < tile.x1; ++x) {
             const uint64_t column = hashOf(m_settings.seed, x);
             for (int y = top; y < std::min(top + rows, tile.y1); ++y) {
@@ -74,6 +68,7 @@ bool TileRenderer::renderTile(const PixelBounds& tile, Film& film) {
                     return false;
             }
         }
+    }
     return m_pixels.empty() || render();
 }
 
@@ -83,84 +78,68 @@ void TileRenderer::renderBatch(Film& film) {
     clock.charge(Stage::Generate);
     trace();
     clock.charge(Stage::Trace);
-    const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel), m_slice, m_wanted};
+    const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel), m_tracedSlice,
+                                m_filmSlice};
     m_requests.clear();
     m_integrator->plan(batch, m_requests);
     clock.charge(Stage::Plan);
     shade();
     clock.charge(Stage::Shade);
-    m_resolved.resize(m_samples.size());
-    const std::span<const Rgb> shaded(m_shaded);
-    m_values = m_integrator->resolve(batch, shaded.first(m_requests.size()), m_resolved);
+    resolve(batch);
     clock.charge(Stage::Resolve);
     if (m_settings.clamp > 0)
         clampValues();
     accumulate(film);
-    for (size_t component = 0; component < m_components; ++component) {
-        m_componentRoom.resize(m_samples.size());
-        const std::span<const Rgb> componentShades =
-            shaded.subspan((1 + component) * m_requests.size(), m_requests.size());
-        clock.charge(Stage::Film);
-        std::span<const Rgb> values =
-            m_integrator->resolveComponent(batch, componentShades, m_componentRoom, int(component));
-        clock.charge(Stage::Resolve);
-        if (m_settings.clamp > 0)
-            values = dimmed(values, m_componentRoom);
-        accumulateComponent(int(component), values);
-    }
-    if (!film.layers().empty())
-        describe(film);
-    if (m_settings.aovs)
-        m_settings.aovs->add(batch, m_counters);
-    if (m_settings.onSample)
-        probe();
+    accumulateComponents(batch, clock);
+    writeAovs(batch, film);
     clock.charge(Stage::Film);
     m_counters.pixels += m_pixels.size();
-    m_counters.visibilitySamples += m_samples.size(); // traced, wanted or not
+    m_counters.visibilitySamples += m_samples.size();
     m_pixels.clear();
 }
 
 void TileRenderer::generate() {
-    m_samples.resize(m_pixels.size() * m_slice.count());
-    for (size_t b = 0; b < m_samples.chunks(); ++b)
-        generate(uint32_t(b * kSoAWidth), m_samples.chunkSize(b), m_samples.chunk(b));
+    m_samples.resize(m_pixels.size() * m_tracedSlice.count());
+    for (size_t c = 0; c < m_samples.chunks(); ++c)
+        generateChunk(uint32_t(c * kSoAWidth), m_samples.chunkSize(c), m_samples.chunk(c));
 }
 
 namespace {
 
-/// Fills lanes `at` to `at + n` of a row, in fours; so it may write lanes after them, too, which are filled
-/// next.
-void fillRun(float (&row)[kSoAWidth], uint32_t at, uint32_t n, float value) {
-    constexpr uint32_t kFour = 4;
+/// Sets values[begin … begin+n-1], in groups of four: it may overwrite up to three values behind them, so
+/// fill ranges in ascending order.
+void fillRange(float (&values)[kSoAWidth], uint32_t begin, uint32_t n, float value) {
+    constexpr uint32_t kGroup = 4;
     uint32_t k = 0;
-    for (; k < n && at + k + kFour <= kSoAWidth; k += kFour)
-        std::fill_n(row + at + k, kFour, value);
+    for (; k < n && begin + k + kGroup <= kSoAWidth; k += kGroup)
+        std::fill_n(values + begin + k, kGroup, value);
     for (; k < n; ++k)
-        row[at + k] = value;
+        values[begin + k] = value;
 }
 
 STROBE_TARGET_CLONES void addOffsets(int n, V2SoA& film, const V2SoA& offset) {
     STROBE_IVDEP
-    for (int i = 0; i < n; ++i)
-        film.x[i] += offset.x[i], film.y[i] += offset.y[i];
+    for (int i = 0; i < n; ++i) {
+        film.x[i] += offset.x[i];
+        film.y[i] += offset.y[i];
+    }
 }
 
 } // namespace
 
-/// The batch's samples `first` to `first + n`, but for their hits.
-void TileRenderer::generate(uint32_t first, int n, VisibilitySoA& out) {
-    const uint32_t spp = uint32_t(m_settings.samplesPerPixel), inSlice = m_slice.count();
-    const uint32_t end = first + uint32_t(n);
+/// Writes all members but the hits of samples first … first+n-1 of the batch.
+void TileRenderer::generateChunk(uint32_t first, int n, VisibilitySoA& out) {
+    const uint32_t samplesPerPixel = uint32_t(m_settings.samplesPerPixel);
+    const uint32_t sliceCount = m_tracedSlice.count(), end = first + uint32_t(n);
     CameraSampleSoA& sample = out.camera;
     m_ranges.clear();
-    for (uint32_t i = first; i < end;) {
-        const uint32_t p = i / inSlice, index = i % inSlice, count = std::min(inSlice - index, end - i);
-        const PixelRef& pixel = m_pixels[p];
-        m_ranges.push_back({pixel.domain, m_slice.first + index, count, spp});
-        const uint32_t at = i - first;
-        fillRun(sample.film.x, at, count, float(pixel.x) + 0.5f);
-        fillRun(sample.film.y, at, count, float(pixel.y) + 0.5f);
-        i += count;
+    for (uint32_t i = first, count; i < end; i += count) { // runs of samples of one pixel
+        const uint32_t index = i % sliceCount;
+        count = std::min(sliceCount - index, end - i);
+        const PixelRef& pixel = m_pixels[i / sliceCount];
+        m_ranges.push_back({pixel.domain, m_tracedSlice.first + index, count, samplesPerPixel});
+        fillRange(sample.film.x, i - first, count, float(pixel.x) + 0.5f);
+        fillRange(sample.film.y, i - first, count, float(pixel.y) + 0.5f);
     }
     V2SoA u, offset;
     m_sampler.fill2D(m_ranges, kDimFilm, u);
@@ -177,96 +156,98 @@ void TileRenderer::trace() {
     const Tracer& tracer = m_scene.tracer();
     constexpr int kSize = RayPacket::kSize;
     static_assert(kSoAWidth % kSize == 0);
-    for (size_t b = 0; b < m_samples.chunks(); ++b) {
-        VisibilitySoA& lanes = m_samples.chunk(b);
-        const int count = m_samples.chunkSize(b);
+    for (size_t c = 0; c < m_samples.chunks(); ++c) {
+        VisibilitySoA& chunk = m_samples.chunk(c);
+        const int count = m_samples.chunkSize(c);
         for (int first = 0; first < count; first += kSize) {
-            m_block.setCamera(lanes.ray, lanes.camera.time, first);
-            tracer.intersect(m_block, std::min(kSize, count - first), true);
-            tracer.hits(m_block, lanes.hit, first);
+            m_packet.setCamera(chunk.ray, chunk.camera.time, first);
+            tracer.intersect(m_packet, std::min(kSize, count - first), true);
+            tracer.hits(m_packet, chunk.hit, first);
         }
     }
 }
 
 void TileRenderer::shade() {
     m_shaded.resize(m_requests.size() * (1 + m_components));
-    // The first batch of a thread is slow for other reasons. Of the next, some more, for small pictures.
-    const uint32_t batch = m_batches++;
-    const bool isPowerOf16 = std::has_single_bit(batch) && std::countr_zero(batch) % 4 == 0;
-    if (batch > 0 && (batch % m_meterInterval == 0 || isPowerOf16))
-        shadeMetered();
-    else
-        m_shader->shade(m_requests, m_shaded, m_counters);
+    m_shader.shade(m_requests, m_shaded, m_counters);
 }
 
-size_t TileRenderer::costSlot(const Hit& hit) const {
-    return hit ? size_t(m_scene.geometry(hit).material) : m_scene.materials().size();
+void TileRenderer::resolve(const VisibilityBatch& batch) {
+    m_resolved.resize(m_samples.size());
+    m_values =
+        m_integrator->resolve(batch, std::span<const Rgb>(m_shaded).first(m_requests.size()), m_resolved);
 }
 
-void TileRenderer::shadeMetered() {
-    m_order.resize(m_requests.size());
-    std::iota(m_order.begin(), m_order.end(), 0u);
-    m_slots.resize(m_requests.size());
-    for (size_t i = 0; i < m_slots.size(); ++i)
-        m_slots[i] = uint32_t(costSlot(m_requests[i].hit));
-    std::stable_sort(m_order.begin(), m_order.end(),
-                     [&](uint32_t a, uint32_t b) { return m_slots[a] < m_slots[b]; });
-    std::vector<Rgb> shaded(kMeteredPacket * (1 + m_components));
-    for (size_t first = 0; first < m_order.size(); first += m_packet.size()) {
-        const uint32_t slot = m_slots[m_order[first]];
-        m_packet.clear();
-        for (size_t i = first; i < m_order.size() && m_packet.size() < kMeteredPacket; ++i) {
-            if (m_slots[m_order[i]] != slot)
-                break;
-            m_packet.push_back(m_requests[m_order[i]]);
-        }
-        const auto start = std::chrono::steady_clock::now();
-        m_shader->shade(m_packet, std::span(shaded).first(m_packet.size() * (1 + m_components)), m_counters);
-        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-        m_counters.shadeCosts[slot].add(m_packet.size(), seconds.count());
-        for (size_t i = 0; i < m_packet.size(); ++i)
-            for (size_t component = 0; component <= m_components; ++component)
-                m_shaded[component * m_requests.size() + m_order[first + i]] =
-                    shaded[component * m_packet.size() + i];
+/// Resolves the components of the radiance and adds them to settings.lights.
+void TileRenderer::accumulateComponents(const VisibilityBatch& batch, StageClock& clock) {
+    const size_t n = m_requests.size();
+    for (size_t component = 0; component < m_components; ++component) {
+        m_componentValues.resize(m_samples.size());
+        const auto shaded = std::span<const Rgb>(m_shaded).subspan((1 + component) * n, n);
+        clock.charge(Stage::Film);
+        std::span<const Rgb> values =
+            m_integrator->resolveComponent(batch, shaded, m_componentValues, int(component));
+        clock.charge(Stage::Resolve);
+        if (m_settings.clamp > 0)
+            values = applyClamp(values, m_componentValues);
+        accumulateComponent(int(component), values);
     }
 }
 
+void TileRenderer::writeAovs(const VisibilityBatch& batch, Film& film) {
+    if (!film.layers().empty())
+        m_sharingAovs.write(batch, m_requests, *m_integrator, film);
+    if (m_settings.aovs)
+        m_settings.aovs->add(batch, m_counters);
+    if (m_settings.onSample)
+        SharingAovs::reportSamples(batch, m_requests, *m_integrator, m_values, m_settings.onSample);
+}
+
+/// Scales finite values with a channel above settings.clamp down to it.
 void TileRenderer::clampValues() {
-    m_dimming.assign(m_values.size(), 1.f);
+    m_clampScales.assign(m_values.size(), 1.f);
     for (size_t i = 0; i < m_values.size(); ++i) {
-        const Rgb& c = m_values[i];
-        const float most = std::max({c.x, c.y, c.z});
-        if (!(most > m_settings.clamp) || !std::isfinite(c.x + c.y + c.z))
+        const Rgb& value = m_values[i];
+        const float maxChannel = std::max({value.x, value.y, value.z});
+        if (!(maxChannel > m_settings.clamp) || !std::isfinite(value.x + value.y + value.z))
             continue;
-        m_dimming[i] = m_settings.clamp / most;
-        m_counters.clampedSamples += m_wanted.contains(m_samples[i].index);
+        m_clampScales[i] = m_settings.clamp / maxChannel;
+        m_counters.clampedSamples += m_filmSlice.contains(m_samples[i].index);
     }
-    m_values = dimmed(m_values, m_resolved);
+    m_values = applyClamp(m_values, m_resolved);
 }
 
-std::span<const Rgb> TileRenderer::dimmed(std::span<const Rgb> values, std::span<Rgb> room) const {
+/// Writes the products of values and m_clampScales to `clamped`, and returns it.
+std::span<const Rgb> TileRenderer::applyClamp(std::span<const Rgb> values, std::span<Rgb> clamped) const {
     for (size_t i = 0; i < values.size(); ++i)
-        room[i] = values[i] * m_dimming[i];
-    return room;
+        clamped[i] = values[i] * m_clampScales[i];
+    return clamped;
 }
 
+/// Returns the index of a pixel's first sample in m_filmSlice; the others follow it.
+uint32_t TileRenderer::firstFilmSample(uint32_t pixel) const {
+    return pixel * m_tracedSlice.count() + m_filmSlice.first - m_tracedSlice.first;
+}
+
+/// Adds m_values to the film. Samples are converted to fixed point chunk by chunk.
 void TileRenderer::accumulate(Film& film) {
-    FixedPointSamples samplesFixed;
-    bool ready = false;
-    size_t block = m_samples.chunks(); // that `samplesFixed` are of
+    FixedPointSamples converted;
+    size_t convertedChunk = m_samples.chunks();
+    bool isConverted = false;
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
         PixelAccumulator sum;
-        const uint32_t first = p * m_slice.count() + m_wanted.first - m_slice.first;
-        for (uint32_t i = first, end = first + m_wanted.count(), n; i < end; i += n) {
-            const uint32_t lane = i % kSoAWidth;
-            n = std::min(end - i, kSoAWidth - lane);
-            if (i / kSoAWidth != block) {
-                block = i / kSoAWidth;
-                ready = samplesFixed.set(&m_values[i - lane], m_samples.chunk(block).weight,
-                                         m_samples.chunkSize(block));
+        const uint32_t first = firstFilmSample(p);
+        for (uint32_t i = first, end = first + m_filmSlice.count(), n; i < end; i += n) {
+            const size_t chunk = i / kSoAWidth;
+            const uint32_t begin = i % kSoAWidth;
+            n = std::min(end - i, kSoAWidth - begin);
+            if (chunk != convertedChunk) {
+                convertedChunk = chunk;
+                isConverted = converted.set(&m_values[i - begin], m_samples.chunk(chunk).weight,
+                                            m_samples.chunkSize(chunk));
             }
-            if (ready)
-                sum.add(samplesFixed, int(lane), int(n));
+            if (isConverted)
+                sum.add(converted, int(begin), int(n));
             else
                 addOneByOne(sum, i, n);
         }
@@ -280,75 +261,21 @@ void TileRenderer::addOneByOne(PixelAccumulator& sum, uint32_t first, uint32_t n
             recordInvalidSample(m_pixels[m_samples[i].pixel], m_samples[i].index);
 }
 
-/// A part of the light, of the samples that are numbers as a whole.
+/// Adds one component of the radiance to settings.lights, for samples whose whole radiance is valid.
 void TileRenderer::accumulateComponent(int component, std::span<const Rgb> values) {
     for (uint32_t p = 0; p < m_pixels.size(); ++p) {
         PixelAccumulator sum, whole;
-        const uint32_t first = p * m_slice.count() + m_wanted.first - m_slice.first;
-        for (uint32_t i = first; i < first + m_wanted.count(); ++i)
+        const uint32_t first = firstFilmSample(p);
+        for (uint32_t i = first; i < first + m_filmSlice.count(); ++i)
             if (whole.add(m_values[i], m_samples[i].weight))
                 sum.add(values[i], m_samples[i].weight);
         m_settings.lights->add(component, m_pixels[p].x, m_pixels[p].y, sum);
     }
 }
 
-/// The film's layers, from who asked for which shade.
-void TileRenderer::describe(Film& film) {
-    m_tallies.assign(m_pixels.size(), {});
-    for (const VisibilitySample& sample : m_samples)
-        m_tallies[sample.pixel].hits += bool(sample.hit);
-    m_order.clear();
-    for (const ShadingRequest& request : m_requests) {
-        if (!countsAsShade(request))
-            continue;
-        PixelTally& tally = m_tallies[m_samples[request.sample].pixel];
-        ++tally.shades, tally.time += request.ray.time;
-        m_order.push_back(request.sample);
-    }
-    std::sort(m_order.begin(), m_order.end());
-    m_order.erase(std::unique(m_order.begin(), m_order.end()), m_order.end());
-    for (uint32_t sample : m_order)
-        ++m_tallies[m_samples[sample].pixel].asked;
-
-    const auto valueOf = [&](Aov layer, uint32_t p) {
-        const PixelTally& tally = m_tallies[p];
-        switch (layer) {
-        case Aov::Shades:
-            return float(tally.shades);
-        case Aov::Samples:
-            return float(m_wanted.count());
-        case Aov::HitRate:
-            return tally.hits ? 1 - float(tally.asked) / float(tally.hits) : 0;
-        case Aov::Cell:
-            return float(m_integrator->sharingId(size_t(p) * m_slice.count()) >> 40);
-        case Aov::ShadeTime:
-            return tally.shades ? float(tally.time / tally.shades) : -1;
-        default: // Variance is of passes
-            return 0.f;
-        }
-    };
-    for (size_t l = 0; l < film.layers().size(); ++l)
-        for (uint32_t p = 0; p < m_pixels.size(); ++p)
-            film.setLayer(l, m_pixels[p].x, m_pixels[p].y, valueOf(film.layers()[l], p));
-}
-
-void TileRenderer::probe() {
-    std::vector<uint32_t> asked(m_samples.size());
-    for (const ShadingRequest& request : m_requests)
-        asked[request.sample] += countsAsShade(request);
-    for (size_t i = 0; i < m_samples.size(); ++i) {
-        const VisibilitySample& sample = m_samples[i];
-        if (!m_wanted.contains(sample.index))
-            continue;
-        const PixelRef& pixel = m_pixels[sample.pixel];
-        m_settings.onSample(
-            {pixel.x, pixel.y, sample.index, sample, m_values[i], m_integrator->sharingId(i), asked[i]});
-    }
-}
-
 void TileRenderer::recordInvalidSample(const PixelRef& pixel, uint32_t sample) {
     ++m_counters.invalidSamples;
-    if (m_counters.firstInvalid.size() < 16)
+    if (m_counters.firstInvalid.size() < Counters::kMaxRecordedInvalid)
         m_counters.firstInvalid.push_back(
             {pixel.x, pixel.y, sample, m_settings.seed, m_settings.samplesPerPixel});
 }

@@ -1,77 +1,72 @@
-// What one thread of a render does: the five steps of each batch of pixels.
+// Rendering of tiles on one thread: the five steps of each batch of pixels.
 #pragma once
 
 #include "core/render/integrator.h"
 #include "core/render/render_settings.h"
-#include "core/render/shader.h"
+#include "core/render/sharing_aovs.h"
+#include "core/render/timed_shader.h"
 
 namespace strobe {
 
-/// Everything one thread needs; buffers are reused from batch to batch.
+/// The state of one render thread. Buffers are reused from batch to batch.
 class TileRenderer {
   public:
+    /// All arguments but `dependence` must outlive this object.
     TileRenderer(const Scene& scene, IntegratorState& integrator, const Shader& shader,
                  const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
                  SampleDependence dependence);
 
-    /// False: settings.stop said so before its end.
+    /// Renders the pixels of a tile. Returns false if settings.stop ended it early.
     bool renderTile(const PixelBounds& tile, Film& film);
-    /// Shades packet by packet, each of one material and timed, in every `interval`-th batch and some early
-    /// ones.
-    void meterEvery(uint32_t interval) { m_meterInterval = interval; }
-    /// Completes the counters.
+    /// See TimedShader::timeEvery.
+    void timeShadesEvery(uint32_t interval) { m_shader.timeEvery(interval); }
+    /// Completes the counters. Call it once, after the last tile.
     void finish() { m_integrator->report(m_counters); }
     const Counters& counters() const { return m_counters; }
 
   private:
-    void initializeLayout();
+    void initializeSamples();
     void renderBatch(Film& film);
     void generate();
-    void generate(uint32_t first, int n, VisibilitySoA& out);
+    void generateChunk(uint32_t first, int n, VisibilitySoA& out);
     void trace();
     void shade();
-    void shadeMetered();
-    size_t costSlot(const Hit& hit) const;
+    void resolve(const VisibilityBatch& batch);
+    void accumulateComponents(const VisibilityBatch& batch, StageClock& clock);
+    void writeAovs(const VisibilityBatch& batch, Film& film);
     void clampValues();
-    std::span<const Rgb> dimmed(std::span<const Rgb> values, std::span<Rgb> room) const;
+    std::span<const Rgb> applyClamp(std::span<const Rgb> values, std::span<Rgb> clamped) const;
+    uint32_t firstFilmSample(uint32_t pixel) const;
     void accumulate(Film& film);
     void addOneByOne(PixelAccumulator& sum, uint32_t first, uint32_t n);
     void accumulateComponent(int component, std::span<const Rgb> values);
-    void describe(Film& film);
-    void probe();
     void recordInvalidSample(const PixelRef& pixel, uint32_t sample);
 
     const Scene& m_scene;
-    const bool m_moves; ///< else time is not sampled
+    const bool m_moves; ///< false: all samples have time 0.5
     const Sampler& m_sampler;
     const Filter& m_filter;
     const RenderSettings& m_settings;
-    const SampleSlice m_wanted; ///< of each pixel's samples: what goes into the film
-    const SampleSlice m_slice;  ///< what is traced: also those that the wanted ones depend on
+    const SampleSlice m_filmSlice;   ///< the samples of each pixel that are added to the film
+    const SampleSlice m_tracedSlice; ///< these and the samples that their values depend on
     const uint32_t m_pixelsPerBatch;
+    const size_t m_components; ///< LightComponents::count
     std::unique_ptr<IntegratorWorker> m_integrator;
-    std::unique_ptr<ShaderWorker> m_shader;
-    const size_t m_components; ///< that radiance is split into
+    TimedShader m_shader;
+    SharingAovs m_sharingAovs;
     Counters m_counters;
-    uint32_t m_meterInterval = 256, m_batches = 0;
 
+    // The current batch:
     std::vector<PixelRef> m_pixels;
     SoAVector<VisibilitySoA> m_samples;
-    std::vector<SampleRange> m_ranges;
     ShadingRequests m_requests;
-    std::vector<Rgb> m_shaded;     ///< by request; then, part by component, the same
-    std::span<const Rgb> m_values; ///< by sample: somewhere in m_shaded or in m_resolved
-    std::vector<Rgb> m_resolved, m_componentRoom;
-    std::vector<float> m_dimming; ///< by sample, of settings.clamp; empty without
-    RayPacket m_block;
-    // For metering and layers:
-    std::vector<uint32_t> m_order, m_slots;
-    ShadingRequests m_packet;
-    struct PixelTally {
-        uint32_t shades = 0, asked = 0, hits = 0;
-        double time = 0;
-    };
-    std::vector<PixelTally> m_tallies;
+    std::vector<Rgb> m_shaded;        ///< per request: the radiance, then component by component
+    std::span<const Rgb> m_values;    ///< per sample: its radiance, in m_shaded or m_resolved
+    std::vector<float> m_clampScales; ///< per sample; only if settings.clamp > 0
+    // Buffers:
+    std::vector<SampleRange> m_ranges;
+    RayPacket m_packet;
+    std::vector<Rgb> m_resolved, m_componentValues;
 };
 
 } // namespace strobe

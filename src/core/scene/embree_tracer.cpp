@@ -1,4 +1,4 @@
-// The one file that knows Embree; builds against versions 3 and 4.
+// The tracer on top of Embree 3 or 4; no other file includes Embree.
 #include "core/math/hash.h"
 #include "core/scene/static_quadrics.h"
 #include "core/util/error.h"
@@ -28,11 +28,11 @@ static_assert(sizeof(RayPacket) >= sizeof(RTCRayHit16) &&
               offsetof(RayPacket, tfar) == offsetof(RTCRayHit16, ray.tfar));
 
 #if defined(__x86_64__)
-ScopedFlushDenormals::ScopedFlushDenormals() : m_before(_mm_getcsr()) {
+ScopedFlushDenormals::ScopedFlushDenormals() : m_previousMode(_mm_getcsr()) {
     _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
     _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
 }
-ScopedFlushDenormals::~ScopedFlushDenormals() { _mm_setcsr(m_before); }
+ScopedFlushDenormals::~ScopedFlushDenormals() { _mm_setcsr(m_previousMode); }
 #else
 ScopedFlushDenormals::ScopedFlushDenormals() = default;
 ScopedFlushDenormals::~ScopedFlushDenormals() = default;
@@ -40,11 +40,11 @@ ScopedFlushDenormals::~ScopedFlushDenormals() = default;
 
 namespace {
 
-/// What Embree's callbacks are told about a geometry.
+/// The user data of a geometry, for Embree's callbacks.
 struct CallbackData {
     const PlacedShape* placed;
-    M44f toObject; ///< group to the quadric's own space
-    uint32_t seed; ///< tells geometries apart in the cut-out hash
+    M44f toObject; ///< the group's space to object space
+    uint32_t seed; ///< of the hash in alphaFilter: different for each geometry
 };
 
 V3f rayOrigin(RTCRayN* ray, unsigned n, unsigned i) {
@@ -54,11 +54,12 @@ V3f rayDirection(RTCRayN* ray, unsigned n, unsigned i) {
     return {RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i), RTCRayN_dir_z(ray, n, i)};
 }
 
-/// Calls met(i, t, u, v) for those of Embree's n rays that hit the quadric.
-template <class Met>
-void intersectQuadric(const CallbackData& data, const int* valid, RTCRayN* ray, unsigned n, const Met& met) {
+/// Calls onHit(i, t, u, v) for those of Embree's n rays that hit the quadric.
+template <class OnHit>
+void intersectQuadric(const CallbackData& data, const int* valid, RTCRayN* ray, unsigned n,
+                      const OnHit& onHit) {
     intersectPacket(*data.placed->shape.quadric, data.toObject, valid, reinterpret_cast<const float*>(ray), n,
-                    met);
+                    onHit);
 }
 
 void quadricIntersect(const RTCIntersectFunctionNArguments* args) {
@@ -88,8 +89,8 @@ void quadricBounds(const RTCBoundsFunctionArguments* args) {
     *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
 }
 
-/// Lets a ray through a hit whose alpha is less than a number hashed from ray and triangle: in the mean over
-/// rays the surface covers as much as alpha says, and the same ray always decides the same.
+/// The stochastic alpha test: rejects a hit if alpha is not above a number in [0,1) hashed from the ray and
+/// the triangle. The expected coverage of the surface is alpha, and equal rays give equal results.
 void alphaFilter(const RTCFilterFunctionNArguments* args) {
     const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
     const TriangleMesh& mesh = *data.placed->shape.mesh;
@@ -100,12 +101,14 @@ void alphaFilter(const RTCFilterFunctionNArguments* args) {
         const float u = RTCHitN_u(args->hit, args->N, i), v = RTCHitN_v(args->hit, args->N, i);
         TextureQuery q;
         q.uv = triangleUv(mesh, prim, u, v);
-        q.prim = prim, q.barycentrics = V2f(u, v);
+        q.prim = prim;
+        q.barycentrics = V2f(u, v);
         const float alpha = mesh.alpha.at(q);
         if (alpha >= 1)
             continue;
+        const V3f o = rayOrigin(args->ray, args->N, i);
+        const V3f d = rayDirection(args->ray, args->N, i);
         uint32_t bits[6];
-        const V3f o = rayOrigin(args->ray, args->N, i), d = rayDirection(args->ray, args->N, i);
         std::memcpy(bits, &o.x, 12);
         std::memcpy(bits + 3, &d.x, 12);
         const uint64_t h = hashOf(data.seed, prim, bits[0], bits[1], bits[2], bits[3], bits[4], bits[5]);
@@ -119,20 +122,22 @@ void alphaFilter(const RTCFilterFunctionNArguments* args) {
 struct Tracer::Impl {
     RTCDevice device = nullptr;
     const std::vector<Group>& groups;
-    std::vector<RTCScene> scenes; ///< one per group; [0] also holds the instances that rest
-    // What moves is a scene of its own, behind a box, so that it costs nothing where it is not.
-    RTCScene moving = nullptr;
+    std::vector<RTCScene> scenes; ///< one per group; scenes[0] also has the static instances
+    /// Moving geometry and instances. A scene of their own, which only packets that intersect movingBounds
+    /// traverse, so that motion costs nothing elsewhere.
+    RTCScene movingScene = nullptr;
     Box3f movingBounds;
-    StaticQuadrics quadrics; ///< of the world; the first few
+    StaticQuadrics staticQuadrics; ///< the first quadrics of group 0
     std::vector<std::unique_ptr<CallbackData>> callbackData;
-    size_t worldGeometries = 0;
+    size_t geometriesOfGroup0 = 0;
     TracerCounts counts;
     std::string error;
     bool isOutOfMemory = false;
     std::mutex errorMutex;
 
     explicit Impl(const std::vector<Group>& groups) : groups(groups) {
-        device = rtcNewDevice("tessellation_cache_size=1"); // MB, in place of 128: nothing is tessellated
+        device = rtcNewDevice(
+            "tessellation_cache_size=1"); // in MB; the default is 128, but nothing is tessellated
         if (!device)
             throw Error("Embree could not be started");
         rtcSetDeviceErrorFunction(
@@ -148,8 +153,8 @@ struct Tracer::Impl {
     ~Impl() {
         for (RTCScene scene : scenes)
             rtcReleaseScene(scene);
-        if (moving)
-            rtcReleaseScene(moving);
+        if (movingScene)
+            rtcReleaseScene(movingScene);
         rtcReleaseDevice(device);
     }
 
@@ -160,9 +165,10 @@ struct Tracer::Impl {
             rtcSetGeometryTimeStepCount(g, unsigned(mesh.positions.size()));
             counts.timeSteps += mesh.positions.size();
         }
-        for (size_t key = 0; key < mesh.positions.size(); ++key)
+        for (size_t key = 0; key < mesh.positions.size(); ++key) {
             rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, unsigned(key), RTC_FORMAT_FLOAT3,
                                        mesh.positions[key].data(), 0, sizeof(V3f), mesh.vertexCount());
+        }
         rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
                                    3 * sizeof(uint32_t), mesh.triangleCount());
         counts.triangles += mesh.triangleCount();
@@ -188,22 +194,22 @@ struct Tracer::Impl {
         return geometry.placed.shape.mesh && geometry.placed.shape.mesh->deforms();
     }
 
-    /// Where geometry of the world goes.
-    RTCScene worldScene(bool moves) {
+    /// Returns the scene for geometry of group 0 and for instances; creates movingScene at its first use.
+    RTCScene topLevelScene(bool moves) {
         if (!moves)
             return scenes[0];
-        if (!moving)
-            moving = rtcNewScene(device);
-        return moving;
+        if (!movingScene)
+            movingScene = rtcNewScene(device);
+        return movingScene;
     }
 
     void addGroup(const Group& group) {
-        const bool isWorld = scenes.empty();
+        const bool isGroup0 = scenes.empty();
         scenes.push_back(rtcNewScene(device));
         unsigned id = 0;
         for (const Geometry& geometry : group.geometries) {
-            if (isWorld && geometry.placed.shape.quadric && !quadrics.isFull()) {
-                quadrics.add(geometry, id++);
+            if (isGroup0 && geometry.placed.shape.quadric && !staticQuadrics.isFull()) {
+                staticQuadrics.add(geometry, id++);
                 ++counts.quadrics;
                 continue;
             }
@@ -211,10 +217,10 @@ struct Tracer::Impl {
                 &geometry.placed, geometry.placed.toParent.inverse(), uint32_t(callbackData.size())}));
             RTCGeometry g = geometry.placed.shape.mesh ? makeMesh(geometry) : makeQuadric();
             rtcSetGeometryUserData(g, callbackData.back().get());
-            attach(isWorld ? worldScene(deforms(geometry)) : scenes.back(), g, id++);
+            attach(isGroup0 ? topLevelScene(deforms(geometry)) : scenes.back(), g, id++);
         }
-        if (isWorld)
-            worldGeometries = group.geometries.size();
+        if (isGroup0)
+            geometriesOfGroup0 = group.geometries.size();
     }
 
     void addInstance(const Instance& instance, unsigned id) {
@@ -232,18 +238,25 @@ struct Tracer::Impl {
                 rtcSetGeometryTransform(g, unsigned(i), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                                         motion.matrixKey(i).getValue());
         }
-        attach(worldScene(!motion.isStatic()), g, id);
+        attach(topLevelScene(!motion.isStatic()), g, id);
         ++counts.instances;
     }
 
     static void setRotationKey(RTCGeometry g, int key, const Decomposed& d) {
         RTCQuaternionDecomposition q;
         rtcInitQuaternionDecomposition(&q);
-        q.scale_x = d.stretch[0][0], q.scale_y = d.stretch[1][1], q.scale_z = d.stretch[2][2];
-        q.skew_xy = d.stretch[1][0], q.skew_xz = d.stretch[2][0], q.skew_yz = d.stretch[2][1];
+        q.scale_x = d.stretch[0][0];
+        q.scale_y = d.stretch[1][1];
+        q.scale_z = d.stretch[2][2];
+        q.skew_xy = d.stretch[1][0];
+        q.skew_xz = d.stretch[2][0];
+        q.skew_yz = d.stretch[2][1];
         q.quaternion_r = d.rotation.r;
-        q.quaternion_i = d.rotation.v.x, q.quaternion_j = d.rotation.v.y, q.quaternion_k = d.rotation.v.z;
-        q.translation_x = d.translation.x, q.translation_y = d.translation.y,
+        q.quaternion_i = d.rotation.v.x;
+        q.quaternion_j = d.rotation.v.y;
+        q.quaternion_k = d.rotation.v.z;
+        q.translation_x = d.translation.x;
+        q.translation_y = d.translation.y;
         q.translation_z = d.translation.z;
         rtcSetGeometryTransformQuaternion(g, unsigned(key), &q);
     }
@@ -260,7 +273,7 @@ struct Tracer::Impl {
         return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
     }
 
-    void check() const {
+    void throwOnError() const {
         if (isOutOfMemory)
             throw std::bad_alloc();
         if (!error.empty())
@@ -274,18 +287,17 @@ Tracer::Tracer(const std::vector<Group>& groups, const std::vector<Instance>& in
         m_impl->addGroup(group);
     for (size_t i = 1; i < m_impl->scenes.size(); ++i)
         rtcCommitScene(m_impl->scenes[i]);
-    m_firstInstance = uint32_t(m_impl->worldGeometries);
+    m_firstInstance = uint32_t(m_impl->geometriesOfGroup0);
     for (size_t i = 0; i < instances.size(); ++i)
-        m_impl->addInstance(instances[i], unsigned(m_impl->worldGeometries + i));
+        m_impl->addInstance(instances[i], unsigned(m_impl->geometriesOfGroup0 + i));
     rtcCommitScene(m_impl->scenes[0]);
-    if (m_impl->moving) {
-        rtcCommitScene(m_impl->moving);
-        Box3f& box = m_impl->movingBounds = Impl::boundsOf(m_impl->moving);
-        const V3f pad(1e-5f *
-                      length(box.max - box.min)); // a ray in a face of the box lies in none of its content
-        box.min -= pad, box.max += pad;
+    if (m_impl->movingScene) {
+        rtcCommitScene(m_impl->movingScene);
+        const Box3f box = Impl::boundsOf(m_impl->movingScene);
+        const V3f margin(1e-5f * length(box.max - box.min)); // so that no geometry lies in a face of the box
+        m_impl->movingBounds = {box.min - margin, box.max + margin};
     }
-    m_impl->check();
+    m_impl->throwOnError();
 }
 
 Tracer::~Tracer() = default;
@@ -293,28 +305,28 @@ Tracer::~Tracer() = default;
 namespace {
 
 #if RTC_VERSION_MAJOR >= 4
-void intersectScene(RTCScene scene, const PacketMask& valid, RayPacket& packet, bool coherent) {
+void intersectScene(RTCScene scene, const PacketMask& mask, RayPacket& packet, bool coherent) {
     RTCIntersectArguments args;
     rtcInitIntersectArguments(&args);
     args.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
-    rtcIntersect16(valid.lanes, scene, reinterpret_cast<RTCRayHit16*>(&packet), &args);
+    rtcIntersect16(mask.active, scene, reinterpret_cast<RTCRayHit16*>(&packet), &args);
 }
-void occludedScene(RTCScene scene, const PacketMask& valid, RayPacket& packet) {
+void occludedScene(RTCScene scene, const PacketMask& mask, RayPacket& packet) {
     RTCOccludedArguments args;
     rtcInitOccludedArguments(&args);
-    rtcOccluded16(valid.lanes, scene, reinterpret_cast<RTCRay16*>(&packet), &args);
+    rtcOccluded16(mask.active, scene, reinterpret_cast<RTCRay16*>(&packet), &args);
 }
 #else
-void intersectScene(RTCScene scene, const PacketMask& valid, RayPacket& packet, bool coherent) {
+void intersectScene(RTCScene scene, const PacketMask& mask, RayPacket& packet, bool coherent) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    rtcIntersect16(valid.lanes, scene, &context, reinterpret_cast<RTCRayHit16*>(&packet));
+    rtcIntersect16(mask.active, scene, &context, reinterpret_cast<RTCRayHit16*>(&packet));
 }
-void occludedScene(RTCScene scene, const PacketMask& valid, RayPacket& packet) {
+void occludedScene(RTCScene scene, const PacketMask& mask, RayPacket& packet) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcOccluded16(valid.lanes, scene, &context, reinterpret_cast<RTCRay16*>(&packet));
+    rtcOccluded16(mask.active, scene, &context, reinterpret_cast<RTCRay16*>(&packet));
 }
 #endif
 
@@ -323,59 +335,59 @@ void occludedScene(RTCScene scene, const PacketMask& valid, RayPacket& packet) {
 void Tracer::intersect(RayPacket& packet, int n, bool coherent) const {
     if (m_observer)
         m_observer(packet, n, coherent ? Query::Coherent : Query::Nearest);
-    PacketMask valid(n);
-    intersectScene(m_impl->scenes[0], valid, packet, coherent);
-    // Never with the coherent flag: Embree 3.13's coherent path rounds differently when instances move, so it
-    // would make lanes depend on their neighbors.
-    if (m_impl->moving && valid.keepThrough(packet, m_impl->movingBounds))
-        intersectScene(m_impl->moving, valid, packet, false);
-    m_impl->quadrics.intersect(packet, PacketMask(n));
+    PacketMask mask(n);
+    intersectScene(m_impl->scenes[0], mask, packet, coherent);
+    // Never with the coherent flag: Embree 3.13's coherent traversal rounds differently for moving instances,
+    // so that hits would depend on the other rays of the packet.
+    if (m_impl->movingScene && mask.keepIntersecting(packet, m_impl->movingBounds))
+        intersectScene(m_impl->movingScene, mask, packet, false);
+    m_impl->staticQuadrics.intersect(packet, PacketMask(n));
 }
 
 void Tracer::occluded(RayPacket& packet, int n) const {
     if (m_observer)
         m_observer(packet, n, Query::Occluded);
-    PacketMask valid(n);
-    occludedScene(m_impl->scenes[0], valid, packet);
-    if (m_impl->moving && valid.keepThrough(packet, m_impl->movingBounds))
-        occludedScene(m_impl->moving, valid, packet);
-    m_impl->quadrics.occluded(packet, PacketMask(n));
+    PacketMask mask(n);
+    occludedScene(m_impl->scenes[0], mask, packet);
+    if (m_impl->movingScene && mask.keepIntersecting(packet, m_impl->movingBounds))
+        occludedScene(m_impl->movingScene, mask, packet);
+    m_impl->staticQuadrics.occluded(packet, PacketMask(n));
 }
 
 namespace {
 
-struct LookingAround {
+struct PointQueryData {
     uint32_t geometry;
-    const Tracer::PointQueryVisitor& look;
+    const Tracer::PointQueryVisitor& visit;
 };
 
-/// Whether the query's radius has changed.
-bool lookAtPrimitive(RTCPointQueryFunctionArguments* args) {
-    const auto& looking = *static_cast<const LookingAround*>(args->userPtr);
-    if (args->context->instStackSize > 0 || args->geomID != looking.geometry)
+/// Embree's point query callback. Returns whether the radius of the query has changed.
+bool visitPrimitive(RTCPointQueryFunctionArguments* args) {
+    const auto& data = *static_cast<const PointQueryData*>(args->userPtr);
+    if (args->context->instStackSize > 0 || args->geomID != data.geometry)
         return false;
-    const float before = std::exchange(args->query->radius, looking.look(args->primID));
-    return args->query->radius < before;
+    const float oldRadius = std::exchange(args->query->radius, data.visit(args->primID));
+    return args->query->radius < oldRadius;
 }
 
 } // namespace
 
 void Tracer::pointQuery(uint32_t group, uint32_t geometry, const V3f& p, float radius,
-                        const PointQueryVisitor& look) const {
+                        const PointQueryVisitor& visit) const {
     const bool isMoving = group == 0 && Impl::deforms(m_impl->groups[0].geometries[geometry]);
-    LookingAround looking{geometry, look};
+    PointQueryData data{geometry, visit};
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     RTCPointQuery query{p.x, p.y, p.z, 0, radius};
-    rtcPointQuery(isMoving ? m_impl->moving : m_impl->scenes[group], &query, &context, lookAtPrimitive,
-                  &looking);
+    rtcPointQuery(isMoving ? m_impl->movingScene : m_impl->scenes[group], &query, &context, visitPrimitive,
+                  &data);
 }
 
 Box3f Tracer::bounds() const {
     Box3f box = Impl::boundsOf(m_impl->scenes[0]);
-    if (m_impl->moving)
+    if (m_impl->movingScene)
         box.extendBy(m_impl->movingBounds);
-    m_impl->quadrics.extend(box);
+    m_impl->staticQuadrics.extend(box);
     return box;
 }
 

@@ -15,15 +15,15 @@ LightSampler::LightSampler(std::vector<float> powers) {
         sum = double(powers.size());
     }
     const auto isLit = [](float power) { return power > 0; };
-    const double lit = double(std::count_if(powers.begin(), powers.end(), isLit));
-    // Random numbers are multiples of 2^-24: the weakest light, too, is found by some.
-    const double least = std::min(0x1p-23, 1 / lit);
-    double running = 0;
+    const double litCount = double(std::count_if(powers.begin(), powers.end(), isLit));
+    // Random numbers are multiples of 2^-24: an interval of 2^-23 contains at least one.
+    const double minProbability = std::min(0x1p-23, 1 / litCount);
+    double cumulative = 0;
     for (const float power : powers) {
-        running += isLit(power) ? power / sum * (1 - lit * least) + least : 0;
-        m_cdf.push_back(float(running));
+        cumulative += isLit(power) ? power / sum * (1 - litCount * minProbability) + minProbability : 0;
+        m_cdf.push_back(float(cumulative));
     }
-    for (size_t i = m_cdf.size(); i-- > 0;) { // what rounding left belongs to the last
+    for (size_t i = m_cdf.size(); i-- > 0;) { // rounding: the interval of the last lit light ends at 1
         m_cdf[i] = 1;
         if (isLit(powers[i]))
             break;
@@ -52,11 +52,11 @@ Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
     m_lightSampler = LightSampler(std::move(powers));
     for (const auto& material : m_materials)
         m_needsFootprint |= material->flags().needsFootprint;
-    constexpr size_t kLarge = 4096; // triangles: some 100 kB
+    constexpr size_t kLargeMesh = 4096; // triangles, about 100 kB
     for (const Group& group : m_groups)
         for (const Geometry& geometry : group.geometries)
             if (const TriangleMesh* mesh = geometry.placed.shape.mesh.get())
-                m_hasLargeMeshes |= mesh->triangleCount() > kLarge;
+                m_hasLargeMeshes |= mesh->triangleCount() > kLargeMesh;
 }
 
 Rgb Scene::environment(const V3f& d) const {
@@ -73,7 +73,7 @@ void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, R
     s.ng = triangle.normal();
     s.ns = s.ng;
     if (!mesh.normals.empty()) {
-        const V3f n = vertexNormal(mesh, hit.prim, hit.u, hit.v, time);
+        const V3f n = interpolatedNormal(mesh, hit.prim, hit.u, hit.v, time);
         if (length2(n) > 0)
             s.ns = n;
     }
@@ -85,13 +85,13 @@ void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, R
 }
 
 bool Scene::moves() const {
-    const auto moved = [](const Instance& instance) {
+    const auto instanceMoves = [](const Instance& instance) {
         return instance.motion && !instance.motion->isStatic();
     };
-    const auto changes = [](const Geometry& geometry) { return !geometry.placed.isStatic(); };
-    return m_camera->moves() || std::any_of(m_instances.begin(), m_instances.end(), moved) ||
+    const auto geometryMoves = [](const Geometry& geometry) { return !geometry.placed.isStatic(); };
+    return m_camera->moves() || std::any_of(m_instances.begin(), m_instances.end(), instanceMoves) ||
            std::any_of(m_groups.begin(), m_groups.end(), [&](const Group& group) {
-               return std::any_of(group.geometries.begin(), group.geometries.end(), changes);
+               return std::any_of(group.geometries.begin(), group.geometries.end(), geometryMoves);
            });
 }
 
@@ -123,8 +123,13 @@ RawSurfacePoint Scene::rawSurface(const Hit& hit, float time) const {
         meshSurface(placed, hit, time, s);
     } else {
         const QuadricPoint q = placed.shape.quadric->point(hit.u, hit.v);
-        s.p = q.p, s.ng = s.ns = q.n, s.uv = q.uv, s.dpdu = q.dpdu, s.dpdv = q.dpdv;
-        s.scale = scaleOf(*placed.shape.quadric);
+        s.p = q.p;
+        s.ng = q.n;
+        s.ns = q.n;
+        s.uv = q.uv;
+        s.dpdu = q.dpdu;
+        s.dpdv = q.dpdv;
+        s.scale = quadricScale(*placed.shape.quadric);
     }
     if (isBaked(hit, placed))
         return s;
@@ -132,14 +137,14 @@ RawSurfacePoint Scene::rawSurface(const Hit& hit, float time) const {
     s.p = m.point(s.p);
     s.ng = m.normal(s.ng);
     s.ns = isMesh ? m.normal(s.ns) : s.ng;
-    s.dpdu = m.vector(s.dpdu), s.dpdv = m.vector(s.dpdv);
+    s.dpdu = m.vector(s.dpdu);
+    s.dpdv = m.vector(s.dpdv);
     s.scale = m.scale(s.scale);
     return s;
 }
 
 void Scene::tangents(const Hit& hit, float time, V3f& dpdu, V3f& dpdv) const {
     const PlacedShape& placed = geometry(hit).placed;
-    dpdu = dpdv = V3f(0);
     if (placed.shape.mesh) {
         const TriangleMesh& mesh = *placed.shape.mesh;
         triangleOf(mesh, hit.prim, time)
@@ -152,17 +157,20 @@ void Scene::tangents(const Hit& hit, float time, V3f& dpdu, V3f& dpdv) const {
         }
     } else {
         const QuadricPoint q = placed.shape.quadric->point(hit.u, hit.v);
-        dpdu = q.dpdu, dpdv = q.dpdv;
+        dpdu = q.dpdu;
+        dpdv = q.dpdv;
     }
     if (isBaked(hit, placed))
         return;
     const Affine m(toWorld(hit, placed, time));
-    dpdu = m.vector(dpdu), dpdv = m.vector(dpdv);
+    dpdu = m.vector(dpdu);
+    dpdv = m.vector(dpdv);
 }
 
 void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q) {
     const Footprint f(s.ng, s.dpdu, s.dpdv, d, width);
-    q.duvdx = f.duvdx, q.duvdy = f.duvdy;
+    q.duvdx = f.duvdx;
+    q.duvdy = f.duvdy;
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// The built scene: immutable, shared by all threads.
+// The built scene and its surface points.
 #pragma once
 
 #include "core/interfaces/camera.h"
@@ -14,47 +14,55 @@
 
 namespace strobe {
 
-/// Where a ray is clear of the surface that it leaves, given SurfacePoint::offset and the ray's cosine with
-/// the geometric normal. Rays start at the surface itself, not beside it: from a shifted origin, light
-/// samples near the limb of a small light would be hidden by the light.
+/// Returns the distance along a ray below which hits are ignored, so that the ray does not hit the surface
+/// that it leaves. `offset` is SurfacePoint::offset, `cosine` the ray's cosine with the geometric normal. At
+/// the returned distance the ray is `offset` above the tangent plane; for grazing rays it is at most 100
+/// offsets. The origin itself is not moved: from a moved origin, a small light would occlude samples near its
+/// own limb.
 inline float tminFor(float offset, float cosine) { return offset / std::max(std::abs(cosine), 0.01f); }
 
-/// A point on the scene's surface, as shading needs it. World space.
+/// A point on a surface of the scene, as shading needs it, in world space.
 struct SurfacePoint {
     V3f p;
-    V3f ng; ///< unit geometric normal: the surface's own side (see Light::emitted), not turned to the viewer
-    V3f ns; ///< unit shading normal, in ng's hemisphere
+    V3f ng; ///< unit geometric normal on the surface's outer side (see Light::emitted), not the viewer's
+    V3f ns; ///< unit shading normal, in the hemisphere of ng
     V2f uv{0};
-    V3f dpdu{0}, dpdv{0}; ///< only where the material needs a footprint or the mesh has tangents, else zero
-    float offset = 0;     ///< a distance from the surface that surely clears its rounding errors
+    V3f dpdu{0}, dpdv{0}; ///< of a mesh: zero unless the material needs a footprint
+    float offset = 0;     ///< a bound of the rounding error of p, for `tmin`
     const Material* material = nullptr;
-    int light = -1; ///< index into Scene::lights when the surface shines
+    int light = -1; ///< index into Scene::lights; -1: the surface does not emit
     uint32_t prim = 0;
 
-    /// Where a ray that leaves p towards `w` is clear of the surface.
+    /// Returns `tminFor` a ray from p along the unit vector `w`.
     float tmin(const V3f& w) const { return tminFor(offset, dot(w, ng)); }
 };
 
-/// A SurfacePoint whose normals are not yet of unit length, nor turned, and whose offset is missing: what is
-/// left to do is the same for every point, and done side by side where there are many.
+/// A SurfacePoint whose normals are neither normalized nor oriented yet, and whose offset is not set. The
+/// remaining steps do not depend on the shape, so that shading takes them for a whole SurfaceSoA at once.
 struct RawSurfacePoint : SurfacePoint {
-    float scale = 0;       ///< of the numbers that the position was computed from
-    float orientation = 1; ///< -1: the normals are to be turned round
+    float scale = 0;       ///< the largest absolute coordinate in the computation of p
+    float orientation = 1; ///< -1 if the normals are to be reversed
 
-    /// Completes the point.
-    void finish() { finishNormals(ng, ns, orientation), offset = offsetOf(scale, p); }
-    static void finishNormals(V3f& ng, V3f& ns, float orientation) {
-        ng = normalizeAny(ng), ns = normalizeAny(ns);
-        const float turn =
-            dot(ng, ns) < 0 ? -orientation : orientation; // vertex normals say which side is which
-        ng *= turn, ns *= orientation;
+    /// Completes the point: normalizes and orients the normals and sets the offset.
+    void finish() {
+        finishNormals(ng, ns, orientation);
+        offset = offsetOf(scale, p);
     }
+    /// Normalizes both normals. ns defines the outer side of the surface: ng is flipped into its hemisphere.
+    static void finishNormals(V3f& ng, V3f& ns, float orientation) {
+        ng = normalizeAny(ng);
+        ns = normalizeAny(ns);
+        const float flip = dot(ng, ns) < 0 ? -orientation : orientation;
+        ng *= flip;
+        ns *= orientation;
+    }
+    /// Returns a bound of the rounding error of p, given RawSurfacePoint::scale.
     static float offsetOf(float scale, const V3f& p) {
         return 4e-6f * std::max(std::max(scale, std::abs(p.x)), std::max(std::abs(p.y), std::abs(p.z)));
     }
 };
 
-/// RawSurfacePoints side by side.
+/// RawSurfacePoints as a structure of arrays.
 struct SurfaceSoA {
     V3SoA p, ng, ns, dpdu, dpdv;
     V2SoA uv;
@@ -65,31 +73,40 @@ struct SurfaceSoA {
 
     RawSurfacePoint at(int i) const {
         RawSurfacePoint s;
-        s.p = p.at(i), s.ng = ng.at(i), s.ns = ns.at(i), s.uv = uv.at(i);
-        s.dpdu = dpdu.at(i), s.dpdv = dpdv.at(i);
-        s.material = material[i], s.light = light[i], s.prim = prim[i];
-        s.scale = scale[i], s.orientation = orientation[i];
+        s.p = p.at(i);
+        s.ng = ng.at(i);
+        s.ns = ns.at(i);
+        s.uv = uv.at(i);
+        s.dpdu = dpdu.at(i);
+        s.dpdv = dpdv.at(i);
+        s.material = material[i];
+        s.light = light[i];
+        s.prim = prim[i];
+        s.scale = scale[i];
+        s.orientation = orientation[i];
         return s;
     }
 };
 
-/// A small discrete distribution over lights, by power.
+/// A discrete distribution over lights: proportional to power, but with at least 2^-23 (or the uniform
+/// probability, if that is less) for every light with power > 0, so that 24-bit random numbers can pick it.
 class LightSampler {
   public:
     LightSampler() = default;
+    /// Takes the power of each light. If their sum is zero or not finite, the distribution is uniform.
     explicit LightSampler(std::vector<float> powers);
-    /// The light for u in [0,1).
+    /// Returns the index of a light, for u uniform in [0,1).
     int pick(float u) const;
-    /// How much of [0,1) picks it, exactly. Above 0 if its power is.
+    /// Returns the exact probability of picking `light`: the length of its interval of [0,1).
     float probability(int light) const {
         return m_cdf[size_t(light)] - (light > 0 ? m_cdf[size_t(light) - 1] : 0);
     }
 
   private:
-    std::vector<float> m_cdf; ///< where each light's part of [0,1) ends
+    std::vector<float> m_cdf; ///< the end of each light's interval of [0,1)
 };
 
-/// Everything that rendering reads. Members are filled by the builder, then const.
+/// Everything that rendering reads. Immutable after construction; shared by all threads.
 class Scene {
   public:
     Scene(std::vector<Group> groups, std::vector<Instance> instances,
@@ -107,8 +124,9 @@ class Scene {
     const Shutter& shutter() const { return m_shutter; }
     /// True when the camera or any shape changes while the shutter is open.
     bool moves() const;
-    /// True when some material looks at the ray footprint.
+    /// True when some material reads the texture footprint of rays.
     bool needsFootprint() const { return m_needsFootprint; }
+    /// Returns the geometry that was hit. `hit` must not be empty.
     const Geometry& geometry(const Hit& hit) const {
         const uint32_t group = hit.instance == kNone ? 0 : m_instances[hit.instance].group;
         return m_groups[group].geometries[hit.geometry];
@@ -116,38 +134,39 @@ class Scene {
     const std::vector<Group>& groups() const { return m_groups; }
     const std::vector<Instance>& instances() const { return m_instances; }
 
-    /// The surface where `hit` is, at shutter fraction `time`. `hit` must not be empty.
+    /// Returns the surface point of `hit` at shutter fraction `time`. `hit` must not be empty.
     SurfacePoint surface(const Hit& hit, float time) const {
         RawSurfacePoint s = rawSurface(hit, time);
         s.finish();
         return s;
     }
+    /// Returns the same point before RawSurfacePoint::finish.
     RawSurfacePoint rawSurface(const Hit& hit, float time) const;
-    /// The same of hits 0 … n-1, none of them empty; quicker where neighbors are on the same geometry.
+    /// Writes the raw surface points of hits 0 … n-1 at shutter fractions `time`. No hit may be empty.
+    /// Consecutive hits on the same geometry are processed together.
     void rawSurfaces(const HitSoA& hits, const float* time, int n, SurfaceSoA& out) const;
-    /// Whether its meshes are more than a processor's nearest cache holds.
+    /// True if some mesh is larger than a first-level cache: `prefetch` then pays off.
     bool hasLargeMeshes() const { return m_hasLargeMeshes; }
-    /// Asks for the memory that the surfaces of some hits, or of none, are read from: it arrives while others
-    /// are worked on. Worth its time where meshes are large.
+    /// Prefetches the indices and the vertices of the triangles that were hit. Empty hits are skipped.
     void prefetch(std::span<const Hit> hits) const;
-    /// dp/du and dp/dv there, in world space, as normal maps mean them: the direction of the first is that of
-    /// the mesh's tangents where it has them and does not deform. Zero where texture coordinates are
-    /// degenerate.
+    /// Writes dp/du and dp/dv at `hit` in world space, as normal maps expect them: if the mesh has tangents
+    /// and does not deform, dp/du is the interpolated tangent. Zero where texture coordinates are degenerate.
     void tangents(const Hit& hit, float time, V3f& dpdu, V3f& dpdv) const;
-    /// Radiance of all environments arriving from direction d.
+    /// Returns the radiance of all environments that arrives from the unit direction d.
     Rgb environment(const V3f& d) const;
 
   private:
     static void meshSurface(const PlacedShape& placed, const Hit& hit, float time, RawSurfacePoint& s);
-    void surfacesOfOne(const HitSoA& hits, const float* time, int begin, int end, SurfaceSoA& out) const;
-    /// The light that shines there, or -1.
+    void rawSurfacesOfGeometry(const HitSoA& hits, const float* time, int begin, int end,
+                               SurfaceSoA& out) const;
+    /// Returns the light that the surface at `hit` belongs to, or -1.
     int lightOf(const Hit& hit) const {
         if (hit.instance == kNone)
             return geometry(hit).light;
         const std::vector<int>& lights = m_instances[hit.instance].lights;
         return lights.empty() ? -1 : lights[hit.geometry];
     }
-    /// Meshes of the world are: their points need no transform.
+    /// True if the vertices are in world space already, as those of meshes outside of instances.
     static bool isBaked(const Hit& hit, const PlacedShape& placed) {
         return hit.instance == kNone && placed.shape.mesh;
     }
@@ -164,14 +183,15 @@ class Scene {
     LightSampler m_lightSampler;
     std::shared_ptr<const Camera> m_camera;
     Shutter m_shutter;
-    bool m_needsFootprint = false, m_hasLargeMeshes = false;
+    bool m_needsFootprint = false;
+    bool m_hasLargeMeshes = false;
     std::unique_ptr<const Tracer> m_tracer;
 };
 
-/// The texture footprint of a ray cone `width` wide (perpendicular to ray direction d) on a surface, whose
-/// normal may be of any length: fills duvdx and duvdy of `q`.
+/// Writes the texture footprint on a surface of a ray cone to q.duvdx and q.duvdy. `d` is the unit ray
+/// direction, `width` the cone's width at the surface, perpendicular to d. s.ng may have any length.
 void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q);
-/// The same of points `begin` to `end`, for rays along -wo.
+/// Writes the footprints of points begin … end-1 for rays along -wo.
 void footprints(const SurfaceSoA& s, const V3SoA& wo, const float* width, int begin, int end, V2SoA& duvdx,
                 V2SoA& duvdy);
 

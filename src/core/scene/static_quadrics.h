@@ -1,38 +1,42 @@
-// The few quadrics that stand still in the world, traced without Embree: to it they are a second hierarchy
-// beside that of the triangles, and a callback for each.
+// Tracing of the first few static quadrics outside of instances, without Embree: there they would cost a
+// second BVH beside the one of the triangles, and a callback per primitive.
 #pragma once
 
 #include "core/scene/tracer.h"
 
 namespace strobe {
 
-/// Bounds of a placed quadric in its group's space.
+/// Returns the bounds of a placed quadric in the space of its group.
 Box3f quadricBounds(const PlacedShape& placed);
 
-/// Which lanes of a packet are to be traced: -1 or 0, as Embree wants it.
+/// The active rays of a packet, in Embree's format.
 struct alignas(64) PacketMask {
-    int lanes[RayPacket::kSize];
+    int active[RayPacket::kSize]; ///< -1: active, 0: not
+
+    /// Rays 0 … n-1 are active.
     explicit PacketMask(int n) {
         for (int i = 0; i < RayPacket::kSize; ++i)
-            lanes[i] = i < n ? -1 : 0;
+            active[i] = i < n ? -1 : 0;
     }
-    /// Leaves the lanes whose rays pass through the box and whose id is not `except`; false when there is
-    /// none.
-    bool keepThrough(const RayPacket& packet, const Box3f& box, uint32_t except = kNone);
+    /// Deactivates rays that miss the box or whose id is `excludedId`. Returns whether any ray is still
+    /// active.
+    bool keepIntersecting(const RayPacket& packet, const Box3f& box, uint32_t excludedId = kNone);
 };
 
+/// A list of quadrics, each with a bounding box that is tested for a whole packet at once.
 class StaticQuadrics {
   public:
-    /// Each costs every packet a test of its box; more than these are better off in Embree.
+    /// Every packet is tested against every box: with more quadrics, Embree's BVH is faster.
     static constexpr size_t kMax = 4;
 
     bool isFull() const { return m_entries.size() >= kMax; }
-    /// `index`: of the geometry in the world.
+    /// `index`: of the geometry in group 0.
     void add(const Geometry& geometry, uint32_t index);
-    /// As those of Tracer, of the lanes that are valid.
-    void intersect(RayPacket& packet, const PacketMask& valid) const;
-    void occluded(RayPacket& packet, const PacketMask& valid) const;
-    /// Extends `box` by all of them.
+    /// Like Tracer::intersect, for the rays in `mask`. Replaces farther hits of the packet.
+    void intersect(RayPacket& packet, const PacketMask& mask) const;
+    /// Like Tracer::occluded, for the rays in `mask`.
+    void occluded(RayPacket& packet, const PacketMask& mask) const;
+    /// Extends `box` by the bounds of all quadrics.
     void extend(Box3f& box) const;
 
   private:
@@ -41,10 +45,10 @@ class StaticQuadrics {
         M44f toObject;
         Box3f box; ///< with a margin
         uint32_t geometry;
-        uint32_t except; ///< rays with this id cannot hit it
+        uint32_t excludedId; ///< rays with this RayPacket::id are not tested; kNone: all are
     };
-    template <class Met>
-    void trace(const RayPacket& packet, const PacketMask& valid, const Met& met) const;
+    template <class OnHit>
+    void trace(const RayPacket& packet, const PacketMask& mask, const OnHit& onHit) const;
 
     std::vector<Entry> m_entries;
 };

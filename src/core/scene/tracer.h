@@ -1,4 +1,4 @@
-// Ray tracing: packets of rays against the scene's geometry. Implemented by the one file that knows Embree.
+// Ray tracing: packets of rays against the scene's geometry. Implemented in embree_tracer.cpp.
 #pragma once
 
 #include "core/interfaces/camera.h"
@@ -14,55 +14,67 @@ namespace strobe {
 
 inline constexpr uint32_t kNone = ~0u;
 
-/// What a ray met, as plain numbers; meaningful whatever ray found it.
+/// The surface point that a ray hit, as indices and barycentrics. All but t are independent of the ray.
 struct Hit {
-    uint32_t instance = kNone; ///< index into Scene::instances, or kNone for geometry of the world itself
-    uint32_t geometry = kNone; ///< index into its group's geometries; kNone: nothing was hit
-    uint32_t prim = 0;         ///< triangle
-    float u = 0, v = 0;        ///< barycentrics of the second and third vertex, or Quadric's numbers
-    float t = 0;               ///< distance along the ray that found it
+    uint32_t instance = kNone; ///< index into Scene::instances; kNone: geometry outside of instances
+    uint32_t geometry = kNone; ///< index into Group::geometries; kNone: the ray missed
+    uint32_t prim = 0;         ///< index of the triangle; 0 for a quadric
+    float u = 0, v = 0;        ///< barycentrics of the second and third vertex; arguments of Quadric::point
+    float t = 0;               ///< distance along the ray
 
     explicit operator bool() const { return geometry != kNone; }
 };
 
-/// Hits side by side.
+/// Hits as a structure of arrays.
 struct HitSoA {
     alignas(64) uint32_t instance[kSoAWidth], geometry[kSoAWidth], prim[kSoAWidth];
     alignas(64) float u[kSoAWidth], v[kSoAWidth], t[kSoAWidth];
     Hit at(int i) const { return {instance[i], geometry[i], prim[i], u[i], v[i], t[i]}; }
     void set(int i, const Hit& h) {
-        instance[i] = h.instance, geometry[i] = h.geometry, prim[i] = h.prim;
-        u[i] = h.u, v[i] = h.v, t[i] = h.t;
+        instance[i] = h.instance;
+        geometry[i] = h.geometry;
+        prim[i] = h.prim;
+        u[i] = h.u;
+        v[i] = h.v;
+        t[i] = h.t;
     }
 };
 
-/// Sixteen rays in Embree's structure-of-arrays layout, with room for their hits. Lanes are independent: what
-/// is found does not depend on which rays share a packet (measured, and tested: it is what makes images
-/// independent of tiles and threads).
+/// Sixteen rays and their hits in the layout of RTCRayHit16. The hit of a ray does not depend on the other
+/// rays of the packet (tested): images therefore do not depend on tiles and threads.
 struct alignas(64) RayPacket {
     static constexpr int kSize = 16;
-    // Zeros: Embree with assertions (Debian's, under valgrind) was seen to look at lanes not asked for.
+    // Initialized: Embree with assertions (Debian's build, under valgrind) reads inactive rays, too.
     float ox[kSize]{}, oy[kSize]{}, oz[kSize]{}, tnear[kSize]{};
     float dx[kSize]{}, dy[kSize]{}, dz[kSize]{}, time[kSize]{};
     float tfar[kSize]{};
     uint32_t mask[kSize];
-    uint32_t id[kSize]{}; ///< of occlusion rays: 0, or idOfLight where they end
+    uint32_t id[kSize]{}; ///< for occlusion rays: idOfLight, or 0
     uint32_t flags[kSize]{};
     float ngx[kSize], ngy[kSize], ngz[kSize];
     float u[kSize], v[kSize];
     uint32_t prim[kSize], geom[kSize], inst[kSize];
-    uint32_t spare[kSize]; ///< Embree 4 may write another number per hit here
+    uint32_t instPrim[kSize]; ///< written by Embree 4, if it has instance arrays
 
     RayPacket() { std::fill(mask, mask + kSize, ~0u); }
-    /// Of a ray to a sample of a light that hides none of its samples: it does not ask the light's own shape.
+    /// Returns the id of occlusion rays towards a light that cannot self-occlude (Light::cannotSelfOcclude):
+    /// StaticQuadrics skip the light's own shape, which saves time only.
     static uint32_t idOfLight(int light) { return uint32_t(light) + 1; }
+    /// Sets one ray and clears its hit.
     void set(int lane, const V3f& o, const V3f& d, float tmin, float tmax, float rayTime) {
-        ox[lane] = o.x, oy[lane] = o.y, oz[lane] = o.z, tnear[lane] = tmin;
-        dx[lane] = d.x, dy[lane] = d.y, dz[lane] = d.z, time[lane] = rayTime;
+        ox[lane] = o.x;
+        oy[lane] = o.y;
+        oz[lane] = o.z;
+        tnear[lane] = tmin;
+        dx[lane] = d.x;
+        dy[lane] = d.y;
+        dz[lane] = d.z;
+        time[lane] = rayTime;
         tfar[lane] = tmax;
-        geom[lane] = kNone, inst[lane] = kNone;
+        geom[lane] = kNone;
+        inst[lane] = kNone;
     }
-    /// Sixteen camera rays, from lane `first` of `rays` on.
+    /// Sets all rays to the camera rays first … first+15.
     void setCamera(const CameraRaySoA& rays, const float* times, int first);
 };
 
@@ -70,45 +82,46 @@ struct alignas(64) RayPacket {
 struct Geometry {
     PlacedShape placed;
     int material = 0;
-    int light = -1;     ///< of the world's own geometry; instances keep their own list
+    int light = -1;     ///< index into Scene::lights, outside of instances (see Instance::lights)
     std::string name{}; ///< see ObjectNames
 };
 
-/// Geometry that moves (or is repeated) as one: an Embree scene of its own.
+/// Geometry that is instanced together: one Embree scene. Group 0 is the geometry outside of instances.
 struct Group {
     std::vector<Geometry> geometries;
 };
 
 struct Instance {
-    uint32_t group;
+    uint32_t group; ///< index into Scene::groups
     std::shared_ptr<const Motion> motion;
-    std::vector<int> lights; ///< per geometry of the group; empty: none shines
+    std::vector<int> lights; ///< index into Scene::lights or -1, per geometry; empty: none emits
     std::string name{};      ///< see ObjectNames
 };
 
-/// What the acceleration structures hold: for the test that cost follows need.
+/// The content of the acceleration structures. Tests check that a scene pays only for what it uses.
 struct TracerCounts {
-    size_t triangles = 0, quadrics = 0, instances = 0;
-    size_t timeSteps = 0;          ///< of geometries and instances that move; still ones carry none
-    size_t filteredGeometries = 0; ///< with a cut-out test
+    size_t triangles = 0;
+    size_t quadrics = 0;
+    size_t instances = 0;
+    size_t timeSteps = 0;          ///< of moving geometries and instances; static ones have none
+    size_t filteredGeometries = 0; ///< geometries with an alpha test
 };
 
-/// Acceleration structures over the world's geometry and instances of groups; immutable, thread-safe.
+/// Acceleration structures over the geometry of group 0 and the instances. Immutable, thread-safe.
 class Tracer {
   public:
-    /// Refers to the groups and their meshes: they must outlive the tracer. groups[0] is the world's own
-    /// geometry.
+    /// Refers to the groups and their meshes, which must outlive the tracer. Throws Error if Embree fails,
+    /// and std::bad_alloc if memory is exhausted.
     Tracer(const std::vector<Group>& groups, const std::vector<Instance>& instances);
     ~Tracer();
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;
 
-    /// Nearest hits of lanes 0 … n-1. `coherent`: the rays start together and point the same way (camera
-    /// rays).
+    /// Finds the nearest hits of rays 0 … n-1. `coherent`: origins and directions are similar (camera rays).
     void intersect(RayPacket& packet, int n, bool coherent) const;
-    /// For lanes 0 … n-1: sets tfar negative where anything lies before tfar.
+    /// Sets tfar to -infinity for those of rays 0 … n-1 that hit anything between tnear and tfar.
     void occluded(RayPacket& packet, int n) const;
-    /// The hit of a lane after `intersect`.
+    /// Returns the hit of ray `lane` after `intersect`.
     Hit hit(const RayPacket& packet, int lane) const {
         if (packet.geom[lane] == kNone)
             return {};
@@ -120,36 +133,34 @@ class Tracer {
                 packet.v[lane],
                 packet.tfar[lane]};
     }
-
-    /// Those of all lanes; they become the lanes of `out` from `first` on.
+    /// Writes the hits of all 16 rays after `intersect` to elements first … first+15 of `out`.
     void hits(const RayPacket& packet, HitSoA& out, int first) const;
 
-    /// Told of a triangle; answers how far the next may be and still matter: no farther than before.
+    /// Called with a triangle. Returns the radius for the rest of the query: at most the radius so far.
     using PointQueryVisitor = std::function<float(uint32_t prim)>;
-    /// Shows all triangles of a mesh, as it is at its first key, that come within `radius` of a point of its
-    /// group's space, and perhaps others. Their order is anyone's guess.
+    /// Visits all triangles of a mesh, at its first key, within `radius` of the point p (in the space of the
+    /// group), and possibly others. The order is unspecified.
     void pointQuery(uint32_t group, uint32_t geometry, const V3f& p, float radius,
-                    const PointQueryVisitor& look) const;
+                    const PointQueryVisitor& visit) const;
 
     Box3f bounds() const;
     const TracerCounts& counts() const;
 
     enum class Query { Coherent, Nearest, Occluded };
-    /// Shows every packet before it is traced: how benchmarks learn which rays the renderer traces. To be set
-    /// (or unset, by an empty function) while nothing renders; rendering is then on one thread.
+    /// Called with every packet before it is traced; benchmarks record the renderer's rays with it. Not
+    /// thread-safe: set or remove it (by an empty function) while nothing renders, then render on one thread.
     using Observer = std::function<void(const RayPacket& packet, int n, Query query)>;
     void observe(Observer observer) const { m_observer = std::move(observer); }
 
   private:
     struct Impl;
     std::unique_ptr<Impl> m_impl;
-    uint32_t m_firstInstance = 0; ///< geometries of the world come before instances
+    uint32_t m_firstInstance = 0; ///< Embree's id of instance 0: ids of group 0's geometries are smaller
     mutable Observer m_observer;
 };
 
-/// Flush-to-zero and denormals-are-zero on the calling thread while it lives: Embree's advice for threads
-/// that trace. Put back afterwards, so that what a program computes next does not depend on having rendered
-/// before.
+/// Sets flush-to-zero and denormals-are-zero on the calling thread, as Embree recommends for threads that
+/// trace. The destructor restores the previous mode, so that rendering has no effect on later computations.
 class ScopedFlushDenormals {
   public:
     ScopedFlushDenormals();
@@ -158,7 +169,7 @@ class ScopedFlushDenormals {
     ScopedFlushDenormals& operator=(const ScopedFlushDenormals&) = delete;
 
   private:
-    unsigned m_before = 0;
+    unsigned m_previousMode = 0;
 };
 
 } // namespace strobe

@@ -1,5 +1,5 @@
-// Hashes against the examples of the Cryptomatte specification 1.2.0, and against ids that other renderers
-// wrote for the same names (manifests of the sample images beside it).
+// Cryptomatte ids, compared with the examples of the specification 1.2.0 and with the manifests of its sample
+// images, which other renderers wrote.
 #include "core/film/cryptomatte.h"
 
 #include <gtest/gtest.h>
@@ -10,9 +10,10 @@
 namespace strobe {
 namespace {
 
+// "plane" in Russian, as UTF-8
 const char* const kPlane = "\xd1\x80\xd0\xb0\xd0\xb2\xd0\xbd\xd0\xb8\xd0\xbd\xd0\xb0";
 
-TEST(Cryptomatte, HashesOfTheSpecification) {
+TEST(Cryptomatte, HashesEqualTheSpecification) {
     EXPECT_EQ(murmur3("torus"), 4053562365u);
     EXPECT_EQ(murmur3(kPlane), 2518896926u);
     EXPECT_FLOAT_EQ(std::bit_cast<float>(cryptomatteId("torus")), -1.54943624832e+30f);
@@ -22,7 +23,7 @@ TEST(Cryptomatte, HashesOfTheSpecification) {
     EXPECT_EQ(murmur3(""), 0u);
 }
 
-TEST(Cryptomatte, IdsOfOtherRenderers) {
+TEST(Cryptomatte, IdsEqualThoseOfOtherRenderers) {
     const std::pair<const char*, uint32_t> known[] = {
         {"name containing a \"quote\"  ", 0xaf8bfa09},
         {"name_containing/slash", 0xb0a04231},
@@ -35,35 +36,35 @@ TEST(Cryptomatte, IdsOfOtherRenderers) {
         EXPECT_EQ(cryptomatteId(name), id) << name;
 }
 
-TEST(Cryptomatte, ExponentsAreThoseOfOrdinaryFloats) {
-    // The hashes would be a denormal number and a NaN.
+TEST(Cryptomatte, IdsAreNormalFloats) {
+    // The bits of the first hash are a denormal number, those of the second a NaN.
     EXPECT_EQ(murmur3("flowerA.flowerA_petal11.:778"), 0x000586a5u);
     EXPECT_EQ(cryptomatteId("flowerA.flowerA_petal11.:778"), 0x008586a5u);
     EXPECT_EQ(murmur3("flowerA.flowerA_petal1.:1065"), 0x7f8e5296u);
     EXPECT_EQ(cryptomatteId("flowerA.flowerA_petal1.:1065"), 0x7f0e5296u);
     for (int i = 0; i < 10000; ++i)
-        EXPECT_TRUE(std::isnormal(std::bit_cast<float>(cryptomatteId("thing" + std::to_string(i)))));
+        EXPECT_TRUE(std::isnormal(std::bit_cast<float>(cryptomatteId("name" + std::to_string(i)))));
 }
 
-TEST(Cryptomatte, MetadataNamesEverything) {
+TEST(Cryptomatte, MetadataHasTheManifest) {
     const Metadata metadata = cryptomatteMetadata("uCryptoWildcard", {"torus", kPlane, "a \"b\"/c"});
     const std::string key = "cryptomatte/2ae4678/"; // as V-Ray wrote it
-    const Metadata expected = {{key + "name", "uCryptoWildcard"},
-                               {key + "hash", "MurmurHash3_32"},
-                               {key + "conversion", "uint32_to_float32"},
-                               {key + "manifest", std::string("{\"a \\\"b\\\"/c\":\"") + "b85726e8" +
-                                                      "\",\"torus\":\"f19c73fd\",\"" + kPlane +
-                                                      "\":\"9623511e\"}"}};
+    const Metadata expected = {
+        {key + "name", "uCryptoWildcard"},
+        {key + "hash", "MurmurHash3_32"},
+        {key + "conversion", "uint32_to_float32"},
+        {key + "manifest",
+         std::string(R"({"a \"b\"/c":"b85726e8","torus":"f19c73fd",")") + kPlane + R"(":"9623511e"})"}};
     EXPECT_EQ(metadata, expected);
     for (const auto& [name, value] : cryptomatteMetadata("CryptoMaterial", {}))
-        EXPECT_LT(name.size(), 32u) << "older readers of OpenEXR know no longer ones";
-    // A name that is no UTF-8 has a place in the manifest and does no harm.
+        EXPECT_LT(name.size(), 32u) << "old versions of OpenEXR limit the length";
+    // A name that is not UTF-8 is accepted.
     EXPECT_NO_THROW(cryptomatteMetadata("CryptoObject", {"\xff\xfe"}));
 }
 
-TEST(Cryptomatte, CollisionsAreFound) {
+TEST(Cryptomatte, CollisionsAreReported) {
     EXPECT_TRUE(cryptomatteCollisions({"a", "b", "a"}).empty());
-    // Two of 300,000 names have the same 32 bits, almost surely.
+    // Among 300,000 names, two almost surely have the same 32 bits.
     std::vector<std::string> names;
     for (int i = 0; i < 300000; ++i)
         names.push_back("n" + std::to_string(i));
@@ -75,16 +76,16 @@ TEST(Cryptomatte, CollisionsAreFound) {
     }
 }
 
-TEST(Cryptomatte, RanksByCoverage) {
+TEST(Cryptomatte, IdsAreRankedByCoverage) {
     CryptomatteCounts counts;
     const std::vector<uint32_t> ids = {0x3f800000, 0x40000000, 0x40400000, 0x40800000}; // 1, 2, 3, 4
-    for (const uint32_t thing : {3, 0, 2, 3, 2, 3, 1})
-        counts.add(thing);
+    for (const uint32_t name : {3, 0, 2, 3, 2, 3, 1})
+        counts.add(name);
     float out[8];
     counts.rank(ids, 8, 4, out);
     const float expected[] = {4, 3.f / 8, 3, 2.f / 8, 1, 1.f / 8, 2, 1.f / 8};
     EXPECT_EQ(0, std::memcmp(out, expected, sizeof(out)));
-    counts.rank(ids, 8, 2, out); // what does not fit is left out: the least
+    counts.rank(ids, 8, 2, out); // only the two largest
     EXPECT_EQ(out[2], 3);
     CryptomatteCounts().rank(ids, 8, 4, out);
     for (const float v : out)

@@ -7,7 +7,7 @@
 namespace strobe {
 namespace {
 
-TEST(Student, QuantilesOfTheTables) {
+TEST(StudentQuantile, EqualsTables) {
     EXPECT_NEAR(studentQuantile(0.95, 1), 12.7062, 1e-4);
     EXPECT_NEAR(studentQuantile(0.95, 2), 4.30265, 1e-5);
     EXPECT_NEAR(studentQuantile(0.95, 3), 3.18245, 1e-5);
@@ -17,7 +17,7 @@ TEST(Student, QuantilesOfTheTables) {
     EXPECT_NEAR(studentQuantile(0.95, 100000), 1.95998, 1e-4);
 }
 
-/// A gray picture whose pixels are `mean` and a normal number times `deviation`, of this seed.
+/// A gray image of independent normally distributed pixels.
 Image noisy(int width, int height, float mean, float deviation, uint64_t seed) {
     Image image{width, height, {}};
     for (int i = 0; i < width * height; ++i) {
@@ -29,7 +29,7 @@ Image noisy(int width, int height, float mean, float deviation, uint64_t seed) {
     return image;
 }
 
-TEST(NoiseEstimate, TheIntervalHoldsTheTruthAsOftenAsItSays) {
+TEST(NoiseEstimate, ConfidenceIntervalsHaveTheirNominalCoverage) {
     for (const int passes : {2, 3, 5, 12}) {
         const int n = 200;
         NoiseEstimate estimate;
@@ -40,19 +40,19 @@ TEST(NoiseEstimate, TheIntervalHoldsTheTruthAsOftenAsItSays) {
             for (size_t i = 0; i < sum.size(); ++i)
                 sum[i] += luminance(pass.pixels[i]) / passes;
         }
-        size_t held = 0;
+        size_t covered = 0;
         const std::vector<float> noise = estimate.pixels();
         for (size_t i = 0; i < sum.size(); ++i)
-            held += std::abs(sum[i] - 0.5) <= noise[i] * std::max(sum[i], 0.1);
-        const double part = double(held) / double(sum.size());
-        EXPECT_GE(part, 0.95) << passes; // what neighbors add can but widen it
+            covered += std::abs(sum[i] - 0.5) <= noise[i] * std::max(sum[i], 0.1);
+        const double coverage = double(covered) / double(sum.size());
+        EXPECT_GE(coverage, 0.95) << passes; // the 3×3 mean only widens intervals
         if (passes == 12) {
-            EXPECT_LE(part, 0.985);
+            EXPECT_LE(coverage, 0.985);
         }
     }
 }
 
-TEST(NoiseEstimate, TheLevelFallsWithTheRootOfThePasses) {
+TEST(NoiseEstimate, LevelIsProportionalToTheInverseRootOfPasses) {
     NoiseEstimate estimate;
     EXPECT_EQ(estimate.level(), kInfinity);
     std::vector<double> levels;
@@ -68,7 +68,7 @@ TEST(NoiseEstimate, TheLevelFallsWithTheRootOfThePasses) {
     EXPECT_NEAR(levels[0] / levels[1], 2, 0.15);
 }
 
-TEST(NoiseEstimate, VariancesAreThoseOfTheMean) {
+TEST(NoiseEstimate, VariancesAreOfTheMeanOfThePasses) {
     NoiseEstimate estimate;
     for (int p = 0; p < 20; ++p) {
         estimate.add(noisy(100, 100, 0.5f, 0.1f, uint64_t(p)));
@@ -79,29 +79,31 @@ TEST(NoiseEstimate, VariancesAreThoseOfTheMean) {
     double mean = 0;
     for (const float v : estimate.variances())
         mean += double(v) / 10000;
-    // Over 10,000 pixels, a variance told by 20 numbers is off by sqrt(2 / 19) / 100 of itself.
+    // The relative standard error of the mean of 10,000 variances, each of 20 values, is sqrt(2 / 19) / 100.
     EXPECT_NEAR(mean, 0.01 / 20, 5 * std::sqrt(2. / 19) / 100 * 0.01 / 20);
 }
 
-TEST(NoiseEstimate, DarkPixelsCountByTheFloor) {
+TEST(NoiseEstimate, NoiseOfDarkPixelsIsRelativeToTheFloor) {
     NoiseEstimate dark;
     for (int p = 0; p < 100; ++p)
         dark.add(noisy(20, 20, 0, 0.01f, uint64_t(p)));
     EXPECT_NEAR(dark.level(), 1.984 * 0.01 / 10 / NoiseEstimate::kFloor, 0.1 * dark.level());
 }
 
-TEST(NoiseEstimate, APixelThatMetNothingYetIsAsUncertainAsItsNeighbors) {
+TEST(NoiseEstimate, PixelsBelowTheMeanVarianceOfTheirNeighborsUseIt) {
     NoiseEstimate estimate;
     for (int p = 0; p < 6; ++p) {
         Image pass = noisy(5, 5, 0.5f, 0.1f, uint64_t(p));
         pass.at(2, 2) = Rgb(0.5f);
-        for (int y = 0; y < 5; ++y)
-            pass.at(0, y) = pass.at(1, y) = Rgb(0.5f);
+        for (int y = 0; y < 5; ++y) {
+            pass.at(0, y) = Rgb(0.5f);
+            pass.at(1, y) = Rgb(0.5f);
+        }
         estimate.add(pass);
     }
     const std::vector<float> noise = estimate.pixels();
     EXPECT_GT(noise[2 * 5 + 2], 0.05f);
-    EXPECT_EQ(noise[2 * 5 + 0], 0) << "where all agree, nothing is uncertain";
+    EXPECT_EQ(noise[2 * 5 + 0], 0) << "all 3×3 pixels are equal in all passes";
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// Requests made side by side are those made one by one.
+// Shading requests for a whole batch equal those for single samples.
 #include "core/render/integrator.h"
 #include "support/render_text.h"
 
@@ -7,7 +7,7 @@
 namespace strobe {
 namespace {
 
-/// Compares, and asks for every sample's own shade.
+/// Shades every sample, and compares requestForEach with requestFor.
 class ComparingWorker : public IntegratorWorker {
   public:
     ComparingWorker(const Scene& scene, size_t* compared) : m_scene(scene), m_compared(compared) {}
@@ -16,24 +16,25 @@ class ComparingWorker : public IntegratorWorker {
         ASSERT_EQ(requests.size(), batch.samples.size());
         uint32_t i = 0;
         for (const VisibilitySample& sample : batch.samples) {
-            const ShadingRequest one = requestFor(m_scene, batch, sample), many = requests[i];
-            EXPECT_EQ(one.sample, i++);
-            EXPECT_EQ(many.sample, one.sample);
-            EXPECT_EQ(many.hit.instance, one.hit.instance);
-            EXPECT_EQ(many.hit.geometry, one.hit.geometry);
-            EXPECT_EQ(many.hit.prim, one.hit.prim);
-            EXPECT_EQ(many.hit.u, one.hit.u);
-            EXPECT_EQ(many.hit.v, one.hit.v);
-            EXPECT_EQ(many.hit.t, one.hit.t);
-            EXPECT_EQ(many.ray.o, one.ray.o);
-            EXPECT_EQ(many.ray.d, one.ray.d);
-            EXPECT_EQ(many.ray.time, one.ray.time);
-            EXPECT_EQ(many.cone.width, one.cone.width);
-            EXPECT_EQ(many.cone.spread, one.cone.spread);
-            EXPECT_EQ(many.domain, one.domain);
-            EXPECT_EQ(many.index, one.index);
-            EXPECT_EQ(many.total, one.total);
-            EXPECT_EQ(many.component, one.component);
+            const ShadingRequest single = requestFor(m_scene, batch, sample);
+            const ShadingRequest batched = requests[i];
+            EXPECT_EQ(single.sample, i++);
+            EXPECT_EQ(batched.sample, single.sample);
+            EXPECT_EQ(batched.hit.instance, single.hit.instance);
+            EXPECT_EQ(batched.hit.geometry, single.hit.geometry);
+            EXPECT_EQ(batched.hit.prim, single.hit.prim);
+            EXPECT_EQ(batched.hit.u, single.hit.u);
+            EXPECT_EQ(batched.hit.v, single.hit.v);
+            EXPECT_EQ(batched.hit.t, single.hit.t);
+            EXPECT_EQ(batched.ray.o, single.ray.o);
+            EXPECT_EQ(batched.ray.d, single.ray.d);
+            EXPECT_EQ(batched.ray.time, single.ray.time);
+            EXPECT_EQ(batched.cone.width, single.cone.width);
+            EXPECT_EQ(batched.cone.spread, single.cone.spread);
+            EXPECT_EQ(batched.domain, single.domain);
+            EXPECT_EQ(batched.index, single.index);
+            EXPECT_EQ(batched.total, single.total);
+            EXPECT_EQ(batched.component, single.component);
             ++*m_compared;
         }
     }
@@ -48,10 +49,10 @@ class ComparingWorker : public IntegratorWorker {
     size_t* m_compared;
 };
 
-class Comparing : public Integrator {
+class ComparingIntegrator : public Integrator {
   public:
+    explicit ComparingIntegrator(size_t* compared) : m_compared(compared) {}
     BiasBound biasBound(const Scene&) const override { return {}; }
-    explicit Comparing(size_t* compared) : m_compared(compared) {}
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
         return std::make_unique<UnsharedState<ComparingWorker, size_t*>>(scene, m_compared);
     }
@@ -60,21 +61,26 @@ class Comparing : public Integrator {
     size_t* m_compared;
 };
 
-TEST(Batch, RequestsForAllAreThoseOfEach) {
-    BuiltScene built =
-        test::build("Film \"image\" \"integer xresolution\" 15 \"integer yresolution\" 7\n"
-                    "Sampler \"independent\" \"integer pixelsamples\" 11\nIntegrator \"directlighting\"\n"
-                    "Camera \"perspective\" \"float lensradius\" .1 \"float focaldistance\" "
-                    "3\nWorldBegin\nLightSource \"infinite\"\n"
-                    "Texture \"c\" \"rgb\" \"checkerboard\"\nMaterial \"matte\" \"texture Kd\" \"c\"\n"
-                    "Translate 0 0 3\nShape \"sphere\"\n");
+TEST(Batch, RequestForEachEqualsRequestFor) {
+    BuiltScene built = test::build(R"(
+        Film "image" "integer xresolution" 15 "integer yresolution" 7
+        Sampler "independent" "integer pixelsamples" 11
+        Integrator "directlighting"
+        Camera "perspective" "float lensradius" .1 "float focaldistance" 3
+        WorldBegin
+        LightSource "infinite"
+        Texture "c" "rgb" "checkerboard"
+        Material "matte" "texture Kd" "c"
+        Translate 0 0 3
+        Shape "sphere"
+        )");
     ASSERT_TRUE(built.scene->needsFootprint());
-    const auto truth = test::render(built);
+    const Image reference = test::render(built).image;
     size_t compared = 0;
-    built.integrator = std::make_shared<const Comparing>(&compared);
+    built.integrator = std::make_shared<const ComparingIntegrator>(&compared);
     const auto image = test::render(built, 0, 1).image;
     EXPECT_EQ(compared, 15u * 7 * 11);
-    EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), truth.image.pixels.begin()));
+    EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), reference.pixels.begin()));
 }
 
 } // namespace

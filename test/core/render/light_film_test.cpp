@@ -1,4 +1,4 @@
-// Parts of the light: they add up to the picture, and each is what its name says.
+// AOVs of light components: they add up to the image, and each equals a render of that light alone.
 #include "support/render_text.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 /// Channels by name.
 using Layers = std::map<std::string, std::vector<float>>;
 
-struct Lit {
+struct LightLayers {
     Layers layers;
     Film film;
     RenderStats stats;
@@ -25,84 +25,119 @@ BuildOptions with(const std::string& integrator, const std::string& shading = ""
     return options;
 }
 
-Lit light(const std::string& text, const BuildOptions& options, std::vector<Aov> wanted, uint64_t seed = 0,
-          int threads = 2, int tile = 8) {
+LightLayers renderLight(const std::string& text, const BuildOptions& options, const std::vector<Aov>& aovs,
+                        uint64_t seed = 0, int threads = 2, int tile = 8) {
     const BuiltScene built = test::build(text, options);
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.seed = seed;
-    settings.threads = threads, settings.tileSize = tile;
-    LightFilm components(built.pixelBounds, wanted, built.lightGroups);
-    settings.lights = wanted.empty() ? nullptr : &components;
+    settings.threads = threads;
+    settings.tileSize = tile;
+    LightFilm lightFilm(built.pixelBounds, aovs, built.lightGroups);
+    settings.lights = aovs.empty() ? nullptr : &lightFilm;
     Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
     RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                *built.filter, settings, film);
     Layers layers;
-    for (AovChannel& channel : components.channels())
+    for (AovChannel& channel : lightFilm.channels())
         layers[channel.layer + '.' + channel.name] = std::move(channel.values);
     return {std::move(layers), std::move(film), std::move(stats)};
 }
 
 const std::vector<Aov> kAll = {Aov::Direct, Aov::Indirect, Aov::LightGroups};
 
-/// Everything that light can do here: lamps that are seen, mirrors, glass, gloss, textures, motion.
+/// A scene with visible lamps, mirror, glass, glossy and textured materials, and motion.
 std::string room(const std::string& lights) {
-    return "TransformTimes 0 1\nFilm \"image\" \"integer xresolution\" 30 \"integer yresolution\" "
-           "20\nSampler "
-           "\"sobol\" \"integer pixelsamples\" 16\nPixelFilter \"mitchell\"\nIntegrator \"path\" \"integer "
-           "maxdepth\" 5\nLookAt 0 2 -6 0 .8 0 0 1 0\nCamera \"perspective\" \"float fov\" 50\nWorldBegin\n" +
-           lights +
-           "Texture \"checks\" \"rgb\" \"checkerboard\" \"rgb tex1\" [.8 .7 .6] \"rgb tex2\" [.2 .3 .5]\n"
-           "Material \"matte\" \"texture Kd\" \"checks\"\nShape \"trianglemesh\" \"integer indices\" [0 2 1 "
-           "0 "
-           "3 2] \"point P\" [-9 0 -9 9 0 -9 9 0 9 -9 0 9]\n"
-           "AttributeBegin\nMaterial \"mirror\"\nTranslate -1.6 .7 0\nShape \"sphere\" \"float radius\" "
-           ".7\nAttributeEnd\n"
-           "AttributeBegin\nMaterial \"glass\"\nTranslate .2 .5 -1.5\nShape \"sphere\" \"float radius\" "
-           ".5\nAttributeEnd\n"
-           "AttributeBegin\nMaterial \"plastic\" \"rgb Kd\" [.5 .2 .1]\nTranslate 1.2 .7 0\nActiveTransform "
-           "EndTime\nTranslate .5 0 0\nActiveTransform All\nShape \"sphere\" \"float radius\" "
-           ".7\nAttributeEnd\n";
+    return R"(
+        TransformTimes 0 1
+        Film "image" "integer xresolution" 30 "integer yresolution" 20
+        Sampler "sobol" "integer pixelsamples" 16
+        PixelFilter "mitchell"
+        Integrator "path" "integer maxdepth" 5
+        LookAt 0 2 -6  0 .8 0  0 1 0
+        Camera "perspective" "float fov" 50
+        WorldBegin
+        )" +
+           lights + R"(
+        Texture "checks" "rgb" "checkerboard" "rgb tex1" [.8 .7 .6] "rgb tex2" [.2 .3 .5]
+        Material "matte" "texture Kd" "checks"
+        Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+        AttributeBegin
+          Material "mirror"
+          Translate -1.6 .7 0
+          Shape "sphere" "float radius" .7
+        AttributeEnd
+        AttributeBegin
+          Material "glass"
+          Translate .2 .5 -1.5
+          Shape "sphere" "float radius" .5
+        AttributeEnd
+        AttributeBegin
+          Material "plastic" "rgb Kd" [.5 .2 .1]
+          Translate 1.2 .7 0
+          ActiveTransform EndTime
+          Translate .5 0 0
+          ActiveTransform All
+          Shape "sphere" "float radius" .7
+        AttributeEnd
+        )";
 }
-const std::string kSky = "LightSource \"infinite\" \"rgb L\" [.3 .4 .5] \"string group\" \"sky\"\n";
-const std::string kBall = "Shape \"sphere\" \"float radius\" .6\nAttributeEnd\n";
-const std::string kPlace = "AttributeBegin\nTranslate 2 3 1\n";
-const std::string kLamp =
-    kPlace + "AreaLightSource \"diffuse\" \"rgb L\" [20 18 15] \"string group\" \"lamp\"\n" + kBall;
-const std::string kDarkLamp = kPlace + kBall;
-const std::string kPoint = "LightSource \"point\" \"point from\" [-3 4 -2] \"rgb I\" [6 5 4]\n";
+const std::string kSky = R"(
+    LightSource "infinite" "rgb L" [.3 .4 .5] "string group" "sky"
+)";
+const std::string kPoint = R"(
+    LightSource "point" "point from" [-3 4 -2] "rgb I" [6 5 4]
+)";
+const std::string kLamp = R"(
+    AttributeBegin
+      Translate 2 3 1
+      AreaLightSource "diffuse" "rgb L" [20 18 15] "string group" "lamp"
+      Shape "sphere" "float radius" .6
+    AttributeEnd
+)";
+/// The shape of kLamp, without its light.
+const std::string kDarkLamp = R"(
+    AttributeBegin
+      Translate 2 3 1
+      Shape "sphere" "float radius" .6
+    AttributeEnd
+)";
 
-double valueOf(const Layers& layers, const std::string& layer, size_t at, int c) {
-    return double(layers.at(layer + '.' + "RGB"[c])[at]);
+double valueOf(const Layers& layers, const std::string& layer, size_t pixel, int c) {
+    return double(layers.at(layer + '.' + "RGB"[c])[pixel]);
 }
 
-TEST(LightLayers, AddUpToThePicture) {
+TEST(LightFilm, ComponentsAddUpToTheImage) {
     const std::string text = room(kSky + kLamp + kPoint);
     for (const char* shading : {"path", "directlighting"})
         for (const char* integrator : {"supersample", "msaa", "msaa-cache", "indirect-cache"}) {
-            const Lit lit = light(text, with(integrator, shading), kAll);
-            ASSERT_EQ(lit.layers.size(), 15u) << "direct, indirect, sky, lamp, rest";
-            const Image& image = lit.film.image();
+            const LightLayers rendered = renderLight(text, with(integrator, shading), kAll);
+            ASSERT_EQ(rendered.layers.size(), 15u) << "direct, indirect, sky, lamp, rest";
+            const Image& image = rendered.film.image();
             for (size_t i = 0; i < image.pixels.size(); ++i)
                 for (int c = 0; c < 3; ++c) {
-                    const auto part = [&](const char* name) { return valueOf(lit.layers, name, i, c); };
+                    const auto component = [&](const char* name) {
+                        return valueOf(rendered.layers, name, i, c);
+                    };
                     const double whole = image.pixels[i][c];
-                    EXPECT_NEAR(part("direct") + part("indirect"), whole, 1e-5 * (std::abs(whole) + 1))
-                        << integrator << ' ' << shading << ", pixel " << i;
-                    EXPECT_NEAR(part("light_sky") + part("light_lamp") + part("light_rest"), whole,
+                    EXPECT_NEAR(component("direct") + component("indirect"), whole,
                                 1e-5 * (std::abs(whole) + 1))
+                        << integrator << ' ' << shading << ", pixel " << i;
+                    EXPECT_NEAR(component("light_sky") + component("light_lamp") + component("light_rest"),
+                                whole, 1e-5 * (std::abs(whole) + 1))
                         << integrator << ' ' << shading << ", pixel " << i;
                 }
         }
 }
 
-TEST(LightLayers, ChangeNeitherThePictureNorTheWork) {
+TEST(LightFilm, DoesNotChangeTheImageNorTheWork) {
     const std::string text = room(kSky + kLamp + kPoint);
     for (const char* integrator : {"supersample", "msaa", "msaa-cache", "indirect-cache"}) {
         BuildOptions options = with(integrator);
         if (std::string(integrator).find("cache") != std::string::npos)
             options.defines = {"cache-mb=64"};
-        const Lit without = light(text, options, {}, 0, 1), split = light(text, options, kAll, 0, 1);
+        const LightLayers without = renderLight(text, options, {}, 0, 1),
+                          split = renderLight(text, options, kAll, 0, 1);
         EXPECT_EQ(0, std::memcmp(without.film.image().pixels.data(), split.film.image().pixels.data(),
                                  without.film.image().pixels.size() * sizeof(Rgb)))
             << integrator;
@@ -111,31 +146,34 @@ TEST(LightLayers, ChangeNeitherThePictureNorTheWork) {
     }
 }
 
-TEST(LightLayers, DoNotDependOnThreadsAndTiles) {
+TEST(LightFilm, DoesNotDependOnThreadsAndTiles) {
     const std::string text = room(kSky + kLamp + kPoint);
     for (const char* integrator : {"supersample", "msaa-cache", "indirect-cache"})
-        EXPECT_TRUE(light(text, with(integrator), kAll, 0, 1, 30).layers ==
-                    light(text, with(integrator), kAll, 0, 3, 5).layers)
+        EXPECT_TRUE(renderLight(text, with(integrator), kAll, 0, 1, 30).layers ==
+                    renderLight(text, with(integrator), kAll, 0, 3, 5).layers)
             << integrator;
 }
 
-TEST(LightLayers, ASmallCacheGivesTheSameParts) {
+TEST(LightFilm, CacheSizeDoesNotChangeComponents) {
     const std::string text = room(kSky + kLamp + kPoint);
     BuildOptions small = with("msaa-cache");
     small.defines = {"cache-mb=0.001"};
-    EXPECT_TRUE(light(text, with("msaa-cache"), kAll).layers == light(text, small, kAll).layers);
+    EXPECT_TRUE(renderLight(text, with("msaa-cache"), kAll).layers == renderLight(text, small, kAll).layers);
 }
 
-/// Means of all pixels over seeds, and their standard errors, of a picture's channels.
+/// Per channel, the mean of all pixels over seeds, and its standard error.
 using Means = std::array<test::Estimate, 3>;
 
-template <class ValuesOf>
-Means meansOver(int seeds, const ValuesOf& valuesOf) {
+/// `meanOfSeed` returns the mean of all pixels per channel.
+template <class MeanOfSeed>
+Means meansOver(int seeds, const MeanOfSeed& meanOfSeed) {
     double sum[3] = {}, sum2[3] = {};
     for (int s = 0; s < seeds; ++s) {
-        const std::array<double, 3> mean = valuesOf(uint64_t(s));
-        for (size_t c = 0; c < 3; ++c)
-            sum[c] += mean[c], sum2[c] += mean[c] * mean[c];
+        const std::array<double, 3> mean = meanOfSeed(uint64_t(s));
+        for (size_t c = 0; c < 3; ++c) {
+            sum[c] += mean[c];
+            sum2[c] += mean[c] * mean[c];
+        }
     }
     Means means;
     for (size_t c = 0; c < 3; ++c) {
@@ -145,24 +183,24 @@ Means meansOver(int seeds, const ValuesOf& valuesOf) {
     return means;
 }
 
-Means meansOfPicture(const std::string& text, const BuildOptions& options, int seeds) {
+Means meansOfImage(const std::string& text, const BuildOptions& options, int seeds) {
     return meansOver(seeds, [&](uint64_t seed) {
-        const Lit lit = light(text, options, {}, seed);
+        const LightLayers rendered = renderLight(text, options, {}, seed);
         std::array<double, 3> mean{};
-        for (const Rgb& pixel : lit.film.image().pixels)
+        for (const Rgb& pixel : rendered.film.image().pixels)
             for (int c = 0; c < 3; ++c)
-                mean[size_t(c)] += pixel[c] / double(lit.film.image().pixels.size());
+                mean[size_t(c)] += pixel[c] / double(rendered.film.image().pixels.size());
         return mean;
     });
 }
 
-Means meansOfLayer(const std::string& text, const BuildOptions& options, Aov wanted, const std::string& layer,
+Means meansOfLayer(const std::string& text, const BuildOptions& options, Aov aov, const std::string& layer,
                    int seeds) {
     return meansOver(seeds, [&](uint64_t seed) {
-        const Lit lit = light(text, options, {wanted}, seed + 1000);
+        const LightLayers rendered = renderLight(text, options, {aov}, seed + 1000);
         std::array<double, 3> mean{};
         for (size_t c = 0; c < 3; ++c)
-            for (const float v : lit.layers.at(layer + '.' + "RGB"[c]))
+            for (const float v : rendered.layers.at(layer + '.' + "RGB"[c]))
                 mean[c] += double(v) / 600;
         return mean;
     });
@@ -175,33 +213,33 @@ void expectEqual(const Means& a, const Means& b, int seeds, const std::string& w
             << what << ", channel " << c;
 }
 
-TEST(LightLayers, AGroupIsThePictureOfItsLightsAlone) {
+TEST(LightFilm, LightGroupsEqualRendersOfTheirLightsAlone) {
     constexpr int kSeeds = 12;
     const std::string all = room(kSky + kLamp + kPoint);
     for (const auto& [layer, lights] : {std::pair("light_sky", kSky), std::pair("light_rest", kPoint)})
         expectEqual(meansOfLayer(all, with("supersample"), Aov::LightGroups, layer, kSeeds),
-                    meansOfPicture(room(lights + kDarkLamp), with("supersample"), kSeeds), kSeeds, layer);
+                    meansOfImage(room(lights + kDarkLamp), with("supersample"), kSeeds), kSeeds, layer);
 }
 
-TEST(LightLayers, DirectIsThePictureOfDirectLighting) {
+TEST(LightFilm, DirectEqualsTheDirectLightingShader) {
     constexpr int kSeeds = 12;
     const std::string text = room(kSky + kLamp + kPoint);
     BuildOptions path = with("supersample", "path"), direct = with("supersample", "directlighting");
-    path.defines = direct.defines = {"maxdepth=12"}; // mirrors and glass are counted a little differently
-    expectEqual(meansOfLayer(text, path, Aov::Direct, "direct", kSeeds), meansOfPicture(text, direct, kSeeds),
+    path.defines = direct.defines = {"maxdepth=12"}; // mirrors and glass differ slightly
+    expectEqual(meansOfLayer(text, path, Aov::Direct, "direct", kSeeds), meansOfImage(text, direct, kSeeds),
                 kSeeds, "direct");
-    // ... and direct lighting has no other.
-    const Lit lit = light(text, direct, {Aov::Indirect});
-    EXPECT_EQ(lit.layers.size(), 3u) << "only what was asked for";
-    for (const float v : lit.layers.at("indirect.R"))
+    // The shader directlighting has no indirect light.
+    const LightLayers rendered = renderLight(text, direct, {Aov::Indirect});
+    EXPECT_EQ(rendered.layers.size(), 3u) << "only the requested layers";
+    for (const float v : rendered.layers.at("indirect.R"))
         EXPECT_EQ(v, 0);
 }
 
-TEST(LightLayers, CachesThatFirstRaysDecideHaveNone) {
+TEST(LightFilm, ErrorForCachesWithoutComponents) {
     BuildOptions options = with("msaa-cache");
     options.defines = {"scope=thread"};
     try {
-        light(room(kSky), options, kAll);
+        renderLight(room(kSky), options, kAll);
         FAIL();
     } catch (const Error& e) {
         EXPECT_EQ(e.kind, ErrorKind::Usage);
@@ -211,9 +249,9 @@ TEST(LightLayers, CachesThatFirstRaysDecideHaveNone) {
     }
 }
 
-TEST(LightLayers, GroupsAreNamesOfLayers) {
+TEST(LightFilm, ErrorForInvalidGroupNames) {
     try {
-        test::build(room("LightSource \"infinite\" \"string group\" \"key light\"\n"));
+        test::build(room(R"(LightSource "infinite" "string group" "key light")"));
         FAIL();
     } catch (const Error& e) {
         EXPECT_STREQ(e.what(), "\"group\" names a layer: letters, digits and underscores, not \"key light\"");

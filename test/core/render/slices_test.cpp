@@ -1,4 +1,4 @@
-// Any split of pixels and samples adds up to the whole, to the bit.
+// Slices of samples and crops of pixels add up to the whole image, to the bit.
 #include "core/math/hash.h"
 #include "support/render_text.h"
 
@@ -9,33 +9,48 @@
 namespace strobe {
 namespace {
 
-const char* const kScene =
-    "TransformTimes 0 1\nFilm \"image\" \"integer xresolution\" 27 \"integer yresolution\" 21\n"
-    "PixelFilter \"mitchell\"\nSampler \"sobol\" \"integer pixelsamples\" 16\n"
-    "Integrator \"path\" \"integer maxdepth\" 2\n"
-    "LookAt 0 2 -6 0 .5 0 0 1 0\nCamera \"perspective\" \"float fov\" 50\n"
-    "WorldBegin\nLightSource \"infinite\" \"rgb L\" [.3 .4 .5]\n"
-    "AttributeBegin\nTranslate 2 4 -2\nAreaLightSource \"diffuse\" \"rgb L\" [20 20 20]\n"
-    "Shape \"sphere\" \"float radius\" .5\nAttributeEnd\nMaterial \"matte\" \"rgb Kd\" [.5 .6 .7]\n"
-    "Shape \"trianglemesh\" \"integer indices\" [0 2 1 0 3 2] \"point P\" [-9 0 -9 9 0 -9 9 0 9 -9 0 9]\n"
-    "AttributeBegin\nTranslate -1 1 0\nActiveTransform EndTime\nTranslate .8 0 0\nActiveTransform All\n"
-    "Shape \"sphere\" \"float radius\" .9\nAttributeEnd\n";
+/// Motion, an area light, shadows.
+const std::string kScene = R"(
+    TransformTimes 0 1
+    Film "image" "integer xresolution" 27 "integer yresolution" 21
+    PixelFilter "mitchell"
+    Sampler "sobol" "integer pixelsamples" 16
+    Integrator "path" "integer maxdepth" 2
+    LookAt 0 2 -6  0 .5 0  0 1 0
+    Camera "perspective" "float fov" 50
+    WorldBegin
+    LightSource "infinite" "rgb L" [.3 .4 .5]
+    AttributeBegin
+      Translate 2 4 -2
+      AreaLightSource "diffuse" "rgb L" [20 20 20]
+      Shape "sphere" "float radius" .5
+    AttributeEnd
+    Material "matte" "rgb Kd" [.5 .6 .7]
+    Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+    AttributeBegin
+      Translate -1 1 0
+      ActiveTransform EndTime
+      Translate .8 0 0
+      ActiveTransform All
+      Shape "sphere" "float radius" .9
+    AttributeEnd
+)";
 
-struct Sharing {
-    const char* integrator;
+struct IntegratorCase {
+    const char* name;
     std::vector<std::string> defines = {};
 };
-const Sharing kIntegrators[] = {{"supersample"},
-                                {"msaa"},
-                                {"msaa", {"shades=3"}},
-                                {"msaa-cache"},
-                                {"msaa-cache", {"blocksize=2", "interpolate=nearest"}},
-                                {"indirect-cache"}};
+const IntegratorCase kIntegrators[] = {{"supersample"},
+                                       {"msaa"},
+                                       {"msaa", {"shades=3"}},
+                                       {"msaa-cache"},
+                                       {"msaa-cache", {"blocksize=2", "interpolate=nearest"}},
+                                       {"indirect-cache"}};
 
-BuiltScene buildWith(const Sharing& sharing) {
+BuiltScene buildWith(const IntegratorCase& integrator) {
     BuildOptions options;
-    options.integrator = sharing.integrator;
-    options.defines = sharing.defines;
+    options.integrator = integrator.name;
+    options.defines = integrator.defines;
     return test::build(kScene, options);
 }
 
@@ -50,7 +65,7 @@ RenderSettings settingsOf(const BuiltScene& built) {
 
 Film emptyFilm(const BuiltScene& built, const PixelBounds& pixelBounds) {
     Film film(built.resolution.x, built.resolution.y, pixelBounds);
-    film.keepSums();
+    film.enableAccumulation();
     return film;
 }
 
@@ -64,47 +79,48 @@ bool sameBits(const Image& a, const Image& b) {
            !std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Rgb));
 }
 
-TEST(Slices, SixteenRandomSplitsAddUpToTheWhole) {
-    for (const Sharing& sharing : kIntegrators) {
-        const BuiltScene built = buildWith(sharing);
+TEST(Slices, RandomSplitsAddUpToTheWholeImage) {
+    for (const IntegratorCase& integrator : kIntegrators) {
+        const BuiltScene built = buildWith(integrator);
         const Image whole = test::render(built, 3).image;
         for (uint64_t split = 0; split < 16; ++split) {
             const uint64_t h = hashOf(split, 77);
-            const int x = 1 + int(h % 25);                             // two windows beside each other,
-            const uint32_t a = 1 + h / 32 % 15, b = 1 + h / 1024 % 15; // each in two slices of its own
+            // Two adjacent crops, each in two slices of its own.
+            const int x = 1 + int(h % 25);
+            const uint32_t cutRight = 1 + h / 32 % 15, cutLeft = 1 + h / 1024 % 15;
             Film film = emptyFilm(built, built.pixelBounds);
-            for (const auto& [pixelBounds, cut] :
-                 {std::pair(PixelBounds{x, 0, 27, 21}, a), std::pair(PixelBounds{0, 0, x, 21}, b)})
+            for (const auto& [pixelBounds, cut] : {std::pair(PixelBounds{x, 0, 27, 21}, cutRight),
+                                                   std::pair(PixelBounds{0, 0, x, 21}, cutLeft)})
                 for (const SampleSlice slice : {SampleSlice{cut, 16}, SampleSlice{0, cut}}) {
-                    Film slicePicture = emptyFilm(built, pixelBounds);
+                    Film sliceFilm = emptyFilm(built, pixelBounds);
                     RenderSettings settings = settingsOf(built);
                     settings.slice = slice;
-                    renderInto(built, settings, slicePicture);
-                    film.add(slicePicture);
+                    renderInto(built, settings, sliceFilm);
+                    film.merge(sliceFilm);
                 }
-            EXPECT_TRUE(sameBits(film.image(), whole)) << sharing.integrator << ", split " << split;
-            EXPECT_EQ(film.sums()[0].good(), 16u);
+            EXPECT_TRUE(sameBits(film.image(), whole)) << integrator.name << ", split " << split;
+            EXPECT_EQ(film.sums()[0].validCount(), 16u);
         }
     }
 }
 
-TEST(Slices, OneRendererGoesOnSliceBySlice) {
-    for (const Sharing& sharing : kIntegrators) {
-        const BuiltScene built = buildWith(sharing);
+TEST(Slices, ARendererCanRenderSliceBySlice) {
+    for (const IntegratorCase& integrator : kIntegrators) {
+        const BuiltScene built = buildWith(integrator);
         Film film = emptyFilm(built, built.pixelBounds);
         Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                           *built.filter, settingsOf(built), built.pixelBounds);
         for (const SampleSlice slice :
              {SampleSlice{0, 1}, SampleSlice{1, 2}, SampleSlice{2, 9}, SampleSlice{9, 16}}) {
-            renderer.continueWith(slice);
+            renderer.setSlice(slice);
             EXPECT_TRUE(renderer.render(film));
         }
-        EXPECT_TRUE(sameBits(film.image(), test::render(built, 3).image)) << sharing.integrator;
+        EXPECT_TRUE(sameBits(film.image(), test::render(built, 3).image)) << integrator.name;
         EXPECT_EQ(renderer.stats().total.pixels, 27u * 21u);
     }
 }
 
-TEST(Slices, ASliceShadesNoMoreThanItNeeds) {
+TEST(Slices, ASliceShadesOnlyTheGroupsOfItsSamples) {
     const BuiltScene built = buildWith({"msaa"});
     RenderSettings settings = settingsOf(built);
     settings.slice = SampleSlice{0, 1};
@@ -112,32 +128,33 @@ TEST(Slices, ASliceShadesNoMoreThanItNeeds) {
     const Counters c = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                               *built.filter, settings, film)
                            .total;
-    EXPECT_LE(c.shades + c.missed, c.pixels) << "one group per pixel has the sample";
-    EXPECT_EQ(c.visibilitySamples, c.pixels * 16) << "the groups are those of all";
+    EXPECT_LE(c.shades + c.missed, c.pixels) << "the sample is in one group per pixel";
+    EXPECT_EQ(c.visibilitySamples, c.pixels * 16) << "groups are formed from all samples";
 }
 
-TEST(Slices, ARestartedRendererIsAFreshOne) {
-    for (const Sharing& sharing : kIntegrators) {
-        const BuiltScene built = buildWith(sharing);
+TEST(Slices, ARestartedRendererEqualsANewOne) {
+    for (const IntegratorCase& integrator : kIntegrators) {
+        const BuiltScene built = buildWith(integrator);
         Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                           *built.filter, settingsOf(built), built.pixelBounds);
-        Film first(27, 21, built.pixelBounds), second(27, 21, built.pixelBounds),
-            plain(27, 21, built.pixelBounds);
+        Film first(27, 21, built.pixelBounds);
+        Film second(27, 21, built.pixelBounds);
+        Film expected(27, 21, built.pixelBounds);
         renderer.render(first);
         renderer.restart(9, 4);
         renderer.render(second);
         RenderSettings settings = settingsOf(built);
         settings.seed = 9;
         settings.samplesPerPixel = 4;
-        renderInto(built, settings, plain);
-        EXPECT_TRUE(sameBits(second.image(), plain.image())) << sharing.integrator;
-        EXPECT_FALSE(sameBits(second.image(), first.image())) << sharing.integrator;
+        renderInto(built, settings, expected);
+        EXPECT_TRUE(sameBits(second.image(), expected.image())) << integrator.name;
+        EXPECT_FALSE(sameBits(second.image(), first.image())) << integrator.name;
     }
 }
 
-TEST(Slices, WhatCannotBeSlicedSaysSo) {
-    const auto messageFor = [](const Sharing& sharing, SampleSlice slice) -> std::string {
-        const BuiltScene built = buildWith(sharing);
+TEST(Slices, ErrorsForInvalidSlices) {
+    const auto messageFor = [](const IntegratorCase& integrator, SampleSlice slice) -> std::string {
+        const BuiltScene built = buildWith(integrator);
         RenderSettings settings = settingsOf(built);
         settings.slice = slice;
         Film film = emptyFilm(built, built.pixelBounds);
@@ -149,18 +166,17 @@ TEST(Slices, WhatCannotBeSlicedSaysSo) {
         }
         return "";
     };
-    EXPECT_EQ(
-        messageFor({"msaa-cache", {"scope=tile"}}, {0, 8}),
-        "the samples of this integrator depend on the course of the render: there are no slices of them");
-    EXPECT_EQ(messageFor({"msaa"}, {8, 17}), "samples 8:17: a pixel has 16");
-    EXPECT_EQ(messageFor({"msaa"}, {8, 8}), "samples 8:8: a pixel has 16");
+    EXPECT_EQ(messageFor({"msaa-cache", {"scope=tile"}}, {0, 8}),
+              "this integrator's samples depend on the order of rendering and cannot be rendered in slices");
+    EXPECT_EQ(messageFor({"msaa"}, {8, 17}), "samples 8:17: a pixel has 16 samples");
+    EXPECT_EQ(messageFor({"msaa"}, {8, 8}), "samples 8:8: a pixel has 16 samples");
 }
 
-TEST(Slices, StopLeavesTheRestOut) {
+TEST(Slices, StopSkipsTheRemainingBatches) {
     const BuiltScene built = buildWith({"supersample"});
     RenderSettings settings = settingsOf(built);
-    std::atomic<int> asked{0};
-    settings.stop = [&] { return ++asked > 5; };
+    std::atomic<int> calls{0};
+    settings.stop = [&] { return ++calls > 5; };
     Film film(27, 21, built.pixelBounds);
     Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
                       settings, built.pixelBounds);
