@@ -1,15 +1,15 @@
 // Directives before WorldBegin, and those whose features are out of scope.
-#include "loader/parser/parser_impl.h"
+#include "loader/parser/directive_parser.h"
 
 #include <fmt/format.h>
 
 namespace strobe {
 
-ParamSet Parser::readRawParameters(const Call& call) {
+ParamSet DirectiveParser::readRawParameters(const Call& call) {
     return readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
 }
 
-ParamSet Parser::readParameters(const Call& call, const char* kind) {
+ParamSet DirectiveParser::readParameters(const Call& call, const char* kind) {
     ParamSet params = readRawParameters(call);
     std::erase_if(params.all(),
                   [&](Param& param) { return param.type == ParamType::Texture && !resolveTexture(param); });
@@ -25,30 +25,30 @@ ParamSet Parser::readParameters(const Call& call, const char* kind) {
     return params;
 }
 
-Statement Parser::readStatement(const Call& call, const char* kind) {
+Statement DirectiveParser::readStatement(const Call& call, const char* kind) {
     std::string name = readString(call, "a name");
     return {std::move(name), readParameters(call, kind), call.where};
 }
 
-void Parser::setOnce(std::optional<Statement>& slot, Statement statement) {
+void DirectiveParser::setOnce(std::optional<Statement>& slot, Statement statement) {
     if (slot)
         m_messages.warn(slot->where,
                         fmt::format("replaced by the statement of {}", statement.where.toString()));
     slot = std::move(statement);
 }
 
-void Parser::camera(const Call& call) {
+void DirectiveParser::camera(const Call& call) {
     setOnce(m_desc.camera, readStatement(call));
     // pbrt, all versions, interpolates a camera's camera-to-world; followPbrtV2 therefore leaves it alone.
     m_coordinateSystems["camera"] = m_state.transform.inverses();
     m_desc.cameraToWorld = toKeyed(m_coordinateSystems["camera"], m_desc.keyTimes);
 }
 
-void Parser::film(const Call& call) { setOnce(m_desc.film, readStatement(call)); }
-void Parser::sampler(const Call& call) { setOnce(m_desc.sampler, readStatement(call)); }
-void Parser::pixelFilter(const Call& call) { setOnce(m_desc.filter, readStatement(call)); }
+void DirectiveParser::film(const Call& call) { setOnce(m_desc.film, readStatement(call)); }
+void DirectiveParser::sampler(const Call& call) { setOnce(m_desc.sampler, readStatement(call)); }
+void DirectiveParser::pixelFilter(const Call& call) { setOnce(m_desc.filter, readStatement(call)); }
 
-void Parser::integrator(const Call& call) {
+void DirectiveParser::integrator(const Call& call) {
     Statement statement = readStatement(call);
     const bool isSharing = m_sharingNames.count(statement.name) != 0;
     if (isSharing) {
@@ -60,7 +60,7 @@ void Parser::integrator(const Call& call) {
     }
 }
 
-void Parser::option(const Call& call) {
+void DirectiveParser::option(const Call& call) {
     const ParamSet params = readRawParameters(call);
     const ParamDef<std::string> conventions{"conventions", "", ""};
     for (const Param& param : params.all())
@@ -78,7 +78,7 @@ void Parser::option(const Call& call) {
     m_saidConventions = value == "pbrt-v2" ? Conventions::PbrtV2 : Conventions::PbrtV4;
 }
 
-void Parser::colorSpace(const Call& call) {
+void DirectiveParser::colorSpace(const Call& call) {
     const std::string name = readString(call, "a name");
     m_looksLikeV4 = true;
     if (name != "srgb")
@@ -86,20 +86,20 @@ void Parser::colorSpace(const Call& call) {
                             fmt::format("colors of space {} are taken as sRGB's", inQuotes(name)));
 }
 
-void Parser::accelerator(const Call& call) {
+void DirectiveParser::accelerator(const Call& call) {
     readString(call, "a name");
     readRawParameters(call);
     m_messages.warnOnce(call.name, call.where, "Accelerator is ignored: Embree builds its own");
 }
 
-void Parser::skip(const Call& call) {
+void DirectiveParser::skip(const Call& call) {
     readString(call, "a name");
     readRawParameters(call);
     m_looksLikeV4 |= call.name == "MakeNamedMedium";
     skipNotice(call);
 }
 
-void Parser::skipMediumInterface(const Call& call) {
+void DirectiveParser::skipMediumInterface(const Call& call) {
     readString(call, "the name of a medium");
     if (m_lexer->peek() == TokenKind::String)
         readString(call, "the name of a medium");
@@ -107,7 +107,7 @@ void Parser::skipMediumInterface(const Call& call) {
     skipNotice(call);
 }
 
-void Parser::skipNotice(const Call& call) {
+void DirectiveParser::skipNotice(const Call& call) {
     const char* why = call.name == "Renderer"
                           ? "the way of rendering is chosen by Integrator and on the command line"
                           : "participating media are out of scope";

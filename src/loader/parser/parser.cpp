@@ -2,7 +2,7 @@
 #include "loader/parser/parser.h"
 
 #include "loader/build/gltf_scene.h"
-#include "loader/parser/parser_impl.h"
+#include "loader/parser/directive_parser.h"
 
 #include <fmt/format.h>
 
@@ -87,8 +87,8 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& na
     return nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
 }
 
-const std::map<std::string, Parser::Directive, std::less<>>& Parser::directives() {
-    using P = Parser;
+const std::map<std::string, DirectiveParser::Directive, std::less<>>& DirectiveParser::directives() {
+    using P = DirectiveParser;
     constexpr Block any = Block::Any, options = Block::Options, world = Block::World;
     static const std::map<std::string, Directive, std::less<>> table{
         {"Identity", {any, &P::identity}},
@@ -140,26 +140,26 @@ const std::map<std::string, Parser::Directive, std::less<>>& Parser::directives(
     return table;
 }
 
-Parser::Parser(const std::set<std::string>& sharingNames, Diagnostics& messages, bool isStrict,
-               std::shared_ptr<const ResourcePolicy> guard)
+DirectiveParser::DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& messages,
+                                 bool isStrict, std::shared_ptr<const ResourcePolicy> guard)
     : m_sharingNames(sharingNames), m_messages(messages), m_guard(std::move(guard)), m_isStrict(isStrict) {
     m_desc.materials.push_back({"", {"matte", ParamSet(), {}}});
     m_desc.world.name = "world";
 }
 
-void Parser::parse(std::shared_ptr<const Source> source) {
+void DirectiveParser::parse(std::shared_ptr<const Source> source) {
     m_end = {source, source->text.size()};
     parseSource(std::move(source));
 }
 
-void Parser::parseGltf(const std::filesystem::path& path) {
+void DirectiveParser::parseGltf(const std::filesystem::path& path) {
     const auto source = makeSource("", path, m_guard);
     if (!m_worldBegin)
         worldBegin({"WorldBegin", {source, 0}});
     addGltf(readGltf(path, {}, m_guard));
 }
 
-void Parser::parseSource(std::shared_ptr<const Source> source) {
+void DirectiveParser::parseSource(std::shared_ptr<const Source> source) {
     if (!m_isStrict)
         source = withoutCommas(std::move(source), m_messages);
     m_files.push_back(canonicalPath(source->path));
@@ -172,7 +172,7 @@ void Parser::parseSource(std::shared_ptr<const Source> source) {
     m_files.pop_back();
 }
 
-void Parser::dispatch(const Token& word) {
+void DirectiveParser::dispatch(const Token& word) {
     if (word.kind != TokenKind::Word)
         throw Error(m_lexer->at(word.offset), fmt::format("expected a directive, found {}", describe(word)));
     const auto found = directives().find(word.text);
@@ -183,12 +183,12 @@ void Parser::dispatch(const Token& word) {
     (this->*found->second.handle)(call);
 }
 
-void Parser::failUnknown(const Token& word) const {
+void DirectiveParser::failUnknown(const Token& word) const {
     throw Error(m_lexer->at(word.offset), fmt::format("unknown directive {}{}", describe(word),
                                                       suggestion(word.text, namesOf(directives()))));
 }
 
-void Parser::checkBlock(const Directive& directive, const Call& call) const {
+void DirectiveParser::checkBlock(const Directive& directive, const Call& call) const {
     if (m_worldEnd)
         throw Error(call.where, fmt::format("{} after WorldEnd ({}): there is one scene to a run", call.name,
                                             m_worldEnd.toString()));
@@ -199,7 +199,7 @@ void Parser::checkBlock(const Directive& directive, const Call& call) const {
         throw Error(call.where, fmt::format("{} must come after WorldBegin", call.name));
 }
 
-void Parser::include(const Call& call) {
+void DirectiveParser::include(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the name of a file");
     const std::filesystem::path path = resolveFile(name, where);
@@ -216,7 +216,7 @@ void Parser::include(const Call& call) {
     parseSource(readSource(path, m_lexer->source().mainDirectory, where, m_guard));
 }
 
-void Parser::worldBegin(const Call& call) {
+void DirectiveParser::worldBegin(const Call& call) {
     checkAllClosed();
     m_worldBegin = call.where;
     m_desc.world.where = call.where;
@@ -224,17 +224,17 @@ void Parser::worldBegin(const Call& call) {
     m_coordinateSystems["world"] = m_state.transform.keys();
 }
 
-void Parser::worldEnd(const Call& call) {
+void DirectiveParser::worldEnd(const Call& call) {
     checkAllClosed();
     m_worldEnd = call.where;
 }
 
-void Parser::checkAllClosed() const {
+void DirectiveParser::checkAllClosed() const {
     if (!m_open.empty())
         throw Error(m_open.back().where, fmt::format("{} is never closed", m_open.back().name));
 }
 
-void Parser::beginBlock(const Call& call) {
+void DirectiveParser::beginBlock(const Call& call) {
     if (m_open.size() >= kMaxBlockDepth)
         throw Error(call.where, fmt::format("blocks stand in one another more than {} deep", kMaxBlockDepth));
     m_open.push_back({call.name, call.where, m_state});
@@ -242,7 +242,7 @@ void Parser::beginBlock(const Call& call) {
 
 /// Objects and attributes may end in the wrong order: as pbrt has one stack for both, this changes only what
 /// the blocks are called. False if `opener` is none of these.
-bool Parser::untangle(const std::string& opener) {
+bool DirectiveParser::untangle(const std::string& opener) {
     for (auto open = m_open.rbegin(); open != m_open.rend() && open->name != "TransformBegin"; ++open)
         if (open->name == opener) {
             std::swap(open->name, m_open.back().name);
@@ -251,7 +251,7 @@ bool Parser::untangle(const std::string& opener) {
     return false;
 }
 
-const Parser::Open& Parser::closeBlock(const Call& call, const std::string& opener) {
+const DirectiveParser::Open& DirectiveParser::closeBlock(const Call& call, const std::string& opener) {
     if (m_open.empty())
         throw Error(call.where, fmt::format("{} without {}", call.name, opener));
     const Open& open = m_open.back();
@@ -265,7 +265,7 @@ const Parser::Open& Parser::closeBlock(const Call& call, const std::string& open
     return open;
 }
 
-void Parser::endBlock(const Call& call) {
+void DirectiveParser::endBlock(const Call& call) {
     const bool transformOnly = call.name == "TransformEnd";
     const Open& open = closeBlock(call, transformOnly ? "TransformBegin" : "AttributeBegin");
     if (transformOnly)
@@ -275,7 +275,7 @@ void Parser::endBlock(const Call& call) {
     m_open.pop_back();
 }
 
-void Parser::objectBegin(const Call& call) {
+void DirectiveParser::objectBegin(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the object's name");
     if (m_object >= 0)
@@ -290,14 +290,14 @@ void Parser::objectBegin(const Call& call) {
     m_desc.objects.push_back({name, call.where, {}, {}});
 }
 
-void Parser::objectEnd(const Call& call) {
+void DirectiveParser::objectEnd(const Call& call) {
     m_state = closeBlock(call, "ObjectBegin").saved;
     m_open.pop_back();
     m_objects[m_desc.objects[m_object].name] = m_object;
     m_object = -1;
 }
 
-SceneDescription Parser::finish() {
+SceneDescription DirectiveParser::finish() {
     checkAllClosed();
     if (!m_worldBegin)
         throw Error(m_end, "the scene has no WorldBegin");
@@ -315,7 +315,7 @@ SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
                             std::shared_ptr<const ResourcePolicy> guard) {
     if (files.empty())
         throw Error("no scene file is given", ErrorKind::Usage);
-    Parser parser(sharingNames, messages, !isPbrtName(files.front()), guard);
+    DirectiveParser parser(sharingNames, messages, !isPbrtName(files.front()), guard);
     for (const std::filesystem::path& file : files) {
         if (gltf::isGltfName(file))
             parser.parseGltf(file);
@@ -328,7 +328,7 @@ SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
                            const std::set<std::string>& sharingNames, Diagnostics& messages,
                            std::shared_ptr<const ResourcePolicy> guard) {
-    Parser parser(sharingNames, messages, !isPbrtName(name), guard);
+    DirectiveParser parser(sharingNames, messages, !isPbrtName(name), guard);
     parser.parse(makeSource(text, name, guard));
     return parser.finish();
 }

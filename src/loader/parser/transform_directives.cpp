@@ -1,5 +1,5 @@
 // Directives that change the current transform, and the reading of plain arguments.
-#include "loader/parser/parser_impl.h"
+#include "loader/parser/directive_parser.h"
 
 #include <fmt/format.h>
 
@@ -10,26 +10,26 @@ constexpr size_t kMaxTimes = 4096; ///< every transform has as many matrices
 
 } // namespace
 
-void Parser::failFound(const Call& call, const std::string& needed) {
+void DirectiveParser::failFound(const Call& call, const std::string& needed) {
     const Token found = m_lexer->next();
     throw Error(m_lexer->at(found.offset),
                 fmt::format("{} needs {}, found {}", call.name, needed, describe(found)));
 }
 
-std::string Parser::readString(const Call& call, const char* what) {
+std::string DirectiveParser::readString(const Call& call, const char* what) {
     if (m_lexer->peek() != TokenKind::String)
         failFound(call, fmt::format("{} in quotes", what));
     return m_lexer->unescape(m_lexer->next());
 }
 
-double Parser::readNumber(const Call& call) {
+double DirectiveParser::readNumber(const Call& call) {
     if (m_lexer->peek() != TokenKind::Number)
         failFound(call, "a number");
     return m_lexer->readDouble();
 }
 
 template <size_t n>
-std::array<double, n> Parser::readNumbers(const Call& call, bool mayBracket) {
+std::array<double, n> DirectiveParser::readNumbers(const Call& call, bool mayBracket) {
     const bool bracket = mayBracket && m_lexer->peek() == TokenKind::Open;
     if (bracket)
         m_lexer->next();
@@ -43,41 +43,41 @@ std::array<double, n> Parser::readNumbers(const Call& call, bool mayBracket) {
     return numbers;
 }
 
-void Parser::identity(const Call&) { m_state.transform.set(M44d()); }
+void DirectiveParser::identity(const Call&) { m_state.transform.set(M44d()); }
 
-void Parser::translate(const Call& call) {
+void DirectiveParser::translate(const Call& call) {
     const auto [x, y, z] = readNumbers<3>(call);
     m_state.transform.apply(translation(x, y, z), call.where);
 }
 
-void Parser::scale(const Call& call) {
+void DirectiveParser::scale(const Call& call) {
     const auto [x, y, z] = readNumbers<3>(call);
     m_state.transform.apply(scaling(x, y, z, call.where), call.where);
 }
 
-void Parser::rotate(const Call& call) {
+void DirectiveParser::rotate(const Call& call) {
     const auto [degrees, x, y, z] = readNumbers<4>(call);
     m_state.transform.apply(rotation(degrees, x, y, z, call.where), call.where);
 }
 
-void Parser::lookAtDirective(const Call& call) {
+void DirectiveParser::lookAtDirective(const Call& call) {
     m_state.transform.apply(lookAt(readNumbers<9>(call), call.where), call.where);
 }
 
-void Parser::transform(const Call& call) {
+void DirectiveParser::transform(const Call& call) {
     m_state.transform.set(fromNumbers(readNumbers<16>(call, true), call.where));
 }
 
-void Parser::concatTransform(const Call& call) {
+void DirectiveParser::concatTransform(const Call& call) {
     m_state.transform.apply(fromNumbers(readNumbers<16>(call, true), call.where), call.where);
 }
 
-void Parser::coordinateSystem(const Call& call) {
+void DirectiveParser::coordinateSystem(const Call& call) {
     const std::string name = readString(call, "a name");
     m_coordinateSystems[name] = m_state.transform.keys();
 }
 
-void Parser::coordSysTransform(const Call& call) {
+void DirectiveParser::coordSysTransform(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the name of a coordinate system");
     const auto found = m_coordinateSystems.find(name);
@@ -87,7 +87,7 @@ void Parser::coordSysTransform(const Call& call) {
     m_state.transform.setKeys(found->second); // of all keys, whatever is active: pbrt's habit
 }
 
-void Parser::transformTimes(const Call& call) {
+void DirectiveParser::transformTimes(const Call& call) {
     const bool bracket = m_lexer->peek() == TokenKind::Open;
     if (bracket)
         m_lexer->next();
@@ -125,7 +125,7 @@ void Parser::transformTimes(const Call& call) {
     m_desc.keyTimes = std::move(times);
 }
 
-void Parser::activeTransform(const Call& call) {
+void DirectiveParser::activeTransform(const Call& call) {
     const Location where = m_lexer->here();
     const int last = static_cast<int>(m_state.transform.count()) - 1;
     if (m_lexer->peek() == TokenKind::Number) {

@@ -1,18 +1,18 @@
 // Directives after WorldBegin: what the scene consists of.
 #include "loader/build/gltf_scene.h"
-#include "loader/parser/parser_impl.h"
+#include "loader/parser/directive_parser.h"
 
 #include <fmt/format.h>
 
 namespace strobe {
 
-void Parser::complain(const Location& where, const std::string& what, const std::string& soThat) {
+void DirectiveParser::complain(const Location& where, const std::string& what, const std::string& soThat) {
     if (m_isStrict)
         throw Error(where, what);
     m_messages.warnOnce(what, where, what + ": " + soThat);
 }
 
-bool Parser::resolveTexture(Param& param) {
+bool DirectiveParser::resolveTexture(Param& param) {
     const std::string& name = param.strings.at(0);
     const auto indexIn = [&](const std::map<std::string, int>& textures) {
         const auto found = textures.find(name);
@@ -29,7 +29,7 @@ bool Parser::resolveTexture(Param& param) {
     return false;
 }
 
-void Parser::attribute(const Call& call) {
+void DirectiveParser::attribute(const Call& call) {
     const Location where = m_lexer->here();
     const std::string target = readString(call, "shape, light, material, medium or texture");
     const std::vector<std::string> targets{"shape", "light", "material", "medium", "texture"};
@@ -50,14 +50,16 @@ void Parser::attribute(const Call& call) {
     m_state.defaults = std::move(defaults);
 }
 
-void Parser::reverseOrientation(const Call&) { m_state.reverseOrientation = !m_state.reverseOrientation; }
+void DirectiveParser::reverseOrientation(const Call&) {
+    m_state.reverseOrientation = !m_state.reverseOrientation;
+}
 
-void Parser::material(const Call& call) {
+void DirectiveParser::material(const Call& call) {
     m_desc.materials.push_back({"", readStatement(call, "material")});
     m_state.material = static_cast<int>(m_desc.materials.size()) - 1;
 }
 
-void Parser::makeNamedMaterial(const Call& call) {
+void DirectiveParser::makeNamedMaterial(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "a name");
     ParamSet params = readParameters(call, "material");
@@ -69,7 +71,7 @@ void Parser::makeNamedMaterial(const Call& call) {
     m_namedMaterials[name] = static_cast<int>(m_desc.materials.size()) - 1;
 }
 
-void Parser::namedMaterial(const Call& call) {
+void DirectiveParser::namedMaterial(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the name of a material");
     const auto found = m_namedMaterials.find(name);
@@ -81,7 +83,7 @@ void Parser::namedMaterial(const Call& call) {
     m_state.material = found == m_namedMaterials.end() ? 0 : found->second;
 }
 
-void Parser::texture(const Call& call) {
+void DirectiveParser::texture(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the texture's name");
     const Location typeWhere = m_lexer->here();
@@ -100,7 +102,7 @@ void Parser::texture(const Call& call) {
     textures[name] = static_cast<int>(m_desc.textures.size()) - 1;
 }
 
-void Parser::lightSource(const Call& call) {
+void DirectiveParser::lightSource(const Call& call) {
     if (m_object >= 0)
         m_messages.warn(call.where,
                         "a LightSource inside ObjectBegin stands in the world once; it is not instanced");
@@ -108,18 +110,18 @@ void Parser::lightSource(const Call& call) {
     m_desc.lights.push_back({std::move(statement), keyed()});
 }
 
-void Parser::areaLightSource(const Call& call) {
+void DirectiveParser::areaLightSource(const Call& call) {
     m_desc.areaLights.push_back({readStatement(call, "light")});
     m_state.areaLight = static_cast<int>(m_desc.areaLights.size()) - 1;
 }
 
-void Parser::addGltf(GltfDecl decl) {
+void DirectiveParser::addGltf(GltfDecl decl) {
     decl.toParent = keyed();
     decl.object = m_object;
     m_desc.gltfs.push_back(std::move(decl));
 }
 
-void Parser::shape(const Call& call) {
+void DirectiveParser::shape(const Call& call) {
     Statement statement = readStatement(call, "shape");
     if (statement.name == "gltf")
         return addGltf(readGltf(statement.params, m_isStrict, m_messages));
@@ -127,7 +129,7 @@ void Parser::shape(const Call& call) {
         {std::move(statement), keyed(), m_state.material, m_state.areaLight, m_state.reverseOrientation});
 }
 
-void Parser::objectInstance(const Call& call) {
+void DirectiveParser::objectInstance(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the name of an object");
     if (m_object >= 0 && m_desc.objects[m_object].name == name)

@@ -11,11 +11,11 @@
 namespace strobe {
 
 /// Parses sources in order into one description.
-class Parser {
+class DirectiveParser {
   public:
     /// `isStrict`: false for what other programs write, where trifles are warned about.
-    Parser(const std::set<std::string>& sharingNames, Diagnostics& messages, bool isStrict,
-           std::shared_ptr<const ResourcePolicy> guard);
+    DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& messages, bool isStrict,
+                    std::shared_ptr<const ResourcePolicy> guard);
     void parse(std::shared_ptr<const Source> source);
     /// A glTF file of the command line; it begins the world, if no file before it has.
     void parseGltf(const std::filesystem::path& path);
@@ -31,7 +31,7 @@ class Parser {
     enum class Block { Any, Options, World };
     struct Directive {
         Block block;
-        void (Parser::*handle)(const Call&);
+        void (DirectiveParser::*handle)(const Call&);
     };
     using Defaults = std::map<std::string, std::vector<Param>>;
     /// What AttributeBegin saves.
