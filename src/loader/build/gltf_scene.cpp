@@ -5,14 +5,6 @@
 namespace strobe {
 namespace {
 
-const ParamDef<FilePath> kFilename{"filename", {}, "glTF 2.0 file, .gltf or .glb"};
-const ParamDef<std::string> kScene{"scene", "", "the scene of the file; default: its own choice"};
-const ParamDef<std::string> kAnimation{
-    "animation", "", "the animation that plays; default: the first, and those that move other things"};
-const ParamDef<std::string> kCamera{"camera", "",
-                                    "of a scene without Camera: the file's camera; default: its first"};
-const ParamDef<bool> kLights{"lights", true, "take the file's lights (KHR_lights_punctual), too"};
-
 Param numbers(const char* name, ParamType type, std::vector<float> values) {
     return {name, type, {}, std::move(values), {}, {}};
 }
@@ -241,28 +233,6 @@ KeyedTransform viewOf(const Box3f& bounds, float halfAngle) {
 constexpr float kDefaultHalfFov = 20; // degrees
 
 } // namespace
-
-Plugin<Shape> gltfPlugin() {
-    return {"gltf",
-            "a glTF 2.0 file with its own materials and motion: docs/gltf.md",
-            {kFilename, kScene, kAnimation, kCamera, kLights},
-            [](const ParamSet& params, const BuildContext&) -> Shape {
-                throw Error(params.where(), "Shape \"gltf\" cannot be made by itself");
-            }};
-}
-
-GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& messages) {
-    const Location where = params.whereIs(kFilename);
-    GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->guard : nullptr);
-    decl.settings = {params.get(kScene), params.get(kAnimation), params.get(kCamera), params.get(kLights)};
-    params.reportUnused(gltfPlugin().params, strict, messages);
-    return decl;
-}
-
-GltfDecl readGltf(const std::filesystem::path& path, const Location& where,
-                  std::shared_ptr<const ResourcePolicy> guard) {
-    return {gltf::open(path, where, std::move(guard)), {}, {}, -1, where};
-}
 
 GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& messages) {
     bool lit = !description.lights.empty() || !description.areaLights.empty();

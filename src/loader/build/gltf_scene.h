@@ -6,15 +6,6 @@
 
 namespace strobe {
 
-/// The parameters of Shape "gltf", as a row of the table of shapes. The parser takes such shapes out before
-/// anything is built.
-Plugin<Shape> gltfPlugin();
-/// A file named by such a shape's parameters, read.
-GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& messages);
-/// A whole file, as Include and the command line name it.
-GltfDecl readGltf(const std::filesystem::path& path, const Location& where,
-                  std::shared_ptr<const ResourcePolicy> guard);
-
 /// While the shutter of a scene is open that names no camera: half a frame of 24 a second, in seconds.
 inline constexpr Shutter kGltfShutter{0, 1.f / 48};
 

@@ -18,7 +18,7 @@
 #include "lights/point.h"
 #include "lights/spot.h"
 #include "loader/build/film_plugin.h"
-#include "loader/build/gltf_scene.h"
+#include "loader/parser/gltf_decl.h"
 #include "materials/glass.h"
 #include "materials/matte.h"
 #include "materials/measured.h"

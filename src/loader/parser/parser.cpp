@@ -1,8 +1,8 @@
 // The parser's frame: files, blocks and the table of directives.
 #include "loader/parser/parser.h"
 
-#include "loader/build/gltf_scene.h"
 #include "loader/parser/directive_parser.h"
+#include "loader/parser/gltf_decl.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // Directives after WorldBegin: what the scene consists of.
-#include "loader/build/gltf_scene.h"
 #include "loader/parser/directive_parser.h"
+#include "loader/parser/gltf_decl.h"
 
 #include <fmt/format.h>
 
