@@ -1,5 +1,5 @@
-// Parts and checkpoints: any bytes are one or an Error. A damaged one is not to be taken for a good one: what
-// is read has all its sums, and overlaps itself.
+// Fuzzes .part files and checkpoints: any bytes give a valid part or an Error. A valid part has the sums of
+// all its pixels and overlaps itself.
 #include "session/part_file.h"
 
 #include <cstdint>
@@ -10,11 +10,11 @@ using namespace strobe;
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     try {
         RenderPart part = partFrom({reinterpret_cast<const char*>(data), size}, "fuzz.part");
-        if (part.sums.size() != size_t(part.window.width()) * size_t(part.window.height()))
+        if (part.sums.size() != size_t(part.pixelBounds.width()) * size_t(part.pixelBounds.height()))
             std::abort();
         missingSamples(part);
         const RenderPart again = part;
-        addPart(part, again, "fuzz.part"); // overlaps
+        addPart(part, again, "fuzz.part"); // must throw: the parts overlap
         std::abort();
     } catch (const Error&) {
     }
