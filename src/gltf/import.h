@@ -82,9 +82,10 @@ struct ImportedDeformation {
     TransformChain toScene;
 };
 
-/// The content of a glTF file. What does not depend on time is created once, motion and deformation for each
-/// shutter, in seconds. All functions throw Errors that name the file and the JSON path, and warn once about
-/// each ignored feature. `textures` and `messages` must outlive the importer.
+/// The content of a glTF file. Materials, lights and shapes that do not deform are created once; motion and
+/// deformation are computed for each shutter, in seconds. All functions throw Errors that name the file and
+/// the JSON path, and warn once about each ignored feature. `textures` and `messages` must outlive the
+/// importer.
 class Importer {
   public:
     Importer(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,

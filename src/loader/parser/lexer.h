@@ -29,13 +29,13 @@ class Lexer {
     TokenKind peek();
     /// Reads a token of any kind; at the end of the text, always End.
     Token next();
-    /// Read a finite number. Precondition: the next token is a Number. A number below the type's range reads
+    /// Reads a finite number. Precondition: the next token is a Number. A number below the type's range reads
     /// as 0; one above it is an Error.
     float readFloat();
     double readDouble();
     /// Reads a 32-bit integer. `3.0` and `1e3` are integers, `3.5` is an Error.
     int readInt();
-    /// Append all numbers up to the first other token.
+    /// Appends all numbers up to the first other token.
     void readFloats(std::vector<float>& out);
     void readInts(std::vector<int>& out);
     /// Returns the text of a String token with its escapes (\n \t \" \\ …) replaced.
