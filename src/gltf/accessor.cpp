@@ -5,15 +5,16 @@
 namespace strobe::gltf {
 namespace {
 
-/// Accessors without a buffer view are all zeros: nothing in the file pays for their size.
+/// Limit of elements without a buffer view: they are zeros, so that the file's size does not bound their
+/// number.
 constexpr size_t kMaxUnbacked = size_t(1) << 24;
 
-/// The place of something an accessor refers to: "meshes[0]… (accessors[3])".
-std::string within(const std::string& place, int accessor) {
-    return place + " (" + item("accessors", size_t(accessor)) + ")";
+/// Returns the path of an accessor and of the reference to it: "meshes[0]… (accessors[3])".
+std::string accessorPath(const std::string& jsonPath, int accessor) {
+    return jsonPath + " (" + item("accessors", size_t(accessor)) + ")";
 }
 
-size_t componentSize(const Document& document, int type, const std::string& place) {
+size_t componentSize(const Document& document, int type, const std::string& jsonPath) {
     switch (type) {
     case TINYGLTF_COMPONENT_TYPE_BYTE:
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
@@ -25,68 +26,70 @@ size_t componentSize(const Document& document, int type, const std::string& plac
     case TINYGLTF_COMPONENT_TYPE_FLOAT:
         return 4;
     default:
-        document.fail(place, "unknown componentType " + std::to_string(type));
+        document.fail(jsonPath, "unknown componentType " + std::to_string(type));
     }
 }
 
-/// Rows of `count` elements, `stride` bytes apart.
+/// `count` elements, `stride` bytes apart.
 struct Elements {
     const unsigned char* data = nullptr;
-    size_t count = 0, stride = 0;
+    size_t count = 0;
+    size_t stride = 0;
 };
 
-/// `count` elements of `size` bytes, from `offset` in a view on.
+/// Returns `count` elements of `size` bytes, from byte `offset` of a buffer view. Throws an Error if they
+/// exceed it.
 Elements elementsIn(const Document& document, int bufferView, size_t offset, size_t count, size_t size,
-                    const std::string& place) {
-    const auto bytes = viewBytes(document, bufferView, place);
-    const size_t given = document.model().bufferViews[size_t(bufferView)].byteStride;
-    const size_t stride = given ? given : size;
+                    const std::string& jsonPath) {
+    const auto bytes = viewBytes(document, bufferView, jsonPath);
+    const size_t byteStride = document.model().bufferViews[size_t(bufferView)].byteStride;
+    const size_t stride = byteStride ? byteStride : size;
     if (stride < size)
-        document.fail(place, "its elements of " + std::to_string(size) + " bytes overlap: the stride is " +
-                                 std::to_string(stride));
-    const size_t room = bytes.size() >= offset ? bytes.size() - offset : 0;
-    const size_t fit = room >= size ? (room - size) / stride + 1 : 0;
-    if (count > fit)
-        document.fail(place, std::to_string(count) + " elements do not fit into " +
-                                 item("bufferViews", size_t(bufferView)) + ": there is room for " +
-                                 std::to_string(fit));
+        document.fail(jsonPath, "byteStride " + std::to_string(stride) +
+                                    " is less than the size of an element, " + std::to_string(size));
+    const size_t available = bytes.size() >= offset ? bytes.size() - offset : 0;
+    const size_t capacity = available >= size ? (available - size) / stride + 1 : 0;
+    if (count > capacity)
+        document.fail(jsonPath, std::to_string(count) + " elements exceed " +
+                                    item("bufferViews", size_t(bufferView)) + ", which has room for " +
+                                    std::to_string(capacity));
     return {bytes.data() + std::min(offset, bytes.size()), count, stride};
 }
 
 template <class T>
-T load(const unsigned char* at) {
+T load(const unsigned char* bytes) {
     T value;
-    std::memcpy(&value, at, sizeof value);
+    std::memcpy(&value, bytes, sizeof value);
     return value;
 }
 
-/// Signed fractions have two encodings of -1.
+/// Returns a normalized integer as a fraction. The two lowest signed integers are both -1.
 template <class T>
 float fraction(T value) {
     return std::max(float(value) / float(std::numeric_limits<T>::max()), -1.f);
 }
 
-float toFloat(const unsigned char* at, int type, bool normalized) {
+float toFloat(const unsigned char* bytes, int type, bool normalized) {
     switch (type) {
     case TINYGLTF_COMPONENT_TYPE_BYTE:
-        return normalized ? fraction(load<int8_t>(at)) : float(load<int8_t>(at));
+        return normalized ? fraction(load<int8_t>(bytes)) : float(load<int8_t>(bytes));
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-        return normalized ? fraction(*at) : float(*at);
+        return normalized ? fraction(*bytes) : float(*bytes);
     case TINYGLTF_COMPONENT_TYPE_SHORT:
-        return normalized ? fraction(load<int16_t>(at)) : float(load<int16_t>(at));
+        return normalized ? fraction(load<int16_t>(bytes)) : float(load<int16_t>(bytes));
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-        return normalized ? fraction(load<uint16_t>(at)) : float(load<uint16_t>(at));
+        return normalized ? fraction(load<uint16_t>(bytes)) : float(load<uint16_t>(bytes));
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        return float(load<uint32_t>(at));
+        return float(load<uint32_t>(bytes));
     default:
-        return load<float>(at);
+        return load<float>(bytes);
     }
 }
 
-uint32_t toInteger(const unsigned char* at, int type) {
-    return type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE    ? *at
-           : type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ? load<uint16_t>(at)
-                                                            : load<uint32_t>(at);
+uint32_t toInteger(const unsigned char* bytes, int type) {
+    return type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE    ? *bytes
+           : type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ? load<uint16_t>(bytes)
+                                                            : load<uint32_t>(bytes);
 }
 
 bool isUnsigned(int type) {
@@ -94,78 +97,117 @@ bool isUnsigned(int type) {
            type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
 }
 
-/// Bytes from one column of an element to the next: columns of matrices of small numbers begin at multiples
-/// of four bytes.
+/// The layout of an element, a matrix of `columns` columns. The columns of matrices begin at multiples of
+/// four bytes.
 struct Layout {
-    int columns, rows;
-    size_t component, column;
-    size_t size() const { return size_t(columns) * column; }
+    int columns = 1, rows = 1;
+    size_t componentBytes = 0;
+    size_t columnBytes = 0; ///< from one column to the next
+    size_t size() const { return size_t(columns) * columnBytes; }
 };
 
-Layout layoutOf(int type, size_t component) {
+Layout layoutOf(int type, size_t componentBytes) {
     const int n = tinygltf::GetNumComponentsInType(uint32_t(type));
     const int columns = type == TINYGLTF_TYPE_MAT2   ? 2
                         : type == TINYGLTF_TYPE_MAT3 ? 3
                         : type == TINYGLTF_TYPE_MAT4 ? 4
                                                      : 1;
-    const size_t column = size_t(n / columns) * component;
-    return {columns, n / columns, component, columns > 1 ? (column + 3) / 4 * 4 : column};
+    const int rows = n / columns;
+    const size_t columnBytes = size_t(rows) * componentBytes;
+    return {columns, rows, componentBytes, columns > 1 ? (columnBytes + 3) / 4 * 4 : columnBytes};
 }
 
-/// Reads all elements of an accessor as `Value`s made by `convert`.
+/// Reads the elements of one accessor, converted to numbers of type Value.
 template <class Value, class Convert>
-std::vector<Value> read(const Document& document, int index, int components, const std::string& outer,
-                        std::optional<size_t> count, const Convert& convert) {
-    const tinygltf::Accessor& accessor = document.at(document.model().accessors, index, "accessor", outer);
-    const std::string place = within(outer, index);
-    if (const int n = tinygltf::GetNumComponentsInType(uint32_t(accessor.type)); n != components)
-        document.fail(place,
-                      "has " + std::to_string(n) + " components instead of " + std::to_string(components));
-    if (count && *count != accessor.count)
-        document.fail(place, "has " + std::to_string(accessor.count) + " elements instead of " +
-                                 std::to_string(*count));
-    if (accessor.bufferView < 0 && accessor.count > kMaxUnbacked)
-        document.fail(place, std::to_string(accessor.count) + " elements without a bufferView");
-    const Layout layout = layoutOf(accessor.type, componentSize(document, accessor.componentType, place));
-    Elements elements;
-    if (accessor.bufferView >= 0)
-        elements = elementsIn(document, accessor.bufferView, accessor.byteOffset, accessor.count,
-                              layout.size(), place);
-    std::vector<Value> out(accessor.count * size_t(components));
-    const auto readElement = [&](const unsigned char* from, size_t element) {
-        Value* to = out.data() + element * size_t(components);
-        for (int c = 0; c < layout.columns; ++c)
-            for (int r = 0; r < layout.rows; ++r)
-                *to++ = convert(from + size_t(c) * layout.column + size_t(r) * layout.component, accessor);
-    };
-    for (size_t i = 0; i < elements.count; ++i)
-        readElement(elements.data + i * elements.stride, i);
-    if (!accessor.sparse.isSparse)
-        return out;
+class ElementReader {
+  public:
+    /// `convert`: returns the number of a component from its bytes and the accessor.
+    ElementReader(const Document& document, int index, const std::string& referencePath,
+                  const Convert& convert)
+        : m_document(document),
+          m_accessor(document.at(document.model().accessors, index, "accessor", referencePath)),
+          m_jsonPath(accessorPath(referencePath, index)), m_convert(convert) {}
 
-    const auto& sparse = accessor.sparse;
-    const int type = sparse.indices.componentType;
-    if (!isUnsigned(type))
-        document.fail(place + ".sparse.indices", "are not unsigned integers");
-    const auto some = size_t(std::max(sparse.count, 0));
-    const Elements where = elementsIn(document, sparse.indices.bufferView, size_t(sparse.indices.byteOffset),
-                                      some, componentSize(document, type, place), place + ".sparse.indices");
-    const Elements values = elementsIn(document, sparse.values.bufferView, size_t(sparse.values.byteOffset),
-                                       some, layout.size(), place + ".sparse.values");
-    for (size_t i = 0; i < some; ++i) {
-        const uint32_t element = toInteger(where.data + i * where.stride, type);
-        if (element >= accessor.count)
-            document.fail(place + ".sparse.indices", "index " + std::to_string(element) + " of " +
-                                                         std::to_string(accessor.count) + " elements");
-        readElement(values.data + i * values.stride, element);
+    std::vector<Value> read(int components, std::optional<size_t> count) {
+        check(components, count);
+        m_components = size_t(components);
+        m_layout = layoutOf(m_accessor.type, componentSize(m_document, m_accessor.componentType, m_jsonPath));
+        Elements elements;
+        if (m_accessor.bufferView >= 0)
+            elements = elementsIn(m_document, m_accessor.bufferView, m_accessor.byteOffset, m_accessor.count,
+                                  m_layout.size(), m_jsonPath);
+        m_values.resize(m_accessor.count * m_components);
+        for (size_t i = 0; i < elements.count; ++i)
+            readElement(elements.data + i * elements.stride, i);
+        if (m_accessor.sparse.isSparse)
+            readSparse();
+        return std::move(m_values);
     }
-    return out;
+
+  private:
+    void check(int components, std::optional<size_t> count) const {
+        if (const int n = tinygltf::GetNumComponentsInType(uint32_t(m_accessor.type)); n != components)
+            m_document.fail(m_jsonPath, "has " + std::to_string(n) + " components instead of " +
+                                            std::to_string(components));
+        if (count && *count != m_accessor.count)
+            m_document.fail(m_jsonPath, "has " + std::to_string(m_accessor.count) + " elements instead of " +
+                                            std::to_string(*count));
+        if (m_accessor.bufferView < 0 && m_accessor.count > kMaxUnbacked)
+            m_document.fail(m_jsonPath, std::to_string(m_accessor.count) + " elements without a bufferView");
+    }
+
+    void readElement(const unsigned char* bytes, size_t element) {
+        Value* value = m_values.data() + element * m_components;
+        for (int c = 0; c < m_layout.columns; ++c)
+            for (int r = 0; r < m_layout.rows; ++r) {
+                const size_t offset = size_t(c) * m_layout.columnBytes + size_t(r) * m_layout.componentBytes;
+                *value++ = m_convert(bytes + offset, m_accessor);
+            }
+    }
+
+    void readSparse() {
+        const auto& sparse = m_accessor.sparse;
+        const int indexType = sparse.indices.componentType;
+        const std::string indicesPath = m_jsonPath + ".sparse.indices";
+        if (!isUnsigned(indexType))
+            m_document.fail(indicesPath, "componentType must be an unsigned integer");
+        const auto count = size_t(std::max(sparse.count, 0));
+        const Elements indices =
+            elementsIn(m_document, sparse.indices.bufferView, size_t(sparse.indices.byteOffset), count,
+                       componentSize(m_document, indexType, m_jsonPath), indicesPath);
+        const Elements values =
+            elementsIn(m_document, sparse.values.bufferView, size_t(sparse.values.byteOffset), count,
+                       m_layout.size(), m_jsonPath + ".sparse.values");
+        for (size_t i = 0; i < count; ++i) {
+            const uint32_t element = toInteger(indices.data + i * indices.stride, indexType);
+            if (element >= m_accessor.count)
+                m_document.fail(indicesPath, "index " + std::to_string(element) +
+                                                 " is out of range: the accessor has " +
+                                                 std::to_string(m_accessor.count) + " elements");
+            readElement(values.data + i * values.stride, element);
+        }
+    }
+
+    const Document& m_document;
+    const tinygltf::Accessor& m_accessor;
+    const std::string m_jsonPath;
+    const Convert& m_convert;
+    Layout m_layout;
+    size_t m_components = 0;
+    std::vector<Value> m_values;
+};
+
+/// Returns the numbers of an accessor; see readFloats.
+template <class Value, class Convert>
+std::vector<Value> read(const Document& document, int index, int components, const std::string& jsonPath,
+                        std::optional<size_t> count, const Convert& convert) {
+    return ElementReader<Value, Convert>(document, index, jsonPath, convert).read(components, count);
 }
 
 template <class Vector, int kComponents>
-std::vector<Vector> readVectors(const Document& document, int accessor, const std::string& place,
+std::vector<Vector> readVectors(const Document& document, int accessor, const std::string& jsonPath,
                                 std::optional<size_t> count) {
-    const std::vector<float> numbers = readFloats(document, accessor, kComponents, place, count);
+    const std::vector<float> numbers = readFloats(document, accessor, kComponents, jsonPath, count);
     std::vector<Vector> out(numbers.size() / kComponents);
     for (size_t i = 0; i < out.size(); ++i)
         for (int k = 0; k < kComponents; ++k)
@@ -175,65 +217,68 @@ std::vector<Vector> readVectors(const Document& document, int accessor, const st
 
 } // namespace
 
-std::span<const unsigned char> viewBytes(const Document& document, int bufferView, const std::string& place) {
+std::span<const unsigned char> viewBytes(const Document& document, int bufferView,
+                                         const std::string& jsonPath) {
     const tinygltf::Model& model = document.model();
-    const tinygltf::BufferView& view = document.at(model.bufferViews, bufferView, "bufferView", place);
-    const std::string there = item("bufferViews", size_t(bufferView));
-    const auto& bytes = document.at(model.buffers, view.buffer, "buffer", there).data;
+    const tinygltf::BufferView& view = document.at(model.bufferViews, bufferView, "bufferView", jsonPath);
+    const std::string viewPath = item("bufferViews", size_t(bufferView));
+    const auto& bytes = document.at(model.buffers, view.buffer, "buffer", viewPath).data;
     if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset)
-        document.fail(there, std::to_string(view.byteLength) + " bytes from byte " +
-                                 std::to_string(view.byteOffset) + " on are not in " +
-                                 item("buffers", size_t(view.buffer)) + " of " +
-                                 std::to_string(bytes.size()) + " bytes");
+        document.fail(viewPath, std::to_string(view.byteLength) + " bytes at offset " +
+                                    std::to_string(view.byteOffset) + " exceed " +
+                                    item("buffers", size_t(view.buffer)) + " of " +
+                                    std::to_string(bytes.size()) + " bytes");
     return std::span(bytes).subspan(view.byteOffset, view.byteLength);
 }
 
-size_t accessorCount(const Document& document, int accessor, const std::string& place) {
-    return document.at(document.model().accessors, accessor, "accessor", place).count;
+size_t accessorCount(const Document& document, int accessor, const std::string& jsonPath) {
+    return document.at(document.model().accessors, accessor, "accessor", jsonPath).count;
 }
 
-int accessorComponents(const Document& document, int accessor, const std::string& place) {
+int accessorComponents(const Document& document, int accessor, const std::string& jsonPath) {
     return tinygltf::GetNumComponentsInType(
-        uint32_t(document.at(document.model().accessors, accessor, "accessor", place).type));
+        uint32_t(document.at(document.model().accessors, accessor, "accessor", jsonPath).type));
 }
 
 std::vector<float> readFloats(const Document& document, int accessor, int components,
-                              const std::string& place, std::optional<size_t> count) {
-    auto numbers = read<float>(document, accessor, components, place, count,
-                               [](const unsigned char* at, const tinygltf::Accessor& a) {
-                                   return toFloat(at, a.componentType, a.normalized);
+                              const std::string& jsonPath, std::optional<size_t> count) {
+    auto numbers = read<float>(document, accessor, components, jsonPath, count,
+                               [](const unsigned char* bytes, const tinygltf::Accessor& accessor) {
+                                   return toFloat(bytes, accessor.componentType, accessor.normalized);
                                });
     for (size_t i = 0; i < numbers.size(); ++i)
         if (!std::isfinite(numbers[i]))
-            document.fail(within(place, accessor),
+            document.fail(accessorPath(jsonPath, accessor),
                           "element " + std::to_string(i / size_t(components)) + " is not finite");
     return numbers;
 }
 
 std::vector<uint32_t> readIntegers(const Document& document, int accessor, int components,
-                                   const std::string& place, std::optional<size_t> count) {
-    const tinygltf::Accessor& a = document.at(document.model().accessors, accessor, "accessor", place);
-    if (!isUnsigned(a.componentType) || a.normalized)
-        document.fail(within(place, accessor), "must be of unsigned integers");
-    return read<uint32_t>(document, accessor, components, place, count,
-                          [](const unsigned char* at, const tinygltf::Accessor& of) {
-                              return toInteger(at, of.componentType);
+                                   const std::string& jsonPath, std::optional<size_t> count) {
+    const tinygltf::Accessor& source =
+        document.at(document.model().accessors, accessor, "accessor", jsonPath);
+    if (!isUnsigned(source.componentType) || source.normalized)
+        document.fail(accessorPath(jsonPath, accessor),
+                      "must have unsigned integers that are not normalized");
+    return read<uint32_t>(document, accessor, components, jsonPath, count,
+                          [](const unsigned char* bytes, const tinygltf::Accessor& accessor) {
+                              return toInteger(bytes, accessor.componentType);
                           });
 }
 
-std::vector<V3f> readV3f(const Document& document, int accessor, const std::string& place,
+std::vector<V3f> readV3f(const Document& document, int accessor, const std::string& jsonPath,
                          std::optional<size_t> count) {
-    return readVectors<V3f, 3>(document, accessor, place, count);
+    return readVectors<V3f, 3>(document, accessor, jsonPath, count);
 }
 
-std::vector<V2f> readV2f(const Document& document, int accessor, const std::string& place,
+std::vector<V2f> readV2f(const Document& document, int accessor, const std::string& jsonPath,
                          std::optional<size_t> count) {
-    return readVectors<V2f, 2>(document, accessor, place, count);
+    return readVectors<V2f, 2>(document, accessor, jsonPath, count);
 }
 
-std::vector<M44f> readM44f(const Document& document, int accessor, const std::string& place,
+std::vector<M44f> readM44f(const Document& document, int accessor, const std::string& jsonPath,
                            std::optional<size_t> count) {
-    const std::vector<float> numbers = readFloats(document, accessor, 16, place, count);
+    const std::vector<float> numbers = readFloats(document, accessor, 16, jsonPath, count);
     std::vector<M44f> out(numbers.size() / 16);
     for (size_t i = 0; i < out.size(); ++i)
         for (int k = 0; k < 16; ++k)

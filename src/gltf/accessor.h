@@ -1,4 +1,4 @@
-// Accessors: typed arrays in the buffers of a glTF file, checked before a byte of them is read.
+// Accessors: typed arrays in the buffers of a glTF file. All bounds are checked before data is read.
 #pragma once
 
 #include "core/math/math.h"
@@ -9,32 +9,35 @@
 
 namespace strobe::gltf {
 
-/// The bytes of a buffer view. An Error at `place` when it does not lie in its buffer.
-std::span<const unsigned char> viewBytes(const Document& document, int bufferView, const std::string& place);
+// `jsonPath` is the JSON path of the reference, which errors name: "meshes[0].primitives[0].indices".
 
-/// How many elements an accessor has.
-size_t accessorCount(const Document& document, int accessor, const std::string& place);
+/// Returns the bytes of a buffer view. Throws an Error if it exceeds its buffer.
+std::span<const unsigned char> viewBytes(const Document& document, int bufferView,
+                                         const std::string& jsonPath);
 
-/// Components per element: 1 for SCALAR … 16 for MAT4.
-int accessorComponents(const Document& document, int accessor, const std::string& place);
+/// Returns the number of elements of an accessor.
+size_t accessorCount(const Document& document, int accessor, const std::string& jsonPath);
 
-/// The accessor's numbers in order, sparse ones replaced, normalized integers as fractions. `components`: how
-/// many each element must have. `count`: how many elements there must be, when that is known. Throws an Error
-/// at `place` for anything that does not fit, and for numbers that are not finite.
+/// Returns the number of components per element: 1 for SCALAR to 16 for MAT4.
+int accessorComponents(const Document& document, int accessor, const std::string& jsonPath);
+
+/// Returns all components of an accessor in order, with sparse substitutions; normalized integers as
+/// fractions. Throws an Error if elements do not have `components` components, if there are not `count`
+/// elements (none: any number), if the data exceeds its buffer view, or if a number is not finite.
 std::vector<float> readFloats(const Document& document, int accessor, int components,
-                              const std::string& place, std::optional<size_t> count = {});
+                              const std::string& jsonPath, std::optional<size_t> count = {});
 
-/// The same of unsigned integers of 8, 16 or 32 bits, neither normalized nor floats.
+/// As readFloats, of unsigned integers of 8, 16 or 32 bits that are not normalized.
 std::vector<uint32_t> readIntegers(const Document& document, int accessor, int components,
-                                   const std::string& place, std::optional<size_t> count = {});
+                                   const std::string& jsonPath, std::optional<size_t> count = {});
 
-/// readFloats of three components as vectors, of two as points, of sixteen as matrices (glTF's columns are
-/// our rows, since it multiplies from the left).
-std::vector<V3f> readV3f(const Document& document, int accessor, const std::string& place,
+/// As readFloats, of vectors, points and matrices. The columns of glTF's matrices become rows: glTF
+/// multiplies column vectors from the left, strobe row vectors from the right.
+std::vector<V3f> readV3f(const Document& document, int accessor, const std::string& jsonPath,
                          std::optional<size_t> count = {});
-std::vector<V2f> readV2f(const Document& document, int accessor, const std::string& place,
+std::vector<V2f> readV2f(const Document& document, int accessor, const std::string& jsonPath,
                          std::optional<size_t> count = {});
-std::vector<M44f> readM44f(const Document& document, int accessor, const std::string& place,
+std::vector<M44f> readM44f(const Document& document, int accessor, const std::string& jsonPath,
                            std::optional<size_t> count = {});
 
 } // namespace strobe::gltf

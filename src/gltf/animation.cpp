@@ -12,15 +12,19 @@ void slerp(const float* a, const float* b, float t, float* out) {
     float cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
     const float sign = cosine < 0 ? -1.f : 1.f;
     cosine = std::min(std::abs(cosine), 1.f);
-    float wa = 1 - t, wb = t;
+    float wa = 1 - t;
+    float wb = t;
     if (cosine < 0.9999f) {
-        const float angle = std::acos(cosine), scale = 1 / std::sin(angle);
-        wa = std::sin((1 - t) * angle) * scale, wb = std::sin(t * angle) * scale;
+        const float angle = std::acos(cosine);
+        const float scale = 1 / std::sin(angle);
+        wa = std::sin((1 - t) * angle) * scale;
+        wb = std::sin(t * angle) * scale;
     }
     for (int k = 0; k < 4; ++k)
         out[k] = wa * a[k] + wb * sign * b[k];
 }
 
+/// Normalizes a quaternion; zero becomes the identity.
 void normalizeQuaternion(float* q) {
     const float l2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     const float scale = l2 > 0 ? 1 / std::sqrt(l2) : 0;
@@ -31,18 +35,18 @@ void normalizeQuaternion(float* q) {
 }
 
 Curve::Interpolation interpolationOf(const Document& document, const std::string& name,
-                                     const std::string& place) {
+                                     const std::string& jsonPath) {
     if (name == "LINEAR" || name.empty())
         return Curve::Interpolation::Linear;
     if (name == "STEP")
         return Curve::Interpolation::Step;
     if (name == "CUBICSPLINE")
         return Curve::Interpolation::CubicSpline;
-    document.fail(place + ".interpolation", "unknown \"" + name + "\" (known: STEP, LINEAR, CUBICSPLINE)");
+    document.fail(jsonPath + ".interpolation", "unknown \"" + name + "\" (known: STEP, LINEAR, CUBICSPLINE)");
 }
 
-/// The curve of `curves` that a channel's path names, or null.
-std::shared_ptr<const Curve>* slot(NodeCurves& curves, const std::string& path) {
+/// Returns the curve that the path of a channel names; null: unknown.
+std::shared_ptr<const Curve>* curveOf(NodeCurves& curves, const std::string& path) {
     return path == "translation" ? &curves.translation
            : path == "rotation"  ? &curves.rotation
            : path == "scale"     ? &curves.scale
@@ -50,7 +54,8 @@ std::shared_ptr<const Curve>* slot(NodeCurves& curves, const std::string& path) 
                                  : nullptr;
 }
 
-size_t findClip(const Document& document, const std::string& name) {
+/// Returns the index of the animation of a name. Throws an Error if there is none.
+size_t findAnimation(const Document& document, const std::string& name) {
     const auto& animations = document.model().animations;
     std::vector<std::string> names;
     for (size_t i = 0; i < animations.size(); ++i) {
@@ -64,66 +69,72 @@ size_t findClip(const Document& document, const std::string& name) {
     std::string list;
     for (const std::string& known : names)
         list += (list.empty() ? "" : ", ") + known;
-    document.fail("animations", message + (list.empty() ? " (it has none)" : " (it has: " + list + ")"));
+    document.fail("animations", message + (list.empty() ? "; the file has none" : " (known: " + list + ")"));
 }
 
 } // namespace
 
-Curve::Curve(const Document& document, size_t animation, int sampler, int width, bool rotates)
-    : m_width(width), m_rotates(rotates) {
+Curve::Curve(const Document& document, size_t animation, int sampler, int width, bool isRotation)
+    : m_width(width), m_isRotation(isRotation) {
     const std::string list = item("animations", animation) + ".samplers";
     const auto& s = document.at(document.model().animations[animation].samplers, sampler, "sampler", list);
-    const std::string place = list + "[" + std::to_string(sampler) + "]";
-    m_interpolation = interpolationOf(document, s.interpolation, place);
-    m_times = readFloats(document, s.input, 1, place + ".input");
+    const std::string jsonPath = list + "[" + std::to_string(sampler) + "]";
+    m_interpolation = interpolationOf(document, s.interpolation, jsonPath);
+    m_times = readFloats(document, s.input, 1, jsonPath + ".input");
     if (m_times.empty())
-        document.fail(place + ".input", "has no keys");
+        document.fail(jsonPath + ".input", "has no keys");
     for (size_t i = 1; i < m_times.size(); ++i)
         if (!(m_times[i] > m_times[i - 1]))
-            document.fail(place + ".input", "the times do not ascend at key " + std::to_string(i));
-    // Weights are one scalar each; all other values are vectors.
-    const int components = accessorComponents(document, s.output, place + ".output");
+            document.fail(jsonPath + ".input", "times must ascend, but do not at key " + std::to_string(i));
+    // Weights are stored as scalars, all other values as vectors.
+    const int components = accessorComponents(document, s.output, jsonPath + ".output");
     const bool scalars = components == 1 && width != 1;
-    const size_t parts = m_interpolation == Interpolation::CubicSpline ? 3 : 1;
-    m_values = readFloats(document, s.output, scalars ? 1 : width, place + ".output",
-                          m_times.size() * parts * size_t(scalars ? width : 1));
-    if (m_rotates && m_interpolation != Interpolation::CubicSpline)
+    const size_t valuesPerKey = m_interpolation == Interpolation::CubicSpline ? 3 : 1;
+    m_values = readFloats(document, s.output, scalars ? 1 : width, jsonPath + ".output",
+                          m_times.size() * valuesPerKey * size_t(scalars ? width : 1));
+    if (m_isRotation && m_interpolation != Interpolation::CubicSpline)
         for (size_t i = 0; i < m_times.size(); ++i)
             normalizeQuaternion(&m_values[4 * i]);
 }
 
-/// The numbers of key i; of a spline, part 0 is the in-tangent, 1 the value, 2 the out-tangent.
-const float* Curve::key(size_t i, int part) const {
-    const size_t parts = m_interpolation == Interpolation::CubicSpline ? 3 : 1;
-    return &m_values[(i * parts + size_t(part)) * size_t(m_width)];
+/// Returns the numbers of key i.
+const float* Curve::key(size_t i, KeyPart part) const {
+    const bool isSpline = m_interpolation == Interpolation::CubicSpline;
+    const size_t index = isSpline ? 3 * i + size_t(part) : i;
+    return &m_values[index * size_t(m_width)];
 }
 
-void Curve::hermite(size_t i, float t, float duration, float* out) const {
-    const float t2 = t * t, t3 = t2 * t;
-    const float *p0 = key(i, 1), *m0 = key(i, 2), *p1 = key(i + 1, 1), *m1 = key(i + 1, 0);
+/// Evaluates the cubic Hermite spline between keys i and i + 1 at fraction `t`.
+void Curve::evaluateSpline(size_t i, float t, float duration, float* out) const {
+    const float t2 = t * t;
+    const float t3 = t2 * t;
+    const float* p0 = key(i);
+    const float* m0 = key(i, OutTangent);
+    const float* p1 = key(i + 1);
+    const float* m1 = key(i + 1, InTangent);
     for (int k = 0; k < m_width; ++k)
         out[k] = (2 * t3 - 3 * t2 + 1) * p0[k] + (t3 - 2 * t2 + t) * duration * m0[k] +
                  (3 * t2 - 2 * t3) * p1[k] + (t3 - t2) * duration * m1[k];
 }
 
-void Curve::at(float time, float* out) const {
-    const bool spline = m_interpolation == Interpolation::CubicSpline;
+void Curve::evaluate(float time, float* out) const {
     const auto next = std::upper_bound(m_times.begin(), m_times.end(), time);
     const size_t i = next == m_times.begin() ? 0 : size_t(next - m_times.begin()) - 1;
     const bool isBetween = next != m_times.begin() && next != m_times.end();
     if (!isBetween || m_interpolation == Interpolation::Step) {
-        std::copy_n(key(i, spline ? 1 : 0), m_width, out);
+        std::copy_n(key(i), m_width, out);
     } else {
-        const float duration = m_times[i + 1] - m_times[i], t = (time - m_times[i]) / duration;
-        if (spline)
-            hermite(i, t, duration, out);
-        else if (m_rotates)
+        const float duration = m_times[i + 1] - m_times[i];
+        const float t = (time - m_times[i]) / duration;
+        if (m_interpolation == Interpolation::CubicSpline)
+            evaluateSpline(i, t, duration, out);
+        else if (m_isRotation)
             slerp(key(i), key(i + 1), t, out);
         else
             for (int k = 0; k < m_width; ++k)
                 out[k] = lerp(key(i)[k], key(i + 1)[k], t);
     }
-    if (m_rotates)
+    if (m_isRotation)
         normalizeQuaternion(out);
 }
 
@@ -131,20 +142,20 @@ Clip::Clip(const Document& document, const std::string& name, const std::vector<
            Diagnostics& messages)
     : m_nodes(document.model().nodes.size()) {
     if (!name.empty()) {
-        add(document, findClip(document, name), morphTargets, messages);
+        add(document, findAnimation(document, name), morphTargets, messages);
         return;
     }
     const auto& animations = document.model().animations;
-    std::string others;
+    std::string skipped;
     for (size_t i = 0; i < animations.size(); ++i)
         if (!overlaps(animations[i]))
             add(document, i, morphTargets, messages);
         else
-            others += (others.empty() ? "\"" : ", \"") + animations[i].name + "\"";
-    if (!others.empty())
+            skipped += (skipped.empty() ? "\"" : ", \"") + animations[i].name + "\"";
+    if (!skipped.empty())
         document.warnOnce(messages, "clips", "animations",
                           "\"" + animations[0].name +
-                              "\" plays; not played, since they move the same: " + others);
+                              "\" plays; skipped, since they animate the same properties: " + skipped);
 }
 
 bool Clip::overlaps(const tinygltf::Animation& animation) const {
@@ -152,7 +163,7 @@ bool Clip::overlaps(const tinygltf::Animation& animation) const {
         if (channel.target_node < 0 || size_t(channel.target_node) >= m_nodes.size())
             continue;
         NodeCurves curves = m_nodes[size_t(channel.target_node)];
-        if (const auto* curve = slot(curves, channel.target_path); curve && *curve)
+        if (const auto* curve = curveOf(curves, channel.target_path); curve && *curve)
             return true;
     }
     return false;
@@ -163,24 +174,25 @@ void Clip::add(const Document& document, size_t animation, const std::vector<siz
     const auto& channels = document.model().animations[animation].channels;
     for (size_t c = 0; c < channels.size(); ++c) {
         const auto& channel = channels[c];
-        const std::string place = item("animations", animation) + "." + item("channels", c);
+        const std::string jsonPath = item("animations", animation) + "." + item("channels", c);
         if (channel.target_node < 0)
-            continue; // the specification's way of leaving the target to an extension
-        document.at(document.model().nodes, channel.target_node, "node", place + ".target.node");
+            continue; // an extension defines the target
+        document.at(document.model().nodes, channel.target_node, "node", jsonPath + ".target.node");
         const auto node = size_t(channel.target_node);
-        auto* curve = slot(m_nodes[node], channel.target_path);
+        auto* curve = curveOf(m_nodes[node], channel.target_path);
         if (!curve) {
-            document.warnOnce(messages, "path " + channel.target_path, place + ".target.path",
-                              "\"" + channel.target_path + "\" is not animated");
+            document.warnOnce(messages, "path " + channel.target_path, jsonPath + ".target.path",
+                              "unknown path \"" + channel.target_path + "\" is ignored");
             continue;
         }
         if (*curve)
-            document.fail(place, "animates what another channel does");
-        const bool rotates = channel.target_path == "rotation", weighs = channel.target_path == "weights";
-        if (weighs && morphTargets[node] == 0)
-            document.fail(place, "animates weights of a node without morph targets");
-        const int width = rotates ? 4 : weighs ? int(morphTargets[node]) : 3;
-        *curve = std::make_shared<Curve>(document, animation, channel.sampler, width, rotates);
+            document.fail(jsonPath, "animates the same property as another channel");
+        const bool isRotation = channel.target_path == "rotation";
+        const bool isWeights = channel.target_path == "weights";
+        if (isWeights && morphTargets[node] == 0)
+            document.fail(jsonPath, "animates weights of a node without morph targets");
+        const int width = isRotation ? 4 : isWeights ? int(morphTargets[node]) : 3;
+        *curve = std::make_shared<Curve>(document, animation, channel.sampler, width, isRotation);
     }
 }
 
@@ -189,12 +201,12 @@ void appendBreaks(const NodeCurves& curves, float open, float close, std::vector
         if (!curve)
             continue;
         const bool jumps = curve->interpolation() == Curve::Interpolation::Step;
-        const auto& keys = curve->times();
-        for (auto it = std::upper_bound(keys.begin(), keys.end(), open); it != keys.end() && *it < close;
-             ++it) {
-            if (const float before = *it - 1e-6f * (close - open); jumps && before > open && before < *it)
+        for (const float time : curve->times()) {
+            if (time <= open || time >= close)
+                continue;
+            if (const float before = time - 1e-6f * (close - open); jumps && before > open && before < time)
                 times.push_back(before);
-            times.push_back(*it);
+            times.push_back(time);
         }
     }
     std::sort(times.begin(), times.end());

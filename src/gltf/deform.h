@@ -1,4 +1,4 @@
-// Morph targets and skins: where vertices are at a time, and as many keys of them as the shutter needs.
+// Morph targets and skins: vertex positions over time, and their keys for a shutter.
 #pragma once
 
 #include "gltf/mesh.h"
@@ -6,42 +6,44 @@
 
 namespace strobe::gltf {
 
-/// A skin: joints with the matrices that take the mesh to each joint's space.
+/// A skin: joints, and the matrices from the mesh to the space of each joint.
 struct Skin {
     std::vector<size_t> joints; ///< nodes
     std::vector<M44f> inverseBind;
 };
-Skin readSkin(const Document& document, int index, const std::string& place);
+/// Throws an Error if the skin is invalid. `jsonPath`: JSON path of the reference to it.
+Skin readSkin(const Document& document, int index, const std::string& jsonPath);
 
-/// One primitive as a node shows it: deformed by the node's weights and skin.
+/// A primitive as a node shows it: deformed by the weights of the node's morph targets and by its skin.
 class Deformer {
   public:
-    /// `skin` may be null: then vertices stay in the mesh's space. Throws when a joint number is wild.
+    /// `skin`: null if the node has none. Throws an Error if a joint index or the number of weights is out of
+    /// range.
     Deformer(const NodeTree& tree, const Clip& clip, const Primitive& primitive, size_t node,
              const Skin* skin);
 
-    /// True when anything of it changes at all: else the primitive may be taken as it is.
+    /// Returns true if vertices can differ from those of the primitive.
     bool deforms() const { return m_skin || m_morphs; }
-    /// True when its vertices are the scene's, not the node's.
+    /// Returns true if vertices are in the space of the scene; else they are in the space of the node.
     bool isSkinned() const { return m_skin != nullptr; }
-    std::vector<V3f> positionsAt(float time) const { return at(time).positions; }
-    /// The mesh over the shutter: keys at equal steps, as few (by doubling, at most 129) as keep every vertex
-    /// within `relativeTolerance` of the mesh's size from where it is, tested at quarters of each step.
-    /// keyTimes are in seconds.
-    TriangleMesh over(const Shutter& shutter, float relativeTolerance, Diagnostics& messages) const;
+    std::vector<V3f> positionsAt(float time) const { return keyAt(time).positions; }
+    /// Returns the mesh with keys at uniform steps over the shutter; keyTimes are in seconds. Steps are
+    /// doubled, up to 128, until every vertex is within `relativeTolerance` of the mesh's size from its
+    /// position, tested at quarters of each step. Warns if 128 steps do not suffice.
+    TriangleMesh meshDuring(const Shutter& shutter, float relativeTolerance, Diagnostics& messages) const;
 
   private:
     struct Key {
         std::vector<V3f> positions, normals;
     };
-    Key at(float time) const;
+    Key keyAt(float time) const;
     std::vector<float> weightsAt(float time) const;
     void morph(Key& key, float time) const;
     void skin(Key& key, float time) const;
     bool changes(const Shutter& shutter) const;
     bool isClose(const std::vector<Key>& keys, const Shutter& shutter, float tolerance,
                  std::vector<Key>& quarters) const;
-    std::vector<Key> keysOver(const Shutter& shutter, float relativeTolerance, Diagnostics& messages) const;
+    std::vector<Key> keysDuring(const Shutter& shutter, float relativeTolerance, Diagnostics& messages) const;
 
     const NodeTree& m_tree;
     const Clip& m_clip;
@@ -49,7 +51,7 @@ class Deformer {
     const size_t m_node;
     const Skin* m_skin;
     bool m_morphs = false;
-    std::vector<float> m_weights; ///< at rest
+    std::vector<float> m_weights; ///< of the morph targets, where they are not animated
 };
 
 } // namespace strobe::gltf

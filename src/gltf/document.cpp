@@ -15,25 +15,28 @@ namespace {
 namespace fs = std::filesystem;
 using Bytes = std::vector<unsigned char>;
 
-/// tinygltf counts bytes in 32 bits, and so does the header of .glb.
+/// tinygltf and the header of .glb files count bytes in 32 bits.
 constexpr uint64_t kMaxBytes = 0xfffffff0;
-constexpr uint32_t kMagic = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;
+constexpr uint32_t kMagic = 0x46546c67;
+constexpr uint32_t kJsonChunk = 0x4e4f534a;
+constexpr uint32_t kBinaryChunk = 0x004e4942;
 
-bool readWhole(const fs::path& path, Bytes& out, std::string& why) {
+/// Reads a file; returns false and sets `reason` if it fails.
+bool readWhole(const fs::path& path, Bytes& out, std::string& reason) {
     std::error_code error;
     const uint64_t size = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
     std::ifstream file(path, std::ios::binary);
     if (error || !file || !fs::is_regular_file(path, error)) {
-        why = "the file cannot be read";
+        reason = "the file cannot be read";
         return false;
     }
     if (size > kMaxBytes) {
-        why = "the file is larger than 4 GiB";
+        reason = "the file is larger than 4 GiB";
         return false;
     }
     out.resize(size);
     if (!file.read(reinterpret_cast<char*>(out.data()), std::streamsize(size))) {
-        why = "the file cannot be read";
+        reason = "the file cannot be read";
         return false;
     }
     return true;
@@ -46,8 +49,8 @@ uint32_t word(const Bytes& bytes, size_t offset) {
 
 bool isBinary(const Bytes& bytes) { return bytes.size() >= 4 && word(bytes, 0) == kMagic; }
 
-/// The JSON of a file; the chunks of a .glb are checked, since tinygltf reads a little beyond a last one
-/// whose length is a little wrong.
+/// Returns the JSON of a file, and sets `chunk` to the size of the binary chunk of a .glb. The chunks are
+/// checked, since tinygltf reads beyond the end if the length of the last one is slightly too large.
 std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<uint64_t>& chunk) {
     const auto text = [&](size_t offset, size_t length) {
         return std::string_view(reinterpret_cast<const char*>(bytes.data()) + offset, length);
@@ -55,46 +58,47 @@ std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<
     if (!isBinary(bytes))
         return text(0, bytes.size());
     if (bytes.size() < 20)
-        fail("", "the file is cut off within its header");
+        fail("", "the file is truncated within its header");
     if (const uint32_t version = word(bytes, 4); version != 2)
-        fail("", "this is a .glb of version " + std::to_string(version) + "; only 2 is supported");
+        fail("", "version " + std::to_string(version) + " of .glb is not supported, only 2");
     const uint64_t length = word(bytes, 8);
     if (length > bytes.size())
-        fail("", "the file is cut off: it has " + std::to_string(bytes.size()) + " of " +
+        fail("", "the file is truncated: it has " + std::to_string(bytes.size()) + " of " +
                      std::to_string(length) + " bytes");
     std::string_view json;
-    for (uint64_t at = 12; at < length;) {
-        if (length - at < 8)
-            fail("", "the file is cut off within the header of a chunk");
-        const uint64_t size = word(bytes, at);
-        const uint32_t type = word(bytes, at + 4);
-        if (size > length - at - 8)
-            fail("", "a chunk of " + std::to_string(size) + " bytes reaches beyond the end of the file");
-        if (at == 12 && type != kJsonChunk)
+    for (uint64_t offset = 12; offset < length;) {
+        if (length - offset < 8)
+            fail("", "the file is truncated within the header of a chunk");
+        const uint64_t size = word(bytes, offset);
+        const uint32_t type = word(bytes, offset + 4);
+        if (size > length - offset - 8)
+            fail("", "a chunk of " + std::to_string(size) + " bytes exceeds the file");
+        if (offset == 12 && type != kJsonChunk)
             fail("", "the first chunk is not JSON");
-        if (type == kJsonChunk && at == 12)
-            json = text(at + 8, size);
-        else if (at == 20 + json.size() && type != kBinChunk)
+        if (type == kJsonChunk && offset == 12)
+            json = text(offset + 8, size);
+        else if (offset == 20 + json.size() && type != kBinaryChunk)
             fail("", "the second chunk is not the binary buffer");
-        else if (at == 20 + json.size())
+        else if (offset == 20 + json.size())
             chunk = size;
-        at += 8 + size;
+        offset += 8 + size;
     }
     return json;
 }
 
-/// What tinygltf may read: buffers that the check has found, in the folder of the file.
+/// The files that tinygltf may read: the buffers of the JSON.
 struct AllowedFiles {
     struct File {
-        fs::path asked, place; ///< place: what to open
-        uint64_t bytes;        ///< that are wanted
+        fs::path requested; ///< name in the folder of the glTF file
+        fs::path admitted;  ///< path to open
+        uint64_t bytes;     ///< that the JSON needs
     };
     std::vector<File> files;
 
-    /// Null where it is none of them.
+    /// Returns null if the file is not allowed.
     const File* find(const std::string& path) const {
         for (const File& file : files)
-            if (path == file.asked)
+            if (path == file.requested)
                 return &file;
         return nullptr;
     }
@@ -106,18 +110,18 @@ tinygltf::FsCallbacks callbacks(AllowedFiles& files) {
                 return static_cast<AllowedFiles*>(user)->find(path) && fs::exists(path, ignored);
             },
             [](const std::string& path, void*) { return path; },
-            [](Bytes* out, std::string* why, const std::string& path, void* user) {
+            [](Bytes* out, std::string* reason, const std::string& path, void* user) {
                 const AllowedFiles::File* file = static_cast<AllowedFiles*>(user)->find(path);
-                if (!file || !readWhole(file->place, *out, *why))
+                if (!file || !readWhole(file->admitted, *out, *reason))
                     return false;
-                if (out->size() > file->bytes) // which tinygltf would take for a mistake
+                if (out->size() > file->bytes) // tinygltf reports longer files as mistakes
                     out->resize(file->bytes);
                 return true;
             },
             [](std::string*, const std::string&, const Bytes&, void*) { return false; }, &files};
 }
 
-/// Keeps the bytes of data URIs. Those of buffer views are left alone: their bounds are not checked yet.
+/// Stores the bytes of data URIs. Images in buffer views are read later, when bounds are checked.
 bool keepImage(tinygltf::Image* image, const int, std::string*, std::string*, int, int,
                const unsigned char* bytes, int size, void*) {
     if (image->bufferView < 0 && size > 0)
@@ -133,8 +137,8 @@ fs::path folderOf(const fs::path& file) {
 std::string onOneLine(std::string text) {
     while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())))
         text.pop_back();
-    for (size_t at; (at = text.find('\n')) != std::string::npos;)
-        text.replace(at, 1, "; ");
+    for (size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n'))
+        text.replace(end, 1, "; ");
     return text.size() > 300 ? text.substr(0, 300) + " …" : text;
 }
 
@@ -157,81 +161,87 @@ std::vector<fs::path> Document::files() const {
     return files;
 }
 
-std::string Document::text(const std::string& place, const std::string& message) const {
-    return m_path.string() + ": " + (place.empty() ? "" : place + ": ") + message;
+std::string Document::text(const std::string& jsonPath, const std::string& message) const {
+    return m_path.string() + ": " + (jsonPath.empty() ? "" : jsonPath + ": ") + message;
 }
 
-void Document::fail(const std::string& place, const std::string& message) const {
-    throw Error(m_where, text(place, message));
+void Document::fail(const std::string& jsonPath, const std::string& message) const {
+    throw Error(m_where, text(jsonPath, message));
 }
 
-void Document::failIndex(int index, size_t count, const char* noun, const std::string& place) const {
-    fail(place, std::string("there is no ") + noun + " " + std::to_string(index) + ": the file has " +
-                    std::to_string(count));
+void Document::failIndex(int index, size_t count, const char* noun, const std::string& jsonPath) const {
+    fail(jsonPath, std::string("there is no ") + noun + " " + std::to_string(index) + "; the file has " +
+                       std::to_string(count));
 }
 
-void Document::warnOnce(Diagnostics& messages, const std::string& key, const std::string& place,
+void Document::warnOnce(Diagnostics& messages, const std::string& key, const std::string& jsonPath,
                         const std::string& message) const {
-    messages.warnOnce(m_path.string() + " " + key, m_where, text(place, message));
+    messages.warnOnce(m_path.string() + " " + key, m_where, text(jsonPath, message));
 }
 
-Document::Document(const fs::path& path, const Location& where, std::shared_ptr<const ResourcePolicy> guard)
-    : m_path(path), m_where(where), m_guard(std::move(guard)) {
+Document::Document(const fs::path& path, const Location& where, std::shared_ptr<const ResourcePolicy> policy)
+    : m_path(path), m_where(where), m_policy(std::move(policy)) {
     Bytes bytes;
-    if (std::string why; !readWhole(admitted(path), bytes, why))
-        fail("", why);
+    if (std::string reason; !readWhole(admitted(path), bytes, reason))
+        fail("", reason);
     if (bytes.empty())
         fail("", "the file is empty");
     parse(bytes);
 }
 
 void Document::parse(const Bytes& bytes) {
-    const JsonFail failHere = [&](const std::string& place, const std::string& message) {
-        fail(place, message);
+    const JsonFail failHere = [&](const std::string& jsonPath, const std::string& message) {
+        fail(jsonPath, message);
     };
     std::optional<uint64_t> chunk;
     const std::string_view json = jsonOf(bytes, failHere, chunk);
     JsonFacts facts = checkJson(json, chunk, failHere);
     m_ignored = std::move(facts.ignoredExtensions);
+    load(bytes, facts.bufferFiles);
+}
+
+/// Loads the model by tinygltf, which may open no files but `bufferFiles`.
+void Document::load(const Bytes& bytes, const std::map<std::string, uint64_t>& bufferFiles) {
     const fs::path folder = folderOf(m_path);
     AllowedFiles files;
-    for (const auto& [name, wanted] : facts.bufferFiles) {
+    for (const auto& [name, neededBytes] : bufferFiles) {
         const fs::path file = admitted(folder / name);
-        files.files.push_back({folder / name, file, wanted});
+        files.files.push_back({folder / name, file, neededBytes});
         std::error_code error;
-        const uint64_t there = fs::is_regular_file(file, error) ? fs::file_size(file, error) : 0;
+        const uint64_t size = fs::is_regular_file(file, error) ? fs::file_size(file, error) : 0;
         if (error || !fs::is_regular_file(file, error))
             fail("buffers", "\"" + file.string() + "\" cannot be read");
-        if (there < wanted)
-            fail("buffers", "\"" + file.string() + "\" has " + std::to_string(there) + " of " +
-                                std::to_string(wanted) + " bytes");
+        if (size < neededBytes)
+            fail("buffers", "\"" + file.string() + "\" has " + std::to_string(size) + " of " +
+                                std::to_string(neededBytes) + " bytes");
     }
 
     tinygltf::TinyGLTF reader;
     reader.SetFsCallbacks(callbacks(files));
     reader.SetImageLoader(keepImage, nullptr);
-    std::string error, warning; // of its warnings none concerns more than images, which are read elsewhere
-    bool read = false;
+    std::string error;
+    std::string ignoredWarning; // all warnings of tinygltf concern images, which are read elsewhere
+    bool isRead = false;
     try {
         const auto size = static_cast<unsigned>(bytes.size());
-        read = isBinary(bytes) ? reader.LoadBinaryFromMemory(&m_model, &error, &warning, bytes.data(), size,
-                                                             folder.string())
-                               : reader.LoadASCIIFromString(&m_model, &error, &warning,
-                                                            reinterpret_cast<const char*>(bytes.data()), size,
-                                                            folder.string());
+        const auto* text = reinterpret_cast<const char*>(bytes.data());
+        isRead = isBinary(bytes) ? reader.LoadBinaryFromMemory(&m_model, &error, &ignoredWarning,
+                                                               bytes.data(), size, folder.string())
+                                 : reader.LoadASCIIFromString(&m_model, &error, &ignoredWarning, text, size,
+                                                              folder.string());
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& e) {
         error += e.what();
     }
-    if (!read)
-        fail("", error.empty() ? "tinygltf cannot read it" : onOneLine(error));
-    // It wants inverse bind matrices of every skin, although they may be left out.
-    const std::string needless = "'inverseBindMatrices' property is missing in Skin.\n";
-    for (size_t at; (at = error.find(needless)) != std::string::npos;)
-        error.erase(at, needless.size());
-    if (const std::string what = onOneLine(error); !what.empty())
-        fail("", what);
+    if (!isRead)
+        fail("", error.empty() ? "tinygltf cannot read the file" : onOneLine(error));
+    // tinygltf requires the inverse bind matrices of skins, which glTF does not.
+    const std::string wrongError = "'inverseBindMatrices' property is missing in Skin.\n";
+    for (size_t begin = error.find(wrongError); begin != std::string::npos; begin = error.find(wrongError))
+        error.erase(begin, wrongError.size());
+    if (const std::string message = onOneLine(error); !message.empty())
+        fail("", message);
 }
 
 } // namespace strobe::gltf

@@ -1,4 +1,4 @@
-// A glTF 2.0 file in memory: read, and checked as far as can be without knowing what is wanted of it.
+// A glTF 2.0 file in memory.
 #pragma once
 
 #include "core/util/resource_policy.h"
@@ -6,62 +6,66 @@
 #include <tiny_gltf.h>
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace strobe::gltf {
 
-/// A .gltf or .glb file with all of its buffers. Immutable.
+/// A .gltf or .glb file with all of its buffers. Immutable. Its JSON is checked (see checkJson); indices,
+/// accessors and the node tree are checked by their readers.
 class Document {
   public:
-    /// Reads the file and its .bin files, which must lie in its folder or below. Images stay encoded: those
-    /// of data URIs stand in tinygltf::Image::image. Throws an Error at `where` (who asks for the file) whose
-    /// message begins with the file's name and, where it can, the place in its JSON: "a.gltf: nodes[3].mesh:
-    /// …".
+    /// Reads the file and its .bin files, which must lie in its folder or below. Images stay encoded; those
+    /// of data URIs are in tinygltf::Image::image. `where`: location of the reference to the file. `policy`:
+    /// which files may be read; null: all. Throws an Error at `where` whose message begins with the file's
+    /// name and, if possible, the JSON path: "a.gltf: nodes[3].mesh: …".
     Document(const std::filesystem::path& path, const Location& where,
-             std::shared_ptr<const ResourcePolicy> guard = nullptr);
+             std::shared_ptr<const ResourcePolicy> policy = nullptr);
 
     const tinygltf::Model& model() const { return m_model; }
     const std::filesystem::path& path() const { return m_path; }
-    /// The file, its .bin files and its image files.
+    /// Returns the file, its .bin files and its image files.
     std::vector<std::filesystem::path> files() const;
-    /// Where a relative URI of the file leads: what to open. Throws if it must not be read.
+    /// Returns the path to open for a relative URI of the file. Throws an Error if it must not be read.
     std::filesystem::path resolve(const std::string& uri) const;
     const Location& where() const { return m_where; }
-    /// Extensions that the file uses and can do without, and that are not known here.
+    /// Returns the extensions that the file uses, does not require, and that strobe does not support.
     const std::vector<std::string>& ignoredExtensions() const { return m_ignored; }
 
-    /// "FILE: PLACE: MESSAGE" as an Error.
-    [[noreturn]] void fail(const std::string& place, const std::string& message) const;
-    /// The same as a warning, reported once for each `key`.
-    void warnOnce(Diagnostics& messages, const std::string& key, const std::string& place,
+    /// Throws "FILE: JSONPATH: MESSAGE" as an Error.
+    [[noreturn]] void fail(const std::string& jsonPath, const std::string& message) const;
+    /// Warns "FILE: JSONPATH: MESSAGE", once for each `key`.
+    void warnOnce(Diagnostics& messages, const std::string& key, const std::string& jsonPath,
                   const std::string& message) const;
 
-    /// items[index]; an Error at `place` when there is no such item. `noun`: of one item.
+    /// Returns items[index]. Throws an Error at `jsonPath` if the index is out of range. `noun`: singular of
+    /// the items, for the message.
     template <class T>
-    const T& at(const std::vector<T>& items, int index, const char* noun, const std::string& place) const {
+    const T& at(const std::vector<T>& items, int index, const char* noun, const std::string& jsonPath) const {
         if (index < 0 || size_t(index) >= items.size())
-            failIndex(index, items.size(), noun, place);
+            failIndex(index, items.size(), noun, jsonPath);
         return items[size_t(index)];
     }
 
   private:
-    [[noreturn]] void failIndex(int index, size_t count, const char* noun, const std::string& place) const;
-    /// The path to open; throws if the guard has something against it.
+    [[noreturn]] void failIndex(int index, size_t count, const char* noun, const std::string& jsonPath) const;
+    /// Returns the path to open. Throws if the policy forbids it.
     std::filesystem::path admitted(const std::filesystem::path& file) const {
-        return m_guard ? m_guard->admit(file, m_where) : file;
+        return m_policy ? m_policy->admit(file, m_where) : file;
     }
     void parse(const std::vector<unsigned char>& bytes);
-    std::string text(const std::string& place, const std::string& message) const;
+    void load(const std::vector<unsigned char>& bytes, const std::map<std::string, uint64_t>& bufferFiles);
+    std::string text(const std::string& jsonPath, const std::string& message) const;
 
     std::filesystem::path m_path;
     Location m_where;
-    std::shared_ptr<const ResourcePolicy> m_guard; ///< or null
+    std::shared_ptr<const ResourcePolicy> m_policy; ///< or null
     tinygltf::Model m_model;
     std::vector<std::string> m_ignored;
 };
 
-/// "nodes[3]".
+/// Returns a JSON path: "nodes[3]".
 inline std::string item(const char* list, size_t index) {
     return std::string(list) + "[" + std::to_string(index) + "]";
 }

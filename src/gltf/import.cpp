@@ -10,36 +10,38 @@
 namespace strobe::gltf {
 namespace {
 
-/// Deforming vertices stay this close to where they belong, as a fraction of their mesh's size: a twentieth
-/// of a pixel when it is 2,500 pixels large.
+/// Tolerance of deforming vertices, as a fraction of the mesh's size: a twentieth of a pixel for a mesh of
+/// 2,500 pixels.
 constexpr float kDeformTolerance = 2e-5f;
-/// More vertices than this in all, and the file is no scene but an attack: accessors can be used again and
-/// again.
+/// Limit of the vertices of a scene. The size of the file does not bound them, since meshes may share
+/// accessors.
 constexpr size_t kMaxVertices = size_t(1) << 30;
 
-/// A mesh of the file as it is at rest.
-struct ReadMesh {
+/// A mesh of the file before deformation.
+struct BoundMesh {
     std::vector<Primitive> primitives;
-    std::vector<Look> looks; ///< beside them
+    std::vector<MaterialBinding> bindings; ///< by primitive
 };
 
+/// Returns the number of morph targets by node.
 std::vector<size_t> targetCounts(const Document& document) {
     const tinygltf::Model& model = document.model();
     std::vector<size_t> counts;
     for (size_t i = 0; i < model.nodes.size(); ++i) {
         const int mesh = model.nodes[i].mesh;
-        const std::string place = item("nodes", i) + ".mesh";
-        counts.push_back(mesh < 0 ? 0 : morphTargetCount(document.at(model.meshes, mesh, "mesh", place)));
+        const std::string jsonPath = item("nodes", i) + ".mesh";
+        counts.push_back(mesh < 0 ? 0 : morphTargetCount(document.at(model.meshes, mesh, "mesh", jsonPath)));
     }
     return counts;
 }
 
-void dress(Primitive& primitive, const Look& look) {
-    if (const auto uvs = primitive.uvSets.find(look.uvSet); uvs != primitive.uvSets.end())
+/// Sets the mesh's texture coordinates and alpha.
+void applyBinding(Primitive& primitive, const MaterialBinding& binding) {
+    if (const auto uvs = primitive.uvSets.find(binding.uvSet); uvs != primitive.uvSets.end())
         primitive.mesh.uvs = uvs->second;
-    else if (look.usesUvs) // as the specification has it
+    else if (binding.usesUvs) // glTF: missing texture coordinates are zero
         primitive.mesh.uvs.assign(primitive.mesh.vertexCount(), V2f(0));
-    primitive.mesh.alpha = look.alpha;
+    primitive.mesh.alpha = binding.alpha;
 }
 
 } // namespace
@@ -64,31 +66,31 @@ class Importer::Impl {
         m_camera = importCamera(m_tree, settings.camera);
     }
 
-    /// Consumes nothing: a mesh that deforms elsewhere is needed again.
+    /// Returns the objects that never deform. Meshes are copied: other nodes may deform the same mesh.
     std::vector<ImportedObject> objects() const {
         std::vector<ImportedObject> objects;
-        std::map<int, size_t> shared; // by mesh, of those none of whose primitives deform
+        std::map<int, size_t> shared; // object by mesh, for nodes that deform no primitive of it
         for (const size_t node : m_tree.order()) {
             const int mesh = source(node).mesh;
             if (mesh < 0)
                 continue;
-            const ImportedObject::Place place{node, m_tree.moves(node, m_clip)};
+            const ImportedObject::Instance instance{node, m_tree.moves(node, m_clip)};
             std::vector<ImportedShape> shapes;
             const bool deforms = anyDeforms(node);
             if (!deforms && shared.count(mesh)) {
-                objects[shared[mesh]].places.push_back(place);
+                objects[shared[mesh]].instances.push_back(instance);
                 continue;
             }
-            const ReadMesh& read = *m_meshes[size_t(mesh)];
-            for (size_t i = 0; i < read.primitives.size(); ++i)
+            const BoundMesh& bound = *m_meshes[size_t(mesh)];
+            for (size_t i = 0; i < bound.primitives.size(); ++i)
                 if (!deforms || !deformer(node, i).deforms())
-                    shapes.push_back(
-                        {std::make_shared<TriangleMesh>(read.primitives[i].mesh), read.looks[i].material});
+                    shapes.push_back({std::make_shared<TriangleMesh>(bound.primitives[i].mesh),
+                                      bound.bindings[i].material});
             if (shapes.empty())
                 continue;
             if (!deforms)
                 shared[mesh] = objects.size();
-            objects.push_back({m_document->model().meshes[size_t(mesh)].name, std::move(shapes), {place}});
+            objects.push_back({m_document->model().meshes[size_t(mesh)].name, std::move(shapes), {instance}});
         }
         return objects;
     }
@@ -99,16 +101,19 @@ class Importer::Impl {
         for (const size_t node : m_tree.order()) {
             if (source(node).mesh < 0 || !anyDeforms(node))
                 continue;
-            const ReadMesh& read = *m_meshes[size_t(source(node).mesh)];
-            // Skins place their vertices in the scene, the others are where their node is.
-            ImportedDeformation skinned{source(node).name, {}, {}},
-                morphed{source(node).name, {}, motions[node]};
-            for (size_t i = 0; i < read.primitives.size(); ++i)
-                if (const Deformer d = deformer(node, i); d.deforms())
-                    (d.isSkinned() ? skinned : morphed)
-                        .shapes.push_back(
-                            {std::make_shared<TriangleMesh>(d.over(shutter, kDeformTolerance, m_messages)),
-                             read.looks[i].material});
+            const BoundMesh& bound = *m_meshes[size_t(source(node).mesh)];
+            // The vertices of skins are in the scene's space, others in the node's.
+            ImportedDeformation skinned{source(node).name, {}, {}};
+            ImportedDeformation morphed{source(node).name, {}, motions[node]};
+            for (size_t i = 0; i < bound.primitives.size(); ++i) {
+                const Deformer d = deformer(node, i);
+                if (!d.deforms())
+                    continue;
+                auto mesh =
+                    std::make_shared<TriangleMesh>(d.meshDuring(shutter, kDeformTolerance, m_messages));
+                (d.isSkinned() ? skinned : morphed)
+                    .shapes.push_back({std::move(mesh), bound.bindings[i].material});
+            }
             for (ImportedDeformation* d : {&skinned, &morphed})
                 if (!d->shapes.empty())
                     out.push_back(std::move(*d));
@@ -116,6 +121,7 @@ class Importer::Impl {
         return out;
     }
 
+    /// Returns the diagonal of the bounds; 1 for an empty scene.
     float size() const { return m_bounds.isEmpty() ? 1 : length(m_bounds.size()); }
     const NodeTree& tree() const { return m_tree; }
     const Clip& clip() const { return m_clip; }
@@ -130,17 +136,17 @@ class Importer::Impl {
     void readNode(size_t node, MaterialBuilder& materials) {
         const auto index = size_t(source(node).mesh);
         if (!m_meshes[index]) {
-            m_meshes[index] = ReadMesh{readMesh(*m_document, index, m_messages), {}};
+            m_meshes[index] = BoundMesh{readMesh(*m_document, index, m_messages), {}};
             for (Primitive& p : m_meshes[index]->primitives) {
                 countVertices(p);
-                m_meshes[index]->looks.push_back(materials.look(p));
-                dress(p, m_meshes[index]->looks.back());
+                m_meshes[index]->bindings.push_back(materials.bind(p));
+                applyBinding(p, m_meshes[index]->bindings.back());
             }
         }
         const int skin = source(node).skin;
         if (skin >= 0 && !m_skins.count(skin))
             m_skins[skin] = readSkin(*m_document, skin, item("nodes", node) + ".skin");
-        if (anyDeforms(node)) // checks, too, that joints and weights fit
+        if (anyDeforms(node)) // also checks joints and weights
             for (const Primitive& p : m_meshes[index]->primitives)
                 countVertices(p);
     }
@@ -148,7 +154,7 @@ class Importer::Impl {
     void countVertices(const Primitive& primitive) {
         m_vertices += primitive.mesh.vertexCount();
         if (m_vertices > kMaxVertices)
-            m_document->fail(primitive.place,
+            m_document->fail(primitive.jsonPath,
                              "the scene has more than " + std::to_string(kMaxVertices) + " vertices");
     }
 
@@ -185,7 +191,7 @@ class Importer::Impl {
     Diagnostics& m_messages;
     NodeTree m_tree;
     Clip m_clip;
-    std::vector<std::optional<ReadMesh>> m_meshes; ///< those that the scene shows
+    std::vector<std::optional<BoundMesh>> m_meshes; ///< by mesh; empty: not in the scene
     std::map<int, Skin> m_skins;
     std::vector<ImportedMaterial> m_materials;
     std::vector<ImportedLight> m_lights;
@@ -222,8 +228,8 @@ std::vector<ImportedDeformation> Importer::deformations(const std::vector<Transf
 }
 
 std::shared_ptr<const Document> open(const std::filesystem::path& path, const Location& where,
-                                     std::shared_ptr<const ResourcePolicy> guard) {
-    return std::make_shared<const Document>(path, where, std::move(guard));
+                                     std::shared_ptr<const ResourcePolicy> policy) {
+    return std::make_shared<const Document>(path, where, std::move(policy));
 }
 
 std::vector<std::filesystem::path> filesOf(const Document& document) { return document.files(); }

@@ -1,4 +1,4 @@
-// glTF 2.0 files as shapes, materials, lights and cameras.
+// Imports glTF 2.0 files: shapes, materials, lights, cameras and their motion.
 #pragma once
 
 #include "core/image/texture_cache.h"
@@ -16,76 +16,76 @@ namespace strobe::gltf {
 
 class Document;
 
-/// Reads a file with its buffers; images are read when they are used. `guard`: what may be read; null: all.
-/// Throws an Error at `where`.
+/// Reads a file and its buffers; images are read when they are first used. `where`: location of the reference
+/// to the file. `policy`: which files may be read; null: all. Throws an Error at `where`.
 std::shared_ptr<const Document> open(const std::filesystem::path& path, const Location& where,
-                                     std::shared_ptr<const ResourcePolicy> guard = nullptr);
+                                     std::shared_ptr<const ResourcePolicy> policy = nullptr);
 
-/// True for the name of a file of this kind: .gltf or .glb.
+/// Returns true for the names of glTF files: .gltf or .glb.
 bool isGltfName(const std::filesystem::path& path);
 
-/// The file itself, and those that it refers to.
+/// Returns the file itself and the files that it refers to.
 std::vector<std::filesystem::path> filesOf(const Document& document);
 
-/// What of a file is wanted.
+/// The content of a file to import.
 struct Settings {
-    std::string scene;     ///< its name; empty: the file's own choice
-    std::string animation; ///< its name; empty: the first, and those that move other things (see Clip)
-    std::string camera;    ///< its name or its node's; empty: the first in the scene
-    bool lights = true;    ///< take those of KHR_lights_punctual
+    std::string scene;     ///< name of the scene; empty: the file's default
+    std::string animation; ///< name of the animation; empty: the default of Clip
+    std::string camera;    ///< name of the camera or its node; empty: the first in the scene
+    bool lights = true;    ///< import the lights of KHR_lights_punctual
 };
 
-/// How a surface reflects, and whether it shines.
+/// A material and the emission of its surfaces.
 struct ImportedMaterial {
     std::string name;
     std::shared_ptr<const Material> material;
     Rgb emission{0};                                ///< radiance
-    std::shared_ptr<const Texture> emissionTexture; ///< a factor of it, or null
-    bool doubleSided = false;                       ///< it shines on both sides
+    std::shared_ptr<const Texture> emissionTexture; ///< factor of the emission; null: 1
+    bool doubleSided = false;                       ///< both sides emit
 };
 
 struct ImportedShape {
-    std::shared_ptr<TriangleMesh> mesh; ///< its keyTimes are in seconds
+    std::shared_ptr<TriangleMesh> mesh; ///< keyTimes are in seconds
     int material = 0;                   ///< index into Importer::materials()
 };
 
-/// Shapes at rest in their own space, and the nodes that show them.
+/// Shapes that do not deform, in the space of the nodes that show them.
 struct ImportedObject {
+    struct Instance {
+        size_t node;
+        bool moves; ///< the node is animated
+    };
     std::string name;
     std::vector<ImportedShape> shapes;
-    struct Place {
-        size_t node;
-        bool moves; ///< at some time
-    };
-    std::vector<Place> places;
+    std::vector<Instance> instances;
 };
 
 struct ImportedLight {
     enum Kind { Point, Spot, Directional } kind = Point;
     size_t node = 0;
-    bool moves = false;                   ///< at some time
-    Rgb intensity{0};                     ///< W/sr, or W/m² of directional ones; they shine along -z
+    bool moves = false;                   ///< the node is animated
+    Rgb intensity{0};                     ///< W/sr; of directional lights, along -z, W/m²
     float innerAngle = 0, outerAngle = 0; ///< of spots, in radians from the axis
 };
 
 struct ImportedCamera {
     size_t node = 0;
     bool isPerspective = true;
-    float halfHeight =
-        0;            ///< perspective: the tangent of half the vertical angle; orthographic: half the height
-    float aspect = 0; ///< width over height that the file wants; 0: it does not say
+    float halfHeight = 0; ///< tangent of half the vertical angle; orthographic: half the height
+    float aspect = 0;     ///< width / height; 0: unspecified
 };
 
-/// What a node deforms, for one shutter.
+/// The deformed shapes of a node during one shutter.
 struct ImportedDeformation {
     std::string name;
     std::vector<ImportedShape> shapes;
     TransformChain toScene;
 };
 
-/// A file on its way into a scene: what does not depend on the time is made once, the rest for any number of
-/// shutters (in seconds). Everything may throw Errors that name the file and the place in its JSON, and says
-/// through `messages` (which must outlive it), once each, what is left out.
+/// The content of a glTF file. Materials, lights and shapes that do not deform are created once; motion and
+/// deformation are computed for each shutter, in seconds. All functions throw Errors that name the file and
+/// the JSON path, and warn once about each ignored feature. `textures` and `messages` must outlive the
+/// importer.
 class Importer {
   public:
     Importer(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
@@ -93,18 +93,19 @@ class Importer {
     ~Importer();
 
     const std::vector<ImportedMaterial>& materials() const;
-    /// All that never deforms. The meshes are the caller's.
+    /// Moves out the objects that never deform.
     std::vector<ImportedObject> takeObjects();
     const std::vector<ImportedLight>& lights() const;
     const std::optional<ImportedCamera>& camera() const;
-    /// Of all shapes at time 0, in scene space.
+    /// Returns the bounds of all shapes at time 0, in the space of the scene.
     const Box3f& bounds() const;
 
-    /// For each node its motion to the scene, followed to 1e-5 of the scene's size and 1e-5 radians.
+    /// Returns for each node its motion to the scene, with errors of at most 1e-5 of the scene's size and
+    /// 1e-5 radians.
     std::vector<TransformChain> motions(const Shutter& shutter) const;
-    /// One of them as a single transform, to the same tolerance.
+    /// Returns a chain of motions as a single transform, within the same tolerance.
     KeyedTransform flattened(const TransformChain& path, const Shutter& shutter) const;
-    /// What morph targets and skins deform.
+    /// Returns the shapes that morph targets and skins deform. `motions`: those of the same shutter.
     std::vector<ImportedDeformation> deformations(const std::vector<TransformChain>& motions,
                                                   const Shutter& shutter) const;
 

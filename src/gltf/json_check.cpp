@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The deepest legitimate member stands at about 10; extras are anybody's.
+/// The members of glTF are nested about 10 deep; `extras` may be deeper.
 constexpr int kMaxDepth = 128;
 
 const std::set<std::string>& knownExtensions() {
@@ -25,7 +25,7 @@ const std::set<std::string>& knownExtensions() {
     return names;
 }
 
-/// What some of the unknown ones are, and what can be done.
+/// Returns ": " and advice for some unsupported extensions; empty: none.
 std::string hintOf(const std::string& extension) {
     static const std::map<std::string, const char*> hints{
         {"KHR_draco_mesh_compression",
@@ -42,7 +42,7 @@ std::string hintOf(const std::string& extension) {
     return it == hints.end() ? "" : std::string(": ") + it->second;
 }
 
-/// Members that hold an index, a count, a number of bytes or an enumeration, wherever they stand.
+/// Returns true for members that are an index, a count, a number of bytes or an enumeration in any object.
 bool isInteger(const std::string& name) {
     static const std::set<std::string> names{
         "buffer",        "bufferView", "byteLength", "byteOffset", "byteStride", "camera",
@@ -53,7 +53,7 @@ bool isInteger(const std::string& name) {
     return names.count(name) != 0;
 }
 
-/// Arrays of indices.
+/// Returns true for members that are arrays of indices.
 bool isIntegerList(const std::string& name) {
     return name == "nodes" || name == "children" || name == "joints";
 }
@@ -75,17 +75,17 @@ class Checker {
 
   private:
     json parse(std::string_view text) {
-        const auto watch = [&](int depth, json::parse_event_t, json&) {
+        const auto checkDepth = [&](int depth, json::parse_event_t, json&) {
             if (depth > kMaxDepth)
                 m_fail("", "the JSON is nested more than " + std::to_string(kMaxDepth) + " deep");
             return true;
         };
         try {
-            return json::parse(text, watch);
-        } catch (const json::exception& e) { // "[json.exception.…] what is wrong": without the bracket
+            return json::parse(text, checkDepth);
+        } catch (const json::exception& e) {
             const std::string what = e.what();
-            const size_t end = what.find("] ");
-            m_fail("", "this is not valid JSON: " + (end == std::string::npos ? what : what.substr(end + 2)));
+            const size_t end = what.find("] "); // of the prefix "[json.exception.…] "
+            m_fail("", "invalid JSON: " + (end == std::string::npos ? what : what.substr(end + 2)));
         }
         return {};
     }
@@ -106,10 +106,10 @@ class Checker {
         if (it == root.end())
             return out;
         if (!it->is_array())
-            m_fail(list, "must be a list of strings");
+            m_fail(list, "must be an array of strings");
         for (const json& name : *it) {
             if (!name.is_string())
-                m_fail(list, "must be a list of strings");
+                m_fail(list, "must be an array of strings");
             out.push_back(name);
         }
         return out;
@@ -121,47 +121,47 @@ class Checker {
             if (!knownExtensions().count(name))
                 missing += (missing.empty() ? "" : "; ") + name + hintOf(name);
         if (!missing.empty())
-            m_fail("extensionsRequired", "the file needs what is not supported: " + missing);
+            m_fail("extensionsRequired", "unsupported extensions: " + missing);
         for (const std::string& name : strings(root, "extensionsUsed"))
             if (!knownExtensions().count(name))
                 m_facts.ignoredExtensions.push_back(name + hintOf(name));
     }
 
-    /// Calls check(entry, place) for the objects of a list.
+    /// Calls check(entry, jsonPath) for the objects of an array.
     template <class Check>
     void forEach(const json& root, const char* list, const Check& check) {
         const auto it = root.find(list);
         if (it == root.end())
             return;
         if (!it->is_array())
-            m_fail(list, "must be a list");
+            m_fail(list, "must be an array");
         for (size_t i = 0; i < it->size(); ++i) {
-            const std::string place = std::string(list) + "[" + std::to_string(i) + "]";
+            const std::string jsonPath = std::string(list) + "[" + std::to_string(i) + "]";
             if (!(*it)[i].is_object())
-                m_fail(place, "must be an object");
-            check((*it)[i], place);
+                m_fail(jsonPath, "must be an object");
+            check((*it)[i], jsonPath);
         }
     }
 
-    /// The entry's URI; nothing when it has none.
-    std::optional<std::string> uriOf(const json& entry, const std::string& place) {
+    /// Returns the URI of an entry; nothing if it has none. Throws if it is no valid file name.
+    std::optional<std::string> uriOf(const json& entry, const std::string& jsonPath) {
         const auto uri = entry.find("uri");
         if (uri == entry.end())
             return std::nullopt;
         if (!uri->is_string())
-            m_fail(place + ".uri", "must be a string");
+            m_fail(jsonPath + ".uri", "must be a string");
         const std::string name = *uri;
         if (!isData(name))
-            checkFileName(decodeUri(name), place + ".uri");
+            checkFileName(decodeUri(name), jsonPath + ".uri");
         return name;
     }
     static bool isData(const std::string& uri) { return uri.compare(0, 5, "data:") == 0; }
 
-    /// How many bytes a data URI holds.
-    uint64_t checkData(const std::string& uri, const std::string& place) {
+    /// Returns the number of bytes of a data URI. Throws if it is not base64.
+    uint64_t checkData(const std::string& uri, const std::string& jsonPath) {
         const size_t comma = uri.find(";base64,");
         if (comma == std::string::npos)
-            m_fail(place, "is a data URI of an unknown kind: only base64 is known");
+            m_fail(jsonPath, "is a data URI of an unsupported kind: only base64 is supported");
         std::string_view digits = std::string_view(uri).substr(comma + 8);
         const size_t padded = digits.size();
         while (!digits.empty() && digits.back() == '=')
@@ -169,126 +169,131 @@ class Checker {
         const auto isDigit = [](unsigned char c) { return std::isalnum(c) || c == '+' || c == '/'; };
         if (padded - digits.size() > 2 || digits.size() % 4 == 1 ||
             !std::all_of(digits.begin(), digits.end(), isDigit))
-            m_fail(place, "is not base64");
+            m_fail(jsonPath, "is not base64");
         return digits.size() * 3 / 4;
     }
 
-    void checkBuffer(const json& buffer, const std::string& place, std::optional<uint64_t> chunk) {
+    void checkBuffer(const json& buffer, const std::string& jsonPath, std::optional<uint64_t> chunk) {
         const auto length = buffer.find("byteLength");
         if (length == buffer.end())
-            m_fail(place + ".byteLength", "is missing");
-        checkInteger(*length, place + ".byteLength");
-        const uint64_t wanted = *length;
-        const auto uri = uriOf(buffer, place);
+            m_fail(jsonPath + ".byteLength", "is missing");
+        checkInteger(*length, jsonPath + ".byteLength");
+        const uint64_t needed = *length;
+        const auto uri = uriOf(buffer, jsonPath);
         if (!uri && !chunk)
-            m_fail(place, "has no uri, and the file no binary chunk");
+            m_fail(jsonPath, "has no uri, and the file has no binary chunk");
         if (uri && !isData(*uri)) {
             uint64_t& longest = m_facts.bufferFiles[decodeUri(*uri)];
-            longest = std::max(longest, wanted);
+            longest = std::max(longest, needed);
             return;
         }
-        const uint64_t there = uri ? checkData(*uri, place + ".uri") : *chunk;
-        if (wanted > there || (uri && wanted != there))
-            m_fail(place + ".byteLength",
-                   std::to_string(wanted) + " bytes, where there are " + std::to_string(there));
+        const uint64_t size = uri ? checkData(*uri, jsonPath + ".uri") : *chunk;
+        if (needed > size || (uri && needed != size))
+            m_fail(jsonPath + ".byteLength",
+                   "is " + std::to_string(needed) + ", but the data has " + std::to_string(size) + " bytes");
     }
 
-    void checkImage(const json& image, const std::string& place, size_t views) {
-        const auto uri = uriOf(image, place);
+    void checkImage(const json& image, const std::string& jsonPath, size_t views) {
+        const auto uri = uriOf(image, jsonPath);
         const auto view = image.find("bufferView");
         if (!uri == (view == image.end()))
-            m_fail(place, "needs a uri or a bufferView, and not both");
-        if (uri && isData(*uri) && checkData(*uri, place + ".uri") == 0)
-            m_fail(place + ".uri", "is empty");
+            m_fail(jsonPath, "must have either a uri or a bufferView");
+        if (uri && isData(*uri) && checkData(*uri, jsonPath + ".uri") == 0)
+            m_fail(jsonPath + ".uri", "is empty");
         if (view == image.end())
             return;
-        checkInteger(*view, place + ".bufferView");
+        checkInteger(*view, jsonPath + ".bufferView");
         if (view->get<uint64_t>() >= views)
-            m_fail(place + ".bufferView",
-                   "there is no bufferView " + view->dump() + ": the file has " + std::to_string(views));
+            m_fail(jsonPath + ".bufferView",
+                   "there is no bufferView " + view->dump() + "; the file has " + std::to_string(views));
     }
 
     void checkSources(const json& root, std::optional<uint64_t> chunk) {
-        forEach(root, "buffers",
-                [&](const json& buffer, const std::string& place) { checkBuffer(buffer, place, chunk); });
+        forEach(root, "buffers", [&](const json& buffer, const std::string& jsonPath) {
+            checkBuffer(buffer, jsonPath, chunk);
+        });
         size_t views = 0;
-        forEach(root, "bufferViews", [&](const json& view, const std::string& place) {
+        forEach(root, "bufferViews", [&](const json& view, const std::string& jsonPath) {
             const auto stride = view.find("byteStride");
-            if (stride != view.end() &&
-                (checkInteger(*stride, place + ".byteStride"), *stride > 252 || stride->get<int>() % 4 != 0))
-                m_fail(place + ".byteStride", stride->dump() + " is not a multiple of 4 up to 252");
+            if (stride != view.end() && (checkInteger(*stride, jsonPath + ".byteStride"),
+                                         *stride > 252 || stride->get<int>() % 4 != 0))
+                m_fail(jsonPath + ".byteStride", stride->dump() + " is not a multiple of 4 up to 252");
             ++views;
         });
         forEach(root, "images",
-                [&](const json& image, const std::string& place) { checkImage(image, place, views); });
+                [&](const json& image, const std::string& jsonPath) { checkImage(image, jsonPath, views); });
     }
 
-    /// Strangers' files read nothing but what lies beside them.
-    void checkFileName(const std::string& name, const std::string& place) {
+    /// Throws unless the name is a relative path in the file's folder: untrusted files must not read other
+    /// files.
+    void checkFileName(const std::string& name, const std::string& jsonPath) {
         const std::filesystem::path path(name);
         if (name.empty())
-            m_fail(place, "is empty");
+            m_fail(jsonPath, "is empty");
         if (name.find('\0') != std::string::npos || name.find("://") != std::string::npos)
-            m_fail(place, "is not the name of a file");
+            m_fail(jsonPath, "is not a file name");
         const std::filesystem::path normal = path.lexically_normal();
         if (path.is_absolute() || (!normal.empty() && *normal.begin() == ".."))
-            m_fail(place, "\"" + name + "\" leads out of the file's folder");
+            m_fail(jsonPath, "\"" + name + "\" is outside the folder of the file");
     }
 
-    void checkMembers(const json& value, const std::string& place) {
+    void checkMembers(const json& value, const std::string& jsonPath) {
         if (value.is_array()) {
             for (size_t i = 0; i < value.size(); ++i)
-                checkMember(value[i], "", place + "[" + std::to_string(i) + "]");
+                checkMember(value[i], "", jsonPath + "[" + std::to_string(i) + "]");
             return;
         }
         for (const auto& [name, member] : value.items()) {
-            const bool isCompat = place.ends_with("extensions") && !knownExtensions().count(name);
-            if (name == "extras" || name == "min" || name == "max" || isCompat)
+            const bool isIgnoredExtension =
+                jsonPath.ends_with("extensions") && !knownExtensions().count(name);
+            if (name == "extras" || name == "min" || name == "max" || isIgnoredExtension)
                 continue; // not read
-            checkMember(member, name, place.empty() ? name : place + "." + name);
+            checkMember(member, name, jsonPath.empty() ? name : jsonPath + "." + name);
         }
     }
 
-    void checkMember(const json& value, const std::string& name, const std::string& place) {
-        // "indices" is an object in sparse accessors, "camera" and "light" may be ones of extensions.
+    void checkMember(const json& value, const std::string& name, const std::string& jsonPath) {
+        // "indices" is an object in sparse accessors; "camera" and "light" may be objects in extensions.
         if (isInteger(name) && !value.is_structured())
-            checkInteger(value, place);
-        const bool isTop = place == name; // the list of nodes itself
-        if (isIntegerList(name) && value.is_array() && !isTop)
+            checkInteger(value, jsonPath);
+        const bool isRootList = jsonPath == name; // "nodes" of the root is the array of nodes
+        if (isIntegerList(name) && value.is_array() && !isRootList)
             for (size_t i = 0; i < value.size(); ++i)
-                checkInteger(value[i], place + "[" + std::to_string(i) + "]");
-        if (name == "attributes" || place.ends_with(']'))
-            checkAttributes(value, place, name);
-        if (value.is_number() && !(std::abs(value.get<double>()) <= kLargest))
-            m_fail(place, "the number does not fit a 32-bit float");
+                checkInteger(value[i], jsonPath + "[" + std::to_string(i) + "]");
+        if (name == "attributes" || jsonPath.ends_with(']'))
+            checkAttributes(value, jsonPath, name);
+        if (value.is_number() && !(std::abs(value.get<double>()) <= kLargestFloat))
+            m_fail(jsonPath, "the number does not fit a 32-bit float");
         if (value.is_structured())
-            checkMembers(value, place);
+            checkMembers(value, jsonPath);
     }
 
-    /// Names of attributes are free, their values are indices.
-    void checkAttributes(const json& value, const std::string& place, const std::string& name) {
-        if (!value.is_object() || (name != "attributes" && place.find(".targets[") == std::string::npos))
+    /// Checks the accessor indices of attributes, whose names are arbitrary.
+    void checkAttributes(const json& value, const std::string& jsonPath, const std::string& name) {
+        if (!value.is_object() || (name != "attributes" && jsonPath.find(".targets[") == std::string::npos))
             return;
         for (const auto& [attribute, accessor] : value.items())
-            checkInteger(accessor, place + "." + attribute);
+            checkInteger(accessor, jsonPath + "." + attribute);
     }
 
-    void checkInteger(const json& value, const std::string& place) {
-        if (!value.is_number_integer()) // one too large for 64 bits is read as a float
-            m_fail(place, value.is_number() && std::abs(value.get<double>()) > 1e18 ? "is out of range"
-                                                                                    : "must be an integer");
-        // Sizes are as large as files may be; but those of sparse accessors tinygltf keeps in an int.
-        const bool isSize =
-            place.ends_with("count") || place.ends_with("byteLength") || place.ends_with("byteOffset");
-        const uint64_t most =
-            isSize && place.find(".sparse.") == std::string::npos ? kLargestSize : kLargestInt;
-        const bool fits = value.is_number_unsigned() && value.get<uint64_t>() <= most;
+    void checkInteger(const json& value, const std::string& jsonPath) {
+        if (!value.is_number_integer()) // integers beyond 64 bits are read as floats
+            m_fail(jsonPath, value.is_number() && std::abs(value.get<double>()) > 1e18
+                                 ? "is out of range"
+                                 : "must be an integer");
+        // Sizes are limited by the size of files; tinygltf stores those of sparse accessors as int.
+        const bool isSize = jsonPath.ends_with("count") || jsonPath.ends_with("byteLength") ||
+                            jsonPath.ends_with("byteOffset");
+        const uint64_t largest =
+            isSize && jsonPath.find(".sparse.") == std::string::npos ? kLargestSize : kLargestInt;
+        const bool fits = value.is_number_unsigned() && value.get<uint64_t>() <= largest;
         if (!fits)
-            m_fail(place, value.dump() + " is out of range");
+            m_fail(jsonPath, value.dump() + " is out of range");
     }
 
-    static constexpr double kLargest = std::numeric_limits<float>::max();
-    static constexpr uint64_t kLargestInt = std::numeric_limits<int>::max(), kLargestSize = uint64_t(1) << 32;
+    static constexpr double kLargestFloat = std::numeric_limits<float>::max();
+    static constexpr uint64_t kLargestInt = std::numeric_limits<int>::max();
+    static constexpr uint64_t kLargestSize = uint64_t(1) << 32;
     const JsonFail& m_fail;
     JsonFacts m_facts;
 };

@@ -1,5 +1,4 @@
-// What is looked at in a glTF file's JSON before tinygltf sees it: what tinygltf would let pass, drop
-// silently or fall over.
+// Checks the JSON of a glTF file for mistakes that tinygltf accepts, ignores silently or crashes on.
 #pragma once
 
 #include <functional>
@@ -11,22 +10,23 @@
 
 namespace strobe::gltf {
 
-/// What the check finds out besides errors.
+/// Results of the check.
 struct JsonFacts {
-    std::vector<std::string> ignoredExtensions; ///< used, not required, and not known here
+    std::vector<std::string> ignoredExtensions; ///< used, not required, and not supported
     std::map<std::string, uint64_t>
-        bufferFiles; ///< decoded relative names of external buffers, with their bytes
+        bufferFiles; ///< decoded relative names of external buffers, and their bytes
 };
 
-/// How the check fails: throws, given a place in the file (may be empty) and a message.
-using JsonFail = std::function<void(const std::string& place, const std::string& message)>;
+/// Throws, given the JSON path of the mistake (may be empty) and a message.
+using JsonFail = std::function<void(const std::string& jsonPath, const std::string& message)>;
 
-/// Checks that the text is JSON, not too deep; that numbers fit; that indices and counts are integers from 0;
-/// the version; that required extensions are known; that buffers and images are there, and that URIs stay in
-/// the file's folder. `chunk`: the size of a .glb file's binary chunk, if it has one.
+/// Checks that the text is JSON of limited depth; that numbers fit 32-bit floats; that indices and counts are
+/// non-negative integers; the version; that required extensions are supported; that buffers and images have
+/// data; and that URIs stay in the file's folder. `chunk`: size of the binary chunk of a .glb file, if it has
+/// one. Calls `fail` at the first mistake.
 JsonFacts checkJson(std::string_view text, std::optional<uint64_t> chunk, const JsonFail& fail);
 
-/// A URI's %20 and the like replaced.
+/// Returns a URI with its percent encoding decoded.
 std::string decodeUri(const std::string& uri);
 
 } // namespace strobe::gltf

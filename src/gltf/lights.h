@@ -6,11 +6,12 @@
 
 namespace strobe::gltf {
 
-/// The lights of the tree's nodes. Photometric units become radiometric ones as Blender's exporter makes
-/// them: candela and lux are divided by 683 lm/W.
+/// Returns the lights of the tree's nodes. Photometric units are converted to radiometric units as in
+/// Blender's exporter: candela and lux are divided by 683 lm/W.
 std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, Diagnostics& messages);
 
-/// The camera called `name` (itself or its node), or the first of the tree; nothing when there is none.
+/// Returns the camera of that name (its own or its node's); if `name` is empty, the first camera of the tree,
+/// or nothing if there is none. Throws an Error if the name is unknown.
 std::optional<ImportedCamera> importCamera(const NodeTree& tree, const std::string& name);
 
 } // namespace strobe::gltf

@@ -5,13 +5,13 @@
 namespace strobe::gltf {
 namespace {
 
-/// An extension of a material: null when the material has not got it.
+/// Returns an extension of a material; null: the material lacks it.
 const tinygltf::Value* extension(const tinygltf::Material& material, const char* name) {
     const auto it = material.extensions.find(name);
     return it == material.extensions.end() ? nullptr : &it->second;
 }
 
-/// Opaque from the cutoff on, else cut away.
+/// 1 if alpha is at least the cutoff, else 0.
 class Cutout : public Texture {
   public:
     Cutout(FloatInput alpha, float cutoff) : m_alpha(std::move(alpha)), m_cutoff(cutoff) {}
@@ -25,7 +25,7 @@ class Cutout : public Texture {
 } // namespace
 
 struct MaterialBuilder::Source {
-    std::string name, place;
+    std::string name, jsonPath;
     Rgb base{1}, emissive{0}, specularColor{1};
     float opacity = 1, metallic = 1, roughness = 1, ior = 1.5f, specular = 1, transmission = 0, clearcoat = 0,
           clearcoatRoughness = 0, normalScale = 1, cutoff = .5f;
@@ -43,27 +43,29 @@ struct MaterialBuilder::Source {
                 used.push_back(slot);
         return used;
     }
+    /// The set of texture coordinates of the first texture; the mesh's uvs.
     int mainUvSet() const { return slots().empty() ? 0 : slots().front()->texCoord; }
-    bool usesOtherUvs() const {
+    bool usesSeveralUvSets() const {
         const auto used = slots();
         return std::any_of(used.begin(), used.end(),
                            [&](const TextureSlot* slot) { return slot->texCoord != mainUvSet(); });
     }
 };
 
-struct MaterialBuilder::Placement {
+struct MaterialBuilder::TextureContext {
     const Primitive& primitive;
-    const std::string& place;
-    int mainUvSet;
-    std::shared_ptr<const VertexValues<Rgb>> colors, opacities;
+    const std::string& jsonPath;                                ///< of the material
+    int mainUvSet;                                              ///< index of the TEXCOORD of the mesh's uvs
+    std::shared_ptr<const VertexValues<Rgb>> colors, opacities; ///< null: none
 };
 
 namespace {
 
-/// Reads a material's members.
-class Reader {
+/// Reads the members of a material.
+class MaterialReader {
   public:
-    Reader(const Document& document, std::string place) : m_document(document), m_place(std::move(place)) {}
+    MaterialReader(const Document& document, std::string jsonPath)
+        : m_document(document), m_place(std::move(jsonPath)) {}
 
     float number(const tinygltf::Value& object, const char* member, float fallback) const {
         if (!object.Has(member))
@@ -82,11 +84,12 @@ class Reader {
                 numbers.push_back(list.Get(int(i)).GetNumberAsDouble());
         return color(numbers, member, 3);
     }
-    /// The first three of `count` numbers from 0.
+    /// Returns the first three of `count` non-negative numbers.
     Rgb color(const std::vector<double>& numbers, const char* member, size_t count) const {
         if (numbers.size() != count ||
             std::any_of(numbers.begin(), numbers.end(), [](double x) { return x < 0; }))
-            m_document.fail(m_place + "." + member, "must be " + std::to_string(count) + " numbers from 0");
+            m_document.fail(m_place + "." + member,
+                            "must be " + std::to_string(count) + " non-negative numbers");
         return {float(numbers[0]), float(numbers[1]), float(numbers[2])};
     }
     template <class Info>
@@ -114,12 +117,13 @@ MaterialBuilder::Source MaterialBuilder::read(int index) const {
     if (index < 0)
         return s;
     const tinygltf::Material& m = m_document.model().materials[size_t(index)];
-    s.place = item("materials", size_t(index));
-    const Reader reader(m_document, s.place);
+    s.jsonPath = item("materials", size_t(index));
+    const MaterialReader reader(m_document, s.jsonPath);
     const auto& pbr = m.pbrMetallicRoughness;
     s.base = reader.color(pbr.baseColorFactor, "pbrMetallicRoughness.baseColorFactor", 4);
     s.opacity = float(pbr.baseColorFactor[3]);
-    s.metallic = float(pbr.metallicFactor), s.roughness = float(pbr.roughnessFactor);
+    s.metallic = float(pbr.metallicFactor);
+    s.roughness = float(pbr.roughnessFactor);
     s.baseSlot = reader.slot(pbr.baseColorTexture, "pbrMetallicRoughness.baseColorTexture");
     s.packedSlot = reader.slot(pbr.metallicRoughnessTexture, "pbrMetallicRoughness.metallicRoughnessTexture");
     s.normalSlot = reader.slot(m.normalTexture, "normalTexture");
@@ -134,11 +138,17 @@ MaterialBuilder::Source MaterialBuilder::read(int index) const {
     else if (m.alphaMode == "BLEND")
         s.alphaMode = Source::Blend;
     else if (m.alphaMode != "OPAQUE")
-        m_document.fail(s.place + ".alphaMode",
+        m_document.fail(s.jsonPath + ".alphaMode",
                         "unknown \"" + m.alphaMode + "\" (known: OPAQUE, MASK, BLEND)");
     if (m.occlusionTexture.index >= 0)
-        m_document.warnOnce(m_messages, "occlusion", s.place + ".occlusionTexture",
+        m_document.warnOnce(m_messages, "occlusion", s.jsonPath + ".occlusionTexture",
                             "occlusion textures are ignored: occlusion is computed");
+    readExtensions(m, s);
+    return s;
+}
+
+void MaterialBuilder::readExtensions(const tinygltf::Material& m, Source& s) const {
+    const MaterialReader reader(m_document, s.jsonPath);
     s.unlit = extension(m, "KHR_materials_unlit") != nullptr;
     if (const auto* e = extension(m, "KHR_materials_emissive_strength"))
         s.emissive *= std::max(reader.number(*e, "emissiveStrength", 1), 0.f);
@@ -160,132 +170,146 @@ MaterialBuilder::Source MaterialBuilder::read(int index) const {
         s.clearcoatSlot = reader.slot(*e, "clearcoatTexture");
         s.clearcoatRoughnessSlot = reader.slot(*e, "clearcoatRoughnessTexture");
         if (e->Has("clearcoatNormalTexture"))
-            m_document.warnOnce(m_messages, "clearcoat normal", s.place,
-                                "clearcoatNormalTexture is ignored: the coat has the normals beneath it");
+            m_document.warnOnce(m_messages, "clearcoat normal", s.jsonPath,
+                                "clearcoatNormalTexture is ignored: the coat uses the normals of the base");
     }
-    return s;
 }
 
-std::shared_ptr<PlacedImage> MaterialBuilder::texture(const TextureSlot& slot, TextureUse use,
-                                                      const Placement& placement, const Rgb& factor,
-                                                      int channel) {
-    std::shared_ptr<PlacedImage> out = m_images.open(slot, use, placement.place);
+std::shared_ptr<ImageTexture> MaterialBuilder::texture(const TextureSlot& slot, TextureUse use,
+                                                       const TextureContext& context, const Rgb& factor,
+                                                       int channel) {
+    std::shared_ptr<ImageTexture> out = m_images.open(slot, use, context.jsonPath);
     if (!out)
         return nullptr;
     out->factor = factor;
     out->channel = channel;
-    const auto& sets = placement.primitive.uvSets;
-    const auto wanted = sets.find(slot.texCoord);
-    if (wanted == sets.end())
-        m_document.warnOnce(m_messages, "no uvs", placement.primitive.place,
+    const auto& sets = context.primitive.uvSets;
+    const auto requested = sets.find(slot.texCoord);
+    if (requested == sets.end())
+        m_document.warnOnce(m_messages, "no uvs", context.primitive.jsonPath,
                             "has no TEXCOORD_" + std::to_string(slot.texCoord) + " for the textures of " +
-                                placement.place);
-    if (slot.texCoord != placement.mainUvSet) {
-        auto uvs = std::make_shared<OtherUvs>();
-        uvs->indices = placement.primitive.mesh.indices;
-        const std::vector<V2f> zeros(placement.primitive.mesh.vertexCount(), V2f(0));
-        const auto main = sets.find(placement.mainUvSet);
-        uvs->mesh = main == sets.end() ? zeros : main->second;
-        uvs->other = wanted == sets.end() ? zeros : wanted->second;
-        out->uvs = std::move(uvs);
+                                context.jsonPath);
+    if (slot.texCoord != context.mainUvSet) {
+        auto replacement = std::make_shared<UvReplacement>();
+        replacement->indices = context.primitive.mesh.indices;
+        const std::vector<V2f> zeros(context.primitive.mesh.vertexCount(), V2f(0));
+        const auto main = sets.find(context.mainUvSet);
+        replacement->meshUvs = main == sets.end() ? zeros : main->second;
+        replacement->uvs = requested == sets.end() ? zeros : requested->second;
+        out->uvs = std::move(replacement);
     }
     return out;
 }
 
-RgbInput MaterialBuilder::baseColor(const Source& s, const Placement& placement) {
+RgbInput MaterialBuilder::baseColor(const Source& s, const TextureContext& context) {
     RgbInput input(s.base);
-    auto image = texture(s.baseSlot, TextureUse::Color, placement, s.base);
-    if (!image && placement.colors) {
-        image = std::make_shared<PlacedImage>();
+    auto image = texture(s.baseSlot, TextureUse::Color, context, s.base);
+    if (!image && context.colors) {
+        image = std::make_shared<ImageTexture>();
         image->factor = s.base;
     }
     if (image)
-        image->colors = placement.colors;
+        image->colors = context.colors;
     input.texture = image;
     return input;
 }
 
-FloatInput MaterialBuilder::alpha(const Source& s, const Placement& placement) {
+FloatInput MaterialBuilder::alpha(const Source& s, const TextureContext& context) {
     if (s.alphaMode == Source::Opaque)
         return 1;
     FloatInput input(s.opacity);
-    auto image = texture(s.baseSlot, TextureUse::Alpha, placement, Rgb(s.opacity));
-    if (!image && placement.opacities) {
-        image = std::make_shared<PlacedImage>();
+    auto image = texture(s.baseSlot, TextureUse::Alpha, context, Rgb(s.opacity));
+    if (!image && context.opacities) {
+        image = std::make_shared<ImageTexture>();
         image->factor = Rgb(s.opacity);
     }
     if (image)
-        image->colors = placement.opacities;
+        image->colors = context.opacities;
     input.texture = image;
     if (s.alphaMode == Source::Blend)
         return input;
     if (!input.texture)
         return input.constant >= s.cutoff ? 1.f : 0.f;
-    FloatInput cut(1);
-    cut.texture = std::make_shared<Cutout>(std::move(input), s.cutoff);
-    return cut;
+    FloatInput cutout(1);
+    cutout.texture = std::make_shared<Cutout>(std::move(input), s.cutoff);
+    return cutout;
 }
 
-Look MaterialBuilder::make(const Source& s, const Primitive& primitive) {
-    Placement placement{primitive, s.place, s.mainUvSet(), nullptr, nullptr};
+MetallicRoughnessInputs MaterialBuilder::inputs(const Source& s, const TextureContext& context) {
+    const auto inputFrom = [&](float factor, const TextureSlot& slot, int channel) {
+        FloatInput input(factor);
+        input.texture = texture(slot, TextureUse::Data, context, Rgb(factor), channel);
+        return input;
+    };
+    MetallicRoughnessInputs in;
+    in.baseColor = baseColor(s, context);
+    in.metallic = s.metallic;
+    in.roughness = s.roughness;
+    in.packed = texture(s.packedSlot, TextureUse::Data, context);
+    in.ior = s.ior;
+    in.specular = s.specular;
+    in.specular.texture = texture(s.specularSlot, TextureUse::Alpha, context, Rgb(s.specular));
+    in.specularColor = s.specularColor;
+    in.specularColor.texture = texture(s.specularColorSlot, TextureUse::Color, context, s.specularColor);
+    in.transmission = inputFrom(s.transmission, s.transmissionSlot, 0);
+    in.clearcoat = inputFrom(s.clearcoat, s.clearcoatSlot, 0);
+    in.clearcoatRoughness = inputFrom(s.clearcoatRoughness, s.clearcoatRoughnessSlot, 1);
+    in.normalMap = texture(s.normalSlot, TextureUse::Data, context);
+    in.normalScale = s.normalScale;
+    return in;
+}
+
+void MaterialBuilder::addEmission(const Source& s, const TextureContext& context,
+                                  ImportedMaterial& material) {
+    material.emission = s.emissive;
+    if (!isBlack(s.emissive))
+        material.emissionTexture = texture(s.emissiveSlot, TextureUse::Color, context);
+}
+
+MaterialBinding MaterialBuilder::make(const Source& s, const Primitive& primitive) {
+    TextureContext context{primitive, s.jsonPath, s.mainUvSet(), nullptr, nullptr};
     if (!primitive.colors.empty())
-        placement.colors =
+        context.colors =
             std::make_shared<VertexValues<Rgb>>(VertexValues<Rgb>{primitive.mesh.indices, primitive.colors});
     if (!primitive.opacities.empty()) {
         auto opacities = std::make_shared<VertexValues<Rgb>>();
         opacities->indices = primitive.mesh.indices;
         for (const float opacity : primitive.opacities)
             opacities->values.emplace_back(opacity);
-        placement.opacities = std::move(opacities);
+        context.opacities = std::move(opacities);
     }
-    const auto numberFrom = [&](float factor, const TextureSlot& slot, int channel) {
-        FloatInput input(factor);
-        input.texture = texture(slot, TextureUse::Data, placement, Rgb(factor), channel);
-        return input;
-    };
     MetallicRoughnessInputs in;
     ImportedMaterial out;
-    out.name = s.name, out.doubleSided = s.doubleSided;
-    if (s.unlit) { // it looks the same from everywhere: it shines, and reflects nothing
-        const RgbInput base = baseColor(s, placement);
+    out.name = s.name;
+    out.doubleSided = s.doubleSided;
+    if (s.unlit) { // emits its color in all directions and reflects nothing
+        const RgbInput base = baseColor(s, context);
         out.emission = base.texture ? Rgb(1) : s.base;
         out.emissionTexture = base.texture;
         out.doubleSided = true;
-        in.baseColor = Rgb(0), in.metallic = 0, in.specular = 0;
+        in.baseColor = Rgb(0);
+        in.metallic = 0;
+        in.specular = 0;
     } else {
-        in.baseColor = baseColor(s, placement);
-        in.metallic = s.metallic, in.roughness = s.roughness;
-        in.packed = texture(s.packedSlot, TextureUse::Data, placement);
-        in.ior = s.ior;
-        in.specular = s.specular;
-        in.specular.texture = texture(s.specularSlot, TextureUse::Alpha, placement, Rgb(s.specular));
-        in.specularColor = s.specularColor;
-        in.specularColor.texture =
-            texture(s.specularColorSlot, TextureUse::Color, placement, s.specularColor);
-        in.transmission = numberFrom(s.transmission, s.transmissionSlot, 0);
-        in.clearcoat = numberFrom(s.clearcoat, s.clearcoatSlot, 0);
-        in.clearcoatRoughness = numberFrom(s.clearcoatRoughness, s.clearcoatRoughnessSlot, 1);
-        in.normalMap = texture(s.normalSlot, TextureUse::Data, placement);
-        in.normalScale = s.normalScale;
-        out.emission = s.emissive;
-        if (!isBlack(s.emissive))
-            out.emissionTexture = texture(s.emissiveSlot, TextureUse::Color, placement);
+        in = inputs(s, context);
+        addEmission(s, context, out);
     }
     out.material = makeMetallicRoughness(in);
-    const Look look{int(m_materials.size()), alpha(s, placement), s.mainUvSet(), !s.slots().empty()};
+    const MaterialBinding binding{int(m_materials.size()), alpha(s, context), s.mainUvSet(),
+                                  !s.slots().empty()};
     m_materials.push_back(std::move(out));
-    return look;
+    return binding;
 }
 
-Look MaterialBuilder::look(const Primitive& primitive) {
+MaterialBinding MaterialBuilder::bind(const Primitive& primitive) {
     const auto found = m_shared.find(primitive.material);
     if (found != m_shared.end() && primitive.colors.empty())
         return found->second;
     const Source source = read(primitive.material);
-    const Look look = make(source, primitive);
-    if (primitive.colors.empty() && !source.usesOtherUvs())
-        m_shared[primitive.material] = look;
-    return look;
+    const MaterialBinding binding = make(source, primitive);
+    if (primitive.colors.empty() && !source.usesSeveralUvSets())
+        m_shared[primitive.material] = binding;
+    return binding;
 }
 
 } // namespace strobe::gltf

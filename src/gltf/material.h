@@ -1,4 +1,4 @@
-// Materials of a glTF file, as they are asked for by primitives.
+// Materials of a glTF file, created for the primitives that use them.
 #pragma once
 
 #include "gltf/import.h"
@@ -10,41 +10,47 @@
 
 namespace strobe::gltf {
 
-/// How a primitive looks.
-struct Look {
-    int material = 0;    ///< index into MaterialBuilder::take()
-    FloatInput alpha{1}; ///< of its mesh
-    int uvSet = 0;       ///< which TEXCOORD its mesh's uvs are to be
-    bool usesUvs = false;
+/// The material of a primitive, and the properties of the primitive's mesh that depend on it.
+struct MaterialBinding {
+    int material = 0;     ///< index into MaterialBuilder::take()
+    FloatInput alpha{1};  ///< of the mesh
+    int uvSet = 0;        ///< index of the TEXCOORD that becomes the mesh's uvs
+    bool usesUvs = false; ///< the material has textures
 };
 
-/// Makes materials, each once; primitives with vertex colors, or with a second set of texture coordinates
-/// that is used beside the first, have one of their own.
+/// Creates each material once; primitives with vertex colors, or whose material uses several sets of texture
+/// coordinates, get a material of their own.
 class MaterialBuilder {
   public:
     MaterialBuilder(const Document& document, TextureCache& cache, Diagnostics& messages)
         : m_document(document), m_images(document, cache, messages), m_messages(messages) {}
-    Look look(const Primitive& primitive);
+    MaterialBinding bind(const Primitive& primitive);
+    /// Moves out the materials of all bindings.
     std::vector<ImportedMaterial> take() { return std::move(m_materials); }
 
   private:
-    /// A material's textures, and the numbers of its extensions.
+    /// The factors and texture references of a material and its extensions.
     struct Source;
-    /// Of one primitive: what its textures are placed by.
-    struct Placement;
+    /// The data of a primitive that its textures need.
+    struct TextureContext;
 
     Source read(int material) const;
-    Look make(const Source& source, const Primitive& primitive);
-    std::shared_ptr<PlacedImage> texture(const TextureSlot& slot, TextureUse use, const Placement& placement,
-                                         const Rgb& factor = Rgb(1), int channel = 0);
-    RgbInput baseColor(const Source& source, const Placement& placement);
-    FloatInput alpha(const Source& source, const Placement& placement);
+    void readExtensions(const tinygltf::Material& material, Source& source) const;
+    MaterialBinding make(const Source& source, const Primitive& primitive);
+    MetallicRoughnessInputs inputs(const Source& source, const TextureContext& context);
+    void addEmission(const Source& source, const TextureContext& context, ImportedMaterial& material);
+    /// Returns the texture of a slot; null: none.
+    std::shared_ptr<ImageTexture> texture(const TextureSlot& slot, TextureUse use,
+                                          const TextureContext& context, const Rgb& factor = Rgb(1),
+                                          int channel = 0);
+    RgbInput baseColor(const Source& source, const TextureContext& context);
+    FloatInput alpha(const Source& source, const TextureContext& context);
     std::string nameOf(int material) const;
 
     const Document& m_document;
     Images m_images;
     Diagnostics& m_messages;
-    std::map<int, Look> m_shared; ///< by material, -1 the default one
+    std::map<int, MaterialBinding> m_shared; ///< by material, -1: the default material
     std::vector<ImportedMaterial> m_materials;
 };
 

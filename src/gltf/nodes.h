@@ -1,4 +1,4 @@
-// The node tree: checked to be one, its transforms at any time, and its motions over the shutter.
+// The node tree: its transforms at a time, and its motions during a shutter.
 #pragma once
 
 #include "core/math/transform.h"
@@ -9,22 +9,24 @@ namespace strobe::gltf {
 /// The nodes of one scene of the document. Matrices are Imath's: p' = p * M.
 class NodeTree {
   public:
-    /// `scene`: a name, or empty for the file's own choice, else the first scene, else all root nodes.
+    /// `scene`: name of the scene; empty: the file's default, else its first scene, else all root nodes.
+    /// Throws an Error if the nodes are no tree or the name is unknown.
     NodeTree(const Document& document, const std::string& scene);
 
     /// The nodes of the scene, parents before children.
     const std::vector<size_t>& order() const { return m_order; }
+    /// Returns the parent of a node; -1: none.
     int parent(size_t node) const { return m_parents[node]; }
-    /// Node to its parent at `time`, in seconds.
+    /// Returns the transform of a node to its parent at `time`, in seconds.
     M44f local(size_t node, const Clip& clip, float time) const;
-    /// Each node to the scene; of nodes outside the scene, to the root of their own tree.
+    /// Returns the transform of each node to the scene; for nodes outside the scene, to their root.
     std::vector<M44f> globals(const Clip& clip, float time) const;
-    /// True when the node or one above it is animated.
+    /// Returns true if the node or an ancestor is animated.
     bool moves(size_t node, const Clip& clip) const;
     const Document& document() const { return m_document; }
 
   private:
-    /// A node's own translation, rotation and scale; or its matrix.
+    /// The transform of a node in its file: translation, rotation and scale, or a matrix.
     struct Pose {
         V3f translation{0}, scale{1};
         float rotation[4] = {0, 0, 0, 1}; ///< x y z w
@@ -33,32 +35,34 @@ class NodeTree {
     };
     Pose poseOf(size_t node) const;
     void findParents();
-    void visit(int root, const std::string& place);
+    void findAllNodes();
+    void findSceneNodes(const std::string& scene);
+    void visit(int root, const std::string& jsonPath);
 
     const Document& m_document;
     std::vector<int> m_parents; ///< -1: a root
     std::vector<Pose> m_poses;
-    std::vector<size_t> m_order, m_all; ///< of the scene, of the file: parents first
+    std::vector<size_t> m_order; ///< nodes of the scene, parents first
+    std::vector<size_t> m_all;   ///< nodes of the file, parents first
     std::vector<bool> m_visited;
 };
 
-/// How exactly motions are followed: `distance` in units of the scene (at the root), `relative` for angles in
-/// radians and for factors of scale.
+/// The tolerance of motions: `distance` for translation, in units of the scene; `relative` for rotation, in
+/// radians, and as a fraction of the scale.
 struct MotionTolerance {
     float distance = 0, relative = 1e-5f;
 };
 
-/// A node's local transforms over the shutter: keys at the corners of its curves, and between them as many
-/// as keep interpolation within the tolerance. Still when it rests.
+/// Returns the motion of a node to its parent during the shutter: keys at the corners of its curves, and
+/// between them as many as the tolerance needs. Static if the node is not animated.
 KeyedTransform localMotion(const NodeTree& tree, const Clip& clip, size_t node, const Shutter& shutter,
                            const MotionTolerance& tolerance);
 
-/// For each node of the tree its motion to the scene, as the chain of local motions.
+/// Returns for each node of the tree its motion to the scene, a chain of local motions.
 std::vector<TransformChain> motionPaths(const NodeTree& tree, const Clip& clip, const Shutter& shutter,
                                         float sceneSize);
 
-/// A chain of motions as one, resampled to the tolerance: for things that take no chain. `breaks`: times
-/// where it may have corners.
+/// Returns a chain of motions as a single transform within the tolerance, for cameras and lights.
 KeyedTransform flattened(const TransformChain& path, const Shutter& shutter,
                          const MotionTolerance& tolerance);
 

@@ -1,4 +1,4 @@
-// Textures: images wherever they lie, and how they are placed on primitives.
+// Textures: the images of a glTF file, and their mapping onto primitives.
 #pragma once
 
 #include "core/image/texture_cache.h"
@@ -10,22 +10,24 @@
 
 namespace strobe::gltf {
 
-/// What a material says about one of its textures.
+/// A texture reference of a material.
 struct TextureSlot {
-    int index = -1; ///< into the file's textures; -1: none
-    int texCoord = 0;
+    int index = -1;   ///< into the file's textures; -1: none
+    int texCoord = 0; ///< set of texture coordinates
     // KHR_texture_transform, from the file's coordinates (v = 0 at the top) to the image's:
     V2f offset{0}, scale{1};
-    float rotation = 0; ///< radians, counter-clockwise as seen
+    float rotation = 0; ///< radians, counter-clockwise
 
     explicit operator bool() const { return index >= 0; }
 };
-/// Reads a slot with its extensions; `info` is a tinygltf::TextureInfo or one of its kin.
+/// Returns the slot of a texture info with its extensions. `Info`: tinygltf::TextureInfo or
+/// NormalTextureInfo.
 template <class Info>
-TextureSlot slotFrom(const Document& document, const Info& info, const std::string& place);
-/// The same from a texture info inside an extension; nothing when `value` has no such member.
+TextureSlot slotFrom(const Document& document, const Info& info, const std::string& jsonPath);
+/// Returns the slot of the texture info `member` of an extension `value`; an empty slot if it has no such
+/// member.
 TextureSlot slotFrom(const Document& document, const tinygltf::Value& value, const char* member,
-                     const std::string& place);
+                     const std::string& jsonPath);
 
 /// Values at the vertices of a mesh.
 template <class T>
@@ -40,23 +42,23 @@ struct VertexValues {
     }
 };
 
-/// Texture coordinates beside those of the mesh.
-struct OtherUvs {
-    std::vector<uint32_t> indices;
-    std::vector<V2f> mesh, other;
-    /// Replaces the query's texture coordinates, footprint included.
+/// A set of texture coordinates that replaces the mesh's.
+struct UvReplacement {
+    std::vector<uint32_t> indices; ///< three per triangle
+    std::vector<V2f> meshUvs, uvs; ///< by vertex: the mesh's coordinates and their replacements
+    /// Replaces the texture coordinates and the footprint of a query.
     void apply(TextureQuery& q) const;
 };
 
-/// An image (or none), placed, times a factor, times a color at the vertices (or none). As a number it is
-/// one channel of that.
-class PlacedImage : public Texture {
+/// The product of an image (optional), a factor, and vertex colors (optional). Its value is one channel of
+/// it.
+class ImageTexture : public Texture {
   public:
     std::shared_ptr<const TextureCache> cache; ///< null: no image
     std::shared_ptr<const TextureCache::File> file;
-    TextureOptions how;
-    V2f offset{0}, scale{1}, turn{1, 0}; ///< of TextureSlot; the turn as cosine and sine
-    std::shared_ptr<const OtherUvs> uvs; ///< null: the mesh's
+    TextureOptions options;
+    V2f offset{0}, scale{1}, rotation{1, 0};  ///< of TextureSlot; the rotation as cosine and sine
+    std::shared_ptr<const UvReplacement> uvs; ///< null: the mesh's
     Rgb factor{1};
     std::shared_ptr<const VertexValues<Rgb>> colors; ///< null: none
     int channel = 0;
@@ -64,15 +66,15 @@ class PlacedImage : public Texture {
     Rgb rgb(const TextureQuery& q) const override;
     void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const override;
     float value(const TextureQuery& q) const override { return rgb(q)[channel]; }
-    bool needsFootprint() const override { return file != nullptr && !how.nearest; }
+    bool needsFootprint() const override { return file != nullptr && !options.nearest; }
 
   private:
     Rgb colorAt(const TextureQuery& q) const { return colors ? factor * colors->at(q) : factor; }
-    /// The place in the image; the query's coordinates and footprint become the image's.
-    TextureQuery inImage(TextureQuery q) const;
+    /// Returns the query with the coordinates and the footprint in the image.
+    TextureQuery toImageSpace(TextureQuery q) const;
 };
 
-/// How a texture's stored numbers are meant.
+/// The interpretation of a texture's stored numbers.
 enum class TextureUse { Color, Data, Alpha };
 
 /// Opens the images of a document.
@@ -80,12 +82,13 @@ class Images {
   public:
     Images(const Document& document, TextureCache& cache, Diagnostics& messages)
         : m_document(document), m_cache(cache), m_messages(messages) {}
-    /// The texture of a slot; null where the slot has none, or its image no alpha that is asked for.
-    std::shared_ptr<PlacedImage> open(const TextureSlot& slot, TextureUse use, const std::string& place);
+    /// Returns the texture of a slot; null if the slot is empty, the texture has no supported image, or the
+    /// image has no alpha channel and `use` is Alpha. `jsonPath`: that of the material.
+    std::shared_ptr<ImageTexture> open(const TextureSlot& slot, TextureUse use, const std::string& jsonPath);
 
   private:
     std::shared_ptr<const EncodedImage> encoded(size_t image);
-    TextureOptions lookupOf(int sampler, const std::string& place) const;
+    TextureOptions samplerOptions(int sampler, const std::string& jsonPath) const;
 
     const Document& m_document;
     TextureCache& m_cache;

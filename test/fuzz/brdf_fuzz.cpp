@@ -1,4 +1,4 @@
-// Measured materials: any bytes are a BRDF or an Error, as text and as MERL's binary files.
+// Fuzzes the readers of measured BRDFs, text and MERL: any bytes give a BRDF or an Error.
 #include "core/util/error.h"
 #include "fuzz_file.h"
 #include "materials/irregular_brdf.h"

@@ -1,4 +1,4 @@
-// For readers that want a file.
+// Files for fuzz targets whose readers need one.
 #pragma once
 
 #include "core/util/resource_policy.h"
@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-/// An empty folder of this process.
+/// Returns the folder of this process, which is empty at first.
 inline const std::filesystem::path& fuzzFolder() {
     static const std::filesystem::path path = [] {
         std::string folder = (std::filesystem::temp_directory_path() / "strobe-fuzz-XXXXXX").string();
@@ -21,14 +21,14 @@ inline const std::filesystem::path& fuzzFolder() {
     return path;
 }
 
-/// A file with these bytes, alone in that folder; the next call writes over it.
+/// Writes the bytes to the only file of that folder, and returns its path. The next call overwrites it.
 inline const std::filesystem::path& fuzzFile(const uint8_t* data, size_t size, const char* extension) {
     static const std::filesystem::path path = fuzzFolder() / (std::string("input") + extension);
     std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data), std::streamsize(size));
     return path;
 }
 
-/// Lets nothing be read but that, and little memory be taken.
+/// Returns a policy that allows reading that folder only, and 2 GiB of memory.
 inline std::shared_ptr<const strobe::ResourcePolicy> fuzzGuard() {
     static const auto all = std::make_shared<const strobe::ResourcePolicy>(
         strobe::ResourcePolicy::Settings{{fuzzFolder()}, uint64_t(2) << 30});

@@ -1,10 +1,10 @@
-// Scenes made of what was read.
+// Builds scenes in fuzz targets.
 #pragma once
 
 #include "loader/build/builder.h"
 #include "loader/parser/parser.h"
 
-/// Builds it for a picture of few pixels. Throws Error.
+/// Builds a scene for an image of 4 x 4 pixels. Throws Error.
 inline void buildSmall(strobe::SceneDescription&& description, strobe::Diagnostics& messages) {
     strobe::BuildOptions options;
     options.resolution = strobe::V2i(4, 4);

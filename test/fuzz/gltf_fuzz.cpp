@@ -1,4 +1,4 @@
-// glTF files: whatever the bytes are, an Error or a scene, by itself and as strobe renders it.
+// Fuzzes glTF import and scenes of glTF files: any bytes give a scene or an Error.
 #include "fuzz_file.h"
 #include "fuzz_scene.h"
 #include "gltf/import.h"

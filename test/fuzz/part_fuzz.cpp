@@ -1,5 +1,5 @@
-// Parts and checkpoints. Arbitrary bytes are either a valid part or an Error; a valid part has a sum for each
-// pixel, and adding it to itself is an Error, since the samples overlap.
+// Fuzzes .part files and checkpoints: any bytes give a valid part or an Error. A valid part has the sums of
+// all its pixels and overlaps itself.
 #include "session/part_file.h"
 
 #include <cstdint>
@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
             std::abort();
         missingSamples(part);
         const RenderPart again = part;
-        addPart(part, again, "fuzz.part"); // must throw
+        addPart(part, again, "fuzz.part"); // must throw: the parts overlap
         std::abort();
     } catch (const Error&) {
     }

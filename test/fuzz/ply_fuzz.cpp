@@ -1,4 +1,4 @@
-// PLY files: any bytes give a mesh or an Error.
+// Fuzzes the PLY reader: any bytes give a mesh or an Error.
 #include "shapes/ply.h"
 
 #include "core/util/error.h"

@@ -1,5 +1,5 @@
-// The scene language: any bytes give a scene or a located Error, and what is small is built, too. Mutations
-// keep to the language: they move, repeat, drop and exchange words and directives.
+// Fuzzes the parser and, with small scenes, the builder: any bytes give a scene or a located Error. The
+// mutator moves, repeats, deletes and exchanges tokens and directives.
 #include "fuzz_file.h"
 #include "fuzz_scene.h"
 
@@ -17,9 +17,10 @@ extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t maxSize);
 
 namespace {
 
-constexpr size_t kMostToBuild = 4096; ///< bytes
+constexpr size_t kMaxBytesToBuild = 4096;
 
-/// Words, strings, brackets and comments with the blanks after them: put together, they are the text again.
+/// Splits a text into words, strings, brackets and comments, each with the blanks after it. Their
+/// concatenation is the text.
 std::vector<std::string> tokensOf(const std::string& text) {
     std::vector<std::string> tokens;
     const auto isBlank = [](char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; };
@@ -30,7 +31,7 @@ std::vector<std::string> tokensOf(const std::string& text) {
         else if (text[i] == '#')
             end = std::min(text.find('\n', i), text.size());
         else if (!std::strchr("[]", text[i]))
-            while (end < text.size() && !isBlank(text[end]) && !std::strchr("\"#[]", text[end]))
+            while (end < text.size() && !isBlank(text[end]) && !std::strchr(R"("#[])", text[end]))
                 ++end;
         while (end < text.size() && isBlank(text[end]))
             ++end;
@@ -42,9 +43,10 @@ std::vector<std::string> tokensOf(const std::string& text) {
 
 bool isDirective(const std::string& token) { return token[0] >= 'A' && token[0] <= 'Z'; }
 
-/// From a directive up to the next one.
-std::pair<size_t, size_t> directiveAt(const std::vector<std::string>& tokens, size_t at) {
-    size_t first = at, end = at + 1;
+/// Returns the range of tokens of the directive that includes token `index`, up to the next directive.
+std::pair<size_t, size_t> directiveRange(const std::vector<std::string>& tokens, size_t index) {
+    size_t first = index;
+    size_t end = index + 1;
     while (first > 0 && !isDirective(tokens[first]))
         --first;
     while (end < tokens.size() && !isDirective(tokens[end]))
@@ -57,41 +59,40 @@ constexpr std::array kNumbers{"0 ",           "1 ",          "-1 ",    "1e30 ", 
                               "-2147483648 ", "4294967296 ", "65536 ", "1000000 ", "1e999 ",
                               "nan ",         "inf ",        "90 ",    "16 "};
 constexpr std::array kDirectives{
-    "AttributeBegin\n",
-    "AttributeEnd\n",
-    "WorldBegin\n",
-    "ObjectBegin \"a\"\n",
-    "ObjectEnd\n",
-    "ObjectInstance \"a\"\n",
-    "TransformBegin\n",
-    "TransformEnd\n",
-    "ReverseOrientation\n",
-    "Identity\n",
-    "Translate 1 2 3\n",
-    "Scale 1 -1 2\n",
-    "Rotate 30 0 1 0\n",
-    "ActiveTransform EndTime\n",
-    "ActiveTransform All\n",
-    "Shape \"sphere\" \"float radius\" 1\n",
-    "Shape \"disk\" \"float height\" 1\n",
-    "LightSource \"point\" \"rgb I\" [1 1 1]\n",
-    "LightSource \"infinite\"\n",
-    "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n",
-    "Material \"glass\" \"float index\" 1.5\n",
-    "Material \"matte\" \"texture Kd\" \"t\"\n",
-    "Texture \"t\" \"rgb\" \"checkerboard\" \"float uscale\" 4\n",
-    "MakeNamedMaterial \"m\" \"string type\" \"plastic\"\n",
-    "NamedMaterial \"m\"\n",
-    "Integrator \"path\"\n",
-    "Integrator \"msaa-cache\"\n",
-    "Sampler \"stratified\"\n",
-    "Camera \"perspective\" \"float fov\" 40\n",
-    "TransformTimes 0 .5 1\n",
-    "CoordinateSystem \"c\"\n",
-    "CoordSysTransform \"c\"\n",
-    "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]\n",
-    "Shape \"loopsubdiv\" \"integer nlevels\" 1 \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 "
-    "2]\n"};
+    "AttributeBegin",
+    "AttributeEnd",
+    "WorldBegin",
+    R"(ObjectBegin "a")",
+    "ObjectEnd",
+    R"(ObjectInstance "a")",
+    "TransformBegin",
+    "TransformEnd",
+    "ReverseOrientation",
+    "Identity",
+    "Translate 1 2 3",
+    "Scale 1 -1 2",
+    "Rotate 30 0 1 0",
+    "ActiveTransform EndTime",
+    "ActiveTransform All",
+    R"(Shape "sphere" "float radius" 1)",
+    R"(Shape "disk" "float height" 1)",
+    R"(LightSource "point" "rgb I" [1 1 1])",
+    R"(LightSource "infinite")",
+    R"(AreaLightSource "diffuse" "rgb L" [1 1 1])",
+    R"(Material "glass" "float index" 1.5)",
+    R"(Material "matte" "texture Kd" "t")",
+    R"(Texture "t" "rgb" "checkerboard" "float uscale" 4)",
+    R"(MakeNamedMaterial "m" "string type" "plastic")",
+    R"(NamedMaterial "m")",
+    R"(Integrator "path")",
+    R"(Integrator "msaa-cache")",
+    R"(Sampler "stratified")",
+    R"(Camera "perspective" "float fov" 40)",
+    "TransformTimes 0 .5 1",
+    R"(CoordinateSystem "c")",
+    R"(CoordSysTransform "c")",
+    R"(Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 2])",
+    R"(Shape "loopsubdiv" "integer nlevels" 1 "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 2])"};
 
 class Mutator {
   public:
@@ -112,13 +113,14 @@ class Mutator {
 
     void mutate() {
         if (m_tokens.empty() || below(6) == 0) {
-            m_tokens.insert(at(below(m_tokens.size() + 1)), kDirectives[below(kDirectives.size())]);
+            m_tokens.insert(at(below(m_tokens.size() + 1)),
+                            std::string(kDirectives[below(kDirectives.size())]) + '\n');
             return;
         }
         const size_t i = below(m_tokens.size()), k = below(m_tokens.size());
-        const auto [first, end] = directiveAt(m_tokens, i);
+        const auto [first, end] = directiveRange(m_tokens, i);
         switch (below(7)) {
-        case 0: // a number becomes another
+        case 0: // replace a number
             for (size_t n = 0; n < m_tokens.size(); ++n)
                 if (std::string& token = m_tokens[(i + n) % m_tokens.size()];
                     std::strchr("0123456789-.+", token[0])) {
@@ -126,22 +128,22 @@ class Mutator {
                     break;
                 }
             break;
-        case 1: // a directive again, elsewhere
+        case 1: // copy a directive
         {
             const std::vector<std::string> copy(at(first), at(end));
             m_tokens.insert(at(k), copy.begin(), copy.end());
             break;
         }
-        case 2:
+        case 2: // delete a directive
             m_tokens.erase(at(first), at(end));
             break;
-        case 3:
+        case 3: // delete a token
             m_tokens.erase(at(i));
             break;
-        case 4:
+        case 4: // exchange two tokens
             std::swap(m_tokens[i], m_tokens[k]);
             break;
-        case 5: // one word in place of another of its kind
+        case 5: // replace a token by another of its kind
             for (size_t n = 0; n < m_tokens.size(); ++n)
                 if (const std::string& other = m_tokens[(k + n) % m_tokens.size()];
                     (other[0] == '"') == (m_tokens[i][0] == '"') && other != m_tokens[i]) {
@@ -149,7 +151,7 @@ class Mutator {
                     break;
                 }
             break;
-        default:
+        default: // repeat a token
             m_tokens.insert(at(i), std::string(m_tokens[i]));
         }
     }
@@ -172,13 +174,13 @@ extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::string text(reinterpret_cast<const char*>(data), size);
-    // Other renderers' files are read with other rules, and make plugins of other names.
+    // .pbrt files are parsed in lenient mode and use compatibility plugins.
     for (const char* name : {"fuzz.scene", "fuzz.pbrt"}) {
         Diagnostics quiet;
         try {
             SceneDescription description =
                 parseText(text, name, {"supersample", "msaa", "msaa-cache"}, quiet, fuzzGuard());
-            if (size <= kMostToBuild)
+            if (size <= kMaxBytesToBuild)
                 buildSmall(std::move(description), quiet);
         } catch (const Error& e) {
             formatDiagnostic(e.location, "error", e.what());

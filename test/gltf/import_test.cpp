@@ -1,4 +1,4 @@
-// What glTF files say is what is imported.
+// Imports of glTF files: meshes, nodes, animation, deformation, lights and cameras.
 #include "gltf/import.h"
 #include "support/gltf_file.h"
 
@@ -18,7 +18,7 @@ class Gltf : public testing::Test {
     Importer import(const GltfFile& file, const gltf::Settings& settings = {}) {
         return import(file.text(), settings);
     }
-    /// The only mesh of the file.
+    /// Returns the only mesh of the file.
     TriangleMesh mesh(const GltfFile& file) {
         Importer importer = import(file);
         const auto objects = importer.takeObjects();
@@ -29,7 +29,7 @@ class Gltf : public testing::Test {
                      const V3f& p = V3f(0)) {
         return transformPoint(motions[size_t(node)].at(time), p);
     }
-    /// Where a point of a node is at one instant.
+    /// Returns the position in the scene of a point of a node at one instant.
     static V3f at(const Importer& importer, int node, float time, const V3f& p = V3f(0)) {
         return moved(importer.motions({time, time}), node, time, p);
     }
@@ -98,7 +98,7 @@ TEST_F(Gltf, NormalizedInterleavedAndSparseAccessors) {
     EXPECT_EQ(m.positions[0][1], V3f(5, 6, 7));
     EXPECT_EQ(m.positions[0][2], V3f(0, 1, 0));
     ASSERT_EQ(m.uvs.size(), 3u);
-    EXPECT_EQ(m.uvs[0], V2f(0, 0)); // v is counted from the bottom here
+    EXPECT_EQ(m.uvs[0], V2f(0, 0)); // strobe: v = 0 at the bottom
     EXPECT_NEAR(m.uvs[1].y, .8f, 1e-6f);
     EXPECT_EQ(m.uvs[2], V2f(0, 1));
 }
@@ -138,37 +138,39 @@ TEST_F(Gltf, NodesPlaceTheirChildrenAndShareMeshes) {
     expectNear(at(importer, other, 0), {7, 8, 9}, 0);
     const auto objects = importer.takeObjects();
     ASSERT_EQ(objects.size(), 1u);
-    EXPECT_EQ(objects[0].places.size(), 3u);
+    EXPECT_EQ(objects[0].instances.size(), 3u);
     EXPECT_TRUE(m_warnings.empty());
 }
 
-TEST_F(Gltf, CurvesStepRunAndBend) {
+TEST_F(Gltf, CurvesAreStepLinearAndSpline) {
     GltfFile file;
     const int triangle = file.addTriangle();
-    const int steps = file.addNode({{"mesh", triangle}}), runs = file.addNode({{"mesh", triangle}}),
-              bends = file.addNode({{"mesh", triangle}}), turns = file.addNode({{"mesh", triangle}});
-    file.animate("a", steps, "translation", {1, 3}, {0, 0, 0, 4, 0, 0}, "VEC3", "STEP");
-    file.animate("a", runs, "translation", {1, 3}, {0, 0, 0, 4, 0, 0}, "VEC3");
-    // Tangents in, value, tangents out: from 0 with slope 1 to 4 with slope 2, in two seconds.
-    file.animate("a", bends, "translation", {1, 3}, {9, 9, 9, 0, 0, 0, 1, 0, 0, 2, 0, 0, 4, 0, 0, 9, 9, 9},
+    const int step = file.addNode({{"mesh", triangle}});
+    const int linear = file.addNode({{"mesh", triangle}});
+    const int spline = file.addNode({{"mesh", triangle}});
+    const int rotation = file.addNode({{"mesh", triangle}});
+    file.animate("a", step, "translation", {1, 3}, {0, 0, 0, 4, 0, 0}, "VEC3", "STEP");
+    file.animate("a", linear, "translation", {1, 3}, {0, 0, 0, 4, 0, 0}, "VEC3");
+    // In-tangent, value, out-tangent of each key: from 0 with slope 1 to 4 with slope 2, in two seconds.
+    file.animate("a", spline, "translation", {1, 3}, {9, 9, 9, 0, 0, 0, 1, 0, 0, 2, 0, 0, 4, 0, 0, 9, 9, 9},
                  "VEC3", "CUBICSPLINE");
     const float h = std::sqrt(.5f);
-    file.animate("a", turns, "rotation", {1, 3}, {0, 0, 0, 1, 0, 0, h, h}, "VEC4");
+    file.animate("a", rotation, "rotation", {1, 3}, {0, 0, 0, 1, 0, 0, h, h}, "VEC4");
     const Importer importer = import(file);
     for (const auto& [time, value] : {std::pair{0.f, 0.f}, {1.f, 0.f}, {2.99f, 0.f}, {3.f, 4.f}, {9.f, 4.f}})
-        EXPECT_EQ(at(importer, steps, time).x, value) << time;
+        EXPECT_EQ(at(importer, step, time).x, value) << time;
     for (const auto& [time, value] : {std::pair{0.f, 0.f}, {1.5f, 1.f}, {2.f, 2.f}, {3.f, 4.f}, {9.f, 4.f}})
-        EXPECT_NEAR(at(importer, runs, time).x, value, 1e-6f) << time;
+        EXPECT_NEAR(at(importer, linear, time).x, value, 1e-6f) << time;
     for (const float t : {.25f, .5f, .75f}) { // Hermite, on [0, 1]
         const float expected = (t * t * t - 2 * t * t + t) * 2 * 1 + (3 * t * t - 2 * t * t * t) * 4 +
                                (t * t * t - t * t) * 2 * 2;
-        EXPECT_NEAR(at(importer, bends, 1 + 2 * t).x, expected, 1e-5f);
+        EXPECT_NEAR(at(importer, spline, 1 + 2 * t).x, expected, 1e-5f);
     }
     const float third = kPi / 2 / 3;
-    expectNear(at(importer, turns, 1 + 2.f / 3, {1, 0, 0}), {std::cos(third), std::sin(third), 0}, 1e-6f);
+    expectNear(at(importer, rotation, 1 + 2.f / 3, {1, 0, 0}), {std::cos(third), std::sin(third), 0}, 1e-6f);
 }
 
-TEST_F(Gltf, MotionsFollowTheirCurves) {
+TEST_F(Gltf, MotionsAreWithinTheTolerance) {
     GltfFile file;
     const int triangle = file.addTriangle();
     const int child = file.addNode({{"mesh", triangle}, {"translation", {3, 0, 0}}}, false);
@@ -190,7 +192,7 @@ TEST_F(Gltf, MotionsFollowTheirCurves) {
     EXPECT_TRUE(import(file).motions({.3f, .3f})[size_t(child)].isStatic());
 }
 
-/// A bar along y with vertices at 0 and 2, the upper half of which follows a joint that turns about z.
+/// Returns a bar along y with vertices at 0 and 2, whose upper end is bound to a joint that rotates about z.
 GltfFile bentBar() {
     GltfFile file;
     const int positions = file.addFloats({0, 0, 0, .1f, 0, 0, 0, 2, 0, .1f, 2, 0}, "VEC3");
@@ -208,36 +210,37 @@ GltfFile bentBar() {
                                      1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, -1, 0, 1},
                                     "MAT4");
     file.root["skins"] = {{{"joints", {lower, upper}}, {"inverseBindMatrices", bind}}};
-    file.addNode({{"mesh", bar}, {"skin", 0}, {"translation", {50, 0, 0}}}); // of no effect
+    file.addNode({{"mesh", bar}, {"skin", 0}, {"translation", {50, 0, 0}}}); // no effect on skins
     const float h = std::sqrt(.5f);
     file.animate("bend", upper, "rotation", {0, 1}, {0, 0, 0, 1, 0, 0, h, h}, "VEC4");
     return file;
 }
 
-TEST_F(Gltf, SkinsBendWithAsManyKeysAsItTakes) {
+TEST_F(Gltf, SkinsHaveTheKeysThatTheToleranceNeeds) {
     Importer importer = import(bentBar());
     EXPECT_TRUE(importer.takeObjects().empty());
-    const auto stillAt = [&](float time) {
+    const auto positionsAt = [&](float time) {
         const Shutter shutter{time, time};
-        const auto parts = importer.deformations(importer.motions(shutter), shutter);
-        EXPECT_EQ(parts.at(0).shapes[0].mesh->positions.size(), 1u);
-        return parts.at(0).shapes[0].mesh->positions[0];
+        const auto deformations = importer.deformations(importer.motions(shutter), shutter);
+        EXPECT_EQ(deformations.at(0).shapes[0].mesh->positions.size(), 1u);
+        return deformations.at(0).shapes[0].mesh->positions[0];
     };
-    expectNear(stillAt(0)[2], {0, 2, 0}, 1e-6f);
-    expectNear(stillAt(1)[2], {-1, 1, 0}, 1e-6f);
-    expectNear(stillAt(1)[0], {0, 0, 0}, 0);
+    expectNear(positionsAt(0)[2], {0, 2, 0}, 1e-6f);
+    expectNear(positionsAt(1)[2], {-1, 1, 0}, 1e-6f);
+    expectNear(positionsAt(1)[0], {0, 0, 0}, 0);
     const Shutter shutter{0, .5f};
     const auto motions = importer.motions(shutter);
-    const auto parts = importer.deformations(motions, shutter);
-    const TriangleMesh& m = *parts.at(0).shapes[0].mesh;
+    const auto deformations = importer.deformations(motions, shutter);
+    const TriangleMesh& m = *deformations.at(0).shapes[0].mesh;
     ASSERT_EQ(m.keyTimes.size(), m.positions.size());
-    // 45 degrees in n steps: the chord of each is 1 - cos(22.5°/n) from the arc; 2e-5 of the size 2 takes 64.
+    // 45 degrees in n steps: the chords deviate from the arc by 1 - cos(22.5°/n); 2e-5 of the size 2 needs n
+    // = 64.
     EXPECT_EQ(m.positions.size(), 65u);
     for (int i = 0; i < 300; ++i) {
         const float time = shutter.sceneTime((float(i) + .37f) / 300), x = time / .5f * 64;
         const auto k = size_t(x);
-        const V3f followed = lerp(m.positions[k][2], m.positions[k + 1][2], x - float(k));
-        EXPECT_LT(length(followed - stillAt(time)[2]), 1.1f * 2e-5f * 2.003f);
+        const V3f interpolated = lerp(m.positions[k][2], m.positions[k + 1][2], x - float(k));
+        EXPECT_LT(length(interpolated - positionsAt(time)[2]), 1.1f * 2e-5f * 2.003f);
     }
     const Shutter slow{0, .002f};
     EXPECT_EQ(importer.deformations(importer.motions(slow), slow)[0].shapes[0].mesh->positions.size(), 2u);
@@ -254,21 +257,21 @@ TEST_F(Gltf, MorphTargetsAddUp) {
     file.animate("a", node, "weights", {0, 1}, {1, 0, 0, 1}, "SCALAR");
     const Importer importer = import(file);
     const Shutter shutter{0, 1};
-    const auto parts = importer.deformations(importer.motions(shutter), shutter);
-    const auto& keys = parts.at(0).shapes[0].mesh->positions;
-    ASSERT_EQ(keys.size(), 2u) << "a straight motion needs no more";
+    const auto deformations = importer.deformations(importer.motions(shutter), shutter);
+    const auto& keys = deformations.at(0).shapes[0].mesh->positions;
+    ASSERT_EQ(keys.size(), 2u) << "linear motion needs two keys";
     expectNear(keys[0][0], {0, 0, 1}, 0);
     expectNear(keys[1][0], {0, 0, 0}, 0);
     expectNear(keys[1][2], {2, 1, 0}, 0);
-    expectNear(transformPoint(parts[0].toScene.at(0), V3f(0)), {0, 9, 0}, 0);
+    expectNear(transformPoint(deformations[0].toScene.at(0), V3f(0)), {0, 9, 0}, 0);
     file.root.erase("animations");
-    Importer still = import(file);
-    EXPECT_TRUE(still.takeObjects().empty());
-    const auto half = still.deformations(still.motions(shutter), shutter);
+    Importer unanimated = import(file);
+    EXPECT_TRUE(unanimated.takeObjects().empty());
+    const auto half = unanimated.deformations(unanimated.motions(shutter), shutter);
     expectNear(half.at(0).shapes[0].mesh->positions.at(0)[0], {0, 0, .5f}, 0);
 }
 
-TEST_F(Gltf, AnimationsThatDoNotMeetPlayTogether) {
+TEST_F(Gltf, AnimationsOfDifferentPropertiesPlayTogether) {
     GltfFile file;
     const int triangle = file.addTriangle();
     const int a = file.addNode({{"mesh", triangle}}), b = file.addNode({{"mesh", triangle}});
@@ -279,8 +282,9 @@ TEST_F(Gltf, AnimationsThatDoNotMeetPlayTogether) {
     expectNear(at(importer, a, 1), {1, 0, 0}, 0);
     expectNear(at(importer, b, 1), {2, 0, 0}, 0);
     ASSERT_EQ(m_warnings.size(), 1u);
-    EXPECT_NE(m_warnings[0].find("\"first\" plays; not played, since they move the same: \"second\""),
-              std::string::npos)
+    EXPECT_NE(
+        m_warnings[0].find(R"("first" plays; skipped, since they animate the same properties: "second")"),
+        std::string::npos)
         << m_warnings[0];
     const Importer second = import(file, {"", "second", "", true});
     expectNear(at(second, a, 1), {0, 3, 0}, 0);

@@ -1,4 +1,4 @@
-// Small glTF files, written by hand.
+// Builds small glTF files for tests.
 #pragma once
 
 #include "core/math/math.h"
@@ -31,7 +31,7 @@ inline std::string base64(const std::vector<unsigned char>& bytes) {
 
 enum ComponentType { Byte = 5120, UByte, Short, UShort, UInt = 5125, Float };
 
-/// A file under construction: `root` is its JSON, to be changed at will. Buffers become a data URI.
+/// A glTF file under construction. `root` is its JSON, which tests may change. The buffer becomes a data URI.
 class GltfFile {
   public:
     json root = {{"asset", {{"version", "2.0"}}},
@@ -42,7 +42,7 @@ class GltfFile {
                  {"accessors", json::array()},
                  {"bufferViews", json::array()}};
 
-    /// Appends numbers as an accessor; its index.
+    /// Appends numbers as an accessor; returns its index.
     template <class T>
     int add(const std::vector<T>& numbers, const char* type, ComponentType component,
             bool normalized = false) {
@@ -57,25 +57,27 @@ class GltfFile {
         return int(root["accessors"].size()) - 1;
     }
     int addFloats(const std::vector<float>& numbers, const char* type) { return add(numbers, type, Float); }
-    /// Appends bytes as a buffer view; its index.
+    /// Appends numbers as a buffer view; returns its index.
     template <class T>
     int addView(const std::vector<T>& numbers) {
         m_bytes.resize((m_bytes.size() + 3) / 4 * 4);
-        const size_t offset = m_bytes.size(), size = numbers.size() * sizeof(T);
+        const size_t offset = m_bytes.size();
+        const size_t size = numbers.size() * sizeof(T);
         m_bytes.resize(offset + size);
         std::memcpy(m_bytes.data() + offset, numbers.data(), size);
         root["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", offset}, {"byteLength", size}});
         return int(root["bufferViews"].size()) - 1;
     }
+    /// Appends a mesh of one primitive; returns its index.
     int addMesh(const json& primitive) {
         root["meshes"].push_back({{"primitives", {primitive}}});
         return int(root["meshes"].size()) - 1;
     }
-    /// A triangle (0,0,0) (1,0,0) (0,1,0).
+    /// Appends the mesh of a triangle (0,0,0) (1,0,0) (0,1,0); returns its index.
     int addTriangle() {
         return addMesh({{"attributes", {{"POSITION", addFloats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3")}}}});
     }
-    /// Appends a root node of the scene, or one below it.
+    /// Appends a node, by default to the roots of the scene; returns its index.
     int addNode(const json& node, bool isRoot = true) {
         root["nodes"].push_back(node);
         const int index = int(root["nodes"].size()) - 1;
@@ -83,7 +85,7 @@ class GltfFile {
             root["scenes"][0]["nodes"].push_back(index);
         return index;
     }
-    /// Animates a node's member: keys of `values`, with the animation's name.
+    /// Adds a channel, with keys of `values`, to the animation `name`, which is created if needed.
     void animate(const std::string& name, int node, const char* path, const std::vector<float>& times,
                  const std::vector<float>& values, const char* type, const char* interpolation = "LINEAR") {
         auto& animations = root["animations"];
@@ -95,13 +97,15 @@ class GltfFile {
             animations.push_back({{"name", name}, {"channels", json::array()}, {"samplers", json::array()}});
             animation = &animations.back();
         }
-        const int input = addFloats(times, "SCALAR"), output = addFloats(values, type);
+        const int input = addFloats(times, "SCALAR");
+        const int output = addFloats(values, type);
         (*animation)["channels"].push_back(
             {{"sampler", (*animation)["samplers"].size()}, {"target", {{"node", node}, {"path", path}}}});
         (*animation)["samplers"].push_back(
             {{"input", input}, {"output", output}, {"interpolation", interpolation}});
     }
 
+    /// Returns the .gltf file.
     std::string text() const {
         json out = root;
         if (!m_bytes.empty() && !out.contains("buffers"))
@@ -109,7 +113,7 @@ class GltfFile {
                                {"uri", "data:application/octet-stream;base64," + base64(m_bytes)}}};
         return out.dump();
     }
-    /// The same as a .glb.
+    /// Returns the .glb file.
     std::string binary() const {
         json out = root;
         auto bytes = m_bytes;
@@ -119,10 +123,12 @@ class GltfFile {
         text.resize((text.size() + 3) / 4 * 4, ' ');
         std::string glb = "glTF";
         const auto word = [&](uint32_t w) { glb.append(reinterpret_cast<const char*>(&w), 4); };
-        word(2), word(uint32_t(28 + text.size() + bytes.size()));
-        word(uint32_t(text.size())), glb += "JSON" + text;
-        word(uint32_t(bytes.size())),
-            glb += std::string("BIN\0", 4) + std::string(bytes.begin(), bytes.end());
+        word(2);
+        word(uint32_t(28 + text.size() + bytes.size()));
+        word(uint32_t(text.size()));
+        glb += "JSON" + text;
+        word(uint32_t(bytes.size()));
+        glb += std::string("BIN\0", 4) + std::string(bytes.begin(), bytes.end());
         return glb;
     }
     const std::vector<unsigned char>& bytes() const { return m_bytes; }
@@ -131,7 +137,7 @@ class GltfFile {
     std::vector<unsigned char> m_bytes;
 };
 
-/// A folder for the files of one test, gone with it.
+/// A folder for the files of one test, which its destructor removes.
 class GltfFolder {
   public:
     GltfFolder() {

@@ -1,4 +1,4 @@
-// Images in a folder of the test's own.
+// A test fixture with a folder for images.
 #pragma once
 
 #include "core/image/exr_file.h"
@@ -12,7 +12,7 @@ namespace strobe {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own for each test.
+/// Creates a folder for each test, and removes it at the end.
 class ImageFiles : public testing::Test {
   protected:
     void SetUp() override { fs::create_directories(m_folder); }
@@ -24,6 +24,7 @@ class ImageFiles : public testing::Test {
     fs::path m_folder = fs::temp_directory_path() / ("strobe-image-" + std::to_string(::getpid()));
 };
 
+/// Writes an EXR file with the channels R, G and B.
 inline void writeRgb(const fs::path& path, const Image& image, const ExrSettings& settings = {}) {
     const float* data = &image.pixels[0].x;
     writeExr(path, {{0, 0, image.width, image.height}, {image.width, image.height}},

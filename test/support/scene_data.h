@@ -1,4 +1,4 @@
-// Where the paper's scenes are, for tests that skip themselves without them.
+// The folder of the paper's scenes. Tests that need them are skipped if it does not exist.
 #pragma once
 
 #include <cstdlib>
@@ -6,7 +6,7 @@
 
 namespace strobe::test {
 
-/// The folder of pbrt-v2's scenes: in $STROBE_SCENES, or beside the repository. It may not be there.
+/// Returns the folder of pbrt-v2's scenes: in $STROBE_SCENES, or beside the repository. It may not exist.
 inline std::filesystem::path pbrtFolder() {
     const char* variable = std::getenv("STROBE_SCENES");
     const std::filesystem::path scenes = variable && *variable

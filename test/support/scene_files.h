@@ -12,10 +12,11 @@ namespace strobe::test {
 
 inline const std::filesystem::path kSource = STROBE_SOURCE_DIR;
 
+/// Returns the files of a folder with an extension, sorted; none if the folder does not exist.
 inline std::vector<std::filesystem::path> filesIn(const std::filesystem::path& folder,
                                                   const std::string& extension) {
     std::vector<std::filesystem::path> files;
-    std::error_code ignored; // a folder that is not there has no files
+    std::error_code ignored; // the folder may not exist
     for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
         if (entry.path().extension() == extension)
             files.push_back(entry.path());
@@ -26,7 +27,7 @@ inline std::vector<std::filesystem::path> filesIn(const std::filesystem::path& f
 inline const char* const kPaperScenes[] = {"bunny", "killeroo-simple", "anim-killeroos-moving",
                                            "anim-moving-reflection"};
 
-/// Those of the repository and the paper's originals, present or not.
+/// Returns the scenes of the repository, and those of the paper whether they exist or not.
 inline std::vector<std::filesystem::path> allScenes() {
     std::vector<std::filesystem::path> all;
     for (const char* folder : {"scenes", "scenes/lessons", "scenes/stress", "scenes/paper"})
@@ -37,17 +38,17 @@ inline std::vector<std::filesystem::path> allScenes() {
     return all;
 }
 
-/// What the scene lacks, or an empty string.
+/// Returns a message about the data that a scene lacks, or an empty string.
 inline std::string missing(const std::filesystem::path& scene) {
     std::stringstream text;
     text << std::ifstream(scene).rdbuf();
-    const bool borrows =
+    const bool usesPaperScenes =
         scene.extension() == ".pbrt" || text.str().find("$STROBE_SCENES") != std::string::npos;
-    if (borrows && !std::filesystem::exists(pbrtFolder()))
-        return "the paper's scenes are not here: set STROBE_SCENES";
+    if (usesPaperScenes && !std::filesystem::exists(pbrtFolder()))
+        return "the paper's scenes are missing: set STROBE_SCENES";
     if (text.str().find("\"geometry/") != std::string::npos &&
         !std::filesystem::exists(kSource / "scenes/geometry/version"))
-        return "scenes/geometry is not made: run tools/make-geometry";
+        return "scenes/geometry is missing: run tools/make-geometry";
     return "";
 }
 
@@ -56,7 +57,7 @@ inline BuiltScene buildFile(const std::filesystem::path& file, const BuildOption
     return buildScene(parseFiles({file}, {"supersample"}, quiet), options, quiet);
 }
 
-/// A quarter of the resolution, four samples.
+/// Returns options for a quarter of the width and height, and four samples per pixel.
 inline BuildOptions fourthOfSize() {
     BuildOptions options;
     options.quick = true;
@@ -64,7 +65,7 @@ inline BuildOptions fourthOfSize() {
     return options;
 }
 
-/// A parameter's name in a test's name.
+/// Returns the file name as an identifier, for names of parameterized tests.
 inline std::string testName(const std::filesystem::path& file) {
     std::string name = file.filename().string();
     std::replace_if(

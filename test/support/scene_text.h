@@ -1,4 +1,4 @@
-// Helpers of the scene language's tests.
+// Parses scene texts in tests; temporary folders.
 #pragma once
 
 #include "loader/parser/parser.h"
@@ -12,13 +12,14 @@
 
 namespace strobe::test {
 
-/// What parsing a text gave.
+/// The result of parsing a text.
 struct Parsed {
     SceneDescription scene;
     std::vector<std::string> warnings;
-    std::string error; ///< formatted; empty when there was none
+    std::string error; ///< formatted; empty: none
 };
 
+/// Parses a text. `name`: the file name in messages, whose extension selects the mode.
 inline Parsed parseString(const std::string& text, const std::string& name = "t.scene") {
     Parsed result;
     Diagnostics messages([&](const std::string& m) { result.warnings.push_back(m); });
@@ -30,14 +31,35 @@ inline Parsed parseString(const std::string& text, const std::string& name = "t.
     return result;
 }
 
-/// Parses what must be right.
+/// Parses a text that must have no error.
 inline SceneDescription parseGood(const std::string& text, const std::string& name = "t.scene") {
     Parsed result = parseString(text, name);
     EXPECT_EQ(result.error, "") << text;
     return std::move(result.scene);
 }
 
-/// A folder of its own for a test, empty at first and removed at the end.
+/// A wrong scene, and the location and the text of its message.
+struct MessageCase {
+    std::string text;
+    int line, column;
+    std::string message;
+};
+
+/// Returns "FILE:LINE:COLUMN: SEVERITY: MESSAGE", the line of the text, and a caret under the column.
+inline std::string formatted(const MessageCase& expected, const std::string& severity = "error",
+                             const std::string& file = "t.scene") {
+    size_t begin = 0;
+    for (int i = 1; i < expected.line; ++i)
+        begin = expected.text.find('\n', begin) + 1;
+    std::string line = expected.text.substr(begin, expected.text.find('\n', begin) - begin);
+    for (char& c : line)
+        c = c < ' ' || c > '~' ? '?' : c;
+    return file + ':' + std::to_string(expected.line) + ':' + std::to_string(expected.column) + ": " +
+           severity + ": " + expected.message + "\n  " + line + "\n  " +
+           std::string(size_t(expected.column - 1), ' ') + '^';
+}
+
+/// An empty folder for the current test, which is removed at its end.
 class TemporaryFolder {
   public:
     TemporaryFolder() {
@@ -53,6 +75,7 @@ class TemporaryFolder {
         std::filesystem::remove_all(m_path, ignored);
     }
     const std::filesystem::path& path() const { return m_path; }
+    /// Writes a file and returns its path.
     std::filesystem::path write(const std::string& name, const std::string& text) const {
         std::filesystem::create_directories((m_path / name).parent_path());
         std::ofstream(m_path / name, std::ios::binary) << text;

@@ -1,4 +1,4 @@
-// SceneDescription to Scene: makes every plugin, places every shape, fits every motion.
+// Builds scenes from descriptions: creates all plugins, places shapes and fits motion to the shutter.
 #pragma once
 
 #include "core/film/film.h"
@@ -11,22 +11,23 @@
 
 namespace strobe {
 
-/// What the command line changes of what the scene says.
+/// Settings of the command line that override the scene's.
 struct BuildOptions {
-    std::string integrator;           ///< empty: as the scene says
-    std::vector<std::string> defines; ///< name=value for the integrator or the shading
-    std::string shading;              ///< likewise
-    int samplesPerPixel = 0;          ///< 0: as the scene says
-    std::optional<V2i> resolution;
-    std::optional<std::array<float, 4>> crop; ///< x0 x1 y0 y1, fractions
-    std::optional<PixelBounds> pixelBounds;   ///< goes before crop; must lie in the frame
-    std::optional<Shutter> shutter; ///< in scene time, in place of the camera's; closing as it opens: a still
-    bool quick = false;             ///< a quarter of the resolution and of the samples
+    std::string integrator;                   ///< empty: the scene's
+    std::string shading;                      ///< empty: the scene's
+    std::vector<std::string> defines;         ///< name=value: parameters of the integrator or the shader
+    int samplesPerPixel = 0;                  ///< 0: the scene's
+    std::optional<V2i> resolution;            ///< pixels
+    std::optional<std::array<float, 4>> crop; ///< x0 x1 y0 y1, in fractions of the frame
+    std::optional<PixelBounds> pixelBounds;   ///< overrides crop; must lie in the frame
+    std::optional<Shutter> shutter; ///< in scene time; overrides the camera's; open == close: an instant
+    bool quick = false;             ///< a quarter of the width, the height and the samples
     std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
-    std::string gltfAnimation, gltfCamera; ///< of glTF files that the scene leaves the choice; empty: theirs
+    std::string gltfAnimation,
+        gltfCamera; ///< for glTF files whose Shape "gltf" names none; empty: the default
 };
 
-/// What all frames of a scene have in common.
+/// The properties that all frames of a scene have in common.
 struct FrameSetup {
     SamplerSetup sampler;
     std::shared_ptr<const Filter> filter;
@@ -34,31 +35,32 @@ struct FrameSetup {
     std::shared_ptr<const Integrator> integrator;
     V2i resolution;
     PixelBounds pixelBounds;
-    std::vector<std::string> materialNames;            ///< of the scene's materials, for people
-    std::vector<std::string> cryptomatteMaterialNames; ///< the same for Cryptomatte: without places in files
-    std::vector<std::string> lightGroups;              ///< by Light::group
-    std::string filename;                              ///< the scene's own output name
-    Metadata metadata; ///< integrator and shading with all their parameters, sampler, filter
+    std::vector<std::string> materialNames;            ///< by material, with file and line, for messages
+    std::vector<std::string> cryptomatteMaterialNames; ///< by material; see cryptomatteNames
+    std::vector<std::string> lightGroups;              ///< names, indexed by Light::group
+    std::string filename;                              ///< output file that the scene names; may be empty
+    Metadata metadata; ///< names and parameters of the integrator and the shader, names of sampler and filter
 };
 
-/// Everything that render() needs, ready.
+/// A scene that is ready to render.
 struct BuiltScene : FrameSetup {
     std::unique_ptr<const Scene> scene;
 };
 
-/// Builds frames from one description: what does not depend on the shutter is made once. Throws located
-/// Errors; warns through `messages`, which must outlive it.
+/// Builds the frames of one description. Plugins that do not depend on the shutter are created once. Throws
+/// located Errors.
 class SceneBuilder {
   public:
-    /// How many frames are to be built: for one alone, memory is given back as soon as it may be.
+    /// The number of frames to build. With One, memory is released during the build.
     enum class Frames { One, Many };
+    /// `messages` must outlive the builder.
     SceneBuilder(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages,
                  Frames frames = Frames::Many);
     ~SceneBuilder();
     const FrameSetup& setup() const;
-    /// The scene while `shutter` (in scene time) is open. Scenes outlive the builder and one another.
+    /// Builds the frame of a shutter, in scene time. The result may outlive the builder.
     BuiltScene build(const Shutter& shutter);
-    /// With the shutter of the options, or else of the scene's camera.
+    /// Builds the frame of the options' shutter, or else of the scene's camera.
     BuiltScene build();
 
   private:
@@ -66,7 +68,8 @@ class SceneBuilder {
     std::unique_ptr<Impl> m_impl;
 };
 
-/// Builds the one frame of the scene's own shutter. Consumes the description (meshes are moved out of it).
+/// Builds the frame of the options' shutter, or else of the scene's camera. Consumes the description, whose
+/// meshes are moved. Throws located Errors.
 BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages);
 
 } // namespace strobe

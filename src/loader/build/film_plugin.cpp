@@ -9,15 +9,16 @@ namespace {
 const ParamDef<int> kXResolution{"xresolution", 640, "width in pixels"};
 const ParamDef<int> kYResolution{"yresolution", 480, "height in pixels"};
 const ParamDef<std::vector<float>> kCropWindow{
-    "cropwindow", {}, "part to render: x0 x1 y0 y1, fractions of the frame"};
-const ParamDef<std::vector<int>> kPixelBounds{"pixelbounds", {}, "part to render: x0 x1 y0 y1, pixels"};
-const ParamDef<std::string> kFilename{"filename", "", "output file; the command line's -o goes before it"};
+    "cropwindow", {}, "crop window x0 x1 y0 y1, in fractions of the frame"};
+const ParamDef<std::vector<int>> kPixelBounds{
+    "pixelbounds", {}, "crop window x0 x1 y0 y1, in pixels; x1 and y1 are excluded"};
+const ParamDef<std::string> kFilename{"filename", "", "output file; overridden by -o of the command line"};
 
-const ParamDef<float> kScale{"scale", 1, "factor of all light (pbrt-v2 and v3)"};
-const ParamDef<float> kIso{"iso", 100, "sensitivity; 100 leaves the light as it is (pbrt-v4)"};
-const ParamDef<float> kExposureTime{"exposuretime", 1, "another factor of all light (pbrt-v4)"};
+const ParamDef<float> kScale{"scale", 1, "factor of all light sources (pbrt-v2 and v3)"};
+const ParamDef<float> kIso{"iso", 100, "film speed; all light sources are multiplied by iso / 100 (pbrt-v4)"};
+const ParamDef<float> kExposureTime{"exposuretime", 1, "factor of all light sources (pbrt-v4)"};
 
-/// Beyond this an image of floats would not fit any machine this is meant for.
+/// Larger images exceed the memory of common machines.
 constexpr int kMaxResolution = 1 << 16;
 
 FilmSetup makeFilm(const ParamSet& params, const BuildContext&) {
@@ -31,7 +32,7 @@ FilmSetup makeFilm(const ParamSet& params, const BuildContext&) {
         const auto crop = params.get(kCropWindow);
         if (crop.size() != 4 || !(crop[0] < crop[1]) || !(crop[2] < crop[3]))
             throw Error(params.whereIs(kCropWindow),
-                        "\"cropwindow\" takes four numbers x0 x1 y0 y1, x0 < x1 and y0 < y1");
+                        "\"cropwindow\" needs four numbers x0 x1 y0 y1 with x0 < x1 and y0 < y1");
         film.cropX = {crop[0], crop[1]};
         film.cropY = {crop[2], crop[3]};
     }
@@ -39,7 +40,7 @@ FilmSetup makeFilm(const ParamSet& params, const BuildContext&) {
         const auto bounds = params.get(kPixelBounds);
         if (bounds.size() != 4 || bounds[0] >= bounds[1] || bounds[2] >= bounds[3])
             throw Error(params.whereIs(kPixelBounds),
-                        "\"pixelbounds\" takes four integers x0 x1 y0 y1, x0 < x1 and y0 < y1");
+                        "\"pixelbounds\" needs four integers x0 x1 y0 y1 with x0 < x1 and y0 < y1");
         film.hasPixelBounds = true;
         film.boundsX = {bounds[0], bounds[1]};
         film.boundsY = {bounds[2], bounds[3]};
@@ -47,7 +48,8 @@ FilmSetup makeFilm(const ParamSet& params, const BuildContext&) {
     film.filename = params.get(kFilename);
     film.scale = params.get(kScale) * params.get(kExposureTime) * params.get(kIso) / 100;
     if (!(film.scale > 0 && film.scale < 1e30f))
-        throw Error(params.whereIs(kScale), "the film's factors of light must be positive");
+        throw Error(params.whereIs(kScale),
+                    "\"scale\" times \"exposuretime\" times \"iso\" must be positive and finite");
     return film;
 }
 

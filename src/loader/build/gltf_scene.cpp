@@ -5,15 +5,7 @@
 namespace strobe {
 namespace {
 
-const ParamDef<FilePath> kFilename{"filename", {}, "glTF 2.0 file, .gltf or .glb"};
-const ParamDef<std::string> kScene{"scene", "", "the scene of the file; default: its own choice"};
-const ParamDef<std::string> kAnimation{
-    "animation", "", "the animation that plays; default: the first, and those that move other things"};
-const ParamDef<std::string> kCamera{"camera", "",
-                                    "of a scene without Camera: the file's camera; default: its first"};
-const ParamDef<bool> kLights{"lights", true, "take the file's lights (KHR_lights_punctual), too"};
-
-Param numbers(const char* name, ParamType type, std::vector<float> values) {
+Param floatParam(const char* name, ParamType type, std::vector<float> values) {
     return {name, type, {}, std::move(values), {}, {}};
 }
 
@@ -24,19 +16,19 @@ Statement statement(std::string name, std::vector<Param> params, const Location&
     return out;
 }
 
-/// All of a path after another one.
-TransformChain joined(TransformChain path, const TransformChain& then) {
-    for (const KeyedTransform& t : then.chain())
+/// Returns `path` followed by `outer`, without identities.
+TransformChain joined(TransformChain path, const TransformChain& outer) {
+    for (const KeyedTransform& t : outer.chain())
         if (!(t.isStatic() && t.keys().front() == M44f()))
             path.append(t);
     return path;
 }
 
-constexpr Shutter kStart{0, 0};
+constexpr Shutter kTimeZero{0, 0};
 
 } // namespace
 
-/// One file in a description.
+/// A glTF file and the declarations that it adds to the description.
 class GltfScene::File {
   public:
     File(SceneDescription& description, const GltfDecl& decl, TextureCache& textures, Diagnostics& messages)
@@ -44,75 +36,80 @@ class GltfScene::File {
           m_firstMaterial(int(description.materials.size())) {
         for (const gltf::ImportedMaterial& material : m_importer.materials())
             addMaterial(description, material);
-        const std::vector<TransformChain> rest = m_importer.motions(kStart);
+        const std::vector<TransformChain> motions = m_importer.motions(kTimeZero);
         for (gltf::ImportedObject& object : m_importer.takeObjects())
-            addObject(description, object, rest);
+            addObject(description, object, motions);
         m_firstLight = description.lights.size();
         for (const gltf::ImportedLight& light : m_importer.lights())
-            description.lights.push_back({statementOf(light), placed(rest[light.node], kStart)});
+            description.lights.push_back({statementOf(light), toParentSpace(motions[light.node], kTimeZero)});
     }
 
     const gltf::Importer& importer() const { return m_importer; }
     const GltfDecl& decl() const { return m_decl; }
 
-    /// Emission that pictures cannot show is meant to light things; less is a display or a decoration.
-    bool shines() const {
+    /// Returns true if the file has lights, or emission above 1. Weaker emission is usually decoration, which
+    /// images can show as it is.
+    bool lightsScene() const {
         const auto& materials = m_importer.materials();
         return !m_importer.lights().empty() ||
                std::any_of(materials.begin(), materials.end(), [](const gltf::ImportedMaterial& material) {
                    return maxComponent(material.emission) > 1;
                });
     }
-    void listMovingLights(std::vector<size_t>& out) const {
+    /// Appends the indices of the description's lights that move.
+    void appendMovingLights(std::vector<size_t>& out) const {
         for (size_t i = 0; i < m_importer.lights().size(); ++i)
             if (moves(m_importer.lights()[i].moves))
                 out.push_back(m_firstLight + i);
     }
+    /// Returns the bounds at time 0, in the parent's space.
     Box3f bounds() const {
         const Box3f& box = m_importer.bounds();
-        const M44f toWorld = m_decl.toParent.at(0);
+        const M44f toParent = m_decl.toParent.at(0);
         Box3f out;
         for (int i = 0; i < 8 && !box.isEmpty(); ++i)
             out.extendBy(
-                transformPoint(toWorld, {(i & 1 ? box.max : box.min).x, (i & 2 ? box.max : box.min).y,
-                                         (i & 4 ? box.max : box.min).z}));
+                transformPoint(toParent, {(i & 1 ? box.max : box.min).x, (i & 2 ? box.max : box.min).y,
+                                          (i & 4 ? box.max : box.min).z}));
         return out;
     }
 
-    /// Where everything is while the shutter is open; `cameraToWorld` may be null.
+    /// Appends everything that moves or deforms while the shutter is open. `cameraToWorld`: set to the
+    /// transform of the file's camera; may be null.
     void addFrame(SceneDescription& description, const Shutter& shutter,
                   KeyedTransform* cameraToWorld) const {
         const std::vector<TransformChain> motions = m_importer.motions(shutter);
-        for (const Moving& moving : m_moving)
-            home(description)
+        for (const MovingInstance& moving : m_movingInstances)
+            parent(description)
                 .instances.push_back(
                     {moving.object, joined(motions[moving.node], m_decl.toParent), m_decl.where});
         for (gltf::ImportedDeformation& d : m_importer.deformations(motions, shutter))
-            addShapes(
-                description, d.name, shapesOf(d.name, d.shapes, true), joined(d.toScene, m_decl.toParent),
-                m_decl.object < 0 ? description.frame.shapes : home(description).shapes, m_decl.object < 0);
+            addShapes(description, d.name, shapesOf(d.name, d.shapes, true),
+                      joined(d.toScene, m_decl.toParent),
+                      m_decl.object < 0 ? &description.frameShapes : nullptr);
         for (size_t i = 0; i < m_importer.lights().size(); ++i)
             if (const gltf::ImportedLight& light = m_importer.lights()[i]; moves(light.moves))
-                description.lights[m_firstLight + i].toWorld = placed(motions[light.node], shutter);
+                description.lights[m_firstLight + i].toWorld = toParentSpace(motions[light.node], shutter);
         if (cameraToWorld) {
-            // glTF's cameras look along -z with +x to the right.
-            const M44f turn(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1);
-            *cameraToWorld = placed(
-                joined(TransformChain(KeyedTransform(turn)), motions[m_importer.camera()->node]), shutter);
+            // glTF's cameras look along -z, strobe's along +z; both have +x to the right.
+            const M44f flipZ(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1);
+            *cameraToWorld = toParentSpace(
+                joined(TransformChain(KeyedTransform(flipZ)), motions[m_importer.camera()->node]), shutter);
         }
     }
 
   private:
-    /// A node that shows an object and may move.
-    struct Moving {
+    /// An instance of an object whose node is animated.
+    struct MovingInstance {
         int object;
         size_t node;
     };
-    bool moves(bool inFile) const { return inFile || !m_decl.toParent.isStatic(); }
-    KeyedTransform placed(const TransformChain& toScene, const Shutter& shutter) const {
+    bool moves(bool movesInFile) const { return movesInFile || !m_decl.toParent.isStatic(); }
+    KeyedTransform toParentSpace(const TransformChain& toScene, const Shutter& shutter) const {
         return m_importer.flattened(joined(toScene, m_decl.toParent), shutter);
     }
-    ObjectDecl& home(SceneDescription& description) const {
+    /// Returns the object that the file belongs to, or the world.
+    ObjectDecl& parent(SceneDescription& description) const {
         return m_decl.object < 0 ? description.world : description.objects[size_t(m_decl.object)];
     }
 
@@ -122,7 +119,7 @@ class GltfScene::File {
             m_areaLights.back() = int(description.areaLights.size());
             const Rgb& e = material.emission;
             Statement light = statement("diffuse",
-                                        {numbers("L", ParamType::Rgb, {e.x, e.y, e.z}),
+                                        {floatParam("L", ParamType::Rgb, {e.x, e.y, e.z}),
                                          {"twosided", ParamType::Bool, {}, {}, {material.doubleSided}, {}}},
                                         m_decl.where);
             if (material.emissionTexture) {
@@ -137,7 +134,7 @@ class GltfScene::File {
     }
 
     std::vector<ShapeDecl> shapesOf(const std::string& name, const std::vector<gltf::ImportedShape>& shapes,
-                                    bool isPassing) const {
+                                    bool isPerFrame) const {
         std::vector<ShapeDecl> out;
         for (const gltf::ImportedShape& shape : shapes)
             out.push_back({statement("gltf", {}, m_decl.where),
@@ -147,55 +144,59 @@ class GltfScene::File {
                            false,
                            name,
                            {shape.mesh, nullptr},
-                           isPassing});
+                           isPerFrame});
         return out;
     }
 
-    /// What stands in one place goes into `alone`, if it may: there it is not an instance, if it rests.
+    /// Adds shapes that occur once. A path of one transform becomes theirs, and they are appended to
+    /// `direct`, so that static shapes need no instance. Else, or if `direct` is null, they become an object
+    /// with an instance.
     void addShapes(SceneDescription& description, const std::string& name, std::vector<ShapeDecl> shapes,
-                   const TransformChain& path, std::vector<ShapeDecl>& alone, bool mayBeAlone) const {
-        if (mayBeAlone && path.chain().size() <= 1) {
+                   const TransformChain& path, std::vector<ShapeDecl>* direct) const {
+        if (direct && path.chain().size() <= 1) {
             for (ShapeDecl& shape : shapes) {
                 if (!path.chain().empty())
                     shape.toParent = path.chain().front();
-                alone.push_back(std::move(shape));
+                direct->push_back(std::move(shape));
             }
             return;
         }
-        home(description).instances.push_back({int(description.objects.size()), path, m_decl.where});
+        parent(description).instances.push_back({int(description.objects.size()), path, m_decl.where});
         description.objects.push_back({name, m_decl.where, std::move(shapes), {}});
     }
 
     void addObject(SceneDescription& description, const gltf::ImportedObject& object,
-                   const std::vector<TransformChain>& rest) {
-        const auto pathOf = [&](size_t node) { return joined(rest[node], m_decl.toParent); };
+                   const std::vector<TransformChain>& motions) {
+        const auto pathOf = [&](size_t node) { return joined(motions[node], m_decl.toParent); };
         std::vector<ShapeDecl> shapes = shapesOf(object.name, object.shapes, false);
-        if (object.places.size() == 1 && !object.places[0].moves)
-            return addShapes(description, object.name, std::move(shapes), pathOf(object.places[0].node),
-                             home(description).shapes, true);
+        if (object.instances.size() == 1 && !object.instances[0].moves)
+            return addShapes(description, object.name, std::move(shapes), pathOf(object.instances[0].node),
+                             &parent(description).shapes);
         const int index = int(description.objects.size());
-        for (const gltf::ImportedObject::Place& place : object.places)
-            if (place.moves)
-                m_moving.push_back({index, place.node});
+        for (const gltf::ImportedObject::Instance& instance : object.instances)
+            if (instance.moves)
+                m_movingInstances.push_back({index, instance.node});
             else
-                home(description).instances.push_back({index, pathOf(place.node), m_decl.where});
+                parent(description).instances.push_back({index, pathOf(instance.node), m_decl.where});
         description.objects.push_back({object.name, m_decl.where, std::move(shapes), {}});
     }
 
     Statement statementOf(const gltf::ImportedLight& light) const {
         const Rgb& c = light.intensity;
-        const auto color = [&](const char* name) { return numbers(name, ParamType::Rgb, {c.x, c.y, c.z}); };
-        const Param aim = numbers("to", ParamType::Vector3, {0, 0, -1});
+        const auto color = [&](const char* name) {
+            return floatParam(name, ParamType::Rgb, {c.x, c.y, c.z});
+        };
+        const Param direction = floatParam("to", ParamType::Vector3, {0, 0, -1});
         const auto degrees = [](const char* name, float radians) {
-            return numbers(name, ParamType::Float, {radians * (180 / kPi)});
+            return floatParam(name, ParamType::Float, {radians * (180 / kPi)});
         };
         switch (light.kind) {
         case gltf::ImportedLight::Directional:
-            return statement("distant", {color("L"), aim}, m_decl.where);
+            return statement("distant", {color("L"), direction}, m_decl.where);
         case gltf::ImportedLight::Spot:
             return statement("spot",
                              {color("I"),
-                              aim,
+                              direction,
                               degrees("coneangle", light.outerAngle),
                               degrees("conedeltaangle", light.outerAngle - light.innerAngle),
                               {"falloff", ParamType::String, {}, {}, {}, {"squared"}}},
@@ -210,72 +211,52 @@ class GltfScene::File {
     gltf::Importer m_importer;
     const int m_firstMaterial;
     size_t m_firstLight = 0;
-    std::vector<int> m_areaLights; ///< by material of the file; -1: does not shine
-    std::vector<Moving> m_moving;
+    std::vector<int> m_areaLights; ///< by material of the file; -1: no emission
+    std::vector<MovingInstance> m_movingInstances;
 };
 
 namespace {
 
-/// A white sky and a warm sun, for what comes without light.
+/// Adds a white sky and a warm sun.
 void addDaylight(SceneDescription& description) {
     description.lights.push_back(
-        {statement("infinite", {numbers("L", ParamType::Rgb, {.6f, .65f, .7f})}, {}), KeyedTransform()});
+        {statement("infinite", {floatParam("L", ParamType::Rgb, {.6f, .65f, .7f})}, {}), KeyedTransform()});
     description.lights.push_back({statement("distant",
-                                            {numbers("L", ParamType::Rgb, {2.4f, 2.2f, 2.f}),
-                                             numbers("from", ParamType::Vector3, {-.6f, 1, .8f}),
-                                             numbers("to", ParamType::Vector3, {0, 0, 0})},
+                                            {floatParam("L", ParamType::Rgb, {2.4f, 2.2f, 2.f}),
+                                             floatParam("from", ParamType::Vector3, {-.6f, 1, .8f}),
+                                             floatParam("to", ParamType::Vector3, {0, 0, 0})},
                                             {}),
                                   KeyedTransform()});
 }
 
-/// Sees all of a box from the front, a little from the right and from above (glTF's front is +z).
+/// Returns the camera-to-world transform that shows all of a box from the front (+z in glTF), a little from
+/// the right and from above. `halfAngle`: half the field of view, in radians.
 KeyedTransform viewOf(const Box3f& bounds, float halfAngle) {
     const V3f center = bounds.isEmpty() ? V3f(0) : (bounds.min + bounds.max) * .5f;
-    const float size = bounds.isEmpty() ? 0 : length(bounds.size()), radius = size > 0 ? size / 2 : 1;
+    const float size = bounds.isEmpty() ? 0 : length(bounds.size());
+    const float radius = size > 0 ? size / 2 : 1;
     const V3f eye = center + normalize(V3f(.5f, .4f, 1)) * (radius / std::sin(halfAngle));
     const M44d toCamera = lookAt({eye.x, eye.y, eye.z, center.x, center.y, center.z, 0, 1, 0}, {});
-    const M44d turn = scaling(-1, 1, 1, {}); // lookAt is left-handed, glTF right-handed
-    return KeyedTransform(M44f(turn * toCamera.inverse()));
+    const M44d mirror = scaling(-1, 1, 1, {}); // lookAt is left-handed, glTF right-handed
+    return KeyedTransform(M44f(mirror * toCamera.inverse()));
 }
 
 constexpr float kDefaultHalfFov = 20; // degrees
 
 } // namespace
 
-Plugin<Shape> gltfPlugin() {
-    return {"gltf",
-            "a glTF 2.0 file with its own materials and motion: docs/gltf.md",
-            {kFilename, kScene, kAnimation, kCamera, kLights},
-            [](const ParamSet& params, const BuildContext&) -> Shape {
-                throw Error(params.where(), "Shape \"gltf\" cannot be made by itself");
-            }};
-}
-
-GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& messages) {
-    const Location where = params.whereIs(kFilename);
-    GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->guard : nullptr);
-    decl.settings = {params.get(kScene), params.get(kAnimation), params.get(kCamera), params.get(kLights)};
-    params.reportUnused(gltfPlugin().params, strict, messages);
-    return decl;
-}
-
-GltfDecl readGltf(const std::filesystem::path& path, const Location& where,
-                  std::shared_ptr<const ResourcePolicy> guard) {
-    return {gltf::open(path, where, std::move(guard)), {}, {}, -1, where};
-}
-
 GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& messages) {
-    bool lit = !description.lights.empty() || !description.areaLights.empty();
+    bool isLit = !description.lights.empty() || !description.areaLights.empty();
     for (const GltfDecl& decl : description.gltfs) {
         m_files.push_back(std::make_unique<File>(description, decl, textures, messages));
         const File& file = *m_files.back();
-        lit |= file.shines();
-        file.listMovingLights(m_movingLights);
+        isLit |= file.lightsScene();
+        file.appendMovingLights(m_movingLights);
         m_bounds.extendBy(file.bounds());
         if (!m_cameraFile && file.importer().camera() && decl.object < 0)
             m_cameraFile = &file;
     }
-    if (!m_files.empty() && !lit)
+    if (!m_files.empty() && !isLit)
         addDaylight(description);
     m_givesCamera = !m_files.empty() && !description.camera;
 }
@@ -283,12 +264,12 @@ GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, Diag
 GltfScene::~GltfScene() = default;
 
 Statement GltfScene::film() const {
-    constexpr float kLonger = 640;
+    constexpr float kLongerSide = 640; // pixels
     const auto pixels = [](float x) { return std::max(1, int(std::lround(x))); };
     std::vector<Param> params;
     if (const float aspect = m_cameraFile ? m_cameraFile->importer().camera()->aspect : 0; aspect > 0) {
-        const int width = pixels(kLonger * std::min(aspect, 1.f)),
-                  height = pixels(kLonger / std::max(aspect, 1.f));
+        const int width = pixels(kLongerSide * std::min(aspect, 1.f));
+        const int height = pixels(kLongerSide / std::max(aspect, 1.f));
         params = {{"xresolution", ParamType::Int, {}, {}, {width}, {}},
                   {"yresolution", ParamType::Int, {}, {}, {height}, {}}};
     }
@@ -298,21 +279,23 @@ Statement GltfScene::film() const {
 Statement GltfScene::camera(const V2i& resolution) const {
     const float aspect = float(resolution.x) / float(resolution.y);
     const bool isPerspective = !m_cameraFile || m_cameraFile->importer().camera()->isPerspective;
-    const float high = m_cameraFile ? m_cameraFile->importer().camera()->halfHeight
-                                    : std::tan(radians(kDefaultHalfFov)) / std::min(aspect, 1.f);
-    const float wide = high * aspect;
+    const float halfHeight = m_cameraFile ? m_cameraFile->importer().camera()->halfHeight
+                                          : std::tan(radians(kDefaultHalfFov)) / std::min(aspect, 1.f);
+    const float halfWidth = halfHeight * aspect;
     if (!isPerspective)
-        return statement("orthographic",
-                         {numbers("screenwindow", ParamType::Float, {-wide, wide, -high, high})}, {});
-    const float fov = 2 * std::atan(std::min(high, wide)) * (180 / kPi); // along the shorter side
-    return statement("perspective", {numbers("fov", ParamType::Float, {fov})}, {});
+        return statement(
+            "orthographic",
+            {floatParam("screenwindow", ParamType::Float, {-halfWidth, halfWidth, -halfHeight, halfHeight})},
+            {});
+    const float fov = 2 * std::atan(std::min(halfHeight, halfWidth)) * (180 / kPi); // along the shorter side
+    return statement("perspective", {floatParam("fov", ParamType::Float, {fov})}, {});
 }
 
 void GltfScene::beginFrame(SceneDescription& description, const Shutter& shutter) {
-    m_stillObjects = description.objects.size();
-    m_stillInstances = {description.world.instances.size()};
+    m_staticObjects = description.objects.size();
+    m_staticInstances = {description.world.instances.size()};
     for (const ObjectDecl& object : description.objects)
-        m_stillInstances.push_back(object.instances.size());
+        m_staticInstances.push_back(object.instances.size());
     for (const auto& file : m_files) {
         const bool givesCamera = m_givesCamera && m_cameraFile == file.get();
         file->addFrame(description, shutter, givesCamera ? &description.cameraToWorld : nullptr);
@@ -322,11 +305,11 @@ void GltfScene::beginFrame(SceneDescription& description, const Shutter& shutter
 }
 
 void GltfScene::endFrame(SceneDescription& description) {
-    description.frame.shapes.clear();
-    description.world.instances.resize(m_stillInstances[0]);
-    description.objects.resize(m_stillObjects);
-    for (size_t i = 0; i < m_stillObjects; ++i)
-        description.objects[i].instances.resize(m_stillInstances[i + 1]);
+    description.frameShapes.clear();
+    description.world.instances.resize(m_staticInstances[0]);
+    description.objects.resize(m_staticObjects);
+    for (size_t i = 0; i < m_staticObjects; ++i)
+        description.objects[i].instances.resize(m_staticInstances[i + 1]);
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// glTF files as parts of a scene: what gltf/import.h makes of them, in the terms of a SceneDescription.
+// glTF files in a SceneDescription: converts the results of gltf/import.h to declarations.
 #pragma once
 
 #include "loader/build/plugin_tables.h"
@@ -6,38 +6,31 @@
 
 namespace strobe {
 
-/// The parameters of Shape "gltf", as a row of the table of shapes. The parser takes such shapes out before
-/// anything is built.
-Plugin<Shape> gltfPlugin();
-/// A file named by such a shape's parameters, read.
-GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& messages);
-/// A whole file, as Include and the command line name it.
-GltfDecl readGltf(const std::filesystem::path& path, const Location& where,
-                  std::shared_ptr<const ResourcePolicy> guard);
-
-/// While the shutter of a scene is open that names no camera: half a frame of 24 a second, in seconds.
+/// The shutter, in seconds, of a scene with glTF files and without Camera: half a frame at 24 frames per
+/// second.
 inline constexpr Shutter kGltfShutter{0, 1.f / 48};
 
-/// The glTF files of a description. Scene time is their time, in seconds.
+/// The glTF files of a description. Scene time is the files' time, in seconds.
 class GltfScene {
   public:
-    /// Appends to the description all that never changes. If nothing lights the scene, a sky and a sun do.
+    /// Appends everything that does not depend on the shutter to the description. If nothing lights the
+    /// scene, adds a sky and a sun. Throws Errors located at the references to the files.
     GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& messages);
     ~GltfScene();
 
-    /// True when the scene has glTF files and names no camera: then `camera` gives it one.
+    /// Returns true if the scene has glTF files and no Camera: `camera` is used then.
     bool givesCamera() const { return m_givesCamera; }
-    /// The film of a scene that names none: of the camera's proportions.
+    /// Returns the film of a scene without Film, in the aspect ratio of the camera.
     Statement film() const;
-    /// The file's camera (of several files, the first's that has one), or one that sees all of them.
+    /// Returns the camera of the first file that has one, or else a camera that sees all files.
     Statement camera(const V2i& resolution) const;
 
-    /// Appends to the description what moves or deforms while the shutter is open. Lights that may move are
-    /// those from `movingLights` on.
+    /// Appends everything that moves or deforms while the shutter is open to the description, and updates
+    /// moving lights and the camera.
     void beginFrame(SceneDescription& description, const Shutter& shutter);
-    /// Takes it away again.
+    /// Removes the declarations that beginFrame appended.
     void endFrame(SceneDescription& description);
-    /// Indices into SceneDescription::lights of the lights that frames differ in.
+    /// Returns the indices into SceneDescription::lights of the lights that beginFrame updates.
     const std::vector<size_t>& movingLights() const { return m_movingLights; }
 
   private:
@@ -48,9 +41,9 @@ class GltfScene {
     bool m_givesCamera = false;
     Box3f m_bounds; ///< of all files, in the world
     std::vector<size_t> m_movingLights;
-    size_t m_stillObjects = 0;
+    size_t m_staticObjects = 0; ///< number of objects before beginFrame
     std::vector<size_t>
-        m_stillInstances; ///< of the world, and of each object, how many instances are for ever
+        m_staticInstances; ///< numbers of instances before beginFrame: of the world, of each object
 };
 
 } // namespace strobe

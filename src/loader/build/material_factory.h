@@ -1,4 +1,4 @@
-// The materials of a description, made.
+// Creates the materials of a description.
 #pragma once
 
 #include "loader/build/plugin_factory.h"
@@ -7,12 +7,14 @@ namespace strobe {
 
 struct BuiltMaterial {
     std::shared_ptr<const Material> material;
-    bool isNothing = false; ///< shapes of it are boundaries of media: left out, unless they shine
-    FloatInput opacity{1};  ///< alpha of its shapes that have none of their own
+    bool isInterface =
+        false;             ///< boundary of a medium: shapes with it are skipped unless they are area lights
+    FloatInput opacity{1}; ///< alpha of shapes that have no alpha of their own
 };
 
-/// All of them, in order; mixes become their heavier part.
+/// Returns the materials of all declarations, in order. A mix becomes the material with the larger weight.
+/// Throws located Errors.
 std::vector<BuiltMaterial> makeMaterials(std::vector<MaterialDecl>& decls,
-                                         const std::vector<MaterialRow>& table, PluginFactory& maker);
+                                         const std::vector<MaterialRow>& table, PluginFactory& factory);
 
 } // namespace strobe

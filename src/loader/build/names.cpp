@@ -14,8 +14,8 @@ void readName(ShapeDecl& decl) {
         decl.name = decl.shape.params.get(kShapeName);
 }
 
-/// What an unnamed shape is called, but for its number.
-std::string kindOf(const Statement& shape) {
+/// Returns the name of an unnamed shape without its number: the stem of its file's name, or its plugin.
+std::string baseName(const Statement& shape) {
     for (const Param& param : shape.params.all())
         if (param.name == "filename" && param.strings.size() == 1)
             return std::filesystem::path(param.strings[0]).stem().string();
@@ -32,16 +32,16 @@ void nameShapes(SceneDescription& description) {
     for (ShapeDecl& shape : description.world.shapes) {
         readName(shape);
         if (shape.name.empty())
-            shape.name = numbers.next(kindOf(shape.shape));
+            shape.name = numbers.next(baseName(shape.shape));
     }
 }
 
-int groupOf(const ParamSet& light, std::vector<std::string>& groups) {
+int lightGroupIndex(const ParamSet& light, std::vector<std::string>& groups) {
     const std::string name = light.has(kLightGroup) ? light.get(kLightGroup) : "rest";
-    const auto fits = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
-    if (name.empty() || !std::all_of(name.begin(), name.end(), fits))
+    const auto isAllowed = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+    if (name.empty() || !std::all_of(name.begin(), name.end(), isAllowed))
         throw Error(light.whereIs(kLightGroup),
-                    "\"group\" names a layer: letters, digits and underscores, not \"" + name + "\"");
+                    "\"group\" must consist of letters, digits and underscores, not \"" + name + "\"");
     const auto index = std::find(groups.begin(), groups.end(), name) - groups.begin();
     if (size_t(index) == groups.size())
         groups.push_back(name);
@@ -49,13 +49,13 @@ int groupOf(const ParamSet& light, std::vector<std::string>& groups) {
 }
 
 std::vector<std::string> cryptomatteNames(const std::vector<MaterialDecl>& materials) {
-    std::vector<std::string> mattes;
+    std::vector<std::string> names;
     Numbering numbers;
     for (const MaterialDecl& decl : materials)
-        mattes.push_back(!decl.name.empty() ? decl.name
-                         : mattes.empty()   ? "default"
-                                            : numbers.next(decl.material.name));
-    return mattes;
+        names.push_back(!decl.name.empty() ? decl.name
+                        : names.empty()    ? "default"
+                                           : numbers.next(decl.material.name));
+    return names;
 }
 
 } // namespace strobe

@@ -3,16 +3,33 @@
 namespace strobe {
 namespace {
 
-/// The name of a plugin that is skipped; no scene can spell it.
-const char* const kLeftOut = "\n";
+/// The name of statements that are skipped; no scene can contain it.
+const char* const kSkipped = "\n";
 
-/// What is made of a name that nobody knows; empty: nothing.
-std::string fallback(const std::string& kind) {
+/// Returns the plugin that replaces unknown plugins of a kind; empty: they are skipped.
+std::string defaultPlugin(const std::string& kind) {
     static const std::map<std::string, std::string> names{
         {"material", "matte"}, {"texture", "constant"}, {"camera", "perspective"},     {"film", "image"},
         {"sampler", "sobol"},  {"pixel filter", "box"}, {"shading integrator", "path"}};
     const auto it = names.find(kind);
     return it == names.end() ? "" : it->second;
+}
+
+std::string kindAndName(const char* kind, const Statement& statement) {
+    return std::string(kind) + " \"" + statement.name + "\"";
+}
+
+std::string usedInstead(const std::string& name) {
+    return name.empty() ? "it is skipped" : "\"" + name + "\" is used instead";
+}
+
+/// The image of a "projection" light becomes the cone of a "spot": half of its field of view.
+void projectionToSpot(ParamSet& params) {
+    for (Param& p : params.all())
+        if (p.name == "fov" && p.floats.size() == 1) {
+            p.name = "coneangle";
+            p.floats[0] /= 2;
+        }
 }
 
 } // namespace
@@ -36,51 +53,48 @@ PluginFactory::PluginFactory(const PluginFactory& other, Diagnostics& messages)
                                           other.m_context.lenient},
       m_textures(other.m_textures) {}
 
-void PluginFactory::note(const Statement& statement, const char* kind, const std::string& becomes) {
-    const std::string what = std::string(kind) + " \"" + statement.name + "\"";
-    if (!becomes.empty())
-        m_context.messages.warnOnce(what, statement.where, what + " is not supported; " + becomes);
+void PluginFactory::warnUnsupported(const Statement& statement, const char* kind,
+                                    const std::string& replacement) {
+    const std::string subject = kindAndName(kind, statement);
+    if (!replacement.empty())
+        m_context.messages.warnOnce(subject, statement.where, subject + " is not supported; " + replacement);
 }
 
-bool PluginFactory::isLeftOut(const Statement& statement) { return statement.name == kLeftOut; }
+bool PluginFactory::isSkipped(const Statement& statement) { return statement.name == kSkipped; }
 
 bool PluginFactory::isCompat(const Statement& statement) const {
-    if (statement.name == "measured") { // pbrt-v4's files are others
+    if (statement.name == "measured") { // pbrt-v4's have another file format
         const std::string file = statement.params.get(ParamDef<std::string>{"filename", "", ""});
         return file.ends_with(".bsdf");
     }
-    return !m_strict && m_context.conventions == Conventions::PbrtV4; // pbrt-v3's; ours are v2's
+    return !m_strict && m_context.conventions == Conventions::PbrtV4; // strobe's are those of pbrt-v2
 }
 
 bool PluginFactory::resolveAlias(Statement& statement, const char* kind) {
-    const auto& known = pluginAliases(kind);
-    const auto it = known.find(statement.name);
-    if (it == known.end())
+    const auto& aliases = pluginAliases(kind);
+    const auto it = aliases.find(statement.name);
+    if (it == aliases.end())
         return false;
-    const PluginAlias& standIn = it->second;
-    if (statement.name == "projection") // its picture becomes a cone
-        for (Param& p : statement.params.all())
-            if (p.name == "fov" && p.floats.size() == 1)
-                p.name = "coneangle", p.floats[0] /= 2;
-    if (!standIn.exact)
-        statement.params.markAllUsed(); // another plugin's parameters: those we know will be read
-    if (standIn.name.empty())
-        note(statement, kind, "it is left out");
-    else if (!standIn.exact)
-        note(statement, kind, "\"" + standIn.name + "\" takes its place");
-    else if (const std::string what = std::string(kind) + " \"" + statement.name + "\""; !standIn.silent)
-        m_context.messages.warnOnce(what, statement.where, what + " is called \"" + standIn.name + "\" here");
-    statement.name = standIn.name.empty() ? kLeftOut : standIn.name;
+    const PluginAlias& alias = it->second;
+    if (statement.name == "projection")
+        projectionToSpot(statement.params);
+    if (!alias.isExact) {
+        statement.params.markAllUsed(); // of another plugin: none is reported as unread
+        warnUnsupported(statement, kind, usedInstead(alias.name));
+    } else if (alias.isWarned) {
+        const std::string subject = kindAndName(kind, statement);
+        m_context.messages.warnOnce(subject, statement.where, subject + " is read as \"" + alias.name + "\"");
+    }
+    statement.name = alias.name.empty() ? kSkipped : alias.name;
     return true;
 }
 
 void PluginFactory::replaceUnknown(Statement& statement, const char* kind) {
-    const std::string name = fallback(kind), what = std::string(kind) + " \"" + statement.name + "\"";
-    m_context.messages.warnOnce(what, statement.where,
-                                what + " is not known; " +
-                                    (name.empty() ? "it is left out" : "\"" + name + "\" takes its place"));
+    const std::string name = defaultPlugin(kind);
+    const std::string subject = kindAndName(kind, statement);
+    m_context.messages.warnOnce(subject, statement.where, "unknown " + subject + "; " + usedInstead(name));
     statement.params.markAllUsed();
-    statement.name = name.empty() ? kLeftOut : name;
+    statement.name = name.empty() ? kSkipped : name;
 }
 
 } // namespace strobe

@@ -18,7 +18,7 @@
 #include "lights/point.h"
 #include "lights/spot.h"
 #include "loader/build/film_plugin.h"
-#include "loader/build/gltf_scene.h"
+#include "loader/parser/gltf_decl.h"
 #include "materials/glass.h"
 #include "materials/matte.h"
 #include "materials/measured.h"
@@ -79,8 +79,8 @@ using PluginAliases = std::map<std::string, PluginAlias>;
 
 PluginAliases samplerPluginAliases() {
     PluginAliases map;
-    for (const auto& [foreign, ours] : samplerAliases())
-        map[foreign] = {ours, true, false};
+    for (const auto& [alias, name] : samplerAliases())
+        map[alias] = {name, true, true};
     return map;
 }
 
@@ -121,7 +121,7 @@ std::map<std::string, PluginAliases> allPluginAliases() {
 }
 
 template <class Row>
-void list(std::string& out, const char* kind, const std::vector<Row>& table) {
+void appendList(std::string& out, const char* kind, const std::vector<Row>& table) {
     out += fmt::format("{}\n", kind);
     for (const Row& row : table) {
         out += fmt::format("  {:<16} {}\n", row.name, row.doc);
@@ -145,17 +145,17 @@ const std::map<std::string, PluginAlias>& pluginAliases(const std::string& kind)
 
 std::string listPlugins(const PluginTables& tables) {
     std::string out;
-    list(out, "Integrator (what shares a shade; --integrator)", tables.integrators);
-    list(out, "SurfaceIntegrator, Integrator (how a point is shaded)", tables.shaders);
-    list(out, "Camera", tables.cameras);
-    list(out, "Film", tables.films);
-    list(out, "Sampler", tables.samplers);
-    list(out, "PixelFilter", tables.filters);
-    list(out, "Shape", tables.shapes);
-    list(out, "Material", tables.materials);
-    list(out, "Texture", tables.textures);
-    list(out, "LightSource", tables.lights);
-    list(out, "AreaLightSource", tables.areaLights);
+    appendList(out, "Integrator (which samples share a shade; --integrator)", tables.integrators);
+    appendList(out, "SurfaceIntegrator, Integrator (how a shade is computed; --shading)", tables.shaders);
+    appendList(out, "Camera", tables.cameras);
+    appendList(out, "Film", tables.films);
+    appendList(out, "Sampler", tables.samplers);
+    appendList(out, "PixelFilter", tables.filters);
+    appendList(out, "Shape", tables.shapes);
+    appendList(out, "Material", tables.materials);
+    appendList(out, "Texture", tables.textures);
+    appendList(out, "LightSource", tables.lights);
+    appendList(out, "AreaLightSource", tables.areaLights);
     return out;
 }
 

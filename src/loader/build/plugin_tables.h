@@ -1,4 +1,4 @@
-// The plugin tables: every name a scene file may use, in one place.
+// The tables of all plugins, and their names in other renderers.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -12,14 +12,14 @@
 
 namespace strobe {
 
-/// Where the image goes: the film directive's values.
+/// The parameters of a Film directive.
 struct FilmSetup {
     V2i resolution;
-    V2f cropX{0, 1}, cropY{0, 1}; ///< fractions of the frame
+    V2f cropX{0, 1}, cropY{0, 1}; ///< crop window, in fractions of the frame
     bool hasPixelBounds = false;
-    V2i boundsX, boundsY; ///< pixels, half-open
+    V2i boundsX, boundsY; ///< crop window, in pixels, half-open
     std::string filename;
-    float scale = 1; ///< of all light
+    float scale = 1; ///< factor of all light sources
 };
 
 struct PluginTables {
@@ -36,26 +36,27 @@ struct PluginTables {
     std::vector<Plugin<std::shared_ptr<const Integrator>>> integrators;
 };
 
+/// Returns the tables of all plugins.
 PluginTables pluginTables();
 
-/// Every shape's, read by the builder.
+/// A parameter of every shape; the builder reads it.
 inline const ParamDef<std::string> kShapeName{
-    "name", "", "what layers call it; default: the file's name or the kind, and a number"};
+    "name", "", "name in AOVs; default: the name of the file or plugin, and a number"};
 
-/// Every light's and area light's, likewise.
+/// A parameter of every light and area light; the builder reads it.
 inline const ParamDef<std::string> kLightGroup{"group", "rest",
-                                               "the lights that share a layer of --aov lightgroups"};
+                                               "light group: the layer of --aov lightgroups for its light"};
 
-/// Another renderer's name for one of ours, or for the nearest thing we have.
+/// The plugin that replaces another renderer's plugin.
 struct PluginAlias {
-    std::string name;   ///< ours; empty: there is nothing like it, skip it
-    bool exact = false; ///< means the same: parameters are checked as ours
-    bool silent = true; ///< of an exact one: not worth a word
+    std::string name;      ///< the plugin of strobe; empty: none, the statement is skipped
+    bool isExact = false;  ///< the same plugin: unread parameters are reported
+    bool isWarned = false; ///< warn that an exact alias is used; other aliases always warn
 };
-/// By kind ("material", "shape", …), then by foreign name.
+/// Returns the aliases of a kind ("material", "shape", …), by the other renderer's name.
 const std::map<std::string, PluginAlias>& pluginAliases(const std::string& kind);
 
-/// The text of `strobe --list`: every plugin with its parameters, defaults and a line each.
+/// Returns the text of `strobe --list`: every plugin with its parameters, their defaults and descriptions.
 std::string listPlugins(const PluginTables& tables);
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// Plugins of other renderers that are none of ours: what of ours is nearest to them, with their parameters.
+// Plugins of pbrt that strobe lacks: each becomes the nearest plugin of strobe. See docs/pbrt-files.md.
 #pragma once
 
 #include "core/interfaces/light.h"
@@ -8,28 +8,29 @@
 
 namespace strobe {
 
-/// A row that reads another renderer's parameters and makes something of ours.
+/// A plugin with the name and the parameters of pbrt, which creates an approximation of it.
 template <class Row>
 struct CompatPlugin {
-    Row row;             ///< its name is theirs
-    std::string becomes; ///< for the one warning: what is made, and what is lost
+    Row row;
+    std::string replacement; ///< end of the warning "… is not supported; "; empty: exact, no warning
 };
 
 using MaterialRow = Plugin<std::shared_ptr<const Material>>;
 using TextureRow = Plugin<TexturePtr, const TextureArgs&>;
 using ShapeRow = Plugin<Shape>;
 
-/// Materials, most of which become glTF's metallic-roughness. Those of pbrt-v3 that have the name of one of
-/// ours, which is pbrt-v2's, are here too.
+/// Returns the materials, most of which become "metallicroughness". They include materials of pbrt-v3 and v4
+/// whose names strobe uses for other materials: those of pbrt-v2, and "measured".
 std::vector<CompatPlugin<MaterialRow>> compatMaterials();
-/// Textures: bilerp and uv as they are, noises as their mean.
+/// Returns the textures: bilerp and uv exactly, others as a constant near their mean.
 std::vector<CompatPlugin<TextureRow>> compatTextures();
-/// Shapes: surfaces of revolution, bilinear patches, height fields and curves, as triangles.
+/// Returns the shapes, as triangles: surfaces of revolution, bilinear patches, height fields and curves.
 std::vector<CompatPlugin<ShapeRow>> compatShapes();
 
-/// The diagonal, in mm, of the film behind pbrt's "realistic" camera.
+/// Returns the diagonal, in mm, of the film behind pbrt's "realistic" camera.
 float readDiagonal(const ParamSet& film);
-/// Gives such a camera the parameters of a perspective one of the same focal length.
+/// Replaces the parameters of a "realistic" camera by those of a "perspective" camera of the same focal
+/// length. `filmDiagonal` in mm, `resolution` in pixels.
 void makePerspective(ParamSet& camera, float filmDiagonal, const V2i& resolution);
 
 } // namespace strobe

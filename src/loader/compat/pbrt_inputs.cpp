@@ -5,13 +5,13 @@
 namespace strobe {
 namespace {
 
-/// A texture computed from up to two inputs.
+/// A texture that is a function of two inputs.
 template <class In, class Out>
-class Computed final : public Texture {
+class FunctionTexture final : public Texture {
   public:
     using F = std::function<Out(const In&, const In&)>;
     template <class Input>
-    Computed(const Input& a, const Input& b, F f) : m_f(std::move(f)) {
+    FunctionTexture(const Input& a, const Input& b, F f) : m_f(std::move(f)) {
         m_a = [a](const TextureQuery& q) { return a.at(q); };
         m_b = [b](const TextureQuery& q) { return b.at(q); };
         m_needsFootprint = a.needsFootprint() || b.needsFootprint();
@@ -25,14 +25,16 @@ class Computed final : public Texture {
     bool m_needsFootprint;
 };
 
+/// Returns f of two inputs; a texture if one of them is a texture.
 template <class OutInput, class Value, class Out, class Input>
 OutInput compute(const Input& a, const Input& b, std::function<Out(const Value&, const Value&)> f) {
     OutInput out(f(a.constant, b.constant));
     if (a.texture || b.texture)
-        out.texture = std::make_shared<const Computed<Value, Out>>(a, b, std::move(f));
+        out.texture = std::make_shared<const FunctionTexture<Value, Out>>(a, b, std::move(f));
     return out;
 }
 
+/// Returns the mean over the unit square of texture coordinates, by 16 x 16 samples.
 template <class Input>
 auto meanOverSquare(const Input& in) {
     constexpr int kSide = 16;
@@ -46,13 +48,14 @@ auto meanOverSquare(const Input& in) {
     return sum;
 }
 
-/// pbrt-v3's way from roughness, 0 to 1, to alpha: a polynomial in its logarithm.
+/// Returns pbrt-v3's alpha of a roughness from 0 to 1: a polynomial in its logarithm.
 float polynomialAlpha(float roughness) {
     const float x = std::log(std::max(roughness, 1e-3f));
     return 1.62142f + x * (0.819955f + x * (0.1734f + x * (0.0171201f + x * 0.000640711f)));
 }
 
-/// The alpha at which GGX's lobe is as wide at its peak as (n·h)^(1/roughness).
+/// Returns the alpha at which GGX has the peak value of the normalized Blinn distribution
+/// (n·h)^(1/roughness): sqrt(2 / (exponent + 2)).
 float blinnAlpha(float roughness) { return std::sqrt(2 * roughness / (1 + 2 * roughness)); }
 
 float alphaOf(float roughness, RoughnessRule rule) {
@@ -72,7 +75,7 @@ RgbInput mapped(const RgbInput& in, std::function<Rgb(const Rgb&)> f) {
     return combined(in, in, [f = std::move(f)](const Rgb& a, const Rgb&) { return f(a); });
 }
 
-FloatInput grayOf(const RgbInput& in, std::function<float(const Rgb&)> f) {
+FloatInput toGray(const RgbInput& in, std::function<float(const Rgb&)> f) {
     return compute<FloatInput, Rgb, float>(in, in,
                                            [f = std::move(f)](const Rgb& a, const Rgb&) { return f(a); });
 }
@@ -95,7 +98,7 @@ FloatInput readRoughness(const ParamSet& params, const RoughnessDefs& defs, Roug
     const FloatInput both = params.get(defs.both);
     const FloatInput u = params.has(defs.u) ? params.get(defs.u) : both;
     const FloatInput v = params.has(defs.v) ? params.get(defs.v) : both;
-    // Of two widths, the geometric mean: the lobe covers as large a solid angle.
+    // With the geometric mean of the two alphas, the lobe covers the same solid angle.
     return combined(u, v, [toAlpha](float a, float b) {
         return std::pow(std::min(toAlpha(a), 1.f) * std::min(toAlpha(b), 1.f), 0.25f);
     });
@@ -112,8 +115,10 @@ FloatInput readIndex(const ParamSet& params, const ParamDef<FloatInput>& def) {
 Rgb conductorReflectance(const Rgb& eta, const Rgb& k) {
     Rgb r;
     for (int i = 0; i < 3; ++i) {
-        const float k2 = k[i] * k[i], less = eta[i] - 1, more = eta[i] + 1;
-        r[i] = (less * less + k2) / (more * more + k2);
+        const float k2 = k[i] * k[i];
+        const float etaMinus = eta[i] - 1;
+        const float etaPlus = eta[i] + 1;
+        r[i] = (etaMinus * etaMinus + k2) / (etaPlus * etaPlus + k2);
     }
     return r;
 }

@@ -1,4 +1,4 @@
-// Inputs of foreign materials, brought into the form that ours take.
+// Inputs of pbrt's materials, converted for the materials of strobe.
 #pragma once
 
 #include "core/params/plugin.h"
@@ -7,37 +7,39 @@
 
 namespace strobe {
 
-/// f of the input, wherever it is looked up.
+/// Returns f(in), as a texture if the input is one.
 FloatInput mapped(const FloatInput& in, std::function<float(float)> f);
 RgbInput mapped(const RgbInput& in, std::function<Rgb(const Rgb&)> f);
-FloatInput grayOf(const RgbInput& in, std::function<float(const Rgb&)> f);
-/// f of two inputs.
+FloatInput toGray(const RgbInput& in, std::function<float(const Rgb&)> f);
+/// Returns f(a, b), as a texture if one of the inputs is one.
 RgbInput combined(const RgbInput& a, const RgbInput& b, std::function<Rgb(const Rgb&, const Rgb&)> f);
 FloatInput combined(const FloatInput& a, const FloatInput& b, std::function<float(float, float)> f);
 
-/// The mean luminance, of a texture over its unit square.
+/// Returns the mean luminance; of a texture, the mean over its unit square.
 float meanOf(const RgbInput& in);
 float meanOf(const FloatInput& in);
 
-/// How a pbrt of a version takes roughness to the alpha of a microfacet distribution.
+/// The mapping of roughness to the alpha of a microfacet distribution, by version of pbrt.
 enum class RoughnessRule {
-    BlinnExponent, ///< v2: the exponent is 1/roughness; the alpha of as wide a lobe
-    Polynomial,    ///< v3, unless remaproughness is false: a fit
+    BlinnExponent, ///< v2: the Blinn exponent is 1/roughness; alpha gives the same peak value
+    Polynomial,    ///< v3, unless remaproughness is false
     SquareRoot     ///< v4, unless remaproughness is false
 };
 
-/// "roughness", "uroughness", "vroughness" and "remaproughness", each behind `prefix`.
+/// The parameters of a roughness: isotropic, along u, along v, and whether they are remapped.
 struct RoughnessDefs {
     ParamDef<FloatInput> both, u, v;
-    ParamDef<bool> remap{"remaproughness", true, "false: the roughness is alpha"};
+    ParamDef<bool> remap{"remaproughness", true,
+                         "whether to map roughness to alpha; false: roughness is alpha"};
 };
-/// The isotropic roughness, in metallic-roughness' sense: the square root of alpha.
+/// Returns the isotropic roughness of "metallicroughness", the square root of alpha. Of two different
+/// roughnesses along u and v, alpha is the geometric mean.
 FloatInput readRoughness(const ParamSet& params, const RoughnessDefs& defs, RoughnessRule rule);
 
-/// An index of refraction given as a number, a texture or (v4) a spectrum.
+/// Returns an index of refraction given as a number, a texture, or a spectrum (v4), whose mean is used.
 FloatInput readIndex(const ParamSet& params, const ParamDef<FloatInput>& def);
 
-/// Reflectance of a conductor at normal incidence.
+/// Returns the reflectance of a conductor at normal incidence.
 Rgb conductorReflectance(const Rgb& eta, const Rgb& k);
 
 } // namespace strobe

@@ -9,22 +9,27 @@ namespace {
 
 using namespace mesh_params;
 
-/// A grid of points with normals, as triangles; (i, j) counts rows of `across` points.
-struct Grid {
-    int across, along; ///< numbers of points
+/// A mesh of a grid of vertices, added row by row.
+struct GridMesh {
+    int columns, rows; ///< of vertices
     std::shared_ptr<TriangleMesh> mesh = std::make_shared<TriangleMesh>();
 
-    Grid(int across, int along) : across(across), along(along) {
-        mesh->positions.resize(1), mesh->normals.resize(1);
+    GridMesh(int columns, int rows) : columns(columns), rows(rows) {
+        mesh->positions.resize(1);
+        mesh->normals.resize(1);
     }
-    void add(const V3f& p, const V3f& n, const V2f& uv) {
-        mesh->positions[0].push_back(p), mesh->normals[0].push_back(n), mesh->uvs.push_back(uv);
+    void addVertex(const V3f& p, const V3f& n, const V2f& uv) {
+        mesh->positions[0].push_back(p);
+        mesh->normals[0].push_back(n);
+        mesh->uvs.push_back(uv);
     }
     Shape finish(const ParamSet& params, const BuildContext& context) {
-        for (int j = 0; j + 1 < along; ++j)
-            for (int i = 0; i + 1 < across; ++i) {
-                const auto at = uint32_t(j * across + i), above = at + uint32_t(across);
-                mesh->indices.insert(mesh->indices.end(), {at, at + 1, above + 1, at, above + 1, above});
+        for (int j = 0; j + 1 < rows; ++j)
+            for (int i = 0; i + 1 < columns; ++i) {
+                const auto vertex = uint32_t(j * columns + i);
+                const uint32_t above = vertex + uint32_t(columns);
+                mesh->indices.insert(mesh->indices.end(),
+                                     {vertex, vertex + 1, above + 1, vertex, above + 1, above});
             }
         mesh->alpha = readAlpha(params, context);
         return {mesh, nullptr};
@@ -34,42 +39,51 @@ struct Grid {
 const ParamDef<float> kRadius{"radius", 1, "radius"};
 const ParamDef<float> kZMin{"zmin", -1, "lowest z"}, kZMax{"zmax", 1, "highest z"};
 const ParamDef<float> kHeight{"height", 1, "height"};
-const ParamDef<float> kPhiMax{"phimax", 360, "how far it goes about z, in degrees"};
-const ParamDef<V3f> kP1{"p1", V3f(0), "one end of the line that is turned"},
-    kP2{"p2", V3f(1), "its other end"};
+const ParamDef<float> kPhiMax{"phimax", 360, "sweep about z in degrees"};
+const ParamDef<V3f> kP1{"p1", V3f(0), "start of the line that is revolved"},
+    kP2{"p2", V3f(1), "end of the line"};
 
-/// The surface that the curve of radius and height (x and y of profile(v), v from 0 to 1) sweeps about z.
+/// Returns the surface of revolution about z of a profile curve: profile(v), v from 0 to 1, is the radius and
+/// the height. `steps`: number of segments along the profile.
 Shape revolve(const ParamSet& params, const BuildContext& context, const std::function<V2f(float)>& profile,
-              int steps, float start = 0) {
-    constexpr int kAround = 96; // 1/1000 of the radius from a circle, and its normals
-    constexpr float kStep = 1e-3f;
+              int steps) {
+    constexpr int kAround = 96;    // deviates from the circle by less than 1/1000 of the radius
+    constexpr float kStep = 1e-3f; // of the derivative of the profile
     const float sweep = radians(std::clamp(params.get(kPhiMax), 0.f, 360.f));
-    Grid grid(kAround + 1, steps + 1);
+    GridMesh grid(kAround + 1, steps + 1);
     for (int j = 0; j <= steps; ++j) {
-        const float v = float(j) / float(steps), before = std::max(v - kStep, 0.f),
-                    after = std::min(v + kStep, 1.f);
-        const V2f at = profile(v), change = (profile(after) - profile(before)) / (after - before);
+        const float v = float(j) / float(steps);
+        const float before = std::max(v - kStep, 0.f);
+        const float after = std::min(v + kStep, 1.f);
+        const V2f p = profile(v);
+        const V2f derivative = (profile(after) - profile(before)) / (after - before);
         for (int i = 0; i <= kAround; ++i) {
-            const float u = float(i) / kAround, c = std::cos(start + u * sweep),
-                        s = std::sin(start + u * sweep);
-            grid.add({at.x * c, at.x * s, at.y}, {change.y * c, change.y * s, -change.x}, {u, v});
+            const float u = float(i) / kAround;
+            const float c = std::cos(u * sweep);
+            const float s = std::sin(u * sweep);
+            grid.addVertex({p.x * c, p.x * s, p.y}, {derivative.y * c, derivative.y * s, -derivative.x},
+                           {u, v});
         }
     }
     return grid.finish(params, context);
 }
 
 Shape createCylinder(const ParamSet& params, const BuildContext& context) {
-    const float radius = params.get(kRadius), z0 = params.get(kZMin), z1 = params.get(kZMax);
+    const float radius = params.get(kRadius);
+    const float z0 = params.get(kZMin);
+    const float z1 = params.get(kZMax);
     return revolve(
         params, context, [=](float v) { return V2f(radius, lerp(z0, z1, v)); }, 1);
 }
 Shape createCone(const ParamSet& params, const BuildContext& context) {
-    const float radius = params.get(kRadius), height = params.get(kHeight);
+    const float radius = params.get(kRadius);
+    const float height = params.get(kHeight);
     return revolve(
         params, context, [=](float v) { return V2f(radius * (1 - v), height * v); }, 16);
 }
 Shape createParaboloid(const ParamSet& params, const BuildContext& context) {
-    const float radius = params.get(kRadius), z1 = params.get(kZMax);
+    const float radius = params.get(kRadius);
+    const float z1 = params.get(kZMax);
     const float z0 = params.has(kZMin) ? params.get(kZMin) : 0;
     const auto profile = [=](float v) {
         const float z = lerp(z0, z1, v);
@@ -78,7 +92,8 @@ Shape createParaboloid(const ParamSet& params, const BuildContext& context) {
     return revolve(params, context, profile, 48);
 }
 Shape createHyperboloid(const ParamSet& params, const BuildContext& context) {
-    const V3f a = params.get(kP1), b = params.get(kP2);
+    const V3f a = params.get(kP1);
+    const V3f b = params.get(kP2);
     const auto profile = [=](float v) {
         const V3f p = lerp(a, b, v);
         return V2f(std::hypot(p.x, p.y), p.z);
@@ -88,7 +103,7 @@ Shape createHyperboloid(const ParamSet& params, const BuildContext& context) {
 
 const ParamDef<std::vector<V2f>> kUv{"uv", {}, "two texture coordinates per vertex", "st"};
 
-/// Float4 corners to a patch: (0,0), (1,0), (0,1) and (1,1).
+/// A patch has four corners, at (u, v) = (0,0), (1,0), (0,1) and (1,1).
 Shape createBilinearMesh(const ParamSet& params, const BuildContext& context) {
     const KeyedPoints points = readPositions(params);
     const KeyedPoints normals = readNormals(params, points, context);
@@ -97,9 +112,10 @@ Shape createBilinearMesh(const ParamSet& params, const BuildContext& context) {
     if (!params.has(kIndices) && points[0].size() == 4)
         corners = {0, 1, 2, 3};
     if (corners.empty() || corners.size() % 4 != 0)
-        throw Error(params.whereIs(kIndices), "\"indices\" must be four per patch");
+        throw Error(params.whereIs(kIndices), "\"indices\" needs a multiple of 4 numbers");
     auto mesh = std::make_shared<TriangleMesh>();
-    mesh->positions.resize(1), mesh->normals.resize(normals.size());
+    mesh->positions.resize(1);
+    mesh->normals.resize(normals.size());
     for (size_t k = 0; k < corners.size(); ++k) {
         const int corner = corners[k];
         if (corner < 0 || size_t(corner) >= points[0].size() ||
@@ -109,81 +125,97 @@ Shape createBilinearMesh(const ParamSet& params, const BuildContext& context) {
         mesh->uvs.push_back(uvs.empty() ? V2f(float(k % 2), float(k / 2 % 2)) : uvs[size_t(corner)]);
         if (!normals.empty())
             mesh->normals[0].push_back(normals[0][size_t(corner)]);
-        if (const auto at = uint32_t(k); k % 4 == 0)
-            mesh->indices.insert(mesh->indices.end(), {at, at + 1, at + 3, at, at + 3, at + 2});
+        if (const auto first = uint32_t(k); k % 4 == 0)
+            mesh->indices.insert(mesh->indices.end(),
+                                 {first, first + 1, first + 3, first, first + 3, first + 2});
     }
     mesh->alpha = readAlpha(params, context);
     return {mesh, nullptr};
 }
 
-const ParamDef<int> kNu{"nu", 0, "points along x"}, kNv{"nv", 0, "points along y"};
+const ParamDef<int> kNu{"nu", 0, "number of points along x"}, kNv{"nv", 0, "number of points along y"};
 const ParamDef<std::vector<float>> kPz{"Pz", {}, "heights"};
 
 Shape createHeightField(const ParamSet& params, const BuildContext& context) {
     const int nu = params.get(kNu), nv = params.get(kNv);
     const std::vector<float> heights = params.get(kPz);
     if (nu < 2 || nv < 2 || heights.size() / size_t(nu) != size_t(nv) || heights.size() % size_t(nu) != 0)
-        throw Error(params.whereIs(kPz), "a height field needs nu times nv heights, at least two by two");
-    Grid grid(nu, nv);
+        throw Error(params.whereIs(kPz), "\"Pz\" needs nu times nv numbers, at least 2 times 2");
+    GridMesh grid(nu, nv);
     for (size_t k = 0; k < heights.size(); ++k) {
         const V2f uv(float(int(k) % nu) / float(nu - 1), float(int(k) / nu) / float(nv - 1));
-        grid.add({uv.x, uv.y, heights[k]}, V3f(0), uv);
+        grid.addVertex({uv.x, uv.y, heights[k]}, V3f(0), uv);
     }
     grid.mesh->normals.clear();
     return grid.finish(params, context);
 }
 
 const ParamDef<std::string> kBasis{"basis", "bezier", "bezier or bspline"};
-const ParamDef<std::string> kType{"type", "flat", "flat, cylinder or ribbon: all become tubes"};
+const ParamDef<std::string> kType{"type", "flat", "flat, cylinder or ribbon; all become tubes"};
 const ParamDef<int> kDegree{"degree", 3, "2 or 3"};
-const ParamDef<float> kWidth{"width", 1, "width"}, kWidth0{"width0", 1, "width at the start"},
-    kWidth1{"width1", 1, "width at the end"};
-const ParamDef<float> kSplitDepth{"splitdepth", 3, "not needed"};
-const ParamDef<std::vector<V3f>> kCurveN{"N", {}, "normals of ribbons"};
+const ParamDef<float> kWidth{"width", 1, "width"}, kWidth0{"width0", 1, "width at the start; default: width"},
+    kWidth1{"width1", 1, "width at the end; default: width"};
+const ParamDef<float> kSplitDepth{"splitdepth", 3, "ignored"};
+const ParamDef<std::vector<V3f>> kCurveN{"N", {}, "ignored: normals of ribbons"};
 
-/// A point of a segment by repeated interpolation; bspline: de Boor's with uniform knots.
+/// Returns the point at `t`, from 0 to 1, of the segment with control points `p`: de Casteljau's algorithm,
+/// or de Boor's with uniform knots.
 V3f curvePoint(std::vector<V3f> p, bool bspline, float t) {
     const int degree = int(p.size()) - 1;
     for (int level = 1; level <= degree; ++level)
         for (int i = 0; i + level <= degree; ++i) {
-            const float span = float(degree - level + 1); // in knots
+            const float span = float(degree - level + 1); // knots
             const float x = bspline ? (t + float(degree - level - i)) / span : t;
             p[size_t(i)] = lerp(p[size_t(i)], p[size_t(i) + 1], x);
         }
     return p[0];
 }
 
-Shape createCurve(const ParamSet& params, const BuildContext& context) {
+/// Returns points on the curve: both ends of each segment and five points between them. Throws a located
+/// Error if the number of control points does not make whole segments.
+std::vector<V3f> curveAxis(const ParamSet& params) {
+    constexpr int kSteps = 6;
     const std::vector<V3f> points = params.require(kP);
     const bool bspline = params.get(kBasis) == "bspline";
     const int degree = params.get(kDegree);
-    params.get(kType), params.get(kSplitDepth), params.get(kCurveN);
-    const float width = params.get(kWidth);
-    const float w0 = params.has(kWidth0) ? params.get(kWidth0) : width,
-                w1 = params.has(kWidth1) ? params.get(kWidth1) : width;
-    const int stride = bspline ? 1 : degree, count = int(points.size());
+    const int stride = bspline ? 1 : degree;
+    const int count = int(points.size());
     if ((degree != 2 && degree != 3) || count <= degree || (count - 1 - degree) % stride != 0)
-        throw Error(params.whereIs(kP), "\"P\" has not the number of points that a curve needs");
+        throw Error(params.whereIs(kP), "the number of points of \"P\" does not make whole curve segments");
     const int segments = (count - 1 - degree) / stride + 1;
-    constexpr int kSteps = 6, kSides = 6;
     std::vector<V3f> axis;
     for (int s = 0; s < segments; ++s) {
         const std::vector<V3f> p(points.begin() + s * stride, points.begin() + s * stride + degree + 1);
         for (int i = s == 0 ? 0 : 1; i <= kSteps; ++i)
             axis.push_back(curvePoint(p, bspline, float(i) / kSteps));
     }
-    Grid grid(kSides + 1, int(axis.size()));
+    return axis;
+}
+
+Shape createCurve(const ParamSet& params, const BuildContext& context) {
+    constexpr int kSides = 6;
+    const std::vector<V3f> axis = curveAxis(params);
+    // Ignored parameters are read, so that they are not reported.
+    params.get(kType);
+    params.get(kSplitDepth);
+    params.get(kCurveN);
+    const float width = params.get(kWidth);
+    const float w0 = params.has(kWidth0) ? params.get(kWidth0) : width;
+    const float w1 = params.has(kWidth1) ? params.get(kWidth1) : width;
+    GridMesh grid(kSides + 1, int(axis.size()));
     V3f side(0);
     for (size_t j = 0; j < axis.size(); ++j) {
         const V3f along = axis[std::min(j + 1, axis.size() - 1)] - axis[j == 0 ? 0 : j - 1];
         const V3f t = length2(along) > 0 ? normalize(along) : V3f(0, 0, 1);
-        side -= t * dot(side, t); // turned with the curve as little as can be
+        side -= t * dot(side, t); // the frame turns as little as possible along the curve
         side = length2(side) > 1e-12f ? normalize(side) : Frame::fromNormal(t).s;
-        const float v = float(j) / float(axis.size() - 1), radius = lerp(w0, w1, v) / 2;
+        const float v = float(j) / float(axis.size() - 1);
+        const float radius = lerp(w0, w1, v) / 2;
         for (int i = 0; i <= kSides; ++i) {
-            const float u = float(i) / kSides, phi = 2 * kPi * u;
+            const float u = float(i) / kSides;
+            const float phi = 2 * kPi * u;
             const V3f n = side * std::cos(phi) + cross(t, side) * std::sin(phi);
-            grid.add(axis[j] + n * radius, n, {v, u});
+            grid.addVertex(axis[j] + n * radius, n, {v, u});
         }
     }
     return grid.finish(params, context);
@@ -192,7 +224,7 @@ Shape createCurve(const ParamSet& params, const BuildContext& context) {
 } // namespace
 
 std::vector<CompatPlugin<ShapeRow>> compatShapes() {
-    const std::string triangles = "triangles take its place";
+    const std::string triangles = "it is converted to triangles";
     return {
         {{"cylinder", "", {kRadius, kZMin, kZMax, kPhiMax, kAlpha, kShadowAlpha}, createCylinder}, triangles},
         {{"cone", "", {kRadius, kHeight, kPhiMax, kAlpha, kShadowAlpha}, createCone}, triangles},
@@ -200,14 +232,14 @@ std::vector<CompatPlugin<ShapeRow>> compatShapes() {
          triangles},
         {{"hyperboloid", "", {kP1, kP2, kPhiMax, kAlpha, kShadowAlpha}, createHyperboloid}, triangles},
         {{"bilinearmesh", "", {kP, kN, kUv, kIndices, kAlpha, kShadowAlpha}, createBilinearMesh},
-         "two triangles for each patch take its place"},
+         "each patch is converted to two triangles"},
         {{"heightfield", "", {kNu, kNv, kPz}, createHeightField}, triangles},
         {{"heightfield2", "", {kNu, kNv, kPz}, createHeightField}, triangles},
         {{"curve",
           "",
           {kP, kBasis, kType, kDegree, kWidth, kWidth0, kWidth1, kSplitDepth, kCurveN, kAlpha, kShadowAlpha},
           createCurve},
-         "a tube of triangles takes its place"},
+         "it is converted to a tube of triangles"},
     };
 }
 

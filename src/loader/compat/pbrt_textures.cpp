@@ -15,10 +15,10 @@ class Constant final : public Texture {
     Rgb m_value;
 };
 
-const InputDef kV00{"v00", 0, "at (0,0)"}, kV01{"v01", 1, "at (0,1)"}, kV10{"v10", 0, "at (1,0)"},
-    kV11{"v11", 1, "at (1,1)"};
+const InputDef kV00{"v00", 0, "value at (0,0)"}, kV01{"v01", 1, "value at (0,1)"},
+    kV10{"v10", 0, "value at (1,0)"}, kV11{"v11", 1, "value at (1,1)"};
 
-/// Float4 values, bilinear in between and beyond.
+/// Bilinear interpolation and extrapolation of four values.
 class Bilerp final : public Texture {
   public:
     Bilerp(const ParamSet& params, const BuildContext& context, const TextureArgs& args)
@@ -39,7 +39,7 @@ class Bilerp final : public Texture {
     Input m_v00, m_v01, m_v10, m_v11;
 };
 
-/// The coordinates as red and green.
+/// The fractional parts of the texture coordinates as red and green.
 class UvColors final : public Texture {
   public:
     explicit UvColors(const Mapping2D& mapping) : m_mapping(mapping) {}
@@ -52,39 +52,43 @@ class UvColors final : public Texture {
     Mapping2D m_mapping;
 };
 
-/// A blend of two inputs by constant shares.
+/// A blend of two inputs with constant weights.
 class Blend final : public Texture {
   public:
-    Blend(Input a, Input b, float shareOfA) : m_a(std::move(a)), m_b(std::move(b)), m_share(shareOfA) {}
+    Blend(Input a, Input b, float weightOfA) : m_a(std::move(a)), m_b(std::move(b)), m_weight(weightOfA) {}
     Rgb rgb(const TextureQuery& q) const override {
-        return m_a.rgb(q) * m_share + m_b.rgb(q) * (1 - m_share);
+        return m_a.rgb(q) * m_weight + m_b.rgb(q) * (1 - m_weight);
     }
     bool needsFootprint() const override { return m_a.needsFootprint() || m_b.needsFootprint(); }
     bool isConstant() const override { return m_a.isConstant() && m_b.isConstant(); }
 
   private:
     Input m_a, m_b;
-    float m_share;
+    float m_weight;
 };
 
-const InputDef kInside{"inside", 1, "in the dots"}, kOutside{"outside", 0, "around them"};
-const InputDef kTex1{"tex1", 0, "where the surface faces the direction"}, kTex2{"tex2", 1, "elsewhere"};
-/// Half of the cells have a dot, of radius 0.35.
-constexpr float kDots = .5f * kPi * .35f * .35f;
+const InputDef kInside{"inside", 1, "value in the dots"}, kOutside{"outside", 0, "value around the dots"};
+const InputDef kTex1{"tex1", 0, "value where the surface faces the direction"},
+    kTex2{"tex2", 1, "value elsewhere"};
+/// Mean coverage by dots: half of the cells have one, of radius 0.35.
+constexpr float kDotCoverage = .5f * kPi * .35f * .35f;
 
-std::function<TexturePtr(const ParamSet&, const BuildContext&, const TextureArgs&)> meanValue(const Rgb& c) {
+using CreateTexture = std::function<TexturePtr(const ParamSet&, const BuildContext&, const TextureArgs&)>;
+
+/// Returns the `create` of a constant texture that ignores its parameters.
+CreateTexture constantTexture(const Rgb& c) {
     return [c](const ParamSet& params, const BuildContext&, const TextureArgs&) -> TexturePtr {
-        params.markAllUsed(); // of a pattern that is not there
+        params.markAllUsed();
         return std::make_shared<const Constant>(c);
     };
 }
 
-std::function<TexturePtr(const ParamSet&, const BuildContext&, const TextureArgs&)>
-blend(const InputDef& a, const InputDef& b, float shareOfA) {
-    return [&a, &b, shareOfA](const ParamSet& params, const BuildContext&,
-                              const TextureArgs& args) -> TexturePtr {
+/// Returns the `create` of a blend of two inputs, which ignores all other parameters.
+CreateTexture blendTexture(const InputDef& a, const InputDef& b, float weightOfA) {
+    return [&a, &b, weightOfA](const ParamSet& params, const BuildContext&,
+                               const TextureArgs& args) -> TexturePtr {
         auto texture =
-            std::make_shared<const Blend>(Input(params, args, a), Input(params, args, b), shareOfA);
+            std::make_shared<const Blend>(Input(params, args, a), Input(params, args, b), weightOfA);
         params.markAllUsed();
         return texture;
     };
@@ -93,7 +97,7 @@ blend(const InputDef& a, const InputDef& b, float shareOfA) {
 } // namespace
 
 std::vector<CompatPlugin<TextureRow>> compatTextures() {
-    const std::string mean = "a constant, about its mean, takes its place";
+    const std::string mean = "a constant near its mean is used instead";
     std::vector<ParamInfo> corners{kV00.color, kV01.color, kV10.color, kV11.color};
     const std::vector<ParamInfo> mapping = mappingParams();
     corners.insert(corners.end(), mapping.begin(), mapping.end());
@@ -108,13 +112,13 @@ std::vector<CompatPlugin<TextureRow>> compatTextures() {
               return std::make_shared<const UvColors>(Mapping2D(params, context, args));
           }},
          ""},
-        {{"dots", "", {kInside.color, kOutside.color}, blend(kInside, kOutside, kDots)}, mean},
-        {{"directionmix", "", {kTex1.color, kTex2.color}, blend(kTex1, kTex2, .5f)}, mean},
-        {{"fbm", "", {}, meanValue(Rgb(0))}, mean},        // a signed noise
-        {{"wrinkled", "", {}, meanValue(Rgb(.4f))}, mean}, // the sum of the magnitudes of octaves
-        {{"windy", "", {}, meanValue(Rgb(0))}, mean},
-        {{"marble", "", {}, meanValue(Rgb(.45f, .45f, .5f))}, mean},
-        {{"ptex", "", {}, meanValue(Rgb(.5f))}, "a gray constant takes its place"},
+        {{"dots", "", {kInside.color, kOutside.color}, blendTexture(kInside, kOutside, kDotCoverage)}, mean},
+        {{"directionmix", "", {kTex1.color, kTex2.color}, blendTexture(kTex1, kTex2, .5f)}, mean},
+        {{"fbm", "", {}, constantTexture(Rgb(0))}, mean},        // signed noise
+        {{"wrinkled", "", {}, constantTexture(Rgb(.4f))}, mean}, // sum of the magnitudes of octaves
+        {{"windy", "", {}, constantTexture(Rgb(0))}, mean},
+        {{"marble", "", {}, constantTexture(Rgb(.45f, .45f, .5f))}, mean},
+        {{"ptex", "", {}, constantTexture(Rgb(.5f))}, "a gray constant is used instead"},
     };
 }
 

@@ -7,14 +7,16 @@
 namespace strobe {
 namespace {
 
-uint64_t hashOfText(std::string_view text) {
-    uint64_t h = hashOf(text.size());
-    for (; !text.empty(); text.remove_prefix(std::min<size_t>(8, text.size()))) {
+uint64_t textHash(std::string_view text) {
+    uint64_t hash = hashOf(text.size());
+    while (!text.empty()) {
+        const size_t bytes = std::min<size_t>(8, text.size());
         uint64_t word = 0;
-        std::memcpy(&word, text.data(), std::min<size_t>(8, text.size()));
-        h = hashCombine(h, word);
+        std::memcpy(&word, text.data(), bytes);
+        hash = hashCombine(hash, word);
+        text.remove_prefix(bytes);
     }
-    return h;
+    return hash;
 }
 
 class ContentHash {
@@ -27,7 +29,8 @@ class ContentHash {
         if (!error)
             add(hashOf(size, time.time_since_epoch().count()));
     }
-    /// Any string may be the name of a file: whether it is one, the disk knows.
+    /// Adds every string that is the name of an existing file: without the plugin tables, file names cannot
+    /// be told from other strings.
     void add(const ParamSet& params) {
         for (const Param& param : params.all())
             for (const std::string& name : param.strings)
@@ -48,22 +51,22 @@ class ContentHash {
 
 } // namespace
 
-uint64_t contentHash(const SceneDescription& d) {
+uint64_t contentHash(const SceneDescription& description) {
     ContentHash hash;
-    for (const auto& source : d.sources)
-        hash.add(hashOfText(source->text));
-    for (const TextureDecl& texture : d.textures)
+    for (const auto& source : description.sources)
+        hash.add(textHash(source->text));
+    for (const TextureDecl& texture : description.textures)
         hash.add(texture.texture.params);
-    for (const MaterialDecl& material : d.materials)
+    for (const MaterialDecl& material : description.materials)
         hash.add(material.material.params);
-    for (const AreaLightDecl& light : d.areaLights)
+    for (const AreaLightDecl& light : description.areaLights)
         hash.add(light.light.params);
-    for (const LightDecl& light : d.lights)
+    for (const LightDecl& light : description.lights)
         hash.add(light.light.params);
-    for (const ObjectDecl& object : d.objects)
+    for (const ObjectDecl& object : description.objects)
         hash.add(object);
-    hash.add(d.world);
-    for (const GltfDecl& file : d.gltfs)
+    hash.add(description.world);
+    for (const GltfDecl& file : description.gltfs)
         for (const std::filesystem::path& path : gltf::filesOf(*file.document))
             hash.addFile(path);
     return hash.value();

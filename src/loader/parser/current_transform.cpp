@@ -13,7 +13,7 @@ V3d row(const M44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
 
 double determinant3(const M44d& m) { return row(m, 0).dot(row(m, 1).cross(row(m, 2))); }
 
-/// The volume of the unit cube's image is no rounding error and fits a float.
+/// Returns true if the determinant exceeds rounding error and is within the range of a float.
 bool isInvertible(const M44d& m) {
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)
@@ -24,6 +24,7 @@ bool isInvertible(const M44d& m) {
     return volume > 1e-12 * box && volume > 1e-35 && volume < 1e35;
 }
 
+/// Returns `m`. Throws an Error with `message` if it is not invertible.
 M44d checked(const M44d& m, const Location& where, const char* message) {
     if (!isInvertible(m))
         throw Error(where, message);
@@ -38,18 +39,19 @@ M44d translation(double x, double y, double z) { return {1, 0, 0, 0, 0, 1, 0, 0,
 
 M44d scaling(double x, double y, double z, const Location& where) {
     return checked({x, 0, 0, 0, 0, y, 0, 0, 0, 0, z, 0, 0, 0, 0, 1}, where,
-                   "Scale by zero or by too large or small a number flattens space");
+                   "Scale factors must not be zero, or too large or too small to invert");
 }
 
 M44d rotation(double degrees, double x, double y, double z, const Location& where) {
     const double l = V3d(x, y, z).length();
     if (!(l > 0) || !std::isfinite(l))
-        throw Error(where, "Rotate needs an axis that is not zero");
+        throw Error(where, "Rotate: the axis is zero");
     const V3d a = V3d(x, y, z) / l;
-    const double turns = std::fmod(degrees, 360.0), angle = turns * (std::numbers::pi / 180);
-    // Quarter turns are exact, so that axis-aligned scenes stay so.
-    const double s = turns == std::trunc(turns) && std::fmod(turns, 180) == 0 ? 0 : std::sin(angle);
-    const double c = turns == std::trunc(turns) && std::fmod(turns, 180) != 0 && std::fmod(turns, 90) == 0
+    const double turn = std::fmod(degrees, 360.0);
+    const double angle = turn * (std::numbers::pi / 180);
+    // Multiples of 90 degrees are exact: axis-aligned scenes stay axis-aligned.
+    const double s = turn == std::trunc(turn) && std::fmod(turn, 180) == 0 ? 0 : std::sin(angle);
+    const double c = turn == std::trunc(turn) && std::fmod(turn, 180) != 0 && std::fmod(turn, 90) == 0
                          ? 0
                          : std::cos(angle);
     const double d = 1 - c; // Rodrigues' formula, transposed for row vectors
@@ -72,27 +74,30 @@ M44d rotation(double degrees, double x, double y, double z, const Location& wher
 }
 
 M44d lookAt(const std::array<double, 9>& n, const Location& where) {
-    const V3d eye(n[0], n[1], n[2]), look(n[3], n[4], n[5]), up(n[6], n[7], n[8]);
+    const V3d eye(n[0], n[1], n[2]);
+    const V3d look(n[3], n[4], n[5]);
+    const V3d up(n[6], n[7], n[8]);
     if (!((look - eye).length() > 0))
-        throw Error(where, "LookAt: the eye and the point looked at are the same");
+        throw Error(where, "LookAt: the eye and the look-at point are the same");
     if (!(up.length() > 0))
         throw Error(where, "LookAt: the up vector is zero");
     const V3d z = (look - eye).normalized();
     const V3d right = up.normalized().cross(z);
     if (!(right.length() > 1e-6))
-        throw Error(where, "LookAt: the up vector is parallel to the direction of view");
-    const V3d x = right.normalized(), y = z.cross(x);
+        throw Error(where, "LookAt: the up vector is parallel to the viewing direction");
+    const V3d x = right.normalized();
+    const V3d y = z.cross(x);
     return checked(
         {x.x, y.x, z.x, 0, x.y, y.y, z.y, 0, x.z, y.z, z.z, 0, -eye.dot(x), -eye.dot(y), -eye.dot(z), 1},
         where, "LookAt: the numbers are too large");
 }
 
-M44d fromNumbers(const std::array<double, 16>& n, const Location& where) {
+M44d matrixFromNumbers(const std::array<double, 16>& n, const Location& where) {
     M44d m(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11], n[12], n[13], n[14],
            n[15]);
-    constexpr double kNoise = 1e-6; // exporters write such
-    if (!(std::abs(m[0][3]) < kNoise && std::abs(m[1][3]) < kNoise && std::abs(m[2][3]) < kNoise &&
-          std::abs(m[3][3] - 1) < kNoise))
+    constexpr double kRounding = 1e-6; // of exporters
+    if (!(std::abs(m[0][3]) < kRounding && std::abs(m[1][3]) < kRounding && std::abs(m[2][3]) < kRounding &&
+          std::abs(m[3][3] - 1) < kRounding))
         throw Error(where, "the last column of the matrix (every fourth number) must be 0 0 0 1");
     m[0][3] = m[1][3] = m[2][3] = 0;
     m[3][3] = 1;
@@ -107,13 +112,9 @@ void CurrentTransform::forActive(F f) {
         f(m_keys[m_active]);
 }
 
-bool CurrentTransform::allEqual() const {
-    return std::all_of(m_keys.begin(), m_keys.end(), [&](const M44d& k) { return k == m_keys.front(); });
-}
-
 void CurrentTransform::apply(const M44d& t, const Location& where) {
     forActive([&](M44d& key) {
-        key = checked(t * key, where, "the current transform becomes too large or too small to be inverted");
+        key = checked(t * key, where, "the current transform becomes too large or too small to invert");
     });
 }
 

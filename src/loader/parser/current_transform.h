@@ -1,4 +1,4 @@
-// The current transform of the scene language: one matrix per key of TransformTimes.
+// The current transformation matrix (CTM) of the scene language: one matrix per key of TransformTimes.
 #pragma once
 
 #include "core/math/transform.h"
@@ -11,18 +11,18 @@ namespace strobe {
 
 using Imath::M44d;
 
-// Transforms as the scene language writes them, for row vectors; angles in degrees. Each throws a located
-// Error when it has no inverse.
+// The transforms of the scene language, for row vectors; angles in degrees. Each function that takes a
+// location throws an Error there if the transform has no inverse.
 M44d translation(double x, double y, double z);
 M44d scaling(double x, double y, double z, const Location& where);
 M44d rotation(double degrees, double x, double y, double z, const Location& where);
-/// World to camera; left-handed: x is cross(up, look - eye).
+/// Returns the world-to-camera transform of LookAt. It is left-handed: x is cross(up, look - eye).
 M44d lookAt(const std::array<double, 9>& eyeLookUp, const Location& where);
-/// Sixteen numbers in pbrt's order, which is Imath's. The last column must be 0 0 0 1.
-M44d fromNumbers(const std::array<double, 16>& numbers, const Location& where);
+/// Returns the matrix of sixteen numbers, row by row as in pbrt and Imath. Throws if the last column is not
+/// 0 0 0 1.
+M44d matrixFromNumbers(const std::array<double, 16>& numbers, const Location& where);
 
-/// The current transform and which of its keys are active. Kept in double precision, so that long chains of
-/// statements lose nothing.
+/// The current transform and the active keys. Double precision keeps long chains of transforms accurate.
 class CurrentTransform {
   public:
     static constexpr int kAll = -1;
@@ -32,17 +32,17 @@ class CurrentTransform {
     const std::vector<M44d>& keys() const { return m_keys; }
     void setKeys(std::vector<M44d> keys) { m_keys = std::move(keys); }
     int active() const { return m_active; }
-    /// One key, or kAll.
+    /// Sets the active key: an index, or kAll.
     void setActive(int key) { m_active = key; }
-    bool allEqual() const;
-    /// Changes the number of keys; all must be equal.
+    /// Changes the number of keys. Precondition: all keys are equal.
     void setCount(size_t count) { m_keys.assign(count, M44d(m_keys.front())); }
 
-    /// `t` before what is there: t * key, for the active keys. Throws when that cannot be inverted in floats.
+    /// Replaces each active key by t * key, which applies `t` first. Throws an Error at `where` if the
+    /// product is not invertible in single precision.
     void apply(const M44d& t, const Location& where);
-    /// Replaces the active keys.
+    /// Replaces the active keys by `t`.
     void set(const M44d& t);
-    /// The inverse of each key.
+    /// Returns the inverse of each key.
     std::vector<M44d> inverses() const;
 
   private:
@@ -52,7 +52,7 @@ class CurrentTransform {
     int m_active = kAll;
 };
 
-/// In single precision, as the renderer uses it; still when all keys are equal.
+/// Returns the transform in single precision; static if all keys are equal.
 KeyedTransform toKeyed(const std::vector<M44d>& keys, const std::vector<float>& times);
 
 } // namespace strobe

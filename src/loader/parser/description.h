@@ -1,4 +1,5 @@
-// What a scene file says, before anything is built: plain data, in the order of the text.
+// SceneDescription: the content of scene files before plugins are created, as plain data in the order of the
+// text.
 #pragma once
 
 #include "core/interfaces/material.h"
@@ -13,60 +14,63 @@
 
 namespace strobe {
 
-/// A directive with a plugin's name and its parameters.
+/// A directive with the name of a plugin and its parameters.
 struct Statement {
     std::string name;
     ParamSet params;
-    Location where; ///< of the directive word
+    Location where; ///< of the directive
 };
 
-/// A glTF file that is part of the scene, read but not yet built: what it becomes depends on the shutter.
+/// A glTF file of the scene. It is read but not built, since its content depends on the shutter.
 struct GltfDecl {
     std::shared_ptr<const gltf::Document> document;
     gltf::Settings settings;
-    KeyedTransform toParent; ///< to world, or to its object's space
+    KeyedTransform toParent; ///< to world, or to the space of its object
     int object = -1;         ///< index into SceneDescription::objects; -1: the world
     Location where;
 };
+
+// Declarations of textures, materials and shapes that glTF files add hold the finished plugin in `prebuilt`;
+// the statement is unused then.
 
 struct TextureDecl {
     std::string name;
     bool isFloat = false; ///< else rgb
     Statement texture;    ///< refers only to textures declared before it
     KeyedTransform toWorld;
-    std::shared_ptr<const Texture> made{}; ///< in place of the statement, when it is there
+    std::shared_ptr<const Texture> prebuilt{};
 };
 
 struct MaterialDecl {
-    std::string name; ///< empty unless made by MakeNamedMaterial
+    std::string name; ///< empty unless declared by MakeNamedMaterial
     Statement material;
-    std::shared_ptr<const Material> made{}; ///< in place of the statement, when it is there
+    std::shared_ptr<const Material> prebuilt{};
 };
 
 struct AreaLightDecl {
     Statement light;
-    int group = 0; ///< see groupOf
+    int group = 0; ///< index of the light group; see lightGroupIndex
 };
 
 struct ShapeDecl {
     Statement shape;
-    KeyedTransform toParent; ///< to world, or to its object's space
+    KeyedTransform toParent; ///< to world, or to the space of its object
     int material = 0;        ///< index into SceneDescription::materials
-    int areaLight = -1;      ///< index into SceneDescription::areaLights, or none
+    int areaLight = -1;      ///< index into SceneDescription::areaLights; -1: none
     bool reverseOrientation = false;
-    std::string name{};     ///< empty: see ObjectNames
-    Shape made{};           ///< in place of the statement, when it is there
-    bool isPassing = false; ///< there for one frame alone
+    std::string name{}; ///< empty: see ObjectNames
+    Shape prebuilt{};
+    bool isPerFrame = false; ///< exists for one frame of a sequence
 };
 
 struct InstanceDecl {
     int object = 0; ///< index into SceneDescription::objects
     TransformChain toParent;
     Location where;
-    std::string name{}; ///< empty: that of its object, and a number
+    std::string name{}; ///< empty: the name of its object and a number
 };
 
-/// ObjectBegin … ObjectEnd, and the world itself.
+/// The content between ObjectBegin and ObjectEnd, or the content of the world.
 struct ObjectDecl {
     std::string name;
     Location where;
@@ -77,21 +81,20 @@ struct ObjectDecl {
 struct LightDecl {
     Statement light;
     KeyedTransform toWorld;
-    int group = 0; ///< see groupOf
+    int group = 0; ///< index of the light group; see lightGroupIndex
 };
 
 struct SceneDescription {
     Conventions conventions = Conventions::PbrtV4;
-    bool strictParameters = true; ///< .scene: an unread parameter is an error; .pbrt: a warning
+    bool strictParameters = true; ///< unread parameters are errors (.scene), else warnings (.pbrt)
     std::vector<float> keyTimes{0, 1};
 
-    std::vector<std::shared_ptr<const Source>> sources; ///< all texts that it was read from, in order
+    std::vector<std::shared_ptr<const Source>> sources; ///< all texts of the scene, in order
 
-    // Absent directives keep the default plugin with no parameters (the builder knows which).
+    // Absent directives: the builder uses its default plugin without parameters.
     std::optional<Statement> camera, film, sampler, filter;
-    std::optional<Statement>
-        shading; ///< SurfaceIntegrator / Integrator naming a way to shade: directlighting, path
-    std::optional<Statement> integrator; ///< Integrator naming a way to share: supersample, msaa, …
+    std::optional<Statement> shading; ///< Integrator or SurfaceIntegrator with the name of a shader: path, …
+    std::optional<Statement> integrator; ///< Integrator with the name of a sharing integrator: supersample, …
     KeyedTransform cameraToWorld;
 
     std::vector<TextureDecl> textures;
@@ -100,7 +103,7 @@ struct SceneDescription {
     std::vector<LightDecl> lights;
     std::vector<ObjectDecl> objects;
     ObjectDecl world;
-    ObjectDecl frame; ///< more of the world: what is there for one frame alone; shapes only
+    std::vector<ShapeDecl> frameShapes; ///< shapes of the world that exist for the current frame only
     std::vector<GltfDecl> gltfs;
 };
 

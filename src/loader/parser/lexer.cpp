@@ -26,20 +26,20 @@ std::string printable(std::string_view text) {
     return text.size() > kMax ? shown + "..." : shown;
 }
 
-/// std::from_chars, and a leading '+'.
+/// As std::from_chars, which accepts no leading '+'.
 template <class T>
 std::from_chars_result fromChars(const char* begin, const char* end, T& value) {
     if (begin != end && *begin == '+' && begin + 1 != end && begin[1] != '-')
         ++begin;
-    // from_chars would also take "inf" and "nan" after a sign.
+    // std::from_chars accepts "inf" and "nan" after a sign.
     const char* const first = begin + (begin != end && *begin == '-');
     if (first == end || !(isDigit(*first) || *first == '.'))
         return {begin, std::errc::invalid_argument};
     return std::from_chars(begin, end, value);
 }
 
-/// Too small for the type, rather than too large: it reads as zero.
-bool isTiny(std::string_view number) {
+/// Returns true if a number out of the type's range is too small rather than too large.
+bool isUnderflow(std::string_view number) {
     const size_t exponent = number.find_first_of("eE");
     if (exponent != std::string_view::npos)
         return exponent + 1 < number.size() && number[exponent + 1] == '-';
@@ -50,7 +50,7 @@ bool isTiny(std::string_view number) {
 } // namespace
 
 Lexer::Lexer(std::shared_ptr<const Source> source) : m_source(std::move(source)), m_text(m_source->text) {
-    if (m_text.substr(0, 3) == "\xEF\xBB\xBF") // a byte order mark
+    if (m_text.substr(0, 3) == "\xEF\xBB\xBF") // byte order mark of UTF-8
         m_pos = 3;
 }
 
@@ -124,7 +124,7 @@ Token Lexer::readString() {
         if (m_text[m_pos] == '\\' && m_pos + 1 < m_text.size() && m_text[m_pos + 1] != '\n')
             ++m_pos;
     }
-    throw Error(at(quote), "string without a closing quote on its line");
+    throw Error(at(quote), "string without a closing quote on the same line");
 }
 
 std::string Lexer::unescape(const Token& token) const {
@@ -167,7 +167,7 @@ float Lexer::readFloat() {
     if ((error != std::errc() && !rangeError) || (rest != end && !isDelimiter(*rest)))
         failNumber(numberText(), "is not a number");
     if (rangeError) {
-        if (!isTiny(numberText()))
+        if (!isUnderflow(numberText()))
             failNumber(numberText(), "is too large for a 32-bit float");
         value = 0;
     }
@@ -183,7 +183,7 @@ double Lexer::readDouble() {
     const bool rangeError = error == std::errc::result_out_of_range || std::isinf(value);
     if ((error != std::errc() && !rangeError) || rest != text.data() + text.size())
         failNumber(text, "is not a number");
-    if (rangeError && !isTiny(text))
+    if (rangeError && !isUnderflow(text))
         failNumber(text, "is too large");
     m_pos += text.size();
     return rangeError ? 0 : value;
@@ -199,7 +199,7 @@ int Lexer::readInt() {
         m_pos += rest - begin;
         return value;
     }
-    const size_t pos = m_pos; // the rare ways to write an integer
+    const size_t pos = m_pos; // other notations, as 3.0 and 1e3
     const std::string_view text = numberText();
     const double number = readDouble();
     m_pos = pos;
@@ -213,15 +213,18 @@ int Lexer::readInt() {
 
 template <class T, class ReadOne>
 void Lexer::readMany(std::vector<T>& out, ReadOne readOne) {
-    constexpr size_t kProbe = 4096; // after so many numbers, the length of the list can be guessed
+    constexpr size_t kProbe = 4096; // numbers from whose mean length the length of the list is estimated
     const size_t first = m_pos;
-    for (size_t count = 1; skipBlanks(), m_pos < m_text.size() && startsNumber(m_text[m_pos]); ++count) {
+    skipBlanks();
+    for (size_t count = 1; m_pos < m_text.size() && startsNumber(m_text[m_pos]); ++count) {
         out.push_back(readOne());
-        if (count != kProbe)
-            continue;
-        const size_t close = m_text.find(']', m_pos);
-        if (close != std::string_view::npos) // one allocation in place of many doublings
-            out.reserve(out.size() + static_cast<size_t>((close - m_pos) * 1.03 * kProbe / (m_pos - first)));
+        if (count == kProbe) {
+            const size_t close = m_text.find(']', m_pos);
+            const double perByte = 1.03 * kProbe / (m_pos - first);
+            if (close != std::string_view::npos) // one allocation instead of repeated doubling
+                out.reserve(out.size() + static_cast<size_t>((close - m_pos) * perByte));
+        }
+        skipBlanks();
     }
 }
 
@@ -242,14 +245,14 @@ std::string describe(const Token& token) {
 
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
                                          const std::filesystem::path& mainDirectory, const Location& where,
-                                         std::shared_ptr<const ResourcePolicy> guard) {
-    const std::filesystem::path place = guard ? guard->admit(path, where) : path;
+                                         std::shared_ptr<const ResourcePolicy> policy) {
+    const std::filesystem::path admitted = policy ? policy->admit(path, where) : path;
     try {
-        const FileBytes file = readFileBytes(place, [&](uint64_t bytes) {
-            if (guard)
-                guard->require(bytes, "the text of \"" + path.string() + '"', "split the scene", where);
+        const FileBytes file = readFileBytes(admitted, [&](uint64_t bytes) {
+            if (policy)
+                policy->require(bytes, "the text of \"" + path.string() + '"', "split the scene", where);
         });
-        return std::make_shared<Source>(path, file.view(), file.bytes, mainDirectory, std::move(guard));
+        return std::make_shared<Source>(path, file.view(), file.bytes, mainDirectory, std::move(policy));
     } catch (const Error&) {
         throw;
     } catch (const std::runtime_error& e) {
@@ -259,9 +262,9 @@ std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
 }
 
 std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name,
-                                         std::shared_ptr<const ResourcePolicy> guard) {
+                                         std::shared_ptr<const ResourcePolicy> policy) {
     const auto owner = std::make_shared<const std::string>(std::move(text));
-    return std::make_shared<Source>(name, *owner, owner, name.parent_path(), std::move(guard));
+    return std::make_shared<Source>(name, *owner, owner, name.parent_path(), std::move(policy));
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// The words of the scene language. Numbers go straight from the text into vectors: a scene is mostly numbers.
+// The lexer of the scene language. Numbers, most of a scene's text, are read into vectors without tokens.
 #pragma once
 
 #include "core/util/error.h"
@@ -13,42 +13,48 @@ namespace strobe {
 
 enum class TokenKind { End, Word, String, Number, Open, Close };
 
-/// A piece of the source; `text` points into it. A String's text excludes the quotes and keeps escapes.
+/// A token; `text` points into the source. The text of a String excludes the quotes and keeps escapes.
 struct Token {
     TokenKind kind = TokenKind::End;
     size_t offset = 0;
     std::string_view text;
 };
 
-/// Reads one source from front to back. Blanks and `#` comments separate tokens. All errors are located.
+/// Reads the tokens of one source. White space and `#` comments separate tokens. All errors are located.
 class Lexer {
   public:
     explicit Lexer(std::shared_ptr<const Source> source);
 
-    /// The kind of the next token, which stays unread. Judged by its first character.
+    /// Returns the kind of the next token, from its first character, without reading it.
     TokenKind peek();
-    /// Reads a token of any kind; at the end of the text, End for ever.
+    /// Reads a token of any kind; at the end of the text, always End.
     Token next();
-    /// A finite number; the next token must be a Number.
+    /// Reads a finite number. Precondition: the next token is a Number. A number below the type's range reads
+    /// as 0; one above it is an Error.
     float readFloat();
     double readDouble();
-    /// A 32-bit integer; `3.0` and `1e3` are integers, `3.5` is an error.
+    /// Reads a 32-bit integer. `3.0` and `1e3` are integers, `3.5` is an Error.
     int readInt();
-    /// Appends numbers up to the first token that is not one.
+    /// Appends all numbers up to the first other token.
     void readFloats(std::vector<float>& out);
     void readInts(std::vector<int>& out);
-    /// The text of a String token with its escapes (\n \t \" \\ …) replaced.
+    /// Returns the text of a String token with its escapes (\n \t \" \\ …) replaced.
     std::string unescape(const Token& token) const;
 
     Location at(size_t offset) const { return {m_source, offset}; }
-    Location here() { return (peek(), at(m_pos)); } ///< of the next token
+    /// Returns the location of the next token.
+    Location here() {
+        skipBlanks();
+        return at(m_pos);
+    }
     const Source& source() const { return *m_source; }
 
   private:
     void skipBlanks();
     Token readString();
     Token readWord();
-    std::string_view numberText() const; ///< the number at the current position, up to its delimiter
+    /// Returns the text from the current position up to the next delimiter.
+    std::string_view numberText() const;
     [[noreturn]] void failNumber(std::string_view text, const char* why) const;
     template <class T, class ReadOne>
     void readMany(std::vector<T>& out, ReadOne readOne);
@@ -58,16 +64,17 @@ class Lexer {
     size_t m_pos = 0;
 };
 
-/// A token as messages show it: quoted, on one line, not too long.
+/// Returns a token for messages: quoted, on one line, at most 40 characters of it.
 std::string describe(const Token& token);
 
-/// Reads a whole file if the guard allows it. `where`: who asks for it, or nowhere for a file of the command
-/// line.
+/// Reads a whole file, which may be packed by gzip. `where`: the directive that names it; nowhere: the
+/// command line. `policy`: which files may be read, and the memory limit; null: no restriction. Throws an
+/// Error at `where`.
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
                                          const std::filesystem::path& mainDirectory, const Location& where,
-                                         std::shared_ptr<const ResourcePolicy> guard = nullptr);
-/// A text in memory as a source called `name`.
+                                         std::shared_ptr<const ResourcePolicy> policy = nullptr);
+/// Returns a text in memory as a source called `name`.
 std::shared_ptr<const Source> makeSource(std::string text, const std::filesystem::path& name,
-                                         std::shared_ptr<const ResourcePolicy> guard = nullptr);
+                                         std::shared_ptr<const ResourcePolicy> policy = nullptr);
 
 } // namespace strobe

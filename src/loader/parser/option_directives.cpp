@@ -1,73 +1,72 @@
-// Directives before WorldBegin, and those whose features are out of scope.
-#include "loader/parser/parser_impl.h"
+// Directives before WorldBegin, and directives of unsupported features.
+#include "loader/parser/directive_parser.h"
 
 #include <fmt/format.h>
 
 namespace strobe {
 
-ParamSet Parser::readRawParameters(const Call& call) {
+ParamSet DirectiveParser::readRawParameters(const Call& call) {
     return readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
 }
 
-ParamSet Parser::readParameters(const Call& call, const char* kind) {
+ParamSet DirectiveParser::readParameters(const Call& call, const char* target) {
     ParamSet params = readRawParameters(call);
     std::erase_if(params.all(),
                   [&](Param& param) { return param.type == ParamType::Texture && !resolveTexture(param); });
-    const auto defaults = kind ? m_state.defaults->find(kind) : m_state.defaults->end();
+    const auto defaults = target ? m_state.defaults->find(target) : m_state.defaults->end();
     if (defaults == m_state.defaults->end())
         return params;
-    const size_t own = params.all().size();
+    const size_t ownCount = params.all().size();
     for (const Param& param : defaults->second) {
-        const auto begin = params.all().begin(), end = begin + own;
-        if (std::none_of(begin, end, [&](const Param& p) { return p.name == param.name; }))
+        const auto begin = params.all().begin();
+        if (std::none_of(begin, begin + ownCount, [&](const Param& p) { return p.name == param.name; }))
             params.add(param);
     }
     return params;
 }
 
-Statement Parser::readStatement(const Call& call, const char* kind) {
+Statement DirectiveParser::readStatement(const Call& call, const char* target) {
     std::string name = readString(call, "a name");
-    return {std::move(name), readParameters(call, kind), call.where};
+    return {std::move(name), readParameters(call, target), call.where};
 }
 
-void Parser::setOnce(std::optional<Statement>& slot, Statement statement) {
+void DirectiveParser::setOnce(std::optional<Statement>& slot, Statement statement) {
     if (slot)
         m_messages.warn(slot->where,
-                        fmt::format("replaced by the statement of {}", statement.where.toString()));
+                        fmt::format("overridden by the statement at {}", statement.where.toString()));
     slot = std::move(statement);
 }
 
-void Parser::camera(const Call& call) {
+void DirectiveParser::camera(const Call& call) {
     setOnce(m_desc.camera, readStatement(call));
-    // pbrt, all versions, interpolates a camera's camera-to-world; followPbrtV2 therefore leaves it alone.
+    // All versions of pbrt interpolate camera-to-world: see interpolateWorldToObject.
     m_coordinateSystems["camera"] = m_state.transform.inverses();
     m_desc.cameraToWorld = toKeyed(m_coordinateSystems["camera"], m_desc.keyTimes);
 }
 
-void Parser::film(const Call& call) { setOnce(m_desc.film, readStatement(call)); }
-void Parser::sampler(const Call& call) { setOnce(m_desc.sampler, readStatement(call)); }
-void Parser::pixelFilter(const Call& call) { setOnce(m_desc.filter, readStatement(call)); }
+void DirectiveParser::film(const Call& call) { setOnce(m_desc.film, readStatement(call)); }
+void DirectiveParser::sampler(const Call& call) { setOnce(m_desc.sampler, readStatement(call)); }
+void DirectiveParser::pixelFilter(const Call& call) { setOnce(m_desc.filter, readStatement(call)); }
 
-void Parser::integrator(const Call& call) {
+void DirectiveParser::integrator(const Call& call) {
     Statement statement = readStatement(call);
     const bool isSharing = m_sharingNames.count(statement.name) != 0;
     if (isSharing) {
         setOnce(m_desc.integrator, std::move(statement));
     } else {
-        m_looksLikeV4 |=
-            call.name == "Integrator"; // a sharing integrator is ours and says nothing about pbrt
+        // The names of sharing integrators are strobe's own, and do not indicate a version of pbrt.
+        m_looksLikeV4 |= call.name == "Integrator";
         setOnce(m_desc.shading, std::move(statement));
     }
 }
 
-void Parser::option(const Call& call) {
+void DirectiveParser::option(const Call& call) {
     const ParamSet params = readRawParameters(call);
     const ParamDef<std::string> conventions{"conventions", "", ""};
     for (const Param& param : params.all())
         if (param.name != conventions.name) {
             m_looksLikeV4 = true;
-            m_messages.warn(param.where,
-                            fmt::format("Option {} is not known and ignored", inQuotes(param.name)));
+            m_messages.warn(param.where, fmt::format("unknown Option {} is ignored", inQuotes(param.name)));
         }
     if (!params.has(conventions))
         return;
@@ -75,43 +74,43 @@ void Parser::option(const Call& call) {
     if (value != "pbrt-v2" && value != "pbrt-v4")
         throw Error(params.whereIs(conventions),
                     fmt::format("unknown conventions {} (known: pbrt-v2, pbrt-v4)", inQuotes(value)));
-    m_saidConventions = value == "pbrt-v2" ? Conventions::PbrtV2 : Conventions::PbrtV4;
+    m_requestedConventions = value == "pbrt-v2" ? Conventions::PbrtV2 : Conventions::PbrtV4;
 }
 
-void Parser::colorSpace(const Call& call) {
+void DirectiveParser::colorSpace(const Call& call) {
     const std::string name = readString(call, "a name");
     m_looksLikeV4 = true;
     if (name != "srgb")
         m_messages.warnOnce("ColorSpace", call.where,
-                            fmt::format("colors of space {} are taken as sRGB's", inQuotes(name)));
+                            fmt::format("unknown color space {}; colors are read as sRGB", inQuotes(name)));
 }
 
-void Parser::accelerator(const Call& call) {
+void DirectiveParser::accelerator(const Call& call) {
     readString(call, "a name");
     readRawParameters(call);
-    m_messages.warnOnce(call.name, call.where, "Accelerator is ignored: Embree builds its own");
+    m_messages.warnOnce(call.name, call.where,
+                        "Accelerator is ignored: Embree builds the acceleration structure");
 }
 
-void Parser::skip(const Call& call) {
+void DirectiveParser::ignore(const Call& call) {
     readString(call, "a name");
     readRawParameters(call);
     m_looksLikeV4 |= call.name == "MakeNamedMedium";
-    skipNotice(call);
+    warnIgnored(call);
 }
 
-void Parser::skipMediumInterface(const Call& call) {
+void DirectiveParser::ignoreMediumInterface(const Call& call) {
     readString(call, "the name of a medium");
     if (m_lexer->peek() == TokenKind::String)
         readString(call, "the name of a medium");
     m_looksLikeV4 = true;
-    skipNotice(call);
+    warnIgnored(call);
 }
 
-void Parser::skipNotice(const Call& call) {
-    const char* why = call.name == "Renderer"
-                          ? "the way of rendering is chosen by Integrator and on the command line"
-                          : "participating media are out of scope";
-    m_messages.warnOnce(call.name, call.where, fmt::format("{} is skipped: {}", call.name, why));
+void DirectiveParser::warnIgnored(const Call& call) {
+    const char* reason = call.name == "Renderer" ? "use Integrator or the command line"
+                                                 : "participating media are not supported";
+    m_messages.warnOnce(call.name, call.where, fmt::format("{} is ignored: {}", call.name, reason));
 }
 
 } // namespace strobe

@@ -8,7 +8,7 @@ namespace {
 struct TypeWord {
     std::string_view word;
     ParamType type;
-    bool isV4 = false; ///< only pbrt-v3 and v4 have it
+    bool isV4 = false; ///< exists in pbrt-v3 and v4 only
 };
 
 constexpr TypeWord kTypes[] = {
@@ -63,7 +63,7 @@ class ValueReader {
     }
 
   private:
-    const char* wanted() const {
+    const char* expectedValue() const {
         switch (m_param.type) {
         case ParamType::Bool:
             return "true or false";
@@ -72,15 +72,15 @@ class ValueReader {
         case ParamType::Texture:
             return "the name of a texture";
         case ParamType::Spectrum:
-            return "numbers, a name or a file name";
+            return "numbers, the name of a spectrum or a file name";
         default:
             return "a number";
         }
     }
-    [[noreturn]] void failWanted() {
+    [[noreturn]] void failUnexpected() {
         const Token token = m_lexer.next();
         throw Error(m_lexer.at(token.offset),
-                    fmt::format("parameter \"{}\" needs {}{}, found {}", m_param.name, wanted(),
+                    fmt::format("parameter \"{}\" needs {}{}, found {}", m_param.name, expectedValue(),
                                 m_open ? " or ']'" : "", describe(token)));
     }
     bool takesNumbers() const {
@@ -115,9 +115,9 @@ class ValueReader {
         else if (takesNumbers() && kind == TokenKind::Number)
             m_param.floats.push_back(m_lexer.readFloat());
         else
-            failWanted();
+            failUnexpected();
     }
-    /// A capitalised word where a value should be: the next directive has begun (NaN and friends aside).
+    /// Returns true if the next word begins the next directive: it is capitalized, and no NaN or Infinity.
     bool isDirectiveLike() {
         Lexer ahead = m_lexer;
         const std::string_view word = ahead.next().text;
@@ -141,23 +141,24 @@ class ValueReader {
         if (kind == TokenKind::End)
             throw Error(m_lexer.at(m_open->offset), "'[' without a closing ']'");
         if (kind != TokenKind::Close)
-            failWanted();
+            failUnexpected();
         m_lexer.next();
     }
     void checkGroups(size_t n, const char* groups) const {
-        if (m_param.floats.size() % n == 0)
+        const size_t count = m_param.floats.size();
+        if (count % n == 0)
             return;
         throw Error(m_param.where,
-                    fmt::format("parameter \"{}\" needs numbers in {}, got {}{}", m_param.name, groups,
-                                m_param.floats.size(), m_open ? "" : "; write them in brackets"));
+                    fmt::format("parameter \"{}\" needs {}, got {} number{}{}", m_param.name, groups, count,
+                                count == 1 ? "" : "s", m_open ? "" : "; write them in brackets"));
     }
     void checkCount() const {
         switch (m_param.type) {
         case ParamType::Point2:
-            return checkGroups(2, "pairs");
+            return checkGroups(2, "pairs of numbers");
         case ParamType::Vector3:
         case ParamType::Rgb:
-            return checkGroups(3, "threes");
+            return checkGroups(3, "triples of numbers");
         case ParamType::Spectrum:
             return checkGroups(2, "pairs of a wavelength and a value");
         case ParamType::Texture:
@@ -194,14 +195,15 @@ Param readParam(Lexer& lexer, bool& looksLikeV4) {
 
 } // namespace
 
-ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Diagnostics* lenient) {
+ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Diagnostics* lenientMessages) {
     ParamSet params(where);
     while (lexer.peek() == TokenKind::String) {
         Param param = readParam(lexer, looksLikeV4);
-        const auto isIt = [&](const Param& p) { return p.name == param.name; };
-        if (lenient && std::erase_if(params.all(), isIt) > 0)
-            lenient->warnOnce("parameter given twice " + param.name, param.where,
-                              fmt::format("parameter \"{}\" is given twice; the last counts", param.name));
+        const auto hasSameName = [&](const Param& p) { return p.name == param.name; };
+        if (lenientMessages && std::erase_if(params.all(), hasSameName) > 0)
+            lenientMessages->warnOnce(
+                "repeated parameter " + param.name, param.where,
+                fmt::format("parameter \"{}\" is given twice; the last value is used", param.name));
         params.add(std::move(param));
     }
     return params;

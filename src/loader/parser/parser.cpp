@@ -1,8 +1,8 @@
-// The parser's frame: files, blocks and the table of directives.
+// Files, blocks and the table of directives.
 #include "loader/parser/parser.h"
 
-#include "loader/build/gltf_scene.h"
-#include "loader/parser/parser_impl.h"
+#include "loader/parser/directive_parser.h"
+#include "loader/parser/gltf_decl.h"
 
 #include <fmt/format.h>
 
@@ -12,16 +12,17 @@
 namespace strobe {
 namespace {
 
-constexpr size_t kMaxIncludeDepth = 64, kMaxBlockDepth = 4096;
+constexpr size_t kMaxIncludeDepth = 64;
+constexpr size_t kMaxBlockDepth = 4096;
 
 std::filesystem::path canonicalPath(const std::filesystem::path& path) {
-    std::error_code ignored; // a text in memory has a name but no file
+    std::error_code ignored; // a text in memory has a name, but no file
     const auto result = std::filesystem::weakly_canonical(path, ignored);
     return ignored ? path : result;
 }
 
-/// The source without the commas that some exporters put between numbers: pbrt reads over them. Offsets stay
-/// what they are.
+/// Returns the source with the commas that some exporters write between numbers, and that pbrt ignores,
+/// replaced by blanks. Offsets do not change.
 std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source, Diagnostics& messages) {
     const std::string_view text = source->text;
     if (text.find(',') == std::string_view::npos)
@@ -36,7 +37,7 @@ std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source
         } else if (text[i] == ',') {
             if (!copy) {
                 copy = std::make_shared<std::string>(text);
-                messages.warnOnce("commas", {source, i}, "commas between numbers are read as blanks");
+                messages.warnOnce("commas", {source, i}, "commas between numbers are ignored");
             }
             (*copy)[i] = ' ';
         }
@@ -46,32 +47,34 @@ std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source
     return std::make_shared<Source>(source->path, *copy, copy, source->mainDirectory, source->guard);
 }
 
-void followPbrtV2(KeyedTransform& t) {
+void interpolateWorldToObject(KeyedTransform& t) {
     if (!t.isStatic())
         t = KeyedTransform(t.times(), t.keys(), MotionConvention::WorldToObject);
 }
 
-/// Which end of an animated transform is interpolated is known only when the whole text is.
-void followPbrtV2(SceneDescription& desc) {
-    const auto followObject = [](ObjectDecl& object) {
-        for (ShapeDecl& shape : object.shapes)
-            followPbrtV2(shape.toParent);
-        for (InstanceDecl& instance : object.instances) {
-            TransformChain path;
-            for (KeyedTransform t : instance.toParent.chain()) {
-                followPbrtV2(t);
-                path.append(std::move(t));
-            }
-            instance.toParent = std::move(path);
+void interpolateWorldToObject(ObjectDecl& object) {
+    for (ShapeDecl& shape : object.shapes)
+        interpolateWorldToObject(shape.toParent);
+    for (InstanceDecl& instance : object.instances) {
+        TransformChain path;
+        for (KeyedTransform t : instance.toParent.chain()) {
+            interpolateWorldToObject(t);
+            path.append(std::move(t));
         }
-    };
-    followObject(desc.world);
+        instance.toParent = std::move(path);
+    }
+}
+
+/// Gives all animated transforms but the camera's pbrt-v2's interpolation. Done last, since the conventions
+/// are known only after the whole text is read.
+void interpolateWorldToObject(SceneDescription& desc) {
+    interpolateWorldToObject(desc.world);
     for (ObjectDecl& object : desc.objects)
-        followObject(object);
+        interpolateWorldToObject(object);
     for (LightDecl& light : desc.lights)
-        followPbrtV2(light.toWorld);
+        interpolateWorldToObject(light.toWorld);
     for (TextureDecl& texture : desc.textures)
-        followPbrtV2(texture.toWorld);
+        interpolateWorldToObject(texture.toWorld);
 }
 
 } // namespace
@@ -87,9 +90,11 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& na
     return nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
 }
 
-const std::map<std::string, Parser::Directive, std::less<>>& Parser::directives() {
-    using P = Parser;
-    constexpr Block any = Block::Any, options = Block::Options, world = Block::World;
+const std::map<std::string, DirectiveParser::Directive, std::less<>>& DirectiveParser::directives() {
+    using P = DirectiveParser;
+    constexpr Section any = Section::Any;
+    constexpr Section options = Section::Options;
+    constexpr Section world = Section::World;
     static const std::map<std::string, Directive, std::less<>> table{
         {"Identity", {any, &P::identity}},
         {"Translate", {any, &P::translate}},
@@ -120,8 +125,8 @@ const std::map<std::string, Parser::Directive, std::less<>>& Parser::directives(
         {"Accelerator", {options, &P::accelerator}},
         {"SurfaceIntegrator", {options, &P::integrator}},
         {"Integrator", {options, &P::integrator}},
-        {"Renderer", {options, &P::skip}},
-        {"VolumeIntegrator", {options, &P::skip}},
+        {"Renderer", {options, &P::ignore}},
+        {"VolumeIntegrator", {options, &P::ignore}},
         {"Option", {options, &P::option}},
         {"ColorSpace", {any, &P::colorSpace}},
         {"Attribute", {any, &P::attribute}},
@@ -133,33 +138,33 @@ const std::map<std::string, Parser::Directive, std::less<>>& Parser::directives(
         {"LightSource", {world, &P::lightSource}},
         {"AreaLightSource", {world, &P::areaLightSource}},
         {"Shape", {world, &P::shape}},
-        {"Volume", {world, &P::skip}},
-        {"MakeNamedMedium", {any, &P::skip}},
-        {"MediumInterface", {any, &P::skipMediumInterface}},
+        {"Volume", {world, &P::ignore}},
+        {"MakeNamedMedium", {any, &P::ignore}},
+        {"MediumInterface", {any, &P::ignoreMediumInterface}},
     };
     return table;
 }
 
-Parser::Parser(const std::set<std::string>& sharingNames, Diagnostics& messages, bool isStrict,
-               std::shared_ptr<const ResourcePolicy> guard)
-    : m_sharingNames(sharingNames), m_messages(messages), m_guard(std::move(guard)), m_isStrict(isStrict) {
+DirectiveParser::DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& messages,
+                                 bool isStrict, std::shared_ptr<const ResourcePolicy> policy)
+    : m_sharingNames(sharingNames), m_messages(messages), m_policy(std::move(policy)), m_isStrict(isStrict) {
     m_desc.materials.push_back({"", {"matte", ParamSet(), {}}});
     m_desc.world.name = "world";
 }
 
-void Parser::parse(std::shared_ptr<const Source> source) {
+void DirectiveParser::parse(std::shared_ptr<const Source> source) {
     m_end = {source, source->text.size()};
     parseSource(std::move(source));
 }
 
-void Parser::parseGltf(const std::filesystem::path& path) {
-    const auto source = makeSource("", path, m_guard);
+void DirectiveParser::parseGltf(const std::filesystem::path& path) {
+    const auto source = makeSource("", path, m_policy);
     if (!m_worldBegin)
         worldBegin({"WorldBegin", {source, 0}});
-    addGltf(readGltf(path, {}, m_guard));
+    addGltf(readGltf(path, {}, m_policy));
 }
 
-void Parser::parseSource(std::shared_ptr<const Source> source) {
+void DirectiveParser::parseSource(std::shared_ptr<const Source> source) {
     if (!m_isStrict)
         source = withoutCommas(std::move(source), m_messages);
     m_files.push_back(canonicalPath(source->path));
@@ -168,55 +173,55 @@ void Parser::parseSource(std::shared_ptr<const Source> source) {
     Lexer* const outer = std::exchange(m_lexer, &lexer);
     for (Token token = lexer.next(); token.kind != TokenKind::End; token = lexer.next())
         dispatch(token);
-    m_lexer = outer; // not restored after an error: the parser is of no use then
+    m_lexer = outer;
     m_files.pop_back();
 }
 
-void Parser::dispatch(const Token& word) {
+void DirectiveParser::dispatch(const Token& word) {
     if (word.kind != TokenKind::Word)
         throw Error(m_lexer->at(word.offset), fmt::format("expected a directive, found {}", describe(word)));
     const auto found = directives().find(word.text);
     if (found == directives().end())
         failUnknown(word);
     const Call call{found->first, m_lexer->at(word.offset)};
-    checkBlock(found->second, call);
+    checkSection(found->second, call);
     (this->*found->second.handle)(call);
 }
 
-void Parser::failUnknown(const Token& word) const {
+void DirectiveParser::failUnknown(const Token& word) const {
     throw Error(m_lexer->at(word.offset), fmt::format("unknown directive {}{}", describe(word),
                                                       suggestion(word.text, namesOf(directives()))));
 }
 
-void Parser::checkBlock(const Directive& directive, const Call& call) const {
+void DirectiveParser::checkSection(const Directive& directive, const Call& call) const {
     if (m_worldEnd)
-        throw Error(call.where, fmt::format("{} after WorldEnd ({}): there is one scene to a run", call.name,
+        throw Error(call.where, fmt::format("{} after WorldEnd ({}); a run renders one scene", call.name,
                                             m_worldEnd.toString()));
-    if (directive.block == Block::Options && m_worldBegin)
+    if (directive.section == Section::Options && m_worldBegin)
         throw Error(call.where,
                     fmt::format("{} must come before WorldBegin ({})", call.name, m_worldBegin.toString()));
-    if (directive.block == Block::World && !m_worldBegin)
+    if (directive.section == Section::World && !m_worldBegin)
         throw Error(call.where, fmt::format("{} must come after WorldBegin", call.name));
 }
 
-void Parser::include(const Call& call) {
+void DirectiveParser::include(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the name of a file");
     const std::filesystem::path path = resolveFile(name, where);
     if (gltf::isGltfName(path)) {
         if (!m_worldBegin)
-            throw Error(where, "a glTF file is part of the world: Include it after WorldBegin");
-        return addGltf(readGltf(path, where, m_guard));
+            throw Error(where, "a glTF file must be included after WorldBegin");
+        return addGltf(readGltf(path, where, m_policy));
     }
     if (std::find(m_files.begin(), m_files.end(), canonicalPath(path)) != m_files.end())
         throw Error(where, fmt::format("\"{}\" includes itself", path.string()));
     if (m_files.size() > kMaxIncludeDepth)
-        throw Error(where, fmt::format("files include one another more than {} deep", kMaxIncludeDepth));
+        throw Error(where, fmt::format("Include is nested more than {} deep", kMaxIncludeDepth));
     m_looksLikeV4 |= call.name == "Import";
-    parseSource(readSource(path, m_lexer->source().mainDirectory, where, m_guard));
+    parseSource(readSource(path, m_lexer->source().mainDirectory, where, m_policy));
 }
 
-void Parser::worldBegin(const Call& call) {
+void DirectiveParser::worldBegin(const Call& call) {
     checkAllClosed();
     m_worldBegin = call.where;
     m_desc.world.where = call.where;
@@ -224,58 +229,63 @@ void Parser::worldBegin(const Call& call) {
     m_coordinateSystems["world"] = m_state.transform.keys();
 }
 
-void Parser::worldEnd(const Call& call) {
+void DirectiveParser::worldEnd(const Call& call) {
     checkAllClosed();
     m_worldEnd = call.where;
 }
 
-void Parser::checkAllClosed() const {
-    if (!m_open.empty())
-        throw Error(m_open.back().where, fmt::format("{} is never closed", m_open.back().name));
+void DirectiveParser::checkAllClosed() const {
+    if (!m_openBlocks.empty())
+        throw Error(m_openBlocks.back().where, fmt::format("{} is never closed", m_openBlocks.back().name));
 }
 
-void Parser::beginBlock(const Call& call) {
-    if (m_open.size() >= kMaxBlockDepth)
-        throw Error(call.where, fmt::format("blocks stand in one another more than {} deep", kMaxBlockDepth));
-    m_open.push_back({call.name, call.where, m_state});
+void DirectiveParser::beginBlock(const Call& call) {
+    if (m_openBlocks.size() >= kMaxBlockDepth)
+        throw Error(call.where, fmt::format("blocks are nested more than {} deep", kMaxBlockDepth));
+    m_openBlocks.push_back({call.name, call.where, m_state});
 }
 
-/// Objects and attributes may end in the wrong order: as pbrt has one stack for both, this changes only what
-/// the blocks are called. False if `opener` is none of these.
-bool Parser::untangle(const std::string& opener) {
-    for (auto open = m_open.rbegin(); open != m_open.rend() && open->name != "TransformBegin"; ++open)
-        if (open->name == opener) {
-            std::swap(open->name, m_open.back().name);
+/// Makes the innermost open block one of `opener`, for files that end objects and attributes in the wrong
+/// order: pbrt has one stack for both, so that only the names of the open blocks matter. Returns false if no
+/// block of `opener` is open inside the innermost TransformBegin.
+bool DirectiveParser::reorderBlocks(const std::string& opener) {
+    for (auto block = m_openBlocks.rbegin(); block != m_openBlocks.rend(); ++block) {
+        if (block->name == "TransformBegin")
+            return false;
+        if (block->name == opener) {
+            std::swap(block->name, m_openBlocks.back().name);
             return true;
         }
+    }
     return false;
 }
 
-const Parser::Open& Parser::closeBlock(const Call& call, const std::string& opener) {
-    if (m_open.empty())
+const DirectiveParser::OpenBlock& DirectiveParser::closeBlock(const Call& call, const std::string& opener) {
+    if (m_openBlocks.empty())
         throw Error(call.where, fmt::format("{} without {}", call.name, opener));
-    const Open& open = m_open.back();
+    const OpenBlock& open = m_openBlocks.back();
     if (open.name != opener) {
-        const std::string what =
-            fmt::format("{} comes before the end of {} ({})", call.name, open.name, open.where.toString());
-        if (m_isStrict || !untangle(opener))
-            throw Error(call.where, what);
-        m_messages.warnOnce("tangled blocks", call.where, what + ": what was saved last is restored first");
+        const std::string mistake =
+            fmt::format("{} does not match {} ({})", call.name, open.name, open.where.toString());
+        if (m_isStrict || !reorderBlocks(opener))
+            throw Error(call.where, mistake);
+        m_messages.warnOnce("mismatched blocks", call.where,
+                            mistake + "; the state that was saved last is restored, as in pbrt");
     }
     return open;
 }
 
-void Parser::endBlock(const Call& call) {
+void DirectiveParser::endBlock(const Call& call) {
     const bool transformOnly = call.name == "TransformEnd";
-    const Open& open = closeBlock(call, transformOnly ? "TransformBegin" : "AttributeBegin");
+    const OpenBlock& open = closeBlock(call, transformOnly ? "TransformBegin" : "AttributeBegin");
     if (transformOnly)
         m_state.transform = open.saved.transform;
     else
         m_state = open.saved;
-    m_open.pop_back();
+    m_openBlocks.pop_back();
 }
 
-void Parser::objectBegin(const Call& call) {
+void DirectiveParser::objectBegin(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the object's name");
     if (m_object >= 0)
@@ -283,53 +293,53 @@ void Parser::objectBegin(const Call& call) {
                     fmt::format("ObjectBegin inside object {} ({})", inQuotes(m_desc.objects[m_object].name),
                                 m_desc.objects[m_object].where.toString()));
     if (const auto old = m_objects.find(name); old != m_objects.end())
-        m_messages.warn(where, fmt::format("object {} replaces the one of {}", inQuotes(name),
+        m_messages.warn(where, fmt::format("object {} replaces the one at {}", inQuotes(name),
                                            m_desc.objects[old->second].where.toString()));
     beginBlock(call);
     m_object = static_cast<int>(m_desc.objects.size());
     m_desc.objects.push_back({name, call.where, {}, {}});
 }
 
-void Parser::objectEnd(const Call& call) {
+void DirectiveParser::objectEnd(const Call& call) {
     m_state = closeBlock(call, "ObjectBegin").saved;
-    m_open.pop_back();
+    m_openBlocks.pop_back();
     m_objects[m_desc.objects[m_object].name] = m_object;
     m_object = -1;
 }
 
-SceneDescription Parser::finish() {
+SceneDescription DirectiveParser::finish() {
     checkAllClosed();
     if (!m_worldBegin)
         throw Error(m_end, "the scene has no WorldBegin");
     m_desc.strictParameters = m_isStrict;
-    m_desc.conventions = m_saidConventions             ? *m_saidConventions
+    m_desc.conventions = m_requestedConventions        ? *m_requestedConventions
                          : m_isStrict || m_looksLikeV4 ? Conventions::PbrtV4
                                                        : Conventions::PbrtV2;
     if (m_desc.conventions == Conventions::PbrtV2)
-        followPbrtV2(m_desc);
+        interpolateWorldToObject(m_desc);
     return std::move(m_desc);
 }
 
 SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
                             const std::set<std::string>& sharingNames, Diagnostics& messages,
-                            std::shared_ptr<const ResourcePolicy> guard) {
+                            std::shared_ptr<const ResourcePolicy> policy) {
     if (files.empty())
         throw Error("no scene file is given", ErrorKind::Usage);
-    Parser parser(sharingNames, messages, !isPbrtName(files.front()), guard);
+    DirectiveParser parser(sharingNames, messages, !isPbrtName(files.front()), policy);
     for (const std::filesystem::path& file : files) {
         if (gltf::isGltfName(file))
             parser.parseGltf(file);
         else
-            parser.parse(readSource(file, file.parent_path(), {}, guard));
+            parser.parse(readSource(file, file.parent_path(), {}, policy));
     }
     return parser.finish();
 }
 
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
                            const std::set<std::string>& sharingNames, Diagnostics& messages,
-                           std::shared_ptr<const ResourcePolicy> guard) {
-    Parser parser(sharingNames, messages, !isPbrtName(name), guard);
-    parser.parse(makeSource(text, name, guard));
+                           std::shared_ptr<const ResourcePolicy> policy) {
+    DirectiveParser parser(sharingNames, messages, !isPbrtName(name), policy);
+    parser.parse(makeSource(text, name, policy));
     return parser.finish();
 }
 

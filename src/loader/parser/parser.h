@@ -1,4 +1,4 @@
-// The scene language: text to SceneDescription. See docs/scene-format.md.
+// The parser of the scene language: text to SceneDescription. See docs/scene-format.md.
 #pragma once
 
 #include "core/util/error.h"
@@ -10,20 +10,21 @@
 
 namespace strobe {
 
-/// True for the names of files that other programs write: .pbrt, .pbrt.gz.
+/// Returns true for the names of pbrt's files: .pbrt, .pbrt.gz.
 bool isPbrtName(const std::filesystem::path& name);
 
-/// Parses the files one after another as if they were one (pbrt's habit). `.pbrt` files are lenient about
-/// unread parameters and follow pbrt-v2's or v4's conventions by what they contain; others are strict and
-/// follow v4's. `guard`: what the scene may read and take; null: all. `sharingNames`: names of integrators
-/// that choose how shading is shared, so that `Integrator "msaa"` can be told from `Integrator "path"`.
-/// Throws Error with the location of the mistake.
+/// Parses the files as one scene, in order, as pbrt does. The extension of the first file selects the mode:
+/// `.pbrt` files are lenient and follow the conventions of pbrt-v2 or v4, depending on their content; others
+/// are strict and follow v4's. `sharingNames`: names of the sharing integrators, which tell `Integrator
+/// "msaa"` from `Integrator "path"`. `policy`: which files the scene may read, and the memory limit; null: no
+/// restriction. Throws located Errors.
 SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
                             const std::set<std::string>& sharingNames, Diagnostics& messages,
-                            std::shared_ptr<const ResourcePolicy> guard = nullptr);
-/// The same for a text in memory; `name` stands for the file in messages, its extension and directory count.
+                            std::shared_ptr<const ResourcePolicy> policy = nullptr);
+/// Parses a text in memory, as parseFiles parses one file. `name` is the file name in messages; its extension
+/// selects the mode, and its folder is where relative file names are looked for.
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
                            const std::set<std::string>& sharingNames, Diagnostics& messages,
-                           std::shared_ptr<const ResourcePolicy> guard = nullptr);
+                           std::shared_ptr<const ResourcePolicy> policy = nullptr);
 
 } // namespace strobe

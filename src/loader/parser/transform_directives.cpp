@@ -1,36 +1,36 @@
-// Directives that change the current transform, and the reading of plain arguments.
-#include "loader/parser/parser_impl.h"
+// Directives that change the current transform, and the arguments of directives.
+#include "loader/parser/directive_parser.h"
 
 #include <fmt/format.h>
 
 namespace strobe {
 namespace {
 
-constexpr size_t kMaxTimes = 4096; ///< every transform has as many matrices
+constexpr size_t kMaxTimes = 4096; // each transform has a matrix for each
 
 } // namespace
 
-void Parser::failFound(const Call& call, const std::string& needed) {
+void DirectiveParser::failFound(const Call& call, const std::string& needed) {
     const Token found = m_lexer->next();
     throw Error(m_lexer->at(found.offset),
                 fmt::format("{} needs {}, found {}", call.name, needed, describe(found)));
 }
 
-std::string Parser::readString(const Call& call, const char* what) {
+std::string DirectiveParser::readString(const Call& call, const char* noun) {
     if (m_lexer->peek() != TokenKind::String)
-        failFound(call, fmt::format("{} in quotes", what));
+        failFound(call, fmt::format("{} in quotes", noun));
     return m_lexer->unescape(m_lexer->next());
 }
 
-double Parser::readNumber(const Call& call) {
+double DirectiveParser::readNumber(const Call& call) {
     if (m_lexer->peek() != TokenKind::Number)
         failFound(call, "a number");
     return m_lexer->readDouble();
 }
 
 template <size_t n>
-std::array<double, n> Parser::readNumbers(const Call& call, bool mayBracket) {
-    const bool bracket = mayBracket && m_lexer->peek() == TokenKind::Open;
+std::array<double, n> DirectiveParser::readNumbers(const Call& call, bool allowBrackets) {
+    const bool bracket = allowBrackets && m_lexer->peek() == TokenKind::Open;
     if (bracket)
         m_lexer->next();
     std::array<double, n> numbers;
@@ -43,51 +43,51 @@ std::array<double, n> Parser::readNumbers(const Call& call, bool mayBracket) {
     return numbers;
 }
 
-void Parser::identity(const Call&) { m_state.transform.set(M44d()); }
+void DirectiveParser::identity(const Call&) { m_state.transform.set(M44d()); }
 
-void Parser::translate(const Call& call) {
+void DirectiveParser::translate(const Call& call) {
     const auto [x, y, z] = readNumbers<3>(call);
     m_state.transform.apply(translation(x, y, z), call.where);
 }
 
-void Parser::scale(const Call& call) {
+void DirectiveParser::scale(const Call& call) {
     const auto [x, y, z] = readNumbers<3>(call);
     m_state.transform.apply(scaling(x, y, z, call.where), call.where);
 }
 
-void Parser::rotate(const Call& call) {
+void DirectiveParser::rotate(const Call& call) {
     const auto [degrees, x, y, z] = readNumbers<4>(call);
     m_state.transform.apply(rotation(degrees, x, y, z, call.where), call.where);
 }
 
-void Parser::lookAtDirective(const Call& call) {
+void DirectiveParser::lookAtDirective(const Call& call) {
     m_state.transform.apply(lookAt(readNumbers<9>(call), call.where), call.where);
 }
 
-void Parser::transform(const Call& call) {
-    m_state.transform.set(fromNumbers(readNumbers<16>(call, true), call.where));
+void DirectiveParser::transform(const Call& call) {
+    m_state.transform.set(matrixFromNumbers(readNumbers<16>(call, true), call.where));
 }
 
-void Parser::concatTransform(const Call& call) {
-    m_state.transform.apply(fromNumbers(readNumbers<16>(call, true), call.where), call.where);
+void DirectiveParser::concatTransform(const Call& call) {
+    m_state.transform.apply(matrixFromNumbers(readNumbers<16>(call, true), call.where), call.where);
 }
 
-void Parser::coordinateSystem(const Call& call) {
+void DirectiveParser::coordinateSystem(const Call& call) {
     const std::string name = readString(call, "a name");
     m_coordinateSystems[name] = m_state.transform.keys();
 }
 
-void Parser::coordSysTransform(const Call& call) {
+void DirectiveParser::coordSysTransform(const Call& call) {
     const Location where = m_lexer->here();
     const std::string name = readString(call, "the name of a coordinate system");
     const auto found = m_coordinateSystems.find(name);
     if (found == m_coordinateSystems.end())
         throw Error(where, fmt::format("unknown coordinate system {}{}", inQuotes(name),
                                        suggestion(name, namesOf(m_coordinateSystems))));
-    m_state.transform.setKeys(found->second); // of all keys, whatever is active: pbrt's habit
+    m_state.transform.setKeys(found->second); // of all keys, active or not, as in pbrt
 }
 
-void Parser::transformTimes(const Call& call) {
+std::vector<float> DirectiveParser::readTimes(const Call& call) {
     const bool bracket = m_lexer->peek() == TokenKind::Open;
     if (bracket)
         m_lexer->next();
@@ -96,42 +96,55 @@ void Parser::transformTimes(const Call& call) {
         const Location where = m_lexer->here();
         times.push_back(m_lexer->readFloat());
         if (times.size() > 1 && !(times[times.size() - 2] < times.back()))
-            throw Error(where, "TransformTimes must ascend");
+            throw Error(where, "the numbers of TransformTimes must ascend");
     }
     if (bracket && m_lexer->peek() != TokenKind::Close)
         failFound(call, "numbers and ']'");
     if (bracket)
         m_lexer->next();
     if (times.size() > kMaxTimes)
-        throw Error(call.where, fmt::format("TransformTimes takes {} numbers at most", kMaxTimes));
+        throw Error(call.where, fmt::format("TransformTimes has more than {} numbers", kMaxTimes));
     if (times.size() < 2)
         throw Error(call.where,
                     fmt::format("TransformTimes needs at least two numbers, got {}", times.size()));
-    bool allStill = m_state.transform.allEqual();
-    for (const Open& block : m_open)
-        allStill = allStill && block.saved.transform.allEqual();
-    for (const auto& [name, keys] : m_coordinateSystems)
-        allStill =
-            allStill && std::all_of(keys.begin(), keys.end(), [&k = keys](auto& m) { return m == k[0]; });
-    if (!allStill)
-        throw Error(call.where, "TransformTimes must come before transforms that move");
+    return times;
+}
+
+bool DirectiveParser::hasAnimatedTransform() const {
+    const auto isAnimated = [](const std::vector<M44d>& keys) {
+        return std::any_of(keys.begin(), keys.end(), [&](const M44d& key) { return key != keys.front(); });
+    };
+    if (isAnimated(m_state.transform.keys()))
+        return true;
+    for (const OpenBlock& block : m_openBlocks)
+        if (isAnimated(block.saved.transform.keys()))
+            return true;
+    return std::any_of(m_coordinateSystems.begin(), m_coordinateSystems.end(),
+                       [&](const auto& entry) { return isAnimated(entry.second); });
+}
+
+void DirectiveParser::transformTimes(const Call& call) {
+    std::vector<float> times = readTimes(call);
+    if (hasAnimatedTransform())
+        throw Error(call.where, "TransformTimes must come before animated transforms");
     if (m_state.transform.active() >= static_cast<int>(times.size()))
-        throw Error(call.where, "ActiveTransform has chosen a key that these TransformTimes do not have");
+        throw Error(call.where, "the key chosen by ActiveTransform does not exist in these TransformTimes");
     m_state.transform.setCount(times.size());
-    for (Open& block : m_open)
+    for (OpenBlock& block : m_openBlocks)
         block.saved.transform.setCount(times.size());
     for (auto& [name, keys] : m_coordinateSystems)
         keys.assign(times.size(), M44d(keys.front()));
     m_desc.keyTimes = std::move(times);
 }
 
-void Parser::activeTransform(const Call& call) {
+void DirectiveParser::activeTransform(const Call& call) {
     const Location where = m_lexer->here();
     const int last = static_cast<int>(m_state.transform.count()) - 1;
     if (m_lexer->peek() == TokenKind::Number) {
         const int key = m_lexer->readInt();
         if (key < 0 || key > last)
-            throw Error(where, fmt::format("there is no key {}: TransformTimes has keys 0 to {}", key, last));
+            throw Error(where,
+                        fmt::format("there is no key {}; the keys of TransformTimes are 0 to {}", key, last));
         return m_state.transform.setActive(key);
     }
     const std::string_view word = m_lexer->peek() == TokenKind::Word ? Lexer(*m_lexer).next().text : "";
@@ -142,7 +155,7 @@ void Parser::activeTransform(const Call& call) {
     else if (word == "EndTime")
         m_state.transform.setActive(last);
     else
-        failFound(call, "StartTime, EndTime, All or the number of a key");
+        failFound(call, "StartTime, EndTime, All or the index of a key");
     m_lexer->next();
 }
 

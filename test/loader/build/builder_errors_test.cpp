@@ -1,4 +1,4 @@
-// The exact text of the messages for scenes that parse but cannot be built.
+// The messages of scenes that parse but cannot be built.
 #include "support/render_text.h"
 #include "support/scene_text.h"
 
@@ -7,9 +7,12 @@
 namespace strobe {
 namespace {
 
-/// What building a text says: the error, formatted, or nothing; and the warnings.
+using test::formatted;
+using test::MessageCase;
+
+/// The messages of building a scene.
 struct Outcome {
-    std::string error;
+    std::string error; ///< formatted; empty: none
     std::vector<std::string> warnings;
 };
 
@@ -25,26 +28,9 @@ Outcome outcomeOf(const std::string& text, const std::filesystem::path& name = "
     return outcome;
 }
 
-struct Wrong {
-    std::string text;
-    int line, column;
-    std::string message;
-};
-
-/// "file:line:column: severity: message", that line of the text, and a caret under the column.
-std::string located(const Wrong& wrong, const std::string& severity = "error",
-                    const std::string& file = "t.scene") {
-    size_t begin = 0;
-    for (int i = 1; i < wrong.line; ++i)
-        begin = wrong.text.find('\n', begin) + 1;
-    const std::string line = wrong.text.substr(begin, wrong.text.find('\n', begin) - begin);
-    return file + ':' + std::to_string(wrong.line) + ':' + std::to_string(wrong.column) + ": " + severity +
-           ": " + wrong.message + "\n  " + line + "\n  " + std::string(size_t(wrong.column - 1), ' ') + '^';
-}
-
-void expectErrors(const std::vector<Wrong>& cases) {
-    for (const Wrong& wrong : cases)
-        EXPECT_EQ(outcomeOf(wrong.text).error, located(wrong)) << wrong.text;
+void expectErrors(const std::vector<MessageCase>& cases) {
+    for (const MessageCase& expected : cases)
+        EXPECT_EQ(outcomeOf(expected.text).error, formatted(expected)) << expected.text;
 }
 
 TEST(BuildErrors, Options) {
@@ -63,10 +49,10 @@ WorldBegin)",
          1, 14, R"("yresolution" must be between 1 and 65536, not 70000)"},
         {R"(Film "image" "float cropwindow" [.5 .5 0 1]
 WorldBegin)",
-         1, 14, R"("cropwindow" takes four numbers x0 x1 y0 y1, x0 < x1 and y0 < y1)"},
+         1, 14, R"("cropwindow" needs four numbers x0 x1 y0 y1 with x0 < x1 and y0 < y1)"},
         {R"(Film "image" "integer pixelbounds" [0 10 9]
 WorldBegin)",
-         1, 14, R"("pixelbounds" takes four integers x0 x1 y0 y1, x0 < x1 and y0 < y1)"},
+         1, 14, R"("pixelbounds" needs four integers x0 x1 y0 y1 with x0 < x1 and y0 < y1)"},
         {R"(Film "imgae"
 WorldBegin)",
          1, 1, R"(unknown film "imgae"; did you mean "image"? (known: image))"},
@@ -117,10 +103,10 @@ WorldBegin)",
          1, 19, R"("strategy" must be "all" or "one", not "some")"},
         {R"(Film "image" "float cropwindow" [2 3 0 1]
 WorldBegin)",
-         1, 1, R"(the crop window holds no pixel)"},
+         1, 1, R"(the crop window contains no pixels)"},
         {R"(Film "image" "integer pixelbounds" [0 10 900 910]
 WorldBegin)",
-         1, 1, R"(the crop window holds no pixel)"},
+         1, 1, R"(the crop window contains no pixels)"},
         {R"(Integrator "path" "float maxdepth" 3
 WorldBegin)",
          1, 19, R"(parameter "maxdepth" must be integer, not float)"},
@@ -159,7 +145,7 @@ Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 2 0])"
         {R"(WorldBegin
 Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0 1 1 1])",
          2, 1,
-         R"(parameter "indices" is missing (it is optional only for exactly 3 vertices; there are 4))"},
+         R"(parameter "indices" is missing (it may be left out only with exactly 3 vertices; there are 4))"},
         {R"(WorldBegin
 Shape "trianglemesh" "integer indices" [0 1 2])",
          2, 1, R"(parameter "P" is missing)"},
@@ -198,7 +184,7 @@ Shape "trianglemesh" "point P" [0 0 0 1 0 0 2 0 0])",
 AreaLightSource "diffuse" "rgb L" [1 1 1]
 Scale 1 0 1
 Shape "sphere")",
-         3, 1, R"(Scale by zero or by too large or small a number flattens space)"},
+         3, 1, R"(Scale factors must not be zero, or too large or too small to invert)"},
         {R"(WorldBegin
 AreaLightSource "difuse" "rgb L" [1 1 1]
 Shape "sphere")",
@@ -268,7 +254,7 @@ Texture "t" "rgb" "wood")",
          2, 1, R"(unknown texture "wood" (known: constant, scale, mix, checkerboard, imagemap))"},
         {R"(WorldBegin
 Texture "t" "rgb" "checkerboard" "integer dimension" 5)",
-         2, 34, R"("dimension" must be 2 or 3)"},
+         2, 34, R"(a checkerboard has 2 or 3 dimensions)"},
     });
 }
 
@@ -284,73 +270,89 @@ TEST(BuildErrors, Files) {
     folder.write("words.brdf", "31 xx\n");
     folder.write("short.binary", "zzz");
     const std::string prefix = folder.path().string() + '/';
-    const std::vector<Wrong> cases = {
-        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"none.ply\"", 2, 17,
-         "file \"none.ply\" not found; looked for \"none.ply\""},
-        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"text.ply\"", 2, 17,
-         "\"text.ply\": is not a PLY file (it does not start with the line \"ply\")"},
-        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"nan.ply\"", 2, 17,
-         "the position of vertex 1 is not finite"},
-        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"short.ply\"", 2, 17,
-         "\"short.ply\": ends in the middle of element \"face\""},
-        {"WorldBegin\nShape \"plymesh\" \"string filename\" \"index.ply\"", 2, 17,
-         "\"index.ply\": face 0 refers to vertex 7, but there are 3 vertices"},
-        {"WorldBegin\nTexture \"t\" \"rgb\" \"imagemap\" \"string filename\" \"a/none.png\"", 2, 30,
-         "file \"a/none.png\" not found; looked for \"a/none.png\""},
-        {"WorldBegin\nMaterial \"measured\" \"string filename\" \"text.ply\"", 2, 21,
-         "unknown extension \".ply\" of a measured BRDF (known: .brdf for pbrt-v2's text format, .binary and "
-         ".merl for MERL)"},
-        {"WorldBegin\nMaterial \"measured\" \"string filename\" \"words.brdf\"", 2, 21,
-         "BRDF file words.brdf, line 1: not a number"},
-        {"WorldBegin\nMaterial \"measured\" \"string filename\" \"short.binary\"", 2, 21,
-         "MERL file short.binary: the header is incomplete"},
+    const std::vector<MessageCase> cases = {
+        {R"(WorldBegin
+Shape "plymesh" "string filename" "none.ply")",
+         2, 17, R"(file "none.ply" not found; looked for "none.ply")"},
+        {R"(WorldBegin
+Shape "plymesh" "string filename" "text.ply")",
+         2, 17, R"("text.ply": is not a PLY file (it does not start with the line "ply"))"},
+        {R"(WorldBegin
+Shape "plymesh" "string filename" "nan.ply")",
+         2, 17, "the position of vertex 1 is not finite"},
+        {R"(WorldBegin
+Shape "plymesh" "string filename" "short.ply")",
+         2, 17, R"("short.ply": ends in the middle of element "face")"},
+        {R"(WorldBegin
+Shape "plymesh" "string filename" "index.ply")",
+         2, 17, R"("index.ply": face 0 refers to vertex 7, but there are 3 vertices)"},
+        {R"(WorldBegin
+Texture "t" "rgb" "imagemap" "string filename" "a/none.png")",
+         2, 30, R"(file "a/none.png" not found; looked for "a/none.png")"},
+        {R"(WorldBegin
+Material "measured" "string filename" "text.ply")",
+         2, 21,
+         R"(unknown extension ".ply" of a measured BRDF (known: .brdf for pbrt-v2's text format, .binary and .merl for MERL))"},
+        {R"(WorldBegin
+Material "measured" "string filename" "words.brdf")",
+         2, 21, "BRDF file words.brdf, line 1: not a number"},
+        {R"(WorldBegin
+Material "measured" "string filename" "short.binary")",
+         2, 21, "MERL file short.binary: the header is incomplete"},
     };
-    for (const Wrong& wrong : cases) {
-        std::string error = outcomeOf(wrong.text, folder.path() / "t.scene").error;
-        for (size_t at; (at = error.find(prefix)) != std::string::npos;)
-            error.erase(at, prefix.size());
-        EXPECT_EQ(error, located(wrong)) << wrong.text;
+    for (const MessageCase& expected : cases) {
+        std::string error = outcomeOf(expected.text, folder.path() / "t.scene").error;
+        for (size_t begin = error.find(prefix); begin != std::string::npos; begin = error.find(prefix))
+            error.erase(begin, prefix.size());
+        EXPECT_EQ(error, formatted(expected)) << expected.text;
     }
-    // What a library has to say about the file comes in its own words.
-    const std::string image = outcomeOf("WorldBegin\nTexture \"t\" \"rgb\" \"imagemap\" \"string filename\" "
-                                        "\"text.ply\"",
+    // The end of the message is that of the image library.
+    const std::string image = outcomeOf(R"(WorldBegin
+Texture "t" "rgb" "imagemap" "string filename" "text.ply")",
                                         folder.path() / "t.scene")
                                   .error;
     EXPECT_EQ(image.find(prefix + "t.scene:2:30: error: cannot read the image " + prefix + "text.ply: "), 0u)
         << image;
 }
 
-TEST(BuildErrors, PbrtFilesAreWarned) {
-    const Wrong misspelt{"Camera \"perspective\"\nWorldBegin\nLightSource \"point\"\n"
-                         "Shape \"sphere\" \"float raduis\" 2",
-                         4, 16,
-                         "unknown parameter \"raduis\"; did you mean \"radius\"? (known: radius, zmin, zmax, "
-                         "phimax, name)"};
-    EXPECT_EQ(outcomeOf(misspelt.text).error, located(misspelt));
+TEST(BuildErrors, UnreadParametersOfPbrtFilesAreWarnings) {
+    const MessageCase misspelt{
+        R"(Camera "perspective"
+WorldBegin
+LightSource "point"
+Shape "sphere" "float raduis" 2)",
+        4, 16,
+        R"(unknown parameter "raduis"; did you mean "radius"? (known: radius, zmin, zmax, phimax, name))"};
+    EXPECT_EQ(outcomeOf(misspelt.text).error, formatted(misspelt));
     const Outcome lenient = outcomeOf(misspelt.text, "t.pbrt");
     EXPECT_EQ(lenient.error, "");
-    Wrong warned = misspelt;
-    warned.message = "parameter \"raduis\" is ignored; did you mean \"radius\"? (known: radius, zmin, zmax, "
-                     "phimax, name)";
-    EXPECT_EQ(lenient.warnings, std::vector<std::string>{located(warned, "warning", "t.pbrt")});
-    // A wrong type stays an error: there is no telling what was meant.
-    const Wrong type{"WorldBegin\nShape \"sphere\" \"string radius\" \"2\"", 2, 16,
-                     "parameter \"radius\" must be float or integer, not string"};
-    EXPECT_EQ(outcomeOf(type.text, "t.pbrt").error, located(type, "error", "t.pbrt"));
+    MessageCase warned = misspelt;
+    warned.message =
+        R"(parameter "raduis" is ignored; did you mean "radius"? (known: radius, zmin, zmax, phimax, name))";
+    EXPECT_EQ(lenient.warnings, std::vector<std::string>{formatted(warned, "warning", "t.pbrt")});
+    // A wrong type stays an error.
+    const MessageCase type{R"(WorldBegin
+Shape "sphere" "string radius" "2")",
+                           2, 16, R"(parameter "radius" must be float or integer, not string)"};
+    EXPECT_EQ(outcomeOf(type.text, "t.pbrt").error, formatted(type, "error", "t.pbrt"));
 }
 
 TEST(BuildErrors, CommandLine) {
     const auto withDefine = [](const std::string& define) {
         BuildOptions options;
         options.defines = {define};
-        return outcomeOf("WorldBegin\nLightSource \"point\"", "t.scene", options).error;
+        return outcomeOf(R"(WorldBegin
+LightSource "point")",
+                         "t.scene", options)
+            .error;
     };
     EXPECT_EQ(withDefine("maxdepth=2"), "");
-    EXPECT_EQ(withDefine("maxdepht=2"), "error: -D maxdepht=2: unknown parameter \"maxdepht\"; did you mean "
-                                        "\"maxdepth\"? (known: maxdepth, strategy, lightsamples)");
+    EXPECT_EQ(
+        withDefine("maxdepht=2"),
+        R"(error: -D maxdepht=2: unknown parameter "maxdepht"; did you mean "maxdepth"? (known: maxdepth, strategy, lightsamples))");
     EXPECT_EQ(withDefine("maxdepth"), "error: -D maxdepth: write it as name=value");
-    EXPECT_EQ(withDefine("maxdepth=x"), "error: -D maxdepth=x: \"x\" is not a number (integer is wanted)");
-    EXPECT_EQ(withDefine("maxdepth=-1"), "error: \"maxdepth\" must not be negative");
+    EXPECT_EQ(withDefine("maxdepth=x"), R"(error: -D maxdepth=x: "x" is not a number (integer is wanted))");
+    EXPECT_EQ(withDefine("maxdepth=-1"), R"(error: "maxdepth" must not be negative)");
 
     BuildOptions integrator;
     integrator.integrator = "supersampel";
@@ -358,20 +360,22 @@ TEST(BuildErrors, CommandLine) {
     for (const auto& row : pluginTables().integrators)
         known += (known.empty() ? "" : ", ") + row.name;
     EXPECT_EQ(outcomeOf("WorldBegin", "t.scene", integrator).error,
-              "error: unknown integrator \"supersampel\"; did you mean \"supersample\"? (known: " + known +
+              R"(error: unknown integrator "supersampel"; did you mean "supersample"? (known: )" + known +
                   ")");
     BuildOptions crop;
     crop.crop = {2, 3, 0, 1};
-    EXPECT_EQ(outcomeOf("WorldBegin", "t.scene", crop).error, "error: the crop window holds no pixel");
+    EXPECT_EQ(outcomeOf("WorldBegin", "t.scene", crop).error, "error: the crop window contains no pixels");
 }
 
-TEST(BuildErrors, SomeThingsAreOnlyWarned) {
+TEST(BuildErrors, WarningsOfSceneFiles) {
     EXPECT_EQ(outcomeOf("WorldBegin").warnings,
-              std::vector<std::string>{"warning: the scene has no light: the picture will be black"});
-    const Wrong cone{"WorldBegin\nLightSource \"point\"\nShape \"nurbs\"", 3, 1,
-                     "shape \"nurbs\" is not supported; it is left out"};
-    EXPECT_EQ(outcomeOf(cone.text).warnings, std::vector<std::string>{located(cone, "warning")});
-    EXPECT_EQ(outcomeOf(cone.text).error, "");
+              std::vector<std::string>{"warning: the scene has no lights; the image will be black"});
+    const MessageCase nurbs{R"(WorldBegin
+LightSource "point"
+Shape "nurbs")",
+                            3, 1, R"(shape "nurbs" is not supported; it is skipped)"};
+    EXPECT_EQ(outcomeOf(nurbs.text).warnings, std::vector<std::string>{formatted(nurbs, "warning")});
+    EXPECT_EQ(outcomeOf(nurbs.text).error, "");
 }
 
 } // namespace

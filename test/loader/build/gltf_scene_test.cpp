@@ -1,4 +1,4 @@
-// glTF files in scenes.
+// Renders scenes with glTF files.
 #include "support/gltf_file.h"
 #include "support/render_text.h"
 
@@ -19,7 +19,7 @@ class GltfScenes : public testing::Test {
         const auto path = m_folder.write("model.gltf", file.text());
         return buildScene(parseFiles({path}, {"supersample"}, messages), options, messages);
     }
-    /// A square of side 2 about the origin, facing +z, of material 0.
+    /// Returns a square of side 2 about the origin, facing +z, with material 0.
     static GltfFile square() {
         GltfFile file;
         file.addNode(
@@ -32,14 +32,14 @@ class GltfScenes : public testing::Test {
         file.root["materials"] = {json::object()};
         return file;
     }
-    /// A camera at (0,0,5) that looks along -z and sees ±1 across.
+    /// Adds an orthographic camera at (0,0,5) that looks along -z at x and y from -1 to 1.
     static void addCamera(GltfFile& file) {
         file.root["cameras"] = {{{"type", "orthographic"},
                                  {"orthographic", {{"xmag", 1}, {"ymag", 1}, {"znear", 0}, {"zfar", 9}}}}};
         file.addNode({{"camera", 0}, {"translation", {0, 0, 5}}});
     }
-    /// A light that gives none: without one there would be a sky.
-    static void addDarkness(GltfFile& file) {
+    /// Adds a light without intensity, which prevents the default sky.
+    static void addBlackLight(GltfFile& file) {
         file.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 0}}};
         file.addNode({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
     }
@@ -49,8 +49,8 @@ class GltfScenes : public testing::Test {
         options.samplesPerPixel = 4;
         return options;
     }
-    /// A picture of four colors, a quarter each: red and green above, blue and white below.
-    std::string quarters() const {
+    /// Writes an image of four colors, red and green above, blue and white below; returns its name.
+    std::string writeQuarters() const {
         Image image{2, 2, {Rgb(1, 0, 0), Rgb(0, 1, 0), Rgb(0, 0, 1), Rgb(1, 1, 1)}};
         writePng(m_folder.path() / "quarters.png", image, {});
         return "quarters.png";
@@ -66,8 +66,10 @@ class GltfScenes : public testing::Test {
             for (int k = 0; k < 3; ++k)
                 EXPECT_NEAR(image.at(x, y)[k], c[k], 1e-3f) << x << " " << y;
         };
-        expectNear(1, 1, topLeft), expectNear(6, 1, topRight), expectNear(1, 6, bottomLeft),
-            expectNear(6, 6, bottomRight);
+        expectNear(1, 1, topLeft);
+        expectNear(6, 1, topRight);
+        expectNear(1, 6, bottomLeft);
+        expectNear(6, 6, bottomRight);
     }
 
     GltfFolder m_folder;
@@ -76,15 +78,15 @@ class GltfScenes : public testing::Test {
 
 const Rgb kRed(1, 0, 0), kGreen(0, 1, 0), kBlue(0, 0, 1), kWhite(1, 1, 1);
 
-TEST_F(GltfScenes, UnlitTexturesAreSeenAsTheyAre) {
+TEST_F(GltfScenes, UnlitTexturesKeepTheirColors) {
     GltfFile file = square();
     addCamera(file);
-    addTexture(file, quarters());
+    addTexture(file, writeQuarters());
     json& material = file.root["materials"][0];
     material["extensions"]["KHR_materials_unlit"] = json::object();
     material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
     expectQuarters(render(buildFile(file, small())).image, kRed, kGreen, kBlue, kWhite);
-    // The coordinates turn counter-clockwise by a quarter, the picture clockwise.
+    // The rotation of coordinates by 90 degrees counter-clockwise rotates the image clockwise.
     material["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] = {
         {"rotation", kPi / 2}, {"offset", {0, 1}}};
     expectQuarters(render(buildFile(file, small())).image, kBlue, kRed, kWhite, kGreen);
@@ -93,12 +95,12 @@ TEST_F(GltfScenes, UnlitTexturesAreSeenAsTheyAre) {
     expectQuarters(render(buildFile(file, small())).image, kGreen, kRed, kWhite, kBlue);
 }
 
-TEST_F(GltfScenes, VertexColorsAndASecondSetOfCoordinates) {
+TEST_F(GltfScenes, VertexColorsAndSecondSetOfTextureCoordinates) {
     GltfFile file = square();
     addCamera(file);
-    addTexture(file, quarters());
+    addTexture(file, writeQuarters());
     json& attributes = file.root["meshes"][0]["primitives"][0]["attributes"];
-    attributes["TEXCOORD_1"] = file.addFloats({1, 1, 0, 1, 0, 0, 1, 0}, "VEC2"); // u turned round
+    attributes["TEXCOORD_1"] = file.addFloats({1, 1, 0, 1, 0, 0, 1, 0}, "VEC2"); // u is mirrored
     attributes["COLOR_0"] =
         file.add(std::vector<uint8_t>{255, 255, 0, 9, 255, 255, 0, 9, 255, 255, 0, 9, 255, 255, 0, 9}, "VEC4",
                  UByte, true);
@@ -106,18 +108,18 @@ TEST_F(GltfScenes, VertexColorsAndASecondSetOfCoordinates) {
     material["extensions"]["KHR_materials_unlit"] = json::object();
     material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}, {"texCoord", 1}};
     expectQuarters(render(buildFile(file, small())).image, kGreen, kRed, Rgb(1, 1, 0), Rgb(0));
-    // With another texture on the first set, the second is looked up beside it: here, of what shines.
-    addDarkness(file);
+    // Base color uses the first set, so that emission needs the second set besides the mesh's.
+    addBlackLight(file);
     material = {{"emissiveFactor", {1, 1, 1}}, {"emissiveTexture", {{"index", 0}, {"texCoord", 1}}}};
     material["pbrMetallicRoughness"] = {{"baseColorFactor", {0, 0, 0, 1}},
                                         {"baseColorTexture", {{"index", 0}}}};
     expectQuarters(render(buildFile(file, small())).image, kGreen, kRed, kWhite, kBlue);
 }
 
-TEST_F(GltfScenes, MasksCutAndBlendsCover) {
+TEST_F(GltfScenes, AlphaModes) {
     GltfFile file = square();
     addCamera(file);
-    addDarkness(file);
+    addBlackLight(file);
     json& material = file.root["materials"][0];
     material["extensions"]["KHR_materials_unlit"] = json::object();
     material["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, .4};
@@ -138,11 +140,11 @@ TEST_F(GltfScenes, MasksCutAndBlendsCover) {
     EXPECT_EQ(meanWith("MASK"), 1);
 }
 
-TEST_F(GltfScenes, ADefaultViewSeesItUnmirrored) {
+TEST_F(GltfScenes, DefaultViewIsNotMirrored) {
     GltfFile file = square();
     file.root["materials"][0]["pbrMetallicRoughness"] = {{"baseColorFactor", {0, 0, 0, 1}},
                                                          {"metallicFactor", 0}};
-    // What is on the right in glTF (+x) shines.
+    // A lamp on the right (+x in glTF).
     json lamp = file.root["meshes"][0]["primitives"][0];
     lamp["material"] = 1;
     file.root["materials"].push_back(
@@ -160,26 +162,26 @@ TEST_F(GltfScenes, ADefaultViewSeesItUnmirrored) {
     EXPECT_LT(left, .2 * right);
 }
 
-TEST_F(GltfScenes, IncludeAndShapePlaceFilesInScenes) {
+TEST_F(GltfScenes, IncludeAndShapeAddFilesToScenes) {
     GltfFile file = square();
     file.root["materials"][0]["extensions"]["KHR_materials_unlit"] = json::object();
     m_folder.write("model.gltf", file.text());
     const std::string before =
-        "LookAt 0 0 5  0 0 0  0 1 0 Camera \"orthographic\" \"float screenwindow\" [-1 1 -1 1] "
-        "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\nWorldBegin ";
+        R"(LookAt 0 0 5  0 0 0  0 1 0 Camera "orthographic" "float screenwindow" [-1 1 -1 1] Film "image" "integer xresolution" 8 "integer yresolution" 8
+WorldBegin )";
     const auto center = [&](const std::string& world) {
         return render(build(before + world, small())).image.at(4, 4).x;
     };
-    EXPECT_EQ(center("Include \"model.gltf\""), 1);
-    EXPECT_EQ(center("Translate 9 0 0 Include \"model.gltf\" LightSource \"point\""), 0);
-    EXPECT_EQ(center("Shape \"gltf\" \"string filename\" \"model.gltf\""), 1);
-    EXPECT_EQ(center("ObjectBegin \"o\" Include \"model.gltf\" ObjectEnd ObjectInstance \"o\""), 1);
-    EXPECT_EQ(center("ObjectBegin \"o\" Include \"model.gltf\" ObjectEnd LightSource \"point\""), 0);
+    EXPECT_EQ(center(R"(Include "model.gltf")"), 1);
+    EXPECT_EQ(center(R"(Translate 9 0 0 Include "model.gltf" LightSource "point")"), 0);
+    EXPECT_EQ(center(R"(Shape "gltf" "string filename" "model.gltf")"), 1);
+    EXPECT_EQ(center(R"(ObjectBegin "o" Include "model.gltf" ObjectEnd ObjectInstance "o")"), 1);
+    EXPECT_EQ(center(R"(ObjectBegin "o" Include "model.gltf" ObjectEnd LightSource "point")"), 0);
     for (const auto& [world, message] :
-         {std::pair{"Shape \"gltf\" \"string filenam\" \"model.gltf\"", "parameter \"filename\" is missing"},
-          {"Shape \"gltf\" \"string filename\" \"model.gltf\" \"bool light\" true", "unknown parameter"},
-          {"Shape \"gltf\" \"string filename\" \"model.gltf\" \"string animation\" \"Run\"",
-           "there is no animation \"Run\""}})
+         {std::pair{R"(Shape "gltf" "string filenam" "model.gltf")", R"(parameter "filename" is missing)"},
+          {R"(Shape "gltf" "string filename" "model.gltf" "bool light" true)", "unknown parameter"},
+          {R"(Shape "gltf" "string filename" "model.gltf" "string animation" "Run")",
+           R"(there is no animation "Run")"}})
         try {
             build(before + world, small());
             ADD_FAILURE() << world;
@@ -189,12 +191,12 @@ TEST_F(GltfScenes, IncludeAndShapePlaceFilesInScenes) {
         }
 }
 
-TEST_F(GltfScenes, FramesOfAnAnimationAreThoseOfTheirTimes) {
+TEST_F(GltfScenes, FramesShowTheAnimationAtTheirTime) {
     GltfFile file = square();
     addCamera(file);
-    addDarkness(file);
+    addBlackLight(file);
     file.root["materials"][0]["extensions"]["KHR_materials_unlit"] = json::object();
-    file.animate("a", 0, "translation", {0, 1}, {0, 0, 0, 2, 0, 0}, "VEC3"); // to the right, out of sight
+    file.animate("a", 0, "translation", {0, 1}, {0, 0, 0, 2, 0, 0}, "VEC3"); // to the right, out of the frame
     Diagnostics quiet;
     const auto path = m_folder.write("model.gltf", file.text());
     BuildOptions options = small();
@@ -205,7 +207,7 @@ TEST_F(GltfScenes, FramesOfAnAnimationAreThoseOfTheirTimes) {
         for (int x = 0; x < 8; ++x)
             EXPECT_EQ(image.at(x, 3).x, float(x) / 4 >= 2 * time) << time << " " << x;
     }
-    // While the shutter is open from 0 to 1 the square's left edge crosses all of the frame.
+    // From time 0 to 1 the left edge of the square crosses the frame.
     const Image blurred = render(builder.build({0, 1})).image;
     for (int x = 0; x < 8; ++x)
         EXPECT_NEAR(blurred.at(x, 3).x, (float(x) + .5f) / 8, .03f);

@@ -1,4 +1,4 @@
-// Frames built from one description against frames built each from its own.
+// Frames built from one description equal frames built from a description each.
 #include "support/render_text.h"
 
 #include "loader/parser/content_hash.h"
@@ -10,8 +10,8 @@
 namespace strobe {
 namespace {
 
-// Each thing that a frame may share with others, or must not: what rests, moves now and then, moves always,
-// deforms, stands mirrored, shines, is an instance; over keys from 0 to 1.
+// Static, partly moving, always moving, deforming, mirrored and emissive shapes and instances, with keys from
+// 0 to 1: everything that frames may or must not share.
 const std::string kScene = R"(
 TransformTimes 0 .25 .5 .75 1
 Film "image" "integer xresolution" 24 "integer yresolution" 20
@@ -76,19 +76,19 @@ bool equal(const Image& a, const Image& b) {
            std::equal(a.pixels.begin(), a.pixels.end(), b.pixels.begin());
 }
 
-// Shutters between keys, across them, before the first, after the last, closed, and one asked for again.
+// Shutters between keys, across keys, before the first, after the last, of zero length, and repeated.
 const Shutter kShutters[] = {{0, .1f}, {.2f, .55f}, {-2, -1}, {.9f, 3}, {2, 3}, {.4f, .4f}, {0, 1}, {0, .1f}};
 
-TEST(Sequence, FramesFromOneBuilderAreThoseOfBuildersOfTheirOwn) {
+TEST(Sequence, FramesOfOneBuilderEqualThoseOfSeparateBuilders) {
     Diagnostics quiet;
     SceneBuilder builder(parsed(kScene), {}, quiet);
     std::vector<Image> frames;
     for (const Shutter& shutter : kShutters) {
         BuildOptions options;
         options.shutter = shutter;
-        const Image alone = test::render(test::build(kScene, options)).image;
+        const Image expected = test::render(test::build(kScene, options)).image;
         frames.push_back(test::render(builder.build(shutter)).image);
-        EXPECT_TRUE(equal(frames.back(), alone)) << shutter.open << " to " << shutter.close;
+        EXPECT_TRUE(equal(frames.back(), expected)) << shutter.open << " to " << shutter.close;
     }
     EXPECT_TRUE(equal(frames.front(), frames.back()));
     for (size_t i = 1; i + 1 < frames.size(); ++i)
@@ -98,20 +98,23 @@ TEST(Sequence, FramesFromOneBuilderAreThoseOfBuildersOfTheirOwn) {
 
 TEST(Sequence, ScenesOutliveTheBuilderAndOneAnother) {
     std::vector<BuiltScene> scenes;
-    Image alone;
+    Image expected;
     {
         Diagnostics quiet;
         SceneBuilder builder(parsed(kScene), {}, quiet);
-        alone = test::render(builder.build(kShutters[1])).image;
+        expected = test::render(builder.build(kShutters[1])).image;
         for (const Shutter& shutter : kShutters)
             scenes.push_back(builder.build(shutter));
     }
-    EXPECT_TRUE(equal(test::render(scenes[1]).image, alone));
+    EXPECT_TRUE(equal(test::render(scenes[1]).image, expected));
 }
 
-TEST(Sequence, MotionHoldsItsEndsBeyondTheKeys) {
+TEST(Sequence, MotionIsConstantBeyondTheKeys) {
     BuildOptions before, first, after, last;
-    before.shutter = {-7, -6}, first.shutter = {0, 0}, after.shutter = {5, 9}, last.shutter = {1, 1};
+    before.shutter = {-7, -6};
+    first.shutter = {0, 0};
+    after.shutter = {5, 9};
+    last.shutter = {1, 1};
     EXPECT_EQ(test::build(kScene, before).scene->tracer().counts().timeSteps, 0u);
     EXPECT_TRUE(equal(test::render(test::build(kScene, before)).image,
                       test::render(test::build(kScene, first)).image));
@@ -119,7 +122,7 @@ TEST(Sequence, MotionHoldsItsEndsBeyondTheKeys) {
         equal(test::render(test::build(kScene, after)).image, test::render(test::build(kScene, last)).image));
 }
 
-TEST(Sequence, AMeshThatRestsIsSharedByAllFrames) {
+TEST(Sequence, StaticMeshesAreSharedByAllFrames) {
     Diagnostics quiet;
     SceneBuilder builder(parsed(kScene), {}, quiet);
     const BuiltScene a = builder.build({0, .1f}), b = builder.build({.5f, .6f});
@@ -133,7 +136,7 @@ TEST(Sequence, AMeshThatRestsIsSharedByAllFrames) {
     EXPECT_NE(a.scene->lights()[1], b.scene->lights()[1]); // it moves
 }
 
-TEST(ContentHash, ChangesWithTextsAndWithFilesThatParametersName) {
+TEST(ContentHash, ChangesWithTextsAndFilesOfParameters) {
     const std::filesystem::path folder =
         std::filesystem::path(testing::TempDir()) / ("content-hash-" + std::to_string(getpid()));
     std::filesystem::create_directories(folder);
@@ -145,16 +148,21 @@ TEST(ContentHash, ChangesWithTextsAndWithFilesThatParametersName) {
         return contentHash(parseFiles({folder / "a.scene"}, {"supersample"}, quiet));
     };
     write("mesh.ply", "ply");
-    write("b.scene", "Shape \"plymesh\" \"string filename\" \"mesh.ply\"\n");
-    write("a.scene", "Film \"image\" \"string filename\" \"out.exr\"\nWorldBegin\nInclude \"b.scene\"\n");
+    write("b.scene", R"(Shape "plymesh" "string filename" "mesh.ply"
+)");
+    write("a.scene", R"(Film "image" "string filename" "out.exr"
+WorldBegin
+Include "b.scene"
+)");
     const uint64_t first = hash();
     EXPECT_EQ(hash(), first);
-    write("out.exr", "a picture is not part of the scene");
+    write("out.exr", "output files are not part of the scene");
     EXPECT_EQ(hash(), first);
     write("mesh.ply", "ply of another size");
     const uint64_t second = hash();
     EXPECT_NE(second, first);
-    write("b.scene", "Shape \"plymesh\" \"string filename\" \"mesh.ply\" #\n");
+    write("b.scene", R"(Shape "plymesh" "string filename" "mesh.ply" #
+)");
     EXPECT_NE(hash(), second);
     std::filesystem::remove_all(folder);
 }

@@ -30,11 +30,11 @@ std::vector<float> floatsOf(const std::string& text) {
 
 TEST(Lexer, TokensWithOffsets) {
     Lexer lexer(makeSource("\xEF\xBB\xBFShape # comment \"not a string\"\n\"two words\"[-1.5]", "t"));
-    const std::vector<std::pair<TokenKind, std::string>> wanted{
+    const std::vector<std::pair<TokenKind, std::string>> expected{
         {TokenKind::Word, "Shape"},  {TokenKind::String, "two words"}, {TokenKind::Open, "["},
         {TokenKind::Number, "-1.5"}, {TokenKind::Close, "]"},          {TokenKind::End, ""},
         {TokenKind::End, ""}};
-    for (const auto& [kind, text] : wanted) {
+    for (const auto& [kind, text] : expected) {
         EXPECT_EQ(lexer.peek(), kind);
         const Token token = lexer.next();
         EXPECT_EQ(token.kind, kind);
@@ -56,21 +56,21 @@ TEST(Lexer, FloatSpellings) {
               (std::vector<float>{1, -2.5f, 3, .5f, -.5f, 5, 1000, .01f, -0.f, 16777216, 0, 0}));
 }
 
-TEST(Lexer, FloatsAreTheNearestOnes) {
+TEST(Lexer, FloatsAreCorrectlyRounded) {
     std::mt19937 random(1);
     for (int i = 0; i < 20000; ++i) {
         uint32_t bits = static_cast<uint32_t>(random());
-        float wanted;
-        std::memcpy(&wanted, &bits, 4);
-        if (!std::isfinite(wanted) || std::abs(wanted) < 1e-37f)
+        float expected;
+        std::memcpy(&expected, &bits, 4);
+        if (!std::isfinite(expected) || std::abs(expected) < 1e-37f)
             continue;
         char text[64];
-        std::snprintf(text, sizeof text, "%.9g", wanted);
-        ASSERT_EQ(floatsOf(text), std::vector<float>{wanted}) << text;
+        std::snprintf(text, sizeof text, "%.9g", expected);
+        ASSERT_EQ(floatsOf(text), std::vector<float>{expected}) << text;
     }
 }
 
-TEST(Lexer, LongListsKeepEveryNumber) {
+TEST(Lexer, LongListsAreComplete) {
     std::string text;
     for (int i = 0; i < 20000; ++i)
         text += std::to_string(i) + (i % 3 ? " " : "\n# ] 7\n");
@@ -111,23 +111,27 @@ TEST(Lexer, Integers) {
 
 TEST(Lexer, Strings) {
     Lexer lexer(makeSource(R"("a\"b\\c\n" "\q")", "t"));
-    EXPECT_EQ(lexer.unescape(lexer.next()), "a\"b\\c\n");
+    EXPECT_EQ(lexer.unescape(lexer.next()), R"(a"b\c
+)");
     const Token bad = lexer.next();
     EXPECT_THROW(lexer.unescape(bad), Error);
     const auto next = [](Lexer& l) { l.next(); };
-    EXPECT_EQ(errorOf("\"abc\n\"", next), "t:1:1 string without a closing quote on its line");
-    EXPECT_EQ(errorOf("\"abc\\", next), "t:1:1 string without a closing quote on its line");
-    EXPECT_EQ(errorOf("\"abc\\\"", next), "t:1:1 string without a closing quote on its line");
+    EXPECT_EQ(errorOf(R"("abc
+")",
+                      next),
+              "t:1:1 string without a closing quote on the same line");
+    EXPECT_EQ(errorOf(R"("abc\)", next), "t:1:1 string without a closing quote on the same line");
+    EXPECT_EQ(errorOf(R"("abc\")", next), "t:1:1 string without a closing quote on the same line");
 }
 
-TEST(Lexer, Garbage) {
+TEST(Lexer, UnexpectedCharacters) {
     const auto next = [](Lexer& l) { l.next(); };
     EXPECT_EQ(errorOf("\x89PNG", next), "t:1:1 unexpected byte 0x89; is this a text file?");
     EXPECT_EQ(errorOf(std::string(1, '\0'), next), "t:1:1 unexpected byte 0x00; is this a text file?");
     EXPECT_EQ(errorOf("{", next), "t:1:1 unexpected character '{'");
 }
 
-TEST(Source, ReadsFilesAndSaysWhyNot) {
+TEST(Source, ReadsFilesOrThrows) {
     const test::TemporaryFolder folder;
     const auto path = folder.write("a.scene", "abc");
     EXPECT_EQ(readSource(path, folder.path(), {})->text, "abc");
@@ -137,7 +141,7 @@ TEST(Source, ReadsFilesAndSaysWhyNot) {
         readSource("no/such.scene", "no", {});
         FAIL();
     } catch (const Error& e) {
-        EXPECT_STREQ(e.what(), "cannot read \"no/such.scene\": No such file or directory");
+        EXPECT_STREQ(e.what(), R"(cannot read "no/such.scene": No such file or directory)");
         EXPECT_EQ(e.kind, ErrorKind::Usage);
     }
 }

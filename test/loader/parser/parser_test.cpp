@@ -11,10 +11,10 @@ void expectNear(const V3f& a, const V3f& b, float tolerance = 1e-5f) {
     EXPECT_LT(length(a - b), tolerance) << a << " against " << b;
 }
 
-/// Where the first shape of `body` puts point p at `time`.
+/// Returns point p of a sphere after the directives of `body`, in world space at `time`.
 V3f placed(const std::string& body, const V3f& p, float time = 0, const std::string& name = "t.scene",
            const std::string& options = "") {
-    const SceneDescription scene = parseGood(options + " WorldBegin " + body + " Shape \"sphere\"", name);
+    const SceneDescription scene = parseGood(options + " WorldBegin " + body + R"( Shape "sphere")", name);
     return transformPoint(scene.world.shapes.at(0).toParent.at(time), p);
 }
 
@@ -26,7 +26,8 @@ TEST(Parser, Transforms) {
     expectNear(placed("Rotate 90 1 0 0", {0, 1, 0}), {0, 0, 1});
     expectNear(placed("Rotate 90 0 2 0", {0, 0, 1}), {1, 0, 0});
     expectNear(placed("Rotate 120 1 1 1", {1, 0, 0}), {0, 1, 0});
-    expectNear(placed("Translate 1 0 0 Scale 2 2 2", {1, 0, 0}), {3, 0, 0}); // the last is applied first
+    expectNear(placed("Translate 1 0 0 Scale 2 2 2", {1, 0, 0}),
+               {3, 0, 0}); // the last transform applies first
     expectNear(placed("Translate 9 9 9 Identity", {1, 0, 0}), {1, 0, 0});
     expectNear(placed("Scale 2 2 2 Transform [1 0 0 0 0 1 0 0 0 0 1 0 5 6 7 1]", {1, 0, 0}), {6, 6, 7});
     expectNear(placed("Scale 2 2 2 ConcatTransform [1 0 0 0 0 1 0 0 0 0 1 0 5 6 7 1]", {1, 0, 0}),
@@ -34,14 +35,15 @@ TEST(Parser, Transforms) {
 }
 
 TEST(Parser, LookAtIsLeftHanded) {
-    // pbrt: from z = -3 towards +z with y up, x points to the right of the picture.
-    const SceneDescription scene = parseGood("LookAt 0 0 -3  0 0 0  0 1 0 Camera \"perspective\" WorldBegin");
+    // As in pbrt, a camera that looks along +z with y up has +x on the right of the image.
+    const SceneDescription scene =
+        parseGood(R"(LookAt 0 0 -3  0 0 0  0 1 0 Camera "perspective" WorldBegin)");
     const M44f m = scene.cameraToWorld.at(0);
     expectNear(transformPoint(m, {0, 0, 0}), {0, 0, -3});
     expectNear(transformVector(m, {0, 0, 1}), {0, 0, 1});
     expectNear(transformVector(m, {1, 0, 0}), {1, 0, 0});
     const SceneDescription other =
-        parseGood("LookAt 400 20 30  0 63 -110  0 0 1 Rotate -5 0 0 1 Camera \"perspective\" WorldBegin");
+        parseGood(R"(LookAt 400 20 30  0 63 -110  0 0 1 Rotate -5 0 0 1 Camera "perspective" WorldBegin)");
     const M44f c = other.cameraToWorld.at(0);
     expectNear(transformVector(c, {0, 0, 1}).normalized(),
                transformVector(M44f().setAxisAngle({0, 0, 1}, radians(5)), normalize(V3f(-400, 43, -140))),
@@ -68,19 +70,18 @@ TEST(Parser, StacksSaveAndRestore) {
 }
 
 TEST(Parser, DefaultMaterial) {
-    const SceneDescription scene = parseGood("WorldBegin Shape \"sphere\"");
+    const SceneDescription scene = parseGood(R"(WorldBegin Shape "sphere")");
     EXPECT_EQ(scene.world.shapes.at(0).material, 0);
     EXPECT_EQ(scene.materials.size(), 1u);
     EXPECT_TRUE(scene.world.shapes.at(0).toParent.isStatic());
 }
 
 TEST(Parser, CoordinateSystems) {
-    const std::string options = "LookAt 1 2 3  4 5 6  0 1 0 Camera \"perspective\"";
-    expectNear(placed("CoordSysTransform \"camera\"", V3f(0), 0, "t.scene", options), {1, 2, 3});
-    expectNear(
-        placed("Translate 1 0 0 CoordinateSystem \"here\" Identity CoordSysTransform \"here\"", V3f(0)),
-        {1, 0, 0});
-    expectNear(placed("Translate 1 0 0 CoordSysTransform \"world\"", V3f(0)), {0, 0, 0});
+    const std::string options = R"(LookAt 1 2 3  4 5 6  0 1 0 Camera "perspective")";
+    expectNear(placed(R"(CoordSysTransform "camera")", V3f(0), 0, "t.scene", options), {1, 2, 3});
+    expectNear(placed(R"(Translate 1 0 0 CoordinateSystem "here" Identity CoordSysTransform "here")", V3f(0)),
+               {1, 0, 0});
+    expectNear(placed(R"(Translate 1 0 0 CoordSysTransform "world")", V3f(0)), {0, 0, 0});
 }
 
 TEST(Parser, MovingTransforms) {
@@ -88,7 +89,7 @@ TEST(Parser, MovingTransforms) {
     expectNear(placed(body, V3f(0), 0), {1, 0, 0});
     expectNear(placed(body, V3f(0), 1), {1, 2, 0});
     expectNear(placed(body, V3f(0), .5f), {1, 1, 0});
-    // AttributeBegin saves what is active; All is what WorldBegin sets.
+    // AttributeBegin saves the active keys; WorldBegin activates all.
     const std::string nested = "AttributeBegin ActiveTransform StartTime AttributeEnd Translate 0 0 1";
     expectNear(placed(nested, V3f(0), 1, "t.scene", "ActiveTransform StartTime"), {0, 0, 1});
     expectNear(placed(nested, V3f(0), 0, "t.scene", "ActiveTransform StartTime"), {0, 0, 1});
@@ -110,33 +111,32 @@ TEST(Parser, AnyNumberOfKeys) {
 TEST(Parser, ConventionOfMotion) {
     const std::string body =
         "Translate .3 0 0 ActiveTransform EndTime Translate -.3 0 0 Rotate 10 0 0 1 Scale 1 1.5 1";
-    // The facts about pbrt-v2: world-to-object(t) = T(-.3(1-t),0,0) Rz(-10 t) [(1-t) I + t Rz(10) S Rz(-10)].
+    // pbrt-v2: world-to-object(t) = T(-.3(1-t),0,0) Rz(-10 t) [(1-t) I + t Rz(10) S Rz(-10)].
     const KeyedTransform v2 =
-        parseGood("SurfaceIntegrator \"path\" WorldBegin " + body + " Shape \"sphere\"", "t.pbrt")
+        parseGood(R"(SurfaceIntegrator "path" WorldBegin )" + body + R"( Shape "sphere")", "t.pbrt")
             .world.shapes[0]
             .toParent;
     const M44f toObject = v2.at(.5f).inverse();
     const float c = std::cos(radians(10)), s = std::sin(radians(10)), k = 2.f / 3;
-    // The stretch with eigenvalue 2/3 along y turned by 10 degrees, half-way from the identity.
+    // The stretch with eigenvalue 2/3 along y, rotated by 10 degrees, halfway from the identity.
     const float xx = .5f + .5f * (c * c + k * s * s), xy = .5f * (1 - k) * s * c,
                 yy = .5f + .5f * (s * s + k * c * c);
     const V3f p(.7f, -.4f, .2f), stretched(xx * p.x + xy * p.y, xy * p.x + yy * p.y, p.z);
     const float hc = std::cos(radians(5)), hs = std::sin(radians(5));
-    const V3f wanted(hc * stretched.x + hs * stretched.y - .15f, -hs * stretched.x + hc * stretched.y, p.z);
-    expectNear(transformPoint(toObject, p), wanted, 2e-5f);
-    const KeyedTransform v4 = parseGood("WorldBegin " + body + " Shape \"sphere\"").world.shapes[0].toParent;
+    const V3f expected(hc * stretched.x + hs * stretched.y - .15f, -hs * stretched.x + hc * stretched.y, p.z);
+    expectNear(transformPoint(toObject, p), expected, 2e-5f);
+    const KeyedTransform v4 = parseGood("WorldBegin " + body + R"( Shape "sphere")").world.shapes[0].toParent;
     EXPECT_GT(length(transformPoint(v4.at(.5f), p) - transformPoint(v2.at(.5f), p)), 1e-3f);
 }
 
 TEST(Parser, CameraInterpolatesCameraToWorld) {
     for (const char* name : {"t.scene", "t.pbrt"}) {
-        const SceneDescription scene = parseGood("ActiveTransform EndTime Rotate 90 0 0 1 Translate 2 0 0 "
-                                                 "ActiveTransform All Camera \"perspective\" "
-                                                 "WorldBegin",
-                                                 name);
+        const SceneDescription scene = parseGood(
+            R"(ActiveTransform EndTime Rotate 90 0 0 1 Translate 2 0 0 ActiveTransform All Camera "perspective" WorldBegin)",
+            name);
         expectNear(transformPoint(scene.cameraToWorld.at(0), V3f(0)), {0, 0, 0});
         expectNear(transformPoint(scene.cameraToWorld.at(1), V3f(0)), {-2, 0, 0});
-        expectNear(transformPoint(scene.cameraToWorld.at(.5f), V3f(0)), {-1, 0, 0}); // a straight path
+        expectNear(transformPoint(scene.cameraToWorld.at(.5f), V3f(0)), {-1, 0, 0}); // a linear path
     }
 }
 
@@ -148,19 +148,19 @@ TEST(Parser, Conventions) {
     constexpr auto v2 = Conventions::PbrtV2, v4 = Conventions::PbrtV4;
     EXPECT_EQ(conventionsOf("WorldBegin", "a.scene"), v4);
     EXPECT_EQ(conventionsOf("WorldBegin", "a.pbrt"), v2);
-    EXPECT_EQ(conventionsOf("SurfaceIntegrator \"path\" WorldBegin", "a.scene"), v4);
-    EXPECT_EQ(conventionsOf("Integrator \"path\" WorldBegin", "a.pbrt"), v4);
-    EXPECT_EQ(conventionsOf("Integrator \"msaa\" WorldBegin", "a.pbrt"), v2);
-    EXPECT_EQ(conventionsOf("WorldBegin Material \"matte\" \"color Kd\" [1 1 1]", "a.pbrt"), v2);
-    EXPECT_EQ(conventionsOf("WorldBegin Material \"diffuse\" \"rgb reflectance\" [1 1 1]", "a.pbrt"), v4);
-    EXPECT_EQ(conventionsOf("WorldBegin Shape \"x\" \"bool y\" true", "a.pbrt"), v4);
-    EXPECT_EQ(conventionsOf("Option \"string conventions\" \"pbrt-v2\" WorldBegin", "a.scene"), v2);
-    EXPECT_EQ(conventionsOf("Option \"string conventions\" \"pbrt-v4\" WorldBegin", "a.pbrt"), v4);
+    EXPECT_EQ(conventionsOf(R"(SurfaceIntegrator "path" WorldBegin)", "a.scene"), v4);
+    EXPECT_EQ(conventionsOf(R"(Integrator "path" WorldBegin)", "a.pbrt"), v4);
+    EXPECT_EQ(conventionsOf(R"(Integrator "msaa" WorldBegin)", "a.pbrt"), v2);
+    EXPECT_EQ(conventionsOf(R"(WorldBegin Material "matte" "color Kd" [1 1 1])", "a.pbrt"), v2);
+    EXPECT_EQ(conventionsOf(R"(WorldBegin Material "diffuse" "rgb reflectance" [1 1 1])", "a.pbrt"), v4);
+    EXPECT_EQ(conventionsOf(R"(WorldBegin Shape "x" "bool y" true)", "a.pbrt"), v4);
+    EXPECT_EQ(conventionsOf(R"(Option "string conventions" "pbrt-v2" WorldBegin)", "a.scene"), v2);
+    EXPECT_EQ(conventionsOf(R"(Option "string conventions" "pbrt-v4" WorldBegin)", "a.pbrt"), v4);
     EXPECT_TRUE(parseGood("WorldBegin", "a.scene").strictParameters);
     EXPECT_FALSE(parseGood("WorldBegin", "a.pbrt").strictParameters);
 }
 
-TEST(Parser, OptionsGoToTheirPlaces) {
+TEST(Parser, OptionDirectives) {
     const SceneDescription scene = parseGood(R"(
         Film "image" "integer xresolution" [300] Sampler "lowdiscrepancy" PixelFilter "box"
         Integrator "msaa-cache" "float block" 2  Integrator "path" "integer maxdepth" 3
@@ -175,14 +175,15 @@ TEST(Parser, OptionsGoToTheirPlaces) {
     EXPECT_EQ(scene.camera->params.get(ParamDef<float>{"fov", 0, ""}), 39);
 }
 
-TEST(Parser, LastCameraWins) {
-    const Parsed parsed =
-        parseString("Camera \"orthographic\"\nTranslate 1 0 0 Camera \"perspective\" WorldBegin");
+TEST(Parser, LastCameraIsUsed) {
+    const Parsed parsed = parseString(R"(Camera "orthographic"
+Translate 1 0 0 Camera "perspective" WorldBegin)");
     EXPECT_EQ(parsed.scene.camera->name, "perspective");
     expectNear(transformPoint(parsed.scene.cameraToWorld.at(0), V3f(0)), {-1, 0, 0});
     ASSERT_EQ(parsed.warnings.size(), 1u);
-    EXPECT_EQ(parsed.warnings[0], "t.scene:1:1: warning: replaced by the statement of t.scene:2:17\n"
-                                  "  Camera \"orthographic\"\n  ^");
+    EXPECT_EQ(parsed.warnings[0], R"(t.scene:1:1: warning: overridden by the statement at t.scene:2:17
+  Camera "orthographic"
+  ^)");
 }
 
 TEST(Parser, ParameterTypes) {
@@ -208,7 +209,7 @@ TEST(Parser, ParameterTypes) {
     EXPECT_EQ(p[1].where.toString(), "t.scene:1:42");
 }
 
-TEST(Parser, TexturesOfTheMoment) {
+TEST(Parser, TextureParametersReferToTheLatestDeclaration) {
     const SceneDescription scene = parseGood(R"(WorldBegin
         Texture "t" "color" "imagemap"  Material "a" "texture Kd" "t"
         Texture "t" "float" "constant"  Material "b" "texture Kd" "t"
@@ -232,7 +233,7 @@ TEST(Parser, NamedMaterials) {
     EXPECT_EQ(scene.world.shapes.at(1).material, 1);
     EXPECT_EQ(scene.materials.at(1).name, "red");
     EXPECT_EQ(scene.materials.at(1).material.name, "plastic");
-    EXPECT_TRUE(scene.materials.at(1).material.params.all().at(0).used) << "the type is read here";
+    EXPECT_TRUE(scene.materials.at(1).material.params.all().at(0).used) << "the parser reads the type";
 }
 
 TEST(Parser, ObjectsAndNestedInstances) {
@@ -264,7 +265,7 @@ TEST(Parser, AttributeDefaults) {
     EXPECT_TRUE(scene.world.shapes[0].shape.params.get(ParamDef<bool>{"x", false, ""}));
 }
 
-TEST(Parser, OutOfScopeIsSkippedWithOneWarningPerKind) {
+TEST(Parser, UnsupportedDirectivesAreIgnoredWithOneWarningPerKind) {
     const Parsed parsed =
         parseString(R"(Accelerator "bvh" Renderer "sampler" VolumeIntegrator "single" "float stepsize" 1
         MakeNamedMedium "fog" "string type" "homogeneous" ColorSpace "aces2065-1"
@@ -275,16 +276,16 @@ TEST(Parser, OutOfScopeIsSkippedWithOneWarningPerKind) {
     EXPECT_EQ(parsed.warnings.size(), 7u);
     EXPECT_EQ(parsed.scene.world.shapes.size(), 1u);
     EXPECT_EQ(parsed.warnings[2].substr(0, parsed.warnings[2].find('\n')),
-              "t.pbrt:1:38: warning: VolumeIntegrator is skipped: participating media are out of scope");
+              "t.pbrt:1:38: warning: VolumeIntegrator is ignored: participating media are not supported");
 }
 
 TEST(Parser, Includes) {
     const TemporaryFolder folder;
-    folder.write("geo/part.pbrt", "Shape \"sphere\" Include \"inner.pbrt\" Include \"other.pbrt\"");
-    folder.write("geo/inner.pbrt", "Shape \"disk\"");
-    folder.write("other.pbrt", "Material \"mirror\"");
+    folder.write("geo/part.pbrt", R"(Shape "sphere" Include "inner.pbrt" Include "other.pbrt")");
+    folder.write("geo/inner.pbrt", R"(Shape "disk")");
+    folder.write("other.pbrt", R"(Material "mirror")");
     Diagnostics quiet;
-    const auto main = folder.write("main.scene", "WorldBegin Include \"geo/part.pbrt\" Shape \"cone\"");
+    const auto main = folder.write("main.scene", R"(WorldBegin Include "geo/part.pbrt" Shape "cone")");
     const SceneDescription scene = parseFiles({main}, {}, quiet);
     ASSERT_EQ(scene.world.shapes.size(), 3u);
     EXPECT_EQ(scene.world.shapes[1].shape.name, "disk");
@@ -293,10 +294,10 @@ TEST(Parser, Includes) {
     EXPECT_EQ(scene.world.shapes[1].shape.where.source->mainDirectory, folder.path());
 }
 
-TEST(Parser, SeveralFilesAreOne) {
+TEST(Parser, SeveralFilesAreOneScene) {
     const TemporaryFolder folder;
     const auto a = folder.write("a.scene", "Translate 1 0 0"),
-               b = folder.write("b.pbrt", "Camera \"p\" WorldBegin");
+               b = folder.write("b.pbrt", R"(Camera "p" WorldBegin)");
     Diagnostics quiet;
     const SceneDescription scene = parseFiles({a, b}, {}, quiet);
     EXPECT_TRUE(scene.strictParameters);

@@ -1,4 +1,4 @@
-// The parser's state and its directives; an inner header of the scene language.
+// The state of the parser and its handlers of directives. Internal to this room.
 #pragma once
 
 #include "loader/parser/current_transform.h"
@@ -10,40 +10,40 @@
 
 namespace strobe {
 
-/// Parses sources in order into one description.
-class Parser {
+/// Parses sources in order into one description. Unusable after an Error.
+class DirectiveParser {
   public:
-    /// `isStrict`: false for what other programs write, where trifles are warned about.
-    Parser(const std::set<std::string>& sharingNames, Diagnostics& messages, bool isStrict,
-           std::shared_ptr<const ResourcePolicy> guard);
+    /// `isStrict`: whether harmless mistakes, common in exported files, are Errors instead of warnings.
+    DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& messages, bool isStrict,
+                    std::shared_ptr<const ResourcePolicy> policy);
     void parse(std::shared_ptr<const Source> source);
-    /// A glTF file of the command line; it begins the world, if no file before it has.
+    /// Adds a glTF file of the command line; begins the world if WorldBegin is still missing.
     void parseGltf(const std::filesystem::path& path);
-    /// Checks that everything is closed and settles the conventions.
+    /// Checks that all blocks are closed, determines the conventions and returns the description.
     SceneDescription finish();
 
   private:
-    /// A directive word where it stands.
+    /// An occurrence of a directive.
     struct Call {
         std::string name;
         Location where;
     };
-    enum class Block { Any, Options, World };
+    enum class Section { Any, Options, World }; ///< Options: before WorldBegin; World: after it
     struct Directive {
-        Block block;
-        void (Parser::*handle)(const Call&);
+        Section section;
+        void (DirectiveParser::*handle)(const Call&);
     };
     using Defaults = std::map<std::string, std::vector<Param>>;
-    /// What AttributeBegin saves.
+    /// The graphics state, which AttributeBegin saves.
     struct State {
         CurrentTransform transform;
         int material = 0;
         int areaLight = -1;
         bool reverseOrientation = false;
-        std::shared_ptr<const Defaults> defaults = std::make_shared<Defaults>(); ///< by kind, from Attribute
+        std::shared_ptr<const Defaults> defaults = std::make_shared<Defaults>(); ///< of Attribute, by target
     };
     /// An open AttributeBegin, TransformBegin or ObjectBegin.
-    struct Open {
+    struct OpenBlock {
         std::string name;
         Location where;
         State saved;
@@ -52,24 +52,26 @@ class Parser {
     static const std::map<std::string, Directive, std::less<>>& directives();
     void parseSource(std::shared_ptr<const Source> source);
     void dispatch(const Token& word);
-    void checkBlock(const Directive& directive, const Call& call) const;
+    void checkSection(const Directive& directive, const Call& call) const;
     [[noreturn]] void failUnknown(const Token& word) const;
 
     // Arguments.
-    /// Fails at the next token.
+    /// Throws "DIRECTIVE needs NEEDED, found TOKEN" at the next token.
     [[noreturn]] void failFound(const Call& call, const std::string& needed);
-    std::string readString(const Call& call, const char* what);
+    std::string readString(const Call& call, const char* noun);
     double readNumber(const Call& call);
     template <size_t n>
-    std::array<double, n> readNumbers(const Call& call, bool mayBracket = false);
+    std::array<double, n> readNumbers(const Call& call, bool allowBrackets = false);
     ParamSet readRawParameters(const Call& call);
-    /// Parameters, with the defaults of `kind` and with textures looked up.
-    ParamSet readParameters(const Call& call, const char* kind = nullptr);
-    Statement readStatement(const Call& call, const char* kind = nullptr);
-    /// False, with a warning, when it is unknown and the file is lenient.
+    /// Reads parameters, resolves textures and adds the defaults that Attribute set for `target`.
+    ParamSet readParameters(const Call& call, const char* target = nullptr);
+    Statement readStatement(const Call& call, const char* target = nullptr);
+    /// Sets the indices of the texture that `param` names. Returns false, with a warning, if the texture is
+    /// unknown and the file lenient.
     bool resolveTexture(Param& param);
-    /// An Error in a strict file; in a lenient one, a warning that says how it goes on.
-    void complain(const Location& where, const std::string& what, const std::string& soThat);
+    /// Throws an Error in a strict file; in a lenient file, warns "MISTAKE (CONSEQUENCE)", once for each
+    /// mistake.
+    void reportMistake(const Location& where, const std::string& mistake, const std::string& consequence);
 
     // Transforms (transform_directives.cpp).
     void identity(const Call&);
@@ -82,6 +84,8 @@ class Parser {
     void coordinateSystem(const Call&);
     void coordSysTransform(const Call&);
     void transformTimes(const Call&);
+    std::vector<float> readTimes(const Call&);
+    bool hasAnimatedTransform() const;
     void activeTransform(const Call&);
 
     // Blocks and files (parser.cpp).
@@ -93,8 +97,8 @@ class Parser {
     void worldBegin(const Call&);
     void worldEnd(const Call&);
     void checkAllClosed() const;
-    const Open& closeBlock(const Call&, const std::string& opener);
-    bool untangle(const std::string& opener);
+    const OpenBlock& closeBlock(const Call&, const std::string& opener);
+    bool reorderBlocks(const std::string& opener);
 
     // Options (option_directives.cpp).
     void setOnce(std::optional<Statement>& slot, Statement statement);
@@ -106,9 +110,9 @@ class Parser {
     void option(const Call&);
     void colorSpace(const Call&);
     void accelerator(const Call&);
-    void skip(const Call&); ///< one name and parameters
-    void skipMediumInterface(const Call&);
-    void skipNotice(const Call&);
+    void ignore(const Call&); ///< of directives with one name and parameters
+    void ignoreMediumInterface(const Call&);
+    void warnIgnored(const Call&);
 
     // The world (world_directives.cpp).
     void attribute(const Call&);
@@ -127,22 +131,22 @@ class Parser {
 
     const std::set<std::string>& m_sharingNames;
     Diagnostics& m_messages;
-    const std::shared_ptr<const ResourcePolicy> m_guard;
+    const std::shared_ptr<const ResourcePolicy> m_policy;
     SceneDescription m_desc;
     State m_state;
-    std::vector<Open> m_open;
-    Lexer* m_lexer = nullptr;                   ///< of the file being read
-    std::vector<std::filesystem::path> m_files; ///< being read, the innermost last
+    std::vector<OpenBlock> m_openBlocks;
+    Lexer* m_lexer = nullptr;                   ///< of the current file
+    std::vector<std::filesystem::path> m_files; ///< chain of includes; the current file is last
     bool m_isStrict;
-    bool m_looksLikeV4 = false; ///< something only pbrt-v3 or v4 has was seen
-    std::optional<Conventions> m_saidConventions;
+    bool m_looksLikeV4 = false;                        ///< the files contain notation of pbrt-v3 or v4
+    std::optional<Conventions> m_requestedConventions; ///< of Option "conventions"
     Location m_worldBegin, m_worldEnd, m_end;
-    int m_object = -1; ///< the object being defined
+    int m_object = -1; ///< index of the object being defined; -1: none
     std::map<std::string, std::vector<M44d>> m_coordinateSystems;
     std::map<std::string, int> m_floatTextures, m_rgbTextures, m_namedMaterials, m_objects;
 };
 
-/// The keys of a map, for nearestName.
+/// Returns the keys of a map.
 template <class Map>
 std::vector<std::string> namesOf(const Map& map) {
     std::vector<std::string> names;
@@ -151,9 +155,9 @@ std::vector<std::string> namesOf(const Map& map) {
     return names;
 }
 
-/// `; did you mean "x"?`, or nothing.
+/// Returns `; did you mean "x"?` for the nearest of `names`, or an empty string if none is near.
 std::string suggestion(std::string_view name, const std::vector<std::string>& names);
-/// A name as messages show it.
+/// Returns a name in quotes for messages, shortened and printable.
 std::string inQuotes(std::string_view name);
 
 } // namespace strobe
