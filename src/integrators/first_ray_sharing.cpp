@@ -27,7 +27,7 @@ using BlockMap = std::unordered_map<uint64_t, Block, IdentityHash>;
 /// A node of the map (key, block, pointer to the next node and cached hash) and a bucket.
 constexpr size_t kBytesPerBlock = sizeof(BlockMap::value_type) + 2 * sizeof(void*) + 8;
 
-/// What the workers of a render share.
+/// State that the workers of a render share.
 struct FirstRayRender {
     FirstRayRender(const Scene& scene, const SharingSettings& settings)
         : scene(scene), settings(settings),

@@ -9,7 +9,7 @@ namespace {
 
 const ParamDef<float> kBlockSize{
     "blocksize", 4,
-    "distance of the points where indirect light is shaded, in pixels; 0: one shade per sample", nullptr,
+    "spacing of the points where indirect light is shaded, in pixels; 0: one shade per sample", nullptr,
     kNotNegative};
 const ParamDef<int> kShades{"shades", 0,
                             "shades of indirect light per point; 0: the number of samples per pixel", nullptr,

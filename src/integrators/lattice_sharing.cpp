@@ -61,7 +61,7 @@ class SharingMaterials {
     bool m_allShare = true, m_anyTextured = false;
 };
 
-/// What the workers of a render share.
+/// State that the workers of a render share.
 struct LatticeRender {
     LatticeRender(const Scene& scene, const SharingSettings& settings, uint64_t seed)
         : scene(scene), settings(settings), seed(seed),
@@ -79,7 +79,7 @@ struct LatticeRender {
 /// Returns the key under which the cache holds a component of a shading point's radiance.
 uint64_t componentKey(uint64_t key, int component) { return hashOf(key, component) | 1; }
 
-/// The shading points of a batch as the cache holds them.
+/// The results of looking up a batch's shading points in the cache.
 class CacheLookups {
   public:
     struct Counts {
@@ -109,7 +109,7 @@ class CacheLookups {
         counts.hits += points.size() - m_missing.size();
     }
 
-    /// The missing shading points, as indices.
+    /// Indices of the shading points that the cache does not have.
     const std::vector<uint32_t>& missing() const { return m_missing; }
     bool isCached(size_t point) const { return m_firstRequest[point] == kCached; }
     /// The number of the first request of a missing shading point.
@@ -120,7 +120,7 @@ class CacheLookups {
     }
 
   private:
-    /// Appends the components of a shading point, black for those that the cache does not have. Returns
+    /// Appends the components of a shading point; black if the cache does not have them. Returns
     /// whether it has all.
     bool lookUpComponents(const LatticeRender& render, uint64_t key) {
         bool hasAll = true;

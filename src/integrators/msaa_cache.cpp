@@ -8,8 +8,8 @@ namespace strobe {
 namespace {
 
 const ParamDef<float> kBlockSize{"blocksize", 1,
-                                 "distance of the shading points, in pixels; 0: one shade per sample",
-                                 nullptr, kNotNegative};
+                                 "spacing of the shading points, in pixels; 0: one shade per sample", nullptr,
+                                 kNotNegative};
 const ParamDef<int> kShades{"shades", 1, "shades per shading point or block", nullptr, kAtLeastOne};
 const ParamDef<int> kTimeBins{"timebins", 0,
                               "number of intervals of the shutter that do not share shades; 0: 4 if anything "

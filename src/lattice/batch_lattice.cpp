@@ -276,7 +276,7 @@ void BatchLattice::requestNearestPoints(const CellKeySoA& keys, const CellsOfHit
     m_batch.shadingPoints.reserve(size_t(hits.count));
     for (int i = 0; i < hits.count; ++i) {
         const uint32_t bin = m_table.groups().binInGroup(keys.bin[i]), sample = m_batch.sampleOfHit[i];
-        const uint32_t value = m_table.nearestPoint(cells.cell[i], hits.coords.at(i)) | bin;
+        const uint32_t value = m_table.nearestPointValue(cells.cell[i], hits.coords.at(i)) | bin;
         m_batch.interpolation[sample / kSoAWidth].source[sample % kSoAWidth] = value;
         m_batch.shadingPoints.request(m_table, m_table.groups().indexOf(value), bin, sample);
     }
@@ -322,7 +322,7 @@ uint64_t BatchLattice::mainKeyOf(size_t sample) const {
     uint32_t value = source;
     if (!m_settings.nearest) {
         const V3f coords = m_batch.interpolation[sample / kSoAWidth].coords.at(int(sample % kSoAWidth));
-        value = m_table.heaviestPoint(groups.indexOf(source), coords);
+        value = m_table.heaviestPointValue(groups.indexOf(source), coords);
     }
     const InterpolationTable::Point& point = m_table.point(groups.indexOf(value));
     return SurfaceLattice::keyOf(point.point, groups.pack(point.group, groups.binInGroup(source)));

@@ -7,25 +7,27 @@ namespace strobe {
 
 /// Finds the lattice points around the samples of a batch, and interpolates their radiance:
 ///
-///     chunk of samples -> cells -> lattice points -> shading points -> their radiance -> interpolation per
-///     sample
+///     samples -> cells -> lattice points -> shading points -> (radiance of these) -> interpolation
 ///
-/// A batch begins with `begin`. Chunks of samples are then added, and `finish` is called. The shading points
-/// whose radiance is requested are now `shadingPoints`: the points of all samples' cells, in the samples'
-/// time bins. When `setValue` was called for each, `interpolate` computes the samples.
+/// 1. `begin` starts a batch.
+/// 2. `addSamples`, `addChunk` and `addPatch` add samples, chunk by chunk, and find their cells; `finish`
+/// ends this.
+/// 3. `shadingPoints` are the points of these cells in the samples' time bins. `setValue` is called for each.
+/// 4. `interpolate` computes the radiance of the samples.
 ///
-/// The cells, points and values of earlier batches are used again, from a table. For one thread.
+/// Cells, points and values of earlier batches are used again: `shadingPoints` has those without a value
+/// only. For one thread.
 class BatchLattice {
   public:
     struct Settings {
         int timeBins;
         bool nearest; ///< a sample uses the value of the nearest point, not a weighted mean
-        /// Values of earlier batches are used again; their points are not requested. Must be false if a point
-        /// has several values (components of light).
+        /// Values of earlier batches are used again. Must be false if a point has several values (components
+        /// of light).
         bool keepsValues;
     };
-    /// What it refers to must outlive it. `cache` is where shading points will be looked up: entries are
-    /// prefetched.
+    /// `cache` is where the caller looks up shading points: their entries are prefetched. Lattice and cache
+    /// must outlive the object.
     BatchLattice(const SurfaceLattice& lattice, const Settings& settings, const RadianceCache& cache);
     BatchLattice(const BatchLattice&) = delete;
     BatchLattice& operator=(const BatchLattice&) = delete;
@@ -54,7 +56,7 @@ class BatchLattice {
         m_table.setValue(p.point, p.binInGroup, radiance);
     }
 
-    /// Whether a sample of the batch was added.
+    /// Returns whether a sample of the batch was added.
     bool contains(size_t sample) const { return sourceOf(sample) != kNone; }
     /// Writes the radiance of all samples of the batch; black for those that were not added.
     void interpolate(std::span<Rgb> values) const;

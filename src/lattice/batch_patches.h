@@ -6,8 +6,8 @@
 namespace strobe {
 
 /// Finds the cells of chunks whose samples lie in one patch, and requests the points of these cells. New
-/// lattice points are found for several chunks together. For one thread; what the constructor gets must
-/// outlive it.
+/// lattice points are found for several chunks together. For one thread. The arguments of the constructor
+/// must outlive the object.
 class BatchPatches {
   public:
     /// `cache`: see ShadingPointList::computeKeys.
@@ -17,9 +17,8 @@ class BatchPatches {
 
     /// Forgets all cells; to be called when the table is cleared.
     void clear() { m_patchTable.clear(); }
-    /// Adds the `count` samples of a chunk, of which `cells` are the cells and `bin` the time bins;
-    /// `firstSample` is the index in the batch of the first. Writes `source`. Precondition: the table has one
-    /// time bin group only.
+    /// Adds the `count` samples of a chunk, given their cells and time bins. `firstSample` is the index of
+    /// the first in the batch. Writes InterpolationSoA::source. Precondition: there is one time bin group.
     void add(const LatticePatch& patch, const PatchCells& cells, const uint32_t* bin, int count,
              uint32_t firstSample, uint32_t* source);
     /// Finds the points of all cells so far and requests them.
@@ -38,17 +37,17 @@ class BatchPatches {
     ShadingPointList& m_requests;
     PatchTable m_patchTable;
 
-    static constexpr uint32_t kPending =
-        1u << 31; ///< marks the number of a pending node, instead of a point's index
+    /// Marks the number of a pending node, where otherwise the index of a point is stored.
+    static constexpr uint32_t kPending = 1u << 31;
     struct CellRequest {
         uint32_t cell, binInGroup, sample;
     };
     /// Added since the last `finish`.
     struct Pending {
-        TriangleCellSoA nodes;         ///< cells, of each of which the first point is the node
-        HitSoA hits;                   ///< of `nodes`: the triangles
+        TriangleCellSoA nodes;         ///< cells whose first points are the nodes
+        HitSoA hits;                   ///< of `nodes`; only the primitives are set
         uint32_t nodeIndex[kSoAWidth]; ///< in the patch table
-        std::vector<uint32_t> cells;   ///< their pointValues are points or pending nodes
+        std::vector<uint32_t> cells;   ///< whose pointValues are points or pending nodes
         std::vector<CellRequest> requests;
     } m_pending;
 };

@@ -15,8 +15,7 @@ void InterpolationTable::clear() {
     m_manyPoints.clear();
     m_points.assign(1,
                     Point{{}, {}, 0, ~0u}); // all bits are set, so that the missing point is never requested
-    m_values.resize(
-        std::max(m_values.size(), size_t(m_groups.binCount()))); // those of the missing point stay 0
+    m_values.resize(std::max(m_values.size(), size_t(m_groups.binCount()))); // the missing point's stay 0
     m_cellIndex.clear();
     m_pointIndex.clear();
 }
@@ -104,7 +103,7 @@ void InterpolationTable::interpolateNearest(const InterpolationSoA& samples, std
     }
 }
 
-uint32_t InterpolationTable::heaviestPoint(uint32_t index, const V3f& coords) const {
+uint32_t InterpolationTable::heaviestPointValue(uint32_t index, const V3f& coords) const {
     const Cell& cell = m_cells[index];
     const uint32_t* points = pointValuesOf(cell);
     float weights[LatticeCell::kMaxPoints];
@@ -120,7 +119,7 @@ uint32_t InterpolationTable::heaviestPoint(uint32_t index, const V3f& coords) co
     return points[heaviest];
 }
 
-uint32_t InterpolationTable::nearestPoint(uint32_t index, const V3f& coords) const {
+uint32_t InterpolationTable::nearestPointValue(uint32_t index, const V3f& coords) const {
     const Cell& cell = m_cells[index];
     const uint32_t* points = pointValuesOf(cell);
     const int nearest = LatticeCell::nearestPoint(cell.kind, coords);

@@ -12,8 +12,8 @@ namespace strobe {
 
 /// Groups of up to eight consecutive time bins: cells and points are looked up once for all bins of a group.
 ///
-/// The index of a group, cell, point or value is packed with a bin of the group into one number. Of a group
-/// that is the time bin; of a point it is the index of its value.
+/// The index of a group, cell or point is packed with the number of a bin in the group. A packed group is a
+/// time bin; a packed point is the index of the point's value in the bin.
 struct TimeBinGroups {
     static constexpr int kMaxBits = 3, kMaxBins = 1 << kMaxBits;
     int bits; ///< binary logarithm of the number of bins in a group
@@ -28,8 +28,8 @@ struct TimeBinGroups {
 /// The cells that the samples of a chunk interpolate in.
 struct InterpolationSoA {
     V3SoA coords; ///< see LatticeHitSoA::coords
-    /// A cell and a bin (TimeBinGroups::pack); with nearest interpolation a point and a bin. kNone: the
-    /// sample does not use the lattice.
+    /// A packed cell (TimeBinGroups); with nearest interpolation, a packed point. kNone: the sample does not
+    /// use the lattice.
     alignas(64) uint32_t source[kSoAWidth];
 };
 
@@ -44,8 +44,8 @@ class InterpolationTable {
     using PointValues = std::array<uint32_t, LatticeCell::kMaxPoints>;
     /// A cell in a time bin group. Its size matters: there are many.
     struct Cell {
-        uint32_t pointValues[3]; ///< PointValues of three points. Of more points: [0] is the index of their
-                                 ///< PointValues
+        /// The PointValues of three points. If there are more, [0] is the index of their PointValues.
+        uint32_t pointValues[3];
         LatticeCell::Kind kind;
         bool hasManyPoints() const { return LatticeCell::pointCountOf(kind) > 3; }
     };
@@ -55,16 +55,16 @@ class InterpolationTable {
         SurfaceSide side;
         LatticePoint point;
         uint32_t group;
-        uint32_t
-            requestedBins; ///< by bit: the bins of the group in which the point is a requested shading point
+        uint32_t requestedBins; ///< by bit: the bins of the group in which its value is requested
     };
 
     explicit InterpolationTable(int timeBins);
     const TimeBinGroups& groups() const { return m_groups; }
     /// Removes all cells, points and values.
     void clear();
-    /// Whether the table is to be cleared before the next batch. Batches near each other use many of the same
-    /// cells, most of all where something moves; but a larger table would not stay in the second-level cache.
+    /// Returns whether the table is to be cleared before the next batch. Batches near each other use many of
+    /// the same cells, most of all where something moves; but a larger table would not stay in the
+    /// second-level cache.
     bool isFull() const { return m_points.size() > 3000 || m_cells.size() > 6000; }
 
     struct CellEntry {
@@ -72,8 +72,8 @@ class InterpolationTable {
         bool wasRequested;
     };
     void prefetchCell(uint64_t key) const { m_cellIndex.prefetch(key); }
-    /// Returns the cell under `key`, or nextCell if there is none, and whether it was requested in this bin
-    /// before. The caller adds cells so that nextCell becomes the index of the new cell.
+    /// Returns the cell under `key`, or `nextCell` if there is none, and whether it was requested in this bin
+    /// before. A new cell must then be added with the index `nextCell`.
     CellEntry requestCell(uint64_t key, uint32_t nextCell, uint32_t binInGroup) {
         const uint32_t bit = 1u << binInGroup;
         uint32_t& entry = m_cellIndex.findOrInsert(key, nextCell << TimeBinGroups::kMaxBins);
@@ -108,22 +108,21 @@ class InterpolationTable {
     void interpolate(const InterpolationSoA& samples, std::span<Rgb> values) const;
     /// The same with nearest interpolation.
     void interpolateNearest(const InterpolationSoA& samples, std::span<Rgb> values) const;
-    /// Returns the index of the value, in the first bin of the group, of the cell's point with the greatest
-    /// weight.
-    uint32_t heaviestPoint(uint32_t cell, const V3f& coords) const;
-    /// Returns that of the nearest point. If a Grid misses it: of the point the fewest edges of the cell
-    /// away.
-    uint32_t nearestPoint(uint32_t cell, const V3f& coords) const;
+    /// Returns the element of PointValues of the point with the greatest weight.
+    uint32_t heaviestPointValue(uint32_t cell, const V3f& coords) const;
+    /// Returns the element of PointValues of the nearest point. If a Grid misses that point, returns another
+    /// one, along as few edges of the cell as possible.
+    uint32_t nearestPointValue(uint32_t cell, const V3f& coords) const;
 
   private:
     const TimeBinGroups m_groups;
     std::vector<Cell> m_cells;
     std::vector<PointValues> m_manyPoints; ///< of cells with more than three points
     std::vector<Point> m_points;           ///< [0] is the missing point
-    std::vector<Value> m_values;           ///< by point and bin (TimeBinGroups::pack); with spare space
-    IndexTable m_cellIndex; ///< by key: the cell, shifted by kMaxBins, and a bit for each bin in which it is
-                            ///< requested
-    IndexTable m_pointIndex;
+    std::vector<Value> m_values;           ///< by packed point; larger than needed
+    /// By key in the group: the cell, shifted by kMaxBins, and a bit for each bin in which it is requested.
+    IndexTable m_cellIndex;
+    IndexTable m_pointIndex; ///< by key in the first bin of the group
 };
 
 } // namespace strobe

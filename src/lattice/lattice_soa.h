@@ -25,14 +25,14 @@ struct LatticeHitSoA {
     /// Precondition: count < kSoAWidth.
     void push_back(const Hit& hit, const V3f& direction, float time, const RayCone& pixelCone);
 
-    // The surfaces:
+    // Of the surface:
     V3SoA a, b; ///< world-space edges from the first vertex of the triangle, or derivatives of the quadric
     alignas(64) uint64_t keySum[kSoAWidth];        ///< the part of the cell's key from geometry and primitive
     alignas(64) int32_t needsTransform[kSoAWidth]; ///< a and b are not in world space yet
     bool isQuadric[kSoAWidth];
     bool seesQuadricFront[kSoAWidth];
 
-    // The cells:
+    // Of the cell:
     alignas(64) float blockSize[kSoAWidth];       ///< at the hit, in scene units
     alignas(64) int32_t isFront[kSoAWidth];       ///< see SurfaceSide
     alignas(64) int32_t kind[kSoAWidth];          ///< LatticeCell::Kind
@@ -55,8 +55,8 @@ struct LatticeHitSoA {
     void computeKeys();
 };
 
-/// Up to kSoAWidth cells of divided triangles, each of three points. The first point is across from the
-/// diagonal of the grid cell; the second is the next column's, the third is the next row's.
+/// Up to kSoAWidth cells of divided triangles, each of three points. The first is the node (i, j) of the
+/// grid, or (i + 1, j + 1) of an upper cell; the second is (i + 1, j), the third is (i, j + 1).
 struct TriangleCellSoA {
     int count = 0;
     int32_t hit[kSoAWidth]; ///< index of a hit in the cell
@@ -67,8 +67,7 @@ struct TriangleCellSoA {
     /// One point of each cell.
     struct Points {
         alignas(64) float u[kSoAWidth], v[kSoAWidth];
-        alignas(64)
-            int32_t corner[kSoAWidth]; ///< the vertex of the triangle (0 to 2) at the point; negative: none
+        alignas(64) int32_t corner[kSoAWidth]; ///< 0 to 2: the triangle's vertex at the point; negative: none
         alignas(64) uint32_t prim[kSoAWidth];
         alignas(64) uint64_t keySum[kSoAWidth];
         LatticePoint at(int c) const { return {prim[c], u[c], v[c], corner[c] >= 0, keySum[c]}; }

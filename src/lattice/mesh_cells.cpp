@@ -149,8 +149,8 @@ bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCe
     return cells.isUsable;
 }
 
-void MeshCells::push_back(uint32_t prim, float u, float v, float side2, float area2,
-                          MeshCellSoA& queries) const {
+void MeshCells::appendQuery(uint32_t prim, float u, float v, float side2, float area2,
+                            MeshCellSoA& queries) const {
     const int i = queries.count++;
     const Triangle t(m_mesh, prim);
     queries.p.set(i, t.p);

@@ -23,12 +23,12 @@ struct MeshPoint {
 
 /// Up to kSoAWidth points of triangles at rest, and the eight mesh cells whose centers surround each.
 struct MeshCellSoA {
-    // Input, from MeshCells::push_back:
+    // Input, from MeshCells::appendQuery:
     int count = 0;
     V3SoA p, a, b; ///< the first vertex of the triangle, and the edges from there to the others
     alignas(64) float u[kSoAWidth], v[kSoAWidth];
-    alignas(64) float side2[kSoAWidth]; ///< squared length of the side of the wanted cells, in any space, and
-    alignas(64) float area2[kSoAWidth]; ///< squared double area of the triangle in that space
+    alignas(64) float side2[kSoAWidth];   ///< squared side length of the requested cells, in any space
+    alignas(64) float area2[kSoAWidth];   ///< squared double area of the triangle, in the same space
     alignas(64) float spacing[kSoAWidth]; ///< of the vertices of the mesh
 
     // Output of `surround`: see MeshCells::surround.
@@ -87,15 +87,15 @@ class MeshCells {
     /// Returns false if the vertices are to be used instead: if the triangle is too large for such cells, or
     /// the mesh has fewer vertices than cells.
     bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, V3f& coords) const;
-    /// Appends the input of `surround` to `queries`, with cellArea = 2 * side2 / sqrt(area2).
-    void push_back(uint32_t prim, float u, float v, float side2, float area2, MeshCellSoA& queries) const;
+    /// Appends a query, the input of `surround` with cellArea = 2 * side2 / sqrt(area2).
+    void appendQuery(uint32_t prim, float u, float v, float side2, float area2, MeshCellSoA& queries) const;
     /// Writes the points of the eight cells from the lowest one, which `surround` found; nullopt for cells
     /// without one. At least one cell has a point.
     void findPoints(const MeshCell& lowest, MeshPointCache& cache, std::optional<MeshPoint> out[8]) const;
-    /// The area of the mesh per vertex. Cells with a smaller side are not used.
+    /// The area of the mesh per vertex. Cells whose sides have a smaller area are not usable.
     float vertexArea() const { return sqr(m_spacing); }
-    /// Returns a triangle that has the vertex, always the same; its area is zero only if that is so for all
-    /// of them.
+    /// Returns a triangle of the vertex, the same in all calls. Its area is zero only if the vertex has no
+    /// other triangles.
     uint32_t triangleOf(uint32_t vertex) const { return m_triangle[vertex]; }
 
   private:

@@ -199,8 +199,8 @@ void SurfaceLattice::findMeshCells(LatticeHitSoA& hits, SurfaceCache& surfaces) 
         if (sqr(hits.blockSize[i]) < surface.minBlockArea) // true for most: saves the query
             continue;
         hitOfQuery[queries.count] = i;
-        surface.cells->push_back(hits.hit.prim[i], hits.coords.x[i], hits.coords.y[i], sqr(hits.blockSize[i]),
-                                 hits.normal2[i], queries);
+        surface.cells->appendQuery(hits.hit.prim[i], hits.coords.x[i], hits.coords.y[i],
+                                   sqr(hits.blockSize[i]), hits.normal2[i], queries);
     }
     if (queries.count == 0)
         return;

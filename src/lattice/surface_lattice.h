@@ -25,22 +25,22 @@ struct ShadeSoA {
 };
 
 /// A lattice whose points are about `blockSize` pixels apart, as seen by the ray of the hit that uses them.
-/// - Triangles larger than a block are divided along two of their edges into powers of two. Finer divisions
-/// contain
-///   the points of coarser ones. Triangles with vertex normals share the points at common vertices.
-/// - Triangles smaller than a block share their vertices or, where a mesh has more vertices than blocks, the
-/// points
-///   of mesh cells (MeshCells).
+/// - Triangles larger than a block are divided along two of their edges into powers of two. Finer
+///   divisions contain the points of coarser ones. Triangles with vertex normals share the points at
+///   common vertices.
+/// - Triangles smaller than a block share their vertices or, where a mesh has more vertices than
+///   blocks, the points of mesh cells (MeshCells).
 /// - Quadrics are divided in their (u, v).
+///
 /// Interpolation is continuous within a triangle that all hits divide alike, and across edges whose vertices
 /// are shared.
 class SurfaceLattice {
   public:
-    /// The greatest distance of the points of a cell from a hit in it, in blocks, as the hit's ray sees them.
-    /// The two sides of a cell are at most two blocks long and may be parallel: 4. On a quadric each side
-    /// bows by at most half a block, and opposite sides turn apart by at most 1. A mesh of small triangles
-    /// that is stretched along one axis, by a non-uniform scale or a deformation, exceeds this by as much
-    /// along that axis.
+    /// The maximum distance between a hit and the points of its cell, in blocks, projected along the hit's
+    /// ray. The two sides of a cell are at most two blocks long and may be parallel: 4. On a quadric each
+    /// side bows by at most half a block, and opposite sides turn apart by at most 1. A mesh of small
+    /// triangles that is stretched along one axis, by a non-uniform scale or a deformation, reaches farther
+    /// along that axis, by the factor of the stretching.
     static constexpr float kReach = 6;
     /// Whether triangles smaller than a block share points, or are a cell each.
     enum class SmallTriangles { Shared, Apart };

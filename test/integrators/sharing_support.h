@@ -1,4 +1,4 @@
-// What the tests of the integrators have in common.
+// Helpers of the integrators' tests.
 #pragma once
 
 #include "support/render_text.h"
@@ -28,7 +28,7 @@ inline bool isCropOf(const Image& crop, const Image& image, int x0, int y0) {
     return true;
 }
 
-/// Returns the mean squared difference of the means of pixels, less what their standard errors explain.
+/// Returns the mean squared difference of the means of pixels, minus its expected value for equal means.
 inline double squaredBias(const PixelStatistics& biased, const PixelStatistics& reference) {
     double sum = 0;
     for (size_t i = 0; i < reference.mean.size(); ++i) {
