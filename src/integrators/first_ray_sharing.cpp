@@ -1,5 +1,6 @@
+// Sharing with the paper's scopes: blocks that the first rays shade.
 #include "core/math/hash.h"
-#include "integrators/cache_settings.h"
+#include "integrators/sharing_settings.h"
 #include "lattice/surface_lattice.h"
 
 #include <semaphore>
@@ -9,92 +10,97 @@ namespace strobe {
 
 namespace {
 
-/// A block and what its first rays found. Where they hit is kept in parts of the block's sides.
+/// A block of a primitive: sums over its shades.
 struct Block {
-    Rgb sum{0};
-    float x = 0, y = 0; ///< sums, too
+    Rgb radiance{0};
+    float x = 0, y = 0; ///< positions of the shades on the primitive, in blocks
     int shades = 0;
-    int promised = 0; ///< shades under way
+    int pendingShades = 0; ///< requested, and not resolved yet
 
-    Rgb value() const { return sum * (1 / float(shades)); }
+    Rgb mean() const { return radiance * (1 / float(shades)); }
 };
 
-struct AsItIs {
+struct IdentityHash {
     size_t operator()(uint64_t hash) const { return size_t(hash); }
 };
-using Blocks = std::unordered_map<uint64_t, Block, AsItIs>;
-/// A node of the map: block and key, the next node's address, and its part of the table.
-constexpr size_t kBytesPerBlock = sizeof(Blocks::value_type) + 2 * sizeof(void*) + 8;
+using BlockMap = std::unordered_map<uint64_t, Block, IdentityHash>;
+/// A node of the map (key, block, pointer to the next node and cached hash) and a bucket.
+constexpr size_t kBytesPerBlock = sizeof(BlockMap::value_type) + 2 * sizeof(void*) + 8;
 
-/// What the workers of one render share: with scope "mutex", the blocks.
-struct Shared {
-    Shared(const Scene& scene, const CacheSettings& settings)
+/// State that the workers of a render share.
+struct FirstRayRender {
+    FirstRayRender(const Scene& scene, const SharingSettings& settings)
         : scene(scene), settings(settings),
           lattice(scene, settings.blockSize, SurfaceLattice::SmallTriangles::Apart) {}
     const Scene& scene;
-    const CacheSettings settings;
+    const SharingSettings settings;
     const SurfaceLattice lattice;
-    Blocks blocks;
-    /// Held from plan to resolve, while shading: the paper's mutex.
-    std::binary_semaphore turn{1};
+    // Scope Mutex:
+    BlockMap blocks;
+    /// The paper's mutex, held from plan to resolve, while the batch is shaded: by a semaphore, since another
+    /// thread may resolve.
+    std::binary_semaphore mutex{1};
 };
 
-class Worker : public IntegratorWorker {
+class FirstRayWorker : public IntegratorWorker {
   public:
-    explicit Worker(Shared& shared)
-        : m_shared(shared), m_scope(shared.settings.scope),
-          m_blocks(m_scope == CacheSettings::Scope::Mutex ? shared.blocks : m_own),
-          m_surfaces(shared.lattice.surfaceCache()) {}
+    explicit FirstRayWorker(FirstRayRender& render)
+        : m_render(render), m_scope(render.settings.scope),
+          m_blocks(m_scope == SharingSettings::Scope::Mutex ? render.blocks : m_ownBlocks),
+          m_surfaces(render.lattice.makeSurfaceCache()) {}
 
     void beginTile() override {
-        if (m_scope == CacheSettings::Scope::Tile)
+        if (m_scope == SharingSettings::Scope::Tile)
             m_blocks.clear();
     }
 
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
-        if (m_scope == CacheSettings::Scope::Mutex)
-            m_shared.turn.acquire();
-        boundSize();
-        m_places.clear();
-        m_shading.clear();
+        if (m_scope == SharingSettings::Scope::Mutex)
+            m_render.mutex.acquire();
+        clearIfTooLarge();
+        m_sources.clear();
+        m_pendingShades.clear();
         for (const VisibilitySample& sample : batch.samples) {
-            if (!sample.hit || !(m_shared.settings.blockSize > 0)) {
-                m_places.push_back({0, 0, int64_t(requests.size()), 0, 0, {}});
-                requests.push_back(requestFor(m_shared.scene, batch, sample));
+            if (!sample.hit || !(m_render.settings.blockSize > 0)) {
+                m_sources.push_back({.request = requests.size()});
+                requests.push_back(requestFor(m_render.scene, batch, sample));
                 continue;
             }
-            const Place place = placeOf(sample);
-            Block& block = m_blocks[place.key];
+            const Source source = findBlock(sample);
+            m_sources.push_back(source);
+            Block& block = m_blocks[source.key];
             ++m_lookups;
-            if (block.shades + block.promised < m_shared.settings.shades) {
-                ++block.promised;
-                m_shading.push_back({place.key, uint32_t(requests.size()), place.x, place.y});
-                requests.push_back(requestFor(m_shared.scene, batch, sample));
-            } else {
+            if (block.shades + block.pendingShades >= m_render.settings.shades) {
                 ++m_hits;
+                continue;
             }
-            m_places.push_back(place);
+            ++block.pendingShades;
+            m_pendingShades.push_back({source.key, requests.size(), source.x, source.y});
+            requests.push_back(requestFor(m_render.scene, batch, sample));
         }
     }
 
     std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override {
-        for (const Shading& s : m_shading) {
-            Block& block = m_blocks.at(s.key);
-            block.sum += shaded[s.request], block.x += s.x, block.y += s.y;
-            ++block.shades, --block.promised;
+        for (const PendingShade& shade : m_pendingShades) {
+            Block& block = m_blocks.at(shade.key);
+            block.radiance += shaded[shade.request];
+            block.x += shade.x;
+            block.y += shade.y;
+            ++block.shades;
+            --block.pendingShades;
         }
         for (size_t i = 0; i < values.size(); ++i) {
-            const Place& place = m_places[i];
-            values[i] = place.key ? valueAt(place) : shaded[size_t(place.request)];
+            const Source& source = m_sources[i];
+            values[i] = source.key ? interpolate(source) : shaded[source.request];
         }
         m_peakBytes = std::max(m_peakBytes, m_blocks.size() * kBytesPerBlock);
-        if (m_scope == CacheSettings::Scope::Mutex)
-            m_shared.turn.release();
+        if (m_scope == SharingSettings::Scope::Mutex)
+            m_render.mutex.release();
         return values;
     }
 
-    uint64_t sharingId(size_t sample) const override { return m_places[sample].key; }
+    uint64_t sharingId(size_t sample) const override { return m_sources[sample].key; }
 
     void report(Counters& counters) const override {
         counters.cacheLookups += m_lookups;
@@ -104,105 +110,112 @@ class Worker : public IntegratorWorker {
     }
 
   private:
-    /// Where a sample lies among the blocks of its primitive.
-    struct Place {
-        uint64_t key; ///< of its block; 0: it shades for itself
-        uint64_t primitive;
-        int64_t request;
-        float x, y; ///< place on the primitive, in blocks
-        V2i last;   ///< the primitive's last block, in x and y
+    /// A sample's block, or its own request.
+    struct Source {
+        uint64_t key = 0; ///< of the block; 0: the sample has a request of its own
+        size_t request = 0;
+        uint64_t primitive = 0; ///< the part of the key that all blocks of the primitive have
+        float x = 0, y = 0;     ///< position on the primitive, in blocks
+        V2i lastBlock{0};       ///< of the primitive, in x and y
     };
-    /// A shade that will be added to a block.
-    struct Shading {
+    /// A requested shade that will be added to a block.
+    struct PendingShade {
         uint64_t key;
-        uint32_t request;
+        size_t request;
         float x, y;
     };
 
     static uint64_t keyOf(uint64_t primitive, int i, int j) { return hashOf(primitive, i, j) | 1; }
 
-    Place placeOf(const VisibilitySample& sample) {
-        m_lanes.count = 0;
-        m_lanes.add(sample.hit, sample.ray.d, sample.ray.time, m_shared.scene.camera().cone(sample.film));
-        m_shared.lattice.locate(m_lanes, m_surfaces);
-        const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, 0);
-        const int bins = m_shared.settings.timeBins;
+    Source findBlock(const VisibilitySample& sample) {
+        m_hitSoA.count = 0;
+        m_hitSoA.push_back(sample.hit, sample.ray.d, sample.ray.time,
+                           m_render.scene.camera().cone(sample.film));
+        m_render.lattice.locate(m_hitSoA, m_surfaces);
+        const LatticeCell cell = SurfaceLattice::cellOf(m_hitSoA, 0);
+        const int bins = m_render.settings.timeBins;
         const int bin = std::min(int(sample.ray.time * float(bins)), bins - 1);
-        const uint64_t surface = uint64_t(cell.face.instance) << 32 | cell.face.geometry;
-        const uint64_t primitive = hashOf(surface, uint64_t(cell.prim) << 1 | cell.face.positive, bin,
-                                          uint64_t(cell.nu) << 32 | uint64_t(cell.nv));
-        return {keyOf(primitive, int(cell.i), int(cell.j)),
-                primitive,
-                -1,
-                sample.hit.u * cell.nu,
-                sample.hit.v * cell.nv,
-                {int(cell.nu) - 1, int(cell.nv) - 1}};
+        const uint64_t surface = uint64_t(cell.side.instance) << 32 | cell.side.geometry;
+        Source source;
+        source.primitive = hashOf(surface, uint64_t(cell.prim) << 1 | cell.side.isFront, bin,
+                                  uint64_t(cell.nu) << 32 | uint64_t(cell.nv));
+        source.key = keyOf(source.primitive, int(cell.i), int(cell.j));
+        source.x = sample.hit.u * cell.nu;
+        source.y = sample.hit.v * cell.nv;
+        source.lastBlock = {int(cell.nu) - 1, int(cell.nv) - 1};
+        return source;
     }
 
     /// The paper: "a weighted interpolation of the surrounding shade regions". Here: of the sample's block
-    /// and of those neighbors, among the three that are nearest, that have been shaded, each weighted by how
-    /// far its shading point is.
-    Rgb valueAt(const Place& place) const {
-        const Block& own = m_blocks.at(place.key);
-        if (m_shared.settings.nearest)
-            return own.value();
-        const int i = std::clamp(int(place.x), 0, place.last.x),
-                  j = std::clamp(int(place.y), 0, place.last.y);
-        const int stepI = place.x - float(i) < 0.5f ? -1 : 1, stepJ = place.y - float(j) < 0.5f ? -1 : 1;
+    /// and of the three nearest neighbors that are shaded, weighted by the distance of their mean shading
+    /// positions.
+    Rgb interpolate(const Source& source) const {
+        const Block& own = m_blocks.at(source.key);
+        if (m_render.settings.nearest)
+            return own.mean();
         Rgb sum(0);
-        float total = 0;
-        const auto take = [&](const Block& block, float least) {
+        float weightSum = 0;
+        const auto add = [&](const Block& block, float minWeight) {
             const float n = 1 / float(block.shades);
-            const float dx = std::abs(place.x - block.x * n), dy = std::abs(place.y - block.y * n);
-            const float weight = std::max(std::max(1 - dx, 0.f) * std::max(1 - dy, 0.f), least);
-            sum += block.sum * (n * weight), total += weight;
+            const float dx = std::abs(source.x - block.x * n), dy = std::abs(source.y - block.y * n);
+            const float weight = std::max(std::max(1 - dx, 0.f) * std::max(1 - dy, 0.f), minWeight);
+            sum += block.radiance * (n * weight);
+            weightSum += weight;
         };
-        take(own, 1e-3f);
+        add(own, 1e-3f);
+        const int i = std::clamp(int(source.x), 0, source.lastBlock.x);
+        const int j = std::clamp(int(source.y), 0, source.lastBlock.y);
+        const int stepI = source.x - float(i) < 0.5f ? -1 : 1, stepJ = source.y - float(j) < 0.5f ? -1 : 1;
         for (const V2i& step : {V2i(stepI, 0), V2i(0, stepJ), V2i(stepI, stepJ)}) {
-            const V2i at = V2i(i, j) + step;
-            if (at.x < 0 || at.y < 0 || at.x > place.last.x || at.y > place.last.y)
+            const V2i neighbor = V2i(i, j) + step;
+            if (neighbor.x < 0 || neighbor.y < 0 || neighbor.x > source.lastBlock.x ||
+                neighbor.y > source.lastBlock.y)
                 continue;
-            const auto found = m_blocks.find(keyOf(place.primitive, at.x, at.y));
+            const auto found = m_blocks.find(keyOf(source.primitive, neighbor.x, neighbor.y));
             if (found != m_blocks.end() && found->second.shades > 0)
-                take(found->second, 0);
+                add(found->second, 0);
         }
-        return sum * (1 / total);
+        return sum * (1 / weightSum);
     }
 
-    /// A cache that has outgrown its bytes starts again, between batches.
-    void boundSize() {
-        if (m_blocks.size() * kBytesPerBlock <= m_shared.settings.bytes)
+    /// Removes all blocks if they exceed the size of the cache; between batches, when no shade is pending.
+    void clearIfTooLarge() {
+        if (m_blocks.size() * kBytesPerBlock <= m_render.settings.cacheBytes)
             return;
         m_evictions += m_blocks.size();
-        Blocks().swap(m_blocks);
+        BlockMap().swap(m_blocks);
     }
 
-    Shared& m_shared;
-    const CacheSettings::Scope m_scope;
-    Blocks m_own;
-    Blocks& m_blocks;
+    FirstRayRender& m_render;
+    const SharingSettings::Scope m_scope;
+    BlockMap m_ownBlocks;
+    BlockMap& m_blocks;
     SurfaceCache m_surfaces;
-    LatticeSoA m_lanes;
-    std::vector<Place> m_places; ///< one per sample
-    std::vector<Shading> m_shading;
+    LatticeHitSoA m_hitSoA;
+    // Of the batch:
+    std::vector<Source> m_sources; ///< by sample
+    std::vector<PendingShade> m_pendingShades;
+
     uint64_t m_lookups = 0, m_hits = 0, m_evictions = 0;
     size_t m_peakBytes = 0;
 };
 
-class FirstRayRender : public IntegratorState {
+class FirstRaySharingState : public IntegratorState {
   public:
-    FirstRayRender(const Scene& scene, const CacheSettings& settings) : m_shared(scene, settings) {}
-    std::unique_ptr<IntegratorWorker> makeWorker() override { return std::make_unique<Worker>(m_shared); }
-    void restart(uint64_t, int) override { Blocks().swap(m_shared.blocks); }
+    FirstRaySharingState(const Scene& scene, const SharingSettings& settings) : m_render(scene, settings) {}
+    std::unique_ptr<IntegratorWorker> makeWorker() override {
+        return std::make_unique<FirstRayWorker>(m_render);
+    }
+    void restart(uint64_t, int) override { BlockMap().swap(m_render.blocks); }
 
   private:
-    Shared m_shared;
+    FirstRayRender m_render;
 };
 
 } // namespace
 
-std::unique_ptr<IntegratorState> beginFirstRaySharing(const Scene& scene, const CacheSettings& settings) {
-    return std::make_unique<FirstRayRender>(scene, settings);
+std::unique_ptr<IntegratorState> beginFirstRaySharing(const Scene& scene, const SharingSettings& settings) {
+    return std::make_unique<FirstRaySharingState>(scene, settings);
 }
 
 } // namespace strobe

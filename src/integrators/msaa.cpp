@@ -1,119 +1,144 @@
 #include "integrators/msaa.h"
 
 #include "core/math/hash.h"
-#include "lattice/index_table.h"
+#include "core/params/plugin.h"
+#include "core/render/batch.h"
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
 
 namespace strobe {
 
 namespace {
 
-const ParamDef<int> kShades{"shades", 1, "shades per pixel and primitive, drawn from the samples that hit it",
+const ParamDef<int> kShades{"shades", 1, "shades per pixel and primitive, of samples chosen at random",
                             nullptr, kAtLeastOne};
 
-/// Equal for samples that share: those that hit the same triangle, or any other shape. Samples under a
-/// negative lobe of the pixel filter keep to themselves, since a group's mean stands for its members only if
-/// they weigh the same.
-STROBE_TARGET_CLONES void findGroupKeys(const VisibilitySoA& samples, uint64_t* keys) {
+/// Writes a key for each sample of a chunk. Samples of a pixel with equal keys are a group: those that hit
+/// the same primitive with the same sign of the filter weight, since a group's mean can replace its members
+/// only if they have equal weights. A sample that missed is a group of its own, because looking up the
+/// background is cheap.
+STROBE_TARGET_CLONES void computeGroupKeys(const VisibilitySoA& samples, uint64_t* keys) {
     STROBE_IVDEP
-    for (int i = 0; i < kSoAWidth; ++i)
-        keys[i] = quickHashOf(uint64_t(samples.hit.instance[i]) << 32 | samples.hit.geometry[i],
-                              uint64_t(samples.hit.prim[i]) << 1 |
-                                  std::bit_cast<uint32_t>(samples.weight[i]) >> 31);
+    for (int i = 0; i < kSoAWidth; ++i) {
+        const uint64_t geometry = uint64_t(samples.hit.instance[i]) << 32 | samples.hit.geometry[i];
+        const uint32_t prim = samples.hit.geometry[i] == kNone ? samples.index[i] : samples.hit.prim[i];
+        const uint32_t isNegative = std::bit_cast<uint32_t>(samples.weight[i]) >> 31;
+        keys[i] = quickHashOf(geometry, uint64_t(prim) << 1 | isNegative);
+    }
 }
 
-class Worker : public IntegratorWorker {
+/// Numbers the keys of a pixel's samples: a hash table.
+class GroupTable {
   public:
-    Worker(const Scene& scene, int shades) : m_scene(scene), m_shades(uint32_t(shades)) {}
-
-    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
-        m_shares.resize(batch.samples.size());
-        m_keys.resize(batch.samples.chunks() * kSoAWidth);
-        for (size_t b = 0; b < batch.samples.chunks(); ++b)
-            findGroupKeys(batch.samples.chunk(b), &m_keys[b * kSoAWidth]);
-        const uint32_t spp = batch.slice.count();
-        m_groupOf.resize(spp), m_order.resize(spp), m_ends.resize(spp);
-        for (size_t first = 0; first < batch.samples.size(); first += spp)
-            planPixel(batch, uint32_t(first), spp, requests);
+    /// Removes all groups. At most `maxGroups` may be added then.
+    void reset(uint32_t maxGroups) {
+        m_slots.assign(std::bit_ceil(2 * size_t(maxGroups)), kNone);
+        m_keys.clear();
+    }
+    /// Returns the group of a key. New groups are numbered consecutively.
+    uint32_t findOrAdd(uint64_t key) {
+        const size_t mask = m_slots.size() - 1;
+        size_t i = key & mask;
+        while (m_slots[i] != kNone && m_keys[m_slots[i]] != key)
+            i = (i + 1) & mask;
+        if (m_slots[i] == kNone) {
+            m_slots[i] = uint32_t(m_keys.size());
+            m_keys.push_back(key);
+        }
+        return m_slots[i];
     }
 
+  private:
+    std::vector<uint32_t> m_slots; ///< a group or kNone
+    std::vector<uint64_t> m_keys;  ///< by group
+};
+
+/// Maps each group to `shades` requests, or to fewer if it has fewer samples.
+class MsaaWorker : public IntegratorWorker {
+  public:
+    MsaaWorker(const Scene& scene, int shades) : m_scene(scene), m_shades(uint32_t(shades)) {}
+
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
+        m_requests.resize(batch.samples.size());
+        m_keys.resize(batch.samples.chunks() * kSoAWidth);
+        for (size_t c = 0; c < batch.samples.chunks(); ++c)
+            computeGroupKeys(batch.samples.chunk(c), &m_keys[c * kSoAWidth]);
+        const uint32_t samplesPerPixel = batch.slice.count();
+        for (uint32_t first = 0; first < batch.samples.size(); first += samplesPerPixel)
+            planPixel(batch, first, samplesPerPixel, requests);
+    }
+
+    /// A sample's radiance is the mean of its group's requests.
     std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override {
         for (size_t i = 0; i < values.size(); ++i) {
-            const Share& share = m_shares[i];
+            const RequestRange& range = m_requests[i];
             Rgb sum(0);
-            for (uint32_t k = 0; k < share.count; ++k)
-                sum += shaded[share.first + k];
-            values[i] = share.count <= 1 ? sum : sum * (1 / float(share.count));
+            for (uint32_t k = 0; k < range.count; ++k)
+                sum += shaded[range.first + k];
+            values[i] = range.count <= 1 ? sum : sum * (1 / float(range.count));
         }
         return values;
     }
 
   private:
-    /// The requests whose mean a sample takes; none if its value is not wanted.
-    struct Share {
-        uint32_t first, count;
+    struct RequestRange {
+        uint32_t first, count; ///< count 0: the values of the group are not wanted
     };
 
-    /// Groups the pixel's samples by primitive and draws the shades of each group uniformly, without repeats.
-    /// Samples that missed shade for themselves: looking up the surroundings costs nothing worth sharing.
-    void planPixel(const VisibilityBatch& batch, uint32_t first, uint32_t spp, ShadingRequests& requests) {
-        const uint32_t groups = findGroups(batch, first, spp);
-        for (uint32_t group = 0, end = 0; group < groups; ++group) {
-            const uint32_t size = m_ends[group];
-            m_ends[group] = end, end += size;
+    /// Sorts the samples of a pixel by group: a counting sort.
+    void planPixel(const VisibilityBatch& batch, uint32_t first, uint32_t count, ShadingRequests& requests) {
+        m_groups.reset(count);
+        m_groupOf.resize(count);
+        m_groupEnds.clear();
+        for (uint32_t i = 0; i < count; ++i) {
+            const uint32_t group = m_groups.findOrAdd(m_keys[first + i]);
+            if (group == m_groupEnds.size())
+                m_groupEnds.push_back(0);
+            m_groupOf[i] = group;
+            ++m_groupEnds[group];
         }
-        for (uint32_t i = 0; i < spp; ++i)
-            m_order[m_ends[m_groupOf[i]]++] = first + i;
-        for (uint32_t group = 0, begin = 0; group < groups; begin = m_ends[group++])
-            planGroup(batch, begin, m_ends[group], requests);
+        std::exclusive_scan(m_groupEnds.begin(), m_groupEnds.end(), m_groupEnds.begin(), 0u);
+        m_sorted.resize(count);
+        for (uint32_t i = 0; i < count; ++i)
+            m_sorted[m_groupEnds[m_groupOf[i]]++] = first + i;
+        uint32_t begin = 0;
+        for (const uint32_t end : m_groupEnds) {
+            planGroup(batch, {&m_sorted[begin], end - begin}, requests);
+            begin = end;
+        }
     }
 
-    /// Numbers the groups, in the order of their first samples: m_groupOf each sample. Returns how many there
-    /// are; their sizes are in m_ends.
-    uint32_t findGroups(const VisibilityBatch& batch, uint32_t first, uint32_t spp) {
-        m_table.clear();
-        uint32_t groups = 0;
-        for (uint32_t i = 0; i < spp; ++i) {
-            const uint32_t at = first + i;
-            const bool missed = batch.samples.chunk(at / kSoAWidth).hit.geometry[at % kSoAWidth] == kNone;
-            const uint32_t group = missed ? groups : m_table.insert(m_keys[at], groups);
-            if (group == groups)
-                m_ends[groups++] = 0;
-            m_groupOf[i] = group, ++m_ends[group];
-        }
-        return groups;
-    }
-
-    void planGroup(const VisibilityBatch& batch, uint32_t begin, uint32_t end, ShadingRequests& requests) {
-        const auto wanted = [&](uint32_t i) { return batch.filmSlice.contains(batch.samples[i].index); };
-        const bool any = std::any_of(&m_order[begin], &m_order[end - 1] + 1, wanted);
-        const uint32_t size = end - begin, count = any ? std::min(size, m_shades) : 0;
-        const Share share{uint32_t(requests.size()), count};
-        for (uint32_t i = begin; i < end; ++i)
-            m_shares[m_order[i]] = share;
-        // A partial Fisher-Yates shuffle: a function of the pixel and the group's first sample alone.
-        const VisibilitySample& head = batch.samples[m_order[begin]];
-        uint64_t h = hashOf(batch.pixels[head.pixel].domain, head.index, 0x6d736161u);
-        for (uint32_t k = 0; k < count; ++k) {
-            h = mix64(h);
-            const uint32_t pick = k + uint32_t((h >> 32) * (size - k) >> 32);
-            std::swap(m_order[begin + k], m_order[begin + pick]);
-            requests.push_back(requestFor(m_scene, batch, batch.samples[m_order[begin + k]]));
+    /// Requests shades for samples of the group, chosen uniformly without repetition. The choice depends on
+    /// the pixel and the index of the group's first sample only. Reorders the group.
+    void planGroup(const VisibilityBatch& batch, std::span<uint32_t> group, ShadingRequests& requests) {
+        const bool isWanted = std::any_of(group.begin(), group.end(), [&](uint32_t sample) {
+            return batch.filmSlice.contains(batch.samples[sample].index);
+        });
+        const uint32_t size = uint32_t(group.size()), count = isWanted ? std::min(size, m_shades) : 0;
+        for (const uint32_t sample : group)
+            m_requests[sample] = {uint32_t(requests.size()), count};
+        const VisibilitySample head = batch.samples[group[0]];
+        uint64_t random = hashOf(batch.pixels[head.pixel].domain, head.index, 0x6d736161u);
+        for (uint32_t k = 0; k < count; ++k) { // the first steps of a Fisher-Yates shuffle
+            random = mix64(random);
+            const uint32_t pick = k + uint32_t((random >> 32) * (size - k) >> 32);
+            std::swap(group[k], group[pick]);
+            requests.push_back(requestFor(m_scene, batch, batch.samples[group[k]]));
         }
     }
 
     const Scene& m_scene;
     const uint32_t m_shades;
-    std::vector<uint64_t> m_keys; ///< by sample of the batch
-    IndexTable m_table;
-    // Of a pixel's samples:
-    std::vector<uint32_t> m_groupOf;
-    std::vector<uint32_t> m_order; ///< group by group, samples of the batch
-    std::vector<uint32_t> m_ends;  ///< of groups in m_order
-    std::vector<Share> m_shares;
+    std::vector<uint64_t> m_keys;         ///< by sample of the batch
+    std::vector<RequestRange> m_requests; ///< by sample of the batch
+    // Of a pixel:
+    GroupTable m_groups;
+    std::vector<uint32_t> m_groupOf;   ///< by sample of the pixel
+    std::vector<uint32_t> m_sorted;    ///< samples of the batch, group by group
+    std::vector<uint32_t> m_groupEnds; ///< in m_sorted, by group
 };
 
 class Msaa : public Integrator {
@@ -122,7 +147,7 @@ class Msaa : public Integrator {
     BiasBound biasBound(const Scene&) const override { return {}; }
     SampleDependence dependence() const override { return SampleDependence::Pixel; }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext&) const override {
-        return std::make_unique<UnsharedState<Worker, int>>(scene, m_shades);
+        return std::make_unique<UnsharedState<MsaaWorker, int>>(scene, m_shades);
     }
 
   private:
@@ -133,7 +158,7 @@ class Msaa : public Integrator {
 
 IntegratorPlugin msaaPlugin() {
     return {"msaa",
-            "samples of one pixel that hit the same primitive share a shade; unbiased",
+            "samples of a pixel that hit the same primitive share a shade; unbiased",
             {kShades},
             [](const ParamSet& params, const BuildContext&) { return std::make_shared<const Msaa>(params); }};
 }

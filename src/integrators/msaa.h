@@ -1,7 +1,7 @@
-// Multisampling: a pixel's samples that hit the same primitive share a shade.
+// Multisampling: samples of a pixel that hit the same primitive share a shade.
 #pragma once
 
-#include "integrators/supersample.h"
+#include "core/render/integrator.h"
 
 namespace strobe {
 

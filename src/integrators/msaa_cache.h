@@ -1,12 +1,12 @@
-// Decoupled shading: samples of any pixel and any time share the shading points around them.
+// Decoupled shading: samples of all pixels and times interpolate between shared shading points.
 #pragma once
 
-#include "integrators/supersample.h"
+#include "core/render/integrator.h"
 
 namespace strobe {
 
-/// Algorithm 2 of "Multisampling and Motion Blur in a Ray Tracer", with blocks whose values do not depend on
-/// who asked first.
+/// Algorithm 2 of "Multisampling and Motion Blur in a Ray Tracer". By default, instead of the paper's blocks,
+/// points of a SurfaceLattice, whose values do not depend on the order in which threads render.
 IntegratorPlugin msaaCachePlugin();
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// The baseline: every visibility sample shades for itself.
+// The baseline: one shade per visibility sample.
 #pragma once
 
 #include "core/render/integrator.h"

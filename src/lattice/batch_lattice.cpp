@@ -1,281 +1,331 @@
 #include "lattice/batch_lattice.h"
 
-#include <bit>
 #include <numeric>
 
 namespace strobe {
 
+/// The time bins of a chunk of hits, and the keys of their cells.
+struct BatchLattice::CellKeySoA {
+    alignas(64) uint32_t bin[kSoAWidth];
+    alignas(64) uint64_t key[kSoAWidth];      ///< of the cell in a time bin group
+    alignas(64) uint64_t keyInBin[kSoAWidth]; ///< of the cell in the time bin
+};
+
+/// Hits that represent all of a chunk: the first in each cell and time bin, and perhaps some more.
+struct BatchLattice::DistinctHits {
+    int count = 0;
+    int32_t hits[kSoAWidth];
+    uint32_t representative[kSoAWidth]; ///< for each hit, one of `hits` in the same cell and time bin
+
+    DistinctHits(const uint64_t* keyInBin, int n);
+};
+
+/// The cells of a chunk of hits in the table.
+struct BatchLattice::CellsOfHits {
+    alignas(64) uint32_t cell[kSoAWidth];
+    int requestingCount;
+    int32_t requestingHits[kSoAWidth]; ///< the first in their cell and time bin since the table was cleared
+};
+
+BatchLattice::BatchLattice(const SurfaceLattice& lattice, const Settings& settings,
+                           const RadianceCache& cache)
+    : m_lattice(lattice), m_settings(settings), m_cache(cache), m_table(settings.timeBins),
+      m_surfaces(lattice.makeSurfaceCache()), m_patches(lattice, cache, m_table, m_batch.shadingPoints) {}
+
+void BatchLattice::begin(const VisibilityBatch& batch) {
+    if (!m_settings.keepsValues || m_table.isFull()) {
+        m_table.clear();
+        m_patches.clear();
+    }
+    m_batch.shadingPoints.clear();
+    m_batch.interpolation.resize(batch.samples.chunks());
+    for (InterpolationSoA& chunk : m_batch.interpolation)
+        std::fill_n(chunk.source, kSoAWidth, kNone);
+    m_lattice.computePixelCones(batch.pixels, m_batch.pixelCones);
+}
+
+void BatchLattice::addSamples(const VisibilityBatch& batch, size_t chunk, const int32_t* indices, int count) {
+    const VisibilitySoA& samples = batch.samples.chunk(chunk);
+    LatticeHitSoA& hits = m_batch.hits;
+    for (int k = 0; k < count; ++k) {
+        const int i = indices[k];
+        m_batch.sampleOfHit[hits.count] = uint32_t(chunk * kSoAWidth) + uint32_t(i);
+        hits.push_back(samples.hit.at(i), samples.ray.d.at(i), samples.camera.time[i],
+                       m_batch.pixelCones[samples.pixel[i]]);
+        if (hits.count == kSoAWidth)
+            locateHits();
+    }
+}
+
 namespace {
 
-/// The keys of hits' cells in their time bins and in the eras of these.
-STROBE_TARGET_CLONES void mixBins(const LatticeSoA& l, const uint32_t* bin, int binBits, uint64_t* key,
-                                  uint64_t* keyInBin) {
-    const int n = l.count;
-    STROBE_IVDEP
-    for (int i = 0; i < n; ++i) {
-        key[i] = quickSum<4>(l.key[i], bin[i] >> binBits);
-        keyInBin[i] = quickSum<4>(l.key[i], bin[i]);
+/// Writes the cones of the pixels of n samples.
+void copyPixelCones(const std::vector<RayCone>& pixelCones, const VisibilitySoA& samples, int n,
+                    RayConeSoA& cones) {
+    for (int i = 0; i < n;) {
+        const uint32_t pixel = samples.pixel[i];
+        const RayCone cone = pixelCones[pixel];
+        const int first = i;
+        i = samples.pixel[n - 1] == pixel ? n : i + 1;
+        while (i < n && samples.pixel[i] == pixel)
+            ++i;
+        std::fill(cones.width + first, cones.width + i, cone.width);
+        std::fill(cones.spread + first, cones.spread + i, cone.spread);
     }
 }
 
 } // namespace
 
-BatchLattice::BatchLattice(const SurfaceLattice& lattice, const Settings& settings,
-                           const RadianceCache& prefetchFrom)
-    : m_lattice(lattice), m_settings(settings), m_cache(prefetchFrom),
-      m_binBits(std::min(int(std::bit_width(uint32_t(settings.timeBins - 1))), kMaxBinBits)),
-      m_surfaces(lattice.surfaceCache()) {
-    forget();
+void BatchLattice::addChunk(const VisibilityBatch& batch, size_t chunk) {
+    locateHits();
+    const VisibilitySoA& samples = batch.samples.chunk(chunk);
+    const int n = batch.samples.chunkSize(chunk);
+    LatticeHitSoA& hits = m_batch.hits;
+    hits.count = n;
+    hits.hit = samples.hit;
+    hits.d = samples.ray.d;
+    std::copy_n(samples.camera.time, kSoAWidth, hits.time);
+    copyPixelCones(m_batch.pixelCones, samples, n, hits.cone);
+    std::iota(m_batch.sampleOfHit, m_batch.sampleOfHit + n, uint32_t(chunk * kSoAWidth));
+    locateHits();
 }
 
-void BatchLattice::begin(const VisibilityBatch& batch) {
-    // What a thing in motion covers is much the same for many batches. The tables of so many stay in the
-    // second-level cache.
-    constexpr size_t kMaxPoints = 3000, kMaxCells = 6000;
-    m_blockCount = 0;
-    if (!m_settings.remembers || m_points.size() > kMaxPoints || m_cells.size() > kMaxCells)
-        forget();
-    m_shares.resize(batch.samples.chunks());
-    for (Shares& shares : m_shares)
-        std::fill_n(shares.cell, kSoAWidth, kNone);
-    m_lattice.findCones(batch.pixels, m_cones);
+bool BatchLattice::addPatch(const VisibilityBatch& batch, size_t chunk) {
+    const VisibilitySoA& samples = batch.samples.chunk(chunk);
+    const int n = batch.samples.chunkSize(chunk);
+    LatticePatch patch;
+    if (m_settings.nearest || m_settings.timeBins > m_table.groups().binCount() ||
+        !m_lattice.findCommonTriangle(samples.hit, n, m_surfaces, patch))
+        return false;
+    locateHits(); // keeps the order of requests
+    RayConeSoA cones;
+    copyPixelCones(m_batch.pixelCones, samples, n, cones);
+    PatchCells cells;
+    InterpolationSoA& interpolation = m_batch.interpolation[chunk];
+    if (!m_lattice.findCommonDivision(samples, n, cones, m_surfaces, patch) ||
+        !cells.find(patch, samples.hit, n, interpolation.coords))
+        return false;
+    alignas(64) uint32_t bin[kSoAWidth];
+    findTimeBins(samples.camera.time, n, m_settings.timeBins, bin);
+    m_patches.add(patch, cells, bin, n, uint32_t(chunk * kSoAWidth), interpolation.source);
+    return true;
 }
 
-void BatchLattice::forget() {
-    m_cells.clear(), m_more.clear();
-    m_points.assign(1, Point{{}, {}, 0, ~0u}); // the one that is missing: nobody asks for it
-    m_values.resize(std::max(m_values.size(), size_t(1) << m_binBits)); // the first are never set
-    m_pointTable.clear();
-    m_cellTable.clear();
-    m_patchTable.clear();
+void BatchLattice::finish() {
+    locateHits();
+    m_patches.finish();
 }
 
-void BatchLattice::addSome(const VisibilityBatch& batch, size_t b, const int32_t* lanes, int count) {
-    const VisibilitySoA& samples = batch.samples.chunk(b);
-    for (int k = 0; k < count; ++k) {
-        const int i = lanes[k];
-        m_sampleOf[m_lanes.count] = uint32_t(b * kSoAWidth) + uint32_t(i);
-        m_lanes.add(samples.hit.at(i), samples.ray.d.at(i), samples.camera.time[i],
-                    m_cones[samples.pixel[i]]);
-        if (m_lanes.count == kSoAWidth)
-            locate();
-    }
-}
+namespace {
 
-void BatchLattice::addAll(const VisibilityBatch& batch, size_t b) {
-    locate();
-    const VisibilitySoA& samples = batch.samples.chunk(b);
-    const int n = batch.samples.chunkSize(b);
-    spreadCones(samples, n);
-    m_lanes.count = n, m_lanes.hit = samples.hit, m_lanes.d = samples.ray.d;
-    std::copy_n(samples.camera.time, kSoAWidth, m_lanes.time);
-    std::iota(m_sampleOf, m_sampleOf + n, uint32_t(b * kSoAWidth));
-    locate();
-}
-
-/// To each sample, that of its pixel.
-void BatchLattice::spreadCones(const VisibilitySoA& samples, int n) {
-    for (int i = 0; i < n;) {
-        const uint32_t pixel = samples.pixel[i];
-        const RayCone cone = m_cones[pixel];
-        const int first = i;
-        i = samples.pixel[n - 1] == pixel ? n : i + 1;
-        while (i < n && samples.pixel[i] == pixel)
-            ++i;
-        std::fill(m_lanes.width + first, m_lanes.width + i, cone.width);
-        std::fill(m_lanes.spread + first, m_lanes.spread + i, cone.spread);
-    }
-}
-
-/// Finds the cells of the samples on their way, and asks for their points.
-void BatchLattice::locate() {
-    if (m_lanes.count == 0)
-        return;
-    m_lattice.locate(m_lanes, m_surfaces);
-    findTimeBins(m_lanes.time, m_lanes.count, m_settings.timeBins, m_bin);
-    mixBins(m_lanes, m_bin, m_binBits, m_key, m_keyInBin);
-    const size_t known = m_blockCount;
-    leaveOutRepeats();
-    findCells();
-    if (m_settings.nearest)
-        shareNearest();
-    else
-        shareCells();
-    fileBlocks(known);
-    m_lanes.count = 0;
-}
-
-/// Neighbors are often in few cells. What is looked up for the first of each is left out for the others;
-/// some more are looked up, where two cells' keys look alike.
-void BatchLattice::leaveOutRepeats() {
-    uint8_t first[256]; // by a part of the key
-    for (int i = m_lanes.count; i-- > 0;)
-        first[uint8_t(m_keyInBin[i])] = uint8_t(i);
-    m_firstCount = 0;
-    for (int i = 0; i < m_lanes.count; ++i) {
-        const uint32_t other = first[uint8_t(m_keyInBin[i])];
-        m_firstOf[i] = m_keyInBin[other] == m_keyInBin[i] ? other : uint32_t(i);
-        m_firsts[m_firstCount] = i;
-        m_firstCount += m_firstOf[i] == uint32_t(i);
-    }
-}
-
-/// In two steps, so that no lookup waits for a cell to be made.
-void BatchLattice::findCells() {
-    for (int k = 0; k < m_firstCount; ++k)
-        m_cellTable.prefetch(m_key[m_firsts[k]]);
-    int32_t made[kSoAWidth];
-    int count = 0;
-    const uint32_t known = uint32_t(m_cells.size());
-    m_askCount = 0;
-    for (int k = 0; k < m_firstCount; ++k) {
-        const int32_t i = m_firsts[k];
-        const uint32_t next = known + uint32_t(count), bit = 1u << (m_bin[i] & slots());
-        uint32_t& filed =
-            m_cellTable.filed(m_key[i], next << kSlotsOfEra); // and bits of slots: those asked for
-        m_cellOf[i] = filed >> kSlotsOfEra;
-        m_asks[m_askCount] = i;
-        m_askCount += !(filed & bit);
-        filed |= bit;
-        made[count] = i;
-        count += m_cellOf[i] == next;
-    }
-    makeCells(made, count);
-}
-
-/// Appends the cells of some lanes.
-void BatchLattice::makeCells(const int32_t* lanes, int count) {
-    const size_t known = m_cells.size();
-    m_newPoints.count = 0;
-    for (int k = 0; k < count; ++k) {
-        const int32_t i = lanes[k];
-        const auto kind = LatticeCell::Kind(m_lanes.kind[i]);
-        Cell& made = m_cells.emplace_back(Cell{{}, kind});
-        if (kind == LatticeCell::Lower || kind == LatticeCell::Upper) {
-            m_newPoints.push(m_lanes, i);
-            continue;
-        }
-        const InterpolationTable::Firsts firsts = findPoints(i);
-        if (made.hasMore())
-            made.few[0] = uint32_t(m_more.size()), m_more.push_back(firsts);
-        else
-            std::copy_n(firsts.begin(), 3, made.few);
-    }
-    addTriangles(known);
-}
-
-/// The points of a lane's cell of any kind.
-InterpolationTable::Firsts BatchLattice::findPoints(int lane) {
-    const uint32_t era = m_bin[lane] >> m_binBits;
-    const LatticeCell cell = SurfaceLattice::cellAt(m_lanes, lane);
-    LatticePoint points[kPoints];
-    m_lattice.points(cell, m_places, points);
-    InterpolationTable::Firsts firsts{};
-    for (int p = 0; p < cell.count(); ++p)
-        if (points[p]) {
-            const uint64_t key = SurfaceLattice::keyOf(points[p], era << m_binBits);
-            firsts[p] = pointAt(cell.face, points[p], key, era) << m_binBits;
-        }
-    return firsts;
-}
-
-/// The points of new cells in divided triangles; the first new cell is number `known`.
-void BatchLattice::addTriangles(size_t known) {
-    m_lattice.points(m_lanes.hit, m_newPoints, 3);
-    TrianglePointSoA& p = m_newPoints;
-    alignas(64) uint64_t keys[3][kSoAWidth];
-    alignas(64) uint32_t firstBin[kSoAWidth];
-    for (int c = 0; c < p.count; ++c)
-        firstBin[c] = m_bin[p.lane[c]] & ~slots();
-    for (int k = 0; k < 3; ++k)
-        p.mixKeys(k, firstBin, keys[k]);
-    for (int k = 0; k < 3; ++k)
-        for (int c = 0; c < p.count; ++c)
-            m_pointTable.prefetch(keys[k][c]);
-    for (int c = 0; c < p.count; ++c) {
-        while (m_cells[known].kind != LatticeCell::Lower && m_cells[known].kind != LatticeCell::Upper)
-            ++known;
-        Cell& cell = m_cells[known++];
-        const int32_t i = p.lane[c];
-        const LatticeFace face{m_lanes.hit.instance[i], m_lanes.hit.geometry[i], bool(m_lanes.positive[i])};
-        for (int k = 0; k < 3; ++k)
-            cell.few[k] = pointAt(face, p.points[k].at(c), keys[k][c], firstBin[c] >> m_binBits) << m_binBits;
-    }
-}
-
-uint32_t BatchLattice::pointAt(const LatticeFace& face, const LatticePoint& at, uint64_t key, uint32_t era) {
-    const uint32_t next = uint32_t(m_points.size()), index = m_pointTable.insert(key, next);
-    if (index == next) {
-        m_points.push_back({face, at, era, 0});
-        if (m_points.size() << m_binBits > m_values.size())
-            m_values.resize(2 * m_points.size() << m_binBits);
-    }
-    return index;
-}
-
-void BatchLattice::shareCells() {
-    askAround();
-    const int n = m_lanes.count;
-    const uint32_t from = m_sampleOf[0];
-    const auto shareAt = [&](int i) { return cellAt(i) << m_binBits | (m_bin[i] & slots()); };
-    if (from % kSoAWidth == 0 && m_sampleOf[n - 1] == from + uint32_t(n - 1)) {
-        Shares& shares = m_shares[from / kSoAWidth];
-        shares.place = m_lanes.place;
-        for (int i = 0; i < n; ++i)
-            shares.cell[i] = shareAt(i);
-        return;
-    }
+STROBE_TARGET_CLONES void computeKeysInBins(const LatticeHitSoA& hits, const uint32_t* bin, int binBits,
+                                            uint64_t* key, uint64_t* keyInBin) {
+    const int n = hits.count;
+    STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
-        Shares& shares = m_shares[m_sampleOf[i] / kSoAWidth];
-        shares.place.set(int(m_sampleOf[i] % kSoAWidth), m_lanes.place.at(i));
-        shares.cell[m_sampleOf[i] % kSoAWidth] = shareAt(i);
+        key[i] = quickSum<4>(hits.key[i], bin[i] >> binBits);
+        keyInBin[i] = quickSum<4>(hits.key[i], bin[i]);
     }
 }
 
-void BatchLattice::shareNearest() {
-    makeRoom(size_t(m_lanes.count));
-    for (int i = 0; i < m_lanes.count; ++i) {
-        const uint32_t slot = m_bin[i] & slots(), sample = m_sampleOf[i];
-        const Cell& cell = m_cells[cellAt(i)];
-        const uint32_t value = firstsOf(cell)[nearestOf(cell, m_lanes.place.at(i))] | slot;
-        m_shares[sample / kSoAWidth].cell[sample % kSoAWidth] = value;
-        ask(value >> m_binBits, slot, sample);
+} // namespace
+
+/// Neighboring samples are often in few cells, which are to be looked up once. A hit is compared with one
+/// other hit only, the first with the same eight bits of the key.
+BatchLattice::DistinctHits::DistinctHits(const uint64_t* keyInBin, int n) {
+    uint8_t firstHit[256];
+    for (int i = n; i-- > 0;)
+        firstHit[uint8_t(keyInBin[i])] = uint8_t(i);
+    for (int i = 0; i < n; ++i) {
+        const uint32_t other = firstHit[uint8_t(keyInBin[i])];
+        representative[i] = keyInBin[other] == keyInBin[i] ? other : uint32_t(i);
+        hits[count] = i;
+        count += representative[i] == uint32_t(i);
     }
 }
 
-void BatchLattice::makeRoom(size_t blocks) {
-    if (m_blocks.size() < m_blockCount + blocks)
-        m_blocks.resize(2 * (m_blockCount + blocks));
+/// Finds the cells of the batch's hits, requests the points of these cells, and removes the hits.
+void BatchLattice::locateHits() {
+    LatticeHitSoA& hits = m_batch.hits;
+    if (hits.count == 0)
+        return;
+    m_lattice.locate(hits, m_surfaces);
+
+    CellKeySoA keys;
+    findTimeBins(hits.time, hits.count, m_settings.timeBins, keys.bin);
+    computeKeysInBins(hits, keys.bin, m_table.groups().bits, keys.key, keys.keyInBin);
+    const DistinctHits distinct(keys.keyInBin, hits.count);
+    const CellsOfHits cells = findCells(keys, distinct);
+
+    const size_t firstRequest = m_batch.shadingPoints.size();
+    if (m_settings.nearest) {
+        requestNearestPoints(keys, cells);
+    } else {
+        requestCellPoints(keys, cells);
+        setSources(keys, cells);
+    }
+    m_batch.shadingPoints.computeKeys(firstRequest, m_table, m_cache);
+    hits.count = 0;
 }
 
-/// Asks for the points of the first in each cell and bin. In two steps, as most were asked for before, but
-/// which is anyone's guess.
-void BatchLattice::askAround() {
-    makeRoom(size_t(kPoints) * size_t(m_askCount));
-    for (int k = 0; k < m_askCount; ++k) {
-        const int32_t i = m_asks[k];
-        const Cell& cell = m_cells[m_cellOf[i]];
-        const uint32_t* firsts = firstsOf(cell);
-        for (int p = 0; p < LatticeCell::pointsOf(cell.kind); ++p)
-            ask(firsts[p] >> m_binBits, m_bin[i] & slots(), m_sampleOf[i]);
+BatchLattice::CellsOfHits BatchLattice::findCells(const CellKeySoA& keys, const DistinctHits& distinct) {
+    for (int k = 0; k < distinct.count; ++k)
+        m_table.prefetchCell(keys.key[distinct.hits[k]]);
+    CellsOfHits cells;
+    cells.requestingCount = 0;
+    // New cells are added after all lookups, so that no lookup waits for them.
+    int32_t newHits[kSoAWidth];
+    int newCount = 0;
+    const uint32_t firstNewCell = m_table.cellCount();
+    for (int k = 0; k < distinct.count; ++k) {
+        const int32_t i = distinct.hits[k];
+        const uint32_t nextCell = firstNewCell + uint32_t(newCount);
+        const auto [cell, wasRequested] =
+            m_table.requestCell(keys.key[i], nextCell, m_table.groups().binInGroup(keys.bin[i]));
+        cells.cell[i] = cell;
+        cells.requestingHits[cells.requestingCount] = i;
+        cells.requestingCount += !wasRequested;
+        newHits[newCount] = i;
+        newCount += cell == nextCell;
+    }
+    addCells(keys, newHits, newCount);
+    for (int i = 0; i < m_batch.hits.count; ++i)
+        cells.cell[i] = cells.cell[distinct.representative[i]];
+    return cells;
+}
+
+/// Adds the cells of some of the batch's hits to the table.
+void BatchLattice::addCells(const CellKeySoA& keys, const int32_t* newHits, int count) {
+    if (count == 0)
+        return;
+    const LatticeHitSoA& hits = m_batch.hits;
+    TriangleCellSoA triangles;
+    uint32_t cellOfTriangle[kSoAWidth];
+    for (int k = 0; k < count; ++k) {
+        const int32_t i = newHits[k];
+        const auto kind = LatticeCell::Kind(hits.kind[i]);
+        const uint32_t cell = m_table.addCell(kind);
+        if (kind == LatticeCell::Lower || kind == LatticeCell::Upper) {
+            cellOfTriangle[triangles.count] = cell;
+            triangles.push_back(hits, i);
+        } else {
+            m_table.setPoints(m_table.cell(cell), findPoints(i, m_table.groups().indexOf(keys.bin[i])));
+        }
+    }
+    addTrianglePoints(keys, cellOfTriangle, triangles);
+}
+
+/// Adds the points of the cell of a hit to the table; the cell may be of any kind.
+InterpolationTable::PointValues BatchLattice::findPoints(int hit, uint32_t group) {
+    const LatticeCell cell = SurfaceLattice::cellOf(m_batch.hits, hit);
+    LatticePoint points[LatticeCell::kMaxPoints];
+    m_lattice.findPoints(cell, m_meshPoints, points);
+    const uint32_t firstBin = m_table.groups().pack(group, 0);
+    InterpolationTable::PointValues values{};
+    for (int p = 0; p < cell.pointCount(); ++p) {
+        if (points[p]) {
+            const uint64_t key = SurfaceLattice::keyOf(points[p], firstBin);
+            values[p] = m_table.groups().pack(m_table.findOrAddPoint(key, cell.side, points[p], group), 0);
+        }
+    }
+    return values;
+}
+
+/// Adds the points of cells of divided triangles to the table, and sets them in `cells`.
+void BatchLattice::addTrianglePoints(const CellKeySoA& keys, const uint32_t* cells,
+                                     TriangleCellSoA& triangles) {
+    const LatticeHitSoA& hits = m_batch.hits;
+    const TimeBinGroups& groups = m_table.groups();
+    m_lattice.findPoints(hits.hit, triangles, 3);
+    alignas(64) uint64_t pointKeys[3][kSoAWidth];
+    alignas(64) uint32_t firstBin[kSoAWidth];
+    for (int c = 0; c < triangles.count; ++c)
+        firstBin[c] = groups.pack(groups.indexOf(keys.bin[triangles.hit[c]]), 0);
+    for (int k = 0; k < 3; ++k)
+        triangles.computeKeys(k, firstBin, pointKeys[k]);
+    for (int k = 0; k < 3; ++k)
+        for (int c = 0; c < triangles.count; ++c)
+            m_table.prefetchPoint(pointKeys[k][c]);
+    for (int c = 0; c < triangles.count; ++c) {
+        const int i = triangles.hit[c];
+        const SurfaceSide side{hits.hit.instance[i], hits.hit.geometry[i], bool(hits.isFront[i])};
+        InterpolationTable::Cell& cell = m_table.cell(cells[c]);
+        for (int k = 0; k < 3; ++k) {
+            const uint32_t point = m_table.findOrAddPoint(pointKeys[k][c], side, triangles.points[k].at(c),
+                                                          groups.indexOf(firstBin[c]));
+            cell.pointValues[k] = groups.pack(point, 0);
+        }
     }
 }
 
-/// There is room. Without a branch on what was asked before, which is anyone's guess.
-void BatchLattice::ask(uint32_t index, uint32_t slot, uint32_t sample) {
-    Point& point = m_points[index];
-    m_blocks[m_blockCount] = {0, index, slot, sample};
-    m_blockCount += !(point.asked >> slot & 1);
-    point.asked |= 1u << slot;
+void BatchLattice::requestCellPoints(const CellKeySoA& keys, const CellsOfHits& cells) {
+    m_batch.shadingPoints.reserve(size_t(LatticeCell::kMaxPoints) * size_t(cells.requestingCount));
+    for (int k = 0; k < cells.requestingCount; ++k) {
+        const int32_t i = cells.requestingHits[k];
+        const InterpolationTable::Cell& cell = m_table.cell(cells.cell[i]);
+        const uint32_t* values = m_table.pointValuesOf(cell);
+        const uint32_t bin = m_table.groups().binInGroup(keys.bin[i]);
+        for (int p = 0; p < LatticeCell::pointCountOf(cell.kind); ++p)
+            m_batch.shadingPoints.request(m_table, m_table.groups().indexOf(values[p]), bin,
+                                          m_batch.sampleOfHit[i]);
+    }
 }
 
-/// Files the blocks from number `first` on; they are looked up later, when the cache's memory has arrived.
-void BatchLattice::fileBlocks(size_t first) {
-    for (size_t i = first; i < m_blockCount; ++i) {
-        Block& block = m_blocks[i];
-        block.key = SurfaceLattice::keyOf(m_points[block.point].at, binOf(block));
-        m_cache.prefetch(block.key);
+void BatchLattice::requestNearestPoints(const CellKeySoA& keys, const CellsOfHits& cells) {
+    const LatticeHitSoA& hits = m_batch.hits;
+    m_batch.shadingPoints.reserve(size_t(hits.count));
+    for (int i = 0; i < hits.count; ++i) {
+        const uint32_t bin = m_table.groups().binInGroup(keys.bin[i]), sample = m_batch.sampleOfHit[i];
+        const uint32_t value = m_table.nearestPointValue(cells.cell[i], hits.coords.at(i)) | bin;
+        m_batch.interpolation[sample / kSoAWidth].source[sample % kSoAWidth] = value;
+        m_batch.shadingPoints.request(m_table, m_table.groups().indexOf(value), bin, sample);
     }
+}
+
+/// Writes the coordinates and sources of the samples.
+void BatchLattice::setSources(const CellKeySoA& keys, const CellsOfHits& cells) {
+    const LatticeHitSoA& hits = m_batch.hits;
+    const TimeBinGroups& groups = m_table.groups();
+    const auto sourceOfHit = [&](int i) {
+        return groups.pack(cells.cell[i], groups.binInGroup(keys.bin[i]));
+    };
+    const uint32_t first = m_batch.sampleOfHit[0], last = m_batch.sampleOfHit[hits.count - 1];
+    if (first % kSoAWidth == 0 && last == first + uint32_t(hits.count - 1)) { // a whole chunk
+        InterpolationSoA& chunk = m_batch.interpolation[first / kSoAWidth];
+        chunk.coords = hits.coords;
+        for (int i = 0; i < hits.count; ++i)
+            chunk.source[i] = sourceOfHit(i);
+        return;
+    }
+    for (int i = 0; i < hits.count; ++i) {
+        const uint32_t sample = m_batch.sampleOfHit[i];
+        InterpolationSoA& chunk = m_batch.interpolation[sample / kSoAWidth];
+        chunk.coords.set(int(sample % kSoAWidth), hits.coords.at(i));
+        chunk.source[sample % kSoAWidth] = sourceOfHit(i);
+    }
+}
+
+void BatchLattice::interpolate(std::span<Rgb> values) const {
+    for (size_t first = 0; first < values.size(); first += kSoAWidth) {
+        const InterpolationSoA& chunk = m_batch.interpolation[first / kSoAWidth];
+        const auto out = values.subspan(first, std::min<size_t>(kSoAWidth, values.size() - first));
+        if (m_settings.nearest)
+            m_table.interpolateNearest(chunk, out);
+        else
+            m_table.interpolate(chunk, out);
+    }
+}
+
+uint64_t BatchLattice::mainKeyOf(size_t sample) const {
+    const TimeBinGroups& groups = m_table.groups();
+    const uint32_t source = sourceOf(sample);
+    uint32_t value = source;
+    if (!m_settings.nearest) {
+        const V3f coords = m_batch.interpolation[sample / kSoAWidth].coords.at(int(sample % kSoAWidth));
+        value = m_table.heaviestPointValue(groups.indexOf(source), coords);
+    }
+    const InterpolationTable::Point& point = m_table.point(groups.indexOf(value));
+    return SurfaceLattice::keyOf(point.point, groups.pack(point.group, groups.binInGroup(source)));
 }
 
 } // namespace strobe

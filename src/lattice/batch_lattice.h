@@ -1,171 +1,103 @@
-// The part of the lattice that a batch's samples lie in.
+// The lattice for the samples of a batch.
 #pragma once
 
-#include "lattice/index_table.h"
-#include "lattice/radiance_cache.h"
-#include "lattice/surface_lattice.h"
-
-#include <array>
-#include <span>
+#include "lattice/batch_patches.h"
 
 namespace strobe {
 
-/// What a batch's samples take, side by side for quick sums.
-struct InterpolationTable {
-    /// A block's radiance, or the part of it at hand, and 1; all zero where there is no point.
-    using Value __attribute__((vector_size(16))) = float;
-    /// For each point of a cell, the first of its values; 0: there is no point.
-    using Firsts = std::array<uint32_t, LatticeCell::kPoints>;
-    /// A cell in an era of time bins. Small, for they are many.
-    struct Cell {
-        uint32_t few[3]; ///< of three points; if there are more, the first number is where their Firsts are
-        LatticeCell::Kind kind;
-        bool hasMore() const { return LatticeCell::pointsOf(kind) > 3; }
-        const uint32_t* firsts(const Firsts* more) const { return hasMore() ? more[few[0]].data() : few; }
-    };
-    static_assert(sizeof(Cell) == 16);
-    /// What samples take.
-    struct Shares {
-        V3SoA place;                          ///< in the cell
-        alignas(64) uint32_t cell[kSoAWidth]; ///< and the slot; if samples take the value of one point, that;
-                                              ///< kNone: nothing
-    };
-};
-
-/// Gathers the cells of samples, the points around them, and the values of these that it is then given:
-/// blocks, which are points in a part of the shutter. Samples take the values around them. What was found for
-/// some batches before is known still.
+/// Finds the lattice points around the samples of a batch, and interpolates their radiance:
+///
+///     samples -> cells -> lattice points -> shading points -> (radiance of these) -> interpolation
+///
+/// 1. `begin` starts a batch.
+/// 2. `addSamples`, `addChunk` and `addPatch` add samples, chunk by chunk, and find their cells; `finish`
+/// ends this.
+/// 3. `shadingPoints` are the points of these cells in the samples' time bins. `setValue` is called for each.
+/// 4. `interpolate` computes the radiance of the samples.
+///
+/// Cells, points and values of earlier batches are used again: `shadingPoints` has those without a value
+/// only. For one thread.
 class BatchLattice {
   public:
-    /// A point in a time bin, that some sample asks for.
-    struct Block {
-        uint64_t key; ///< see SurfaceLattice::keyOf
-        uint32_t point, slot;
-        uint32_t sample; ///< one that asks for it
-    };
     struct Settings {
         int timeBins;
-        bool nearest;   ///< a sample takes the value of one point, not a weighted mean
-        bool remembers; ///< values too are those of the batches before: a block has one only
+        bool nearest; ///< a sample uses the value of the nearest point, not a weighted mean
+        /// Values of earlier batches are used again. Must be false if a point has several values (components
+        /// of light).
+        bool keepsValues;
     };
-    /// The lattice outlives it. `prefetchFrom`: where blocks will be looked up.
-    BatchLattice(const SurfaceLattice& lattice, const Settings& settings, const RadianceCache& prefetchFrom);
+    /// `cache` is where the caller looks up shading points: their entries are prefetched. Lattice and cache
+    /// must outlive the object.
+    BatchLattice(const SurfaceLattice& lattice, const Settings& settings, const RadianceCache& cache);
+    BatchLattice(const BatchLattice&) = delete;
+    BatchLattice& operator=(const BatchLattice&) = delete;
 
-    /// Begins a batch.
+    /// Removes the samples and shading points of the last batch.
     void begin(const VisibilityBatch& batch);
-    /// Some samples of the batch's block b, by lane, take from the lattice.
-    void addSome(const VisibilityBatch& batch, size_t b, const int32_t* lanes, int count);
-    /// So do all samples of the batch's block b, if they are in one patch. Returns whether they are.
-    bool addPatch(const VisibilityBatch& batch, size_t b);
-    /// So do all, wherever they are.
-    void addAll(const VisibilityBatch& batch, size_t b);
-    /// All are added.
-    void finish() { locate(), addPatchPoints(); }
+    /// Adds the samples `indices[0] … indices[count-1]`, in ascending order, of chunk number `chunk` of the
+    /// batch.
+    void addSamples(const VisibilityBatch& batch, size_t chunk, const int32_t* indices, int count);
+    /// Adds all samples of a chunk.
+    void addChunk(const VisibilityBatch& batch, size_t chunk);
+    /// Adds all samples of a chunk if they are in one patch; else does nothing and returns false. Faster than
+    /// addChunk, with the same result.
+    bool addPatch(const VisibilityBatch& batch, size_t chunk);
+    /// To be called when all samples are added.
+    void finish();
 
-    /// Those whose values are wanted, in the order in which they were asked for.
-    std::span<const Block> blocks() const { return {m_blocks.data(), m_blockCount}; }
-    const LatticeFace& faceOf(const Block& block) const { return m_points[block.point].face; }
-    const LatticePoint& pointOf(const Block& block) const { return m_points[block.point].at; }
-    uint32_t binOf(const Block& block) const { return binOf(m_points[block.point], block.slot); }
-    void setValue(const Block& block, const Rgb& value) {
-        m_values[block.point << m_binBits | block.slot] = Value{value.x, value.y, value.z, 1};
+    /// In the order of the first requests.
+    std::span<const ShadingPoint> shadingPoints() const { return m_batch.shadingPoints.all(); }
+    const SurfaceSide& sideOf(const ShadingPoint& p) const { return m_table.point(p.point).side; }
+    const LatticePoint& latticePointOf(const ShadingPoint& p) const { return m_table.point(p.point).point; }
+    uint32_t timeBinOf(const ShadingPoint& p) const {
+        return m_table.groups().pack(m_table.point(p.point).group, p.binInGroup);
+    }
+    void setValue(const ShadingPoint& p, const Rgb& radiance) {
+        m_table.setValue(p.point, p.binInGroup, radiance);
     }
 
-    bool has(size_t sample) const { return shareOf(sample) != kNone; }
-    /// What each sample takes of the values, which must all be set; black if it takes none.
-    void take(std::span<Rgb> values) const;
-    /// The key of the block that a sample takes most from.
+    /// Returns whether a sample of the batch was added.
+    bool contains(size_t sample) const { return sourceOf(sample) != kNone; }
+    /// Writes the radiance of all samples of the batch; black for those that were not added.
+    void interpolate(std::span<Rgb> values) const;
+    /// Returns the key of the shading point that has the greatest weight for an added sample.
     uint64_t mainKeyOf(size_t sample) const;
 
   private:
-    /// Time bins come in eras of a few, so that cells and points are found once for all bins of an era. A
-    /// bin's number in its era is its slot.
-    static constexpr int kMaxBinBits = 3, kSlotsOfEra = 1 << kMaxBinBits;
-    static constexpr int kPoints = LatticeCell::kPoints;
-    /// A point of the batch in an era.
-    struct Point {
-        LatticeFace face;
-        LatticePoint at;
-        uint32_t era;
-        uint32_t asked; ///< bits of slots: those that are, or were, among the blocks
+    struct CellKeySoA;
+    struct DistinctHits;
+    struct CellsOfHits;
+    /// State of one batch.
+    struct Batch {
+        std::vector<RayCone> pixelCones;
+        std::vector<InterpolationSoA> interpolation; ///< by chunk
+        ShadingPointList shadingPoints;
+        LatticeHitSoA hits;              ///< of samples that were added, but not located yet
+        uint32_t sampleOfHit[kSoAWidth]; ///< index in the batch
     };
-    using Value = InterpolationTable::Value;
-    using Cell = InterpolationTable::Cell;
-    using Shares = InterpolationTable::Shares;
 
-    void forget();
-    void locate();
-    void spreadCones(const VisibilitySoA& samples, int n);
-    uint32_t askAtPlace(uint32_t id, uint64_t asking, uint32_t firstSample);
-    uint32_t learnCell(uint32_t column, uint32_t row, uint32_t isUpper);
-    uint32_t learnNode(uint32_t column, uint32_t row);
-    void addPatchPoints();
-    void leaveOutRepeats();
-    void findCells();
-    void makeCells(const int32_t* lanes, int count);
-    InterpolationTable::Firsts findPoints(int lane);
-    void addTriangles(size_t known);
-    void shareCells();
-    void shareNearest();
-    uint32_t pointAt(const LatticeFace& face, const LatticePoint& at, uint64_t key, uint32_t era);
-    void askAround();
-    void ask(uint32_t point, uint32_t slot, uint32_t sample);
-    void makeRoom(size_t blocks);
-    void fileBlocks(size_t first);
-    const uint32_t* firstsOf(const Cell& cell) const { return cell.firsts(m_more.data()); }
-    int heaviestOf(const Cell& cell, const V3f& place) const;
-    int nearestOf(const Cell& cell, const V3f& place) const;
-    uint32_t slots() const { return (1u << m_binBits) - 1; }
-    uint32_t binOf(const Point& point, uint32_t slot) const { return point.era << m_binBits | slot; }
-    uint32_t cellAt(int i) const { return m_cellOf[m_firstOf[i]]; }
-    uint32_t shareOf(size_t sample) const { return m_shares[sample / kSoAWidth].cell[sample % kSoAWidth]; }
-    V3f insideOf(size_t sample) const {
-        return m_shares[sample / kSoAWidth].place.at(int(sample % kSoAWidth));
+    void locateHits();
+    CellsOfHits findCells(const CellKeySoA& keys, const DistinctHits& distinct);
+    void addCells(const CellKeySoA& keys, const int32_t* hits, int count);
+    void addTrianglePoints(const CellKeySoA& keys, const uint32_t* cells, TriangleCellSoA& triangles);
+    InterpolationTable::PointValues findPoints(int hit, uint32_t group);
+    void requestCellPoints(const CellKeySoA& keys, const CellsOfHits& cells);
+    void requestNearestPoints(const CellKeySoA& keys, const CellsOfHits& cells);
+    void setSources(const CellKeySoA& keys, const CellsOfHits& cells);
+    uint32_t sourceOf(size_t sample) const {
+        return m_batch.interpolation[sample / kSoAWidth].source[sample % kSoAWidth];
     }
 
     const SurfaceLattice& m_lattice;
     const Settings m_settings;
     const RadianceCache& m_cache;
-    const int m_binBits; ///< of a slot
-    std::vector<Point> m_points;
-    std::vector<Value> m_values; ///< by point, then slot; some more than there are
-    std::vector<Cell> m_cells;
-    std::vector<InterpolationTable::Firsts> m_more; ///< of m_cells
-    std::vector<Block> m_blocks;                    ///< and room for some more
-    size_t m_blockCount = 0;
-    std::vector<Shares> m_shares; ///< of kSoAWidth samples each
-    IndexTable m_pointTable, m_cellTable;
-
-    // Samples on their way in:
-    std::vector<RayCone> m_cones; ///< of the batch's pixels
+    // Used by many batches:
+    InterpolationTable m_table;
     SurfaceCache m_surfaces;
-    MeshPointCache m_places;
-    LatticeSoA m_lanes;
-    uint32_t m_sampleOf[kSoAWidth];
-    alignas(64) uint32_t m_bin[kSoAWidth];
-    alignas(64) uint64_t m_key[kSoAWidth]; ///< of a cell in an era
-    alignas(64) uint64_t m_keyInBin[kSoAWidth];
-    alignas(64) uint32_t m_cellOf[kSoAWidth];  ///< of the firsts
-    alignas(64) uint32_t m_firstOf[kSoAWidth]; ///< the first lane in the same cell and bin, nearly always
-    int32_t m_firsts[kSoAWidth];               ///< all of those
-    int m_firstCount = 0;
-    int32_t m_asks[kSoAWidth]; ///< of those: the first ever
-    int m_askCount = 0;
-    TrianglePointSoA m_newPoints;
+    MeshPointCache m_meshPoints;
 
-    // Blocks of samples in patches. What these ask for is found later, for some of them together.
-    static constexpr uint32_t kNew = 1u << 31; ///< a new node's number, not a point's
-    PatchTable m_patchTable;
-    LatticePatch m_patch;
-    PatchCells m_patchCells;
-    TrianglePointSoA m_newNodes;        ///< the first point of each
-    HitSoA m_newNodesHits;              ///< of those, what is needed to find vertices
-    uint32_t m_newNodesAt[kSoAWidth];   ///< where they are filed
-    std::vector<uint32_t> m_unfinished; ///< cells some of whose points are new nodes
-    struct Asking {
-        uint32_t cell, slot, sample;
-    };
-    std::vector<Asking> m_asking; ///< for the points of cells
+    Batch m_batch;
+    BatchPatches m_patches;
 };
 
 } // namespace strobe

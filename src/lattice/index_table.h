@@ -1,4 +1,4 @@
-// A hash table of one batch's keys, emptied in no time.
+// A hash table of indices that is cleared in constant time.
 #pragma once
 
 #include <cstddef>
@@ -7,26 +7,29 @@
 
 namespace strobe {
 
-/// Numbers filed under 64-bit keys. It stays as small as its contents allow, to stay in the first-level
-/// cache.
+/// Maps 64-bit keys, which are hashes, to indices. It grows with its contents only, so that small ones stay
+/// in the first-level cache.
 class IndexTable {
   public:
     void clear() {
         m_used = 0;
-        if (++m_epoch == 0)
-            m_slots.assign(m_slots.size(), {}), m_epoch = 1;
+        if (++m_epoch == 0) {
+            m_slots.assign(m_slots.size(), {});
+            m_epoch = 1;
+        }
     }
-    /// Asks the memory for what `insert` will look at first.
+    /// Prefetches the memory that `findOrInsert` reads first.
     void prefetch(uint64_t key) const { __builtin_prefetch(&m_slots[key & (m_slots.size() - 1)]); }
-    /// The number filed under `key`, or `next`, which is then filed.
-    uint32_t insert(uint64_t key, uint32_t next) { return filed(key, next); }
-    /// The same, where it is filed: to be changed before something else is inserted.
-    uint32_t& filed(uint64_t key, uint32_t next) {
-        Slot* slot = &find(key);
+    /// Returns the index under `key`, inserted as `next` if there is none. The reference is valid until the
+    /// next call.
+    uint32_t& findOrInsert(uint64_t key, uint32_t next) {
+        Slot* slot = &findSlot(key);
         if (slot->epoch == m_epoch)
             return slot->index;
-        if (2 * ++m_used > m_slots.size())
-            grow(), slot = &find(key);
+        if (2 * ++m_used > m_slots.size()) {
+            grow();
+            slot = &findSlot(key);
+        }
         *slot = {key, next, m_epoch};
         return slot->index;
     }
@@ -34,11 +37,12 @@ class IndexTable {
   private:
     struct Slot {
         uint64_t key = 0;
-        uint32_t index = 0, epoch = 0;
+        uint32_t index = 0;
+        uint32_t epoch = 0; ///< the slot is free unless this is m_epoch
     };
 
-    /// The key's slot, or the free one where it belongs.
-    Slot& find(uint64_t key) {
+    /// Returns the slot of the key, or the free slot for it.
+    Slot& findSlot(uint64_t key) {
         const size_t mask = m_slots.size() - 1;
         size_t i = key & mask;
         while (m_slots[i].epoch == m_epoch && m_slots[i].key != key)
@@ -50,10 +54,10 @@ class IndexTable {
         old.swap(m_slots);
         for (const Slot& slot : old)
             if (slot.epoch == m_epoch)
-                find(slot.key) = slot;
+                findSlot(slot.key) = slot;
     }
 
-    std::vector<Slot> m_slots = std::vector<Slot>(64); ///< a power of two of them, half of them free
+    std::vector<Slot> m_slots = std::vector<Slot>(64); ///< a power of two; at least half of them are free
     uint32_t m_epoch = 1;
     size_t m_used = 0;
 };

@@ -1,4 +1,5 @@
-// How a primitive is divided at a hit, for loops over lanes.
+// The division of a primitive into lattice cells, for one hit. Branch-free, for loops over structures of
+// arrays.
 #pragma once
 
 #include "core/math/math.h"
@@ -7,77 +8,83 @@
 
 namespace strobe {
 
-inline constexpr int kMaxDivide = 20;
-/// Squared lengths, in blocks, below which an edge is not divided.
-inline constexpr float kUndivided = 2;
+/// An edge is divided into at most 2^kMaxDivision segments.
+inline constexpr int kMaxDivision = 20;
+/// Edges whose squared length, in blocks, is below this are not divided.
+inline constexpr float kUndividedLength2 = 2;
 
-/// The exponent of the power of two that cuts a length into parts of about 1, to a factor of the root of two.
-/// Given is the length's fourth power, a quarter of whose binary logarithm, rounded, is read off the number's
-/// exponent.
+/// Returns the exponent of the power of two that divides an edge into segments between 1/√2 and √2 blocks
+/// long. `length4` is the fourth power of the edge's length in blocks. A quarter of its binary logarithm,
+/// rounded, is read off the exponent of the float.
 inline int divisionFor(float length4) {
     const int floorLog2 = int(std::bit_cast<uint32_t>(length4) >> 23) - 127;
-    const int division = std::min(((floorLog2 >> 1) + 1) >> 1, kMaxDivide);
-    return length4 >= sqr(kUndivided) ? division : 0;
+    const int division = std::min(((floorLog2 >> 1) + 1) >> 1, kMaxDivision);
+    return length4 >= sqr(kUndividedLength2) ? division : 0;
 }
 
-/// The exponent of the least power of two whose square is above n2, or one.
+/// Returns the smallest exponent k >= 0 with (2^k)² > n2, at most kMaxDivision.
 inline int divisionAbove(float n2) { return divisionFor(sqr(2 * n2)); }
 
-/// The squared length of `edge` as seen along the unit direction d, in scene units.
-inline float seenLength2(const V3f& edge, const V3f& d) {
+/// Returns the squared length of `edge` projected along the unit direction d, in scene units.
+inline float projectedLength2(const V3f& edge, const V3f& d) {
     return std::max(length2(edge) - sqr(dot(d, edge)), 0.f);
 }
 
-/// The squared sine of the angle between the sides of a parallelogram, at least a quarter; given are their
-/// squared lengths and its squared area. For it to have a block's area, its sides must be longer than a
-/// block's by the root of the sine's inverse.
-inline float sine2Of(float a2, float b2, float area2) {
+/// Returns the squared sine of the angle between the sides of a parallelogram, at least 1/4. `a2` and `b2`
+/// are the squared lengths of the sides, `area2` is the squared area. For a parallelogram to have the area of
+/// a block, its sides must be longer than those of the block by the square root of the inverse sine.
+inline float clampedSine2(float a2, float b2, float area2) {
     return a2 * b2 < 4 * area2 ? std::min(area2 / (a2 * b2), 1.f) : .25f;
 }
 
-/// A place in a mesh of divided u and v.
-struct Divided {
-    float i, j, nu, nv; ///< see LatticeCell
-    float x, y;         ///< inside, in [0,1]
+/// A position in a grid of `nu` columns and `nv` rows over the (u, v) of a primitive.
+struct GridPosition {
+    float i, j;   ///< column and row of the grid cell
+    float nu, nv; ///< integers
+    float x, y;   ///< in the grid cell, in [0,1]
 };
 
-/// How many parts a division makes.
-inline float partsOf(int division) { return std::bit_cast<float>(uint32_t(127 + division) << 23); }
+/// Returns 2^division.
+inline float segmentCount(int division) { return std::bit_cast<float>(uint32_t(127 + division) << 23); }
 
-inline Divided divideBy(float u, float v, float nu, float nv) {
-    Divided r;
-    r.nu = nu, r.nv = nv;
+/// Returns the position of (u, v), clamped to [0,1]², in a grid of nu x nv cells.
+inline GridPosition gridPosition(float u, float v, float nu, float nv) {
+    GridPosition r;
+    r.nu = nu;
+    r.nv = nv;
     const float x = std::clamp(u, 0.f, 1.f) * nu, y = std::clamp(v, 0.f, 1.f) * nv;
-    r.i = std::min(float(int(x)), nu - 1), r.j = std::min(float(int(y)), nv - 1);
-    r.x = x - r.i, r.y = y - r.j;
+    r.i = std::min(float(int(x)), nu - 1);
+    r.j = std::min(float(int(y)), nv - 1);
+    r.x = x - r.i;
+    r.y = y - r.j;
     return r;
 }
-inline Divided divide(float u, float v, int divideU, int divideV) {
-    return divideBy(u, v, partsOf(divideU), partsOf(divideV));
-}
-/// Whether a place of a triangle is in the upper half of the parallelogram.
-inline bool isUpper(const Divided& at) { return 1 - at.x - at.y < 0; }
+/// Returns whether a position of a triangle is in the upper triangle of its grid cell, beyond the diagonal.
+inline bool isInUpperTriangle(const GridPosition& p) { return 1 - p.x - p.y < 0; }
 
-/// Where a hit lies in a triangle divided by blocks.
+/// A hit of a triangle that is divided for the block size at the hit.
 struct DividedTriangle {
-    Divided at;
-    float facing;      ///< negative: the ray sees the side of the triangle's own normal
-    float normal2;     ///< the squared length of that, which is twice the area
-    bool upper, small; ///< in the upper half of a mesh; all edges are seen as less than a block
+    GridPosition position;
+    float facing;  ///< negative if the ray sees the front: the side of the normal cross(a, b)
+    float normal2; ///< squared length of that normal; the length is twice the area of the triangle
+    bool isUpper;  ///< see isInUpperTriangle
+    bool isSmall;  ///< all projected edges are too short to be divided
 };
 
-/// The hit of a ray of unit direction d has barycentrics (u, v) in a triangle of edges a and b from its first
-/// vertex.
+/// Returns the division at the hit of a ray of unit direction d with barycentrics (u, v) of the second and
+/// third vertex. `a` and `b` are the edges from the first vertex, `blockSize` is in scene units.
 inline DividedTriangle divideTriangle(const V3f& a, const V3f& b, const V3f& d, float u, float v,
-                                      float block) {
+                                      float blockSize) {
     const V3f normal = cross(a, b);
-    const float facing = dot(normal, d), block2 = sqr(block);
-    const float a2 = seenLength2(a, d), b2 = seenLength2(b, d), c2 = seenLength2(b - a, d);
-    const float sine2 = sine2Of(a2, b2, sqr(facing)), perBlock2 = 1 / block2;
-    const Divided at =
-        divide(u, v, divisionFor(sqr(a2 * perBlock2) * sine2), divisionFor(sqr(b2 * perBlock2) * sine2));
-    // Edge-on, a triangle is small whatever its area.
-    return {at, facing, length2(normal), isUpper(at), std::max(std::max(a2, b2), c2) < kUndivided * block2};
+    const float facing = dot(normal, d), block2 = sqr(blockSize);
+    const float a2 = projectedLength2(a, d), b2 = projectedLength2(b, d), c2 = projectedLength2(b - a, d);
+    const float sine2 = clampedSine2(a2, b2, sqr(facing)), perBlock2 = 1 / block2;
+    const int divisionU = divisionFor(sqr(a2 * perBlock2) * sine2);
+    const int divisionV = divisionFor(sqr(b2 * perBlock2) * sine2);
+    const GridPosition position = gridPosition(u, v, segmentCount(divisionU), segmentCount(divisionV));
+    // The projected edges decide, not the area: edges along the ray may be long.
+    const bool isSmall = std::max(std::max(a2, b2), c2) < kUndividedLength2 * block2;
+    return {position, facing, length2(normal), isInUpperTriangle(position), isSmall};
 }
 
 } // namespace strobe

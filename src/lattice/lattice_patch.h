@@ -1,4 +1,5 @@
-// Hits of a block that are all on one triangle: their cells are found by where they lie instead of by keys.
+// Patches: parts of one static triangle that all hits of a chunk divide alike. Their cells are found by
+// column and row, without keys.
 #pragma once
 
 #include "lattice/lattice_division.h"
@@ -7,80 +8,91 @@
 
 namespace strobe {
 
-/// A triangle that is divided alike for all of some hits, and into cells of blocks: a regular mesh of columns
-/// of u and rows of v, two cells in each place, whose nodes are the points.
+/// A triangle that some hits divide alike: a grid of `nu` columns along u and `nv` rows along v. Each grid
+/// cell holds a lower and an upper lattice cell; the grid's nodes are the lattice points.
 struct LatticePatch {
     uint32_t instance, geometry, prim;
-    uint64_t keySum; ///< with which the triangle's keys begin
-    float nu, nv;    ///< see LatticeCell
-    bool positive;   ///< see LatticeFace
+    uint64_t keySum; ///< see LatticeHitSoA::keySum
+    float nu, nv;
+    bool isFront; ///< see SurfaceSide
 
-    /// Whether hits, all of this triangle, are such. False as well where that takes more to tell.
-    bool divide(const VisibilitySoA& samples, int count, const Edges& edges, const LatticeSoA& cones,
-                float blockSize, bool sharesSmall);
+    /// Sets nu, nv and isFront, and returns true, if all hits, which are on this triangle, divide it alike
+    /// and see the same side. May return false where the ranges of their projected lengths do not decide it.
+    /// `edges` are in world space; `cones` are those of the samples' pixels.
+    bool findDivision(const VisibilitySoA& samples, int count, const Edges& edges, const RayConeSoA& cones,
+                      float blockSizeInPixels, bool sharesSmall);
 };
 
-/// The cells of a patch that hits are in.
-struct PatchCells {
-    static constexpr int kMax = 2 * kSoAWidth;
-    /// Where hits lie; each is a function of its own (u, v). False: too far apart.
-    bool find(const LatticePatch& patch, const HitSoA& hits, int count, V3SoA& place);
+/// The cells of a patch in which the hits of a chunk lie. An id numbers the cells of a rectangle of the
+/// patch's grid.
+class PatchCells {
+  public:
+    static constexpr int kMaxIds = 2 * kSoAWidth;
+    /// Finds the cells of `count` hits in the patch and writes LatticeHitSoA::coords. Each hit's result
+    /// depends on its own (u, v) only. Returns false if the hits are too far apart.
+    bool find(const LatticePatch& patch, const HitSoA& hits, int count, V3SoA& coords);
 
-    alignas(64) uint32_t id[kSoAWidth]; ///< a hit's cell, below kMax
-    int count;                          ///< ids are below
-    uint64_t any[kMax / 64];            ///< bits of those that some hit is in
-    uint32_t columnOf(uint32_t id) const { return firstColumn + (id >> 1 & ((1u << columnBits) - 1)); }
-    uint32_t rowOf(uint32_t id) const { return firstRow + (id >> (1 + columnBits)); }
+    /// The cell of hit number h, below idCount().
+    uint32_t idOf(int h) const { return m_id[h]; }
+    /// At most kMaxIds.
+    int idCount() const { return m_idCount; }
+    /// Whether a hit lies in the cell: bit id % 64 of word id / 64.
+    const uint64_t (&occupied() const)[kMaxIds / 64] { return m_occupied; }
+    uint32_t columnOf(uint32_t id) const { return m_firstColumn + (id >> 1 & ((1u << m_columnBits) - 1)); }
+    uint32_t rowOf(uint32_t id) const { return m_firstRow + (id >> (1 + m_columnBits)); }
     static bool isUpper(uint32_t id) { return id & 1; }
 
-    uint32_t firstColumn, firstRow;
-    int columnBits;
-
   private:
-    alignas(64) uint32_t m_column[kSoAWidth], m_row[kSoAWidth], m_isUpper[kSoAWidth];
+    alignas(64) uint32_t m_id[kSoAWidth];
+    int m_idCount;
+    uint64_t m_occupied[kMaxIds / 64];
+    uint32_t m_firstColumn, m_firstRow;
+    int m_columnBits;
 };
 
-/// The cells of patches that were asked for lately, and their nodes: each is filed under its column and row
-/// in tiles of so many, all of which share one file. What falls on the same place replaces what was there;
-/// tags tell them apart.
+/// A table of recent cells and nodes of patches. An entry's index is computed from column and row modulo
+/// kEdge; a new entry replaces the one with the same index. Tags identify the patch and the tile of kEdge x
+/// kEdge grid cells.
 class PatchTable {
   public:
     struct Cell {
         uint64_t tag = 0;
-        uint32_t number; ///< of BatchLattice's cells
-        uint32_t asked;  ///< bits of slots: those whose points are
+        uint32_t cell;          ///< index into InterpolationTable
+        uint32_t requestedBins; ///< by bit: the bins of the group in which the cell's points are requested
     };
     struct Node {
         uint64_t tag = 0;
-        uint32_t point;
+        uint32_t point; ///< index into InterpolationTable
     };
     void clear();
-    /// From here on, columns and rows are those of this patch.
-    void open(const LatticePatch& patch);
-    /// What has this tag is found here, or something else is.
+    /// Selects the patch that the columns and rows of the other functions refer to.
+    void select(const LatticePatch& patch);
+    /// Returns the tag of an entry; an entry with another tag is of another patch or tile.
     uint64_t tagOf(uint32_t column, uint32_t row) const {
-        static_assert(kMaxDivide - kEdgeBits < 16);
-        return uint64_t(m_patch) << 32 | (row >> kEdgeBits << 16 | column >> kEdgeBits);
+        static_assert(kMaxDivision - kEdgeBits < 16);
+        return uint64_t(m_selected) << 32 | (row >> kEdgeBits << 16 | column >> kEdgeBits);
     }
     Cell& cell(uint32_t column, uint32_t row, bool isUpper) {
-        return m_cells[2 * placeOf(column, row) + isUpper];
+        return m_cells[2 * nodeIndex(column, row) + isUpper];
     }
-    uint32_t placeOf(uint32_t column, uint32_t row) const { // patches are shifted, for all to have room
-        return ((row + 3 * m_patch) % kEdge) << kEdgeBits | (column + 7 * m_patch) % kEdge;
+    /// Patches are shifted against each other, so that the same columns and rows of several fit into the
+    /// table.
+    uint32_t nodeIndex(uint32_t column, uint32_t row) const {
+        return ((row + 3 * m_selected) % kEdge) << kEdgeBits | (column + 7 * m_selected) % kEdge;
     }
-    Node& node(uint32_t place) { return m_nodes[place]; }
+    Node& node(uint32_t index) { return m_nodes[index]; }
 
   private:
     static constexpr int kEdgeBits = 5;
     static constexpr uint32_t kEdge = 1 << kEdgeBits;
-    struct Numbered {
-        LatticePatch patch;
-        uint32_t number = 0;
-    };
     static constexpr size_t kPatches = 8;
-    Numbered m_patches[kPatches];
-    uint32_t m_patch = 0; ///< the number of the open one
-    uint32_t m_last = 0;  ///< number given; 0 is no patch's
+    struct NumberedPatch {
+        LatticePatch patch;
+        uint32_t number = 0; ///< 0: no patch
+    };
+    NumberedPatch m_patches[kPatches];
+    uint32_t m_selected = 0;   ///< number of the selected patch
+    uint32_t m_lastNumber = 0; ///< numbers are not used again
     std::vector<Cell> m_cells = std::vector<Cell>(2 * kEdge * kEdge);
     std::vector<Node> m_nodes = std::vector<Node>(kEdge * kEdge);
 };

@@ -8,36 +8,39 @@ namespace strobe {
 
 namespace {
 
-/// Triangles with longer edges, in cells, are too large to be gone through cell by cell.
+/// Triangles with longer edges, in cells, do not use mesh cells: too many cells would have to search them.
 constexpr float kMaxEdge = 2;
-/// A cell counts when its center is no farther from the surface than this, in cells.
-constexpr float kNear = .5f;
+/// A cell has a point if its center is no farther from the surface than this, in cells.
+constexpr float kMaxDistance = .5f;
 
 /// A triangle at rest.
 struct Triangle {
-    V3f p, a, b; ///< a corner, and the edges to the others
+    V3f p, a, b; ///< the first vertex, and the edges from there to the others
 
     Triangle(const V3f& p, const V3f& a, const V3f& b) : p(p), a(a), b(b) {}
     Triangle(const TriangleMesh& mesh, uint32_t prim) {
         const uint32_t* index = &mesh.indices[3 * size_t(prim)];
         const auto& positions = mesh.positions[0];
-        p = positions[index[0]], a = positions[index[1]] - p, b = positions[index[2]] - p;
+        p = positions[index[0]];
+        a = positions[index[1]] - p;
+        b = positions[index[2]] - p;
     }
-    V3f at(float u, float v) const { return p + a * u + b * v; }
-    /// As long as twice the area.
+    V3f point(float u, float v) const { return p + a * u + b * v; }
+    /// Its length is twice the area.
     V3f normal() const { return cross(a, b); }
-    bool shorterThan(float edge) const {
-        return std::max(std::max(length2(a), length2(b)), length2(b - a)) <= sqr(edge);
+    bool hasEdgesUpTo(float maxLength) const {
+        return std::max(std::max(length2(a), length2(b)), length2(b - a)) <= sqr(maxLength);
     }
 };
 
-/// Where the point of an edge lies that is nearest to d, in [0,1]; both start at the same place.
+/// Returns the parameter, in [0,1], of the point of `edge` nearest to d; both are vectors from the start of
+/// the edge.
 float nearestOnEdge(const V3f& edge, const V3f& d) {
-    const float along = dot(edge, d), whole = length2(edge);
-    return along <= 0 ? 0 : along >= whole ? 1 : along / whole;
+    const float along = dot(edge, d), edge2 = length2(edge);
+    return along <= 0 ? 0 : along >= edge2 ? 1 : along / edge2;
 }
 
-/// The barycentrics of the point of a triangle that is nearest to q.
+/// Returns the barycentrics of the point of a triangle that is nearest to q.
 V2f nearestPoint(const Triangle& t, const V3f& q) {
     const V3f n = t.normal(), d = q - t.p;
     const float n2 = length2(n), u = dot(cross(d, t.b), n), v = dot(cross(t.a, d), n);
@@ -46,13 +49,13 @@ V2f nearestPoint(const Triangle& t, const V3f& q) {
     const float third = nearestOnEdge(t.b - t.a, d - t.a);
     V2f nearest(1 - third, third);
     for (const V2f& other : {V2f(nearestOnEdge(t.a, d), 0), V2f(0, nearestOnEdge(t.b, d))})
-        if (length2(t.at(other.x, other.y) - q) < length2(t.at(nearest.x, nearest.y) - q))
+        if (length2(t.point(other.x, other.y) - q) < length2(t.point(nearest.x, nearest.y) - q))
             nearest = other;
     return nearest;
 }
 
-/// Halfway between two axes, where walls may stand, rounding does not choose: the first axis wins by a
-/// little.
+/// Returns MeshCell::direction. An axis must exceed the axes before it by 1 %, so that rounding does not
+/// decide for normals halfway between two axes, which are common in architecture.
 inline int mainDirection(const V3f& n) {
     const float x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
     const bool pastX = y > 1.01f * x;
@@ -61,51 +64,53 @@ inline int mainDirection(const V3f& n) {
     return isZ ? 4 + (n.z < 0) : xy;
 }
 
-/// The largest integer not above x.
-inline int cellIndex(float x) {
+/// Returns the largest integer <= x, for |x| up to 1e9.
+inline int floorToInt(float x) {
     x = std::clamp(x, -1e9f, 1e9f);
     const int towardsZero = int(x);
     return towardsZero - (float(towardsZero) > x);
 }
 
-inline void moveTo(MeshCell& cell, const V3f& p) {
-    cell.x = cellIndex(p.x), cell.y = cellIndex(p.y), cell.z = cellIndex(p.z);
-}
-
-/// The size of a level's cells: two levels double it. It is in the middle of the sizes that the level serves.
+/// Returns the size of the cells of a level: the geometric mean of the sizes that the level serves, from
+/// spacing * 2^(level/2) to spacing * 2^((level+1)/2).
 inline float cellSizeOf(int level, float spacing) {
-    constexpr float kFourthRoot = 1.18920712f, kItsCube = 1.68179283f; // of 2
+    constexpr float kRoot4Of2 = 1.18920712f, kRoot4Of8 = 1.68179283f; // 2^(1/4), 2^(3/4)
     const float power = std::bit_cast<float>(uint32_t(127 + level / 2) << 23);
-    return spacing * (power * (level & 1 ? kItsCube : kFourthRoot));
+    return spacing * (power * (level & 1 ? kRoot4Of8 : kRoot4Of2));
 }
 
-/// What surrounds a point of a triangle. See MeshCells::surround.
-struct Surrounding {
-    bool found;
+/// The output of MeshCells::surround.
+struct SurroundingCells {
+    bool isUsable;
     MeshCell lowest;
-    V3f place;
+    V3f coords;
 };
 
-/// Levels are counted from the size of `spacing`; the highest is `most`.
-inline Surrounding surrounding(const Triangle& t, float u, float v, float cellArea, float spacing, int most) {
+/// See MeshCells::surround. Level 0 has cells of about `spacing`.
+inline SurroundingCells surroundPoint(const Triangle& t, float u, float v, float cellArea, float spacing,
+                                      int maxLevel) {
     const V3f n = t.normal();
-    // Half the area's binary logarithm is the size's, and two levels double the size: the exponent will do.
+    // The level is twice the binary logarithm of the size, which is the binary logarithm of the area: the
+    // exponent.
     const float area = cellArea * length(n) / (2 * sqr(spacing));
-    const int level = std::clamp(int(std::bit_cast<uint32_t>(area) >> 23) - 127, 0, most);
+    const int level = std::clamp(int(std::bit_cast<uint32_t>(area) >> 23) - 127, 0, maxLevel);
     const float size = cellSizeOf(level, spacing);
-    Surrounding s;
-    s.found = (area >= 1) & t.shorterThan(kMaxEdge * size);
-    s.lowest.level = level;
-    s.lowest.direction = mainDirection(n);
-    const V3f p = t.at(u, v) * (1 / size) - V3f(.5f);
-    moveTo(s.lowest, p);
-    const auto inside = [](float x, int cell) { // never 0 or 1, lest the only cell that counts weigh nothing
+    SurroundingCells cells;
+    cells.isUsable = (area >= 1) & t.hasEdgesUpTo(kMaxEdge * size);
+    const V3f p = t.point(u, v) * (1 / size) - V3f(.5f);
+    cells.lowest.level = level;
+    cells.lowest.direction = mainDirection(n);
+    cells.lowest.x = floorToInt(p.x);
+    cells.lowest.y = floorToInt(p.y);
+    cells.lowest.z = floorToInt(p.z);
+    const auto coord = [](float x, int cell) { // not 0 or 1: the only cell with a point must have a weight
         return std::clamp(x - float(cell), 1e-3f, 1 - 1e-3f);
     };
-    s.place = {inside(p.x, s.lowest.x), inside(p.y, s.lowest.y), inside(p.z, s.lowest.z)};
-    return s;
+    cells.coords = {coord(p.x, cells.lowest.x), coord(p.y, cells.lowest.y), coord(p.z, cells.lowest.z)};
+    return cells;
 }
 
+/// Returns the center of a cell, in cells.
 V3f centerOf(const MeshCell& cell) { return V3f(float(cell.x), float(cell.y), float(cell.z)) + V3f(.5f); }
 
 } // namespace
@@ -114,51 +119,69 @@ MeshCells::MeshCells(const TriangleMesh& mesh, PointQuery pointQuery)
     : m_mesh(mesh), m_pointQuery(std::move(pointQuery)), m_triangle(mesh.vertexCount(), kNone) {
     const auto verticesOf = [&](uint32_t prim) { return &mesh.indices[3 * size_t(prim)]; };
     double area = 0;
-    std::vector<uint32_t> flat; // without area: they see no light, and stand for vertices of no others only
+    // Triangles of zero area receive no light: they represent only vertices that have no other triangle.
+    std::vector<uint32_t> withoutArea;
     for (uint32_t prim = uint32_t(mesh.triangleCount()); prim-- > 0;) {
-        const float twice = length(Triangle(mesh, prim).normal());
-        area += double(twice) / 2;
-        if (twice > 0)
+        const float doubleArea = length(Triangle(mesh, prim).normal());
+        area += double(doubleArea) / 2;
+        if (doubleArea > 0) {
             for (int k = 0; k < 3; ++k)
                 m_triangle[verticesOf(prim)[k]] = prim;
-        else
-            flat.push_back(prim);
+        } else {
+            withoutArea.push_back(prim);
+        }
     }
-    for (; !flat.empty(); flat.pop_back())
+    for (; !withoutArea.empty(); withoutArea.pop_back()) {
+        const uint32_t prim = withoutArea.back();
         for (int k = 0; k < 3; ++k)
-            if (uint32_t& triangle = m_triangle[verticesOf(flat.back())[k]]; triangle == kNone)
-                triangle = flat.back();
+            if (uint32_t& triangle = m_triangle[verticesOf(prim)[k]]; triangle == kNone)
+                triangle = prim;
+    }
     m_spacing = std::max(float(std::sqrt(area / double(std::max<size_t>(mesh.vertexCount(), 1)))), 1e-20f);
 }
 
 bool MeshCells::surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest,
-                         V3f& place) const {
-    const Surrounding s = surrounding(Triangle(m_mesh, prim), u, v, cellArea, m_spacing, kLevels - 1);
-    lowest = s.lowest, place = s.place;
-    return s.found;
+                         V3f& coords) const {
+    const SurroundingCells cells =
+        surroundPoint(Triangle(m_mesh, prim), u, v, cellArea, m_spacing, kLevels - 1);
+    lowest = cells.lowest;
+    coords = cells.coords;
+    return cells.isUsable;
 }
 
-void MeshCells::ask(uint32_t prim, float u, float v, float side2, float area2, MeshCellSoA& lanes) const {
-    const int i = lanes.count++;
+void MeshCells::appendQuery(uint32_t prim, float u, float v, float side2, float area2,
+                            MeshCellSoA& queries) const {
+    const int i = queries.count++;
     const Triangle t(m_mesh, prim);
-    lanes.p.set(i, t.p), lanes.a.set(i, t.a), lanes.b.set(i, t.b);
-    lanes.u[i] = u, lanes.v[i] = v, lanes.side2[i] = side2, lanes.area2[i] = area2,
-    lanes.spacing[i] = m_spacing;
+    queries.p.set(i, t.p);
+    queries.a.set(i, t.a);
+    queries.b.set(i, t.b);
+    queries.u[i] = u;
+    queries.v[i] = v;
+    queries.side2[i] = side2;
+    queries.area2[i] = area2;
+    queries.spacing[i] = m_spacing;
 }
 
 namespace {
 
-STROBE_TARGET_CLONES void surroundSoA(MeshCellSoA& l, int most) {
-    const int n = l.count;
+STROBE_TARGET_CLONES void surroundSoA(MeshCellSoA& queries, int maxLevel) {
+    const int n = queries.count;
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
-        const float cellArea = 2 * l.side2[i] / std::sqrt(l.area2[i]);
-        const Surrounding s =
-            surrounding({l.p.at(i), l.a.at(i), l.b.at(i)}, l.u[i], l.v[i], cellArea, l.spacing[i], most);
-        l.found[i] = s.found;
-        l.level[i] = s.lowest.level, l.direction[i] = s.lowest.direction;
-        l.x[i] = s.lowest.x, l.y[i] = s.lowest.y, l.z[i] = s.lowest.z;
-        l.place.x[i] = s.place.x, l.place.y[i] = s.place.y, l.place.z[i] = s.place.z;
+        const float cellArea = 2 * queries.side2[i] / std::sqrt(queries.area2[i]);
+        const Triangle triangle(queries.p.at(i), queries.a.at(i), queries.b.at(i));
+        const SurroundingCells cells =
+            surroundPoint(triangle, queries.u[i], queries.v[i], cellArea, queries.spacing[i], maxLevel);
+        queries.isUsable[i] = cells.isUsable;
+        queries.level[i] = cells.lowest.level;
+        queries.direction[i] = cells.lowest.direction;
+        queries.x[i] = cells.lowest.x;
+        queries.y[i] = cells.lowest.y;
+        queries.z[i] = cells.lowest.z;
+        queries.coords.x[i] = cells.coords.x;
+        queries.coords.y[i] = cells.coords.y;
+        queries.coords.z[i] = cells.coords.z;
     }
 }
 
@@ -166,47 +189,55 @@ STROBE_TARGET_CLONES void surroundSoA(MeshCellSoA& l, int most) {
 
 void MeshCellSoA::surround() { surroundSoA(*this, MeshCells::kLevels - 1); }
 
-void MeshCells::places(const MeshCell& lowest, MeshPointCache& known, std::optional<MeshPoint> out[8]) const {
-    // Enough but at rims and tips: there, what is farther away stands in. Any place lies in one of the eight
-    // cells around it, no farther from its center than half a diagonal; but for rounding.
-    for (const float radius : {kNear, .87f, kInfinity}) {
-        bool any = false;
+void MeshCells::findPoints(const MeshCell& lowest, MeshPointCache& cache,
+                           std::optional<MeshPoint> out[8]) const {
+    // The first radius suffices except at borders and tips, where farther points are used. Any point of the
+    // surface lies in one of the eight cells around it, no farther from the cell's center than half a
+    // diagonal; infinity allows for rounding.
+    for (const float radius : {kMaxDistance, .87f, kInfinity}) {
+        bool anyPoint = false;
         for (int k = 0; k < 8; ++k) {
             MeshCell cell = lowest;
-            cell.x += k & 1, cell.y += k >> 1 & 1, cell.z += k >> 2;
+            cell.x += k & 1;
+            cell.y += k >> 1 & 1;
+            cell.z += k >> 2;
             const uint64_t key =
                 quickHashOf(reinterpret_cast<uintptr_t>(&m_mesh), cell.x, cell.y, cell.z,
                             cell.level << 3 | cell.direction, std::bit_cast<uint32_t>(radius));
-            out[k] = known.of(key | 1, [&] { return nearest(cell, radius); });
-            any |= out[k].has_value();
+            out[k] = cache.findOrCompute(key | 1, [&] { return findNearest(cell, radius); });
+            anyPoint |= out[k].has_value();
         }
-        if (any)
+        if (anyPoint)
             return;
     }
 }
 
-/// The place nearest to the cell's center, if it is no farther than `radius` cells; of several the first
-/// triangle's.
-std::optional<MeshPoint> MeshCells::nearest(const MeshCell& cell, float radius) const {
+/// Returns the point of the surface nearest to the center of the cell, if it is within `radius` cells. Of
+/// equally near points, returns that of the triangle with the lowest number.
+std::optional<MeshPoint> MeshCells::findNearest(const MeshCell& cell, float radius) const {
     const float size = cellSizeOf(cell.level, m_spacing), scale = 1 / size;
     const V3f center = centerOf(cell), p = center * size;
     const float rounding = 1e-6f * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    const auto within = [&](float radius2) { return std::sqrt(radius2) * size * 1.0001f + rounding; };
-    std::optional<MeshPoint> best;
-    float best2 = sqr(radius);
-    m_pointQuery(p, within(best2), [&](uint32_t prim) {
+    const auto queryRadius = [&](float radius2) { return std::sqrt(radius2) * size * 1.0001f + rounding; };
+    std::optional<MeshPoint> nearest;
+    float nearest2 = sqr(radius); // squared distance, in cells
+    m_pointQuery(p, queryRadius(nearest2), [&](uint32_t prim) {
         Triangle t(m_mesh, prim);
         const V3f n = t.normal();
-        if (t.shorterThan(kMaxEdge * size) && n != V3f(0) && mainDirection(n) == cell.direction) {
-            t.p *= scale, t.a *= scale, t.b *= scale;
+        if (t.hasEdgesUpTo(kMaxEdge * size) && n != V3f(0) && mainDirection(n) == cell.direction) {
+            t.p *= scale;
+            t.a *= scale;
+            t.b *= scale;
             const V2f uv = nearestPoint(t, center);
-            const float d2 = length2(t.at(uv.x, uv.y) - center);
-            if (best && d2 == best2 ? prim < best->prim : d2 <= best2)
-                best = {prim, uv.x, uv.y}, best2 = d2;
+            const float d2 = length2(t.point(uv.x, uv.y) - center);
+            if (nearest && d2 == nearest2 ? prim < nearest->prim : d2 <= nearest2) {
+                nearest = {prim, uv.x, uv.y};
+                nearest2 = d2;
+            }
         }
-        return within(best2);
+        return queryRadius(nearest2);
     });
-    return best;
+    return nearest;
 }
 
 } // namespace strobe

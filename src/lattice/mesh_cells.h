@@ -1,4 +1,4 @@
-// Few places that stand for the surface of a mesh of many triangles.
+// Mesh cells: a few points that represent the surface of a mesh of many triangles.
 #pragma once
 
 #include "core/scene/tracer.h"
@@ -8,98 +8,103 @@
 
 namespace strobe {
 
-/// A cubic cell of a mesh's rest space (object space, the first key), and the way its triangles look.
+/// A cubic cell of a mesh's rest space (object space at the first key), for triangles of one main direction.
 struct MeshCell {
-    int level;
+    int level; ///< of size
     int x, y, z;
-    int direction; ///< 0 … 5: the axis that the triangles' normals follow most, and which way along it
+    int direction; ///< 0 to 5: +x, -x, +y, -y, +z, -z, the axis closest to the triangles' normals
 };
 
-/// A place on a mesh, by the barycentrics of a triangle.
+/// A point on a mesh.
 struct MeshPoint {
     uint32_t prim;
-    float u, v;
+    float u, v; ///< barycentrics of the second and third vertex
 };
 
-/// Points of triangles at rest, side by side, and the cells whose centers surround them.
+/// Up to kSoAWidth points of triangles at rest, and the eight mesh cells whose centers surround each.
 struct MeshCellSoA {
+    // Input, from MeshCells::appendQuery:
     int count = 0;
-    V3SoA p, a, b; ///< a triangle's corner, and the edges from there to the others
+    V3SoA p, a, b; ///< the first vertex of the triangle, and the edges from there to the others
     alignas(64) float u[kSoAWidth], v[kSoAWidth];
-    /// Squared, of cells and of the triangle as these are measured: the side, twice the area.
-    alignas(64) float side2[kSoAWidth], area2[kSoAWidth];
-    alignas(64) float spacing[kSoAWidth]; ///< of the mesh's vertices
-    alignas(64) int32_t found[kSoAWidth]; ///< 0: nothing gained
-    alignas(64) int32_t level[kSoAWidth], x[kSoAWidth], y[kSoAWidth], z[kSoAWidth],
-        direction[kSoAWidth]; ///< the lowest
-    V3SoA place;              ///< between the lowest center and the highest, in (0,1)
+    alignas(64) float side2[kSoAWidth];   ///< squared side length of the requested cells, in any space
+    alignas(64) float area2[kSoAWidth];   ///< squared double area of the triangle, in the same space
+    alignas(64) float spacing[kSoAWidth]; ///< of the vertices of the mesh
+
+    // Output of `surround`: see MeshCells::surround.
+    alignas(64) int32_t isUsable[kSoAWidth];
+    alignas(64) int32_t level[kSoAWidth], x[kSoAWidth], y[kSoAWidth], z[kSoAWidth], direction[kSoAWidth];
+    V3SoA coords;
 
     MeshCell lowest(int i) const { return {level[i], x[i], y[i], z[i], direction[i]}; }
-    /// Fills what is found.
     void surround();
 };
 
-/// The places of cells that a thread asked for lately.
+/// A cache of the points of mesh cells, for one thread.
 class MeshPointCache {
   public:
-    /// What is kept under the key, which is not 0 and well mixed, or else what `find` says.
+    /// Returns the point that is stored under `key`, which is a hash and not 0. If there is none, calls
+    /// `find` and stores its result, which may be nullopt.
     template <class Find>
-    std::optional<MeshPoint> of(uint64_t key, const Find& find) {
+    std::optional<MeshPoint> findOrCompute(uint64_t key, const Find& find) {
         if (m_entries.empty())
             m_entries.resize(size_t(1) << kBits);
         Entry& entry = m_entries[key >> (64 - kBits)];
         if (entry.key != key)
             entry = {key, find().value_or(MeshPoint{kNone, 0, 0})};
-        return entry.place.prim == kNone ? std::nullopt : std::optional(entry.place);
+        return entry.point.prim == kNone ? std::nullopt : std::optional(entry.point);
     }
 
   private:
-    static constexpr int kBits = 15; ///< of places in .75 MB; fewer are looked for again and again
+    static constexpr int kBits = 15; ///< .75 MB; with fewer entries, points are computed many times
     struct Entry {
         uint64_t key = 0;
-        MeshPoint place{};
+        MeshPoint point{}; ///< prim kNone: none
     };
-    std::vector<Entry> m_entries; ///< none before the first question
+    std::vector<Entry> m_entries; ///< empty until the first call
 };
 
-/// Grids of cells at many sizes (levels). What stands for a cell is the surface's nearest point to its
-/// center, so that between cells, interpolation by position is nearly that of a regular grid, however the
-/// mesh is triangulated. A cell counts when its center is no farther from the surface than half a cell: of a
-/// plane of any orientation, that makes one place per cell's area. Triangles that look different ways are
-/// kept apart: the two sides of a thin thing do not mix.
+/// Grids of cubic cells at many sizes (levels) around a mesh at rest. A cell is represented by the point of
+/// the surface nearest to its center. Interpolation by position between such points is nearly that of a
+/// regular grid, whatever the triangulation. A cell has a point only if the surface is within half a cell of
+/// its center: a plane of any orientation then has one point per area of a cell's side. Triangles of
+/// different main directions use different cells, so that the two sides of a thin object do not mix.
 ///
-/// Nothing is made ahead: a place is looked for when it is asked for.
+/// Nothing is precomputed: points are found on demand.
 class MeshCells {
   public:
     static constexpr int kLevels = 48;
-    /// Tracer::pointQuery, for one mesh.
-    using PointQuery = std::function<void(const V3f& p, float radius, const Tracer::PointQueryVisitor& look)>;
-    /// The mesh outlives its cells.
+    /// Tracer::pointQuery for the mesh.
+    using PointQuery =
+        std::function<void(const V3f& p, float radius, const Tracer::PointQueryVisitor& visitor)>;
+    /// The mesh must outlive its cells.
     MeshCells(const TriangleMesh& mesh, PointQuery pointQuery);
 
-    /// Finds the eight cells whose centers surround (u, v) of a triangle, from cells with about `cellArea`
-    /// times the triangle's area (that of a cell's side, in rest space). Sets the lowest cell, and the place
-    /// between its center and that of the highest: trilinear weights (Bit k of a weight's index is 1 for the
-    /// upper cell along axis k) are then all positive. False: nothing gained, for the triangle is too large
-    /// for such cells, or they would be more than the mesh has vertices.
-    bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, V3f& place) const;
-    /// Appends the same question to others: `cellArea` is twice side2 over the root of area2.
-    void ask(uint32_t prim, float u, float v, float side2, float area2, MeshCellSoA& lanes) const;
-    /// The places of the eight cells from the lowest one that `surround` found; null for those that do not
-    /// count. At least one is not null.
-    void places(const MeshCell& lowest, MeshPointCache& known, std::optional<MeshPoint> out[8]) const;
-    /// Of the mesh, for each of its vertices. Cells of less do not gain anything.
+    /// Finds the eight cells whose centers surround the point (u, v) of a triangle. The area of a cell's side
+    /// is about `cellArea` times the area of the triangle, in rest space. Writes the lowest cell, and the
+    /// coordinates of the point between the centers of the lowest and the highest cell, in (0,1): the
+    /// trilinear weights are all positive (bit k of a weight's index is set for the upper cell along axis k).
+    /// Returns false if the vertices are to be used instead: if the triangle is too large for such cells, or
+    /// the mesh has fewer vertices than cells.
+    bool surround(uint32_t prim, float u, float v, float cellArea, MeshCell& lowest, V3f& coords) const;
+    /// Appends a query, the input of `surround` with cellArea = 2 * side2 / sqrt(area2).
+    void appendQuery(uint32_t prim, float u, float v, float side2, float area2, MeshCellSoA& queries) const;
+    /// Writes the points of the eight cells from the lowest one, which `surround` found; nullopt for cells
+    /// without one. At least one cell has a point.
+    void findPoints(const MeshCell& lowest, MeshPointCache& cache, std::optional<MeshPoint> out[8]) const;
+    /// The area of the mesh per vertex. Cells whose sides have a smaller area are not usable.
     float vertexArea() const { return sqr(m_spacing); }
-    /// A triangle that has the vertex (always the same one), with an area if there is one.
+    /// Returns a triangle of the vertex, the same in all calls. Its area is zero only if the vertex has no
+    /// other triangles.
     uint32_t triangleOf(uint32_t vertex) const { return m_triangle[vertex]; }
 
   private:
-    std::optional<MeshPoint> nearest(const MeshCell& cell, float radius) const;
+    std::optional<MeshPoint> findNearest(const MeshCell& cell, float radius) const;
 
     const TriangleMesh& m_mesh;
     const PointQuery m_pointQuery;
-    float m_spacing; ///< of the vertices: each has the square of it
-    std::vector<uint32_t> m_triangle;
+    float m_spacing;                  ///< of the vertices: the square root of the area per vertex
+    std::vector<uint32_t> m_triangle; ///< by vertex
 };
 
 } // namespace strobe

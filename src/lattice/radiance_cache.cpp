@@ -21,16 +21,18 @@ RadianceCache::~RadianceCache() {
         munmap(m_buckets, bytes());
 }
 
-RadianceCache::RadianceCache(size_t bytes) : m_count(std::max(bytes / sizeof(Bucket), size_t(1))) { map(); }
+RadianceCache::RadianceCache(size_t bytes) : m_bucketCount(std::max(bytes / sizeof(Bucket), size_t(1))) {
+    allocate();
+}
 
 void RadianceCache::clear() {
     munmap(m_buckets, bytes());
-    map();
+    allocate();
 }
 
-void RadianceCache::map() {
-    // Fresh pages are zero, and all-zero bytes are empty entries. They cost memory only once they are used;
-    // large pages keep the address translation from costing more than the lookup.
+void RadianceCache::allocate() {
+    // Fresh pages are zero, and all-zero bytes are empty entries. A page takes memory once it is used. With
+    // small pages, address translation would cost more than the lookup.
     static_assert(std::atomic<uint64_t>::is_always_lock_free && sizeof(Bucket) == 64);
     m_buckets = nullptr;
     void* p = mmap(nullptr, bytes(), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -61,27 +63,27 @@ bool RadianceCache::find(uint64_t key, Rgb& value) const {
     return false;
 }
 
-RadianceCache::Stored RadianceCache::store(uint64_t key, const Rgb& value) {
+RadianceCache::StoreResult RadianceCache::store(uint64_t key, const Rgb& value) {
     Bucket& bucket = bucketOf(key);
-    int place = -1;
+    int target = -1;
     for (int way = 0; way < kWays; ++way) {
         uint64_t redGreen;
         uint32_t blue;
-        const uint64_t found = read(bucket, way, redGreen, blue);
-        if (found == key)
-            return Stored::Duplicate;
-        if (found == 0 && place < 0)
-            place = way;
+        const uint64_t stored = read(bucket, way, redGreen, blue);
+        if (stored == key)
+            return StoreResult::Duplicate;
+        if (stored == 0 && target < 0)
+            target = way;
     }
-    const Stored result = place >= 0 ? Stored::Fresh : Stored::Evicting;
-    if (place < 0)
-        place = int(key % kWays);
-    const uint64_t redGreen = std::bit_cast<uint32_t>(value.x) | uint64_t(std::bit_cast<uint32_t>(value.y))
-                                                                     << 32;
+    const StoreResult result = target >= 0 ? StoreResult::Inserted : StoreResult::Replaced;
+    if (target < 0)
+        target = int(key % kWays);
+    const uint64_t red = std::bit_cast<uint32_t>(value.x), green = std::bit_cast<uint32_t>(value.y);
+    const uint64_t redGreen = red | green << 32;
     const uint32_t blue = std::bit_cast<uint32_t>(value.z);
-    bucket.check[place].store(key ^ signature(redGreen, blue), std::memory_order_relaxed);
-    bucket.redGreen[place].store(redGreen, std::memory_order_relaxed);
-    bucket.blue[place].store(blue, std::memory_order_relaxed);
+    bucket.check[target].store(key ^ signature(redGreen, blue), std::memory_order_relaxed);
+    bucket.redGreen[target].store(redGreen, std::memory_order_relaxed);
+    bucket.blue[target].store(blue, std::memory_order_relaxed);
     return result;
 }
 

@@ -1,4 +1,4 @@
-// A table of shaded blocks that all threads share without locks.
+// A hash table of the radiance of shading points that all threads share without locks.
 #pragma once
 
 #include "core/math/math.h"
@@ -8,46 +8,53 @@
 
 namespace strobe {
 
-/// Maps 64-bit keys (never 0) to radiance. Bounded: a full bucket gives up one of its blocks. A value must be
-/// a function of its key alone: then losing one, or storing one twice, costs time and changes nothing.
-/// Entries carry their key mixed with their value, so that one half-written by another thread reads as absent
-/// (the trick of lockless transposition tables, Hyatt & Mann 2002).
+/// Maps 64-bit keys, which are hashes and not 0, to radiance. The size is fixed: an entry that is stored into
+/// a full bucket replaces another. A value must be a function of its key, so that losing an entry, or storing
+/// it twice, costs time but does not change the image. An entry holds its key mixed with its value; an entry
+/// that another thread is writing reads as absent (as in the lockless transposition tables of Hyatt & Mann,
+/// 2002).
 class RadianceCache {
   public:
-    /// Room for as many blocks as fit into `bytes`, at least one bucket.
+    /// Allocates as many buckets as fit into `bytes`, at least one. Throws std::bad_alloc.
     explicit RadianceCache(size_t bytes);
     ~RadianceCache();
     RadianceCache(const RadianceCache&) = delete;
     RadianceCache& operator=(const RadianceCache&) = delete;
 
+    /// Returns false and leaves `value` unchanged if there is no entry.
     bool find(uint64_t key, Rgb& value) const;
-    /// Asks the memory for what `find` will read.
+    /// Prefetches the memory that `find` and `store` read.
     void prefetch(uint64_t key) const { __builtin_prefetch(&bucketOf(key)); }
 
-    enum class Stored { Fresh, Duplicate, Evicting };
-    /// Duplicate: the block was there already. Evicting: another block made room.
-    Stored store(uint64_t key, const Rgb& value);
+    enum class StoreResult {
+        Inserted,
+        Duplicate, ///< there was an entry for the key already
+        Replaced,  ///< inserted in place of another entry
+    };
+    StoreResult store(uint64_t key, const Rgb& value);
 
-    /// Forgets all blocks. No other thread is at it.
+    /// Removes all entries. Precondition: no other thread uses the cache.
     void clear();
-    size_t bytes() const { return m_count * sizeof(Bucket); }
+    size_t bytes() const { return m_bucketCount * sizeof(Bucket); }
 
-    /// What room for a block takes.
+    /// The size of the cache per entry.
     static constexpr double bytesPerEntry() { return double(sizeof(Bucket)) / kWays; }
 
   private:
-    void map();
     static constexpr int kWays = 3;
-    /// A line of the processor's cache: what is looked up is one piece of memory.
+    /// A cache line of the processor: one memory access per lookup.
     struct alignas(64) Bucket {
         std::atomic<uint64_t> check[kWays], redGreen[kWays];
         std::atomic<uint32_t> blue[kWays];
     };
-    Bucket& bucketOf(uint64_t key) const { return m_buckets[size_t((unsigned __int128)(key)*m_count >> 64)]; }
-    /// The key of an entry, 0 when it is empty or torn beyond recognition.
+    void allocate();
+    Bucket& bucketOf(uint64_t key) const {
+        return m_buckets[size_t((unsigned __int128)(key)*m_bucketCount >> 64)];
+    }
+    /// Returns the key of an entry; 0 if it is empty. The key of a half-written entry is random bits.
     static uint64_t read(const Bucket& bucket, int way, uint64_t& redGreen, uint32_t& blue);
 
-    size_t m_count;
+    size_t m_bucketCount;
     Bucket* m_buckets;
 };
 

@@ -7,67 +7,65 @@ SurfaceLattice::SurfaceLattice(const Scene& scene, float blockSize, SmallTriangl
     if (!m_sharesSmall)
         return;
     for (uint32_t group = 0; group < scene.groups().size(); ++group) {
-        std::vector<const MeshCells*>& cells = m_cellsOf.emplace_back();
+        std::vector<const MeshCells*>& cells = m_meshCells.emplace_back();
         for (uint32_t i = 0; const Geometry& geometry : scene.groups()[group].geometries) {
             const auto pointQuery = [&tracer = scene.tracer(), group,
-                                     i](const V3f& p, float radius, const Tracer::PointQueryVisitor& look) {
-                tracer.pointQuery(group, i, p, radius, look);
+                                     i](const V3f& p, float radius,
+                                        const Tracer::PointQueryVisitor& visitor) {
+                tracer.pointQuery(group, i, p, radius, visitor);
             };
             const TriangleMesh* mesh = geometry.placed.shape.mesh.get();
-            cells.push_back(mesh ? &m_cells.try_emplace(mesh, *mesh, pointQuery).first->second : nullptr);
+            cells.push_back(mesh ? &m_cellsOfMesh.try_emplace(mesh, *mesh, pointQuery).first->second
+                                 : nullptr);
             ++i;
         }
     }
 }
 
-void SurfaceLattice::findCones(std::span<const PixelRef> pixels, std::vector<RayCone>& cones) const {
+void SurfaceLattice::computePixelCones(std::span<const PixelRef> pixels, std::vector<RayCone>& cones) const {
     cones.resize(pixels.size());
     V2SoA film;
-    alignas(64) float width[kSoAWidth], spread[kSoAWidth];
+    RayConeSoA chunk;
     for (size_t first = 0; first < pixels.size(); first += kSoAWidth) {
         const int n = int(std::min<size_t>(kSoAWidth, pixels.size() - first));
         for (int i = 0; i < n; ++i) {
             const PixelRef& pixel = pixels[first + size_t(i)];
             film.set(i, {float(pixel.x) + 0.5f, float(pixel.y) + 0.5f});
         }
-        m_scene.camera().coneSoA(film, n, width, spread);
+        m_scene.camera().coneSoA(film, n, chunk.width, chunk.spread);
         for (int i = 0; i < n; ++i)
-            cones[first + size_t(i)] = {width[i], spread[i]};
+            cones[first + size_t(i)] = {chunk.width[i], chunk.spread[i]};
     }
 }
 
 namespace {
 
-uint64_t faceSum(const LatticeFace& face) { return surfaceSum(face.instance, face.geometry); }
+uint64_t sideKeySum(const SurfaceSide& side) { return surfaceKeySum(side.instance, side.geometry); }
 
-/// What the keys of cells and points in a primitive have in common.
-uint64_t primitiveSum(uint64_t faceSum, uint32_t prim) {
-    return quickSum<1>(faceSum, latticeItem(prim, 0, false));
+/// Returns the part of the keys of cells and points that depends on geometry and primitive.
+uint64_t primitiveKeySum(uint64_t surfaceKeySum, uint32_t prim) {
+    return quickSum<1>(surfaceKeySum, latticeKeyItem(prim, 0, false));
 }
 
-LatticePoint innerPoint(const LatticeFace& face, uint32_t prim, float u, float v) {
-    const uint64_t item = latticeItem(prim, kSurfaceKey, face.positive);
-    return {prim, u, v, false, quickSum<1>(faceSum(face), item, latticeFloatBits(u, v))};
+LatticePoint surfacePoint(const SurfaceSide& side, uint32_t prim, float u, float v) {
+    const uint64_t item = latticeKeyItem(prim, kSurfaceKey, side.isFront);
+    return {prim, u, v, false, quickSum<1>(sideKeySum(side), item, latticeFloatBits(u, v))};
 }
 
-LatticePoint vertexPoint(const LatticeFace& face, uint32_t vertex) {
-    const uint64_t item = latticeItem(vertex, kVertexKey, face.positive);
-    return {vertex, 0, 0, true, quickSum<1>(faceSum(face), item)};
+LatticePoint vertexPoint(const SurfaceSide& side, uint32_t vertex) {
+    const uint64_t item = latticeKeyItem(vertex, kVertexKey, side.isFront);
+    return {vertex, 0, 0, true, quickSum<1>(sideKeySum(side), item)};
 }
 
-} // namespace
-
-namespace {
-
-/// Whether all lanes hit one shape.
-STROBE_TARGET_CLONES bool hitOneShape(const HitSoA& hit, int n) {
+/// Returns whether all hits are on one geometry.
+STROBE_TARGET_CLONES bool hitOneGeometry(const HitSoA& hit, int n) {
     uint32_t differences = 0;
     for (int i = 0; i < n; ++i)
         differences |= (hit.geometry[i] ^ hit.geometry[0]) | (hit.instance[i] ^ hit.instance[0]);
     return differences == 0;
 }
 
-/// Whether they hit one primitive.
+/// Returns whether all hits are on one primitive.
 STROBE_TARGET_CLONES bool hitOnePrimitive(const HitSoA& hit, int n) {
     uint32_t differences = 0;
     for (int i = 0; i < n; ++i)
@@ -76,277 +74,241 @@ STROBE_TARGET_CLONES bool hitOnePrimitive(const HitSoA& hit, int n) {
     return differences == 0;
 }
 
-/// Places the edges of all hits of a part in the world.
-STROBE_TARGET_CLONES void placeAll(LatticeSoA& l, const LatticeSurface& surface) {
-    const int n = l.count;
+/// Transforms the edges of all hits of a surface to world space.
+STROBE_TARGET_CLONES void transformEdges(LatticeHitSoA& hits, const LatticeSurface& surface) {
+    const int n = hits.count;
     const uint32_t instance = surface.instance, geometry = surface.geometry;
     const M44f m = surface.toWorld;
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
-        const bool ofPart = (l.hit.instance[i] == instance) & (l.hit.geometry[i] == geometry);
-        Edges e{l.a.at(i), l.b.at(i)};
+        const bool isOnSurface = (hits.hit.instance[i] == instance) & (hits.hit.geometry[i] == geometry);
+        Edges e{hits.a.at(i), hits.b.at(i)};
         e.transform(m);
-        l.a.x[i] = ofPart ? e.a.x : l.a.x[i], l.a.y[i] = ofPart ? e.a.y : l.a.y[i];
-        l.a.z[i] = ofPart ? e.a.z : l.a.z[i];
-        l.b.x[i] = ofPart ? e.b.x : l.b.x[i], l.b.y[i] = ofPart ? e.b.y : l.b.y[i];
-        l.b.z[i] = ofPart ? e.b.z : l.b.z[i];
-        l.toPlace[i] = ofPart ? 0 : l.toPlace[i];
+        hits.a.x[i] = isOnSurface ? e.a.x : hits.a.x[i];
+        hits.a.y[i] = isOnSurface ? e.a.y : hits.a.y[i];
+        hits.a.z[i] = isOnSurface ? e.a.z : hits.a.z[i];
+        hits.b.x[i] = isOnSurface ? e.b.x : hits.b.x[i];
+        hits.b.y[i] = isOnSurface ? e.b.y : hits.b.y[i];
+        hits.b.z[i] = isOnSurface ? e.b.z : hits.b.z[i];
+        hits.needsTransform[i] = isOnSurface ? 0 : hits.needsTransform[i];
     }
 }
 
-STROBE_TARGET_CLONES void setSums(LatticeSoA& l, uint64_t faceSum) {
-    const int n = l.count;
+STROBE_TARGET_CLONES void computeKeySums(LatticeHitSoA& hits, uint64_t surfaceKeySum) {
+    const int n = hits.count;
     STROBE_IVDEP
     for (int i = 0; i < n; ++i)
-        l.keySum[i] = primitiveSum(faceSum, l.hit.prim[i]);
+        hits.keySum[i] = primitiveKeySum(surfaceKeySum, hits.hit.prim[i]);
 }
 
-/// All hits are of one mesh, which is fixed.
-void fetchFixed(LatticeSoA& l, const LatticeSurface& surface) {
-    for (int i = 0; i < l.count; ++i) {
-        const Edges edges = surface.keptEdges(l.hit.prim[i]);
-        l.a.set(i, edges.a), l.b.set(i, edges.b);
+/// SurfaceLattice::fetchSurfaces for hits that are all on one mesh with fixed directions.
+void fetchMesh(LatticeHitSoA& hits, const LatticeSurface& surface) {
+    for (int i = 0; i < hits.count; ++i) {
+        const Edges edges = surface.meshEdges(hits.hit.prim[i]);
+        hits.a.set(i, edges.a);
+        hits.b.set(i, edges.b);
     }
     if (surface.motion)
-        placeAll(l, surface);
-    setSums(l, surface.keySum);
+        transformEdges(hits, surface);
+    computeKeySums(hits, surface.keySum);
 }
 
 } // namespace
 
-/// Returns whether there are quadrics.
-bool SurfaceLattice::fetch(LatticeSoA& lanes, SurfaceCache& surfaces) const {
-    if (hitOneShape(lanes.hit, lanes.count)) {
-        const LatticeSurface& only = surfaces.of(lanes.hit, 0);
-        if (only.isFixed && only.mesh) {
-            fetchFixed(lanes, only);
+/// Writes the surfaces' part of LatticeHitSoA. Returns whether there are quadrics.
+bool SurfaceLattice::fetchSurfaces(LatticeHitSoA& hits, SurfaceCache& surfaces) const {
+    if (hitOneGeometry(hits.hit, hits.count)) {
+        const LatticeSurface& surface = surfaces.surfaceOf(hits.hit, 0);
+        if (surface.hasFixedDirections && surface.mesh) {
+            fetchMesh(hits, surface);
             return false;
         }
     }
-    bool anyToPlace = false, anyBends = false;
-    for (int i = 0; i < lanes.count; ++i) {
-        const LatticeSurface& surface = surfaces.of(lanes.hit, i);
-        const uint32_t prim = lanes.hit.prim[i];
+    bool anyNeedsTransform = false, anyQuadric = false;
+    for (int i = 0; i < hits.count; ++i) {
+        const LatticeSurface& surface = surfaces.surfaceOf(hits.hit, i);
+        const uint32_t prim = hits.hit.prim[i];
         Edges edges;
-        lanes.bends[i] = !surface.mesh, anyBends |= !surface.mesh;
-        const bool toPlace = surface.isFixed && surface.mesh && surface.motion;
-        lanes.toPlace[i] = toPlace, anyToPlace |= toPlace;
+        hits.isQuadric[i] = !surface.mesh;
+        anyQuadric |= !surface.mesh;
+        const bool needsTransform = surface.hasFixedDirections && surface.mesh && surface.motion;
+        hits.needsTransform[i] = needsTransform;
+        anyNeedsTransform |= needsTransform;
         if (!surface.mesh)
-            lanes.seesFront[i] = surface.look(lanes.hit.at(i), lanes.d.at(i), lanes.time[i], edges);
-        else if (surface.isFixed)
-            edges = surface.keptEdges(prim);
+            hits.seesQuadricFront[i] =
+                surface.computeQuadricEdges(hits.hit.at(i), hits.d.at(i), hits.time[i], edges);
+        else if (surface.hasFixedDirections)
+            edges = surface.meshEdges(prim);
         else
-            edges = surface.edgesAt(prim, lanes.time[i]);
-        lanes.a.set(i, edges.a), lanes.b.set(i, edges.b);
-        lanes.keySum[i] = primitiveSum(surface.keySum, prim);
+            edges = surface.worldEdgesAt(prim, hits.time[i]);
+        hits.a.set(i, edges.a);
+        hits.b.set(i, edges.b);
+        hits.keySum[i] = primitiveKeySum(surface.keySum, prim);
     }
-    for (int i = 0; anyToPlace && i < lanes.count; ++i)
-        if (lanes.toPlace[i])
-            placeAll(lanes, surfaces.of(lanes.hit, i));
-    return anyBends;
+    for (int i = 0; anyNeedsTransform && i < hits.count; ++i)
+        if (hits.needsTransform[i])
+            transformEdges(hits, surfaces.surfaceOf(hits.hit, i));
+    return anyQuadric;
 }
 
-bool SurfaceLattice::findTriangle(const HitSoA& hits, int count, SurfaceCache& surfaces,
-                                  LatticePatch& patch) const {
+bool SurfaceLattice::findCommonTriangle(const HitSoA& hits, int count, SurfaceCache& surfaces,
+                                        LatticePatch& patch) const {
     if (hits.geometry[0] == kNone || !hitOnePrimitive(hits, count))
         return false;
-    const LatticeSurface& surface = surfaces.of(hits, 0);
-    if (!surface.isFixed || !surface.mesh)
+    const LatticeSurface& surface = surfaces.surfaceOf(hits, 0);
+    if (!surface.hasFixedDirections || !surface.mesh)
         return false;
-    patch.instance = surface.instance, patch.geometry = surface.geometry, patch.prim = hits.prim[0];
-    patch.keySum = primitiveSum(surface.keySum, patch.prim);
+    patch.instance = surface.instance;
+    patch.geometry = surface.geometry;
+    patch.prim = hits.prim[0];
+    patch.keySum = primitiveKeySum(surface.keySum, patch.prim);
     return true;
 }
 
-bool SurfaceLattice::divide(const VisibilitySoA& samples, int count, const LatticeSoA& cones,
-                            SurfaceCache& surfaces, LatticePatch& patch) const {
-    const Edges edges = surfaces.of(samples.hit, 0).fixedEdges(patch.prim);
-    return patch.divide(samples, count, edges, cones, m_blockSize, m_sharesSmall);
+bool SurfaceLattice::findCommonDivision(const VisibilitySoA& samples, int count, const RayConeSoA& cones,
+                                        SurfaceCache& surfaces, LatticePatch& patch) const {
+    const Edges edges = surfaces.surfaceOf(samples.hit, 0).worldEdges(patch.prim);
+    return patch.findDivision(samples, count, edges, cones, m_blockSize, m_sharesSmall);
 }
 
-void SurfaceLattice::locate(LatticeSoA& lanes, SurfaceCache& surfaces) const {
-    const bool anyBends = fetch(lanes, surfaces);
-    const bool anySmall = lanes.divideTriangles(m_blockSize, m_sharesSmall);
-    for (int i = 0; anyBends && i < lanes.count; ++i)
-        if (lanes.bends[i])
-            lanes.divideQuadric(i, lanes.seesFront[i]);
-    lanes.mixKeys();
+void SurfaceLattice::locate(LatticeHitSoA& hits, SurfaceCache& surfaces) const {
+    const bool anyQuadric = fetchSurfaces(hits, surfaces);
+    const bool anySmall = hits.divideTriangles(m_blockSize, m_sharesSmall);
+    for (int i = 0; anyQuadric && i < hits.count; ++i)
+        if (hits.isQuadric[i])
+            hits.divideQuadric(i);
+    hits.computeKeys();
     if (anySmall)
-        findGrids(lanes, surfaces);
+        findMeshCells(hits, surfaces);
 }
 
-/// Small triangles whose vertices are more than blocks share the places of a grid.
-void SurfaceLattice::findGrids(LatticeSoA& lanes, SurfaceCache& surfaces) const {
-    MeshCellSoA& grid = lanes.grid;
-    int32_t small[kSoAWidth], lane[kSoAWidth];
-    int count = 0;
-    for (int i = 0; i < lanes.count; ++i)
-        small[count] = i, count += lanes.kind[i] == LatticeCell::Vertices;
-    grid.count = 0;
-    for (int k = 0; k < count; ++k) {
+/// Turns cells of kind Vertices into Grid where the mesh has more vertices than mesh cells.
+void SurfaceLattice::findMeshCells(LatticeHitSoA& hits, SurfaceCache& surfaces) const {
+    int32_t small[kSoAWidth];
+    int smallCount = 0;
+    for (int i = 0; i < hits.count; ++i) {
+        small[smallCount] = i;
+        smallCount += hits.kind[i] == LatticeCell::Vertices;
+    }
+    MeshCellSoA& queries = hits.meshCells;
+    int32_t hitOfQuery[kSoAWidth];
+    queries.count = 0;
+    for (int k = 0; k < smallCount; ++k) {
         const int i = small[k];
-        const LatticeSurface& surface = surfaces.of(lanes.hit, i);
-        if (sqr(lanes.block[i]) < surface.leastBlock2) // most gain nothing, and need not be asked about
+        const LatticeSurface& surface = surfaces.surfaceOf(hits.hit, i);
+        if (sqr(hits.blockSize[i]) < surface.minBlockArea) // true for most: saves the query
             continue;
-        lane[grid.count] = i;
-        surface.cells->ask(lanes.hit.prim[i], lanes.place.x[i], lanes.place.y[i], sqr(lanes.block[i]),
-                           lanes.normal2[i], grid);
+        hitOfQuery[queries.count] = i;
+        surface.cells->appendQuery(hits.hit.prim[i], hits.coords.x[i], hits.coords.y[i],
+                                   sqr(hits.blockSize[i]), hits.normal2[i], queries);
     }
-    if (grid.count == 0)
+    if (queries.count == 0)
         return;
-    grid.surround();
-    for (int g = 0; g < grid.count; ++g) {
-        const int i = lane[g];
-        if (!grid.found[g])
+    queries.surround();
+    for (int q = 0; q < queries.count; ++q) {
+        if (!queries.isUsable[q])
             continue;
-        const LatticeFace face{lanes.hit.instance[i], lanes.hit.geometry[i], false};
-        const MeshCell lowest = grid.lowest(g);
+        const int i = hitOfQuery[q];
+        const MeshCell lowest = queries.lowest(q);
         const uint32_t item = uint32_t(lowest.level << 3 | lowest.direction);
-        lanes.kind[i] = LatticeCell::Grid, lanes.inGrid[i] = g;
-        lanes.place.set(i, grid.place.at(g));
-        lanes.key[i] = mix64(quickSum<1>(faceSum(face), latticeItem(item, kGridKey, lanes.positive[i]),
-                                         uint64_t(uint32_t(lowest.x)) << 32 | uint32_t(lowest.y), lowest.z));
+        hits.kind[i] = LatticeCell::Grid;
+        hits.meshCell[i] = q;
+        hits.coords.set(i, queries.coords.at(q));
+        hits.key[i] = mix64(quickSum<1>(surfaceKeySum(hits.hit.instance[i], hits.hit.geometry[i]),
+                                        latticeKeyItem(item, kGridKey, hits.isFront[i]),
+                                        uint64_t(uint32_t(lowest.x)) << 32 | uint32_t(lowest.y), lowest.z));
     }
 }
 
-LatticeCell SurfaceLattice::cellAt(const LatticeSoA& lanes, int i) {
-    LatticeCell cell{lanes.key[i],
-                     {lanes.hit.instance[i], lanes.hit.geometry[i], bool(lanes.positive[i])},
-                     lanes.hit.prim[i],
-                     LatticeCell::Kind(lanes.kind[i]),
-                     {},
-                     lanes.i[i],
-                     lanes.j[i],
-                     lanes.nu[i],
-                     lanes.nv[i]};
-    if (cell.kind == LatticeCell::Grid)
-        cell.lowest = lanes.grid.lowest(lanes.inGrid[i]);
+LatticeCell SurfaceLattice::cellOf(const LatticeHitSoA& hits, int i) {
+    LatticeCell cell;
+    cell.key = hits.key[i];
+    cell.side = {hits.hit.instance[i], hits.hit.geometry[i], bool(hits.isFront[i])};
+    cell.prim = hits.hit.prim[i];
+    cell.kind = LatticeCell::Kind(hits.kind[i]);
+    cell.lowest = cell.kind == LatticeCell::Grid ? hits.meshCells.lowest(hits.meshCell[i]) : MeshCell{};
+    cell.i = hits.i[i];
+    cell.j = hits.j[i];
+    cell.nu = hits.nu[i];
+    cell.nv = hits.nv[i];
     return cell;
 }
 
-void SurfaceLattice::points(const LatticeCell& cell, MeshPointCache& known,
-                            LatticePoint out[LatticeCell::kPoints]) const {
-    const LatticeFace& face = cell.face;
-    const auto inner = [&](float u, float v) { return innerPoint(face, cell.prim, u, v); };
-    if (cell.kind == LatticeCell::Rectangle) {
-        for (int k = 0; k < 4; ++k)
-            out[k] = inner((cell.i + float(k & 1)) / cell.nu, (cell.j + float(k >> 1)) / cell.nv);
-        return;
-    }
-    if (cell.kind == LatticeCell::Grid)
-        return gridPoints(cellsOf(face), cell, known, out);
-    if (cell.kind == LatticeCell::Vertices) {
-        const uint32_t* index = &meshOf(face).indices[3 * size_t(cell.prim)];
+namespace {
+
+void findGridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPointCache& cache,
+                    LatticePoint out[8]) {
+    std::optional<MeshPoint> points[8];
+    cells.findPoints(cell.lowest, cache, points);
+    for (int k = 0; k < 8; ++k)
+        out[k] =
+            points[k] ? surfacePoint(cell.side, points[k]->prim, points[k]->u, points[k]->v) : LatticePoint();
+}
+
+} // namespace
+
+void SurfaceLattice::findPoints(const LatticeCell& cell, MeshPointCache& cache,
+                                LatticePoint out[LatticeCell::kMaxPoints]) const {
+    const SurfaceSide& side = cell.side;
+    switch (cell.kind) {
+    case LatticeCell::Vertices: {
+        const uint32_t* index = &meshOf(side).indices[3 * size_t(cell.prim)];
         for (int k = 0; k < 3; ++k)
-            out[k] = vertexPoint(face, index[k]);
+            out[k] = vertexPoint(side, index[k]);
         return;
     }
-    LatticeSoA lanes;
-    lanes.count = 1;
-    lanes.hit.set(0, {face.instance, face.geometry, cell.prim, 0, 0, 0});
-    lanes.kind[0] = cell.kind, lanes.positive[0] = face.positive;
-    lanes.i[0] = cell.i, lanes.j[0] = cell.j, lanes.nu[0] = cell.nu, lanes.nv[0] = cell.nv;
-    lanes.keySum[0] = primitiveSum(faceSum(face), cell.prim);
-    TrianglePointSoA found;
-    found.push(lanes, 0);
-    points(lanes.hit, found, 3);
+    case LatticeCell::Grid:
+        findGridPoints(meshCellsOf(side), cell, cache, out);
+        return;
+    case LatticeCell::Rectangle:
+        for (int k = 0; k < 4; ++k)
+            out[k] = surfacePoint(side, cell.prim, (cell.i + float(k & 1)) / cell.nu,
+                                  (cell.j + float(k >> 1)) / cell.nv);
+        return;
+    case LatticeCell::Lower:
+    case LatticeCell::Upper:
+        break;
+    }
+    LatticeHitSoA hits;
+    hits.count = 1;
+    hits.hit.set(0, {side.instance, side.geometry, cell.prim, 0, 0, 0});
+    hits.kind[0] = cell.kind;
+    hits.isFront[0] = side.isFront;
+    hits.i[0] = cell.i;
+    hits.j[0] = cell.j;
+    hits.nu[0] = cell.nu;
+    hits.nv[0] = cell.nv;
+    hits.keySum[0] = primitiveKeySum(sideKeySum(side), cell.prim);
+    TriangleCellSoA cells;
+    cells.push_back(hits, 0);
+    findPoints(hits.hit, cells, 3);
     for (int k = 0; k < 3; ++k)
-        out[k] = found.points[k].at(0);
+        out[k] = cells.points[k].at(0);
 }
 
-void SurfaceLattice::points(const HitSoA& hits, TrianglePointSoA& out, int each) const {
-    out.find(each);
-    for (int k = 0; k < each; ++k)
-        for (int c = 0; c < out.count; ++c)
-            if (out.points[k].corner[c] >= 0)
-                findVertex(hits, out, out.points[k], c);
+void SurfaceLattice::findPoints(const HitSoA& hits, TriangleCellSoA& cells, int pointsPerCell) const {
+    cells.computePoints(pointsPerCell);
+    for (int k = 0; k < pointsPerCell; ++k)
+        for (int c = 0; c < cells.count; ++c)
+            if (cells.points[k].corner[c] >= 0)
+                findSharedVertex(hits, cells, cells.points[k], c);
 }
 
-/// Point number c is a triangle's corner. It is the vertex if the triangles around share its normal.
-void SurfaceLattice::findVertex(const HitSoA& hits, const TrianglePointSoA& cells,
-                                TrianglePointSoA::Points& points, int c) const {
-    const int lane = cells.lane[c];
-    const LatticeFace face{hits.instance[lane], hits.geometry[lane], bool(cells.positive[c])};
-    const TriangleMesh& mesh = meshOf(face);
+/// Point number c is at a vertex of its triangle. Meshes with normals share it; otherwise sets `corner`
+/// negative.
+void SurfaceLattice::findSharedVertex(const HitSoA& hits, const TriangleCellSoA& cells,
+                                      TriangleCellSoA::Points& points, int c) const {
+    const int h = cells.hit[c];
+    const SurfaceSide side{hits.instance[h], hits.geometry[h], bool(cells.isFront[c])};
+    const TriangleMesh& mesh = meshOf(side);
     if (mesh.normals.empty()) {
         points.corner[c] = -1;
         return;
     }
     const LatticePoint vertex =
-        vertexPoint(face, mesh.indices[3 * size_t(hits.prim[lane]) + size_t(points.corner[c])]);
-    points.prim[c] = vertex.prim, points.keySum[c] = vertex.keySum;
-}
-
-void SurfaceLattice::gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPointCache& known,
-                                LatticePoint out[8]) const {
-    std::optional<MeshPoint> places[8];
-    cells.places(cell.lowest, known, places);
-    for (int k = 0; k < 8; ++k)
-        out[k] =
-            places[k] ? innerPoint(cell.face, places[k]->prim, places[k]->u, places[k]->v) : LatticePoint();
-}
-
-namespace {
-
-/// Rows `at` to `at + points.count`: rays from where the camera sees the points.
-STROBE_TARGET_CLONES void look(const ShadedPointSoA& points, RequestSoA& out, int at) {
-    // A point beyond the silhouette is shaded as if seen at a grazing angle from the side that the sample
-    // saw.
-    constexpr float kGrazing = 0.02f;
-    const int n = points.count;
-    STROBE_IVDEP
-    for (int i = 0; i < n; ++i) {
-        const V3f normal = normalizeAny(points.n.at(i)) * (points.positive[i] ? 1.f : -1.f);
-        const V3f p = points.p.at(i), to = p - points.viewpoint.at(i);
-        const float t = length(to);
-        const V3f towards = normalize(-to);
-        const float cosine = dot(towards, normal);
-        const V3f raised = normalize(towards + normal * (kGrazing - cosine));
-        const V3f wo(cosine < kGrazing ? raised.x : towards.x, cosine < kGrazing ? raised.y : towards.y,
-                     cosine < kGrazing ? raised.z : towards.z);
-        const int k = at + i;
-        out.ray.o.x[k] = p.x + wo.x * t, out.ray.o.y[k] = p.y + wo.y * t, out.ray.o.z[k] = p.z + wo.z * t;
-        out.ray.d.x[k] = -wo.x, out.ray.d.y[k] = -wo.y, out.ray.d.z[k] = -wo.z;
-        out.hit.instance[k] = points.hit.instance[i], out.hit.geometry[k] = points.hit.geometry[i];
-        out.hit.prim[k] = points.hit.prim[i];
-        out.hit.u[k] = points.hit.u[i], out.hit.v[k] = points.hit.v[i], out.hit.t[k] = t;
-        out.time[k] = points.time[i], out.width[k] = points.width[i], out.spread[k] = points.spread[i];
-    }
-}
-
-} // namespace
-
-void SurfaceLattice::request(ShadedPointSoA& points, SurfaceCache& surfaces, RequestSoA& out, int at) const {
-    for (int begin = 0, end; begin < points.count; begin = end) {
-        const LatticeSurface& surface = surfaces.of(points.hit, begin);
-        for (end = begin + 1; end < points.count && surface.isOf(points.hit, end);)
-            ++end;
-        for (int i = begin; i < end; ++i)
-            if (points.isVertex[i]) {
-                const MeshPoint place = surface.placeOf(points.hit.prim[i]);
-                points.hit.prim[i] = place.prim, points.hit.u[i] = place.u, points.hit.v[i] = place.v;
-            }
-        surface.spots(points.hit, points.time, begin, end, points.p, points.n);
-    }
-    m_scene.camera().viewpointSoA(points.p, points.lens, points.time, points.count, points.viewpoint);
-    findCones(points);
-    look(points, out, at);
-}
-
-/// A shade stands for a block: textures are filtered over as much, but never over less than a pixel.
-void SurfaceLattice::findCones(ShadedPointSoA& points) const {
-    if (!m_scene.needsFootprint()) { // then nobody asks how wide they are
-        std::fill_n(points.width, points.count, 0.f), std::fill_n(points.spread, points.count, 0.f);
-        return;
-    }
-    const Camera& camera = m_scene.camera();
-    V2SoA film;
-    for (int i = 0; i < points.count; ++i)
-        film.set(i, camera.project(points.p.at(i), points.time[i]).value_or(FilmPoint{}).film);
-    camera.coneSoA(film, points.count, points.width, points.spread);
-    const float scale = std::max(m_blockSize, 1.f);
-    for (int i = 0; i < points.count; ++i)
-        points.width[i] *= scale, points.spread[i] *= scale;
+        vertexPoint(side, mesh.indices[3 * size_t(hits.prim[h]) + size_t(points.corner[c])]);
+    points.prim[c] = vertex.prim;
+    points.keySum[c] = vertex.keySum;
 }
 
 } // namespace strobe

@@ -1,7 +1,6 @@
-// Canonical shading points on every surface: which of them surround a hit, and with what weights.
+// The lattice: canonical points on every surface, from which samples interpolate.
 #pragma once
 
-#include "core/math/hash.h"
 #include "core/render/integrator.h"
 #include "lattice/lattice_patch.h"
 #include "lattice/surface_cache.h"
@@ -10,87 +9,91 @@
 
 namespace strobe {
 
-/// Points of the lattice that are to be shaded, at shutter fractions `time`, as the camera sees them then
-/// through points `lens` (in [0,1)²) of its lens.
-struct ShadedPointSoA {
+/// Up to kSoAWidth shades of lattice points, as seen by the camera through points of its lens.
+struct ShadeSoA {
+    // Input:
     int count = 0;
-    HitSoA hit;                              ///< but for t
-    bool isVertex[kSoAWidth]{};              ///< whose number `prim` is, until it is placed in a triangle
-    alignas(64) int32_t positive[kSoAWidth]; ///< see LatticeFace
-    alignas(64) float time[kSoAWidth];
-    V2SoA lens;
-    // Fetched for these:
-    V3SoA p, n; ///< in the world; the normal of any length
+    HitSoA hit; ///< without t; prim is the vertex if isVertex
+    bool isVertex[kSoAWidth]{};
+    alignas(64) int32_t isFront[kSoAWidth]; ///< see SurfaceSide
+    alignas(64) float time[kSoAWidth];      ///< shutter fraction
+    V2SoA lens;                             ///< in [0,1)²
+    // Computed by SurfaceLattice::writeRequests:
+    V3SoA p, n; ///< world-space position and normal, of any length
     V3SoA viewpoint;
-    alignas(64) float width[kSoAWidth], spread[kSoAWidth]; ///< of the cones of blocks there
+    RayConeSoA cone; ///< as wide as a block at p
 };
 
-/// The lattice is as fine as `blockSize` pixels, seen from where the hit was seen:
-/// - triangles larger than a block are divided along two of their edges into powers of two; points of a
-///   coarser division are points of the finer one too, and corners with vertex normals belong to the vertex,
-///   whoever shares it;
-/// - triangles smaller than a block share their vertices or, where these are more than blocks, the places
-///   that stand for the cells of a grid (MeshCells);
-/// - quadrics are divided in their (u, v).
-/// Inside a triangle of one division, and across edges that share vertices, interpolation is continuous.
+/// A lattice whose points are about `blockSize` pixels apart, as seen by the ray of the hit that uses them.
+/// - Triangles larger than a block are divided along two of their edges into powers of two. Finer
+///   divisions contain the points of coarser ones. Triangles with vertex normals share the points at
+///   common vertices.
+/// - Triangles smaller than a block share their vertices or, where a mesh has more vertices than
+///   blocks, the points of mesh cells (MeshCells).
+/// - Quadrics are divided in their (u, v).
+///
+/// Interpolation is continuous within a triangle that all hits divide alike, and across edges whose vertices
+/// are shared.
 class SurfaceLattice {
   public:
-    /// How many block sizes away, at most, the points of a cell are from a hit in it, as the hit's ray sees
-    /// them. A cell's sides are at most two long and may lie in one direction: that is four, and where a
-    /// quadric bends, half for each side's bow and up to one for their turning apart. A mesh of small
-    /// triangles that is stretched (by unequal scales, or deforming) more one way than another reaches as
-    /// much farther that way.
+    /// The maximum distance between a hit and the points of its cell, in blocks, projected along the hit's
+    /// ray. The two sides of a cell are at most two blocks long and may be parallel: 4. On a quadric each
+    /// side bows by at most half a block, and opposite sides turn apart by at most 1. A mesh of small
+    /// triangles that is stretched along one axis, by a non-uniform scale or a deformation, reaches farther
+    /// along that axis, by the factor of the stretching.
     static constexpr float kReach = 6;
-    /// What triangles smaller than a block do: share points, or be one cell each.
+    /// Whether triangles smaller than a block share points, or are a cell each.
     enum class SmallTriangles { Shared, Apart };
     SurfaceLattice(const Scene& scene, float blockSize, SmallTriangles small);
 
-    /// Finds the places of hits. Each is a function of its own numbers alone.
-    void locate(LatticeSoA& lanes, SurfaceCache& surfaces) const;
-    /// What a thread brings along.
-    SurfaceCache surfaceCache() const { return SurfaceCache(m_scene, m_cellsOf); }
-    /// The cell of a hit that was located.
-    static LatticeCell cellAt(const LatticeSoA& lanes, int i);
-    /// The cones of pixels, for `locate`: those of their centers.
-    void findCones(std::span<const PixelRef> pixels, std::vector<RayCone>& cones) const;
-    /// The points of a cell, `cell.count()` of them, in the order of its weights. Some of eight may be
-    /// missing (not all): the weights of the others, scaled to add up to 1, are then a hit's.
-    void points(const LatticeCell& cell, MeshPointCache& known, LatticePoint out[LatticeCell::kPoints]) const;
-    /// The same for those of some hits that are in divided triangles (Lower, Upper): the first `each` points.
-    void points(const HitSoA& hits, TrianglePointSoA& out, int each) const;
-    /// Whether all hits are of one triangle of a mesh that is fixed, and which.
-    bool findTriangle(const HitSoA& hits, int count, SurfaceCache& surfaces, LatticePatch& patch) const;
-    /// Then, whether the samples' hits are a patch; `cones` has those of their pixels.
-    bool divide(const VisibilitySoA& samples, int count, const LatticeSoA& cones, SurfaceCache& surfaces,
-                LatticePatch& patch) const;
-    /// Of face, place and part of the shutter: all that a shaded point's value depends on. Never 0.
+    SurfaceCache makeSurfaceCache() const { return SurfaceCache(m_scene, m_meshCells); }
+    /// Writes the cones at the centers of pixels, the input of `locate`.
+    void computePixelCones(std::span<const PixelRef> pixels, std::vector<RayCone>& cones) const;
+    /// Finds the cells of hits. The result for a hit does not depend on the other hits.
+    void locate(LatticeHitSoA& hits, SurfaceCache& surfaces) const;
+    /// Returns the cell of located hit number i.
+    static LatticeCell cellOf(const LatticeHitSoA& hits, int i);
+    /// Writes the points of a cell, cell.pointCount() of them, in the order of LatticeCell::computeWeights.
+    /// Some points of a Grid may be missing, but not all: the weights of the others must then be scaled to
+    /// sum to 1.
+    void findPoints(const LatticeCell& cell, MeshPointCache& cache,
+                    LatticePoint out[LatticeCell::kMaxPoints]) const;
+    /// Writes the first `pointsPerCell` points of cells of divided triangles. `hits` are those of cells.hit.
+    void findPoints(const HitSoA& hits, TriangleCellSoA& cells, int pointsPerCell) const;
+
+    /// Returns whether all hits are on one triangle whose directions are fixed
+    /// (LatticeSurface::hasFixedDirections). If so, sets all members of `patch` but the division.
+    bool findCommonTriangle(const HitSoA& hits, int count, SurfaceCache& surfaces, LatticePatch& patch) const;
+    /// LatticePatch::findDivision for samples on a common triangle.
+    bool findCommonDivision(const VisibilitySoA& samples, int count, const RayConeSoA& cones,
+                            SurfaceCache& surfaces, LatticePatch& patch) const;
+
+    /// Returns the key of a shading point: a hash, not 0, of the point's position, its side and the time bin.
     static uint64_t keyOf(const LatticePoint& point, uint32_t bin) {
         const uint64_t key = mix64(quickSum<3>(point.keySum, bin));
         return key ? key : 1;
     }
-    /// The requests to shade points, from lane `at` on: hits, rays, times and cones.
-    void request(ShadedPointSoA& points, SurfaceCache& surfaces, RequestSoA& out, int at) const;
+    /// Writes hits, rays, times and cones of shading requests from number `first` of the chunk on.
+    void writeRequests(ShadeSoA& shades, SurfaceCache& surfaces, RequestSoA& requests, int first) const;
 
   private:
-    bool fetch(LatticeSoA& lanes, SurfaceCache& surfaces) const;
-    void findCones(ShadedPointSoA& points) const;
-    void findGrids(LatticeSoA& lanes, SurfaceCache& surfaces) const;
-    void findVertex(const HitSoA& hits, const TrianglePointSoA& cells, TrianglePointSoA::Points& points,
-                    int c) const;
-    const TriangleMesh& meshOf(const LatticeFace& face) const {
-        return *m_scene.geometry({face.instance, face.geometry}).placed.shape.mesh;
+    bool fetchSurfaces(LatticeHitSoA& hits, SurfaceCache& surfaces) const;
+    void findMeshCells(LatticeHitSoA& hits, SurfaceCache& surfaces) const;
+    void findSharedVertex(const HitSoA& hits, const TriangleCellSoA& cells, TriangleCellSoA::Points& points,
+                          int c) const;
+    void computeCones(ShadeSoA& shades) const;
+    const TriangleMesh& meshOf(const SurfaceSide& side) const {
+        return *m_scene.geometry({side.instance, side.geometry}).placed.shape.mesh;
     }
-    void gridPoints(const MeshCells& cells, const LatticeCell& cell, MeshPointCache& known,
-                    LatticePoint out[8]) const;
-    const MeshCells& cellsOf(const LatticeFace& face) const {
-        return *strobe::cellsOf(m_cellsOf, m_scene, face.instance, face.geometry);
+    const MeshCells& meshCellsOf(const SurfaceSide& side) const {
+        return *strobe::meshCellsOf(m_meshCells, m_scene, side.instance, side.geometry);
     }
 
     const Scene& m_scene;
-    const float m_blockSize;
+    const float m_blockSize; ///< pixels
     const bool m_sharesSmall;
-    std::unordered_map<const TriangleMesh*, MeshCells> m_cells; ///< empty unless small triangles share
-    CellsOfGroups m_cellsOf;
+    std::unordered_map<const TriangleMesh*, MeshCells> m_cellsOfMesh; ///< empty unless m_sharesSmall
+    MeshCellsOfGroups m_meshCells;
 };
 
 } // namespace strobe

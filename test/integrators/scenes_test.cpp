@@ -1,5 +1,6 @@
-// Every scene of the repository and the paper's originals: the same bits however they are rendered; and the
-// paper's four against the reference renderer's pictures.
+// All scenes of the repository and the original scenes of the paper: bits do not depend on threads, tiles or
+// crop. The paper's scenes are also compared with images of the reference renderer.
+#include "integrators/sharing_support.h"
 #include "support/scene_files.h"
 
 #include <gtest/gtest.h>
@@ -15,18 +16,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool sameRow(const Image& a, int ax, int ay, const Image& b, int bx, int by, int width) {
-    return !std::memcmp(&a.at(ax, ay), &b.at(bx, by), sizeof(Rgb) * size_t(width));
-}
-
-bool sameBits(const Image& a, const Image& b) {
-    return a.width == b.width && a.height == b.height &&
-           !std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Rgb));
-}
+using test::haveEqualBits;
 
 class EveryScene : public testing::TestWithParam<fs::path> {};
 
-TEST_P(EveryScene, IsTheSameHoweverItIsRendered) {
+TEST_P(EveryScene, BitsDoNotDependOnThreadsTilesOrCrop) {
     if (const std::string lack = test::missing(GetParam()); !lack.empty())
         GTEST_SKIP() << lack;
     BuiltScene built = test::buildFile(GetParam(), test::fourthOfSize());
@@ -36,23 +30,21 @@ TEST_P(EveryScene, IsTheSameHoweverItIsRendered) {
     float brightest = 0;
     for (const Rgb& p : reference.image.pixels)
         brightest = std::max(brightest, std::max(p.x, std::max(p.y, p.z)));
-    EXPECT_GT(brightest, 0.05f) << "the picture is black";
+    EXPECT_GT(brightest, 0.05f) << "the image is black";
 
-    struct How {
+    struct Configuration {
         int threads, tile;
     };
-    for (const How how : {How{2, 8}, How{7, 64}, How{7, 16}, How{2, 256}})
-        EXPECT_TRUE(sameBits(reference.image, test::render(built, 1, how.threads, how.tile).image))
-            << how.threads << " threads, tiles of " << how.tile;
+    for (const auto& [threads, tile] :
+         {Configuration{2, 8}, Configuration{7, 64}, Configuration{7, 16}, Configuration{2, 256}})
+        EXPECT_TRUE(haveEqualBits(reference.image, test::render(built, 1, threads, tile).image))
+            << threads << " threads, tiles of " << tile;
 
     const PixelBounds whole = built.pixelBounds;
     built.pixelBounds = {whole.x0 + whole.width() / 3, whole.y0 + whole.height() / 4,
                          whole.x0 + whole.width() * 2 / 3 + 1, whole.y0 + whole.height() / 2 + 3};
-    const Image crop = test::render(built, 1).image;
-    for (int y = 0; y < crop.height; ++y)
-        EXPECT_TRUE(sameRow(crop, 0, y, reference.image, built.pixelBounds.x0 - whole.x0,
-                            y + built.pixelBounds.y0 - whole.y0, crop.width))
-            << "row " << y << " of the crop";
+    EXPECT_TRUE(test::isCropOf(test::render(built, 1).image, reference.image, built.pixelBounds.x0 - whole.x0,
+                               built.pixelBounds.y0 - whole.y0));
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(test::allScenes()),
@@ -60,23 +52,23 @@ INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(test::allScenes()
 
 class PaperScene : public testing::TestWithParam<const char*> {};
 
-TEST_P(PaperScene, OurSpellingIsTheOriginal) {
-    const fs::path ours = test::kSource / "scenes/paper" / (std::string(GetParam()) + ".scene");
+TEST_P(PaperScene, SceneFileEqualsThePbrtFile) {
+    const fs::path scene = test::kSource / "scenes/paper" / (std::string(GetParam()) + ".scene");
     const fs::path original = test::pbrtFolder() / (std::string(GetParam()) + ".pbrt");
-    if (const std::string lack = test::missing(ours); !lack.empty())
+    if (const std::string lack = test::missing(scene); !lack.empty())
         GTEST_SKIP() << lack;
-    const BuiltScene a = test::buildFile(ours, {}), b = test::buildFile(original, {});
+    const BuiltScene a = test::buildFile(scene, {}), b = test::buildFile(original, {});
     EXPECT_EQ(a.resolution, b.resolution);
     EXPECT_EQ(a.sampler.samplesPerPixel, b.sampler.samplesPerPixel);
     EXPECT_EQ(a.scene->lights().size(), b.scene->lights().size());
-    EXPECT_TRUE(sameBits(test::render(test::buildFile(ours, test::fourthOfSize()), 3).image,
-                         test::render(test::buildFile(original, test::fourthOfSize()), 3).image));
+    EXPECT_TRUE(haveEqualBits(test::render(test::buildFile(scene, test::fourthOfSize()), 3).image,
+                              test::render(test::buildFile(original, test::fourthOfSize()), 3).image));
 }
 
-/// Sets to black, in both, what is above 20 in either and the pixels around it: a bare light of radiance 2000
-/// covers its edge pixels by chance, and clamping (what ../shared/compare does) would bias the mean of few
-/// samples.
-void maskBareLights(Image& a, Image& b) {
+/// Sets pixels above 20 in either image, and the pixels around them, to black in both. Coverage of the edge
+/// pixels of a visible light of radiance 2000 is noisy, and clamping (as in ../shared/compare) would bias the
+/// mean of few samples.
+void maskVisibleLights(Image& a, Image& b) {
     std::vector<char> bright(a.pixels.size(), 0);
     for (size_t i = 0; i < a.pixels.size(); ++i)
         for (int c = 0; c < 3; ++c)
@@ -100,9 +92,9 @@ std::array<double, 3> channelMeans(const Image& image) {
     return sum;
 }
 
-/// Means of blocks of 8 by 8 pixels over all channels; what is left over at the right and below does not
-/// count.
-std::vector<double> blockMeans(const Image& image) {
+/// Returns the means of 8x8 pixels over all channels, without the remaining pixels at the right and the
+/// bottom.
+std::vector<double> tileMeans(const Image& image) {
     std::vector<double> means;
     for (int y = 0; y + 8 <= image.height; y += 8)
         for (int x = 0; x + 8 <= image.width; x += 8) {
@@ -115,10 +107,10 @@ std::vector<double> blockMeans(const Image& image) {
     return means;
 }
 
-/// The measure of ../shared/compare: the largest relative difference of a channel's mean, and the 95th
-/// percentile of the relative differences of block means.
+/// As ../shared/compare measures it.
 struct Difference {
-    double mean = 0, p95 = 0;
+    double mean = 0; ///< largest relative difference of the mean of a channel
+    double p95 = 0;  ///< 95th percentile of the relative differences of tileMeans
 };
 
 Difference compare(const Image& image, const Image& reference) {
@@ -126,23 +118,23 @@ Difference compare(const Image& image, const Image& reference) {
     const auto a = channelMeans(image), b = channelMeans(reference);
     for (size_t c = 0; c < 3; ++c)
         d.mean = std::max(d.mean, std::abs(a[c] - b[c]) / b[c]);
-    const std::vector<double> blocks = blockMeans(image), wanted = blockMeans(reference);
-    const double level = std::accumulate(wanted.begin(), wanted.end(), 0.0) / double(wanted.size());
+    const std::vector<double> tiles = tileMeans(image), expected = tileMeans(reference);
+    const double mean = std::accumulate(expected.begin(), expected.end(), 0.0) / double(expected.size());
     std::vector<double> relative;
-    for (size_t i = 0; i < blocks.size(); ++i)
-        relative.push_back(std::abs(blocks[i] - wanted[i]) / (wanted[i] + .02 * level));
+    for (size_t i = 0; i < tiles.size(); ++i)
+        relative.push_back(std::abs(tiles[i] - expected[i]) / (expected[i] + .02 * mean));
     std::sort(relative.begin(), relative.end());
     d.p95 = relative[size_t(.95 * double(relative.size() - 1))];
     return d;
 }
 
-Image cutOut(const Image& image, const PixelBounds& pixelBounds) {
-    Image crop{pixelBounds.width(), pixelBounds.height(),
-               std::vector<Rgb>(size_t(pixelBounds.width()) * pixelBounds.height())};
-    for (int y = 0; y < crop.height; ++y)
-        for (int x = 0; x < crop.width; ++x)
-            crop.at(x, y) = image.at(pixelBounds.x0 + x, pixelBounds.y0 + y);
-    return crop;
+Image crop(const Image& image, const PixelBounds& pixelBounds) {
+    Image result{pixelBounds.width(), pixelBounds.height(),
+                 std::vector<Rgb>(size_t(pixelBounds.width()) * pixelBounds.height())};
+    for (int y = 0; y < result.height; ++y)
+        for (int x = 0; x < result.width; ++x)
+            result.at(x, y) = image.at(pixelBounds.x0 + x, pixelBounds.y0 + y);
+    return result;
 }
 
 TEST_P(PaperScene, MatchesTheReference) {
@@ -150,24 +142,24 @@ TEST_P(PaperScene, MatchesTheReference) {
     const fs::path reference = test::kSource / "../shared/references" / (name + ".exr");
     const fs::path scene = test::pbrtFolder() / (name + "-half.pbrt");
     if (!fs::exists(reference) || !fs::exists(scene))
-        GTEST_SKIP() << "the references are not here";
+        GTEST_SKIP() << "the reference images are missing";
     BuildOptions options;
     options.samplesPerPixel = 64;
-    if (name == "anim-moving-reflection") { // the environment's sun is found by chance alone in the gloss
+    if (name == "anim-moving-reflection") { // glossy reflections of the sun in the environment map are noisy
         options.samplesPerPixel = 512;
         options.crop = {.25f, .75f, .25f, .75f};
     }
     const BuiltScene built = test::buildFile(scene, options);
     Image image = test::render(built, 11).image;
-    Image wanted = readImage(reference, {});
-    ASSERT_EQ(wanted.width, built.resolution.x);
-    ASSERT_EQ(wanted.height, built.resolution.y);
-    wanted = cutOut(wanted, built.pixelBounds);
-    maskBareLights(image, wanted);
-    const Difference d = compare(image, wanted);
+    Image expected = readImage(reference, {});
+    ASSERT_EQ(expected.width, built.resolution.x);
+    ASSERT_EQ(expected.height, built.resolution.y);
+    expected = crop(expected, built.pixelBounds);
+    maskVisibleLights(image, expected);
+    const Difference d = compare(image, expected);
     RecordProperty("mean", std::to_string(d.mean));
     RecordProperty("p95", std::to_string(d.p95));
-    EXPECT_LE(d.mean, .002); // what is asked for is .005
+    EXPECT_LE(d.mean, .002); // .005 is required
     EXPECT_LE(d.p95, .02);
 }
 
@@ -177,7 +169,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, PaperScene, testing::ValuesIn(test::kPaperScene
     return name;
 });
 
-TEST(CompareMeasure, SeesWhatItShould) {
+TEST(CompareMeasure, DetectsDifferencesAndMasksLights) {
     Image a{32, 32, std::vector<Rgb>(32 * 32, Rgb(1))}, b = a;
     EXPECT_EQ(compare(a, b).mean, 0);
     for (Rgb& p : a.pixels)
@@ -185,7 +177,7 @@ TEST(CompareMeasure, SeesWhatItShould) {
     EXPECT_NEAR(compare(a, b).mean, .01, 1e-6);
     EXPECT_NEAR(compare(a, b).p95, .01 / 3 / 1.02, 1e-6);
     a.at(5, 5) = Rgb(1000);
-    maskBareLights(a, b);
+    maskVisibleLights(a, b);
     EXPECT_EQ(a.at(6, 6), Rgb(0));
     EXPECT_EQ(b.at(4, 5), Rgb(0));
     EXPECT_EQ(b.at(7, 5), Rgb(1));

@@ -1,6 +1,5 @@
-// The gate of stability: small versions of the sweeps of scenes/stress, with the errors that the sharing
-// integrators have today. A change that makes one less stable fails here; one that makes it better should
-// lower the bounds.
+// Small versions of the sweeps of scenes/stress, with bounds of the errors of the sharing integrators. A
+// change that increases an error fails here; one that decreases an error should lower the bounds.
 #include "support/render_text.h"
 
 #include <gtest/gtest.h>
@@ -16,25 +15,25 @@ namespace {
 
 constexpr int kSeeds = 16;
 constexpr int kWidth = 32, kHeight = 24, kTile = 8;
-constexpr int kSamples = 16, kTruthSamples = 256, kTruths = 4;
+constexpr int kSamples = 16, kReferenceSamples = 256, kReferences = 4;
 
-/// A root mean square error, the mean over kSeeds pictures and its standard error; both in thousandths.
+/// The root mean square error of an image: the mean over kSeeds images and its standard error, both in
+/// thousandths.
 struct Measured {
     double mean, error;
-    /// What a change that is none may make of it: five standard errors, 3.5 of the difference of two such
-    /// means, but no more than 15 %; and no less than 2 %, for rounding differs between compilers and
-    /// processors.
+    /// Adds five standard errors, which are 3.5 of the difference of two such means, but at most 15 %; and at
+    /// least 2 %, because rounding differs between compilers and processors.
     double bound() const { return mean + std::clamp(5 * error, .02 * mean, .15 * mean); }
 };
 
 struct Row {
     const char* scene;
-    float value; ///< one of the sweep's
-    Measured msaa, cache;
-    Measured indirect{0, 0}; ///< of indirect-cache; 0: nothing it could share
+    float value; ///< of the sweep
+    Measured msaa, msaaCache;
+    Measured indirectCache{0, 0}; ///< 0: the scene has no indirect light to share
 };
 
-// At 32 x 24 pixels a pixel is five of the file's: the hardest value is not always the last.
+// At 32 x 24 pixels, a pixel is five pixels of the scene file: the hardest value is not always the last.
 constexpr Row kRows[] = {
     {"moving-shadow", 0, {20.02, 0.535}, {10.90, 0.013}},
     {"moving-shadow", 64, {46.13, 0.446}, {8.49, 0.100}},
@@ -56,9 +55,9 @@ constexpr Row kRows[] = {
     {"glossy-floor", 0.003f, {161.67, 1.771}, {164.28, 2.743}, {94.88, 2.289}},
 };
 
-/// The line marked "# sweep" with its number, the first that does not stand in quotes, turned to `value`,
-/// which must be one of those behind the mark (tools/strobe_figures/sweeps.py).
-std::string turned(const std::string& line, float value) {
+/// Returns a line marked "# sweep" with its first number outside of quotes replaced by `value`, which must be
+/// one of the values after the mark (tools/strobe_figures/sweeps.py).
+std::string replaceSweptNumber(const std::string& line, float value) {
     const size_t mark = line.find('#');
     std::istringstream values(line.substr(line.find(':', mark) + 1));
     bool known = false;
@@ -69,7 +68,7 @@ std::string turned(const std::string& line, float value) {
     for (std::sregex_iterator m(line.begin(), line.begin() + long(mark), quotedOrNumber), end; m != end; ++m)
         if ((*m)[1].matched)
             return line.substr(0, size_t(m->position())) + std::to_string(value) + m->suffix().str();
-    ADD_FAILURE() << "there is nothing to turn: " << line;
+    ADD_FAILURE() << "no number to replace: " << line;
     return line;
 }
 
@@ -82,15 +81,15 @@ std::string sceneText(const Row& row) {
     int marks = 0;
     for (std::string line; std::getline(file, line); text += line + '\n')
         if (line.find("# sweep ") != std::string::npos) {
-            line = turned(line, row.value);
+            line = replaceSweptNumber(line, row.value);
             ++marks;
         }
     EXPECT_EQ(marks, 1) << path;
     return text;
 }
 
-std::vector<Image> pictures(const std::string& text, const char* integrator, int spp, int seeds,
-                            uint64_t first) {
+std::vector<Image> renderImages(const std::string& text, const char* integrator, int spp, int seeds,
+                                uint64_t first) {
     BuildOptions options;
     options.integrator = integrator;
     options.samplesPerPixel = spp;
@@ -102,8 +101,8 @@ std::vector<Image> pictures(const std::string& text, const char* integrator, int
     return images;
 }
 
-/// Radiance as a screen shows it: a spark is an error of at most 1.
-double shown(float radiance) { return std::min(double(radiance), 1.0); }
+/// Returns radiance clipped as by a screen: the error of a bright pixel is at most 1.
+double clip(float radiance) { return std::min(double(radiance), 1.0); }
 
 struct Estimate {
     double mean, error;
@@ -117,24 +116,24 @@ Estimate estimate(const std::vector<double>& values) {
     return {mean, std::sqrt(sum2 / (n * (n - 1)))};
 }
 
-/// Of each picture, the root mean square error.
-Estimate errorOf(const std::vector<Image>& images, const std::vector<Image>& truth) {
+/// Returns the mean of the images' root mean square errors against the mean of `references`.
+Estimate errorOf(const std::vector<Image>& images, const std::vector<Image>& references) {
     std::vector<double> errors(images.size());
-    for (size_t p = 0; p < truth[0].pixels.size(); ++p)
+    for (size_t p = 0; p < references[0].pixels.size(); ++p)
         for (int c = 0; c < 3; ++c) {
             double mean = 0;
-            for (const Image& t : truth)
-                mean += shown(t.pixels[p][c]) / double(truth.size());
+            for (const Image& t : references)
+                mean += clip(t.pixels[p][c]) / double(references.size());
             for (size_t i = 0; i < images.size(); ++i)
-                errors[i] += std::pow(shown(images[i].pixels[p][c]) - mean, 2);
+                errors[i] += std::pow(clip(images[i].pixels[p][c]) - mean, 2);
         }
     for (double& e : errors)
-        e = std::sqrt(e / (3 * double(truth[0].pixels.size())));
+        e = std::sqrt(e / (3 * double(references[0].pixels.size())));
     return estimate(errors);
 }
 
-/// Of several pictures, the mean radiance of a tile.
-Estimate meanOf(const std::vector<Image>& images, int x0, int y0) {
+/// Returns the mean radiance of a tile over several images.
+Estimate meanOfTile(const std::vector<Image>& images, int x0, int y0) {
     std::vector<double> means;
     for (const Image& image : images) {
         double sum = 0;
@@ -147,34 +146,36 @@ Estimate meanOf(const std::vector<Image>& images, int x0, int y0) {
     return estimate(means);
 }
 
-void expectUnbiased(const std::vector<Image>& images, const std::vector<Image>& truth) {
+void expectUnbiased(const std::vector<Image>& images, const std::vector<Image>& references) {
     constexpr size_t kComparisons = std::size(kRows) * (kWidth / kTile) * (kHeight / kTile);
     const double z = test::criticalZ(kComparisons, kSeeds);
     for (int y = 0; y < kHeight; y += kTile)
         for (int x = 0; x < kWidth; x += kTile) {
-            const Estimate a = meanOf(images, x, y), b = meanOf(truth, x, y);
+            const Estimate a = meanOfTile(images, x, y), b = meanOfTile(references, x, y);
             EXPECT_NEAR(a.mean, b.mean, z * std::hypot(a.error, b.error) + 1e-5) << x << ' ' << y;
         }
 }
 
-void expectWithin(const char* integrator, const Estimate& now, const Measured& then) {
-    EXPECT_LE(1000 * now.mean, then.bound())
-        << integrator << ": measured " << 1000 * now.mean << ", standard error " << 1000 * now.error;
+void expectWithinBound(const char* integrator, const Estimate& error, const Measured& measured) {
+    EXPECT_LE(1000 * error.mean, measured.bound())
+        << integrator << ": measured " << 1000 * error.mean << ", standard error " << 1000 * error.error;
 }
 
 class Stability : public testing::TestWithParam<Row> {};
 
-TEST_P(Stability, IsNoWorseThanItWas) {
-    const std::string text = sceneText(GetParam());
-    const auto truth = pictures(text, "supersample", kTruthSamples, kTruths, 1000);
-    const auto msaa = pictures(text, "msaa", kSamples, kSeeds, 0);
-    expectWithin("msaa", errorOf(msaa, truth), GetParam().msaa);
-    expectUnbiased(msaa, truth);
-    expectWithin("msaa-cache", errorOf(pictures(text, "msaa-cache", kSamples, kSeeds, 0), truth),
-                 GetParam().cache);
-    if (GetParam().indirect.mean > 0)
-        expectWithin("indirect-cache", errorOf(pictures(text, "indirect-cache", kSamples, kSeeds, 0), truth),
-                     GetParam().indirect);
+TEST_P(Stability, ErrorsAreWithinTheBounds) {
+    const Row& row = GetParam();
+    const std::string text = sceneText(row);
+    const auto references = renderImages(text, "supersample", kReferenceSamples, kReferences, 1000);
+    const auto errorWith = [&](const char* integrator) {
+        return errorOf(renderImages(text, integrator, kSamples, kSeeds, 0), references);
+    };
+    const auto msaa = renderImages(text, "msaa", kSamples, kSeeds, 0);
+    expectWithinBound("msaa", errorOf(msaa, references), row.msaa);
+    expectUnbiased(msaa, references);
+    expectWithinBound("msaa-cache", errorWith("msaa-cache"), row.msaaCache);
+    if (row.indirectCache.mean > 0)
+        expectWithinBound("indirect-cache", errorWith("indirect-cache"), row.indirectCache);
 }
 
 INSTANTIATE_TEST_SUITE_P(Stress, Stability, testing::ValuesIn(kRows), [](const auto& info) {

@@ -1,4 +1,4 @@
-#include "lattice/lattice_soa.h"
+#include "lattice/lattice_cell.h"
 
 #include <gtest/gtest.h>
 
@@ -7,28 +7,30 @@
 namespace strobe {
 namespace {
 
-TEST(LatticeCell, TheNearestPointHasTheGreatestWeight) {
+TEST(LatticeCell, NearestPointHasTheGreatestWeight) {
     using Cell = LatticeCell;
-    constexpr int kSteps = 23; // odd: no place is as near to two points of a grid
-    int seen[Cell::kPoints] = {};
-    for (const Cell::Kind kind : {Cell::Vertices, Cell::Lower, Cell::Upper, Cell::Rectangle, Cell::Grid})
+    constexpr int kSteps = 23; // odd: no position is equally near to two points of a grid
+    int nearestCount[Cell::kMaxPoints] = {};
+    for (const Cell::Kind kind : {Cell::Vertices, Cell::Lower, Cell::Upper, Cell::Rectangle, Cell::Grid}) {
+        const int pointCount = Cell::pointCountOf(kind);
         for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
-            const auto at = [](int k) { return (float(k % kSteps) + .4f) / float(kSteps); };
-            V3f place(at(i), at(i / kSteps), at(i / kSteps / kSteps));
-            const bool isTriangle = Cell::pointsOf(kind) == 3;
-            if (isTriangle && place.x + place.y > 1)
+            const auto coord = [](int k) { return (float(k % kSteps) + .4f) / float(kSteps); };
+            V3f coords(coord(i), coord(i / kSteps), coord(i / kSteps / kSteps));
+            const bool isTriangle = pointCount == 3;
+            if (isTriangle && coords.x + coords.y > 1)
                 continue;
             if (isTriangle)
-                place.z = firstWeight(place.x, place.y);
-            float weights[Cell::kPoints];
-            Cell::weigh(kind, place, weights);
-            const int nearest = Cell::nearest(kind, place);
-            ASSERT_LT(nearest, Cell::pointsOf(kind));
-            ASSERT_GE(weights[nearest], *std::max_element(weights, weights + Cell::pointsOf(kind)) - 1e-6f)
-                << kind << ' ' << place;
-            ++seen[nearest];
+                coords.z = firstWeight(coords.x, coords.y);
+            float weights[Cell::kMaxPoints];
+            Cell::computeWeights(kind, coords, weights);
+            const int nearest = Cell::nearestPoint(kind, coords);
+            ASSERT_LT(nearest, pointCount);
+            ASSERT_GE(weights[nearest], *std::max_element(weights, weights + pointCount) - 1e-6f)
+                << kind << ' ' << coords;
+            ++nearestCount[nearest];
         }
-    EXPECT_GT(*std::min_element(seen, seen + Cell::kPoints), 500);
+    }
+    EXPECT_GT(*std::min_element(nearestCount, nearestCount + Cell::kMaxPoints), 500);
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// Which small triangles lie in the cells of a grid.
+// Small triangles that use mesh cells.
 #include "support/lattice_hits.h"
 
 #include <gtest/gtest.h>
@@ -8,32 +8,44 @@ namespace {
 
 using namespace test;
 
-TEST(LatticeGrid, SmallTrianglesAreInGridsWhereTheseGain) {
-    // However an instance is turned and scaled: those left out unasked must be those that gain nothing.
-    const BuiltScene built = test::build(
-        kView + ("ObjectBegin \"o\"\n" + subdivided(4) + "ObjectEnd\nAttributeBegin\nTranslate -1 0 0\n" +
-                 "Rotate 30 1 1 0\nScale 1.5 .4 .8\nObjectInstance \"o\"\nAttributeEnd\n" +
-                 "Translate 1 1 0\nRotate 50 0 1 1\nScale .9 .9 .9\nObjectInstance \"o\"\n"));
+const std::string kScaledInstances = R"(ObjectBegin "o"
+)" + subdivided(4) + R"(ObjectEnd
+AttributeBegin
+  Translate -1 0 0
+  Rotate 30 1 1 0
+  Scale 1.5 .4 .8
+  ObjectInstance "o"
+AttributeEnd
+Translate 1 1 0
+Rotate 50 0 1 1
+Scale .9 .9 .9
+ObjectInstance "o"
+)";
+
+TEST(LatticeGrid, MeshCellsAreUsedWhereverTheyAreUsable) {
+    // SurfaceLattice skips the query for blocks below LatticeSurface::minBlockArea. It must skip only queries
+    // that would return false, however an instance is rotated and scaled.
+    const BuiltScene built = test::build(kView + kScaledInstances);
     const Scene& scene = *built.scene;
     const TriangleMesh& mesh = *scene.geometry({0, 0}).placed.shape.mesh;
     const MeshCells cells(mesh, {});
-    const auto hits = randomHits(scene, 20000);
+    const auto samples = randomHits(scene, 20000);
     int vertices = 0, grids = 0;
     for (float blockSize = .5f; blockSize < 8; blockSize *= 1.2f) {
         const SurfaceLattice lattice(scene, blockSize, SurfaceLattice::SmallTriangles::Shared);
-        SurfaceCache surfaces = lattice.surfaceCache();
-        for (const VisibilitySample& s : hits) {
-            LatticeSoA lanes;
-            lanes.add(s.hit, s.ray.d, s.ray.time, scene.camera().cone(s.film));
-            lattice.locate(lanes, surfaces);
-            if (lanes.kind[0] != LatticeCell::Vertices && lanes.kind[0] != LatticeCell::Grid)
+        SurfaceCache surfaces = lattice.makeSurfaceCache();
+        for (const VisibilitySample& s : samples) {
+            LatticeHitSoA hits;
+            push_back(hits, scene, s);
+            lattice.locate(hits, surfaces);
+            if (hits.kind[0] != LatticeCell::Vertices && hits.kind[0] != LatticeCell::Grid)
                 continue;
             MeshCell lowest;
-            V3f place;
-            const float cellArea = 2 * sqr(lanes.block[0]) / std::sqrt(lanes.normal2[0]);
-            const bool gains = cells.surround(s.hit.prim, s.hit.u, s.hit.v, cellArea, lowest, place);
-            ASSERT_EQ(gains, lanes.kind[0] == LatticeCell::Grid);
-            ++(gains ? grids : vertices);
+            V3f coords;
+            const float cellArea = 2 * sqr(hits.blockSize[0]) / std::sqrt(hits.normal2[0]);
+            const bool isUsable = cells.surround(s.hit.prim, s.hit.u, s.hit.v, cellArea, lowest, coords);
+            ASSERT_EQ(isUsable, hits.kind[0] == LatticeCell::Grid);
+            ++(isUsable ? grids : vertices);
         }
     }
     EXPECT_GT(vertices, 500);

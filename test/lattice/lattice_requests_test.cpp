@@ -1,4 +1,4 @@
-// Requests to shade points of the lattice: rays from where the camera sees them.
+// The shading requests of lattice points.
 #include "lattice/surface_lattice.h"
 
 #include "support/render_text.h"
@@ -10,72 +10,71 @@ namespace {
 
 float random(uint64_t a, uint64_t b) { return unitFloat(uint32_t(hashOf(a, b) >> 32)); }
 
-constexpr const char* kStart = "Film \"image\" \"integer xresolution\" 20 \"integer yresolution\" 20\n"
-                               "Integrator \"directlighting\"\n";
-constexpr const char* kOctahedron =
-    "Shape \"trianglemesh\" \"integer indices\" [0 2 4  2 1 4  1 3 4  3 0 4  2 0 5  1 2 5  3 1 5  0 3 5] "
-    "\"point P\" [1 0 0  -1 0 0  0 1 0  0 -1 0  0 0 1  0 0 -1]\n";
-
 struct RequestCase {
     const char* name;
     std::string view, world;
+    std::string text() const {
+        return R"(
+Film "image" "integer xresolution" 20 "integer yresolution" 20
+Integrator "directlighting"
+)" + view + "\nWorldBegin\n" +
+               world;
+    }
 };
 
-/// Points anywhere in the scene, seen at any time.
-ShadedPointSoA randomPoints(const Scene& scene, uint64_t seed, int count) {
-    ShadedPointSoA points;
-    points.count = count;
+/// Returns shades of random points of the scene at random times.
+ShadeSoA randomShades(const Scene& scene, uint64_t seed, int count) {
+    ShadeSoA shades;
+    shades.count = count;
     for (int i = 0; i < count; ++i) {
         const uint64_t n = seed * kSoAWidth + uint64_t(i);
         const float u = random(n, 0), v = random(n, 1) * (1 - u);
         const uint32_t instances = uint32_t(scene.instances().size());
         const uint32_t instance = instances ? uint32_t(float(instances) * random(n, 2)) : kNone;
-        const Hit any{instance, 0, 0, u, v, 0};
-        const TriangleMesh* mesh = scene.geometry(any).placed.shape.mesh.get();
+        const TriangleMesh* mesh = scene.geometry({instance, 0, 0, u, v, 0}).placed.shape.mesh.get();
         const float prims = mesh ? float(mesh->triangleCount()) : 1;
-        points.hit.set(i, {instance, 0, uint32_t(prims * random(n, 3)), u, v, 0});
-        points.positive[i] = random(n, 4) < .5f;
-        points.time[i] = random(n, 5);
-        points.lens.set(i, {random(n, 6), random(n, 7)});
+        shades.hit.set(i, {instance, 0, uint32_t(prims * random(n, 3)), u, v, 0});
+        shades.isFront[i] = random(n, 4) < .5f;
+        shades.time[i] = random(n, 5);
+        shades.lens.set(i, {random(n, 6), random(n, 7)});
     }
-    return points;
+    return shades;
 }
 
 class LatticeRequests : public testing::TestWithParam<RequestCase> {};
 
-TEST_P(LatticeRequests, ComeFromTheCameraOrGrazeTheSideThatIsAsked) {
-    constexpr float kGrazing = .02f;
-    const BuiltScene built = test::build(kStart + GetParam().view + "WorldBegin\n" + GetParam().world);
+TEST_P(LatticeRequests, RaysComeFromTheCameraOrGrazeTheRequestedSide) {
+    constexpr float kMinCosine = .02f;
+    const BuiltScene built = test::build(GetParam().text());
     const Scene& scene = *built.scene;
     const SurfaceLattice lattice(scene, 1, SurfaceLattice::SmallTriangles::Shared);
-    SurfaceCache surfaces = lattice.surfaceCache();
+    SurfaceCache surfaces = lattice.makeSurfaceCache();
     int facing = 0, raised = 0;
     for (uint64_t seed = 0; seed < 40; ++seed) {
-        ShadedPointSoA points = randomPoints(scene, seed, kSoAWidth);
+        ShadeSoA shades = randomShades(scene, seed, kSoAWidth);
         RequestSoA requests;
-        lattice.request(points, surfaces, requests, 0);
+        lattice.writeRequests(shades, surfaces, requests, 0);
         for (int i = 0; i < kSoAWidth; ++i) {
-            const V2f lens = points.lens.at(i);
             const float time = requests.time[i];
-            EXPECT_EQ(time, points.time[i]);
-            const Hit hit = requests.hit.at(i), wanted = points.hit.at(i);
-            EXPECT_EQ(hit.instance, wanted.instance);
-            EXPECT_EQ(hit.prim, wanted.prim);
-            EXPECT_EQ(V2f(hit.u, hit.v), V2f(wanted.u, wanted.v));
-            const SurfacePoint surface = scene.surface(wanted, time);
+            EXPECT_EQ(time, shades.time[i]);
+            const Hit hit = requests.hit.at(i), expectedHit = shades.hit.at(i);
+            EXPECT_EQ(hit.instance, expectedHit.instance);
+            EXPECT_EQ(hit.prim, expectedHit.prim);
+            EXPECT_EQ(V2f(hit.u, hit.v), V2f(expectedHit.u, expectedHit.v));
+            const SurfacePoint surface = scene.surface(expectedHit, time);
             const V3f o = requests.ray.o.at(i), wo = -requests.ray.d.at(i);
             EXPECT_LT(length(o - wo * hit.t - surface.p), 1e-5f * (length(o) + hit.t));
             EXPECT_NEAR(length(wo), 1, 1e-6f);
-            const V3f camera = scene.camera().viewpoint(surface.p, lens, time) - surface.p;
-            EXPECT_NEAR(hit.t, length(camera), 1e-5f * length(camera));
-            const float side = points.positive[i] ? 1.f : -1.f;
-            const float cosine = side * dot(surface.ng, normalize(camera));
-            if (cosine > kGrazing) {
-                EXPECT_LT(length(wo - normalize(camera)), 1e-5f);
+            const V3f toCamera = scene.camera().viewpoint(surface.p, shades.lens.at(i), time) - surface.p;
+            EXPECT_NEAR(hit.t, length(toCamera), 1e-5f * length(toCamera));
+            const float side = shades.isFront[i] ? 1.f : -1.f;
+            const float cosine = side * dot(surface.ng, normalize(toCamera));
+            if (cosine > kMinCosine) {
+                EXPECT_LT(length(wo - normalize(toCamera)), 1e-5f);
                 ++facing;
             } else {
-                const float along = std::sqrt(1 - sqr(cosine) + sqr(kGrazing)); // the length before it is 1
-                EXPECT_NEAR(side * dot(surface.ng, wo) * along, kGrazing, 1e-5f);
+                const float lengthBeforeNormalizing = std::sqrt(1 - sqr(cosine) + sqr(kMinCosine));
+                EXPECT_NEAR(side * dot(surface.ng, wo) * lengthBeforeNormalizing, kMinCosine, 1e-5f);
                 ++raised;
             }
         }
@@ -84,72 +83,99 @@ TEST_P(LatticeRequests, ComeFromTheCameraOrGrazeTheSideThatIsAsked) {
     EXPECT_GT(raised, 300);
 }
 
-TEST_P(LatticeRequests, DoNotDependOnTheLane) {
-    const BuiltScene built = test::build(kStart + GetParam().view + "WorldBegin\n" + GetParam().world);
+TEST_P(LatticeRequests, DoNotDependOnTheirIndex) {
+    const BuiltScene built = test::build(GetParam().text());
     const SurfaceLattice lattice(*built.scene, 1, SurfaceLattice::SmallTriangles::Shared);
-    SurfaceCache surfaces = lattice.surfaceCache();
-    ShadedPointSoA points = randomPoints(*built.scene, 7, kSoAWidth);
+    SurfaceCache surfaces = lattice.makeSurfaceCache();
+    ShadeSoA shades = randomShades(*built.scene, 7, kSoAWidth);
     RequestSoA together;
-    lattice.request(points, surfaces, together, 0);
+    lattice.writeRequests(shades, surfaces, together, 0);
     for (int i = 0; i < kSoAWidth; ++i) {
-        const int at = (i * 7 + 3) % kSoAWidth;
-        ShadedPointSoA one;
-        one.count = 1;
-        one.hit.set(0, points.hit.at(i)), one.positive[0] = points.positive[i];
-        one.time[0] = points.time[i], one.lens.set(0, points.lens.at(i));
-        RequestSoA alone;
-        lattice.request(one, surfaces, alone, at);
-        EXPECT_EQ(alone.ray.o.at(at), together.ray.o.at(i));
-        EXPECT_EQ(alone.ray.d.at(at), together.ray.d.at(i));
-        EXPECT_EQ(alone.hit.t[at], together.hit.t[i]);
-        EXPECT_EQ(alone.spread[at], together.spread[i]);
+        const int k = (i * 7 + 3) % kSoAWidth;
+        ShadeSoA single;
+        single.count = 1;
+        single.hit.set(0, shades.hit.at(i));
+        single.isFront[0] = shades.isFront[i];
+        single.time[0] = shades.time[i];
+        single.lens.set(0, shades.lens.at(i));
+        RequestSoA separate;
+        lattice.writeRequests(single, surfaces, separate, k);
+        EXPECT_EQ(separate.ray.o.at(k), together.ray.o.at(i));
+        EXPECT_EQ(separate.ray.d.at(k), together.ray.d.at(i));
+        EXPECT_EQ(separate.hit.t[k], together.hit.t[i]);
+        EXPECT_EQ(separate.spread[k], together.spread[i]);
     }
 }
 
-/// Of the pixel where the point is seen: at the film's corners, a wide camera's are much smaller.
-TEST(LatticeRequestCones, AreAsWideAsABlockThere) {
-    const BuiltScene built = test::build(
-        kStart +
-        std::string("LookAt 0 0 3 0 0 0 0 1 0\nCamera \"perspective\" \"float fov\" 150\nWorldBegin\n"
-                    "Texture \"lines\" \"color\" \"checkerboard\" \"float uscale\" 50\n"
-                    "Material \"matte\" \"texture Kd\" \"lines\"\n") +
-        kOctahedron);
-    constexpr float kBlock = 3;
+const std::string kOctahedron = R"(
+Shape "trianglemesh" "integer indices" [0 2 4  2 1 4  1 3 4  3 0 4  2 0 5  1 2 5  3 1 5  0 3 5]
+  "point P" [1 0 0  -1 0 0  0 1 0  0 -1 0  0 0 1  0 0 -1]
+)";
+
+/// The cone is that of the pixel where the point is seen. With a wide camera, pixels at the corners are much
+/// smaller.
+TEST(LatticeRequestCones, AreAsWideAsABlockAtThePoint) {
+    constexpr float kBlockSize = 3;
+    const RequestCase wide{"Wide", R"(
+LookAt 0 0 3  0 0 0  0 1 0
+Camera "perspective" "float fov" 150
+)",
+                           R"(
+Texture "lines" "color" "checkerboard" "float uscale" 50
+Material "matte" "texture Kd" "lines"
+)" + kOctahedron};
+    const BuiltScene built = test::build(wide.text());
     const Scene& scene = *built.scene;
-    const SurfaceLattice lattice(scene, kBlock, SurfaceLattice::SmallTriangles::Shared);
-    SurfaceCache surfaces = lattice.surfaceCache();
-    ShadedPointSoA points = randomPoints(scene, 1, kSoAWidth);
+    const SurfaceLattice lattice(scene, kBlockSize, SurfaceLattice::SmallTriangles::Shared);
+    SurfaceCache surfaces = lattice.makeSurfaceCache();
+    ShadeSoA shades = randomShades(scene, 1, kSoAWidth);
     RequestSoA requests;
-    lattice.request(points, surfaces, requests, 0);
+    lattice.writeRequests(shades, surfaces, requests, 0);
     for (int i = 0; i < kSoAWidth; ++i) {
-        const auto seen = scene.camera().project(points.p.at(i), points.time[i]);
-        ASSERT_TRUE(seen);
-        const RayCone pixel = scene.camera().cone(seen->film);
-        EXPECT_NEAR(requests.spread[i], kBlock * pixel.spread, 1e-4f * pixel.spread);
-        EXPECT_NEAR(requests.width[i], kBlock * pixel.width, 1e-4f * pixel.width);
+        const auto film = scene.camera().project(shades.p.at(i), shades.time[i]);
+        ASSERT_TRUE(film);
+        const RayCone pixel = scene.camera().cone(film->film);
+        EXPECT_NEAR(requests.spread[i], kBlockSize * pixel.spread, 1e-4f * pixel.spread);
+        EXPECT_NEAR(requests.width[i], kBlockSize * pixel.width, 1e-4f * pixel.width);
     }
 }
 
-const std::string kAhead = "LookAt 0 -10 2 0 0 0 0 0 1\nCamera \"perspective\" \"float fov\" 24\n";
-const std::string kMoves = "ActiveTransform EndTime\nTranslate .7 0 .4\n",
-                  kTurns = kMoves + "Rotate 50 0 1 1\n", kAlways = "ActiveTransform All\nScale 1 1.5 .8\n";
+const std::string kPerspective = R"(
+LookAt 0 -10 2  0 0 0  0 0 1
+Camera "perspective" "float fov" 24
+)";
+const std::string kOrthographic = R"(
+LookAt 0 -9 2  0 0 0  0 0 1
+Camera "orthographic"
+)";
+const std::string kTranslating = "ActiveTransform EndTime\nTranslate .7 0 .4\n";
+const std::string kRotating = kTranslating + "Rotate 50 0 1 1\n";
+const std::string kScaled = "ActiveTransform All\nScale 1 1.5 .8\n";
+const std::string kSphere = "Shape \"sphere\"\n";
+const std::string kInstances = R"(ObjectBegin "o"
+)" + kOctahedron + R"(ObjectEnd
+ObjectInstance "o"
+Translate 2 0 0
+ObjectInstance "o"
+)" + kTranslating + kScaled + R"(
+ObjectInstance "o"
+)" + kRotating + R"(
+ObjectInstance "o"
+)";
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, LatticeRequests,
-    testing::Values(
-        RequestCase{"Mesh", kAhead, kOctahedron},
-        RequestCase{"Lens", kAhead + "\"float lensradius\" .5 \"float focaldistance\" 8\n", kOctahedron},
-        RequestCase{"MovingCamera", kMoves + kAlways + kAhead, kOctahedron},
-        RequestCase{"Orthographic", "LookAt 0 -9 2 0 0 0 0 0 1\nCamera \"orthographic\"\n", kOctahedron},
-        RequestCase{"Translating", kAhead, kMoves + kAlways + kOctahedron},
-        RequestCase{"Turning", kAhead, kTurns + kAlways + kOctahedron},
-        RequestCase{"Sphere", kAhead, kAlways + "Shape \"sphere\"\n"},
-        RequestCase{"TranslatingSphere", kAhead, kMoves + kAlways + "Shape \"sphere\"\n"},
-        RequestCase{"TurningSphere", kAhead, kTurns + kAlways + "Shape \"sphere\"\n"},
-        RequestCase{"Instances", kAhead,
-                    std::string("ObjectBegin \"o\"\n") + kOctahedron +
-                        "ObjectEnd\nObjectInstance \"o\"\nTranslate 2 0 0\nObjectInstance \"o\"\n" + kMoves +
-                        kAlways + "ObjectInstance \"o\"\n" + kTurns + "ObjectInstance \"o\"\n"}),
+    testing::Values(RequestCase{"Mesh", kPerspective, kOctahedron},
+                    RequestCase{"Lens", kPerspective + R"("float lensradius" .5 "float focaldistance" 8)",
+                                kOctahedron},
+                    RequestCase{"MovingCamera", kTranslating + kScaled + kPerspective, kOctahedron},
+                    RequestCase{"Orthographic", kOrthographic, kOctahedron},
+                    RequestCase{"Translating", kPerspective, kTranslating + kScaled + kOctahedron},
+                    RequestCase{"Rotating", kPerspective, kRotating + kScaled + kOctahedron},
+                    RequestCase{"Sphere", kPerspective, kScaled + kSphere},
+                    RequestCase{"TranslatingSphere", kPerspective, kTranslating + kScaled + kSphere},
+                    RequestCase{"RotatingSphere", kPerspective, kRotating + kScaled + kSphere},
+                    RequestCase{"Instances", kPerspective, kInstances}),
     [](const auto& info) { return info.param.name; });
 
 } // namespace

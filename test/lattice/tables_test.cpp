@@ -1,4 +1,4 @@
-// The tables that shared shades are kept in: the cache of all threads, and the index of one batch.
+// RadianceCache and IndexTable.
 #include "core/math/hash.h"
 #include "lattice/index_table.h"
 #include "lattice/radiance_cache.h"
@@ -12,24 +12,24 @@
 namespace strobe {
 namespace {
 
-using Stored = RadianceCache::Stored;
+using StoreResult = RadianceCache::StoreResult;
 
 uint64_t keyOf(uint64_t i) { return hashOf(17, i) | 1; }
 
-/// A block's value is a function of its key; all of its bits are.
+/// Returns a value all of whose bits depend on the key.
 Rgb valueOf(uint64_t key) {
     const uint64_t a = mix64(key), b = mix64(a);
     return {unitFloat(uint32_t(a)), unitFloat(uint32_t(a >> 32)), unitFloat(uint32_t(b))};
 }
 
-TEST(RadianceCache, FindsWhatWasStored) {
+TEST(RadianceCache, FindsStoredValues) {
     RadianceCache cache(1 << 20);
     Rgb value(-1);
     for (uint64_t i = 0; i < 1000; ++i) {
         EXPECT_FALSE(cache.find(keyOf(i), value));
-        EXPECT_EQ(value, Rgb(-1)); // left alone
-        EXPECT_EQ(cache.store(keyOf(i), valueOf(keyOf(i))), Stored::Fresh);
-        EXPECT_EQ(cache.store(keyOf(i), valueOf(keyOf(i))), Stored::Duplicate);
+        EXPECT_EQ(value, Rgb(-1)); // unchanged
+        EXPECT_EQ(cache.store(keyOf(i), valueOf(keyOf(i))), StoreResult::Inserted);
+        EXPECT_EQ(cache.store(keyOf(i), valueOf(keyOf(i))), StoreResult::Duplicate);
     }
     for (uint64_t i = 0; i < 1000; ++i) {
         ASSERT_TRUE(cache.find(keyOf(i), value)) << i;
@@ -38,11 +38,11 @@ TEST(RadianceCache, FindsWhatWasStored) {
     EXPECT_FALSE(cache.find(keyOf(1000), value));
 }
 
-TEST(RadianceCache, KeepsAnyRadiance) {
+TEST(RadianceCache, StoresAnyRadiance) {
     RadianceCache cache(1 << 16);
     const Rgb values[] = {Rgb(0), Rgb(0, 0, 1), Rgb(1, 0, 0), Rgb(1e30f, 1e-40f, kInfinity), Rgb(-0.f, 2, 2)};
     for (uint64_t i = 0; i < std::size(values); ++i)
-        EXPECT_EQ(cache.store(keyOf(i), values[i]), Stored::Fresh);
+        EXPECT_EQ(cache.store(keyOf(i), values[i]), StoreResult::Inserted);
     for (uint64_t i = 0; i < std::size(values); ++i) {
         Rgb value(7);
         ASSERT_TRUE(cache.find(keyOf(i), value)) << i;
@@ -50,93 +50,94 @@ TEST(RadianceCache, KeepsAnyRadiance) {
     }
 }
 
-TEST(RadianceCache, WithoutMemoryHasOneBucketWhoseBlocksMakeRoom) {
+TEST(RadianceCache, OfZeroBytesHasOneBucketWhoseEntriesAreReplaced) {
     RadianceCache cache(0);
     EXPECT_GT(cache.bytes(), 0u);
-    uint64_t fresh = 0;
-    while (cache.store(keyOf(fresh), valueOf(keyOf(fresh))) == Stored::Fresh)
-        ASSERT_LT(++fresh, 100u);
-    EXPECT_GE(fresh, 1u);
-    // One block has gone for the new one; each further one costs another.
-    for (uint64_t last = fresh; last < fresh + 100; ++last) {
-        if (last > fresh) {
-            EXPECT_EQ(cache.store(keyOf(last), valueOf(keyOf(last))), Stored::Evicting);
+    uint64_t capacity = 0;
+    while (cache.store(keyOf(capacity), valueOf(keyOf(capacity))) == StoreResult::Inserted)
+        ASSERT_LT(++capacity, 100u);
+    EXPECT_GE(capacity, 1u);
+    // The last entry replaced one already; each further entry replaces another.
+    for (uint64_t last = capacity; last < capacity + 100; ++last) {
+        if (last > capacity) {
+            EXPECT_EQ(cache.store(keyOf(last), valueOf(keyOf(last))), StoreResult::Replaced);
         }
-        uint64_t held = 0;
+        uint64_t found = 0;
         for (uint64_t i = 0; i <= last; ++i)
             if (Rgb value; cache.find(keyOf(i), value)) {
                 EXPECT_EQ(value, valueOf(keyOf(i)));
-                ++held;
+                ++found;
             }
-        EXPECT_EQ(held, fresh);
+        EXPECT_EQ(found, capacity);
         Rgb value;
         EXPECT_TRUE(cache.find(keyOf(last), value));
     }
 }
 
-/// Float4 threads store and look up `keys` different blocks for a while.
-void hammer(RadianceCache& cache, uint64_t keys, std::chrono::milliseconds time) {
-    std::atomic<uint64_t> wrong{0}, found{0}, lookups{0};
+/// Four threads store and find `keyCount` different keys for a while. All values found must be right.
+void storeAndFindConcurrently(RadianceCache& cache, uint64_t keyCount, std::chrono::milliseconds time) {
+    std::atomic<uint64_t> wrongCount{0}, foundCount{0}, lookupCount{0};
     std::atomic<bool> stop{false};
     std::vector<std::thread> threads;
     for (uint64_t t = 0; t < 4; ++t)
         threads.emplace_back([&, t] {
-            uint64_t myWrong = 0, myFound = 0, i = 0;
-            for (; !stop.load(std::memory_order_relaxed); ++i) {
-                const uint64_t key = keyOf(hashOf(t, i) % keys);
+            uint64_t wrong = 0, found = 0, lookups = 0;
+            for (; !stop.load(std::memory_order_relaxed); ++lookups) {
+                const uint64_t key = keyOf(hashOf(t, lookups) % keyCount);
                 Rgb value;
                 if (!cache.find(key, value)) {
                     cache.store(key, valueOf(key));
                     continue;
                 }
-                ++myFound;
-                myWrong += value != valueOf(key);
+                ++found;
+                wrong += value != valueOf(key);
             }
-            wrong += myWrong, found += myFound, lookups += i;
+            wrongCount += wrong;
+            foundCount += found;
+            lookupCount += lookups;
         });
     std::this_thread::sleep_for(time);
     stop = true;
     for (std::thread& thread : threads)
         thread.join();
-    EXPECT_EQ(wrong, 0u) << "of " << found;
-    EXPECT_GT(found, 1000u);
-    EXPECT_GT(lookups - found, 1000u); // and as many blocks changed under the readers' eyes
+    EXPECT_EQ(wrongCount, 0u) << "of " << foundCount;
+    EXPECT_GT(foundCount, 1000u);
+    EXPECT_GT(lookupCount - foundCount, 1000u); // as many entries were stored meanwhile
 }
 
-TEST(RadianceCache, ThreadsNeverSeeAWrongValue) {
-    RadianceCache tiny(0), small(1 << 14);
-    hammer(tiny, 16, std::chrono::milliseconds(700));
-    hammer(small, 4000, std::chrono::milliseconds(700));
+TEST(RadianceCache, ConcurrentStoresNeverGiveWrongValues) {
+    RadianceCache oneBucket(0), small(1 << 14);
+    storeAndFindConcurrently(oneBucket, 16, std::chrono::milliseconds(700));
+    storeAndFindConcurrently(small, 4000, std::chrono::milliseconds(700));
 }
 
-TEST(IndexTable, IsAMap) {
+TEST(IndexTable, BehavesLikeAMap) {
     IndexTable table;
-    uint64_t inserted = 0, known = 0;
+    uint64_t inserted = 0, found = 0;
     for (uint64_t round = 0; round < 400; ++round) {
         table.clear();
         std::unordered_map<uint64_t, uint32_t> reference;
-        // Batches of all sizes; every other one has keys that share their low bits, which say where they
-        // belong.
+        // All sizes. In every other round the keys have equal low bits, which give the slot.
         const uint64_t count = hashOf(round, 1) % (uint64_t(16) << round % 10);
         const int shift = round % 2 ? 0 : 40;
         for (uint64_t i = 0; i < count; ++i) {
             const uint64_t key = (hashOf(round, 2, i) % (count / 2 + 1) + 1) << shift;
             const uint32_t next = uint32_t(reference.size());
-            const auto [at, isNew] = reference.try_emplace(key, next);
-            ASSERT_EQ(table.insert(key, next), at->second) << round << ' ' << i;
-            ++(isNew ? inserted : known);
+            const auto [entry, isNew] = reference.try_emplace(key, next);
+            ASSERT_EQ(table.findOrInsert(key, next), entry->second) << round << ' ' << i;
+            ++(isNew ? inserted : found);
         }
     }
     EXPECT_GT(inserted, 100000u);
-    EXPECT_GT(known, 100000u);
+    EXPECT_GT(found, 100000u);
 }
 
-TEST(IndexTable, ForgetsAllWhenCleared) {
+TEST(IndexTable, ClearRemovesAllKeys) {
     IndexTable table;
     for (uint32_t round = 0; round < 1000; ++round) {
         table.clear();
         for (uint64_t key = 1; key <= 40; ++key)
-            ASSERT_EQ(table.insert(key, round), round);
+            ASSERT_EQ(table.findOrInsert(key, round), round);
     }
 }
 

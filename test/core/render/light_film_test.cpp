@@ -244,8 +244,8 @@ TEST(LightFilm, ErrorForCachesWithoutComponents) {
     } catch (const Error& e) {
         EXPECT_EQ(e.kind, ErrorKind::Usage);
         EXPECT_STREQ(e.what(),
-                     "the caches of scope thread, mutex and tile hold no parts of light: layers of direct "
-                     "light, indirect light and light groups need another scope or integrator");
+                     "scope thread, mutex and tile do not support layers of direct light, indirect light "
+                     "and light groups: use scope shared or another integrator");
     }
 }
 

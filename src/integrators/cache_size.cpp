@@ -1,4 +1,4 @@
-#include "integrators/cache_settings.h"
+#include "integrators/cache_size.h"
 
 #include "lattice/radiance_cache.h"
 
@@ -13,12 +13,12 @@ namespace {
 
 const ParamDef<float> kNumber{"cache-mb", 0, ""};
 
-/// Shades cheaper than about this cost less than to fetch them from memory.
+/// Shades that take less than about this take less than a memory access for a cached value.
 constexpr double kMemorySeconds = 3e-7;
 constexpr size_t kMegabyte = 1024 * 1024;
 
-/// The machine's, or less where the process is limited (--max-memory).
-size_t memoryForUs() {
+/// Returns the bytes of physical memory, or of the process's limit (--max-memory) if that is less.
+size_t availableMemory() {
     const size_t physical = size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGE_SIZE));
     rlimit limit{};
     return getrlimit(RLIMIT_DATA, &limit) == 0 ? std::min<size_t>(physical, limit.rlim_cur) : physical;
@@ -26,9 +26,10 @@ size_t memoryForUs() {
 
 } // namespace
 
-const ParamDef<std::string> CacheSize::kParam{"cache-mb", "auto",
-                                              "size of the cache (scope thread and tile: of each thread's), "
-                                              "unbounded, or auto: by the cost of a shade"};
+const ParamDef<std::string> CacheSize::kParam{
+    "cache-mb", "auto",
+    "size of the cache in megabytes (of each cache with scope thread and tile), \"unbounded\", or \"auto\": "
+    "chosen by the cost of a shade"};
 
 CacheSize::CacheSize(const ParamSet& params) {
     double megabytes = 0;
@@ -36,8 +37,8 @@ CacheSize::CacheSize(const ParamSet& params) {
         megabytes = double(params.get(kNumber));
     } else {
         const std::string word = params.get(kParam);
-        automatic = word == "auto";
-        if (automatic || word == "unbounded")
+        isAutomatic = word == "auto";
+        if (isAutomatic || word == "unbounded")
             return;
         const char* end = word.data() + word.size();
         if (std::from_chars(word.data(), end, megabytes).ptr != end || word.empty())
@@ -49,16 +50,18 @@ CacheSize::CacheSize(const ParamSet& params) {
     bytes = size_t(std::min(megabytes * double(kMegabyte), 1e18));
 }
 
-size_t automaticBytes(const RenderContext& context, float blockSize, int timeBins, bool remembered) {
+size_t automaticCacheBytes(const RenderContext& context, float blockSize, int timeBins,
+                           bool threadsKeepValues) {
     const ShadeCost& cost = context.shadeCost;
     if (cost.shades() > 0 && cost.mean() + cost.deviation() < kMemorySeconds)
         return kMegabyte * size_t(context.threads);
-    const double room = remembered ? .5 : 2; // for each block
+    const double entriesPerPoint = threadsKeepValues ? .5 : 2;
     const double pixels = double(context.pixelBounds.width()) * context.pixelBounds.height();
-    const double blocks = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
-    const double most = double(memoryForUs()) / 4;
-    return size_t(std::clamp(blocks * RadianceCache::bytesPerEntry() * room * (1 + context.lightComponents),
-                             double(kMegabyte), most));
+    const double points = pixels * std::max(1.0, 1 / (double(blockSize) * blockSize)) * timeBins;
+    const double maxBytes = double(availableMemory()) / 4;
+    const double bytes =
+        points * RadianceCache::bytesPerEntry() * entriesPerPoint * (1 + context.lightComponents);
+    return size_t(std::clamp(bytes, double(kMegabyte), maxBytes));
 }
 
 } // namespace strobe
