@@ -33,8 +33,8 @@ void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Diagnostics
 
 Rgb meanOf(const ParamSet& params, const BuildContext& context) {
     const Location where = params.whereIs(kImage);
-    context.messages.warnOnce("area light image", where,
-                              "an area light shines alike all over: the image's mean is taken");
+    context.diagnostics.warnOnce("area light image", where,
+                                 "an area light shines alike all over: the image's mean is taken");
     const std::filesystem::path path = params.get(kImage).path;
     const Image image =
         readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, {ColorEncoding::Srgb}));
@@ -61,7 +61,7 @@ std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext&
         throw Error(params.where(), "area light on a shape of zero area");
     if (!std::isfinite(light->area()))
         throw Error(params.where(), "area light on a shape of infinite or undefined area");
-    warnOfCutouts(args.shape, params, context.messages);
+    warnOfCutouts(args.shape, params, context.diagnostics);
     light->sampleCount = params.get(kLightSamples);
     return light;
 }

@@ -155,7 +155,7 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
     if (int64_t(image.width) * image.height > kMaxImagePixels)
         throw Error(where, "the environment map has " + std::to_string(image.width) + " x " +
                                std::to_string(image.height) + " pixels: too many");
-    cleanPixels(image, where, context.messages);
+    cleanPixels(image, where, context.diagnostics);
     if (image.width == image.height && image.width > 1 && context.conventions == Conventions::PbrtV4)
         image = latitudeLongitudeOf(image);
     return EnvironmentMap(std::move(image));
@@ -178,8 +178,8 @@ std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext
                                       const LightArgs& args) {
     const bool v2 = context.conventions == Conventions::PbrtV2;
     if (!v2 && !args.toWorld.isStatic())
-        context.messages.warn(params.where(),
-                              "environment lights do not move: the transform at shutter opening is used");
+        context.diagnostics.warn(params.where(),
+                                 "environment lights do not move: the transform at shutter opening is used");
     const M44f toWorld = LightPlacement(args, context.conventions).at(0);
     if (!(std::abs(determinant3(toWorld)) > 0))
         throw Error(params.where(), "the environment light's transform is singular");

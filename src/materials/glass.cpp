@@ -90,8 +90,8 @@ Plugin<std::shared_ptr<const Material>> glassPlugin() {
             [](const ParamSet& params, const BuildContext& context) {
                 const FloatInput roughness = params.get(kRoughness);
                 if (roughness.texture || roughness.constant != 0)
-                    context.messages.warnOnce("glass roughness", params.whereIs(kRoughness),
-                                              "rough glass is not supported: it renders smooth");
+                    context.diagnostics.warnOnce("glass roughness", params.whereIs(kRoughness),
+                                                 "rough glass is not supported: it renders smooth");
                 return std::make_shared<const Glass>(params.get(kKr), params.get(kKt), indexFrom(params),
                                                      context.conventions != Conventions::PbrtV2);
             }};

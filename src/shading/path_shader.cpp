@@ -34,7 +34,7 @@ bool readStrategy(const ParamSet& params, const BuildContext& context) {
     const std::string must = "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"";
     if (!context.lenient)
         throw Error(params.whereIs(kStrategy), must);
-    context.messages.warn(params.whereIs(kStrategy), must + "; \"one\" takes its place");
+    context.diagnostics.warn(params.whereIs(kStrategy), must + "; \"one\" takes its place");
     return false;
 }
 

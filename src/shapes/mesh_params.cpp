@@ -84,13 +84,13 @@ void checkNormals(std::vector<V3f>& normals, const std::string& ofKey, const Loc
     for (V3f& n : normals)
         if (!(std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z))) {
             n = V3f(0);
-            context.messages.warnOnce("normals", where,
-                                      "some normals are not finite; the surface's own take their place");
+            context.diagnostics.warnOnce("normals", where,
+                                         "some normals are not finite; the surface's own take their place");
         }
 }
 
 void warnOfEmptyMesh(const Location& where, const BuildContext& context) {
-    context.messages.warnOnce("empty mesh", where, "a mesh of no triangles is left out");
+    context.diagnostics.warnOnce("empty mesh", where, "a mesh of no triangles is left out");
 }
 
 KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions, const BuildContext& context) {
@@ -145,8 +145,8 @@ std::vector<float> readKeyTimes(const ParamSet& params, size_t keyCount, const B
 FloatInput readAlpha(const ParamSet& params, const BuildContext& context) {
     if (params.has(kShadowAlpha)) {
         params.get(kShadowAlpha); // checks its type
-        context.messages.warn(params.whereIs(kShadowAlpha),
-                              "\"shadowalpha\" is ignored: shadows are cut by \"alpha\"");
+        context.diagnostics.warn(params.whereIs(kShadowAlpha),
+                                 "\"shadowalpha\" is ignored: shadows are cut by \"alpha\"");
     }
     return params.get(kAlpha);
 }

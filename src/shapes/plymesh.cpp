@@ -14,8 +14,8 @@ const ParamDef<std::vector<std::string>> kFilename{
 PlyMesh readKey(const std::string& name, const Location& where, const BuildContext& context) {
     PlyMesh ply = readPlyFile(resolveFile(name, where), where, context.lenient);
     if (ply.trailingBytes > 0)
-        context.messages.warn(where, "\"" + name + "\": " + std::to_string(ply.trailingBytes) +
-                                         " bytes after the last element are ignored");
+        context.diagnostics.warn(where, "\"" + name + "\": " + std::to_string(ply.trailingBytes) +
+                                            " bytes after the last element are ignored");
     requireFinite(ply.positions, "position", "", where);
     checkNormals(ply.normals, "", where, context);
     return ply;

@@ -70,9 +70,9 @@ Mapping2D::Mapping2D(const ParamSet& params, const BuildContext& context, const 
         if (!context.lenient)
             throw Error(params.whereIs(kMapping),
                         "texture mapping \"" + mapping + "\" is not supported (known: uv, planar)");
-        context.messages.warnOnce("mapping " + mapping, params.whereIs(kMapping),
-                                  "texture mapping \"" + mapping +
-                                      "\" is not supported; \"uv\" takes its place");
+        context.diagnostics.warnOnce("mapping " + mapping, params.whereIs(kMapping),
+                                     "texture mapping \"" + mapping +
+                                         "\" is not supported; \"uv\" takes its place");
     }
     if (m_planar) {
         m_v1 = params.get(kV1);

@@ -19,7 +19,7 @@ class TextureCache;
 
 /// What a plugin may want to know beyond its own parameters.
 struct BuildContext {
-    Diagnostics& messages;
+    Diagnostics& diagnostics;
     Conventions conventions = Conventions::PbrtV4;
     std::vector<float> keyTimes{0, 1}; ///< of the scene's TransformTimes
     std::shared_ptr<TextureCache> textureCache{};

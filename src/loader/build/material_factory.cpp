@@ -78,8 +78,8 @@ class MaterialMakers {
         for (size_t i = m_made.size(); i-- > 0;)
             if (m_decls[i].name == name && !name.empty())
                 return m_made[i];
-        m_maker.context().messages.warnOnce("mix of " + name, where,
-                                            "unknown material \"" + name + "\" in a mix: it is matte");
+        m_maker.context().diagnostics.warnOnce("mix of " + name, where,
+                                               "unknown material \"" + name + "\" in a mix: it is matte");
         return m_made[0];
     }
 
@@ -91,7 +91,7 @@ class MaterialMakers {
                 if (statement.name == "metallicroughness")
                     continue;
                 p.used = true;
-                m_maker.context().messages.warnOnce(
+                m_maker.context().diagnostics.warnOnce(
                     "bump", p.where,
                     "bump, displacement and normal maps are not supported: surfaces stay smooth");
             }

@@ -39,7 +39,7 @@ PluginFactory::PluginFactory(const PluginFactory& other, Diagnostics& messages)
 void PluginFactory::note(const Statement& statement, const char* kind, const std::string& becomes) {
     const std::string what = std::string(kind) + " \"" + statement.name + "\"";
     if (!becomes.empty())
-        m_context.messages.warnOnce(what, statement.where, what + " is not supported; " + becomes);
+        m_context.diagnostics.warnOnce(what, statement.where, what + " is not supported; " + becomes);
 }
 
 bool PluginFactory::isLeftOut(const Statement& statement) { return statement.name == kLeftOut; }
@@ -69,16 +69,17 @@ bool PluginFactory::resolveAlias(Statement& statement, const char* kind) {
     else if (!standIn.exact)
         note(statement, kind, "\"" + standIn.name + "\" takes its place");
     else if (const std::string what = std::string(kind) + " \"" + statement.name + "\""; !standIn.silent)
-        m_context.messages.warnOnce(what, statement.where, what + " is called \"" + standIn.name + "\" here");
+        m_context.diagnostics.warnOnce(what, statement.where,
+                                       what + " is called \"" + standIn.name + "\" here");
     statement.name = standIn.name.empty() ? kLeftOut : standIn.name;
     return true;
 }
 
 void PluginFactory::replaceUnknown(Statement& statement, const char* kind) {
     const std::string name = fallback(kind), what = std::string(kind) + " \"" + statement.name + "\"";
-    m_context.messages.warnOnce(what, statement.where,
-                                what + " is not known; " +
-                                    (name.empty() ? "it is left out" : "\"" + name + "\" takes its place"));
+    m_context.diagnostics.warnOnce(
+        what, statement.where,
+        what + " is not known; " + (name.empty() ? "it is left out" : "\"" + name + "\" takes its place"));
     statement.params.markAllUsed();
     statement.name = name.empty() ? kLeftOut : name;
 }

@@ -60,7 +60,7 @@ class PluginFactory {
     auto create(const Row& row, Statement& statement, const Args&... args) {
         bind(statement);
         auto product = row.create(statement.params, m_context, args...);
-        statement.params.reportUnused(row.params, m_strict, m_context.messages);
+        statement.params.reportUnused(row.params, m_strict, m_context.diagnostics);
         return product;
     }
     template <class Row>
