@@ -330,9 +330,10 @@ int guardedMain(int argc, char** argv) {
         return exitCodeOf(e.kind);
     } catch (const std::bad_alloc&) {
         log.error("error: out of memory{}",
-                  options.guard.memory > 0 ? fmt::format(": the scene takes more than the {} of --max-memory",
-                                                         inBytes(options.guard.memory))
-                                           : "");
+                  options.guard.maxMemory > 0
+                      ? fmt::format(": the scene takes more than the {} of --max-memory",
+                                    formatBytes(options.guard.maxMemory))
+                      : "");
         return kSceneError;
     } catch (const std::exception& e) {
         log.error("internal error: {}", e.what());

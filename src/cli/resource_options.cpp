@@ -11,7 +11,7 @@ void addGuardOptions(CLI::App& app, Options& options) {
     app.add_option("--sandbox", options.guard.roots,
                    "a folder (or file): scenes may read nothing else; may be given again")
         ->allow_extra_args(false);
-    app.add_option("--max-memory", options.guard.memory, "most memory to take, e.g. 4G or 800M")
+    app.add_option("--max-memory", options.guard.maxMemory, "most memory to take, e.g. 4G or 800M")
         ->transform(byteSize(kLeast));
     app.add_flag("--strict", options.strict, "fail (exit code 6) if a sample is NaN, infinite or too large");
     app.add_option("--clamp", options.clamp,
@@ -20,11 +20,11 @@ void addGuardOptions(CLI::App& app, Options& options) {
 }
 
 void limitMemory(const ResourcePolicy::Settings& guard) {
-    if (guard.memory == 0)
+    if (guard.maxMemory == 0)
         return;
     rlimit limit{};
-    if (getrlimit(RLIMIT_DATA, &limit) == 0 && limit.rlim_cur > guard.memory) {
-        limit.rlim_cur = guard.memory;
+    if (getrlimit(RLIMIT_DATA, &limit) == 0 && limit.rlim_cur > guard.maxMemory) {
+        limit.rlim_cur = guard.maxMemory;
         setrlimit(RLIMIT_DATA, &limit);
     }
 }

@@ -49,7 +49,7 @@ class Document {
     [[noreturn]] void failIndex(int index, size_t count, const char* noun, const std::string& place) const;
     /// The path to open; throws if the guard has something against it.
     std::filesystem::path admitted(const std::filesystem::path& file) const {
-        return m_guard ? m_guard->admit(file, m_where) : file;
+        return m_guard ? m_guard->authorizeRead(file, m_where) : file;
     }
     void parse(const std::vector<unsigned char>& bytes);
     std::string text(const std::string& place, const std::string& message) const;

@@ -54,7 +54,7 @@ class OpenedFile final : public ImageReader {
             return false;
         const OIIO::ImageSpec& spec = m_input->spec();
         width = spec.width, height = spec.height, depth = spec.depth, channels = spec.nchannels;
-        alpha = spec.alpha_channel, ofFloats = spec.format.is_floating_point();
+        alpha = spec.alpha_channel, isFloat = spec.format.is_floating_point();
         return true;
     }
 

@@ -77,7 +77,7 @@ struct LatticeSurface {
 
 /// What the keys of the lattice have in common on a surface.
 inline uint64_t surfaceSum(uint32_t instance, uint32_t geometry) {
-    return quickSum<0>(kQuickSum, uint64_t(instance) << 32 | geometry);
+    return quickSum<0>(kEmptyQuickSum, uint64_t(instance) << 32 | geometry);
 }
 
 /// Remembers the last few parts: neighbors often are on the same. For one thread; scene and cells outlive

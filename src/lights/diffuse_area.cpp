@@ -36,8 +36,8 @@ Rgb meanOf(const ParamSet& params, const BuildContext& context) {
     context.diagnostics.warnOnce("area light image", where,
                                  "an area light shines alike all over: the image's mean is taken");
     const std::filesystem::path path = params.get(kImage).path;
-    const Image image =
-        readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, {ColorEncoding::Srgb}));
+    const Image image = readImage(
+        path, where, ColorEncoding::fromFileRules(*context.colorConfig, path, where, {ColorEncoding::Srgb}));
     Rgb sum(0);
     for (const Rgb& c : image.pixels)
         sum += c / float(image.pixels.size());

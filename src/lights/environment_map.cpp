@@ -213,9 +213,9 @@ float EnvironmentMap::pdf(const V3f& w) const {
 }
 
 EnvironmentMap::Sample EnvironmentMap::sample(const V2f& u) const {
-    const Piecewise2D::Place place = m_cells.samplePlace(u);
+    const Piecewise2D::CellSample place = m_cells.sampleCell(u);
     const int x = int(place.x), y = int(place.y);
-    return view().sampleIn(x, y, view().corners(x, y), place.at);
+    return view().sampleIn(x, y, view().corners(x, y), place.offset);
 }
 
 void EnvironmentMap::lookupSoA(const V3SoA& w, int n, RgbSoA& radiance, float* pdf) const {
@@ -231,11 +231,11 @@ void EnvironmentMap::lookupSoA(const V3SoA& w, int n, RgbSoA& radiance, float* p
 
 void EnvironmentMap::sampleSoA(const V2SoA& u, int n, V3SoA& w, RgbSoA& radiance, float* pdf) const {
     View::Lanes cells;
-    Piecewise2D::Place places[kSoAWidth];
-    m_cells.samplePlaces(u, n, places); // searches: each its own way
+    Piecewise2D::CellSample places[kSoAWidth];
+    m_cells.sampleCellSoA(u, n, places); // searches: each its own way
     for (int i = 0; i < n; ++i) {
-        const Piecewise2D::Place& place = places[i];
-        cells.x[i] = int32_t(place.x), cells.y[i] = int32_t(place.y), cells.at.set(i, place.at);
+        const Piecewise2D::CellSample& place = places[i];
+        cells.x[i] = int32_t(place.x), cells.y[i] = int32_t(place.y), cells.at.set(i, place.offset);
     }
     const View v = view();
     View::findFirst(v, n, cells);

@@ -149,7 +149,8 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
     const std::filesystem::path path = params.get(kMap).path;
     const ColorEncoding usual{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
                                                                          : ColorEncoding::Linear};
-    Image image = readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, usual));
+    Image image =
+        readImage(path, where, ColorEncoding::fromFileRules(*context.colorConfig, path, where, usual));
     if (image.width < 1 || image.height < 1)
         throw Error(where, "the environment map is empty");
     if (int64_t(image.width) * image.height > kMaxImagePixels)

@@ -109,7 +109,7 @@ class QuadricLight final : public SurfaceLight {
         if (!m_still)
             return Light::sampleSoA(query, out);
         V3SoA points, normals;
-        m_quadric.samplePoints(query.u, query.n, points, normals);
+        m_quadric.samplePointSoA(query.u, query.n, points, normals);
         seenFrom(shineAt(0), query.p, points, normals, query.n, out);
     }
 

@@ -58,7 +58,7 @@ class Glass : public Material {
         return true;
     }
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
-    void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
+    void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, 0.f);
     }
 

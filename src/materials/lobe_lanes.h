@@ -17,7 +17,7 @@ struct LobeValue {
 // draw(wo, uc, u, wi), 0 when nothing is drawn; and maxPdf(wo).
 
 template <class Lobes>
-STROBE_TARGET_CLONES void evalLobes(const Lobes& lobes, const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f,
+STROBE_TARGET_CLONES void evalLobes(const Lobes& lobes, const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f,
                                     float* pdf) {
     const int begin = jobs.begin, end = jobs.end;
     const V3SoA& wo = jobs.wo;
@@ -30,8 +30,8 @@ STROBE_TARGET_CLONES void evalLobes(const Lobes& lobes, const BsdfSoA& jobs, con
 }
 
 template <class Lobes>
-STROBE_TARGET_CLONES void drawLobes(const Lobes& lobes, const BsdfSoA& jobs, const float* uc, const V2SoA& u,
-                                    V3SoA& wi, int32_t* drawn) {
+STROBE_TARGET_CLONES void drawLobes(const Lobes& lobes, const BsdfQuerySoA& jobs, const float* uc,
+                                    const V2SoA& u, V3SoA& wi, int32_t* drawn) {
     const int begin = jobs.begin, end = jobs.end;
     const V3SoA& wo = jobs.wo;
     STROBE_IVDEP
@@ -43,7 +43,7 @@ STROBE_TARGET_CLONES void drawLobes(const Lobes& lobes, const BsdfSoA& jobs, con
 }
 
 template <class Lobes>
-STROBE_TARGET_CLONES void boundPdfs(const Lobes& lobes, const BsdfSoA& jobs, float* out) {
+STROBE_TARGET_CLONES void boundPdfs(const Lobes& lobes, const BsdfQuerySoA& jobs, float* out) {
     const int begin = jobs.begin, end = jobs.end;
     const V3SoA& wo = jobs.wo;
     STROBE_IVDEP
@@ -52,17 +52,17 @@ STROBE_TARGET_CLONES void boundPdfs(const Lobes& lobes, const BsdfSoA& jobs, flo
 }
 
 /// Makes samples of drawn directions whose values (in place of the weights) and densities are there.
-inline void finishSamples(const BsdfSoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
+inline void finishSamples(const BsdfQuerySoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
     for (int i = jobs.begin; i < jobs.end; ++i) {
         const float scale = 1 / out.pdf[i];
         out.weight.r[i] *= scale, out.weight.g[i] *= scale, out.weight.b[i] *= scale;
-        out.drawn[i] = drawn[i] && out.pdf[i] > 0;
+        out.valid[i] = drawn[i] && out.pdf[i] > 0;
         out.delta[i] = out.transmits[i] = false;
     }
 }
-inline void finishDirections(const BsdfSoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
+inline void finishDirections(const BsdfQuerySoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
     for (int i = jobs.begin; i < jobs.end; ++i)
-        out.drawn[i] = drawn[i], out.delta[i] = out.transmits[i] = false;
+        out.valid[i] = drawn[i], out.delta[i] = out.transmits[i] = false;
 }
 
 /// The numbers of a `Data`, a struct of floats that a material keeps of a point, by job.
@@ -71,10 +71,10 @@ struct DataRows {
     static constexpr size_t kNumbers = sizeof(Data) / sizeof(float);
     alignas(64) float row[kNumbers][kSoAWidth];
 
-    explicit DataRows(const BsdfSoA& jobs) {
+    explicit DataRows(const BsdfQuerySoA& jobs) {
         for (size_t k = 0; k < kNumbers; ++k)
             for (int i = jobs.begin; i < jobs.end; ++i)
-                row[k][i] = jobs.datum(jobs.point[i], int(k));
+                row[k][i] = jobs.bsdfData(jobs.point[i], int(k));
     }
     STROBE_FORCE_INLINE Data at(int job) const { return at(job, std::make_index_sequence<kNumbers>()); }
 
@@ -97,7 +97,7 @@ class LobeMaterial : public Material {
                 pdf[i] = v.pdf;
         }
     }
-    void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const final {
+    void evalCosSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const final {
         alignas(64) float unwanted[kSoAWidth];
         evalLobes(DataRows<Data>(jobs), jobs, wi, f, pdf ? pdf : unwanted);
     }
@@ -112,20 +112,22 @@ class LobeMaterial : public Material {
         out.eta = 1;
         return v.pdf > 0;
     }
-    void sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const final {
+    void sampleSoA(const BsdfQuerySoA& jobs, const float* uc, const V2SoA& u,
+                   BsdfSampleSoA& out) const final {
         alignas(64) int32_t drawn[kSoAWidth];
         const DataRows<Data> rows(jobs);
         drawLobes(rows, jobs, uc, u, out.wi, drawn);
         evalLobes(rows, jobs, out.wi, out.weight, out.pdf);
         finishSamples(jobs, drawn, out);
     }
-    void drawSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const final {
+    void sampleDirectionSoA(const BsdfQuerySoA& jobs, const float* uc, const V2SoA& u,
+                            BsdfSampleSoA& out) const final {
         alignas(64) int32_t drawn[kSoAWidth];
         drawLobes(DataRows<Data>(jobs), jobs, uc, u, out.wi, drawn);
         finishDirections(jobs, drawn, out);
     }
     float maxPdf(const Bsdf& bsdf, const V3f& wo) const final { return bsdf.as<Data>().maxPdf(wo); }
-    void maxPdfSoA(const BsdfSoA& jobs, float* out) const final {
+    void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const final {
         boundPdfs(DataRows<Data>(jobs), jobs, out);
     }
 

@@ -18,12 +18,12 @@ struct Data {
 /// The data of the points of jobs; `same`: they are the same at all points of the material.
 template <bool kSame>
 struct DataSoA {
-    const BsdfSoA& jobs;
+    const BsdfQuerySoA& jobs;
     const Data first = of(jobs.point[jobs.begin]);
 
     Data of(int32_t point) const {
-        return {Rgb(jobs.datum(point, 0), jobs.datum(point, 1), jobs.datum(point, 2)), jobs.datum(point, 3),
-                jobs.datum(point, 4)};
+        return {Rgb(jobs.bsdfData(point, 0), jobs.bsdfData(point, 1), jobs.bsdfData(point, 2)),
+                jobs.bsdfData(point, 3), jobs.bsdfData(point, 4)};
     }
     Data at(int job) const { return kSame ? first : of(jobs.point[job]); }
 };
@@ -43,7 +43,7 @@ inline V3f draw(const V3f& wo, const V2f& u) {
 }
 
 template <bool kSame>
-inline void evalAll(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
+inline void evalAll(const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f) {
     const DataSoA<kSame> lanes{jobs};
     STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i) {
@@ -54,7 +54,7 @@ inline void evalAll(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
 }
 
 template <bool kSame>
-inline void sampleAll(const BsdfSoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
+inline void sampleAll(const BsdfQuerySoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
     const DataSoA<kSame> lanes{jobs};
     STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i) {
@@ -68,15 +68,16 @@ inline void sampleAll(const BsdfSoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
     }
 }
 
-STROBE_TARGET_CLONES void evalMatte(bool same, const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
+STROBE_TARGET_CLONES void evalMatte(bool same, const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f) {
     same ? evalAll<true>(jobs, wi, f) : evalAll<false>(jobs, wi, f);
 }
-STROBE_TARGET_CLONES void pdfsOfMatte(const BsdfSoA& jobs, const V3SoA& wi, float* pdf) {
+STROBE_TARGET_CLONES void pdfsOfMatte(const BsdfQuerySoA& jobs, const V3SoA& wi, float* pdf) {
     STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i)
         pdf[i] = pdfOf(jobs.wo.at(i), wi.at(i));
 }
-STROBE_TARGET_CLONES void sampleMatte(bool same, const BsdfSoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
+STROBE_TARGET_CLONES void sampleMatte(bool same, const BsdfQuerySoA& jobs, const V2SoA& u,
+                                      BsdfSampleSoA& out) {
     same ? sampleAll<true>(jobs, u, out) : sampleAll<false>(jobs, u, out);
 }
 
@@ -105,7 +106,7 @@ class Matte : public Material {
                 pdf[i] = pdfOf(wo, wi[i]);
         }
     }
-    void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
+    void evalCosSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
         evalMatte(isSame(), jobs, wi, f);
         if (pdf)
             pdfsOfMatte(jobs, wi, pdf);
@@ -120,16 +121,17 @@ class Matte : public Material {
         out.eta = 1;
         return out.pdf > 0;
     }
-    void sampleSoA(const BsdfSoA& jobs, const float*, const V2SoA& u, BsdfSampleSoA& out) const override {
+    void sampleSoA(const BsdfQuerySoA& jobs, const float*, const V2SoA& u,
+                   BsdfSampleSoA& out) const override {
         sampleMatte(isSame(), jobs, u, out);
         for (int i = jobs.begin; i < jobs.end; ++i) {
-            out.drawn[i] = out.pdf[i] > 0;
+            out.valid[i] = out.pdf[i] > 0;
             out.delta[i] = out.transmits[i] = false;
         }
     }
 
     float maxPdf(const Bsdf&, const V3f&) const override { return kInvPi; }
-    void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
+    void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, kInvPi);
     }
     Rgb albedo(const Bsdf& bsdf) const override { return bsdf.as<Data>().scaledKd * kPi; }

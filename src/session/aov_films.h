@@ -12,7 +12,7 @@ namespace strobe {
 /// Parts of a file, and the values that they refer to.
 struct DevelopedAovs {
     std::vector<AovChannel> values;
-    std::vector<Part> parts;
+    std::vector<ExrPart> parts;
     Metadata metadata; ///< what the whole file must say of them
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 ExrSettings exrCalled(const std::string& words) {
     try {
-        return exrSettingsFrom(words);
+        return parseExrSettings(words);
     } catch (const Error& e) {
         throw CLI::ValidationError("--exr", e.what());
     }
@@ -39,7 +39,7 @@ OutputSettings outputSettingsOf(const PictureOptions& options, int threads) {
     OutputSettings settings{options.exposure, {}, options.exr, threads};
     if (!options.view.isDefault())
         settings.view = options.color->view(options.view);
-    settings.exr.space = options.color->workingSpace();
+    settings.exr.colorSpace = options.color->workingSpace();
     return settings;
 }
 

@@ -73,7 +73,7 @@ void checkOutputs(const Options& options) { checkOutputs(outputsOf(options)); }
 
 void checkNotRead(const Options& options, const ResourcePolicy& guard) {
     for (const fs::path& file : outputsOf(options)) {
-        if (guard.hasAdmitted(file))
+        if (guard.hasAuthorized(file))
             fail(file, "the scene reads it");
         if (!options.reference.empty() && isSame(file, options.reference))
             fail(file, "--reference reads it");

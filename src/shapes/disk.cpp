@@ -80,7 +80,7 @@ class Disk : public Quadric {
         q.p = ring.at(u);
         return q;
     }
-    void samplePoints(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const override {
+    void samplePointSoA(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const override {
         sampleRing(sampler(), u, n, p, normal);
     }
 

@@ -79,7 +79,7 @@ KeyedPoints readPositions(const ParamSet& params) {
 
 void checkNormals(std::vector<V3f>& normals, const std::string& ofKey, const Location& where,
                   const BuildContext& context) {
-    if (!context.lenient)
+    if (!context.isLenient)
         return requireFinite(normals, "normal", ofKey, where);
     for (V3f& n : normals)
         if (!(std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z))) {

@@ -320,8 +320,8 @@ PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where, bo
     FileBytes file;
     try {
         file = readFileBytes(path, [&](uint64_t bytes) { // and as much again for the mesh
-            resourcePolicyOf(where).require(2 * bytes, "the mesh \"" + path.string() + '"', "simplify it",
-                                            where);
+            resourcePolicyOf(where).requireMemory(2 * bytes, "the mesh \"" + path.string() + '"',
+                                                  "simplify it", where);
         });
     } catch (const Error&) {
         throw;

@@ -12,7 +12,7 @@ const ParamDef<std::vector<std::string>> kFilename{
     "filename", {}, "PLY file; several of the same topology: keys of a deforming mesh"};
 
 PlyMesh readKey(const std::string& name, const Location& where, const BuildContext& context) {
-    PlyMesh ply = readPlyFile(resolveFile(name, where), where, context.lenient);
+    PlyMesh ply = readPlyFile(resolveFile(name, where), where, context.isLenient);
     if (ply.trailingBytes > 0)
         context.diagnostics.warn(where, "\"" + name + "\": " + std::to_string(ply.trailingBytes) +
                                             " bytes after the last element are ignored");

@@ -64,10 +64,11 @@ STROBE_FORCE_INLINE float polarAngle(float x, float y, float z) {
 }
 
 struct SphereHits {
-    alignas(64) float t[QuadricRays::kMax], x[QuadricRays::kMax], y[QuadricRays::kMax], z[QuadricRays::kMax];
+    alignas(64) float t[QuadricRaySoA::kMax], x[QuadricRaySoA::kMax], y[QuadricRaySoA::kMax],
+        z[QuadricRaySoA::kMax];
 };
 
-STROBE_TARGET_CLONES int32_t findHits(const Part& sphere, const QuadricRays& rays, int32_t* hit,
+STROBE_TARGET_CLONES int32_t findHits(const Part& sphere, const QuadricRaySoA& rays, int32_t* hit,
                                       SphereHits& out) {
     const Part s = sphere;
     const float *tmin = rays.tmin, *tmax = rays.tmax;
@@ -170,7 +171,7 @@ class Sphere : public Quadric {
         return true;
     }
 
-    void intersectSoA(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const override {
+    void intersectSoA(const QuadricRaySoA& rays, int32_t* hit, float* t, float* u, float* v) const override {
         SphereHits hits;
         if (findHits(m_part, rays, hit, hits) == 0)
             return;

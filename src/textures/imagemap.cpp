@@ -111,7 +111,7 @@ ColorEncoding encodingFrom(const ParamSet& params, const BuildContext& context) 
         throw Error(params.whereIs(kEncoding), "\"gamma\" is followed by a positive number");
     }
     try {
-        return ColorEncoding::of(*context.color, name, params.whereIs(kEncoding));
+        return ColorEncoding::fromSpace(*context.colorConfig, name, params.whereIs(kEncoding));
     } catch (const Error& e) {
         throw Error(e.location, std::string("neither sRGB, linear nor gamma and a number; of ") + e.what());
     }
@@ -132,8 +132,8 @@ ColorEncoding transferFrom(const ParamSet& params, const BuildContext& context, 
                                                                          : ColorEncoding::Linear};
     if (args.isFloat) // numbers, of which a config's rules know nothing
         return usual;
-    return ColorEncoding::ofFile(*context.color, params.get(kFilename).path, params.whereIs(kFilename),
-                                 usual);
+    return ColorEncoding::fromFileRules(*context.colorConfig, params.get(kFilename).path,
+                                        params.whereIs(kFilename), usual);
 }
 
 TexturePtr create(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
@@ -147,7 +147,7 @@ TexturePtr create(const ParamSet& params, const BuildContext& context, const Tex
     settings.invert = params.get(kInvert);
     settings.flipV = context.conventions == Conventions::PbrtV4;
     settings.scale = params.get(kScale);
-    if (transfer.kind == ColorEncoding::Gamma && transfer.ofFloats) // pbrt-v2: (scale * stored)^gamma
+    if (transfer.kind == ColorEncoding::Gamma && transfer.appliesToFloats) // pbrt-v2: (scale * stored)^gamma
         settings.scale = std::pow(std::max(settings.scale, 0.f), transfer.gamma);
     const Mapping2D mapping(params, context, args);
     const auto cache = context.textureCache ? context.textureCache : std::make_shared<TextureCache>();

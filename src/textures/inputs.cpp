@@ -67,7 +67,7 @@ Mapping2D::Mapping2D(const ParamSet& params, const BuildContext& context, const 
     const std::string mapping = params.get(kMapping);
     m_planar = mapping == "planar";
     if (!m_planar && mapping != "uv") {
-        if (!context.lenient)
+        if (!context.isLenient)
             throw Error(params.whereIs(kMapping),
                         "texture mapping \"" + mapping + "\" is not supported (known: uv, planar)");
         context.diagnostics.warnOnce("mapping " + mapping, params.whereIs(kMapping),

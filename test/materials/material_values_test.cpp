@@ -90,7 +90,7 @@ TEST(Mirror, LanesAreTheSameSamples) {
     m->sampleSoA({&bsdf, point, wo, 2, kSoAWidth - 1, nullptr}, uc, u, out);
     for (int i = 2; i < kSoAWidth - 1; ++i) {
         BsdfSample s;
-        ASSERT_EQ(out.drawn[i], m->sample(bsdf, wo.at(i), 0, u.at(i), s));
+        ASSERT_EQ(out.valid[i], m->sample(bsdf, wo.at(i), 0, u.at(i), s));
         EXPECT_EQ(out.wi.at(i), s.wi);
         EXPECT_EQ(out.weight.at(i), s.weight);
         EXPECT_TRUE(out.delta[i] && !out.transmits[i] && out.pdf[i] == 0);

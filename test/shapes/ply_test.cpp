@@ -346,7 +346,7 @@ TEST(PlyMesh, LenientFilesMayBeEmptyOrHaveBadNormals) {
         std::string warning;
         Diagnostics messages([&](const std::string& text) { warning = text; });
         BuildContext context{messages};
-        context.lenient = lenient;
+        context.isLenient = lenient;
         const auto make = [&](const TemporaryFile& file) {
             return plyMeshPlugin().create(named({file.path}).set(), context);
         };

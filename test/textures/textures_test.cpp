@@ -269,7 +269,7 @@ TEST_F(ImageMaps, RulesForFileNamesAreOfColorsThatSayNothing) {
         text.find("file_rules:"), 11,
         "file_rules:\n  - !<Rule> {name: maps, pattern: \"*strobe-map*\", extension: png, colorspace: raw}");
     std::ofstream(config) << text;
-    m_maker.context.color = std::make_shared<const ColorConfig>(config);
+    m_maker.context.colorConfig = std::make_shared<const ColorConfig>(config);
     const float stored = 188 / 255.f;
     EXPECT_NEAR(make({})->rgb(at(.5f, .25f)).x, stored, 1e-5f);
     EXPECT_NEAR(make({}, true)->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "a map of numbers";
@@ -277,7 +277,7 @@ TEST_F(ImageMaps, RulesForFileNamesAreOfColorsThatSayNothing) {
     EXPECT_NEAR(make({floatParam("gamma", 2)})->rgb(at(.5f, .25f)).x, sqr(stored), 1e-5f);
     text.replace(text.find("*strobe-map*"), 12, "*another*");
     std::ofstream(config) << text;
-    m_maker.context.color = std::make_shared<const ColorConfig>(config);
+    m_maker.context.colorConfig = std::make_shared<const ColorConfig>(config);
     EXPECT_NEAR(make({})->rgb(at(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "no rule but the default";
     std::filesystem::remove(config);
 }

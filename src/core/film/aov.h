@@ -61,7 +61,7 @@ std::vector<Aov> aovsOf(const std::vector<Aov>& aovs, AovGroup group);
 struct AovChannel {
     std::string layer, name; ///< in files: "layer.name"
     std::vector<float> values;
-    bool exact = false; ///< see Channel
+    bool exact = false; ///< see ExrChannel
 };
 
 } // namespace strobe

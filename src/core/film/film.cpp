@@ -70,9 +70,9 @@ void Film::copy(const Film& from, const PixelBounds& tile) {
     }
 }
 
-std::vector<Part> Film::exrParts(const std::vector<Part>& more) const {
+std::vector<ExrPart> Film::exrParts(const std::vector<ExrPart>& more) const {
     const float* data = &m_image.pixels[0].x;
-    std::vector<Part> parts = {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}}};
+    std::vector<ExrPart> parts = {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}}};
     for (size_t i = 0; i < m_layers.size(); ++i) {
         const std::string name = aovInfo(m_layers[i]).name;
         parts.push_back({name, {{name + ".Y", m_planes[i].data(), 1, true}}});
@@ -82,7 +82,7 @@ std::vector<Part> Film::exrParts(const std::vector<Part>& more) const {
 }
 
 void Film::checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
-                      const std::vector<Part>& more) const {
+                      const std::vector<ExrPart>& more) const {
     if (path.extension() == ".exr")
         checkExr(path, exrParts(more), settings.exr);
     else if (path.extension() != ".png")
@@ -91,7 +91,7 @@ void Film::checkWrite(const std::filesystem::path& path, const OutputSettings& s
 }
 
 size_t Film::write(const std::filesystem::path& path, const Metadata& metadata,
-                   const OutputSettings& settings, const std::vector<Part>& more) const {
+                   const OutputSettings& settings, const std::vector<ExrPart>& more) const {
     checkWrite(path, settings, more);
     if (path.extension() == ".exr")
         return writeExr(path, {m_pixelBounds, {m_fullWidth, m_fullHeight}}, exrParts(more), metadata,

@@ -63,13 +63,13 @@ class Film {
     /// "name.Y" in a part "name", with all bits) or .png (no layers). Returns how many values an EXR's half
     /// floats could not hold. `more`: parts beside the film's own. Throws Error of kind Output.
     size_t write(const std::filesystem::path& path, const Metadata& metadata,
-                 const OutputSettings& settings = {}, const std::vector<Part>& more = {}) const;
+                 const OutputSettings& settings = {}, const std::vector<ExrPart>& more = {}) const;
     /// Throws what `write` would throw because of the name and the settings.
     void checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
-                    const std::vector<Part>& more = {}) const;
+                    const std::vector<ExrPart>& more = {}) const;
 
   private:
-    std::vector<Part> exrParts(const std::vector<Part>& more) const;
+    std::vector<ExrPart> exrParts(const std::vector<ExrPart>& more) const;
     size_t index(int x, int y) const {
         return size_t(y - m_pixelBounds.y0) * size_t(m_image.width) + size_t(x - m_pixelBounds.x0);
     }

@@ -92,36 +92,37 @@ void applyWord(const std::string& word, ExrSettings& settings) {
     throw Error("cannot write " + path.string() + ": " + reason, kind);
 }
 
-void checkNames(const std::filesystem::path& path, const std::vector<Part>& parts) {
+void checkNames(const std::filesystem::path& path, const std::vector<ExrPart>& parts) {
     std::set<std::string> names, partNames;
-    for (const Part& part : parts) {
+    for (const ExrPart& part : parts) {
         if (part.name.empty() || !partNames.insert(part.name).second)
             failWrite(path, "part name \"" + part.name + "\" is empty or used twice");
         if (part.channels.empty())
             failWrite(path, "there are no channels in \"" + part.name + "\"");
-        for (const Channel& channel : part.channels)
+        for (const ExrChannel& channel : part.channels)
             if (channel.name.empty() || !names.insert(channel.name).second)
                 failWrite(path, "channel name \"" + channel.name + "\" is empty or used twice");
     }
 }
 
 /// All channels and all metadata in one.
-std::vector<Part> merged(const std::vector<Part>& parts) {
-    Part all{"rgba", {}, {}};
-    for (const Part& part : parts) {
+std::vector<ExrPart> merged(const std::vector<ExrPart>& parts) {
+    ExrPart all{"rgba", {}, {}};
+    for (const ExrPart& part : parts) {
         all.channels.insert(all.channels.end(), part.channels.begin(), part.channels.end());
         all.metadata.insert(all.metadata.end(), part.metadata.begin(), part.metadata.end());
     }
     return {all};
 }
 
-bool hasExact(const Part& part) {
-    return std::any_of(part.channels.begin(), part.channels.end(), [](const Channel& c) { return c.exact; });
+bool hasExact(const ExrPart& part) {
+    return std::any_of(part.channels.begin(), part.channels.end(),
+                       [](const ExrChannel& c) { return c.exact; });
 }
 
 /// Whether there is light in it, not numbers alone.
-bool isColor(const Part& part) {
-    return std::any_of(part.channels.begin(), part.channels.end(), [](const Channel& c) {
+bool isColor(const ExrPart& part) {
+    return std::any_of(part.channels.begin(), part.channels.end(), [](const ExrChannel& c) {
         return !c.exact && std::holds_alternative<const float*>(c.data);
     });
 }
@@ -137,7 +138,7 @@ struct Pixels {
     std::deque<std::vector<Imath::half>> halves;
 };
 
-Imf::PixelType typeOf(const Channel& channel, const ExrSettings& settings) {
+Imf::PixelType typeOf(const ExrChannel& channel, const ExrSettings& settings) {
     if (std::holds_alternative<const uint32_t*>(channel.data))
         return Imf::UINT;
     return settings.half && !channel.exact ? Imf::HALF : Imf::FLOAT;
@@ -157,7 +158,7 @@ std::vector<Imath::half> toHalf(const float* data, size_t stride, size_t count, 
     return values;
 }
 
-void addSlice(Pixels& pixels, const Channel& channel, Imf::PixelType type, const PixelBounds& pixelBounds,
+void addSlice(Pixels& pixels, const ExrChannel& channel, Imf::PixelType type, const PixelBounds& pixelBounds,
               size_t& clamped) {
     const size_t width = size_t(pixelBounds.width());
     const char* base = std::visit([](auto* p) { return reinterpret_cast<const char*>(p); }, channel.data);
@@ -185,16 +186,16 @@ void insertMetadata(Imf::Header& header, const Metadata& metadata) {
     }
 }
 
-Imf::Header headerOf(const Part& part, const ImageFrame& frame, const ExrSettings& settings) {
+Imf::Header headerOf(const ExrPart& part, const ImageFrame& frame, const ExrSettings& settings) {
     Imf::Header header(Imath::Box2i({0, 0}, {frame.resolution.x - 1, frame.resolution.y - 1}),
                        Imath::Box2i({frame.data.x0, frame.data.y0}, {frame.data.x1 - 1, frame.data.y1 - 1}));
     header.compression() = Imf::Compression(settings.compression);
     header.dwaCompressionLevel() = settings.dwaLevel;
     Imf::addChromaticities(header, Imf::Chromaticities()); // Rec. 709
-    header.insert("oiio:ColorSpace", Imf::StringAttribute(isColor(part) ? settings.space : "data"));
+    header.insert("oiio:ColorSpace", Imf::StringAttribute(isColor(part) ? settings.colorSpace : "data"));
     header.insert("colorInteropID", Imf::StringAttribute(isColor(part) ? kInteropId : "data"));
     insertMetadata(header, part.metadata);
-    for (const Channel& channel : part.channels)
+    for (const ExrChannel& channel : part.channels)
         header.channels().insert(channel.name, Imf::Channel(typeOf(channel, settings)));
     header.setType(settings.tile > 0 ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
     if (settings.tile > 0)
@@ -242,10 +243,10 @@ class CompressionThreads {
     const int m_before;
 };
 
-std::string encode(const ImageFrame& frame, const std::vector<Part>& parts, const Metadata& metadata,
+std::string encode(const ImageFrame& frame, const std::vector<ExrPart>& parts, const Metadata& metadata,
                    const ExrSettings& settings, size_t& clamped) {
     std::vector<Imf::Header> headers;
-    for (const Part& part : parts) {
+    for (const ExrPart& part : parts) {
         headers.push_back(headerOf(part, frame, settings));
         if (hasExact(part) && losesFloats(settings.compression))
             headers.back().compression() = Imf::ZIPS_COMPRESSION;
@@ -257,7 +258,7 @@ std::string encode(const ImageFrame& frame, const std::vector<Part>& parts, cons
                                       int(headers.size())); // completed when destroyed
         for (size_t i = 0; i < parts.size(); ++i) {
             Pixels pixels;
-            for (const Channel& channel : parts[i].channels)
+            for (const ExrChannel& channel : parts[i].channels)
                 addSlice(pixels, channel, typeOf(channel, settings), frame.data, clamped);
             writePixels(file, int(i), pixels, settings, frame.data.height());
         }
@@ -267,7 +268,7 @@ std::string encode(const ImageFrame& frame, const std::vector<Part>& parts, cons
 
 } // namespace
 
-ExrSettings exrSettingsFrom(const std::string& words) {
+ExrSettings parseExrSettings(const std::string& words) {
     ExrSettings settings;
     for (size_t begin = 0; begin <= words.size();) {
         const size_t end = std::min(words.find(',', begin), words.size());
@@ -277,12 +278,12 @@ ExrSettings exrSettingsFrom(const std::string& words) {
     return settings;
 }
 
-void checkExr(const std::filesystem::path& path, const std::vector<Part>& parts,
+void checkExr(const std::filesystem::path& path, const std::vector<ExrPart>& parts,
               const ExrSettings& settings) {
     if (parts.empty())
         failWrite(path, "there are no channels");
     checkNames(path, parts);
-    for (const Part& part : parts)
+    for (const ExrPart& part : parts)
         if (!settings.parts && losesFloats(settings.compression) && hasExact(part))
             failWrite(path,
                       std::string(kCompressions[settings.compression]) + " would change the numbers of \"" +
@@ -290,7 +291,7 @@ void checkExr(const std::filesystem::path& path, const std::vector<Part>& parts,
                       ErrorKind::Usage);
 }
 
-size_t writeExr(const std::filesystem::path& path, const ImageFrame& frame, const std::vector<Part>& parts,
+size_t writeExr(const std::filesystem::path& path, const ImageFrame& frame, const std::vector<ExrPart>& parts,
                 const Metadata& metadata, const ExrSettings& settings, int threads) {
     if (frame.data.width() < 1 || frame.data.height() < 1)
         failWrite(path, "the image is empty");

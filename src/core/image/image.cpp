@@ -9,19 +9,20 @@
 
 namespace strobe {
 
-ColorEncoding ColorEncoding::of(const ColorConfig& config, const std::string& space, const Location& where) {
+ColorEncoding ColorEncoding::fromSpace(const ColorConfig& config, const std::string& space,
+                                       const Location& where) {
     ColorTransform toWorking = config.toWorking(space, where);
     return toWorking ? ColorEncoding{Space, 1, true, space, std::move(toWorking)} : ColorEncoding{};
 }
 
-ColorEncoding ColorEncoding::ofFile(const ColorConfig& config, const std::filesystem::path& file,
-                                    const Location& where, const ColorEncoding& otherwise) {
+ColorEncoding ColorEncoding::fromFileRules(const ColorConfig& config, const std::filesystem::path& file,
+                                           const Location& where, const ColorEncoding& otherwise) {
     const std::string space = config.spaceOfFile(file, where);
-    return space.empty() ? otherwise : of(config, space, where);
+    return space.empty() ? otherwise : fromSpace(config, space, where);
 }
 
 bool ColorEncoding::changes(bool floats) const {
-    return kind != Linear && (kind != Gamma || gamma != 1) && (ofFloats || !floats);
+    return kind != Linear && (kind != Gamma || gamma != 1) && (appliesToFloats || !floats);
 }
 
 float ColorEncoding::linear(float stored) const {
@@ -34,7 +35,7 @@ void checkImage(const std::filesystem::path& path, const Location& where) {
     static const std::set<std::string> plain{".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff",
                                              ".tx",  ".hdr", ".pfm", ".ppm",  ".pgm", ".tga",
                                              ".bmp", ".gif", ".dpx", ".webp"};
-    if (!resourcePolicyOf(where).confines())
+    if (!resourcePolicyOf(where).restrictsFiles())
         return;
     // Readers of films follow references to other files.
     imageLibrary().trustNames();
@@ -65,13 +66,14 @@ Image readImage(const std::filesystem::path& path, const Location& where, const 
     if (width < 1 || height < 1 || file->channels < 1 || file->depth > 1)
         throw fail("it is empty or not two-dimensional");
     const int n = file->channels >= 3 ? 3 : 1;
-    resourcePolicyOf(where).require(uint64_t(width) * uint64_t(height) * (4 * uint64_t(n) + sizeof(Rgb)),
-                                    "the image " + path.string(), "make it smaller", where);
+    resourcePolicyOf(where).requireMemory(uint64_t(width) * uint64_t(height) *
+                                              (4 * uint64_t(n) + sizeof(Rgb)),
+                                          "the image " + path.string(), "make it smaller", where);
     Image image{width, height, {}};
     std::vector<float> values(size_t(width) * size_t(height) * size_t(n));
     if (!file->read(0, n, values.data(), error))
         throw fail(error);
-    const bool changes = transfer.changes(file->ofFloats);
+    const bool changes = transfer.changes(file->isFloat);
     if (changes && transfer.kind != ColorEncoding::Space)
         for (float& v : values)
             v = transfer.linear(v);

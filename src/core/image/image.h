@@ -29,16 +29,18 @@ constexpr int64_t kMaxImagePixels = int64_t(1) << 28;
 struct ColorEncoding {
     enum Kind { Linear, Srgb, Gamma, Space };
     Kind kind = Linear;
-    float gamma = 1;       ///< of kind Gamma: linear = stored^gamma
-    bool ofFloats = false; ///< apply it to files that store floats, too (else to 8- and 16-bit files only)
-    std::string space{};   ///< of kind Space: the name of a color space
+    float gamma = 1; ///< of kind Gamma: linear = stored^gamma
+    bool appliesToFloats =
+        false;           ///< apply it to files that store floats, too (else to 8- and 16-bit files only)
+    std::string space{}; ///< of kind Space: the name of a color space
     ColorTransform toWorking{}; ///< of kind Space
 
     /// From a space of a config, whatever type the files have. Throws as ColorConfig::toWorking does.
-    static ColorEncoding of(const ColorConfig& config, const std::string& space, const Location& where);
+    static ColorEncoding fromSpace(const ColorConfig& config, const std::string& space,
+                                   const Location& where);
     /// As the config's rules say for a file of this name, else `otherwise`.
-    static ColorEncoding ofFile(const ColorConfig& config, const std::filesystem::path& file,
-                                const Location& where, const ColorEncoding& otherwise);
+    static ColorEncoding fromFileRules(const ColorConfig& config, const std::filesystem::path& file,
+                                       const Location& where, const ColorEncoding& otherwise);
     /// Whether it changes anything in files of floats, or in others.
     bool changes(bool floats) const;
     /// A stored value made linear, of any kind but Space.

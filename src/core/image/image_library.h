@@ -34,7 +34,7 @@ class ImageReader {
     virtual ~ImageReader() = default;
     int width = 0, height = 0, depth = 0, channels = 0;
     int alpha = -1; ///< the channel; -1: none
-    bool ofFloats = false;
+    bool isFloat = false;
     /// The channels `first` to `last` (exclusive) of all pixels, row after row from the top. False: `error`
     /// says why.
     virtual bool read(int first, int last, float* out, std::string& error) = 0;

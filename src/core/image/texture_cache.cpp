@@ -126,7 +126,7 @@ std::string TextureCache::Impl::nameOf(Recipe recipe, const std::string& name) {
 std::string TextureCache::Impl::nameOf(const std::filesystem::path& path, const ColorEncoding& transfer) {
     std::string error; // of a file that cannot be opened: TextureSystem::open reports it
     const auto file = transfer.changes(false) ? imageLibrary().open(path.string(), error) : nullptr;
-    if (!file || !transfer.changes(file->ofFloats))
+    if (!file || !transfer.changes(file->isFloat))
         return path.string();
     return nameOf(Recipe{path.string(), nullptr, TextureChannels::Color, transfer}, path.string());
 }
@@ -140,9 +140,9 @@ TextureCache::Impl::open(const std::string& name, const std::string& shown, cons
     const int64_t texels = int64_t(texture->width) * texture->height;
     const int channels = texture->channels;
     if (!texture->isTiled)
-        resourcePolicyOf(where).require(uint64_t(texels) * uint64_t(channels) * sizeof(float) * 4 / 3,
-                                        "the image " + shown, "make it smaller, or convert it by maketx",
-                                        where);
+        resourcePolicyOf(where).requireMemory(uint64_t(texels) * uint64_t(channels) * sizeof(float) * 4 / 3,
+                                              "the image " + shown,
+                                              "make it smaller, or convert it by maketx", where);
     const std::lock_guard lock(mutex);
     const bool isSmall = texture->isPlain && texels <= kSmall && kept + texels <= kBudget;
     kept += isSmall ? texels : 0;

@@ -2,7 +2,7 @@
 
 namespace strobe {
 
-void Material::evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const {
+void Material::evalCosSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const {
     V3f directions[kSoAWidth];
     Rgb values[kSoAWidth];
     float densities[kSoAWidth];
@@ -24,17 +24,18 @@ void Material::evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float
     }
 }
 
-void Material::sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const {
+void Material::sampleSoA(const BsdfQuerySoA& jobs, const float* uc, const V2SoA& u,
+                         BsdfSampleSoA& out) const {
     for (int i = jobs.begin; i < jobs.end; ++i) {
         BsdfSample sampled;
-        out.drawn[i] =
+        out.valid[i] =
             jobs.wants(i) && sample(jobs.bsdf[jobs.point[i]], jobs.wo.at(i), uc[i], u.at(i), sampled);
-        if (out.drawn[i])
+        if (out.valid[i])
             out.set(i, sampled);
     }
 }
 
-void Material::maxPdfSoA(const BsdfSoA& jobs, float* out) const {
+void Material::maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const {
     for (int i = jobs.begin; i < jobs.end; ++i)
         out[i] = maxPdf(jobs.bsdf[jobs.point[i]], jobs.wo.at(i));
 }

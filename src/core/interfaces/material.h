@@ -51,7 +51,7 @@ struct BsdfSampleSoA {
     V3SoA wi;
     RgbSoA weight;
     alignas(64) float pdf[kSoAWidth];
-    bool drawn[kSoAWidth]; ///< what `sample` returns: the rest is meaningless without
+    bool valid[kSoAWidth]; ///< what `sample` returns: the rest is meaningless without
     bool delta[kSoAWidth], transmits[kSoAWidth];
 
     void set(int i, const BsdfSample& s) {
@@ -62,16 +62,16 @@ struct BsdfSampleSoA {
 
 /// Things to do at points of surfaces, side by side: jobs from `begin` to `end`, all at points of one
 /// material.
-struct BsdfSoA {
+struct BsdfQuerySoA {
     const Bsdf* bsdf;     ///< by point
     const int32_t* point; ///< by job; jobs of one point are neighbors
     const V3SoA& wo;      ///< by job: its point's
     int begin, end;
-    const int32_t* wanted; ///< by job: what has a 0 here need not be done; null: all
+    const int32_t* active; ///< by job: what has a 0 here need not be done; null: all
 
-    bool wants(int job) const { return !wanted || wanted[job]; }
+    bool wants(int job) const { return !active || active[job]; }
     /// Number k of a point's Bsdf::data, in a form that loops over jobs can gather.
-    float datum(int32_t at, int k) const {
+    float bsdfData(int32_t at, int k) const {
         static_assert(sizeof(Bsdf) % sizeof(float) == 0 && offsetof(Bsdf, data) % sizeof(float) == 0);
         constexpr int kStride = sizeof(Bsdf) / sizeof(float), kFirst = offsetof(Bsdf, data) / sizeof(float);
         return reinterpret_cast<const float*>(bsdf)[at * kStride + kFirst + k];
@@ -115,16 +115,18 @@ class Material {
     /// Draws wi. `uc` (in [0,1)) picks a lobe, `u` (in [0,1)²) a direction. False: absorbed.
     virtual bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const = 0;
     /// The same for many points at once: wi, f and pdf are by job.
-    virtual void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const;
-    virtual void sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const;
+    virtual void evalCosSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const;
+    virtual void sampleSoA(const BsdfQuerySoA& jobs, const float* uc, const V2SoA& u,
+                           BsdfSampleSoA& out) const;
     /// As sampleSoA, for who will evaluate some of the directions only: weight and pdf of smooth lobes may
     /// be left undone, and some may be drawn whose pdf turns out to be 0.
-    virtual void drawSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const {
+    virtual void sampleDirectionSoA(const BsdfQuerySoA& jobs, const float* uc, const V2SoA& u,
+                                    BsdfSampleSoA& out) const {
         sampleSoA(jobs, uc, u, out);
     }
     /// An upper bound of pdf over all wi, given wo; infinity when there is none that is easy to give.
     virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
-    virtual void maxPdfSoA(const BsdfSoA& jobs, float* out) const;
+    virtual void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const;
     /// Of a textured material: approximately the reflectance that its texture modulates. Indirect light
     /// divided by it can be compared between neighboring points.
     virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }

@@ -6,7 +6,7 @@ namespace strobe {
 
 namespace {
 
-STROBE_TARGET_CLONES void toObjectSpace(const M44f& m, const float* rays, size_t row, QuadricRays& out) {
+STROBE_TARGET_CLONES void toObjectSpace(const M44f& m, const float* rays, size_t row, QuadricRaySoA& out) {
     STROBE_IVDEP
     for (int i = 0; i < out.n; ++i) {
         const V3f o = transformPoint(m, {rays[i], rays[row + i], rays[2 * row + i]});
@@ -19,13 +19,13 @@ STROBE_TARGET_CLONES void toObjectSpace(const M44f& m, const float* rays, size_t
 
 } // namespace
 
-QuadricRays::QuadricRays(const M44f& toObject, const float* rows, unsigned packet, unsigned first,
-                         unsigned count)
+QuadricRaySoA::QuadricRaySoA(const M44f& toObject, const float* rows, unsigned packet, unsigned first,
+                             unsigned count)
     : n(int(count)) {
     toObjectSpace(toObject, rows + first, packet, *this);
 }
 
-void Quadric::intersectSoA(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const {
+void Quadric::intersectSoA(const QuadricRaySoA& rays, int32_t* hit, float* t, float* u, float* v) const {
     for (int i = 0; i < rays.n; ++i)
         hit[i] = hit[i] && intersect(rays.o(i), rays.d(i), rays.tmin[i], rays.tmax[i], t[i], u[i], v[i]);
 }
@@ -38,7 +38,7 @@ void Quadric::pointSoA(const float* u, const float* v, int begin, int end, Quadr
     }
 }
 
-void Quadric::samplePoints(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const {
+void Quadric::samplePointSoA(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const {
     for (int i = 0; i < n; ++i) {
         const QuadricPoint q = samplePoint(u.at(i));
         p.set(i, q.p), normal.set(i, q.n);

@@ -38,13 +38,13 @@ struct QuadricPointSoA {
 };
 
 /// Rays side by side, in a quadric's object space; directions of any length.
-struct QuadricRays {
+struct QuadricRaySoA {
     static constexpr int kMax = 16;
     int n; ///< at most kMax
 
     /// Takes rays `first` to `first + count` of a packet of `packet` rays, which is rows of that many numbers
     /// in Embree's order: origin, tmin, direction, time, tmax.
-    QuadricRays(const M44f& toObject, const float* rows, unsigned packet, unsigned first, unsigned count);
+    QuadricRaySoA(const M44f& toObject, const float* rows, unsigned packet, unsigned first, unsigned count);
     V3f o(int i) const { return {ox[i], oy[i], oz[i]}; }
     V3f d(int i) const { return {dx[i], dy[i], dz[i]}; }
     alignas(64) float ox[kMax], oy[kMax], oz[kMax], dx[kMax], dy[kMax], dz[kMax];
@@ -62,7 +62,7 @@ class Quadric {
                            float& v) const = 0;
     /// The same for many rays: hit[i] says whether ray i is asked for, and then, whether it hits. What t, u
     /// and v of others become does not matter.
-    virtual void intersectSoA(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const;
+    virtual void intersectSoA(const QuadricRaySoA& rays, int32_t* hit, float* t, float* u, float* v) const;
     /// The surface at (u, v) of `intersect`.
     virtual QuadricPoint point(float u, float v) const = 0;
     /// Those at (u[i], v[i]), i from `begin` to `end`.
@@ -71,21 +71,21 @@ class Quadric {
     /// A point uniform by area from u in [0,1)²: `point` plus nothing else; density 1/area().
     virtual QuadricPoint samplePoint(const V2f& u) const = 0;
     /// Its p and n for u 0 … n-1.
-    virtual void samplePoints(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const;
+    virtual void samplePointSoA(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const;
     /// The radius when the shape is a whole sphere about the origin (seen as a cone by lights), else 0.
     virtual float wholeSphereRadius() const { return 0; }
 };
 
-/// Calls met(i, t, u, v) for those rays of a packet (rows as for QuadricRays; valid[i] is 0 for rays to leave
-/// out) that hit the quadric.
+/// Calls met(i, t, u, v) for those rays of a packet (rows as for QuadricRaySoA; valid[i] is 0 for rays to
+/// leave out) that hit the quadric.
 template <class Met>
 void intersectPacket(const Quadric& quadric, const M44f& toObject, const int* valid, const float* rows,
                      unsigned packet, const Met& met) {
-    for (unsigned first = 0; first < packet; first += QuadricRays::kMax) {
-        const QuadricRays rays(toObject, rows, packet, first,
-                               std::min(packet - first, unsigned(QuadricRays::kMax)));
-        alignas(64) int32_t hit[QuadricRays::kMax];
-        alignas(64) float t[QuadricRays::kMax], u[QuadricRays::kMax], v[QuadricRays::kMax];
+    for (unsigned first = 0; first < packet; first += QuadricRaySoA::kMax) {
+        const QuadricRaySoA rays(toObject, rows, packet, first,
+                                 std::min(packet - first, unsigned(QuadricRaySoA::kMax)));
+        alignas(64) int32_t hit[QuadricRaySoA::kMax];
+        alignas(64) float t[QuadricRaySoA::kMax], u[QuadricRaySoA::kMax], v[QuadricRaySoA::kMax];
         std::copy_n(valid + first, rays.n, hit);
         quadric.intersectSoA(rays, hit, t, u, v);
         for (int i = 0; i < rays.n; ++i)

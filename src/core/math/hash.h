@@ -32,12 +32,12 @@ uint64_t quickSum(uint64_t sum, T... values) {
     ((sum += static_cast<uint64_t>(values) * kOdd[i++]), ...);
     return sum;
 }
-inline constexpr uint64_t kQuickSum = 0x3F84D5B5B5470917ull; ///< of no values
+inline constexpr uint64_t kEmptyQuickSum = 0x3F84D5B5B5470917ull; ///< of no values
 /// A faster hash of a fixed number of integers, order-sensitive: they are mixed once, after a sum of products
 /// with odd numbers (digits of pi), which takes the processor's multipliers side by side.
 template <class... T>
 uint64_t quickHashOf(T... values) {
-    return mix64(quickSum<0>(kQuickSum, values...));
+    return mix64(quickSum<0>(kEmptyQuickSum, values...));
 }
 /// 32 random bits to a float in [0, 1).
 inline float unitFloat(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }

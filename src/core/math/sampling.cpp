@@ -142,35 +142,35 @@ Piecewise2D::Piecewise2D(const std::vector<float>& values, uint32_t nx, uint32_t
         v = mean > 0 ? v / mean : 1;
 }
 
-Piecewise2D::Place Piecewise2D::placeIn(uint32_t y, float fy, float u) const {
+Piecewise2D::CellSample Piecewise2D::placeIn(uint32_t y, float fy, float u) const {
     const float* cdf = cdfRow(y);
     const uint32_t x = findGuided(cdf, &m_guide[size_t(y) * m_nx], m_nx, u);
     return {x, y, {within(u, cdf[x], cdf[x + 1]), fy}};
 }
 
-Piecewise2D::Place Piecewise2D::samplePlace(const V2f& u) const {
+Piecewise2D::CellSample Piecewise2D::sampleCell(const V2f& u) const {
     float fy;
     const uint32_t y = m_rows.sampleIndex(u.y, &fy);
     return placeIn(y, fy, u.x);
 }
 
-void Piecewise2D::samplePlaces(const V2SoA& u, int n, Place* out) const {
+void Piecewise2D::sampleCellSoA(const V2SoA& u, int n, CellSample* out) const {
     for (int i = 0; i < n; ++i) {
-        Place& place = out[i];
-        place.y = m_rows.sampleIndex(u.y[i], &place.at.y);
+        CellSample& place = out[i];
+        place.y = m_rows.sampleIndex(u.y[i], &place.offset.y);
         place.x = std::min(uint32_t(u.x[i] * float(m_nx)), m_nx - 1);
         __builtin_prefetch(&m_guide[size_t(place.y) * m_nx + place.x]);
     }
     for (int i = 0; i < n; ++i)
         __builtin_prefetch(cdfRow(out[i].y) + m_guide[size_t(out[i].y) * m_nx + out[i].x]);
     for (int i = 0; i < n; ++i)
-        out[i] = placeIn(out[i].y, out[i].at.y, u.x[i]);
+        out[i] = placeIn(out[i].y, out[i].offset.y, u.x[i]);
 }
 
 V2f Piecewise2D::sample(const V2f& u) const {
-    const Place place = samplePlace(u);
-    return {std::min((float(place.x) + place.at.x) / float(m_nx), kOneMinusEpsilon),
-            std::min((float(place.y) + place.at.y) / float(ny()), kOneMinusEpsilon)};
+    const CellSample place = sampleCell(u);
+    return {std::min((float(place.x) + place.offset.x) / float(m_nx), kOneMinusEpsilon),
+            std::min((float(place.y) + place.offset.y) / float(ny()), kOneMinusEpsilon)};
 }
 
 float Piecewise2D::pdf(const V2f& p) const {

@@ -157,19 +157,19 @@ class Piecewise2D {
     float integral() const { return m_rows.integral(); }
     V2f sample(const V2f& u) const;
     /// The same: the cell, and where in it, in [0,1)².
-    struct Place {
+    struct CellSample {
         uint32_t x, y;
-        V2f at;
+        V2f offset;
     };
-    Place samplePlace(const V2f& u) const;
+    CellSample sampleCell(const V2f& u) const;
     /// The same for u 0 … n-1: none waits for the memory of another.
-    void samplePlaces(const V2SoA& u, int n, Place* out) const;
+    void sampleCellSoA(const V2SoA& u, int n, CellSample* out) const;
     /// Density at p in [0,1)², per area.
     float pdf(const V2f& p) const;
     V2f inverse(const V2f& p) const;
 
   private:
-    Place placeIn(uint32_t y, float fy, float u) const;
+    CellSample placeIn(uint32_t y, float fy, float u) const;
     const float* cdfRow(uint32_t y) const { return &m_cdf[size_t(y) * (m_nx + 1)]; }
     uint32_t m_nx = 0;
     Piecewise1D m_rows;

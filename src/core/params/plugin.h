@@ -24,8 +24,8 @@ struct BuildContext {
     std::vector<float> keyTimes{0, 1}; ///< of the scene's TransformTimes
     std::shared_ptr<TextureCache> textureCache{};
     /// Of the colors in files.
-    std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
-    bool lenient = false; ///< the scene is what another program wrote: trifles are warned about
+    std::shared_ptr<const ColorConfig> colorConfig = std::make_shared<const ColorConfig>();
+    bool isLenient = false; ///< the scene is what another program wrote: trifles are warned about
 };
 
 /// One row of a plugin table. `Product` is what `create` returns; `Args` is what it gets besides the

@@ -38,7 +38,7 @@ fs::path firstFile(const std::vector<fs::path>& places, const Location& where) {
     std::optional<Error> refused;
     for (const fs::path& place : places)
         try {
-            fs::path file = resourcePolicyOf(where).admit(place, where);
+            fs::path file = resourcePolicyOf(where).authorizeRead(place, where);
             std::error_code ignored;
             if (isFile(file) && !fs::is_regular_file(file, ignored))
                 throw Error(where, fmt::format("\"{}\" is not a regular file", place.string()));

@@ -93,7 +93,7 @@ Diagnostics Diagnostics::recorder() {
     return messages;
 }
 
-void Diagnostics::repeatTo(Diagnostics& other) const {
+void Diagnostics::replayTo(Diagnostics& other) const {
     for (const Told& told : m_told)
         if (told.key.empty())
             other.warn(told.where, told.message);

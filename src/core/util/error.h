@@ -17,20 +17,20 @@ namespace strobe {
 class ResourcePolicy;
 
 /// A text file that locations point into. `mainDirectory` is the directory of the file given on the command
-/// line: the second place where relative file names are looked for, after the file's own directory. `guard`:
+/// line: the second place where relative file names are looked for, after the file's own directory. `policy`:
 /// what the text may have read; null: everything.
 struct Source {
     std::filesystem::path path; ///< as the user would name it
     std::string_view text;      ///< whole contents; `owner` keeps it alive
     std::shared_ptr<const void> owner;
     std::filesystem::path mainDirectory;
-    std::shared_ptr<const ResourcePolicy> guard;
+    std::shared_ptr<const ResourcePolicy> policy;
 
     explicit Source(std::filesystem::path path = {}, std::string_view text = {},
                     std::shared_ptr<const void> owner = {}, std::filesystem::path mainDirectory = {},
-                    std::shared_ptr<const ResourcePolicy> guard = {})
+                    std::shared_ptr<const ResourcePolicy> policy = {})
         : path(std::move(path)), text(text), owner(std::move(owner)), mainDirectory(std::move(mainDirectory)),
-          guard(std::move(guard)) {}
+          policy(std::move(policy)) {}
     /// How many lines end before the offset.
     size_t linesBefore(size_t offset) const;
 
@@ -79,7 +79,7 @@ class Diagnostics {
     explicit Diagnostics(Sink sink) : m_sink(std::move(sink)) {}
     /// Keeps quiet, but can repeat all that it was told: for work on another thread.
     static Diagnostics recorder();
-    void repeatTo(Diagnostics& other) const;
+    void replayTo(Diagnostics& other) const;
     void warn(const Location& where, const std::string& message);
     /// As warn, but only the first time that `key` is seen.
     void warnOnce(const std::string& key, const Location& where, const std::string& message);

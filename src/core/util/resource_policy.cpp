@@ -44,8 +44,8 @@ ResourcePolicy::ResourcePolicy(const Settings& settings) : m_settings(settings),
     }
 }
 
-fs::path ResourcePolicy::admit(const fs::path& file, const Location& where) const {
-    if (!confines()) {
+fs::path ResourcePolicy::authorizeRead(const fs::path& file, const Location& where) const {
+    if (!restrictsFiles()) {
         remember(file);
         return file;
     }
@@ -71,7 +71,7 @@ void ResourcePolicy::remember(const fs::path& file) const {
     m_admitted.insert(file);
 }
 
-bool ResourcePolicy::hasAdmitted(const fs::path& file) const {
+bool ResourcePolicy::hasAuthorized(const fs::path& file) const {
     struct stat wanted, one;
     if (::stat(file.c_str(), &wanted) != 0)
         return false;
@@ -82,20 +82,21 @@ bool ResourcePolicy::hasAdmitted(const fs::path& file) const {
     });
 }
 
-void ResourcePolicy::require(uint64_t bytes, const std::string& what, const std::string& remedy,
-                             const Location& where) const {
-    const bool isAsked = m_settings.memory != 0;
-    const uint64_t held = residentBytes(), most = isAsked ? m_settings.memory : machineBytes();
+void ResourcePolicy::requireMemory(uint64_t bytes, const std::string& what, const std::string& remedy,
+                                   const Location& where) const {
+    const bool isAsked = m_settings.maxMemory != 0;
+    const uint64_t held = residentBytes(), most = isAsked ? m_settings.maxMemory : machineBytes();
     if (held < most && bytes <= most - held)
         return;
-    throw Error(where, fmt::format("{} would take {} more, with {} in use: {} {}; {}", what, inBytes(bytes),
-                                   inBytes(held), isAsked ? "--max-memory allows" : "this machine has",
-                                   inBytes(most), remedy));
+    throw Error(where,
+                fmt::format("{} would take {} more, with {} in use: {} {}; {}", what, formatBytes(bytes),
+                            formatBytes(held), isAsked ? "--max-memory allows" : "this machine has",
+                            formatBytes(most), remedy));
 }
 
 const ResourcePolicy& resourcePolicyOf(const Location& where) {
     static const ResourcePolicy all;
-    return where && where.source->guard ? *where.source->guard : all;
+    return where && where.source->policy ? *where.source->policy : all;
 }
 
 uint64_t residentBytes() {
@@ -105,7 +106,7 @@ uint64_t residentBytes() {
     return file ? resident * uint64_t(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-std::string inBytes(uint64_t bytes) {
+std::string formatBytes(uint64_t bytes) {
     if (bytes >= 1000000000)
         return fmt::format("{:.1f} GB", double(bytes) * 1e-9);
     return fmt::format("{:.1f} MB", double(bytes) * 1e-6);

@@ -17,23 +17,23 @@ class ResourcePolicy {
   public:
     struct Settings {
         std::vector<std::filesystem::path> roots; ///< files and folders that may be read; none: all
-        uint64_t memory = 0;                      ///< resident bytes; 0: what the machine has
+        uint64_t maxMemory = 0;                   ///< resident bytes; 0: what the machine has
     };
     ResourcePolicy() = default; ///< allows everything, and remembers nothing
     /// Throws Error of kind Usage where a root does not exist.
     explicit ResourcePolicy(const Settings& settings);
 
     /// True where only the roots may be read.
-    bool confines() const { return !m_settings.roots.empty(); }
+    bool restrictsFiles() const { return !m_settings.roots.empty(); }
     /// The path to open: where `file` truly is, symbolic links and `..` followed, if only the roots may be
     /// read; else `file` itself. Throws an Error at `where` if that is outside of them.
-    std::filesystem::path admit(const std::filesystem::path& file, const Location& where) const;
+    std::filesystem::path authorizeRead(const std::filesystem::path& file, const Location& where) const;
     /// Whether `file` is there and is one that was admitted, by this name or another.
-    bool hasAdmitted(const std::filesystem::path& file) const;
+    bool hasAuthorized(const std::filesystem::path& file) const;
     /// Throws an Error at `where` that says what `what` would take, and `remedy`, if that many bytes more do
     /// not fit.
-    void require(uint64_t bytes, const std::string& what, const std::string& remedy,
-                 const Location& where) const;
+    void requireMemory(uint64_t bytes, const std::string& what, const std::string& remedy,
+                       const Location& where) const;
 
   private:
     void remember(const std::filesystem::path& file) const;
@@ -51,6 +51,6 @@ const ResourcePolicy& resourcePolicyOf(const Location& where);
 uint64_t residentBytes();
 
 /// "3.2 GB".
-std::string inBytes(uint64_t bytes);
+std::string formatBytes(uint64_t bytes);
 
 } // namespace strobe

@@ -155,11 +155,11 @@ void requireTracing(const BuiltGeometry& geometry, const Location& where) {
                 triangles += mesh->triangleCount();
                 keys += mesh->triangleCount() * (mesh->positions.size() - 1);
             }
-    resourcePolicyOf(where).require(kTriangle * triangles + kKey * keys +
-                                        kInstance * geometry.instances.size(),
-                                    std::to_string(triangles) + " triangles and " +
-                                        std::to_string(geometry.instances.size()) + " instances",
-                                    "subdivide less, simplify meshes, or repeat them as instances", where);
+    resourcePolicyOf(where).requireMemory(
+        kTriangle * triangles + kKey * keys + kInstance * geometry.instances.size(),
+        std::to_string(triangles) + " triangles and " + std::to_string(geometry.instances.size()) +
+            " instances",
+        "subdivide less, simplify meshes, or repeat them as instances", where);
 }
 
 /// A film's scale is a factor of all light.
@@ -262,11 +262,11 @@ class SceneBuilder::Impl {
         constexpr uint64_t kPixel = 100; // bytes: its value, its sum, and what files are made from
         const PixelBounds& w = m_setup.pixelBounds;
         resourcePolicyOf(m_description.world.where)
-            .require(kPixel * uint64_t(w.width()) * uint64_t(w.height()),
-                     "a picture of " + std::to_string(w.width()) + "x" + std::to_string(w.height()) +
-                         " pixels",
-                     "lower the resolution, or render it in parts (--pixel-bounds)",
-                     statement.where ? statement.where : m_description.world.where);
+            .requireMemory(kPixel * uint64_t(w.width()) * uint64_t(w.height()),
+                           "a picture of " + std::to_string(w.width()) + "x" + std::to_string(w.height()) +
+                               " pixels",
+                           "lower the resolution, or render it in parts (--pixel-bounds)",
+                           statement.where ? statement.where : m_description.world.where);
         if (film.scale != 1)
             scaleLights(m_description, film.scale);
     }

@@ -268,8 +268,8 @@ class GeometryBuilder {
             return;
         m_unchecked = 0;
         resourcePolicyOf(instance.where)
-            .require(count * kBytesPerInstance, std::to_string(count) + " instances", "use fewer",
-                     instance.where);
+            .requireMemory(count * kBytesPerInstance, std::to_string(count) + " instances", "use fewer",
+                           instance.where);
     }
 
     void appendUses(const std::vector<InstanceDecl>& instances, std::vector<GroupUse>& uses) {
@@ -391,7 +391,7 @@ void ShapeStore::make(std::vector<ShapeDecl>& decls, Diagnostics& messages) {
         }
     });
     for (size_t i = 0; i < missing.size(); ++i) {
-        made[i].messages.repeatTo(messages);
+        made[i].messages.replayTo(messages);
         if (made[i].error)
             std::rethrow_exception(made[i].error);
         m_entries[missing[i]] = {std::move(made[i].shape)};

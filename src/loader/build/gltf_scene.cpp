@@ -253,7 +253,7 @@ Plugin<Shape> gltfPlugin() {
 
 GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& messages) {
     const Location where = params.whereIs(kFilename);
-    GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->guard : nullptr);
+    GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->policy : nullptr);
     decl.settings = {params.get(kScene), params.get(kAnimation), params.get(kCamera), params.get(kLights)};
     params.reportUnused(gltfPlugin().params, strict, messages);
     return decl;

@@ -84,7 +84,7 @@ class MaterialMakers {
     }
 
     void leaveOutBumps(const Statement& statement) {
-        if (!m_maker.context().lenient)
+        if (!m_maker.context().isLenient)
             return;
         for (const Param& p : statement.params.all())
             if (p.name == "bumpmap" || p.name == "displacement" || p.name == "normalmap") {

@@ -32,8 +32,8 @@ PluginFactory::PluginFactory(const PluginFactory& other, Diagnostics& messages)
                                           other.m_context.conventions,
                                           other.m_context.keyTimes,
                                           other.m_context.textureCache,
-                                          other.m_context.color,
-                                          other.m_context.lenient},
+                                          other.m_context.colorConfig,
+                                          other.m_context.isLenient},
       m_textures(other.m_textures) {}
 
 void PluginFactory::note(const Statement& statement, const char* kind, const std::string& becomes) {

@@ -243,11 +243,11 @@ std::string describe(const Token& token) {
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
                                          const std::filesystem::path& mainDirectory, const Location& where,
                                          std::shared_ptr<const ResourcePolicy> guard) {
-    const std::filesystem::path place = guard ? guard->admit(path, where) : path;
+    const std::filesystem::path place = guard ? guard->authorizeRead(path, where) : path;
     try {
         const FileBytes file = readFileBytes(place, [&](uint64_t bytes) {
             if (guard)
-                guard->require(bytes, "the text of \"" + path.string() + '"', "split the scene", where);
+                guard->requireMemory(bytes, "the text of \"" + path.string() + '"', "split the scene", where);
         });
         return std::make_shared<Source>(path, file.view(), file.bytes, mainDirectory, std::move(guard));
     } catch (const Error&) {

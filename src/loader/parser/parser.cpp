@@ -43,7 +43,7 @@ std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source
     }
     if (!copy)
         return source;
-    return std::make_shared<Source>(source->path, *copy, copy, source->mainDirectory, source->guard);
+    return std::make_shared<Source>(source->path, *copy, copy, source->mainDirectory, source->policy);
 }
 
 void followPbrtV2(KeyedTransform& t) {

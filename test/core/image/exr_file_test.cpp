@@ -19,7 +19,7 @@ class ExrFiles : public ImageFiles {
         }
         m_colors.back().z = 1e6f;
     }
-    std::vector<Part> parts() const {
+    std::vector<ExrPart> parts() const {
         const float* data = &m_colors[0].x;
         return {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}},
                 {"number", {{"number.Y", m_numbers.data(), 1, true}}, {{"about", std::string("numbers")}}},
@@ -28,7 +28,7 @@ class ExrFiles : public ImageFiles {
     size_t write(const std::string& words) const {
         return writeExr(*this / "a.exr", {{3, 2, 3 + kWidth, 2 + kHeight}, {100, 60}}, parts(),
                         {{"renderer", std::string("strobe")}, {"samples", 64}, {"seconds", 1.5f}},
-                        exrSettingsFrom(words));
+                        parseExrSettings(words));
     }
     /// What OpenImageIO finds under a channel's name, in whichever part.
     std::vector<double> channel(const std::string& name, OIIO::TypeDesc* type = nullptr) const {
@@ -138,7 +138,7 @@ TEST_F(ExrFiles, FiniteStaysFiniteInHalfFloats) {
 TEST_F(ExrFiles, DwaLevelsCount) {
     const auto size = [&](const std::string& words) {
         writeExr(*this / "a.exr", {{0, 0, kWidth, kHeight}, {kWidth, kHeight}}, {parts()[0]}, {},
-                 exrSettingsFrom(words));
+                 parseExrSettings(words));
         return fs::file_size(*this / "a.exr");
     };
     EXPECT_GT(size("half,dwaa:0"), size("half,dwaa:1000"));
@@ -168,12 +168,12 @@ TEST_F(ExrFiles, AreTheSameWhateverThreadsCompressThem) {
     std::vector<float> values(size_t(kLarge) * kLarge);
     for (size_t i = 0; i < values.size(); ++i)
         values[i] = std::sin(float(i));
-    const std::vector<Part> parts{{"a", {{"R", values.data()}}}, {"b", {{"b.Y", values.data(), 1, true}}}};
+    const std::vector<ExrPart> parts{{"a", {{"R", values.data()}}}, {"b", {{"b.Y", values.data(), 1, true}}}};
     for (const char* words : {"zip", "piz", "zips,parts", "zip,tiles:32", "dwaa,half,parts"}) {
         std::string bytes[3];
         for (const int threads : {0, 1, 5}) {
             const fs::path file = *this / "t.exr";
-            writeExr(file, {{0, 0, kLarge, kLarge}, {kLarge, kLarge}}, parts, {}, exrSettingsFrom(words),
+            writeExr(file, {{0, 0, kLarge, kLarge}, {kLarge, kLarge}}, parts, {}, parseExrSettings(words),
                      threads);
             std::ifstream stream(file, std::ios::binary);
             bytes[threads % 3] = std::string(std::istreambuf_iterator<char>(stream), {});
@@ -186,7 +186,7 @@ TEST_F(ExrFiles, AreTheSameWhateverThreadsCompressThem) {
 
 TEST_F(ExrFiles, RefusesNonsense) {
     const float zero[4] = {};
-    const auto write = [&](const PixelBounds& w, const std::vector<Part>& p, const Metadata& m = {},
+    const auto write = [&](const PixelBounds& w, const std::vector<ExrPart>& p, const Metadata& m = {},
                            const ExrSettings& s = {}) {
         writeExr(*this / "d.exr", {w, {2, 2}}, p, m, s);
     };
@@ -204,23 +204,23 @@ TEST_F(ExrFiles, RefusesNonsense) {
 }
 
 TEST(ExrSettings, Words) {
-    const ExrSettings s = exrSettingsFrom("half,dwab:12.5,tiles:32,parts");
+    const ExrSettings s = parseExrSettings("half,dwab:12.5,tiles:32,parts");
     EXPECT_TRUE(s.half && s.parts);
     EXPECT_EQ(s.compression, ExrSettings::Dwab);
     EXPECT_EQ(s.dwaLevel, 12.5f);
     EXPECT_EQ(s.tile, 32);
-    const ExrSettings back = exrSettingsFrom("half,float,tiles,scanlines,parts,single,rle,none");
+    const ExrSettings back = parseExrSettings("half,float,tiles,scanlines,parts,single,rle,none");
     EXPECT_FALSE(back.half || back.parts);
     EXPECT_EQ(back.tile, 0);
     EXPECT_EQ(back.compression, ExrSettings::None);
-    EXPECT_EQ(exrSettingsFrom("tiles").tile, 64);
+    EXPECT_EQ(parseExrSettings("tiles").tile, 64);
 }
 
 TEST(ExrSettings, UnknownWordsListTheKnown) {
     for (const char* word : {"", "halfs", "half:2", "zip:3", "dwaa:", "dwaa:-1", "dwaa:x", "dwaa:nan",
                              "tiles:0", "tiles:7x", "parts:2", "Half"}) {
         try {
-            exrSettingsFrom(std::string("float,") + word);
+            parseExrSettings(std::string("float,") + word);
             ADD_FAILURE() << word;
         } catch (const Error& e) {
             EXPECT_EQ(e.kind, ErrorKind::Usage);

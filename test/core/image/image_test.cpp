@@ -77,7 +77,7 @@ TEST_F(ImageFiles, AColorSpaceIsOfFloatsToo) {
     const ColorConfig config;
     writeRgb(*this / "s.exr", Image{1, 1, {Rgb(1, 0, 0)}});
     writeGray8(*this / "t.png", 1, 1, {255});
-    const ColorEncoding acescg = ColorEncoding::of(config, "ACEScg", {});
+    const ColorEncoding acescg = ColorEncoding::fromSpace(config, "ACEScg", {});
     TextureCache cache;
     for (const char* name : {"s.exr", "t.png"}) {
         const Rgb read = readImage(*this / name, {}, acescg).at(0, 0);

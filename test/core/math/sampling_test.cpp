@@ -286,15 +286,15 @@ TEST(Sampling, Piecewise2D) {
     EXPECT_GT(chiSquareP(counts, expected), kAlpha);
 
     V2SoA numbers;
-    Piecewise2D::Place places[kSoAWidth];
+    Piecewise2D::CellSample places[kSoAWidth];
     for (int i = 0; i < kSoAWidth; ++i)
         numbers.set(i, random2D(20, i));
-    density.samplePlaces(numbers, kSoAWidth, places);
+    density.sampleCellSoA(numbers, kSoAWidth, places);
     for (int i = 0; i < kSoAWidth; ++i) {
-        const Piecewise2D::Place place = density.samplePlace(numbers.at(i));
+        const Piecewise2D::CellSample place = density.sampleCell(numbers.at(i));
         EXPECT_EQ(places[i].x, place.x);
         EXPECT_EQ(places[i].y, place.y);
-        EXPECT_EQ(places[i].at, place.at);
+        EXPECT_EQ(places[i].offset, place.offset);
     }
 }
 

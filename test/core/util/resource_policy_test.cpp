@@ -18,7 +18,7 @@ class GuardTest : public ImageFiles {
     }
     bool admits(const ResourcePolicy& guard, const fs::path& file) const {
         try {
-            return guard.admit(file, {}) == fs::weakly_canonical(file);
+            return guard.authorizeRead(file, {}) == fs::weakly_canonical(file);
         } catch (const Error& e) {
             EXPECT_EQ(std::string(e.what()), "file \"" + file.string() +
                                                  "\" must not be read: it is outside of what --sandbox "
@@ -30,10 +30,10 @@ class GuardTest : public ImageFiles {
 };
 
 TEST_F(GuardTest, AllowsAllWithoutRoots) {
-    EXPECT_EQ(ResourcePolicy().admit("../x", {}), "../x");
-    EXPECT_FALSE(ResourcePolicy().confines());
-    EXPECT_NO_THROW(ResourcePolicy().require(1000, "it", "do less", {}));
-    EXPECT_THROW(ResourcePolicy().require(UINT64_MAX, "it", "do less", {}),
+    EXPECT_EQ(ResourcePolicy().authorizeRead("../x", {}), "../x");
+    EXPECT_FALSE(ResourcePolicy().restrictsFiles());
+    EXPECT_NO_THROW(ResourcePolicy().requireMemory(1000, "it", "do less", {}));
+    EXPECT_THROW(ResourcePolicy().requireMemory(UINT64_MAX, "it", "do less", {}),
                  Error); // more than any machine has
 }
 
@@ -60,34 +60,35 @@ TEST_F(GuardTest, KnowsWhatItAdmitted) {
     for (const ResourcePolicy::Settings& settings :
          {ResourcePolicy::Settings(), ResourcePolicy::Settings{{m_root}, 0}}) {
         const ResourcePolicy guard(settings);
-        guard.admit(m_root / "job/link.ply", {});
-        guard.admit(m_root / "job/none.ply", {});
-        EXPECT_TRUE(guard.hasAdmitted(m_root / "job/link.ply"));
-        EXPECT_TRUE(guard.hasAdmitted(m_root / "job/../job2/b.ply")) << "the link leads there";
-        EXPECT_FALSE(guard.hasAdmitted(m_root / "job/a.ply"));
-        EXPECT_FALSE(guard.hasAdmitted(m_root / "job/none.ply")) << "it is not there";
+        guard.authorizeRead(m_root / "job/link.ply", {});
+        guard.authorizeRead(m_root / "job/none.ply", {});
+        EXPECT_TRUE(guard.hasAuthorized(m_root / "job/link.ply"));
+        EXPECT_TRUE(guard.hasAuthorized(m_root / "job/../job2/b.ply")) << "the link leads there";
+        EXPECT_FALSE(guard.hasAuthorized(m_root / "job/a.ply"));
+        EXPECT_FALSE(guard.hasAuthorized(m_root / "job/none.ply")) << "it is not there";
     }
     const ResourcePolicy none;
-    none.admit(m_root / "job/a.ply", {});
-    EXPECT_FALSE(none.hasAdmitted(m_root / "job/a.ply"));
+    none.authorizeRead(m_root / "job/a.ply", {});
+    EXPECT_FALSE(none.hasAuthorized(m_root / "job/a.ply"));
 }
 
 TEST(Memory, IsRefusedBeyondTheLimit) {
     const uint64_t held = residentBytes();
     ASSERT_GT(held, 1000000u);
     const ResourcePolicy guard({{}, held + 100'000'000});
-    EXPECT_NO_THROW(guard.require(10'000'000, "it", "do less", {}));
+    EXPECT_NO_THROW(guard.requireMemory(10'000'000, "it", "do less", {}));
     for (const uint64_t bytes : {uint64_t(200'000'000), UINT64_MAX})
-        EXPECT_THROW(guard.require(bytes, "it", "do less", {}), Error);
+        EXPECT_THROW(guard.requireMemory(bytes, "it", "do less", {}), Error);
     try {
-        guard.require(3'200'000'000, "the mesh", "simplify it", {});
+        guard.requireMemory(3'200'000'000, "the mesh", "simplify it", {});
         FAIL();
     } catch (const Error& e) {
         const std::string text = e.what();
         EXPECT_TRUE(text.starts_with("the mesh would take 3.2 GB more, with ")) << text;
         EXPECT_TRUE(text.ends_with("; simplify it")) << text;
     }
-    EXPECT_THROW(ResourcePolicy({{}, 1}).require(0, "it", "do less", {}), Error) << "there is more already";
+    EXPECT_THROW(ResourcePolicy({{}, 1}).requireMemory(0, "it", "do less", {}), Error)
+        << "there is more already";
 }
 
 } // namespace
