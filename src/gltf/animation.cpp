@@ -1,5 +1,6 @@
 #include "gltf/animation.h"
 
+#include "core/util/nearest_name.h"
 #include "gltf/accessor.h"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // A glTF 2.0 file in memory: read, and checked as far as can be without knowing what is wanted of it.
 #pragma once
 
+#include "core/util/diagnostics.h"
 #include "core/util/resource_policy.h"
 
 #include <tiny_gltf.h>

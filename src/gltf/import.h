@@ -5,6 +5,7 @@
 #include "core/interfaces/camera.h"
 #include "core/interfaces/material.h"
 #include "core/interfaces/shape.h"
+#include "core/util/diagnostics.h"
 
 #include <filesystem>
 #include <memory>

@@ -649,7 +649,7 @@ class Failures(CliTest):
         self.assertEqual(run("-o", "out.exr").returncode, OK, "no image is read, and no PNG written")
         result = run("-o", "new.exr", "-o", "out.png")
         self.assertEqual(result.returncode, SCENE)
-        self.assertIn(b"libstrobe_images.so, cannot be loaded: it is not beside the program", result.stderr)
+        self.assertIn(b"cannot load the image library libstrobe_images.so: it is not beside the executable", result.stderr)
         self.assertFalse(os.path.exists(self.path("new.exr")), "found out after the work")
 
 

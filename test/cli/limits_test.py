@@ -60,7 +60,7 @@ class LimitsTest(CliTest):
         # A picture whose header says that it is large.
         self.write("large.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 20000 +X 20000\n")
         self.scene('LightSource "infinite" "string mapname" "large.hdr"\n')
-        self.assertRegex(self.refused("--max-memory", "1G"), "the image .*large.hdr would take 9.6 GB more, .*; make it smaller")
+        self.assertRegex(self.refused("--max-memory", "1G"), "the image .*large.hdr would take 9.6 GB more, .*; reduce its resolution")
 
     def test_memory_of_text(self):
         """What nobody foresees, the system refuses."""

@@ -266,9 +266,9 @@ class ExrFiles(OutputTest):
         self.assertNotIn("65504", self.run_strobe("hot.scene", "-o", "a.exr").err)
 
     def test_mistakes(self):
-        for kind, says in (("deflate", 'unknown kind of EXR file "deflate" (known: half, float, none, rle, zips, zip, piz, '),
+        for kind, says in (("deflate", 'unknown EXR setting "deflate" (known: half, float, none, rle, zips, zip, piz, '),
                            ("half,zip:9", '"zip:9"'), ("tiles:0", '"tiles:0"'),
-                           ("dwaa", 'dwaa would change the numbers of "shades"; add "parts"')):
+                           ("dwaa", 'dwaa would change the data in "shades"; use zip, or add "parts"')):
             before = self.names()
             self.assertIn(says, self.run_strobe("o.scene", "--aov", "shades", "--exr", kind, "-o", "a.exr", code=USAGE).err)
             self.assertEqual(self.names(), before)

@@ -1,6 +1,7 @@
 #include "loader/build/builder.h"
 
 #include "cameras/shutter.h"
+#include "core/util/nearest_name.h"
 #include "core/util/resource_policy.h"
 #include "loader/build/geometry_builder.h"
 #include "loader/build/gltf_scene.h"

@@ -1,6 +1,7 @@
 // The parser's frame: files, blocks and the table of directives.
 #include "loader/parser/parser.h"
 
+#include "core/util/nearest_name.h"
 #include "loader/build/gltf_scene.h"
 #include "loader/parser/parser_impl.h"
 

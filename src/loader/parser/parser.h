@@ -1,7 +1,7 @@
 // The scene language: text to SceneDescription. See docs/scene-format.md.
 #pragma once
 
-#include "core/util/error.h"
+#include "core/util/diagnostics.h"
 #include "loader/parser/description.h"
 
 #include <filesystem>

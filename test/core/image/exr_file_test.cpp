@@ -9,7 +9,8 @@ namespace {
 
 class ExrFiles : public ImageFiles {
   protected:
-    /// Colors, a layer of numbers and one of integers; the colors end with a value beyond half floats.
+    /// Makes colors, a layer of floats and a layer of integers. The last color has a value beyond the range
+    /// of half floats.
     void SetUp() override {
         ImageFiles::SetUp();
         for (int i = 0; i < kWidth * kHeight; ++i) {
@@ -30,7 +31,7 @@ class ExrFiles : public ImageFiles {
                         {{"renderer", std::string("strobe")}, {"samples", 64}, {"seconds", 1.5f}},
                         parseExrSettings(words));
     }
-    /// What OpenImageIO finds under a channel's name, in whichever part.
+    /// Returns the values of a channel, in any part, as read by OpenImageIO.
     std::vector<double> channel(const std::string& name, OIIO::TypeDesc* type = nullptr) const {
         const auto file = OIIO::ImageInput::open((*this / "a.exr").string());
         for (int i = 0; file && file->seek_subimage(i, 0); ++i) {
@@ -60,7 +61,7 @@ class ExrFiles : public ImageFiles {
     }
 };
 
-TEST_F(ExrFiles, EveryKindReadsBack) {
+TEST_F(ExrFiles, AllSettingsCanBeReadBack) {
     for (const char* compression :
          {"none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab:5"})
         for (const char* order : {"scanlines", "tiles:16", "tiles"})
@@ -81,7 +82,7 @@ TEST_F(ExrFiles, EveryKindReadsBack) {
     EXPECT_EQ(fileCount(), 1u);
 }
 
-TEST_F(ExrFiles, SaysWhatItIs) {
+TEST_F(ExrFiles, HeadersDescribeTheFile) {
     write("half,tiles:16,piz,parts");
     const auto file = OIIO::ImageInput::open((*this / "a.exr").string());
     ASSERT_TRUE(file);
@@ -115,7 +116,7 @@ TEST_F(ExrFiles, SaysWhatItIs) {
     EXPECT_EQ(type, OIIO::TypeDesc::FLOAT);
 }
 
-TEST_F(ExrFiles, OnePartHasAllChannelsAndMetadata) {
+TEST_F(ExrFiles, SinglePartHasAllChannelsAndMetadata) {
     write("half");
     const auto file = OIIO::ImageInput::open((*this / "a.exr").string());
     ASSERT_TRUE(file);
@@ -126,7 +127,7 @@ TEST_F(ExrFiles, OnePartHasAllChannelsAndMetadata) {
     EXPECT_EQ(channel("number.Y")[7], m_numbers[7]);
 }
 
-TEST_F(ExrFiles, FiniteStaysFiniteInHalfFloats) {
+TEST_F(ExrFiles, FiniteValuesAreClampedToTheRangeOfHalfFloats) {
     m_colors[0] = Rgb(-1e9f, INFINITY, NAN);
     EXPECT_EQ(write("half"), 2u);
     EXPECT_EQ(channel("R")[0], -65504);
@@ -135,7 +136,7 @@ TEST_F(ExrFiles, FiniteStaysFiniteInHalfFloats) {
     EXPECT_TRUE(std::isnan(channel("B")[0]));
 }
 
-TEST_F(ExrFiles, DwaLevelsCount) {
+TEST_F(ExrFiles, DwaLevelsChangeTheFileSize) {
     const auto size = [&](const std::string& words) {
         writeExr(*this / "a.exr", {{0, 0, kWidth, kHeight}, {kWidth, kHeight}}, {parts()[0]}, {},
                  parseExrSettings(words));
@@ -145,7 +146,7 @@ TEST_F(ExrFiles, DwaLevelsCount) {
     EXPECT_EQ(size("half,dwaa"), size("half,dwaa:45"));
 }
 
-TEST_F(ExrFiles, NumbersAreNotLostSilently) {
+TEST_F(ExrFiles, LossyCompressionOfDataIsAnError) {
     for (const char* words : {"dwaa", "dwab", "pxr24"}) {
         try {
             write(words);
@@ -154,8 +155,8 @@ TEST_F(ExrFiles, NumbersAreNotLostSilently) {
             EXPECT_EQ(e.kind, ErrorKind::Usage);
             EXPECT_EQ(e.what(),
                       "cannot write " + (*this / "a.exr").string() + ": " + words +
-                          " would change the numbers of \"number\"; add \"parts\", to compress that "
-                          "layer otherwise, or take zip");
+                          " would change the data in \"number\"; use zip, or add \"parts\" to compress that "
+                          "layer without loss");
         }
     }
     EXPECT_EQ(fileCount(), 0u);
@@ -163,7 +164,7 @@ TEST_F(ExrFiles, NumbersAreNotLostSilently) {
     EXPECT_EQ(channel("number.Y")[7], m_numbers[7]);
 }
 
-TEST_F(ExrFiles, AreTheSameWhateverThreadsCompressThem) {
+TEST_F(ExrFiles, DoNotDependOnTheNumberOfThreads) {
     constexpr int kLarge = 200;
     std::vector<float> values(size_t(kLarge) * kLarge);
     for (size_t i = 0; i < values.size(); ++i)
@@ -184,11 +185,11 @@ TEST_F(ExrFiles, AreTheSameWhateverThreadsCompressThem) {
     }
 }
 
-TEST_F(ExrFiles, RefusesNonsense) {
+TEST_F(ExrFiles, InvalidArgumentsAreErrors) {
     const float zero[4] = {};
-    const auto write = [&](const PixelBounds& w, const std::vector<ExrPart>& p, const Metadata& m = {},
-                           const ExrSettings& s = {}) {
-        writeExr(*this / "d.exr", {w, {2, 2}}, p, m, s);
+    const auto write = [&](const PixelBounds& dataWindow, const std::vector<ExrPart>& p,
+                           const Metadata& m = {}, const ExrSettings& s = {}) {
+        writeExr(*this / "d.exr", {dataWindow, {2, 2}}, p, m, s);
     };
     const PixelBounds all{0, 0, 2, 2};
     EXPECT_THROW(write({0, 0, 0, 2}, {{"p", {{"R", zero}}}}), Error);
@@ -199,24 +200,24 @@ TEST_F(ExrFiles, RefusesNonsense) {
     EXPECT_THROW(write(all, {{"p", {{"R", zero}}}, {"p", {{"G", zero}}}}), Error);
     EXPECT_THROW(write(all, {{"", {{"R", zero}}}}), Error);
     EXPECT_THROW(write(all, {{"p", {{"", zero}}}}), Error);
-    EXPECT_THROW(write(all, {{"p", {{"R", zero}}}}, {{"channels", 1}}), Error); // a name of OpenEXR's own
+    EXPECT_THROW(write(all, {{"p", {{"R", zero}}}}, {{"channels", 1}}), Error); // reserved by OpenEXR
     EXPECT_EQ(fileCount(), 0u);
 }
 
-TEST(ExrSettings, Words) {
+TEST(ExrSettings, WordsAreParsedAndLaterWordsOverride) {
     const ExrSettings s = parseExrSettings("half,dwab:12.5,tiles:32,parts");
-    EXPECT_TRUE(s.half && s.parts);
+    EXPECT_TRUE(s.half && s.isMultiPart);
     EXPECT_EQ(s.compression, ExrSettings::Dwab);
     EXPECT_EQ(s.dwaLevel, 12.5f);
-    EXPECT_EQ(s.tile, 32);
-    const ExrSettings back = parseExrSettings("half,float,tiles,scanlines,parts,single,rle,none");
-    EXPECT_FALSE(back.half || back.parts);
-    EXPECT_EQ(back.tile, 0);
-    EXPECT_EQ(back.compression, ExrSettings::None);
-    EXPECT_EQ(parseExrSettings("tiles").tile, 64);
+    EXPECT_EQ(s.tileSize, 32);
+    const ExrSettings later = parseExrSettings("half,float,tiles,scanlines,parts,single,rle,none");
+    EXPECT_FALSE(later.half || later.isMultiPart);
+    EXPECT_EQ(later.tileSize, 0);
+    EXPECT_EQ(later.compression, ExrSettings::None);
+    EXPECT_EQ(parseExrSettings("tiles").tileSize, 64);
 }
 
-TEST(ExrSettings, UnknownWordsListTheKnown) {
+TEST(ExrSettings, ErrorsForUnknownWordsListTheKnownWords) {
     for (const char* word : {"", "halfs", "half:2", "zip:3", "dwaa:", "dwaa:-1", "dwaa:x", "dwaa:nan",
                              "tiles:0", "tiles:7x", "parts:2", "Half"}) {
         try {
@@ -225,7 +226,7 @@ TEST(ExrSettings, UnknownWordsListTheKnown) {
         } catch (const Error& e) {
             EXPECT_EQ(e.kind, ErrorKind::Usage);
             EXPECT_EQ(e.what(),
-                      "unknown kind of EXR file \"" + std::string(word) +
+                      "unknown EXR setting \"" + std::string(word) +
                           "\" (known: half, float, none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa, dwab; "
                           "dwaa:LEVEL, dwab:LEVEL; scanlines, tiles, tiles:EDGE; single, parts)");
         }

@@ -349,7 +349,7 @@ TEST(BuildErrors, CommandLine) {
     EXPECT_EQ(withDefine("maxdepht=2"), "error: -D maxdepht=2: unknown parameter \"maxdepht\"; did you mean "
                                         "\"maxdepth\"? (known: maxdepth, strategy, lightsamples)");
     EXPECT_EQ(withDefine("maxdepth"), "error: -D maxdepth: write it as name=value");
-    EXPECT_EQ(withDefine("maxdepth=x"), "error: -D maxdepth=x: \"x\" is not a number (integer is wanted)");
+    EXPECT_EQ(withDefine("maxdepth=x"), "error: -D maxdepth=x: \"x\" is not a number (integer is expected)");
     EXPECT_EQ(withDefine("maxdepth=-1"), "error: \"maxdepth\" must not be negative");
 
     BuildOptions integrator;
