@@ -7,9 +7,9 @@
 namespace strobe {
 namespace {
 
-ExrSettings parseExrSettings(const std::string& words) {
+ExrSettings exrSettingsOf(const std::string& words) {
     try {
-        return exrSettingsFrom(words);
+        return parseExrSettings(words);
     } catch (const Error& e) {
         throw CLI::ValidationError("--exr", e.what());
     }
@@ -21,7 +21,7 @@ void addImageOptions(CLI::App& app, ImageOptions& options) {
     if (const char* file = std::getenv("OCIO"))
         options.color = std::make_shared<const ColorConfig>(file);
     app.add_option_function<std::string>(
-        "--exr", [&options](const std::string& words) { options.exr = parseExrSettings(words); },
+        "--exr", [&options](const std::string& words) { options.exr = exrSettingsOf(words); },
         "storage of EXRs, words separated by commas: float or half; none, rle, zips, zip, piz, pxr24, b44, "
         "b44a, dwaa or dwab; scanlines or tiles:EDGE; single or parts");
     app.add_option("--view", options.view.view,

@@ -73,9 +73,9 @@ ExitCode runGuarded(const Log& log, uint64_t maxMemory, const Run& run) {
         return exitCodeOf(e.kind);
     } catch (const std::bad_alloc&) {
         log.error("error: out of memory{}",
-                  maxMemory > 0
-                      ? fmt::format(": the scene takes more than the {} of --max-memory", inBytes(maxMemory))
-                      : "");
+                  maxMemory > 0 ? fmt::format(": the scene takes more than the {} of --max-memory",
+                                              formatBytes(maxMemory))
+                                : "");
         return kSceneError;
     } catch (const std::exception& e) {
         log.error("internal error: {}", e.what());
@@ -118,7 +118,7 @@ ExitCode run(const CommandLine& line, const Log& log) {
         return kOk;
     }
     if (line.printOcio) {
-        fmt::print("{}", builtinColorConfig());
+        fmt::print("{}", kBuiltinColorConfig);
         return kOk;
     }
     return line.pixel ? printPixel(line, log) : renderWithProgress(line, log);
@@ -138,7 +138,7 @@ ExitCode renderMain(int argc, char** argv) {
         return *code;
     line.render.progressive.start = processStart();
     const Log log = consoleLog(line.quiet ? "error" : line.logLevel);
-    return runGuarded(log, line.render.resources.memory, [&] { return run(line, log); });
+    return runGuarded(log, line.render.resources.maxMemory, [&] { return run(line, log); });
 }
 
 } // namespace

@@ -16,13 +16,13 @@ LiveFilm::LiveFilm(const Film& film)
       m_columns(tileCount(m_pixelBounds.width())), m_rows(tileCount(m_pixelBounds.height())),
       m_isRendered(size_t(m_columns) * size_t(m_rows)), m_isChanged(m_isRendered.size()) {
     if (!film.sums().empty())
-        m_film.keepSums();
+        m_film.enableAccumulation();
 }
 
 void LiveFilm::update(const Film& film, const PixelBounds& bounds) {
     {
         const std::lock_guard lock(m_mutex);
-        m_film.copy(film, bounds);
+        m_film.copyFrom(film, bounds);
         markChanged(bounds);
     }
     m_changed.notify_one();

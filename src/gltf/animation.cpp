@@ -1,5 +1,6 @@
 #include "gltf/animation.h"
 
+#include "core/util/nearest_name.h"
 #include "gltf/accessor.h"
 
 #include <algorithm>
@@ -139,21 +140,21 @@ void Curve::evaluate(float time, float* out) const {
 }
 
 Clip::Clip(const Document& document, const std::string& name, const std::vector<size_t>& morphTargets,
-           Diagnostics& messages)
+           Diagnostics& diagnostics)
     : m_nodes(document.model().nodes.size()) {
     if (!name.empty()) {
-        add(document, findAnimation(document, name), morphTargets, messages);
+        add(document, findAnimation(document, name), morphTargets, diagnostics);
         return;
     }
     const auto& animations = document.model().animations;
     std::string skipped;
     for (size_t i = 0; i < animations.size(); ++i)
         if (!overlaps(animations[i]))
-            add(document, i, morphTargets, messages);
+            add(document, i, morphTargets, diagnostics);
         else
             skipped += (skipped.empty() ? "\"" : ", \"") + animations[i].name + "\"";
     if (!skipped.empty())
-        document.warnOnce(messages, "clips", "animations",
+        document.warnOnce(diagnostics, "clips", "animations",
                           "\"" + animations[0].name +
                               "\" plays; skipped, since they animate the same properties: " + skipped);
 }
@@ -170,7 +171,7 @@ bool Clip::overlaps(const tinygltf::Animation& animation) const {
 }
 
 void Clip::add(const Document& document, size_t animation, const std::vector<size_t>& morphTargets,
-               Diagnostics& messages) {
+               Diagnostics& diagnostics) {
     const auto& channels = document.model().animations[animation].channels;
     for (size_t c = 0; c < channels.size(); ++c) {
         const auto& channel = channels[c];
@@ -181,7 +182,7 @@ void Clip::add(const Document& document, size_t animation, const std::vector<siz
         const auto node = size_t(channel.target_node);
         auto* curve = curveOf(m_nodes[node], channel.target_path);
         if (!curve) {
-            document.warnOnce(messages, "path " + channel.target_path, jsonPath + ".target.path",
+            document.warnOnce(diagnostics, "path " + channel.target_path, jsonPath + ".target.path",
                               "unknown path \"" + channel.target_path + "\" is ignored");
             continue;
         }

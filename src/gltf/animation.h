@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/math/math.h"
+#include "core/util/diagnostics.h"
 #include "gltf/document.h"
 
 #include <array>
@@ -55,12 +56,12 @@ class Clip {
     /// Warns about animations that do not play. Throws an Error if an animation is invalid or the name
     /// unknown.
     Clip(const Document& document, const std::string& name, const std::vector<size_t>& morphTargets,
-         Diagnostics& messages);
+         Diagnostics& diagnostics);
     const NodeCurves& curves(size_t node) const { return m_nodes[node]; }
 
   private:
     void add(const Document& document, size_t animation, const std::vector<size_t>& morphTargets,
-             Diagnostics& messages);
+             Diagnostics& diagnostics);
     bool overlaps(const tinygltf::Animation& animation) const;
 
     std::vector<NodeCurves> m_nodes;

@@ -171,7 +171,7 @@ bool Deformer::isClose(const std::vector<Key>& keys, const Shutter& shutter, flo
 
 /// Returns keys over the shutter: one if nothing changes, else a power of two of steps.
 std::vector<Deformer::Key> Deformer::keysDuring(const Shutter& shutter, float relativeTolerance,
-                                                Diagnostics& messages) const {
+                                                Diagnostics& diagnostics) const {
     std::vector<Key> keys{keyAt(shutter.open)};
     std::vector<Key> quarters;
     if (!changes(shutter))
@@ -182,7 +182,7 @@ std::vector<Deformer::Key> Deformer::keysDuring(const Shutter& shutter, float re
         const double finerBytes = 8. * double(steps) * double(keys[0].positions.size()) * 2 * sizeof(V3f);
         if (2 * steps > kMaxSteps || finerBytes > kMaxKeyBytes) {
             m_tree.document().warnOnce(
-                messages, "deformation", m_primitive.jsonPath,
+                diagnostics, "deformation", m_primitive.jsonPath,
                 "deforms too much during the shutter for the tolerance; it is approximated "
                 "by " +
                     std::to_string(steps) + " steps");
@@ -205,8 +205,8 @@ std::vector<Deformer::Key> Deformer::keysDuring(const Shutter& shutter, float re
 }
 
 TriangleMesh Deformer::meshDuring(const Shutter& shutter, float relativeTolerance,
-                                  Diagnostics& messages) const {
-    std::vector<Key> keys = keysDuring(shutter, relativeTolerance, messages);
+                                  Diagnostics& diagnostics) const {
+    std::vector<Key> keys = keysDuring(shutter, relativeTolerance, diagnostics);
     const TriangleMesh& source = m_primitive.mesh;
     TriangleMesh mesh; // without tangents: shading derives them from texture coordinates
     mesh.indices = source.indices;

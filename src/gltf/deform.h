@@ -1,6 +1,7 @@
 // Morph targets and skins: vertex positions over time, and their keys for a shutter.
 #pragma once
 
+#include "core/util/diagnostics.h"
 #include "gltf/mesh.h"
 #include "gltf/nodes.h"
 
@@ -30,7 +31,7 @@ class Deformer {
     /// Returns the mesh with keys at uniform steps over the shutter; keyTimes are in seconds. Steps are
     /// doubled, up to 128, until every vertex is within `relativeTolerance` of the mesh's size from its
     /// position, tested at quarters of each step. Warns if 128 steps do not suffice.
-    TriangleMesh meshDuring(const Shutter& shutter, float relativeTolerance, Diagnostics& messages) const;
+    TriangleMesh meshDuring(const Shutter& shutter, float relativeTolerance, Diagnostics& diagnostics) const;
 
   private:
     struct Key {
@@ -43,7 +44,8 @@ class Deformer {
     bool changes(const Shutter& shutter) const;
     bool isClose(const std::vector<Key>& keys, const Shutter& shutter, float tolerance,
                  std::vector<Key>& quarters) const;
-    std::vector<Key> keysDuring(const Shutter& shutter, float relativeTolerance, Diagnostics& messages) const;
+    std::vector<Key> keysDuring(const Shutter& shutter, float relativeTolerance,
+                                Diagnostics& diagnostics) const;
 
     const NodeTree& m_tree;
     const Clip& m_clip;

@@ -174,9 +174,9 @@ void Document::failIndex(int index, size_t count, const char* noun, const std::s
                        std::to_string(count));
 }
 
-void Document::warnOnce(Diagnostics& messages, const std::string& key, const std::string& jsonPath,
+void Document::warnOnce(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
                         const std::string& message) const {
-    messages.warnOnce(m_path.string() + " " + key, m_where, text(jsonPath, message));
+    diagnostics.warnOnce(m_path.string() + " " + key, m_where, text(jsonPath, message));
 }
 
 Document::Document(const fs::path& path, const Location& where, std::shared_ptr<const ResourcePolicy> policy)

@@ -1,6 +1,7 @@
 // A glTF 2.0 file in memory.
 #pragma once
 
+#include "core/util/diagnostics.h"
 #include "core/util/resource_policy.h"
 
 #include <tiny_gltf.h>
@@ -36,7 +37,7 @@ class Document {
     /// Throws "FILE: JSONPATH: MESSAGE" as an Error.
     [[noreturn]] void fail(const std::string& jsonPath, const std::string& message) const;
     /// Warns "FILE: JSONPATH: MESSAGE", once for each `key`.
-    void warnOnce(Diagnostics& messages, const std::string& key, const std::string& jsonPath,
+    void warnOnce(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
                   const std::string& message) const;
 
     /// Returns items[index]. Throws an Error at `jsonPath` if the index is out of range. `noun`: singular of
@@ -52,7 +53,7 @@ class Document {
     [[noreturn]] void failIndex(int index, size_t count, const char* noun, const std::string& jsonPath) const;
     /// Returns the path to open. Throws if the policy forbids it.
     std::filesystem::path admitted(const std::filesystem::path& file) const {
-        return m_policy ? m_policy->admit(file, m_where) : file;
+        return m_policy ? m_policy->authorizeRead(file, m_where) : file;
     }
     void parse(const std::vector<unsigned char>& bytes);
     void load(const std::vector<unsigned char>& bytes, const std::map<std::string, uint64_t>& bufferFiles);

@@ -49,12 +49,12 @@ void applyBinding(Primitive& primitive, const MaterialBinding& binding) {
 class Importer::Impl {
   public:
     Impl(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
-         Diagnostics& messages)
-        : m_document(std::move(document)), m_messages(messages), m_tree(*m_document, settings.scene),
-          m_clip(*m_document, settings.animation, targetCounts(*m_document), messages) {
+         Diagnostics& diagnostics)
+        : m_document(std::move(document)), m_diagnostics(diagnostics), m_tree(*m_document, settings.scene),
+          m_clip(*m_document, settings.animation, targetCounts(*m_document), diagnostics) {
         for (const std::string& extension : m_document->ignoredExtensions())
-            m_document->warnOnce(messages, extension, "extensionsUsed", extension + " is ignored");
-        MaterialBuilder materials(*m_document, textures, messages);
+            m_document->warnOnce(diagnostics, extension, "extensionsUsed", extension + " is ignored");
+        MaterialBuilder materials(*m_document, textures, diagnostics);
         m_meshes.resize(m_document->model().meshes.size());
         for (const size_t node : m_tree.order())
             if (source(node).mesh >= 0)
@@ -62,7 +62,7 @@ class Importer::Impl {
         m_materials = materials.take();
         findBounds();
         if (settings.lights)
-            m_lights = importLights(m_tree, m_clip, messages);
+            m_lights = importLights(m_tree, m_clip, diagnostics);
         m_camera = importCamera(m_tree, settings.camera);
     }
 
@@ -110,7 +110,7 @@ class Importer::Impl {
                 if (!d.deforms())
                     continue;
                 auto mesh =
-                    std::make_shared<TriangleMesh>(d.meshDuring(shutter, kDeformTolerance, m_messages));
+                    std::make_shared<TriangleMesh>(d.meshDuring(shutter, kDeformTolerance, m_diagnostics));
                 (d.isSkinned() ? skinned : morphed)
                     .shapes.push_back({std::move(mesh), bound.bindings[i].material});
             }
@@ -136,7 +136,7 @@ class Importer::Impl {
     void readNode(size_t node, MaterialBuilder& materials) {
         const auto index = size_t(source(node).mesh);
         if (!m_meshes[index]) {
-            m_meshes[index] = BoundMesh{readMesh(*m_document, index, m_messages), {}};
+            m_meshes[index] = BoundMesh{readMesh(*m_document, index, m_diagnostics), {}};
             for (Primitive& p : m_meshes[index]->primitives) {
                 countVertices(p);
                 m_meshes[index]->bindings.push_back(materials.bind(p));
@@ -188,7 +188,7 @@ class Importer::Impl {
     }
 
     std::shared_ptr<const Document> m_document;
-    Diagnostics& m_messages;
+    Diagnostics& m_diagnostics;
     NodeTree m_tree;
     Clip m_clip;
     std::vector<std::optional<BoundMesh>> m_meshes; ///< by mesh; empty: not in the scene
@@ -201,8 +201,8 @@ class Importer::Impl {
 };
 
 Importer::Importer(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
-                   Diagnostics& messages)
-    : m_impl(std::make_unique<const Impl>(std::move(document), settings, textures, messages)),
+                   Diagnostics& diagnostics)
+    : m_impl(std::make_unique<const Impl>(std::move(document), settings, textures, diagnostics)),
       m_objects(m_impl->objects()) {}
 Importer::~Importer() = default;
 

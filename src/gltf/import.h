@@ -5,6 +5,7 @@
 #include "core/interfaces/camera.h"
 #include "core/interfaces/material.h"
 #include "core/interfaces/shape.h"
+#include "core/util/diagnostics.h"
 
 #include <filesystem>
 #include <memory>
@@ -89,7 +90,7 @@ struct ImportedDeformation {
 class Importer {
   public:
     Importer(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
-             Diagnostics& messages);
+             Diagnostics& diagnostics);
     ~Importer();
 
     const std::vector<ImportedMaterial>& materials() const;

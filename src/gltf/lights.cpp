@@ -15,7 +15,7 @@ Rgb colorOf(const Document& document, const std::vector<double>& numbers, const 
 
 /// Returns light `index` of the file. `jsonPath`: that of the reference to it.
 ImportedLight lightFrom(const Document& document, int index, const std::string& jsonPath,
-                        Diagnostics& messages) {
+                        Diagnostics& diagnostics) {
     const tinygltf::Light& source = document.at(document.model().lights, index, "light", jsonPath);
     const std::string lightPath = "extensions.KHR_lights_punctual." + item("lights", size_t(index));
     ImportedLight light;
@@ -39,7 +39,7 @@ ImportedLight lightFrom(const Document& document, int index, const std::string& 
           light.outerAngle <= kPi / 2 + 1e-4f))
         document.fail(lightPath + ".spot", "needs 0 <= innerConeAngle <= outerConeAngle <= pi/2");
     if (source.range > 0)
-        document.warnOnce(messages, "light range", lightPath + ".range",
+        document.warnOnce(diagnostics, "light range", lightPath + ".range",
                           "is ignored: light falls off with the inverse square of the distance");
     return light;
 }
@@ -75,7 +75,7 @@ ImportedCamera cameraFrom(const Document& document, int index, const std::string
 
 } // namespace
 
-std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, Diagnostics& messages) {
+std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, Diagnostics& diagnostics) {
     const Document& document = tree.document();
     std::vector<ImportedLight> lights;
     for (const size_t node : tree.order()) {
@@ -85,7 +85,7 @@ std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, 
         const std::string jsonPath = item("nodes", node) + ".extensions.KHR_lights_punctual.light";
         if (!index->IsInt())
             document.fail(jsonPath, "must be an integer");
-        lights.push_back(lightFrom(document, index->GetNumberAsInt(), jsonPath, messages));
+        lights.push_back(lightFrom(document, index->GetNumberAsInt(), jsonPath, diagnostics));
         lights.back().node = node;
         lights.back().moves = tree.moves(node, clip);
     }

@@ -141,7 +141,7 @@ MaterialBuilder::Source MaterialBuilder::read(int index) const {
         m_document.fail(s.jsonPath + ".alphaMode",
                         "unknown \"" + m.alphaMode + "\" (known: OPAQUE, MASK, BLEND)");
     if (m.occlusionTexture.index >= 0)
-        m_document.warnOnce(m_messages, "occlusion", s.jsonPath + ".occlusionTexture",
+        m_document.warnOnce(m_diagnostics, "occlusion", s.jsonPath + ".occlusionTexture",
                             "occlusion textures are ignored: occlusion is computed");
     readExtensions(m, s);
     return s;
@@ -170,7 +170,7 @@ void MaterialBuilder::readExtensions(const tinygltf::Material& m, Source& s) con
         s.clearcoatSlot = reader.slot(*e, "clearcoatTexture");
         s.clearcoatRoughnessSlot = reader.slot(*e, "clearcoatRoughnessTexture");
         if (e->Has("clearcoatNormalTexture"))
-            m_document.warnOnce(m_messages, "clearcoat normal", s.jsonPath,
+            m_document.warnOnce(m_diagnostics, "clearcoat normal", s.jsonPath,
                                 "clearcoatNormalTexture is ignored: the coat uses the normals of the base");
     }
 }
@@ -186,7 +186,7 @@ std::shared_ptr<ImageTexture> MaterialBuilder::texture(const TextureSlot& slot, 
     const auto& sets = context.primitive.uvSets;
     const auto requested = sets.find(slot.texCoord);
     if (requested == sets.end())
-        m_document.warnOnce(m_messages, "no uvs", context.primitive.jsonPath,
+        m_document.warnOnce(m_diagnostics, "no uvs", context.primitive.jsonPath,
                             "has no TEXCOORD_" + std::to_string(slot.texCoord) + " for the textures of " +
                                 context.jsonPath);
     if (slot.texCoord != context.mainUvSet) {

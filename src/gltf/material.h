@@ -1,6 +1,7 @@
 // Materials of a glTF file, created for the primitives that use them.
 #pragma once
 
+#include "core/util/diagnostics.h"
 #include "gltf/import.h"
 #include "gltf/mesh.h"
 #include "gltf/texture.h"
@@ -22,8 +23,8 @@ struct MaterialBinding {
 /// coordinates, get a material of their own.
 class MaterialBuilder {
   public:
-    MaterialBuilder(const Document& document, TextureCache& cache, Diagnostics& messages)
-        : m_document(document), m_images(document, cache, messages), m_messages(messages) {}
+    MaterialBuilder(const Document& document, TextureCache& cache, Diagnostics& diagnostics)
+        : m_document(document), m_images(document, cache, diagnostics), m_diagnostics(diagnostics) {}
     MaterialBinding bind(const Primitive& primitive);
     /// Moves out the materials of all bindings.
     std::vector<ImportedMaterial> take() { return std::move(m_materials); }
@@ -49,7 +50,7 @@ class MaterialBuilder {
 
     const Document& m_document;
     Images m_images;
-    Diagnostics& m_messages;
+    Diagnostics& m_diagnostics;
     std::map<int, MaterialBinding> m_shared; ///< by material, -1: the default material
     std::vector<ImportedMaterial> m_materials;
 };

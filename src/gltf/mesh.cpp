@@ -17,25 +17,26 @@ class PrimitiveReader {
     }
 
     /// Reads the primitive. Returns false, with a warning, if it has no triangles.
-    bool read(size_t targetCount, Diagnostics& messages) {
+    bool read(size_t targetCount, Diagnostics& diagnostics) {
         const int mode = m_source.mode < 0 ? TINYGLTF_MODE_TRIANGLES : m_source.mode;
         if (mode < 0 || mode > TINYGLTF_MODE_TRIANGLE_FAN)
             fail(".mode", "unknown mode " + std::to_string(mode));
         if (mode < TINYGLTF_MODE_TRIANGLES) {
-            m_document.warnOnce(messages, "points and lines", m_out.jsonPath, "points and lines are skipped");
+            m_document.warnOnce(diagnostics, "points and lines", m_out.jsonPath,
+                                "points and lines are skipped");
             return false;
         }
         if (m_out.material >= 0)
             m_document.at(m_document.model().materials, m_out.material, "material",
                           m_out.jsonPath + ".material");
         readVertices();
-        readIndices(mode, messages);
+        readIndices(mode, diagnostics);
         if (m_out.mesh.indices.empty())
             return false;
         readUvs();
         readColors();
         readTargets(targetCount);
-        readSkin(messages);
+        readSkin(diagnostics);
         return true;
     }
     Primitive take() { return std::move(m_out); }
@@ -88,12 +89,12 @@ class PrimitiveReader {
     }
 
     /// Converts strips and fans to triangles.
-    void readIndices(int mode, Diagnostics& messages) {
+    void readIndices(int mode, Diagnostics& diagnostics) {
         const std::vector<uint32_t> indices = sourceIndices();
         if (mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
             fail("", "the number of indices, " + std::to_string(indices.size()) + ", is not a multiple of 3");
         if (indices.size() < 3)
-            m_document.warnOnce(messages, "no triangles", m_out.jsonPath, "has no triangles");
+            m_document.warnOnce(diagnostics, "no triangles", m_out.jsonPath, "has no triangles");
         const size_t count = indices.size() < 3                ? 0
                              : mode == TINYGLTF_MODE_TRIANGLES ? indices.size() / 3
                                                                : indices.size() - 2;
@@ -158,7 +159,7 @@ class PrimitiveReader {
         }
     }
 
-    void readSkin(Diagnostics& messages) {
+    void readSkin(Diagnostics& diagnostics) {
         std::vector<std::vector<uint32_t>> joints; // by set of JOINTS_n and WEIGHTS_n
         std::vector<std::vector<float>> weights;
         for (int set = 0;; ++set) {
@@ -173,12 +174,12 @@ class PrimitiveReader {
             joints.push_back(readIntegers(m_document, *j, 4, attributePath(jointName), m_vertexCount));
             weights.push_back(readFloats(m_document, *w, 4, attributePath(weightName), m_vertexCount));
         }
-        normalizeWeights(joints, weights, messages);
+        normalizeWeights(joints, weights, diagnostics);
     }
 
     /// Stores joints and weights by vertex, scaled to a sum of 1.
     void normalizeWeights(const std::vector<std::vector<uint32_t>>& joints,
-                          const std::vector<std::vector<float>>& weights, Diagnostics& messages) {
+                          const std::vector<std::vector<float>>& weights, Diagnostics& diagnostics) {
         SkinWeights& skin = m_out.skin;
         skin.perVertex = 4 * joints.size();
         bool hasUnweighted = false;
@@ -196,7 +197,7 @@ class PrimitiveReader {
                 }
         }
         if (hasUnweighted)
-            m_document.warnOnce(messages, "loose vertices", m_out.jsonPath,
+            m_document.warnOnce(diagnostics, "loose vertices", m_out.jsonPath,
                                 "vertices without weights are bound to their first joint");
     }
 
@@ -212,13 +213,13 @@ size_t morphTargetCount(const tinygltf::Mesh& mesh) {
     return mesh.primitives.empty() ? 0 : mesh.primitives[0].targets.size();
 }
 
-std::vector<Primitive> readMesh(const Document& document, size_t index, Diagnostics& messages) {
+std::vector<Primitive> readMesh(const Document& document, size_t index, Diagnostics& diagnostics) {
     const tinygltf::Mesh& mesh = document.model().meshes[index];
     std::vector<Primitive> out;
     for (size_t i = 0; i < mesh.primitives.size(); ++i) {
         PrimitiveReader reader(document, mesh.primitives[i],
                                item("meshes", index) + "." + item("primitives", i));
-        if (reader.read(morphTargetCount(mesh), messages))
+        if (reader.read(morphTargetCount(mesh), diagnostics))
             out.push_back(reader.take());
     }
     return out;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/interfaces/shape.h"
+#include "core/util/diagnostics.h"
 #include "gltf/document.h"
 
 #include <map>
@@ -34,7 +35,7 @@ struct Primitive {
 
 /// Returns the primitives of mesh `index` that are triangles; warns about others. Throws Errors that name the
 /// JSON path.
-std::vector<Primitive> readMesh(const Document& document, size_t index, Diagnostics& messages);
+std::vector<Primitive> readMesh(const Document& document, size_t index, Diagnostics& diagnostics);
 
 /// Returns the number of morph targets of a mesh, which is that of its first primitive.
 size_t morphTargetCount(const tinygltf::Mesh& mesh);

@@ -186,7 +186,7 @@ std::shared_ptr<ImageTexture> Images::open(const TextureSlot& slot, TextureUse u
     const tinygltf::Texture& texture = m_document.at(model.textures, slot.index, "texture", jsonPath);
     const std::string texturePath = item("textures", size_t(slot.index));
     if (texture.source < 0) {
-        m_document.warnOnce(m_messages, texturePath, texturePath,
+        m_document.warnOnce(m_diagnostics, texturePath, texturePath,
                             "has no PNG or JPEG image; the texture is ignored");
         return nullptr;
     }

@@ -3,6 +3,7 @@
 
 #include "core/image/texture_cache.h"
 #include "core/interfaces/texture.h"
+#include "core/util/diagnostics.h"
 #include "gltf/document.h"
 #include "gltf/mesh.h"
 
@@ -80,8 +81,8 @@ enum class TextureUse { Color, Data, Alpha };
 /// Opens the images of a document.
 class Images {
   public:
-    Images(const Document& document, TextureCache& cache, Diagnostics& messages)
-        : m_document(document), m_cache(cache), m_messages(messages) {}
+    Images(const Document& document, TextureCache& cache, Diagnostics& diagnostics)
+        : m_document(document), m_cache(cache), m_diagnostics(diagnostics) {}
     /// Returns the texture of a slot; null if the slot is empty, the texture has no supported image, or the
     /// image has no alpha channel and `use` is Alpha. `jsonPath`: that of the material.
     std::shared_ptr<ImageTexture> open(const TextureSlot& slot, TextureUse use, const std::string& jsonPath);
@@ -92,7 +93,7 @@ class Images {
 
     const Document& m_document;
     TextureCache& m_cache;
-    Diagnostics& m_messages;
+    Diagnostics& m_diagnostics;
     std::map<size_t, std::shared_ptr<const EncodedImage>> m_encoded;
 };
 

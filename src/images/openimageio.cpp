@@ -1,5 +1,5 @@
-// The library of images: the one file that knows OpenImageIO. A loadable file of its own (see
-// core/image/image_library.h), of which nothing but its last function is seen from outside.
+// The implementation of core/image/image_library.h with OpenImageIO; the only file that includes OpenImageIO.
+// It is built as a shared library that exports only the function at the end.
 #include "core/image/image_library.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -19,20 +19,20 @@ namespace {
 
 class OpenedFile final : public ImageReader {
   public:
-    /// Null: OIIO::geterror() says why.
+    /// Returns null on failure; then OIIO::geterror() is the message.
     static std::unique_ptr<ImageReader> open(const std::string& path) {
         auto file = std::make_unique<OpenedFile>();
-        return file->take(OIIO::ImageInput::open(path)) ? std::move(file) : nullptr;
+        return file->init(OIIO::ImageInput::open(path)) ? std::move(file) : nullptr;
     }
     static std::unique_ptr<ImageReader> open(std::span<const unsigned char> encoded) {
         auto file = std::make_unique<OpenedFile>();
         OIIO::Filesystem::IOProxy& memory = file->m_memory.emplace(encoded.data(), encoded.size());
         OIIO::ImageSpec config;
         config.attribute("oiio:UnassociatedAlpha", 1);
-        void* proxy = &memory; // OpenImageIO 2.4 forgets its argument where there is a configuration
+        void* proxy = &memory; // OpenImageIO 2.4 ignores the argument of `open` if there is a configuration
         config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
         const bool isJpeg = encoded.size() > 2 && encoded[0] == 0xff && encoded[1] == 0xd8;
-        return file->take(OIIO::ImageInput::open(isJpeg ? "memory.jpg" : "memory.png", &config, &memory))
+        return file->init(OIIO::ImageInput::open(isJpeg ? "memory.jpg" : "memory.png", &config, &memory))
                    ? std::move(file)
                    : nullptr;
     }
@@ -43,18 +43,23 @@ class OpenedFile final : public ImageReader {
         error = m_input->geterror();
         return false;
     }
-    std::string text(const std::string& name) const override {
+    std::string metadata(const std::string& name) const override {
         return std::string(m_input->spec().get_string_attribute(name));
     }
 
   private:
-    bool take(std::unique_ptr<OIIO::ImageInput> input) {
+    /// Returns false if `input` is null.
+    bool init(std::unique_ptr<OIIO::ImageInput> input) {
         m_input = std::move(input);
         if (!m_input)
             return false;
         const OIIO::ImageSpec& spec = m_input->spec();
-        width = spec.width, height = spec.height, depth = spec.depth, channels = spec.nchannels;
-        alpha = spec.alpha_channel, ofFloats = spec.format.is_floating_point();
+        width = spec.width;
+        height = spec.height;
+        depth = spec.depth;
+        channels = spec.nchannels;
+        alphaChannel = spec.alpha_channel;
+        isFloat = spec.format.is_floating_point();
         return true;
     }
 
@@ -62,17 +67,17 @@ class OpenedFile final : public ImageReader {
     std::unique_ptr<OIIO::ImageInput> m_input;
 };
 
-/// Presents what a Decode makes to OIIO's cache as a file of scanlines.
+/// A reader for OIIO's image cache that presents the image of a Decode function as a file of scanlines.
 class DecodedInput final : public OIIO::ImageInput {
   public:
     using Decode = TextureSystem::Decode;
     static OIIO::ImageInput* create() { return new DecodedInput; }
-    /// Where `open` looks for the function, which must outlive the cache.
-    static void write(OIIO::ImageSpec& config, const Decode& decode) {
+    /// Stores a pointer to the function in `config`, for `open`. The function must outlive the cache.
+    static void setDecode(OIIO::ImageSpec& config, const Decode& decode) {
         config.attribute("strobe:decode", OIIO::TypeDesc::PTR, std::array<const void*, 1>{&decode}.data());
     }
     const char* format_name() const override { return "strobe-decoded"; }
-    bool open(const std::string&, OIIO::ImageSpec&) override { return false; } // needs the configuration
+    bool open(const std::string&, OIIO::ImageSpec&) override { return false; } // requires a configuration
 
     bool open(const std::string&, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
         const OIIO::ParamValue* value = config.find_attribute("strobe:decode");
@@ -114,10 +119,10 @@ OIIO::TextureOpt::Wrap toOiio(Wrap wrap) {
     return OIIO::TextureOpt::WrapClamp;
 }
 
-/// OIIO's texture system and the cache below it.
-class System {
+/// OIIO's texture system and its image cache.
+class OiioSystem {
   public:
-    explicit System(int megabytes) : images(OIIO::ImageCache::create(false)) {
+    explicit OiioSystem(int megabytes) : images(OIIO::ImageCache::create(false)) {
         images->attribute("max_memory_MB", float(megabytes));
         images->attribute("autotile", 64);
         images->attribute("automip", 1);
@@ -125,18 +130,19 @@ class System {
         images->attribute("accept_unmipped", 1);
         textures = OIIO::TextureSystem::create(false, images);
     }
-    ~System() {
+    ~OiioSystem() {
         for (OIIO::TextureSystem::Perthread* info : m_threads)
             textures->destroy_thread_info(info);
         OIIO::TextureSystem::destroy(textures, false);
         OIIO::ImageCache::destroy(images, false);
     }
-    System(const System&) = delete;
-    System& operator=(const System&) = delete;
+    OiioSystem(const OiioSystem&) = delete;
+    OiioSystem& operator=(const OiioSystem&) = delete;
 
-    /// The calling thread's own part of the cache. OIIO would keep it, too, but under the cache's address: a
-    /// thread that outlives one cache and meets another in its place would use what is gone.
-    OIIO::TextureSystem::Perthread* ofThread() {
+    /// Returns the per-thread data of the calling thread. OIIO would manage them itself, but identifies a
+    /// cache by its address: a thread that outlives a cache would use the deleted data for a new cache at the
+    /// same address.
+    OIIO::TextureSystem::Perthread* threadInfo() {
         bool exists = false;
         OIIO::TextureSystem::Perthread*& info = m_threads.local(exists);
         if (!exists)
@@ -153,18 +159,20 @@ class System {
 
 class OpenedTexture final : public TextureHandle {
   public:
-    OpenedTexture(System& system, OIIO::TextureSystem::TextureHandle* handle,
+    OpenedTexture(OiioSystem& system, OIIO::TextureSystem::TextureHandle* handle,
                   OIIO::ImageCache::ImageHandle* image, const OIIO::ImageSpec& spec)
         : m_system(system), m_handle(handle), m_image(image) {
-        width = spec.width, height = spec.height, channels = spec.nchannels;
+        width = spec.width;
+        height = spec.height;
+        channels = spec.nchannels;
         isTiled = spec.tile_width != 0;
-        isPlain = spec.x == 0 && spec.y == 0 && spec.full_x == 0 && spec.full_y == 0 &&
-                  spec.full_width == spec.width && spec.full_height == spec.height;
+        isUncropped = spec.x == 0 && spec.y == 0 && spec.full_x == 0 && spec.full_y == 0 &&
+                      spec.full_width == spec.width && spec.full_height == spec.height;
     }
 
     bool readLevels(int n, std::vector<DecodedImage>& out) const override {
         OIIO::ImageCache& images = *m_system.images;
-        // The thread's own that OIIO would make keeps tiles beyond the cache's end.
+        // Uses its own per-thread data: data that OIIO creates would keep tiles after the end of the cache.
         const auto destroy = [&](OIIO::ImageCache::Perthread* info) { images.destroy_thread_info(info); };
         const std::unique_ptr<OIIO::ImageCache::Perthread, decltype(destroy)> thread(
             images.create_thread_info(), destroy);
@@ -181,20 +189,22 @@ class OpenedTexture final : public TextureHandle {
             if (spec.width == 1 && spec.height == 1)
                 break;
         }
-        images.geterror(); // not to be met by who asks next: there may be no further level
+        images.geterror(); // clears the error about the missing level after the last one
         return !out.empty();
     }
 
-    bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const TextureOptions& how, int n,
+    bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const TextureOptions& requested, int n,
                 float* out, std::string& error) const override {
         OIIO::TextureOpt options;
-        options.swrap = toOiio(how.u), options.twrap = toOiio(how.v);
-        options.interpmode = how.nearest ? OIIO::TextureOpt::InterpClosest
-                                         : OIIO::TextureOpt::InterpBilinear; // bicubic overshoots
+        options.swrap = toOiio(requested.u);
+        options.twrap = toOiio(requested.v);
+        options.interpmode = requested.nearest
+                                 ? OIIO::TextureOpt::InterpClosest
+                                 : OIIO::TextureOpt::InterpBilinear; // bicubic interpolation overshoots
         const bool isPoint = duvdx == V2f(0) && duvdy == V2f(0);
         options.mipmode = isPoint ? OIIO::TextureOpt::MipModeNoMIP : OIIO::TextureOpt::MipModeAniso;
         OIIO::TextureSystem& textures = *m_system.textures;
-        if (textures.texture(m_handle, m_system.ofThread(), options, uv.x, uv.y, duvdx.x, duvdx.y, duvdy.x,
+        if (textures.texture(m_handle, m_system.threadInfo(), options, uv.x, uv.y, duvdx.x, duvdx.y, duvdy.x,
                              duvdy.y, n, out))
             return true;
         error = textures.geterror();
@@ -202,7 +212,7 @@ class OpenedTexture final : public TextureHandle {
     }
 
   private:
-    System& m_system;
+    OiioSystem& m_system;
     OIIO::TextureSystem::TextureHandle* m_handle;
     OIIO::ImageCache::ImageHandle* m_image;
 };
@@ -213,17 +223,17 @@ class Textures final : public TextureSystem {
 
     void define(const std::string& name, Decode decode) override {
         const std::lock_guard lock(m_mutex);
-        const Decode& kept = m_decodes.try_emplace(name, std::move(decode)).first->second;
+        const Decode& stored = m_decodes.try_emplace(name, std::move(decode)).first->second;
         OIIO::ImageSpec config;
-        DecodedInput::write(config, kept);
+        DecodedInput::setDecode(config, stored);
         m_system.images->add_file(OIIO::ustring(name), DecodedInput::create, &config);
     }
     std::unique_ptr<const TextureHandle> open(const std::string& path, std::string& error) override {
         const OIIO::ustring name(path);
         OIIO::TextureSystem& textures = *m_system.textures;
-        OIIO::TextureSystem::TextureHandle* handle = textures.get_texture_handle(name, m_system.ofThread());
+        OIIO::TextureSystem::TextureHandle* handle = textures.get_texture_handle(name, m_system.threadInfo());
         OIIO::ImageSpec spec;
-        if (!textures.get_imagespec(handle, m_system.ofThread(), 0, spec)) {
+        if (!textures.get_imagespec(handle, m_system.threadInfo(), 0, spec)) {
             error = textures.geterror();
             return nullptr;
         }
@@ -233,13 +243,13 @@ class Textures final : public TextureSystem {
 
   private:
     std::mutex m_mutex;
-    std::map<std::string, Decode> m_decodes; ///< kept: OIIO reads files when it wants to
-    System m_system;
+    std::map<std::string, Decode> m_decodes; ///< by name; OIIO calls them on demand
+    OiioSystem m_system;
 };
 
 class OpenImageIo final : public ImageLibrary {
   public:
-    void trustNames() const override { OIIO::attribute("try_all_readers", 0); }
+    void readByExtensionOnly() const override { OIIO::attribute("try_all_readers", 0); }
     std::unique_ptr<ImageReader> open(const std::string& path, std::string& error) const override {
         return orError(OpenedFile::open(path), error);
     }
@@ -266,11 +276,12 @@ class OpenImageIo final : public ImageLibrary {
         return encoded;
     }
 
-    std::unique_ptr<TextureSystem> makeTextures(int megabytes) const override {
+    std::unique_ptr<TextureSystem> makeTextureSystem(int megabytes) const override {
         return std::make_unique<Textures>(megabytes);
     }
 
   private:
+    /// Returns `file`; if it is null, sets `error`.
     static std::unique_ptr<ImageReader> orError(std::unique_ptr<ImageReader> file, std::string& error) {
         if (!file)
             error = OIIO::geterror();

@@ -26,22 +26,22 @@ std::shared_ptr<SurfaceLight> makeLight(const PlacedShape& shape, const Emission
 }
 
 /// Warns if the shape has cutouts (alpha), which light sampling does not support.
-void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Diagnostics& messages) {
+void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Diagnostics& diagnostics) {
     if (!shape.shape.mesh)
         return;
     const FloatInput& alpha = shape.shape.mesh->alpha;
     if (alpha.texture || alpha.constant < 1)
-        messages.warn(params.where(), "the alpha of the shape is ignored when its light is sampled");
+        diagnostics.warn(params.where(), "the alpha of the shape is ignored when its light is sampled");
 }
 
 /// Returns the mean color of the image and warns that the image is not used otherwise.
 Rgb imageMean(const ParamSet& params, const BuildContext& context) {
     const Location where = params.whereIs(kImage);
-    context.messages.warnOnce("area light image", where,
-                              "images on area lights are not supported: the mean of the image is used");
+    context.diagnostics.warnOnce("area light image", where,
+                                 "images on area lights are not supported: the mean of the image is used");
     const std::filesystem::path path = params.get(kImage).path;
-    const Image image =
-        readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, {ColorEncoding::Srgb}));
+    const Image image = readImage(
+        path, where, ColorEncoding::fromFileRules(*context.colorConfig, path, where, {ColorEncoding::Srgb}));
     Rgb sum(0);
     for (const Rgb& c : image.pixels)
         sum += c / float(image.pixels.size());
@@ -65,7 +65,7 @@ std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext&
         throw Error(params.where(), "area light on a shape of zero area");
     if (!std::isfinite(light->area()))
         throw Error(params.where(), "area light on a shape of infinite or undefined area");
-    warnOfCutouts(args.shape, params, context.messages);
+    warnOfCutouts(args.shape, params, context.diagnostics);
     light->sampleCount = params.get(kLightSamples);
     return light;
 }

@@ -226,9 +226,9 @@ float EnvironmentMap::pdf(const V3f& w) const {
 }
 
 EnvironmentMap::Sample EnvironmentMap::sample(const V2f& u) const {
-    const Piecewise2D::Place cell = m_cells.samplePlace(u);
+    const Piecewise2D::CellSample cell = m_cells.sampleCell(u);
     const int x = int(cell.x), y = int(cell.y);
-    return view().sampleCell(x, y, view().corners(x, y), cell.at);
+    return view().sampleCell(x, y, view().corners(x, y), cell.offset);
 }
 
 void EnvironmentMap::lookupSoA(const V3SoA& w, int n, RgbSoA& radiance, float* pdf) const {
@@ -244,12 +244,12 @@ void EnvironmentMap::lookupSoA(const V3SoA& w, int n, RgbSoA& radiance, float* p
 
 void EnvironmentMap::sampleSoA(const V2SoA& u, int n, V3SoA& w, RgbSoA& radiance, float* pdf) const {
     View::CellSoA cells;
-    Piecewise2D::Place sampled[kSoAWidth];
-    m_cells.samplePlaces(u, n, sampled); // a search, which does not vectorize
+    Piecewise2D::CellSample sampled[kSoAWidth];
+    m_cells.sampleCellSoA(u, n, sampled); // a search, which does not vectorize
     for (int i = 0; i < n; ++i) {
         cells.x[i] = int32_t(sampled[i].x);
         cells.y[i] = int32_t(sampled[i].y);
-        cells.offset.set(i, sampled[i].at);
+        cells.offset.set(i, sampled[i].offset);
     }
     const View v = view();
     View::findUpperLeft(v, n, cells);

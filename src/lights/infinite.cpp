@@ -140,7 +140,7 @@ class InfiniteLight final : public Light {
 };
 
 /// Replaces negative and non-finite channels by zero, with a warning.
-void sanitizePixels(Image& image, const Location& where, Diagnostics& messages) {
+void sanitizePixels(Image& image, const Location& where, Diagnostics& diagnostics) {
     size_t invalid = 0;
     for (Rgb& c : image.pixels)
         if (!isFinite(c) || c.x < 0 || c.y < 0 || c.z < 0) {
@@ -149,8 +149,9 @@ void sanitizePixels(Image& image, const Location& where, Diagnostics& messages) 
             ++invalid;
         }
     if (invalid > 0)
-        messages.warn(where, std::to_string(invalid) +
-                                 " pixels of the environment map are negative or not finite; taken as black");
+        diagnostics.warn(where,
+                         std::to_string(invalid) +
+                             " pixels of the environment map are negative or not finite; taken as black");
 }
 
 std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext& context) {
@@ -160,13 +161,14 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
     const std::filesystem::path path = params.get(kMap).path;
     const ColorEncoding defaultEncoding{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
                                                                                    : ColorEncoding::Linear};
-    Image image = readImage(path, where, ColorEncoding::ofFile(*context.color, path, where, defaultEncoding));
+    Image image = readImage(path, where,
+                            ColorEncoding::fromFileRules(*context.colorConfig, path, where, defaultEncoding));
     if (image.width < 1 || image.height < 1)
         throw Error(where, "the environment map is empty");
     if (int64_t(image.width) * image.height > kMaxImagePixels)
         throw Error(where, "the environment map has " + std::to_string(image.width) + " x " +
                                std::to_string(image.height) + " pixels: too many");
-    sanitizePixels(image, where, context.messages);
+    sanitizePixels(image, where, context.diagnostics);
     if (image.width == image.height && image.width > 1 && context.conventions == Conventions::PbrtV4)
         image = toLatitudeLongitude(image);
     return EnvironmentMap(std::move(image));
@@ -189,7 +191,7 @@ std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext
                                       const LightArgs& args) {
     const bool v2 = context.conventions == Conventions::PbrtV2;
     if (!v2 && !args.toWorld.isStatic())
-        context.messages.warn(
+        context.diagnostics.warn(
             params.where(),
             "motion of environment lights is not supported: the transform at shutter opening is used");
     const M44f toWorld = LightPlacement(args, context.conventions).at(0);

@@ -122,7 +122,7 @@ class QuadricLight final : public SurfaceLight {
         if (!m_isStatic)
             return Light::sampleSoA(query, out);
         V3SoA points, normals;
-        m_quadric.samplePoints(query.u, query.n, points, normals);
+        m_quadric.samplePointSoA(query.u, query.n, points, normals);
         sampleEmitter(emitterAt(0), query.p, points, normals, query.n, out);
     }
 

@@ -60,7 +60,7 @@ class Glass : public Material {
         return true;
     }
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
-    void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
+    void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, 0.f);
     }
 
@@ -93,8 +93,8 @@ Plugin<std::shared_ptr<const Material>> glassPlugin() {
             [](const ParamSet& params, const BuildContext& context) {
                 const FloatInput roughness = params.get(kRoughness);
                 if (roughness.texture || roughness.constant != 0)
-                    context.messages.warnOnce("glass roughness", params.whereIs(kRoughness),
-                                              "rough glass is not supported: it renders smooth");
+                    context.diagnostics.warnOnce("glass roughness", params.whereIs(kRoughness),
+                                                 "rough glass is not supported: it renders smooth");
                 return std::make_shared<const Glass>(params.get(kKr), params.get(kKt), indexFrom(params),
                                                      context.conventions != Conventions::PbrtV2);
             }};

@@ -19,11 +19,11 @@ struct LobeValue {
     float r, g, b, pdf;
 };
 
-// Loops over the jobs of a BsdfSoA. `lobes.at(job)` returns the lobe at the point of the job.
+// Loops over the jobs of a BsdfQuerySoA. `lobes.at(job)` returns the lobe at the point of the job.
 
 /// Writes the value and the density of each job's pair of directions.
 template <class Lobes>
-STROBE_TARGET_CLONES void evalLobes(const Lobes& lobes, const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f,
+STROBE_TARGET_CLONES void evalLobes(const Lobes& lobes, const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f,
                                     float* pdf) {
     const int begin = jobs.begin, end = jobs.end;
     const V3SoA& wo = jobs.wo;
@@ -39,7 +39,7 @@ STROBE_TARGET_CLONES void evalLobes(const Lobes& lobes, const BsdfSoA& jobs, con
 
 /// Draws a direction for each job; drawn[i] is 0 if the sample is absorbed.
 template <class Lobes>
-STROBE_TARGET_CLONES void sampleLobes(const Lobes& lobes, const BsdfSoA& jobs, const float* uc,
+STROBE_TARGET_CLONES void sampleLobes(const Lobes& lobes, const BsdfQuerySoA& jobs, const float* uc,
                                       const V2SoA& u, V3SoA& wi, int32_t* drawn) {
     const int begin = jobs.begin, end = jobs.end;
     const V3SoA& wo = jobs.wo;
@@ -55,7 +55,7 @@ STROBE_TARGET_CLONES void sampleLobes(const Lobes& lobes, const BsdfSoA& jobs, c
 
 /// Writes an upper bound of the density for each job.
 template <class Lobes>
-STROBE_TARGET_CLONES void boundPdfs(const Lobes& lobes, const BsdfSoA& jobs, float* out) {
+STROBE_TARGET_CLONES void boundPdfs(const Lobes& lobes, const BsdfQuerySoA& jobs, float* out) {
     const int begin = jobs.begin, end = jobs.end;
     const V3SoA& wo = jobs.wo;
     STROBE_IVDEP
@@ -65,21 +65,21 @@ STROBE_TARGET_CLONES void boundPdfs(const Lobes& lobes, const BsdfSoA& jobs, flo
 
 /// Completes samples of smooth lobes. Before: out.weight holds f |cos wi|, out.pdf the density. After:
 /// out.weight is divided by the density and all other members are set.
-inline void finishSamples(const BsdfSoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
+inline void finishSamples(const BsdfQuerySoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
     for (int i = jobs.begin; i < jobs.end; ++i) {
         const float scale = 1 / out.pdf[i];
         out.weight.r[i] *= scale;
         out.weight.g[i] *= scale;
         out.weight.b[i] *= scale;
-        out.drawn[i] = drawn[i] && out.pdf[i] > 0;
+        out.valid[i] = drawn[i] && out.pdf[i] > 0;
         out.delta[i] = false;
         out.transmits[i] = false;
     }
 }
-/// Completes the samples of Material::drawSoA: sets all members except wi, weight and pdf.
-inline void finishDirections(const BsdfSoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
+/// Completes the samples of Material::sampleDirectionSoA: sets all members except wi, weight and pdf.
+inline void finishDirections(const BsdfQuerySoA& jobs, const int32_t* drawn, BsdfSampleSoA& out) {
     for (int i = jobs.begin; i < jobs.end; ++i) {
-        out.drawn[i] = drawn[i];
+        out.valid[i] = drawn[i];
         out.delta[i] = false;
         out.transmits[i] = false;
     }
@@ -91,10 +91,10 @@ struct DataSoA {
     static constexpr size_t kNumbers = sizeof(Data) / sizeof(float);
     alignas(64) float number[kNumbers][kSoAWidth];
 
-    explicit DataSoA(const BsdfSoA& jobs) {
+    explicit DataSoA(const BsdfQuerySoA& jobs) {
         for (size_t k = 0; k < kNumbers; ++k)
             for (int i = jobs.begin; i < jobs.end; ++i)
-                number[k][i] = jobs.datum(jobs.point[i], int(k));
+                number[k][i] = jobs.bsdfData(jobs.point[i], int(k));
     }
     STROBE_FORCE_INLINE Data at(int job) const { return at(job, std::make_index_sequence<kNumbers>()); }
 
@@ -117,7 +117,7 @@ class LobeMaterial : public Material {
                 pdf[i] = v.pdf;
         }
     }
-    void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const final {
+    void evalCosSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const final {
         alignas(64) float ignoredPdf[kSoAWidth];
         evalLobes(DataSoA<Data>(jobs), jobs, wi, f, pdf ? pdf : ignoredPdf);
     }
@@ -133,20 +133,24 @@ class LobeMaterial : public Material {
         out.eta = 1;
         return v.pdf > 0;
     }
-    void sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const final {
+    void sampleSoA(const BsdfQuerySoA& jobs, const float* uc, const V2SoA& u,
+                   BsdfSampleSoA& out) const final {
         alignas(64) int32_t drawn[kSoAWidth];
         const DataSoA<Data> lobes(jobs);
         sampleLobes(lobes, jobs, uc, u, out.wi, drawn);
         evalLobes(lobes, jobs, out.wi, out.weight, out.pdf);
         finishSamples(jobs, drawn, out);
     }
-    void drawSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const final {
+    void sampleDirectionSoA(const BsdfQuerySoA& jobs, const float* uc, const V2SoA& u,
+                            BsdfSampleSoA& out) const final {
         alignas(64) int32_t drawn[kSoAWidth];
         sampleLobes(DataSoA<Data>(jobs), jobs, uc, u, out.wi, drawn);
         finishDirections(jobs, drawn, out);
     }
     float maxPdf(const Bsdf& bsdf, const V3f& wo) const final { return bsdf.as<Data>().maxPdf(wo); }
-    void maxPdfSoA(const BsdfSoA& jobs, float* out) const final { boundPdfs(DataSoA<Data>(jobs), jobs, out); }
+    void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const final {
+        boundPdfs(DataSoA<Data>(jobs), jobs, out);
+    }
 
   protected:
     using Material::Material;

@@ -19,12 +19,12 @@ struct Data {
 /// The Data of each job's point. `kUniform`: all points of the material have the same Data.
 template <bool kUniform>
 struct MatteSoA {
-    const BsdfSoA& jobs;
+    const BsdfQuerySoA& jobs;
     const Data first = atPoint(jobs.point[jobs.begin]);
 
     Data atPoint(int32_t point) const {
-        return {Rgb(jobs.datum(point, 0), jobs.datum(point, 1), jobs.datum(point, 2)), jobs.datum(point, 3),
-                jobs.datum(point, 4)};
+        return {Rgb(jobs.bsdfData(point, 0), jobs.bsdfData(point, 1), jobs.bsdfData(point, 2)),
+                jobs.bsdfData(point, 3), jobs.bsdfData(point, 4)};
     }
     Data at(int job) const { return kUniform ? first : atPoint(jobs.point[job]); }
 };
@@ -44,7 +44,7 @@ inline V3f sampleDirection(const V3f& wo, const V2f& u) {
 }
 
 template <bool kUniform>
-inline void evalAll(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
+inline void evalAll(const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f) {
     const MatteSoA<kUniform> points{jobs};
     STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i) {
@@ -57,7 +57,7 @@ inline void evalAll(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
 }
 
 template <bool kUniform>
-inline void sampleAll(const BsdfSoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
+inline void sampleAll(const BsdfQuerySoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
     const MatteSoA<kUniform> points{jobs};
     STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i) {
@@ -74,15 +74,15 @@ inline void sampleAll(const BsdfSoA& jobs, const V2SoA& u, BsdfSampleSoA& out) {
     }
 }
 
-STROBE_TARGET_CLONES void evalMatte(bool isUniform, const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f) {
+STROBE_TARGET_CLONES void evalMatte(bool isUniform, const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f) {
     isUniform ? evalAll<true>(jobs, wi, f) : evalAll<false>(jobs, wi, f);
 }
-STROBE_TARGET_CLONES void pdfMatteSoA(const BsdfSoA& jobs, const V3SoA& wi, float* pdf) {
+STROBE_TARGET_CLONES void pdfMatteSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, float* pdf) {
     STROBE_IVDEP
     for (int i = jobs.begin; i < jobs.end; ++i)
         pdf[i] = pdfMatte(jobs.wo.at(i), wi.at(i));
 }
-STROBE_TARGET_CLONES void sampleMatte(bool isUniform, const BsdfSoA& jobs, const V2SoA& u,
+STROBE_TARGET_CLONES void sampleMatte(bool isUniform, const BsdfQuerySoA& jobs, const V2SoA& u,
                                       BsdfSampleSoA& out) {
     isUniform ? sampleAll<true>(jobs, u, out) : sampleAll<false>(jobs, u, out);
 }
@@ -112,7 +112,7 @@ class Matte : public Material {
                 pdf[i] = pdfMatte(wo, wi[i]);
         }
     }
-    void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
+    void evalCosSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
         evalMatte(isUniform(), jobs, wi, f);
         if (pdf)
             pdfMatteSoA(jobs, wi, pdf);
@@ -128,17 +128,18 @@ class Matte : public Material {
         out.eta = 1;
         return out.pdf > 0;
     }
-    void sampleSoA(const BsdfSoA& jobs, const float*, const V2SoA& u, BsdfSampleSoA& out) const override {
+    void sampleSoA(const BsdfQuerySoA& jobs, const float*, const V2SoA& u,
+                   BsdfSampleSoA& out) const override {
         sampleMatte(isUniform(), jobs, u, out);
         for (int i = jobs.begin; i < jobs.end; ++i) {
-            out.drawn[i] = out.pdf[i] > 0;
+            out.valid[i] = out.pdf[i] > 0;
             out.delta[i] = false;
             out.transmits[i] = false;
         }
     }
 
     float maxPdf(const Bsdf&, const V3f&) const override { return kInvPi; }
-    void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
+    void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, kInvPi);
     }
     Rgb albedo(const Bsdf& bsdf) const override { return bsdf.as<Data>().scaledKd * kPi; }

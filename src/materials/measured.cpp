@@ -20,7 +20,7 @@ const ParamDef<FilePath> kFilename{
 struct IrregularTable {
     IrregularBrdf brdf;
     Rgb operator()(const V3f& wo, const V3f& wi) const { return brdf.eval(IrregularBrdf::keyOf(wo, wi)); }
-    void evalSoA(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* mask, RgbSoA& out) const {
+    void evalSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, const int32_t* mask, RgbSoA& out) const {
         V3SoA keys;
         IrregularBrdf::keySoA(jobs.wo, wi, jobs.begin, jobs.end, keys);
         brdf.evalSoA(keys, mask, jobs.begin, jobs.end, out);
@@ -29,7 +29,7 @@ struct IrregularTable {
 struct MerlTable {
     MerlBrdf brdf;
     Rgb operator()(const V3f& wo, const V3f& wi) const { return brdf.eval(wo, wi); }
-    void evalSoA(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* mask, RgbSoA& out) const {
+    void evalSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, const int32_t* mask, RgbSoA& out) const {
         for (int i = jobs.begin; i < jobs.end; ++i)
             out.set(i, !mask || mask[i] ? brdf.eval(jobs.wo.at(i), wi.at(i)) : Rgb(0));
     }
@@ -115,8 +115,8 @@ class Measured : public Material {
         for (int i = 0; i < n; ++i)
             pdf[i] = mixture.pdf(wo, wi[i]);
     }
-    void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
-        valueSoA(jobs, wi, jobs.wanted, f);
+    void evalCosSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const override {
+        valueSoA(jobs, wi, jobs.active, f);
         if (pdf)
             mixturePdfSoA({m_fit, jobs.wo}, jobs.begin, jobs.end, wi, pdf);
     }
@@ -133,26 +133,28 @@ class Measured : public Material {
         out.eta = 1;
         return true;
     }
-    void sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const override {
+    void sampleSoA(const BsdfQuerySoA& jobs, const float* uc, const V2SoA& u,
+                   BsdfSampleSoA& out) const override {
         alignas(64) int32_t drawn[kSoAWidth];
         sampleLobes(MixtureSoA{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
         mixturePdfSoA({m_fit, jobs.wo}, jobs.begin, jobs.end, out.wi, out.pdf);
         valueSoA(jobs, out.wi, drawn, out.weight);
         finishSamples(jobs, drawn, out);
     }
-    void drawSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const override {
+    void sampleDirectionSoA(const BsdfQuerySoA& jobs, const float* uc, const V2SoA& u,
+                            BsdfSampleSoA& out) const override {
         alignas(64) int32_t drawn[kSoAWidth];
         sampleLobes(MixtureSoA{m_fit, jobs.wo}, jobs, uc, u, out.wi, drawn);
         finishDirections(jobs, drawn, out);
     }
     float maxPdf(const Bsdf&, const V3f& wo) const override { return maxMixturePdf(m_fit, wo); }
-    void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
+    void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const override {
         maxMixturePdfSoA(m_fit, jobs.wo, jobs.begin, jobs.end, out);
     }
 
   private:
     Rgb value(const V3f& wo, const V3f& wi) const { return nonNegative(m_table(wo, wi)) * std::abs(wi.z); }
-    void valueSoA(const BsdfSoA& jobs, const V3SoA& wi, const int32_t* mask, RgbSoA& f) const {
+    void valueSoA(const BsdfQuerySoA& jobs, const V3SoA& wi, const int32_t* mask, RgbSoA& f) const {
         m_table.evalSoA(jobs, wi, mask, f);
         clampAndScaleByCosine(jobs.begin, jobs.end, wi, f);
     }

@@ -39,7 +39,7 @@ class Mirror : public Material {
         out = {V3f(-wo.x, -wo.y, wo.z), bsdf.as<Data>().kr, 0, true, false, 1};
         return !isBlack(out.weight);
     }
-    void sampleSoA(const BsdfSoA& jobs, const float*, const V2SoA&, BsdfSampleSoA& out) const override {
+    void sampleSoA(const BsdfQuerySoA& jobs, const float*, const V2SoA&, BsdfSampleSoA& out) const override {
         for (int i = jobs.begin; i < jobs.end; ++i) {
             const PlainRgb& kr = jobs.bsdf[jobs.point[i]].as<Data>().kr;
             out.wi.x[i] = -jobs.wo.x[i];
@@ -48,14 +48,14 @@ class Mirror : public Material {
             out.weight.r[i] = kr.x;
             out.weight.g[i] = kr.y;
             out.weight.b[i] = kr.z;
-            out.drawn[i] = !isBlack(kr);
+            out.valid[i] = !isBlack(kr);
         }
         std::fill(out.pdf + jobs.begin, out.pdf + jobs.end, 0.f);
         std::fill(out.delta + jobs.begin, out.delta + jobs.end, true);
         std::fill(out.transmits + jobs.begin, out.transmits + jobs.end, false);
     }
     float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
-    void maxPdfSoA(const BsdfSoA& jobs, float* out) const override {
+    void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const override {
         std::fill(out + jobs.begin, out + jobs.end, 0.f);
     }
 

@@ -11,8 +11,8 @@ namespace strobe {
 /// Recorded AOVs, ready to be written.
 struct RecordedAovs {
     std::vector<AovChannel> channels;
-    std::vector<Part> parts; ///< of an EXR; they refer to `channels`
-    Metadata metadata;       ///< of the whole file
+    std::vector<ExrPart> parts; ///< of an EXR; they refer to `channels`
+    Metadata metadata;          ///< of the whole file
 };
 
 /// Records the AOVs of AovGroup::Visible and AovGroup::Light. (The film holds those of AovGroup::Sharing.)

@@ -24,7 +24,7 @@ std::vector<SampleBox> finishedBoxes(const Film& film, const SampleSlice& sample
         std::vector<size_t> current;
         for (int x = bounds.x0; x < bounds.x1;) {
             int end = x;
-            while (end < bounds.x1 && film.holds({end, y, end + 1, y + 1}, samples.count()))
+            while (end < bounds.x1 && film.hasSampleCount({end, y, end + 1, y + 1}, samples.count()))
                 ++end;
             if (end > x) {
                 const auto same = std::find_if(above.begin(), above.end(), [&](size_t i) {

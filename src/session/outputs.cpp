@@ -49,7 +49,7 @@ OutputSettings outputSettings(const ImageOptions& options, int threads) {
     OutputSettings settings{options.exposure, {}, options.exr, threads};
     if (!options.view.isDefault())
         settings.view = options.color->view(options.view);
-    settings.exr.space = options.color->workingSpace();
+    settings.exr.colorSpace = options.color->workingSpace();
     return settings;
 }
 
@@ -95,7 +95,7 @@ void checkOutputFiles(const RenderOptions& options) { checkOutputFiles(outputFil
 void checkOutputsAreNotInputs(const RenderOptions& options, const ResourcePolicy& policy) {
     const fs::path& reference = options.progressive.reference;
     for (const fs::path& file : outputFiles(options)) {
-        if (policy.hasAdmitted(file))
+        if (policy.hasAuthorized(file))
             fail(file, "the scene reads it");
         if (!reference.empty() && isSameFile(file, reference))
             fail(file, "--reference reads it");

@@ -212,7 +212,7 @@ uint64_t missingSamples(const RenderPart& part) {
 uint64_t invalidSamples(const std::vector<PixelAccumulator>& sums) {
     uint64_t count = 0;
     for (const PixelAccumulator& sum : sums)
-        count += sum.bad();
+        count += sum.invalidCount();
     return count;
 }
 

@@ -30,7 +30,7 @@ class FrameRenderer {
             m_settings.onSample = [this](const SampleRecord& record) { m_samples.add(record); };
         m_aovs.attachTo(m_settings);
         if (std::any_of(m_output.images.begin(), m_output.images.end(), isPart))
-            m_film.keepSums();
+            m_film.enableAccumulation();
         for (const auto& image : m_output.images)
             if (!isPart(image))
                 m_film.checkWrite(image, m_outputSettings, m_aovs.recorded().parts);

@@ -104,7 +104,7 @@ RenderSession::RenderSession(const FrameJob& job, const FrameInputs& inputs, con
 RenderSession::~RenderSession() = default;
 
 void RenderSession::resumeFromCheckpoint() {
-    m_film.keepSums();
+    m_film.enableAccumulation();
     m_checkpoint.emplace(m_job, m_built);
     m_settings.resume = progressive().resume && m_checkpoint->resume(m_film);
     if (progressive().resume && !m_settings.resume)

@@ -157,12 +157,12 @@ bool PathWorker::drawToLight(const VertexRows& at, const Light& light, uint32_t 
     m_sampler.fill2D(ranges(vertices, count, first, drawn, n), dim + 1, m_u);
     m_sampler.fill1D(ranges(vertices, count, first, drawn, n), dim + 2, m_uLobe);
     m_v.forMaterials(l.vertex, l.count, [&](const Material& m, int begin, int end) {
-        m.drawSoA({m_v.bsdf, l.vertex, at.woLocal, begin, end, nullptr}, m_uLobe, m_u, m_drawn);
+        m.sampleDirectionSoA({m_v.bsdf, l.vertex, at.woLocal, begin, end, nullptr}, m_uLobe, m_u, m_drawn);
     });
     turnToWorld(at, l.count, m_drawn.wi, m_wi, m_cosine);
     bool any = false;
     for (int i = 0; i < l.count; ++i) {
-        l.useful[i] = m_drawn.drawn[i] && !m_drawn.delta[i] &&
+        l.useful[i] = m_drawn.valid[i] && !m_drawn.delta[i] &&
                       (m_cosine[i] * at.side[i] > 0) != m_drawn.transmits[i] &&
                       light.mayIntersect(at.p.at(i), at.time[i], m_wi.at(i));
         any |= l.useful[i] != 0;

@@ -32,9 +32,9 @@ bool readStrategy(const ParamSet& params, const BuildContext& context) {
     if (strategy == "all" || strategy == "weighted")
         return true;
     const std::string must = "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"";
-    if (!context.lenient)
+    if (!context.isLenient)
         throw Error(params.whereIs(kStrategy), must);
-    context.messages.warn(params.whereIs(kStrategy), must + "; \"one\" takes its place");
+    context.diagnostics.warn(params.whereIs(kStrategy), must + "; \"one\" takes its place");
     return false;
 }
 

@@ -198,7 +198,7 @@ void PathWorker::extend() {
         m_sampler.fill1D(ranges(vertices, count), dimension(kDimRoulette), m_uRoulette);
     for (int i = 0; i < count; ++i) {
         const int v = vertices[i];
-        if (!m_drawn.drawn[i] || (m_cosine[i] * m_v.side[v] > 0) == m_drawn.transmits[i])
+        if (!m_drawn.valid[i] || (m_cosine[i] * m_v.side[v] > 0) == m_drawn.transmits[i])
             continue; // absorbed, or the shading normal sent it through the surface
         Path& path = m_paths[m_v.path[v]];
         path.beta *= m_drawn.weight.at(i);

@@ -87,7 +87,7 @@ class Disk : public Quadric {
         q.p = s.sample(u);
         return q;
     }
-    void samplePoints(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const override {
+    void samplePointSoA(const V2SoA& u, int n, V3SoA& p, V3SoA& normal) const override {
         sampleAnnulus(sampler(), u, n, p, normal);
     }
 

@@ -78,18 +78,18 @@ KeyedPoints readPositions(const ParamSet& params) {
 
 void checkNormals(std::vector<V3f>& normals, const std::string& ofKey, const Location& where,
                   const BuildContext& context) {
-    if (!context.lenient)
+    if (!context.isLenient)
         return requireFinite(normals, "normal", ofKey, where);
     for (V3f& n : normals)
         if (!(std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z))) {
             n = V3f(0);
-            context.messages.warnOnce("normals", where,
-                                      "some normals are not finite; geometric normals are used instead");
+            context.diagnostics.warnOnce("normals", where,
+                                         "some normals are not finite; geometric normals are used instead");
         }
 }
 
 void warnOfEmptyMesh(const Location& where, const BuildContext& context) {
-    context.messages.warnOnce("empty mesh", where, "a mesh without triangles is ignored");
+    context.diagnostics.warnOnce("empty mesh", where, "a mesh without triangles is ignored");
 }
 
 KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions, const BuildContext& context) {
@@ -144,8 +144,8 @@ std::vector<float> readKeyTimes(const ParamSet& params, size_t keyCount, const B
 FloatInput readAlpha(const ParamSet& params, const BuildContext& context) {
     if (params.has(kShadowAlpha)) {
         params.get(kShadowAlpha); // checks its type
-        context.messages.warn(params.whereIs(kShadowAlpha),
-                              "\"shadowalpha\" is ignored: shadow rays use \"alpha\"");
+        context.diagnostics.warn(params.whereIs(kShadowAlpha),
+                                 "\"shadowalpha\" is ignored: shadow rays use \"alpha\"");
     }
     return params.get(kAlpha);
 }

@@ -330,8 +330,8 @@ PlyMesh readPlyFile(const std::filesystem::path& path, const Location& where, bo
     FileBytes file;
     try {
         file = readFileBytes(path, [&](uint64_t bytes) { // the file and a mesh of about the same size
-            resourcePolicyOf(where).require(2 * bytes, "the mesh \"" + path.string() + '"', "simplify it",
-                                            where);
+            resourcePolicyOf(where).requireMemory(2 * bytes, "the mesh \"" + path.string() + '"',
+                                                  "simplify it", where);
         });
     } catch (const Error&) {
         throw;

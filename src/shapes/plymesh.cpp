@@ -12,10 +12,10 @@ const ParamDef<std::vector<std::string>> kFilename{
     "filename", {}, "PLY file; several files of the same topology are the keys of a deforming mesh"};
 
 PlyMesh readKey(const std::string& name, const Location& where, const BuildContext& context) {
-    PlyMesh ply = readPlyFile(resolveFile(name, where), where, context.lenient);
+    PlyMesh ply = readPlyFile(resolveFile(name, where), where, context.isLenient);
     if (ply.trailingBytes > 0)
-        context.messages.warn(where, "\"" + name + "\": " + std::to_string(ply.trailingBytes) +
-                                         " bytes after the last element are ignored");
+        context.diagnostics.warn(where, "\"" + name + "\": " + std::to_string(ply.trailingBytes) +
+                                            " bytes after the last element are ignored");
     requireFinite(ply.positions, "position", "", where);
     checkNormals(ply.normals, "", where, context);
     return ply;

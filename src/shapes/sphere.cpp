@@ -70,11 +70,12 @@ STROBE_FORCE_INLINE float polarAngle(float x, float y, float z) {
 }
 
 struct SphereHitSoA {
-    alignas(64) float t[QuadricRays::kMax], x[QuadricRays::kMax], y[QuadricRays::kMax], z[QuadricRays::kMax];
+    alignas(64) float t[QuadricRaySoA::kMax], x[QuadricRaySoA::kMax], y[QuadricRaySoA::kMax],
+        z[QuadricRaySoA::kMax];
 };
 
 /// Intersects the rays for which hit[i] is not 0; sets hit[i] to 0 if ray i misses. Returns 0 if all miss.
-STROBE_TARGET_CLONES int32_t findHits(const SphereClip& sphere, const QuadricRays& rays, int32_t* hit,
+STROBE_TARGET_CLONES int32_t findHits(const SphereClip& sphere, const QuadricRaySoA& rays, int32_t* hit,
                                       SphereHitSoA& out) {
     const SphereClip s = sphere;
     const float *tmin = rays.tmin, *tmax = rays.tmax;
@@ -194,7 +195,7 @@ class Sphere : public Quadric {
         return true;
     }
 
-    void intersectSoA(const QuadricRays& rays, int32_t* hit, float* t, float* u, float* v) const override {
+    void intersectSoA(const QuadricRaySoA& rays, int32_t* hit, float* t, float* u, float* v) const override {
         SphereHitSoA hits;
         if (findHits(m_clip, rays, hit, hits) == 0)
             return;

@@ -45,10 +45,10 @@ void requireSubdividable(const std::vector<uint32_t>& indices, int levels, const
         throw Error(where, "subdividing " + std::to_string(triangles) + " triangles " +
                                std::to_string(levels) + " times would make more than " +
                                std::to_string(kMaxTriangles));
-    resourcePolicyOf(where).require(kBytesPerTriangle * (triangles << (2 * levels)),
-                                    "subdividing " + std::to_string(triangles) + " triangles " +
-                                        std::to_string(levels) + " times",
-                                    "use a smaller \"nlevels\"", where);
+    resourcePolicyOf(where).requireMemory(kBytesPerTriangle * (triangles << (2 * levels)),
+                                          "subdividing " + std::to_string(triangles) + " triangles " +
+                                              std::to_string(levels) + " times",
+                                          "use a smaller \"nlevels\"", where);
     for (size_t i = 0; i < indices.size(); i += 3) {
         if (indices[i] == indices[i + 1] || indices[i + 1] == indices[i + 2] || indices[i + 2] == indices[i])
             throw Error(where, "triangle " + std::to_string(i / 3) +

@@ -43,7 +43,7 @@ bool isEmpty(const ParamSet& params) {
 }
 
 Shape createTriangleMesh(const ParamSet& params, const BuildContext& context) {
-    if (context.lenient && isEmpty(params)) {
+    if (context.isLenient && isEmpty(params)) {
         params.markAllUsed();
         warnOfEmptyMesh(params.where(), context);
         return {};

@@ -114,7 +114,7 @@ ColorEncoding encodingFrom(const ParamSet& params, const BuildContext& context) 
         throw Error(params.whereIs(kEncoding), "\"gamma\" must be followed by a positive number");
     }
     try {
-        return ColorEncoding::of(*context.color, name, params.whereIs(kEncoding));
+        return ColorEncoding::fromSpace(*context.colorConfig, name, params.whereIs(kEncoding));
     } catch (const Error& e) {
         throw Error(e.location, "\"encoding\" must be sRGB, linear, \"gamma NUMBER\" or a color space of " +
                                     std::string(e.what()));
@@ -136,8 +136,8 @@ ColorEncoding encodingOfFile(const ParamSet& params, const BuildContext& context
                                                                                    : ColorEncoding::Linear};
     if (args.isFloat) // the rules of a config apply to colors only
         return defaultEncoding;
-    return ColorEncoding::ofFile(*context.color, params.get(kFilename).path, params.whereIs(kFilename),
-                                 defaultEncoding);
+    return ColorEncoding::fromFileRules(*context.colorConfig, params.get(kFilename).path,
+                                        params.whereIs(kFilename), defaultEncoding);
 }
 
 TexturePtr create(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
@@ -151,7 +151,7 @@ TexturePtr create(const ParamSet& params, const BuildContext& context, const Tex
     settings.invert = params.get(kInvert);
     settings.flipV = context.conventions == Conventions::PbrtV4;
     settings.scale = params.get(kScale);
-    if (encoding.kind == ColorEncoding::Gamma && encoding.ofFloats) // pbrt-v2: (scale * stored)^gamma
+    if (encoding.kind == ColorEncoding::Gamma && encoding.appliesToFloats) // pbrt-v2: (scale * stored)^gamma
         settings.scale = std::pow(std::max(settings.scale, 0.f), encoding.gamma);
     const Mapping2D mapping(params, context, args);
     const auto cache = context.textureCache ? context.textureCache : std::make_shared<TextureCache>();

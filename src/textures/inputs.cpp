@@ -71,12 +71,12 @@ Mapping2D::Mapping2D(const ParamSet& params, const BuildContext& context, const 
     const std::string mapping = params.get(kMapping);
     m_isPlanar = mapping == "planar";
     if (!m_isPlanar && mapping != "uv") {
-        if (!context.lenient)
+        if (!context.isLenient)
             throw Error(params.whereIs(kMapping),
                         "texture mapping \"" + mapping + "\" is not supported (known: uv, planar)");
-        context.messages.warnOnce("mapping " + mapping, params.whereIs(kMapping),
-                                  "texture mapping \"" + mapping +
-                                      "\" is not supported; \"uv\" is used instead");
+        context.diagnostics.warnOnce("mapping " + mapping, params.whereIs(kMapping),
+                                     "texture mapping \"" + mapping +
+                                         "\" is not supported; \"uv\" is used instead");
     }
     if (m_isPlanar) {
         m_v1 = params.get(kV1);

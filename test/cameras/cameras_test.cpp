@@ -18,7 +18,8 @@ std::shared_ptr<const Camera> make(const CameraPlugin& plugin, const V2i& resolu
                                    const ParamSet& params = {}, const KeyedTransform& toWorld = {},
                                    Shutter shutter = {0, 1}) {
     static Diagnostics quiet;
-    return plugin.create(params, BuildContext{.messages = quiet}, CameraArgs{toWorld, resolution, shutter});
+    return plugin.create(params, BuildContext{.diagnostics = quiet},
+                         CameraArgs{toWorld, resolution, shutter});
 }
 
 Ray rayAt(const Camera& camera, const V2f& film, float time = 0, const V2f& lens = V2f(.5f)) {

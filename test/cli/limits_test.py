@@ -60,7 +60,7 @@ class LimitsTest(CliTest):
         # An image whose header has a large resolution.
         self.write("large.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 20000 +X 20000\n")
         self.scene('LightSource "infinite" "string mapname" "large.hdr"\n')
-        self.assertRegex(self.refused("--max-memory", "1G"), "the image .*large.hdr would take 9.6 GB more, .*; make it smaller")
+        self.assertRegex(self.refused("--max-memory", "1G"), "the image .*large.hdr would take 9.6 GB more, .*; reduce its resolution")
 
     def test_memory_of_many_small_objects(self):
         """Allocations that ResourcePolicy does not estimate fail by the limit of the system."""

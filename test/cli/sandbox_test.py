@@ -78,7 +78,7 @@ KINDS = {
                       'Shape "trianglemesh" "point P" [-1 -1 0 1 -1 0 0 1 0] "point2 uv" [0 0 1 0 0 1] '
                       '"integer indices" [0 1 2]'),
 }
-REFUSED = "it is outside of what --sandbox allows"
+REFUSED = "it is outside the files and directories given to --sandbox"
 
 
 class SandboxTest(CliTest):
@@ -174,13 +174,13 @@ class SandboxTest(CliTest):
         self.write("outside/o.png", png())
         os.symlink(self.path("outside/o.png"), self.path("job/frame.png"))
         texture = 'Texture "t" "rgb" "imagemap" "string filename" "NAME"\nMaterial "matte" "texture Kd" "t"\n' + SHAPE
-        for name, reason in (("list.png", "Not a PNG file"), ("list.mp4", "no images of this kind are read"),
-                             ("list", "no images of this kind are read")):
+        for name, reason in (("list.png", "Not a PNG file"), ("list.mp4", "--sandbox does not allow this image format"),
+                             ("list", "--sandbox does not allow this image format")):
             self.write("job/" + name, "ffconcat version 1.0\nfile frame.png\n")
             self.assertIn(reason, self.in_sandbox(self.scene(texture.replace("NAME", name)), code=SCENE).err)
         self.write("job/t.<UDIM>.png", png())
         os.symlink(self.path("outside/o.png"), self.path("job/t.1001.png"))
-        self.assertIn("must not contain <", self.in_sandbox(self.scene(texture.replace("NAME", "t.<UDIM>.png")), code=SCENE).err)
+        self.assertIn("--sandbox does not allow < in its name", self.in_sandbox(self.scene(texture.replace("NAME", "t.<UDIM>.png")), code=SCENE).err)
 
     def test_only_regular_files_are_read(self):
         os.mkfifo(self.path("job/pipe.spd"))

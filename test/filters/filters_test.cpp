@@ -18,7 +18,7 @@ using FilterPlugin = Plugin<std::shared_ptr<const Filter>>;
 std::shared_ptr<const Filter> make(const FilterPlugin& plugin, const ParamSet& params = {},
                                    Conventions conventions = Conventions::PbrtV4) {
     static Diagnostics quiet;
-    return plugin.create(params, BuildContext{.messages = quiet, .conventions = conventions});
+    return plugin.create(params, BuildContext{.diagnostics = quiet, .conventions = conventions});
 }
 
 struct NamedFilter {

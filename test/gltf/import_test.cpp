@@ -13,7 +13,8 @@ using gltf::Importer;
 class Gltf : public testing::Test {
   protected:
     Importer import(const std::string& text, const gltf::Settings& settings = {}) {
-        return Importer(gltf::open(m_folder.write("test.gltf", text), {}), settings, *m_textures, m_messages);
+        return Importer(gltf::open(m_folder.write("test.gltf", text), {}), settings, *m_textures,
+                        m_diagnostics);
     }
     Importer import(const GltfFile& file, const gltf::Settings& settings = {}) {
         return import(file.text(), settings);
@@ -42,7 +43,7 @@ class Gltf : public testing::Test {
     GltfFolder m_folder;
     std::shared_ptr<TextureCache> m_textures = std::make_shared<TextureCache>();
     std::vector<std::string> m_warnings;
-    Diagnostics m_messages{[this](const std::string& text) { m_warnings.push_back(text); }};
+    Diagnostics m_diagnostics{[this](const std::string& text) { m_warnings.push_back(text); }};
 };
 
 const std::vector<float> kSquare{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
@@ -108,7 +109,7 @@ TEST_F(Gltf, BinaryFilesAndExternalBuffersHoldTheSame) {
     file.addNode({{"mesh", file.addTriangle()}});
     const TriangleMesh expected = mesh(file);
     const auto positionsOf = [&](const std::filesystem::path& path) {
-        Importer importer(gltf::open(path, {}), {}, *m_textures, m_messages);
+        Importer importer(gltf::open(path, {}), {}, *m_textures, m_diagnostics);
         return importer.takeObjects().at(0).shapes.at(0).mesh->positions;
     };
     EXPECT_EQ(positionsOf(m_folder.write("a.glb", file.binary())), expected.positions);

@@ -15,7 +15,7 @@ namespace {
 std::shared_ptr<Light> makeLight(const PlacedShape& shape, bool twoSided = false) {
     static Diagnostics quiet;
     return diffuseAreaLightPlugin().create(Params().rgb("L", 3, 2, 1).boolean("twosided", twoSided),
-                                           BuildContext{.messages = quiet}, AreaLightArgs{shape});
+                                           BuildContext{.diagnostics = quiet}, AreaLightArgs{shape});
 }
 
 struct Case {
@@ -396,7 +396,7 @@ TEST(AreaLights, PowerIsPositiveIfOnlyASmallPartOfTheTextureIsBright) {
 
 TEST(AreaLights, ErrorsHaveLocations) {
     static Diagnostics quiet;
-    const BuildContext context{.messages = quiet};
+    const BuildContext context{.diagnostics = quiet};
     const auto make = [&](const ParamSet& params, const PlacedShape& shape) {
         return diffuseAreaLightPlugin().create(params, context, AreaLightArgs{shape});
     };

@@ -26,7 +26,7 @@ std::shared_ptr<Light> make(const LightPlugin& plugin, const ParamSet& params,
                             const KeyedTransform& toWorld = {}, Conventions conventions = Conventions::PbrtV4,
                             Shutter shutter = {0, 1}) {
     static Diagnostics quiet;
-    return plugin.create(params, BuildContext{.messages = quiet, .conventions = conventions},
+    return plugin.create(params, BuildContext{.diagnostics = quiet, .conventions = conventions},
                          LightArgs{toWorld, shutter});
 }
 

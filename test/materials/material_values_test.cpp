@@ -91,7 +91,7 @@ TEST(Mirror, SampleSoAEqualsSample) {
     m->sampleSoA({&bsdf, point, wo, 2, kSoAWidth - 1, nullptr}, uc, u, out);
     for (int i = 2; i < kSoAWidth - 1; ++i) {
         BsdfSample s;
-        ASSERT_EQ(out.drawn[i], m->sample(bsdf, wo.at(i), 0, u.at(i), s));
+        ASSERT_EQ(out.valid[i], m->sample(bsdf, wo.at(i), 0, u.at(i), s));
         EXPECT_EQ(out.wi.at(i), s.wi);
         EXPECT_EQ(out.weight.at(i), s.weight);
         EXPECT_TRUE(out.delta[i] && !out.transmits[i] && out.pdf[i] == 0);
@@ -172,11 +172,11 @@ TEST(Glass, IndexMayBeASpectrum) {
 
 TEST(Glass, RoughnessIsIgnoredWithOneWarning) {
     std::vector<std::string> warnings;
-    Diagnostics messages([&](const std::string& text) { warnings.push_back(text); });
+    Diagnostics diagnostics([&](const std::string& text) { warnings.push_back(text); });
     for (int i = 0; i < 2; ++i) {
         ParamSet params;
         params.add(floatParam("roughness", .2f));
-        glassPlugin().create(params, BuildContext{messages});
+        glassPlugin().create(params, BuildContext{diagnostics});
     }
     ASSERT_EQ(warnings.size(), 1u);
     EXPECT_NE(warnings[0].find("rough glass is not supported: it renders smooth"), std::string::npos);

@@ -101,13 +101,13 @@ TEST_F(SmoothMaterials, SoAMethodsEqualScalarMethods) {
             uc[i] = random.next();
             u.set(i, random.next2());
         }
-        const BsdfSoA jobs{bsdfs.data(), point, wo, 5, kSoAWidth - 2, mask};
+        const BsdfQuerySoA jobs{bsdfs.data(), point, wo, 5, kSoAWidth - 2, mask};
         RgbSoA f;
         BsdfSampleSoA drawn, directions;
         float bound[kSoAWidth];
         m.material->evalCosSoA(jobs, wi, f, pdf);
         m.material->sampleSoA(jobs, uc, u, drawn);
-        m.material->drawSoA(jobs, uc, u, directions);
+        m.material->sampleDirectionSoA(jobs, uc, u, directions);
         m.material->maxPdfSoA(jobs, bound);
         for (int i = jobs.begin; i < jobs.end; ++i) {
             if (!mask[i])
@@ -120,10 +120,10 @@ TEST_F(SmoothMaterials, SoAMethodsEqualScalarMethods) {
             EXPECT_EQ(pdf[i], density);
             EXPECT_EQ(bound[i], m.material->maxPdf(bsdfs[0], view));
             BsdfSample s;
-            ASSERT_EQ(drawn.drawn[i], m.material->sample(bsdfs[0], view, uc[i], u.at(i), s));
-            if (!drawn.drawn[i])
+            ASSERT_EQ(drawn.valid[i], m.material->sample(bsdfs[0], view, uc[i], u.at(i), s));
+            if (!drawn.valid[i])
                 continue;
-            EXPECT_TRUE(directions.drawn[i]);
+            EXPECT_TRUE(directions.valid[i]);
             EXPECT_EQ(directions.wi.at(i), s.wi);
             EXPECT_EQ(drawn.wi.at(i), s.wi);
             EXPECT_EQ(drawn.weight.at(i), s.weight);

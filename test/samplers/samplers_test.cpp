@@ -19,7 +19,7 @@ using SamplerPlugin = Plugin<SamplerSetup, int>;
 SamplerSetup make(const SamplerPlugin& plugin, const ParamSet& params = {}, int spp = 0,
                   Conventions conventions = Conventions::PbrtV4) {
     static Diagnostics quiet;
-    return plugin.create(params, BuildContext{.messages = quiet, .conventions = conventions}, spp);
+    return plugin.create(params, BuildContext{.diagnostics = quiet, .conventions = conventions}, spp);
 }
 
 std::vector<SamplerPlugin> all() { return {independentPlugin(), stratifiedPlugin(), sobolPlugin()}; }

@@ -226,7 +226,8 @@ std::vector<Malformed> malformedBodies() {
         {faces("3.5 0 1 2\n"), "is not an integer"},
         {ascii("3", kXyz, "1", kList, "0 0 0 1 0 0 0 1 0x 3 0 1 2"), "\"0x\" in element \"vertex\""},
         {ascii("4000000000", kXyz, "1", kList, kThree), "too short for the 4000000000 rows"},
-        {ascii("18446744073709551615", kXyz, "1", kList, kThree), "has more vertices than 32-bit indices allow"},
+        {ascii("18446744073709551615", kXyz, "1", kList, kThree),
+         "has more vertices than 32-bit indices allow"},
         {ascii("3", kXyz, "18446744073709551615", kList, kThree), "too short"},
         {ascii("4", kXyz, "1", kList, std::string(kThree) + "0"), "too short for the 4 rows"},
     };
@@ -370,9 +371,9 @@ TEST(PlyMesh, LenientFilesMayBeEmptyOrHaveInvalidNormals) {
                          "1", kList, "0 0 0 nan 0 0 1 0 0 0 0 1 0 1 0 0 0 1 3 0 1 2\n"));
     for (const bool lenient : {false, true}) {
         std::string warning;
-        Diagnostics messages([&](const std::string& text) { warning = text; });
-        BuildContext context{messages};
-        context.lenient = lenient;
+        Diagnostics diagnostics([&](const std::string& text) { warning = text; });
+        BuildContext context{diagnostics};
+        context.isLenient = lenient;
         const auto make = [&](const TemporaryFile& file) {
             return plyMeshPlugin().create(withFiles({file.path}).set(), context);
         };
@@ -394,8 +395,8 @@ TEST(PlyMesh, LenientFilesMayBeEmptyOrHaveInvalidNormals) {
 TEST(PlyMesh, TrailingBytesAreIgnoredWithAWarning) {
     const TemporaryFile file("tail.ply", ascii("3", kXyz, "1", kList, std::string(kThree) + "3 0 1 2 7\n"));
     std::string warning;
-    Diagnostics messages([&](const std::string& text) { warning = text; });
-    makeShape(plyMeshPlugin(), withFiles({file.path}), {0, 1}, &messages);
+    Diagnostics diagnostics([&](const std::string& text) { warning = text; });
+    makeShape(plyMeshPlugin(), withFiles({file.path}), {0, 1}, &diagnostics);
     EXPECT_NE(warning.find("after the last element"), std::string::npos);
 }
 

@@ -161,9 +161,9 @@ void comparePackets(const Quadric& shape) {
             valid[i] = random() % 4 ? -1 : 0;
         }
         const unsigned n = packet % 2 ? kPacket : 1 + random() % kPacket;
-        const QuadricRays rays(M44f(), rows[0], kPacket, 0, n);
-        alignas(64) int32_t hit[QuadricRays::kMax];
-        alignas(64) float t[QuadricRays::kMax], u[QuadricRays::kMax], v[QuadricRays::kMax];
+        const QuadricRaySoA rays(M44f(), rows[0], kPacket, 0, n);
+        alignas(64) int32_t hit[QuadricRaySoA::kMax];
+        alignas(64) float t[QuadricRaySoA::kMax], u[QuadricRaySoA::kMax], v[QuadricRaySoA::kMax];
         std::copy_n(valid, n, hit);
         shape.intersectSoA(rays, hit, t, u, v);
         for (int i = 0; i < int(n); ++i) {

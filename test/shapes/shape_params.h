@@ -3,6 +3,7 @@
 
 #include "core/interfaces/shape.h"
 #include "core/params/plugin.h"
+#include "core/util/diagnostics.h"
 
 #include <gtest/gtest.h>
 

@@ -122,8 +122,8 @@ TEST(TriangleMesh, ShadowAlphaIsIgnoredWithAWarning) {
     ShapeParams params = square();
     params.floats("shadowalpha", {0});
     std::string warning;
-    Diagnostics messages([&](const std::string& text) { warning = text; });
-    makeShape(triangleMeshPlugin(), params, {0, 1}, &messages);
+    Diagnostics diagnostics([&](const std::string& text) { warning = text; });
+    makeShape(triangleMeshPlugin(), params, {0, 1}, &diagnostics);
     EXPECT_NE(warning.find("\"shadowalpha\" is ignored: shadow rays use \"alpha\""), std::string::npos);
 }
 

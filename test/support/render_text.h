@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/render/render.h"
+#include "core/util/diagnostics.h"
 #include "loader/build/builder.h"
 #include "loader/parser/parser.h"
 

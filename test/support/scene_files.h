@@ -1,6 +1,7 @@
 // The scene files that tests render.
 #pragma once
 
+#include "core/util/diagnostics.h"
 #include "support/render_text.h"
 #include "support/scene_data.h"
 

@@ -1,6 +1,7 @@
 // Parses scene texts in tests; temporary folders.
 #pragma once
 
+#include "core/util/diagnostics.h"
 #include "loader/parser/parser.h"
 
 #include <gtest/gtest.h>
@@ -19,12 +20,12 @@ struct Parsed {
     std::string error; ///< formatted; empty: none
 };
 
-/// Parses a text. `name`: the file name in messages, whose extension selects the mode.
+/// Parses a text. `name`: the file name in diagnostics, whose extension selects the mode.
 inline Parsed parseString(const std::string& text, const std::string& name = "t.scene") {
     Parsed result;
-    Diagnostics messages([&](const std::string& m) { result.warnings.push_back(m); });
+    Diagnostics diagnostics([&](const std::string& m) { result.warnings.push_back(m); });
     try {
-        result.scene = parseText(text, name, {"supersample", "msaa", "msaa-cache"}, messages);
+        result.scene = parseText(text, name, {"supersample", "msaa", "msaa-cache"}, diagnostics);
     } catch (const Error& e) {
         result.error = formatDiagnostic(e.location, "error", e.what());
     }

@@ -40,9 +40,9 @@ Param textureParam(const std::string& name, int i) {
 /// Creates textures, which may refer to textures of a table.
 struct TextureFactory {
     std::vector<std::string> warnings;
-    Diagnostics messages{[this](const std::string& text) { warnings.push_back(text); }};
+    Diagnostics diagnostics{[this](const std::string& text) { warnings.push_back(text); }};
     std::shared_ptr<TextureTable> table = std::make_shared<TextureTable>();
-    BuildContext context{messages, Conventions::PbrtV4, {0, 1}, std::make_shared<TextureCache>()};
+    BuildContext context{diagnostics, Conventions::PbrtV4, {0, 1}, std::make_shared<TextureCache>()};
 
     TexturePtr make(const TexturePlugin& plugin, const std::vector<Param>& params, bool isFloat = false,
                     const M44f& toWorld = {}) {
@@ -271,12 +271,12 @@ TEST_F(ImageMaps, EncodingMayBeAColorSpace) {
 
 TEST_F(ImageMaps, FileRulesApplyToColorsWithoutAnEncoding) {
     const std::string config = m_path.string() + ".ocio";
-    std::string text = builtinColorConfig();
+    std::string text = kBuiltinColorConfig;
     text.replace(
         text.find("file_rules:"), 11,
         "file_rules:\n  - !<Rule> {name: maps, pattern: \"*strobe-map*\", extension: png, colorspace: raw}");
     std::ofstream(config) << text;
-    m_factory.context.color = std::make_shared<const ColorConfig>(config);
+    m_factory.context.colorConfig = std::make_shared<const ColorConfig>(config);
     const float stored = 188 / 255.f;
     EXPECT_NEAR(make({})->rgb(queryAt(.5f, .25f)).x, stored, 1e-5f);
     EXPECT_NEAR(make({}, true)->rgb(queryAt(.5f, .25f)).x, decodeSrgb(stored), 1e-5f) << "a float texture";
@@ -285,7 +285,7 @@ TEST_F(ImageMaps, FileRulesApplyToColorsWithoutAnEncoding) {
     EXPECT_NEAR(make({floatParam("gamma", 2)})->rgb(queryAt(.5f, .25f)).x, sqr(stored), 1e-5f);
     text.replace(text.find("*strobe-map*"), 12, "*another*");
     std::ofstream(config) << text;
-    m_factory.context.color = std::make_shared<const ColorConfig>(config);
+    m_factory.context.colorConfig = std::make_shared<const ColorConfig>(config);
     EXPECT_NEAR(make({})->rgb(queryAt(.5f, .25f)).x, decodeSrgb(stored), 1e-5f)
         << "only the default rule matches";
     std::filesystem::remove(config);

@@ -2,10 +2,9 @@
 
 namespace strobe {
 
-const char* builtinColorConfig() {
-    return R"(ocio_profile_version: 2
+const char* const kBuiltinColorConfig = R"(ocio_profile_version: 2
 
-description: strobe's own config. Scenes are linear Rec. 709; ACES 1.0 is there as a tone curve.
+description: strobe's built-in config. Scenes are linear Rec. 709; the view ACES is the ACES 1.0 tone curve.
 strictparsing: true
 luma: [0.2126, 0.7152, 0.0722]
 
@@ -48,12 +47,12 @@ default_view_transform: Standard
 view_transforms:
   - !<ViewTransform>
     name: Standard
-    description: Colors as they are; what the display cannot show is cut off
+    description: No tone mapping; colors beyond the display's range are clipped
     from_scene_reference: !<BuiltinTransform> {style: UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD}
 
   - !<ViewTransform>
     name: ACES
-    description: The tone curve of ACES 1.0 for SDR video, which turns highlights white softly
+    description: The ACES 1.0 output transform for SDR video; highlights roll off to white
     from_scene_reference: !<BuiltinTransform> {style: ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-VIDEO_1.0}
 
 display_colorspaces:
@@ -102,7 +101,7 @@ colorspaces:
   - !<ColorSpace>
     name: lin_rec709
     aliases: [Linear Rec.709 (sRGB), lin_srgb, lin_rec709_scene]
-    description: What strobe renders in
+    description: The working space
     encoding: scene-linear
     isdata: false
     to_scene_reference: !<GroupTransform>
@@ -113,7 +112,7 @@ colorspaces:
   - !<ColorSpace>
     name: srgb_texture
     aliases: [sRGB - Texture, srgb_tx, srgb_rec709_scene]
-    description: 8-bit images as most programs store them
+    description: The usual encoding of 8-bit images
     encoding: sdr-video
     isdata: false
     to_scene_reference: !<GroupTransform>
@@ -124,10 +123,9 @@ colorspaces:
 
   - !<ColorSpace>
     name: raw
-    description: Numbers that are no colors
+    description: Data that are not colors
     encoding: data
     isdata: true
 )";
-}
 
 } // namespace strobe

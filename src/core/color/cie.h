@@ -1,11 +1,12 @@
-// The CIE 1931 2° standard observer, as published by the CIE: 360..830 nm in steps of 5 nm.
+// The CIE 1931 2° standard observer, as published by the CIE: 360 to 830 nm in steps of 5 nm.
 #pragma once
 
 namespace strobe {
 
+/// Wavelengths in nm.
 inline constexpr int kCieFirst = 360, kCieLast = 830, kCieStep = 5;
 
-/// x̄, ȳ, z̄ at each step.
+/// The color matching functions x̄, ȳ, z̄ at each wavelength.
 inline constexpr float kCie[(kCieLast - kCieFirst) / kCieStep + 1][3] = {
     {.0001299f, 3.917e-06f, .0006061f},
     {.0002321f, 6.965e-06f, .001086f},

@@ -1,5 +1,6 @@
 #include "core/color/color_config.h"
 
+#include "core/util/nearest_name.h"
 #include "core/util/parallel.h"
 
 #include <OpenColorIO/OpenColorIO.h>
@@ -11,7 +12,7 @@
 #include <vector>
 
 #if OCIO_VERSION_HEX < 0x02010000
-#error "OpenColorIO 2.1 or newer is needed"
+#error "OpenColorIO 2.1 or newer is required"
 #endif
 
 namespace strobe {
@@ -27,23 +28,24 @@ float decodeSrgb(float encoded) {
 
 namespace {
 
-/// What configs call the working space. One that has none of these is asked for ACES2065-1 by its role.
-constexpr std::array<const char*, 6> kWorkingNames = {
+/// Names of the working space in common configs. In a config that has none of them, the working space is
+/// derived from ACES2065-1, which is found by its role.
+constexpr std::array<const char*, 6> kWorkingSpaceNames = {
     kWorkingSpace,           "lin_rec709_scene",        "lin_srgb",
     "Linear Rec.709 (sRGB)", "Utility - Linear - sRGB", "Utility - Linear - Rec.709"};
 
-/// The processor as a transform of ours, empty when it changes nothing. Without OpenColorIO's approximations
-/// of powers and logarithms.
-ColorTransform transformOf(const OCIO::ConstProcessorRcPtr& processor) {
+/// Returns a ColorTransform that applies `processor`; empty if the processor is the identity. Does not use
+/// OpenColorIO's approximations of powers and logarithms.
+ColorTransform makeTransform(const OCIO::ConstProcessorRcPtr& processor) {
     if (processor->isNoOp())
         return {};
     const OCIO::ConstCPUProcessorRcPtr cpu = processor->getOptimizedCPUProcessor(OCIO::OPTIMIZATION_LOSSLESS);
     return [cpu](std::span<Rgb> colors) {
-        constexpr size_t kSome = 4096;
-        parallelFor((colors.size() + kSome - 1) / kSome, [&](size_t i) {
-            const std::span<Rgb> some =
-                colors.subspan(i * kSome).first(std::min(kSome, colors.size() - i * kSome));
-            OCIO::PackedImageDesc image(some.data(), long(some.size()), 1, 3);
+        constexpr size_t kTaskSize = 4096;
+        parallelFor((colors.size() + kTaskSize - 1) / kTaskSize, [&](size_t i) {
+            const std::span<Rgb> range =
+                colors.subspan(i * kTaskSize).first(std::min(kTaskSize, colors.size() - i * kTaskSize));
+            OCIO::PackedImageDesc image(range.data(), long(range.size()), 1, 3);
             cpu->apply(image);
         });
     };
@@ -56,13 +58,13 @@ OCIO::TransformRcPtr builtin(const char* style, OCIO::TransformDirection directi
     return transform;
 }
 
-/// A config in use: one that has the working space under a name that we know.
+/// A config and the name of its working space.
 struct LoadedConfig {
     OCIO::ConstConfigRcPtr config;
-    std::string working; ///< the name
+    std::string workingSpace;
 };
 
-/// Adds the working space to a config that only says which of its spaces is ACES2065-1.
+/// Adds the working space to a config that defines the role aces_interchange (ACES2065-1).
 void addWorkingSpace(OCIO::Config& config) {
     const OCIO::ConstColorSpaceRcPtr aces = config.getColorSpace(OCIO::ROLE_INTERCHANGE_SCENE);
     const auto toReference = OCIO::GroupTransform::Create();
@@ -86,13 +88,13 @@ void addWorkingSpace(OCIO::Config& config) {
 LoadedConfig load(const std::string& file) {
     OCIO::ConstConfigRcPtr config;
     if (file.empty()) {
-        std::istringstream text(builtinColorConfig());
+        std::istringstream text(kBuiltinColorConfig);
         config = OCIO::Config::CreateFromStream(text);
     } else {
         config = OCIO::Config::CreateFromFile(file.c_str());
     }
     config->validate();
-    for (const char* name : kWorkingNames)
+    for (const char* name : kWorkingSpaceNames)
         if (config->getColorSpace(name))
             return {config, name};
     if (config->hasRole(OCIO::ROLE_INTERCHANGE_SCENE)) {
@@ -102,33 +104,33 @@ LoadedConfig load(const std::string& file) {
     }
     if (config->hasRole(OCIO::ROLE_SCENE_LINEAR))
         return {config, config->getCanonicalName(OCIO::ROLE_SCENE_LINEAR)};
-    throw OCIO::Exception("it has neither a linear Rec. 709 space, as lin_rec709, nor one of the roles "
+    throw OCIO::Exception("it has neither a linear Rec. 709 space, such as lin_rec709, nor one of the roles "
                           "aces_interchange and scene_linear");
 }
 
-std::vector<std::string> displaysOf(const OCIO::Config& config) {
+std::vector<std::string> displayNames(const OCIO::Config& config) {
     std::vector<std::string> names;
     for (int i = 0; i < config.getNumDisplays(); ++i)
         names.emplace_back(config.getDisplay(i));
     return names;
 }
 
-std::vector<std::string> viewsOf(const OCIO::Config& config, const std::string& display) {
+std::vector<std::string> viewNames(const OCIO::Config& config, const std::string& display) {
     std::vector<std::string> names;
     for (int i = 0; i < config.getNumViews(display.c_str()); ++i)
         names.emplace_back(config.getView(display.c_str(), i));
     return names;
 }
 
-std::vector<std::string> looksOf(const OCIO::Config& config) {
+std::vector<std::string> lookNames(const OCIO::Config& config) {
     std::vector<std::string> names;
     for (int i = 0; i < config.getNumLooks(); ++i)
         names.emplace_back(config.getLookNameByIndex(i));
     return names;
 }
 
-/// Not those of displays: files hold scenes.
-std::vector<std::string> spacesOf(const OCIO::Config& config) {
+/// Returns the names of the scene-referred color spaces; display spaces do not apply to files.
+std::vector<std::string> sceneSpaceNames(const OCIO::Config& config) {
     constexpr auto kScene = OCIO::SEARCH_REFERENCE_SPACE_SCENE;
     constexpr auto kActive = OCIO::COLORSPACE_ACTIVE;
     std::vector<std::string> names;
@@ -137,21 +139,24 @@ std::vector<std::string> spacesOf(const OCIO::Config& config) {
     return names;
 }
 
-void require(const std::string& kind, const std::string& name, const std::vector<std::string>& known,
-             const std::string& of) {
+/// Throws Error of kind Usage unless `name` is in `known`. The message starts with `owner`.
+void requireName(const std::string& kind, const std::string& name, const std::vector<std::string>& known,
+                 const std::string& owner) {
     if (std::find(known.begin(), known.end(), name) == known.end())
-        throw Error(of + ": " + unknownName(kind, name, known), ErrorKind::Usage);
+        throw Error(owner + ": " + unknownName(kind, name, known), ErrorKind::Usage);
 }
 
-/// Looks are a list: commas or colons between, + or - before, | between those of which the first that works
-/// is taken.
-void requireLooks(const std::string& looks, const std::vector<std::string>& known, const std::string& of) {
-    constexpr const char* kBetween = ",:|";
+/// Calls requireName for each name in `looks`, a list in OpenColorIO's syntax: names are separated by commas
+/// or colons, may have a prefix + or -, and `|` separates alternatives.
+void requireLooks(const std::string& looks, const std::vector<std::string>& known, const std::string& owner) {
+    constexpr const char* kSeparators = ",:|";
     for (size_t begin = 0; begin < looks.size();) {
-        const size_t end = std::min(looks.find_first_of(kBetween, begin), looks.size());
-        const std::string part = looks.substr(begin, end - begin);
-        const size_t first = part.find_first_not_of(" +-"), last = part.find_last_not_of(' ');
-        require("look", first == std::string::npos ? "" : part.substr(first, last + 1 - first), known, of);
+        const size_t end = std::min(looks.find_first_of(kSeparators, begin), looks.size());
+        const std::string entry = looks.substr(begin, end - begin);
+        const size_t first = entry.find_first_not_of(" +-");
+        const size_t last = entry.find_last_not_of(' ');
+        requireName("look", first == std::string::npos ? "" : entry.substr(first, last + 1 - first), known,
+                    owner);
         begin = end + 1;
     }
 }
@@ -159,10 +164,11 @@ void requireLooks(const std::string& looks, const std::vector<std::string>& know
 OCIO::ConstProcessorRcPtr viewProcessor(const LoadedConfig& loaded, const std::string& display,
                                         const std::string& view, const std::string& looks) {
     const auto transform = OCIO::DisplayViewTransform::Create();
-    transform->setSrc(loaded.working.c_str());
+    transform->setSrc(loaded.workingSpace.c_str());
     transform->setDisplay(display.c_str());
     transform->setView(view.c_str());
-    const auto pipeline = OCIO::LegacyViewingPipeline::Create(); // knows how looks replace those of the view
+    // The pipeline replaces the looks of the view by the given ones.
+    const auto pipeline = OCIO::LegacyViewingPipeline::Create();
     pipeline->setDisplayViewTransform(transform);
     pipeline->setLooksOverrideEnabled(!looks.empty());
     pipeline->setLooksOverride(looks.c_str());
@@ -180,9 +186,10 @@ struct ColorConfig::Impl {
     std::once_flag once;
     LoadedConfig loaded;
 
-    /// Runs `f(loaded)`; OpenColorIO's exceptions become errors of ours, at `where`.
+    /// Loads the config on the first call and returns f(loaded). Turns exceptions of OpenColorIO into Error
+    /// at `where`.
     template <class F>
-    auto with(const Location& where, const F& f) {
+    auto withConfig(const Location& where, const F& f) {
         try {
             std::call_once(once, [&] { loaded = load(file); });
             return f(loaded);
@@ -198,38 +205,39 @@ ColorConfig::~ColorConfig() = default;
 std::string ColorConfig::workingSpace() const {
     if (m_impl->file.empty())
         return kWorkingSpace;
-    return m_impl->with({}, [](const LoadedConfig& loaded) { return loaded.working; });
+    return m_impl->withConfig({}, [](const LoadedConfig& loaded) { return loaded.workingSpace; });
 }
 
 ColorTransform ColorConfig::view(const ViewSettings& settings) const {
-    return m_impl->with({}, [&](const LoadedConfig& loaded) {
+    return m_impl->withConfig({}, [&](const LoadedConfig& loaded) {
         const OCIO::Config& config = *loaded.config;
         const std::string display = settings.display.empty() ? config.getDefaultDisplay() : settings.display;
-        require("display", display, displaysOf(config), m_impl->title);
+        requireName("display", display, displayNames(config), m_impl->title);
         const std::string view =
             settings.view.empty() ? config.getDefaultView(display.c_str()) : settings.view;
-        require("view", view, viewsOf(config, display),
-                "the display \"" + display + "\" of " + m_impl->title);
-        requireLooks(settings.look, looksOf(config), m_impl->title);
-        const ColorTransform shown = transformOf(viewProcessor(loaded, display, view, settings.look));
-        return shown ? shown : [](std::span<Rgb>) {}; // as a raw view does
+        requireName("view", view, viewNames(config, display),
+                    "the display \"" + display + "\" of " + m_impl->title);
+        requireLooks(settings.look, lookNames(config), m_impl->title);
+        const ColorTransform shown = makeTransform(viewProcessor(loaded, display, view, settings.look));
+        return shown ? shown : [](std::span<Rgb>) {}; // empty for a raw view
     });
 }
 
 ColorTransform ColorConfig::toWorking(const std::string& space, const Location& where) const {
-    return m_impl->with(where, [&](const LoadedConfig& loaded) {
+    return m_impl->withConfig(where, [&](const LoadedConfig& loaded) {
         if (!loaded.config->getColorSpace(space.c_str()))
             throw Error(where,
-                        m_impl->title + ": " + unknownName("color space", space, spacesOf(*loaded.config)),
+                        m_impl->title + ": " +
+                            unknownName("color space", space, sceneSpaceNames(*loaded.config)),
                         where ? ErrorKind::Scene : ErrorKind::Usage);
-        return transformOf(loaded.config->getProcessor(space.c_str(), loaded.working.c_str()));
+        return makeTransform(loaded.config->getProcessor(space.c_str(), loaded.workingSpace.c_str()));
     });
 }
 
 std::string ColorConfig::spaceOfFile(const std::filesystem::path& path, const Location& where) const {
     if (m_impl->file.empty())
-        return {}; // ours has no such rule
-    return m_impl->with(where, [&](const LoadedConfig& loaded) -> std::string {
+        return {}; // the built-in config has only the default rule
+    return m_impl->withConfig(where, [&](const LoadedConfig& loaded) -> std::string {
         const std::string name = path.generic_string();
         if (loaded.config->filepathOnlyMatchesDefaultRule(name.c_str()))
             return {};

@@ -1,4 +1,4 @@
-// Color spaces and what displays show: the one file that knows OpenColorIO.
+// Color spaces and display transforms. color_config.cpp is the only file that includes OpenColorIO.
 #pragma once
 
 #include "core/math/math.h"
@@ -12,43 +12,45 @@
 
 namespace strobe {
 
-/// The space that scenes are rendered in: linear light, Rec. 709 primaries, D65; by the name that OpenColorIO
-/// configs give it.
+/// The name of the working space in OpenColorIO configs: linear, Rec. 709 primaries, white point D65.
 inline constexpr const char* kWorkingSpace = "lin_rec709";
 
-/// Changes colors in place; may be called by several threads at once.
+/// Transforms colors in place. Thread-safe. An empty function is the identity.
 using ColorTransform = std::function<void(std::span<Rgb>)>;
 
-/// The sRGB transfer function, linear [0,1] to encoded [0,1], and back.
+/// Returns the sRGB encoding of a linear value in [0,1].
 float encodeSrgb(float linear);
+/// Returns the linear value of an sRGB encoding in [0,1].
 float decodeSrgb(float encoded);
 
-/// What of a picture a display shows. Empty names: what the config has as its first.
+/// A display transform, by the names of an OpenColorIO config. Empty names select the default display of the
+/// config, the default view of the display, and the looks of the view.
 struct ViewSettings {
     std::string display, view, look;
     bool isDefault() const { return display.empty() && view.empty() && look.empty(); }
 };
 
-/// An OpenColorIO config: a file, or a small one of our own. It is read when it is first needed; all is
-/// thread-safe. What cannot be read, or a name that is not in it, is an Error of kind Usage, or of kind Scene
-/// when there is a location, and lists the names that are.
+/// An OpenColorIO config: a file or the built-in config. It is loaded on first use. Thread-safe. All
+/// functions throw Error if the config cannot be loaded or has no element of the given name; the message
+/// lists the known names. The kind is Scene if there is a location, else Usage.
 class ColorConfig {
   public:
-    /// `file` as $OCIO has it; empty: our own.
+    /// `file`: the path of a config, in the form of $OCIO; if empty, the built-in config is used.
     explicit ColorConfig(std::string file = {});
     ~ColorConfig();
     ColorConfig(const ColorConfig&) = delete;
     ColorConfig& operator=(const ColorConfig&) = delete;
 
-    /// What the config calls the working space.
+    /// Returns the name of the working space in this config.
     std::string workingSpace() const;
-    /// Colors of the working space to what a display shows, 0 to 1 where it can show them.
+    /// Returns the transform from the working space to display values, which lie in [0,1] if the display can
+    /// show them. Never empty.
     ColorTransform view(const ViewSettings& settings) const;
-    /// Colors of `space` (a name, another name, or a role) to those of the working space; empty when that
-    /// changes nothing, as with data.
+    /// Returns the transform from `space` (a name, an alias or a role) to the working space. Empty if it is
+    /// the identity, as for data spaces.
     ColorTransform toWorking(const std::string& space, const Location& where) const;
-    /// The space that the config's rules give to a file of this name; empty when only the rule for all others
-    /// does.
+    /// Returns the color space that the file rules of the config assign to a file of this name; an empty
+    /// string if only the default rule matches.
     std::string spaceOfFile(const std::filesystem::path& path, const Location& where) const;
 
   private:
@@ -56,7 +58,7 @@ class ColorConfig {
     std::unique_ptr<Impl> m_impl;
 };
 
-/// The text of our own config.
-const char* builtinColorConfig();
+/// The text of the built-in config.
+extern const char* const kBuiltinColorConfig;
 
 } // namespace strobe

@@ -10,9 +10,10 @@
 namespace strobe {
 namespace {
 
-/// The color matching curves at a whole wavelength: cubic (four-point Lagrange) between the table's entries,
-/// which restores the published 1 nm table to its noise; linear interpolation is visibly off for metals.
-void cieAt(int nm, double out[3]) {
+/// Writes x̄, ȳ, z̄ at wavelength `nm` to `out`. The table is interpolated cubically (four-point Lagrange),
+/// which reproduces the published 1 nm table to its precision; with linear interpolation, metals have a
+/// visible error.
+void colorMatching(int nm, double out[3]) {
     constexpr int kLast = (kCieLast - kCieFirst) / kCieStep;
     const int i = (nm - kCieFirst) / kCieStep;
     const double f = double((nm - kCieFirst) % kCieStep) / kCieStep;
@@ -24,13 +25,13 @@ void cieAt(int nm, double out[3]) {
             out[c] += weight[k] * double(kCie[std::clamp(i + k - 1, 0, kLast)][c]);
 }
 
-/// The RGB of value(nm), summed over whole wavelengths.
+/// Returns the RGB of the spectrum value(nm), integrated in steps of 1 nm.
 template <class F>
 Rgb integrate(F value) {
     double xyz[3] = {}, sumY = 0;
     for (int nm = kCieFirst; nm <= kCieLast; ++nm) {
         double curve[3];
-        cieAt(nm, curve);
+        colorMatching(nm, curve);
         const double v = value(nm);
         for (int c = 0; c < 3; ++c)
             xyz[c] += curve[c] * v;
@@ -42,10 +43,10 @@ Rgb integrate(F value) {
                float(0.055648 * x - 0.204043 * y + 1.057311 * z));
 }
 
-/// Planck's law without its constant factor, normalized to 1 at the peak; `x` is the wavelength over that of
-/// the peak (Wien's displacement law).
+/// Returns Planck's law normalized to 1 at its maximum; `x` is the wavelength divided by the wavelength of
+/// the maximum (Wien's displacement law).
 double planck(double x) {
-    constexpr double kPeak = 4.965114231744276; // hc / (λ k T) at the peak
+    constexpr double kPeak = 4.965114231744276; // hc / (λ k T) at the maximum
     return std::expm1(kPeak) / std::expm1(kPeak / x) / (x * x * x * x * x);
 }
 
@@ -54,8 +55,8 @@ struct Entry {
     Rgb value;
 };
 
-// Metals: integrals of the tables that pbrt ships, divided by that of a flat spectrum. Glasses: n_d of the
-// manufacturer's data sheet.
+// Metals: integrals of the tables of pbrt, divided by the integral of a constant spectrum. Glasses: n_d in
+// the data sheet of the manufacturer.
 const Entry kNamed[] = {
     {"metal-Ag-eta", {0.12886f, 0.12310f, 0.15219f}},
     {"metal-Ag-k", {4.00730f, 3.29272f, 2.36119f}},
@@ -82,7 +83,7 @@ const Entry kNamed[] = {
 Rgb spectrumToRgb(std::span<const float> wavelengths, std::span<const float> values) {
     if (wavelengths.empty() || wavelengths.size() != values.size())
         throw Error("a spectrum needs as many values as wavelengths, and at least one");
-    size_t i = 0; // of the first sample above nm
+    size_t i = 0; // index of the first sample above nm
     return integrate([&](int nm) -> double {
         while (i < wavelengths.size() && wavelengths[i] <= float(nm))
             ++i;
@@ -90,7 +91,8 @@ Rgb spectrumToRgb(std::span<const float> wavelengths, std::span<const float> val
             return values.front();
         if (i == wavelengths.size())
             return values.back();
-        const double a = wavelengths[i - 1], b = wavelengths[i], t = (nm - a) / (b - a);
+        const double a = wavelengths[i - 1], b = wavelengths[i];
+        const double t = (nm - a) / (b - a);
         return (1 - t) * values[i - 1] + t * values[i];
     });
 }
@@ -104,8 +106,8 @@ Rgb blackbodyRgb(float kelvin, float scale) {
 
 namespace {
 
-/// The numbers of one line, before any #. Throws when a word is not a number.
-std::vector<float> numbersOf(std::string line, const std::filesystem::path& path, int lineNumber,
+/// Returns the numbers of one line up to a #. Throws Error if a word is not a number.
+std::vector<float> parseLine(std::string line, const std::filesystem::path& path, int lineNumber,
                              const Location& where) {
     line.resize(std::min(line.size(), line.find('#')));
     std::vector<float> numbers;
@@ -134,13 +136,13 @@ Rgb readSpd(const std::filesystem::path& path, const Location& where) {
     std::vector<float> wavelengths, values;
     std::string line;
     for (int lineNumber = 1; std::getline(file, line); ++lineNumber) {
-        const std::vector<float> numbers = numbersOf(std::move(line), path, lineNumber, where);
-        const std::string place = path.string() + ":" + std::to_string(lineNumber) + ": ";
+        const std::vector<float> numbers = parseLine(std::move(line), path, lineNumber, where);
+        const std::string prefix = path.string() + ":" + std::to_string(lineNumber) + ": ";
         if (numbers.size() % 2 != 0)
-            throw Error(where, place + "expected a wavelength and a value");
+            throw Error(where, prefix + "expected a wavelength and a value");
         for (size_t i = 0; i < numbers.size(); i += 2) {
             if (!wavelengths.empty() && numbers[i] <= wavelengths.back())
-                throw Error(where, place + "wavelengths must ascend");
+                throw Error(where, prefix + "wavelengths must ascend");
             wavelengths.push_back(numbers[i]);
             values.push_back(numbers[i + 1]);
         }
@@ -152,7 +154,7 @@ Rgb readSpd(const std::filesystem::path& path, const Location& where) {
 
 namespace {
 
-/// CIE 15:2004's chromaticities of illuminants (2° observer).
+/// The chromaticity of a standard illuminant for the 2° observer (CIE 15:2004).
 struct Illuminant {
     std::string_view name;
     float x, y;

@@ -61,7 +61,7 @@ std::vector<Aov> aovsOf(const std::vector<Aov>& aovs, AovGroup group);
 struct AovChannel {
     std::string layer, name; ///< the name in files is "layer.name"
     std::vector<float> values;
-    bool exact = false; ///< written with 32 bits, see Channel
+    bool exact = false; ///< written with 32 bits, see ExrChannel
 };
 
 } // namespace strobe

@@ -73,9 +73,9 @@ void Film::copyFrom(const Film& source, const PixelBounds& tile) {
     }
 }
 
-std::vector<Part> Film::exrParts(const std::vector<Part>& extraParts) const {
+std::vector<ExrPart> Film::exrParts(const std::vector<ExrPart>& extraParts) const {
     const float* rgb = &m_image.pixels[0].x;
-    std::vector<Part> parts = {{"rgba", {{"R", rgb, 3}, {"G", rgb + 1, 3}, {"B", rgb + 2, 3}}}};
+    std::vector<ExrPart> parts = {{"rgba", {{"R", rgb, 3}, {"G", rgb + 1, 3}, {"B", rgb + 2, 3}}}};
     for (size_t i = 0; i < m_layers.size(); ++i) {
         const std::string name = aovInfo(m_layers[i]).name;
         parts.push_back({name, {{name + ".Y", m_planes[i].data(), 1, true}}});
@@ -85,7 +85,7 @@ std::vector<Part> Film::exrParts(const std::vector<Part>& extraParts) const {
 }
 
 void Film::checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
-                      const std::vector<Part>& extraParts) const {
+                      const std::vector<ExrPart>& extraParts) const {
     if (path.extension() == ".exr")
         checkExr(path, exrParts(extraParts), settings.exr);
     else if (path.extension() != ".png")
@@ -94,7 +94,7 @@ void Film::checkWrite(const std::filesystem::path& path, const OutputSettings& s
 }
 
 size_t Film::write(const std::filesystem::path& path, const Metadata& metadata,
-                   const OutputSettings& settings, const std::vector<Part>& extraParts) const {
+                   const OutputSettings& settings, const std::vector<ExrPart>& extraParts) const {
     checkWrite(path, settings, extraParts);
     if (path.extension() == ".exr")
         return writeExr(path, {m_pixelBounds, {m_fullWidth, m_fullHeight}}, exrParts(extraParts), metadata,

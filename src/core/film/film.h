@@ -77,13 +77,13 @@ class Film {
     /// only. Returns the number of values outside of the range of half floats (EXR). Throws Error of kind
     /// Output, and what `checkWrite` throws.
     size_t write(const std::filesystem::path& path, const Metadata& metadata,
-                 const OutputSettings& settings = {}, const std::vector<Part>& extraParts = {}) const;
+                 const OutputSettings& settings = {}, const std::vector<ExrPart>& extraParts = {}) const;
     /// Throws Error if `write` cannot succeed with this file name and these settings.
     void checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
-                    const std::vector<Part>& extraParts = {}) const;
+                    const std::vector<ExrPart>& extraParts = {}) const;
 
   private:
-    std::vector<Part> exrParts(const std::vector<Part>& extraParts) const;
+    std::vector<ExrPart> exrParts(const std::vector<ExrPart>& extraParts) const;
     /// The index of a pixel of the full frame in m_image, m_sums and m_planes.
     size_t index(int x, int y) const {
         return size_t(y - m_pixelBounds.y0) * size_t(m_image.width) + size_t(x - m_pixelBounds.x0);

@@ -30,120 +30,117 @@ namespace strobe {
 
 namespace {
 
-// ---- settings
-
 constexpr std::array<const char*, 10> kCompressions = {"none",  "rle", "zips", "zip",  "piz",
                                                        "pxr24", "b44", "b44a", "dwaa", "dwab"};
 
 bool isDwa(ExrSettings::Compression c) { return c == ExrSettings::Dwaa || c == ExrSettings::Dwab; }
 
-/// Whether 32-bit floats may come back changed. (B44 loses in half floats only.)
-bool losesFloats(ExrSettings::Compression c) { return c == ExrSettings::Pxr24 || isDwa(c); }
+/// Returns whether the compression may change 32-bit floats. (B44 changes only half floats.)
+bool changesFloats(ExrSettings::Compression c) { return c == ExrSettings::Pxr24 || isDwa(c); }
 
 [[noreturn]] void failWord(const std::string& word) {
     std::string known = "half, float";
     for (const char* name : kCompressions)
         known += std::string(", ") + name;
-    throw Error("unknown kind of EXR file \"" + word + "\" (known: " + known +
+    throw Error("unknown EXR setting \"" + word + "\" (known: " + known +
                     "; dwaa:LEVEL, dwab:LEVEL; scanlines, tiles, tiles:EDGE; single, parts)",
                 ErrorKind::Usage);
 }
 
-/// The number after a word's colon; `fallback` when there is none.
+/// Returns the number after the colon of `word`; `fallback` if there is no colon. Throws Error unless the
+/// number lies in [min, max].
 template <class T>
-T numberIn(const std::string& word, T fallback, T least, T most) {
+T parseValue(const std::string& word, T fallback, T min, T max) {
     const size_t colon = word.find(':');
     if (colon == std::string::npos)
         return fallback;
     T value{};
     const char* end = word.data() + word.size();
     const auto [stop, error] = std::from_chars(word.data() + colon + 1, end, value);
-    if (error != std::errc() || stop != end || !(value >= least && value <= most))
+    if (error != std::errc() || stop != end || !(value >= min && value <= max))
         failWord(word);
     return value;
 }
 
 void applyWord(const std::string& word, ExrSettings& settings) {
     const std::string name = word.substr(0, word.find(':'));
-    const bool plain = name == word;
+    const bool hasNoValue = name == word;
     const auto compression = std::find(kCompressions.begin(), kCompressions.end(), name);
     if (compression != kCompressions.end()) {
         settings.compression = ExrSettings::Compression(compression - kCompressions.begin());
-        if (!plain && !isDwa(settings.compression))
+        if (!hasNoValue && !isDwa(settings.compression))
             failWord(word);
-        settings.dwaLevel = numberIn(word, ExrSettings{}.dwaLevel, 0.f, 1e5f);
+        settings.dwaLevel = parseValue(word, ExrSettings{}.dwaLevel, 0.f, 1e5f);
     } else if (name == "tiles") {
-        settings.tile = numberIn(word, 64, 1, 1 << 14);
-    } else if (plain && (name == "half" || name == "float")) {
+        settings.tileSize = parseValue(word, 64, 1, 1 << 14);
+    } else if (hasNoValue && (name == "half" || name == "float")) {
         settings.half = name == "half";
-    } else if (plain && name == "scanlines") {
-        settings.tile = 0;
-    } else if (plain && (name == "single" || name == "parts")) {
-        settings.parts = name == "parts";
+    } else if (hasNoValue && name == "scanlines") {
+        settings.tileSize = 0;
+    } else if (hasNoValue && (name == "single" || name == "parts")) {
+        settings.isMultiPart = name == "parts";
     } else {
         failWord(word);
     }
 }
-
-// ---- what is asked for
 
 [[noreturn]] void failWrite(const std::filesystem::path& path, const std::string& reason,
                             ErrorKind kind = ErrorKind::Output) {
     throw Error("cannot write " + path.string() + ": " + reason, kind);
 }
 
-void checkNames(const std::filesystem::path& path, const std::vector<Part>& parts) {
+void checkNames(const std::filesystem::path& path, const std::vector<ExrPart>& parts) {
     std::set<std::string> names, partNames;
-    for (const Part& part : parts) {
+    for (const ExrPart& part : parts) {
         if (part.name.empty() || !partNames.insert(part.name).second)
             failWrite(path, "part name \"" + part.name + "\" is empty or used twice");
         if (part.channels.empty())
             failWrite(path, "there are no channels in \"" + part.name + "\"");
-        for (const Channel& channel : part.channels)
+        for (const ExrChannel& channel : part.channels)
             if (channel.name.empty() || !names.insert(channel.name).second)
                 failWrite(path, "channel name \"" + channel.name + "\" is empty or used twice");
     }
 }
 
-/// All channels and all metadata in one.
-std::vector<Part> merged(const std::vector<Part>& parts) {
-    Part all{"rgba", {}, {}};
-    for (const Part& part : parts) {
+/// Returns a single part with all channels and all metadata.
+std::vector<ExrPart> mergeParts(const std::vector<ExrPart>& parts) {
+    ExrPart all{"rgba", {}, {}};
+    for (const ExrPart& part : parts) {
         all.channels.insert(all.channels.end(), part.channels.begin(), part.channels.end());
         all.metadata.insert(all.metadata.end(), part.metadata.begin(), part.metadata.end());
     }
     return {all};
 }
 
-bool hasExact(const Part& part) {
-    return std::any_of(part.channels.begin(), part.channels.end(), [](const Channel& c) { return c.exact; });
+bool hasExact(const ExrPart& part) {
+    return std::any_of(part.channels.begin(), part.channels.end(),
+                       [](const ExrChannel& c) { return c.exact; });
 }
 
-/// Whether there is light in it, not numbers alone.
-bool isColor(const Part& part) {
-    return std::any_of(part.channels.begin(), part.channels.end(), [](const Channel& c) {
+/// Returns whether the part has a channel of light, not only data.
+bool isColor(const ExrPart& part) {
+    return std::any_of(part.channels.begin(), part.channels.end(), [](const ExrChannel& c) {
         return !c.exact && std::holds_alternative<const float*>(c.data);
     });
 }
 
-// ---- what is written
-
-/// What the Color Interop Forum calls the working space.
+/// The name of the working space defined by the Color Interop Forum.
 constexpr const char* kInteropId = "lin_rec709_scene";
 
-/// The pixels as OpenEXR wants them, and the copies that this needs.
+/// The pixels in the form of OpenEXR.
 struct Pixels {
     Imf::FrameBuffer buffer;
-    std::deque<std::vector<Imath::half>> halves;
+    std::deque<std::vector<Imath::half>> halves; ///< converted channels, which `buffer` points to
 };
 
-Imf::PixelType typeOf(const Channel& channel, const ExrSettings& settings) {
+Imf::PixelType pixelType(const ExrChannel& channel, const ExrSettings& settings) {
     if (std::holds_alternative<const uint32_t*>(channel.data))
         return Imf::UINT;
     return settings.half && !channel.exact ? Imf::HALF : Imf::FLOAT;
 }
 
-/// Finite values stay finite: filters of other programs cannot live with infinity.
+/// Converts to half floats. Clamps finite values to the range of half floats, since filters in other programs
+/// cannot process infinity, and adds their number to `clamped`.
 std::vector<Imath::half> toHalf(const float* data, size_t stride, size_t count, size_t& clamped) {
     std::vector<Imath::half> values(count);
     for (size_t i = 0; i < count; ++i) {
@@ -157,7 +154,7 @@ std::vector<Imath::half> toHalf(const float* data, size_t stride, size_t count, 
     return values;
 }
 
-void addSlice(Pixels& pixels, const Channel& channel, Imf::PixelType type, const PixelBounds& pixelBounds,
+void addSlice(Pixels& pixels, const ExrChannel& channel, Imf::PixelType type, const PixelBounds& pixelBounds,
               size_t& clamped) {
     const size_t width = size_t(pixelBounds.width());
     const char* base = std::visit([](auto* p) { return reinterpret_cast<const char*>(p); }, channel.data);
@@ -168,10 +165,11 @@ void addSlice(Pixels& pixels, const Channel& channel, Imf::PixelType type, const
         base = reinterpret_cast<const char*>(pixels.halves.back().data());
         step = sizeof(Imath::half);
     }
-    // OpenEXR addresses pixels by their coordinates, so the base is that of pixel (0, 0).
+    // OpenEXR addresses pixels by their coordinates, so the base is the address of pixel (0, 0).
     const ptrdiff_t origin = ptrdiff_t(step) * (pixelBounds.x0 + ptrdiff_t(width) * pixelBounds.y0);
-    pixels.buffer.insert(channel.name, Imf::Slice(type, const_cast<char*>(base) - origin, step,
-                                                  step * width)); // only read
+    // OpenEXR does not write to the base of an output file.
+    pixels.buffer.insert(channel.name,
+                         Imf::Slice(type, const_cast<char*>(base) - origin, step, step * width));
 }
 
 void insertMetadata(Imf::Header& header, const Metadata& metadata) {
@@ -185,29 +183,30 @@ void insertMetadata(Imf::Header& header, const Metadata& metadata) {
     }
 }
 
-Imf::Header headerOf(const Part& part, const ImageFrame& frame, const ExrSettings& settings) {
+Imf::Header makeHeader(const ExrPart& part, const ImageFrame& frame, const ExrSettings& settings) {
     Imf::Header header(Imath::Box2i({0, 0}, {frame.resolution.x - 1, frame.resolution.y - 1}),
-                       Imath::Box2i({frame.data.x0, frame.data.y0}, {frame.data.x1 - 1, frame.data.y1 - 1}));
+                       Imath::Box2i({frame.dataWindow.x0, frame.dataWindow.y0},
+                                    {frame.dataWindow.x1 - 1, frame.dataWindow.y1 - 1}));
     header.compression() = Imf::Compression(settings.compression);
     header.dwaCompressionLevel() = settings.dwaLevel;
     Imf::addChromaticities(header, Imf::Chromaticities()); // Rec. 709
-    header.insert("oiio:ColorSpace", Imf::StringAttribute(isColor(part) ? settings.space : "data"));
+    header.insert("oiio:ColorSpace", Imf::StringAttribute(isColor(part) ? settings.colorSpace : "data"));
     header.insert("colorInteropID", Imf::StringAttribute(isColor(part) ? kInteropId : "data"));
     insertMetadata(header, part.metadata);
-    for (const Channel& channel : part.channels)
-        header.channels().insert(channel.name, Imf::Channel(typeOf(channel, settings)));
-    header.setType(settings.tile > 0 ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
-    if (settings.tile > 0)
+    for (const ExrChannel& channel : part.channels)
+        header.channels().insert(channel.name, Imf::Channel(pixelType(channel, settings)));
+    header.setType(settings.tileSize > 0 ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
+    if (settings.tileSize > 0)
         header.setTileDescription(
-            Imf::TileDescription(unsigned(settings.tile), unsigned(settings.tile), Imf::ONE_LEVEL));
-    if (settings.parts)
+            Imf::TileDescription(unsigned(settings.tileSize), unsigned(settings.tileSize), Imf::ONE_LEVEL));
+    if (settings.isMultiPart)
         header.setName(part.name);
     return header;
 }
 
 void writePixels(Imf::MultiPartOutputFile& file, int index, const Pixels& pixels, const ExrSettings& settings,
                  int height) {
-    if (settings.tile > 0) {
+    if (settings.tileSize > 0) {
         Imf::TiledOutputPart part(file, index);
         part.setFrameBuffer(pixels.buffer);
         part.writeTiles(0, part.numXTiles() - 1, 0, part.numYTiles() - 1);
@@ -218,48 +217,48 @@ void writePixels(Imf::MultiPartOutputFile& file, int index, const Pixels& pixels
     }
 }
 
-/// OpenEXR's threads, of which a process has one set, for the one file that is being compressed.
+/// Sets the size of OpenEXR's global thread pool while a file is compressed; holds a lock, since the process
+/// has only one pool.
 class CompressionThreads {
   public:
-    /// As many as asked for, 0 being one per core, but no more than have something to do.
-    CompressionThreads(int threads, int height) : m_alone(turns()), m_before(pool().numThreads()) {
-        constexpr int kLinesOfTask = 16;
-        const int wanted = threads > 0 ? threads : int(std::thread::hardware_concurrency());
-        const int used = std::min(wanted, (height + kLinesOfTask - 1) / kLinesOfTask);
-        pool().setNumThreads(used > 1 ? used : 0);
+    /// Uses `threads` threads (0: one per core), but at most one per 16 lines.
+    CompressionThreads(int threads, int height) : m_lock(poolMutex()), m_previousCount(pool().numThreads()) {
+        constexpr int kLinesPerTask = 16;
+        const int requested = threads > 0 ? threads : int(std::thread::hardware_concurrency());
+        const int count = std::min(requested, (height + kLinesPerTask - 1) / kLinesPerTask);
+        pool().setNumThreads(count > 1 ? count : 0);
     }
-    ~CompressionThreads() { pool().setNumThreads(m_before); }
+    ~CompressionThreads() { pool().setNumThreads(m_previousCount); }
     CompressionThreads(const CompressionThreads&) = delete;
     CompressionThreads& operator=(const CompressionThreads&) = delete;
 
   private:
     static IlmThread::ThreadPool& pool() { return IlmThread::ThreadPool::globalThreadPool(); }
-    static std::mutex& turns() { // as many as there are pools
-        static std::mutex one;
-        return one;
+    static std::mutex& poolMutex() {
+        static std::mutex mutex;
+        return mutex;
     }
-    const std::lock_guard<std::mutex> m_alone;
-    const int m_before;
+    const std::lock_guard<std::mutex> m_lock;
+    const int m_previousCount;
 };
 
-std::string encode(const ImageFrame& frame, const std::vector<Part>& parts, const Metadata& metadata,
+std::string encode(const ImageFrame& frame, const std::vector<ExrPart>& parts, const Metadata& metadata,
                    const ExrSettings& settings, size_t& clamped) {
     std::vector<Imf::Header> headers;
-    for (const Part& part : parts) {
-        headers.push_back(headerOf(part, frame, settings));
-        if (hasExact(part) && losesFloats(settings.compression))
+    for (const ExrPart& part : parts) {
+        headers.push_back(makeHeader(part, frame, settings));
+        if (hasExact(part) && changesFloats(settings.compression))
             headers.back().compression() = Imf::ZIPS_COMPRESSION;
     }
     insertMetadata(headers.front(), metadata);
     Imf::StdOSStream stream;
-    {
-        Imf::MultiPartOutputFile file(stream, headers.data(),
-                                      int(headers.size())); // completed when destroyed
+    { // The destructor of the file completes it.
+        Imf::MultiPartOutputFile file(stream, headers.data(), int(headers.size()));
         for (size_t i = 0; i < parts.size(); ++i) {
             Pixels pixels;
-            for (const Channel& channel : parts[i].channels)
-                addSlice(pixels, channel, typeOf(channel, settings), frame.data, clamped);
-            writePixels(file, int(i), pixels, settings, frame.data.height());
+            for (const ExrChannel& channel : parts[i].channels)
+                addSlice(pixels, channel, pixelType(channel, settings), frame.dataWindow, clamped);
+            writePixels(file, int(i), pixels, settings, frame.dataWindow.height());
         }
     }
     return stream.str();
@@ -267,7 +266,7 @@ std::string encode(const ImageFrame& frame, const std::vector<Part>& parts, cons
 
 } // namespace
 
-ExrSettings exrSettingsFrom(const std::string& words) {
+ExrSettings parseExrSettings(const std::string& words) {
     ExrSettings settings;
     for (size_t begin = 0; begin <= words.size();) {
         const size_t end = std::min(words.find(',', begin), words.size());
@@ -277,29 +276,29 @@ ExrSettings exrSettingsFrom(const std::string& words) {
     return settings;
 }
 
-void checkExr(const std::filesystem::path& path, const std::vector<Part>& parts,
+void checkExr(const std::filesystem::path& path, const std::vector<ExrPart>& parts,
               const ExrSettings& settings) {
     if (parts.empty())
         failWrite(path, "there are no channels");
     checkNames(path, parts);
-    for (const Part& part : parts)
-        if (!settings.parts && losesFloats(settings.compression) && hasExact(part))
+    for (const ExrPart& part : parts)
+        if (!settings.isMultiPart && changesFloats(settings.compression) && hasExact(part))
             failWrite(path,
-                      std::string(kCompressions[settings.compression]) + " would change the numbers of \"" +
-                          part.name + "\"; add \"parts\", to compress that layer otherwise, or take zip",
+                      std::string(kCompressions[settings.compression]) + " would change the data in \"" +
+                          part.name + "\"; use zip, or add \"parts\" to compress that layer without loss",
                       ErrorKind::Usage);
 }
 
-size_t writeExr(const std::filesystem::path& path, const ImageFrame& frame, const std::vector<Part>& parts,
+size_t writeExr(const std::filesystem::path& path, const ImageFrame& frame, const std::vector<ExrPart>& parts,
                 const Metadata& metadata, const ExrSettings& settings, int threads) {
-    if (frame.data.width() < 1 || frame.data.height() < 1)
+    if (frame.dataWindow.width() < 1 || frame.dataWindow.height() < 1)
         failWrite(path, "the image is empty");
     checkExr(path, parts, settings);
     size_t clamped = 0;
-    std::string bytes; // made in memory: OpenEXR's destructors swallow the errors of a full disk
+    std::string bytes; // encoded in memory: OpenEXR's destructors ignore the errors of a full disk
     try {
-        const CompressionThreads compressing(threads, frame.data.height());
-        bytes = encode(frame, settings.parts ? parts : merged(parts), metadata, settings, clamped);
+        const CompressionThreads compression(threads, frame.dataWindow.height());
+        bytes = encode(frame, settings.isMultiPart ? parts : mergeParts(parts), metadata, settings, clamped);
     } catch (const std::exception& e) {
         failWrite(path, e.what());
     }

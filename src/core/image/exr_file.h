@@ -1,4 +1,4 @@
-// OpenEXR files: the one file that knows OpenEXR.
+// Writing of OpenEXR files. exr_file.cpp is the only file that includes OpenEXR.
 #pragma once
 
 #include "core/image/image.h"
@@ -6,56 +6,63 @@
 
 namespace strobe {
 
-/// How EXR files are stored.
+/// Storage settings of EXR files.
 struct ExrSettings {
-    /// In the order of Imf::Compression.
+    /// With the values of Imf::Compression.
     enum Compression { None, Rle, Zips, Zip, Piz, Pxr24, B44, B44a, Dwaa, Dwab };
     Compression compression = Zip;
-    float dwaLevel = 45;               ///< of Dwaa and Dwab: what may be lost; 0 is least
-    bool half = false;                 ///< 16-bit floats, where a channel does not forbid it
-    int tile = 0;                      ///< edge of the tiles in pixels; 0: scan lines
-    bool parts = false;                ///< a part for each layer, else all layers' channels in one
-    std::string space = kWorkingSpace; ///< the name of the pixels' color space
+    float dwaLevel = 45;                    ///< loss of Dwaa and Dwab; 0 is the smallest
+    bool half = false;                      ///< store 16-bit floats, except in exact channels
+    int tileSize = 0;                       ///< width and height of tiles in pixels; 0: scan lines
+    bool isMultiPart = false;               ///< one part per layer; else all channels in a single part
+    std::string colorSpace = kWorkingSpace; ///< name of the color space of the pixels
 };
 
-/// Settings from words with commas between: float or half; a compression, for the last two with `:level`;
-/// scanlines or tiles, which may have `:edge`; single or parts. The last of several that exclude each other
-/// counts. Throws Error of kind Usage that lists the known words.
-ExrSettings exrSettingsFrom(const std::string& words);
+/// Parses comma-separated words: float or half; a compression, with an optional `:level` for dwaa and dwab;
+/// scanlines or tiles, with an optional `:edge` (width and height of the tiles); single or parts. A later
+/// word overrides an earlier one. Throws Error of kind Usage that lists the known words.
+ExrSettings parseExrSettings(const std::string& words);
 
-/// One named channel of an output image: the full name ("R", "normal.X"), and a value for each pixel.
-struct Channel {
-    std::string name;
+/// A channel of an output image, with one value per pixel.
+struct ExrChannel {
+    std::string name;                                 ///< full name: "R", "normal.X"
     std::variant<const float*, const uint32_t*> data; ///< integers are stored as integers
-    size_t stride = 1;                                ///< in values, between pixels
-    bool exact = false; ///< floats that keep all their bits, whatever the settings: numbers, not light
+    size_t stride = 1;                                ///< distance between pixels, in values
+    /// The channel is data, not light: floats are stored with 32 bits and without loss, whatever the
+    /// settings.
+    bool exact = false;
 };
 
-/// Channels that belong together. Multi-part files have a part of this name for them.
-struct Part {
+/// The channels of a layer. In a multi-part file, they form a part with this name.
+struct ExrPart {
     std::string name;
-    std::vector<Channel> channels;
-    Metadata metadata{}; ///< of this part; that of the whole file stands in the first
+    std::vector<ExrChannel> channels;
+    Metadata metadata{}; ///< of this part; the metadata of the file are written to the first part
 };
 
-/// Where the pixels of a file lie.
+/// The windows of an image.
 struct ImageFrame {
-    PixelBounds data; ///< whose pixels are stored
-    V2i resolution;   ///< of the whole frame, the display window
+    PixelBounds dataWindow; ///< the stored pixels
+    V2i resolution;         ///< of the full frame, which is the display window
 };
 
-/// Throws Error of kind Output for names that repeat or are empty, and of kind Usage for exact channels in a
-/// single part with a compression that would change them. To be asked before there are pixels.
-void checkExr(const std::filesystem::path& path, const std::vector<Part>& parts, const ExrSettings& settings);
+/// Checks the arguments of writeExr before the pixels are available. Throws Error of kind Output if names of
+/// parts or channels are empty or not unique, and of kind Usage if a lossy compression would change exact
+/// channels in a single-part file.
+void checkExr(const std::filesystem::path& path, const std::vector<ExrPart>& parts,
+              const ExrSettings& settings);
 
-/// Writes `parts`, all over the same pixels, to a temporary file beside `path` and renames it: there is
-/// never a half-written file under the final name. Chromaticities, `oiio:ColorSpace` and `colorInteropID`
-/// name the working space, or say "data" for parts of exact channels alone. In a multi-part file, a part with
-/// exact channels is compressed by Zips where `settings` say a compression that would change them. Returns
-/// how many finite values were beyond what half floats hold and became their largest. The file is the same
-/// whatever `threads` (0: one per core) compress it; they are OpenEXR's, of which a process has one set: one
-/// file waits for another. Throws Error of kind Output, also for what checkExr throws for.
-size_t writeExr(const std::filesystem::path& path, const ImageFrame& frame, const std::vector<Part>& parts,
+/// Writes `parts`, which all have the pixels of frame.dataWindow, with writeFileAtomically. The attributes
+/// `chromaticities`, `oiio:ColorSpace` and `colorInteropID` describe the working space; the latter two are
+/// "data" in parts that have only exact channels. In a multi-part file, parts with exact channels are
+/// compressed with Zips if the compression in `settings` would change them.
+///
+/// Compresses with `threads` threads (0: one per core); the file does not depend on their number. They are
+/// the threads of OpenEXR's global pool, so concurrent calls wait for each other.
+///
+/// Returns the number of finite values beyond the range of half floats, which are clamped to it. Throws Error
+/// of kind Output, and the errors of checkExr.
+size_t writeExr(const std::filesystem::path& path, const ImageFrame& frame, const std::vector<ExrPart>& parts,
                 const Metadata& metadata, const ExrSettings& settings = {}, int threads = 1);
 
 } // namespace strobe

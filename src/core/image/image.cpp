@@ -9,50 +9,51 @@
 
 namespace strobe {
 
-ColorEncoding ColorEncoding::of(const ColorConfig& config, const std::string& space, const Location& where) {
+ColorEncoding ColorEncoding::fromSpace(const ColorConfig& config, const std::string& space,
+                                       const Location& where) {
     ColorTransform toWorking = config.toWorking(space, where);
     return toWorking ? ColorEncoding{Space, 1, true, space, std::move(toWorking)} : ColorEncoding{};
 }
 
-ColorEncoding ColorEncoding::ofFile(const ColorConfig& config, const std::filesystem::path& file,
-                                    const Location& where, const ColorEncoding& otherwise) {
+ColorEncoding ColorEncoding::fromFileRules(const ColorConfig& config, const std::filesystem::path& file,
+                                           const Location& where, const ColorEncoding& fallback) {
     const std::string space = config.spaceOfFile(file, where);
-    return space.empty() ? otherwise : of(config, space, where);
+    return space.empty() ? fallback : fromSpace(config, space, where);
 }
 
-bool ColorEncoding::changes(bool floats) const {
-    return kind != Linear && (kind != Gamma || gamma != 1) && (ofFloats || !floats);
+bool ColorEncoding::hasEffect(bool isFloat) const {
+    return kind != Linear && (kind != Gamma || gamma != 1) && (appliesToFloats || !isFloat);
 }
 
-float ColorEncoding::linear(float stored) const {
+float ColorEncoding::decode(float stored) const {
     return kind == Srgb    ? decodeSrgb(stored)
            : kind == Gamma ? std::pow(std::max(stored, 0.f), gamma)
                            : stored;
 }
 
 void checkImage(const std::filesystem::path& path, const Location& where) {
-    static const std::set<std::string> plain{".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff",
-                                             ".tx",  ".hdr", ".pfm", ".ppm",  ".pgm", ".tga",
-                                             ".bmp", ".gif", ".dpx", ".webp"};
-    if (!resourcePolicyOf(where).confines())
+    static const std::set<std::string> allowed{".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff",
+                                               ".tx",  ".hdr", ".pfm", ".ppm",  ".pgm", ".tga",
+                                               ".bmp", ".gif", ".dpx", ".webp"};
+    if (!resourcePolicyOf(where).restrictsFiles())
         return;
-    // Readers of films follow references to other files.
-    imageLibrary().trustNames();
+    // The readers of movie formats follow references to other files.
+    imageLibrary().readByExtensionOnly();
     std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return char(std::tolower(c)); });
-    if (!plain.contains(extension))
-        throw Error(where,
-                    "the image " + path.string() + ": with --sandbox, no images of this kind are read");
-    // In such names OpenImageIO sees patterns for many files.
+    if (!allowed.contains(extension))
+        throw Error(where, "cannot read the image " + path.string() +
+                               ": --sandbox does not allow this image format");
+    // OpenImageIO expands these patterns to the names of several files.
     const std::string name = path.string();
     for (const char* pattern : {"<", "%(", "##", "?"})
         if (name.find(pattern) != std::string::npos)
-            throw Error(where,
-                        "the image " + name + ": with --sandbox, its name must not contain " + pattern);
+            throw Error(where, "cannot read the image " + name + ": --sandbox does not allow " + pattern +
+                                   " in its name");
 }
 
-Image readImage(const std::filesystem::path& path, const Location& where, const ColorEncoding& transfer) {
+Image readImage(const std::filesystem::path& path, const Location& where, const ColorEncoding& encoding) {
     const auto fail = [&](const std::string& reason) -> Error {
         return {where, "cannot read the image " + path.string() + ": " + reason};
     };
@@ -65,21 +66,22 @@ Image readImage(const std::filesystem::path& path, const Location& where, const 
     if (width < 1 || height < 1 || file->channels < 1 || file->depth > 1)
         throw fail("it is empty or not two-dimensional");
     const int n = file->channels >= 3 ? 3 : 1;
-    resourcePolicyOf(where).require(uint64_t(width) * uint64_t(height) * (4 * uint64_t(n) + sizeof(Rgb)),
-                                    "the image " + path.string(), "make it smaller", where);
+    resourcePolicyOf(where).requireMemory(uint64_t(width) * uint64_t(height) *
+                                              (4 * uint64_t(n) + sizeof(Rgb)),
+                                          "the image " + path.string(), "reduce its resolution", where);
     Image image{width, height, {}};
     std::vector<float> values(size_t(width) * size_t(height) * size_t(n));
     if (!file->read(0, n, values.data(), error))
         throw fail(error);
-    const bool changes = transfer.changes(file->ofFloats);
-    if (changes && transfer.kind != ColorEncoding::Space)
+    const bool isEncoded = encoding.hasEffect(file->isFloat);
+    if (isEncoded && encoding.kind != ColorEncoding::Space)
         for (float& v : values)
-            v = transfer.linear(v);
+            v = encoding.decode(v);
     image.pixels.resize(size_t(width) * size_t(height));
     for (size_t i = 0; i < image.pixels.size(); ++i)
         image.pixels[i] = n == 1 ? Rgb(values[i]) : Rgb(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
-    if (changes && transfer.kind == ColorEncoding::Space)
-        transfer.toWorking(image.pixels);
+    if (isEncoded && encoding.kind == ColorEncoding::Space)
+        encoding.toWorking(image.pixels);
     return image;
 }
 
@@ -94,7 +96,7 @@ namespace {
 std::string readMetadata(const std::filesystem::path& path, const std::string& name) {
     std::string error;
     const auto file = imageLibrary().open(path.string(), error);
-    return file ? file->text(name) : "";
+    return file ? file->metadata(name) : "";
 }
 
 void writePng(const std::filesystem::path& path, Image image, const Metadata& metadata,

@@ -1,4 +1,4 @@
-// Images and their files, which core/image/image_library.h reads. EXRs are written by core/image/exr_file.h.
+// Images in memory, reading of image files, and writing of PNG files. core/image/exr_file.h writes EXR files.
 #pragma once
 
 #include "core/color/color_config.h"
@@ -13,7 +13,7 @@
 
 namespace strobe {
 
-/// An RGB image in memory, row 0 at the top.
+/// An RGB image in memory. Row 0 is at the top.
 struct Image {
     int width = 0, height = 0;
     std::vector<Rgb> pixels;
@@ -21,44 +21,49 @@ struct Image {
     Rgb& at(int x, int y) { return pixels[size_t(y) * width + x]; }
 };
 
-/// More than this, and an image is no texture and no environment, but an attack. Numbers of 32 bits will do
-/// for its values.
+/// The maximum number of pixels of a texture or environment map. Guards against malicious files; the number
+/// of values fits 32 bits.
 constexpr int64_t kMaxImagePixels = int64_t(1) << 28;
 
-/// How stored values become linear ones of the working space, before they are filtered.
+/// The encoding of the values in an image file. Values are decoded to the working space before they are
+/// filtered.
 struct ColorEncoding {
     enum Kind { Linear, Srgb, Gamma, Space };
     Kind kind = Linear;
-    float gamma = 1;       ///< of kind Gamma: linear = stored^gamma
-    bool ofFloats = false; ///< apply it to files that store floats, too (else to 8- and 16-bit files only)
-    std::string space{};   ///< of kind Space: the name of a color space
-    ColorTransform toWorking{}; ///< of kind Space
+    float gamma = 1;              ///< for Gamma: linear = stored^gamma
+    bool appliesToFloats = false; ///< also decode files that store floats; else only 8- and 16-bit files
+    std::string space{};          ///< for Space: the name of the color space
+    ColorTransform toWorking{};   ///< for Space
 
-    /// From a space of a config, whatever type the files have. Throws as ColorConfig::toWorking does.
-    static ColorEncoding of(const ColorConfig& config, const std::string& space, const Location& where);
-    /// As the config's rules say for a file of this name, else `otherwise`.
-    static ColorEncoding ofFile(const ColorConfig& config, const std::filesystem::path& file,
-                                const Location& where, const ColorEncoding& otherwise);
-    /// Whether it changes anything in files of floats, or in others.
-    bool changes(bool floats) const;
-    /// A stored value made linear, of any kind but Space.
-    float linear(float stored) const;
+    /// Returns the encoding of a color space, for files of all types. Throws the errors of
+    /// ColorConfig::toWorking.
+    static ColorEncoding fromSpace(const ColorConfig& config, const std::string& space,
+                                   const Location& where);
+    /// Returns the encoding that the file rules of `config` assign to a file of this name; `fallback` if
+    /// there is no such rule.
+    static ColorEncoding fromFileRules(const ColorConfig& config, const std::filesystem::path& file,
+                                       const Location& where, const ColorEncoding& fallback);
+    /// Returns whether decoding changes the values of a file that stores floats (`isFloat`) or integers.
+    bool hasEffect(bool isFloat) const;
+    /// Returns the linear value of a stored value. Precondition: `kind` is not Space.
+    float decode(float stored) const;
 };
 
-/// Readies the reading of an image for a text that may not read everything (see ResourcePolicy): throws an
-/// Error at `where` unless the name is that of a kind of image whose files cannot refer to others, and sees
-/// to it that what its name says decides how it is read. Without such a guard it does nothing.
+/// Checks an image file name if the source of `where` restricts files (see ResourcePolicy); does nothing
+/// otherwise. Throws Error at `where` unless the extension denotes a format whose files cannot refer to other
+/// files, and the name contains no pattern that OpenImageIO expands. Calls ImageLibrary::readByExtensionOnly.
 void checkImage(const std::filesystem::path& path, const Location& where);
-/// Reads the first three channels (an image of one or two is gray: its first is spread to three), as stored
-/// but for what `transfer` says. Throws a located Error.
-Image readImage(const std::filesystem::path& path, const Location& where, const ColorEncoding& transfer = {});
+/// Reads an image file and decodes its values from `encoding`. The first three channels become RGB; images
+/// with one or two channels are gray. Throws Error at `where`.
+Image readImage(const std::filesystem::path& path, const Location& where, const ColorEncoding& encoding = {});
 
-/// Writes an 8-bit PNG of linear RGB as `view` shows it, clamped; an empty one is sRGB. There is never a
-/// half-written file under the final name. Throws Error of kind Output.
+/// Writes an 8-bit PNG of a linear RGB image with writeFileAtomically. `view` converts to display values,
+/// which are clamped to [0,1]; without it, the image is encoded in sRGB. Throws Error of kind Output.
 void writePng(const std::filesystem::path& path, Image image, const Metadata& metadata,
               const ColorTransform& view = {});
 
-/// The text that an image file's metadata has under `name`; empty when there is none, or no such image.
+/// Returns the metadata string of an image file with this name; an empty string if there is none, or if the
+/// file cannot be read.
 std::string readMetadata(const std::filesystem::path& path, const std::string& name);
 
 } // namespace strobe

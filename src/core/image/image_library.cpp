@@ -8,9 +8,10 @@
 namespace strobe {
 namespace {
 
-/// The file lies beside the executable, or where it is installed as seen from there. (Not left to dlopen and
-/// a run path: GCC's sanitizers call it in the name of their own library.)
-void* openBeside(const std::filesystem::path& executable) {
+/// Loads the library from the directory of the executable, or from the installation directory relative to it.
+/// Returns null on failure. (Does not rely on the run path of the executable, since the sanitizers of GCC
+/// replace dlopen, which then uses the run path of the sanitizer's library.)
+void* loadRelativeTo(const std::filesystem::path& executable) {
     for (const char* folder : {".", STROBE_IMAGES_FOLDER}) {
         const std::filesystem::path file = executable.parent_path() / folder / "libstrobe_images.so";
         std::error_code missing;
@@ -22,12 +23,12 @@ void* openBeside(const std::filesystem::path& executable) {
 
 const ImageLibrary& load() {
     std::error_code failed;
-    void* file = openBeside(std::filesystem::read_symlink("/proc/self/exe", failed));
+    void* file = loadRelativeTo(std::filesystem::read_symlink("/proc/self/exe", failed));
     void* function = file ? dlsym(file, kImageLibrarySymbol) : nullptr;
     if (!function) {
         const char* reason = dlerror();
-        throw Error(std::string("strobe's library of images, libstrobe_images.so, cannot be loaded: ") +
-                    (reason ? reason : "it is not beside the program"));
+        throw Error(std::string("cannot load the image library libstrobe_images.so: ") +
+                    (reason ? reason : "it is not beside the executable"));
     }
     return *reinterpret_cast<ImageLibraryFunction*>(function)();
 }
@@ -35,7 +36,6 @@ const ImageLibrary& load() {
 } // namespace
 
 const ImageLibrary& imageLibrary() {
-    // One for the process, as what it loads is.
     static const ImageLibrary& library = load();
     return library;
 }

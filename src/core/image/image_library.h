@@ -1,6 +1,8 @@
-// The seam to the library of images (OpenImageIO). It comes as a file of its own, which is loaded when an
-// image is first read or a PNG written: it brings 240 libraries, and linking them takes longer than many a
-// render.
+// The interface to OpenImageIO. Its implementation, libstrobe_images.so, is loaded when an image is first
+// read or a PNG is first written: OpenImageIO depends on 240 shared libraries, and loading them takes longer
+// than many renders.
+//
+// Functions that report errors take a string `error`, which receives the message on failure.
 #pragma once
 
 #include "core/math/math.h"
@@ -15,89 +17,96 @@
 
 namespace strobe {
 
-/// How an image texture is read outside [0,1]².
+/// The value of an image texture outside [0,1]².
 enum class Wrap { Repeat, Black, Clamp, Mirror };
 
-/// How a texture is looked up beyond the place.
+/// The wrap modes and the interpolation of a texture lookup.
 struct TextureOptions {
     Wrap u = Wrap::Repeat, v = Wrap::Repeat;
-    bool nearest = false; ///< texels show as squares
+    bool nearest = false; ///< nearest texel instead of bilinear interpolation
 };
 
-/// A metadata entry of an output file.
+/// The metadata of an image file: names and values.
 using MetadataValue = std::variant<int, float, std::string>;
 using Metadata = std::vector<std::pair<std::string, MetadataValue>>;
 
-/// An image file, or one in memory, as it is stored.
+/// An opened image, in a file or in memory. Values are returned as stored, integers scaled to [0,1].
 class ImageReader {
   public:
     virtual ~ImageReader() = default;
     int width = 0, height = 0, depth = 0, channels = 0;
-    int alpha = -1; ///< the channel; -1: none
-    bool ofFloats = false;
-    /// The channels `first` to `last` (exclusive) of all pixels, row after row from the top. False: `error`
-    /// says why.
+    int alphaChannel = -1; ///< index of the alpha channel; -1: none
+    bool isFloat = false;  ///< the file stores floating-point values
+    /// Writes channels first … last-1 of all pixels to `out`, row by row from the top. Returns false on
+    /// failure.
     virtual bool read(int first, int last, float* out, std::string& error) = 0;
-    /// Metadata; empty when there is none of this name.
-    virtual std::string text(const std::string& name) const = 0;
+    /// Returns the metadata string with this name; an empty string if there is none.
+    virtual std::string metadata(const std::string& name) const = 0;
 };
 
-/// An image's values, row after row from the top.
+/// An image in memory, row by row from the top, with interleaved channels.
 struct DecodedImage {
     int width = 0, height = 0, channels = 0;
     std::vector<float> values;
 };
 
-/// An opened texture: tiles and coarser levels are made and kept as they are needed. Thread-safe; lives no
-/// longer than its TextureSystem.
+/// An opened texture. Tiles and MIP levels are read or computed on demand and cached. Thread-safe. Must not
+/// outlive its TextureSystem.
 class TextureHandle {
   public:
     virtual ~TextureHandle() = default;
     int width = 0, height = 0, channels = 0;
-    bool isTiled = false; ///< else it is read as a whole, to make the coarser levels
-    bool isPlain = false; ///< its pixels are those of the full frame
-    /// The first `n` channels of all levels, the finest first; false: some cannot be read.
+    bool isTiled = false;     ///< else the whole file is read, to compute the coarser levels
+    bool isUncropped = false; ///< the data window equals the display window, at the origin
+    /// Writes the first `n` channels of all MIP levels to `out`, starting with the finest. Returns false if a
+    /// level cannot be read.
     virtual bool readLevels(int n, std::vector<DecodedImage>& out) const = 0;
-    /// The first `n` channels at uv (v = 0 is the first row), filtered over the ellipse duvdx, duvdy; zero
-    /// derivatives give a bilinear lookup in the finest level. False: `error` says why.
-    virtual bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const TextureOptions& how, int n,
-                        float* out, std::string& error) const = 0;
+    /// Writes the first `n` channels at `uv` to `out`, filtered over the ellipse with axes duvdx and duvdy. v
+    /// = 0 is the top of the first row. Zero derivatives select bilinear interpolation in the finest level.
+    /// Returns false on failure.
+    virtual bool lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const TextureOptions& options,
+                        int n, float* out, std::string& error) const = 0;
 };
 
-/// A cache of textures.
+/// A texture cache.
 class TextureSystem {
   public:
-    /// Makes an image; false: `error` says why.
+    /// Computes an image. Returns false on failure.
     using Decode = std::function<bool(DecodedImage& out, std::string& error)>;
     virtual ~TextureSystem() = default;
-    /// `name` is from now on not a file's, but that of what `decode` makes, now or later and on any thread.
+    /// Defines `name` as the image that `decode` computes. `decode` is called on demand, on any thread.
     virtual void define(const std::string& name, Decode decode) = 0;
-    /// Null: `error` says why.
+    /// Opens a file, or an image defined by `define`. Returns null on failure.
     virtual std::unique_ptr<const TextureHandle> open(const std::string& name, std::string& error) = 0;
 };
 
+/// The functions of OpenImageIO that strobe uses.
 class ImageLibrary {
   public:
     virtual ~ImageLibrary() = default;
-    /// From now on files are read as what their names say, and not offered to one reader after the other.
-    virtual void trustNames() const = 0;
-    /// Null: `error` says why.
+    /// From now on, selects the reader of a file by its extension alone; without this, all readers are tried
+    /// if the first one fails. Affects the whole process.
+    virtual void readByExtensionOnly() const = 0;
+    /// Opens an image file. Returns null on failure.
     virtual std::unique_ptr<ImageReader> open(const std::string& path, std::string& error) const = 0;
-    /// A PNG or JPEG in memory, which outlives what is returned; alpha is not multiplied into its color.
+    /// Opens a PNG or JPEG in memory. `encoded` must outlive the reader. Colors are not premultiplied by
+    /// alpha. Returns null on failure.
     virtual std::unique_ptr<ImageReader> open(std::span<const unsigned char> encoded,
                                               std::string& error) const = 0;
-    /// A PNG of 8-bit RGB, row after row from the top; empty: `error` says why.
+    /// Returns an encoded PNG with 8-bit RGB pixels `rgb`, row by row from the top; an empty vector on
+    /// failure.
     virtual std::vector<unsigned char> encodePng(int width, int height, std::span<const uint8_t> rgb,
                                                  bool isSrgb, const Metadata& metadata,
                                                  std::string& error) const = 0;
-    virtual std::unique_ptr<TextureSystem> makeTextures(int megabytes) const = 0;
+    /// Makes a texture system whose tile cache has at most `megabytes` MB.
+    virtual std::unique_ptr<TextureSystem> makeTextureSystem(int megabytes) const = 0;
 };
 
-/// Loads the library on the first call, from where it lies beside the executable. Throws an Error when it is
-/// not there.
+/// Returns the library. The first call loads it, from the directory of the executable or from its
+/// installation directory; throws Error if it is not found. Thread-safe.
 const ImageLibrary& imageLibrary();
 
-/// What the library's file exports: a function of this name and type.
+/// The name and the type of the function that the shared library exports.
 inline constexpr const char* kImageLibrarySymbol = "strobeImageLibrary";
 using ImageLibraryFunction = const ImageLibrary*();
 

@@ -9,305 +9,382 @@ namespace strobe {
 
 namespace {
 
-constexpr float kMaxStretch = 32; ///< of ellipses; those that are more are taken for wider ones
-constexpr int kMaxProbes = 64;    ///< along one
-constexpr float kMaxEdge = 1000;  ///< ellipse, in images
-constexpr int kMaxLines = 2 * kSoAWidth;
+constexpr float kMaxAspect = 32;         ///< maximum ratio of the axes of an ellipse
+constexpr int kMaxProbes = 64;           ///< maximum number of probes along an ellipse
+constexpr float kMaxMajor = 1000;        ///< maximum length of the major axis, in repetitions of the image
+constexpr int kMaxLines = 2 * kSoAWidth; ///< each lookup needs at most two levels
 static_assert(2 * kMaxProbes <= kMaxLines);
 
-/// Where a lookup lies along one axis of n texels: between two of them, and how far from the first.
-struct Between {
+/// The two texels along one axis that a position lies between.
+struct AxisTap {
     int first, second;
-    float x;
+    float x; ///< weight of the second texel, in [0,1)
 };
 
-STROBE_FORCE_INLINE int floorOf(float x) {
-    const int toZero = int(x);
-    return toZero - int(float(toZero) > x);
+STROBE_FORCE_INLINE int floorToInt(float x) {
+    const int towardsZero = int(x);
+    return towardsZero - int(float(towardsZero) > x);
 }
 
-/// `repeats`: all ones, or 0.
-STROBE_FORCE_INLINE Between between(float u, int n, int32_t repeats, float image) {
-    const int before = (n - 1) & repeats, behind = n - 1 - before;
-    const float x = (u - image * float(floorOf(u))) * float(n) - .5f;
-    const int left = floorOf(x), right = left + 1;
-    const int leftInside = std::min(left, n - 1), rightInside = std::max(right, 0);
-    return {left < 0 ? before : leftInside, right < n ? rightInside : behind, x - float(left)};
+/// Returns the texels at coordinate u of an axis with n texels. To wrap, `repeatMask` has all bits set and
+/// `period` is 1; to clamp, both are 0.
+STROBE_FORCE_INLINE AxisTap axisTap(float u, int n, int32_t repeatMask, float period) {
+    const int beforeFirst = (n - 1) & repeatMask;
+    const int afterLast = n - 1 - beforeFirst;
+    const float x = (u - period * float(floorToInt(u))) * float(n) - .5f;
+    const int left = floorToInt(x);
+    const int right = left + 1;
+    const int leftInside = std::min(left, n - 1);
+    const int rightInside = std::max(right, 0);
+    return {left < 0 ? beforeFirst : leftInside, right < n ? rightInside : afterLast, x - float(left)};
 }
 
-/// Lengths of the axes of the ellipse that two derivatives span, and the direction of the major one.
-struct Axes {
+/// The lengths of the axes of the ellipse that two derivatives span, and the direction of the major axis.
+struct EllipseAxes {
     float major, minor;
     V2f direction;
 
-    STROBE_FORCE_INLINE Axes(const V2f& dx, const V2f& dy) {
+    STROBE_FORCE_INLINE EllipseAxes(const V2f& dx, const V2f& dy) {
         const float s2 = sqr(dx.x) + sqr(dy.x), t2 = sqr(dx.y) + sqr(dy.y), st = dx.x * dx.y + dy.x * dy.y;
-        const float difference = s2 - t2, root = std::sqrt(sqr(difference) + 4 * sqr(st));
+        const float difference = s2 - t2;
+        const float root = std::sqrt(sqr(difference) + 4 * sqr(st));
         major = std::sqrt((s2 + t2 + root) / 2);
-        const float width = std::abs(dx.x * dy.y - dx.y * dy.x) / major; // by the area: nothing cancels
+        // Computed from the area, without cancellation.
+        const float width = std::abs(dx.x * dy.y - dx.y * dy.x) / major;
         minor = major > 0 ? width : 0.f;
-        // Of the two expressions of an eigenvector, that whose terms have one sign.
-        const float sum = root + std::abs(difference), other = 2 * std::abs(st);
-        const float inverse = 1 / std::sqrt(2 * root * sum), scale = root > 0 ? inverse : 0.f;
-        const float x = (difference < 0 ? other : sum) * scale, y = (difference < 0 ? sum : other) * scale;
+        // Of the two expressions of the eigenvector, uses the one whose terms have equal signs.
+        const float sum = root + std::abs(difference);
+        const float other = 2 * std::abs(st);
+        const float inverse = 1 / std::sqrt(2 * root * sum);
+        const float scale = root > 0 ? inverse : 0.f;
+        const float x = (difference < 0 ? other : sum) * scale;
+        const float y = (difference < 0 ? sum : other) * scale;
         direction = {root > 0 ? x : 1.f, std::copysign(y, st)};
     }
-    /// Makes an ellipse that is too thin wider, and half as much too long as it was. Returns how many times
-    /// as long as wide it is then.
-    STROBE_FORCE_INLINE float limit() {
-        const float aspect = major / minor, mean = (major + minor * kMaxStretch) / 2;
-        const int32_t fits = major <= minor * kMaxStretch ? 1 : 0;
-        const float narrow = mean / kMaxStretch;
-        major = fits ? major : mean, minor = fits ? minor : narrow;
-        return fits ? aspect : kMaxStretch;
+    /// Limits the aspect ratio to kMaxAspect: reduces the excess length of the major axis by half, and widens
+    /// the minor axis. Returns the resulting aspect ratio.
+    STROBE_FORCE_INLINE float limitAspect() {
+        const float aspect = major / minor;
+        const float mean = (major + minor * kMaxAspect) / 2;
+        const int32_t fits = major <= minor * kMaxAspect ? 1 : 0;
+        const float widened = mean / kMaxAspect;
+        major = fits ? major : mean;
+        minor = fits ? minor : widened;
+        return fits ? aspect : kMaxAspect;
     }
 };
 
 } // namespace
 
-/// Ellipses, and what is probed of them.
-struct MipMap::Shapes {
-    alignas(64) float major[kSoAWidth], minor[kSoAWidth], aspect[kSoAWidth]; ///< as limited
+/// The ellipses of lookups, and their levels and probes.
+struct MipMap::Footprints {
+    alignas(64) float major[kSoAWidth], minor[kSoAWidth], aspect[kSoAWidth]; ///< after limitAspect
     V2SoA direction;
-    alignas(64) int32_t isTiny[kSoAWidth]; ///< lies between texels of the finest level
-    /// The first level where the ellipse is no wider than a texel; blended with the finer one before it.
-    alignas(64) int32_t level[kSoAWidth], isWider[kSoAWidth];
-    V2SoA half; ///< probes go from uv - half to uv + half
-    alignas(64) int32_t probes[kSoAWidth], finer[kSoAWidth];
-    alignas(64) float steep[kSoAWidth]; ///< weights are exp(steep x²), at x from -1 to 1
-    alignas(64) float blend[kSoAWidth]; ///< how much of the coarser level
+    alignas(64) int32_t
+        isSubTexel[kSoAWidth]; ///< the ellipse is shorter than half a texel of the finest level
+    /// The finest level where the ellipse is no wider than a texel. It is blended with the next finer level.
+    alignas(64) int32_t level[kSoAWidth];
+    alignas(64) int32_t isWider[kSoAWidth]; ///< the ellipse is wider than a texel in all levels tested so far
+    V2SoA half;                             ///< the probes extend from uv - half to uv + half
+    alignas(64) int32_t probes[kSoAWidth];  ///< number of probes
+    alignas(64) int32_t finer[kSoAWidth];   ///< the finer one of the two levels
+    alignas(64) float steepness[kSoAWidth]; ///< probes have weights exp(steepness x²), for x in [-1,1] along
+                                            ///< the line
+    alignas(64) float blend[kSoAWidth];     ///< weight of the coarser level
 
-    static void measure(const TexturePointSoA& at, int begin, int end, float side, int32_t* found, Shapes& s);
-    static void findLevels(const float* lesserSide, int levels, int begin, int end, Shapes& s);
-    static void findProbes(const float* lesserSide, int levels, float side, int begin, int end, Shapes& s);
+    static void measure(const TexturePointSoA& points, int begin, int end, float side, int32_t* isDone,
+                        Footprints& f);
+    static void findLevels(const float* shorterSide, int levels, int begin, int end, Footprints& f);
+    static void findProbes(const float* shorterSide, int levels, float side, int begin, int end,
+                           Footprints& f);
 };
 
-/// `side`: the longer one of the finest level.
-STROBE_TARGET_CLONES void MipMap::Shapes::measure(const TexturePointSoA& at, int begin, int end, float side,
-                                                  int32_t* found, Shapes& s) {
-    // Texels are counted by ints, also those at the end of the longest ellipse.
-    const float most = 0x1p30f / side - kMaxEdge;
+/// Computes the ellipses, and sets isDone to 0 where they or the coordinates are too large. `side` is the
+/// longer side of the finest level in texels.
+STROBE_TARGET_CLONES void MipMap::Footprints::measure(const TexturePointSoA& points, int begin, int end,
+                                                      float side, int32_t* isDone, Footprints& f) {
+    // Texel coordinates must fit an int, also at the end of the longest ellipse.
+    const float maxCoordinate = 0x1p30f / side - kMaxMajor;
     STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
-        Axes axes(at.duvdx.at(i), at.duvdy.at(i));
-        const int32_t isTiny = axes.major * side < .5f ? 1 : 0, isShort = axes.major < kMaxEdge ? 1 : 0;
-        const int32_t isNear = (std::abs(at.uv.x[i]) < most ? 1 : 0) & (std::abs(at.uv.y[i]) < most ? 1 : 0);
-        found[i] = isNear & (isTiny | isShort);
-        s.isTiny[i] = isTiny;
-        s.aspect[i] = axes.limit();
-        s.major[i] = axes.major, s.minor[i] = axes.minor;
-        s.direction.x[i] = axes.direction.x, s.direction.y[i] = axes.direction.y;
-        s.level[i] = 0, s.isWider[i] = 1;
+        EllipseAxes axes(points.duvdx.at(i), points.duvdy.at(i));
+        const int32_t isSubTexel = axes.major * side < .5f ? 1 : 0;
+        const int32_t isShort = axes.major < kMaxMajor ? 1 : 0;
+        const int32_t isNear = (std::abs(points.uv.x[i]) < maxCoordinate ? 1 : 0) &
+                               (std::abs(points.uv.y[i]) < maxCoordinate ? 1 : 0);
+        isDone[i] = isNear & (isSubTexel | isShort);
+        f.isSubTexel[i] = isSubTexel;
+        f.aspect[i] = axes.limitAspect();
+        f.major[i] = axes.major;
+        f.minor[i] = axes.minor;
+        f.direction.x[i] = axes.direction.x;
+        f.direction.y[i] = axes.direction.y;
+        f.level[i] = 0;
+        f.isWider[i] = 1;
     }
 }
 
-STROBE_TARGET_CLONES void MipMap::Shapes::findLevels(const float* lesserSide, int levels, int begin, int end,
-                                                     Shapes& s) {
+STROBE_TARGET_CLONES void MipMap::Footprints::findLevels(const float* shorterSide, int levels, int begin,
+                                                         int end, Footprints& f) {
     for (int level = 0; level < levels; ++level) {
-        const float side = lesserSide[level];
+        const float side = shorterSide[level];
         STROBE_IVDEP
         for (int i = begin; i < end; ++i) {
-            s.isWider[i] &= s.minor[i] * side > 1 ? 1 : 0;
-            s.level[i] += s.isWider[i];
+            f.isWider[i] &= f.minor[i] * side > 1 ? 1 : 0;
+            f.level[i] += f.isWider[i];
         }
-        if (end - begin == 1 && !s.isWider[begin])
+        if (end - begin == 1 && !f.isWider[begin])
             return;
     }
 }
 
-STROBE_TARGET_CLONES void MipMap::Shapes::findProbes(const float* lesserSide, int levels, float side,
-                                                     int begin, int end, Shapes& s) {
+STROBE_TARGET_CLONES void MipMap::Footprints::findProbes(const float* shorterSide, int levels, float side,
+                                                         int begin, int end, Footprints& f) {
     STROBE_IVDEP
     for (int i = begin; i < end; ++i) {
-        const int32_t level = s.level[i], isTiny = s.isTiny[i];
-        const float major = s.major[i], minor = s.minor[i], length = major - minor;
-        // Thinner than half a texel counts as that.
+        const int32_t level = f.level[i];
+        const int32_t isSubTexel = f.isSubTexel[i];
+        const float major = f.major[i], minor = f.minor[i];
+        const float length = major - minor;
+        // In the finest level, an ellipse counts as at least half a texel wide.
         const int32_t isThin = (level == 0 ? 1 : 0) & (minor * side < .5f ? 1 : 0);
-        const float thin = std::max(1.f, major * side * 2), aspect = isThin ? thin : s.aspect[i];
-        const float wanted = std::min(std::max(1.f, 2 * aspect - 1), float(kMaxProbes));
-        const int32_t several = int32_t(wanted), probes = isTiny ? 1 : several;
-        const float steep = -2 * sqr(major / std::max(2 * length, 1e-20f));
-        s.probes[i] = probes;
-        s.steep[i] = probes <= 2 ? 0.f : steep;
-        const float x = s.direction.x[i] * length, y = s.direction.y[i] * length;
-        s.half.x[i] = isTiny ? 0.f : x, s.half.y[i] = isTiny ? 0.f : y;
-        const int32_t isBetween = (level > 0 ? 1 : 0) & (level < levels ? 1 : 0) & (isTiny ^ 1);
-        const float coarser = lesserSide[std::min(level, levels - 1)];
-        const float blend = std::min(std::max(2 * minor * coarser - 1, 0.f), 1.f);
-        s.blend[i] = isBetween ? blend : 0.f;
-        const int32_t before = std::max(level - 1, 0);
-        s.finer[i] = isTiny ? 0 : before;
+        const float thinAspect = std::max(1.f, major * side * 2);
+        const float aspect = isThin ? thinAspect : f.aspect[i];
+        const float clampedCount = std::min(std::max(1.f, 2 * aspect - 1), float(kMaxProbes));
+        const int32_t probeCount = int32_t(clampedCount);
+        const int32_t probes = isSubTexel ? 1 : probeCount;
+        const float steepness = -2 * sqr(major / std::max(2 * length, 1e-20f));
+        f.probes[i] = probes;
+        f.steepness[i] = probes <= 2 ? 0.f : steepness;
+        const float x = f.direction.x[i] * length;
+        const float y = f.direction.y[i] * length;
+        f.half.x[i] = isSubTexel ? 0.f : x;
+        f.half.y[i] = isSubTexel ? 0.f : y;
+        const int32_t isBetween = (level > 0 ? 1 : 0) & (level < levels ? 1 : 0) & (isSubTexel ^ 1);
+        const float coarserSide = shorterSide[std::min(level, levels - 1)];
+        const float blend = std::min(std::max(2 * minor * coarserSide - 1, 0.f), 1.f);
+        f.blend[i] = isBetween ? blend : 0.f;
+        const int32_t finer = std::max(level - 1, 0);
+        f.finer[i] = isSubTexel ? 0 : finer;
     }
 }
 
-/// Rows of probes, each in one level; those with the most come first. Or single probes of them.
+/// Lines of probes. Each line lies in one level and belongs to one lookup (its owner). Lines are sorted by
+/// the number of probes, the largest first. After `expand`, each line is a single probe.
 struct MipMap::Lines {
     int count = 0;
     alignas(64) int32_t owner[kMaxLines], level[kMaxLines], probes[kMaxLines];
-    alignas(64) float share[kMaxLines]; ///< in the owner's color
+    alignas(64) float share[kMaxLines]; ///< weight of the line in the color of its owner
     alignas(64) float x[kMaxLines], y[kMaxLines], halfX[kMaxLines], halfY[kMaxLines];
-    alignas(64) float number[kMaxLines], steep[kMaxLines];
-    alignas(64) float middle[kMaxLines]; ///< of the first probe, in 2 number parts of the line
-    alignas(64) int32_t width[kMaxLines], height[kMaxLines], first[kMaxLines];
+    alignas(64) float probeCount[kMaxLines]; ///< `probes` as a float
+    alignas(64) float steepness[kMaxLines];
+    /// Position of the first probe on the line, which has length 2 probeCount; probes are 2 apart.
+    alignas(64) float firstProbe[kMaxLines];
+    alignas(64) int32_t width[kMaxLines], height[kMaxLines], firstTexel[kMaxLines]; ///< of the level
 
     Lines() = default;
-    Lines(const Shapes& s, int begin, int end, const int32_t* found);
-    void spread(const Lines& few);
-    static void fill(const Shapes& s, const V2SoA& uv, const MipMap& levels, Lines& lines);
+    Lines(const Footprints& f, int begin, int end, const int32_t* isDone);
+    void expand(const Lines& lines);
+    static void fill(const Footprints& f, const V2SoA& uv, const MipMap& mipMap, Lines& lines);
+
+  private:
+    void setLine(int line, int32_t lineOwner, int32_t lineLevel, int32_t lineProbes, float lineShare);
 };
 
-/// What one probe of each line takes: the four texels around, by index, and how much of these.
-struct MipMap::Taken {
+/// One probe of each line: the indices of the four texels around it, and their weights.
+struct MipMap::Taps {
     alignas(64) int32_t texel[4][kMaxLines];
     alignas(64) float weight[4][kMaxLines];
 
-    static void take(const Lines& lines, int probe, int count, int32_t repeats, Taken& out);
+    static void compute(const Lines& lines, int probe, int count, int32_t repeatMask, Taps& out);
 };
 
-MipMap::Lines::Lines(const Shapes& s, int begin, int end, const int32_t* found) {
-    int places[kMaxProbes + 1] = {}, most = 0; // by probes
+void MipMap::Lines::setLine(int line, int32_t lineOwner, int32_t lineLevel, int32_t lineProbes,
+                            float lineShare) {
+    owner[line] = lineOwner;
+    level[line] = lineLevel;
+    probes[line] = lineProbes;
+    share[line] = lineShare;
+}
+
+MipMap::Lines::Lines(const Footprints& f, int begin, int end, const int32_t* isDone) {
+    // A counting sort: the number of lines by their number of probes, then the index of the next such line.
+    int next[kMaxProbes + 1] = {};
+    int most = 0;
     for (int i = begin; i < end; ++i)
-        if (found[i]) {
-            places[s.probes[i]] += s.blend[i] > 0 ? 2 : 1;
-            most = std::max(most, int(s.probes[i]));
+        if (isDone[i]) {
+            next[f.probes[i]] += f.blend[i] > 0 ? 2 : 1;
+            most = std::max(most, int(f.probes[i]));
         }
     for (; most > 0; --most)
-        count += std::exchange(places[most], count);
+        count += std::exchange(next[most], count);
     for (int i = begin; i < end; ++i) {
-        if (!found[i])
+        if (!isDone[i])
             continue;
-        const int n = s.probes[i], at = places[n];
-        const bool twice = s.blend[i] > 0;
-        owner[at] = i, level[at] = s.finer[i], probes[at] = n, share[at] = 1 - s.blend[i];
-        if (twice)
-            owner[at + 1] = i, level[at + 1] = s.finer[i] + 1, probes[at + 1] = n, share[at + 1] = s.blend[i];
-        places[n] = at + 1 + twice;
+        const int n = f.probes[i];
+        setLine(next[n]++, i, f.finer[i], n, 1 - f.blend[i]);
+        if (f.blend[i] > 0)
+            setLine(next[n]++, i, f.finer[i] + 1, n, f.blend[i]);
     }
 }
 
-STROBE_TARGET_CLONES void MipMap::Lines::fill(const Shapes& s, const V2SoA& uv, const MipMap& levels,
+/// Sets the members that depend on the owner and the level of each line.
+STROBE_TARGET_CLONES void MipMap::Lines::fill(const Footprints& f, const V2SoA& uv, const MipMap& mipMap,
                                               Lines& lines) {
-    const int32_t *width = levels.m_width.data(), *height = levels.m_height.data(),
-                  *first = levels.m_first.data();
+    const int32_t* width = mipMap.m_width.data();
+    const int32_t* height = mipMap.m_height.data();
+    const int32_t* firstTexel = mipMap.m_firstTexel.data();
     const int n = lines.count;
     STROBE_IVDEP
     for (int k = 0; k < n; ++k) {
-        const int32_t i = lines.owner[k], level = lines.level[k];
-        lines.x[k] = uv.x[i], lines.y[k] = uv.y[i];
-        lines.halfX[k] = s.half.x[i], lines.halfY[k] = s.half.y[i];
-        lines.number[k] = float(lines.probes[k]), lines.steep[k] = s.steep[i], lines.middle[k] = 1;
-        lines.width[k] = width[level], lines.height[k] = height[level], lines.first[k] = first[level];
+        const int32_t i = lines.owner[k];
+        const int32_t level = lines.level[k];
+        lines.x[k] = uv.x[i];
+        lines.y[k] = uv.y[i];
+        lines.halfX[k] = f.half.x[i];
+        lines.halfY[k] = f.half.y[i];
+        lines.probeCount[k] = float(lines.probes[k]);
+        lines.steepness[k] = f.steepness[i];
+        lines.firstProbe[k] = 1;
+        lines.width[k] = width[level];
+        lines.height[k] = height[level];
+        lines.firstTexel[k] = firstTexel[level];
     }
 }
 
-/// Becomes all probes of some lines; the owners are the lines.
-void MipMap::Lines::spread(const Lines& few) {
+/// Makes one line for each probe of `lines`. The owners are the indices in `lines`.
+void MipMap::Lines::expand(const Lines& lines) {
     count = 0;
-    for (int k = 0; k < few.count; ++k) {
-        const int n = few.probes[k];
-        const auto repeat = [&](const auto* from, auto* to) { std::fill_n(to + count, n, from[k]); };
-        repeat(few.x, x), repeat(few.y, y), repeat(few.halfX, halfX), repeat(few.halfY, halfY);
-        repeat(few.number, number), repeat(few.steep, steep);
-        repeat(few.width, width), repeat(few.height, height), repeat(few.first, first);
-        for (int i = 0; i < n; ++i, ++count)
-            owner[count] = k, middle[count] = float(2 * i + 1);
+    for (int k = 0; k < lines.count; ++k) {
+        const int n = lines.probes[k];
+        const auto repeat = [&](const auto* source, auto* target) {
+            std::fill_n(target + count, n, source[k]);
+        };
+        repeat(lines.x, x);
+        repeat(lines.y, y);
+        repeat(lines.halfX, halfX);
+        repeat(lines.halfY, halfY);
+        repeat(lines.probeCount, probeCount);
+        repeat(lines.steepness, steepness);
+        repeat(lines.width, width);
+        repeat(lines.height, height);
+        repeat(lines.firstTexel, firstTexel);
+        for (int i = 0; i < n; ++i, ++count) {
+            owner[count] = k;
+            firstProbe[count] = float(2 * i + 1);
+        }
     }
 }
 
-STROBE_TARGET_CLONES void MipMap::Taken::take(const Lines& lines, int probe, int count, int32_t repeats,
-                                              Taken& out) {
-    const float before = 2 * float(probe), image = repeats ? 1.f : 0.f;
+/// Computes the taps of probe number `probe` of the first `count` lines.
+STROBE_TARGET_CLONES void MipMap::Taps::compute(const Lines& lines, int probe, int count, int32_t repeatMask,
+                                                Taps& out) {
+    const float offset = 2 * float(probe);
+    const float period = repeatMask ? 1.f : 0.f;
     STROBE_IVDEP
     for (int k = 0; k < count; ++k) {
-        const float x = (lines.middle[k] + before) / lines.number[k] - 1,
-                    weight = fastExp(lines.steep[k] * sqr(x));
-        const int32_t width = lines.width[k], first = lines.first[k];
-        const Between u = between(lines.x[k] + lines.halfX[k] * x, width, repeats, image);
-        const Between v = between(lines.y[k] + lines.halfY[k] * x, lines.height[k], repeats, image);
-        const int32_t above = first + v.first * width, below = first + v.second * width;
-        out.texel[0][k] = above + u.first, out.texel[1][k] = above + u.second;
-        out.texel[2][k] = below + u.first, out.texel[3][k] = below + u.second;
-        const float upper = weight * (1 - v.x), lower = weight * v.x;
-        out.weight[0][k] = upper * (1 - u.x), out.weight[1][k] = upper * u.x;
-        out.weight[2][k] = lower * (1 - u.x), out.weight[3][k] = lower * u.x;
+        const float x = (lines.firstProbe[k] + offset) / lines.probeCount[k] - 1;
+        const float weight = fastExp(lines.steepness[k] * sqr(x));
+        const int32_t width = lines.width[k];
+        const int32_t first = lines.firstTexel[k];
+        const AxisTap u = axisTap(lines.x[k] + lines.halfX[k] * x, width, repeatMask, period);
+        const AxisTap v = axisTap(lines.y[k] + lines.halfY[k] * x, lines.height[k], repeatMask, period);
+        const int32_t upperRow = first + v.first * width;
+        const int32_t lowerRow = first + v.second * width;
+        out.texel[0][k] = upperRow + u.first;
+        out.texel[1][k] = upperRow + u.second;
+        out.texel[2][k] = lowerRow + u.first;
+        out.texel[3][k] = lowerRow + u.second;
+        const float upper = weight * (1 - v.x);
+        const float lower = weight * v.x;
+        out.weight[0][k] = upper * (1 - u.x);
+        out.weight[1][k] = upper * u.x;
+        out.weight[2][k] = lower * (1 - u.x);
+        out.weight[3][k] = lower * u.x;
     }
 }
 
 MipMap::MipMap(const std::vector<Image>& levels) {
     for (const Image& level : levels) {
-        m_width.push_back(level.width), m_height.push_back(level.height);
-        m_first.push_back(int32_t(m_texels.size()));
-        m_lesserSide.push_back(float(std::min(level.width, level.height)));
+        m_width.push_back(level.width);
+        m_height.push_back(level.height);
+        m_firstTexel.push_back(int32_t(m_texels.size()));
+        m_shorterSide.push_back(float(std::min(level.width, level.height)));
         for (const Rgb& c : level.pixels)
             m_texels.push_back({{c.x, c.y, c.z, 1}});
     }
-    m_longestSide = std::max(m_width.front(), m_height.front());
+    m_longerSide = std::max(m_width.front(), m_height.front());
 }
 
-void MipMap::addTexels(const Taken& taken, int k, Texel& sum) const {
+void MipMap::addTexels(const Taps& taps, int k, Texel& sum) const {
     const Texel* texels = m_texels.data();
-    const auto part = [&](int c) {
-        return loadFloat4(texels[taken.texel[c][k]].numbers) * taken.weight[c][k];
+    const auto weighted = [&](int tap) {
+        return loadFloat4(texels[taps.texel[tap][k]].values) * taps.weight[tap][k];
     };
-    storeFloat4(sum.numbers, loadFloat4(sum.numbers) + ((part(0) + part(1)) + (part(2) + part(3))));
+    storeFloat4(sum.values,
+                loadFloat4(sum.values) + ((weighted(0) + weighted(1)) + (weighted(2) + weighted(3))));
 }
 
-void MipMap::probe(const Lines& lines, int32_t repeats, Texel* sums) const {
-    constexpr int kFew = 2; // as one lookup has
-    Taken taken;
+void MipMap::sumProbes(const Lines& lines, int32_t repeatMask, Texel* sums) const {
+    constexpr int kFewLines = 2; // a single lookup
+    Taps taps;
     std::fill_n(sums, lines.count, Texel{});
-    if (lines.count <= kFew) { // all probes of all lines side by side
+    if (lines.count <= kFewLines) { // vectorizes over all probes of all lines
         Lines probes;
-        probes.spread(lines);
-        Taken::take(probes, 0, probes.count, repeats, taken);
+        probes.expand(lines);
+        Taps::compute(probes, 0, probes.count, repeatMask, taps);
         for (int k = 0; k < probes.count; ++k)
-            addTexels(taken, k, sums[probes.owner[k]]);
+            addTexels(taps, k, sums[probes.owner[k]]);
         return;
     }
-    for (int number = 0, left = lines.count;; ++number) { // one of each line
-        while (left > 0 && lines.probes[left - 1] <= number)
+    for (int probe = 0, left = lines.count;; ++probe) { // vectorizes over lines
+        while (left > 0 && lines.probes[left - 1] <= probe)
             --left;
         if (left == 0)
             return;
-        Taken::take(lines, number, left, repeats, taken);
+        Taps::compute(lines, probe, left, repeatMask, taps);
         for (int k = 0; k < left; ++k)
-            addTexels(taken, k, sums[k]);
+            addTexels(taps, k, sums[k]);
     }
 }
 
-void MipMap::lookupSoA(const TexturePointSoA& at, int begin, int end, Wrap wrap, RgbSoA& out,
-                       int32_t* found) const {
+void MipMap::lookupSoA(const TexturePointSoA& points, int begin, int end, Wrap wrap, RgbSoA& out,
+                       int32_t* isDone) const {
     if (wrap != Wrap::Repeat && wrap != Wrap::Clamp)
-        return std::fill(found + begin, found + end, 0);
-    Shapes shapes;
+        return std::fill(isDone + begin, isDone + end, 0);
+    Footprints footprints;
     const int levels = int(m_width.size());
-    const float side = float(m_longestSide);
-    Shapes::measure(at, begin, end, side, found, shapes);
-    Shapes::findLevels(m_lesserSide.data(), levels, begin, end, shapes);
-    Shapes::findProbes(m_lesserSide.data(), levels, side, begin, end, shapes);
-    Lines lines(shapes, begin, end, found);
-    Lines::fill(shapes, at.uv, *this, lines);
+    const float side = float(m_longerSide);
+    Footprints::measure(points, begin, end, side, isDone, footprints);
+    Footprints::findLevels(m_shorterSide.data(), levels, begin, end, footprints);
+    Footprints::findProbes(m_shorterSide.data(), levels, side, begin, end, footprints);
+    Lines lines(footprints, begin, end, isDone);
+    Lines::fill(footprints, points.uv, *this, lines);
 
     Texel sums[kMaxLines];
-    probe(lines, wrap == Wrap::Repeat ? -1 : 0, sums);
+    sumProbes(lines, wrap == Wrap::Repeat ? -1 : 0, sums);
     for (float* row : {out.r, out.g, out.b})
         std::fill(row + begin, row + end, 0.f);
     for (int k = 0; k < lines.count; ++k) {
         const int i = lines.owner[k];
-        const float* sum = sums[k].numbers;
+        const float* sum = sums[k].values;
         const float scale = lines.share[k] / sum[3];
-        out.r[i] += sum[0] * scale, out.g[i] += sum[1] * scale, out.b[i] += sum[2] * scale;
+        out.r[i] += sum[0] * scale;
+        out.g[i] += sum[1] * scale;
+        out.b[i] += sum[2] * scale;
     }
 }
 
 bool MipMap::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const {
-    TexturePointSoA at;
+    TexturePointSoA point;
     RgbSoA color;
-    int32_t found;
-    at.uv.set(0, uv), at.duvdx.set(0, duvdx), at.duvdy.set(0, duvdy);
-    lookupSoA(at, 0, 1, wrap, color, &found);
+    int32_t isDone;
+    point.uv.set(0, uv);
+    point.duvdx.set(0, duvdx);
+    point.duvdy.set(0, duvdy);
+    lookupSoA(point, 0, 1, wrap, color, &isDone);
     out = color.at(0);
-    return found;
+    return isDone;
 }
 
 } // namespace strobe

@@ -10,84 +10,88 @@
 namespace strobe {
 namespace {
 
-/// How an image is to be read whose values are not those of a file.
-struct Recipe {
+/// An image whose texture values differ from the values that OpenImageIO reads from a file: decoded, or in
+/// memory.
+struct ImageSource {
     std::string path;
-    std::shared_ptr<const EncodedImage> memory; ///< in place of the path
-    TextureChannels part = TextureChannels::Color;
-    ColorEncoding transfer;
+    std::shared_ptr<const EncodedImage> memory; ///< if not null, replaces the path
+    TextureChannels channels = TextureChannels::Color;
+    ColorEncoding encoding;
 
     std::unique_ptr<ImageReader> open(std::string& error) const {
         return memory ? imageLibrary().open(memory->bytes, error) : imageLibrary().open(path, error);
     }
+    /// Reads and decodes the image. Returns false on failure. Reads the whole file: encoded files have 8 or
+    /// 16 bits per value. Values are decoded here, before OpenImageIO computes MIP levels and filters, so
+    /// that it filters linear values.
     bool decode(DecodedImage& out, std::string& error) const;
 };
 
-/// Gray becomes a color: the space's gray need not be ours.
-void convert(const ColorEncoding& transfer, DecodedImage& image) {
+/// Converts from a color space to the working space. Gray images become RGB, since gray in the color space
+/// may have a tint in the working space.
+void convert(const ColorEncoding& encoding, DecodedImage& image) {
     const std::vector<float>& v = image.values;
     std::vector<Rgb> colors(v.size() / size_t(image.channels));
     for (size_t i = 0; i < colors.size(); ++i)
         colors[i] = image.channels == 1 ? Rgb(v[i]) : Rgb(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
-    transfer.toWorking(colors);
+    encoding.toWorking(colors);
     image.values.assign(&colors[0].x, &colors[0].x + 3 * colors.size());
     image.channels = 3;
 }
 
-/// Makes values linear, so that MIP levels and filters work on light, not on encoded numbers. The whole file
-/// is decoded: these are 8- and 16-bit images.
-bool Recipe::decode(DecodedImage& out, std::string& error) const {
+bool ImageSource::decode(DecodedImage& out, std::string& error) const {
     const auto file = open(error);
     if (!file)
         return false;
     if (file->width < 1 || file->height < 1 || int64_t(file->width) * file->height > kMaxImagePixels) {
         error = std::to_string(file->width) + " x " + std::to_string(file->height) +
-                " pixels are too many or too few";
+                " pixels are more than an image may have, or none";
         return false;
     }
-    const bool isAlpha = part == TextureChannels::Alpha;
-    const int colors = file->alpha > 0 ? file->alpha : file->channels;
-    const int first = isAlpha ? std::max(file->alpha, 0) : 0, n = isAlpha ? 1 : colors >= 3 ? 3 : 1;
+    const bool isAlpha = channels == TextureChannels::Alpha;
+    const int colors = file->alphaChannel > 0 ? file->alphaChannel : file->channels;
+    const int first = isAlpha ? std::max(file->alphaChannel, 0) : 0;
+    const int n = isAlpha ? 1 : colors >= 3 ? 3 : 1;
     out = {file->width, file->height, n, {}};
     out.values.resize(size_t(file->width) * size_t(file->height) * size_t(n));
     if (!file->read(first, first + n, out.values.data(), error))
         return false;
-    if (!isAlpha && transfer.kind == ColorEncoding::Space)
-        convert(transfer, out);
-    else if (!isAlpha && transfer.kind != ColorEncoding::Linear)
+    if (!isAlpha && encoding.kind == ColorEncoding::Space)
+        convert(encoding, out);
+    else if (!isAlpha && encoding.kind != ColorEncoding::Linear)
         for (float& v : out.values)
-            v = transfer.linear(v);
+            v = encoding.decode(v);
     return true;
 }
 
-Error cannotRead(const std::string& shown, const Location& where, const std::string& reason) {
-    return {where, "cannot read the image " + shown + ": " + reason};
+Error cannotRead(const std::string& displayName, const Location& where, const std::string& reason) {
+    return {where, "cannot read the image " + displayName + ": " + reason};
 }
 
 } // namespace
 
 struct TextureCache::File {
     std::unique_ptr<const TextureHandle> texture;
-    std::string shown; ///< in messages
+    std::string displayName; ///< in error messages
     Location where;
     int channels; ///< 1 or 3
-    bool isSmall; ///< to be kept in memory as a whole, from the first lookup on
-    mutable std::once_flag read{};
-    mutable std::optional<MipMap> levels{}; ///< of a small file that could be read
+    bool isSmall; ///< the MIP levels are kept in memory from the first lookup on
+    mutable std::once_flag mipMapOnce{};
+    mutable std::optional<MipMap> mipMap{}; ///< of a small file; empty if it cannot be read
 
-    std::optional<MipMap> readLevels() const;
+    /// Reads all MIP levels through OpenImageIO; returns nothing on failure.
+    std::optional<MipMap> readMipMap() const;
 };
 
-/// All levels of an image as the cache holds them; none when some cannot be read.
-std::optional<MipMap> TextureCache::File::readLevels() const {
+std::optional<MipMap> TextureCache::File::readMipMap() const {
     std::vector<DecodedImage> stored;
     if (!texture->readLevels(channels, stored))
         return std::nullopt;
     std::vector<Image> levels;
-    for (const DecodedImage& from : stored) {
-        const std::vector<float>& v = from.values;
+    for (const DecodedImage& storedLevel : stored) {
+        const std::vector<float>& v = storedLevel.values;
         Image& level = levels.emplace_back(
-            Image{from.width, from.height, std::vector<Rgb>(v.size() / size_t(channels))});
+            Image{storedLevel.width, storedLevel.height, std::vector<Rgb>(v.size() / size_t(channels))});
         for (size_t i = 0; i < level.pixels.size(); ++i)
             level.pixels[i] = channels == 1 ? Rgb(v[i]) : Rgb(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
     }
@@ -95,123 +99,130 @@ std::optional<MipMap> TextureCache::File::readLevels() const {
 }
 
 struct TextureCache::Impl {
-    explicit Impl(int megabytes) : files(imageLibrary().makeTextures(megabytes)) {}
+    explicit Impl(int megabytes) : files(imageLibrary().makeTextureSystem(megabytes)) {}
     std::unique_ptr<TextureSystem> files;
 
-    /// Files of at most so many texels are kept in memory beside the cache, until they fill a budget.
-    static constexpr int64_t kSmall = 1 << 20, kBudget = 8 << 20;
-    std::mutex mutex;
-    int64_t kept = 0;              ///< texels of their finest levels
-    std::set<std::string> defined; ///< names that are not files' own
+    /// Small files have at most kMaxTexels texels in the finest level, and all of them together
+    /// kMaxTotalTexels.
+    static constexpr int64_t kMaxTexels = 1 << 20;
+    static constexpr int64_t kMaxTotalTexels = 8 << 20;
+    std::mutex mutex;              ///< for the members below
+    int64_t totalTexels = 0;       ///< of the finest levels of small files
+    std::set<std::string> defined; ///< names passed to TextureSystem::define
 
-    /// The cache's name for the file: its own, or one that stands for its linearized values.
-    std::string nameOf(const std::filesystem::path& path, const ColorEncoding& transfer);
-    std::string nameOf(Recipe recipe, const std::string& name);
-    std::shared_ptr<const File> open(const std::string& name, const std::string& shown,
+    /// Returns the name of the file in the texture system: its path, or the name of its decoded values.
+    std::string nameOf(const std::filesystem::path& path, const ColorEncoding& encoding);
+    /// Returns the name of the decoded values of `source` in the texture system, and defines it. `name`
+    /// identifies the image.
+    std::string nameOf(ImageSource source, const std::string& name);
+    std::shared_ptr<const File> open(const std::string& name, const std::string& displayName,
                                      const Location& where);
 };
 
-std::string TextureCache::Impl::nameOf(Recipe recipe, const std::string& name) {
-    const ColorEncoding& t = recipe.transfer;
-    const std::string how[] = {"linear", "srgb", "gamma " + std::to_string(t.gamma), "space " + t.space};
-    const std::string key = name + "|" + (recipe.part == TextureChannels::Alpha ? "alpha" : how[t.kind]);
+std::string TextureCache::Impl::nameOf(ImageSource source, const std::string& name) {
+    const ColorEncoding& t = source.encoding;
+    const std::string encodings[] = {"linear", "srgb", "gamma " + std::to_string(t.gamma),
+                                     "space " + t.space};
+    const std::string key =
+        name + "|" + (source.channels == TextureChannels::Alpha ? "alpha" : encodings[t.kind]);
     const std::lock_guard lock(mutex);
     if (defined.insert(key).second)
-        files->define(key, [recipe = std::move(recipe)](DecodedImage& out, std::string& error) {
-            return recipe.decode(out, error);
+        files->define(key, [source = std::move(source)](DecodedImage& out, std::string& error) {
+            return source.decode(out, error);
         });
     return key;
 }
 
-std::string TextureCache::Impl::nameOf(const std::filesystem::path& path, const ColorEncoding& transfer) {
-    std::string error; // of a file that cannot be opened: TextureSystem::open reports it
-    const auto file = transfer.changes(false) ? imageLibrary().open(path.string(), error) : nullptr;
-    if (!file || !transfer.changes(file->ofFloats))
+std::string TextureCache::Impl::nameOf(const std::filesystem::path& path, const ColorEncoding& encoding) {
+    std::string error; // ignored: TextureSystem::open reports files that cannot be opened
+    const auto file = encoding.hasEffect(false) ? imageLibrary().open(path.string(), error) : nullptr;
+    if (!file || !encoding.hasEffect(file->isFloat))
         return path.string();
-    return nameOf(Recipe{path.string(), nullptr, TextureChannels::Color, transfer}, path.string());
+    return nameOf(ImageSource{path.string(), nullptr, TextureChannels::Color, encoding}, path.string());
 }
 
 std::shared_ptr<const TextureCache::File>
-TextureCache::Impl::open(const std::string& name, const std::string& shown, const Location& where) {
+TextureCache::Impl::open(const std::string& name, const std::string& displayName, const Location& where) {
     std::string error;
     auto texture = files->open(name, error);
     if (!texture)
-        throw cannotRead(shown, where, error);
+        throw cannotRead(displayName, where, error);
     const int64_t texels = int64_t(texture->width) * texture->height;
     const int channels = texture->channels;
     if (!texture->isTiled)
-        resourcePolicyOf(where).require(uint64_t(texels) * uint64_t(channels) * sizeof(float) * 4 / 3,
-                                        "the image " + shown, "make it smaller, or convert it by maketx",
-                                        where);
+        resourcePolicyOf(where).requireMemory(uint64_t(texels) * uint64_t(channels) * sizeof(float) * 4 / 3,
+                                              "the image " + displayName,
+                                              "reduce its resolution, or convert it with maketx", where);
     const std::lock_guard lock(mutex);
-    const bool isSmall = texture->isPlain && texels <= kSmall && kept + texels <= kBudget;
-    kept += isSmall ? texels : 0;
+    const bool isSmall =
+        texture->isUncropped && texels <= kMaxTexels && totalTexels + texels <= kMaxTotalTexels;
+    totalTexels += isSmall ? texels : 0;
     return std::shared_ptr<const File>(
-        new File{std::move(texture), shown, where, channels >= 3 ? 3 : 1, isSmall});
+        new File{std::move(texture), displayName, where, channels >= 3 ? 3 : 1, isSmall});
 }
 
 TextureCache::TextureCache(int megabytes) : m_megabytes(megabytes) {}
 TextureCache::~TextureCache() = default;
 
 TextureCache::Impl& TextureCache::impl() {
-    std::call_once(m_made, [&] { m_impl = std::make_unique<Impl>(m_megabytes); });
+    std::call_once(m_implOnce, [&] { m_impl = std::make_unique<Impl>(m_megabytes); });
     return *m_impl;
 }
 
 std::shared_ptr<const TextureCache::File>
-TextureCache::open(const std::filesystem::path& path, const Location& where, const ColorEncoding& transfer) {
+TextureCache::open(const std::filesystem::path& path, const Location& where, const ColorEncoding& encoding) {
     checkImage(path, where);
-    return impl().open(impl().nameOf(path, transfer), path.string(), where);
+    return impl().open(impl().nameOf(path, encoding), path.string(), where);
 }
 
 std::shared_ptr<const TextureCache::File> TextureCache::open(std::shared_ptr<const EncodedImage> image,
                                                              const Location& where,
-                                                             const ColorEncoding& transfer,
-                                                             TextureChannels part) {
-    const Recipe recipe{"", image, part, transfer};
-    if (part == TextureChannels::Alpha) {
-        std::string error; // of an image that cannot be opened: Impl::open reports it
-        const auto stored = recipe.open(error);
-        if (stored && stored->alpha < 0)
+                                                             const ColorEncoding& encoding,
+                                                             TextureChannels channels) {
+    const ImageSource source{"", image, channels, encoding};
+    if (channels == TextureChannels::Alpha) {
+        std::string error; // ignored: Impl::open reports images that cannot be opened
+        const auto stored = source.open(error);
+        if (stored && stored->alphaChannel < 0)
             return nullptr;
     }
-    return impl().open(impl().nameOf(recipe, image->name), image->name, where);
+    return impl().open(impl().nameOf(source, image->name), image->name, where);
 }
 
-/// Its levels, if they serve this kind of lookup, else null.
-const MipMap* TextureCache::levelsOf(const File& file, const TextureOptions& how) {
-    if (!file.isSmall || how.u != how.v || how.u == Wrap::Mirror || how.nearest)
+const MipMap* TextureCache::mipMapOf(const File& file, const TextureOptions& options) {
+    if (!file.isSmall || options.u != options.v || options.u == Wrap::Mirror || options.nearest)
         return nullptr;
-    std::call_once(file.read, [&] { file.levels = file.readLevels(); });
-    return file.levels ? &*file.levels : nullptr;
+    std::call_once(file.mipMapOnce, [&] { file.mipMap = file.readMipMap(); });
+    return file.mipMap ? &*file.mipMap : nullptr;
 }
 
 Rgb TextureCache::lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
-                         const TextureOptions& how) const {
-    const MipMap* levels = levelsOf(file, how);
-    if (Rgb c; levels && levels->lookup(uv, duvdx, duvdy, how.u, c))
+                         const TextureOptions& options) const {
+    const MipMap* mipMap = mipMapOf(file, options);
+    if (Rgb c; mipMap && mipMap->lookup(uv, duvdx, duvdy, options.u, c))
         return c;
-    return lookupFiltered(file, uv, duvdx, duvdy, how);
+    return lookupFiltered(file, uv, duvdx, duvdy, options);
 }
 
-void TextureCache::lookupSoA(const File& file, const TexturePointSoA& at, int begin, int end,
-                             const TextureOptions& how, RgbSoA& out) const {
-    alignas(64) int32_t found[kSoAWidth];
-    if (const MipMap* levels = levelsOf(file, how))
-        levels->lookupSoA(at, begin, end, how.u, out, found);
+void TextureCache::lookupSoA(const File& file, const TexturePointSoA& points, int begin, int end,
+                             const TextureOptions& options, RgbSoA& out) const {
+    alignas(64) int32_t isDone[kSoAWidth];
+    if (const MipMap* mipMap = mipMapOf(file, options))
+        mipMap->lookupSoA(points, begin, end, options.u, out, isDone);
     else
-        std::fill(found + begin, found + end, 0);
+        std::fill(isDone + begin, isDone + end, 0);
     for (int i = begin; i < end; ++i)
-        if (!found[i])
-            out.set(i, lookupFiltered(file, at.uv.at(i), at.duvdx.at(i), at.duvdy.at(i), how));
+        if (!isDone[i])
+            out.set(i,
+                    lookupFiltered(file, points.uv.at(i), points.duvdx.at(i), points.duvdy.at(i), options));
 }
 
 Rgb TextureCache::lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
-                                 const TextureOptions& how) const {
+                                 const TextureOptions& options) const {
     float c[3];
     std::string error;
-    if (!file.texture->lookup(uv, duvdx, duvdy, how, file.channels, c, error))
-        throw cannotRead(file.shown, file.where, error);
+    if (!file.texture->lookup(uv, duvdx, duvdy, options, file.channels, c, error))
+        throw cannotRead(file.displayName, file.where, error);
     return file.channels == 1 ? Rgb(c[0]) : Rgb(c[0], c[1], c[2]);
 }
 

@@ -1,4 +1,4 @@
-// Image textures: opened once per scene, cached, and filtered by footprint.
+// A cache of image textures, filtered by footprint.
 #pragma once
 
 #include "core/image/image.h"
@@ -8,54 +8,60 @@
 
 namespace strobe {
 
-/// Points of images with the axes of their footprints, side by side.
+/// Lookup positions and the axes of their footprints, as a structure of arrays.
 struct TexturePointSoA {
     V2SoA uv, duvdx, duvdy;
 };
 
-/// An encoded image (PNG or JPEG) in memory. `name` is its own among all that one cache opens, and is what
-/// messages call it.
+/// An encoded image (PNG or JPEG) in memory.
 struct EncodedImage {
-    std::string name;
+    std::string name; ///< unique among the images of a cache; used in error messages
     std::vector<unsigned char> bytes;
 };
 
-/// Which channels of an image make a texture.
+/// The channels of an image that a texture uses.
 enum class TextureChannels { Color, Alpha };
 
 class MipMap;
 
-/// The image library's texture system: tiled, cached, filtered by footprint. One per scene; lookups are
-/// thread-safe.
+/// The textures of a scene. Uses OpenImageIO's texture system (tiled, cached, filtered by footprint), and
+/// keeps the MIP levels of small images in memory for faster lookups. Thread-safe.
 class TextureCache : public std::enable_shared_from_this<TextureCache> {
   public:
+    /// `megabytes`: the maximum size of the tile cache.
     explicit TextureCache(int megabytes = 256);
     ~TextureCache();
     TextureCache(const TextureCache&) = delete;
     TextureCache& operator=(const TextureCache&) = delete;
-    /// An opened file; throws a located Error when it cannot be read.
+
+    /// An opened image.
     struct File;
+    /// Opens an image file whose values are decoded from `encoding`. Throws Error at `where` if it cannot be
+    /// read.
     std::shared_ptr<const File> open(const std::filesystem::path& path, const Location& where,
-                                     const ColorEncoding& transfer = {});
-    /// The same of an image in memory, whose alpha is not multiplied into its color; null when it has not
-    /// the part that is wanted. The values of an Alpha part are read as they are stored.
+                                     const ColorEncoding& encoding = {});
+    /// Opens an image in memory. Colors are not premultiplied by alpha and are decoded from `encoding`; alpha
+    /// is not decoded. Returns null if `channels` is Alpha and the image has no alpha channel. Throws Error
+    /// at `where` if the image cannot be read.
     std::shared_ptr<const File> open(std::shared_ptr<const EncodedImage> image, const Location& where,
-                                     const ColorEncoding& transfer, TextureChannels part);
-    /// The filtered color at `uv` (v = 0 is the image's first row), over the ellipse duvdx, duvdy; zero
-    /// derivatives give a bilinear lookup in the finest level. Gray images are spread to three channels.
-    /// Throws the located Error of `open` when a part of the file that was not read before turns out to be
-    /// damaged.
+                                     const ColorEncoding& encoding, TextureChannels channels);
+
+    /// Returns the color at `uv`, filtered over the ellipse with axes duvdx and duvdy. v = 0 is the top of
+    /// the first row. Zero derivatives select bilinear interpolation in the finest level. Gray images have
+    /// three equal channels. Throws Error at the location of `open` if the file is damaged where it is first
+    /// read.
     Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
-               const TextureOptions& how) const;
+               const TextureOptions& options) const;
     Rgb lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const {
         return lookup(file, uv, duvdx, duvdy, TextureOptions{wrap, wrap});
     }
-    /// The same at points `begin` to `end`, to the same bits.
-    void lookupSoA(const File& file, const TexturePointSoA& at, int begin, int end, const TextureOptions& how,
-                   RgbSoA& out) const;
-    /// The same without images kept in memory beside the cache: what `lookup` is held against.
+    /// Looks up points begin … end-1; same results as `lookup`, to the bit.
+    void lookupSoA(const File& file, const TexturePointSoA& points, int begin, int end,
+                   const TextureOptions& options, RgbSoA& out) const;
+    /// Same as `lookup`, but always uses OpenImageIO, also for small images. The reference for tests of
+    /// `lookup`.
     Rgb lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
-                       const TextureOptions& how) const;
+                       const TextureOptions& options) const;
     Rgb lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap) const {
         return lookupFiltered(file, uv, duvdx, duvdy, TextureOptions{wrap, wrap});
     }
@@ -63,11 +69,12 @@ class TextureCache : public std::enable_shared_from_this<TextureCache> {
   private:
     struct Impl;
     Impl& impl();
-    static const MipMap* levelsOf(const File& file, const TextureOptions& how);
+    /// Returns the MIP levels in memory if the file is small and they support `options`; else null.
+    static const MipMap* mipMapOf(const File& file, const TextureOptions& options);
 
     const int m_megabytes;
-    std::once_flag m_made;
-    std::unique_ptr<Impl> m_impl; ///< from the first `open` on
+    std::once_flag m_implOnce;
+    std::unique_ptr<Impl> m_impl; ///< created by the first `open`
 };
 
 } // namespace strobe

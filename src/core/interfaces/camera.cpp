@@ -3,13 +3,15 @@
 namespace strobe {
 
 void Camera::raySoA(const CameraSampleSoA& samples, int n, CameraRaySoA& out) const {
-    CameraSample list[kSoAWidth];
-    Ray made[kSoAWidth];
+    CameraSample sampleList[kSoAWidth];
+    Ray rayList[kSoAWidth];
     for (int i = 0; i < n; ++i)
-        list[i] = samples.at(i);
-    rays(list, n, made);
-    for (int i = 0; i < n; ++i)
-        out.o.set(i, made[i].o), out.d.set(i, made[i].d);
+        sampleList[i] = samples.at(i);
+    rays(sampleList, n, rayList);
+    for (int i = 0; i < n; ++i) {
+        out.o.set(i, rayList[i].o);
+        out.d.set(i, rayList[i].d);
+    }
 }
 
 void Camera::viewpointSoA(const V3SoA& p, const V2SoA& lens, const float* time, int n, V3SoA& out) const {
@@ -20,7 +22,8 @@ void Camera::viewpointSoA(const V3SoA& p, const V2SoA& lens, const float* time, 
 void Camera::coneSoA(const V2SoA& film, int n, float* width, float* spread) const {
     for (int i = 0; i < n; ++i) {
         const RayCone c = cone(film.at(i));
-        width[i] = c.width, spread[i] = c.spread;
+        width[i] = c.width;
+        spread[i] = c.spread;
     }
 }
 

@@ -1,4 +1,4 @@
-// The camera seam.
+// The interface of cameras.
 #pragma once
 
 #include "core/math/soa.h"
@@ -8,77 +8,86 @@
 
 namespace strobe {
 
-/// A ray. `time` is a fraction of the shutter interval, in [0, 1]: everything downstream of the camera counts
-/// time so.
+/// A ray. Points on it are o + t d, for t > tmin.
 struct Ray {
-    V3f o, d; ///< d has unit length
-    float time = 0;
-    float tmin = 0; ///< hits nearer than this are the surface that the ray left
+    V3f o, d;       ///< d has unit length
+    float time = 0; ///< shutter fraction in [0,1]: 0 when the shutter opens, 1 when it closes
+    float tmin = 0; ///< excludes intersections with the surface that the ray starts on
 };
 
-/// The isotropic cone a ray stands for: its width at a distance t along the ray is width + t * spread (scene
-/// units; spread in radians). At the camera it is one whole pixel wide, whatever the number of samples.
+/// A cone around a ray that approximates its footprint isotropically: at distance t, it is width + t * spread
+/// wide. The cones of camera rays are one pixel wide, whatever the number of samples per pixel.
 struct RayCone {
-    float width = 0;
-    float spread = 0;
+    float width = 0;  ///< in scene units
+    float spread = 0; ///< in radians
 };
 
+/// The sample values for one camera ray.
 struct CameraSample {
-    V2f film;   ///< in pixels of the full frame, (0,0) the top left corner of the top left pixel
-    V2f lens;   ///< in [0,1)²
+    V2f film;   ///< film position in pixels of the full frame; (0,0) is the top left corner
+    V2f lens;   ///< random numbers in [0,1)², for the position on the lens
     float time; ///< shutter fraction in [0,1)
 };
 
-/// CameraSamples side by side.
+/// Camera samples as a structure of arrays.
 struct CameraSampleSoA {
     V2SoA film, lens;
     alignas(64) float time[kSoAWidth];
     CameraSample at(int i) const { return {film.at(i), lens.at(i), time[i]}; }
 };
-/// Where their rays start, and the unit vectors along which they go.
+/// The origins and unit directions of camera rays, as a structure of arrays.
 struct CameraRaySoA {
     V3SoA o, d;
 };
 
-/// Where on the film a world point is seen.
+/// The projection of a world point onto the film.
 struct FilmPoint {
-    V2f film;    ///< as CameraSample::film
-    float depth; ///< along the camera's axis, in scene units; its distance, from a camera that has none
+    V2f film;    ///< as CameraSample::film; may lie outside the frame
+    float depth; ///< distance along the camera's axis in scene units; for cameras without an axis, distance
 };
 
+/// Interface of cameras. Cameras are immutable, and all functions are thread-safe. Points and directions are
+/// in world space; times are shutter fractions. The arrays of SoA functions have n <= kSoAWidth elements. The
+/// default SoA functions call the scalar functions; overrides must return the same bits.
 class Camera {
   public:
     virtual ~Camera() = default;
-    /// out[i] = the ray of samples[i], in world space.
+
+    /// Generates rays for samples 0 … n-1.
     virtual void rays(const CameraSample* samples, int n, Ray* out) const = 0;
-    /// The same rays of samples 0 … n-1, side by side.
+    /// Generates rays for samples 0 … n-1; same results as `rays`, to the bit.
     virtual void raySoA(const CameraSampleSoA& samples, int n, CameraRaySoA& out) const;
-    /// The cone of one pixel around a film point.
+
+    /// Returns the ray cone of the pixel around a film position.
     virtual RayCone cone(const V2f& film) const = 0;
-    /// Their widths and spreads around film points 0 … n-1.
+    /// Returns the ray cones for film positions 0 … n-1; same results as `cone`, to the bit.
     virtual void coneSoA(const V2SoA& film, int n, float* width, float* spread) const;
-    /// True when rays need `CameraSample::lens`.
+
+    /// Returns whether rays depend on CameraSample::lens.
     virtual bool hasLens() const = 0;
-    /// True when the camera moves during the shutter.
+    /// Returns whether the camera moves while the shutter is open.
     virtual bool moves() const = 0;
-    /// Some point in or near all rays' origins, at shutter fraction `time`, in world space; the size of one
-    /// pixel at a world point p is about cone.width + |p - position| * cone.spread.
+
+    /// Returns a point at or near the origins of all rays at shutter fraction `time`. A pixel at the world
+    /// point p is about cone.width + |p - position| * cone.spread wide.
     virtual V3f position(float time) const = 0;
-    /// Where a ray starts that goes through the lens at `lens` (in [0,1)²) and meets the world point p.
+    /// Returns the origin of the ray through the lens position `lens` (in [0,1)²) and the world point p.
     virtual V3f viewpoint(const V3f& p, const V2f& lens, float time) const = 0;
-    /// The same for world points 0 … n-1.
+    /// Returns the viewpoints of points 0 … n-1; same results as `viewpoint`, to the bit.
     virtual void viewpointSoA(const V3SoA& p, const V2SoA& lens, const float* time, int n, V3SoA& out) const;
-    /// Where the world point p is seen through the middle of the lens at shutter fraction `time`, on the film
-    /// or beside it; nothing if it is behind the camera.
+
+    /// Projects the world point p through the center of the lens at shutter fraction `time`. Returns nothing
+    /// if p is behind the camera.
     virtual std::optional<FilmPoint> project(const V3f& p, float time) const = 0;
-    /// The way on the film from one point to another: the shorter one where the film closes on itself.
+    /// Returns the displacement between two film positions. Overridden by cameras whose film wraps around,
+    /// which return the shortest displacement.
     virtual V2f filmStep(const V2f& from, const V2f& to) const { return to - from; }
 };
 
-/// What a camera plugin's `create` gets besides its parameters.
+/// The arguments of a camera plugin's `create`, in addition to its parameters.
 struct CameraArgs {
     KeyedTransform toWorld;
-    V2i resolution;
+    V2i resolution; ///< of the full frame, in pixels
     Shutter shutter;
 };
 

@@ -1,24 +1,31 @@
-// The pixel filter seam: filters are importance-sampled, never splatted, so a pixel's value is a plain mean.
+// The interface of pixel filters.
 #pragma once
 
 #include "core/math/soa.h"
 
 namespace strobe {
 
+/// Interface of pixel filters. Filters are importance-sampled instead of splatted (Ernst et al., "Filter
+/// Importance Sampling", 2006), so the value of a pixel is the mean of its weighted samples. Filters are
+/// immutable, and all functions are thread-safe. Offsets are in pixels, from the center of the pixel.
 class Filter {
   public:
     virtual ~Filter() = default;
+
     struct Sample {
-        V2f offset;   ///< from the pixel's center, in pixels
-        float weight; ///< f/pdf: constant 1 for non-negative filters; ±c where the filter has negative lobes
+        V2f offset;
+        /// Filter value divided by the pdf: 1 for non-negative filters; ±c for filters with negative lobes.
+        /// The expected value is 1.
+        float weight;
     };
-    /// Draws an offset with density |f(x,y)| / ∫|f|; `u` in [0,1)². The mean of `weight` is 1.
+    /// Samples an offset with density |f(x,y)| / ∫|f| per square pixel; u in [0,1)².
     virtual Sample sample(const V2f& u) const = 0;
-    /// The same of u's lanes 0 … n-1.
+    /// Samples offsets with u's elements 0 … n-1, n <= kSoAWidth; same results as `sample`, to the bit. The
+    /// default calls `sample`.
     virtual void sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const;
-    /// The normalized filter's value at `offset` (integrates to 1 over the plane). For tests.
+    /// Returns the value of the normalized filter, whose integral is 1. Used by tests only.
     virtual float eval(const V2f& offset) const = 0;
-    /// Half-widths of the support in pixels.
+    /// Returns the half-widths of the support in pixels.
     virtual V2f radius() const = 0;
 };
 

@@ -1,4 +1,4 @@
-// Shapes as they stand in the scene: built, placed, and moving over the shutter.
+// Shapes with their transforms, as the scene stores them.
 #pragma once
 
 #include "core/interfaces/shape.h"
@@ -6,23 +6,24 @@
 
 namespace strobe {
 
-/// A shape placed in the world. In a built scene a mesh's keys are uniform over the shutter (keyTimes[i] =
-/// i/(n-1), shutter fractions), and the vertices of a still mesh outside instances are baked: toParent is the
-/// identity.
+/// A shape and its object-to-world transform. In a built scene, the keys of a mesh are equidistant over the
+/// shutter interval (keyTimes[i] = i/(n-1), shutter fractions), and the vertices of static meshes outside
+/// instances are in world space: toParent is the identity.
 struct PlacedShape {
     Shape shape;
-    M44f toParent;                        ///< still part: object to its group's space
-    std::shared_ptr<const Motion> motion; ///< group to world; null: identity
-    bool reverseOrientation = false;      ///< the surface normal is the shape's own, turned round
+    M44f toParent;                        ///< static part of the transform: object space to group space
+    std::shared_ptr<const Motion> motion; ///< group space to world; null: identity
+    bool reverseOrientation = false;      ///< flips the surface normal of the shape
 
     bool isStatic() const {
         return (!motion || motion->isStatic()) && !(shape.mesh && shape.mesh->deforms());
     }
-    /// Object-to-world at shutter fraction `time`.
+    /// Returns the object-to-world matrix at shutter fraction `time`.
     M44f toWorld(float time) const { return motion ? toParent * motion->at(time) : toParent; }
 };
 
-/// The three vertices of a triangle, in object space, at shutter fraction `time`.
+/// Writes the three vertices of a triangle at shutter fraction `time` to `out`, in object space.
+/// Precondition: the keys of the mesh are equidistant over the shutter interval.
 inline void triangleVertices(const TriangleMesh& mesh, uint32_t triangle, float time, V3f out[3]) {
     const uint32_t* index = &mesh.indices[3 * size_t(triangle)];
     if (!mesh.deforms()) {
@@ -36,10 +37,10 @@ inline void triangleVertices(const TriangleMesh& mesh, uint32_t triangle, float 
         out[k] = lerp(mesh.positions[i][index[k]], mesh.positions[i + 1][index[k]], x - float(i));
 }
 
-/// The texture coordinates at barycentrics (u, v) of the second and third vertex.
+/// Returns the texture coordinates at the barycentrics (u, v) of the second and third vertex.
 inline V2f triangleUv(const TriangleMesh& mesh, uint32_t triangle, float u, float v) {
     if (mesh.uvs.empty())
-        return {u + v, v}; // of (0,0) (1,0) (1,1)
+        return {u + v, v}; // interpolates (0,0) (1,0) (1,1)
     const uint32_t* index = &mesh.indices[3 * size_t(triangle)];
     return mesh.uvs[index[0]] * (1 - u - v) + mesh.uvs[index[1]] * u + mesh.uvs[index[2]] * v;
 }

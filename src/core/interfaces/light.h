@@ -1,4 +1,4 @@
-// The light seam.
+// The interface of lights.
 #pragma once
 
 #include "core/interfaces/geometry.h"
@@ -6,92 +6,111 @@
 
 namespace strobe {
 
-/// One direction in which a light is seen from a point.
+/// A sampled direction from a point to a light.
 struct LightSample {
-    V3f wi;         ///< unit vector from the point to the light
+    V3f wi;         ///< unit vector from the point towards the light
     float distance; ///< to the light along wi; infinity for lights at infinity
-    Rgb radiance; ///< arriving along wi if nothing is in between. Delta lights: intensity / distance² and the
-                  ///< like, with pdf = 1. Zero: no contribution
-    float pdf; ///< per solid angle, seen from the point; > 0 where radiance is not zero
+    /// Radiance that arrives along wi if nothing occludes the light. For delta lights, the weight of the
+    /// delta distribution (e.g. intensity / distance²). Zero: the sample has no contribution.
+    Rgb radiance;
+    float pdf; ///< per solid angle at the point; 1 for delta lights; positive unless `radiance` is zero
 };
 
-/// The point where a ray met a light's surface, for `Light::pdf`.
+/// The intersection of a ray with a light's surface, for Light::pdf.
 struct LightHit {
-    V3f p, ng;      ///< world space; ng is the surface's own normal, not turned
+    V3f p, ng;      ///< world space; ng is the geometric normal as in Light::emitted
     float distance; ///< from the shaded point
     uint32_t prim;  ///< triangle of a mesh light
 };
 
-/// Where a light is to be sampled from, side by side; all by sample.
+/// The arguments of Light::sampleSoA, one element per sample.
 struct LightQuerySoA {
-    const V3SoA& p;
-    const float* time;    ///< shutter fraction
-    const int32_t* point; ///< a number: neighbors with the same number are at the same point and time
-    const V2SoA& u;       ///< in [0,1)²; of delta lights nothing: they need none
-    int n;
+    const V3SoA& p;       ///< shaded points, world space
+    const float* time;    ///< shutter fractions
+    const int32_t* point; ///< identifies the shaded point: equal neighbors have equal p and time
+    const V2SoA& u;       ///< random numbers in [0,1)²; undefined for delta lights
+    int n;                ///< number of samples, at most kSoAWidth
 };
-/// LightSamples side by side.
+/// Light samples as a structure of arrays.
 struct LightSampleSoA {
     V3SoA wi;
     RgbSoA radiance;
     alignas(64) float distance[kSoAWidth], pdf[kSoAWidth];
 
     void set(int i, const LightSample& s) {
-        wi.set(i, s.wi), radiance.set(i, s.radiance);
-        distance[i] = s.distance, pdf[i] = s.pdf;
+        wi.set(i, s.wi);
+        radiance.set(i, s.radiance);
+        distance[i] = s.distance;
+        pdf[i] = s.pdf;
     }
 };
 
-/// More samples of a light at one surface are a mistake: shading a batch would take minutes.
+/// The maximum value of Light::sampleCount. With more samples, a batch would take minutes to shade.
 inline constexpr int kMaxLightSamples = 1 << 16;
 
+/// Interface of lights. Lights are immutable after construction, and all functions are thread-safe. Points
+/// and directions are in world space, directions have unit length, and times are shutter fractions in [0,1].
+/// Densities are per solid angle, seen from the shaded point p. The default SoA functions call the scalar
+/// functions; overrides must return the same bits.
 class Light {
   public:
     virtual ~Light() = default;
-    /// out[i] = a sample seen from `p` at shutter fraction `time`, drawn with u[i] in [0,1)².
+
+    /// Samples n directions from p to the light, with random numbers u[i] in [0,1)². Delta lights ignore u.
     virtual void sample(const V3f& p, float time, const V2f* u, int n, LightSample* out) const = 0;
-    /// The same samples of several points at once.
+    /// Samples directions from several points; same results as `sample`, to the bit.
     virtual void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const;
-    /// The density per solid angle of `sample` for direction wi from p. `hit` is where the ray met the
-    /// light's surface (area lights), or null for environment lights. Never called on delta lights.
-    virtual float pdf(const V3f& p, float time, const V3f& wi, const LightHit* hit) const = 0;
-    /// False when a ray from p along wi certainly misses the light: such a ray is not traced for its sake.
-    virtual bool mayIntersect(const V3f& p, float time, const V3f& wi) const = 0;
-    /// An upper bound of the solid angle the light fills, seen from p (at most 4π); 0 for delta lights.
-    virtual float solidAngle(const V3f& p, float time) const = 0;
-    /// The same of points 0 … n-1.
-    virtual void solidAngleSoA(const V3SoA& p, const float* time, int n, float* out) const;
-    /// Radiance leaving the light's surface towards `w` (unit) at a point with surface normal ng. Area
+    /// Returns the density with which `sample` generates the direction wi. `hit` is the intersection of the
+    /// ray from p along wi with the light's surface; null for environment lights. Not called for delta
     /// lights.
-    virtual Rgb emitted(const V3f& /*ng*/, const V3f& /*w*/, const TextureQuery& /*at*/) const {
+    virtual float pdf(const V3f& p, float time, const V3f& wi, const LightHit* hit) const = 0;
+
+    /// Returns false only if the ray from p along wi cannot intersect the light, or the light emits nothing
+    /// towards p; then the ray need not be traced to evaluate this light. A conservative test.
+    virtual bool mayIntersect(const V3f& p, float time, const V3f& wi) const = 0;
+    /// Returns an upper bound of the solid angle that the light subtends at p, at most 4π; 0 for delta
+    /// lights.
+    virtual float solidAngle(const V3f& p, float time) const = 0;
+    /// Bounds the solid angles for points 0 … n-1, n <= kSoAWidth; same results as `solidAngle`, to the bit.
+    virtual void solidAngleSoA(const V3SoA& p, const float* time, int n, float* out) const;
+
+    /// Returns the radiance that the surface of an area light emits in direction w (away from the surface),
+    /// at a point with geometric normal ng, which points to the side given by vertex normals and
+    /// reverseOrientation and is not flipped towards the viewer. The default, for other lights, is black.
+    virtual Rgb emitted(const V3f& /*ng*/, const V3f& /*w*/, const TextureQuery& /*q*/) const {
         return Rgb(0);
     }
-    /// Of a light without a texture.
+    /// Returns the emitted radiance of a light without a texture.
     Rgb emitted(const V3f& ng, const V3f& w) const { return emitted(ng, w, {}); }
-    /// Radiance arriving from infinity along the reversed direction `d` (unit, away from the scene).
-    /// Environments.
+    /// Returns the radiance that arrives from infinity along a ray in direction d (away from the scene). The
+    /// default, for lights that are not environments, is black.
     virtual Rgb environment(const V3f& /*d*/) const { return Rgb(0); }
-    /// The same of directions 0 … n-1, with the density of `sample` there; `pdf` may be null: not wanted.
+    /// Returns the radiance of environment lights for directions 0 … n-1, n <= kSoAWidth, and the density of
+    /// `sample` for these directions, unless `pdf` is null; same results as `environment` and `pdf`, to the
+    /// bit.
     virtual void environmentSoA(const V3SoA& d, int n, RgbSoA& radiance, float* pdf) const;
-    /// A rough figure of the total flux, to choose one light among many. `radius`: of the scene's bounding
-    /// sphere.
+
+    /// Returns an estimate of the emitted flux, for the choice of a light among many. `radius` is the radius
+    /// of the scene's bounding sphere.
     virtual Rgb power(float radius) const = 0;
+    /// Returns whether the light has a delta distribution: rays cannot hit it by chance.
     virtual bool isDelta() const { return false; }
+    /// Returns whether the light is at infinity and visible to rays that miss the scene.
     virtual bool isEnvironment() const { return false; }
-    /// True when the light's own shape never lies before its samples: rays to them need not ask it.
+    /// Returns whether the light's own shape never occludes the directions of `sample`; then shadow rays
+    /// ignore it.
     virtual bool cannotSelfOcclude() const { return false; }
-    /// Samples per shading point that the scene asks for.
-    int sampleCount = 1;
-    /// A number for the group that the scene puts it in, from 0.
-    int group = 0;
+
+    int sampleCount = 1; ///< samples per shaded point, set by the scene
+    int group = 0;       ///< index of the light group, set by the scene
 };
 
-/// What a light plugin's `create` gets besides its parameters.
+/// The arguments of a light plugin's `create`, in addition to its parameters.
 struct LightArgs {
     KeyedTransform toWorld;
     Shutter shutter;
 };
-/// What an area light plugin's `create` gets: the shape that shines. One light is made per placed shape.
+/// The arguments of an area light plugin's `create`. It is called once for each placed shape.
 struct AreaLightArgs {
     PlacedShape shape;
 };

@@ -1,12 +1,18 @@
-// The material seam: a Material turns textures into a Bsdf once per shaded point, then evaluates it.
+// The interface of materials. A Material evaluates its textures at a surface point once, which gives a Bsdf,
+// and then evaluates and samples this Bsdf.
 //
-// Directions are in the local shading frame: z is the shading normal as the surface defines it (not turned
-// towards the viewer), so wo.z may be negative: reflection lobes are two-sided and must treat (wo, wi) and
-// (-wo, -wi) alike; transmissive materials read the side from the sign of wo.z (positive: outside). wo and wi
-// both point away from the surface; wo is towards the viewer. Whether a pair reflects or transmits is decided
-// by the caller, from geometric normals; lobes take |cos| of both directions and do not check hemispheres in
-// evalCos (pbrt-v2's rule: a lobe may be evaluated slightly below the shading horizon), but `pdf` is the
-// density with which `sample` really draws wi, so it is zero where sample never goes.
+// Directions are unit vectors in the local shading frame, whose z axis is the shading normal of the surface.
+// The normal is not flipped towards the viewer. wo and wi both point away from the surface. wo is the
+// direction to the viewer (towards the previous path vertex), wi the direction from which light arrives.
+//
+// wo.z may be negative: the viewer may be on the inside. Reflection lobes are two-sided and must treat (wo,
+// wi) and (-wo, -wi) alike. Transmissive materials derive the side from the sign of wo.z; positive means
+// outside.
+//
+// The caller decides by the geometric normals whether a pair of directions is a reflection or a transmission.
+// So evalCos uses the absolute values of both cosines and does not test hemispheres, as in pbrt-v2: a lobe
+// may be evaluated slightly below the shading horizon. In contrast, `pdf` is the density of the directions
+// that `sample` generates, so it is zero for directions that `sample` cannot generate.
 #pragma once
 
 #include "core/interfaces/texture.h"
@@ -19,12 +25,12 @@ namespace strobe {
 
 class Material;
 
-/// A material at one point: its textured parameters, evaluated. Plain data, no allocation.
+/// The values of a material's parameters at a surface point.
 struct Bsdf {
     const Material* material = nullptr;
-    alignas(16) float data[16];
+    alignas(16) float data[16]; ///< defined by the material
 
-    /// The material's own view of `data`.
+    /// Returns `data` as the material's own, trivially copyable type.
     template <class T>
     T& as() {
         static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= sizeof(data));
@@ -37,99 +43,124 @@ struct Bsdf {
     }
 };
 
+/// A direction sampled from a BSDF.
 struct BsdfSample {
-    V3f wi;     ///< local frame, unit length
-    Rgb weight; ///< f |cos| / pdf for smooth lobes; for delta lobes the lobe's reflectance / its probability
-    float pdf;  ///< per solid angle, of all smooth lobes together; 0 for a delta lobe
-    bool delta; ///< a mirror-like lobe: evalCos never sees it
-    bool transmits;
-    float eta = 1; ///< for transmission: relative index of refraction crossed (wi side / wo side)
+    V3f wi;
+    /// For smooth lobes, f |cos θi| / pdf; for delta lobes, reflectance / probability of the lobe.
+    Rgb weight;
+    float pdf;      ///< per solid angle, of all smooth lobes together; 0 for a delta lobe
+    bool delta;     ///< sampled from a delta lobe
+    bool transmits; ///< wi is on the other side of the surface than wo
+    float eta = 1;  ///< if `transmits`: index of refraction on the side of wi / index on the side of wo
 };
 
-/// BsdfSamples side by side.
+/// BSDF samples as a structure of arrays, without eta.
 struct BsdfSampleSoA {
     V3SoA wi;
     RgbSoA weight;
     alignas(64) float pdf[kSoAWidth];
-    bool drawn[kSoAWidth]; ///< what `sample` returns: the rest is meaningless without
+    bool valid[kSoAWidth]; ///< result of `sample`; if false, the other members are undefined
     bool delta[kSoAWidth], transmits[kSoAWidth];
 
     void set(int i, const BsdfSample& s) {
-        wi.set(i, s.wi), weight.set(i, s.weight);
-        pdf[i] = s.pdf, delta[i] = s.delta, transmits[i] = s.transmits;
+        wi.set(i, s.wi);
+        weight.set(i, s.weight);
+        pdf[i] = s.pdf;
+        delta[i] = s.delta;
+        transmits[i] = s.transmits;
     }
 };
 
-/// Things to do at points of surfaces, side by side: jobs from `begin` to `end`, all at points of one
-/// material.
-struct BsdfSoA {
+/// The arguments of the SoA functions of Material: evaluations begin … end-1, all at points of one material.
+/// Several evaluations may refer to the same point; these are neighbors.
+struct BsdfQuerySoA {
     const Bsdf* bsdf;     ///< by point
-    const int32_t* point; ///< by job; jobs of one point are neighbors
-    const V3SoA& wo;      ///< by job: its point's
-    int begin, end;
-    const int32_t* wanted; ///< by job: what has a 0 here need not be done; null: all
+    const int32_t* point; ///< by evaluation: index of its point
+    const V3SoA& wo;      ///< by evaluation; equal for evaluations of the same point
+    int begin, end;       ///< 0 <= begin <= end <= kSoAWidth
+    const int32_t*
+        active; ///< by evaluation: 0 if the result is not used, and then undefined; null: all are active
 
-    bool wants(int job) const { return !wanted || wanted[job]; }
-    /// Number k of a point's Bsdf::data, in a form that loops over jobs can gather.
-    float datum(int32_t at, int k) const {
+    bool isActive(int i) const { return !active || active[i]; }
+    /// Returns bsdf[point].data[k], in a form that vectorizes to gathers.
+    float bsdfData(int32_t pointIndex, int k) const {
         static_assert(sizeof(Bsdf) % sizeof(float) == 0 && offsetof(Bsdf, data) % sizeof(float) == 0);
         constexpr int kStride = sizeof(Bsdf) / sizeof(float), kFirst = offsetof(Bsdf, data) / sizeof(float);
-        return reinterpret_cast<const float*>(bsdf)[at * kStride + kFirst + k];
+        return reinterpret_cast<const float*>(bsdf)[pointIndex * kStride + kFirst + k];
     }
 };
 
-/// How a material wants the normal that it is shaded with.
+/// The shading normal that a material requires.
 enum class ShadingNormal {
-    AsIs,    ///< the surface's own; lobes cope with views from below its horizon
-    Visible, ///< turned, where it must be, until it is seen from the geometric side that the viewer is on
-    Mapped,  ///< the same, after the material's `tangentNormal` has been applied
+    /// The interpolated normal of the surface. wo may lie below its horizon.
+    AsIs,
+    /// The interpolated normal, bent if necessary such that wo is on the same side of the shading and the
+    /// geometric surface.
+    Visible,
+    /// The normal of Material::tangentNormal, bent as for Visible.
+    Mapped,
 };
 
-/// Traits of a material that hold wherever it is.
+/// The properties of a material that do not depend on the surface point.
 struct MaterialFlags {
-    bool smooth = true;    ///< has non-delta lobes: direct light is worth sampling
-    bool diffuse = false;  ///< most of its light arrives from all around: indirect light is smooth over it
-    bool textured = false; ///< a texture modulates reflection: see `Material::albedo`
-    bool transmissive = false; ///< light passes through
-    bool needsFootprint = false;
+    bool smooth = true;        ///< has lobes that are not delta lobes, so that lights are sampled
+    bool diffuse = false;      ///< mostly diffuse, so that its indirect light varies slowly over the surface
+    bool textured = false;     ///< a texture modulates the reflection; see Material::albedo
+    bool transmissive = false; ///< has transmissive lobes
+    bool needsFootprint = false;     ///< reads the footprint of TextureQuery
     bool usesLobeSample = true;      ///< `sample` reads uc
     bool usesDirectionSample = true; ///< `sample` reads u
     ShadingNormal shadingNormal = ShadingNormal::AsIs;
 };
 
+/// Interface of materials. Materials are immutable, and all functions are thread-safe. The default SoA
+/// functions call the scalar functions; overrides must return the same bits.
 class Material {
   public:
     virtual ~Material() = default;
     const MaterialFlags& flags() const { return m_flags; }
-    /// Looks textures up and fills `bsdf.data`. (The caller sets `bsdf.material`.)
+
+    /// Evaluates the textures at a surface point and writes bsdf.data. The caller sets bsdf.material.
     virtual void prepare(const TextureQuery& q, Bsdf& bsdf) const = 0;
-    /// The same at points `begin` to `end`, to the same bits.
+    /// Prepares points begin … end-1; same results as `prepare`, to the bit.
     virtual void prepareSoA(const TextureQuerySoA& q, int begin, int end, Bsdf* bsdf) const {
         for (int i = begin; i < end; ++i)
             prepare(q.at(i), bsdf[i]);
     }
-    /// For each i: f[i] = BSDF(wo, wi[i]) * |wi[i].z| over all smooth lobes, and pdf[i] = the density per
-    /// solid angle of `sample` for smooth lobes. A material of delta lobes only gives zeros. `pdf` may be
-    /// null: not wanted.
+
+    /// Evaluates the sum of all smooth lobes for n directions wi: f[i] = f(wo, wi[i]) |cos θi|, and pdf[i] is
+    /// the density per solid angle with which `sample` generates wi[i] from smooth lobes. `pdf` may be null.
+    /// Delta lobes contribute zero.
     virtual void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const = 0;
-    /// Draws wi. `uc` (in [0,1)) picks a lobe, `u` (in [0,1)²) a direction. False: absorbed.
+    /// Evaluates pairs of directions; same results as evalCos, to the bit. wi, f and pdf are indexed by
+    /// evaluation.
+    virtual void evalCosSoA(const BsdfQuerySoA& query, const V3SoA& wi, RgbSoA& f, float* pdf) const;
+
+    /// Samples wi: `uc` in [0,1) selects a lobe, `u` in [0,1)² a direction. Returns false if there is no
+    /// sample: the path is absorbed, and `out` is undefined.
     virtual bool sample(const Bsdf& bsdf, const V3f& wo, float uc, const V2f& u, BsdfSample& out) const = 0;
-    /// The same for many points at once: wi, f and pdf are by job.
-    virtual void evalCosSoA(const BsdfSoA& jobs, const V3SoA& wi, RgbSoA& f, float* pdf) const;
-    virtual void sampleSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const;
-    /// As sampleSoA, for who will evaluate some of the directions only: weight and pdf of smooth lobes may
-    /// be left undone, and some may be drawn whose pdf turns out to be 0.
-    virtual void drawSoA(const BsdfSoA& jobs, const float* uc, const V2SoA& u, BsdfSampleSoA& out) const {
-        sampleSoA(jobs, uc, u, out);
+    /// Samples directions; same results as `sample`, to the bit.
+    virtual void sampleSoA(const BsdfQuerySoA& query, const float* uc, const V2SoA& u,
+                           BsdfSampleSoA& out) const;
+    /// Samples the same directions as sampleSoA, for callers that then evaluate only some of them with
+    /// evalCosSoA: the weight and pdf of smooth lobes may be undefined, and `valid` may be true for samples
+    /// whose pdf is 0. The default calls sampleSoA.
+    virtual void sampleDirectionSoA(const BsdfQuerySoA& query, const float* uc, const V2SoA& u,
+                                    BsdfSampleSoA& out) const {
+        sampleSoA(query, uc, u, out);
     }
-    /// An upper bound of pdf over all wi, given wo; infinity when there is none that is easy to give.
+
+    /// Returns an upper bound of `pdf` in evalCos over all wi; infinity if no simple bound is known.
     virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
-    virtual void maxPdfSoA(const BsdfSoA& jobs, float* out) const;
-    /// Of a textured material: approximately the reflectance that its texture modulates. Indirect light
-    /// divided by it can be compared between neighboring points.
+    /// Returns the bounds for several wo; same results as maxPdf, to the bit.
+    virtual void maxPdfSoA(const BsdfQuerySoA& query, float* out) const;
+
+    /// Returns the approximate reflectance that the texture of a textured material modulates. Indirect light
+    /// divided by the albedo is shared between neighboring points. The default is white.
     virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
-    /// Of a material that wants Mapped normals: the normal in the frame of dp/du, dp/dv (both made orthogonal
-    /// to the surface's normal) and the normal; need not be of unit length.
+    /// For ShadingNormal::Mapped: returns the shading normal in the frame of dp/du, dp/dv (both orthogonal to
+    /// the interpolated normal) and the interpolated normal. It need not have unit length. The default is
+    /// (0,0,1).
     virtual V3f tangentNormal(const TextureQuery&) const { return V3f(0, 0, 1); }
 
   protected:

@@ -11,11 +11,11 @@ void Sampler::fill1D(std::span<const SampleRange> ranges, uint32_t dim, float* o
 
 void Sampler::fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2SoA& out) const {
     V2f points[kSoAWidth];
-    int lane = 0;
+    int count = 0;
     for (const SampleRange& range : ranges) {
         fill2D(range, dim, points);
         for (uint32_t i = 0; i < range.n; ++i)
-            out.set(lane++, points[i]);
+            out.set(count++, points[i]);
     }
 }
 

@@ -1,4 +1,4 @@
-// The sampler seam: random numbers as a function of (domain, index, dimension).
+// The interface of samplers: random numbers as a function of (domain, index, dimension).
 #pragma once
 
 #include "core/math/soa.h"
@@ -8,9 +8,9 @@
 
 namespace strobe {
 
-/// `n` consecutive members `first … first+n-1` of a set of `total` samples that belong together (a pixel's
-/// camera samples; all light samples of a pixel). `domain` names the set: a hash of seed and pixel, or of
-/// seed and cache block. A sampler spreads the `total` samples of one (domain, dimension) evenly.
+/// Samples first … first+n-1 of a sample set of `total` samples, such as the camera samples of a pixel, or
+/// all light samples of a pixel. `domain` identifies the set: a hash of the seed and the pixel, or of the
+/// seed and a key.
 struct SampleRange {
     uint64_t domain;
     uint32_t first;
@@ -18,29 +18,35 @@ struct SampleRange {
     uint32_t total;
 };
 
-/// A source of well-spread random numbers in [0, 1). Stateless: the same arguments give the same numbers on
-/// any thread. Different dimensions (and domains) are independent. Members beyond `total` are legal and
-/// merely less well spread.
+/// Interface of samplers, which generate well-distributed random numbers in [0,1). Samplers have no state:
+/// the same arguments give the same numbers, on any thread. The numbers of one (domain, dimension) are
+/// stratified over the `total` samples of the set; samples beyond `total` are valid, but less well
+/// distributed. Different dimensions and different domains are independent.
 class Sampler {
   public:
     virtual ~Sampler() = default;
-    /// The number of samples per pixel to use when `spp` are asked for (e.g. the next power of two).
+    /// Returns the number of samples per pixel to use if `spp` are requested, e.g. the next power of two. The
+    /// default returns `spp`.
     virtual int roundCount(int spp) const { return spp; }
-    /// out[i] = number of member first+i in dimension `dim`, each in [0, 1).
+    /// Writes the numbers of samples first … first+n-1 in dimension `dim` to out[0 … n-1], each in [0,1).
     virtual void fill1D(const SampleRange& range, uint32_t dim, float* out) const = 0;
-    /// out[i] = point of member first+i in the two-dimensional dimension `dim`, in [0, 1)².
+    /// Writes the points of samples first … first+n-1 in the two-dimensional dimension `dim` to out[0 … n-1],
+    /// each in [0,1)². Two-dimensional dimensions are independent of one-dimensional ones with the same
+    /// number.
     virtual void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const = 0;
 
-    /// The numbers of several ranges, one after the other: kSoAWidth in all at most. The same numbers as
-    /// above.
+    /// Write the numbers of several ranges, one range after the other, kSoAWidth numbers at most; same
+    /// results as the functions for one range, to the bit.
     virtual void fill1D(std::span<const SampleRange> ranges, uint32_t dim, float* out) const;
     virtual void fill2D(std::span<const SampleRange> ranges, uint32_t dim, V2SoA& out) const;
 
+    /// Returns the number of a single sample, in [0,1).
     float get1D(uint64_t domain, uint32_t index, uint32_t total, uint32_t dim) const {
         float u;
         fill1D({domain, index, 1, total}, dim, &u);
         return u;
     }
+    /// Returns the point of a single sample, in [0,1)².
     V2f get2D(uint64_t domain, uint32_t index, uint32_t total, uint32_t dim) const {
         V2f u;
         fill2D({domain, index, 1, total}, dim, &u);
@@ -48,8 +54,8 @@ class Sampler {
     }
 };
 
-/// What a sampler plugin makes. Its `create` takes the number of samples that the command line asks for (0:
-/// as the scene says) as its argument.
+/// The result of a sampler plugin's `create`. The argument of `create` is the number of samples per pixel
+/// given on the command line; 0 if there is none.
 struct SamplerSetup {
     std::shared_ptr<const Sampler> sampler;
     int samplesPerPixel = 1;

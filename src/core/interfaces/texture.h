@@ -1,4 +1,4 @@
-// The texture seam, and material inputs that are either a constant or a texture.
+// The interface of textures, and material parameters that are either constants or textures.
 #pragma once
 
 #include "core/math/soa.h"
@@ -7,16 +7,17 @@
 
 namespace strobe {
 
-/// Where a texture is looked up. Footprint members are zero unless the scene's textures ask for them.
+/// The point of a texture evaluation. The footprint is zero unless needsFootprint() of the material's
+/// textures is true.
 struct TextureQuery {
     V2f uv;
     V3f p;                  ///< world space
-    V2f duvdx{0}, duvdy{0}; ///< the two axes of the (one pixel wide) ray footprint, in uv
+    V2f duvdx{0}, duvdy{0}; ///< axes of the ray's footprint in uv, one pixel wide
     uint32_t prim = 0;      ///< triangle of a mesh
-    V2f barycentrics{0};    ///< of its second and third vertex
+    V2f barycentrics{0};    ///< of the second and third vertex of the triangle
 };
 
-/// TextureQueries side by side.
+/// Texture queries as a structure of arrays, of kSoAWidth elements.
 struct TextureQuerySoA {
     const V2SoA& uv;
     const V3SoA& p;
@@ -28,20 +29,22 @@ struct TextureQuerySoA {
     }
 };
 
+/// Interface of textures. Textures are immutable, and all functions are thread-safe.
 class Texture {
   public:
     virtual ~Texture() = default;
+    /// Returns the linear RGB value.
     virtual Rgb rgb(const TextureQuery& q) const = 0;
-    /// The same of queries `begin` to `end`.
+    /// Evaluates queries begin … end-1; same results as `rgb`, to the bit. The default calls `rgb`.
     virtual void rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const;
-    /// The scalar reading, for float inputs: by default the mean of the channels.
+    /// Returns the scalar value, for float parameters. The default is the mean of the channels.
     virtual float value(const TextureQuery& q) const {
         const Rgb c = rgb(q);
         return (c.x + c.y + c.z) / 3;
     }
-    /// True when duvdx and duvdy are used: the renderer computes them only then.
+    /// Returns whether the texture reads duvdx and duvdy, which the renderer computes only if needed.
     virtual bool needsFootprint() const { return false; }
-    /// True when the value is the same everywhere.
+    /// Returns whether the value is the same everywhere.
     virtual bool isConstant() const { return false; }
 };
 
@@ -52,8 +55,8 @@ inline void Texture::rgbSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA
 
 /// A material parameter of type float or texture.
 struct FloatInput {
-    float constant = 0;
-    std::shared_ptr<const Texture> texture;
+    float constant = 0;                     ///< the value without a texture
+    std::shared_ptr<const Texture> texture; ///< may be null
     FloatInput(float c = 0) : constant(c) {}
     float at(const TextureQuery& q) const { return texture ? texture->value(q) : constant; }
     bool needsFootprint() const { return texture && texture->needsFootprint(); }
@@ -61,10 +64,11 @@ struct FloatInput {
 
 /// A material parameter of type rgb, spectrum or texture.
 struct RgbInput {
-    Rgb constant{0};
-    std::shared_ptr<const Texture> texture;
+    Rgb constant{0};                        ///< the value without a texture
+    std::shared_ptr<const Texture> texture; ///< may be null
     RgbInput(const Rgb& c = Rgb(0)) : constant(c) {}
     Rgb at(const TextureQuery& q) const { return texture ? texture->rgb(q) : constant; }
+    /// Evaluates queries begin … end-1; same results as `at`, to the bit.
     void atSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA& out) const;
     bool needsFootprint() const { return texture && texture->needsFootprint(); }
 };
@@ -77,10 +81,10 @@ inline void RgbInput::atSoA(const TextureQuerySoA& q, int begin, int end, RgbSoA
     std::fill(out.b + begin, out.b + end, constant.z);
 }
 
-/// What a texture plugin's `create` gets besides its parameters.
+/// The arguments of a texture plugin's `create`, in addition to its parameters.
 struct TextureArgs {
-    bool isFloat; ///< declared as a float texture: its inputs are floats
-    M44f toWorld; ///< texture to world, for mappings by position
+    bool isFloat; ///< declared as a float texture: its inputs are float parameters
+    M44f toWorld; ///< texture space to world, for 3D mappings
 };
 
 } // namespace strobe

@@ -1,11 +1,11 @@
-// Stateless random numbers: hashes of keys, never of a thread's history.
+// Hashes of integers. Random numbers are hashes of keys and do not depend on the state of a thread.
 #pragma once
 
 #include <cstdint>
 
 namespace strobe {
 
-/// A bijective 64-bit finaliser (the constants are those published as "moremur").
+/// A bijective 64-bit finalizer, with the constants published as "moremur".
 inline uint64_t mix64(uint64_t x) {
     x ^= x >> 27;
     x *= 0x3C79AC492BA7B653ull;
@@ -14,15 +14,20 @@ inline uint64_t mix64(uint64_t x) {
     x ^= x >> 27;
     return x;
 }
+/// Returns the hash of the sequence that hashes to `h`, extended by `v`.
 inline uint64_t hashCombine(uint64_t h, uint64_t v) { return mix64(h ^ (v * 0x9E3779B97F4A7C15ull + 1)); }
-/// Hash of any number of integers, order-sensitive.
+/// Returns a hash of a sequence of integers; depends on their order.
 template <class... T>
 uint64_t hashOf(T... values) {
     uint64_t h = 0x243F6A8885A308D3ull;
     ((h = hashCombine(h, static_cast<uint64_t>(values))), ...);
     return h;
 }
-/// The sum that `quickHashOf` mixes, with more integers added: of its values, those from number kFirst on.
+/// The `quickSum` of no values.
+inline constexpr uint64_t kEmptyQuickSum = 0x3F84D5B5B5470917ull;
+/// Adds `values` to `sum`, a partial sum of `quickHashOf`. kFirst is the index of the first of `values` in
+/// the argument list of `quickHashOf`. So a common prefix of arguments is summed once: quickHashOf(a, b, c) =
+/// mix64(quickSum<2>(quickSum<0>(kEmptyQuickSum, a, b), c)).
 template <int kFirst, class... T>
 uint64_t quickSum(uint64_t sum, T... values) {
     static_assert(kFirst + sizeof...(T) <= 6);
@@ -32,14 +37,13 @@ uint64_t quickSum(uint64_t sum, T... values) {
     ((sum += static_cast<uint64_t>(values) * kOdd[i++]), ...);
     return sum;
 }
-inline constexpr uint64_t kQuickSum = 0x3F84D5B5B5470917ull; ///< of no values
-/// A faster hash of a fixed number of integers, order-sensitive: they are mixed once, after a sum of products
-/// with odd numbers (digits of pi), which takes the processor's multipliers side by side.
+/// Returns a hash of at most six integers; depends on their order. It is faster than `hashOf`: the values are
+/// multiplied by odd constants (digits of pi), independently of each other, and their sum is mixed once.
 template <class... T>
 uint64_t quickHashOf(T... values) {
-    return mix64(quickSum<0>(kQuickSum, values...));
+    return mix64(quickSum<0>(kEmptyQuickSum, values...));
 }
-/// 32 random bits to a float in [0, 1).
+/// Converts 32 random bits to a float in [0, 1).
 inline float unitFloat(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
 
 } // namespace strobe

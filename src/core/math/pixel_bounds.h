@@ -3,7 +3,7 @@
 
 namespace strobe {
 
-/// Pixels x0 <= x < x1, y0 <= y < y1 of the full frame: a crop, a tile, or an image's data window.
+/// The pixels x0 <= x < x1, y0 <= y < y1 of the full frame: a crop, a tile, or the data window of an image.
 struct PixelBounds {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
     int width() const { return x1 - x0; }

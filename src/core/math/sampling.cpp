@@ -6,15 +6,17 @@ namespace strobe {
 
 namespace {
 
-/// The cell of x in [0,1) among n, and the position within it.
-uint32_t cellOf(float x, uint32_t n, float& fraction) {
+/// Returns the index of the cell of x in [0,1) among n cells of equal size; `fraction` receives the position
+/// within the cell.
+uint32_t findCell(float x, uint32_t n, float& fraction) {
     const float scaled = std::max(x, 0.f) * float(n);
     const uint32_t i = std::min(static_cast<uint32_t>(scaled), n - 1);
     fraction = scaled - float(i);
     return i;
 }
 
-/// Writes n+1 cumulated values from 0 to 1 and returns the sum of `values`; a sum of zero gives equal steps.
+/// Writes n+1 cumulated values from 0 to 1 to `cdf` and returns the sum of `values`. A sum of zero gives the
+/// cdf of the uniform density.
 double cumulate(const float* values, uint32_t n, float* cdf) {
     double sum = 0;
     for (uint32_t i = 0; i < n; ++i)
@@ -28,28 +30,29 @@ double cumulate(const float* values, uint32_t n, float* cdf) {
     return sum;
 }
 
-/// The place of u within the interval [low, high), in [0,1).
-float within(float u, float low, float high) {
+/// Returns the position of u within the interval [low, high), in [0,1); 0 if the interval is empty.
+float fractionOf(float u, float low, float high) {
     return high > low ? std::clamp((u - low) / (high - low), 0.f, kOneMinusEpsilon) : 0;
 }
 
-float unit(float x) { return std::clamp(x, 0.f, kOneMinusEpsilon); }
+float clampToUnit(float x) { return std::clamp(x, 0.f, kOneMinusEpsilon); }
 
 } // namespace
 
 V2f concentricDiskInverse(const V2f& p) {
-    const bool wide = std::abs(p.x) > std::abs(p.y);
+    const bool isWide = std::abs(p.x) > std::abs(p.y);
     const float length = std::sqrt(p.x * p.x + p.y * p.y);
-    const float major = wide ? p.x : p.y, minor = wide ? p.y : p.x;
+    const float major = isWide ? p.x : p.y;
+    const float minor = isWide ? p.y : p.x;
     const float r = std::copysign(length, major);
     const float q = major != 0 ? r * std::atan(minor / major) * (4 / kPi) : 0;
-    const V2f ab = wide ? V2f(r, q) : V2f(q, r);
-    return {unit((ab.x + 1) / 2), unit((ab.y + 1) / 2)};
+    const V2f ab = isWide ? V2f(r, q) : V2f(q, r);
+    return {clampToUnit((ab.x + 1) / 2), clampToUnit((ab.y + 1) / 2)};
 }
 
 V2f uniformConeInverse(const V3f& w, float oneMinusCosMax) {
-    // sin²θ = x(2 - x) tells x = 1 - cosθ apart near the axis, where w.z does not; near the horizon it is
-    // w.z.
+    // Computes x = 1 - cosθ from sin²θ = x(2 - x) near the axis, where w.z lacks precision, and from w.z
+    // elsewhere.
     const float sin2 = w.x * w.x + w.y * w.y;
     const float x = w.z > .7f ? oneMinusCos(std::min(sin2, 1.f)) : 1 - w.z;
     const float scale = safeSqrt(oneMinusCosMax * (2 - x));
@@ -57,14 +60,15 @@ V2f uniformConeInverse(const V3f& w, float oneMinusCosMax) {
 }
 
 V2f uniformTriangleInverse(const V2f& b) {
-    return b.x > b.y ? V2f(unit(b.x + b.y), unit(2 * b.y)) : V2f(unit(2 * b.x), unit(b.x + b.y));
+    return b.x > b.y ? V2f(clampToUnit(b.x + b.y), clampToUnit(2 * b.y))
+                     : V2f(clampToUnit(2 * b.x), clampToUnit(b.x + b.y));
 }
 
 float tent(float u) { return u < .5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 * (1 - u)); }
 
-float tentInverse(float x) { return unit(x < 0 ? sqr(1 + x) / 2 : 1 - sqr(1 - x) / 2); }
+float tentInverse(float x) { return clampToUnit(x < 0 ? sqr(1 + x) / 2 : 1 - sqr(1 - x) / 2); }
 
-float linearInverse(float x, float a, float b) { return unit(x * (a * (2 - x) + b * x) / (a + b)); }
+float linearInverse(float x, float a, float b) { return clampToUnit(x * (a * (2 - x) + b * x) / (a + b)); }
 
 V2f Bilinear::inverse(const V2f& p) const {
     return {linearInverse(p.x, lerp(f00, f01, p.y), lerp(f10, f11, p.y)),
@@ -72,7 +76,7 @@ V2f Bilinear::inverse(const V2f& p) const {
 }
 
 uint32_t findInterval(const float* cdf, uint32_t n, float u) {
-    // The number of inner boundaries that are <= u, found by halving without unpredictable branches.
+    // Counts the inner boundaries that are <= u, by bisection without unpredictable branches.
     const float* inner = cdf + 1;
     uint32_t first = 0, size = n - 1;
     while (size > 0) {
@@ -106,7 +110,7 @@ Piecewise1D::Piecewise1D(const std::vector<float>& values)
 uint32_t Piecewise1D::sampleIndex(float u, float* remapped) const {
     const uint32_t i = findGuided(m_cdf.data(), m_guide.data(), count(), u);
     if (remapped)
-        *remapped = within(u, m_cdf[i], m_cdf[i + 1]);
+        *remapped = fractionOf(u, m_cdf[i], m_cdf[i + 1]);
     return i;
 }
 
@@ -118,13 +122,13 @@ float Piecewise1D::sample(float u) const {
 
 float Piecewise1D::pdf(float x) const {
     float fraction;
-    return m_values[cellOf(x, count(), fraction)];
+    return m_values[findCell(x, count(), fraction)];
 }
 
 float Piecewise1D::inverse(float x) const {
     float fraction;
-    const uint32_t i = cellOf(x, count(), fraction);
-    return unit(lerp(m_cdf[i], m_cdf[i + 1], fraction));
+    const uint32_t i = findCell(x, count(), fraction);
+    return clampToUnit(lerp(m_cdf[i], m_cdf[i + 1], fraction));
 }
 
 Piecewise2D::Piecewise2D(const std::vector<float>& values, uint32_t nx, uint32_t ny)
@@ -142,47 +146,47 @@ Piecewise2D::Piecewise2D(const std::vector<float>& values, uint32_t nx, uint32_t
         v = mean > 0 ? v / mean : 1;
 }
 
-Piecewise2D::Place Piecewise2D::placeIn(uint32_t y, float fy, float u) const {
+Piecewise2D::CellSample Piecewise2D::sampleRow(uint32_t y, float fy, float u) const {
     const float* cdf = cdfRow(y);
     const uint32_t x = findGuided(cdf, &m_guide[size_t(y) * m_nx], m_nx, u);
-    return {x, y, {within(u, cdf[x], cdf[x + 1]), fy}};
+    return {x, y, {fractionOf(u, cdf[x], cdf[x + 1]), fy}};
 }
 
-Piecewise2D::Place Piecewise2D::samplePlace(const V2f& u) const {
+Piecewise2D::CellSample Piecewise2D::sampleCell(const V2f& u) const {
     float fy;
     const uint32_t y = m_rows.sampleIndex(u.y, &fy);
-    return placeIn(y, fy, u.x);
+    return sampleRow(y, fy, u.x);
 }
 
-void Piecewise2D::samplePlaces(const V2SoA& u, int n, Place* out) const {
+void Piecewise2D::sampleCellSoA(const V2SoA& u, int n, CellSample* out) const {
     for (int i = 0; i < n; ++i) {
-        Place& place = out[i];
-        place.y = m_rows.sampleIndex(u.y[i], &place.at.y);
-        place.x = std::min(uint32_t(u.x[i] * float(m_nx)), m_nx - 1);
-        __builtin_prefetch(&m_guide[size_t(place.y) * m_nx + place.x]);
+        CellSample& cell = out[i];
+        cell.y = m_rows.sampleIndex(u.y[i], &cell.offset.y);
+        cell.x = std::min(uint32_t(u.x[i] * float(m_nx)), m_nx - 1);
+        __builtin_prefetch(&m_guide[size_t(cell.y) * m_nx + cell.x]);
     }
     for (int i = 0; i < n; ++i)
         __builtin_prefetch(cdfRow(out[i].y) + m_guide[size_t(out[i].y) * m_nx + out[i].x]);
     for (int i = 0; i < n; ++i)
-        out[i] = placeIn(out[i].y, out[i].at.y, u.x[i]);
+        out[i] = sampleRow(out[i].y, out[i].offset.y, u.x[i]);
 }
 
 V2f Piecewise2D::sample(const V2f& u) const {
-    const Place place = samplePlace(u);
-    return {std::min((float(place.x) + place.at.x) / float(m_nx), kOneMinusEpsilon),
-            std::min((float(place.y) + place.at.y) / float(ny()), kOneMinusEpsilon)};
+    const CellSample cell = sampleCell(u);
+    return {std::min((float(cell.x) + cell.offset.x) / float(m_nx), kOneMinusEpsilon),
+            std::min((float(cell.y) + cell.offset.y) / float(ny()), kOneMinusEpsilon)};
 }
 
 float Piecewise2D::pdf(const V2f& p) const {
     float fraction;
-    const uint32_t x = cellOf(p.x, m_nx, fraction), y = cellOf(p.y, ny(), fraction);
+    const uint32_t x = findCell(p.x, m_nx, fraction), y = findCell(p.y, ny(), fraction);
     return m_values[size_t(y) * m_nx + x];
 }
 
 V2f Piecewise2D::inverse(const V2f& p) const {
     float fx, fy;
-    const uint32_t x = cellOf(p.x, m_nx, fx), y = cellOf(p.y, ny(), fy);
-    return {unit(lerp(cdfRow(y)[x], cdfRow(y)[x + 1], fx)), m_rows.inverse(p.y)};
+    const uint32_t x = findCell(p.x, m_nx, fx), y = findCell(p.y, ny(), fy);
+    return {clampToUnit(lerp(cdfRow(y)[x], cdfRow(y)[x + 1], fx)), m_rows.inverse(p.y)};
 }
 
 PiecewiseLinear1D::PiecewiseLinear1D(const std::vector<float>& nodes) : m_nodes(nodes), m_cdf(nodes.size()) {
@@ -211,22 +215,22 @@ float PiecewiseLinear1D::sample(float u) const {
     uint32_t i = m_guide[g];
     while (i < m_guide[g + 1] && m_cdf[i + 1] <= u)
         ++i;
-    const float fraction = sampleLinear(within(u, m_cdf[i], m_cdf[i + 1]), m_nodes[i], m_nodes[i + 1]);
+    const float fraction = sampleLinear(fractionOf(u, m_cdf[i], m_cdf[i + 1]), m_nodes[i], m_nodes[i + 1]);
     return std::min((float(i) + fraction) / float(n), kOneMinusEpsilon);
 }
 
 float PiecewiseLinear1D::pdf(float x) const {
     float fraction;
-    const uint32_t i = cellOf(x, static_cast<uint32_t>(m_nodes.size() - 1), fraction);
+    const uint32_t i = findCell(x, static_cast<uint32_t>(m_nodes.size() - 1), fraction);
     return lerp(m_nodes[i], m_nodes[i + 1], fraction);
 }
 
 float PiecewiseLinear1D::inverse(float x) const {
     float fraction;
-    const uint32_t i = cellOf(x, static_cast<uint32_t>(m_nodes.size() - 1), fraction);
+    const uint32_t i = findCell(x, static_cast<uint32_t>(m_nodes.size() - 1), fraction);
     if (m_nodes[i] + m_nodes[i + 1] <= 0)
-        return unit(m_cdf[i]);
-    return unit(lerp(m_cdf[i], m_cdf[i + 1], linearInverse(fraction, m_nodes[i], m_nodes[i + 1])));
+        return clampToUnit(m_cdf[i]);
+    return clampToUnit(lerp(m_cdf[i], m_cdf[i + 1], linearInverse(fraction, m_nodes[i], m_nodes[i + 1])));
 }
 
 } // namespace strobe

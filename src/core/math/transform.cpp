@@ -16,7 +16,8 @@ M44f linearPart(const M44f& m) {
             m[2][0], m[2][1], m[2][2], 0, 0,       0,       0,       1};
 }
 
-/// Of rows `begin` to `end`: 0 to 2 are the linear part, 3 is the translation.
+/// Returns the largest absolute value in rows begin … end-1. Rows 0 to 2 are the linear part, row 3 is the
+/// translation.
 float largestElement(const M44f& m, int begin, int end) {
     float largest = 0;
     for (int i = begin; i < end; ++i)
@@ -25,20 +26,21 @@ float largestElement(const M44f& m, int begin, int end) {
     return largest;
 }
 
-constexpr float kRounding = 1e-6f;
+constexpr float kRounding = 1e-6f; ///< relative difference of matrices that count as equal
 
-bool turnAlike(const M44f& a, const M44f& b) {
+bool haveSameLinearPart(const M44f& a, const M44f& b) {
     return largestElement(a - b, 0, 3) <= kRounding * largestElement(a, 0, 3);
 }
 
-/// Far from the origin, a turn is small beside the translation, but no smaller in the picture.
+/// Compares the linear part separately: far from the origin, a rotation is small relative to the translation,
+/// but as visible as near the origin.
 bool nearlyEqual(const M44f& a, const M44f& b) {
-    return turnAlike(a, b) && largestElement(a - b, 3, 4) <= kRounding * largestElement(a, 0, 4);
+    return haveSameLinearPart(a, b) && largestElement(a - b, 3, 4) <= kRounding * largestElement(a, 0, 4);
 }
 
 M44f lerp(const M44f& a, const M44f& b, float t) { return a * (1 - t) + b * t; }
 
-/// The rotation of the polar decomposition of a matrix with positive determinant.
+/// Returns the rotation of the polar decomposition of a matrix with positive determinant.
 M44f nearestRotation(const M44f& linear) {
     Imath::M44d r(linear);
     for (int i = 0; i < 100; ++i) {
@@ -54,8 +56,8 @@ M44f nearestRotation(const M44f& linear) {
     return M44f(r);
 }
 
-/// Embree's decomposition: rotation by Gram-Schmidt on the images of the axes, so that the stretch is
-/// triangular.
+/// Returns Embree's decomposition: the rotation orthonormalizes the images of the axes (Gram-Schmidt), so
+/// that the stretch is triangular.
 Decomposed decomposeTriangular(const M44f& m) {
     const V3f x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]), z(m[2][0], m[2][1], m[2][2]);
     const V3f e0 = normalize(x);
@@ -72,13 +74,15 @@ Decomposed decomposeTriangular(const M44f& m) {
     return d;
 }
 
-void alignRotations(std::vector<Decomposed>& parts) {
-    for (size_t i = 1; i < parts.size(); ++i)
-        if ((parts[i].rotation ^ parts[i - 1].rotation) < 0)
-            parts[i].rotation = -parts[i].rotation;
+/// Negates quaternions such that neighboring rotations lie in one hemisphere.
+void alignRotations(std::vector<Decomposed>& keys) {
+    for (size_t i = 1; i < keys.size(); ++i)
+        if ((keys[i].rotation ^ keys[i - 1].rotation) < 0)
+            keys[i].rotation = -keys[i].rotation;
 }
 
-/// Segment and fraction of `time` among ascending `times`, clamped to the ends.
+/// Returns the segment between ascending `times` that contains `time`, and the fraction within it. Times
+/// beyond the ends are clamped.
 std::pair<size_t, float> locate(const std::vector<float>& times, float time) {
     const size_t last = times.size() - 1;
     if (time <= times.front())
@@ -118,22 +122,23 @@ Decomposed interpolate(const Decomposed& a, const Decomposed& b, float t) {
     return d;
 }
 
-KeyedTransform::KeyedTransform(const M44f& still) : m_times{0}, m_keys{still} {}
+KeyedTransform::KeyedTransform(const M44f& matrix) : m_times{0}, m_keys{matrix} {}
 
 KeyedTransform::KeyedTransform(std::vector<float> times, std::vector<M44f> keys, MotionConvention convention)
     : m_times(std::move(times)), m_keys(std::move(keys)), m_convention(convention) {
     if (m_times.size() != m_keys.size() || m_keys.empty())
-        throw std::logic_error("KeyedTransform: as many times as keys are needed");
-    const bool still =
+        throw std::logic_error("KeyedTransform needs as many times as keys, and at least one");
+    const bool isConstant =
         std::all_of(m_keys.begin(), m_keys.end(), [&](const M44f& k) { return nearlyEqual(k, m_keys[0]); });
-    if (still) {
+    if (isConstant) {
         m_times.resize(1);
         m_keys.resize(1);
         return;
     }
     for (const M44f& key : m_keys)
-        m_parts.push_back(decompose(convention == MotionConvention::WorldToObject ? key.inverse() : key));
-    alignRotations(m_parts);
+        m_decomposed.push_back(
+            decompose(convention == MotionConvention::WorldToObject ? key.inverse() : key));
+    alignRotations(m_decomposed);
 }
 
 M44f KeyedTransform::at(float time) const {
@@ -144,7 +149,7 @@ M44f KeyedTransform::at(float time) const {
         return m_keys[i];
     if (t == 1)
         return m_keys[i + 1];
-    const M44f m = compose(interpolate(m_parts[i], m_parts[i + 1], t));
+    const M44f m = compose(interpolate(m_decomposed[i], m_decomposed[i + 1], t));
     return m_convention == MotionConvention::WorldToObject ? m.inverse() : m;
 }
 
@@ -172,8 +177,9 @@ std::array<V3f, 8> corners(const Box3f& box) {
     return out;
 }
 
-/// Where a fit with `segments` segments is held against the path: at the path's own keys, where it may have
-/// corners (first, since they reject a fit soonest), and inside each segment.
+/// Returns the shutter fractions where a fit with `segments` segments is compared with the path: at the keys
+/// of the path, where its derivative may be discontinuous, and inside each segment. The keys come first,
+/// since most fits fail there.
 std::vector<float> testFractions(const TransformChain& path, const Shutter& shutter, int segments) {
     std::vector<float> fractions;
     const float length = shutter.close - shutter.open;
@@ -199,12 +205,12 @@ bool isStaticDuring(const TransformChain& path, const Shutter& shutter) {
     return nearlyEqual(start, path.at(shutter.close));
 }
 
-Motion::Motion(const M44f& still) : m_matrices{still} {}
+Motion::Motion(const M44f& matrix) : m_matrices{matrix} {}
 
 Motion::Motion(const TransformChain& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
                int maxKeys) {
     fit(path, shutter, bounds, tolerance, maxKeys);
-    m_onlyTranslates = keepsDirections();
+    m_onlyTranslates = hasConstantLinearPart();
 }
 
 void Motion::fit(const TransformChain& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
@@ -216,9 +222,10 @@ void Motion::fit(const TransformChain& path, const Shutter& shutter, const Box3f
     const std::array<V3f, 8> points = corners(bounds);
     const auto fits = [&](int segments) {
         for (float f : testFractions(path, shutter, segments)) {
-            const M44f truth = path.at(shutter.sceneTime(f)), fitted = at(f);
+            const M44f expected = path.at(shutter.sceneTime(f));
+            const M44f fitted = at(f);
             for (const V3f& p : points)
-                if (length(transformPoint(truth, p) - transformPoint(fitted, p)) > tolerance)
+                if (length(transformPoint(expected, p) - transformPoint(fitted, p)) > tolerance)
                     return false;
         }
         return true;
@@ -226,42 +233,44 @@ void Motion::fit(const TransformChain& path, const Shutter& shutter, const Box3f
     for (int segments = 1; segments < maxKeys; ++segments) {
         m_count = segments + 1;
         m_matrices.clear();
-        m_rotating.clear();
+        m_decomposed.clear();
         m_slerps.clear();
         for (int i = 0; i <= segments; ++i)
             m_matrices.push_back(path.at(shutter.sceneTime(float(i) / segments)));
         if (fits(segments))
             return;
-        findRotations();
+        decomposeKeys();
         if (fits(segments))
             return;
     }
     m_converged = false;
 }
 
-bool Motion::keepsDirections() const {
-    return !usesRotation() && std::all_of(m_matrices.begin(), m_matrices.end(),
-                                          [&](const M44f& key) { return turnAlike(m_matrices[0], key); });
+bool Motion::hasConstantLinearPart() const {
+    return !usesRotation() && std::all_of(m_matrices.begin(), m_matrices.end(), [&](const M44f& key) {
+        return haveSameLinearPart(m_matrices[0], key);
+    });
 }
 
-void Motion::findRotations() {
+void Motion::decomposeKeys() {
     for (const M44f& key : m_matrices)
-        m_rotating.push_back(decomposeTriangular(key));
-    alignRotations(m_rotating);
-    for (size_t i = 1; i < m_rotating.size(); ++i)
-        m_slerps.emplace_back(m_rotating[i - 1].rotation, m_rotating[i].rotation);
+        m_decomposed.push_back(decomposeTriangular(key));
+    alignRotations(m_decomposed);
+    for (size_t i = 1; i < m_decomposed.size(); ++i)
+        m_slerps.emplace_back(m_decomposed[i - 1].rotation, m_decomposed[i].rotation);
 }
 
-Motion::Slerp::Slerp(const Quatf& a, const Quatf& b) : from(a), across(0, 0, 0, 0), turns(0) {
-    const Imath::Quatd start(a.r, a.v.x, a.v.y, a.v.z), end(b.r, b.v.x, b.v.y, b.v.z);
-    const double cosine = start ^ end;
-    const Imath::Quatd rest = end - start * cosine;
-    const double sine = std::sqrt(rest ^ rest);
+Motion::Slerp::Slerp(const Quatf& a, const Quatf& b) : start(a), normal(0, 0, 0, 0), angle(0) {
+    const Imath::Quatd from(a.r, a.v.x, a.v.y, a.v.z);
+    const Imath::Quatd to(b.r, b.v.x, b.v.y, b.v.z);
+    const double cosine = from ^ to;
+    const Imath::Quatd orthogonal = to - from * cosine;
+    const double sine = std::sqrt(orthogonal ^ orthogonal);
     if (!(sine > 0))
         return;
-    const Imath::Quatd unit = rest * (1 / sine);
-    across = Quatf(float(unit.r), float(unit.v.x), float(unit.v.y), float(unit.v.z));
-    turns = float(std::atan2(sine, cosine) / (2 * M_PI));
+    const Imath::Quatd unit = orthogonal * (1 / sine);
+    normal = Quatf(float(unit.r), float(unit.v.x), float(unit.v.y), float(unit.v.z));
+    angle = float(std::atan2(sine, cosine) / (2 * M_PI));
 }
 
 M44f Motion::at(float time) const {
@@ -273,40 +282,45 @@ M44f Motion::at(float time) const {
     if (!usesRotation())
         return lerp(m_matrices[i], m_matrices[i + 1], t);
     const Slerp& slerp = m_slerps[size_t(i)];
-    const SinCos angle = sinCosOfTurns(slerp.turns * t);
-    const Decomposed &a = m_rotating[size_t(i)], &b = m_rotating[size_t(i) + 1];
-    const M44f rotation = (slerp.from * angle.cos + slerp.across * angle.sin).toMatrix44();
-    M44f m; // the stretch is triangular
+    const SinCos angle = sinCosOfTurns(slerp.angle * t);
+    const Decomposed& a = m_decomposed[size_t(i)];
+    const Decomposed& b = m_decomposed[size_t(i) + 1];
+    const M44f rotation = (slerp.start * angle.cos + slerp.normal * angle.sin).toMatrix44();
+    M44f m;
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column) {
             float sum = 0;
-            for (int k = 0; k <= row; ++k)
+            for (int k = 0; k <= row; ++k) // the stretch is triangular
                 sum += strobe::lerp(a.stretch[row][k], b.stretch[row][k], t) * rotation[k][column];
             m[row][column] = sum;
         }
     const V3f translation = strobe::lerp(a.translation, b.translation, t);
-    m[3][0] = translation.x, m[3][1] = translation.y, m[3][2] = translation.z;
+    m[3][0] = translation.x;
+    m[3][1] = translation.y;
+    m[3][2] = translation.z;
     return m;
 }
 
 namespace {
 
-/// `keys`: `count` matrices, at least two. For four lanes from `i` on.
+/// Interpolates the `count` >= 2 matrices at `keys` linearly, at times i … i+3.
 void interpolateFour(const float* keys, int count, const float* time, int i, AffineSoA& out) {
     const float* key[4];
     float t[4];
     for (int k = 0; k < 4; ++k) {
         const float x = std::clamp(time[i + k], 0.f, 1.f) * float(count - 1);
         const int before = std::min(int(x), count - 2);
-        key[k] = keys + 16 * before, t[k] = x - float(before);
+        key[k] = keys + 16 * before;
+        t[k] = x - float(before);
     }
     V3SoA* const rows[] = {&out.x, &out.y, &out.z, &out.o};
     for (int row = 0; row < 4; ++row) {
-        const auto at = [&](int k) {
-            const float* from = key[k] + 4 * row;
-            return loadFloat4(from) * (1 - t[k]) + loadFloat4(from + 16) * t[k];
+        const auto interpolated = [&](int k) {
+            const float* source = key[k] + 4 * row;
+            return loadFloat4(source) * (1 - t[k]) + loadFloat4(source + 16) * t[k];
         };
-        storeTransposed(at(0), at(1), at(2), at(3), rows[row]->x + i, rows[row]->y + i, rows[row]->z + i);
+        storeTransposed(interpolated(0), interpolated(1), interpolated(2), interpolated(3), rows[row]->x + i,
+                        rows[row]->y + i, rows[row]->z + i);
     }
 }
 

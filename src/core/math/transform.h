@@ -1,4 +1,4 @@
-// Transforms that move: any number of keys, decomposed into translation, rotation and stretch.
+// Animated transforms with any number of keys, interpolated as translation, rotation and stretch.
 #pragma once
 
 #include "core/math/soa.h"
@@ -8,35 +8,43 @@
 
 namespace strobe {
 
-/// What is interpolated between keys: pbrt-v3 and v4 interpolate object-to-world, pbrt-v2 world-to-object.
+/// The transform that is interpolated between keys: object-to-world as in pbrt-v3 and v4, or world-to-object
+/// as in pbrt-v2.
 enum class MotionConvention { ObjectToWorld, WorldToObject };
 
-/// M = S · R · T in row-vector order (p S R T): stretch first, then rotation, then translation.
+/// A transform M = S R T. Vectors are rows, so p M = p S R T: the stretch applies first, then the rotation,
+/// then the translation.
 struct Decomposed {
     V3f translation{0};
     Quatf rotation;
-    M44f stretch; ///< symmetric, upper-left 3x3
+    M44f stretch; ///< in the upper left 3x3 matrix; symmetric after `decompose`
 };
-/// Polar decomposition (Shoemake & Duff 1992), as pbrt does it. A reflection ends up in `stretch`.
+/// Returns the polar decomposition of `m` (Shoemake and Duff, "Matrix Animation and Polar Decomposition",
+/// 1992), as in pbrt. A reflection becomes part of `stretch`.
 Decomposed decompose(const M44f& m);
+/// Returns the matrix S R T.
 M44f compose(const Decomposed& d);
-/// Linear in translation and stretch, shortest-path slerp in rotation.
+/// Interpolates from a (t = 0) to b (t = 1): linearly in translation and stretch, by slerp along the shortest
+/// arc in rotation.
 Decomposed interpolate(const Decomposed& a, const Decomposed& b, float t);
 
-/// An object-to-world transform given at keys in scene time. Before the first key and after the last it
-/// rests.
+/// An object-to-world transform given by keys in scene time. It is constant before the first key and after
+/// the last key.
 class KeyedTransform {
   public:
     KeyedTransform() : KeyedTransform(M44f()) {}
-    explicit KeyedTransform(const M44f& still);
-    /// `times` ascending, as many as `keys`. Keys that agree to 1e-6 of their size make a still transform.
+    /// Makes a static transform.
+    explicit KeyedTransform(const M44f& matrix);
+    /// Makes a transform with object-to-world matrices `keys` at `times`. Precondition: `times` ascend, and
+    /// there are as many times as keys (else throws std::logic_error). If all keys agree with the first to a
+    /// relative error of 1e-6, the transform is static.
     KeyedTransform(std::vector<float> times, std::vector<M44f> keys, MotionConvention convention);
 
     bool isStatic() const { return m_keys.size() == 1; }
-    /// Object-to-world at scene time `time`.
+    /// Returns the object-to-world matrix at scene time `time`.
     M44f at(float time) const;
     const std::vector<float>& times() const { return m_times; }
-    /// The object-to-world keys as given (one when still).
+    /// Returns the object-to-world matrices of the keys; a single one if the transform is static.
     const std::vector<M44f>& keys() const { return m_keys; }
     bool operator==(const KeyedTransform& other) const {
         return m_times == other.m_times && m_keys == other.m_keys && m_convention == other.m_convention;
@@ -45,18 +53,21 @@ class KeyedTransform {
   private:
     std::vector<float> m_times;
     std::vector<M44f> m_keys;
-    std::vector<Decomposed> m_parts; ///< of the keys, or of their inverses; rotations in one hemisphere
+    /// The keys, or their inverses for WorldToObject; empty if static. Rotations of neighboring keys lie in
+    /// one hemisphere of the unit quaternions.
+    std::vector<Decomposed> m_decomposed;
     MotionConvention m_convention = MotionConvention::ObjectToWorld;
 };
 
-/// Nested transforms: the first is the innermost (applied first).
+/// A product of nested transforms. The first one is the innermost and applies first.
 class TransformChain {
   public:
     TransformChain() = default;
     TransformChain(KeyedTransform t) { append(std::move(t)); } // NOLINT: implicit
-    /// Applies `t` after what is there. Still neighbors are merged.
+    /// Appends `t`, which applies after the present transforms. Adjacent static transforms are merged.
     void append(KeyedTransform t);
     bool isStatic() const { return m_chain.size() <= 1 && (m_chain.empty() || m_chain.front().isStatic()); }
+    /// Returns the product at scene time `time`.
     M44f at(float time) const;
     const std::vector<KeyedTransform>& chain() const { return m_chain; }
     bool operator==(const TransformChain& other) const { return m_chain == other.m_chain; }
@@ -68,66 +79,78 @@ class TransformChain {
 /// The interval during which the shutter is open, in scene time.
 struct Shutter {
     float open = 0, close = 1;
+    /// Converts a shutter fraction in [0,1] to scene time.
     float sceneTime(float fraction) const { return open + fraction * (close - open); }
 };
 
-/// True when the path stays where it is (to 1e-6 of its size) while the shutter is open.
+/// Returns whether `path` is constant, to a relative error of 1e-6, while the shutter is open.
 bool isStaticDuring(const TransformChain& path, const Shutter& shutter);
 
-/// Transforms side by side: their rows, without the column that all transforms share.
+/// Affine transforms as a structure of arrays.
 struct AffineSoA {
-    V3SoA x, y, z, o;
+    V3SoA x, y, z; ///< the rows of the linear part: images of the axes
+    V3SoA o;       ///< the translation
     void set(int i, const M44f& m) {
-        x.set(i, {m[0][0], m[0][1], m[0][2]}), y.set(i, {m[1][0], m[1][1], m[1][2]});
-        z.set(i, {m[2][0], m[2][1], m[2][2]}), o.set(i, {m[3][0], m[3][1], m[3][2]});
+        x.set(i, {m[0][0], m[0][1], m[0][2]});
+        y.set(i, {m[1][0], m[1][1], m[1][2]});
+        z.set(i, {m[2][0], m[2][1], m[2][2]});
+        o.set(i, {m[3][0], m[3][1], m[3][2]});
     }
 };
 
-/// A path over the shutter in the form in which Embree follows it: uniform keys, either matrices interpolated
-/// linearly or translation-rotation-stretch with slerp. What the tracer intersects and what shading
-/// transforms by are this one thing.
+/// An object-to-world transform over the shutter interval in Embree's form: equidistant keys that are either
+/// matrices, interpolated linearly, or decomposed into translation, rotation and stretch, with slerp of the
+/// rotation. The tracer and the shader both use it, so that intersections and surface points agree.
 class Motion {
   public:
     Motion() : Motion(M44f()) {}
-    explicit Motion(const M44f& still);
-    /// Fits `path` over the shutter: as few keys as keep every corner of `bounds` (object space) within
-    /// `tolerance` (world units) of the path at all times, tested between the keys; at most `maxKeys` (129 is
-    /// Embree's limit).
+    /// Makes a static transform.
+    explicit Motion(const M44f& matrix);
+    /// Fits `path` over the shutter interval with the smallest number of keys, at most `maxKeys` (Embree's
+    /// limit is 129), for which every corner of `bounds` (object space) deviates from the path by at most
+    /// `tolerance` (world units). The deviation is tested at the keys of the path and at three times between
+    /// neighboring keys of the fit.
     Motion(const TransformChain& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
            int maxKeys = 129);
 
     bool isStatic() const { return m_count == 1; }
     int keyCount() const { return m_count; }
-    /// False when even `maxKeys` keys do not keep to the tolerance.
+    /// Returns false if `maxKeys` keys do not reach the tolerance.
     bool converged() const { return m_converged; }
-    bool usesRotation() const { return !m_rotating.empty(); }
-    /// Directions and lengths stay as they are (to 1e-6): all that moves is the place.
+    /// Returns whether the keys are decomposed, with slerp of the rotation.
+    bool usesRotation() const { return !m_decomposed.empty(); }
+    /// Returns whether the linear part is constant, to a relative error of 1e-6: directions and lengths do
+    /// not change.
     bool onlyTranslates() const { return m_onlyTranslates; }
-    /// Object-to-world at shutter fraction `time`.
+    /// Returns the object-to-world matrix at shutter fraction `time`, clamped to [0,1].
     M44f at(float time) const;
-    /// Those of times `begin` to `end`.
+    /// Evaluates times begin … end-1; same results as `at`, to the bit.
     void atSoA(const float* time, int begin, int end, AffineSoA& out) const;
-    /// Key i as a matrix / as parts whose `stretch` is upper triangular (Embree's decomposition, QR).
+    /// Returns key i as a matrix.
     const M44f& matrixKey(int i) const { return m_matrices[i]; }
-    const Decomposed& rotationKey(int i) const { return m_rotating[i]; }
+    /// Returns key i decomposed as in Embree (QR decomposition): `stretch` is triangular. Precondition:
+    /// usesRotation().
+    const Decomposed& rotationKey(int i) const { return m_decomposed[i]; }
 
   private:
-    /// The rotation of a segment: from · cos(t · turns) + across · sin(t · turns).
+    /// The rotation between two keys at fraction t: start cos(t angle) + normal sin(t angle).
     struct Slerp {
-        Quatf from, across; ///< of unit length, at right angles
-        float turns;        ///< of the quaternion, which is half the rotation's angle; in full turns
+        Quatf start, normal; ///< orthogonal unit quaternions
+        float angle;         ///< between the quaternions, half the angle of the rotation; in full turns
         Slerp(const Quatf& a, const Quatf& b);
     };
     void fit(const TransformChain& path, const Shutter& shutter, const Box3f& bounds, float tolerance,
              int maxKeys);
-    void findRotations();
-    bool keepsDirections() const;
+    /// Decomposes the matrices of the keys.
+    void decomposeKeys();
+    bool hasConstantLinearPart() const;
 
     int m_count = 1;
-    bool m_converged = true, m_onlyTranslates = true;
+    bool m_converged = true;
+    bool m_onlyTranslates = true;
     std::vector<M44f> m_matrices;
-    std::vector<Decomposed> m_rotating;
-    std::vector<Slerp> m_slerps; ///< by segment
+    std::vector<Decomposed> m_decomposed; ///< by key; empty unless usesRotation()
+    std::vector<Slerp> m_slerps;          ///< by pair of neighboring keys
 };
 
 } // namespace strobe

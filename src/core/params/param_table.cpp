@@ -1,5 +1,7 @@
-// Parameters as text: the rows behind `strobe --list`, and the command line's `-D name=value`.
+// Parameters as text: the rows of `strobe --list`, and the option `-D name=value`.
 #include "core/params/params.h"
+
+#include "core/util/nearest_name.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +11,7 @@
 namespace strobe {
 namespace {
 
-// How each type is called in the table. parseOverride reads these words back.
+// The names of types in `strobe --list`. parseOverride interprets them.
 const char* typeName(const int&) { return "integer"; }
 const char* typeName(const float&) { return "float"; }
 const char* typeName(const bool&) { return "bool"; }
@@ -25,26 +27,26 @@ std::string typeName(const std::vector<T>&) {
     return std::string(typeName(T{})) + "[]";
 }
 
-std::string show(int v) { return fmt::format("{}", v); }
-std::string show(float v) { return fmt::format("{}", v); }
-std::string show(bool v) { return v ? "true" : "false"; }
-std::string show(const std::string& v) { return '"' + v + '"'; }
-std::string show(const V2f& v) { return fmt::format("{} {}", v.x, v.y); }
-std::string show(const V3f& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
-std::string show(const Rgb& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
-std::string show(const FilePath& v) { return v.path.string(); }
-std::string show(const FloatInput& v) { return show(v.constant); }
-std::string show(const RgbInput& v) { return show(v.constant); }
+std::string toText(int v) { return fmt::format("{}", v); }
+std::string toText(float v) { return fmt::format("{}", v); }
+std::string toText(bool v) { return v ? "true" : "false"; }
+std::string toText(const std::string& v) { return '"' + v + '"'; }
+std::string toText(const V2f& v) { return fmt::format("{} {}", v.x, v.y); }
+std::string toText(const V3f& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
+std::string toText(const Rgb& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
+std::string toText(const FilePath& v) { return v.path.string(); }
+std::string toText(const FloatInput& v) { return toText(v.constant); }
+std::string toText(const RgbInput& v) { return toText(v.constant); }
 template <class T>
-std::string show(const std::vector<T>& values) {
+std::string toText(const std::vector<T>& values) {
     std::string text;
     for (const T& v : values)
-        text += (text.empty() ? "" : " ") + show(v);
+        text += (text.empty() ? "" : " ") + toText(v);
     return text;
 }
 
-[[noreturn]] void failOverride(const std::string& word, const std::string& why) {
-    throw Error(fmt::format("-D {}: {}", word, why), ErrorKind::Usage);
+[[noreturn]] void failOverride(const std::string& option, const std::string& why) {
+    throw Error(fmt::format("-D {}: {}", option, why), ErrorKind::Usage);
 }
 
 bool isSeparator(char c) { return std::isspace(static_cast<unsigned char>(c)) || c == ','; }
@@ -63,7 +65,7 @@ std::vector<std::string> splitWords(std::string_view text) {
     return words;
 }
 
-/// The whole of `word` as a finite number.
+/// Parses all of `word` as a finite number. Returns false on failure.
 template <class T>
 bool parseNumber(const std::string& word, T& out) {
     const char* begin = word.data() + (word[0] == '+');
@@ -74,10 +76,10 @@ bool parseNumber(const std::string& word, T& out) {
     return error == std::errc() && rest == end;
 }
 
-/// Why `word` is no T.
+/// Returns why `word` is not a T.
 template <class T>
-std::string whyNot(const std::string& word) {
-    long double number = 0; // holds more
+std::string mismatch(const std::string& word) {
+    long double number = 0; // also represents numbers beyond the range of T
     if (!parseNumber(word, number))
         return "is not a number";
     if (std::is_floating_point_v<T>)
@@ -86,37 +88,37 @@ std::string whyNot(const std::string& word) {
 }
 
 template <class T>
-std::vector<T> parseNumbers(const std::string& word, const std::string& value, const std::string& type) {
+std::vector<T> parseNumbers(const std::string& option, const std::string& value, const std::string& type) {
     std::vector<T> numbers;
-    for (const std::string& w : splitWords(value))
-        if (!parseNumber(w, numbers.emplace_back()))
-            failOverride(word, fmt::format("\"{}\" {} ({} is wanted)", w, whyNot<T>(w), type));
+    for (const std::string& word : splitWords(value))
+        if (!parseNumber(word, numbers.emplace_back()))
+            failOverride(option, fmt::format("\"{}\" {} ({} is expected)", word, mismatch<T>(word), type));
     return numbers;
 }
 
-void wantCount(const std::string& word, size_t got, size_t wanted, bool isArray) {
-    if (isArray ? got % wanted != 0 : got != wanted)
-        failOverride(word, fmt::format("{}{} number{} needed, got {}", isArray ? "a multiple of " : "",
-                                       wanted, wanted == 1 ? " is" : "s are", got));
+void checkCount(const std::string& option, size_t count, size_t expected, bool isArray) {
+    if (isArray ? count % expected != 0 : count != expected)
+        failOverride(option, fmt::format("{}{} number{} needed, got {}", isArray ? "a multiple of " : "",
+                                         expected, expected == 1 ? " is" : "s are", count));
 }
 
-void parseFloatValues(Param& param, const std::string& word, const std::string& value,
+void parseFloatValues(Param& param, const std::string& option, const std::string& value,
                       const std::string& type, size_t count, bool isArray) {
-    param.floats = parseNumbers<float>(word, value, type);
-    wantCount(word, param.floats.size(), count, isArray);
+    param.floats = parseNumbers<float>(option, value, type);
+    checkCount(option, param.floats.size(), count, isArray);
 }
 
-/// Fills `param` from `value` according to the table's type word.
-void parseValue(Param& param, const std::string& word, const std::string& value, const std::string& type) {
+/// Parses `value` as a value of `type`, one of the names of typeName.
+void parseValue(Param& param, const std::string& option, const std::string& value, const std::string& type) {
     const bool isArray = type.size() > 2 && type.substr(type.size() - 2) == "[]";
     const std::string element = type.substr(0, std::min(type.find(" or "), type.find("[]")));
     if (element == "integer") {
         param.type = ParamType::Int;
-        param.ints = parseNumbers<int>(word, value, type);
-        wantCount(word, param.ints.size(), 1, isArray);
+        param.ints = parseNumbers<int>(option, value, type);
+        checkCount(option, param.ints.size(), 1, isArray);
     } else if (element == "bool") {
         if (value != "true" && value != "false")
-            failOverride(word, "true or false is needed");
+            failOverride(option, "true or false is expected");
         param.type = ParamType::Bool;
         param.ints = {value == "true"};
     } else if (element == "string" || element == "file") {
@@ -124,13 +126,13 @@ void parseValue(Param& param, const std::string& word, const std::string& value,
         param.strings = isArray ? splitWords(value) : std::vector<std::string>{value};
     } else if (element == "point2") {
         param.type = ParamType::Point2;
-        parseFloatValues(param, word, value, type, 2, isArray);
+        parseFloatValues(param, option, value, type, 2, isArray);
     } else if (element == "vector3" || element == "rgb") {
         param.type = element == "rgb" ? ParamType::Rgb : ParamType::Vector3;
-        parseFloatValues(param, word, value, type, 3, isArray);
+        parseFloatValues(param, option, value, type, 3, isArray);
     } else {
         param.type = ParamType::Float;
-        parseFloatValues(param, word, value, type, 1, isArray);
+        parseFloatValues(param, option, value, type, 1, isArray);
     }
 }
 
@@ -146,7 +148,7 @@ std::string ParamRange::problem(double value) const {
 
 template <class T>
 ParamInfo::ParamInfo(const ParamDef<T>& def)
-    : name(def.name), type(typeName(def.fallback)), fallback(show(def.fallback)), doc(def.doc),
+    : name(def.name), type(typeName(def.fallback)), fallback(toText(def.fallback)), doc(def.doc),
       alias(def.alias ? def.alias : "") {}
 
 template ParamInfo::ParamInfo(const ParamDef<int>&);
@@ -165,24 +167,24 @@ template ParamInfo::ParamInfo(const ParamDef<std::vector<std::string>>&);
 template ParamInfo::ParamInfo(const ParamDef<std::vector<V2f>>&);
 template ParamInfo::ParamInfo(const ParamDef<std::vector<V3f>>&);
 
-Param parseOverride(const std::string& nameEqualsValue, const std::vector<ParamInfo>& known) {
-    const size_t equals = nameEqualsValue.find('=');
+Param parseOverride(const std::string& option, const std::vector<ParamInfo>& known) {
+    const size_t equals = option.find('=');
     if (equals == std::string::npos || equals == 0)
-        failOverride(nameEqualsValue, "write it as name=value");
-    const std::string name = nameEqualsValue.substr(0, equals);
+        failOverride(option, "write it as name=value");
+    const std::string name = option.substr(0, equals);
     std::vector<std::string> names;
     for (const ParamInfo& info : known) {
         names.push_back(info.name);
         if (info.name != name && (info.alias.empty() || info.alias != name))
             continue;
         Param param{info.name, ParamType::Float, {}, {}, {}, {}, false, false};
-        parseValue(param, nameEqualsValue, nameEqualsValue.substr(equals + 1), info.type);
+        parseValue(param, option, option.substr(equals + 1), info.type);
         return param;
     }
     const std::string nearest = nearestName(name, names);
-    failOverride(nameEqualsValue, fmt::format("unknown parameter \"{}\"{} (known: {})", name,
-                                              nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?",
-                                              fmt::join(names, ", ")));
+    failOverride(option, fmt::format("unknown parameter \"{}\"{} (known: {})", name,
+                                     nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?",
+                                     fmt::join(names, ", ")));
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// Typed reading of parameters: which written types each C++ type accepts, and how many values.
+// Typed reading of parameters: the accepted parameter types and numbers of values of each C++ type.
 #include "core/color/spectrum.h"
 #include "core/params/params.h"
 
@@ -20,15 +20,16 @@ void checkType(const Param& p, std::initializer_list<ParamType> accepted) {
     throw Error(p.where, fmt::format("parameter \"{}\" must be {}, not {}", p.name, names, toString(p.type)));
 }
 
-void checkCount(const Param& p, size_t count, size_t wanted) {
-    if (count != wanted)
-        throw Error(p.where, fmt::format("parameter \"{}\" needs {} value{}, got {}", p.name, wanted,
-                                         wanted == 1 ? "" : "s", count));
+void checkCount(const Param& p, size_t count, size_t expected) {
+    if (count != expected)
+        throw Error(p.where, fmt::format("parameter \"{}\" needs {} value{}, got {}", p.name, expected,
+                                         expected == 1 ? "" : "s", count));
 }
 
-/// Points from a flat list; the parser has checked the count, programs may not have.
+/// Returns points from a flat list. The parser has checked the count, but a scene may also be built by a
+/// program.
 template <class V>
-std::vector<V> inGroups(const Param& p) {
+std::vector<V> toVectors(const Param& p) {
     constexpr size_t n = sizeof(V) / sizeof(float);
     if (p.floats.size() % n != 0)
         throw Error(p.where, fmt::format("parameter \"{}\" needs a multiple of {} numbers, got {}", p.name, n,
@@ -100,7 +101,7 @@ void convert(const Param& p, const TextureTable*, Rgb& out) {
         out = spectrum(p);
         return;
     }
-    if (p.type == ParamType::Blackbody) { // pbrt-v2 and v3 give a scale, v4 does not
+    if (p.type == ParamType::Blackbody) { // followed by a scale in pbrt-v2 and v3, but not in v4
         if (p.floats.size() != 2)
             checkCount(p, p.floats.size(), 1);
         out = blackbodyRgb(p.floats[0], p.floats.size() == 2 ? p.floats[1] : 1.f);
@@ -116,17 +117,19 @@ void convert(const Param& p, const TextureTable*, FilePath& out) {
     out.path = resolveFile(p.strings[0], p.where);
 }
 
-/// The texture of the wanted kind, else the one of the other kind that has the name.
-TexturePtr textureOf(const Param& p, const TextureTable* table, bool wantFloat) {
+/// Returns the float texture (`preferFloat`) or the rgb texture that `p` refers to. If it does not exist,
+/// returns the texture of the same name and the other type.
+TexturePtr findTexture(const Param& p, const TextureTable* table, bool preferFloat) {
     if (!table || p.ints.size() != 2)
         throw Error(p.where, fmt::format("parameter \"{}\" cannot be a texture here", p.name));
-    const auto at = [](const std::vector<TexturePtr>& list, int i) {
+    const auto element = [](const std::vector<TexturePtr>& list, int i) {
         return i >= 0 && static_cast<size_t>(i) < list.size() ? list[i] : nullptr;
     };
-    const TexturePtr scalar = at(table->floats, p.ints[0]), color = at(table->rgbs, p.ints[1]);
-    const TexturePtr found = (wantFloat ? scalar : color) ? (wantFloat ? scalar : color)
-                             : wantFloat                  ? color
-                                                          : scalar;
+    const TexturePtr scalar = element(table->floats, p.ints[0]);
+    const TexturePtr color = element(table->rgbs, p.ints[1]);
+    const TexturePtr& preferred = preferFloat ? scalar : color;
+    const TexturePtr& other = preferFloat ? color : scalar;
+    const TexturePtr found = preferred ? preferred : other;
     if (!found)
         throw Error(p.where, fmt::format("texture \"{}\" is not available here",
                                          p.strings.empty() ? p.name : p.strings[0]));
@@ -136,7 +139,7 @@ TexturePtr textureOf(const Param& p, const TextureTable* table, bool wantFloat) 
 void convert(const Param& p, const TextureTable* textures, FloatInput& out) {
     checkType(p, {ParamType::Float, ParamType::Int, ParamType::Texture});
     if (p.type == ParamType::Texture)
-        out.texture = textureOf(p, textures, true);
+        out.texture = findTexture(p, textures, true);
     else
         convert(p, textures, out.constant);
 }
@@ -144,7 +147,7 @@ void convert(const Param& p, const TextureTable* textures, FloatInput& out) {
 void convert(const Param& p, const TextureTable* textures, RgbInput& out) {
     checkType(p, {ParamType::Rgb, ParamType::Spectrum, ParamType::Blackbody, ParamType::Texture});
     if (p.type == ParamType::Texture)
-        out.texture = textureOf(p, textures, false);
+        out.texture = findTexture(p, textures, false);
     else
         convert(p, textures, out.constant);
 }
@@ -169,12 +172,12 @@ void convert(const Param& p, const TextureTable*, std::vector<std::string>& out)
 
 void convert(const Param& p, const TextureTable*, std::vector<V2f>& out) {
     checkType(p, {ParamType::Point2, ParamType::Float});
-    out = inGroups<V2f>(p);
+    out = toVectors<V2f>(p);
 }
 
 void convert(const Param& p, const TextureTable*, std::vector<V3f>& out) {
     checkType(p, {ParamType::Vector3});
-    out = inGroups<V3f>(p);
+    out = toVectors<V3f>(p);
 }
 
 template <class T>

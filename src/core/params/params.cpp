@@ -1,15 +1,18 @@
 #include "core/params/params.h"
 
+#include "core/util/nearest_name.h"
+
 #include <fmt/format.h>
 
 namespace strobe {
 namespace {
 
-bool isCalled(const Param& param, std::string_view name, const char* alias) {
+bool hasName(const Param& param, std::string_view name, const char* alias) {
     return param.name == name || (alias && param.name == alias);
 }
 
-/// `strict`: it must be a mistake; otherwise it may be another program's.
+/// Returns the message for a parameter that was not read. If not `strict`, the parameter may be valid in
+/// another renderer.
 std::string unusedMessage(const Param& param, const std::vector<ParamInfo>& known, bool strict) {
     std::vector<std::string> names;
     for (const ParamInfo& info : known) {
@@ -76,19 +79,20 @@ void ParamSet::replace(Param param, const std::vector<ParamInfo>& known) {
             alias = info.alias;
         }
     std::erase_if(m_params,
-                  [&](const Param& p) { return isCalled(p, name, alias.empty() ? nullptr : alias.c_str()); });
+                  [&](const Param& p) { return hasName(p, name, alias.empty() ? nullptr : alias.c_str()); });
     m_params.push_back(std::move(param));
 }
 
 const Param* ParamSet::find(std::string_view name, const char* alias) const {
     const Param* found = nullptr;
     for (const Param& p : m_params) {
-        if (!isCalled(p, name, alias))
+        if (!hasName(p, name, alias))
             continue;
         p.used = true;
         if (found && !found->isDefault && !p.isDefault)
-            throw Error(p.where, fmt::format("parameters \"{}\" and \"{}\" are one and the same; give one",
-                                             found->name, p.name));
+            throw Error(p.where,
+                        fmt::format("\"{}\" and \"{}\" are names of the same parameter; give one of them",
+                                    found->name, p.name));
         if (!found || found->isDefault)
             found = &p;
     }
@@ -100,7 +104,8 @@ void ParamSet::markAllUsed() const {
         p.used = true;
 }
 
-void ParamSet::reportUnused(const std::vector<ParamInfo>& known, bool strict, Diagnostics& messages) const {
+void ParamSet::reportUnused(const std::vector<ParamInfo>& known, bool strict,
+                            Diagnostics& diagnostics) const {
     for (const Param& p : m_params) {
         if (p.used)
             continue;
@@ -109,7 +114,7 @@ void ParamSet::reportUnused(const std::vector<ParamInfo>& known, bool strict, Di
         const std::string message = unusedMessage(p, known, strict);
         if (strict && !p.isDefault)
             throw Error(p.where, message);
-        messages.warnOnce(message, p.where, message);
+        diagnostics.warnOnce(message, p.where, message);
     }
 }
 

@@ -1,13 +1,13 @@
-// Parameters of a directive, each with the place it was written, and typed definitions to read them by.
+// The parameters of a directive, with their locations, and typed definitions that read them.
 //
-// A plugin declares each of its parameters once, as a `ParamDef` constant: name, default, one line of help.
-// The same constants read the values and fill the table behind `strobe --list`, so the two cannot drift
-// apart.
+// A plugin declares each of its parameters once, as a `ParamDef` constant with its name, default and a line
+// of help. The same constants read the values and describe the parameters in `strobe --list`, so that both
+// agree.
 #pragma once
 
 #include "core/interfaces/texture.h"
 #include "core/math/math.h"
-#include "core/util/error.h"
+#include "core/util/diagnostics.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -17,32 +17,34 @@
 
 namespace strobe {
 
-/// What a parameter's type word in the scene file meant.
+/// The type of a parameter in the scene file.
 enum class ParamType { Int, Float, Bool, String, Point2, Vector3, Rgb, Spectrum, Blackbody, Texture };
 const char* toString(ParamType type);
 
-/// One `"type name" value` of a directive, unconverted.
+/// A parameter `"type name" value` of a directive, as parsed.
 struct Param {
     std::string name;
     ParamType type;
-    Location where;                   ///< of the quoted declaration
-    std::vector<float> floats;        ///< Float, Point2, Vector3, Rgb, Blackbody; Spectrum given by numbers
-    std::vector<int> ints;            ///< Int; Bool as 0/1; Texture: {index of the float texture, of the rgb
-                                      ///< texture} in the scene description, -1 where there is none
-    std::vector<std::string> strings; ///< String; Texture: its name; Spectrum given by name or file
-    mutable bool used = false;
-    bool isDefault = false; ///< from pbrt-v4's `Attribute`: the directive itself overrides it
+    Location where;            ///< of the quoted declaration
+    std::vector<float> floats; ///< Float, Point2, Vector3, Rgb, Blackbody, and Spectrum given by numbers
+    /// Int; Bool as 0 or 1; Texture: the indices of the float texture and of the rgb texture of this name in
+    /// the scene description, -1 if there is none.
+    std::vector<int> ints;
+    std::vector<std::string> strings; ///< String; Texture: its name; Spectrum given by a name or a file
+    mutable bool used = false;        ///< the parameter was read
+    bool isDefault =
+        false; ///< from an `Attribute` directive of pbrt-v4; parameters of the directive override it
 };
 
 using TexturePtr = std::shared_ptr<const Texture>;
 
-/// Textures already built, by the indices that `Param::ints` holds.
+/// The textures of a scene, by the indices in Param::ints.
 struct TextureTable {
     std::vector<TexturePtr> floats, rgbs;
 };
 
-/// The values that a numeric parameter may have: from `min` (exclusive if `aboveMin`) to `max`, but not NaN.
-/// The default range accepts everything.
+/// The range of a numeric parameter, from `min` (exclusive if `aboveMin`) to `max`. NaN is outside. The
+/// default range has no limits and accepts everything.
 struct ParamRange {
     double min = -kInfinity, max = kInfinity;
     bool aboveMin = false;
@@ -51,33 +53,32 @@ struct ParamRange {
     bool contains(double value) const {
         return isUnlimited() || ((aboveMin ? value > min : value >= min) && value <= max);
     }
-    /// What is wrong with a value outside: "must be at least 1" and the like.
+    /// Returns the error message for a value outside the range, e.g. "must be at least 1".
     std::string problem(double value) const;
 };
 inline constexpr ParamRange kNotNegative{0}, kPositive{0, kInfinity, true}, kAtLeastOne{1};
 
-/// A parameter as a plugin declares it. `alias` is another spelling of the same parameter (pbrt-v4's names).
-/// `range` holds for numbers, and for the constant of a FloatInput.
+/// The definition of a plugin's parameter.
 template <class T>
 struct ParamDef {
     const char* name;
-    T fallback;
-    const char* doc;
-    const char* alias = nullptr;
-    ParamRange range{};
+    T fallback;                  ///< value if the parameter is absent
+    const char* doc;             ///< a line of help
+    const char* alias = nullptr; ///< alternative name, e.g. of pbrt-v4
+    ParamRange range{};          ///< for int, float and the constant of a FloatInput
 };
 
-/// A string parameter that names a file; `get` resolves it (absolute, `$STROBE_SCENES/…`, relative to the
-/// scene file that says it, relative to the main scene file). Empty when not given.
+/// A string parameter that is a file name. `get` resolves it with resolveFile. Empty if the parameter is
+/// absent.
 struct FilePath {
     std::filesystem::path path;
 };
 
-/// A row of the table of a plugin's parameters.
+/// The description of a parameter, for `strobe --list`.
 struct ParamInfo {
     std::string name, type, fallback, doc, alias;
     template <class T>
-    ParamInfo(const ParamDef<T>& def); // implicit: tables are written {Kd, Ks, roughness}
+    ParamInfo(const ParamDef<T>& def); // implicit, for tables {kKd, kKs, kRoughness}
 };
 
 /// The parameters of one directive.
@@ -85,65 +86,74 @@ class ParamSet {
   public:
     ParamSet() = default;
     explicit ParamSet(Location where) : m_where(std::move(where)) {}
-    /// Appends; throws when the name is there already.
+    /// Appends a parameter. Throws Error if there is one with this name.
     void add(Param param);
-    /// Appends, in place of a parameter that has this name or the other spelling that `known` gives for it.
+    /// Appends a parameter after removing parameters with the same name or with its alias in `known`.
     void replace(Param param, const std::vector<ParamInfo>& known);
     const Location& where() const { return m_where; }
     const std::vector<Param>& all() const { return m_params; }
     std::vector<Param>& all() { return m_params; }
 
-    /// The value, or the default. Throws a located Error when the type, the count of values or the range is
-    /// wrong. T: int, float, bool, std::string, V2f, V3f, Rgb (rgb, color, spectrum or blackbody), FilePath,
-    /// FloatInput and RgbInput (a value or a texture), std::vector of int, float, std::string, V2f, V3f.
+    /// Returns the value of a parameter, or its default if it is absent. Throws Error at its location if the
+    /// type, the number of values or the range is wrong. T: int, float, bool, std::string, V2f, V3f, Rgb
+    /// (rgb, color, spectrum or blackbody), FilePath, FloatInput and RgbInput (a value or a texture),
+    /// std::vector of int, float, std::string, V2f, V3f.
     template <class T>
     T get(const ParamDef<T>& def) const;
     template <class T>
     bool has(const ParamDef<T>& def) const {
         return find(def.name, def.alias) != nullptr;
     }
-    /// The type it was written with, or nothing when it is absent: for parameters that may be of several
-    /// kinds.
+    /// Returns the type of the parameter in the scene file; nothing if it is absent. For parameters that may
+    /// have several types.
     template <class T>
     std::optional<ParamType> typeOf(const ParamDef<T>& def) const {
         const Param* p = find(def.name, def.alias);
         return p ? std::optional(p->type) : std::nullopt;
     }
-    /// Where the parameter was written, or the directive's place.
+    /// Returns the location of the parameter; the location of the directive if it is absent.
     template <class T>
     Location whereIs(const ParamDef<T>& def) const {
         const Param* p = find(def.name, def.alias);
         return p ? p->where : m_where;
     }
-    /// As get, but the parameter must be there.
+    /// Returns the value of a parameter. Throws Error if it is absent.
     template <class T>
     T require(const ParamDef<T>& def) const {
         if (!has(def))
             throw Error(m_where, std::string("parameter \"") + def.name + "\" is missing");
         return get(def);
     }
-    /// Textures that FloatInput and RgbInput refer to; must be set before such a `get`.
+    /// Sets the textures that FloatInput and RgbInput refer to. To be called before `get` of such a
+    /// parameter.
     void bindTextures(std::shared_ptr<const TextureTable> textures) { m_textures = std::move(textures); }
 
-    /// Marks every parameter used (for directives that are skipped as a whole).
+    /// Marks all parameters as used, for directives that are skipped.
     void markAllUsed() const;
-    /// For each parameter that nobody read: an Error (strict) or a warning that names the nearest of `known`.
-    /// An `Attribute` default is only ever a warning, and only if `known` has no such name.
-    void reportUnused(const std::vector<ParamInfo>& known, bool strict, Diagnostics& messages) const;
+    /// Reports each parameter that was not read, with the most similar name in `known`: throws Error if
+    /// `strict`, else warns. Parameters from `Attribute` are never errors, and are reported only if `known`
+    /// has no such name.
+    void reportUnused(const std::vector<ParamInfo>& known, bool strict, Diagnostics& diagnostics) const;
 
   private:
-    /// Marks it used; an Error when both spellings are given.
+    /// Returns the parameter and marks it as used; null if it is absent. Throws Error if both name and alias
+    /// are given.
     const Param* find(std::string_view name, const char* alias) const;
     Location m_where;
     std::vector<Param> m_params;
     std::shared_ptr<const TextureTable> m_textures;
 };
 
-/// The value of a command-line word (`-D name=value`) as a parameter of the type that `known` gives that
-/// name. Throws a usage Error that lists the known names, or says what the value should have been.
-Param parseOverride(const std::string& nameEqualsValue, const std::vector<ParamInfo>& known);
+/// Parses the argument `name=value` of the option -D. The type of the parameter is its type in `known`.
+/// Throws Error of kind Usage if the name is not in `known` or the value does not have this type.
+Param parseOverride(const std::string& option, const std::vector<ParamInfo>& known);
 
-/// Finds an existing file (see FilePath); throws a located Error that says where it looked.
+/// Returns the path of an existing regular file that a scene refers to by `name`, checked with the
+/// ResourcePolicy of `where`. `name` is an absolute path, a path relative to the directory of the source or
+/// of the main scene file (in this order), or starts with `$STROBE_SCENES/`. In the latter case it is
+/// relative to the value of this environment variable, or, if it is not set, to `shared/scenes` in the
+/// directory of the source or the nearest parent that contains the file. Throws Error at `where` that lists
+/// the paths tried.
 std::filesystem::path resolveFile(const std::string& name, const Location& where);
 
 } // namespace strobe

@@ -1,44 +1,51 @@
-// Plugin tables: what exists, what it is called, which parameters it takes, how it is made.
+// Plugin tables: names, parameters and factory functions of plugins.
 #pragma once
 
 #include "core/color/color_config.h"
 #include "core/params/params.h"
+#include "core/util/diagnostics.h"
+#include "core/util/nearest_name.h"
 
 #include <functional>
 
 namespace strobe {
 
-/// Which renderer's conventions a scene file follows, where they differ. `.scene` files are PbrtV4 unless
-/// they say `Option "string conventions" "pbrt-v2"`.
+/// The version of pbrt whose conventions a scene file follows. The default for `.scene` files is PbrtV4;
+/// `Option "string conventions" "pbrt-v2"` selects PbrtV2.
 enum class Conventions {
-    PbrtV2, ///< world-to-object motion; lights and textures still; image row 0 at v = 0; directlighting
-    PbrtV4, ///< object-to-world motion; image row 0 at v = 1; path
+    /// World-to-object is interpolated, lights and textures are static, image row 0 is at v = 0, and the
+    /// default
+    /// shader is directlighting.
+    PbrtV2,
+    /// Object-to-world is interpolated, image row 0 is at v = 1, and the default shader is path.
+    PbrtV4,
 };
 
 class TextureCache;
 
-/// What a plugin may want to know beyond its own parameters.
+/// The context in which plugins are created.
 struct BuildContext {
-    Diagnostics& messages;
+    Diagnostics& diagnostics;
     Conventions conventions = Conventions::PbrtV4;
-    std::vector<float> keyTimes{0, 1}; ///< of the scene's TransformTimes
+    std::vector<float> keyTimes{0, 1}; ///< from TransformTimes
     std::shared_ptr<TextureCache> textureCache{};
-    /// Of the colors in files.
-    std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
-    bool lenient = false; ///< the scene is what another program wrote: trifles are warned about
+    /// For the color spaces of image files.
+    std::shared_ptr<const ColorConfig> colorConfig = std::make_shared<const ColorConfig>();
+    bool isLenient = false; ///< the scene was written by another program: minor errors are only warnings
 };
 
-/// One row of a plugin table. `Product` is what `create` returns; `Args` is what it gets besides the
-/// parameters.
+/// A row of a plugin table. `Args` are the arguments of `create` in addition to the parameters and the
+/// context.
 template <class Product, class... Args>
 struct Plugin {
     std::string name;
-    std::string doc; ///< one line
+    std::string doc; ///< a line of help
     std::vector<ParamInfo> params;
     std::function<Product(const ParamSet&, const BuildContext&, Args...)> create;
 };
 
-/// The row called `name`; an unknown name is an Error at `where` that names the nearest and lists all.
+/// Returns the row with this name. Throws Error at `where` if there is none; the message lists the known
+/// names.
 template <class Row>
 const Row& findPlugin(const std::vector<Row>& table, const std::string& name, const char* kind,
                       const Location& where) {

@@ -14,59 +14,61 @@ namespace fs = std::filesystem;
 constexpr std::string_view kScenesPrefix = "$STROBE_SCENES/";
 
 bool isFile(const fs::path& path) {
-    std::error_code ignored; // unreadable is as good as absent: the message lists the place
+    std::error_code ignored; // an unreadable file counts as absent
     return fs::exists(path, ignored) && !fs::is_directory(path, ignored);
 }
 
-/// `shared/scenes` of each directory from the scene file's upwards: where a checkout keeps borrowed scenes.
+/// Returns the existing directories `shared/scenes` in the directory of the source and its parents, the
+/// nearest first. A checkout keeps fetched scenes there.
 std::vector<fs::path> sharedScenes(const Location& where) {
     std::error_code ignored;
     fs::path directory = where ? where.source->path.parent_path() : fs::path();
     directory = fs::absolute(directory.empty() ? "." : directory, ignored).lexically_normal();
-    std::vector<fs::path> places;
+    std::vector<fs::path> directories;
     for (;; directory = directory.parent_path()) {
-        if (const fs::path place = directory / "shared" / "scenes"; fs::is_directory(place, ignored))
-            places.push_back(place);
+        if (const fs::path shared = directory / "shared" / "scenes"; fs::is_directory(shared, ignored))
+            directories.push_back(shared);
         if (directory.empty() || directory == directory.parent_path())
-            return places;
+            return directories;
     }
 }
 
-/// The first of the places where there is a file, as it is to be opened; empty: there is none. Where the
-/// guard has something against a place, it is not even looked at.
-fs::path firstFile(const std::vector<fs::path>& places, const Location& where) {
-    std::optional<Error> refused;
-    for (const fs::path& place : places)
+/// Returns the first of `candidates` that is an existing file and may be read, in the form of authorizeRead;
+/// an empty path if none exists. Candidates that may not be read are not accessed; if no other candidate
+/// exists, throws the error of the first of them. A candidate that is not a regular file is treated the same.
+fs::path firstFile(const std::vector<fs::path>& candidates, const Location& where) {
+    std::optional<Error> firstError;
+    for (const fs::path& candidate : candidates)
         try {
-            fs::path file = resourcePolicyOf(where).admit(place, where);
+            fs::path file = resourcePolicyOf(where).authorizeRead(candidate, where);
             std::error_code ignored;
             if (isFile(file) && !fs::is_regular_file(file, ignored))
-                throw Error(where, fmt::format("\"{}\" is not a regular file", place.string()));
+                throw Error(where, fmt::format("\"{}\" is not a regular file", candidate.string()));
             if (isFile(file))
                 return file;
         } catch (const Error& e) {
-            refused = refused ? refused : e;
+            firstError = firstError ? firstError : e;
         }
-    if (refused)
-        throw *refused;
+    if (firstError)
+        throw *firstError;
     return {};
 }
 
 fs::path resolveInScenes(const std::string& name, const Location& where) {
     const std::string rest = name.substr(kScenesPrefix.size());
     const char* variable = std::getenv("STROBE_SCENES");
-    std::vector<fs::path> places =
+    std::vector<fs::path> candidates =
         variable && *variable ? std::vector<fs::path>{variable} : sharedScenes(where);
-    for (fs::path& place : places)
-        place /= rest;
-    if (fs::path file = firstFile(places, where); !file.empty())
+    for (fs::path& candidate : candidates)
+        candidate /= rest;
+    if (fs::path file = firstFile(candidates, where); !file.empty())
         return file;
-    if (places.empty())
+    if (candidates.empty())
         throw Error(where, fmt::format("file \"{}\" not found: set the environment variable STROBE_SCENES to "
-                                       "the folder that holds the scenes",
+                                       "the directory that contains the scenes",
                                        name));
     throw Error(where,
-                fmt::format("file \"{}\" not found; looked for \"{}\"", name, places.front().string()));
+                fmt::format("file \"{}\" not found; looked for \"{}\"", name, candidates.front().string()));
 }
 
 } // namespace
@@ -75,24 +77,24 @@ fs::path resolveFile(const std::string& name, const Location& where) {
     if (name.empty())
         throw Error(where, "the file name is empty");
     if (name.find('\0') != std::string::npos)
-        throw Error(where, "the file name holds a zero byte");
+        throw Error(where, "the file name contains a zero byte");
     if (name.compare(0, kScenesPrefix.size(), kScenesPrefix) == 0)
         return resolveInScenes(name, where);
-    std::vector<fs::path> places;
+    std::vector<fs::path> candidates;
     if (fs::path(name).is_absolute() || !where) {
-        places = {name};
+        candidates = {name};
     } else {
-        places = {(where.source->path.parent_path() / name).lexically_normal()};
+        candidates = {(where.source->path.parent_path() / name).lexically_normal()};
         if (const fs::path second = (where.source->mainDirectory / name).lexically_normal();
-            second != places[0])
-            places.push_back(second);
+            second != candidates[0])
+            candidates.push_back(second);
     }
-    if (fs::path file = firstFile(places, where); !file.empty())
+    if (fs::path file = firstFile(candidates, where); !file.empty())
         return file;
-    std::string looked;
-    for (const fs::path& place : places)
-        looked += (looked.empty() ? "\"" : " and \"") + place.string() + '"';
-    throw Error(where, fmt::format("file \"{}\" not found; looked for {}", name, looked));
+    std::string tried;
+    for (const fs::path& candidate : candidates)
+        tried += (tried.empty() ? "\"" : " and \"") + candidate.string() + '"';
+    throw Error(where, fmt::format("file \"{}\" not found; looked for {}", name, tried));
 }
 
 } // namespace strobe

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
     throw Error("cannot write " + path.string() + ": " + reason, ErrorKind::Output);
 }
 
-/// Calls `f` until no signal interrupts it.
+/// Calls `f` until it returns without being interrupted by a signal, and returns its result.
 template <class F>
 auto uninterrupted(const F& f) {
     for (;;)
@@ -26,18 +26,18 @@ auto uninterrupted(const F& f) {
             return result;
 }
 
-/// Makes a rename in the folder last. Errors are no reason to fail: some file systems do not know how, and
-/// the file is there.
-void flushFolder(const fs::path& folder) {
-    const int fd = uninterrupted(
-        [&] { return ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
+/// Flushes a directory to disk, which makes a rename in it durable. Errors are ignored: some file systems do
+/// not support it, and the file is complete.
+void flushDirectory(const fs::path& directory) {
+    const char* name = directory.empty() ? "." : directory.c_str();
+    const int fd = uninterrupted([&] { return ::open(name, O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
     if (fd < 0)
         return;
     uninterrupted([&] { return ::fsync(fd); });
     ::close(fd);
 }
 
-/// A newly made file that removes itself unless it was renamed.
+/// A new file, which the destructor removes unless it was renamed.
 class TemporaryFile {
   public:
     explicit TemporaryFile(const fs::path& final) : m_final(final) {
@@ -63,20 +63,21 @@ class TemporaryFile {
         while (!bytes.empty()) {
             const ssize_t n = ::write(m_fd, bytes.data(), bytes.size());
             if (n == 0 || (n < 0 && errno != EINTR))
-                fail(m_final, n == 0 ? "nothing more is taken" : std::strerror(errno));
+                fail(m_final, n == 0 ? "the file system accepts no more data" : std::strerror(errno));
             bytes.remove_prefix(n > 0 ? size_t(n) : 0);
         }
     }
+    /// Flushes the file and renames it to its final name.
     void rename() {
         if (uninterrupted([&] { return ::fsync(m_fd); }) != 0)
             fail(m_final, std::strerror(errno));
         const int fd = std::exchange(m_fd, -1);
-        if (::close(fd) != 0 && errno != EINTR) // interrupted or not, it is closed
+        if (::close(fd) != 0 && errno != EINTR) // close releases the descriptor even if interrupted
             fail(m_final, std::strerror(errno));
         if (uninterrupted([&] { return ::rename(m_path.c_str(), m_final.c_str()); }) != 0)
             fail(m_final, std::strerror(errno));
         m_renamed = true;
-        flushFolder(m_final.parent_path());
+        flushDirectory(m_final.parent_path());
     }
 
   private:

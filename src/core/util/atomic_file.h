@@ -1,4 +1,4 @@
-// Output files that are either whole or not there.
+// Atomic writing of output files.
 #pragma once
 
 #include <filesystem>
@@ -6,10 +6,10 @@
 
 namespace strobe {
 
-/// Writes `bytes` to a temporary file in the directory of `path`, flushes it to the disk and renames it:
-/// under the final name there is the old file or the whole new one, never a part. A symbolic link is
-/// followed. Throws Error of kind Output, and then leaves neither a temporary file nor a change; also when
-/// `path` exists and is no regular file.
+/// Writes `bytes` to a temporary file in the directory of `path`, flushes it to disk and renames it to
+/// `path`. At any time, `path` is either the old file or the complete new file. If `path` is a symbolic link,
+/// its target is replaced. Throws Error of kind Output, also if `path` exists and is not a regular file; then
+/// `path` is unchanged, and no temporary file remains.
 void writeFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 } // namespace strobe

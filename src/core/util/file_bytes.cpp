@@ -16,7 +16,7 @@ namespace {
 using Buffer = std::shared_ptr<char[]>;
 
 Buffer newBuffer(size_t size) {
-    Buffer buffer(new char[size]); // not zeroed: make_shared would
+    Buffer buffer(new char[size]); // make_shared would zero it
     adviseHugePages(buffer.get(), size);
     return buffer;
 }
@@ -33,15 +33,15 @@ FileBytes readPlain(const std::filesystem::path& path, const MemoryCheck& memory
         memoryCheck(size);
     const Buffer buffer = newBuffer(size + 1);
     if (std::fread(buffer.get(), 1, size, file.get()) != size)
-        throw std::runtime_error("it is shorter than it was a moment ago");
+        throw std::runtime_error("the file was truncated while it was read");
     return {buffer, size};
 }
 
-/// The state of zlib, which ends with it.
+/// Decompresses gzip data with zlib.
 class Inflater {
   public:
-    explicit Inflater(const FileBytes& packed) : m_left(packed.view()) {
-        constexpr int kGzip = 16; // beside the size of the window
+    explicit Inflater(const FileBytes& packed) : m_input(packed.view()) {
+        constexpr int kGzip = 16; // added to the window size: selects the gzip format
         if (inflateInit2(&m_zlib, MAX_WBITS + kGzip) != Z_OK)
             throw std::bad_alloc();
     }
@@ -50,44 +50,47 @@ class Inflater {
     Inflater& operator=(const Inflater&) = delete;
 
     bool isDone() const { return m_done; }
-    /// Fills `out` as far as there is something; how much that was.
+    /// Decompresses up to `size` bytes to `out`. Returns their number, which is smaller only at the end of
+    /// the data. Throws std::runtime_error if the data is damaged or truncated.
     size_t read(char* out, size_t size) {
         size_t filled = 0;
         while (filled < size && !m_done) {
-            const auto given = uInt(std::min<size_t>(m_left.size(), 1u << 30));
-            const auto wanted = uInt(std::min<size_t>(size - filled, 1u << 30));
-            m_zlib.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(m_left.data())); // only read
-            m_zlib.avail_in = given;
+            const auto available = uInt(std::min<size_t>(m_input.size(), 1u << 30));
+            const auto space = uInt(std::min<size_t>(size - filled, 1u << 30));
+            // zlib does not write to its input.
+            m_zlib.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(m_input.data()));
+            m_zlib.avail_in = available;
             m_zlib.next_out = reinterpret_cast<Bytef*>(out + filled);
-            m_zlib.avail_out = wanted;
+            m_zlib.avail_out = space;
             const int result = inflate(&m_zlib, Z_NO_FLUSH);
-            m_left.remove_prefix(given - m_zlib.avail_in);
-            filled += wanted - m_zlib.avail_out;
+            m_input.remove_prefix(available - m_zlib.avail_in);
+            filled += space - m_zlib.avail_out;
             if (result == Z_STREAM_END)
-                endOfMember();
+                finishMember();
             else if (result == Z_MEM_ERROR)
                 throw std::bad_alloc();
             else if (result != Z_OK && result != Z_BUF_ERROR)
-                throw std::runtime_error("its gzip data is damaged");
-            else if (m_left.empty() && m_zlib.avail_out > 0)
-                throw std::runtime_error("its gzip data ends too early");
+                throw std::runtime_error("the gzip data is damaged");
+            else if (m_input.empty() && m_zlib.avail_out > 0)
+                throw std::runtime_error("the gzip data is truncated");
         }
         return filled;
     }
 
   private:
-    /// Files may be packed in several parts, one after the other.
-    void endOfMember() {
-        m_done = m_left.size() < 2 || m_left[0] != '\x1f' || m_left[1] != '\x8b';
+    /// Continues with the next member, if there is one: a gzip file may consist of several.
+    void finishMember() {
+        m_done = m_input.size() < 2 || m_input[0] != '\x1f' || m_input[1] != '\x8b';
         if (!m_done)
             inflateReset(&m_zlib);
     }
     z_stream m_zlib{};
-    std::string_view m_left;
+    std::string_view m_input; ///< not yet consumed
     bool m_done = false;
 };
 
-FileBytes unpack(const FileBytes& packed, const MemoryCheck& memoryCheck) {
+/// Decompresses gzip data of unknown size, into a buffer that is doubled as needed.
+FileBytes decompress(const FileBytes& packed, const MemoryCheck& memoryCheck) {
     Inflater inflater(packed);
     size_t capacity = 4 * packed.size + 64, size = 0;
     Buffer buffer = newBuffer(capacity);
@@ -108,7 +111,7 @@ FileBytes unpack(const FileBytes& packed, const MemoryCheck& memoryCheck) {
 
 FileBytes readFileBytes(const std::filesystem::path& path, const MemoryCheck& memoryCheck) {
     FileBytes file = readPlain(path, memoryCheck);
-    return file.view().starts_with("\x1f\x8b") ? unpack(file, memoryCheck) : file;
+    return file.view().starts_with("\x1f\x8b") ? decompress(file, memoryCheck) : file;
 }
 
 } // namespace strobe

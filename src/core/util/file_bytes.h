@@ -1,4 +1,4 @@
-// Whole files in memory.
+// Reading of whole files.
 #pragma once
 
 #include <cstdint>
@@ -17,11 +17,12 @@ struct FileBytes {
     std::string_view view() const { return {bytes.get(), size}; }
 };
 
-/// Told how many bytes of memory are about to be taken; throws if that is too much.
+/// Called before an allocation, with its size in bytes; throws if the allocation exceeds a limit.
 using MemoryCheck = std::function<void(uint64_t bytes)>;
 
-/// Reads a regular file; one that gzip has packed (whatever it is called) is unpacked. Throws
-/// std::runtime_error that says what is wrong, without the file's name, and what `memoryCheck` throws.
+/// Reads a regular file. Files in gzip format are decompressed, whatever their extension. Throws
+/// std::runtime_error with a message that does not contain the file name, and passes on the exceptions of
+/// `memoryCheck`.
 FileBytes readFileBytes(const std::filesystem::path& path, const MemoryCheck& memoryCheck = nullptr);
 
 } // namespace strobe

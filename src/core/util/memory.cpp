@@ -11,15 +11,16 @@
 
 namespace strobe {
 
-void adviseHugePages(void* block, size_t bytes) {
+void adviseHugePages(void* allocation, size_t bytes) {
 #if defined(__linux__)
     constexpr uintptr_t kPage = 2 << 20;
-    const uintptr_t first = (reinterpret_cast<uintptr_t>(block) + kPage - 1) & ~(kPage - 1);
-    const uintptr_t end = (reinterpret_cast<uintptr_t>(block) + bytes) & ~(kPage - 1);
+    const uintptr_t first = (reinterpret_cast<uintptr_t>(allocation) + kPage - 1) & ~(kPage - 1);
+    const uintptr_t end = (reinterpret_cast<uintptr_t>(allocation) + bytes) & ~(kPage - 1);
     if (end > first)
         madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE);
 #else
-    static_cast<void>(block), static_cast<void>(bytes);
+    static_cast<void>(allocation);
+    static_cast<void>(bytes);
 #endif
 }
 

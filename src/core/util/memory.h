@@ -1,17 +1,17 @@
-// Large blocks of memory.
+// Operating system interfaces for large memory allocations.
 #pragma once
 
 #include <cstddef>
 
 namespace strobe {
 
-/// Asks the operating system for large pages under a block that was set aside and not yet written: its first
-/// writes then cost a hundredth of the page faults. A hint: nothing happens where it is not understood, or
-/// does not pay.
-void adviseHugePages(void* block, size_t bytes);
+/// Requests transparent huge pages for an allocation that was not written to yet, which reduces the page
+/// faults of its first writes by a factor of 100. This is a hint; it has no effect on systems other than
+/// Linux, or on allocations smaller than a huge page (2 MiB).
+void adviseHugePages(void* allocation, size_t bytes);
 
-/// Gives the operating system back what was freed: the heaps of many threads keep it, in pieces that fit the
-/// next time less and less. Milliseconds.
+/// Returns freed memory to the operating system. Without it, the heaps of many threads retain freed memory,
+/// which becomes fragmented and is reused less and less. Takes milliseconds. No effect without glibc.
 void releaseFreeMemory();
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// Loops whose turns run side by side.
+// Parallel loops.
 #pragma once
 
 #include <atomic>
@@ -6,41 +6,45 @@
 
 namespace strobe {
 
-/// What the turns of a loop share. TBB orders what is before, in and after its tasks; this says so in the
-/// language, too, since ThreadSanitizer does not see into TBB.
+/// The state that the iterations of a parallel loop share: its body, and an atomic variable for
+/// ThreadSanitizer. TBB orders the iterations after the code before the loop and before the code after it.
+/// ThreadSanitizer does not see this, since TBB is not instrumented, so `m_order` repeats the order as
+/// release and acquire operations.
 template <class Body>
 class ParallelLoop {
   public:
-    explicit ParallelLoop(const Body& turn) : m_body(turn) { m_order.store(1, std::memory_order_release); }
+    explicit ParallelLoop(const Body& body) : m_body(body) { m_order.store(1, std::memory_order_release); }
     ~ParallelLoop() { m_order.load(std::memory_order_acquire); }
     ParallelLoop(const ParallelLoop&) = delete;
     ParallelLoop& operator=(const ParallelLoop&) = delete;
 
-    static void run(void* turns, size_t i) {
-        ParallelLoop& self = *static_cast<ParallelLoop*>(turns);
+    /// Executes iteration i of the ParallelLoop that `loop` points to.
+    static void run(void* loop, size_t i) {
+        ParallelLoop& self = *static_cast<ParallelLoop*>(loop);
         self.m_order.load(std::memory_order_acquire);
-        const Leaving leaving{self.m_order};
+        const ReleaseAtExit release{self.m_order};
         self.m_body(i);
     }
 
   private:
-    struct Leaving { ///< also by an exception
+    struct ReleaseAtExit { ///< a destructor, so that it also runs if the body throws
         std::atomic<size_t>& order;
-        ~Leaving() { order.fetch_add(1, std::memory_order_release); }
+        ~ReleaseAtExit() { order.fetch_add(1, std::memory_order_release); }
     };
     const Body& m_body;
     std::atomic<size_t> m_order{0};
 };
 
-/// Calls `turn(context, i)` for all i below `count`, each as a task of TBB's.
-void runTasks(size_t count, void (*turn)(void* context, size_t i), void* context);
+/// Calls `body(context, i)` for all i below `count`, each as a TBB task of its own.
+void runTasks(size_t count, void (*body)(void* context, size_t i), void* context);
 
-/// Calls `turn(i)` for all i below `count`, from the threads of the current TBB arena; returns when all are
-/// done. An exception of one ends the loop and is passed on: others may be left out.
+/// Calls `body(i)` for all i below `count`, on the threads of the current TBB arena, and waits for all calls.
+/// If a call throws, the loop is canceled (calls that have not started are skipped) and the exception is
+/// rethrown.
 template <class Body>
-void parallelFor(size_t count, const Body& turn) {
-    ParallelLoop<Body> turns(turn);
-    runTasks(count, ParallelLoop<Body>::run, &turns);
+void parallelFor(size_t count, const Body& body) {
+    ParallelLoop<Body> loop(body);
+    runTasks(count, ParallelLoop<Body>::run, &loop);
 }
 
 } // namespace strobe

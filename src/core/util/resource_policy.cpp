@@ -17,11 +17,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Returns whether `file` is `root` or a file below it; both are canonical.
 bool isWithin(const fs::path& root, const fs::path& file) {
     return std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first == root.end();
 }
 
-/// Memory that the machine has at all, on its disks, too.
+/// Returns the memory of the machine in bytes, including swap.
 uint64_t machineBytes() {
 #ifdef __linux__
     struct sysinfo info;
@@ -33,7 +34,7 @@ uint64_t machineBytes() {
 
 } // namespace
 
-ResourcePolicy::ResourcePolicy(const Settings& settings) : m_settings(settings), m_remembers(true) {
+ResourcePolicy::ResourcePolicy(const Settings& settings) : m_settings(settings), m_isRecording(true) {
     for (fs::path& root : m_settings.roots) {
         std::error_code error;
         const fs::path real = fs::canonical(root, error);
@@ -44,9 +45,9 @@ ResourcePolicy::ResourcePolicy(const Settings& settings) : m_settings(settings),
     }
 }
 
-fs::path ResourcePolicy::admit(const fs::path& file, const Location& where) const {
-    if (!confines()) {
-        remember(file);
+fs::path ResourcePolicy::authorizeRead(const fs::path& file, const Location& where) const {
+    if (!restrictsFiles()) {
+        record(file);
         return file;
     }
     std::error_code error;
@@ -55,47 +56,51 @@ fs::path ResourcePolicy::admit(const fs::path& file, const Location& where) cons
         real = fs::weakly_canonical(real, error);
     if (!error && std::any_of(m_settings.roots.begin(), m_settings.roots.end(),
                               [&](const fs::path& root) { return isWithin(root, real); })) {
-        remember(real);
+        record(real);
         return real;
     }
     throw Error(
         where,
-        fmt::format("file \"{}\" must not be read: it is outside of what --sandbox allows", file.string()),
+        fmt::format("cannot read file \"{}\": it is outside the files and directories given to --sandbox",
+                    file.string()),
         where ? ErrorKind::Scene : ErrorKind::Usage);
 }
 
-void ResourcePolicy::remember(const fs::path& file) const {
-    if (!m_remembers)
+void ResourcePolicy::record(const fs::path& file) const {
+    if (!m_isRecording)
         return;
     const std::lock_guard lock(m_mutex);
-    m_admitted.insert(file);
+    m_authorized.insert(file);
 }
 
-bool ResourcePolicy::hasAdmitted(const fs::path& file) const {
-    struct stat wanted, one;
-    if (::stat(file.c_str(), &wanted) != 0)
+bool ResourcePolicy::hasAuthorized(const fs::path& file) const {
+    struct stat requested;
+    if (::stat(file.c_str(), &requested) != 0)
         return false;
     const std::lock_guard lock(m_mutex);
-    return std::any_of(m_admitted.begin(), m_admitted.end(), [&](const fs::path& admitted) {
-        return ::stat(admitted.c_str(), &one) == 0 && one.st_dev == wanted.st_dev &&
-               one.st_ino == wanted.st_ino;
+    return std::any_of(m_authorized.begin(), m_authorized.end(), [&](const fs::path& authorized) {
+        struct stat status;
+        return ::stat(authorized.c_str(), &status) == 0 && status.st_dev == requested.st_dev &&
+               status.st_ino == requested.st_ino;
     });
 }
 
-void ResourcePolicy::require(uint64_t bytes, const std::string& what, const std::string& remedy,
-                             const Location& where) const {
-    const bool isAsked = m_settings.memory != 0;
-    const uint64_t held = residentBytes(), most = isAsked ? m_settings.memory : machineBytes();
-    if (held < most && bytes <= most - held)
+void ResourcePolicy::requireMemory(uint64_t bytes, const std::string& item, const std::string& remedy,
+                                   const Location& where) const {
+    const bool hasLimit = m_settings.maxMemory != 0;
+    const uint64_t used = residentBytes();
+    const uint64_t limit = hasLimit ? m_settings.maxMemory : machineBytes();
+    if (used < limit && bytes <= limit - used)
         return;
-    throw Error(where, fmt::format("{} would take {} more, with {} in use: {} {}; {}", what, inBytes(bytes),
-                                   inBytes(held), isAsked ? "--max-memory allows" : "this machine has",
-                                   inBytes(most), remedy));
+    throw Error(where,
+                fmt::format("{} would take {} more, with {} in use: {} {}; {}", item, formatBytes(bytes),
+                            formatBytes(used), hasLimit ? "--max-memory allows" : "this machine has",
+                            formatBytes(limit), remedy));
 }
 
 const ResourcePolicy& resourcePolicyOf(const Location& where) {
-    static const ResourcePolicy all;
-    return where && where.source->guard ? *where.source->guard : all;
+    static const ResourcePolicy unrestricted;
+    return where && where.source->policy ? *where.source->policy : unrestricted;
 }
 
 uint64_t residentBytes() {
@@ -105,7 +110,7 @@ uint64_t residentBytes() {
     return file ? resident * uint64_t(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-std::string inBytes(uint64_t bytes) {
+std::string formatBytes(uint64_t bytes) {
     if (bytes >= 1000000000)
         return fmt::format("{:.1f} GB", double(bytes) * 1e-9);
     return fmt::format("{:.1f} MB", double(bytes) * 1e-6);

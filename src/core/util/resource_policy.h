@@ -1,4 +1,4 @@
-// What a scene may read and take: the one place that decides.
+// The files that a scene may read, and the memory that it may use.
 #pragma once
 
 #include "core/util/error.h"
@@ -11,46 +11,49 @@
 
 namespace strobe {
 
-/// The limits of a run. Every Source of the command line's scenes leads to the guard, and so does every
-/// Location in them: who opens a file or takes much memory on a scene's behalf asks the functions below.
+/// The resource limits of a run (--sandbox, --max-memory). The policy is reachable from every Source that the
+/// command line reads, and so from every Location: code that opens a file or allocates much memory on behalf
+/// of a scene calls authorizeRead or requireMemory first. Thread-safe.
 class ResourcePolicy {
   public:
     struct Settings {
-        std::vector<std::filesystem::path> roots; ///< files and folders that may be read; none: all
-        uint64_t memory = 0;                      ///< resident bytes; 0: what the machine has
+        std::vector<std::filesystem::path> roots; ///< files and directories that may be read; if empty, all
+        uint64_t maxMemory = 0; ///< maximum resident memory in bytes; 0: memory of the machine
     };
-    ResourcePolicy() = default; ///< allows everything, and remembers nothing
-    /// Throws Error of kind Usage where a root does not exist.
+    /// Allows all files and the memory of the machine, and does not record authorized files.
+    ResourcePolicy() = default;
+    /// Throws Error of kind Usage if a root does not exist.
     explicit ResourcePolicy(const Settings& settings);
 
-    /// True where only the roots may be read.
-    bool confines() const { return !m_settings.roots.empty(); }
-    /// The path to open: where `file` truly is, symbolic links and `..` followed, if only the roots may be
-    /// read; else `file` itself. Throws an Error at `where` if that is outside of them.
-    std::filesystem::path admit(const std::filesystem::path& file, const Location& where) const;
-    /// Whether `file` is there and is one that was admitted, by this name or another.
-    bool hasAdmitted(const std::filesystem::path& file) const;
-    /// Throws an Error at `where` that says what `what` would take, and `remedy`, if that many bytes more do
-    /// not fit.
-    void require(uint64_t bytes, const std::string& what, const std::string& remedy,
-                 const Location& where) const;
+    /// Returns whether only files within the roots may be read.
+    bool restrictsFiles() const { return !m_settings.roots.empty(); }
+    /// Returns the path to open for `file`. If files are restricted, this is the canonical path, with
+    /// symbolic links and `..` resolved; else `file` itself. Throws Error at `where` if the file is outside
+    /// the roots.
+    std::filesystem::path authorizeRead(const std::filesystem::path& file, const Location& where) const;
+    /// Returns whether `file` exists and authorizeRead was called for it, under this or another name.
+    bool hasAuthorized(const std::filesystem::path& file) const;
+    /// Throws Error at `where` if `bytes` of additional memory exceed the limit. The message names `item`,
+    /// the object that needs the memory, and proposes `remedy`.
+    void requireMemory(uint64_t bytes, const std::string& item, const std::string& remedy,
+                       const Location& where) const;
 
   private:
-    void remember(const std::filesystem::path& file) const;
+    void record(const std::filesystem::path& file) const;
 
-    Settings m_settings; ///< roots are canonical
-    bool m_remembers = false;
-    mutable std::mutex m_mutex; ///< of what follows: shapes and images are loaded by many threads
-    mutable std::set<std::filesystem::path> m_admitted; ///< looked at when asked for: there may be very many
+    Settings m_settings; ///< with canonical roots
+    bool m_isRecording = false;
+    mutable std::mutex m_mutex; ///< for m_authorized: threads load shapes and images concurrently
+    mutable std::set<std::filesystem::path> m_authorized;
 };
 
-/// The guard of the text that `where` lies in, or one that allows everything.
+/// Returns the policy of the source of `where`; without one, a policy that allows everything.
 const ResourcePolicy& resourcePolicyOf(const Location& where);
 
-/// Memory that the process holds, in bytes; 0 where the system does not say.
+/// Returns the resident memory of the process in bytes; 0 if it is not available.
 uint64_t residentBytes();
 
-/// "3.2 GB".
-std::string inBytes(uint64_t bytes);
+/// Formats a number of bytes, e.g. as "3.2 GB".
+std::string formatBytes(uint64_t bytes);
 
 } // namespace strobe

@@ -89,7 +89,7 @@ void requireTracerMemory(const BuiltGeometry& geometry, const Location& where) {
                 keys += mesh->triangleCount() * (mesh->positions.size() - 1);
             }
     const size_t instances = geometry.instances.size();
-    resourcePolicyOf(where).require(
+    resourcePolicyOf(where).requireMemory(
         kBytesPerTriangle * triangles + kBytesPerKey * keys + kBytesPerInstance * instances,
         std::to_string(triangles) + " triangles and " + std::to_string(instances) + " instances",
         "subdivide less, simplify meshes, or repeat them as instances", where);
@@ -118,10 +118,10 @@ SceneDescription withGltfOptions(SceneDescription&& description, const BuildOpti
 
 class SceneBuilder::Impl {
   public:
-    Impl(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages, Frames frames)
-        : m_description(withGltfOptions(std::move(description), options)), m_messages(messages),
-          m_tables(pluginTables()), m_factory(m_description, options.color, messages),
-          m_gltf(m_description, *m_factory.context().textureCache, messages),
+    Impl(SceneDescription&& description, const BuildOptions& options, Diagnostics& diagnostics, Frames frames)
+        : m_description(withGltfOptions(std::move(description), options)), m_diagnostics(diagnostics),
+          m_tables(pluginTables()), m_factory(m_description, options.color, diagnostics),
+          m_gltf(m_description, *m_factory.context().textureCache, diagnostics),
           m_camera(orDefault(m_description.camera, "perspective")),
           m_shapes([this](ShapeDecl& decl, Diagnostics& log) { return makeShape(decl, log); },
                    frames == Frames::Many),
@@ -162,12 +162,12 @@ class SceneBuilder::Impl {
             return std::shared_ptr<const Light>(std::move(light));
         };
         BuiltGeometry geometry = buildGeometry(m_description, *camera, shutter, int(lights.size()), m_shapes,
-                                               makeAreaLight, m_messages);
+                                               makeAreaLight, m_diagnostics);
         requireTracerMemory(geometry, m_description.world.where);
         lights.insert(lights.end(), geometry.areaLights.begin(), geometry.areaLights.end());
         m_gltf.endFrame(m_description);
         if (lights.empty())
-            m_messages.warn({}, "the scene has no lights; the image will be black");
+            m_diagnostics.warn({}, "the scene has no lights; the image will be black");
         return {m_setup,
                 std::make_unique<const Scene>(std::move(geometry.groups), std::move(geometry.instances),
                                               materialsOf(m_materials), std::move(lights), camera, shutter)};
@@ -199,9 +199,9 @@ class SceneBuilder::Impl {
         const auto width = uint64_t(m_setup.pixelBounds.width());
         const auto height = uint64_t(m_setup.pixelBounds.height());
         resourcePolicyOf(m_description.world.where)
-            .require(kBytesPerPixel * width * height,
-                     "a picture of " + std::to_string(width) + "x" + std::to_string(height) + " pixels",
-                     "lower the resolution, or render it in parts (--pixel-bounds)", where);
+            .requireMemory(kBytesPerPixel * width * height,
+                           "a picture of " + std::to_string(width) + "x" + std::to_string(height) + " pixels",
+                           "lower the resolution, or render it in parts (--pixel-bounds)", where);
     }
 
     void makeSampler(const BuildOptions& options) {
@@ -213,8 +213,8 @@ class SceneBuilder::Impl {
             count = std::max(1, count / 4);
         count = m_setup.sampler.sampler->roundCount(count);
         if (options.samplesPerPixel > 0 && count != options.samplesPerPixel)
-            m_messages.warn({}, "--spp " + std::to_string(options.samplesPerPixel) + ": sampler \"" +
-                                    sampler.name + "\" takes " + std::to_string(count));
+            m_diagnostics.warn({}, "--spp " + std::to_string(options.samplesPerPixel) + ": sampler \"" +
+                                       sampler.name + "\" takes " + std::to_string(count));
         m_setup.filter = m_factory.make(m_tables.filters, filter, "pixel filter");
         m_setup.metadata.emplace_back("strobe:sampler", sampler.name);
         m_setup.metadata.emplace_back("strobe:filter", filter.name);
@@ -240,14 +240,14 @@ class SceneBuilder::Impl {
     }
 
     /// Called by several threads; `messages` is the caller's own.
-    Shape makeShape(ShapeDecl& decl, Diagnostics& messages) const {
+    Shape makeShape(ShapeDecl& decl, Diagnostics& diagnostics) const {
         if (decl.prebuilt.mesh)
             return std::move(decl.prebuilt);
         const BuiltMaterial& material = m_materials[size_t(decl.material)];
         Shape shape;
         if (!material.isInterface || decl.areaLight >= 0)
-            shape =
-                PluginFactory(m_factory, messages).make(m_tables.shapes, m_compatShapes, decl.shape, "shape");
+            shape = PluginFactory(m_factory, diagnostics)
+                        .make(m_tables.shapes, m_compatShapes, decl.shape, "shape");
         decl.shape.params = ParamSet(); // releases most of the description's memory
         if (shape.mesh && !shape.mesh->alpha.texture && shape.mesh->alpha.constant >= 1)
             shape.mesh->alpha = material.opacity;
@@ -274,7 +274,7 @@ class SceneBuilder::Impl {
     }
 
     SceneDescription m_description;
-    Diagnostics& m_messages;
+    Diagnostics& m_diagnostics;
     const PluginTables m_tables;
     PluginFactory m_factory;
     GltfScene m_gltf;
@@ -288,16 +288,16 @@ class SceneBuilder::Impl {
         m_lights; ///< by declaration; empty: to be created
 };
 
-SceneBuilder::SceneBuilder(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages,
-                           Frames frames)
-    : m_impl(std::make_unique<Impl>(std::move(description), options, messages, frames)) {}
+SceneBuilder::SceneBuilder(SceneDescription&& description, const BuildOptions& options,
+                           Diagnostics& diagnostics, Frames frames)
+    : m_impl(std::make_unique<Impl>(std::move(description), options, diagnostics, frames)) {}
 SceneBuilder::~SceneBuilder() = default;
 const FrameSetup& SceneBuilder::setup() const { return m_impl->setup(); }
 BuiltScene SceneBuilder::build(const Shutter& shutter) { return m_impl->build(shutter); }
 BuiltScene SceneBuilder::build() { return m_impl->build(m_impl->shutter()); }
 
-BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages) {
-    return SceneBuilder(std::move(description), options, messages, SceneBuilder::Frames::One).build();
+BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Diagnostics& diagnostics) {
+    return SceneBuilder(std::move(description), options, diagnostics, SceneBuilder::Frames::One).build();
 }
 
 } // namespace strobe

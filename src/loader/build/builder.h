@@ -4,6 +4,7 @@
 #include "core/film/film.h"
 #include "core/render/integrator.h"
 #include "core/render/shader.h"
+#include "core/util/diagnostics.h"
 #include "loader/build/plugin_tables.h"
 #include "loader/parser/description.h"
 
@@ -54,7 +55,7 @@ class SceneBuilder {
     /// The number of frames to build. With One, memory is released during the build.
     enum class Frames { One, Many };
     /// `messages` must outlive the builder.
-    SceneBuilder(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages,
+    SceneBuilder(SceneDescription&& description, const BuildOptions& options, Diagnostics& diagnostics,
                  Frames frames = Frames::Many);
     ~SceneBuilder();
     const FrameSetup& setup() const;
@@ -70,6 +71,6 @@ class SceneBuilder {
 
 /// Builds the frame of the options' shutter, or else of the scene's camera. Consumes the description, whose
 /// meshes are moved. Throws located Errors.
-BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Diagnostics& messages);
+BuiltScene buildScene(SceneDescription&& description, const BuildOptions& options, Diagnostics& diagnostics);
 
 } // namespace strobe

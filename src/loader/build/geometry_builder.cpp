@@ -61,9 +61,9 @@ class GeometryBuilder {
   public:
     GeometryBuilder(SceneDescription& description, const Camera& camera, const Shutter& shutter,
                     int firstLight, ShapeStore& shapes, const MakeAreaLight& makeAreaLight,
-                    Diagnostics& messages)
+                    Diagnostics& diagnostics)
         : m_description(description), m_camera(camera), m_shutter(shutter), m_firstLight(firstLight),
-          m_shapes(shapes), m_makeAreaLight(makeAreaLight), m_messages(messages) {}
+          m_shapes(shapes), m_makeAreaLight(makeAreaLight), m_diagnostics(diagnostics) {}
 
     BuiltGeometry build() {
         m_objectUses.resize(m_description.objects.size());
@@ -85,7 +85,7 @@ class GeometryBuilder {
     /// whose uses are appended to `uses`.
     void placeShapes(std::vector<ShapeDecl>& decls, uint32_t staticGroup, std::vector<GroupUse>& uses) {
         MovingGroups movingGroups;
-        m_shapes.create(decls, m_messages);
+        m_shapes.create(decls, m_diagnostics);
         for (const ShapeDecl& decl : decls) {
             const bool moves = !isStaticDuring(TransformChain(decl.toParent), m_shutter);
             PlacedShape placed{{}, M44f(), nullptr, decl.reverseOrientation};
@@ -175,8 +175,8 @@ class GeometryBuilder {
             return;
         m_uncheckedInstances = 0;
         resourcePolicyOf(instance.where)
-            .require(count * kBytesPerInstance, std::to_string(count) + " instances", "use fewer instances",
-                     instance.where);
+            .requireMemory(count * kBytesPerInstance, std::to_string(count) + " instances",
+                           "use fewer instances", instance.where);
     }
 
     void appendUses(const std::vector<InstanceDecl>& instances, std::vector<GroupUse>& uses) {
@@ -205,7 +205,7 @@ class GeometryBuilder {
             swept.extendBy(transformBounds(bounds, use.path.at(m_shutter.sceneTime(float(i) / 8))));
         auto motion = std::make_shared<Motion>(use.path, m_shutter, bounds, pixelTolerance(swept));
         if (!motion->converged())
-            m_messages.warnOnce(
+            m_diagnostics.warnOnce(
                 "motion fit", {},
                 "a motion rotates too much during the shutter for an error below 1/20 pixel; it is "
                 "approximated by 128 segments");
@@ -265,7 +265,7 @@ class GeometryBuilder {
     const int m_firstLight;
     ShapeStore& m_shapes;
     const MakeAreaLight& m_makeAreaLight;
-    Diagnostics& m_messages;
+    Diagnostics& m_diagnostics;
 
     std::vector<Group> m_groups;
     std::vector<std::vector<int>> m_areaLightDecls; ///< parallel to m_groups[].geometries; -1: not a light
@@ -281,8 +281,9 @@ class GeometryBuilder {
 
 BuiltGeometry buildGeometry(SceneDescription& description, const Camera& camera, const Shutter& shutter,
                             int firstLight, ShapeStore& shapes, const MakeAreaLight& makeAreaLight,
-                            Diagnostics& messages) {
-    return GeometryBuilder(description, camera, shutter, firstLight, shapes, makeAreaLight, messages).build();
+                            Diagnostics& diagnostics) {
+    return GeometryBuilder(description, camera, shutter, firstLight, shapes, makeAreaLight, diagnostics)
+        .build();
 }
 
 } // namespace strobe

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/render/integrator.h"
+#include "core/util/diagnostics.h"
 #include "loader/build/shape_store.h"
 
 namespace strobe {
@@ -20,6 +21,6 @@ using MakeAreaLight = std::function<std::shared_ptr<const Light>(const AreaLight
 /// `firstLight`: the index of the first area light among the lights of the scene. Throws located Errors.
 BuiltGeometry buildGeometry(SceneDescription& description, const Camera& camera, const Shutter& shutter,
                             int firstLight, ShapeStore& shapes, const MakeAreaLight& makeAreaLight,
-                            Diagnostics& messages);
+                            Diagnostics& diagnostics);
 
 } // namespace strobe

@@ -31,8 +31,9 @@ constexpr Shutter kTimeZero{0, 0};
 /// A glTF file and the declarations that it adds to the description.
 class GltfScene::File {
   public:
-    File(SceneDescription& description, const GltfDecl& decl, TextureCache& textures, Diagnostics& messages)
-        : m_decl(decl), m_importer(decl.document, decl.settings, textures, messages),
+    File(SceneDescription& description, const GltfDecl& decl, TextureCache& textures,
+         Diagnostics& diagnostics)
+        : m_decl(decl), m_importer(decl.document, decl.settings, textures, diagnostics),
           m_firstMaterial(int(description.materials.size())) {
         for (const gltf::ImportedMaterial& material : m_importer.materials())
             addMaterial(description, material);
@@ -245,10 +246,10 @@ constexpr float kDefaultHalfFov = 20; // degrees
 
 } // namespace
 
-GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& messages) {
+GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& diagnostics) {
     bool isLit = !description.lights.empty() || !description.areaLights.empty();
     for (const GltfDecl& decl : description.gltfs) {
-        m_files.push_back(std::make_unique<File>(description, decl, textures, messages));
+        m_files.push_back(std::make_unique<File>(description, decl, textures, diagnostics));
         const File& file = *m_files.back();
         isLit |= file.lightsScene();
         file.appendMovingLights(m_movingLights);

@@ -1,6 +1,7 @@
 // glTF files in a SceneDescription: converts the results of gltf/import.h to declarations.
 #pragma once
 
+#include "core/util/diagnostics.h"
 #include "loader/build/plugin_tables.h"
 #include "loader/parser/description.h"
 
@@ -15,7 +16,7 @@ class GltfScene {
   public:
     /// Appends everything that does not depend on the shutter to the description. If nothing lights the
     /// scene, adds a sky and a sun. Throws Errors located at the references to the files.
-    GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& messages);
+    GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& diagnostics);
     ~GltfScene();
 
     /// Returns true if the scene has glTF files and no Camera: `camera` is used then.

@@ -81,18 +81,18 @@ class MaterialFactory {
         for (size_t i = m_materials.size(); i-- > 0;)
             if (m_decls[i].name == name && !name.empty())
                 return m_materials[i];
-        m_factory.context().messages.warnOnce(
+        m_factory.context().diagnostics.warnOnce(
             "mix of " + name, where, "unknown material \"" + name + "\" in a mix; \"matte\" is used instead");
         return m_materials[0];
     }
 
     void ignoreBumpMaps(const Statement& statement) {
-        if (!m_factory.context().lenient || statement.name == "metallicroughness")
+        if (!m_factory.context().isLenient || statement.name == "metallicroughness")
             return;
         for (const Param& p : statement.params.all())
             if (p.name == "bumpmap" || p.name == "displacement" || p.name == "normalmap") {
                 p.used = true;
-                m_factory.context().messages.warnOnce(
+                m_factory.context().diagnostics.warnOnce(
                     "bump", p.where, "bump, displacement and normal maps are not supported and ignored");
             }
     }

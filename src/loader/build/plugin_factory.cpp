@@ -35,8 +35,8 @@ void projectionToSpot(ParamSet& params) {
 } // namespace
 
 PluginFactory::PluginFactory(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
-                             Diagnostics& messages)
-    : m_strict(description.strictParameters), m_context{messages,
+                             Diagnostics& diagnostics)
+    : m_strict(description.strictParameters), m_context{diagnostics,
                                                         description.conventions,
                                                         description.keyTimes,
                                                         std::make_shared<TextureCache>(),
@@ -44,20 +44,21 @@ PluginFactory::PluginFactory(const SceneDescription& description, std::shared_pt
                                                         !m_strict},
       m_textures(std::make_shared<TextureTable>()) {}
 
-PluginFactory::PluginFactory(const PluginFactory& other, Diagnostics& messages)
-    : m_strict(other.m_strict), m_context{messages,
+PluginFactory::PluginFactory(const PluginFactory& other, Diagnostics& diagnostics)
+    : m_strict(other.m_strict), m_context{diagnostics,
                                           other.m_context.conventions,
                                           other.m_context.keyTimes,
                                           other.m_context.textureCache,
-                                          other.m_context.color,
-                                          other.m_context.lenient},
+                                          other.m_context.colorConfig,
+                                          other.m_context.isLenient},
       m_textures(other.m_textures) {}
 
 void PluginFactory::warnUnsupported(const Statement& statement, const char* kind,
                                     const std::string& replacement) {
     const std::string subject = kindAndName(kind, statement);
     if (!replacement.empty())
-        m_context.messages.warnOnce(subject, statement.where, subject + " is not supported; " + replacement);
+        m_context.diagnostics.warnOnce(subject, statement.where,
+                                       subject + " is not supported; " + replacement);
 }
 
 bool PluginFactory::isSkipped(const Statement& statement) { return statement.name == kSkipped; }
@@ -83,7 +84,8 @@ bool PluginFactory::resolveAlias(Statement& statement, const char* kind) {
         warnUnsupported(statement, kind, usedInstead(alias.name));
     } else if (alias.isWarned) {
         const std::string subject = kindAndName(kind, statement);
-        m_context.messages.warnOnce(subject, statement.where, subject + " is read as \"" + alias.name + "\"");
+        m_context.diagnostics.warnOnce(subject, statement.where,
+                                       subject + " is read as \"" + alias.name + "\"");
     }
     statement.name = alias.name.empty() ? kSkipped : alias.name;
     return true;
@@ -92,7 +94,7 @@ bool PluginFactory::resolveAlias(Statement& statement, const char* kind) {
 void PluginFactory::replaceUnknown(Statement& statement, const char* kind) {
     const std::string name = defaultPlugin(kind);
     const std::string subject = kindAndName(kind, statement);
-    m_context.messages.warnOnce(subject, statement.where, "unknown " + subject + "; " + usedInstead(name));
+    m_context.diagnostics.warnOnce(subject, statement.where, "unknown " + subject + "; " + usedInstead(name));
     statement.params.markAllUsed();
     statement.name = name.empty() ? kSkipped : name;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/image/image.h"
+#include "core/util/diagnostics.h"
 #include "loader/build/plugin_tables.h"
 #include "loader/compat/pbrt_compat.h"
 #include "loader/parser/description.h"
@@ -14,12 +15,12 @@ namespace strobe {
 class PluginFactory {
   public:
     PluginFactory(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
-                  Diagnostics& messages);
+                  Diagnostics& diagnostics);
     /// A copy that sends its warnings to `messages`.
-    PluginFactory(const PluginFactory& other, Diagnostics& messages);
+    PluginFactory(const PluginFactory& other, Diagnostics& diagnostics);
 
     /// Creates the plugin of a statement; returns an empty product if the statement is skipped. `kind`: the
-    /// noun of messages. May change the statement's name and parameters to those of the replacement.
+    /// noun of diagnostics. May change the statement's name and parameters to those of the replacement.
     template <class Product, class... Args>
     Product make(const std::vector<Plugin<Product, Args...>>& table, Statement& statement, const char* kind,
                  const std::type_identity_t<Args>&... args) {
@@ -67,7 +68,7 @@ class PluginFactory {
     auto create(const Row& row, Statement& statement, const Args&... args) {
         bindTextures(statement);
         auto product = row.create(statement.params, m_context, args...);
-        statement.params.reportUnused(row.params, m_strict, m_context.messages);
+        statement.params.reportUnused(row.params, m_strict, m_context.diagnostics);
         return product;
     }
     template <class Row>

@@ -24,7 +24,7 @@ bool bake(TriangleMesh& mesh, const M44f& m) {
 
 } // namespace
 
-void ShapeStore::create(std::vector<ShapeDecl>& decls, Diagnostics& messages) {
+void ShapeStore::create(std::vector<ShapeDecl>& decls, Diagnostics& diagnostics) {
     struct Result {
         Shape shape;
         Diagnostics messages = Diagnostics::recorder();
@@ -43,7 +43,7 @@ void ShapeStore::create(std::vector<ShapeDecl>& decls, Diagnostics& messages) {
         }
     });
     for (size_t i = 0; i < missing.size(); ++i) {
-        results[i].messages.repeatTo(messages);
+        results[i].messages.replayTo(diagnostics);
         if (results[i].error)
             std::rethrow_exception(results[i].error);
         m_entries[missing[i]] = {std::move(results[i].shape)};

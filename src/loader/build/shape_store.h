@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/interfaces/geometry.h"
+#include "core/util/diagnostics.h"
 #include "loader/parser/description.h"
 
 #include <functional>
@@ -22,7 +23,7 @@ class ShapeStore {
 
     /// Creates the shapes of `decls` that are not stored yet, in parallel. Must precede their retrieval.
     /// Warnings appear, and the first error is thrown, as if the shapes were created in order.
-    void create(std::vector<ShapeDecl>& decls, Diagnostics& messages);
+    void create(std::vector<ShapeDecl>& decls, Diagnostics& diagnostics);
     /// Returns the shape in object space.
     Shape inObjectSpace(const ShapeDecl& decl) { return take(decl).shape; }
     /// Returns the shape in the space of its parent, with the transform at scene time `time`. The vertices of

@@ -1,6 +1,7 @@
 // The state of the parser and its handlers of directives. Internal to this room.
 #pragma once
 
+#include "core/util/diagnostics.h"
 #include "loader/parser/current_transform.h"
 #include "loader/parser/description.h"
 #include "loader/parser/param_list.h"
@@ -14,7 +15,7 @@ namespace strobe {
 class DirectiveParser {
   public:
     /// `isStrict`: whether harmless mistakes, common in exported files, are Errors instead of warnings.
-    DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& messages, bool isStrict,
+    DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& diagnostics, bool isStrict,
                     std::shared_ptr<const ResourcePolicy> policy);
     void parse(std::shared_ptr<const Source> source);
     /// Adds a glTF file of the command line; begins the world if WorldBegin is still missing.
@@ -130,7 +131,7 @@ class DirectiveParser {
     KeyedTransform keyed() const { return toKeyed(m_state.transform.keys(), m_desc.keyTimes); }
 
     const std::set<std::string>& m_sharingNames;
-    Diagnostics& m_messages;
+    Diagnostics& m_diagnostics;
     const std::shared_ptr<const ResourcePolicy> m_policy;
     SceneDescription m_desc;
     State m_state;
@@ -157,7 +158,7 @@ std::vector<std::string> namesOf(const Map& map) {
 
 /// Returns `; did you mean "x"?` for the nearest of `names`, or an empty string if none is near.
 std::string suggestion(std::string_view name, const std::vector<std::string>& names);
-/// Returns a name in quotes for messages, shortened and printable.
+/// Returns a name in quotes for diagnostics, shortened and printable.
 std::string inQuotes(std::string_view name);
 
 } // namespace strobe

@@ -23,11 +23,11 @@ Plugin<Shape> gltfPlugin() {
             }};
 }
 
-GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& messages) {
+GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& diagnostics) {
     const Location where = params.whereIs(kFilename);
-    GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->guard : nullptr);
+    GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->policy : nullptr);
     decl.settings = {params.get(kScene), params.get(kAnimation), params.get(kCamera), params.get(kLights)};
-    params.reportUnused(gltfPlugin().params, strict, messages);
+    params.reportUnused(gltfPlugin().params, strict, diagnostics);
     return decl;
 }
 

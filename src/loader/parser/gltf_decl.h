@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/params/plugin.h"
+#include "core/util/diagnostics.h"
 #include "loader/parser/description.h"
 
 namespace strobe {
@@ -12,7 +13,7 @@ Plugin<Shape> gltfPlugin();
 
 /// Reads the file that the parameters of a Shape "gltf" name. Throws a located Error if the file or a
 /// parameter is invalid; an unknown parameter is an Error if `strict`, else a warning.
-GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& messages);
+GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& diagnostics);
 
 /// Reads a whole file named by Include at `where`, or on the command line. `policy`: which files may be read;
 /// null: all. Throws an Error at `where` if the file is invalid.

@@ -246,11 +246,12 @@ std::string describe(const Token& token) {
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
                                          const std::filesystem::path& mainDirectory, const Location& where,
                                          std::shared_ptr<const ResourcePolicy> policy) {
-    const std::filesystem::path admitted = policy ? policy->admit(path, where) : path;
+    const std::filesystem::path admitted = policy ? policy->authorizeRead(path, where) : path;
     try {
         const FileBytes file = readFileBytes(admitted, [&](uint64_t bytes) {
             if (policy)
-                policy->require(bytes, "the text of \"" + path.string() + '"', "split the scene", where);
+                policy->requireMemory(bytes, "the text of \"" + path.string() + '"', "split the scene",
+                                      where);
         });
         return std::make_shared<Source>(path, file.view(), file.bytes, mainDirectory, std::move(policy));
     } catch (const Error&) {

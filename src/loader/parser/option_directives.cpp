@@ -6,7 +6,7 @@
 namespace strobe {
 
 ParamSet DirectiveParser::readRawParameters(const Call& call) {
-    return readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_messages);
+    return readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_diagnostics);
 }
 
 ParamSet DirectiveParser::readParameters(const Call& call, const char* target) {
@@ -32,8 +32,8 @@ Statement DirectiveParser::readStatement(const Call& call, const char* target) {
 
 void DirectiveParser::setOnce(std::optional<Statement>& slot, Statement statement) {
     if (slot)
-        m_messages.warn(slot->where,
-                        fmt::format("overridden by the statement at {}", statement.where.toString()));
+        m_diagnostics.warn(slot->where,
+                           fmt::format("overridden by the statement at {}", statement.where.toString()));
     slot = std::move(statement);
 }
 
@@ -66,7 +66,8 @@ void DirectiveParser::option(const Call& call) {
     for (const Param& param : params.all())
         if (param.name != conventions.name) {
             m_looksLikeV4 = true;
-            m_messages.warn(param.where, fmt::format("unknown Option {} is ignored", inQuotes(param.name)));
+            m_diagnostics.warn(param.where,
+                               fmt::format("unknown Option {} is ignored", inQuotes(param.name)));
         }
     if (!params.has(conventions))
         return;
@@ -81,15 +82,16 @@ void DirectiveParser::colorSpace(const Call& call) {
     const std::string name = readString(call, "a name");
     m_looksLikeV4 = true;
     if (name != "srgb")
-        m_messages.warnOnce("ColorSpace", call.where,
-                            fmt::format("unknown color space {}; colors are read as sRGB", inQuotes(name)));
+        m_diagnostics.warnOnce(
+            "ColorSpace", call.where,
+            fmt::format("unknown color space {}; colors are read as sRGB", inQuotes(name)));
 }
 
 void DirectiveParser::accelerator(const Call& call) {
     readString(call, "a name");
     readRawParameters(call);
-    m_messages.warnOnce(call.name, call.where,
-                        "Accelerator is ignored: Embree builds the acceleration structure");
+    m_diagnostics.warnOnce(call.name, call.where,
+                           "Accelerator is ignored: Embree builds the acceleration structure");
 }
 
 void DirectiveParser::ignore(const Call& call) {
@@ -110,7 +112,7 @@ void DirectiveParser::ignoreMediumInterface(const Call& call) {
 void DirectiveParser::warnIgnored(const Call& call) {
     const char* reason = call.name == "Renderer" ? "use Integrator or the command line"
                                                  : "participating media are not supported";
-    m_messages.warnOnce(call.name, call.where, fmt::format("{} is ignored: {}", call.name, reason));
+    m_diagnostics.warnOnce(call.name, call.where, fmt::format("{} is ignored: {}", call.name, reason));
 }
 
 } // namespace strobe

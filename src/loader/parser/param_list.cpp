@@ -1,5 +1,7 @@
 #include "loader/parser/param_list.h"
 
+#include "core/util/nearest_name.h"
+
 #include <fmt/format.h>
 
 namespace strobe {

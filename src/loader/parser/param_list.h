@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/params/params.h"
+#include "core/util/diagnostics.h"
 #include "loader/parser/lexer.h"
 
 namespace strobe {

@@ -23,7 +23,7 @@ std::filesystem::path canonicalPath(const std::filesystem::path& path) {
 
 /// Returns the source with the commas that some exporters write between numbers, and that pbrt ignores,
 /// replaced by blanks. Offsets do not change.
-std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source, Diagnostics& messages) {
+std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source, Diagnostics& diagnostics) {
     const std::string_view text = source->text;
     if (text.find(',') == std::string_view::npos)
         return source;
@@ -37,14 +37,14 @@ std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source
         } else if (text[i] == ',') {
             if (!copy) {
                 copy = std::make_shared<std::string>(text);
-                messages.warnOnce("commas", {source, i}, "commas between numbers are ignored");
+                diagnostics.warnOnce("commas", {source, i}, "commas between numbers are ignored");
             }
             (*copy)[i] = ' ';
         }
     }
     if (!copy)
         return source;
-    return std::make_shared<Source>(source->path, *copy, copy, source->mainDirectory, source->guard);
+    return std::make_shared<Source>(source->path, *copy, copy, source->mainDirectory, source->policy);
 }
 
 void interpolateWorldToObject(KeyedTransform& t) {
@@ -145,9 +145,10 @@ const std::map<std::string, DirectiveParser::Directive, std::less<>>& DirectiveP
     return table;
 }
 
-DirectiveParser::DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& messages,
+DirectiveParser::DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& diagnostics,
                                  bool isStrict, std::shared_ptr<const ResourcePolicy> policy)
-    : m_sharingNames(sharingNames), m_messages(messages), m_policy(std::move(policy)), m_isStrict(isStrict) {
+    : m_sharingNames(sharingNames), m_diagnostics(diagnostics), m_policy(std::move(policy)),
+      m_isStrict(isStrict) {
     m_desc.materials.push_back({"", {"matte", ParamSet(), {}}});
     m_desc.world.name = "world";
 }
@@ -166,7 +167,7 @@ void DirectiveParser::parseGltf(const std::filesystem::path& path) {
 
 void DirectiveParser::parseSource(std::shared_ptr<const Source> source) {
     if (!m_isStrict)
-        source = withoutCommas(std::move(source), m_messages);
+        source = withoutCommas(std::move(source), m_diagnostics);
     m_files.push_back(canonicalPath(source->path));
     m_desc.sources.push_back(source);
     Lexer lexer(std::move(source));
@@ -269,8 +270,8 @@ const DirectiveParser::OpenBlock& DirectiveParser::closeBlock(const Call& call, 
             fmt::format("{} does not match {} ({})", call.name, open.name, open.where.toString());
         if (m_isStrict || !reorderBlocks(opener))
             throw Error(call.where, mistake);
-        m_messages.warnOnce("mismatched blocks", call.where,
-                            mistake + "; the state that was saved last is restored, as in pbrt");
+        m_diagnostics.warnOnce("mismatched blocks", call.where,
+                               mistake + "; the state that was saved last is restored, as in pbrt");
     }
     return open;
 }
@@ -293,8 +294,8 @@ void DirectiveParser::objectBegin(const Call& call) {
                     fmt::format("ObjectBegin inside object {} ({})", inQuotes(m_desc.objects[m_object].name),
                                 m_desc.objects[m_object].where.toString()));
     if (const auto old = m_objects.find(name); old != m_objects.end())
-        m_messages.warn(where, fmt::format("object {} replaces the one at {}", inQuotes(name),
-                                           m_desc.objects[old->second].where.toString()));
+        m_diagnostics.warn(where, fmt::format("object {} replaces the one at {}", inQuotes(name),
+                                              m_desc.objects[old->second].where.toString()));
     beginBlock(call);
     m_object = static_cast<int>(m_desc.objects.size());
     m_desc.objects.push_back({name, call.where, {}, {}});
@@ -321,11 +322,11 @@ SceneDescription DirectiveParser::finish() {
 }
 
 SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
-                            const std::set<std::string>& sharingNames, Diagnostics& messages,
+                            const std::set<std::string>& sharingNames, Diagnostics& diagnostics,
                             std::shared_ptr<const ResourcePolicy> policy) {
     if (files.empty())
         throw Error("no scene file is given", ErrorKind::Usage);
-    DirectiveParser parser(sharingNames, messages, !isPbrtName(files.front()), policy);
+    DirectiveParser parser(sharingNames, diagnostics, !isPbrtName(files.front()), policy);
     for (const std::filesystem::path& file : files) {
         if (gltf::isGltfName(file))
             parser.parseGltf(file);
@@ -336,9 +337,9 @@ SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
 }
 
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
-                           const std::set<std::string>& sharingNames, Diagnostics& messages,
+                           const std::set<std::string>& sharingNames, Diagnostics& diagnostics,
                            std::shared_ptr<const ResourcePolicy> policy) {
-    DirectiveParser parser(sharingNames, messages, !isPbrtName(name), policy);
+    DirectiveParser parser(sharingNames, diagnostics, !isPbrtName(name), policy);
     parser.parse(makeSource(text, name, policy));
     return parser.finish();
 }

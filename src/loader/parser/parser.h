@@ -1,7 +1,7 @@
 // The parser of the scene language: text to SceneDescription. See docs/scene-format.md.
 #pragma once
 
-#include "core/util/error.h"
+#include "core/util/diagnostics.h"
 #include "loader/parser/description.h"
 
 #include <filesystem>
@@ -19,12 +19,12 @@ bool isPbrtName(const std::filesystem::path& name);
 /// "msaa"` from `Integrator "path"`. `policy`: which files the scene may read, and the memory limit; null: no
 /// restriction. Throws located Errors.
 SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
-                            const std::set<std::string>& sharingNames, Diagnostics& messages,
+                            const std::set<std::string>& sharingNames, Diagnostics& diagnostics,
                             std::shared_ptr<const ResourcePolicy> policy = nullptr);
-/// Parses a text in memory, as parseFiles parses one file. `name` is the file name in messages; its extension
-/// selects the mode, and its folder is where relative file names are looked for.
+/// Parses a text in memory, as parseFiles parses one file. `name` is the file name in diagnostics; its
+/// extension selects the mode, and its folder is where relative file names are looked for.
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
-                           const std::set<std::string>& sharingNames, Diagnostics& messages,
+                           const std::set<std::string>& sharingNames, Diagnostics& diagnostics,
                            std::shared_ptr<const ResourcePolicy> policy = nullptr);
 
 } // namespace strobe

@@ -10,7 +10,7 @@ void DirectiveParser::reportMistake(const Location& where, const std::string& mi
                                     const std::string& consequence) {
     if (m_isStrict)
         throw Error(where, mistake);
-    m_messages.warnOnce(mistake, where, mistake + " (" + consequence + ")");
+    m_diagnostics.warnOnce(mistake, where, mistake + " (" + consequence + ")");
 }
 
 bool DirectiveParser::resolveTexture(Param& param) {
@@ -66,8 +66,8 @@ void DirectiveParser::makeNamedMaterial(const Call& call) {
     ParamSet params = readParameters(call, "material");
     const std::string type = params.require(ParamDef<std::string>{"type", "", ""});
     if (const auto old = m_namedMaterials.find(name); old != m_namedMaterials.end())
-        m_messages.warn(where, fmt::format("material {} replaces the one at {}", inQuotes(name),
-                                           m_desc.materials[old->second].material.where.toString()));
+        m_diagnostics.warn(where, fmt::format("material {} replaces the one at {}", inQuotes(name),
+                                              m_desc.materials[old->second].material.where.toString()));
     m_desc.materials.push_back({name, {type, std::move(params), call.where}});
     m_namedMaterials[name] = static_cast<int>(m_desc.materials.size()) - 1;
 }
@@ -97,16 +97,16 @@ void DirectiveParser::texture(const Call& call) {
     Statement statement = readStatement(call, "texture");
     auto& textures = isFloat ? m_floatTextures : m_rgbTextures;
     if (const auto old = textures.find(name); old != textures.end())
-        m_messages.warn(where, fmt::format("texture {} replaces the one at {}", inQuotes(name),
-                                           m_desc.textures[old->second].texture.where.toString()));
+        m_diagnostics.warn(where, fmt::format("texture {} replaces the one at {}", inQuotes(name),
+                                              m_desc.textures[old->second].texture.where.toString()));
     m_desc.textures.push_back({name, isFloat, std::move(statement), keyed()});
     textures[name] = static_cast<int>(m_desc.textures.size()) - 1;
 }
 
 void DirectiveParser::lightSource(const Call& call) {
     if (m_object >= 0)
-        m_messages.warn(call.where,
-                        "a LightSource inside ObjectBegin is not instanced; it is added to the world once");
+        m_diagnostics.warn(
+            call.where, "a LightSource inside ObjectBegin is not instanced; it is added to the world once");
     Statement statement = readStatement(call, "light");
     m_desc.lights.push_back({std::move(statement), keyed()});
 }
@@ -125,7 +125,7 @@ void DirectiveParser::addGltf(GltfDecl decl) {
 void DirectiveParser::shape(const Call& call) {
     Statement statement = readStatement(call, "shape");
     if (statement.name == "gltf")
-        return addGltf(readGltf(statement.params, m_isStrict, m_messages));
+        return addGltf(readGltf(statement.params, m_isStrict, m_diagnostics));
     target().shapes.push_back(
         {std::move(statement), keyed(), m_state.material, m_state.areaLight, m_state.reverseOrientation});
 }

@@ -15,22 +15,22 @@ void expectNear(const Rgb& a, const Rgb& b, float relative) {
         EXPECT_NEAR(a[c], b[c], relative * std::abs(b[c])) << a;
 }
 
-TEST(Spectrum, FlatOneIsPbrts) {
+TEST(Spectrum, ConstantSpectrumHasTheColorOfPbrt) {
     const std::array<float, 1> nm{500}, one{1};
     expectNear(spectrumToRgb(nm, one), Rgb(1.20489f, .94823f, .90927f), 1e-4f);
 }
 
-TEST(Spectrum, IsLinearInterpolatedAndHeldAtTheEnds) {
+TEST(Spectrum, IsInterpolatedLinearlyAndConstantBeyondTheEnds) {
     const std::array<float, 2> nm{400, 700}, ramp{0, 3};
     const std::array<float, 5> dense{300, 400, 550, 700, 900}, same{0, 0, 1.5f, 3, 3};
     expectNear(spectrumToRgb(nm, ramp), spectrumToRgb(dense, same), 1e-5f);
     const std::array<float, 2> twice{0, 6};
     expectNear(spectrumToRgb(nm, twice), spectrumToRgb(nm, ramp) * 2, 1e-5f);
-    EXPECT_GT(spectrumToRgb(nm, ramp).x, spectrumToRgb(nm, ramp).z); // it rises towards red
+    EXPECT_GT(spectrumToRgb(nm, ramp).x, spectrumToRgb(nm, ramp).z); // the spectrum increases towards red
 }
 
-TEST(Spectrum, AWavelengthLiesInItsPartOfTheSpectrum) {
-    // A narrow line: the color matching functions there, so red, green or blue dominates.
+TEST(Spectrum, NarrowLinesAreBlueGreenAndRed) {
+    // A narrow line has the color of the color matching functions at its wavelength.
     const std::array<float, 3> lines{450, 540, 620};
     for (int k = 0; k < 3; ++k) {
         const float l = lines[size_t(k)];
@@ -40,15 +40,15 @@ TEST(Spectrum, AWavelengthLiesInItsPartOfTheSpectrum) {
     }
 }
 
-TEST(Spectrum, MismatchedArraysAreAnError) {
+TEST(Spectrum, ArraysOfDifferentSizeAreAnError) {
     const std::array<float, 2> nm{400, 700};
     const std::array<float, 1> one{1};
     EXPECT_THROW(spectrumToRgb(nm, one), Error);
     EXPECT_THROW(spectrumToRgb({}, {}), Error);
 }
 
-TEST(Spectrum, BlackbodiesAreNormalizedToTheirPeak) {
-    // 5270 K peaks at 550 nm, where the eye sees best: nearly 1 all over the green.
+TEST(Spectrum, BlackbodiesAreNormalizedToTheirMaximum) {
+    // At 5270 K, the maximum is at 550 nm, near the maximum of ȳ, so the luminance is nearly 1.
     EXPECT_NEAR(luminance(blackbodyRgb(5270, 1)), .96f, .03f);
     expectNear(blackbodyRgb(4000, 3), blackbodyRgb(4000, 1) * 3, 1e-6f);
     const Rgb warm = blackbodyRgb(2700, 1), cold = blackbodyRgb(10000, 1);
@@ -57,8 +57,7 @@ TEST(Spectrum, BlackbodiesAreNormalizedToTheirPeak) {
     EXPECT_EQ(blackbodyRgb(0, 1), Rgb(0));
 }
 
-TEST(Spectrum, PlanckAgainstItsDefinition) {
-    // The ratio of two wavelengths does not depend on the normalization.
+TEST(Spectrum, BlackbodiesMatchPlancksLaw) {
     const float t = 3000;
     std::vector<float> nm, value;
     double greatest = 0;
@@ -66,7 +65,8 @@ TEST(Spectrum, PlanckAgainstItsDefinition) {
         const double m = l * 1e-9;
         const double b =
             1 / (std::pow(m, 5) * std::expm1(6.62607015e-34 * 299792458 / (m * 1.380649e-23 * t)));
-        nm.push_back(float(l)), value.push_back(float(b * 1e-30));
+        nm.push_back(float(l));
+        value.push_back(float(b * 1e-30));
         greatest = std::max(greatest, b * 1e-30);
     }
     for (float& v : value)
@@ -74,7 +74,7 @@ TEST(Spectrum, PlanckAgainstItsDefinition) {
     expectNear(blackbodyRgb(t, 1), spectrumToRgb(nm, value), 1e-4f);
 }
 
-TEST(Spectrum, NamedSpectra) {
+TEST(Spectrum, NamedSpectraHaveKnownValues) {
     ASSERT_TRUE(namedSpectrum("metal-Cu-eta"));
     expectNear(*namedSpectrum("metal-Cu-k"), Rgb(3.2476f, 2.5868f, 2.3560f), 1e-4f);
     expectNear(*namedSpectrum("glass-BK7"), Rgb(1.5168f), 1e-5f);
@@ -110,7 +110,7 @@ TEST_F(SpdFile, ReadsPairsAndComments) {
     expectNear(read("# a comment\n400 .5\n\n  700\t1.0 # the end\r\n"), spectrumToRgb(nm, value), 1e-6f);
 }
 
-TEST_F(SpdFile, SaysWhatIsWrong) {
+TEST_F(SpdFile, MalformedFilesAreErrors) {
     EXPECT_NE(errorOf("400 1\n500\n").find(":2: expected a wavelength and a value"), std::string::npos);
     EXPECT_NE(errorOf("400 1\n500 x\n").find(":2: not a number"), std::string::npos);
     EXPECT_NE(errorOf("400 1x\n").find(":1: not a number"), std::string::npos);

@@ -9,7 +9,8 @@ namespace {
 
 class ExrFiles : public ImageFiles {
   protected:
-    /// Colors, a layer of numbers and one of integers; the colors end with a value beyond half floats.
+    /// Makes colors, a layer of floats and a layer of integers. The last color has a value beyond the range
+    /// of half floats.
     void SetUp() override {
         ImageFiles::SetUp();
         for (int i = 0; i < kWidth * kHeight; ++i) {
@@ -19,7 +20,7 @@ class ExrFiles : public ImageFiles {
         }
         m_colors.back().z = 1e6f;
     }
-    std::vector<Part> parts() const {
+    std::vector<ExrPart> parts() const {
         const float* data = &m_colors[0].x;
         return {{"rgba", {{"R", data, 3}, {"G", data + 1, 3}, {"B", data + 2, 3}}},
                 {"number", {{"number.Y", m_numbers.data(), 1, true}}, {{"about", std::string("numbers")}}},
@@ -28,9 +29,9 @@ class ExrFiles : public ImageFiles {
     size_t write(const std::string& words) const {
         return writeExr(*this / "a.exr", {{3, 2, 3 + kWidth, 2 + kHeight}, {100, 60}}, parts(),
                         {{"renderer", std::string("strobe")}, {"samples", 64}, {"seconds", 1.5f}},
-                        exrSettingsFrom(words));
+                        parseExrSettings(words));
     }
-    /// What OpenImageIO finds under a channel's name, in whichever part.
+    /// Returns the values of a channel, in any part, as read by OpenImageIO.
     std::vector<double> channel(const std::string& name, OIIO::TypeDesc* type = nullptr) const {
         const auto file = OIIO::ImageInput::open((*this / "a.exr").string());
         for (int i = 0; file && file->seek_subimage(i, 0); ++i) {
@@ -60,7 +61,7 @@ class ExrFiles : public ImageFiles {
     }
 };
 
-TEST_F(ExrFiles, EveryKindReadsBack) {
+TEST_F(ExrFiles, AllSettingsCanBeReadBack) {
     for (const char* compression :
          {"none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab:5"})
         for (const char* order : {"scanlines", "tiles:16", "tiles"})
@@ -81,7 +82,7 @@ TEST_F(ExrFiles, EveryKindReadsBack) {
     EXPECT_EQ(fileCount(), 1u);
 }
 
-TEST_F(ExrFiles, SaysWhatItIs) {
+TEST_F(ExrFiles, HeadersDescribeTheFile) {
     write("half,tiles:16,piz,parts");
     const auto file = OIIO::ImageInput::open((*this / "a.exr").string());
     ASSERT_TRUE(file);
@@ -115,7 +116,7 @@ TEST_F(ExrFiles, SaysWhatItIs) {
     EXPECT_EQ(type, OIIO::TypeDesc::FLOAT);
 }
 
-TEST_F(ExrFiles, OnePartHasAllChannelsAndMetadata) {
+TEST_F(ExrFiles, SinglePartHasAllChannelsAndMetadata) {
     write("half");
     const auto file = OIIO::ImageInput::open((*this / "a.exr").string());
     ASSERT_TRUE(file);
@@ -126,7 +127,7 @@ TEST_F(ExrFiles, OnePartHasAllChannelsAndMetadata) {
     EXPECT_EQ(channel("number.Y")[7], m_numbers[7]);
 }
 
-TEST_F(ExrFiles, FiniteStaysFiniteInHalfFloats) {
+TEST_F(ExrFiles, FiniteValuesAreClampedToTheRangeOfHalfFloats) {
     m_colors[0] = Rgb(-1e9f, INFINITY, NAN);
     EXPECT_EQ(write("half"), 2u);
     EXPECT_EQ(channel("R")[0], -65504);
@@ -135,17 +136,17 @@ TEST_F(ExrFiles, FiniteStaysFiniteInHalfFloats) {
     EXPECT_TRUE(std::isnan(channel("B")[0]));
 }
 
-TEST_F(ExrFiles, DwaLevelsCount) {
+TEST_F(ExrFiles, DwaLevelsChangeTheFileSize) {
     const auto size = [&](const std::string& words) {
         writeExr(*this / "a.exr", {{0, 0, kWidth, kHeight}, {kWidth, kHeight}}, {parts()[0]}, {},
-                 exrSettingsFrom(words));
+                 parseExrSettings(words));
         return fs::file_size(*this / "a.exr");
     };
     EXPECT_GT(size("half,dwaa:0"), size("half,dwaa:1000"));
     EXPECT_EQ(size("half,dwaa"), size("half,dwaa:45"));
 }
 
-TEST_F(ExrFiles, NumbersAreNotLostSilently) {
+TEST_F(ExrFiles, LossyCompressionOfDataIsAnError) {
     for (const char* words : {"dwaa", "dwab", "pxr24"}) {
         try {
             write(words);
@@ -154,8 +155,8 @@ TEST_F(ExrFiles, NumbersAreNotLostSilently) {
             EXPECT_EQ(e.kind, ErrorKind::Usage);
             EXPECT_EQ(e.what(),
                       "cannot write " + (*this / "a.exr").string() + ": " + words +
-                          " would change the numbers of \"number\"; add \"parts\", to compress that "
-                          "layer otherwise, or take zip");
+                          " would change the data in \"number\"; use zip, or add \"parts\" to compress that "
+                          "layer without loss");
         }
     }
     EXPECT_EQ(fileCount(), 0u);
@@ -163,17 +164,17 @@ TEST_F(ExrFiles, NumbersAreNotLostSilently) {
     EXPECT_EQ(channel("number.Y")[7], m_numbers[7]);
 }
 
-TEST_F(ExrFiles, AreTheSameWhateverThreadsCompressThem) {
+TEST_F(ExrFiles, DoNotDependOnTheNumberOfThreads) {
     constexpr int kLarge = 200;
     std::vector<float> values(size_t(kLarge) * kLarge);
     for (size_t i = 0; i < values.size(); ++i)
         values[i] = std::sin(float(i));
-    const std::vector<Part> parts{{"a", {{"R", values.data()}}}, {"b", {{"b.Y", values.data(), 1, true}}}};
+    const std::vector<ExrPart> parts{{"a", {{"R", values.data()}}}, {"b", {{"b.Y", values.data(), 1, true}}}};
     for (const char* words : {"zip", "piz", "zips,parts", "zip,tiles:32", "dwaa,half,parts"}) {
         std::string bytes[3];
         for (const int threads : {0, 1, 5}) {
             const fs::path file = *this / "t.exr";
-            writeExr(file, {{0, 0, kLarge, kLarge}, {kLarge, kLarge}}, parts, {}, exrSettingsFrom(words),
+            writeExr(file, {{0, 0, kLarge, kLarge}, {kLarge, kLarge}}, parts, {}, parseExrSettings(words),
                      threads);
             std::ifstream stream(file, std::ios::binary);
             bytes[threads % 3] = std::string(std::istreambuf_iterator<char>(stream), {});
@@ -184,11 +185,11 @@ TEST_F(ExrFiles, AreTheSameWhateverThreadsCompressThem) {
     }
 }
 
-TEST_F(ExrFiles, RefusesNonsense) {
+TEST_F(ExrFiles, InvalidArgumentsAreErrors) {
     const float zero[4] = {};
-    const auto write = [&](const PixelBounds& w, const std::vector<Part>& p, const Metadata& m = {},
-                           const ExrSettings& s = {}) {
-        writeExr(*this / "d.exr", {w, {2, 2}}, p, m, s);
+    const auto write = [&](const PixelBounds& dataWindow, const std::vector<ExrPart>& p,
+                           const Metadata& m = {}, const ExrSettings& s = {}) {
+        writeExr(*this / "d.exr", {dataWindow, {2, 2}}, p, m, s);
     };
     const PixelBounds all{0, 0, 2, 2};
     EXPECT_THROW(write({0, 0, 0, 2}, {{"p", {{"R", zero}}}}), Error);
@@ -199,33 +200,33 @@ TEST_F(ExrFiles, RefusesNonsense) {
     EXPECT_THROW(write(all, {{"p", {{"R", zero}}}, {"p", {{"G", zero}}}}), Error);
     EXPECT_THROW(write(all, {{"", {{"R", zero}}}}), Error);
     EXPECT_THROW(write(all, {{"p", {{"", zero}}}}), Error);
-    EXPECT_THROW(write(all, {{"p", {{"R", zero}}}}, {{"channels", 1}}), Error); // a name of OpenEXR's own
+    EXPECT_THROW(write(all, {{"p", {{"R", zero}}}}, {{"channels", 1}}), Error); // reserved by OpenEXR
     EXPECT_EQ(fileCount(), 0u);
 }
 
-TEST(ExrSettings, Words) {
-    const ExrSettings s = exrSettingsFrom("half,dwab:12.5,tiles:32,parts");
-    EXPECT_TRUE(s.half && s.parts);
+TEST(ExrSettings, WordsAreParsedAndLaterWordsOverride) {
+    const ExrSettings s = parseExrSettings("half,dwab:12.5,tiles:32,parts");
+    EXPECT_TRUE(s.half && s.isMultiPart);
     EXPECT_EQ(s.compression, ExrSettings::Dwab);
     EXPECT_EQ(s.dwaLevel, 12.5f);
-    EXPECT_EQ(s.tile, 32);
-    const ExrSettings back = exrSettingsFrom("half,float,tiles,scanlines,parts,single,rle,none");
-    EXPECT_FALSE(back.half || back.parts);
-    EXPECT_EQ(back.tile, 0);
-    EXPECT_EQ(back.compression, ExrSettings::None);
-    EXPECT_EQ(exrSettingsFrom("tiles").tile, 64);
+    EXPECT_EQ(s.tileSize, 32);
+    const ExrSettings later = parseExrSettings("half,float,tiles,scanlines,parts,single,rle,none");
+    EXPECT_FALSE(later.half || later.isMultiPart);
+    EXPECT_EQ(later.tileSize, 0);
+    EXPECT_EQ(later.compression, ExrSettings::None);
+    EXPECT_EQ(parseExrSettings("tiles").tileSize, 64);
 }
 
-TEST(ExrSettings, UnknownWordsListTheKnown) {
+TEST(ExrSettings, ErrorsForUnknownWordsListTheKnownWords) {
     for (const char* word : {"", "halfs", "half:2", "zip:3", "dwaa:", "dwaa:-1", "dwaa:x", "dwaa:nan",
                              "tiles:0", "tiles:7x", "parts:2", "Half"}) {
         try {
-            exrSettingsFrom(std::string("float,") + word);
+            parseExrSettings(std::string("float,") + word);
             ADD_FAILURE() << word;
         } catch (const Error& e) {
             EXPECT_EQ(e.kind, ErrorKind::Usage);
             EXPECT_EQ(e.what(),
-                      "unknown kind of EXR file \"" + std::string(word) +
+                      "unknown EXR setting \"" + std::string(word) +
                           "\" (known: half, float, none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa, dwab; "
                           "dwaa:LEVEL, dwab:LEVEL; scanlines, tiles, tiles:EDGE; single, parts)");
         }

@@ -23,7 +23,7 @@ Image gradient(int width, int height) {
     return image;
 }
 
-std::string slurp(const fs::path& path) {
+std::string fileContents(const fs::path& path) {
     std::ostringstream s;
     s << std::ifstream(path, std::ios::binary).rdbuf();
     return s.str();
@@ -37,7 +37,7 @@ void writeGray8(const fs::path& path, int width, int height, const std::vector<u
     ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, values.data()) && out->close());
 }
 
-TEST_F(ImageFiles, ExrRoundTrip) {
+TEST_F(ImageFiles, ExrFilesCanBeReadBack) {
     const Image image = gradient(7, 5);
     writeRgb(*this / "a.exr", image);
     const Image back = readImage(*this / "a.exr", {});
@@ -48,7 +48,7 @@ TEST_F(ImageFiles, ExrRoundTrip) {
     EXPECT_EQ(fileCount(), 1u);
 }
 
-TEST_F(ImageFiles, PngIsSrgb) {
+TEST_F(ImageFiles, PngFilesAreSrgb) {
     Image image{2, 1, {Rgb(0, .5f, 1), Rgb(-1, 2, .001f)}};
     writePng(*this / "e.png", image, {{"Description", std::string("a test")}});
     const Image stored = readImage(*this / "e.png", {});
@@ -61,7 +61,7 @@ TEST_F(ImageFiles, PngIsSrgb) {
     EXPECT_EQ(in->spec().get_string_attribute("ImageDescription"), "a test");
 }
 
-TEST_F(ImageFiles, PngAsAViewShowsIt) {
+TEST_F(ImageFiles, PngFilesHaveTheViewTransformApplied) {
     const ColorTransform twice = [](std::span<Rgb> colors) {
         for (Rgb& c : colors)
             c *= 2;
@@ -73,11 +73,11 @@ TEST_F(ImageFiles, PngAsAViewShowsIt) {
         Imath::V3i(128, 64, 255));
 }
 
-TEST_F(ImageFiles, AColorSpaceIsOfFloatsToo) {
+TEST_F(ImageFiles, ColorSpacesApplyToFloatFiles) {
     const ColorConfig config;
     writeRgb(*this / "s.exr", Image{1, 1, {Rgb(1, 0, 0)}});
     writeGray8(*this / "t.png", 1, 1, {255});
-    const ColorEncoding acescg = ColorEncoding::of(config, "ACEScg", {});
+    const ColorEncoding acescg = ColorEncoding::fromSpace(config, "ACEScg", {});
     TextureCache cache;
     for (const char* name : {"s.exr", "t.png"}) {
         const Rgb read = readImage(*this / name, {}, acescg).at(0, 0);
@@ -89,13 +89,13 @@ TEST_F(ImageFiles, AColorSpaceIsOfFloatsToo) {
     }
 }
 
-TEST_F(ImageFiles, GrayIsSpread) {
+TEST_F(ImageFiles, GrayImagesHaveEqualChannels) {
     writeGray8(*this / "f.png", 2, 1, {0, 255});
     EXPECT_EQ(readImage(*this / "f.png", {}).at(1, 0), Rgb(1));
 }
 
 TEST_F(ImageFiles, UnreadableImagesAreErrors) {
-    std::ofstream(*this / "g.exr") << "this is no image";
+    std::ofstream(*this / "g.exr") << "not an image";
     EXPECT_THROW(readImage(*this / "g.exr", {}), Error);
     EXPECT_THROW(readImage(*this / "none.exr", {}), Error);
     writeRgb(*this / "h.exr", gradient(64, 64));
@@ -103,7 +103,7 @@ TEST_F(ImageFiles, UnreadableImagesAreErrors) {
     EXPECT_THROW(readImage(*this / "h.exr", {}), Error);
 }
 
-/// While it lives, files cannot grow beyond some bytes: a full disk.
+/// Simulates a full disk: limits the size of files during its lifetime.
 class FullDisk {
   public:
     explicit FullDisk(rlim_t bytes) {
@@ -118,7 +118,7 @@ class FullDisk {
     rlimit m_old{};
 };
 
-TEST_F(ImageFiles, AFailedWriteLeavesTheOldFileAndNoOther) {
+TEST_F(ImageFiles, FailedWritesKeepTheOldFile) {
     const fs::path exr = *this / "i.exr", png = *this / "i.png";
     std::ofstream(exr) << "precious";
     std::ofstream(png) << "precious";
@@ -134,15 +134,15 @@ TEST_F(ImageFiles, AFailedWriteLeavesTheOldFileAndNoOther) {
         }
         EXPECT_THROW(writePng(png, image, {}), Error);
     }
-    EXPECT_EQ(slurp(exr), "precious");
-    EXPECT_EQ(slurp(png), "precious");
+    EXPECT_EQ(fileContents(exr), "precious");
+    EXPECT_EQ(fileContents(png), "precious");
     EXPECT_EQ(fileCount(), 2u);
-    writeRgb(exr, image); // and now there is room
+    writeRgb(exr, image); // without the limit
     EXPECT_EQ(readImage(exr, {}).width, 50);
     EXPECT_EQ(fileCount(), 2u);
 }
 
-TEST_F(ImageFiles, AtomicFilesRefuseWhatIsNoFile) {
+TEST_F(ImageFiles, AtomicWritesRequireARegularFile) {
     EXPECT_THROW(writeFileAtomically(m_folder, "x"), Error);
     EXPECT_THROW(writeFileAtomically(*this / "none/x", "x"), Error);
     EXPECT_THROW(writeFileAtomically("/dev/null", "x"), Error);
@@ -151,21 +151,21 @@ TEST_F(ImageFiles, AtomicFilesRefuseWhatIsNoFile) {
     EXPECT_EQ(fileCount(), 0u);
 }
 
-TEST_F(ImageFiles, AtomicFilesFollowLinks) {
+TEST_F(ImageFiles, AtomicWritesFollowSymbolicLinks) {
     std::ofstream(*this / "target") << "old";
     fs::create_symlink("target", *this / "link");
     writeFileAtomically(*this / "link", "new");
     EXPECT_TRUE(fs::is_symlink(*this / "link"));
-    EXPECT_EQ(slurp(*this / "target"), "new");
-    const fs::path before = fs::current_path(); // a name without a folder
+    EXPECT_EQ(fileContents(*this / "target"), "new");
+    const fs::path before = fs::current_path(); // tests a name without a directory
     fs::current_path(m_folder);
     writeFileAtomically("plain", "here");
     fs::current_path(before);
-    EXPECT_EQ(slurp(*this / "plain"), "here");
+    EXPECT_EQ(fileContents(*this / "plain"), "here");
     EXPECT_EQ(fileCount(), 3u);
 }
 
-TEST_F(ImageFiles, LookupsAreBilinearAtPoints) {
+TEST_F(ImageFiles, LookupsWithoutFootprintAreBilinear) {
     const Image image = gradient(8, 4);
     writeRgb(*this / "j.exr", image);
     TextureCache cache;
@@ -177,13 +177,13 @@ TEST_F(ImageFiles, LookupsAreBilinearAtPoints) {
     EXPECT_NEAR(at(1.5f / 8, .5f / 4).z, image.at(1, 0).z, 1e-4f);
     EXPECT_NEAR(at(6.5f / 8, 3.5f / 4).z, image.at(6, 3).z, 1e-4f);
     EXPECT_NEAR(at(2.25f / 8, 2.5f / 4).z, .25f * image.at(1, 2).z + .75f * image.at(2, 2).z, 1e-3f);
-    EXPECT_NEAR(at(3, 1).x, (image.at(7, 0).x + image.at(0, 0).x) / 2, 1e-5f); // repeats at the border
+    EXPECT_NEAR(at(3, 1).x, (image.at(7, 0).x + image.at(0, 0).x) / 2, 1e-5f); // wraps around
     EXPECT_NEAR(at(1.5f / 8 - 4, .5f / 4 + 7).z, image.at(1, 0).z, 1e-3f);
     EXPECT_NEAR(at(-5, .5f / 4, Wrap::Clamp).z, image.at(0, 0).z, 1e-4f);
     EXPECT_EQ(at(-5, .5f, Wrap::Black), Rgb(0));
 }
 
-TEST_F(ImageFiles, WideFootprintsGiveTheMean) {
+TEST_F(ImageFiles, LookupsWithLargeFootprintsReturnTheMean) {
     Image image{64, 64, {}};
     for (int i = 0; i < 64 * 64; ++i)
         image.pixels.push_back((i + i / 64) % 2 ? Rgb(2) : Rgb(0));
@@ -194,23 +194,23 @@ TEST_F(ImageFiles, WideFootprintsGiveTheMean) {
         EXPECT_NEAR(cache.lookup(*file, V2f(u, .3f), V2f(.25f, 0), V2f(0, .25f), Wrap::Repeat).x, 1, .02f);
 }
 
-TEST_F(ImageFiles, StoredValuesBecomeLinearBeforeTheyAreFiltered) {
+TEST_F(ImageFiles, TexturesAreDecodedBeforeTheyAreFiltered) {
     writeGray8(*this / "l.png", 2, 1, {0, 255, 0, 0, 255, 0},
-               3); // green on the left, green on the right: as bytes
+               3); // two green texels
     writeGray8(*this / "m.png", 4, 4, {0, 255, 0, 255, 255, 0, 255, 0, 0, 255, 0, 255, 255, 0, 255, 0});
     TextureCache cache;
     const auto green = cache.open(*this / "l.png", {}, {ColorEncoding::Srgb});
     EXPECT_NEAR(cache.lookup(*green, V2f(.25f, .5f), V2f(0), V2f(0), Wrap::Clamp).y, 1, 1e-6f);
     const auto stored = cache.open(*this / "m.png", {}),
                linear = cache.open(*this / "m.png", {}, {ColorEncoding::Srgb});
-    // Halfway between black and white either way: 1/2, not the decoded 1/2 (.214).
+    // Between black and white, both encodings give 1/2; filtering of encoded values would give .214.
     EXPECT_NEAR(cache.lookup(*linear, V2f(.5f, .125f), V2f(0), V2f(0), Wrap::Clamp).x, .5f, 1e-3f);
     EXPECT_NEAR(cache.lookup(*linear, V2f(.5f), V2f(1, 0), V2f(0, 1), Wrap::Repeat).x, .5f, 1e-2f);
     EXPECT_NEAR(cache.lookup(*stored, V2f(.5f, .125f), V2f(0), V2f(0), Wrap::Clamp).x, .5f, 1e-3f);
 
     writeGray8(*this / "n.png", 1, 1, {188});
-    const auto value = [&](const ColorEncoding& transfer) {
-        const auto file = cache.open(*this / "n.png", {}, transfer);
+    const auto value = [&](const ColorEncoding& encoding) {
+        const auto file = cache.open(*this / "n.png", {}, encoding);
         return cache.lookup(*file, V2f(.5f), V2f(0), V2f(0), Wrap::Clamp).y;
     };
     EXPECT_NEAR(value({}), 188 / 255.f, 1e-5f);
@@ -218,11 +218,11 @@ TEST_F(ImageFiles, StoredValuesBecomeLinearBeforeTheyAreFiltered) {
     EXPECT_NEAR(value({ColorEncoding::Gamma, 2}), sqr(188 / 255.f), 1e-5f);
 }
 
-TEST_F(ImageFiles, FloatFilesAreLinearUnlessAskedOtherwise) {
+TEST_F(ImageFiles, FloatFilesAreDecodedOnlyIfTheEncodingAppliesToFloats) {
     writeRgb(*this / "o.exr", Image{1, 1, {Rgb(.5f)}});
     TextureCache cache;
-    const auto value = [&](const ColorEncoding& transfer) {
-        return cache.lookup(*cache.open(*this / "o.exr", {}, transfer), V2f(.5f), V2f(0), V2f(0), Wrap::Clamp)
+    const auto value = [&](const ColorEncoding& encoding) {
+        return cache.lookup(*cache.open(*this / "o.exr", {}, encoding), V2f(.5f), V2f(0), V2f(0), Wrap::Clamp)
             .x;
     };
     EXPECT_EQ(value({ColorEncoding::Srgb}), .5f);
@@ -230,16 +230,16 @@ TEST_F(ImageFiles, FloatFilesAreLinearUnlessAskedOtherwise) {
     EXPECT_NEAR(value({ColorEncoding::Gamma, 2, true}), .25f, 1e-6f);
 }
 
-TEST_F(ImageFiles, TexturesThatCannotBeReadAreErrors) {
+TEST_F(ImageFiles, UnreadableTexturesAreErrors) {
     TextureCache cache;
     std::ofstream(*this / "p.png") << "no";
-    for (const ColorEncoding& transfer : {ColorEncoding{}, ColorEncoding{ColorEncoding::Srgb}}) {
-        EXPECT_THROW(cache.open(*this / "p.png", {}, transfer), Error);
-        EXPECT_THROW(cache.open(*this / "none.png", {}, transfer), Error);
+    for (const ColorEncoding& encoding : {ColorEncoding{}, ColorEncoding{ColorEncoding::Srgb}}) {
+        EXPECT_THROW(cache.open(*this / "p.png", {}, encoding), Error);
+        EXPECT_THROW(cache.open(*this / "none.png", {}, encoding), Error);
     }
 }
 
-TEST_F(ImageFiles, LookupsFromManyThreadsAgree) {
+TEST_F(ImageFiles, LookupsOnSeveralThreadsAgree) {
     const Image image = gradient(200, 150);
     writeRgb(*this / "q.exr", image);
     TextureCache cache(1);
@@ -257,7 +257,7 @@ TEST_F(ImageFiles, LookupsFromManyThreadsAgree) {
         EXPECT_TRUE(r == results[0]);
 }
 
-TEST(Srgb, TransferAndItsInverse) {
+TEST(Srgb, DecodeInvertsEncode) {
     EXPECT_NEAR(encodeSrgb(.5f), .7353569f, 1e-6f);
     EXPECT_NEAR(encodeSrgb(.002f), .02584f, 1e-6f);
     for (int i = 0; i <= 100; ++i)

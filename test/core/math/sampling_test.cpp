@@ -11,9 +11,9 @@ using namespace strobe::test;
 namespace {
 
 constexpr int kSamples = 100000;
-constexpr double kAlpha = 1e-4; ///< tests are deterministic: a failure stays one
+constexpr double kAlpha = 1e-4; ///< significance level; tests are deterministic
 
-/// A grid of points that includes the square's edges, corners and center.
+/// Returns a grid of n x n points that includes the edges, corners and center of the unit square.
 std::vector<V2f> gridPoints(int n = 65) {
     std::vector<V2f> points;
     for (int y = 0; y < n; ++y)
@@ -23,9 +23,10 @@ std::vector<V2f> gridPoints(int n = 65) {
     return points;
 }
 
-/// Warped samples in bins of z and φ, against ∫pdf over the bins.
-double directionP(const std::function<V3f(const V2f&)>& warp, const std::function<double(double)>& pdfOfZ,
-                  float zMin) {
+/// Returns the p-value of a chi-square test of warped samples, in bins of z and φ, against the integral of
+/// the pdf.
+double directionPValue(const std::function<V3f(const V2f&)>& warp,
+                       const std::function<double(double)>& pdfOfZ, float zMin) {
     constexpr int nz = 16, np = 16, sub = 64;
     std::vector<double> counts(nz * np), expected(nz * np);
     for (int i = 0; i < kSamples; ++i) {
@@ -55,21 +56,21 @@ void expectNear(const V2f& a, const V2f& b, float tolerance) {
 
 } // namespace
 
-TEST(ChiSquare, TailMatchesTables) {
+TEST(ChiSquare, TailMatchesPublishedTables) {
     EXPECT_NEAR(chiSquareTail(3.841, 1), 0.05, 1e-4);
     EXPECT_NEAR(chiSquareTail(18.307, 10), 0.05, 1e-4);
     EXPECT_NEAR(chiSquareTail(124.342, 100), 0.05, 1e-4);
     EXPECT_NEAR(chiSquareTail(77.929, 100), 0.95, 1e-4);
 }
 
-TEST(Sampling, QuarterSeriesAreFloatAccurate) {
+TEST(Sampling, SinQuarterAndCosQuarterHaveFloatPrecision) {
     for (float x = -kPi / 4; x <= kPi / 4; x += 1e-4f) {
         EXPECT_NEAR(sinQuarter(x), std::sin(double(x)), 1.2e-7);
         EXPECT_NEAR(cosQuarter(x), std::cos(double(x)), 1.2e-7);
     }
 }
 
-TEST(Sampling, DiskRoundTripsAndIsUniform) {
+TEST(Sampling, ConcentricDiskIsUniformAndInvertible) {
     for (const V2f& u : gridPoints()) {
         const V2f p = concentricDisk(u);
         EXPECT_LE(p.length(), 1 + 1e-6f);
@@ -85,38 +86,39 @@ TEST(Sampling, DiskRoundTripsAndIsUniform) {
     EXPECT_GT(chiSquareP(counts, expected), kAlpha);
 }
 
-TEST(Sampling, CosineHemisphere) {
+TEST(Sampling, CosineHemisphereMatchesItsPdfAndInverse) {
     for (const V2f& u : gridPoints()) {
         const V3f w = cosineHemisphere(u);
         EXPECT_NEAR(length(w), 1, 1e-6f);
         EXPECT_GE(w.z, 0);
         expectNear(cosineHemisphereInverse(w), u, 2e-6f);
     }
-    EXPECT_GT(directionP(
+    EXPECT_GT(directionPValue(
                   cosineHemisphere, [](double z) { return cosineHemispherePdf(float(z)); }, 0),
               kAlpha);
     EXPECT_EQ(cosineHemispherePdf(-.5f), 0);
 }
 
-TEST(Sampling, UniformSphereAndHemisphere) {
+TEST(Sampling, UniformSphereAndHemisphereMatchTheirPdfsAndInverses) {
     for (const V2f& u : gridPoints()) {
         const V3f w = uniformSphere(u), h = uniformHemisphere(u);
         EXPECT_NEAR(length(w), 1, 2e-6f);
         EXPECT_NEAR(length(h), 1, 1e-6f);
         EXPECT_GE(h.z, -1e-6f);
         expectNear(uniformHemisphereInverse(h), u, 4e-6f);
-        if (w.z > -.9999f) // the pole's neighborhood is the whole rim of the square
+        if (w.z > -.9999f) // near the pole, the inverse is ill-conditioned: the pole maps to the border of
+                           // the square
             expectNear(uniformSphereInverse(w), u, 2e-4f);
     }
-    EXPECT_GT(directionP(
+    EXPECT_GT(directionPValue(
                   uniformSphere, [](double) { return kUniformSpherePdf; }, -1),
               kAlpha);
-    EXPECT_GT(directionP(
+    EXPECT_GT(directionPValue(
                   uniformHemisphere, [](double) { return kUniformHemispherePdf; }, 0),
               kAlpha);
 }
 
-TEST(Sampling, ConeOfAnyWidth) {
+TEST(Sampling, UniformConeMatchesItsPdfAndInverseForAllWidths) {
     for (const float width : {2.f, 1.3f, .5f, 1e-2f, 1e-6f, 1e-12f}) {
         for (const V2f& u : gridPoints(17)) {
             const V3f w = uniformCone(u, width);
@@ -125,19 +127,19 @@ TEST(Sampling, ConeOfAnyWidth) {
             if (w.z > -.999f)
                 expectNear(uniformConeInverse(w, width), u, 1e-4f);
         }
-        // The widest sample stands at the rim: sin²θ = x(2-x), even where cosθ rounds to 1.
+        // At the rim of the cone, sin²θ = x(2-x), even if cosθ rounds to 1.
         const V3f rim = uniformCone({kOneMinusEpsilon, .5f}, width);
         const double sin2 = double(width) * (2 - double(width));
         EXPECT_NEAR(rim.x * rim.x + rim.y * rim.y, sin2, 1e-5 * sin2 + 1e-6 * width);
     }
-    EXPECT_GT(directionP([](const V2f& u) { return uniformCone(u, .7f); },
-                         [](double) { return uniformConePdf(.7f); }, .3f),
+    EXPECT_GT(directionPValue([](const V2f& u) { return uniformCone(u, .7f); },
+                              [](double) { return uniformConePdf(.7f); }, .3f),
               kAlpha);
     EXPECT_NEAR(oneMinusCos(1e-20f) / 5e-21f, 1, 1e-6);
     EXPECT_NEAR(oneMinusCos(.75f), .5, 1e-6);
 }
 
-TEST(Sampling, Triangle) {
+TEST(Sampling, UniformTriangleIsUniformAndInvertible) {
     std::vector<double> counts(64), expected(64);
     for (int i = 0; i < kSamples; ++i) {
         const V2f b = uniformTriangle(random2D(5, i));
@@ -153,7 +155,7 @@ TEST(Sampling, Triangle) {
         expectNear(uniformTriangleInverse(uniformTriangle(u)), u, 2e-6f);
 }
 
-TEST(Sampling, TentAndLinear) {
+TEST(Sampling, TentAndLinearMatchTheirPdfsAndInverses) {
     std::vector<double> tents(40), tentExpected(40), lines(20), lineExpected(20);
     for (int i = 0; i < kSamples; ++i) {
         const float u = random1D(11, i);
@@ -174,7 +176,7 @@ TEST(Sampling, TentAndLinear) {
     EXPECT_NEAR(sampleLinear(.75f, 1, 0), .5, 1e-6);
 }
 
-TEST(Sampling, Bilinear) {
+TEST(Sampling, BilinearMatchesItsPdfAndInverse) {
     const Bilinear f{1, 0, 2, 5};
     std::vector<double> counts(100), expected(100);
     for (int i = 0; i < kSamples; ++i) {
@@ -187,7 +189,7 @@ TEST(Sampling, Bilinear) {
     EXPECT_GT(chiSquareP(counts, expected), kAlpha);
 }
 
-TEST(Sampling, PowerHeuristic) {
+TEST(Sampling, PowerHeuristicHasKnownValues) {
     EXPECT_FLOAT_EQ(powerHeuristic(1, 2, 1, 1), .8f);
     EXPECT_FLOAT_EQ(powerHeuristic(2, 1, 1, 2), .5f);
     EXPECT_EQ(powerHeuristic(1, 0, 1, 0), 0);
@@ -196,17 +198,17 @@ TEST(Sampling, PowerHeuristic) {
     EXPECT_FLOAT_EQ(powerHeuristic(1, 3, 4, 2) + powerHeuristic(4, 2, 1, 3), 1);
 }
 
-TEST(Sampling, Piecewise1D) {
+TEST(Sampling, Piecewise1DMatchesItsPdfAndInverse) {
     const std::vector<float> values{0, 1, 0, 0, 5, 2.5f, 0};
     const Piecewise1D density(values);
     EXPECT_NEAR(density.integral(), 8.5 / 7, 1e-6);
     std::vector<double> counts(7), expected(7);
     for (int i = 0; i < kSamples; ++i) {
         const float u = random1D(17, i), x = density.sample(u);
-        float fresh;
-        const uint32_t index = density.sampleIndex(u, &fresh);
+        float remapped;
+        const uint32_t index = density.sampleIndex(u, &remapped);
         ASSERT_GT(values[index], 0);
-        ASSERT_TRUE(fresh >= 0 && fresh < 1);
+        ASSERT_TRUE(remapped >= 0 && remapped < 1);
         EXPECT_EQ(index, uint32_t(x * 7));
         EXPECT_NEAR(density.inverse(x), u, 2e-6);
         EXPECT_FLOAT_EQ(density.pdf(x), density.probability(index) * 7);
@@ -219,13 +221,13 @@ TEST(Sampling, Piecewise1D) {
     EXPECT_GT(values[density.sampleIndex(kOneMinusEpsilon)], 0);
     const Piecewise1D single({3.f});
     EXPECT_FLOAT_EQ(single.sample(.25f), .25f);
-    const Piecewise1D none({0.f, 0.f});
-    EXPECT_EQ(none.integral(), 0);
-    EXPECT_FLOAT_EQ(none.sample(.75f), .75f);
-    EXPECT_FLOAT_EQ(none.pdf(.75f), 1);
+    const Piecewise1D zero({0.f, 0.f});
+    EXPECT_EQ(zero.integral(), 0);
+    EXPECT_FLOAT_EQ(zero.sample(.75f), .75f);
+    EXPECT_FLOAT_EQ(zero.pdf(.75f), 1);
 }
 
-TEST(Sampling, FindIntervalIsExhaustive) {
+TEST(Sampling, FindIntervalFindsBothEndsOfEachInterval) {
     for (uint32_t n = 1; n < 40; ++n) {
         std::vector<float> cdf(n + 1);
         for (uint32_t i = 0; i <= n; ++i)
@@ -237,9 +239,9 @@ TEST(Sampling, FindIntervalIsExhaustive) {
     }
 }
 
-TEST(Sampling, GuidesFindTheSameIntervals) {
+TEST(Sampling, FindGuidedEqualsFindInterval) {
     for (uint32_t n = 1; n < 60; ++n) {
-        // Some empty, some tiny, one that holds nearly all.
+        // Some intervals are empty, some are tiny, and one contains nearly everything.
         std::vector<float> cdf(n + 1);
         for (uint32_t i = 0; i < n; ++i)
             cdf[i + 1] = cdf[i] + (i % 3 == 0 ? 0 : i == n / 2 ? 1000 : i % 5 == 0 ? 1e-6f : 1.f);
@@ -260,13 +262,13 @@ TEST(Sampling, GuidesFindTheSameIntervals) {
     }
 }
 
-TEST(Sampling, Piecewise2D) {
+TEST(Sampling, Piecewise2DMatchesItsPdfAndInverse) {
     constexpr uint32_t nx = 6, ny = 5;
     std::vector<float> values(nx * ny);
     for (uint32_t i = 0; i < nx * ny; ++i)
         values[i] = i % 3 == 0 ? 0 : float(1 << (i % 8));
     for (uint32_t x = 0; x < nx; ++x)
-        values[2 * nx + x] = 0; // a row that is never drawn
+        values[2 * nx + x] = 0; // a row that is never sampled
     const Piecewise2D density(values, nx, ny);
     std::vector<double> counts(nx * ny), expected(nx * ny);
     double sum = 0;
@@ -284,21 +286,27 @@ TEST(Sampling, Piecewise2D) {
     for (uint32_t i = 0; i < nx * ny; ++i)
         expected[i] = kSamples * values[i] / sum;
     EXPECT_GT(chiSquareP(counts, expected), kAlpha);
+}
 
-    V2SoA numbers;
-    Piecewise2D::Place places[kSoAWidth];
+TEST(Sampling, Piecewise2DSoAEqualsScalar) {
+    std::vector<float> values;
+    for (int i = 0; i < 30; ++i)
+        values.push_back(i % 3 == 0 ? 0 : float(1 << (i % 8)));
+    const Piecewise2D density(values, 6, 5);
+    V2SoA u;
+    Piecewise2D::CellSample samples[kSoAWidth];
     for (int i = 0; i < kSoAWidth; ++i)
-        numbers.set(i, random2D(20, i));
-    density.samplePlaces(numbers, kSoAWidth, places);
+        u.set(i, random2D(20, i));
+    density.sampleCellSoA(u, kSoAWidth, samples);
     for (int i = 0; i < kSoAWidth; ++i) {
-        const Piecewise2D::Place place = density.samplePlace(numbers.at(i));
-        EXPECT_EQ(places[i].x, place.x);
-        EXPECT_EQ(places[i].y, place.y);
-        EXPECT_EQ(places[i].at, place.at);
+        const Piecewise2D::CellSample expected = density.sampleCell(u.at(i));
+        EXPECT_EQ(samples[i].x, expected.x);
+        EXPECT_EQ(samples[i].y, expected.y);
+        EXPECT_EQ(samples[i].offset, expected.offset);
     }
 }
 
-TEST(Sampling, PiecewiseLinear1D) {
+TEST(Sampling, PiecewiseLinear1DMatchesItsPdfAndInverse) {
     const std::vector<float> nodes{0, 1, 4, 0, 0, 2};
     const PiecewiseLinear1D density(nodes);
     EXPECT_NEAR(density.integral(), (0.5 + 2.5 + 2 + 0 + 1) / 5, 1e-6);

@@ -10,10 +10,10 @@ using namespace strobe;
 
 namespace {
 
-const ParamDef<int> kCount{"count", 4, "how many"};
+const ParamDef<int> kCount{"count", 4, "a number of items"};
 const ParamDef<float> kFov{"fov", 90, "degrees"};
-const ParamDef<bool> kFlag{"flag", true, "yes or no"};
-const ParamDef<std::string> kMode{"mode", "fast", "how"};
+const ParamDef<bool> kFlag{"flag", true, "a switch"};
+const ParamDef<std::string> kMode{"mode", "fast", "a mode"};
 const ParamDef<V2f> kUv{"uv", V2f(0, 1), "corner"};
 const ParamDef<V3f> kFrom{"from", V3f(0, 0, 1), "where"};
 const ParamDef<Rgb> kL{"L", Rgb(1, .5f, 0), "radiance"};
@@ -23,18 +23,18 @@ const ParamDef<RgbInput> kKd{"Kd", Rgb(.5f), "diffuse", "reflectance"};
 const ParamDef<std::vector<V3f>> kP{"P", {}, "points"};
 const ParamDef<std::vector<int>> kIndices{"indices", {1, 2}, "corners"};
 
-Location somewhere(size_t offset = 0) {
+Location location(size_t offset = 0) {
     static const auto source = std::make_shared<Source>("d/a.scene", "0123456789", nullptr, "d");
     return {source, offset};
 }
 
 Param make(const std::string& name, ParamType type, std::vector<float> floats, std::vector<int> ints = {},
            std::vector<std::string> strings = {}) {
-    return {name, type, somewhere(3), std::move(floats), std::move(ints), std::move(strings), false, false};
+    return {name, type, location(3), std::move(floats), std::move(ints), std::move(strings), false, false};
 }
 
 ParamSet setOf(std::vector<Param> params) {
-    ParamSet set(somewhere(1));
+    ParamSet set(location(1));
     for (Param& p : params)
         set.add(std::move(p));
     return set;
@@ -56,8 +56,8 @@ struct Constant : Texture {
     float v;
 };
 
-TEST(Params, AbsentOnesAreTheFallback) {
-    const ParamSet none(somewhere());
+TEST(Params, AbsentParametersHaveTheirDefault) {
+    const ParamSet none(location());
     EXPECT_EQ(none.get(kCount), 4);
     EXPECT_EQ(none.get(kL), Rgb(1, .5f, 0));
     EXPECT_EQ(none.get(kIndices), (std::vector<int>{1, 2}));
@@ -67,7 +67,7 @@ TEST(Params, AbsentOnesAreTheFallback) {
     EXPECT_EQ(errorOf([&] { none.require(kFov); }), "d/a.scene:1:1 parameter \"fov\" is missing");
 }
 
-TEST(Params, EachTypeIsRead) {
+TEST(Params, AllTypesAreRead) {
     const ParamSet set =
         setOf({make("count", ParamType::Int, {}, {7}), make("fov", ParamType::Int, {}, {39}),
                make("flag", ParamType::Bool, {}, {0}), make("mode", ParamType::String, {}, {}, {"slow"}),
@@ -91,7 +91,7 @@ TEST(Params, EachTypeIsRead) {
     EXPECT_NO_THROW(set.reportUnused({}, true, quiet));
 }
 
-TEST(Params, ColorsFromSpectra) {
+TEST(Params, SpectraAreConvertedToColors) {
     const ParamSet flat = setOf({make("L", ParamType::Spectrum, {400, 1, 700, 1})});
     EXPECT_NEAR(flat.get(kL).x, 1.205f, 2e-3f);
     EXPECT_NEAR(flat.get(kL).z, .909f, 2e-3f);
@@ -106,7 +106,7 @@ TEST(Params, ColorsFromSpectra) {
               "d/a.scene:1:4 file \"x.spd\" not found; looked for \"d/x.spd\"");
 }
 
-TEST(Params, TexturesOfEitherKind) {
+TEST(Params, TexturesOfTheOtherTypeAreAccepted) {
     const auto table = std::make_shared<TextureTable>();
     table->floats = {std::make_shared<Constant>(.25f)};
     table->rgbs = {std::make_shared<Constant>(.5f), std::make_shared<Constant>(.75f)};
@@ -118,7 +118,7 @@ TEST(Params, TexturesOfEitherKind) {
     EXPECT_EQ(set.get(kRoughness).at({}), .5f);
 }
 
-TEST(Params, WrongTypesAndCounts) {
+TEST(Params, WrongTypesAndNumbersOfValuesAreErrors) {
     EXPECT_EQ(errorOf([] { setOf({make("fov", ParamType::String, {}, {}, {"x"})}).get(kFov); }),
               "d/a.scene:1:4 parameter \"fov\" must be float or integer, not string");
     EXPECT_EQ(errorOf([] {
@@ -135,20 +135,20 @@ TEST(Params, WrongTypesAndCounts) {
               "d/a.scene:1:4 parameter \"P\" needs a multiple of 3 numbers, got 2");
 }
 
-TEST(Params, AliasesAndDuplicates) {
+TEST(Params, AliasesAreAcceptedAndDuplicatesAreErrors) {
     ParamSet set = setOf({make("alpha", ParamType::Float, {.3f})});
     EXPECT_EQ(set.get(kRoughness).constant, .3f);
     EXPECT_EQ(errorOf([&] { set.add(make("alpha", ParamType::Float, {1})); }),
               "d/a.scene:1:4 parameter \"alpha\" is given twice");
     set.add(make("roughness", ParamType::Float, {.4f}));
     EXPECT_EQ(errorOf([&] { set.get(kRoughness); }),
-              "d/a.scene:1:4 parameters \"alpha\" and \"roughness\" are one and the same; give one");
+              "d/a.scene:1:4 \"alpha\" and \"roughness\" are names of the same parameter; give one of them");
     set.replace(make("roughness", ParamType::Float, {.5f}), {kRoughness, kKd});
     EXPECT_EQ(set.all().size(), 1u);
     EXPECT_EQ(set.get(kRoughness).constant, .5f);
 }
 
-TEST(Params, AttributeDefaultsGiveWay) {
+TEST(Params, DirectivesOverrideAttributeDefaults) {
     Param fallback = make("alpha", ParamType::Float, {.3f});
     fallback.isDefault = true;
     EXPECT_EQ(setOf({fallback, make("roughness", ParamType::Float, {.4f})}).get(kRoughness).constant, .4f);
@@ -160,27 +160,28 @@ TEST(Params, AttributeDefaultsGiveWay) {
     EXPECT_EQ(quiet.count(), 1);
 }
 
-TEST(Params, MisspeltOnes) {
+TEST(Params, UnusedParametersAreReported) {
     const ParamSet set = setOf({make("Kdd", ParamType::Rgb, {1, 1, 1})});
     EXPECT_EQ(set.get(kKd).constant, Rgb(.5f));
     std::vector<std::string> seen;
-    Diagnostics messages([&](const std::string& m) { seen.push_back(m); });
+    Diagnostics diagnostics([&](const std::string& m) { seen.push_back(m); });
     const std::vector<ParamInfo> known{kKd, kRoughness};
-    EXPECT_EQ(errorOf([&] { set.reportUnused(known, true, messages); }),
+    EXPECT_EQ(errorOf([&] { set.reportUnused(known, true, diagnostics); }),
               "d/a.scene:1:4 unknown parameter \"Kdd\"; did you mean \"Kd\"? "
               "(known: Kd, reflectance, roughness, alpha)");
-    set.reportUnused(known, false, messages);
+    set.reportUnused(known, false, diagnostics);
     ASSERT_EQ(seen.size(), 1u);
     EXPECT_EQ(seen[0], "d/a.scene:1:4: warning: parameter \"Kdd\" is ignored; did you mean \"Kd\"? "
                        "(known: Kd, reflectance, roughness, alpha)\n  0123456789\n     ^");
-    EXPECT_EQ(
-        errorOf([&] { setOf({make("alpha", ParamType::Float, {1})}).reportUnused(known, true, messages); }),
-        "d/a.scene:1:4 parameter \"alpha\" has no effect here");
+    EXPECT_EQ(errorOf([&] {
+                  setOf({make("alpha", ParamType::Float, {1})}).reportUnused(known, true, diagnostics);
+              }),
+              "d/a.scene:1:4 parameter \"alpha\" has no effect here");
     set.markAllUsed();
-    EXPECT_NO_THROW(set.reportUnused(known, true, messages));
+    EXPECT_NO_THROW(set.reportUnused(known, true, diagnostics));
 }
 
-TEST(ParamInfo, ShowsTypesAndDefaults) {
+TEST(ParamInfo, HasTypesAndDefaultsAsText) {
     const auto row = [](const ParamInfo& i) {
         return i.name + "|" + i.type + "|" + i.fallback + "|" + i.alias;
     };
@@ -196,7 +197,7 @@ TEST(ParamInfo, ShowsTypesAndDefaults) {
     EXPECT_EQ(row(kFile), "filename|file||");
 }
 
-TEST(Override, EveryType) {
+TEST(ParseOverride, AllTypesAreParsed) {
     const std::vector<ParamInfo> known{kCount, kFov, kFlag, kMode, kUv, kFrom, kL, kRoughness, kKd, kIndices};
     EXPECT_EQ(parseOverride("count=+3", known).ints, std::vector<int>{3});
     EXPECT_EQ(parseOverride("fov=1e1", known).floats, std::vector<float>{10});
@@ -210,24 +211,25 @@ TEST(Override, EveryType) {
     EXPECT_EQ(parseOverride("indices=0 1 2", known).ints, (std::vector<int>{0, 1, 2}));
 }
 
-TEST(Override, Mistakes) {
+TEST(ParseOverride, MalformedOptionsAreErrors) {
     const std::vector<ParamInfo> known{kCount, kFov, kFlag, kL};
-    const auto mistake = [&](const std::string& word) {
+    const auto errorFor = [&](const std::string& word) {
         return errorOf([&] { parseOverride(word, known); });
     };
-    EXPECT_EQ(mistake("fovv=3"), " -D fovv=3: unknown parameter \"fovv\"; did you mean \"fov\"? "
-                                 "(known: count, fov, flag, L)");
-    EXPECT_EQ(mistake("fov"), " -D fov: write it as name=value");
-    EXPECT_EQ(mistake("fov=wide"), " -D fov=wide: \"wide\" is not a number (float is wanted)");
-    EXPECT_EQ(mistake("fov=nan"), " -D fov=nan: \"nan\" is not a number (float is wanted)");
-    EXPECT_EQ(mistake("fov="), " -D fov=: 1 number is needed, got 0");
-    EXPECT_EQ(mistake("count=2.5"), " -D count=2.5: \"2.5\" is not an integer (integer is wanted)");
-    EXPECT_EQ(mistake("count=3.0"), " -D count=3.0: \"3.0\" is not an integer (integer is wanted)");
-    EXPECT_EQ(mistake("count=-3e9"),
-              " -D count=-3e9: \"-3e9\" does not fit a 32-bit integer (integer is wanted)");
-    EXPECT_EQ(mistake("fov=1e400"), " -D fov=1e400: \"1e400\" does not fit a 32-bit float (float is wanted)");
-    EXPECT_EQ(mistake("flag=1"), " -D flag=1: true or false is needed");
-    EXPECT_EQ(mistake("L=1 2"), " -D L=1 2: 3 numbers are needed, got 2");
+    EXPECT_EQ(errorFor("fovv=3"), " -D fovv=3: unknown parameter \"fovv\"; did you mean \"fov\"? "
+                                  "(known: count, fov, flag, L)");
+    EXPECT_EQ(errorFor("fov"), " -D fov: write it as name=value");
+    EXPECT_EQ(errorFor("fov=wide"), " -D fov=wide: \"wide\" is not a number (float is expected)");
+    EXPECT_EQ(errorFor("fov=nan"), " -D fov=nan: \"nan\" is not a number (float is expected)");
+    EXPECT_EQ(errorFor("fov="), " -D fov=: 1 number is needed, got 0");
+    EXPECT_EQ(errorFor("count=2.5"), " -D count=2.5: \"2.5\" is not an integer (integer is expected)");
+    EXPECT_EQ(errorFor("count=3.0"), " -D count=3.0: \"3.0\" is not an integer (integer is expected)");
+    EXPECT_EQ(errorFor("count=-3e9"),
+              " -D count=-3e9: \"-3e9\" does not fit a 32-bit integer (integer is expected)");
+    EXPECT_EQ(errorFor("fov=1e400"),
+              " -D fov=1e400: \"1e400\" does not fit a 32-bit float (float is expected)");
+    EXPECT_EQ(errorFor("flag=1"), " -D flag=1: true or false is expected");
+    EXPECT_EQ(errorFor("L=1 2"), " -D L=1 2: 3 numbers are needed, got 2");
     try {
         parseOverride("x=1", known);
     } catch (const Error& e) {
@@ -251,7 +253,7 @@ class ResolveFile : public ::testing::Test {
     Location where;
 };
 
-TEST_F(ResolveFile, OwnFolderThenMainFolder) {
+TEST_F(ResolveFile, SearchesTheDirectoryOfTheSourceThenTheMainDirectory) {
     EXPECT_EQ(resolveFile("mesh.ply", where), root / "a/geo/mesh.ply");
     EXPECT_EQ(resolveFile("tex.png", where), root / "a/geo/tex.png");
     EXPECT_EQ(resolveFile("geo/mesh.ply", where), root / "a/geo/mesh.ply");
@@ -259,11 +261,11 @@ TEST_F(ResolveFile, OwnFolderThenMainFolder) {
     EXPECT_EQ(errorOf([&] { resolveFile("no.png", where); }),
               where.toString() + " file \"no.png\" not found; looked for \"" +
                   (root / "a/geo/no.png").string() + "\" and \"" + (root / "a/no.png").string() + "\"");
-    EXPECT_THROW(resolveFile("geo", {}), Error); // a folder is no file
+    EXPECT_THROW(resolveFile("geo", {}), Error); // a directory
     EXPECT_THROW(resolveFile("", where), Error);
 }
 
-TEST_F(ResolveFile, SharedScenes) {
+TEST_F(ResolveFile, SearchesSharedScenes) {
     ::unsetenv("STROBE_SCENES");
     EXPECT_EQ(resolveFile("$STROBE_SCENES/s/x.pbrt", where), root / "shared/scenes/s/x.pbrt");
     EXPECT_THROW(resolveFile("$STROBE_SCENES/s/y.pbrt", where), Error);

@@ -20,6 +20,7 @@ class FileBytesTest : public testing::Test {
         std::ofstream(m_folder / "f", std::ios::binary) << bytes;
         return m_folder / "f";
     }
+    /// Returns `bytes` compressed in gzip format.
     std::string packed(const std::string& bytes) {
         const fs::path path = m_folder / "packed";
         const gzFile file = gzopen(path.c_str(), "wb");
@@ -29,9 +30,10 @@ class FileBytesTest : public testing::Test {
         return {std::istreambuf_iterator<char>(in), {}};
     }
     std::string read(const std::string& bytes) { return std::string(readFileBytes(write(bytes)).view()); }
+    /// Returns the error message of reading a file with these contents.
     std::string failure(const std::string& bytes) {
         try {
-            return "no error, but " + std::to_string(read(bytes).size()) + " bytes";
+            return "no error; read " + std::to_string(read(bytes).size()) + " bytes";
         } catch (const std::runtime_error& e) {
             return e.what();
         }
@@ -40,7 +42,7 @@ class FileBytesTest : public testing::Test {
     const fs::path m_folder = fs::path(testing::TempDir()) / ("file-bytes-" + std::to_string(getpid()));
 };
 
-/// Bytes that hardly pack, and bytes that pack to next to nothing.
+/// Returns random bytes, which gzip does not compress.
 std::string noise(size_t size) {
     std::string s;
     for (uint32_t x = 1; s.size() < size; x = x * 1664525 + 1013904223)
@@ -48,29 +50,29 @@ std::string noise(size_t size) {
     return s;
 }
 
-TEST_F(FileBytesTest, PlainAndPackedAreTheSame) {
+TEST_F(FileBytesTest, GzipFilesAreDecompressed) {
     for (const std::string& text :
          {std::string(), std::string("a"), std::string("ply\n"), noise(100000), std::string(3000000, 'x')}) {
         EXPECT_EQ(read(text), text);
         EXPECT_EQ(read(packed(text)), text) << text.size();
     }
-    EXPECT_EQ(read(packed("one ") + packed("two")), "one two");     // as `cat a.gz b.gz` makes it
-    EXPECT_EQ(read(packed("one") + std::string(512, '\0')), "one"); // as tapes pad it
+    EXPECT_EQ(read(packed("one ") + packed("two")), "one two");     // the result of `cat a.gz b.gz`
+    EXPECT_EQ(read(packed("one") + std::string(512, '\0')), "one"); // trailing padding
 }
 
-TEST_F(FileBytesTest, DamageIsTold) {
+TEST_F(FileBytesTest, DamagedGzipFilesAreErrors) {
     const std::string good = packed(noise(1000) + std::string(100000, 'y'));
     for (size_t size = 2; size < good.size(); ++size)
-        EXPECT_EQ(failure(good.substr(0, size)), "its gzip data ends too early") << size;
+        EXPECT_EQ(failure(good.substr(0, size)), "the gzip data is truncated") << size;
     std::string wrong = good;
     wrong[good.size() - 8] ^= 1; // the checksum
-    EXPECT_EQ(failure(wrong), "its gzip data is damaged");
+    EXPECT_EQ(failure(wrong), "the gzip data is damaged");
     wrong = good;
     wrong[2] ^= 1; // the method
-    EXPECT_EQ(failure(wrong), "its gzip data is damaged");
+    EXPECT_EQ(failure(wrong), "the gzip data is damaged");
 }
 
-TEST_F(FileBytesTest, WhatIsNoFile) {
+TEST_F(FileBytesTest, DirectoriesAndMissingFilesAreErrors) {
     EXPECT_THROW(readFileBytes(m_folder), std::runtime_error);
     EXPECT_THROW(readFileBytes(m_folder / "none"), std::runtime_error);
 }

@@ -19,9 +19,9 @@ struct Outcome {
 Outcome outcomeOf(const std::string& text, const std::filesystem::path& name = "t.scene",
                   const BuildOptions& options = {}) {
     Outcome outcome;
-    Diagnostics messages([&](const std::string& m) { outcome.warnings.push_back(m); });
+    Diagnostics diagnostics([&](const std::string& m) { outcome.warnings.push_back(m); });
     try {
-        buildScene(parseText(text, name, {"supersample"}, messages), options, messages);
+        buildScene(parseText(text, name, {"supersample"}, diagnostics), options, diagnostics);
     } catch (const Error& e) {
         outcome.error = formatDiagnostic(e.location, "error", e.what());
     }

@@ -10,14 +10,14 @@ namespace {
 class GltfScenes : public testing::Test {
   protected:
     BuiltScene build(const std::string& scene, const BuildOptions& options = {}) {
-        Diagnostics messages([this](const std::string& text) { m_warnings.push_back(text); });
+        Diagnostics diagnostics([this](const std::string& text) { m_warnings.push_back(text); });
         const auto path = m_folder.write("test.scene", scene);
-        return buildScene(parseFiles({path}, {"supersample"}, messages), options, messages);
+        return buildScene(parseFiles({path}, {"supersample"}, diagnostics), options, diagnostics);
     }
     BuiltScene buildFile(const GltfFile& file, const BuildOptions& options = {}) {
-        Diagnostics messages([this](const std::string& text) { m_warnings.push_back(text); });
+        Diagnostics diagnostics([this](const std::string& text) { m_warnings.push_back(text); });
         const auto path = m_folder.write("model.gltf", file.text());
-        return buildScene(parseFiles({path}, {"supersample"}, messages), options, messages);
+        return buildScene(parseFiles({path}, {"supersample"}, diagnostics), options, diagnostics);
     }
     /// Returns a square of side 2 about the origin, facing +z, with material 0.
     static GltfFile square() {

@@ -35,12 +35,12 @@ struct Loaded {
 
 Loaded load(const std::string& text, const std::string& name = "test.pbrt") {
     Loaded loaded;
-    Diagnostics messages([&](const std::string& formatted) {
+    Diagnostics diagnostics([&](const std::string& formatted) {
         const std::string line = formatted.substr(0, formatted.find('\n'));
         loaded.warnings.push_back(line.substr(line.find("warning: ") + 9));
     });
     loaded.image =
-        test::render(buildScene(parseText(text, name, {"supersample"}, messages), {}, messages)).image;
+        test::render(buildScene(parseText(text, name, {"supersample"}, diagnostics), {}, diagnostics)).image;
     return loaded;
 }
 
@@ -393,7 +393,7 @@ class Exporters : public testing::TestWithParam<const char*> {};
 TEST_P(Exporters, LoadWithExpectedWarnings) {
     const fs::path folder = fs::path(STROBE_SOURCE_DIR) / "test/loader/compat/exporters";
     std::string warnings;
-    Diagnostics messages([&](const std::string& formatted) {
+    Diagnostics diagnostics([&](const std::string& formatted) {
         std::string line = formatted.substr(0, formatted.find('\n')) + "\n";
         const std::string prefix = folder.string() + "/";
         if (const size_t begin = line.find(prefix); begin != std::string::npos)
@@ -402,7 +402,7 @@ TEST_P(Exporters, LoadWithExpectedWarnings) {
     });
     const fs::path file = folder / (std::string(GetParam()) + ".pbrt");
     const Image image =
-        test::render(buildScene(parseFiles({file}, {"supersample"}, messages), {}, messages)).image;
+        test::render(buildScene(parseFiles({file}, {"supersample"}, diagnostics), {}, diagnostics)).image;
     std::ifstream expected(folder / (std::string(GetParam()) + ".warnings"));
     EXPECT_EQ(warnings, std::string(std::istreambuf_iterator<char>(expected), {}));
     double mean = 0;
