@@ -6,25 +6,27 @@ namespace strobe {
 
 namespace {
 
-/// A bound, since among perfect mirrors Russian roulette ends no path.
-constexpr int kMaxDepthAllowed = 1024;
+/// The largest `maxdepth`: between perfect mirrors Russian roulette ends almost no path.
+constexpr int kMaxDepthLimit = 1024;
 const ParamDef<int> kMaxDepth{"maxdepth",
                               5,
-                              "surfaces along a path; direct lighting: mirror and glass bounces + 1",
+                              "vertices of a path; directlighting: mirror and glass bounces + 1",
                               nullptr,
-                              {0, kMaxDepthAllowed}};
+                              {0, kMaxDepthLimit}};
 const ParamDef<std::string> kStrategy{
-    "strategy", "all", "lights at the first surface: all (each with its nsamples) or one, picked by power",
+    "strategy", "all",
+    "lights at the first non-specular vertex: all (each with its nsamples) or one, chosen by power",
     "lightsamplestrategy"};
 const ParamDef<int> kLightSamples{"lightsamples",
                                   0,
-                                  "samples of each light at a surface; 0: each light's own nsamples",
+                                  "samples per light and vertex; 0: each light's own nsamples",
                                   nullptr,
                                   {0, kMaxLightSamples}};
 
-/// Whether all lights are sampled at the first surface. pbrt-v3's and v4's names for ways to pick one mean
-/// "one", and so does what nobody knows in a lenient file.
-bool readStrategy(const ParamSet& params, const BuildContext& context) {
+/// Returns true when all lights are sampled at the first non-specular vertex. The names of pbrt-v3 and
+/// pbrt-v4 for ways to choose one light mean "one". Throws Error if the strategy is unknown; in a lenient
+/// file, warns and takes "one".
+bool samplesAllLights(const ParamSet& params, const BuildContext& context) {
     const std::string strategy = params.get(kStrategy);
     for (const char* one : {"one", "power", "uniform", "spatial", "bvh", "exhaustive"})
         if (strategy == one)
@@ -40,36 +42,37 @@ bool readStrategy(const ParamSet& params, const BuildContext& context) {
 
 class PathShader : public Shader {
   public:
-    PathShader(const ParamSet& params, const BuildContext& context, bool path) {
-        m_settings = {path, params.get(kMaxDepth), readStrategy(params, context), params.get(kLightSamples)};
+    PathShader(const ParamSet& params, const BuildContext& context, bool hasIndirectLight) {
+        m_settings = {hasIndirectLight, params.get(kMaxDepth), samplesAllLights(params, context),
+                      params.get(kLightSamples)};
     }
     std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
                                              const LightComponents& lightComponents) const override {
         return std::make_unique<PathWorker>(scene, sampler, m_settings, lightComponents);
     }
-    bool hasIndirectLight() const override { return m_settings.path && m_settings.maxDepth > 1; }
+    bool hasIndirectLight() const override { return m_settings.hasIndirectLight && m_settings.maxDepth > 1; }
 
   private:
-    ShadeSettings m_settings;
+    PathSettings m_settings;
 };
 
-ShaderPlugin plugin(const char* name, const char* doc, bool path) {
+ShaderPlugin plugin(const char* name, const char* doc, bool hasIndirectLight) {
     return {name,
             doc,
             {kMaxDepth, kStrategy, kLightSamples},
-            [path](const ParamSet& params, const BuildContext& context) {
-                return std::make_shared<const PathShader>(params, context, path);
+            [hasIndirectLight](const ParamSet& params, const BuildContext& context) {
+                return std::make_shared<const PathShader>(params, context, hasIndirectLight);
             }};
 }
 
 } // namespace
 
 ShaderPlugin directLightingPlugin() {
-    return plugin("directlighting", "direct light at the first surface, through mirrors and glass", false);
+    return plugin("directlighting", "direct light at the first non-specular vertex", false);
 }
 
 ShaderPlugin pathPlugin() {
-    return plugin("path", "path tracing: direct light at up to maxdepth surfaces, Russian roulette", true);
+    return plugin("path", "path tracing: direct light at up to maxdepth vertices, Russian roulette", true);
 }
 
 } // namespace strobe

@@ -1,13 +1,14 @@
-// shade(): the path tracer. Next-event estimation with multiple importance sampling, in waves over a batch.
+// The shaders `path` and `directlighting`: path tracing with next-event estimation and multiple importance
+// sampling, in waves over a batch.
 #pragma once
 
 #include "core/render/shader.h"
 
 namespace strobe {
 
-/// Direct light at the first surface that is not a mirror or glass.
+/// The shader `directlighting`: direct light at the first non-specular vertex.
 ShaderPlugin directLightingPlugin();
-/// Paths of up to `maxdepth` surfaces, Russian roulette beyond the third.
+/// The shader `path`: paths of up to `maxdepth` vertices, with Russian roulette from the fourth on.
 ShaderPlugin pathPlugin();
 
 } // namespace strobe

@@ -1,126 +1,144 @@
-// Rays waiting to fill a packet, each with what to do when its answer is known.
+// Queues that collect rays until they fill a packet.
 #pragma once
 
-#include "shading/vertex_soa.h"
+#include "shading/sample_chunks.h"
 
 #include <utility>
 
 namespace strobe {
 
-/// A packet of occlusion rays with the light they carry, in the order in which they were added.
-struct ShadowAnswers {
+/// A traced packet of shadow rays with the contributions that they carry, in the order in which they were
+/// added.
+struct ShadowPacket {
     int count;
-    const uint32_t* target;
+    const uint32_t* path;
     const int* light;
     const RgbSoA& contribution;
     const float* tfar;
     bool isVisible(int i) const { return tfar[i] >= 0; }
 };
 
-/// Occlusion rays with the light they carry; `visible(answers)` is called for each packet.
-template <class Visible>
-class ShadowQueue {
+/// Shadow rays with the contributions that they carry. Calls `traced(ShadowPacket)` for each packet.
+template <class Traced>
+class ShadowRayQueue {
   public:
-    ShadowQueue(const Tracer& tracer, Visible visible) : m_tracer(tracer), m_visible(visible) {}
-    void add(const Ray& ray, float tmax, uint32_t target, int light, const Rgb& contribution) {
-        m_block.set(m_count, ray.o, ray.d, ray.tmin, tmax, ray.time);
+    ShadowRayQueue(const Tracer& tracer, Traced traced) : m_tracer(tracer), m_traced(traced) {}
+    /// Adds a ray that carries the contribution of `light` to a path.
+    void add(const Ray& ray, float tmax, uint32_t path, int light, const Rgb& contribution) {
+        m_packet.set(m_count, ray.o, ray.d, ray.tmin, tmax, ray.time);
+        m_packet.id[m_count] = 0;
         m_contribution.set(m_count, contribution);
-        m_target[m_count] = target, m_light[m_count] = light, m_block.id[m_count] = 0;
-        grow(1);
+        m_path[m_count] = path;
+        m_light[m_count] = light;
+        advance(1);
     }
-    /// The useful ones of samples of a light; `id`: see RayPacket.
-    void add(const VertexSoA& v, const VertexRows& at, const LightSoA& l, int light, uint32_t id) {
-        int32_t order[kSoAWidth];
+    /// Adds the rays of those samples of `light` that contribute. `origins` are the samples' vertices; `id`:
+    /// see RayPacket.
+    void add(const VertexChunk& v, const VertexSoA& origins, const LightSampleChunk& samples, int light,
+             uint32_t id) {
+        int32_t contributing[kSoAWidth];
         int count = 0;
-        for (int i = 0; i < l.count; ++i) {
-            order[count] = i;
-            count += l.useful[i] != 0;
+        for (int i = 0; i < samples.count; ++i) {
+            contributing[count] = i;
+            count += samples.contributes[i] != 0;
         }
         for (int first = 0; first < count;) {
             const int n = std::min(count - first, RayPacket::kSize - m_count);
-            append(v, at, l, light, id, order + first, n);
+            append(v, origins, samples, light, id, contributing + first, n);
             first += n;
         }
     }
+    /// Traces the remaining rays.
     void flush() {
         if (m_count == 0)
             return;
-        m_tracer.occluded(m_block, m_count);
-        m_traced += uint64_t(m_count);
-        m_visible(ShadowAnswers{m_count, m_target, m_light, m_contribution, m_block.tfar});
+        m_tracer.occluded(m_packet, m_count);
+        m_rayCount += uint64_t(m_count);
+        m_traced(ShadowPacket{m_count, m_path, m_light, m_contribution, m_packet.tfar});
         m_count = 0;
     }
-    /// How many rays were traced since the last call.
-    uint64_t takeCount() { return std::exchange(m_traced, 0); }
+    /// Returns the number of rays traced since the last call.
+    uint64_t takeRayCount() { return std::exchange(m_rayCount, 0); }
 
   private:
-    void append(const VertexSoA& v, const VertexRows& at, const LightSoA& l, int light, uint32_t id,
-                const int32_t* order, int n) {
-        const bool isWholeRow = n == RayPacket::kSize && order[n - 1] - order[0] == n - 1;
+    /// Adds the rays of n samples; the packet has room for them.
+    void append(const VertexChunk& v, const VertexSoA& origins, const LightSampleChunk& samples, int light,
+                uint32_t id, const int32_t* indices, int n) {
+        const bool isWholePacket = n == RayPacket::kSize && indices[n - 1] - indices[0] == n - 1;
         const auto copy = [&](const float* from, float* to) {
-            if (isWholeRow)
-                std::copy_n(from + order[0], RayPacket::kSize, to);
+            if (isWholePacket)
+                std::copy_n(from + indices[0], RayPacket::kSize, to);
             else
                 for (int k = 0; k < n; ++k)
-                    to[m_count + k] = from[order[k]];
+                    to[m_count + k] = from[indices[k]];
         };
-        copy(at.p.x, m_block.ox), copy(at.p.y, m_block.oy), copy(at.p.z, m_block.oz);
-        copy(l.light.wi.x, m_block.dx), copy(l.light.wi.y, m_block.dy), copy(l.light.wi.z, m_block.dz);
-        copy(l.tmin, m_block.tnear), copy(l.tmax, m_block.tfar), copy(at.time, m_block.time);
-        copy(l.contribution.r, m_contribution.r), copy(l.contribution.g, m_contribution.g);
-        copy(l.contribution.b, m_contribution.b);
+        copy(origins.p.x, m_packet.ox);
+        copy(origins.p.y, m_packet.oy);
+        copy(origins.p.z, m_packet.oz);
+        copy(samples.light.wi.x, m_packet.dx);
+        copy(samples.light.wi.y, m_packet.dy);
+        copy(samples.light.wi.z, m_packet.dz);
+        copy(samples.tmin, m_packet.tnear);
+        copy(samples.tmax, m_packet.tfar);
+        copy(origins.time, m_packet.time);
+        copy(samples.contribution.r, m_contribution.r);
+        copy(samples.contribution.g, m_contribution.g);
+        copy(samples.contribution.b, m_contribution.b);
         for (int k = 0; k < n; ++k) {
-            m_target[m_count + k] = v.path[l.vertex[order[k]]];
-            m_light[m_count + k] = light, m_block.id[m_count + k] = id;
+            m_path[m_count + k] = v.path[samples.vertex[indices[k]]];
+            m_light[m_count + k] = light;
+            m_packet.id[m_count + k] = id;
         }
-        grow(n);
+        advance(n);
     }
-    void grow(int n) {
+    void advance(int n) {
         m_count += n;
         if (m_count == RayPacket::kSize)
             flush();
     }
 
     const Tracer& m_tracer;
-    uint64_t m_traced = 0;
-    Visible m_visible;
+    uint64_t m_rayCount = 0;
+    Traced m_traced;
     int m_count = 0;
-    uint32_t m_target[RayPacket::kSize];
+    uint32_t m_path[RayPacket::kSize];
     int m_light[RayPacket::kSize];
     RgbSoA m_contribution;
-    RayPacket m_block;
+    RayPacket m_packet;
 };
 
-/// Nearest-hit rays with a payload. `found(payload, hit)` is called in the order of `add`.
-template <class Payload, class Found>
-class HitQueue {
+/// Rays to be traced to their nearest hits, each with a payload. Calls `traced(payload, hit)` in the order of
+/// `add`.
+template <class Payload, class Traced>
+class NearestHitQueue {
   public:
-    HitQueue(const Tracer& tracer, Found found) : m_tracer(tracer), m_found(found) {}
+    NearestHitQueue(const Tracer& tracer, Traced traced) : m_tracer(tracer), m_traced(traced) {}
     void add(const Ray& ray, const Payload& payload) {
-        m_block.set(m_count, ray.o, ray.d, ray.tmin, kInfinity, ray.time);
+        m_packet.set(m_count, ray.o, ray.d, ray.tmin, kInfinity, ray.time);
         m_payload[m_count] = payload;
         if (++m_count == RayPacket::kSize)
             flush();
     }
+    /// Traces the remaining rays.
     void flush() {
         if (m_count == 0)
             return;
-        m_tracer.intersect(m_block, m_count, false);
-        m_traced += uint64_t(m_count);
+        m_tracer.intersect(m_packet, m_count, false);
+        m_rayCount += uint64_t(m_count);
         for (int i = 0; i < m_count; ++i)
-            m_found(m_payload[i], m_tracer.hit(m_block, i));
+            m_traced(m_payload[i], m_tracer.hit(m_packet, i));
         m_count = 0;
     }
-    /// How many rays were traced since the last call.
-    uint64_t takeCount() { return std::exchange(m_traced, 0); }
+    /// Returns the number of rays traced since the last call.
+    uint64_t takeRayCount() { return std::exchange(m_rayCount, 0); }
 
   private:
     const Tracer& m_tracer;
-    uint64_t m_traced = 0;
-    Found m_found;
+    uint64_t m_rayCount = 0;
+    Traced m_traced;
     int m_count = 0;
     Payload m_payload[RayPacket::kSize];
-    RayPacket m_block;
+    RayPacket m_packet;
 };
 
 } // namespace strobe

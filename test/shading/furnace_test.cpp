@@ -1,6 +1,7 @@
-// Closed furnaces and white worlds: pictures whose every pixel is known.
+// Furnace tests: a closed emissive sphere, and objects under a uniform environment. All pixels are known.
 #include "core/color/spectrum.h"
 #include "core/math/sampling.h"
+#include "shading/scene_template.h"
 #include "support/render_text.h"
 #include "support/scene_text.h"
 
@@ -14,26 +15,38 @@ namespace {
 
 const char* kSamplers[] = {"independent", "stratified", "sobol"};
 
+/// Returns a Sampler directive of side² samples per pixel.
 std::string samplerLine(const std::string& name, int side) {
-    const std::string n = std::to_string(side * side), s = std::to_string(side);
-    return name == "stratified"
-               ? "Sampler \"stratified\" \"integer xsamples\" " + s + " \"integer ysamples\" " + s + "\n"
-               : "Sampler \"" + name + "\" \"integer pixelsamples\" " + n + "\n";
+    const std::string quoted = '"' + name + '"', s = std::to_string(side);
+    if (name == "stratified")
+        return "Sampler " + quoted + R"( "integer xsamples" )" + s + R"( "integer ysamples" )" + s;
+    return "Sampler " + quoted + R"( "integer pixelsamples" )" + std::to_string(side * side);
 }
 
-/// Mean of all pixels and channels over seeds against `truth`.
-void expectMean(const BuiltScene& built, double truth, const std::string& what, int seeds = 24) {
+/// Compares the mean of all pixels, channels and seeds with `expected`.
+void expectMean(const BuiltScene& built, double expected, const std::string& label, int seeds = 24) {
     const auto [mean, error] = test::meanOverSeeds(built, seeds);
-    EXPECT_NEAR(mean, truth, test::criticalZ(1, seeds) * error + 2e-5 * truth) << what << " error " << error;
+    EXPECT_NEAR(mean, expected, test::criticalZ(1, seeds) * error + 2e-5 * expected)
+        << label << " error " << error;
 }
 
+/// Returns the scene of a camera in a sphere that emits radiance 0.5 inwards.
 std::string closedFurnace(const std::string& material, const std::string& sampler,
                           const std::string& strategy) {
-    return "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n" + samplerLine(sampler, 4) +
-           "Integrator \"path\" \"integer maxdepth\" 200 \"string strategy\" \"" + strategy +
-           "\"\nCamera \"perspective\" \"float fov\" 90\nWorldBegin\n"
-           "ReverseOrientation\nAreaLightSource \"diffuse\" \"rgb L\" [.5 .5 .5]\nMaterial " +
-           material + "\nTranslate .3 .2 0\nShape \"sphere\" \"float radius\" 1\n";
+    const char* scene = R"(
+        Film "image" "integer xresolution" 8 "integer yresolution" 8
+        $sampler
+        Integrator "path" "integer maxdepth" 200 "string strategy" "$strategy"
+        Camera "perspective" "float fov" 90
+        WorldBegin
+        ReverseOrientation
+        AreaLightSource "diffuse" "rgb L" [.5 .5 .5]
+        Material $material
+        Translate .3 .2 0
+        Shape "sphere" "float radius" 1
+    )";
+    return test::substitute(
+        scene, {{"$sampler", samplerLine(sampler, 4)}, {"$strategy", strategy}, {"$material", material}});
 }
 
 struct ClosedCase {
@@ -42,10 +55,10 @@ struct ClosedCase {
 };
 
 TEST(ClosedFurnace, EveryPixelIsEmissionOverAbsorption) {
-    for (const ClosedCase& c : {ClosedCase{"\"matte\" \"rgb Kd\" [.5 .5 .5]", .5},
-                                ClosedCase{"\"matte\" \"rgb Kd\" [.8 .8 .8]", .8},
-                                ClosedCase{"\"plastic\" \"rgb Kd\" [.5 .5 .5] \"rgb Ks\" [0 0 0]", .5},
-                                ClosedCase{"\"mirror\" \"rgb Kr\" [.5 .5 .5]", .5}})
+    for (const ClosedCase& c :
+         {ClosedCase{R"("matte" "rgb Kd" [.5 .5 .5])", .5}, ClosedCase{R"("matte" "rgb Kd" [.8 .8 .8])", .8},
+          ClosedCase{R"("plastic" "rgb Kd" [.5 .5 .5] "rgb Ks" [0 0 0])", .5},
+          ClosedCase{R"("mirror" "rgb Kr" [.5 .5 .5])", .5}})
         for (const char* sampler : kSamplers)
             for (const char* strategy : {"all", "one"}) {
                 expectMean(test::build(closedFurnace(c.material, sampler, strategy)), .5 / (1 - c.albedo),
@@ -53,61 +66,69 @@ TEST(ClosedFurnace, EveryPixelIsEmissionOverAbsorption) {
             }
 }
 
-/// Files of measurements of a surface that reflects evenly: f = albedo / pi. `albedos`: what that is in RGB.
-struct EvenMeasurements {
-    explicit EvenMeasurements(double albedo) {
-        std::string brdf = "31\n", record;
+/// Returns a file of pbrt's measured BRDF format for the constant BRDF `f`.
+std::string constantBrdfFile(double f) {
+    std::string text = "31\n", record;
+    for (int i = 0; i < 31; ++i) {
+        text += std::to_string(400 + 10 * i) + ' ';
+        record += ' ' + std::to_string(f);
+    }
+    for (double thetaI : {0.0, 0.5, 1.0, 1.5})
+        for (double thetaO : {0.0, 0.4, 0.8, 1.2})
+            for (double phi : {0.0, 1.0, 2.0, 3.0})
+                text += '\n' + std::to_string(thetaI) + " 0 " + std::to_string(thetaO) + ' ' +
+                        std::to_string(phi) + record;
+    return text;
+}
+
+/// Returns a MERL file of a single cell for the constant BRDF `f`.
+std::string constantMerlFile(double f) {
+    const int32_t size[3] = {1, 1, 1};
+    std::string bytes(reinterpret_cast<const char*>(size), sizeof(size));
+    for (double scale : {1 / 1500., 1.15 / 1500., 1.66 / 1500.}) {
+        const double value = f / scale;
+        bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    }
+    return bytes;
+}
+
+/// Measured materials with the constant BRDF albedo/π.
+struct ConstantMeasurements {
+    explicit ConstantMeasurements(double albedo) {
         std::vector<float> wavelengths, flat(31, 1.f);
-        for (int i = 0; i < 31; ++i) {
+        for (int i = 0; i < 31; ++i)
             wavelengths.push_back(float(400 + 10 * i));
-            brdf += std::to_string(400 + 10 * i) + ' ';
-            record += ' ' + std::to_string(albedo / M_PI);
-        }
-        for (double thetaI : {0.0, 0.5, 1.0, 1.5})
-            for (double thetaO : {0.0, 0.4, 0.8, 1.2})
-                for (double phi : {0.0, 1.0, 2.0, 3.0})
-                    brdf += '\n' + std::to_string(thetaI) + " 0 " + std::to_string(thetaO) + ' ' +
-                            std::to_string(phi) + record;
-        // One cell is all that an even surface needs.
-        const int32_t size[3] = {1, 1, 1};
-        const double scales[3] = {1 / 1500., 1.15 / 1500., 1.66 / 1500.};
-        std::string merl(reinterpret_cast<const char*>(size), sizeof(size));
-        for (double scale : scales) {
-            const double value = albedo / M_PI / scale;
-            merl.append(reinterpret_cast<const char*>(&value), sizeof(value));
-        }
         const Rgb white = spectrumToRgb(wavelengths, flat); // not (1, 1, 1): equal energy is not D65
-        cases = {{measured(folder.write("even.brdf", brdf)), {}},
-                 {measured(folder.write("even.binary", merl)), {}}};
-        for (int c = 0; c < 3; ++c)
-            cases[0].albedos.push_back(albedo * white[c]), cases[1].albedos.push_back(albedo);
+        cases = {{measured(folder.write("constant.brdf", constantBrdfFile(albedo / M_PI))),
+                  {albedo * white[0], albedo * white[1], albedo * white[2]}},
+                 {measured(folder.write("constant.binary", constantMerlFile(albedo / M_PI))),
+                  {albedo, albedo, albedo}}};
     }
     static std::string measured(const std::filesystem::path& file) {
-        return "\"measured\" \"string filename\" \"" + file.string() + '"';
+        return R"("measured" "string filename" ")" + file.string() + '"';
     }
     struct Case {
         std::string material;
-        std::vector<double> albedos;
+        std::vector<double> albedos; ///< RGB
     };
     test::TemporaryFolder folder;
     std::vector<Case> cases;
 };
 
-TEST(ClosedFurnace, Measured) {
-    const EvenMeasurements measurements(.5);
+TEST(ClosedFurnace, HoldsForMeasuredMaterials) {
+    const ConstantMeasurements measurements(.5);
     for (const auto& c : measurements.cases) {
-        double truth = 0;
+        double expected = 0;
         for (double albedo : c.albedos)
-            truth += .5 / (1 - albedo) / 3;
+            expected += .5 / (1 - albedo) / 3;
         for (const char* sampler : kSamplers)
-            expectMean(test::build(closedFurnace(c.material, sampler, "all")), truth,
+            expectMean(test::build(closedFurnace(c.material, sampler, "all")), expected,
                        c.material + ' ' + sampler);
     }
 }
 
-/// The directional albedo of a material for wo at cosine `mu`: an independent quadrature of its own eval;
-/// delta lobes are the caller's.
-double albedoAt(const Material& material, const Bsdf& bsdf, float mu) {
+/// Returns the directional albedo of the smooth lobes of a material for wo.z = mu, by quadrature of evalCos.
+double directionalAlbedo(const Material& material, const Bsdf& bsdf, float mu) {
     const V3f wo(std::sqrt(1 - mu * mu), 0, mu);
     constexpr int kTheta = 512, kPhi = 256;
     double sum = 0;
@@ -124,9 +145,9 @@ double albedoAt(const Material& material, const Bsdf& bsdf, float mu) {
     return sum * 2 * kPi / (double(kTheta) * kPhi);
 }
 
-/// Average of the albedo over the picture of a sphere of radius 1 that shows the square |x|, |y| < 1/2: at
-/// distance r of the axis the cosine is sqrt(1 - r²).
-double shownAlbedo(const BuiltScene& built) {
+/// Returns the mean directional albedo over the picture of a sphere of radius 1 that shows the square |x|,
+/// |y| < 1/2: at distance r from the axis, the cosine is sqrt(1 - r²).
+double meanAlbedo(const BuiltScene& built) {
     const SurfacePoint s = built.scene->surface(Hit{kNone, 0, 0, 0.25f, 0.5f, 1}, 0);
     Bsdf bsdf;
     bsdf.material = s.material;
@@ -136,56 +157,67 @@ double shownAlbedo(const BuiltScene& built) {
     for (int i = 0; i < kGrid; ++i)
         for (int j = i; j < kGrid; ++j) {
             const float x = (float(i) + .5f) / kGrid / 2, y = (float(j) + .5f) / kGrid / 2;
-            sum += (i == j ? 1 : 2) * albedoAt(*s.material, bsdf, std::sqrt(1 - x * x - y * y));
+            sum += (i == j ? 1 : 2) * directionalAlbedo(*s.material, bsdf, std::sqrt(1 - x * x - y * y));
         }
     return sum / (kGrid * kGrid);
 }
 
-void expectWhiteWorldShows(const std::string& material,
-                           const std::function<double(const BuiltScene&)>& albedo) {
-    std::optional<double> truth;
+/// Returns the scene of a sphere of radius 1 under an environment of radiance 1. `extent`: half of the
+/// picture's width.
+std::string whiteFurnace(const std::string& material, const std::string& sampler,
+                         const std::string& integrator, const std::string& extent, int resolution) {
+    const char* scene = R"(
+        Film "image" "integer xresolution" $resolution "integer yresolution" $resolution
+        $sampler
+        Integrator $integrator
+        Camera "orthographic" "float screenwindow" [-$extent $extent -$extent $extent]
+        WorldBegin
+        LightSource "infinite" "rgb L" [1 1 1]
+        Material $material
+        Translate 0 0 5
+        Shape "sphere" "float radius" 1
+    )";
+    return test::substitute(scene, {{"$resolution", std::to_string(resolution)},
+                                    {"$sampler", sampler},
+                                    {"$integrator", integrator},
+                                    {"$extent", extent},
+                                    {"$material", material}});
+}
+
+/// Compares the picture of the center of a sphere in a white furnace with `albedo(scene)`.
+void expectAlbedo(const std::string& material, const std::function<double(const BuiltScene&)>& albedo) {
+    std::optional<double> expected;
     for (const char* sampler : kSamplers)
-        for (const char* integrator : {"directlighting", "path"}) {
-            const std::string text =
-                "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4\n" +
-                samplerLine(sampler, 8) + "Integrator \"" + integrator +
-                "\"\nCamera \"orthographic\" \"float screenwindow\" [-.5 .5 -.5 .5]\nWorldBegin\n"
-                "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial " +
-                material + "\nTranslate 0 0 5\nShape \"sphere\" \"float radius\" 1\n";
-            const BuiltScene built = test::build(text);
-            if (!truth)
-                truth = albedo(built);
-            expectMean(built, *truth, material + ' ' + sampler + ' ' + integrator, 16);
+        for (const char* integrator : {R"("directlighting")", R"("path")"}) {
+            const BuiltScene built =
+                test::build(whiteFurnace(material, samplerLine(sampler, 8), integrator, ".5", 4));
+            if (!expected)
+                expected = albedo(built);
+            expectMean(built, *expected, material + ' ' + sampler + ' ' + integrator, 16);
         }
 }
 
-TEST(WhiteWorld, SphereShowsTheAlbedo) {
+TEST(WhiteFurnace, SphereShowsItsAlbedo) {
     for (const char* material :
-         {"\"matte\" \"rgb Kd\" [.7 .7 .7]", "\"matte\" \"rgb Kd\" [.7 .7 .7] \"float sigma\" 30",
-          "\"plastic\" \"rgb Kd\" [.3 .3 .3] \"rgb Ks\" [.4 .4 .4] \"float roughness\" .2",
-          "\"metal\" \"float roughness\" .1"})
-        expectWhiteWorldShows(material, shownAlbedo);
+         {R"("matte" "rgb Kd" [.7 .7 .7])", R"("matte" "rgb Kd" [.7 .7 .7] "float sigma" 30)",
+          R"("plastic" "rgb Kd" [.3 .3 .3] "rgb Ks" [.4 .4 .4] "float roughness" .2)",
+          R"("metal" "float roughness" .1)"})
+        expectAlbedo(material, meanAlbedo);
 }
 
-TEST(WhiteWorld, MeasuredShowsItsAlbedo) {
-    const EvenMeasurements measurements(.7);
+TEST(WhiteFurnace, MeasuredSphereShowsItsAlbedo) {
+    const ConstantMeasurements measurements(.7);
     for (const auto& c : measurements.cases)
-        expectWhiteWorldShows(
-            c.material, [&](const BuiltScene&) { return (c.albedos[0] + c.albedos[1] + c.albedos[2]) / 3; });
+        expectAlbedo(c.material,
+                     [&](const BuiltScene&) { return (c.albedos[0] + c.albedos[1] + c.albedos[2]) / 3; });
 }
 
-TEST(WhiteWorld, GlassAndMirrorLoseNothing) {
-    for (const char* material : {"\"glass\"", "\"mirror\" \"rgb Kr\" [1 1 1]"})
-        for (const char* sampler : kSamplers) {
-            const std::string text =
-                "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n" +
-                samplerLine(sampler, 4) +
-                "Integrator \"path\" \"integer maxdepth\" 1000\n"
-                "Camera \"orthographic\" \"float screenwindow\" [-1.2 1.2 -1.2 1.2]\nWorldBegin\n"
-                "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial " +
-                std::string(material) + "\nTranslate 0 0 5\nShape \"sphere\" \"float radius\" 1\n";
-            expectMean(test::build(text), 1, std::string(material) + ' ' + sampler);
-        }
+TEST(WhiteFurnace, GlassAndMirrorConserveEnergy) {
+    for (const std::string material : {R"("glass")", R"("mirror" "rgb Kr" [1 1 1])"})
+        for (const char* sampler : kSamplers)
+            expectMean(test::build(whiteFurnace(material, samplerLine(sampler, 4),
+                                                R"("path" "integer maxdepth" 1000)", "1.2", 8)),
+                       1, material + ' ' + sampler);
 }
 
 } // namespace

@@ -1,0 +1,88 @@
+#include "shading/emitted_light.h"
+
+#include "core/math/sampling.h"
+
+namespace strobe {
+
+namespace {
+
+/// Returns the MIS weight of light `lightIndex` that the path's last ray hit, or 0 where the path's component
+/// excludes it. `pdf()` returns the pdf of light samples in the ray's direction, per solid angle; it is
+/// called only if needed.
+template <class LightPdf>
+float hitLightWeight(const PathContext& context, const Path& path, int lightIndex, int bounce,
+                     const LightPdf& pdf) {
+    if (path.component == LightComponent::Indirect && bounce <= 1)
+        return 0; // emission of the first surface, and its direct light
+    if (path.specularBounce)
+        return 1;
+    const Light& light = *context.scene.lights()[size_t(lightIndex)];
+    if (light.isDelta() || !usesMis(path.maxBsdfPdf, light.solidAngle(path.previousP, path.ray.time)))
+        return 0;
+    const float lightSamples = path.sampledAllLights ? float(context.settings.samplesOf(light))
+                                                     : context.scene.lightSampler().probability(lightIndex);
+    return powerHeuristic(1, path.bsdfPdf, lightSamples, pdf());
+}
+
+void addEmissionOf(const PathContext& context, PathBatch& batch, uint32_t pathIndex, RawSurfacePoint s,
+                   int bounce) {
+    const Path& path = batch.paths[pathIndex];
+    s.finish();
+    const Rgb radiance = emittedRadiance(context.scene, s, path.hit, -path.ray.d);
+    if (isBlack(radiance))
+        return;
+    const float weight = hitLightWeight(context, path, s.light, bounce, [&] {
+        return lightPdf(context.scene, s, path.previousP, path.ray.time, path.ray.d);
+    });
+    batch.addHitLight(pathIndex, s.light, path.beta * radiance * weight);
+}
+
+} // namespace
+
+Rgb emittedRadiance(const Scene& scene, const SurfacePoint& s, const Hit& hit, const V3f& w) {
+    TextureQuery query;
+    query.uv = s.uv;
+    query.p = s.p;
+    query.prim = s.prim;
+    query.barycentrics = V2f(hit.u, hit.v);
+    return scene.lights()[size_t(s.light)]->emitted(s.ng, w, query);
+}
+
+float lightPdf(const Scene& scene, const SurfacePoint& s, const V3f& p, float time, const V3f& wi) {
+    const LightHit hit{s.p, s.ng, length(s.p - p), s.prim};
+    return scene.lights()[size_t(s.light)]->pdf(p, time, wi, &hit);
+}
+
+void addBackground(const PathContext& context, PathBatch& batch, const VertexChunk& v, int bounce) {
+    const int count = v.missedCount;
+    if (count == 0 || context.scene.environments().empty())
+        return;
+    V3SoA d;
+    RgbSoA radiance;
+    alignas(64) float pdf[kSoAWidth];
+    bool needsPdf = false;
+    for (int i = 0; i < count; ++i) {
+        const Path& path = batch.paths[v.missed[i]];
+        d.set(i, path.ray.d);
+        needsPdf |= !path.specularBounce;
+    }
+    for (int light : context.scene.environments()) {
+        context.scene.lights()[size_t(light)]->environmentSoA(d, count, radiance, needsPdf ? pdf : nullptr);
+        for (int i = 0; i < count; ++i) {
+            const Rgb arriving = radiance.at(i);
+            if (isBlack(arriving))
+                continue;
+            const Path& path = batch.paths[v.missed[i]];
+            const float weight = hitLightWeight(context, path, light, bounce, [&] { return pdf[i]; });
+            batch.addHitLight(v.missed[i], light, path.beta * arriving * weight);
+        }
+    }
+}
+
+void addEmission(const PathContext& context, PathBatch& batch, const VertexChunk& v, int bounce) {
+    for (int i = 0; i < v.count; ++i)
+        if (v.surface.light[i] >= 0)
+            addEmissionOf(context, batch, v.path[i], v.surface.at(i), bounce);
+}
+
+} // namespace strobe
