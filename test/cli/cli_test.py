@@ -116,7 +116,7 @@ class Information(CliTest):
         for kind, names in expected.items():
             self.assertLessEqual(set(names.split()), set(kinds[kind]), kind)
         self.assertTrue(any(re.search(r"\binteger +maxdepth .*\[5\]$", p) for p in kinds["SurfaceIntegrator"]["path"]))
-        self.assertTrue(any("by default 16 (pbrt-v2: 4)" in p for p in kinds["Sampler"]["sobol"]))
+        self.assertTrue(any("default under pbrt-v2's conventions: 4 [16]" in p for p in kinds["Sampler"]["sobol"]))
         self.assertTrue(any(re.search(r"\bfloat +radius .*\[1\]$", p) for p in kinds["Shape"]["sphere"]))
 
     def test_listed_plugins_exist(self):
@@ -655,7 +655,7 @@ class Failures(CliTest):
         self.assertEqual(run("-o", "out.exr").returncode, OK, "the library is needed only to read images and to write PNGs")
         result = run("-o", "new.exr", "-o", "out.png")
         self.assertEqual(result.returncode, SCENE)
-        self.assertIn(b"libstrobe_images.so, cannot be loaded: it is not beside the program", result.stderr)
+        self.assertIn(b"cannot load the image library libstrobe_images.so: it is not beside the executable", result.stderr)
         self.assertFalse(os.path.exists(self.path("new.exr")), "the error comes after rendering")
 
 
