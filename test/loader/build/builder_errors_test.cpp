@@ -144,8 +144,7 @@ Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 2 0])"
          2, 52, R"("indices" has 4 numbers, which is not a multiple of 3)"},
         {R"(WorldBegin
 Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0 1 1 1])",
-         2, 1,
-         R"(parameter "indices" is missing (it is optional only for exactly 3 vertices; there are 4))"},
+         2, 1, R"(parameter "indices" is missing (it is optional only for exactly 3 vertices; there are 4))"},
         {R"(WorldBegin
 Shape "trianglemesh" "integer indices" [0 1 2])",
          2, 1, R"(parameter "P" is missing)"},
