@@ -9,20 +9,20 @@
 namespace strobe {
 namespace {
 
-/// A floor that fills the image, lit by a near point light: radiance varies from pixel to pixel.
-const std::string kFloor = R"(
-Film "image" "integer xresolution" 16 "integer yresolution" 8
+/// A wall that fills the image, lit from a corner: radiance varies from pixel to pixel.
+const std::string kWall = R"(
+Film "image" "integer xresolution" 16 "integer yresolution" 16
 Sampler "sobol" "integer pixelsamples" 4
 Integrator "directlighting"
-LookAt 0 -4 3  0 0 0  0 0 1
+LookAt 0 0 4  0 0 0  0 1 0
 Camera "perspective" "float fov" 40
 WorldBegin
-LightSource "point" "point3 from" [1 -1 1] "rgb I" [5 5 5]
+LightSource "point" "point3 from" [3 3 1] "rgb I" [50 50 50]
 Material "matte"
 Shape "disk" "float radius" 100
 )";
 
-BuiltScene buildFloor(int size = 2, const std::string& text = kFloor) {
+BuiltScene buildWall(int size = 2, const std::string& text = kWall) {
     BuiltScene built = test::build(text);
     Diagnostics quiet;
     built.integrator =
@@ -31,11 +31,11 @@ BuiltScene buildFloor(int size = 2, const std::string& text = kFloor) {
 }
 
 TEST(Quad, ShadesOncePerSquare) {
-    const test::Rendered rendered = test::render(buildFloor());
-    EXPECT_EQ(rendered.stats.total.visibilitySamples, 16u * 8 * 4);
-    EXPECT_EQ(rendered.stats.total.shades, 8u * 4);
+    const test::Rendered rendered = test::render(buildWall());
+    EXPECT_EQ(rendered.stats.total.visibilitySamples, 16u * 16 * 4);
+    EXPECT_EQ(rendered.stats.total.shades, 8u * 8);
     const Image& image = rendered.image;
-    for (int y = 0; y < 8; y += 2)
+    for (int y = 0; y < 16; y += 2)
         for (int x = 0; x < 16; x += 2) {
             EXPECT_EQ(image.at(x, y), image.at(x + 1, y + 1));
             EXPECT_NE(image.at(x, y), image.at((x + 2) % 16, y)) << "squares do not share";
@@ -44,12 +44,12 @@ TEST(Quad, ShadesOncePerSquare) {
 
 TEST(Quad, TheMeanOverSeedsIsWithinTheBiasBound) {
     constexpr int kSeeds = 64;
-    const auto exact = test::renderSeeds(test::build(kFloor), kSeeds, 100);
-    const auto shared = test::renderSeeds(buildFloor(), kSeeds, 900);
+    const auto exact = test::renderSeeds(test::build(kWall), kSeeds, 100);
+    const auto shared = test::renderSeeds(buildWall(), kSeeds, 900);
     const int reach =
-        int(std::ceil(buildFloor().integrator->biasBound(*test::build(kFloor).scene).reachPixels));
+        int(std::ceil(buildWall().integrator->biasBound(*test::build(kWall).scene).reachPixels));
     const double z = test::criticalZ(exact.mean.size(), kSeeds);
-    for (int y = reach; y < 8 - reach; ++y)
+    for (int y = reach; y < 16 - reach; ++y)
         for (int x = reach; x < 16 - reach; ++x) {
             double low = exact.meanOf(x, y), high = low;
             for (int v = y - reach; v <= y + reach; ++v)
@@ -65,20 +65,20 @@ TEST(Quad, TheMeanOverSeedsIsWithinTheBiasBound) {
 
 TEST(Quad, TheBiasIsUnboundedWhereAnythingMoves) {
     const auto boundOf = [](const std::string& text) {
-        const BuiltScene built = buildFloor(3, text);
+        const BuiltScene built = buildWall(3, text);
         return built.integrator->biasBound(*built.scene);
     };
-    EXPECT_FLOAT_EQ(boundOf(kFloor).reachPixels, 3 * std::sqrt(2.f));
-    EXPECT_EQ(boundOf(kFloor).shutterFraction, 0);
+    EXPECT_FLOAT_EQ(boundOf(kWall).reachPixels, 3 * std::sqrt(2.f));
+    EXPECT_EQ(boundOf(kWall).shutterFraction, 0);
     const BiasBound moving =
-        boundOf(kFloor + R"(ActiveTransform EndTime Translate 0 0 1 Shape "sphere" "float radius" .1)");
+        boundOf(kWall + R"(ActiveTransform EndTime Translate 0 0 1 Shape "sphere" "float radius" .1)");
     EXPECT_EQ(moving.reachPixels, kInfinity);
     EXPECT_EQ(moving.shutterFraction, 1);
 }
 
 TEST(Quad, ASizeBelowOneIsAnError) {
     try {
-        buildFloor(0);
+        buildWall(0);
         FAIL();
     } catch (const Error& e) {
         EXPECT_STREQ(e.what(), "\"size\" must be at least 1");
