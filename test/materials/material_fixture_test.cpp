@@ -4,6 +4,7 @@
 #include "materials/measured.h"
 #include "materials/metal.h"
 #include "materials/metallic_roughness.h"
+#include "materials/minnaert.h"
 #include "materials/plastic.h"
 
 #include <gtest/gtest.h>
@@ -100,6 +101,9 @@ std::vector<NamedMaterial> smoothMaterials() {
                             {rgbParam("basecolor", Rgb(base)), floatParam("metallic", metallic),
                              floatParam("roughness", roughness)});
     };
+    const auto minnaert = [](float exponent) {
+        return makeMaterial(minnaertPlugin(), {rgbParam("Kd", Rgb(1)), floatParam("exponent", exponent)});
+    };
     const auto coated = [] {
         return makeMaterial(metallicRoughnessPlugin(),
                             {rgbParam("basecolor", Rgb(.5f)), floatParam("metallic", 0),
@@ -128,6 +132,8 @@ std::vector<NamedMaterial> smoothMaterials() {
             {"metallic-roughness sharp metal", metallicRoughness(.9f, 1, .15f), true, true},
             {"metallic-roughness white", metallicRoughness(1, 0, .6f), false},
             {"metallic-roughness coated", coated()},
+            {"minnaert 2", minnaert(2)},
+            {"minnaert 100", minnaert(100), true, true},
             {"measured", irregularExample(600, smoothValue)},
             {"measured glossy", irregularExample(3000, glossyValue)},
             {"measured, MERL even", merlExample(.5, 0, 1)},

@@ -98,7 +98,9 @@ struct SampleSlice {
     bool operator==(const SampleSlice&) const = default;
 };
 
-/// Visibility samples of a few pixels: pixel by pixel, the same slice of each pixel, in ascending order.
+/// Visibility samples of a few pixels: pixel by pixel, the same slice of each pixel, in ascending order. The
+/// pixels are neighbors within a tile; which of them are in one batch depends on the tile and on the number
+/// of samples per pixel.
 struct VisibilityBatch {
     std::span<const PixelRef> pixels;
     const SoAVector<VisibilitySoA>& samples;

@@ -1,6 +1,8 @@
 // The integrator seam: an Integrator decides which visibility samples share a shade.
 //
 //     camera samples -> trace -> hits -> PLAN -> shading requests -> shade(batch) -> RESOLVE -> film
+//
+// docs/tutorial-integrator.md builds an integrator step by step.
 #pragma once
 
 #include "core/math/pixel_bounds.h"
@@ -16,15 +18,16 @@
 namespace strobe {
 
 /// Maps the visibility samples of a batch to shading requests, many to one, and the shaded requests back to
-/// samples. Each thread has a worker of its own.
+/// samples. Each thread has a worker of its own, which processes one batch at a time: `plan`, then `resolve`.
 class IntegratorWorker {
   public:
     virtual ~IntegratorWorker() = default;
-    /// Appends the requests that the batch needs to `requests`, which is empty.
+    /// Writes the requests that the batch needs to `requests`, which is empty. Most requests are those of
+    /// samples: see requestFor.
     virtual void plan(const VisibilityBatch& batch, ShadingRequests& requests) = 0;
-    /// Returns the radiance of each sample of the batch, given the radiance of each request of the last
-    /// `plan`. Samples outside of `batch.filmSlice` may have any value. The result is `values`, filled, or
-    /// `shaded` itself.
+    /// Returns the radiance of each sample of the batch. `shaded` has the radiance of each request of the
+    /// last `plan`, `values` has space for each sample. The result is `values`, filled, or `shaded` itself.
+    /// Samples outside of `batch.filmSlice` may have any value.
     virtual std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                          std::span<Rgb> values) = 0;
     /// Returns one component of the radiance of each sample (0 <= component < LightComponents::count), after
@@ -65,13 +68,17 @@ class IntegratorState {
     virtual void restart(uint64_t /*seed*/, int /*samplesPerPixel*/) {}
 };
 
-/// The dependence of a sample's value on other samples: on none, on the samples of its pixel, or on the order
-/// in which threads render. Sharing by position alone (a shared shade is a function of its key) is None.
-enum class SampleDependence { None, Pixel, Render };
+/// The dependence of a sample's value on other samples.
+enum class SampleDependence {
+    None,   ///< on none; or each shared shade is a function of a key, such as a point on a surface
+    Pixel,  ///< on the samples of its pixel
+    Render, ///< on other samples of its batch, on tiles, or on the order in which threads render
+};
 
-/// How far from a sample's own surface point, at most, the shades were made that it uses. The bias of the
-/// mean over seeds is at most the variation of radiance over the same surface within `reachPixels` pixels (as
-/// seen by the sample) and `shutterFraction` of the shutter. Zeros: the integrator is unbiased.
+/// The maximum distance between a sample's own surface point and the points at which the shades that it uses
+/// were made. The bias of the mean over seeds is at most the variation of radiance over the same surface
+/// within `reachPixels` pixels (as seen by the sample) and `shutterFraction` of the shutter. Zeros: the
+/// integrator is unbiased. Infinity: no bound is known.
 struct BiasBound {
     float reachPixels = 0, shutterFraction = 0;
 };
@@ -79,10 +86,12 @@ struct BiasBound {
 class Integrator {
   public:
     virtual ~Integrator() = default;
+    /// Returns a bound for all pixels of the scene. It is written to images and statistics.
     virtual BiasBound biasBound(const Scene& scene) const = 0;
-    /// Decides how slices of a pixel's samples are rendered; with Render, they cannot be.
+    /// With Pixel, all samples of a pixel are traced and planned to render a slice of them. With Render,
+    /// slices and checkpoints are errors.
     virtual SampleDependence dependence() const { return SampleDependence::Render; }
-    /// True when `begin` reads context.shadeCost: measuring it costs some milliseconds.
+    /// Returns true if `begin` reads context.shadeCost. Measuring it takes some milliseconds.
     virtual bool needsShadeCost(const RenderContext& /*context*/) const { return false; }
     /// Begins a render. The scene outlives the state.
     virtual std::unique_ptr<IntegratorState> begin(const Scene& scene,
@@ -91,7 +100,8 @@ class Integrator {
 
 using IntegratorPlugin = Plugin<std::shared_ptr<const Integrator>>;
 
-/// State of an integrator whose workers share nothing: each is constructed from the scene and some settings.
+/// The state of an integrator whose workers share nothing: a worker is constructed from the scene and these
+/// settings.
 template <class Worker, class... Settings>
 class UnsharedState : public IntegratorState {
   public:
