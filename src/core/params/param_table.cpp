@@ -30,7 +30,7 @@ std::string typeName(const std::vector<T>&) {
 std::string toText(int v) { return fmt::format("{}", v); }
 std::string toText(float v) { return fmt::format("{}", v); }
 std::string toText(bool v) { return v ? "true" : "false"; }
-std::string toText(const std::string& v) { return '"' + v + '"'; }
+std::string toText(const std::string& v) { return v.empty() ? "" : '"' + v + '"'; }
 std::string toText(const V2f& v) { return fmt::format("{} {}", v.x, v.y); }
 std::string toText(const V3f& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
 std::string toText(const Rgb& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
@@ -146,10 +146,23 @@ std::string ParamRange::problem(double value) const {
     return fmt::format("must be {} {:.10g}", aboveMin ? "above" : "at least", min);
 }
 
+std::string ParamRange::description() const {
+    if (isUnlimited())
+        return "";
+    const std::string lower = fmt::format("{} {:.10g}", aboveMin ? "above" : "at least", min);
+    if (max == kInfinity)
+        return lower;
+    return aboveMin ? fmt::format("{}, at most {:.10g}", lower, max)
+                    : fmt::format("{:.10g} to {:.10g}", min, max);
+}
+
 template <class T>
 ParamInfo::ParamInfo(const ParamDef<T>& def)
-    : name(def.name), type(typeName(def.fallback)), fallback(toText(def.fallback)), doc(def.doc),
-      alias(def.alias ? def.alias : "") {}
+    : name(def.name), type(typeName(def.fallback)), doc(def.doc), alias(def.alias ? def.alias : ""),
+      range(def.range.description()) {
+    if (doc.find("default: ") == std::string::npos)
+        fallback = toText(def.fallback);
+}
 
 template ParamInfo::ParamInfo(const ParamDef<int>&);
 template ParamInfo::ParamInfo(const ParamDef<float>&);

@@ -55,6 +55,8 @@ struct ParamRange {
     }
     /// Returns the error message for a value outside the range, e.g. "must be at least 1".
     std::string problem(double value) const;
+    /// Returns a text for `strobe --list`, e.g. "at least 1" or "0 to 2"; empty without limits.
+    std::string description() const;
 };
 inline constexpr ParamRange kNotNegative{0}, kPositive{0, kInfinity, true}, kAtLeastOne{1};
 
@@ -74,9 +76,9 @@ struct FilePath {
     std::filesystem::path path;
 };
 
-/// The description of a parameter, for `strobe --list`.
+/// The description of a parameter, for `strobe --list`. `fallback` is empty if `doc` describes the default.
 struct ParamInfo {
-    std::string name, type, fallback, doc, alias;
+    std::string name, type, fallback, doc, alias, range;
     template <class T>
     ParamInfo(const ParamDef<T>& def); // implicit, for tables {kKd, kKs, kRoughness}
 };
