@@ -657,7 +657,7 @@ class Failures(CliTest):
         self.assertEqual(run("-o", "out.exr").returncode, OK, "the library is needed only to read images and to write PNGs")
         result = run("-o", "new.exr", "-o", "out.png")
         self.assertEqual(result.returncode, SCENE)
-        self.assertIn(b"libstrobe_images.so, cannot be loaded: it is not beside the program", result.stderr)
+        self.assertIn(b"cannot load the image library libstrobe_images.so: it is not beside the executable", result.stderr)
         self.assertFalse(os.path.exists(self.path("new.exr")), "the error comes after rendering")
 
 
