@@ -85,7 +85,7 @@ struct ImportedDeformation {
 
 /// The content of a glTF file. Materials, lights and shapes that do not deform are created once; motion and
 /// deformation are computed for each shutter, in seconds. All functions throw Errors that name the file and
-/// the JSON path, and warn once about each ignored feature. `textures` and `messages` must outlive the
+/// the JSON path, and warn once about each ignored feature. `textures` and `diagnostics` must outlive the
 /// importer.
 class Importer {
   public:

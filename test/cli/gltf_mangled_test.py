@@ -96,25 +96,25 @@ def container_cases():
     whole = gltf_model.model().bytes()
     size = struct.unpack_from("<I", whole, 12)[0]
     yield "nothing", b"", "the file is empty"
-    yield "magic only", cut(whole, 4), "cut off within its header"
-    yield "cut in the header", cut(whole, 19), "cut off within its header"
+    yield "magic only", cut(whole, 4), "truncated within its header"
+    yield "cut in the header", cut(whole, 19), "truncated within its header"
     for name, length in (("after the header", 20), ("in the JSON", 20 + size // 2), ("after the JSON", 20 + size),
                          ("in the second header", 24 + size), ("before the buffer", 28 + size),
                          ("in the buffer", (28 + size + len(whole)) // 2), ("before the last byte", len(whole) - 1)):
         yield "cut " + name, cut(whole, length), f"it has {length} of {len(whole)} bytes"
-    yield "cut in the JSON, header corrected", cut(whole, 20 + size // 2, True), "reaches beyond the end of the file"
-    yield "cut after the JSON, header corrected", cut(whole, 20 + size, True), "buffers[0]: has no uri, and the file no binary chunk"
+    yield "cut in the JSON, header corrected", cut(whole, 20 + size // 2, True), "bytes exceeds the file"
+    yield "cut after the JSON, header corrected", cut(whole, 20 + size, True), "buffers[0]: has no uri, and the file has no binary chunk"
     yield "cut in the second header, corrected", cut(whole, 24 + size, True), "within the header of a chunk"
-    yield "cut in the buffer, header corrected", cut(whole, len(whole) - 40, True), "reaches beyond the end of the file"
-    yield "version 1", with_word(whole, 4, 1), "a .glb of version 1"
-    yield "endless chunk", with_word(whole, 12, 0xffffffff), "a chunk of 4294967295 bytes reaches beyond"
-    yield "length beyond 31 bits", with_word(whole, 8, 0xfffffff0), "the file is cut off"
+    yield "cut in the buffer, header corrected", cut(whole, len(whole) - 40, True), "bytes exceeds the file"
+    yield "version 1", with_word(whole, 4, 1), "version 1 of .glb is not supported"
+    yield "endless chunk", with_word(whole, 12, 0xffffffff), "a chunk of 4294967295 bytes exceeds the file"
+    yield "length beyond 31 bits", with_word(whole, 8, 0xfffffff0), "the file is truncated"
     yield "first chunk is BIN", with_word(whole, 16, 0x004e4942), "the first chunk is not JSON"
     yield "second chunk is unknown", with_word(whole, 24 + size, 0x12345678), "the second chunk is not the binary buffer"
-    yield "no JSON", text(b"what?"), "this is not valid JSON"
+    yield "no JSON", text(b"what?"), "invalid JSON"
     yield "a list", text(b"[1, 2]"), "is not an object"
-    yield "bad UTF-8", text(b'{"asset": {"version": "2.0", "generator": "\xff\xfe"}}'), "not valid JSON"
-    yield "NaN in JSON", text(b'{"asset": {"version": "2.0"}, "scene": NaN}'), "not valid JSON"
+    yield "bad UTF-8", text(b'{"asset": {"version": "2.0", "generator": "\xff\xfe"}}'), "invalid JSON"
+    yield "NaN in JSON", text(b'{"asset": {"version": "2.0"}, "scene": NaN}'), "invalid JSON"
     yield "nested without end", text(b"[" * 300000), "nested more than 128 deep"
     yield "no asset", edited("asset", None), "asset.version: is missing"
     yield "glTF 1", edited("asset.version", "1.0"), "this is glTF 1.0"
@@ -124,11 +124,11 @@ def accessor_cases():
     for count, what in ((2**40, "1099511627776 is out of range"), (2**64, "is out of range"), (-1, "-1 is out of range"),
                         (2.5, "must be an integer"), ("many", "must be an integer")):
         yield f"count {count}", edited(f"{A}.{POSITION}.count", count), "accessors[0].count: " + what
-    yield "count 2^31 - 1", edited(f"{A}.{POSITION}.count", 2**31 - 1), "2147483647 elements do not fit into bufferViews[0]"
-    yield "offset beyond", edited(f"{A}.{POSITION}.byteOffset", 2**31 - 1), "there is room for 0"
-    yield "offset by one vertex", edited(f"{A}.{POSITION}.byteOffset", 12), "4 elements do not fit"
+    yield "count 2^31 - 1", edited(f"{A}.{POSITION}.count", 2**31 - 1), "2147483647 elements exceed bufferViews[0], which has room for 4"
+    yield "offset beyond", edited(f"{A}.{POSITION}.byteOffset", 2**31 - 1), "which has room for 0"
+    yield "offset by one vertex", edited(f"{A}.{POSITION}.byteOffset", 12), "4 elements exceed bufferViews[0]"
     yield "offset 2^63", edited(f"{A}.{POSITION}.byteOffset", 2**63), "accessors[0].byteOffset: 9223372036854775808 is out of range"
-    yield "wide stride", edited("bufferViews.0.byteStride", 252), "4 elements do not fit"
+    yield "wide stride", edited("bufferViews.0.byteStride", 252), "4 elements exceed bufferViews[0]"
     yield "stride 3", edited("bufferViews.0.byteStride", 3), "bufferViews[0].byteStride: 3 is not a multiple of 4"
     yield "view offset 2^31", edited("bufferViews.0.byteOffset", 2**31 - 1), "bufferViews[0]"
     yield "view too long", edited("bufferViews.0.byteLength", 2**31 - 1), "bufferViews[0]"
@@ -140,33 +140,33 @@ def accessor_cases():
     yield "type VEC7", edited(f"{A}.{POSITION}.type", "VEC7"), "VEC7"
     yield "flat positions", edited(f"{A}.{POSITION}.type", "VEC2"), "has 2 components instead of 3"
     yield "too few normals", edited(f"{A}.{NORMAL}.count", 3), "has 3 elements instead of 4"
-    yield "float indices", edited(f"{A}.{INDICES}.componentType", 5126), "must be of unsigned integers"
-    yield "index beyond", numbers(INDICES, 4, 4), "index 4 (number 4) of 4 vertices"
-    yield "five indices", edited(f"{A}.{INDICES}.count", 5), "5 vertices do not make whole triangles"
+    yield "float indices", edited(f"{A}.{INDICES}.componentType", 5126), "must have unsigned integers"
+    yield "index beyond", numbers(INDICES, 4, 4), "index 4 (number 4) is out of range: the primitive has 4 vertices"
+    yield "five indices", edited(f"{A}.{INDICES}.count", 5), "the number of indices, 5, is not a multiple of 3"
     yield "NaN position", numbers(POSITION, 4, float("nan")), "element 1 is not finite"
     yield "infinite normal", numbers(NORMAL, 0, float("inf")), "element 0 is not finite"
     yield "huge positions", numbers(POSITION, 0, 3e38), "too large"
     yield "zeros without end", edited(f"{A}.{SPARSE}.count", 2**31 - 1), "without a bufferView"
-    yield "sparse count", edited(f"{A}.{SPARSE}.sparse.count", 1000), "1000 elements do not fit"
+    yield "sparse count", edited(f"{A}.{SPARSE}.sparse.count", 1000), "1000 elements exceed bufferViews"
     yield "sparse index beyond", edited(f"{A}.{SPARSE}.count", 2, "meshes.2.primitives.0.attributes.NORMAL", None,
-                                        "meshes.2.primitives.0.indices", None), "index 3 of 2 elements"
+                                        "meshes.2.primitives.0.indices", None), "index 3 is out of range: the accessor has 2 elements"
     yield "sparse values too short", edited(f"{A}.{SPARSE}.sparse.count", 6, f"{A}.{SPARSE}.sparse.indices.bufferView", 6), \
-        "sparse.values: 6 elements do not fit"
+        "sparse.values: 6 elements exceed bufferViews"
     yield "sparse views missing", edited(f"{A}.{SPARSE}.sparse.values.bufferView", 99), "there is no bufferView 99"
-    yield "sparse float indices", edited(f"{A}.{SPARSE}.sparse.indices.componentType", 5126), "are not unsigned integers"
+    yield "sparse float indices", edited(f"{A}.{SPARSE}.sparse.indices.componentType", 5126), "must be an unsigned integer"
     yield "no such accessor", edited(PRIMITIVE + ".attributes.POSITION", 99), "there is no accessor 99"
     yield "negative accessor", edited(PRIMITIVE + ".attributes.NORMAL", -7), "out of range"
-    yield "no POSITION", edited(PRIMITIVE + ".attributes.POSITION", None), "there is no POSITION"
+    yield "no POSITION", edited(PRIMITIVE + ".attributes.POSITION", None), "POSITION is missing"
     yield "mode 9", edited(PRIMITIVE + ".mode", 9), "unknown mode 9"
 
 
 def node_cases():
     yield "child 99", edited(f"nodes.{HIP}.children", [99]), "there is no node 99"
     yield "child -1", edited(f"nodes.{HIP}.children", [-1]), "out of range"
-    yield "its own child", edited(f"nodes.{HIP}.children", [HIP]), "round in a circle"
-    yield "a circle of two", edited(f"nodes.{KNEE}.children", [HIP]), "round in a circle"
+    yield "a node that is its own child", edited(f"nodes.{HIP}.children", [HIP]), "is part of a cycle of nodes"
+    yield "a cycle of two nodes", edited(f"nodes.{KNEE}.children", [HIP]), "is part of a cycle of nodes"
     yield "two parents", edited(f"nodes.{BODY}.children", [KNEE]), "already"
-    yield "deep tree", deep_nodes(20000), "more than 1000 levels below the root"
+    yield "deep tree", deep_nodes(20000), "is more than 1000 levels deep"
     yield "scene shows node 99", edited("scenes.0.nodes", [99]), "there is no node 99"
     yield "scene shows a node twice", edited("scenes.0.nodes", [LIGHT, LIGHT]), "twice"
     yield "scene 5", edited("scene", 5), "there is no scene 5"
@@ -197,10 +197,10 @@ def material_cases():
     yield "image of no view", edited("images.0.bufferView", 99), "images[0].bufferView: there is no bufferView 99"
     yield "image that is none", edited("images.0.bufferView", 0), "images[0]"
     yield "image file missing", edited("images.0", {"uri": "nowhere.png"}), "nowhere.png"
-    yield "image outside", edited("images.0", {"uri": "../../etc/x.png"}), "leads out of the file's folder"
-    yield "image outside, in code", edited("images.0", {"uri": "%2e%2e/x.png"}), "leads out of the file's folder"
+    yield "image outside", edited("images.0", {"uri": "../../etc/x.png"}), "is outside the folder of the file"
+    yield "image outside, in code", edited("images.0", {"uri": "%2e%2e/x.png"}), "is outside the folder of the file"
     yield "image without bytes", edited("images.0", {"uri": "data:image/png;base64,"}), "images[0].uri: is empty"
-    yield "image without source", edited("images.0", {}), "images[0]: needs a uri or a bufferView"
+    yield "image without source", edited("images.0", {}), "images[0]: must have either a uri or a bufferView"
     yield "two colors", edited(color + "baseColorFactor", [1, 1]), "baseColorFactor"
 
 
@@ -209,18 +209,18 @@ def motion_cases():
     yield "short matrices", edited(f"{A}.{MATRICES}.count", 1), "1 matrices for 2 joints"
     yield "no such joint node", edited("skins.0.joints", [HIP, 99]), "there is no node 99"
     yield "no joints", edited("skins.0.joints", []), "skins[0].joints"
-    yield "joint 9 of 2", numbers(JOINTS, 1, 9), "joint 9 of a skin with 2 joints"
-    yield "joints without weights", edited(PRIMITIVE + ".attributes.WEIGHTS_0", None), "go together"
+    yield "joint 9 of 2", numbers(JOINTS, 1, 9), "joint 9 is out of range: the skin has 2 joints"
+    yield "joints without weights", edited(PRIMITIVE + ".attributes.WEIGHTS_0", None), "must be used together"
     yield "two weights", edited("meshes.0.weights", [0.5, 0.5]), "weights"
     yield "short output", edited(f"{A}.{MOVES}.count", 2), "animations[0].samplers[0].output"
     yield "spline with too few", edited(first + ".interpolation", "CUBICSPLINE"), "animations[0].samplers[0].output"
-    yield "times go back", numbers(TIMES, 1, 2.0), "the times do not ascend at key 2"
+    yield "descending times", numbers(TIMES, 1, 2.0), "times must ascend, but do not at key 2"
     yield "time NaN", numbers(TIMES, 0, float("nan")), "element 0 is not finite"
     yield "interpolation BOUNCE", edited(first + ".interpolation", "BOUNCE"), "unknown \"BOUNCE\""
     yield "no such animation sampler", edited("animations.0.channels.0.sampler", 99), "there is no sampler 99"
     yield "moves node 99", edited("animations.0.channels.0.target.node", 99), "there is no node 99"
-    yield "moves twice", edited("animations.0.channels.3", {"sampler": 0, "target": {"node": FLOOR, "path": "translation"}}), \
-        "what another channel does"
+    yield "two channels for one property", edited("animations.0.channels.3", {"sampler": 0, "target": {"node": FLOOR, "path": "translation"}}), \
+        "animates the same property as another channel"
     yield "weights of none", edited("animations.0.channels.2.target.node", FLOOR), "without morph targets"
     yield "target too long", edited(f"{A}.{TARGET}.count", 5), "targets[0].POSITION"
 
@@ -229,21 +229,21 @@ def buffer_cases():
     whole = bytes(gltf_model.model().binary)
     yield "buffer without uri", buffered(), "buffer"
     yield "buffer file missing", buffered(uri="nowhere.bin"), "nowhere.bin\" cannot be read"
-    yield "buffer outside", buffered(uri="../x.bin"), "leads out of the file's folder"
-    yield "buffer of the system", buffered(uri="/etc/passwd"), "leads out of the file's folder"
-    yield "buffer from the net", buffered(uri="http://example.com/x.bin"), "is not the name of a file"
+    yield "buffer outside", buffered(uri="../x.bin"), "is outside the folder of the file"
+    yield "buffer of the system", buffered(uri="/etc/passwd"), "is outside the folder of the file"
+    yield "buffer from the net", buffered(uri="http://example.com/x.bin"), "is not a file name"
     yield "buffer is a folder", buffered(uri="."), "cannot be read"
     yield "no base64", buffered(uri="data:application/octet-stream;base64,?!?!"), "buffers[0].uri: is not base64"
-    yield "buffer too short", buffered(uri=data_uri(whole[:40])), "buffers[0].byteLength: 626 bytes, where there are 40"
-    yield "buffer of 2^31 bytes", buffered(uri=data_uri(whole), byteLength=2**31 - 1), "buffers[0].byteLength: 2147483647 bytes, where there are 626"
-    yield "buffer longer than its chunk", pack(json.loads(buffered(byteLength=len(whole) + 1000)), whole), "buffers[0].byteLength: 1626 bytes, where there are 628"
+    yield "buffer too short", buffered(uri=data_uri(whole[:40])), "buffers[0].byteLength: is 626, but the data has 40 bytes"
+    yield "buffer of 2^31 bytes", buffered(uri=data_uri(whole), byteLength=2**31 - 1), "buffers[0].byteLength: is 2147483647, but the data has 626 bytes"
+    yield "buffer longer than its chunk", pack(json.loads(buffered(byteLength=len(whole) + 1000)), whole), "buffers[0].byteLength: is 1626, but the data has 628 bytes"
 
 
 def extension_cases():
     for name, what in (("ACME_secret", "ACME_secret"), ("KHR_draco_mesh_compression", "compressed by Draco"),
                        ("EXT_meshopt_compression", "compressed by meshoptimizer"), ("KHR_texture_basisu", "Basis Universal")):
         yield f"needs {name}", edited("extensionsUsed.1", name, "extensionsRequired", [name]), what
-    yield "extensions no list", edited("extensionsRequired", "all"), "must be a list of strings"
+    yield "extensions no list", edited("extensionsRequired", "all"), "must be an array of strings"
 
 
 # Unusual but valid files, which render.
@@ -251,10 +251,10 @@ def harmless_cases():
     whole = gltf_model.model()
     whole.root["buffers"] = [{"byteLength": len(whole.binary)}]
     twice = json.dumps(whole.root).replace('"scene": 0', '"scene": 99, "scene": 0').encode()
-    yield "as it is", whole.bytes(), ""
-    yield "a key twice, of which the last counts", pack(twice, whole.binary), ""
-    yield "nothing to see", text(b'{"asset": {"version": "2.0"}}'), ""
-    yield "path color", edited("animations.0.channels.0.target.path", "color"), "\"color\" is not animated"
+    yield "unchanged", whole.bytes(), ""
+    yield "a duplicate key: the last value applies", pack(twice, whole.binary), ""
+    yield "no scene", text(b'{"asset": {"version": "2.0"}}'), ""
+    yield "path color", edited("animations.0.channels.0.target.path", "color"), "unknown path \"color\" is ignored"
     yield "unneeded extension", edited("extensionsUsed.1", "ACME_secret"), "ACME_secret is ignored"
 
 

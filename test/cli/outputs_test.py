@@ -159,7 +159,7 @@ class Color(OutputTest):
                 np.testing.assert_array_equal(ours[channel], merged[channel])
         self.assertEqual(self.header("merged.exr").tile_width, 16)
         self.assertIn(b"strobe:exposure", self.read("merged.png"))
-        for wrong, message in ((["--view", "Film"], "unknown view"), (["--exr", "deflate"], "--exr: unknown kind"), (["--exposure", "nan"], "takes a number")):
+        for wrong, message in ((["--view", "Film"], "unknown view"), (["--exr", "deflate"], '--exr: unknown EXR setting "deflate"'), (["--exposure", "nan"], "takes a number")):
             self.assertIn(message, self.run_strobe("merge", "p.part", "-o", "no.png", *wrong, code=USAGE).err)
         self.assertNotIn("no.png", self.names())
 
@@ -266,9 +266,9 @@ class ExrFiles(OutputTest):
         self.assertNotIn("65504", self.run_strobe("hot.scene", "-o", "a.exr").err)
 
     def test_errors(self):
-        for kind, message in (("deflate", 'unknown kind of EXR file "deflate" (known: half, float, none, rle, zips, zip, piz, '),
+        for kind, message in (("deflate", 'unknown EXR setting "deflate" (known: half, float, none, rle, zips, zip, piz, '),
                            ("half,zip:9", '"zip:9"'), ("tiles:0", '"tiles:0"'),
-                           ("dwaa", 'dwaa would change the numbers of "shades"; add "parts"')):
+                           ("dwaa", 'dwaa would change the data in "shades"; use zip, or add "parts"')):
             before = self.names()
             self.assertIn(message, self.run_strobe("o.scene", "--aov", "shades", "--exr", kind, "-o", "a.exr", code=USAGE).err)
             self.assertEqual(self.names(), before)

@@ -120,7 +120,7 @@ class PartsTest(SceneTest):
     def test_invalid_slices_are_an_error(self):
         for args, reason in ((["--sample-range", "8:9"], "samples 8:9: a pixel has 8"), (["--sample-range", "-1:2"], "takes first:end"),
                              (["--pixel-bounds", "0", "200", "0", "9"], "the frame has 150x100 pixels"),
-                             (["--sample-range", "0:4", "--integrator", "msaa-cache", "-D", "scope=tile"], "there are no slices of them"),
+                             (["--sample-range", "0:4", "--integrator", "msaa-cache", "-D", "scope=tile"], "cannot be rendered in slices"),
                              (["--sample-range", "0:4", "--noise-target", "1"], "--sample-range: does not go with --noise-target"),
                              (["--sample-range", "0:4", "--aov", "shades"], "--aov shades: does not go with --sample-range")):
             stderr, _ = self.run_strobe(*args, "-o", "o.exr", code=1)

@@ -61,9 +61,9 @@ class ShapeParams {
 
 /// Creates the shape.
 inline Shape makeShape(const Plugin<Shape>& plugin, const ShapeParams& params,
-                       std::vector<float> keyTimes = {0, 1}, Diagnostics* messages = nullptr) {
+                       std::vector<float> keyTimes = {0, 1}, Diagnostics* diagnostics = nullptr) {
     Diagnostics quiet;
-    BuildContext context{messages ? *messages : quiet};
+    BuildContext context{diagnostics ? *diagnostics : quiet};
     context.keyTimes = std::move(keyTimes);
     return plugin.create(params.set(), context);
 }

@@ -53,9 +53,9 @@ void checkExr(const std::filesystem::path& path, const std::vector<ExrPart>& par
               const ExrSettings& settings);
 
 /// Writes `parts`, which all have the pixels of frame.dataWindow, with writeFileAtomically. The attributes
-/// `chromaticities`, `oiio:ColorSpace` and `colorInteropID` describe the working space; the latter two are
-/// "data" in parts that have only exact channels. In a multi-part file, parts with exact channels are
-/// compressed with Zips if the compression in `settings` would change them.
+/// `chromaticities`, `oiio:ColorSpace` and `colorInteropID` describe the working space. `oiio:ColorSpace` and
+/// `colorInteropID` are "data" in parts that have only exact channels. In a multi-part file, parts with exact
+/// channels are compressed with Zips if the compression in `settings` would change them.
 ///
 /// Compresses with `threads` threads (0: one per core); the file does not depend on their number. They are
 /// the threads of OpenEXR's global pool, so concurrent calls wait for each other.

@@ -152,10 +152,10 @@ Param parseOverride(const std::string& option, const std::vector<ParamInfo>& kno
 
 /// Returns the path of an existing regular file that a scene refers to by `name`, checked with the
 /// ResourcePolicy of `where`. `name` is an absolute path, a path relative to the directory of the source or
-/// of the main scene file (in this order), or starts with `$STROBE_SCENES/`. In the latter case it is
-/// relative to the value of this environment variable, or, if it is not set, to `shared/scenes` in the
-/// directory of the source or the nearest parent that contains the file. Throws Error at `where` that lists
-/// the paths tried.
+/// of the main scene file (in this order), or starts with `$STROBE_SCENES/`. The rest of a name with this
+/// prefix is relative to the value of the environment variable, or, if it is not set, to `shared/scenes` in
+/// the directory of the source or the nearest parent that contains the file. Throws Error at `where` that
+/// lists the paths tried.
 std::filesystem::path resolveFile(const std::string& name, const Location& where);
 
 } // namespace strobe

@@ -123,7 +123,7 @@ class SceneBuilder::Impl {
           m_tables(pluginTables()), m_factory(m_description, options.color, diagnostics),
           m_gltf(m_description, *m_factory.context().textureCache, diagnostics),
           m_camera(orDefault(m_description.camera, "perspective")),
-          m_shapes([this](ShapeDecl& decl, Diagnostics& log) { return makeShape(decl, log); },
+          m_shapes([this](ShapeDecl& decl, Diagnostics& recorder) { return makeShape(decl, recorder); },
                    frames == Frames::Many),
           m_lights(m_description.lights.size()) {
         makeFilm(options);
@@ -239,7 +239,7 @@ class SceneBuilder::Impl {
         m_materials = strobe::makeMaterials(m_description.materials, m_tables.materials, m_factory);
     }
 
-    /// Called by several threads; `messages` is the caller's own.
+    /// Called by several threads; `diagnostics` belongs to the calling thread.
     Shape makeShape(ShapeDecl& decl, Diagnostics& diagnostics) const {
         if (decl.prebuilt.mesh)
             return std::move(decl.prebuilt);

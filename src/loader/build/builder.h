@@ -54,7 +54,7 @@ class SceneBuilder {
   public:
     /// The number of frames to build. With One, memory is released during the build.
     enum class Frames { One, Many };
-    /// `messages` must outlive the builder.
+    /// `diagnostics` must outlive the builder.
     SceneBuilder(SceneDescription&& description, const BuildOptions& options, Diagnostics& diagnostics,
                  Frames frames = Frames::Many);
     ~SceneBuilder();

@@ -16,7 +16,7 @@ class PluginFactory {
   public:
     PluginFactory(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
                   Diagnostics& diagnostics);
-    /// A copy that sends its warnings to `messages`.
+    /// A copy that sends its warnings to `diagnostics`.
     PluginFactory(const PluginFactory& other, Diagnostics& diagnostics);
 
     /// Creates the plugin of a statement; returns an empty product if the statement is skipped. `kind`: the

@@ -27,7 +27,7 @@ bool bake(TriangleMesh& mesh, const M44f& m) {
 void ShapeStore::create(std::vector<ShapeDecl>& decls, Diagnostics& diagnostics) {
     struct Result {
         Shape shape;
-        Diagnostics messages = Diagnostics::recorder();
+        Diagnostics diagnostics = Diagnostics::recorder();
         std::exception_ptr error;
     };
     std::vector<ShapeDecl*> missing;
@@ -37,13 +37,13 @@ void ShapeStore::create(std::vector<ShapeDecl>& decls, Diagnostics& diagnostics)
     std::vector<Result> results(missing.size());
     parallelFor(missing.size(), [&](size_t i) {
         try {
-            results[i].shape = m_create(*missing[i], results[i].messages);
+            results[i].shape = m_create(*missing[i], results[i].diagnostics);
         } catch (...) {
             results[i].error = std::current_exception();
         }
     });
     for (size_t i = 0; i < missing.size(); ++i) {
-        results[i].messages.replayTo(diagnostics);
+        results[i].diagnostics.replayTo(diagnostics);
         if (results[i].error)
             std::rethrow_exception(results[i].error);
         m_entries[missing[i]] = {std::move(results[i].shape)};

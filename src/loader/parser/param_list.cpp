@@ -197,13 +197,13 @@ Param readParam(Lexer& lexer, bool& looksLikeV4) {
 
 } // namespace
 
-ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Diagnostics* lenientMessages) {
+ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Diagnostics* lenientDiagnostics) {
     ParamSet params(where);
     while (lexer.peek() == TokenKind::String) {
         Param param = readParam(lexer, looksLikeV4);
         const auto hasSameName = [&](const Param& p) { return p.name == param.name; };
-        if (lenientMessages && std::erase_if(params.all(), hasSameName) > 0)
-            lenientMessages->warnOnce(
+        if (lenientDiagnostics && std::erase_if(params.all(), hasSameName) > 0)
+            lenientDiagnostics->warnOnce(
                 "repeated parameter " + param.name, param.where,
                 fmt::format("parameter \"{}\" is given twice; the last value is used", param.name));
         params.add(std::move(param));

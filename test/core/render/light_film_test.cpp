@@ -254,7 +254,8 @@ TEST(LightFilm, ErrorForInvalidGroupNames) {
         test::build(room(R"(LightSource "infinite" "string group" "key light")"));
         FAIL();
     } catch (const Error& e) {
-        EXPECT_STREQ(e.what(), "\"group\" names a layer: letters, digits and underscores, not \"key light\"");
+        EXPECT_STREQ(e.what(),
+                     "\"group\" must consist of letters, digits and underscores, not \"key light\"");
     }
 }
 

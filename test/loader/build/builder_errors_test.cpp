@@ -144,8 +144,7 @@ Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0] "integer indices" [0 1 2 0])"
          2, 52, R"("indices" has 4 numbers, which is not a multiple of 3)"},
         {R"(WorldBegin
 Shape "trianglemesh" "point P" [0 0 0 1 0 0 0 1 0 1 1 1])",
-         2, 1,
-         R"(parameter "indices" is missing (it may be left out only with exactly 3 vertices; there are 4))"},
+         2, 1, R"(parameter "indices" is missing (it is optional only for exactly 3 vertices; there are 4))"},
         {R"(WorldBegin
 Shape "trianglemesh" "integer indices" [0 1 2])",
          2, 1, R"(parameter "P" is missing)"},
@@ -254,7 +253,7 @@ Texture "t" "rgb" "wood")",
          2, 1, R"(unknown texture "wood" (known: constant, scale, mix, checkerboard, imagemap))"},
         {R"(WorldBegin
 Texture "t" "rgb" "checkerboard" "integer dimension" 5)",
-         2, 34, R"(a checkerboard has 2 or 3 dimensions)"},
+         2, 34, R"("dimension" must be 2 or 3)"},
     });
 }
 
@@ -351,7 +350,7 @@ LightSource "point")",
         withDefine("maxdepht=2"),
         R"(error: -D maxdepht=2: unknown parameter "maxdepht"; did you mean "maxdepth"? (known: maxdepth, strategy, lightsamples))");
     EXPECT_EQ(withDefine("maxdepth"), "error: -D maxdepth: write it as name=value");
-    EXPECT_EQ(withDefine("maxdepth=x"), R"(error: -D maxdepth=x: "x" is not a number (integer is wanted))");
+    EXPECT_EQ(withDefine("maxdepth=x"), R"(error: -D maxdepth=x: "x" is not a number (integer is expected))");
     EXPECT_EQ(withDefine("maxdepth=-1"), R"(error: "maxdepth" must not be negative)");
 
     BuildOptions integrator;
