@@ -53,8 +53,8 @@ PathBatch::PathBatch(const Scene& scene, const LightComponents& layout)
 namespace {
 
 /// Returns the counter of a request that estimates light.
-uint64_t& requestCounter(Counters& counters, const Hit& hit, LightComponent component) {
-    if (!hit)
+uint64_t& requestCounter(Counters& counters, bool isHit, LightComponent component) {
+    if (!isHit)
         return counters.missed;
     return component == LightComponent::Direct ? counters.directShades : counters.shades;
 }
@@ -76,11 +76,11 @@ void PathBatch::start(const ShadingRequests& requests, Counters& batchCounters) 
         const RequestSoA& chunk = requests.chunk(c);
         for (int i = 0; i < requests.chunkSize(c); ++i, ++path) {
             paths[path].start(chunk, i);
-            const Hit hit = chunk.hit.at(i);
-            setHit(path, hit);
+            setHit(path, chunk.hit.at(i)); // without a local copy: see Path::start
+            const bool isHit = chunk.hit.geometry[i] != kNone;
             if (chunk.component[i] != LightComponent::Albedo)
-                ++requestCounter(batchCounters, hit, chunk.component[i]);
-            else if (hit) {
+                ++requestCounter(batchCounters, isHit, chunk.component[i]);
+            else if (isHit) {
                 albedo.push_back(path);
                 continue;
             }
