@@ -30,7 +30,7 @@ std::string typeName(const std::vector<T>&) {
 std::string toText(int v) { return fmt::format("{}", v); }
 std::string toText(float v) { return fmt::format("{}", v); }
 std::string toText(bool v) { return v ? "true" : "false"; }
-std::string toText(const std::string& v) { return v.empty() ? "" : '"' + v + '"'; }
+std::string toText(const std::string& v) { return '"' + v + '"'; }
 std::string toText(const V2f& v) { return fmt::format("{} {}", v.x, v.y); }
 std::string toText(const V3f& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
 std::string toText(const Rgb& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
@@ -158,11 +158,8 @@ std::string ParamRange::description() const {
 
 template <class T>
 ParamInfo::ParamInfo(const ParamDef<T>& def)
-    : name(def.name), type(typeName(def.fallback)), doc(def.doc), alias(def.alias ? def.alias : ""),
-      range(def.range.description()) {
-    if (doc.find("default: ") == std::string::npos)
-        fallback = toText(def.fallback);
-}
+    : name(def.name), type(typeName(def.fallback)), fallback(toText(def.fallback)), doc(def.doc),
+      alias(def.alias ? def.alias : ""), range(def.range.description()) {}
 
 template ParamInfo::ParamInfo(const ParamDef<int>&);
 template ParamInfo::ParamInfo(const ParamDef<float>&);

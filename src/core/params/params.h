@@ -76,7 +76,7 @@ struct FilePath {
     std::filesystem::path path;
 };
 
-/// The description of a parameter, for `strobe --list`. `fallback` is empty if `doc` describes the default.
+/// The description of a parameter, for `strobe --list`.
 struct ParamInfo {
     std::string name, type, fallback, doc, alias, range;
     template <class T>

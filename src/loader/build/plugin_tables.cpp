@@ -120,10 +120,13 @@ std::map<std::string, PluginAliases> allPluginAliases() {
     };
 }
 
-/// Returns the default and the range of a parameter, e.g. " [0.5; 0 to 1]"; empty if it has neither.
+/// Returns the default and the range of a parameter, e.g. " [0.5; 0 to 1]"; empty if it has neither. A
+/// default that the description contains, or that is an empty string, is left out.
 std::string defaultAndRange(const ParamInfo& p) {
-    const char* separator = p.fallback.empty() || p.range.empty() ? "" : "; ";
-    const std::string text = p.fallback + separator + p.range;
+    const bool isDescribed = p.doc.find("default: ") != std::string::npos || p.fallback == "\"\"";
+    const std::string fallback = isDescribed ? "" : p.fallback;
+    const char* separator = fallback.empty() || p.range.empty() ? "" : "; ";
+    const std::string text = fallback + separator + p.range;
     return text.empty() ? "" : " [" + text + "]";
 }
 
