@@ -9,8 +9,10 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<float> kFov{"fov", 90, "field of view along the shorter image axis, in degrees"};
-const ParamDef<float> kHalfFov{"halffov", 0, "half of \"fov\", in degrees, for exporters that write it"};
+const ParamDef<float> kFov{"fov", 90,
+                           "field of view along the shorter image axis, in degrees, above 0 and below 180"};
+const ParamDef<float> kHalfFov{
+    "halffov", 0, "half of \"fov\", in degrees, for exporters that write it; default: half of \"fov\""};
 
 /// Returns the direction, with z = 1, from the point `o` of the lens to the point in focus. `shift`: 1 /
 /// focal distance; 0 without a lens.

@@ -13,6 +13,18 @@ namespace strobe {
 
 namespace {
 
+constexpr const char* kFooter = R"(
+strobe merge PART... -o OUT... merges parts of a render: see strobe merge --help
+
+Exit codes:
+  0  success
+  1  invalid command line
+  2  error in a scene file or in a file that it names, or out of memory
+  3  an output cannot be written, or would replace an input
+  4  internal error of strobe
+  5  a signal ended a render; what was rendered until then is saved
+  6  invalid samples (--strict))";
+
 std::string aovNames() {
     return aovNames(AovGroup::Visible) + ", " + aovNames(AovGroup::Light) + ", " +
            aovNames(AovGroup::Sharing);
@@ -69,72 +81,108 @@ Aov parseHeatmapAov(const std::string& name) {
 
 void addSceneOptions(CLI::App& app, RenderOptions& render) {
     BuildOptions& build = render.build;
-    app.add_option("FILE", render.scenes,
-                   "scene files (.scene, .pbrt, .gltf, .glb), read one after another as if they were one");
-    app.add_option("--integrator", build.integrator, "which visibility samples share a shade; see --list");
-    app.add_option("--shading", build.shading, "shading integrator, path or directlighting; see --list");
-    app.add_option("-D", build.defines,
-                   "name=value: a parameter of the integrator or of the shading integrator")
+    app.option_defaults()->group("Scene and integrator");
+    app.add_option(
+           "FILE", render.scenes,
+           "scene files (.scene, .pbrt, .gltf, .glb), read one after another as if they were one file")
+        ->type_name("");
+    app.add_option("--integrator", build.integrator,
+                   "integrator: the mapping of visibility samples to shades; see --list; overrides the scene")
+        ->type_name("NAME");
+    app.add_option("--shading", build.shading, "shader: path or directlighting; overrides the scene")
+        ->type_name("NAME");
+    app.add_option("-D", build.defines, "parameter of the integrator or of the shader; may be repeated")
+        ->type_name("NAME=VALUE")
         ->allow_extra_args(false);
-    app.add_option("--spp", build.samplesPerPixel, "visibility samples per pixel")
+    app.add_option(
+           "--spp", build.samplesPerPixel,
+           "visibility samples per pixel; overrides the scene; the sampler sobol rounds up to a power of two")
+        ->type_name("N")
         ->transform(integerFrom<int>(1));
     app.add_option_function<std::string>(
-        "--resolution", [&build](const std::string& text) { build.resolution = parseResolution(text); },
-        "WxH: size of the frame in pixels");
+           "--resolution", [&build](const std::string& text) { build.resolution = parseResolution(text); },
+           "size of the frame in pixels; overrides the scene")
+        ->type_name("WxH");
+    app.add_option("--animation", build.gltfAnimation, "name of the glTF animation to play")
+        ->type_name("NAME");
+    app.add_option("--camera", build.gltfCamera, "name of the glTF camera to use")->type_name("NAME");
+    app.add_flag("--quick", build.quick, "a quarter of the resolution and of the samples per pixel");
 }
 
 void addImageOutputs(CLI::App& app, CommandLine& line) {
-    app.add_option("-o,--output", line.render.output.images,
-                   "output file (.exr, .png or .part); may be repeated")
+    app.option_defaults()->group("Images");
+    app.add_option(
+           "-o,--output", line.render.output.images,
+           "output file (.exr, .png or .part); may be repeated; by default the name in the scene, or the "
+           "name of the first scene file with .exr")
+        ->type_name("FILE")
         ->allow_extra_args(false);
     addImageOptions(app, line.render.output.format);
     line.render.build.color = line.render.output.format.color;
-    app.add_flag("--print-ocio", line.printOcio, "print the built-in OpenColorIO config and exit");
 }
 
 void addSampleOptions(CLI::App& app, CommandLine& line, std::optional<uint32_t>& sample) {
     RenderOptions& render = line.render;
-    app.add_option("--threads", render.threads, "number of threads; 0: one per core")
+    app.option_defaults()->group("Pixels, samples and time");
+    app.add_option("--threads", render.threads,
+                   "number of threads; 0: one per core; does not change the image [0]")
+        ->type_name("N")
         ->transform(integerFrom<int>(0));
-    app.add_option("--tile", render.tileSize, "tile size in pixels; does not change the image")
+    app.add_option("--tile", render.tileSize, "tile size in pixels; does not change the image [32]")
+        ->type_name("N")
         ->transform(integerFrom<int>(1));
     app.add_option_function<std::vector<float>>(
            "--crop", [&render](const std::vector<float>& crop) { render.build.crop = parseCrop(crop); },
            "x0 x1 y0 y1: region of the frame to render, in fractions of its size")
-        ->expected(4);
+        ->type_name("NUMBER")
+        ->expected(4)
+        ->allow_extra_args(false);
     app.add_option_function<std::string>(
-        "--pixel",
-        [&line](const std::string& text) {
-            line.pixel = PixelQuery{parsePixel(text), {}};
-        },
-        "x,y: render one pixel and print it");
+           "--pixel",
+           [&line](const std::string& text) {
+               line.pixel = PixelQuery{parsePixel(text), {}};
+           },
+           "render one pixel and print it; writes no file")
+        ->type_name("X,Y");
     app.add_option("--sample", sample, "with --pixel: print one visibility sample, by number")
+        ->type_name("N")
         ->transform(integerFrom<uint32_t>(0));
-    app.add_option("--seed", render.seed, "seed of the random numbers")->transform(integerFrom<uint64_t>(0));
+    app.add_option("--seed", render.seed, "seed of the random numbers [0]")
+        ->type_name("N")
+        ->transform(integerFrom<uint64_t>(0));
     app.add_option_function<float>(
            "--frame-time",
            [&render](float time) {
                render.build.shutter = Shutter{time, time};
            },
-           "render a still at this scene time")
+           "scene time of a still without motion blur")
+        ->type_name("T")
         ->transform(finiteNumber<float>());
 }
 
 void addLayerOptions(CLI::App& app, OutputOptions& output) {
+    app.option_defaults()->group("AOVs and statistics");
     app.add_option_function<std::vector<std::string>>(
            "--aov", [&output](const std::vector<std::string>& names) { output.aovs = parseAovs(names); },
            "layers of EXR outputs, separated by commas: " + aovNames())
+        ->type_name("NAMES")
         ->delimiter(',');
     app.add_option("--crypto-depth", output.cryptomatteEntries,
-                   "number of names per pixel in Cryptomatte layers")
+                   "number of names per pixel in Cryptomatte layers [6]")
+        ->type_name("N")
         ->transform(integerBetween(1, 200));
-    app.add_option("--heatmap", output.heatmap, "write a layer in false color, with a scale (.png)");
+    app.add_option("--heatmap", output.heatmap,
+                   "write a layer in false color, with a scale, to this .png file")
+        ->type_name("FILE");
     app.add_option_function<std::string>(
-        "--heatmap-of", [&output](const std::string& name) { output.heatmapAov = parseHeatmapAov(name); },
-        "layer of --heatmap [shades]");
-    app.add_option("--samples", output.samples,
-                   "write every visibility sample as CSV; for a small --crop, since files are large");
-    app.add_option("--stats", output.stats, "write statistics as JSON");
+           "--heatmap-of", [&output](const std::string& name) { output.heatmapAov = parseHeatmapAov(name); },
+           "layer of --heatmap [shades]")
+        ->type_name("NAME");
+    app.add_option(
+           "--samples", output.samples,
+           "write every visibility sample to this CSV file; for a small --crop, since files are large")
+        ->type_name("FILE");
+    app.add_option("--stats", output.stats, "write statistics to this JSON file")->type_name("FILE");
 }
 
 /// Throws if an option was given that has no effect.
@@ -192,25 +240,27 @@ void parse(CLI::App& app, const std::vector<std::string>& arguments) {
 
 std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& line) {
     CLI::App app{"strobe: a pbrt-style renderer that shades less often than it samples visibility"};
-    app.set_version_flag("--version", std::string("strobe ") + version());
-    app.footer("strobe merge PART... -o OUT... merges parts of a render: see strobe merge --help");
+    app.set_help_flag("-h,--help", "print the options and exit");
+    app.set_version_flag("--version", std::string("strobe ") + version(), "print the version and exit");
+    app.footer(kFooter);
     SequenceOptions sequence;
     std::optional<uint32_t> sample;
-    BuildOptions& build = line.render.build;
     addSceneOptions(app, line.render);
     addImageOutputs(app, line);
     addSampleOptions(app, line, sample);
     addSequenceOptions(app, sequence);
-    app.add_option("--animation", build.gltfAnimation, "name of the glTF animation to play");
-    app.add_option("--camera", build.gltfCamera, "name of the glTF camera to use");
-    app.add_flag("--quick", build.quick, "a quarter of the resolution and of the samples per pixel");
+    app.option_defaults()->group("Messages");
     app.add_flag("--quiet", line.quiet, "print errors only");
+    app.add_option("--log-level", line.logLevel,
+                   "least severity of messages: debug, info, warn or error [info]")
+        ->type_name("LEVEL")
+        ->check(CLI::IsMember({"debug", "info", "warn", "error"}).description(""));
     addLayerOptions(app, line.render.output);
-    app.add_option("--log-level", line.logLevel, "debug, info, warn or error")
-        ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
     addProgressiveOptions(app, line.render);
     addResourceOptions(app, line.render);
-    app.add_flag("--list", line.list, "print all plugins with their parameters and exit");
+    app.option_defaults()->group("Information");
+    app.add_flag("--list", line.list, "print all plugins with their parameters, and all AOVs, and exit");
+    app.add_flag("--print-ocio", line.printOcio, "print the built-in OpenColorIO config and exit");
     try {
         parse(app, withCurrentNames(argc, argv));
         if (line.pixel)

@@ -21,14 +21,21 @@ void addImageOptions(CLI::App& app, ImageOptions& options) {
     if (const char* file = std::getenv("OCIO"))
         options.color = std::make_shared<const ColorConfig>(file);
     app.add_option_function<std::string>(
-        "--exr", [&options](const std::string& words) { options.exr = exrSettingsOf(words); },
-        "storage of EXRs, words separated by commas: float or half; none, rle, zips, zip, piz, pxr24, b44, "
-        "b44a, dwaa or dwab; scanlines or tiles:EDGE; single or parts");
+           "--exr", [&options](const std::string& words) { options.exr = exrSettingsOf(words); },
+           "storage of EXRs, words separated by commas: float or half; none, rle, zips, zip, piz, pxr24, "
+           "b44, "
+           "b44a, dwaa:LEVEL or dwab:LEVEL; scanlines or tiles:EDGE; single or parts "
+           "[float,zip,scanlines,single]")
+        ->type_name("WORDS");
     app.add_option("--view", options.view.view,
-                   "view of PNGs, of the OpenColorIO config ($OCIO, or the built-in one)");
-    app.add_option("--display", options.view.display, "display of PNGs, of the OpenColorIO config");
-    app.add_option("--look", options.view.look, "look of PNGs, in place of the looks of the view");
-    app.add_option("--exposure", options.exposure, "exposure of PNGs, in stops")
+                   "view of PNGs in the OpenColorIO config ($OCIO, or the built-in one)")
+        ->type_name("NAME");
+    app.add_option("--display", options.view.display, "display of PNGs in the OpenColorIO config")
+        ->type_name("NAME");
+    app.add_option("--look", options.view.look, "looks of PNGs, in place of the looks of the view")
+        ->type_name("NAMES");
+    app.add_option("--exposure", options.exposure, "exposure of PNGs [0]")
+        ->type_name("STOPS")
         ->transform(finiteNumber<float>());
 }
 

@@ -114,7 +114,7 @@ ExitCode renderWithProgress(const CommandLine& line, const Log& log) {
 ExitCode run(const CommandLine& line, const Log& log) {
     limitMemory(line.render.resources);
     if (line.list) {
-        fmt::print("{}", listPlugins(pluginTables()));
+        fmt::print("{}{}", listPlugins(pluginTables()), listAovs());
         return kOk;
     }
     if (line.printOcio) {

@@ -7,8 +7,10 @@ namespace strobe {
 std::optional<ExitCode> parseMergeCommandLine(int argc, char** argv, MergeCommandLine& line) {
     MergeOptions& merge = line.merge;
     CLI::App app{"strobe merge: merges parts of a render"};
-    app.add_option("PART", merge.parts, "files written by strobe -o NAME.part")->required();
+    app.set_help_flag("-h,--help", "print the options and exit");
+    app.add_option("PART", merge.parts, ".part files of one render")->type_name("")->required();
     app.add_option("-o,--output", merge.images, "output file (.exr, .png or .part); may be repeated")
+        ->type_name("FILE")
         ->allow_extra_args(false)
         ->required();
     addImageOptions(app, merge.format);

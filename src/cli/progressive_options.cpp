@@ -29,23 +29,30 @@ SampleSlice parseSlice(const std::string& text) {
 }
 
 void addGoalOptions(CLI::App& app, ProgressiveOptions& options) {
+    app.option_defaults()->group("Progressive rendering");
     app.add_option("--time-limit", options.timeLimit,
-                   "render as many samples as fit into this many seconds, from program start to exit")
+                   "render as many samples as fit into this time, from program start to exit")
+        ->type_name("SECONDS")
         ->transform(numberAboveZero<double>());
     app.add_option("--noise-target", options.noiseTarget,
-                   "render passes of --spp samples until the noise of 95 % of the pixels is at most this")
+                   "render passes of --spp samples until the noise of 95 % of the pixels is at most E")
+        ->type_name("E")
         ->transform(numberAboveZero<double>());
-    app.add_option("--reference", options.reference, "print the error against this image while rendering");
-    app.add_option("--curve", options.errorCurve, "with --reference: write errors and seconds as CSV");
+    app.add_option("--reference", options.reference, "print the error against this image while rendering")
+        ->type_name("FILE");
+    app.add_option("--curve", options.errorCurve,
+                   "with --reference: write errors and seconds to this CSV file")
+        ->type_name("FILE");
 }
 
 void addViewOptions(CLI::App& app, ProgressiveOptions& options) {
-    app.add_option("--write-interval", options.writeInterval,
-                   "write the unfinished image every so many seconds")
+    app.add_option("--write-interval", options.writeInterval, "write the unfinished image at this interval")
+        ->type_name("SECONDS")
         ->transform(numberAboveZero<double>());
     app.add_option_function<std::string>(
-        "--display-server", [&options](const std::string& text) { options.viewer = parseAddress(text); },
-        "host:port: show the image in tev while it is rendered");
+           "--display-server", [&options](const std::string& text) { options.viewer = parseAddress(text); },
+           "show the image in tev while it is rendered")
+        ->type_name("HOST:PORT");
 }
 
 } // namespace
@@ -54,16 +61,21 @@ void addProgressiveOptions(CLI::App& app, RenderOptions& options) {
     ProgressiveOptions& progressive = options.progressive;
     addGoalOptions(app, progressive);
     addViewOptions(app, progressive);
+    app.option_defaults()->group("Parts and checkpoints");
     app.add_option_function<std::vector<int>>(
            "--pixel-bounds",
            [&options](const std::vector<int>& bounds) { options.build.pixelBounds = parseBounds(bounds); },
-           "x0 x1 y0 y1: region of the frame to render, in pixels")
-        ->expected(4);
+           "x0 x1 y0 y1: region of the frame to render, in pixels; x1 and y1 are excluded")
+        ->type_name("NUMBER")
+        ->expected(4)
+        ->allow_extra_args(false);
     app.add_option_function<std::string>(
-        "--sample-range", [&options](const std::string& text) { options.sampleRange = parseSlice(text); },
-        "first:end: samples of each pixel to render, for strobe merge");
+           "--sample-range", [&options](const std::string& text) { options.sampleRange = parseSlice(text); },
+           "render samples A ... B-1 of each pixel, for strobe merge")
+        ->type_name("A:B");
     app.add_option("--checkpoint", progressive.checkpointInterval,
-                   "save the finished pixels every so many seconds, and when a signal ends the render")
+                   "save the finished pixels at this interval, and when a signal ends the render")
+        ->type_name("SECONDS")
         ->transform(numberAboveZero<double>());
     app.add_flag("--resume", progressive.resume,
                  "with --checkpoint: continue from the checkpoint, if there is one");

@@ -8,13 +8,19 @@ namespace strobe {
 
 void addResourceOptions(CLI::App& app, RenderOptions& options) {
     constexpr uint64_t kMinMemory = 128 << 20; // libraries alone take half of it
+    app.option_defaults()->group("Limits and invalid samples");
     app.add_option("--sandbox", options.resources.roots,
                    "folder or file that scenes may read, and no others; may be repeated")
+        ->type_name("DIR")
         ->allow_extra_args(false);
-    app.add_option("--max-memory", options.resources.maxMemory, "memory limit, e.g. 4G or 800M")
+    app.add_option("--max-memory", options.resources.maxMemory,
+                   "memory limit, e.g. 4G or 800M; at least 128M")
+        ->type_name("SIZE")
         ->transform(byteSize(kMinMemory));
     app.add_flag("--strict", options.strict, "exit with code 6 if a sample is NaN, infinite or too large");
-    app.add_option("--clamp", options.clamp, "scale down samples with a channel above this; biases the image")
+    app.add_option("--clamp", options.clamp,
+                   "scale down samples of which a channel is above X; biases the image")
+        ->type_name("X")
         ->transform(numberAboveZero<float>());
 }
 

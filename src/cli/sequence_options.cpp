@@ -65,15 +65,18 @@ std::string imageAffectingOptions(const CLI::App& app) {
 } // namespace
 
 void addSequenceOptions(CLI::App& app, SequenceOptions& sequence) {
+    app.option_defaults()->group("Sequences");
     app.add_option_function<std::string>(
-        "--frames", [&sequence](const std::string& text) { parseFrames(text, sequence); },
-        "first:last[:step]: render these frames to numbered files");
-    app.add_option("--fps", sequence.fps, "frames per unit of scene time")
-        ->transform(numberAboveZero<double>())
-        ->capture_default_str();
+           "--frames", [&sequence](const std::string& text) { parseFrames(text, sequence); },
+           "render frames A, A+S, ... up to B to numbered files; step 1 if S is not given")
+        ->type_name("A:B[:S]");
+    app.add_option("--fps", sequence.fps, "frames per unit of scene time [24]")
+        ->type_name("F")
+        ->transform(numberAboveZero<double>());
     app.add_option_function<std::string>(
-        "--shutter", [&sequence](const std::string& text) { parseShutter(text, sequence); },
-        "open,close: when the shutter of a frame opens and closes, in frames [0,0.5]");
+           "--shutter", [&sequence](const std::string& text) { parseShutter(text, sequence); },
+           "times, in frames from the start of the frame, at which the shutter opens and closes [0,0.5]")
+        ->type_name("OPEN,CLOSE");
     app.add_flag("--overwrite", sequence.overwrite, "render finished frames again");
 }
 

@@ -7,9 +7,9 @@ namespace strobe {
 namespace {
 
 const WidthParams kWidths(4);
-const ParamDef<float> kTau{
-    "tau", 3,
-    "first zero of the window, in pixels; under pbrt-v2's conventions: number of lobes in the half-width"};
+const ParamDef<float> kTau{"tau", 3,
+                           "first zero of the window, in pixels, 1 to 32; under pbrt-v2's conventions: "
+                           "number of lobes in the half-width"};
 
 float sinc(float x) {
     x = std::abs(kPi * x);

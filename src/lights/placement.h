@@ -6,18 +6,18 @@
 
 namespace strobe {
 
-inline const ParamDef<Rgb> kLightScale{"scale", Rgb(1), "scale of the emission"};
+inline const ParamDef<Rgb> kLightScale{"scale", Rgb(1), "scale of the emission, a color or a number"};
 inline const ParamDef<int> kLightSamples{
     "nsamples", 1, "number of samples per shading point", "samples", {1, kMaxLightSamples}};
 
 // pbrt-v4: the total emission, which replaces the magnitude of the intensity or radiance. 0: not replaced.
-inline const ParamDef<float> kPower{
-    "power", 0,
-    "total power of a white light, W, which replaces the magnitude of the emission; not given: unchanged"};
+inline const ParamDef<float> kPower{"power", 0,
+                                    "positive total power of a white light, W, which replaces the magnitude "
+                                    "of the emission; default: no replacement"};
 inline const ParamDef<float> kIlluminance{
     "illuminance", 0,
-    "irradiance of a facing surface by a white light, W/m², which replaces the magnitude of the emission; "
-    "not given: unchanged"};
+    "positive irradiance of a facing surface by a white light, W/m², which replaces the magnitude of the "
+    "emission; default: no replacement"};
 /// Returns the factor of the emission that gives the total `def` (kPower or kIlluminance): its value over
 /// `unitTotal`, the total for an emission of 1; 1 if it is not given. Throws a located Error unless it is
 /// positive.

@@ -10,14 +10,14 @@ namespace {
 const ParamDef<Rgb> kI{"I", Rgb(1), "radiant intensity on the axis, W/sr"};
 const ParamDef<V3f> kFrom{"from", V3f(0), "position in light space"};
 const ParamDef<V3f> kTo{"to", V3f(0, 0, 1), "point on the axis in light space"};
-const ParamDef<float> kConeAngle{"coneangle", 30,
-                                 "angle between the axis and the edge of the cone, in degrees"};
+const ParamDef<float> kConeAngle{
+    "coneangle", 30, "angle between the axis and the edge of the cone, in degrees, above 0, at most 180"};
 const ParamDef<float> kConeDelta{"conedeltaangle", 5, "width of the falloff inside coneangle, in degrees",
                                  nullptr, kNotNegative};
 
-const ParamDef<std::string> kFalloff{
-    "falloff", "",
-    "falloff at the edge: quartic (default in pbrt-v2), smoothstep (default in pbrt-v4), squared (glTF)"};
+const ParamDef<std::string> kFalloff{"falloff", "",
+                                     "falloff at the edge: quartic, smoothstep or squared (glTF); default: "
+                                     "quartic under pbrt-v2's conventions, smoothstep under pbrt-v4's"};
 
 /// Returns 1 - cos θ of an angle, accurate for narrow cones.
 float oneMinusCosDegrees(float degrees) { return 2 * sqr(std::sin(radians(degrees) / 2)); }

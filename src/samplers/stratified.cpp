@@ -106,7 +106,7 @@ uint32_t permutedIndex(uint32_t index, uint32_t n, uint64_t seed) {
 
 Plugin<SamplerSetup, int> stratifiedPlugin() {
     return {"stratified",
-            "xsamples * ysamples jittered strata per pixel",
+            "jittered strata, xsamples * ysamples per pixel",
             {kXSamples, kYSamples, kJitter},
             createStratified};
 }

@@ -10,7 +10,7 @@ namespace {
 constexpr int kMaxDepthLimit = 1024;
 const ParamDef<int> kMaxDepth{"maxdepth",
                               5,
-                              "vertices of a path; directlighting: mirror and glass bounces + 1",
+                              "maximum number of vertices of a path; directlighting: of specular bounces + 1",
                               nullptr,
                               {0, kMaxDepthLimit}};
 const ParamDef<std::string> kStrategy{

@@ -7,8 +7,9 @@ namespace strobe {
 namespace {
 
 const ParamDef<float> kHeight{"height", 0, "z coordinate of the disk"};
-const ParamDef<float> kRadius{"radius", 1, "outer radius"};
-const ParamDef<float> kInnerRadius{"innerradius", 0, "radius of the hole; 0: no hole"};
+const ParamDef<float> kRadius{"radius", 1, "positive outer radius"};
+const ParamDef<float> kInnerRadius{"innerradius", 0,
+                                   "radius of the hole, 0 (no hole) to less than \"radius\""};
 
 /// Samples an annulus uniformly by area.
 struct AnnulusSampler {

@@ -8,13 +8,14 @@ namespace strobe {
 
 /// Parameters of more than one mesh shape.
 namespace mesh_params {
-inline const ParamDef<std::vector<int>> kIndices{"indices", {}, "three vertex indices per triangle, from 0"};
+inline const ParamDef<std::vector<int>> kIndices{
+    "indices", {}, "three vertex indices per triangle, from 0; may be missing for a single triangle"};
 inline const ParamDef<std::vector<V3f>> kP{
     "P",
     {},
     "vertex positions; of a deforming mesh, all positions of the first key, then of the second, ..."};
 inline const ParamDef<std::vector<V3f>> kN{"N", {}, "vertex normals; as many as P, or one set for all keys"};
-inline const ParamDef<int> kKeys{"keys", 1, "number of keys of a deforming mesh; 1: static"};
+inline const ParamDef<int> kKeys{"keys", 1, "number of keys of a deforming mesh, at least 1; 1: static"};
 inline const ParamDef<std::vector<float>> kKeyTimes{
     "keytimes", {}, "scene time of each key, ascending; default: equidistant over TransformTimes"};
 inline const ParamDef<FloatInput> kAlpha{

@@ -14,8 +14,8 @@ inline constexpr double kTwoPi = 6.283185307179586;
 /// Minimum radius, relative to the shape, for the length of dp/du, which would vanish at poles and centers.
 inline constexpr double kPoleRadius = 1e-5;
 
-inline const ParamDef<float> kPhiMax{"phimax", 360,
-                                     "sweep about the z axis from the x axis, in degrees; 360: closed"};
+inline const ParamDef<float> kPhiMax{
+    "phimax", 360, "sweep about the z axis from the x axis, in degrees, above 0; 360: closed"};
 
 /// Returns "phimax" in radians, in (0, 2π]. Throws a located Error unless it is positive.
 inline double sweep(const ParamSet& params) {

@@ -7,7 +7,7 @@
 namespace strobe {
 namespace {
 
-const ParamDef<float> kRadius{"radius", 1, "radius"};
+const ParamDef<float> kRadius{"radius", 1, "positive radius"};
 const ParamDef<float> kZMin{"zmin", -kInfinity, "lower end in z; default: -radius"};
 const ParamDef<float> kZMax{"zmax", kInfinity, "upper end in z; default: radius"};
 

@@ -12,13 +12,14 @@ const ParamDef<FilePath> kFilename{"filename", {}, "image file"};
 const ParamDef<std::string> kWrap{"wrap", "repeat", "values outside of the image: repeat, black or clamp"};
 const ParamDef<float> kScale{"scale", 1.f, "scale of the values"};
 const ParamDef<bool> kInvert{"invert", false, "use max(1 - value, 0) instead of the value"};
-const ParamDef<float> kGamma{
-    "gamma", 1.f, "exponent of the stored values (pbrt-v2); as a bool: true: sRGB, false: linear (pbrt-v3)",
-    nullptr, kPositive};
-const ParamDef<std::string> kEncoding{"encoding", "",
-                                      "encoding of 8- and 16-bit files: sRGB (default in pbrt-v4), linear "
-                                      "(default in pbrt-v2) or \"gamma 2.2\"; or, "
-                                      "for all files, a color space of the OpenColorIO config"};
+const ParamDef<float> kGamma{"gamma", 1.f,
+                             "exponent of the stored values of all files (pbrt-v2); as a bool, for 8- and "
+                             "16-bit files: true: sRGB, false: linear (pbrt-v3)",
+                             nullptr, kPositive};
+const ParamDef<std::string> kEncoding{
+    "encoding", "",
+    "encoding of 8- and 16-bit files: sRGB, linear or \"gamma NUMBER\"; or, for all files, a color space of "
+    "the OpenColorIO config; default: see docs/output.md"};
 const ParamDef<std::string> kFilter{
     "filter", "EWA", "trilinear and EWA: filtering over the footprint; point and bilinear: no filtering"};
 const ParamDef<bool> kTrilinear{"trilinear", false, "accepted without effect: see \"filter\""};

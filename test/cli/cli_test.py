@@ -93,7 +93,7 @@ class Information(CliTest):
         kinds = {}
         for line in text.splitlines():
             if line and not line.startswith(" "):
-                kind = kinds.setdefault(line.split(" ")[0].rstrip(","), {})
+                kind = kinds.setdefault(re.match(r"\w+", line)[0], {})
             elif line.startswith("      "):
                 parameters.append(line)
             elif line.startswith("  "):
@@ -112,12 +112,14 @@ class Information(CliTest):
             "Texture": "constant scale mix checkerboard imagemap",
             "LightSource": "point spot distant infinite",
             "AreaLightSource": "diffuse",
+            "AOV": "normal depth cryptoobject direct lightgroups shades variance",
         }
         for kind, names in expected.items():
             self.assertLessEqual(set(names.split()), set(kinds[kind]), kind)
-        self.assertTrue(any(re.search(r"\binteger +maxdepth .*\[5\]$", p) for p in kinds["SurfaceIntegrator"]["path"]))
-        self.assertTrue(any("default under pbrt-v2's conventions: 4 [16]" in p for p in kinds["Sampler"]["sobol"]))
+        self.assertTrue(any(re.search(r"\binteger +maxdepth .*\[5; 0 to 1024\]$", p) for p in kinds["SurfaceIntegrator"]["path"]))
+        self.assertTrue(any("default under pbrt-v2's conventions: 4" in p for p in kinds["Sampler"]["sobol"]))
         self.assertTrue(any(re.search(r"\bfloat +radius .*\[1\]$", p) for p in kinds["Shape"]["sphere"]))
+        self.assertTrue(any("normal.X normal.Y normal.Z" in c for c in kinds["AOV"]["normal"]))
 
     def test_listed_plugins_exist(self):
         """Each listed material builds; `measured` fails for lack of a file."""

@@ -1,5 +1,7 @@
 #include "core/film/aov.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 
@@ -12,51 +14,51 @@ const std::vector<AovInfo>& aovTable() {
         {Normal,
          Visible,
          "normal",
-         "shading normal on the viewer's side, world space; mean",
+         "shading normal on the side of the viewer, world space; mean of the samples",
          {"X", "Y", "Z"}},
-        {Albedo, Visible, "albedo", "reflectance under uniform white light; mean", {"R", "G", "B"}},
-        {Depth, Visible, "depth", "distance along the camera's axis; 1e10 where nothing was hit", {"Z"}},
-        {Position, Visible, "position", "world space", {"X", "Y", "Z"}},
-        {Uv, Visible, "uv", "texture coordinates", {"U", "V"}},
+        {Albedo,
+         Visible,
+         "albedo",
+         "directional albedo (reflection and transmission); mean of the samples",
+         {"R", "G", "B"}},
+        {Depth, Visible, "depth", "distance along the axis of the camera; 1e10 without a hit", {"Z"}},
+        {Position, Visible, "position", "world space position; 0 without a hit", {"X", "Y", "Z"}},
+        {Uv, Visible, "uv", "texture coordinates; 0 without a hit", {"U", "V"}},
         {MotionVector,
          Visible,
          "motionvector",
-         "pixels to the right and up, from shutter open to close",
+         "motion in the image from shutter open to shutter close, in pixels to the right and up",
          {"X", "Y"}},
-        {ObjectId, Visible, "objectid", "number of the object, from 1; 0 where nothing was hit", {"Y"}},
-        {MaterialId, Visible, "materialid", "number of the material, from 1; 0 where nothing was hit", {"Y"}},
-        {PrimitiveId,
-         Visible,
-         "primitiveid",
-         "number of the triangle in its shape, from 1; 0 where nothing was hit",
-         {"Y"}},
+        {ObjectId, Visible, "objectid", "number of the object, from 1; 0 without a hit", {"Y"}},
+        {MaterialId, Visible, "materialid", "number of the material, from 1; 0 without a hit", {"Y"}},
+        {PrimitiveId, Visible, "primitiveid", "number of the triangle, from 1; 0 without a hit", {"Y"}},
         {CryptoObject, Visible, "cryptoobject", "Cryptomatte of objects", {"CryptoObject"}},
         {CryptoMaterial, Visible, "cryptomaterial", "Cryptomatte of materials", {"CryptoMaterial"}},
         {Direct,
          Light,
          "direct",
-         "emission and direct illumination at the first non-specular vertex",
+         "emission and direct illumination at the first non-specular vertex, and the background",
          {"R", "G", "B"}},
         {Indirect, Light, "indirect", "all other radiance", {"R", "G", "B"}},
-        {LightGroups, Light, "lightgroups", "one layer per group of lights", {"R", "G", "B"}},
+        {LightGroups, Light, "lightgroups", "the light of each group, one layer per group", {"R", "G", "B"}},
         {Shades, Sharing, "shades", "shades that the pixel's samples requested", {"Y"}},
-        {Samples, Sharing, "samples", "visibility samples", {"Y"}},
+        {Samples, Sharing, "samples", "visibility samples of the pixel", {"Y"}},
         {HitRate, Sharing, "hitrate", "fraction of the samples on surfaces that requested no shade", {"Y"}},
         {Cell,
          Sharing,
          "cell",
-         "24-bit id of the cell whose shade the first sample uses; 0: it shares none",
+         "24-bit id of the shading point or block that the first sample uses; 0: the sample does not share",
          {"Y"},
          "block"},
         {ShadeTime,
          Sharing,
          "shadetime",
-         "mean shutter fraction of the requested shades; -1 without any",
+         "mean time of the requested shades, as a fraction of the shutter; -1 without any",
          {"Y"}},
         {Variance,
          Sharing,
          "variance",
-         "of the pixel's luminance, estimated from the passes of --noise-target",
+         "variance of the luminance of the pixel, estimated from the passes of --noise-target",
          {"Y"}},
     };
     return table;
@@ -77,6 +79,29 @@ std::string aovNames(AovGroup group) {
         if (row.group == group)
             names += (names.empty() ? "" : ", ") + std::string(row.name);
     return names;
+}
+
+namespace {
+
+/// Returns the names of an AOV's channels in EXR files, separated by blanks.
+std::string channelNames(const AovInfo& row) {
+    if (row.aov == Aov::CryptoObject || row.aov == Aov::CryptoMaterial)
+        return fmt::format("{0}00.R {0}00.G {0}00.B {0}00.A {0}01.R ...", row.channels[0]);
+    const char* layer = row.aov == Aov::LightGroups ? "light_GROUP" : row.name;
+    std::string names;
+    for (const char* channel : row.channels)
+        names += fmt::format("{}{}.{}", names.empty() ? "" : " ", layer, channel);
+    return names;
+}
+
+} // namespace
+
+std::string listAovs() {
+    std::string out = "AOV: the layers of EXR files (--aov)\n";
+    for (const AovInfo& row : aovTable())
+        out +=
+            fmt::format("  {:<18}  {}\n      {:<16}  {}\n", row.name, row.doc, "channels", channelNames(row));
+    return out + '\n';
 }
 
 std::vector<Aov> aovsOf(const std::vector<Aov>& aovs, AovGroup group) {

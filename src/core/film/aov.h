@@ -54,6 +54,8 @@ const AovInfo& aovInfo(Aov aov);
 const AovInfo* findAov(const std::string& name);
 /// Returns the names of a group's AOVs, separated by commas.
 std::string aovNames(AovGroup group);
+/// Returns the AOVs with their channels in EXR files, as `strobe --list` prints them.
+std::string listAovs();
 /// Returns the members of `aovs` that belong to `group`, in the same order.
 std::vector<Aov> aovsOf(const std::vector<Aov>& aovs, AovGroup group);
 

@@ -146,10 +146,20 @@ std::string ParamRange::problem(double value) const {
     return fmt::format("must be {} {:.10g}", aboveMin ? "above" : "at least", min);
 }
 
+std::string ParamRange::description() const {
+    if (isUnlimited())
+        return "";
+    const std::string lower = fmt::format("{} {:.10g}", aboveMin ? "above" : "at least", min);
+    if (max == kInfinity)
+        return lower;
+    return aboveMin ? fmt::format("{}, at most {:.10g}", lower, max)
+                    : fmt::format("{:.10g} to {:.10g}", min, max);
+}
+
 template <class T>
 ParamInfo::ParamInfo(const ParamDef<T>& def)
     : name(def.name), type(typeName(def.fallback)), fallback(toText(def.fallback)), doc(def.doc),
-      alias(def.alias ? def.alias : "") {}
+      alias(def.alias ? def.alias : ""), range(def.range.description()) {}
 
 template ParamInfo::ParamInfo(const ParamDef<int>&);
 template ParamInfo::ParamInfo(const ParamDef<float>&);

@@ -55,6 +55,8 @@ struct ParamRange {
     }
     /// Returns the error message for a value outside the range, e.g. "must be at least 1".
     std::string problem(double value) const;
+    /// Returns a text for `strobe --list`, e.g. "at least 1" or "0 to 2"; empty without limits.
+    std::string description() const;
 };
 inline constexpr ParamRange kNotNegative{0}, kPositive{0, kInfinity, true}, kAtLeastOne{1};
 
@@ -76,7 +78,7 @@ struct FilePath {
 
 /// The description of a parameter, for `strobe --list`.
 struct ParamInfo {
-    std::string name, type, fallback, doc, alias;
+    std::string name, type, fallback, doc, alias, range;
     template <class T>
     ParamInfo(const ParamDef<T>& def); // implicit, for tables {kKd, kKs, kRoughness}
 };

@@ -6,17 +6,22 @@ namespace strobe {
 
 namespace {
 
-const ParamDef<int> kXResolution{"xresolution", 640, "width in pixels"};
-const ParamDef<int> kYResolution{"yresolution", 480, "height in pixels"};
+const ParamDef<int> kXResolution{"xresolution", 640, "width in pixels, 1 to 65536"};
+const ParamDef<int> kYResolution{"yresolution", 480, "height in pixels, 1 to 65536"};
 const ParamDef<std::vector<float>> kCropWindow{
-    "cropwindow", {}, "crop window x0 x1 y0 y1, in fractions of the frame"};
+    "cropwindow", {}, "crop window x0 x1 y0 y1, in fractions of the frame; default: the whole frame"};
 const ParamDef<std::vector<int>> kPixelBounds{
-    "pixelbounds", {}, "crop window x0 x1 y0 y1, in pixels; x1 and y1 are excluded"};
-const ParamDef<std::string> kFilename{"filename", "", "output file; overridden by -o of the command line"};
+    "pixelbounds",
+    {},
+    "crop window x0 x1 y0 y1, in pixels; x1 and y1 are excluded; default: the whole frame"};
+const ParamDef<std::string> kFilename{
+    "filename", "",
+    "output file; overridden by -o of the command line; default: the name of the scene file with .exr"};
 
-const ParamDef<float> kScale{"scale", 1, "factor of all light sources (pbrt-v2 and v3)"};
-const ParamDef<float> kIso{"iso", 100, "film speed; all light sources are multiplied by iso / 100 (pbrt-v4)"};
-const ParamDef<float> kExposureTime{"exposuretime", 1, "factor of all light sources (pbrt-v4)"};
+const ParamDef<float> kScale{"scale", 1, "positive factor of all light sources (pbrt-v2 and v3)"};
+const ParamDef<float> kIso{"iso", 100,
+                           "positive film speed; all light sources are multiplied by iso / 100 (pbrt-v4)"};
+const ParamDef<float> kExposureTime{"exposuretime", 1, "positive factor of all light sources (pbrt-v4)"};
 
 /// Larger images exceed the memory of common machines.
 constexpr int kMaxResolution = 1 << 16;

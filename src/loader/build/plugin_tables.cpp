@@ -120,15 +120,26 @@ std::map<std::string, PluginAliases> allPluginAliases() {
     };
 }
 
+/// Returns the default and the range of a parameter, e.g. " [0.5; 0 to 1]"; empty if it has neither. A
+/// default that the description contains, or that is an empty string, is left out.
+std::string defaultAndRange(const ParamInfo& p) {
+    const bool isDescribed = p.doc.find("default: ") != std::string::npos || p.fallback == "\"\"";
+    const std::string fallback = isDescribed ? "" : p.fallback;
+    const char* separator = fallback.empty() || p.range.empty() ? "" : "; ";
+    const std::string text = fallback + separator + p.range;
+    return text.empty() ? "" : " [" + text + "]";
+}
+
+/// Appends the rows of a table. Columns are separated by at least two blanks: tools/make-reference relies on
+/// it.
 template <class Row>
 void appendList(std::string& out, const char* kind, const std::vector<Row>& table) {
     out += fmt::format("{}\n", kind);
     for (const Row& row : table) {
-        out += fmt::format("  {:<16} {}\n", row.name, row.doc);
+        out += fmt::format("  {:<18}  {}\n", row.name, row.doc);
         for (const ParamInfo& p : row.params) {
             const std::string name = p.alias.empty() ? p.name : p.name + ", " + p.alias;
-            const std::string fallback = p.fallback.empty() ? "" : " [" + p.fallback + "]";
-            out += fmt::format("      {:<10} {:<24} {}{}\n", p.type, name, p.doc, fallback);
+            out += fmt::format("      {:<16}  {:<29}  {}{}\n", p.type, name, p.doc, defaultAndRange(p));
         }
     }
     out += "\n";
@@ -145,8 +156,10 @@ const std::map<std::string, PluginAlias>& pluginAliases(const std::string& kind)
 
 std::string listPlugins(const PluginTables& tables) {
     std::string out;
-    appendList(out, "Integrator (which samples share a shade; --integrator)", tables.integrators);
-    appendList(out, "SurfaceIntegrator, Integrator (how a shade is computed; --shading)", tables.shaders);
+    appendList(out, "Integrator: the mapping of visibility samples to shades (--integrator)",
+               tables.integrators);
+    appendList(out, "SurfaceIntegrator, Integrator: the shader, which estimates radiance (--shading)",
+               tables.shaders);
     appendList(out, "Camera", tables.cameras);
     appendList(out, "Film", tables.films);
     appendList(out, "Sampler", tables.samplers);

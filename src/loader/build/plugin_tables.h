@@ -41,11 +41,12 @@ PluginTables pluginTables();
 
 /// A parameter of every shape; the builder reads it.
 inline const ParamDef<std::string> kShapeName{
-    "name", "", "name in AOVs; default: the name of the file or plugin, and a number"};
+    "name", "", "name in object ids and Cryptomatte; default: the name of the file or plugin, and a number"};
 
 /// A parameter of every light and area light; the builder reads it.
-inline const ParamDef<std::string> kLightGroup{"group", "rest",
-                                               "light group: the layer of --aov lightgroups for its light"};
+inline const ParamDef<std::string> kLightGroup{
+    "group", "rest",
+    "light group: the layer of --aov lightgroups that receives the light; letters, digits and underscores"};
 
 /// The plugin that replaces another renderer's plugin.
 struct PluginAlias {
