@@ -221,7 +221,7 @@ class Textures final : public TextureSystem {
   public:
     explicit Textures(int megabytes) : m_system(megabytes) {}
 
-    void define(const std::string& name, Decode decode) override {
+    void addImage(const std::string& name, Decode decode) override {
         const std::lock_guard lock(m_mutex);
         const Decode& stored = m_decodes.try_emplace(name, std::move(decode)).first->second;
         OIIO::ImageSpec config;

@@ -74,9 +74,10 @@ class TextureSystem {
     /// Computes an image. Returns false on failure.
     using Decode = std::function<bool(DecodedImage& out, std::string& error)>;
     virtual ~TextureSystem() = default;
-    /// Defines `name` as the image that `decode` computes. `decode` is called on demand, on any thread.
-    virtual void define(const std::string& name, Decode decode) = 0;
-    /// Opens a file, or an image defined by `define`. Returns null on failure.
+    /// Adds an image with this name to the cache. `decode` computes it when it is first read, on any thread,
+    /// and again if the cache has closed it. Has no effect if the name exists.
+    virtual void addImage(const std::string& name, Decode decode) = 0;
+    /// Opens a file, or an image added by `addImage`. Returns null on failure.
     virtual std::unique_ptr<const TextureHandle> open(const std::string& name, std::string& error) = 0;
 };
 

@@ -106,14 +106,14 @@ struct TextureCache::Impl {
     /// kMaxTotalTexels.
     static constexpr int64_t kMaxTexels = 1 << 20;
     static constexpr int64_t kMaxTotalTexels = 8 << 20;
-    std::mutex mutex;              ///< for the members below
-    int64_t totalTexels = 0;       ///< of the finest levels of small files
-    std::set<std::string> defined; ///< names passed to TextureSystem::define
+    std::mutex mutex;                  ///< for the members below
+    int64_t totalTexels = 0;           ///< of the finest levels of small files
+    std::set<std::string> addedImages; ///< names passed to TextureSystem::addImage
 
     /// Returns the name of the file in the texture system: its path, or the name of its decoded values.
     std::string nameOf(const std::filesystem::path& path, const ColorEncoding& encoding);
-    /// Returns the name of the decoded values of `source` in the texture system, and defines it. `name`
-    /// identifies the image.
+    /// Returns the name of the decoded values of `source` in the texture system, and adds them to it.
+    /// `name` identifies the image.
     std::string nameOf(ImageSource source, const std::string& name);
     std::shared_ptr<const File> open(const std::string& name, const std::string& displayName,
                                      const Location& where);
@@ -126,8 +126,8 @@ std::string TextureCache::Impl::nameOf(ImageSource source, const std::string& na
     const std::string key =
         name + "|" + (source.channels == TextureChannels::Alpha ? "alpha" : encodings[t.kind]);
     const std::lock_guard lock(mutex);
-    if (defined.insert(key).second)
-        files->define(key, [source = std::move(source)](DecodedImage& out, std::string& error) {
+    if (addedImages.insert(key).second)
+        files->addImage(key, [source = std::move(source)](DecodedImage& out, std::string& error) {
             return source.decode(out, error);
         });
     return key;

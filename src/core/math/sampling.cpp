@@ -146,16 +146,16 @@ Piecewise2D::Piecewise2D(const std::vector<float>& values, uint32_t nx, uint32_t
         v = mean > 0 ? v / mean : 1;
 }
 
-Piecewise2D::CellSample Piecewise2D::sampleRow(uint32_t y, float fy, float u) const {
+Piecewise2D::CellSample Piecewise2D::sampleColumn(uint32_t y, float offsetY, float u) const {
     const float* cdf = cdfRow(y);
     const uint32_t x = findGuided(cdf, &m_guide[size_t(y) * m_nx], m_nx, u);
-    return {x, y, {fractionOf(u, cdf[x], cdf[x + 1]), fy}};
+    return {x, y, {fractionOf(u, cdf[x], cdf[x + 1]), offsetY}};
 }
 
 Piecewise2D::CellSample Piecewise2D::sampleCell(const V2f& u) const {
-    float fy;
-    const uint32_t y = m_rows.sampleIndex(u.y, &fy);
-    return sampleRow(y, fy, u.x);
+    float offsetY;
+    const uint32_t y = m_rows.sampleIndex(u.y, &offsetY);
+    return sampleColumn(y, offsetY, u.x);
 }
 
 void Piecewise2D::sampleCellSoA(const V2SoA& u, int n, CellSample* out) const {
@@ -168,7 +168,7 @@ void Piecewise2D::sampleCellSoA(const V2SoA& u, int n, CellSample* out) const {
     for (int i = 0; i < n; ++i)
         __builtin_prefetch(cdfRow(out[i].y) + m_guide[size_t(out[i].y) * m_nx + out[i].x]);
     for (int i = 0; i < n; ++i)
-        out[i] = sampleRow(out[i].y, out[i].offset.y, u.x[i]);
+        out[i] = sampleColumn(out[i].y, out[i].offset.y, u.x[i]);
 }
 
 V2f Piecewise2D::sample(const V2f& u) const {

@@ -185,8 +185,9 @@ class Piecewise2D {
     V2f inverse(const V2f& p) const;
 
   private:
-    /// Samples a cell of row y with u; fy becomes offset.y.
-    CellSample sampleRow(uint32_t y, float fy, float u) const;
+    /// Samples a column from the conditional distribution of row y, with u in [0,1). Returns its cell, with
+    /// offset.y = offsetY.
+    CellSample sampleColumn(uint32_t y, float offsetY, float u) const;
     const float* cdfRow(uint32_t y) const { return &m_cdf[size_t(y) * (m_nx + 1)]; }
     uint32_t m_nx = 0;
     Piecewise1D m_rows;

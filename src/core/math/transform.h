@@ -128,9 +128,9 @@ class Motion {
     void atSoA(const float* time, int begin, int end, AffineSoA& out) const;
     /// Returns key i as a matrix.
     const M44f& matrixKey(int i) const { return m_matrices[i]; }
-    /// Returns key i decomposed as in Embree (QR decomposition): `stretch` is triangular. Precondition:
-    /// usesRotation().
-    const Decomposed& rotationKey(int i) const { return m_decomposed[i]; }
+    /// Returns key i in the form of RTCQuaternionDecomposition: translation, rotation and a triangular matrix
+    /// of scale and skew (`stretch`). Precondition: usesRotation().
+    const Decomposed& quaternionKey(int i) const { return m_decomposed[i]; }
 
   private:
     /// The rotation between two keys at fraction t: start cos(t angle) + normal sin(t angle).

@@ -7,7 +7,8 @@
 
 namespace strobe {
 
-/// A render of one or several passes over the same pixels, each with other samples.
+/// Renders one or more passes over the same pixels. Before each further pass, call `restart` for an
+/// independent set of samples, or `setSlice` for another slice of the same set.
 class Renderer {
   public:
     /// All arguments but `settings` and `pixelBounds` must outlive the renderer.

@@ -233,7 +233,7 @@ struct Tracer::Impl {
         }
         for (int i = 0; i < motion.keyCount(); ++i) {
             if (motion.usesRotation())
-                setRotationKey(g, i, motion.rotationKey(i));
+                setQuaternionKey(g, i, motion.quaternionKey(i));
             else
                 rtcSetGeometryTransform(g, unsigned(i), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                                         motion.matrixKey(i).getValue());
@@ -242,7 +242,7 @@ struct Tracer::Impl {
         ++counts.instances;
     }
 
-    static void setRotationKey(RTCGeometry g, int key, const Decomposed& d) {
+    static void setQuaternionKey(RTCGeometry g, int key, const Decomposed& d) {
         RTCQuaternionDecomposition q;
         rtcInitQuaternionDecomposition(&q);
         q.scale_x = d.stretch[0][0];

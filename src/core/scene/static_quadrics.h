@@ -30,7 +30,8 @@ class StaticQuadrics {
     static constexpr size_t kMax = 4;
 
     bool isFull() const { return m_entries.size() >= kMax; }
-    /// `index`: of the geometry in group 0.
+    /// Adds the quadric of `geometry`. `index` is the geometry's index in group 0; `intersect` writes it to
+    /// hits as the geometry ID. Precondition: !isFull().
     void add(const Geometry& geometry, uint32_t index);
     /// Like Tracer::intersect, for the rays in `mask`. Replaces farther hits of the packet.
     void intersect(RayPacket& packet, const PacketMask& mask) const;
