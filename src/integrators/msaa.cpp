@@ -25,7 +25,7 @@ STROBE_TARGET_CLONES void computeGroupKeys(const VisibilitySoA& samples, uint64_
         const uint64_t geometry = uint64_t(samples.hit.instance[i]) << 32 | samples.hit.geometry[i];
         const uint32_t prim = samples.hit.geometry[i] == kNone ? samples.index[i] : samples.hit.prim[i];
         const uint32_t isNegative = std::bit_cast<uint32_t>(samples.weight[i]) >> 31;
-        keys[i] = quickHashOf(geometry, uint64_t(prim) << 1 | isNegative);
+        keys[i] = fastHashOf(geometry, uint64_t(prim) << 1 | isNegative);
     }
 }
 

@@ -1,4 +1,4 @@
-// The simplest integrator, as an example of the seam (core/render/integrator.h).
+// The simplest integrator, as an example of the interface (core/render/integrator.h).
 #include "integrators/supersample.h"
 
 #include "core/params/plugin.h"

@@ -123,8 +123,8 @@ STROBE_TARGET_CLONES void computeKeysInBins(const LatticeHitSoA& hits, const uin
     const int n = hits.count;
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
-        key[i] = quickSum<4>(hits.key[i], bin[i] >> binBits);
-        keyInBin[i] = quickSum<4>(hits.key[i], bin[i]);
+        key[i] = appendFastHash<4>(hits.key[i], bin[i] >> binBits);
+        keyInBin[i] = appendFastHash<4>(hits.key[i], bin[i]);
     }
 }
 

@@ -38,8 +38,8 @@ STROBE_TARGET_CLONES void computeCellKeys(LatticeHitSoA& hits) {
     STROBE_IVDEP
     for (int k = 0; k < n; ++k) {
         const uint64_t item = latticeKeyItem(0, kCellKey + uint64_t(uint32_t(hits.kind[k])), hits.isFront[k]);
-        hits.key[k] = mix64(quickSum<1>(hits.keySum[k], item, latticeFloatBits(hits.i[k], hits.j[k]),
-                                        latticeFloatBits(hits.nu[k], hits.nv[k])));
+        hits.key[k] = mix64(appendFastHash<1>(hits.keySum[k], item, latticeFloatBits(hits.i[k], hits.j[k]),
+                                              latticeFloatBits(hits.nu[k], hits.nv[k])));
     }
 }
 
@@ -59,8 +59,8 @@ STROBE_TARGET_CLONES void computeCellPoints(const TriangleCellSoA& cells, int n,
         points.u[c] = u;
         points.v[c] = v;
         points.corner[c] = u == 1 ? 1 : v == 0 ? firstCorner : thirdCorner;
-        points.keySum[c] = quickSum<1>(cells.keySum[c], latticeKeyItem(0, kSurfaceKey, cells.isFront[c]),
-                                       latticeFloatBits(u, v));
+        points.keySum[c] = appendFastHash<1>(
+            cells.keySum[c], latticeKeyItem(0, kSurfaceKey, cells.isFront[c]), latticeFloatBits(u, v));
     }
 }
 
@@ -68,7 +68,7 @@ STROBE_TARGET_CLONES void computePointKeys(const TriangleCellSoA::Points& points
                                            int n, uint64_t* keys) {
     STROBE_IVDEP
     for (int c = 0; c < n; ++c)
-        keys[c] = mix64(quickSum<3>(points.keySum[c], firstBin[c]));
+        keys[c] = mix64(appendFastHash<3>(points.keySum[c], firstBin[c]));
 }
 
 STROBE_TARGET_CLONES void findTimeBinSoA(const float* time, int n, int bins, uint32_t* bin) {

@@ -202,8 +202,8 @@ void MeshCells::findPoints(const MeshCell& lowest, MeshPointCache& cache,
             cell.y += k >> 1 & 1;
             cell.z += k >> 2;
             const uint64_t key =
-                quickHashOf(reinterpret_cast<uintptr_t>(&m_mesh), cell.x, cell.y, cell.z,
-                            cell.level << 3 | cell.direction, std::bit_cast<uint32_t>(radius));
+                fastHashOf(reinterpret_cast<uintptr_t>(&m_mesh), cell.x, cell.y, cell.z,
+                           cell.level << 3 | cell.direction, std::bit_cast<uint32_t>(radius));
             out[k] = cache.findOrCompute(key | 1, [&] { return findNearest(cell, radius); });
             anyPoint |= out[k].has_value();
         }

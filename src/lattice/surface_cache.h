@@ -83,9 +83,9 @@ struct LatticeSurface {
     M44f toWorldAt(float time) const;
 };
 
-/// Returns the part of lattice keys that depends on the geometry: see quickSum.
+/// Returns the part of lattice keys that depends on the geometry: see appendFastHash.
 inline uint64_t surfaceKeySum(uint32_t instance, uint32_t geometry) {
-    return quickSum<0>(kEmptyQuickSum, uint64_t(instance) << 32 | geometry);
+    return appendFastHash<0>(kEmptyFastHash, uint64_t(instance) << 32 | geometry);
 }
 
 /// A cache of the last few surfaces, for one thread: neighboring hits are often on the same. The scene and

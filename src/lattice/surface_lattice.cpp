@@ -44,17 +44,17 @@ uint64_t sideKeySum(const SurfaceSide& side) { return surfaceKeySum(side.instanc
 
 /// Returns the part of the keys of cells and points that depends on geometry and primitive.
 uint64_t primitiveKeySum(uint64_t surfaceKeySum, uint32_t prim) {
-    return quickSum<1>(surfaceKeySum, latticeKeyItem(prim, 0, false));
+    return appendFastHash<1>(surfaceKeySum, latticeKeyItem(prim, 0, false));
 }
 
 LatticePoint surfacePoint(const SurfaceSide& side, uint32_t prim, float u, float v) {
     const uint64_t item = latticeKeyItem(prim, kSurfaceKey, side.isFront);
-    return {prim, u, v, false, quickSum<1>(sideKeySum(side), item, latticeFloatBits(u, v))};
+    return {prim, u, v, false, appendFastHash<1>(sideKeySum(side), item, latticeFloatBits(u, v))};
 }
 
 LatticePoint vertexPoint(const SurfaceSide& side, uint32_t vertex) {
     const uint64_t item = latticeKeyItem(vertex, kVertexKey, side.isFront);
-    return {vertex, 0, 0, true, quickSum<1>(sideKeySum(side), item)};
+    return {vertex, 0, 0, true, appendFastHash<1>(sideKeySum(side), item)};
 }
 
 /// Returns whether all hits are on one geometry.
@@ -214,9 +214,10 @@ void SurfaceLattice::findMeshCells(LatticeHitSoA& hits, SurfaceCache& surfaces) 
         hits.kind[i] = LatticeCell::Grid;
         hits.meshCell[i] = q;
         hits.coords.set(i, queries.coords.at(q));
-        hits.key[i] = mix64(quickSum<1>(surfaceKeySum(hits.hit.instance[i], hits.hit.geometry[i]),
-                                        latticeKeyItem(item, kGridKey, hits.isFront[i]),
-                                        uint64_t(uint32_t(lowest.x)) << 32 | uint32_t(lowest.y), lowest.z));
+        hits.key[i] =
+            mix64(appendFastHash<1>(surfaceKeySum(hits.hit.instance[i], hits.hit.geometry[i]),
+                                    latticeKeyItem(item, kGridKey, hits.isFront[i]),
+                                    uint64_t(uint32_t(lowest.x)) << 32 | uint32_t(lowest.y), lowest.z));
     }
 }
 

@@ -70,7 +70,7 @@ class SurfaceLattice {
 
     /// Returns the key of a shading point: a hash, not 0, of the point's position, its side and the time bin.
     static uint64_t keyOf(const LatticePoint& point, uint32_t bin) {
-        const uint64_t key = mix64(quickSum<3>(point.keySum, bin));
+        const uint64_t key = mix64(appendFastHash<3>(point.keySum, bin));
         return key ? key : 1;
     }
     /// Writes hits, rays, times and cones of shading requests from number `first` of the chunk on.

@@ -1,4 +1,4 @@
-// The light that the rays of paths hit: emissive surfaces and environments.
+// The light that the rays of paths hit: emissive surfaces and environment lights.
 #pragma once
 
 #include "shading/path_batch.h"

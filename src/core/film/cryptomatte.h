@@ -38,8 +38,10 @@ class CryptomatteCounts {
         }
         m_entries.push_back({name, 1});
     }
-    /// Writes `levels` pairs of id (the bits of ids[name]) and coverage, by descending coverage, then by
-    /// ascending index of the name; the rest are zeros. `samples` is the total number of the pixel's samples.
+    /// Writes the `levels` pairs of ID and coverage with the largest coverage to `out` (2 * levels floats),
+    /// in descending order; ties in ascending order of the name's index. Missing pairs are zeros. ids[name]
+    /// is stored as the bits of a float. Coverage is the name's number of samples divided by `samples`, the
+    /// pixel's total.
     void rank(const std::vector<uint32_t>& ids, uint64_t samples, int levels, float* out) const;
 
   private:

@@ -83,7 +83,7 @@ class Light {
     /// Returns the emitted radiance of a light without a texture.
     Rgb emitted(const V3f& ng, const V3f& w) const { return emitted(ng, w, {}); }
     /// Returns the radiance that arrives from infinity along a ray in direction d (away from the scene). The
-    /// default, for lights that are not environments, is black.
+    /// default, for other lights, is black.
     virtual Rgb environment(const V3f& /*d*/) const { return Rgb(0); }
     /// Returns the radiance of environment lights for directions 0 … n-1, n <= kSoAWidth, and the density of
     /// `sample` for these directions, unless `pdf` is null; same results as `environment` and `pdf`, to the

@@ -23,25 +23,25 @@ uint64_t hashOf(T... values) {
     ((h = hashCombine(h, static_cast<uint64_t>(values))), ...);
     return h;
 }
-/// The `quickSum` of no values.
-inline constexpr uint64_t kEmptyQuickSum = 0x3F84D5B5B5470917ull;
-/// Adds `values` to `sum`, a partial sum of `quickHashOf`. kFirst is the index of the first of `values` in
-/// the argument list of `quickHashOf`. So a common prefix of arguments is summed once: quickHashOf(a, b, c) =
-/// mix64(quickSum<2>(quickSum<0>(kEmptyQuickSum, a, b), c)).
+/// The state of `fastHashOf` before any value.
+inline constexpr uint64_t kEmptyFastHash = 0x3F84D5B5B5470917ull;
+/// Appends `values` to `state`, the unmixed state of `fastHashOf`. kFirst is the number of values appended
+/// before; at most six in all. Hashes with a common prefix can share its state: fastHashOf(a, b, c) =
+/// mix64(appendFastHash<2>(appendFastHash<0>(kEmptyFastHash, a, b), c)).
 template <int kFirst, class... T>
-uint64_t quickSum(uint64_t sum, T... values) {
+uint64_t appendFastHash(uint64_t state, T... values) {
     static_assert(kFirst + sizeof...(T) <= 6);
     constexpr uint64_t kOdd[] = {0x243F6A8885A308D3ull, 0x13198A2E03707345ull, 0xA4093822299F31D1ull,
                                  0x082EFA98EC4E6C89ull, 0x452821E638D01377ull, 0xBE5466CF34E90C6Dull};
     int i = kFirst;
-    ((sum += static_cast<uint64_t>(values) * kOdd[i++]), ...);
-    return sum;
+    ((state += static_cast<uint64_t>(values) * kOdd[i++]), ...);
+    return state;
 }
 /// Returns a hash of at most six integers; depends on their order. It is faster than `hashOf`: the values are
 /// multiplied by odd constants (digits of pi), independently of each other, and their sum is mixed once.
 template <class... T>
-uint64_t quickHashOf(T... values) {
-    return mix64(quickSum<0>(kEmptyQuickSum, values...));
+uint64_t fastHashOf(T... values) {
+    return mix64(appendFastHash<0>(kEmptyFastHash, values...));
 }
 /// Converts 32 random bits to a float in [0, 1).
 inline float unitFloat(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }

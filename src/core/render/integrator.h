@@ -1,4 +1,4 @@
-// The integrator seam: an Integrator decides which visibility samples share a shade.
+// The integrator interface: an Integrator decides which visibility samples share a shade.
 //
 //     camera samples -> trace -> hits -> PLAN -> shading requests -> shade(batch) -> RESOLVE -> film
 //
@@ -22,8 +22,8 @@ namespace strobe {
 class IntegratorWorker {
   public:
     virtual ~IntegratorWorker() = default;
-    /// Writes the requests that the batch needs to `requests`, which is empty. Most requests are those of
-    /// samples: see requestFor.
+    /// Appends the shading requests of the batch to `requests`. `requestFor` returns the request that shades
+    /// a single sample. Precondition: `requests` is empty.
     virtual void plan(const VisibilityBatch& batch, ShadingRequests& requests) = 0;
     /// Returns the radiance of each sample of the batch. `shaded` has the radiance of each request of the
     /// last `plan`, `values` has space for each sample. The result is `values`, filled, or `shaded` itself.

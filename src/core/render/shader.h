@@ -1,4 +1,4 @@
-// The shader seam: the expensive function that estimates radiance.
+// The shader interface: the expensive function that estimates radiance.
 #pragma once
 
 #include "core/interfaces/sampler.h"

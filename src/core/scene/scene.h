@@ -21,7 +21,8 @@ namespace strobe {
 /// own limb.
 inline float tminFor(float offset, float cosine) { return offset / std::max(std::abs(cosine), 0.01f); }
 
-/// A point on a surface of the scene, as shading needs it, in world space.
+/// The local geometry, material and light at a point on a surface, in world space (pbrt's SurfaceInteraction,
+/// without the ray).
 struct SurfacePoint {
     V3f p;
     V3f ng; ///< unit geometric normal on the surface's outer side (see Light::emitted), not the viewer's
@@ -118,7 +119,7 @@ class Scene {
     const Camera& camera() const { return *m_camera; }
     const std::vector<std::shared_ptr<const Light>>& lights() const { return m_lights; }
     const std::vector<std::shared_ptr<const Material>>& materials() const { return m_materials; }
-    /// Indices of the lights that have radiance at infinity.
+    /// Indices of the environment lights (Light::isEnvironment).
     const std::vector<int>& environments() const { return m_environments; }
     const LightSampler& lightSampler() const { return m_lightSampler; }
     const Shutter& shutter() const { return m_shutter; }
@@ -152,7 +153,8 @@ class Scene {
     /// Writes dp/du and dp/dv at `hit` in world space, as normal maps expect them: if the mesh has tangents
     /// and does not deform, dp/du is the interpolated tangent. Zero where texture coordinates are degenerate.
     void tangents(const Hit& hit, float time, V3f& dpdu, V3f& dpdv) const;
-    /// Returns the radiance of all environments that arrives from the unit direction d.
+    /// Returns the radiance that all environment lights contribute to a ray in the unit direction d that
+    /// misses the scene.
     Rgb environment(const V3f& d) const;
 
   private:
