@@ -11,9 +11,9 @@ bool isExr(const std::filesystem::path& image) { return image.extension() == ".e
 AovRecorder::AovRecorder(const OutputOptions& output, const BuiltScene& built, const Log& log) {
     if (!output.aovs.empty() && std::none_of(output.images.begin(), output.images.end(), isExr))
         log.warn("--aov: there is no .exr output to hold the layers");
-    if (const auto light = aovsOf(output.aovs, AovGroup::Light); !light.empty())
+    if (const auto light = aovsInGroup(output.aovs, AovGroup::Light); !light.empty())
         m_lightAovs = std::make_unique<LightFilm>(built.pixelBounds, light, built.lightGroups);
-    const std::vector<Aov> visible = aovsOf(output.aovs, AovGroup::Visible);
+    const std::vector<Aov> visible = aovsInGroup(output.aovs, AovGroup::Visible);
     if (visible.empty())
         return;
     m_surfaceAovs = std::make_unique<AovFilm>(

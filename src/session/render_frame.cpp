@@ -10,7 +10,7 @@ namespace {
 
 /// Returns the AOVs that the film holds.
 std::vector<Aov> filmAovs(const OutputOptions& output) {
-    std::vector<Aov> aovs = aovsOf(output.aovs, AovGroup::Sharing);
+    std::vector<Aov> aovs = aovsInGroup(output.aovs, AovGroup::Sharing);
     if (!output.heatmap.empty() && std::find(aovs.begin(), aovs.end(), output.heatmapAov) == aovs.end())
         aovs.push_back(output.heatmapAov);
     return aovs;

@@ -68,7 +68,7 @@ const AovInfo& aovInfo(Aov aov) { return aovTable()[size_t(aov)]; }
 
 const AovInfo* findAov(const std::string& name) {
     for (const AovInfo& row : aovTable())
-        if (name == row.name || (row.formerName && name == row.formerName))
+        if (name == row.name || (row.deprecatedName && name == row.deprecatedName))
             return &row;
     return nullptr;
 }
@@ -104,7 +104,7 @@ std::string listAovs() {
     return out + '\n';
 }
 
-std::vector<Aov> aovsOf(const std::vector<Aov>& aovs, AovGroup group) {
+std::vector<Aov> aovsInGroup(const std::vector<Aov>& aovs, AovGroup group) {
     std::vector<Aov> found;
     std::copy_if(aovs.begin(), aovs.end(), std::back_inserter(found),
                  [&](Aov aov) { return aovInfo(aov).group == group; });

@@ -43,21 +43,21 @@ struct AovInfo {
     /// The name for --aov, and the layer's name in files (but for Cryptomatte and light groups).
     const char* name;
     const char* doc;
-    std::vector<const char*> channels; ///< for Cryptomatte: the layer's name in files
-    const char* formerName = nullptr;  ///< accepted by --aov, but not listed
+    std::vector<const char*> channels;    ///< for Cryptomatte: the layer's name in files
+    const char* deprecatedName = nullptr; ///< accepted by --aov, but not listed
 };
 
 /// Returns all AOVs in the order of the enumeration.
 const std::vector<AovInfo>& aovTable();
 const AovInfo& aovInfo(Aov aov);
-/// Returns the AOV with this name or former name, or null.
+/// Returns the AOV with this name or deprecated name; null if there is none.
 const AovInfo* findAov(const std::string& name);
 /// Returns the names of a group's AOVs, separated by commas.
 std::string aovNames(AovGroup group);
 /// Returns the AOVs with their channels in EXR files, as `strobe --list` prints them.
 std::string listAovs();
-/// Returns the members of `aovs` that belong to `group`, in the same order.
-std::vector<Aov> aovsOf(const std::vector<Aov>& aovs, AovGroup group);
+/// Returns the AOVs in `aovs` whose group is `group`, in the same order.
+std::vector<Aov> aovsInGroup(const std::vector<Aov>& aovs, AovGroup group);
 
 /// One channel of an EXR file.
 struct AovChannel {

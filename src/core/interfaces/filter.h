@@ -23,7 +23,8 @@ class Filter {
     /// Samples offsets with u's elements 0 … n-1, n <= kSoAWidth; same results as `sample`, to the bit. The
     /// default calls `sample`.
     virtual void sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const;
-    /// Returns the value of the normalized filter, whose integral is 1. Used by tests only.
+    /// Evaluates the filter function, normalized to an integral of 1; 0 outside the radius. Used by tests
+    /// only.
     virtual float eval(const V2f& offset) const = 0;
     /// Returns the half-widths of the support in pixels.
     virtual V2f radius() const = 0;

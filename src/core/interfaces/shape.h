@@ -67,7 +67,8 @@ class Quadric {
     /// are undefined for rays without an intersection. Same results as `intersect`, to the bit.
     virtual void intersectSoA(const QuadricRaySoA& rays, int32_t* hit, float* t, float* u, float* v) const;
 
-    /// Returns the surface point at the parameters (u, v) of `intersect`.
+    /// Evaluates the parameterization at (u, v), as written by `intersect`: position, normal and partial
+    /// derivatives.
     virtual QuadricPoint point(float u, float v) const = 0;
     /// Evaluates points begin … end-1; same results as `point`, to the bit.
     virtual void pointSoA(const float* u, const float* v, int begin, int end, QuadricPointSoA& out) const;

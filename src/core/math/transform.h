@@ -41,7 +41,7 @@ class KeyedTransform {
     KeyedTransform(std::vector<float> times, std::vector<M44f> keys, MotionConvention convention);
 
     bool isStatic() const { return m_keys.size() == 1; }
-    /// Returns the object-to-world matrix at scene time `time`.
+    /// Returns the interpolated object-to-world matrix at scene time `time`.
     M44f at(float time) const;
     const std::vector<float>& times() const { return m_times; }
     /// Returns the object-to-world matrices of the keys; a single one if the transform is static.
