@@ -22,7 +22,7 @@ Exit codes:
   2  error in a scene file or in a file that it names, or out of memory
   3  an output cannot be written, or would replace an input
   4  internal error of strobe
-  5  a signal ended a render; what was rendered until then is saved
+  5  a signal ended a render; the finished samples or passes are saved
   6  invalid samples (--strict))";
 
 std::string aovNames() {
