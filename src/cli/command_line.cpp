@@ -128,7 +128,10 @@ void addSampleOptions(CLI::App& app, CommandLine& line, std::optional<uint32_t>&
                    "number of threads; 0: one per core; does not change the image [0]")
         ->type_name("N")
         ->transform(integerFrom<int>(0));
-    app.add_option("--tile", render.tileSize, "tile size in pixels; does not change the image [32]")
+    app.add_option(
+           "--tile", render.tileSize,
+           "tile size in pixels; changes the image only with scopes thread, mutex and tile of msaa-cache, "
+           "and with integrators that declare it [32]")
         ->type_name("N")
         ->transform(integerFrom<int>(1));
     app.add_option_function<std::vector<float>>(

@@ -28,8 +28,7 @@ size_t availableMemory() {
 
 const ParamDef<std::string> CacheSize::kParam{
     "cache-mb", "auto",
-    "size of the cache in megabytes (of each cache, with scope thread and tile), \"unbounded\", or "
-    "\"auto\": chosen by the cost of a shade"};
+    "size of a cache in megabytes, \"unbounded\", or \"auto\": chosen by the cost of a shade"};
 
 CacheSize::CacheSize(const ParamSet& params) {
     double megabytes = 0;

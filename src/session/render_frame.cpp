@@ -51,8 +51,7 @@ class FrameRenderer {
         if (m_job.options.progressive.checkpointInterval > 0)
             Checkpoint::remove(m_job);
         m_log.info("{}", summary(m_built, stats, m_inputs.seconds));
-        for (const auto& image : m_output.images)
-            m_log.info("wrote {}", image.string());
+        reportFiles();
         return m_job.options.strict && stats.total.invalidSamples > 0 ? Outcome::InvalidSamples
                                                                       : Outcome::Finished;
     }
@@ -105,6 +104,14 @@ class FrameRenderer {
                 writeStats(file, m_built, m_job, stats, m_inputs.seconds);
             });
         return writer.wroteAll();
+    }
+
+    void reportFiles() const {
+        for (const auto& image : m_output.images)
+            m_log.info("wrote {}", image.string());
+        for (const auto& file : {m_output.heatmap, m_output.samples, m_output.stats})
+            if (!file.empty())
+                m_log.info("wrote {}", file.string());
     }
 
     /// Whether passes were rendered, and ended by RenderControl::stop.

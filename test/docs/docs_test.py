@@ -10,7 +10,7 @@ import re
 import unittest
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-PAGES = ("README.md", "CONTRIBUTING.md", "docs/architecture.md", "docs/tutorial-integrator.md", "docs/tutorial-material.md")
+PAGES = ("README.md", "CONTRIBUTING.md", "docs/architecture.md", "docs/sharing.md", "docs/tutorial-integrator.md", "docs/tutorial-material.md")
 TUTORIALS = {
     "docs/tutorial-integrator.md": ("test/integrators/quad.h", "test/integrators/quad.cpp"),
     "docs/tutorial-material.md": ("test/materials/minnaert.h", "test/materials/minnaert.cpp"),
@@ -37,10 +37,11 @@ class Documentation(unittest.TestCase):
         for page in PAGES:
             for language, name, text in BLOCK.findall(read(page)):
                 with self.subTest(page=page, block=text):
-                    lines = text.splitlines()
-                    if language == "diff":
-                        lines = [line[1:] for line in lines if not line.startswith("+")]
-                    self.assertTrue(is_run(lines, read(name).splitlines()), f"not in {name}")
+                    versions = [text.splitlines()]
+                    if language == "diff":  # the file before or after a reader applied it
+                        versions = [[line[1:] for line in versions[0] if not line.startswith(other)] for other in "+-"]
+                    lines = read(name).splitlines()
+                    self.assertTrue(any(is_run(version, lines) for version in versions), f"not in {name}")
 
     def test_tutorials_contain_their_files(self):
         for page, names in TUTORIALS.items():
