@@ -41,7 +41,7 @@ class Documentation(unittest.TestCase):
                     if language == "diff":  # the file before or after a reader applied it
                         versions = [[line[1:] for line in versions[0] if not line.startswith(other)] for other in "+-"]
                     lines = read(name).splitlines()
-                    self.assertTrue(any(is_run(version, lines) for version in versions), f"not in {name}")
+                    self.assertTrue(any(is_run(version, lines) for version in versions), f"not in {name}: if it is a diff of a plugin table, see CONTRIBUTING.md, Adding a plugin")
 
     def test_tutorials_contain_their_files(self):
         for page, names in TUTORIALS.items():

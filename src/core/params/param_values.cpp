@@ -198,7 +198,8 @@ T ParamSet::get(const ParamDef<T>& def) const {
     if constexpr (std::is_same_v<T, int> || std::is_same_v<T, float>)
         checkRange(*p, def, double(value));
     else if constexpr (std::is_same_v<T, FloatInput>)
-        checkRange(*p, def, double(value.constant));
+        if (!value.texture)
+            checkRange(*p, def, double(value.constant));
     return value;
 }
 

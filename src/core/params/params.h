@@ -67,7 +67,7 @@ struct ParamDef {
     T fallback;                  ///< value if the parameter is absent
     const char* doc;             ///< a line of help
     const char* alias = nullptr; ///< alternative name, e.g. of pbrt-v4
-    ParamRange range{};          ///< for int, float and the constant of a FloatInput
+    ParamRange range{};          ///< for int, float and a FloatInput that is not a texture
 };
 
 /// A string parameter that is a file name. `get` resolves it with resolveFile. Empty if the parameter is

@@ -118,6 +118,17 @@ TEST(Params, TexturesOfTheOtherTypeAreAccepted) {
     EXPECT_EQ(set.get(kRoughness).at({}), .5f);
 }
 
+TEST(Params, RangesHoldForConstantsNotForTextures) {
+    const ParamDef<FloatInput> exponent{"exponent", 2, "", nullptr, kAtLeastOne};
+    const auto table = std::make_shared<TextureTable>();
+    table->floats = {std::make_shared<Constant>(.5f)};
+    ParamSet set = setOf({make("exponent", ParamType::Texture, {}, {0, -1}, {"texture"})});
+    set.bindTextures(table);
+    EXPECT_EQ(set.get(exponent).at({}), .5f);
+    EXPECT_EQ(errorOf([&] { setOf({make("exponent", ParamType::Float, {.5f})}).get(exponent); }),
+              "d/a.scene:1:4 \"exponent\" must be at least 1");
+}
+
 TEST(Params, WrongTypesAndNumbersOfValuesAreErrors) {
     EXPECT_EQ(errorOf([] { setOf({make("fov", ParamType::String, {}, {}, {"x"})}).get(kFov); }),
               "d/a.scene:1:4 parameter \"fov\" must be float or integer, not string");
