@@ -27,22 +27,6 @@ const ParamDef<std::string> kScope{
 /// the shutter are shaded while they are covered; more bins take more time and change little.
 constexpr int kTimeBinsOfMotion = 4;
 
-template <class T>
-using WordTable = std::initializer_list<std::pair<const char*, T>>;
-
-/// Returns the value of a word. Throws Error if the table does not have it.
-template <class T>
-T parseWord(const ParamSet& params, const ParamDef<std::string>& def, WordTable<T> table) {
-    const std::string word = params.get(def);
-    std::vector<std::string> known;
-    for (const auto& [name, value] : table) {
-        if (word == name)
-            return value;
-        known.push_back(name);
-    }
-    throw Error(params.whereIs(def), unknownName(def.name, word, known));
-}
-
 class MsaaCache : public Integrator {
   public:
     explicit MsaaCache(const ParamSet& params) : m_size(params) {

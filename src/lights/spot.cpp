@@ -64,17 +64,11 @@ class SpotLight final : public DeltaLight {
 };
 
 Falloff falloffFrom(const ParamSet& params, const BuildContext& context) {
-    const std::string name = params.get(kFalloff);
-    if (name.empty())
+    if (params.get(kFalloff).empty())
         return context.conventions == Conventions::PbrtV2 ? Falloff::Quartic : Falloff::Smoothstep;
-    if (name == "quartic")
-        return Falloff::Quartic;
-    if (name == "smoothstep")
-        return Falloff::Smoothstep;
-    if (name == "squared")
-        return Falloff::Squared;
-    throw Error(params.whereIs(kFalloff),
-                "unknown falloff \"" + name + "\" (known: quartic, smoothstep, squared)");
+    return parseWord<Falloff>(
+        params, kFalloff,
+        {{"quartic", Falloff::Quartic}, {"smoothstep", Falloff::Smoothstep}, {"squared", Falloff::Squared}});
 }
 
 std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& context,

@@ -85,13 +85,12 @@ TexturePtr create(const ParamSet& params, const BuildContext& context, const Tex
     const int dimension = params.get(kDimension);
     if (dimension != 2 && dimension != 3)
         throw Error(params.whereIs(kDimension), "\"dimension\" must be 2 or 3");
-    const std::string mode = params.get(kAaMode);
-    if (mode != "none" && mode != "closedform" && mode != "supersample")
-        throw Error(params.whereIs(kAaMode), "unknown aamode \"" + mode + "\" (known: none, closedform)");
+    const bool isFiltered =
+        parseWord<bool>(params, kAaMode, {{"none", false}, {"closedform", true}, {"supersample", true}});
     const Mapping2D mapping(params, context, args);
     if (dimension == 3)
         return std::make_shared<const Checkerboard3D>(std::move(a), std::move(b), args.toWorld.inverse());
-    return std::make_shared<const Checkerboard>(std::move(a), std::move(b), mapping, mode != "none");
+    return std::make_shared<const Checkerboard>(std::move(a), std::move(b), mapping, isFiltered);
 }
 
 } // namespace

@@ -80,27 +80,6 @@ class ImageMap : public Texture {
     Settings m_settings;
 };
 
-Wrap wrapFrom(const ParamSet& params) {
-    const std::string name = params.get(kWrap);
-    if (name == "repeat")
-        return Wrap::Repeat;
-    if (name == "black")
-        return Wrap::Black;
-    if (name == "clamp")
-        return Wrap::Clamp;
-    throw Error(params.whereIs(kWrap), "unknown wrap \"" + name + "\" (known: repeat, black, clamp)");
-}
-
-bool isFilterEnabled(const ParamSet& params) {
-    const std::string name = params.get(kFilter);
-    if (name == "point" || name == "bilinear")
-        return false;
-    if (name == "trilinear" || name == "EWA" || name == "ewa")
-        return true;
-    throw Error(params.whereIs(kFilter),
-                "unknown filter \"" + name + "\" (known: point, bilinear, trilinear, EWA)");
-}
-
 ColorEncoding encodingFrom(const ParamSet& params, const BuildContext& context) {
     const std::string name = params.get(kEncoding);
     if (name == "sRGB")
@@ -147,8 +126,11 @@ TexturePtr create(const ParamSet& params, const BuildContext& context, const Tex
     params.get(kMaxAnisotropy);
     const ColorEncoding encoding = encodingOfFile(params, context, args);
     Settings settings;
-    settings.wrap = wrapFrom(params);
-    settings.isFiltered = isFilterEnabled(params);
+    settings.wrap = parseWord<Wrap>(
+        params, kWrap, {{"repeat", Wrap::Repeat}, {"black", Wrap::Black}, {"clamp", Wrap::Clamp}});
+    settings.isFiltered = parseWord<bool>(
+        params, kFilter,
+        {{"point", false}, {"bilinear", false}, {"trilinear", true}, {"EWA", true}, {"ewa", true}});
     settings.invert = params.get(kInvert);
     settings.flipV = context.conventions == Conventions::PbrtV4;
     settings.scale = params.get(kScale);

@@ -8,11 +8,14 @@
 #include "core/interfaces/texture.h"
 #include "core/math/math.h"
 #include "core/util/diagnostics.h"
+#include "core/util/nearest_name.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace strobe {
@@ -145,6 +148,25 @@ class ParamSet {
     std::vector<Param> m_params;
     std::shared_ptr<const TextureTable> m_textures;
 };
+
+/// The words that a string parameter may have, and their values. Synonyms have the same value.
+template <class T>
+using WordTable = std::initializer_list<std::pair<const char*, T>>;
+
+/// Returns the value in `table` of the word that a string parameter has. Throws Error at the location of the
+/// parameter if the table lacks the word; the message lists the words. Precondition: the table has the
+/// default.
+template <class T>
+T parseWord(const ParamSet& params, const ParamDef<std::string>& def, WordTable<T> table) {
+    const std::string word = params.get(def);
+    std::vector<std::string> known;
+    for (const auto& [name, value] : table) {
+        if (word == name)
+            return value;
+        known.push_back(name);
+    }
+    throw Error(params.whereIs(def), unknownName(def.name, word, known));
+}
 
 /// Parses the argument `name=value` of the option -D. The type of the parameter is its type in `known`.
 /// Throws Error of kind Usage if the name is not in `known` or the value does not have this type.

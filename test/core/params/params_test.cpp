@@ -146,6 +146,22 @@ TEST(Params, WrongTypesAndNumbersOfValuesAreErrors) {
               "d/a.scene:1:4 parameter \"P\" needs a multiple of 3 numbers, got 2");
 }
 
+TEST(Params, WordsHaveValues) {
+    const auto speedOf = [](const ParamSet& set) {
+        return parseWord<int>(set, kMode, {{"slow", 1}, {"fast", 2}, {"quick", 2}});
+    };
+    const auto modeOf = [](const char* word) {
+        return setOf({make("mode", ParamType::String, {}, {}, {word})});
+    };
+    EXPECT_EQ(speedOf(setOf({})), 2);
+    EXPECT_EQ(speedOf(modeOf("slow")), 1);
+    EXPECT_EQ(speedOf(modeOf("quick")), 2);
+    EXPECT_EQ(errorOf([&] { speedOf(modeOf("solw")); }),
+              "d/a.scene:1:4 unknown mode \"solw\"; did you mean \"slow\"? (known: slow, fast, quick)");
+    EXPECT_EQ(errorOf([&] { speedOf(modeOf("")); }),
+              "d/a.scene:1:4 unknown mode \"\" (known: slow, fast, quick)");
+}
+
 TEST(Params, AliasesAreAcceptedAndDuplicatesAreErrors) {
     ParamSet set = setOf({make("alpha", ParamType::Float, {.3f})});
     EXPECT_EQ(set.get(kRoughness).constant, .3f);

@@ -217,6 +217,10 @@ LightSource "distant" "point from" [1 1 1] "point to" [1 1 1])",
 LightSource "spot" "float coneangle" 0)",
          2, 20, R"("coneangle" must be above 0 and at most 180 degrees)"},
         {R"(WorldBegin
+LightSource "spot" "string falloff" "quadratic")",
+         2, 20,
+         R"(unknown falloff "quadratic"; did you mean "quartic"? (known: quartic, smoothstep, squared))"},
+        {R"(WorldBegin
 ObjectBegin "o"
 AreaLightSource "diffuse"
 Shape "trianglemesh" "point P" [0 0 0 0 0 0 0 1 0]
@@ -254,6 +258,9 @@ Texture "t" "rgb" "wood")",
         {R"(WorldBegin
 Texture "t" "rgb" "checkerboard" "integer dimension" 5)",
          2, 34, R"("dimension" must be 2 or 3)"},
+        {R"(WorldBegin
+Texture "t" "rgb" "checkerboard" "string aamode" "box")",
+         2, 34, R"(unknown aamode "box" (known: none, closedform, supersample))"},
     });
 }
 
