@@ -27,6 +27,9 @@ inline Param stringParam(const std::string& name, const std::string& value) {
 
 MaterialPtr makeMaterial(const MaterialPlugin& plugin, const std::vector<Param>& params,
                          Conventions conventions = Conventions::PbrtV4);
+/// Creates a material whose parameters `names` are the first texture of the table.
+MaterialPtr texturedMaterial(const MaterialPlugin& plugin, const std::vector<std::string>& names,
+                             const std::shared_ptr<const TextureTable>& table);
 
 /// Returns the Bsdf of a material without textures.
 inline Bsdf prepared(const Material& material) {

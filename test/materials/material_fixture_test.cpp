@@ -24,6 +24,16 @@ MaterialPtr makeMaterial(const MaterialPlugin& plugin, const std::vector<Param>&
     return plugin.create(set, BuildContext{quiet, conventions});
 }
 
+MaterialPtr texturedMaterial(const MaterialPlugin& plugin, const std::vector<std::string>& names,
+                             const std::shared_ptr<const TextureTable>& table) {
+    ParamSet set;
+    for (const std::string& name : names)
+        set.add({name, ParamType::Texture, {}, {}, {0, 0}, {"t"}});
+    set.bindTextures(table);
+    Diagnostics quiet;
+    return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
+}
+
 V3f Random::direction() {
     const float z = 2 * next() - 1, r = std::sqrt(std::max(0.f, 1 - z * z)), phi = 2 * kPi * next();
     return {r * std::cos(phi), r * std::sin(phi), z};

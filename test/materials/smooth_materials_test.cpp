@@ -140,17 +140,6 @@ class Gradient : public Texture {
     Rgb rgb(const TextureQuery& q) const override { return {.1f + .8f * q.uv.x, .5f, .1f + .8f * q.uv.y}; }
 };
 
-/// Creates a material whose parameters `names` are the first texture of the table.
-MaterialPtr texturedMaterial(const MaterialPlugin& plugin, const std::vector<std::string>& names,
-                             const std::shared_ptr<const TextureTable>& table) {
-    ParamSet set;
-    for (const std::string& name : names)
-        set.add({name, ParamType::Texture, {}, {}, {0, 0}, {"t"}});
-    set.bindTextures(table);
-    Diagnostics quiet;
-    return plugin.create(set, BuildContext{quiet, Conventions::PbrtV4});
-}
-
 TEST(TexturedMaterials, EvalCosSoAUsesTheDataOfEachPoint) {
     const auto table = std::make_shared<TextureTable>();
     table->rgbs = table->floats = {std::make_shared<Gradient>()};
