@@ -12,6 +12,8 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.dont_write_bytecode = True
 if __name__ == "__main__":
     SHIM = os.path.abspath(sys.argv.pop(2))
+    if not os.path.exists(SHIM):
+        sys.exit(f"faults_test.py: {SHIM} does not exist; build strobe_faults first")
 from cli_test import OPTIONS, STROBE, WORLD, CliTest  # noqa: E402
 from exr import Exr  # noqa: E402
 
