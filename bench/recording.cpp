@@ -36,10 +36,10 @@ class ConstantShader : public Shader {
 
   private:
     struct Worker : ShaderWorker {
-        void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) override {
+        void shade(const ShadingRequests& requests, const ShadeOutput& out, Counters& counters) override {
             counters.shades += requests.size();
-            if (!radiance.empty())
-                std::fill_n(&radiance[0].x, 3 * radiance.size(), .5f);
+            if (!out.radiance.empty())
+                std::fill_n(&out.radiance[0].x, 3 * out.radiance.size(), .5f);
         }
     };
 };

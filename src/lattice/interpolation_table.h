@@ -1,7 +1,7 @@
 // The cells and lattice points that a thread used lately, with the radiance of the points.
 #pragma once
 
-#include "lattice/index_table.h"
+#include "core/util/index_table.h"
 #include "lattice/lattice_cell.h"
 
 #include <array>

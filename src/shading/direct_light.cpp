@@ -65,7 +65,7 @@ void AddLightRay::operator()(const LightRay& ray, const Hit& hit) const {
     if (s.light != ray.light)
         return;
     const float weight = powerHeuristic(1, ray.bsdfPdf, 1, lightPdf(scene, s, ray.p, ray.time, ray.wi));
-    batch.addLightRay(ray.path, ray.light, ray.weight * emittedRadiance(scene, s, hit, -ray.wi) * weight);
+    batch.addLightRay(ray.path, ray.light, ray.weight * scene.emitted(s, hit, -ray.wi) * weight);
 }
 
 DirectLight::DirectLight(const PathContext& context, PathBatch& batch)

@@ -28,7 +28,7 @@ void addEmissionOf(const PathContext& context, PathBatch& batch, uint32_t pathIn
                    int bounce) {
     const Path& path = batch.paths[pathIndex];
     s.finish();
-    const Rgb radiance = emittedRadiance(context.scene, s, path.hit, -path.ray.d);
+    const Rgb radiance = context.scene.emitted(s, path.hit, -path.ray.d);
     if (isBlack(radiance))
         return;
     const float weight = hitLightWeight(context, path, s.light, bounce, [&] {
@@ -38,15 +38,6 @@ void addEmissionOf(const PathContext& context, PathBatch& batch, uint32_t pathIn
 }
 
 } // namespace
-
-Rgb emittedRadiance(const Scene& scene, const SurfacePoint& s, const Hit& hit, const V3f& w) {
-    TextureQuery query;
-    query.uv = s.uv;
-    query.p = s.p;
-    query.prim = s.prim;
-    query.barycentrics = V2f(hit.u, hit.v);
-    return scene.lights()[size_t(s.light)]->emitted(s.ng, w, query);
-}
 
 float lightPdf(const Scene& scene, const SurfacePoint& s, const V3f& p, float time, const V3f& wi) {
     const LightHit hit{s.p, s.ng, length(s.p - p), s.prim};

@@ -7,8 +7,6 @@
 
 namespace strobe {
 
-/// Returns the radiance that the emissive surface point `s` at `hit` emits towards `w` (unit).
-Rgb emittedRadiance(const Scene& scene, const SurfacePoint& s, const Hit& hit, const V3f& w);
 
 /// Returns the pdf, per solid angle, of light samples of the light at `s`, seen from `p` along `wi` at
 /// shutter fraction `time`. The light must not be a delta light.

@@ -111,9 +111,19 @@ void PathBatch::addLightRaySums() {
     }
 }
 
-void PathBatch::write(size_t requests, std::span<Rgb> radiance) const {
+/// Replaces the radiance at the vertices by parts of the radiance: see recordFirstVertices.
+static void finishFirstVertex(FirstVertex& vertex, const Rgb& radiance) {
+    const Rgb before = vertex.direct, withDirect = vertex.hasIndirect ? vertex.indirect : radiance;
+    vertex.direct = withDirect - before;
+    vertex.indirect = radiance - withDirect;
+}
+
+void PathBatch::write(size_t requests, std::span<Rgb> radiance) {
     for (size_t i = 0; i < requests; ++i)
         radiance[i] = paths[i].radiance;
+    for (size_t i = 0; i < firstVertices.size(); ++i)
+        if (firstVertices[i].hit)
+            finishFirstVertex(firstVertices[i], paths[i].radiance);
     for (size_t component = 0; component < components.count(); ++component) {
         const std::span<Rgb> values = radiance.subspan((component + 1) * requests);
         for (size_t i = 0; i < requests; ++i)

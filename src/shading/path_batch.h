@@ -95,7 +95,7 @@ struct PathBatch {
     /// that no sum depends on the order in which packets of shadow rays and of light rays fill up.
     void addLightRaySums();
     /// Writes the radiance of all paths, then each component: see ShaderWorker::shade.
-    void write(size_t requests, std::span<Rgb> radiance) const;
+    void write(size_t requests, std::span<Rgb> radiance);
 
     std::vector<Path> paths;      ///< by request; may be longer than the batch
     std::vector<uint32_t> active; ///< the paths of the current wave
@@ -104,6 +104,7 @@ struct PathBatch {
     ComponentSums components;
     ComponentSums lightRayComponents; ///< components of Path::lightRayRadiance
     Counters* counters = nullptr;
+    std::span<FirstVertex> firstVertices; ///< by request; empty: not wanted
 
   private:
     static constexpr int kMaterialBuckets = 64;

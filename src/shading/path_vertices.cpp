@@ -124,4 +124,31 @@ void adjustShadingNormals(const Scene& scene, VertexChunk& v) {
     });
 }
 
+void recordEmission(PathBatch& batch, std::span<const uint32_t> paths) {
+    for (const uint32_t path : paths)
+        batch.firstVertices[path].emitted = batch.paths[path].radiance;
+}
+
+void recordFirstVertices(PathBatch& batch, const VertexChunk& v) {
+    for (int i = 0; i < v.count; ++i) {
+        const Path& path = batch.paths[v.path[i]];
+        FirstVertex& first = batch.firstVertices[v.path[i]];
+        if (path.stage == PathStage::FirstHit) {
+            first.indirect = path.radiance; // before any indirect light
+            first.hasIndirect = true;
+        }
+        if (!v.isSmooth[i] || path.stage != PathStage::Camera || first.hit)
+            continue;
+        const Material& material = *v.surface.material[i];
+        const Rgb beta = v.beta.at(i);
+        first.hit = v.hits.at(i);
+        first.p = v.p.at(i);
+        first.isFront = v.cosWo[i] > 0;
+        first.n = first.isFront ? v.ng.at(i) : -v.ng.at(i);
+        first.coneWidth = v.coneWidth[i];
+        first.direct = path.radiance; // before direct light
+        first.albedo = material.flags().textured ? beta * material.albedo(v.bsdf[i]) : beta;
+    }
+}
+
 } // namespace strobe

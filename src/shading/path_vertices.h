@@ -25,5 +25,11 @@ void divideByAlbedo(PathBatch& batch, VertexChunk& v);
 /// Applies normal maps, and turns shading normals towards the viewer: see ShadingNormal. The rest is done by
 /// completeVertices.
 void adjustShadingNormals(const Scene& scene, VertexChunk& v);
+/// Writes FirstVertex::emitted of paths, after the light that their camera rays hit was added.
+void recordEmission(PathBatch& batch, std::span<const uint32_t> paths);
+/// Writes batch.firstVertices of paths whose first non-specular vertex is in the chunk. FirstVertex::direct
+/// and `indirect` become the path's radiance before direct and before indirect light; PathBatch::write
+/// completes them. Requires completed vertices.
+void recordFirstVertices(PathBatch& batch, const VertexChunk& v);
 
 } // namespace strobe

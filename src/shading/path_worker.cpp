@@ -50,13 +50,15 @@ PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const PathSet
     : m_context{scene, sampler, settings}, m_batch(scene, lightComponents), m_directLight(m_context, m_batch),
       m_nextRays(scene.tracer(), SetHit{m_batch}) {}
 
-void PathWorker::shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) {
+void PathWorker::shade(const ShadingRequests& requests, const ShadeOutput& out, Counters& counters) {
     m_batch.start(requests, counters);
+    m_batch.firstVertices = out.firstVertices;
+    std::fill(out.firstVertices.begin(), out.firstVertices.end(), FirstVertex{});
     if (m_context.settings.maxDepth > 0)
         shadeAlbedos();
     for (int bounce = 0; !m_batch.active.empty(); ++bounce)
         traceWave(bounce);
-    m_batch.write(requests.size(), radiance);
+    m_batch.write(requests.size(), out.radiance);
     counters.bounceRays += m_nextRays.takeRayCount();
 }
 
@@ -82,6 +84,8 @@ void PathWorker::traceWave(int bounce) {
         addBackground(m_context, m_batch, m_vertices, bounce);
         evaluateSurfaces(m_context.scene, *m_batch.counters, m_vertices);
         addEmission(m_context, m_batch, m_vertices, bounce);
+        if (bounce == 0 && !m_batch.firstVertices.empty())
+            recordEmission(m_batch, paths);
         if (m_vertices.count == 0 || bounce >= m_context.settings.maxDepth)
             return;
         prepareVertices(bounce);
@@ -99,6 +103,8 @@ void PathWorker::prepareVertices(int bounce) {
         divideByAlbedo(m_batch, m_vertices);
     adjustShadingNormals(m_context.scene, m_vertices);
     completeVertices(m_vertices);
+    if (!m_batch.firstVertices.empty())
+        recordFirstVertices(m_batch, m_vertices);
 }
 
 /// Samples the BSDFs of the chunk's vertices and adds the paths' next rays to the queue.

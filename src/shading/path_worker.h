@@ -11,7 +11,7 @@ class PathWorker : public ShaderWorker {
   public:
     PathWorker(const Scene& scene, const Sampler& sampler, const PathSettings& settings,
                const LightComponents& lightComponents);
-    void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) override;
+    void shade(const ShadingRequests& requests, const ShadeOutput& out, Counters& counters) override;
 
   private:
     /// Sets the hit of a path's next ray.

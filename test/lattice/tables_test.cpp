@@ -1,6 +1,6 @@
 // RadianceCache and IndexTable.
 #include "core/math/hash.h"
-#include "lattice/index_table.h"
+#include "core/util/index_table.h"
 #include "lattice/radiance_cache.h"
 
 #include <gtest/gtest.h>

@@ -30,6 +30,9 @@ enum class Aov {
     HitRate,
     Cell,
     ShadeTime,
+    SharedWeight,
+    SharedWidth,
+    SharedError,
     Variance
 };
 

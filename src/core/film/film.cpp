@@ -73,6 +73,11 @@ void Film::copyFrom(const Film& source, const PixelBounds& tile) {
     }
 }
 
+void Film::addToImage(std::span<const Rgb> values) {
+    for (size_t i = 0; i < values.size(); ++i)
+        m_image.pixels[i] += values[i];
+}
+
 std::vector<ExrPart> Film::exrParts(const std::vector<ExrPart>& extraParts) const {
     const float* rgb = &m_image.pixels[0].x;
     std::vector<ExrPart> parts = {{"rgba", {{"R", rgb, 3}, {"G", rgb + 1, 3}, {"B", rgb + 2, 3}}}};

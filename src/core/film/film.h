@@ -5,6 +5,7 @@
 #include "core/film/pixel_accumulator.h"
 #include "core/image/exr_file.h"
 
+#include <span>
 #include <vector>
 
 namespace strobe {
@@ -64,6 +65,8 @@ class Film {
     bool has(Aov layer) const;
     /// Sets the values of a whole layer, row by row. Precondition: has(layer).
     void setPlane(Aov layer, std::vector<float> values);
+    /// Adds a value to each pixel of the image, row by row. The sums do not change.
+    void addToImage(std::span<const Rgb> values);
     const Image& image() const { return m_image; }
     const std::vector<Aov>& layers() const { return m_layers; }
     /// Returns the values of a layer, row by row. Precondition: has(layer).

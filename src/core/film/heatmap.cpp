@@ -2,6 +2,8 @@
 
 #include "core/math/hash.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 
@@ -93,10 +95,21 @@ void drawColorBar(Image& image, int top, const Scale& scale) {
                 drawLabel(value, std::to_string(int(value)));
         drawLabel(scale.max, std::to_string(int(scale.max)));
     } else {
-        drawLabel(0, "0");
-        drawLabel(0.5f, "0.5");
-        drawLabel(1, "1");
+        for (const float value : {0.f, scale.max / 2, scale.max})
+            drawLabel(value, scale.max < 0.1f ? fmt::format("{:.4f}", value) : fmt::format("{:.2g}", value));
     }
+}
+
+/// Returns the scale of a layer: of counts, up to the samples per pixel; of values without a natural limit,
+/// up to the largest one.
+Scale scaleOf(const Film& film, Aov layer, int samplesPerPixel) {
+    if (layer == Aov::Shades || layer == Aov::Samples)
+        return {true, float(std::max(samplesPerPixel, 2))};
+    if (layer != Aov::SharedWidth && layer != Aov::SharedError)
+        return {false, 1};
+    const std::vector<float>& plane = film.plane(layer);
+    const float largest = *std::max_element(plane.begin(), plane.end());
+    return {false, largest > 0 ? largest : 1};
 }
 
 } // namespace
@@ -104,8 +117,7 @@ void drawColorBar(Image& image, int top, const Scale& scale) {
 Image heatmap(const Film& film, Aov layer, int samplesPerPixel) {
     constexpr int kMinBarWidth = 160;
     const bool isId = layer == Aov::Cell;
-    const bool isCount = layer == Aov::Shades || layer == Aov::Samples;
-    const Scale scale{isCount, isCount ? float(std::max(samplesPerPixel, 2)) : 1};
+    const Scale scale = scaleOf(film, layer, samplesPerPixel);
     const PixelBounds& pixelBounds = film.pixelBounds();
     Image image;
     image.width = std::max(pixelBounds.width(), isId ? 0 : kMinBarWidth);

@@ -5,12 +5,15 @@
 // docs/tutorial-integrator.md builds an integrator step by step.
 #pragma once
 
+#include "core/film/film.h"
 #include "core/math/pixel_bounds.h"
 #include "core/params/plugin.h"
 #include "core/render/batch.h"
+#include "core/render/shader.h"
 #include "core/render/stats.h"
 #include "core/scene/scene.h"
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <tuple>
@@ -37,6 +40,10 @@ class IntegratorWorker {
                                                   std::span<Rgb> values, int /*component*/) {
         return resolve(batch, shaded, values);
     }
+    /// Records the radiance and the first vertices of the requests of the last `plan`, for
+    /// IntegratorState::finish. Called after `resolve` if IntegratorState::observes is true.
+    virtual void observe(const VisibilityBatch& /*batch*/, std::span<const Rgb> /*radiance*/,
+                         std::span<const FirstVertex> /*vertices*/) {}
     /// Called before the first batch of each tile.
     virtual void beginTile() {}
     /// Returns an id of the shades from which the value of sample number `sample` of the batch was computed,
@@ -47,15 +54,32 @@ class IntegratorWorker {
     virtual void report(Counters& /*counters*/) const {}
 };
 
+class IntegratorState;
+
+/// Renders pixels of the frame with a state, as one tile on the calling thread, and discards the image.
+/// Returns what it counted. Any thread may call it.
+using RenderPilot =
+    std::function<Counters(IntegratorState& state, const PixelBounds& pixels, int samplesPerPixel)>;
+
 /// The properties of a render that an integrator may depend on.
 struct RenderContext {
     uint64_t seed = 0; ///< for random numbers that belong to no pixel
     int threads = 1;
     int samplesPerPixel = 1;
+    bool isPass = false; ///< more samples per pixel may follow: see RenderSettings
     PixelBounds pixelBounds;
+    float clamp = 0;              ///< see RenderSettings
     bool hasIndirectLight = true; ///< see Shader
     int lightComponents = 0;      ///< LightComponents::count
     ShadeCost shadeCost{};        ///< the cost of a shade, if Integrator::needsShadeCost is true
+    RenderPilot renderPilot{};    ///< for Integrator::begin only
+};
+
+/// How camera samples are chosen.
+struct CameraSampling {
+    const Sampler& sampler;
+    const Filter& filter;
+    uint64_t seed;
 };
 
 /// State that the workers of one render share.
@@ -66,6 +90,10 @@ class IntegratorState {
     /// Resets the state to what `begin` would have returned for this seed and number of samples. The workers
     /// made before no longer exist.
     virtual void restart(uint64_t /*seed*/, int /*samplesPerPixel*/) {}
+    /// True if the workers `observe` first vertices.
+    virtual bool observes() const { return false; }
+    /// Improves the image of a film that holds all samples rendered so far. Its sums do not change.
+    virtual void finish(const CameraSampling& /*sampling*/, Film& /*film*/) const {}
 };
 
 /// The dependence of a sample's value on other samples.

@@ -131,6 +131,7 @@ class PassLoop {
     RenderSettings passSettings() {
         RenderSettings pass = m_settings;
         pass.samplesPerPixel = m_schedule.samples();
+        pass.isPass = true;
         pass.stop = [this] {
             return m_passes > 0 && ((m_deadline && Clock::now() > *m_deadline) || isStopRequested());
         };
@@ -149,6 +150,7 @@ class PassLoop {
             return false;
         ++m_passes;
         m_film.merge(m_passFilm);
+        m_renderer.finish(m_film);
         m_schedule.recordTime(-secondsUntil(start));
         if (m_goal.noise)
             updateNoise();
@@ -198,6 +200,7 @@ RenderStats renderDoubling(const Scene& scene, const Integrator& integrator, con
     for (SampleSlice slice{0, 1}; slice.first < total; slice = {slice.end, std::min(2 * slice.end, total)}) {
         renderer.setSlice(slice);
         renderer.render(film);
+        renderer.finish(film);
         done(film, renderer.stats());
     }
     return renderer.stats();

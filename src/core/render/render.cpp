@@ -44,6 +44,20 @@ void checkSamples(const RenderSettings& settings, SampleDependence dependence) {
                     ErrorKind::Usage);
 }
 
+int threadCount(const RenderSettings& settings) {
+    return settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
+}
+
+/// Calls `work` such that its parallel loops use this number of threads.
+template <class Work>
+void runOnThreads(int threads, const Work& work) {
+    // By default, TBB limits the number of threads to the number of cores.
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                      size_t(std::max(threads, 1)));
+    tbb::task_arena arena(threads);
+    arena.execute(work);
+}
+
 } // namespace
 
 Renderer::Renderer(const Scene& scene, const Integrator& integrator, const Shader& shader,
@@ -65,24 +79,27 @@ void Renderer::restart(uint64_t seed, int samplesPerPixel) {
 void Renderer::setSlice(const SampleSlice& slice) { m_settings.slice = slice; }
 
 RenderContext Renderer::makeContext(int threads) const {
-    RenderContext context{m_settings.seed,
-                          threads,
-                          m_settings.samplesPerPixel,
-                          m_pixelBounds,
-                          m_shader.hasIndirectLight(),
-                          m_settings.lightComponents().count()};
+    RenderContext context{
+        m_settings.seed, threads,          m_settings.samplesPerPixel,  m_settings.isPass,
+        m_pixelBounds,   m_settings.clamp, m_shader.hasIndirectLight(), m_settings.lightComponents().count()};
     if (m_integrator.needsShadeCost(context))
         context.shadeCost =
             measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_pixelBounds);
+    context.renderPilot = [this](IntegratorState& state, const PixelBounds& pixels, int samplesPerPixel) {
+        RenderSettings settings;
+        settings.seed = m_settings.seed;
+        settings.samplesPerPixel = samplesPerPixel;
+        return renderPilot(m_scene, state, m_shader, m_sampler, m_filter, settings, pixels);
+    };
     return context;
 }
 
 bool Renderer::render(Film& film) {
     const auto start = std::chrono::steady_clock::now();
     checkSamples(m_settings, m_integrator.dependence());
-    const int threads = m_settings.threads > 0 ? m_settings.threads : tbb::info::default_concurrency();
+    const int threads = threadCount(m_settings);
     if (!m_state)
-        m_state = m_integrator.begin(m_scene, makeContext(threads));
+        runOnThreads(threads, [&] { m_state = m_integrator.begin(m_scene, makeContext(threads)); });
     const bool isFinished =
         renderTiles(tilesOf(m_pixelBounds, std::clamp(m_settings.tileSize, 1, 1 << 16)), threads, film);
     if (isFinished) {
@@ -92,6 +109,13 @@ bool Renderer::render(Film& film) {
     }
     m_stats.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return isFinished;
+}
+
+void Renderer::finish(Film& film) const {
+    if (m_state)
+        runOnThreads(threadCount(m_settings), [&] {
+            m_state->finish({m_sampler, m_filter, m_settings.seed}, film);
+        });
 }
 
 bool Renderer::isComplete(const PixelBounds& tile, Film& film) const {
@@ -110,11 +134,7 @@ bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, F
     std::atomic<size_t> finishedTiles{0};
     std::mutex progressMutex;
 
-    // By default, TBB limits the number of threads to the number of cores.
-    const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
-                                      size_t(std::max(threads, 1)));
-    tbb::task_arena arena(threads);
-    arena.execute([&] {
+    runOnThreads(threads, [&] {
         parallelFor(tiles.size(), [&](size_t i) {
             auto& renderer = renderers.local();
             if (!renderer)
@@ -154,7 +174,8 @@ void Renderer::addCounters(size_t thread, Counters counters) {
 RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
                    const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film) {
     Renderer renderer(scene, integrator, shader, sampler, filter, settings, film.pixelBounds());
-    renderer.render(film);
+    if (renderer.render(film))
+        renderer.finish(film);
     return renderer.stats();
 }
 

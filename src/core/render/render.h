@@ -25,6 +25,9 @@ class Renderer {
     /// Makes the next `render` render this slice of the same samples.
     void setSlice(const SampleSlice& slice);
 
+    /// Completes a film that holds all samples rendered so far: IntegratorState::finish.
+    void finish(Film& film) const;
+
     /// The statistics of all passes so far.
     const RenderStats& stats() const { return m_stats; }
 

@@ -52,4 +52,13 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
     return total;
 }
 
+Counters renderPilot(const Scene& scene, IntegratorState& state, const Shader& shader, const Sampler& sampler,
+                     const Filter& filter, const RenderSettings& settings, const PixelBounds& pixels) {
+    TileRenderer renderer(scene, state, shader, sampler, filter, settings, SampleDependence::None);
+    Film film(pixels.x1, pixels.y1, pixels);
+    renderer.renderTile(pixels, film);
+    renderer.finish();
+    return renderer.counters();
+}
+
 } // namespace strobe

@@ -1,6 +1,7 @@
-// The pilot that measures the cost of a shade.
+// Pilots: renders of a few pixels whose image is discarded.
 #pragma once
 
+#include "core/render/integrator.h"
 #include "core/render/render_settings.h"
 #include "core/render/shader.h"
 
@@ -11,5 +12,9 @@ namespace strobe {
 ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampler& sampler,
                            const Filter& filter, const RenderSettings& settings,
                            const PixelBounds& pixelBounds);
+
+/// Renders pixels with an integrator's state: see RenderPilot.
+Counters renderPilot(const Scene& scene, IntegratorState& state, const Shader& shader, const Sampler& sampler,
+                     const Filter& filter, const RenderSettings& settings, const PixelBounds& pixels);
 
 } // namespace strobe

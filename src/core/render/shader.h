@@ -11,15 +11,37 @@
 
 namespace strobe {
 
+/// The first vertex of a path that is neither mirror nor glass, in world space, and parts of its radiance.
+struct FirstVertex {
+    Hit hit; ///< empty: the path has no such vertex
+    V3f p{0};
+    V3f n{0};             ///< unit geometric normal, on the side of the viewer
+    bool isFront = false; ///< n is SurfacePoint::ng; false: its opposite
+    float coneWidth = 0;  ///< of the path's ray cone
+    Rgb albedo = Rgb(0);  ///< the throughput up to the vertex times Material::albedo
+    // Parts of the path's radiance:
+    Rgb direct = Rgb(0);   ///< direct light at the vertex, without its emission
+    Rgb indirect = Rgb(0); ///< light that reaches the vertex by other surfaces
+    bool hasIndirect = false;
+    Rgb emitted = Rgb(0); ///< the light that the camera ray itself hits: emission or the background
+};
+
+/// Where a shader writes its results, by request.
+struct ShadeOutput {
+    std::span<Rgb> radiance;              ///< and the light components: see ShaderWorker::shade
+    std::span<FirstVertex> firstVertices; ///< empty: not wanted
+};
+
 /// Estimates radiance for shading requests. Each thread has a worker of its own. The result for a request
 /// depends on that request alone, not on the other requests of the batch.
 class ShaderWorker {
   public:
     virtual ~ShaderWorker() = default;
-    /// Writes to radiance[i] an estimate of the radiance that arrives at the origin of requests[i].ray from
-    /// its direction. Estimates of the light components follow, component by component, each with as many
-    /// values. Counts `shades`, `directShades` and `missed`.
-    virtual void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters) = 0;
+    /// Writes to out.radiance[i] an estimate of the radiance that arrives at the origin of requests[i].ray
+    /// from its direction. Estimates of the light components follow, component by component, each with as
+    /// many values. Writes the first vertices if they are wanted. Counts `shades`, `directShades` and
+    /// `missed`.
+    virtual void shade(const ShadingRequests& requests, const ShadeOutput& out, Counters& counters) = 0;
 };
 
 class Shader {

@@ -46,7 +46,7 @@ float SharingAovs::layerValue(Aov layer, size_t pixel, const VisibilityBatch& ba
         return float(worker.sharingId(pixel * batch.slice.count()) >> 40);
     case Aov::ShadeTime:
         return tally.shades ? float(tally.shadeTime / tally.shades) : -1;
-    default: // Variance is estimated from passes.
+    default: // Renderer::finish and passes set the other layers
         return 0;
     }
 }

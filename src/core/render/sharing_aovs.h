@@ -11,7 +11,7 @@ namespace strobe {
 /// for an albedo do not count as shades. Buffers are reused from batch to batch.
 class SharingAovs {
   public:
-    /// Sets the film's layers, except Variance, for the pixels of a batch. Call it after the worker's
+    /// Sets the film's layers for the pixels of a batch. Call it after the worker's
     /// `resolve`.
     void write(const VisibilityBatch& batch, const ShadingRequests& requests, const IntegratorWorker& worker,
                Film& film);

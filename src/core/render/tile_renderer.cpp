@@ -8,9 +8,6 @@ namespace strobe {
 
 namespace {
 
-// Sampler dimensions of the camera sample. AovFilm uses dimensions 3 and 4, shaders use higher ones.
-enum : uint32_t { kDimFilm = 0, kDimLens = 1, kDimTime = 2 };
-
 /// The number of samples for which all buffers of a batch fit into a second-level cache.
 constexpr uint32_t kBatchSamples = 2048;
 
@@ -19,32 +16,17 @@ constexpr uint32_t kBatchSamples = 2048;
 TileRenderer::TileRenderer(const Scene& scene, IntegratorState& integrator, const Shader& shader,
                            const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
                            SampleDependence dependence)
-    : m_scene(scene), m_moves(scene.moves()), m_sampler(sampler), m_filter(filter), m_settings(settings),
+    : m_settings(settings),
       m_filmSlice(settings.slice.value_or(SampleSlice{0, uint32_t(settings.samplesPerPixel)})),
       m_tracedSlice(dependence == SampleDependence::None
                         ? m_filmSlice
                         : SampleSlice{0, uint32_t(settings.samplesPerPixel)}),
+      m_visibility(scene, sampler, filter, uint32_t(settings.samplesPerPixel), m_tracedSlice),
       m_pixelsPerBatch(std::max(1u, kBatchSamples / m_tracedSlice.count())),
-      m_components(size_t(settings.lightComponents().count())), m_integrator(integrator.makeWorker()),
+      m_observes(integrator.observes()), m_components(size_t(settings.lightComponents().count())),
+      m_integrator(integrator.makeWorker()),
       m_shader(scene, shader.makeWorker(scene, sampler, settings.lightComponents()), m_components) {
     m_counters.shadeCosts.resize(scene.materials().size() + 1);
-    initializeSamples();
-}
-
-/// Writes the members of samples that do not change from batch to batch: the pixel, the sample number, and
-/// the time and lens position for scenes that do not sample them.
-void TileRenderer::initializeSamples() {
-    m_samples.resize(size_t(m_pixelsPerBatch) * m_tracedSlice.count());
-    for (size_t c = 0; c < m_samples.chunks(); ++c) {
-        VisibilitySoA& chunk = m_samples.chunk(c);
-        for (uint32_t i = 0; i < kSoAWidth; ++i) {
-            const uint32_t sample = uint32_t(c * kSoAWidth) + i;
-            chunk.pixel[i] = sample / m_tracedSlice.count();
-            chunk.index[i] = m_tracedSlice.first + sample % m_tracedSlice.count();
-            chunk.camera.time[i] = 0.5f;
-            chunk.camera.lens.set(int(i), V2f(0.5f));
-        }
-    }
 }
 
 bool TileRenderer::renderTile(const PixelBounds& tile, Film& film) {
@@ -74,9 +56,9 @@ bool TileRenderer::renderTile(const PixelBounds& tile, Film& film) {
 
 void TileRenderer::renderBatch(Film& film) {
     StageClock clock(m_counters);
-    generate();
+    m_visibility.generate(m_pixels, m_samples);
     clock.charge(Stage::Generate);
-    trace();
+    m_visibility.trace(m_samples);
     clock.charge(Stage::Trace);
     const VisibilityBatch batch{m_pixels, m_samples, uint32_t(m_settings.samplesPerPixel), m_tracedSlice,
                                 m_filmSlice};
@@ -86,6 +68,9 @@ void TileRenderer::renderBatch(Film& film) {
     shade();
     clock.charge(Stage::Shade);
     resolve(batch);
+    if (m_observes)
+        m_integrator->observe(batch, std::span<const Rgb>(m_shaded).first(m_requests.size()),
+                              m_firstVertices);
     clock.charge(Stage::Resolve);
     if (m_settings.clamp > 0)
         clampValues();
@@ -98,78 +83,10 @@ void TileRenderer::renderBatch(Film& film) {
     m_pixels.clear();
 }
 
-void TileRenderer::generate() {
-    m_samples.resize(m_pixels.size() * m_tracedSlice.count());
-    for (size_t c = 0; c < m_samples.chunks(); ++c)
-        generateChunk(uint32_t(c * kSoAWidth), m_samples.chunkSize(c), m_samples.chunk(c));
-}
-
-namespace {
-
-/// Sets values[begin … begin+n-1], in groups of four: it may overwrite up to three values behind them, so
-/// fill ranges in ascending order.
-void fillRange(float (&values)[kSoAWidth], uint32_t begin, uint32_t n, float value) {
-    constexpr uint32_t kGroup = 4;
-    uint32_t k = 0;
-    for (; k < n && begin + k + kGroup <= kSoAWidth; k += kGroup)
-        std::fill_n(values + begin + k, kGroup, value);
-    for (; k < n; ++k)
-        values[begin + k] = value;
-}
-
-STROBE_TARGET_CLONES void addOffsets(int n, V2SoA& film, const V2SoA& offset) {
-    STROBE_IVDEP
-    for (int i = 0; i < n; ++i) {
-        film.x[i] += offset.x[i];
-        film.y[i] += offset.y[i];
-    }
-}
-
-} // namespace
-
-/// Writes all members but the hits of samples first … first+n-1 of the batch.
-void TileRenderer::generateChunk(uint32_t first, int n, VisibilitySoA& out) {
-    const uint32_t samplesPerPixel = uint32_t(m_settings.samplesPerPixel);
-    const uint32_t sliceCount = m_tracedSlice.count(), end = first + uint32_t(n);
-    CameraSampleSoA& sample = out.camera;
-    m_ranges.clear();
-    for (uint32_t i = first, count; i < end; i += count) { // runs of samples of one pixel
-        const uint32_t index = i % sliceCount;
-        count = std::min(sliceCount - index, end - i);
-        const PixelRef& pixel = m_pixels[i / sliceCount];
-        m_ranges.push_back({pixel.domain, m_tracedSlice.first + index, count, samplesPerPixel});
-        fillRange(sample.film.x, i - first, count, float(pixel.x) + 0.5f);
-        fillRange(sample.film.y, i - first, count, float(pixel.y) + 0.5f);
-    }
-    V2SoA u, offset;
-    m_sampler.fill2D(m_ranges, kDimFilm, u);
-    if (m_moves)
-        m_sampler.fill1D(m_ranges, kDimTime, sample.time);
-    if (m_scene.camera().hasLens())
-        m_sampler.fill2D(m_ranges, kDimLens, sample.lens);
-    m_filter.sampleSoA(u, n, offset, out.weight);
-    addOffsets(n, sample.film, offset);
-    m_scene.camera().raySoA(sample, n, out.ray);
-}
-
-void TileRenderer::trace() {
-    const Tracer& tracer = m_scene.tracer();
-    constexpr int kSize = RayPacket::kSize;
-    static_assert(kSoAWidth % kSize == 0);
-    for (size_t c = 0; c < m_samples.chunks(); ++c) {
-        VisibilitySoA& chunk = m_samples.chunk(c);
-        const int count = m_samples.chunkSize(c);
-        for (int first = 0; first < count; first += kSize) {
-            m_packet.setCamera(chunk.ray, chunk.camera.time, first);
-            tracer.intersect(m_packet, std::min(kSize, count - first), true);
-            tracer.hits(m_packet, chunk.hit, first);
-        }
-    }
-}
-
 void TileRenderer::shade() {
     m_shaded.resize(m_requests.size() * (1 + m_components));
-    m_shader.shade(m_requests, m_shaded, m_counters);
+    m_firstVertices.resize(m_observes ? m_requests.size() : 0);
+    m_shader.shade(m_requests, {m_shaded, m_firstVertices}, m_counters);
 }
 
 void TileRenderer::resolve(const VisibilityBatch& batch) {

@@ -5,6 +5,7 @@
 #include "core/render/render_settings.h"
 #include "core/render/sharing_aovs.h"
 #include "core/render/timed_shader.h"
+#include "core/render/visibility_tracer.h"
 
 namespace strobe {
 
@@ -25,11 +26,7 @@ class TileRenderer {
     const Counters& counters() const { return m_counters; }
 
   private:
-    void initializeSamples();
     void renderBatch(Film& film);
-    void generate();
-    void generateChunk(uint32_t first, int n, VisibilitySoA& out);
-    void trace();
     void shade();
     void resolve(const VisibilityBatch& batch);
     void accumulateComponents(const VisibilityBatch& batch, StageClock& clock);
@@ -42,14 +39,12 @@ class TileRenderer {
     void accumulateComponent(int component, std::span<const Rgb> values);
     void recordInvalidSample(const PixelRef& pixel, uint32_t sample);
 
-    const Scene& m_scene;
-    const bool m_moves; ///< false: all samples have time 0.5
-    const Sampler& m_sampler;
-    const Filter& m_filter;
     const RenderSettings& m_settings;
     const SampleSlice m_filmSlice;   ///< the samples of each pixel that are added to the film
     const SampleSlice m_tracedSlice; ///< these and the samples that their values depend on
+    VisibilityTracer m_visibility;
     const uint32_t m_pixelsPerBatch;
+    const bool m_observes;     ///< IntegratorState::observes
     const size_t m_components; ///< LightComponents::count
     std::unique_ptr<IntegratorWorker> m_integrator;
     TimedShader m_shader;
@@ -60,12 +55,11 @@ class TileRenderer {
     std::vector<PixelRef> m_pixels;
     SoAVector<VisibilitySoA> m_samples;
     ShadingRequests m_requests;
-    std::vector<Rgb> m_shaded;        ///< per request: the radiance, then component by component
-    std::span<const Rgb> m_values;    ///< per sample: its radiance, in m_shaded or m_resolved
-    std::vector<float> m_clampScales; ///< per sample; only if settings.clamp > 0
+    std::vector<Rgb> m_shaded;                ///< per request: the radiance, then component by component
+    std::vector<FirstVertex> m_firstVertices; ///< per request; empty unless m_observes
+    std::span<const Rgb> m_values;            ///< per sample: its radiance, in m_shaded or m_resolved
+    std::vector<float> m_clampScales;         ///< per sample; only if settings.clamp > 0
     // Buffers:
-    std::vector<SampleRange> m_ranges;
-    RayPacket m_packet;
     std::vector<Rgb> m_resolved, m_componentValues;
 };
 

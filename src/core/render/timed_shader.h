@@ -18,10 +18,10 @@ class TimedShader {
     void timeEvery(uint32_t interval) { m_interval = interval; }
     /// See ShaderWorker::shade. Adds to counters.shadeCosts, which has an element per material and one for
     /// misses.
-    void shade(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters);
+    void shade(const ShadingRequests& requests, const ShadeOutput& out, Counters& counters);
 
   private:
-    void shadeTimed(const ShadingRequests& requests, std::span<Rgb> radiance, Counters& counters);
+    void shadeTimed(const ShadingRequests& requests, const ShadeOutput& out, Counters& counters);
     void sortByMaterial(const ShadingRequests& requests);
     uint32_t costIndex(const Hit& hit) const;
 
@@ -35,6 +35,7 @@ class TimedShader {
     std::vector<uint32_t> m_costIndices; ///< into Counters::shadeCosts, per request
     ShadingRequests m_packet;
     std::vector<Rgb> m_packetRadiance;
+    std::vector<FirstVertex> m_packetVertices;
 };
 
 } // namespace strobe

@@ -173,4 +173,13 @@ void footprint(const SurfacePoint& s, const V3f& d, float width, TextureQuery& q
     q.duvdy = f.duvdy;
 }
 
+Rgb Scene::emitted(const SurfacePoint& s, const Hit& hit, const V3f& w) const {
+    TextureQuery query;
+    query.uv = s.uv;
+    query.p = s.p;
+    query.prim = s.prim;
+    query.barycentrics = V2f(hit.u, hit.v);
+    return m_lights[size_t(s.light)]->emitted(s.ng, w, query);
+}
+
 } // namespace strobe

@@ -153,6 +153,10 @@ class Scene {
     /// Writes dp/du and dp/dv at `hit` in world space, as normal maps expect them: if the mesh has tangents
     /// and does not deform, dp/du is the interpolated tangent. Zero where texture coordinates are degenerate.
     void tangents(const Hit& hit, float time, V3f& dpdu, V3f& dpdv) const;
+    /// True if the surface that was hit emits light. `hit` must not be empty.
+    bool emits(const Hit& hit) const { return lightOf(hit) >= 0; }
+    /// Returns the radiance that the emitting surface point `s` at `hit` sends along the unit direction `w`.
+    Rgb emitted(const SurfacePoint& s, const Hit& hit, const V3f& w) const;
     /// Returns the radiance that all environment lights contribute to a ray in the unit direction d that
     /// misses the scene.
     Rgb environment(const V3f& d) const;

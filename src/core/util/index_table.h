@@ -20,6 +20,15 @@ class IndexTable {
     }
     /// Prefetches the memory that `findOrInsert` reads first.
     void prefetch(uint64_t key) const { __builtin_prefetch(&m_slots[key & (m_slots.size() - 1)]); }
+    static constexpr uint32_t kAbsent = ~0u;
+    /// Returns the index under `key`, or kAbsent.
+    uint32_t find(uint64_t key) const {
+        const size_t mask = m_slots.size() - 1;
+        for (size_t i = key & mask; m_slots[i].epoch == m_epoch; i = (i + 1) & mask)
+            if (m_slots[i].key == key)
+                return m_slots[i].index;
+        return kAbsent;
+    }
     /// Returns the index under `key`, inserted as `next` if there is none. The reference is valid until the
     /// next call.
     uint32_t& findOrInsert(uint64_t key, uint32_t next) {
