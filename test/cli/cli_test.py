@@ -529,7 +529,7 @@ class Failures(CliTest):
             (["s.scene", "--resolution", "4294967300x4"], "--resolution"),
             (["s.scene", "--resolution", "4x4x4"], "--resolution"),
             (["s.scene", "--aov", "shade"], 'unknown layer "shade" (known: normal, albedo, depth, position, uv, motionvector, objectid, materialid, '
-             'primitiveid, cryptoobject, cryptomaterial, direct, indirect, lightgroups, shades, samples, hitrate, cell, shadetime, variance)'),
+             'primitiveid, cryptoobject, cryptomaterial, direct, indirect, lightgroups, shades, samples, hitrate, cell, shadetime, sharedweight, sharedwidth, sharederror, variance)'),
             (["s.scene", "--heatmap", "heat.exr"], "must end in .png"),
             (["s.scene", "--heatmap-of", "x"], 'unknown layer "x"'),
             (["s.scene", "--heatmap-of", "cell"], "--heatmap-of: needs --heatmap"),

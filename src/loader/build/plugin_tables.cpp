@@ -8,6 +8,7 @@
 #include "filters/mitchell.h"
 #include "filters/sinc.h"
 #include "filters/triangle.h"
+#include "integrators/adaptive_cache.h"
 #include "integrators/indirect_cache.h"
 #include "integrators/msaa.h"
 #include "integrators/msaa_cache.h"
@@ -62,7 +63,8 @@ PluginTables pluginTables() {
                     sincFilterPlugin()},
         .films = {imageFilmPlugin()},
         .shaders = {directLightingPlugin(), pathPlugin()},
-        .integrators = {supersamplePlugin(), msaaPlugin(), msaaCachePlugin(), indirectCachePlugin()},
+        .integrators = {supersamplePlugin(), msaaPlugin(), msaaCachePlugin(), indirectCachePlugin(),
+                        adaptiveCachePlugin()},
     };
     for (auto& shape : tables.shapes)
         shape.params.push_back(kShapeName);

@@ -1,0 +1,107 @@
+#include "integrators/adaptive_cache.h"
+
+#include "core/params/plugin.h"
+#include "sharing/emission_refinement.h"
+#include "sharing/light_recorder.h"
+#include "sharing/noise_pilot.h"
+#include "sharing/reconstruction.h"
+
+#include <limits>
+#include <numeric>
+
+namespace strobe {
+
+namespace {
+
+const ParamDef<float> kCellSize{"cellsize", 3, "edge of the cells that sum light, in pixels", nullptr,
+                                kPositive};
+
+class AdaptiveState : public IntegratorState {
+  public:
+    AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize)
+        : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
+          m_parts(chooseParts(scene, context, cellSize)), m_light(context.pixelBounds) {}
+    std::unique_ptr<IntegratorWorker> makeWorker() override {
+        return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp);
+    }
+    bool observes() const override { return !m_parts.isEmpty(); }
+    void finish(const CameraSampling& sampling, Film& film) const override {
+        if (!observes())
+            return;
+        const LightSharing sharing(m_light);
+        std::vector<SharedPart> parts;
+        double error = 0; // squared, of all pixels
+        for (const LightPart part : {LightPart::Direct, LightPart::Indirect})
+            if (m_parts.has(part)) {
+                parts.push_back(sharing.share(part));
+                film.addToImage(parts.back().correction);
+                error = std::accumulate(parts.back().variance.begin(), parts.back().variance.end(), error);
+            }
+        setLayers(parts, film);
+        film.addToImage(emissionCorrection(m_scene, sampling, m_light, error));
+    }
+
+  private:
+    void setLayers(const std::vector<SharedPart>& parts, Film& film) const {
+        const auto set = [&](Aov layer, const auto& value) {
+            if (!film.has(layer))
+                return;
+            std::vector<float> values(parts.front().weight.size());
+            for (size_t i = 0; i < values.size(); ++i)
+                values[i] = value(i);
+            film.setPlane(layer, std::move(values));
+        };
+        // Means over the parts, weighted by their noise without sharing:
+        const auto mean = [&](size_t i, const auto& value) {
+            float sum = 0, weight = 0;
+            for (const SharedPart& part : parts) {
+                sum += part.ownVariance[i] * value(part);
+                weight += part.ownVariance[i];
+            }
+            return sum / weight;
+        };
+        set(Aov::SharedWeight, [&](size_t i) { return mean(i, [&](auto& part) { return part.weight[i]; }); });
+        set(Aov::SharedWidth,
+            [&](size_t i) { return m_cellSize * mean(i, [&](auto& part) { return part.width[i]; }); });
+        set(Aov::SharedError, [&](size_t i) {
+            float sum = 0;
+            for (const SharedPart& part : parts)
+                sum += part.variance[i];
+            return std::sqrt(sum);
+        });
+    }
+
+    const Scene& m_scene;
+    const float m_cellSize, m_clamp;
+    const LightParts m_parts;
+    RecordedLight m_light;
+};
+
+class AdaptiveCache : public Integrator {
+  public:
+    explicit AdaptiveCache(const ParamSet& params) : m_cellSize(params.get(kCellSize)) {}
+    /// Shared estimates come from up to 24 pixels away, of any time; how far depends on what was measured.
+    BiasBound biasBound(const Scene& scene) const override {
+        return {std::numeric_limits<float>::infinity(), scene.moves() ? 1.f : 0.f};
+    }
+    std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
+        return std::make_unique<AdaptiveState>(scene, context, m_cellSize);
+    }
+
+  private:
+    float m_cellSize;
+};
+
+} // namespace
+
+IntegratorPlugin adaptiveCachePlugin() {
+    return {"adaptive-cache",
+            "one shade per visibility sample; light is mixed with estimates from nearby samples on the "
+            "same surface, weighted by their measured errors",
+            {kCellSize},
+            [](const ParamSet& params, const BuildContext&) {
+                return std::make_shared<const AdaptiveCache>(params);
+            }};
+}
+
+} // namespace strobe

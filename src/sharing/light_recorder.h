@@ -1,0 +1,138 @@
+// Recording of indirect light while rendering: the input of the reconstruction.
+#pragma once
+
+#include "core/render/integrator.h"
+#include "core/util/index_table.h"
+#include "sharing/light_cells.h"
+
+#include <algorithm>
+
+namespace strobe {
+
+/// The sums of one half of a pixel's samples, weighted by the pixel filter.
+struct HalfPixelSums {
+    uint32_t count = 0; ///< samples
+    /// The light at first vertices that their albedo modulates.
+    Rgb light[kParts] = {Rgb(0), Rgb(0)};
+    /// Of the first half of these samples: a quarter of those of the pixel.
+    uint32_t quarterCount = 0;
+    Rgb quarterLight[kParts] = {Rgb(0), Rgb(0)};
+    Rgb emitted = Rgb(0); ///< FirstVertex::emitted
+    // Moments of the emission e and of the whole radiance v: means of the channels.
+    float v = 0, ee = 0, ve = 0;
+
+    void add(const Rgb& emission, const Rgb& radiance, float weight) {
+        ++count;
+        const float mean = weight * (radiance.x + radiance.y + radiance.z) / 3;
+        v += mean;
+        if (isBlack(emission))
+            return;
+        emitted += emission * weight;
+        const float e = weight * (emission.x + emission.y + emission.z) / 3;
+        ee += e * e;
+        ve += e * mean;
+    }
+    void add(const HalfPixelSums& other) {
+        count += other.count;
+        for (int part = 0; part < kParts; ++part) {
+            light[part] += other.light[part];
+            quarterLight[part] += other.quarterLight[part];
+        }
+        quarterCount += other.quarterCount;
+        emitted += other.emitted;
+        v += other.v;
+        ee += other.ee;
+        ve += other.ve;
+    }
+    /// The samples so far are the quarter.
+    void finishQuarter() {
+        quarterCount = count;
+        std::copy(light, light + kParts, quarterLight);
+    }
+    /// Returns one of the sums divided by the number of samples; there are some.
+    Rgb mean(const Rgb& sum) const { return sum * (1 / float(count)); }
+};
+
+/// The light that was found while rendering, by pixel and by cell.
+struct RecordedLight {
+    explicit RecordedLight(const PixelBounds& bounds)
+        : pixelBounds(bounds), pixels(kHalves * size_t(bounds.width()) * size_t(bounds.height())) {}
+    /// Pixels are numbered row by row in the pixel bounds.
+    HalfPixelSums& pixel(size_t index, int half) { return pixels[kHalves * index + size_t(half)]; }
+    const HalfPixelSums& pixel(size_t index, int half) const {
+        return pixels[kHalves * index + size_t(half)];
+    }
+    /// Adds uses; any thread may call it.
+    void addUses(std::span<const CellUse> more) {
+        const std::lock_guard lock(mutex);
+        uses.emplace_back(more.begin(), more.end());
+    }
+
+    const PixelBounds pixelBounds;
+    LightCells cells;
+    /// By batch. Batches are in any order, but those of one pixel are in the order of their passes.
+    std::vector<std::vector<CellUse>> uses;
+    std::vector<HalfPixelSums> pixels;
+    std::mutex mutex;
+};
+
+/// Records the batches of one thread.
+class LightRecorder {
+  public:
+    /// `cellSize`: the edge of cells in pixels, within a factor of √2.
+    /// `clamp`: see RenderSettings.
+    LightRecorder(const Scene& scene, RecordedLight& out, float cellSize, float clamp);
+    ~LightRecorder();
+    /// Records the radiance and the first vertices of a batch whose request i is that of sample i.
+    void record(const VisibilityBatch& batch, std::span<const Rgb> radiance,
+                std::span<const FirstVertex> vertices);
+
+  private:
+    struct HalfPixel;
+    struct Chunk;
+    bool isStatic(const Hit& hit) const;
+    void findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n) const;
+    void findHalves(const VisibilityBatch& batch);
+    void setCellSize(const HalfPixel& half, std::span<const FirstVertex> vertices);
+    void recordHalf(HalfPixel& half, const VisibilityBatch& batch, std::span<const Rgb> radiance,
+                    std::span<const FirstVertex> vertices);
+    float clampScale(const Rgb& radiance) const;
+    void recordVertex(const FirstVertex& vertex, uint32_t i, float weight, float scale, const HalfPixel& half,
+                      HalfPixelSums& sums);
+    CellUse& findUse(const HalfPixel& half, uint32_t cell);
+    uint32_t findCell(const CellId& id);
+    void flush();
+
+    const Scene& m_scene;
+    RecordedLight& m_out;
+    const float m_cellSize, m_clamp;
+    // The current batch:
+    std::vector<Chunk> m_chunks;
+    std::vector<HalfPixel> m_halves;
+    IndexTable m_cellIndices;
+    std::vector<CellSums> m_cells;
+    uint32_t m_lastCell = 0;     ///< found last
+    std::vector<CellUse> m_uses; ///< `cell` is an index into m_cells
+};
+
+/// A worker that requests a shade for each sample, and records the light that they find.
+class RecordingWorker : public IntegratorWorker {
+  public:
+    RecordingWorker(const Scene& scene, RecordedLight& out, float cellSize, float clamp)
+        : m_scene(scene), m_recorder(scene, out, cellSize, clamp) {}
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                 std::span<Rgb>) override {
+        return shaded;
+    }
+    void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
+                 std::span<const FirstVertex> vertices) override {
+        m_recorder.record(batch, radiance, vertices);
+    }
+
+  private:
+    const Scene& m_scene;
+    LightRecorder m_recorder;
+};
+
+} // namespace strobe

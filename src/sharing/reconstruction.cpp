@@ -1,0 +1,282 @@
+#include "sharing/reconstruction.h"
+
+#include "core/util/parallel.h"
+#include "sharing/cell_pyramid.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace strobe {
+
+namespace {
+
+constexpr int kCandidates = 1 + kFitScales;
+
+/// Numbers over the pixel bounds, row by row.
+struct Plane {
+    int width, height;
+    std::vector<float> values;
+    Plane(int w, int h) : width(w), height(h), values(size_t(w) * size_t(h), 0.f) {}
+    float* row(int y) { return values.data() + size_t(y) * size_t(width); }
+};
+
+STROBE_TARGET_CLONES void addScaled(const float* in, float factor, float* out, int n) {
+    STROBE_IVDEP
+    for (int i = 0; i < n; ++i)
+        out[i] += factor * in[i];
+}
+
+STROBE_TARGET_CLONES void multiply(const float* factors, float factor, float* out, int n) {
+    STROBE_IVDEP
+    for (int i = 0; i < n; ++i)
+        out[i] *= factors[i] * factor;
+}
+
+/// Gaussian means over windows of pixels. Weights outside of the image are left out.
+class WindowMean {
+  public:
+    WindowMean(int width, int height, float sigma) : m_scratch(width, height), m_kernel(kernel(sigma)) {
+        m_inverseX = inverseWeights(width);
+        m_inverseY = inverseWeights(height);
+    }
+    /// Replaces each value of the plane by the mean around it.
+    void apply(Plane& plane) {
+        const int reach = int(m_kernel.size()) - 1, width = plane.width, height = plane.height;
+        parallelFor(size_t(height), [&](size_t y) {
+            float* out = m_scratch.row(int(y));
+            const float* in = plane.row(int(y));
+            std::fill(out, out + width, 0.f);
+            for (int d = -std::min(reach, width - 1); d <= std::min(reach, width - 1); ++d)
+                addScaled(in + std::max(d, 0), m_kernel[size_t(std::abs(d))], out + std::max(-d, 0),
+                          width - std::abs(d));
+        });
+        parallelFor(size_t(height), [&](size_t line) {
+            const int y = int(line);
+            float* out = plane.row(y);
+            std::fill(out, out + width, 0.f);
+            for (int v = std::max(0, y - reach); v <= std::min(height - 1, y + reach); ++v)
+                addScaled(m_scratch.row(v), m_kernel[size_t(std::abs(v - y))], out, width);
+            multiply(m_inverseX.data(), m_inverseY[line], out, width);
+        });
+    }
+
+  private:
+    static std::vector<float> kernel(float sigma) {
+        std::vector<float> out(size_t(std::ceil(3 * sigma)) + 1);
+        for (size_t d = 0; d < out.size(); ++d)
+            out[d] = std::exp(-sqr(float(d)) / (2 * sqr(sigma)));
+        return out;
+    }
+    /// Returns the inverse of the sum of the kernel's weights around each of `length` positions.
+    std::vector<float> inverseWeights(int length) const {
+        const int reach = int(m_kernel.size()) - 1;
+        std::vector<float> out(size_t(length), 0.f);
+        for (int i = 0; i < length; ++i) {
+            float weight = 0;
+            for (int j = std::max(0, i - reach); j <= std::min(length - 1, i + reach); ++j)
+                weight += m_kernel[size_t(std::abs(i - j))];
+            out[size_t(i)] = 1 / weight;
+        }
+        return out;
+    }
+
+    Plane m_scratch;
+    const std::vector<float> m_kernel;
+    std::vector<float> m_inverseX, m_inverseY;
+};
+
+float sum(const Rgb& c) { return c.x + c.y + c.z; }
+
+/// The uses of cells by pixel.
+class PixelUses {
+  public:
+    PixelUses(const std::vector<std::vector<CellUse>>& batches, size_t pixels) : m_first(pixels + 1, 0) {
+        for (const auto& batch : batches)
+            for (const CellUse& use : batch)
+                ++m_first[use.pixel + 1];
+        std::partial_sum(m_first.begin(), m_first.end(), m_first.begin());
+        std::vector<uint32_t> next(m_first.begin(), m_first.end() - 1);
+        m_uses.resize(m_first.back());
+        for (const auto& batch : batches)
+            for (const CellUse& use : batch)
+                m_uses[next[use.pixel]++] = use;
+    }
+    /// Returns the uses of a pixel in the order of its passes.
+    std::span<const CellUse> of(size_t pixel) const {
+        return std::span(m_uses).subspan(m_first[pixel], m_first[pixel + 1] - m_first[pixel]);
+    }
+
+  private:
+    std::vector<uint32_t> m_first; ///< by pixel; and their number
+    std::vector<CellUse> m_uses;
+};
+
+/// The standard deviation, in pixels, of the window over which errors are measured.
+constexpr float kWindow = 2.5f;
+
+/// Weights that depend on the data favor dark estimates. Changes the correction such that its sum is zero: by
+/// an amount in proportion to each pixel's squared error.
+void restoreTotal(const std::vector<float>& error, std::vector<Rgb>& correction) {
+    double total[3] = {}, errors = 0;
+    for (size_t i = 0; i < correction.size(); ++i) {
+        for (int c = 0; c < 3; ++c)
+            total[c] += double(correction[i][c]);
+        errors += double(error[i]);
+    }
+    if (errors > 0)
+        for (size_t i = 0; i < correction.size(); ++i)
+            for (int c = 0; c < 3; ++c)
+                correction[i][c] -= float(total[c] * (double(error[i]) / errors));
+}
+
+/// Adds up candidates, each weighted by its inverse error.
+class Mixture {
+  public:
+    /// Starts with the pixels' own estimates.
+    Mixture(const RecordedLight& light, LightPart part)
+        : m_light(light), m_part(part), m_width(light.pixelBounds.width()),
+          m_height(light.pixelBounds.height()), m_window(m_width, m_height, kWindow),
+          m_variance(m_width, m_height), m_bias(m_width, m_height), m_ownWeight(m_variance.values.size()),
+          m_sharedWeight(m_ownWeight.size(), 0.f), m_difference(m_ownWeight.size()),
+          m_sum(m_ownWeight.size(), Rgb(0)), m_widthSum(m_ownWeight.size(), 0.f) {
+        measureOwn();
+    }
+    /// Adds a candidate: estimate(pixel, shared) writes the estimates of both halves. The variance of the
+    /// mean of both halves follows from their squared difference; the squared bias of a shared estimate is
+    /// the product of its differences from the own estimates of the other half, whose noise is independent.
+    /// `width`: of the region of a pixel's estimate.
+    template <class Estimate>
+    void add(const Estimate& estimate, float width) {
+        forPixels([&](size_t i) {
+            Rgb shared[kHalves];
+            estimate(i, shared);
+            const Rgb a = own(i, 0), b = own(i, 1), d = shared[0] - shared[1];
+            m_variance.values[i] = varianceFactor(i) * sum(d * d);
+            m_bias.values[i] = sum((shared[0] - b) * (shared[1] - a));
+            m_difference[i] = (shared[0] - a) * fraction(i, 0) + (shared[1] - b) * fraction(i, 1);
+        });
+        m_window.apply(m_variance);
+        m_window.apply(m_bias);
+        forPixels([&](size_t i) {
+            const float w = 1 / (m_variance.values[i] + std::max(m_bias.values[i], 0.f) + kTiny);
+            m_sum[i] += m_difference[i] * w;
+            m_widthSum[i] += width * w;
+            m_sharedWeight[i] += w;
+        });
+    }
+    /// Returns the mixture. To be called once.
+    SharedPart finish() {
+        forPixels([&](size_t i) {
+            const bool hasBoth = m_light.pixel(i, 0).count > 0 && m_light.pixel(i, 1).count > 0;
+            const float shared = m_sharedWeight[i], variance = hasBoth ? 1 / (m_ownWeight[i] + shared) : 0;
+            m_sum[i] *= variance;
+            m_variance.values[i] = variance;
+            m_widthSum[i] /= shared;
+            m_sharedWeight[i] = shared * variance;
+            m_ownWeight[i] = 1 / (3 * m_ownWeight[i]);
+        });
+        restoreTotal(m_variance.values, m_sum);
+        for (float& variance : m_variance.values)
+            variance /= 3;
+        return {std::move(m_sum), std::move(m_sharedWeight), std::move(m_widthSum),
+                std::move(m_variance.values), std::move(m_ownWeight)};
+    }
+
+  private:
+    static constexpr float kTiny = 1e-12f;
+    /// Measures the variance of the own estimates.
+    ///
+    /// Halves of a scrambled Sobol' sequence err in opposite directions where the light depends on few
+    /// dimensions, so that their difference overestimates the variance of their mean: up to 8 times and more
+    /// for direct light (measured). How much follows from the quarters. Of independent samples, they give
+    /// twice the variance that the halves give. Each further multiple counts four times, because an own
+    /// estimate that is mistrusted without reason is lost, and a shared one is not.
+    void measureOwn() {
+        forPixels([&](size_t i) {
+            const Rgb d = own(i, 0) - own(i, 1);
+            m_variance.values[i] = varianceFactor(i) * sum(d * d);
+            m_bias.values[i] = (varianceByQuarters(i, 0) + varianceByQuarters(i, 1)) / 2;
+        });
+        m_window.apply(m_variance);
+        m_window.apply(m_bias);
+        forPixels([&](size_t i) {
+            const float byHalves = m_variance.values[i];
+            const float ratio = m_bias.values[i] / (byHalves + kTiny);
+            const float excess = m_part == LightPart::Direct ? std::max(1 + 4 * (ratio - 2), 1.f) : 1;
+            m_ownWeight[i] = excess / (byHalves + kTiny);
+        });
+    }
+    /// Returns the variance of the mean of a half that the difference of its quarters indicates.
+    float varianceByQuarters(size_t pixel, int half) const {
+        const HalfPixelSums& sums = m_light.pixel(pixel, half);
+        if (sums.quarterCount == 0 || sums.quarterCount == sums.count)
+            return 4 * m_variance.values[pixel]; // unknown: careful
+        const float first = float(sums.quarterCount), second = float(sums.count - sums.quarterCount);
+        const Rgb& quarter = sums.quarterLight[int(m_part)];
+        const Rgb d = quarter * (1 / first) - (sums.light[int(m_part)] - quarter) * (1 / second);
+        return first * second / sqr(first + second) * sum(d * d);
+    }
+    /// Returns the fraction of the pixel's samples that are in the half.
+    float fraction(size_t pixel, int half) const {
+        const float first = float(m_light.pixel(pixel, 0).count),
+                    second = float(m_light.pixel(pixel, 1).count);
+        return (half == 0 ? first : second) / std::max(first + second, 1.f);
+    }
+    /// Returns the variance of the mean of both halves relative to the variance of their difference.
+    float varianceFactor(size_t pixel) const { return fraction(pixel, 0) * fraction(pixel, 1); }
+    Rgb own(size_t pixel, int half) const {
+        const HalfPixelSums& sums = m_light.pixel(pixel, half);
+        return sums.count > 0 ? sums.mean(sums.light[int(m_part)]) : Rgb(0);
+    }
+    template <class Work>
+    void forPixels(const Work& work) const {
+        const size_t width = size_t(m_width);
+        parallelFor(size_t(m_height), [&](size_t y) {
+            for (size_t i = y * width; i < (y + 1) * width; ++i)
+                work(i);
+        });
+    }
+
+    const RecordedLight& m_light;
+    const LightPart m_part;
+    const int m_width, m_height;
+    WindowMean m_window;
+    Plane m_variance, m_bias;                       ///< of the current candidate
+    std::vector<float> m_ownWeight, m_sharedWeight; ///< inverse errors; the sum over the shared estimates
+    std::vector<Rgb> m_difference;                  ///< of the current candidate from the own estimate
+    std::vector<Rgb> m_sum;                         ///< of the differences, weighted
+    std::vector<float> m_widthSum;                  ///< weighted
+};
+
+/// Returns the width of the region of a candidate in edges of recorded cells.
+float widthOf(int candidate) { return candidate == 0 ? 1 : CellPyramid::fitWidth(candidate - 1); }
+
+} // namespace
+
+struct LightSharing::Data {
+    const RecordedLight& light;
+    CellPyramid pyramid;
+    PixelUses uses;
+};
+
+LightSharing::LightSharing(const RecordedLight& light)
+    : m_data(
+          new Data{light, CellPyramid(light.cells), PixelUses(light.uses, light.pixels.size() / kHalves)}) {}
+
+LightSharing::~LightSharing() = default;
+
+SharedPart LightSharing::share(LightPart part) const {
+    Mixture mixture(m_data->light, part);
+    for (int k = 0; k < kCandidates; ++k) {
+        const auto estimate = [&, k](size_t pixel, Rgb(&shared)[kHalves]) {
+            shared[0] = shared[1] = Rgb(0);
+            for (const CellUse& use : m_data->uses.of(pixel))
+                shared[use.half] += m_data->light.pixel(pixel, int(use.half)).mean(use.albedo) *
+                                    m_data->pyramid.estimates(use.cell).at(k, part, int(use.half));
+        };
+        mixture.add(estimate, widthOf(k));
+    }
+    return mixture.finish();
+}
+
+} // namespace strobe

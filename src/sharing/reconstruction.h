@@ -1,0 +1,31 @@
+// Reconstruction of light from what was recorded.
+#pragma once
+
+#include "sharing/light_recorder.h"
+
+namespace strobe {
+
+/// What sharing changes in one part of the light of an image.
+struct SharedPart {
+    // By pixel:
+    std::vector<Rgb> correction;    ///< to be added to the mean of the samples; its sum is 0
+    std::vector<float> weight;      ///< of shared estimates, in [0,1]
+    std::vector<float> width;       ///< mean width of their regions in cells
+    std::vector<float> variance;    ///< estimated squared error of the part, mean of the channels
+    std::vector<float> ownVariance; ///< that of the pixels' own estimates
+};
+
+/// Mixes each pixel's own estimate of a part of the light with shared estimates. The correction is the
+/// weighted sum of the differences between these and its own.
+class LightSharing {
+  public:
+    explicit LightSharing(const RecordedLight& light);
+    ~LightSharing();
+    SharedPart share(LightPart part) const;
+
+  private:
+    struct Data;
+    const std::unique_ptr<const Data> m_data;
+};
+
+} // namespace strobe

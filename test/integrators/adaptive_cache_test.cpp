@@ -1,0 +1,193 @@
+// adaptive-cache against supersample.
+#include "core/render/passes.h"
+#include "integrators/sharing_support.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+namespace strobe {
+namespace {
+
+using test::haveEqualBits;
+using test::render;
+
+/// A diffuse corner with a moving ball under a lamp that the camera sees.
+std::string makeScene(int samples, const std::string& shading) {
+    return R"(
+Film "image" "integer xresolution" 48 "integer yresolution" 36
+Sampler "sobol" "integer pixelsamples" )" +
+           std::to_string(samples) + "\nIntegrator \"" + shading + R"("
+LookAt 0 2 -6  0 1.2 0  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+LightSource "infinite" "rgb L" [.1 .12 .15]
+AttributeBegin
+  Translate 1.2 2.6 0
+  AreaLightSource "diffuse" "rgb L" [40 40 40]
+  Shape "sphere" "float radius" .2
+AttributeEnd
+Material "matte" "rgb Kd" [.8 .7 .5]
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+Texture "c" "rgb" "checkerboard" "rgb tex1" [.2 .3 .2] "rgb tex2" [.9 .8 .7]
+Material "matte" "texture Kd" "c"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3]
+  "point P" [-9 0 2  9 0 2  9 9 2  -9 9 2] "point2 uv" [0 0 16 0 16 8 0 8]
+AttributeBegin
+  Material "plastic" "float roughness" .2
+  Translate -1.2 1 0
+  ActiveTransform EndTime
+  Translate .5 0 0
+  ActiveTransform All
+  Shape "sphere" "float radius" .7
+AttributeEnd
+AttributeBegin
+  Material "mirror"
+  Translate 1.2 .8 .5
+  Shape "sphere" "float radius" .5
+AttributeEnd
+)";
+}
+
+BuiltScene buildScene(const std::string& integrator, int samples, const std::string& shading = "path") {
+    return test::buildWith(integrator, makeScene(samples, shading));
+}
+
+/// The mean squared difference of pixels below 1.
+double error(const Image& image, const Image& reference) {
+    double sum = 0;
+    for (size_t i = 0; i < image.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            sum += sqr(double(std::min(image.pixels[i][c], 1.f)) - std::min(reference.pixels[i][c], 1.f));
+    return sum / double(3 * image.pixels.size());
+}
+
+/// Nothing but a mirror that reflects a constant environment, and a plane under a distant light: no estimate
+/// of another pixel is better than a pixel's own.
+TEST(AdaptiveCache, IsSupersampleWhereSharingCannotPay) {
+    const std::string scene = R"(
+Film "image" "integer xresolution" 48 "integer yresolution" 36
+Sampler "sobol" "integer pixelsamples" 16
+Integrator "path"
+LookAt 0 2 -6  0 1 0  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+LightSource "distant" "point from" [1 3 -2] "point to" [0 0 0] "rgb L" [2 2 2]
+Material "matte"
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+Material "mirror"
+Translate 0 1 0
+Shape "sphere" "float radius" 1
+)";
+    EXPECT_TRUE(haveEqualBits(render(test::buildWith("adaptive-cache", scene)).image,
+                              render(test::buildWith("supersample", scene)).image));
+}
+
+/// Each sample chooses one of 24 lamps: the noise is large, and the light smooth.
+TEST(AdaptiveCache, SharesDirectLight) {
+    const auto scene = [](int samples) {
+        std::string text = R"(
+Film "image" "integer xresolution" 96 "integer yresolution" 72
+Sampler "sobol" "integer pixelsamples" )" +
+                           std::to_string(samples) + R"(
+Integrator "directlighting" "string strategy" "one"
+LookAt 0 2 -6  0 1 0  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+Material "matte"
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+)";
+        for (int i = 0; i < 24; ++i)
+            text += "AttributeBegin Translate " + std::to_string(i % 6 - 2.5) + " 2 " +
+                    std::to_string(i / 6) +
+                    " AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] Shape \"sphere\" \"float radius\" .2 "
+                    "AttributeEnd\n";
+        return text;
+    };
+    const Image reference = render(test::buildWith("supersample", scene(4096)), 99).image;
+    const auto errorOf = [&](const char* integrator) {
+        double sum = 0;
+        for (uint64_t seed = 0; seed < 4; ++seed)
+            sum += error(render(test::buildWith(integrator, scene(16)), seed).image, reference);
+        return sum;
+    };
+    EXPECT_LT(errorOf("adaptive-cache"), 0.5 * errorOf("supersample"));
+}
+
+TEST(AdaptiveCache, DoesNotDependOnThreadsAndTiles) {
+    const BuiltScene built = buildScene("adaptive-cache", 16);
+    const Image image = render(built, 0, 1, 48).image;
+    for (const auto& [threads, tile] : {std::pair(2, 16), {7, 5}, {3, 1}})
+        EXPECT_TRUE(haveEqualBits(render(built, 0, threads, tile).image, image)) << threads << " " << tile;
+}
+
+TEST(AdaptiveCache, ReducesTheError) {
+    const Image reference = render(buildScene("supersample", 4096), 99).image;
+    double shared = 0, own = 0;
+    for (uint64_t seed = 0; seed < 4; ++seed) {
+        shared += error(render(buildScene("adaptive-cache", 16), seed).image, reference);
+        own += error(render(buildScene("supersample", 16), seed).image, reference);
+    }
+    EXPECT_LT(shared, 0.6 * own);
+}
+
+/// Sharing only moves light between pixels. The lamp is hidden: its correction has noise of its own.
+TEST(AdaptiveCache, KeepsTheSumOfTheImage) {
+    std::string scene = makeScene(16, "path");
+    scene.replace(scene.find("Translate 1.2 2.6 0"), 19, "Translate 1.2 2.6 -7");
+    const Image a = render(test::buildWith("adaptive-cache", scene)).image;
+    const Image b = render(test::buildWith("supersample", scene)).image;
+    EXPECT_FALSE(haveEqualBits(a, b));
+    double sums[2] = {};
+    for (size_t i = 0; i < a.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            sums[0] += double(a.pixels[i][c]);
+            sums[1] += double(b.pixels[i][c]);
+        }
+    EXPECT_NEAR(sums[0], sums[1], 1e-5 * sums[1]);
+}
+
+/// Renders passes of the scene's samples per pixel each.
+Image renderInPasses(const BuiltScene& built, int passes) {
+    RenderSettings settings;
+    settings.samplesPerPixel = built.sampler.samplesPerPixel;
+    std::atomic<int> done{0};
+    settings.stop = [&] { return done >= passes; };
+    PassGoal goal;
+    goal.noise = 0;
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    renderPasses(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+                 settings, goal, 1 << 20, film, [&](const Film&, const RenderStats&) {
+                     ++done;
+                     return std::nullopt;
+                 });
+    return film.image();
+}
+
+TEST(AdaptiveCache, PassesKeepTheSumOfTheImage) {
+    std::string scene = makeScene(5, "path");
+    scene.replace(scene.find("Translate 1.2 2.6 0"), 19, "Translate 1.2 2.6 -7");
+    const auto sumOf = [&](const char* integrator) {
+        const BuiltScene built = test::buildWith(integrator, scene);
+        double sum = 0;
+        for (const Rgb& pixel : renderInPasses(built, 3).pixels)
+            sum += double(pixel.x + pixel.y + pixel.z);
+        return sum;
+    };
+    const double plain = sumOf("supersample");
+    EXPECT_NEAR(sumOf("adaptive-cache"), plain, 1e-5 * plain);
+}
+
+TEST(AdaptiveCache, KeepsTheFurnace) {
+    const Image image = render(test::buildWith("adaptive-cache", test::kFurnace)).image;
+    const Image plain = render(test::buildWith("supersample", test::kFurnace)).image;
+    double deviation = 0, plainDeviation = 0;
+    for (size_t i = 0; i < image.pixels.size(); ++i) {
+        deviation += sqr(image.pixels[i].x - 1);
+        plainDeviation += sqr(plain.pixels[i].x - 1);
+    }
+    EXPECT_LE(deviation, plainDeviation + 1e-6);
+}
+
+} // namespace
+} // namespace strobe
