@@ -20,7 +20,8 @@ class AdaptiveState : public IntegratorState {
   public:
     AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
-          m_parts(chooseParts(scene, context, cellSize)), m_light(context.pixelBounds) {}
+          m_parts(chooseParts(scene, context, cellSize)),
+          m_light(m_parts.isEmpty() ? PixelBounds{} : context.pixelBounds) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
         return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp);
     }
