@@ -55,6 +55,8 @@ class ReportWriterTest(unittest.TestCase):
     def test_an_invalid_item_is_an_error_that_names_the_item(self):
         self.assertInvalid(lambda items: items["cost"].update(id="speed"),
                            "item 'speed' of section .* has the id 'speed' of another item")
+        self.assertInvalid(lambda items: items["cost"].update(title="Figure 1: Bunny"), "has a number in its title")
+        self.assertInvalid(lambda items: items["cost"].update(title="Paper Figure 3a"), "has a number in its title")
         self.assertInvalid(lambda items: items["cost"].update(id="a b"), "has an invalid id 'a b'")
         self.assertInvalid(lambda items: items["cost"].update(kind="film"), "unknown kind 'film' .known: images, chart")
         self.assertInvalid(lambda items: items["cost"]["rows"].append(["x", "many", 1, ""]),

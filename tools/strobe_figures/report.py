@@ -254,6 +254,8 @@ class Page:
 
     def number_of(self, item):
         """Returns the number of an item: its own, or the next of its kind."""
+        need(not re.match(r"(Paper )?(Figure|Table) \d", item["title"]),
+             f"has a number in its title '{item['title']}'; use the member 'number'")
         if item.get("number"):
             return item["number"]
         name = NAMES[item["kind"]]
