@@ -4,10 +4,13 @@ import dataclasses
 import hashlib
 import json
 import os
+import resource
 import subprocess
 import tempfile
 
 from . import images
+
+FORMAT = 2  # of the stored results; results of another format are rendered again
 
 
 @dataclasses.dataclass(frozen=True)
@@ -77,6 +80,11 @@ class Result:
         return self.stats["seconds"]["render"]
 
     @property
+    def cpu_seconds(self):
+        """CPU seconds of the whole process over all threads, with parsing, building and writing."""
+        return self.stats["processCpuSeconds"]
+
+    @property
     def shades_per_pixel(self):
         """The mean number of shades of a pixel."""
         return self.stats["shadesPerPixel"]
@@ -117,7 +125,7 @@ class Runs:
         if not text:
             with open(settings.scene) as file:
                 text = file.read()
-        content = json.dumps([self._program_hash, text, dataclasses.asdict(settings)], sort_keys=True)
+        content = json.dumps([FORMAT, self._program_hash, text, dataclasses.asdict(settings)], sort_keys=True)
         name = os.path.splitext(os.path.basename(settings.scene))[0]
         return "%s-%s-%s" % (name, settings.integrator, hashlib.sha256(content.encode()).hexdigest()[:16])
 
@@ -135,7 +143,9 @@ class Runs:
             command = [self.program, scene, "-o", part + ".exr", "--stats", part + ".json"]
             if settings.samples:
                 command += ["--samples", part + ".csv"]
+            before = _children_seconds()
             done = subprocess.run(command + settings.arguments(), env=environment, capture_output=True, text=True)
+            seconds = _children_seconds() - before
             if done.returncode != 0:
                 raise Failed(done.stderr.strip() or "%s: strobe exited with code %d" % (settings.scene, done.returncode))
         finally:
@@ -144,4 +154,20 @@ class Runs:
         if settings.samples:
             os.replace(part + ".csv", stem + ".csv")
         os.replace(part + ".exr", stem + ".exr")
+        _add_cpu_seconds(part + ".json", seconds)
         os.replace(part + ".json", stem + ".json")
+
+
+def _children_seconds():
+    """Returns the CPU seconds of all finished child processes."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def _add_cpu_seconds(path, seconds):
+    """Adds the CPU seconds of the process to the statistics in a JSON file."""
+    with open(path) as file:
+        stats = json.load(file)
+    stats["processCpuSeconds"] = seconds
+    with open(path, "w") as file:
+        json.dump(stats, file)
