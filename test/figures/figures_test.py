@@ -190,6 +190,10 @@ class StylesTest(unittest.TestCase):
         self.assertEqual(styles.palette_indices(series), [2, 2, 2, 0])
         self.assertEqual(len({method.variant for method in caches}), len(caches))
 
+    def test_every_integrator_of_a_method_is_in_the_palette(self):
+        integrators = {m.integrator for m in vars(methods).values() if isinstance(m, methods.Method)}
+        self.assertEqual(integrators, set(styles.INTEGRATORS))
+
     def test_series_without_an_integrator_have_colors_of_their_own(self):
         series = [{"name": "bunny"}, methods.MSAA.style(), {"name": "killeroo"}]
         self.assertEqual(styles.palette_indices(series), [6, 1, 7])

@@ -9,13 +9,14 @@ import sys
 import time
 import traceback
 
-from . import advice, charts, paper, pareto, peers, sharing, stability, statements
+from . import advice, charts, gains, paper, pareto, peers, sharing, stability, statements
 from .report import write_report as write_page
 from .context import ROOT, Context, Skipped, TooNoisy
 from .runs import Failed
 
 # (section, name, function) of all figures, in the order of the report.
 FIGURES = [
+    ("gains", "gains", gains.gains),
     ("accuracy", "accuracy-direct", pareto.accuracy_direct),
     ("accuracy", "accuracy-paths", pareto.accuracy_paths),
     ("accuracy", "beside-cycles", peers.beside_cycles),
@@ -34,12 +35,12 @@ FIGURES = [
     ("stability", "work-and-memory", stability.work_and_memory),
     ("advice", "what-to-use", advice.what_to_use),
 ]
-SECTIONS = {"accuracy": "Speed against accuracy", "paper": "The paper's figures", "sharing": "Effects of sharing",
-            "stability": "Failure thresholds", "advice": "Recommended methods"}
-DESCRIPTION = """Renders the figures of strobe: speed against accuracy, the paper's figures, effects of sharing, failure
-thresholds, and recommended methods. Writes CSV files, charts and report.html. Finished renders are kept; started again,
-the program continues where it stopped. The paper's scenes are read from $STROBE_SCENES (default: ../shared/scenes beside
-the repository; see tools/fetch-scenes)."""
+SECTIONS = {"gains": "Which integrator to use", "accuracy": "Speed against accuracy", "paper": "The paper's figures",
+            "sharing": "Effects of sharing", "stability": "Failure thresholds", "advice": "Recommended methods"}
+DESCRIPTION = """Renders the figures of strobe: gains over supersample, speed against accuracy, the paper's figures, effects
+of sharing, failure thresholds, and recommended methods. Writes CSV files, charts and report.html. Finished renders are
+kept; started again, the program continues where it stopped. The paper's scenes are read from $STROBE_SCENES (default:
+../shared/scenes beside the repository; see tools/fetch-scenes)."""
 
 
 def parse():
@@ -50,6 +51,8 @@ def parse():
     size.add_argument("--full", action="store_true", help="larger images and more samples; takes hours")
     parser.add_argument("--only", action="append", metavar="NAME", default=[],
                         help="make one figure or section only; may be repeated")
+    parser.add_argument("--scene", action="append", metavar="NAME", default=[],
+                        help="measure this scene only, in the figure gains; may be repeated")
     parser.add_argument("--list", action="store_true", help="print the names of all figures and exit")
     parser.add_argument("-o", "--out", default="", help="output folder (default: out/figures-quick or out/figures-full)")
     parser.add_argument("--strobe", default=os.path.join(ROOT, "build", "release", "strobe"),
@@ -87,7 +90,7 @@ def main():
         return 1
     quick = not arguments.full
     out = os.path.abspath(arguments.out or os.path.join(ROOT, "out", "figures-quick" if quick else "figures-full"))
-    context = Context(out, os.path.abspath(arguments.strobe), scenes_folder(), quick, arguments.threads)
+    context = Context(out, os.path.abspath(arguments.strobe), scenes_folder(), quick, arguments.threads, arguments.scene)
     if not context.have_paper:
         print("figures: the paper's scenes are not in %s (see tools/fetch-scenes): our own scenes replace them" %
               context.scenes, file=sys.stderr)
@@ -109,9 +112,7 @@ def make_all(context, figures):
         start = time.time()
         try:
             items = make(context)
-            for item in items:
-                if item["kind"] == "chart":
-                    charts.draw(item, context.path("charts", item["id"]))
+            draw_and_print(context, items)
         except Skipped as reason:
             print("%s: skipped: %s" % (name, reason), file=sys.stderr)
             continue
@@ -128,6 +129,15 @@ def make_all(context, figures):
     return failed
 
 
+def draw_and_print(context, items):
+    """Draws the charts of a figure and prints its paragraphs."""
+    for item in items:
+        if item["kind"] == "chart":
+            charts.draw(item, context.path("charts", item["id"]))
+        elif item["kind"] == "paragraph":
+            print(item["text"])
+
+
 def write_report(context):
     """Writes the report with all figures in the output folder. Returns its path, or None without figures."""
     sections = []
@@ -139,7 +149,9 @@ def write_report(context):
                 with open(path) as file:
                     items += json.load(file)["items"]
         if items:
-            sections.append({"id": section, "title": title, "text": "", "items": items})
+            text = "\n\n".join(i["text"] for i in items if i["kind"] == "paragraph")
+            items = [i for i in items if i["kind"] != "paragraph"]
+            sections.append({"id": section, "title": title, "text": text, "items": items})
     if not sections:
         return None
     version = subprocess.run([context.runs.program, "--version"], capture_output=True, text=True).stdout.strip()

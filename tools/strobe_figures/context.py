@@ -64,10 +64,11 @@ class Skipped(Exception):
 class Context:
     """The scenes, the renders and the output folder of one call of tools/figures."""
 
-    def __init__(self, out, program, scenes, quick, threads=0):
+    def __init__(self, out, program, scenes, quick, threads=0, only_scenes=()):
         self.out = out
         self.quick = quick
         self.threads = threads
+        self.only_scenes = tuple(only_scenes)  # of the figure gains; empty: all
         self.started = time.time()
         self.runs = Runs(os.path.join(out, "runs"), program, scenes, self._log_run)
         self.scenes = scenes

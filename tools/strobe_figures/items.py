@@ -12,6 +12,16 @@ def table(name, title, head, rows, text="", number=None):
     return {"kind": "table", "id": name, "number": number, "title": title, "text": text, "columns": head, "rows": rows}
 
 
+def paragraph(text):
+    """Returns text at the beginning of a section. command.py adds it to the text of the section."""
+    return {"kind": "paragraph", "text": text}
+
+
+def picture(name, title, text, file, number=None):
+    """Returns an embedded image file; `file` is a path relative to the output folder."""
+    return {"kind": "picture", "id": name, "number": number, "title": title, "text": text, "file": file}
+
+
 def images(name, title, text, pictures, reference=None, crops=(), number=None):
     """Returns a comparison of images; `reference` is the index of the reference image."""
     return {"kind": "images", "id": name, "number": number, "title": title, "text": text, "images": pictures,
