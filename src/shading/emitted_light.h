@@ -7,7 +7,6 @@
 
 namespace strobe {
 
-
 /// Returns the pdf, per solid angle, of light samples of the light at `s`, seen from `p` along `wi` at
 /// shutter fraction `time`. The light must not be a delta light.
 float lightPdf(const Scene& scene, const SurfacePoint& s, const V3f& p, float time, const V3f& wi);
