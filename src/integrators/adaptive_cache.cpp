@@ -26,6 +26,14 @@ class AdaptiveState : public IntegratorState {
         return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp);
     }
     bool observes() const override { return !m_parts.isEmpty(); }
+    std::string note() const override {
+        if (m_parts.isEmpty())
+            return "shares no light: equals supersample";
+        const bool direct = m_parts.has(LightPart::Direct), indirect = m_parts.has(LightPart::Indirect);
+        return direct && indirect ? "shares direct and indirect light"
+               : direct           ? "shares direct light"
+                                  : "shares indirect light";
+    }
     void finish(const CameraSampling& sampling, Film& film) const override {
         if (!observes())
             return;

@@ -67,7 +67,8 @@ RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built
 Checkpoint::Checkpoint(const FrameJob& job, const BuiltScene& built)
     : m_job(job), m_built(built), m_file(checkpointFile(job)) {
     if (built.integrator->dependence() == SampleDependence::Render)
-        throw Error("--checkpoint: samples of this integrator depend on the order of rendering: it cannot "
+        throw Error("--checkpoint: samples of this integrator depend on other pixels or on the order of "
+                    "rendering: it cannot "
                     "continue a render",
                     ErrorKind::Usage);
     if (!job.options.progressive.resume && std::filesystem::exists(m_file))

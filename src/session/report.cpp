@@ -118,6 +118,8 @@ Json toJson(const BuiltScene& built, const FrameJob& job, const RenderStats& sta
     j["passes"] = stats.passes;
     if (stats.noise)
         j["noise"] = *stats.noise;
+    if (!stats.integratorNote.empty())
+        j["integratorNote"] = stats.integratorNote;
     const BiasBound bound = built.integrator->biasBound(*built.scene);
     j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
     j["resolution"] = {built.resolution.x, built.resolution.y};
@@ -175,6 +177,8 @@ Metadata renderMetadata(const BuiltScene& built, const FrameJob& job, const Rend
     m.emplace_back("strobe:bias:shutterFraction", bound.shutterFraction);
     if (options.clamp > 0)
         m.emplace_back("strobe:bias:clamp", options.clamp);
+    if (!stats.integratorNote.empty())
+        m.emplace_back("strobe:integratorNote", stats.integratorNote);
     addCounts(stats.total, m);
     addSeconds(stats, seconds, m);
     return m;
@@ -188,11 +192,12 @@ void writeStats(const std::filesystem::path& file, const BuiltScene& built, cons
 std::string summary(const BuiltScene& built, const RenderStats& stats, const StepSeconds& seconds) {
     const Counters& c = stats.total;
     return fmt::format("{}x{} pixels, {} spp: {:.2f} s (+ {:.2f} s to load), {:.1f} M rays, {:.1f} M rays/s, "
-                       "{:.2f} shades per pixel",
+                       "{:.2f} shades per pixel{}{}",
                        built.pixelBounds.width(), built.pixelBounds.height(), stats.samplesPerPixel,
                        stats.seconds, seconds.parse + seconds.build, double(c.rays()) * 1e-6,
                        double(c.rays()) * 1e-6 / stats.seconds,
-                       double(c.shades) / double(std::max<uint64_t>(c.pixels, 1)));
+                       double(c.shades) / double(std::max<uint64_t>(c.pixels, 1)),
+                       stats.integratorNote.empty() ? "" : ", ", stats.integratorNote);
 }
 
 void reportInvalidSamples(const RenderStats& stats, const FrameJob& job, const BuiltScene& built,

@@ -193,7 +193,7 @@ class PartsTest(SceneTest):
         for args, reason in ((["--resume"], "--resume: needs --checkpoint"),
                              (["--checkpoint", "1", "--frames", "1:2"], "--frames: does not go with --checkpoint"),
                              (["--checkpoint", "1", "--time-limit", "1"], "--checkpoint: does not go with --time-limit"),
-                             (["--checkpoint", "1", "--integrator", "msaa-cache", "-D", "scope=tile"], "samples of this integrator depend on the order of rendering")):
+                             (["--checkpoint", "1", "--integrator", "msaa-cache", "-D", "scope=tile"], "samples of this integrator depend on other pixels or on the order of rendering")):
             stderr, _ = self.run_strobe(*args, "-o", "o.exr", code=1)
             self.assertIn(reason, stderr)
 

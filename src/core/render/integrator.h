@@ -90,6 +90,8 @@ class IntegratorState {
     /// Resets the state to what `begin` would have returned for this seed and number of samples. The workers
     /// made before no longer exist.
     virtual void restart(uint64_t /*seed*/, int /*samplesPerPixel*/) {}
+    /// Returns what the state decided about the render, for people; empty: nothing. At most some words.
+    virtual std::string note() const { return {}; }
     /// True if the workers `observe` first vertices.
     virtual bool observes() const { return false; }
     /// Improves the image of a film that holds all samples rendered so far. Its sums do not change.

@@ -34,14 +34,18 @@ void checkSamples(const RenderSettings& settings, SampleDependence dependence) {
     if (!settings.slice)
         return;
     if (dependence == SampleDependence::Render)
-        throw Error(
-            "this integrator's samples depend on the order of rendering and cannot be rendered in slices",
-            ErrorKind::Usage);
+        throw Error("this integrator's samples depend on other pixels or on the order of rendering and "
+                    "cannot be rendered in slices",
+                    ErrorKind::Usage);
     const SampleSlice& slice = *settings.slice;
     if (slice.first >= slice.end || slice.end > uint32_t(settings.samplesPerPixel))
         throw Error("samples " + std::to_string(slice.first) + ":" + std::to_string(slice.end) +
                         ": a pixel has " + std::to_string(settings.samplesPerPixel) + " samples",
                     ErrorKind::Usage);
+}
+
+double secondsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 int threadCount(const RenderSettings& settings) {
@@ -107,15 +111,19 @@ bool Renderer::render(Film& film) {
         m_stats.samplesPerPixel +=
             m_settings.slice ? m_settings.slice->count() : uint64_t(m_settings.samplesPerPixel);
     }
-    m_stats.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    m_stats.integratorNote = m_state->note();
+    m_stats.seconds += secondsSince(start);
     return isFinished;
 }
 
-void Renderer::finish(Film& film) const {
-    if (m_state)
-        runOnThreads(threadCount(m_settings), [&] {
-            m_state->finish({m_sampler, m_filter, m_settings.seed}, film);
-        });
+void Renderer::finish(Film& film) {
+    if (!m_state)
+        return;
+    const auto start = std::chrono::steady_clock::now();
+    runOnThreads(threadCount(m_settings), [&] {
+        m_state->finish({m_sampler, m_filter, m_settings.seed}, film);
+    });
+    m_stats.seconds += secondsSince(start);
 }
 
 bool Renderer::isComplete(const PixelBounds& tile, Film& film) const {

@@ -26,7 +26,7 @@ class Renderer {
     void setSlice(const SampleSlice& slice);
 
     /// Completes a film that holds all samples rendered so far: IntegratorState::finish.
-    void finish(Film& film) const;
+    void finish(Film& film);
 
     /// The statistics of all passes so far.
     const RenderStats& stats() const { return m_stats; }

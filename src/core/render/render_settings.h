@@ -59,6 +59,7 @@ struct RenderStats {
     int passes = 0;     ///< over all pixels
     uint64_t samplesPerPixel = 0;
     std::optional<double> noise; ///< NoiseEstimate::level, if it was estimated
+    std::string integratorNote;  ///< IntegratorState::note
 };
 
 } // namespace strobe

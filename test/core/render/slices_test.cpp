@@ -167,7 +167,8 @@ TEST(Slices, ErrorsForInvalidSlices) {
         return "";
     };
     EXPECT_EQ(messageFor({"msaa-cache", {"scope=tile"}}, {0, 8}),
-              "this integrator's samples depend on the order of rendering and cannot be rendered in slices");
+              "this integrator's samples depend on other pixels or on the order of rendering and cannot be "
+              "rendered in slices");
     EXPECT_EQ(messageFor({"msaa"}, {8, 17}), "samples 8:17: a pixel has 16 samples");
     EXPECT_EQ(messageFor({"msaa"}, {8, 8}), "samples 8:8: a pixel has 16 samples");
 }
