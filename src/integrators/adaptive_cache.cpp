@@ -25,6 +25,8 @@ class AdaptiveState : public IntegratorState {
     std::unique_ptr<IntegratorWorker> makeWorker() override {
         return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp);
     }
+    /// Keeps the records: all passes are reconstructed together.
+    void restart(uint64_t, int) override { m_light.mergeUses(); }
     bool observes() const override { return !m_parts.isEmpty(); }
     std::string note() const override {
         if (m_parts.isEmpty())
@@ -89,7 +91,8 @@ class AdaptiveState : public IntegratorState {
 class AdaptiveCache : public Integrator {
   public:
     explicit AdaptiveCache(const ParamSet& params) : m_cellSize(params.get(kCellSize)) {}
-    /// Shared estimates come from up to 24 pixels away, of any time; how far depends on what was measured.
+    /// Estimates use samples up to some tens of pixels away, at any time; larger cells where a lens or motion
+    /// spreads the samples of a pixel have no bound.
     BiasBound biasBound(const Scene& scene) const override {
         return {std::numeric_limits<float>::infinity(), scene.moves() ? 1.f : 0.f};
     }

@@ -4,6 +4,17 @@
 
 namespace strobe {
 
+namespace {
+
+/// Replaces the radiance at the vertices by parts of the radiance: see recordFirstVertices.
+void finishFirstVertex(FirstVertex& vertex, const Rgb& radiance) {
+    const Rgb before = vertex.direct, withDirect = vertex.hasIndirect ? vertex.indirect : radiance;
+    vertex.direct = withDirect - before;
+    vertex.indirect = radiance - withDirect;
+}
+
+} // namespace
+
 void Path::start(const RequestSoA& requests, int i) {
     ray.o.x = requests.ray.o.x[i];
     ray.o.y = requests.ray.o.y[i];
@@ -109,13 +120,6 @@ void PathBatch::addLightRaySums() {
         paths[i].radiance += std::exchange(paths[i].lightRayRadiance, Rgb(0));
         components.moveFrom(lightRayComponents, i);
     }
-}
-
-/// Replaces the radiance at the vertices by parts of the radiance: see recordFirstVertices.
-static void finishFirstVertex(FirstVertex& vertex, const Rgb& radiance) {
-    const Rgb before = vertex.direct, withDirect = vertex.hasIndirect ? vertex.indirect : radiance;
-    vertex.direct = withDirect - before;
-    vertex.indirect = radiance - withDirect;
 }
 
 void PathBatch::write(size_t requests, std::span<Rgb> radiance) {

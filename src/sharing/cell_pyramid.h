@@ -28,7 +28,7 @@ struct CellNode {
     bool isFitted = false;
 };
 
-/// The cells, and all cells up to eight times as large that contain them.
+/// The recorded cells, and the larger cells that contain them.
 class CellPyramid {
   public:
     explicit CellPyramid(const LightCells& cells);

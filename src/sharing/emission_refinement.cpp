@@ -32,7 +32,7 @@ struct Moments {
     float covariance() const { return count > 0 ? ve / count - e * v / sqr(count) : 0; }
 };
 
-/// What the other half of a pixel and its neighbors tell about the emission in one half of a pixel.
+/// The noise of emission in one half of a pixel, estimated from the other half and from neighboring pixels.
 struct EmissionNoise {
     float coefficient = 0; ///< of the regression of radiance on emission, in [0,1]
     float deviation = 0;   ///< standard deviation of the emission of a sample, times the coefficient

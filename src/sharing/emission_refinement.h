@@ -5,10 +5,11 @@
 
 namespace strobe {
 
-/// Returns, for each pixel, what is to be added to the mean of its samples: the difference between the mean
-/// emission (FirstVertex::emitted) of more camera samples and that of the recorded ones, times a coefficient.
-/// The emission is a control variate; the coefficient is its regression coefficient, 1 for a bright lamp and
-/// 0 where what is in front of the background is as bright.
+/// Returns the correction of each pixel, to be added to the mean of its samples. The emission
+/// (FirstVertex::emitted) is a control variate: the correction is the difference between the mean emission of
+/// additional camera samples and that of the recorded ones, times the regression coefficient of the radiance
+/// on the emission. The coefficient is 1 for a bright lamp, and 0 for a background that is as bright as the
+/// objects in front of it.
 ///
 /// The coefficient and the number of samples for one half of a pixel depend on the other half and on the
 /// eight neighbors only, so that the choice does not bias the result. `otherError`: the squared error that

@@ -1,4 +1,4 @@
-// Sums of indirect light by cells of the surfaces at rest, recorded while rendering.
+// Sums of direct and indirect light by cells of the surfaces at rest.
 #pragma once
 
 #include "core/film/pixel_accumulator.h"
@@ -45,7 +45,7 @@ class LightParts {
     uint32_t m_bits = 0;
 };
 
-/// The samples of each pixel are divided into two halves, whose noise is independent.
+/// The samples of each pixel are divided into two halves. The difference between both measures the noise.
 inline constexpr int kHalves = 2;
 
 /// The sums of a cell. All are integers: they do not depend on the order of the samples.

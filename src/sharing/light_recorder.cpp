@@ -9,6 +9,12 @@ namespace {
 /// An albedo below this is black: it carries no light to other points.
 constexpr float kBlack = 1e-4f;
 
+/// Returns whether the film adds a sample with this weighted value: see PixelAccumulator.
+bool isValid(const Rgb& value) {
+    constexpr float kMax = float(PixelAccumulator::kMaxValue);
+    return std::abs(value.x) < kMax && std::abs(value.y) < kMax && std::abs(value.z) < kMax;
+}
+
 float ratio(float light, float albedo) { return albedo > kBlack ? light / albedo : 0; }
 Rgb irradiance(const Rgb& light, const Rgb& albedo) {
     return {ratio(light.x, albedo.x), ratio(light.y, albedo.y), ratio(light.z, albedo.z)};
@@ -195,6 +201,8 @@ void LightRecorder::recordHalf(HalfPixel& half, const VisibilityBatch& batch, st
     for (uint32_t i = half.first; i < half.end; ++i) {
         const VisibilitySoA& samples = batch.samples.chunk(i / kSoAWidth);
         const uint32_t lane = i % kSoAWidth;
+        if (!isValid(radiance[i] * samples.weight[lane]))
+            continue; // neither is it in the film
         const float scale = clampScale(radiance[i]);
         sums.add(vertices[i].emitted, radiance[i], samples.weight[lane] * scale);
         recordVertex(vertices[i], i, samples.weight[lane], scale, half, sums);
@@ -217,9 +225,6 @@ void LightRecorder::recordVertex(const FirstVertex& vertex, uint32_t i, float we
         return;
     const Rgb light[kParts] = {irradiance(vertex.direct, vertex.albedo) * scale,
                                irradiance(vertex.indirect, vertex.albedo) * scale};
-    const Rgb both = light[0] + light[1];
-    if (!std::isfinite(both.x + both.y + both.z))
-        return; // the film counts invalid samples
     for (int part = 0; part < kParts; ++part)
         sums.light[part] += vertex.albedo * light[part] * weight;
     const Chunk& chunk = m_chunks[i / kSoAWidth];

@@ -1,9 +1,9 @@
-// Recording of indirect light while rendering: the input of the reconstruction.
+// Recording of light while rendering: the input of the reconstruction.
 #pragma once
 
 #include "core/render/integrator.h"
 #include "core/util/index_table.h"
-#include "sharing/light_cells.h"
+#include "sharing/pixel_uses.h"
 
 #include <algorithm>
 
@@ -53,7 +53,7 @@ struct HalfPixelSums {
     Rgb mean(const Rgb& sum) const { return sum * (1 / float(count)); }
 };
 
-/// The light that was found while rendering, by pixel and by cell.
+/// The light of the samples rendered so far, by pixel and by cell.
 struct RecordedLight {
     explicit RecordedLight(const PixelBounds& bounds)
         : pixelBounds(bounds), pixels(kHalves * size_t(bounds.width()) * size_t(bounds.height())) {}
@@ -62,6 +62,9 @@ struct RecordedLight {
     const HalfPixelSums& pixel(size_t index, int half) const {
         return pixels[kHalves * index + size_t(half)];
     }
+    /// Merges the uses of all passes so far, so that the memory does not grow with the passes. No thread may
+    /// add meanwhile.
+    void mergeUses() { uses = {merged(uses, pixels.size() / kHalves)}; }
     /// Adds uses; any thread may call it.
     void addUses(std::span<const CellUse> more) {
         const std::lock_guard lock(mutex);

@@ -17,6 +17,7 @@ struct PartErrors {
     double mixed = 0; ///< with sharing
 };
 
+/// The errors and the counters of one block, or sums over blocks.
 struct BlockErrors {
     PartErrors parts[kParts];
     Counters counters;
@@ -39,7 +40,7 @@ class PilotState : public IntegratorState {
         return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp);
     }
     bool observes() const override { return true; }
-    /// Returns the errors of what was rendered.
+    /// Returns the errors of the rendered block.
     BlockErrors errors() const {
         const LightSharing sharing(m_light);
         BlockErrors errors;
@@ -95,9 +96,8 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
     const TracerCounts& geometry = scene.tracer().counts();
     const double primitives = double(geometry.triangles + geometry.quadrics);
     const double ray = kSimplestRay + kRayPerDoubledGeometry * std::log2(1 + primitives);
-    const double rays =
-        double(counters.visibilitySamples + counters.shadowRays + counters.lightRays + counters.bounceRays);
-    const double raysPerSample = rays / double(std::max<uint64_t>(counters.visibilitySamples, 1));
+    const double raysPerSample =
+        double(counters.rays()) / double(std::max<uint64_t>(counters.visibilitySamples, 1));
     return (kRecordSample + kReconstructPixel / samplesPerPixel) / (ray * raysPerSample);
 }
 

@@ -4,7 +4,6 @@
 #include "sharing/cell_pyramid.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace strobe {
 
@@ -87,35 +86,12 @@ class WindowMean {
 
 float sum(const Rgb& c) { return c.x + c.y + c.z; }
 
-/// The uses of cells by pixel.
-class PixelUses {
-  public:
-    PixelUses(const std::vector<std::vector<CellUse>>& batches, size_t pixels) : m_first(pixels + 1, 0) {
-        for (const auto& batch : batches)
-            for (const CellUse& use : batch)
-                ++m_first[use.pixel + 1];
-        std::partial_sum(m_first.begin(), m_first.end(), m_first.begin());
-        std::vector<uint32_t> next(m_first.begin(), m_first.end() - 1);
-        m_uses.resize(m_first.back());
-        for (const auto& batch : batches)
-            for (const CellUse& use : batch)
-                m_uses[next[use.pixel]++] = use;
-    }
-    /// Returns the uses of a pixel in the order of its passes.
-    std::span<const CellUse> of(size_t pixel) const {
-        return std::span(m_uses).subspan(m_first[pixel], m_first[pixel + 1] - m_first[pixel]);
-    }
-
-  private:
-    std::vector<uint32_t> m_first; ///< by pixel; and their number
-    std::vector<CellUse> m_uses;
-};
-
 /// The standard deviation, in pixels, of the window over which errors are measured.
 constexpr float kWindow = 2.5f;
 
-/// Weights that depend on the data favor dark estimates. Changes the correction such that its sum is zero: by
-/// an amount in proportion to each pixel's squared error.
+/// Distributes the sum of the correction over the pixels, with the opposite sign and in proportion to their
+/// squared errors, so that the sum becomes 0. Bright samples raise the measured error of the estimates that
+/// contain them and lower their weights; without this step, the image would be too dark.
 void restoreTotal(const std::vector<float>& error, std::vector<Rgb>& correction) {
     double total[3] = {}, errors = 0;
     for (size_t i = 0; i < correction.size(); ++i) {
@@ -188,9 +164,9 @@ class Mixture {
     ///
     /// Halves of a scrambled Sobol' sequence err in opposite directions where the light depends on few
     /// dimensions, so that their difference overestimates the variance of their mean: up to 8 times and more
-    /// for direct light (measured). How much follows from the quarters. Of independent samples, they give
-    /// twice the variance that the halves give. Each further multiple counts four times, because an own
-    /// estimate that is mistrusted without reason is lost, and a shared one is not.
+    /// for direct light (measured). The quarters show by how much. For independent samples, their variance is
+    /// twice that of the halves. The excess over this ratio counts four times: measured, a factor of 1.5
+    /// shares too much direct light on the moving Killeroos and in moving-shadow.
     void measureOwn() {
         forPixels([&](size_t i) {
             const Rgb d = own(i, 0) - own(i, 1);

@@ -1,11 +1,11 @@
-// Reconstruction of light from what was recorded.
+// Reconstruction of light from the recorded samples.
 #pragma once
 
 #include "sharing/light_recorder.h"
 
 namespace strobe {
 
-/// What sharing changes in one part of the light of an image.
+/// The reconstruction of one part of the light of an image, with its estimated errors.
 struct SharedPart {
     // By pixel:
     std::vector<Rgb> correction;    ///< to be added to the mean of the samples; its sum is 0

@@ -27,26 +27,7 @@ AttributeBegin
   AreaLightSource "diffuse" "rgb L" [40 40 40]
   Shape "sphere" "float radius" .2
 AttributeEnd
-Material "matte" "rgb Kd" [.8 .7 .5]
-Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
-Texture "c" "rgb" "checkerboard" "rgb tex1" [.2 .3 .2] "rgb tex2" [.9 .8 .7]
-Material "matte" "texture Kd" "c"
-Shape "trianglemesh" "integer indices" [0 1 2 0 2 3]
-  "point P" [-9 0 2  9 0 2  9 9 2  -9 9 2] "point2 uv" [0 0 16 0 16 8 0 8]
-AttributeBegin
-  Material "plastic" "float roughness" .2
-  Translate -1.2 1 0
-  ActiveTransform EndTime
-  Translate .5 0 0
-  ActiveTransform All
-  Shape "sphere" "float radius" .7
-AttributeEnd
-AttributeBegin
-  Material "mirror"
-  Translate 1.2 .8 .5
-  Shape "sphere" "float radius" .5
-AttributeEnd
-)";
+)" + test::kCorner;
 }
 
 BuiltScene buildScene(const std::string& integrator, int samples, const std::string& shading = "path") {
@@ -177,6 +158,18 @@ TEST(AdaptiveCache, PassesKeepTheSumOfTheImage) {
     };
     const double plain = sumOf("supersample");
     EXPECT_NEAR(sumOf("adaptive-cache"), plain, 1e-5 * plain);
+}
+
+/// The film leaves out invalid samples; they must not spread.
+TEST(AdaptiveCache, InvalidSamplesDoNotSpread) {
+    std::string scene = makeScene(16, "path");
+    scene += "Translate 0 1.5 -1 AreaLightSource \"diffuse\" \"rgb L\" [1e30 1e30 1e30] "
+             "Shape \"sphere\" \"float radius\" .05\n";
+    const auto rendered = render(test::buildWith("adaptive-cache", scene));
+    EXPECT_GT(rendered.stats.total.invalidSamples, 0u);
+    EXPECT_NE(rendered.stats.integratorNote, "shares no light: equals supersample");
+    for (const Rgb& pixel : rendered.image.pixels)
+        EXPECT_LT(std::abs(pixel.x) + std::abs(pixel.y) + std::abs(pixel.z), 1e15f);
 }
 
 TEST(AdaptiveCache, KeepsTheFurnace) {

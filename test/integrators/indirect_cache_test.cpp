@@ -26,26 +26,7 @@ AttributeBegin
   AreaLightSource "diffuse" "rgb L" [12 12 12]
   Shape "sphere" "float radius" .8
 AttributeEnd
-Material "matte" "rgb Kd" [.8 .7 .5]
-Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
-Texture "c" "rgb" "checkerboard" "rgb tex1" [.2 .3 .2] "rgb tex2" [.9 .8 .7]
-Material "matte" "texture Kd" "c"
-Shape "trianglemesh" "integer indices" [0 1 2 0 2 3]
-  "point P" [-9 0 2  9 0 2  9 9 2  -9 9 2] "point2 uv" [0 0 16 0 16 8 0 8]
-AttributeBegin
-  Material "plastic" "float roughness" .1
-  Translate -1.2 1 0
-  ActiveTransform EndTime
-  Translate .5 0 0
-  ActiveTransform All
-  Shape "sphere" "float radius" .7
-AttributeEnd
-AttributeBegin
-  Material "mirror"
-  Translate 1.2 .8 .5
-  Shape "sphere" "float radius" .7
-AttributeEnd
-)";
+)" + test::kCorner;
 }
 
 const std::string kDirectLighting = "\"directlighting\"";

@@ -53,4 +53,27 @@ Translate .3 .2 0
 Shape "sphere" "float radius" 1
 )";
 
+/// A diffuse floor, a textured wall, a moving glossy ball and a mirror ball.
+inline const std::string kCorner = R"(
+Material "matte" "rgb Kd" [.8 .7 .5]
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+Texture "c" "rgb" "checkerboard" "rgb tex1" [.2 .3 .2] "rgb tex2" [.9 .8 .7]
+Material "matte" "texture Kd" "c"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3]
+  "point P" [-9 0 2  9 0 2  9 9 2  -9 9 2] "point2 uv" [0 0 16 0 16 8 0 8]
+AttributeBegin
+  Material "plastic" "float roughness" .1
+  Translate -1.2 1 0
+  ActiveTransform EndTime
+  Translate .5 0 0
+  ActiveTransform All
+  Shape "sphere" "float radius" .7
+AttributeEnd
+AttributeBegin
+  Material "mirror"
+  Translate 1.2 .8 .5
+  Shape "sphere" "float radius" .7
+AttributeEnd
+)";
+
 } // namespace strobe::test

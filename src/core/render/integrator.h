@@ -57,7 +57,7 @@ class IntegratorWorker {
 class IntegratorState;
 
 /// Renders pixels of the frame with a state, as one tile on the calling thread, and discards the image.
-/// Returns what it counted. Any thread may call it.
+/// Returns the counters of this render. Any thread may call it.
 using RenderPilot =
     std::function<Counters(IntegratorState& state, const PixelBounds& pixels, int samplesPerPixel)>;
 
@@ -87,14 +87,15 @@ class IntegratorState {
   public:
     virtual ~IntegratorState() = default;
     virtual std::unique_ptr<IntegratorWorker> makeWorker() = 0;
-    /// Resets the state to what `begin` would have returned for this seed and number of samples. The workers
-    /// made before no longer exist.
+    /// Prepares a pass with this seed and number of samples. The state becomes what `begin` would have
+    /// returned, but for the records of `observe`. The workers made before no longer exist.
     virtual void restart(uint64_t /*seed*/, int /*samplesPerPixel*/) {}
-    /// Returns what the state decided about the render, for people; empty: nothing. At most some words.
+    /// Returns a note for the user in a few words, such as a decision of the state; empty: none.
     virtual std::string note() const { return {}; }
     /// True if the workers `observe` first vertices.
     virtual bool observes() const { return false; }
-    /// Improves the image of a film that holds all samples rendered so far. Its sums do not change.
+    /// Adds a correction to the image of a film that holds all samples rendered so far, and sets layers of
+    /// the film. The film's sums do not change.
     virtual void finish(const CameraSampling& /*sampling*/, Film& /*film*/) const {}
 };
 

@@ -51,7 +51,8 @@ class Renderer {
 };
 
 /// Renders the film's pixels in one pass. A pixel depends on the scene, the integrator, the shader, the
-/// sampler, the filter, the seed and its coordinates, but not on the film's pixel bounds, tiles or threads.
+/// sampler, the filter, the seed and its coordinates, but not on the film's pixel bounds, tiles or threads;
+/// with SampleDependence::Render it may depend on them.
 RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
                    const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film);
 
