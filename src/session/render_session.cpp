@@ -154,10 +154,13 @@ RenderStats RenderSession::renderWithCheckpoints() {
 RenderStats RenderSession::render() {
     if (progressive().takesPasses())
         return renderInPasses();
-    if (m_curve)
+    if (m_curve && m_built.integrator->dependence() != SampleDependence::Render)
         return renderInDoublingSlices();
-    return strobe::render(*m_built.scene, *m_built.integrator, *m_built.shader, *m_built.sampler.sampler,
-                          *m_built.filter, m_settings, m_film);
+    const RenderStats stats = strobe::render(*m_built.scene, *m_built.integrator, *m_built.shader,
+                                             *m_built.sampler.sampler, *m_built.filter, m_settings, m_film);
+    if (m_curve && stats.passes > 0)
+        addToErrorCurve(m_film, stats);
+    return stats;
 }
 
 RenderStats RenderSession::renderInPasses() {

@@ -146,6 +146,14 @@ class ProgressiveTest(SceneTest):
                    for a, b in zip(p, q)]
             self.assertAlmostEqual(float(rows[-1]["rmse"]), (sum(x * x for x in off) / len(off)) ** 0.5, 6)
 
+    def test_error_of_the_finished_image_where_slices_are_an_error(self):
+        self.run_strobe("--spp", "64", "-o", "truth.exr", "--quiet")
+        self.run_strobe("--integrator", "adaptive-cache", "--reference", "truth.exr", "--curve", "c.csv", "-o", "o.exr")
+        with open(self.path("c.csv"), encoding="utf-8", newline="") as file:
+            self.assertEqual([int(r["samples"]) for r in csv.DictReader(file)], [8])
+        self.run_strobe("--integrator", "adaptive-cache", "-o", "plain.exr")
+        self.assertEqual(self.pixels("o.exr"), self.pixels("plain.exr"), "the reference changes the image")
+
     def test_reference_of_another_size_is_an_error(self):
         self.run_strobe("--resolution", "40x30", "-o", "truth.exr", "--quiet")
         stderr, _ = self.run_strobe("--reference", "truth.exr", "-o", "o.exr", code=1)
