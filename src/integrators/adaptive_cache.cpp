@@ -20,10 +20,11 @@ class AdaptiveState : public IntegratorState {
   public:
     AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
-          m_parts(chooseParts(scene, context, cellSize)),
+          m_plan(planSharing(scene, context, cellSize)), m_parts(m_plan.parts),
           m_light(m_parts.isEmpty() ? PixelBounds{} : context.pixelBounds) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp);
+        return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp,
+                                                 m_plan.rareLimits);
     }
     /// Keeps the records: all passes are reconstructed together.
     void restart(uint64_t, int) override { m_light.mergeUses(); }
@@ -84,6 +85,7 @@ class AdaptiveState : public IntegratorState {
 
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
+    const SharingPlan m_plan;
     const LightParts m_parts;
     RecordedLight m_light;
 };

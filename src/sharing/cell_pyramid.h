@@ -1,4 +1,4 @@
-// Cells of several sizes, their neighbors, and local linear fits of their light.
+// Cells of several sizes, and their neighbors.
 #pragma once
 
 #include "core/util/index_table.h"
@@ -6,55 +6,51 @@
 
 namespace strobe {
 
-/// The number of sizes of fits: each is twice as large as the one before.
-inline constexpr int kFitScales = 2;
+/// RGB by half by part.
+inline constexpr int kLightChannels = 3 * kHalves * kParts;
+/// Returns the first of the three channels of a part and a half.
+inline int channelOf(int part, int half) { return 3 * (kHalves * part + half); }
 
-/// The light of all parts and both halves as linear functions of the position and the normal on a surface.
-struct LightFit {
-    /// The value at the node, and the derivatives by two tangents of the position (per radius of the fit) and
-    /// of the normal.
-    static constexpr int kTerms = 5;
-    static constexpr int kChannels = 3 * kHalves * kParts; ///< RGB by half by part
-    float terms[kTerms][kChannels];
-};
-
-/// A cell of any size with the mean position, the mean normal and the light of all its samples.
+/// A cell of any size with the mean position, the mean normal and the mean light of all its samples.
 struct CellNode {
-    V3f p{0}, n{0};                        ///< world space at shutter fraction 0; n is a unit vector
-    float count[kHalves] = {};             ///< samples
-    float light[LightFit::kChannels] = {}; ///< mean, in the order of LightFit
-    uint32_t cube = 0;                     ///< index of its cube
-    uint32_t parent = 0;                   ///< index of the node in the cube of twice the size
-    bool isFitted = false;
+    V3f p{0}, n{0};            ///< world space at shutter fraction 0; n is a unit vector
+    float count[kHalves] = {}; ///< samples
+    float light[kLightChannels] = {};
+    uint32_t cube = 0;     ///< index of its cube
+    uint32_t parent = 0;   ///< index of the node in the cube of twice the size
+    uint8_t face = 0;      ///< see CellId
+    uint8_t ancestors = 0; ///< number of generations of parents
 };
 
 /// The recorded cells, and the larger cells that contain them.
 class CellPyramid {
   public:
+    /// The number of sizes above that of a recorded cell: each is twice as large as the one before.
+    static constexpr int kScales = 8;
+
     explicit CellPyramid(const LightCells& cells);
 
-    /// The estimates of the light at a recorded cell from each half: the mean of its samples, then the fits
-    /// by scale.
-    struct Estimates {
-        float light[1 + kFitScales][LightFit::kChannels]; ///< in the order of LightFit
-        /// `estimate`: 0 for the mean, then the fits by scale.
-        Rgb at(int estimate, LightPart part, int half) const {
-            const float* rgb = &light[estimate][3 * (kHalves * int(part) + half)];
-            return {rgb[0], rgb[1], rgb[2]};
-        }
-    };
-    /// Returns the width of the region of a fit in edges of recorded cells.
-    static float fitWidth(int scale) { return 2 * kFitRadius * float(2 << scale); }
-    /// Returns the estimates of a recorded cell, by its handle.
-    const Estimates& estimates(uint32_t handle) const { return m_estimates[m_recordedOfHandle[handle]]; }
+    /// The recorded cells are numbered from 0, in an order that depends on their ids only.
+    size_t cellCount() const { return m_recorded.size(); }
+    /// Returns the number of the recorded cell with this handle.
+    uint32_t cellOf(uint32_t handle) const { return m_cellOfHandle[handle]; }
+    /// Returns the index of the node of a recorded cell.
+    uint32_t nodeOf(size_t cell) const { return m_recorded[cell]; }
+    const std::vector<CellNode>& nodes() const { return m_nodes; }
+    /// Returns the edge of a node's cube, in scene units.
+    float edge(const CellNode& node) const { return std::ldexp(1.f, m_cubes[node.cube].id.level); }
+    /// Adds light to samples that are counted already: to a recorded cell and to all that contain it.
+    void addLight(size_t cell, int part, int half, const Rgb& light);
+    /// Calls work(index) for all nodes of the same surface and size within two cells.
+    template <class Work>
+    void forNeighbors(const CellNode& node, const Work& work) const;
 
   private:
     static constexpr uint32_t kAbsent = ~0u;
     static constexpr int kFaces = 6; ///< values of CellId::face
-    /// Fits use the nodes within kReach cells. These are found below the cubes that are 2^kGenerations times
+    /// Neighbors are nodes within kReach cells. These are found below the cubes that are 2^kGenerations times
     /// as large.
     static constexpr int kReach = 2, kGenerations = 2;
-    static constexpr float kFitRadius = 2; ///< of a fit, in edges of its cells
     /// All nodes of one cube: they differ in CellId::face.
     struct Cube {
         CellId id; ///< face 0
@@ -63,25 +59,61 @@ class CellPyramid {
         uint32_t children[8];
     };
 
-    void addWithAncestors(const CellSums& sums);
+    void addCell(const CellSums& sums);
+    void addParents();
     uint32_t findOrAddCube(CellId id);
-    uint32_t findOrAddNode(uint32_t cube, int face);
+    uint32_t findOrAddNode(uint32_t cube, uint8_t face);
     uint32_t parentOf(uint32_t cube);
     void linkCubes();
     void finishMeans();
-    LightFit fitNode(const CellNode& node) const;
-    Estimates estimate(uint32_t node, const std::vector<LightFit>& fits) const;
-    template <class Work>
-    void forNeighbors(const CellId& id, const Work& work) const;
     template <class Work>
     void forDescendants(const Cube& cube, const CellId& center, int generations, const Work& work) const;
 
     std::vector<CellNode> m_nodes;
     std::vector<Cube> m_cubes;
-    IndexTable m_cubeIndices;           ///< by CellId::hash
-    std::vector<uint32_t> m_recorded;   ///< nodes of the recorded cells
-    std::vector<Estimates> m_estimates; ///< by index in m_recorded
-    std::vector<uint32_t> m_recordedOfHandle;
+    IndexTable m_cubeIndices;         ///< by CellId::hash
+    std::vector<uint32_t> m_recorded; ///< nodes of the recorded cells
+    std::vector<uint32_t> m_cellOfHandle;
 };
+
+/// Calls work(index) for the nodes within two cells of the center in a cube `generations` below `cube`.
+template <class Work>
+void CellPyramid::forDescendants(const Cube& cube, const CellId& center, int generations,
+                                 const Work& work) const {
+    const int size = 1 << generations;
+    const auto isNear = [&](int32_t low, int32_t c) {
+        const int64_t first = int64_t(low) * size;
+        return first <= int64_t(c) + kReach && first + size > int64_t(c) - kReach;
+    };
+    if (!isNear(cube.id.x, center.x) || !isNear(cube.id.y, center.y) || !isNear(cube.id.z, center.z))
+        return;
+    if (generations == 0) {
+        for (const uint32_t node : cube.nodes)
+            if (node != kAbsent)
+                work(node);
+        return;
+    }
+    for (const uint32_t child : cube.children)
+        if (child != kAbsent)
+            forDescendants(m_cubes[child], center, generations - 1, work);
+}
+
+template <class Work>
+void CellPyramid::forNeighbors(const CellNode& node, const Work& work) const {
+    static_assert(2 * kReach + 1 <= (1 << kGenerations) + 1, "at most two ancestors in each direction");
+    const CellId& id = m_cubes[node.cube].id;
+    CellId ancestor = id;
+    ancestor.level = int16_t(id.level + kGenerations);
+    const auto index = [](int64_t coordinate) { return int32_t(coordinate >> kGenerations); };
+    for (int32_t x = index(int64_t(id.x) - kReach); x <= index(int64_t(id.x) + kReach); ++x)
+        for (int32_t y = index(int64_t(id.y) - kReach); y <= index(int64_t(id.y) + kReach); ++y)
+            for (int32_t z = index(int64_t(id.z) - kReach); z <= index(int64_t(id.z) + kReach); ++z) {
+                ancestor.x = x;
+                ancestor.y = y;
+                ancestor.z = z;
+                if (const uint32_t cube = m_cubeIndices.find(ancestor.hash()); cube != kAbsent)
+                    forDescendants(m_cubes[cube], id, kGenerations, work);
+            }
+}
 
 } // namespace strobe

@@ -5,6 +5,7 @@
 #include "core/math/hash.h"
 #include "core/math/math.h"
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -68,6 +69,21 @@ struct CellUse {
     uint32_t cell : 31; ///< a handle of LightCells
     uint32_t half : 1;
     Rgb albedo; ///< the sum over the samples, weighted by the pixel filter
+};
+
+/// The largest channel of the light of a sample, by part, above which the rest is recorded by itself.
+struct RareLimits {
+    float of[kParts] = {INFINITY, INFINITY};
+};
+
+/// The light of one sample above RareLimits.
+struct RareSample {
+    uint32_t pixel; ///< row by row in the pixel bounds
+    uint32_t cell;  ///< a handle of LightCells
+    uint8_t part, half;
+    bool isInQuarter; ///< see HalfPixelSums
+    Rgb light;        ///< divided by the albedo
+    Rgb albedo;       ///< weighted by the pixel filter
 };
 
 /// Stores cells by their ids. Threads may add concurrently.

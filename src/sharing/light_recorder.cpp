@@ -96,8 +96,9 @@ struct LightRecorder::Chunk {
     CellSoA cells;
 };
 
-LightRecorder::LightRecorder(const Scene& scene, RecordedLight& out, float cellSize, float clamp)
-    : m_scene(scene), m_out(out), m_cellSize(cellSize), m_clamp(clamp) {}
+LightRecorder::LightRecorder(const Scene& scene, RecordedLight& out, float cellSize, float clamp,
+                             const RareLimits& rareLimits)
+    : m_scene(scene), m_out(out), m_cellSize(cellSize), m_clamp(clamp), m_rareLimits(rareLimits) {}
 
 LightRecorder::~LightRecorder() = default;
 
@@ -205,7 +206,8 @@ void LightRecorder::recordHalf(HalfPixel& half, const VisibilityBatch& batch, st
             continue; // neither is it in the film
         const float scale = clampScale(radiance[i]);
         sums.add(vertices[i].emitted, radiance[i], samples.weight[lane] * scale);
-        recordVertex(vertices[i], i, samples.weight[lane], scale, half, sums);
+        recordVertex(vertices[i], i, samples.weight[lane], scale, half, sums,
+                     samples.index[lane] < half.endOfQuarter);
         if (samples.index[lane] < half.endOfQuarter)
             sums.finishQuarter();
     }
@@ -220,15 +222,23 @@ float LightRecorder::clampScale(const Rgb& radiance) const {
 
 /// Records the vertex of sample i of the batch, whose light is multiplied by `scale`.
 void LightRecorder::recordVertex(const FirstVertex& vertex, uint32_t i, float weight, float scale,
-                                 const HalfPixel& half, HalfPixelSums& sums) {
+                                 const HalfPixel& half, HalfPixelSums& sums, bool isInQuarter) {
     if (!vertex.hit || !(vertex.coneWidth > 0))
         return;
-    const Rgb light[kParts] = {irradiance(vertex.direct, vertex.albedo) * scale,
-                               irradiance(vertex.indirect, vertex.albedo) * scale};
-    for (int part = 0; part < kParts; ++part)
-        sums.light[part] += vertex.albedo * light[part] * weight;
+    Rgb light[kParts] = {irradiance(vertex.direct, vertex.albedo) * scale,
+                         irradiance(vertex.indirect, vertex.albedo) * scale};
     const Chunk& chunk = m_chunks[i / kSoAWidth];
     const uint32_t cell = findCell(chunk.cells.at(vertex.hit, int(i % kSoAWidth)));
+    for (int part = 0; part < kParts; ++part) {
+        const float limit = m_rareLimits.of[part], brightness = maxComponent(vertex.albedo * light[part]);
+        if (brightness > limit) {
+            const Rgb rare = light[part] * (1 - limit / brightness);
+            light[part] -= rare;
+            m_rare.push_back({half.pixel, cell, uint8_t(part), uint8_t(half.half), isInQuarter, rare,
+                              vertex.albedo * weight});
+        }
+        sums.light[part] += vertex.albedo * light[part] * weight;
+    }
     CellSums& cellSums = m_cells[cell];
     const V3f offset = chunk.cells.offset.at(int(i % kSoAWidth)) * float(1 << CellSums::kPositionBits);
     const V3f n = chunk.n.at(int(i % kSoAWidth)) * float(1 << CellSums::kNormalBits);
@@ -267,7 +277,11 @@ void LightRecorder::flush() {
         handles[i] = m_out.cells.add(m_cells[i]);
     for (CellUse& use : m_uses)
         use.cell = handles[use.cell] & 0x7fffffffu;
+    for (RareSample& rare : m_rare)
+        rare.cell = handles[rare.cell];
     m_out.addUses(m_uses);
+    m_out.addRare(m_rare);
+    m_rare.clear();
     m_cells.clear();
     m_uses.clear();
     m_cellIndices.clear();

@@ -70,12 +70,18 @@ struct RecordedLight {
         const std::lock_guard lock(mutex);
         uses.emplace_back(more.begin(), more.end());
     }
+    /// Adds samples; any thread may call it.
+    void addRare(std::span<const RareSample> more) {
+        const std::lock_guard lock(mutex);
+        rare.insert(rare.end(), more.begin(), more.end());
+    }
 
     const PixelBounds pixelBounds;
     LightCells cells;
     /// By batch. Batches are in any order, but those of one pixel are in the order of their passes.
     std::vector<std::vector<CellUse>> uses;
     std::vector<HalfPixelSums> pixels;
+    std::vector<RareSample> rare; ///< in any order
     std::mutex mutex;
 };
 
@@ -84,7 +90,8 @@ class LightRecorder {
   public:
     /// `cellSize`: the edge of cells in pixels, within a factor of √2.
     /// `clamp`: see RenderSettings.
-    LightRecorder(const Scene& scene, RecordedLight& out, float cellSize, float clamp);
+    LightRecorder(const Scene& scene, RecordedLight& out, float cellSize, float clamp,
+                  const RareLimits& rareLimits);
     ~LightRecorder();
     /// Records the radiance and the first vertices of a batch whose request i is that of sample i.
     void record(const VisibilityBatch& batch, std::span<const Rgb> radiance,
@@ -101,7 +108,7 @@ class LightRecorder {
                     std::span<const FirstVertex> vertices);
     float clampScale(const Rgb& radiance) const;
     void recordVertex(const FirstVertex& vertex, uint32_t i, float weight, float scale, const HalfPixel& half,
-                      HalfPixelSums& sums);
+                      HalfPixelSums& sums, bool isInQuarter);
     CellUse& findUse(const HalfPixel& half, uint32_t cell);
     uint32_t findCell(const CellId& id);
     void flush();
@@ -109,20 +116,23 @@ class LightRecorder {
     const Scene& m_scene;
     RecordedLight& m_out;
     const float m_cellSize, m_clamp;
+    const RareLimits m_rareLimits;
     // The current batch:
     std::vector<Chunk> m_chunks;
     std::vector<HalfPixel> m_halves;
     IndexTable m_cellIndices;
     std::vector<CellSums> m_cells;
-    uint32_t m_lastCell = 0;     ///< found last
-    std::vector<CellUse> m_uses; ///< `cell` is an index into m_cells
+    uint32_t m_lastCell = 0;        ///< found last
+    std::vector<CellUse> m_uses;    ///< `cell` is an index into m_cells
+    std::vector<RareSample> m_rare; ///< likewise
 };
 
 /// A worker that requests a shade for each sample, and records the light that they find.
 class RecordingWorker : public IntegratorWorker {
   public:
-    RecordingWorker(const Scene& scene, RecordedLight& out, float cellSize, float clamp)
-        : m_scene(scene), m_recorder(scene, out, cellSize, clamp) {}
+    RecordingWorker(const Scene& scene, RecordedLight& out, float cellSize, float clamp,
+                    const RareLimits& rareLimits)
+        : m_scene(scene), m_recorder(scene, out, cellSize, clamp, rareLimits) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
     std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
                                  std::span<Rgb>) override {

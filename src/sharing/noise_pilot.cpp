@@ -31,15 +31,57 @@ struct BlockErrors {
     }
 };
 
+/// The largest channel of the light of each sample, by part.
+struct Brightness {
+    std::vector<float> values[kParts];
+    void add(const Brightness& other) {
+        for (int part = 0; part < kParts; ++part)
+            values[part].insert(values[part].end(), other.values[part].begin(), other.values[part].end());
+    }
+    /// Returns the limits above which this fraction of the samples of each part is.
+    RareLimits limits(double fraction) {
+        RareLimits out;
+        for (int part = 0; part < kParts; ++part) {
+            std::vector<float>& all = values[part];
+            const auto count = std::max(std::ptrdiff_t(fraction * double(all.size())), std::ptrdiff_t(1));
+            if (count >= std::ptrdiff_t(all.size()))
+                continue;
+            std::nth_element(all.begin(), all.begin() + count, all.end(), std::greater<float>());
+            if (all[size_t(count)] > 0)
+                out.of[part] = all[size_t(count)];
+        }
+        return out;
+    }
+};
+
+/// Records the samples of a block, and their brightness.
+class PilotWorker : public RecordingWorker {
+  public:
+    PilotWorker(const Scene& scene, RecordedLight& out, float cellSize, float clamp, Brightness& brightness)
+        : RecordingWorker(scene, out, cellSize, clamp, {}), m_brightness(brightness) {}
+    void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
+                 std::span<const FirstVertex> vertices) override {
+        RecordingWorker::observe(batch, radiance, vertices);
+        for (const FirstVertex& vertex : vertices) {
+            m_brightness.values[int(LightPart::Direct)].push_back(maxComponent(vertex.direct));
+            m_brightness.values[int(LightPart::Indirect)].push_back(maxComponent(vertex.indirect));
+        }
+    }
+
+  private:
+    Brightness& m_brightness;
+};
+
 /// The pilot of one block of pixels.
 class PilotState : public IntegratorState {
   public:
     PilotState(const Scene& scene, const RenderContext& context, const PixelBounds& block, float cellSize)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp), m_light(block) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp);
+        return std::make_unique<PilotWorker>(m_scene, m_light, m_cellSize, m_clamp, m_brightness);
     }
     bool observes() const override { return true; }
+    const Brightness& brightness() const { return m_brightness; }
     /// Returns the errors of the rendered block.
     BlockErrors errors() const {
         const LightSharing sharing(m_light);
@@ -69,6 +111,7 @@ class PilotState : public IntegratorState {
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
     RecordedLight m_light;
+    Brightness m_brightness;
 };
 
 /// Returns blocks of pixels that are spread evenly over the pixel bounds.
@@ -103,10 +146,13 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
 
 } // namespace
 
-LightParts chooseParts(const Scene& scene, const RenderContext& context, float cellSize) {
+SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize) {
     constexpr int kBlockSize = 12, kMinSamples = 16, kMaxSamples = 64, kMaxBlocks = 64;
     constexpr double kPilotShare = 0.02, kPasses = 64; // the samples of passes, whose number is not known
     constexpr double kMinGain = 0.1; // of the error that is left; less is not worth the time
+    // The fraction of the samples that are recorded one by one falls with their number, so that the limits
+    // rise.
+    constexpr double kMaxRare = 0.005;
     const double samples = context.isPass ? kPasses : context.samplesPerPixel;
     if (samples < kHalves)
         return {};
@@ -117,12 +163,19 @@ LightParts chooseParts(const Scene& scene, const RenderContext& context, float c
     const double count = kPilotShare * pixels * samples / (kBlockSize * kBlockSize * pilotSamples);
     const auto blocks = blocksIn(context.pixelBounds, std::clamp(int(count), 1, kMaxBlocks), kBlockSize);
     std::vector<BlockErrors> errorsOfBlocks(blocks.size());
+    std::vector<Brightness> brightnessOfBlocks(blocks.size());
     parallelFor(blocks.size(), [&](size_t i) {
         PilotState pilot(scene, context, blocks[i], cellSize);
         const Counters counters = context.renderPilot(pilot, blocks[i], pilotSamples);
         errorsOfBlocks[i] = pilot.errors();
         errorsOfBlocks[i].counters = counters;
+        brightnessOfBlocks[i] = pilot.brightness();
     });
+    Brightness brightness;
+    for (const Brightness& block : brightnessOfBlocks)
+        brightness.add(block);
+    SharingPlan plan;
+    plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
     BlockErrors errors;
     for (const BlockErrors& block : errorsOfBlocks)
         errors.add(block);
@@ -131,11 +184,12 @@ LightParts chooseParts(const Scene& scene, const RenderContext& context, float c
         own += errors.of(part).own;
         mixed += errors.of(part).mixed;
     }
-    LightParts parts;
     for (const LightPart part : kAllParts)
         if (errors.of(part).own - errors.of(part).mixed > kMinGain * mixed)
-            parts.add(part);
-    return own > (1 + 2 * overheadOf(scene, samples, errors.counters)) * mixed ? parts : LightParts{};
+            plan.parts.add(part);
+    if (!(own > (1 + 2 * overheadOf(scene, samples, errors.counters)) * mixed))
+        plan.parts = {};
+    return plan;
 }
 
 } // namespace strobe

@@ -6,10 +6,16 @@
 
 namespace strobe {
 
-/// Renders a pilot of about 2 % of the samples and reconstructs its light. Returns the parts of the light to
-/// share: those that reduce the remaining error by a tenth or more, or none if the predicted gain is less
-/// than twice the time of recording and reconstruction. Less than 2 samples per pixel: none. The result
-/// depends on the seed and the pixel bounds, not on measured times.
-LightParts chooseParts(const Scene& scene, const RenderContext& context, float cellSize);
+/// How the light of a render is shared.
+struct SharingPlan {
+    LightParts parts; ///< the parts of the light to share; empty: the render equals that of supersample
+    RareLimits rareLimits;
+};
+
+/// Renders a pilot of about 2 % of the samples and reconstructs its light. The parts to share are those that
+/// reduce the remaining error by a tenth or more, or none if the predicted gain is less than twice the time
+/// of recording and reconstruction. Less than 2 samples per pixel: none. The result depends on the seed and
+/// the pixel bounds, not on measured times.
+SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize);
 
 } // namespace strobe

@@ -1,9 +1,11 @@
 #include "sharing/reconstruction.h"
 
 #include "core/util/parallel.h"
-#include "sharing/cell_pyramid.h"
+#include "sharing/cell_estimates.h"
+#include "sharing/rare_light.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace strobe {
 
@@ -225,34 +227,117 @@ class Mixture {
 };
 
 /// Returns the width of the region of a candidate in edges of recorded cells.
-float widthOf(int candidate) { return candidate == 0 ? 1 : CellPyramid::fitWidth(candidate - 1); }
+float widthOf(int candidate) { return candidate == 0 ? 1 : fitWidth(candidate - 1); }
+
+/// The samples above RareLimits, in an order that does not depend on threads.
+std::vector<RareSample> sortedSamples(const RecordedLight& light) {
+    std::vector<RareSample> samples = light.rare;
+    const auto key = [](const RareSample& s) {
+        return std::tuple(s.pixel, s.part, s.half, s.light.x, s.light.y, s.light.z, s.albedo.x, s.albedo.y,
+                          s.albedo.z);
+    };
+    std::sort(samples.begin(), samples.end(),
+              [&](const RareSample& a, const RareSample& b) { return key(a) < key(b); });
+    return samples;
+}
+
+/// Returns the mean number of samples of a pixel.
+float samplesPerPixel(const RecordedLight& light) {
+    double samples = 0;
+    for (const HalfPixelSums& half : light.pixels)
+        samples += half.count;
+    return float(samples * kHalves / double(light.pixels.size()));
+}
 
 } // namespace
 
 struct LightSharing::Data {
-    const RecordedLight& light;
+    explicit Data(const RecordedLight& recorded);
+    void addCommonLight();
+    SharedPart shareCommonLight(LightPart part) const;
+    void shareRareLight(LightPart part, std::vector<Rgb>& correction) const;
+
+    RecordedLight light; ///< without rare light
     CellPyramid pyramid;
     PixelUses uses;
+    std::vector<RareSample> samples;
+    RareLight rare;
+    std::vector<CellEstimate> estimates; ///< by cell
 };
 
-LightSharing::LightSharing(const RecordedLight& light)
-    : m_data(
-          new Data{light, CellPyramid(light.cells), PixelUses(light.uses, light.pixels.size() / kHalves)}) {}
+LightSharing::Data::Data(const RecordedLight& recorded)
+    : light(recorded.pixelBounds), pyramid(recorded.cells),
+      uses(recorded.uses, recorded.pixels.size() / kHalves), samples(sortedSamples(recorded)),
+      rare(pyramid, samples, samplesPerPixel(recorded)) {
+    light.pixels = recorded.pixels;
+    addCommonLight();
+    estimates = estimateCells(pyramid);
+}
 
-LightSharing::~LightSharing() = default;
+/// Adds the light of the samples above RareLimits to the other light, as far as it is not rare.
+void LightSharing::Data::addCommonLight() {
+    for (const RareSample& sample : samples) {
+        const uint32_t cell = pyramid.cellOf(sample.cell);
+        const Rgb common = sample.light * (1 - rare.rarity(cell, sample.part));
+        pyramid.addLight(cell, sample.part, sample.half, common);
+        HalfPixelSums& sums = light.pixel(sample.pixel, sample.half);
+        sums.light[sample.part] += sample.albedo * common;
+        if (sample.isInQuarter)
+            sums.quarterLight[sample.part] += sample.albedo * common;
+    }
+}
 
-SharedPart LightSharing::share(LightPart part) const {
-    Mixture mixture(m_data->light, part);
+SharedPart LightSharing::Data::shareCommonLight(LightPart part) const {
+    Mixture mixture(light, part);
     for (int k = 0; k < kCandidates; ++k) {
         const auto estimate = [&, k](size_t pixel, Rgb(&shared)[kHalves]) {
             shared[0] = shared[1] = Rgb(0);
-            for (const CellUse& use : m_data->uses.of(pixel))
-                shared[use.half] += m_data->light.pixel(pixel, int(use.half)).mean(use.albedo) *
-                                    m_data->pyramid.estimates(use.cell).at(k, part, int(use.half));
+            for (const CellUse& use : uses.of(pixel))
+                shared[use.half] += light.pixel(pixel, int(use.half)).mean(use.albedo) *
+                                    estimates[pyramid.cellOf(use.cell)].at(k, part, int(use.half));
         };
         mixture.add(estimate, widthOf(k));
     }
     return mixture.finish();
+}
+
+/// Replaces the rare light of each pixel's own samples by that of the regions around its cells, scaled such
+/// that the sum of the image remains.
+void LightSharing::Data::shareRareLight(LightPart part, std::vector<Rgb>& correction) const {
+    std::vector<Rgb> own(correction.size(), Rgb(0)), shared(correction.size(), Rgb(0));
+    for (const RareSample& sample : samples)
+        if (sample.part == int(part))
+            own[sample.pixel] +=
+                sample.albedo * sample.light * rare.rarity(pyramid.cellOf(sample.cell), sample.part);
+    double ownTotal[3] = {}, sharedTotal[3] = {};
+    for (size_t i = 0; i < correction.size(); ++i) {
+        const float count = float(light.pixel(i, 0).count + light.pixel(i, 1).count);
+        if (!(count > 0))
+            continue;
+        for (const CellUse& use : uses.of(i))
+            shared[i] += use.albedo * rare.light(pyramid.cellOf(use.cell), int(part)) * (1 / count);
+        own[i] *= 1 / count;
+        for (int c = 0; c < 3; ++c) {
+            ownTotal[c] += double(own[i][c]);
+            sharedTotal[c] += double(shared[i][c]);
+        }
+    }
+    for (int c = 0; c < 3; ++c) {
+        const float scale = sharedTotal[c] > 0 ? float(ownTotal[c] / sharedTotal[c]) : 0;
+        for (size_t i = 0; i < correction.size(); ++i)
+            correction[i][c] += shared[i][c] * scale - own[i][c];
+    }
+}
+
+LightSharing::LightSharing(const RecordedLight& light) : m_data(new Data(light)) {}
+
+LightSharing::~LightSharing() = default;
+
+SharedPart LightSharing::share(LightPart part) const {
+    SharedPart out = m_data->shareCommonLight(part);
+    if (!m_data->samples.empty())
+        m_data->shareRareLight(part, out.correction);
+    return out;
 }
 
 } // namespace strobe

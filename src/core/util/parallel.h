@@ -47,4 +47,15 @@ void parallelFor(size_t count, const Body& body) {
     runTasks(count, ParallelLoop<Body>::run, &loop);
 }
 
+/// The same for short calls: a task makes some hundreds of them.
+template <class Body>
+void parallelForRuns(size_t count, const Body& body) {
+    constexpr size_t kRun = 256;
+    parallelFor((count + kRun - 1) / kRun, [&](size_t run) {
+        const size_t end = count - run * kRun < kRun ? count : (run + 1) * kRun;
+        for (size_t i = run * kRun; i < end; ++i)
+            body(i);
+    });
+}
+
 } // namespace strobe

@@ -1,5 +1,5 @@
 // Cells of light at rest, and their fits.
-#include "sharing/cell_pyramid.h"
+#include "sharing/cell_estimates.h"
 
 #include <gtest/gtest.h>
 
@@ -27,6 +27,17 @@ CellSums planeCell(int32_t x, int32_t y, const Rgb& first, const Rgb& second) {
         light.add(Rgb(1), 1);
     return sums;
 }
+
+/// The estimates of cells by their handles.
+class Estimates {
+  public:
+    explicit Estimates(const LightCells& cells) : m_pyramid(cells), m_estimates(estimateCells(m_pyramid)) {}
+    const CellEstimate& of(uint32_t handle) const { return m_estimates[m_pyramid.cellOf(handle)]; }
+
+  private:
+    CellPyramid m_pyramid;
+    std::vector<CellEstimate> m_estimates;
+};
 
 V3f centerOf(int32_t x, int32_t y) { return V3f(float(x) + 0.5f, float(y) + 0.5f, 0); }
 
@@ -57,7 +68,7 @@ TEST(LightCells, HandlesAreStable) {
 }
 
 /// Ridges shrink derivatives by a tenth. Without derivatives, errors would be ten times as large.
-TEST(CellPyramid, FitsReproduceLinearLight) {
+TEST(CellEstimates, FitsReproduceLinearLight) {
     LightCells cells;
     constexpr int kSize = 24;
     uint32_t handles[kSize][kSize];
@@ -66,24 +77,24 @@ TEST(CellPyramid, FitsReproduceLinearLight) {
             const Rgb light = linearLight(centerOf(x, y));
             handles[y][x] = cells.add(planeCell(x, y, light, light * 2.f));
         }
-    const CellPyramid pyramid(cells);
+    const Estimates estimates(cells);
     for (int y = 8; y < 16; ++y)
         for (int x = 8; x < 16; ++x) {
             const Rgb expected = linearLight(centerOf(x, y));
-            const CellPyramid::Estimates& estimates = pyramid.estimates(handles[y][x]);
+            const CellEstimate& estimate = estimates.of(handles[y][x]);
             for (int k = 0; k <= kFitScales; ++k)
                 for (int c = 0; c < 3; ++c) {
                     const float tolerance = 0.04f * float(1 << k);
-                    EXPECT_NEAR(estimates.at(k, kPart, 0)[c], expected[c], tolerance)
+                    EXPECT_NEAR(estimate.at(k, kPart, 0)[c], expected[c], tolerance)
                         << x << " " << y << " " << k;
-                    EXPECT_NEAR(estimates.at(k, kPart, 1)[c], 2 * expected[c], 2 * tolerance)
+                    EXPECT_NEAR(estimate.at(k, kPart, 1)[c], 2 * expected[c], 2 * tolerance)
                         << x << " " << y << " " << k;
-                    EXPECT_NEAR(estimates.at(k, LightPart::Direct, 1)[c], 1, 1e-4f);
+                    EXPECT_NEAR(estimate.at(k, LightPart::Direct, 1)[c], 1, 1e-4f);
                 }
         }
 }
 
-TEST(CellPyramid, FitsAverageNoise) {
+TEST(CellEstimates, FitsAverageNoise) {
     LightCells cells;
     constexpr int kSize = 24;
     uint32_t handles[kSize][kSize];
@@ -92,30 +103,30 @@ TEST(CellPyramid, FitsAverageNoise) {
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x)
             handles[y][x] = cells.add(planeCell(x, y, Rgb(noise(random)), Rgb(noise(random))));
-    const CellPyramid pyramid(cells);
+    const Estimates estimates(cells);
     double squares[1 + kFitScales] = {};
     for (int y = 4; y < 20; ++y)
         for (int x = 4; x < 20; ++x)
             for (int k = 0; k <= kFitScales; ++k)
-                squares[k] += sqr(pyramid.estimates(handles[y][x]).at(k, kPart, 0).x - 1) / 256;
+                squares[k] += sqr(estimates.of(handles[y][x]).at(k, kPart, 0).x - 1) / 256;
     EXPECT_NEAR(squares[0], 1, 0.35);
     for (int k = 1; k <= kFitScales; ++k)
         EXPECT_LT(squares[k], 0.5 * squares[k - 1]) << k;
 }
 
-TEST(CellPyramid, OppositeSidesDoNotShare) {
+TEST(CellEstimates, OppositeSidesDoNotShare) {
     LightCells cells;
     const uint32_t front = cells.add(planeCell(0, 0, Rgb(1), Rgb(1)));
     CellSums back = planeCell(0, 0, Rgb(9), Rgb(9));
     back.id.face = 5;
     back.n[2] *= -1;
     cells.add(back);
-    const CellPyramid pyramid(cells);
+    const Estimates estimates(cells);
     for (int k = 0; k <= kFitScales; ++k)
-        EXPECT_NEAR(pyramid.estimates(front).at(k, kPart, 0).x, 1, 1e-4f);
+        EXPECT_NEAR(estimates.of(front).at(k, kPart, 0).x, 1, 1e-4f);
 }
 
-TEST(CellPyramid, DoesNotDependOnTheOrderOfCells) {
+TEST(CellEstimates, DoesNotDependOnTheOrderOfCells) {
     LightCells cells, reversed;
     uint32_t handles[2][100];
     for (int i = 0; i < 100; ++i) {
@@ -125,12 +136,11 @@ TEST(CellPyramid, DoesNotDependOnTheOrderOfCells) {
         handles[0][i] = add(cells, i);
         handles[1][99 - i] = add(reversed, 99 - i);
     }
-    const CellPyramid a(cells), b(reversed);
+    const Estimates a(cells), b(reversed);
     for (int i = 0; i < 100; ++i)
         for (int k = 0; k <= kFitScales; ++k)
             for (int half = 0; half < kHalves; ++half)
-                EXPECT_EQ(a.estimates(handles[0][i]).at(k, kPart, half),
-                          b.estimates(handles[1][i]).at(k, kPart, half));
+                EXPECT_EQ(a.of(handles[0][i]).at(k, kPart, half), b.of(handles[1][i]).at(k, kPart, half));
 }
 
 } // namespace

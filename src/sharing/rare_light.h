@@ -1,0 +1,53 @@
+// Light of rare bright samples, spread over the surface around them.
+#pragma once
+
+#include "sharing/cell_pyramid.h"
+
+namespace strobe {
+
+/// A few samples find far more light than their neighbors: by a chain of unlikely choices, they reach a small
+/// bright region. A fit that contains one of them is a bright spot as large as its region. Therefore, light
+/// above a limit is recorded sample by sample (RareSample). Around each cell, a region is chosen that
+/// contains the light of several such samples. Where each pixel has samples like these, as in a highlight,
+/// they are not rare, and their light is treated like all other light.
+class RareLight {
+  public:
+    /// `samples` in an order that does not depend on threads. `samplesPerPixel`: mean.
+    RareLight(const CellPyramid& pyramid, std::span<const RareSample> samples, float samplesPerPixel);
+
+    /// Returns the fraction of the samples' light above the limit that is rare at a recorded cell, in [0,1].
+    float rarity(uint32_t cell, int part) const { return m_estimates[kParts * cell + size_t(part)].rarity; }
+    /// Returns the rare light per sample around a recorded cell.
+    const Rgb& light(uint32_t cell, int part) const {
+        return m_estimates[kParts * cell + size_t(part)].light;
+    }
+
+  private:
+    /// Sums over samples, weighted.
+    struct Sums {
+        float brightness = 0, squares = 0; ///< of the light above the limit
+        Rgb rare = Rgb(0);
+        float count = 0; ///< of all samples
+    };
+    struct Estimate {
+        float rarity = 0;
+        Rgb light = Rgb(0);
+    };
+    template <class Work>
+    void forNodesOf(const RareSample& sample, const Work& work);
+    float countIn(uint32_t node, int part) const;
+    Sums sumsAround(const CellNode& center, const CellNode& scale, int part) const;
+    template <class Work>
+    void forRegions(uint32_t cell, int part, const Work& work) const;
+    float countPerSample(uint32_t cell, int part) const;
+    Rgb lightAround(uint32_t cell, int part) const;
+    uint32_t topOf(uint32_t cell) const;
+    void findTops();
+
+    const CellPyramid& m_pyramid;
+    std::vector<Sums> m_sums;          ///< by node, by part; `count` is unused
+    std::vector<uint8_t> m_isNearRare; ///< by node, by part
+    std::vector<Estimate> m_estimates; ///< by cell, by part
+};
+
+} // namespace strobe

@@ -1,0 +1,87 @@
+// Light of rare bright samples on a plane of cells.
+#include "sharing/rare_light.h"
+
+#include <gtest/gtest.h>
+
+namespace strobe {
+namespace {
+
+constexpr int kSize = 64, kPart = int(LightPart::Indirect);
+constexpr float kSamples = 16; ///< per cell
+
+/// The plane z = 0, with cells of edge 1 that are as wide as a pixel, and samples above the limit.
+struct Plane {
+    LightCells cells;
+    uint32_t handles[kSize][kSize];
+    std::vector<RareSample> samples;
+
+    Plane() {
+        for (int y = 0; y < kSize; ++y)
+            for (int x = 0; x < kSize; ++x) {
+                CellSums sums;
+                sums.id = {7, x, y, 0, 0, 4};
+                for (int k = 0; k < 2; ++k)
+                    sums.p[k] = int64_t(kSamples) << (CellSums::kPositionBits - 1);
+                sums.n[2] = int64_t(kSamples) << CellSums::kNormalBits;
+                for (auto& part : sums.light)
+                    for (int i = 0; i < int(kSamples); ++i)
+                        part[i % kHalves].add(Rgb(0), 1);
+                handles[y][x] = cells.add(sums);
+            }
+    }
+    void addSample(int x, int y, float light) {
+        samples.push_back(
+            {uint32_t(y * kSize + x), handles[y][x], uint8_t(kPart), 0, false, Rgb(light), Rgb(1)});
+    }
+};
+
+TEST(RareLight, IsSpreadEvenly) {
+    Plane plane;
+    for (int y = 0; y < kSize; y += 8)
+        for (int x = 0; x < kSize; x += 8)
+            plane.addSample(x + (y * 5 / 8) % 8, y + (x * 3 / 8) % 8, 64 * kSamples);
+    const CellPyramid pyramid(plane.cells);
+    const RareLight rare(pyramid, plane.samples, kSamples);
+    for (int y = 16; y < 48; ++y)
+        for (int x = 16; x < 48; ++x) {
+            const uint32_t cell = pyramid.cellOf(plane.handles[y][x]);
+            EXPECT_NEAR(rare.light(cell, kPart).x, 1, 0.25f) << x << " " << y;
+            EXPECT_EQ(rare.light(cell, 1 - kPart).x, 0);
+        }
+    EXPECT_GT(rare.rarity(pyramid.cellOf(plane.samples.front().cell), kPart), 0.98f);
+}
+
+/// One sample is much brighter than all others: it does not make a spot.
+TEST(RareLight, RegionsHaveSeveralSamples) {
+    Plane plane;
+    for (int i = 0; i < kSize; i += 4)
+        plane.addSample(i, (i * 7) % kSize, 10);
+    plane.addSample(32, 32, 1e5f);
+    const CellPyramid pyramid(plane.cells);
+    const RareLight rare(pyramid, plane.samples, kSamples);
+    const float mean = 1e5f / (kSamples * kSize * kSize);
+    EXPECT_LT(rare.light(pyramid.cellOf(plane.handles[32][32]), kPart).x, 4 * mean);
+}
+
+/// In a highlight each pixel has bright samples.
+TEST(RareLight, HighlightsAreNotRare) {
+    Plane plane;
+    for (int y = 30; y < 34; ++y)
+        for (int x = 30; x < 34; ++x)
+            for (int i = 0; i < 8; ++i)
+                plane.addSample(x, y, 10);
+    const CellPyramid pyramid(plane.cells);
+    const RareLight rare(pyramid, plane.samples, kSamples);
+    EXPECT_EQ(rare.rarity(pyramid.cellOf(plane.handles[32][32]), kPart), 0);
+    EXPECT_EQ(rare.light(pyramid.cellOf(plane.handles[20][20]), kPart).x, 0);
+}
+
+TEST(RareLight, IsBlackWithoutSamples) {
+    const Plane plane;
+    const CellPyramid pyramid(plane.cells);
+    const RareLight rare(pyramid, {}, kSamples);
+    EXPECT_EQ(rare.light(0, kPart), Rgb(0));
+}
+
+} // namespace
+} // namespace strobe
