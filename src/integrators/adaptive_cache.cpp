@@ -7,7 +7,7 @@
 #include "sharing/reconstruction.h"
 
 #include <limits>
-#include <numeric>
+#include <optional>
 
 namespace strobe {
 
@@ -21,10 +21,14 @@ class AdaptiveState : public IntegratorState {
     AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
           m_plan(planSharing(scene, context, cellSize)), m_parts(m_plan.parts),
-          m_light(m_parts.isEmpty() ? PixelBounds{} : context.pixelBounds) {}
+          m_light(m_parts.isEmpty() ? PixelBounds{} : context.pixelBounds) {
+        if (observes())
+            m_refinement.emplace(scene, context.sampling, context.pixelBounds, context.samplesPerPixel,
+                                 m_plan.emission);
+    }
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp,
-                                                 m_plan.rareLimits);
+        return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp, m_plan.rareLimits,
+                                                 m_refinement ? &*m_refinement : nullptr);
     }
     /// Keeps the records: all passes are reconstructed together.
     void restart(uint64_t, int) override { m_light.mergeUses(); }
@@ -37,20 +41,18 @@ class AdaptiveState : public IntegratorState {
                : direct           ? "shares direct light"
                                   : "shares indirect light";
     }
-    void finish(const CameraSampling& sampling, Film& film) const override {
+    void finish(Film& film) const override {
         if (!observes())
             return;
         const LightSharing sharing(m_light);
         std::vector<SharedPart> parts;
-        double error = 0; // squared, of all pixels
         for (const LightPart part : {LightPart::Direct, LightPart::Indirect})
             if (m_parts.has(part)) {
                 parts.push_back(sharing.share(part));
                 film.addToImage(parts.back().correction);
-                error = std::accumulate(parts.back().variance.begin(), parts.back().variance.end(), error);
             }
         setLayers(parts, film);
-        film.addToImage(emissionCorrection(m_scene, sampling, m_light, error));
+        film.addToImage(emissionCorrection(m_light));
     }
 
   private:
@@ -88,6 +90,7 @@ class AdaptiveState : public IntegratorState {
     const SharingPlan m_plan;
     const LightParts m_parts;
     RecordedLight m_light;
+    std::optional<EmissionRefinement> m_refinement; ///< none: nothing is shared
 };
 
 class AdaptiveCache : public Integrator {

@@ -54,7 +54,7 @@ class IndirectCache : public Integrator {
                                                       context.lightComponents == 0);
         else if (settings.blockSize == 0)
             settings.cacheBytes = 0;
-        return beginLatticeSharing(scene, settings, context.seed);
+        return beginLatticeSharing(scene, settings, context.sampling.seed);
     }
 
   private:

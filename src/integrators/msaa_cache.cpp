@@ -73,7 +73,7 @@ class MsaaCache : public Integrator {
                                                       isShared() && context.lightComponents == 0);
         else if (m_size.isAutomatic)
             settings.cacheBytes = 0;
-        return isShared() ? beginLatticeSharing(scene, settings, context.seed)
+        return isShared() ? beginLatticeSharing(scene, settings, context.sampling.seed)
                           : beginFirstRaySharing(scene, settings);
     }
 

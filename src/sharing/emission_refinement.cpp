@@ -7,19 +7,8 @@
 
 namespace strobe {
 
-namespace {
-
-/// The cost of a visibility sample relative to that of a shaded one.
-constexpr double kRelativeCost = 0.25;
-/// The largest cost of this step relative to that of the render.
-constexpr double kMaxCost = 0.05;
-constexpr uint32_t kMaxSamplesPerPixel = 1 << 20;
-constexpr uint32_t kBatchSamples = 2048;
-/// Distinguishes the random numbers of this step from those of the render.
-constexpr uint64_t kSeedOfStep = 0x656d6974;
-
-/// Means over samples of the emission e and the radiance v of a pixel or several.
-struct Moments {
+/// Sums over samples of the emission e and the radiance v of a pixel or several.
+struct EmissionMoments {
     float count = 0, v = 0, e = 0, ee = 0, ve = 0;
     void add(const HalfPixelSums& sums) {
         count += float(sums.count);
@@ -28,14 +17,35 @@ struct Moments {
         ee += sums.ee;
         ve += sums.ve;
     }
+    void add(const EmissionMoments& other) {
+        count += other.count;
+        e += other.e;
+        ee += other.ee;
+    }
+    void addEmission(float emission) {
+        ++count;
+        e += emission;
+        ee += sqr(emission);
+    }
     float variance() const { return count > 0 ? std::max(ee / count - sqr(e / count), 0.f) : 0; }
     float covariance() const { return count > 0 ? ve / count - e * v / sqr(count) : 0; }
 };
 
+namespace {
+
+/// The cost of a visibility sample relative to that of a shaded one.
+constexpr double kRelativeCost = 0.25;
+/// The largest cost of this step relative to that of the render.
+constexpr double kMaxCost = 0.05;
+constexpr uint32_t kMaxSamplesPerPixel = 1 << 20;
+constexpr uint32_t kBatchSamples = 2048;
+/// Distinguish the random numbers of this step from those of the render.
+constexpr uint64_t kSeedOfProbes = 0x70726f62, kSeedOfSamples = 0x656d6974;
+
 /// The noise of emission in one half of a pixel, estimated from the other half and from neighboring pixels.
 struct EmissionNoise {
     float coefficient = 0; ///< of the regression of radiance on emission, in [0,1]
-    float deviation = 0;   ///< standard deviation of the emission of a sample, times the coefficient
+    float deviation = 0;   ///< standard deviation of the emission of a sample
 };
 
 /// Within a pixel and its neighbors, variances and covariances are those around each pixel's mean.
@@ -46,7 +56,7 @@ EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half
         for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u) {
             const size_t pixel = size_t(v) * size_t(width) + size_t(u);
             const bool isSame = u == x && v == y;
-            Moments moments;
+            EmissionMoments moments;
             for (int h = 0; h < kHalves; ++h)
                 if (!isSame || h != half)
                     moments.add(light.pixel(pixel, h));
@@ -57,7 +67,7 @@ EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half
     if (!(variance > 0))
         return {};
     const float coefficient = std::clamp(covariance / variance, 0.f, 1.f);
-    return {coefficient, coefficient * std::sqrt(variance)};
+    return {coefficient, std::sqrt(variance)};
 }
 
 Rgb emissionOf(const Scene& scene, const VisibilitySample& sample) {
@@ -68,89 +78,133 @@ Rgb emissionOf(const Scene& scene, const VisibilitySample& sample) {
     return scene.emitted(scene.surface(sample.hit, sample.ray.time), sample.hit, -sample.ray.d);
 }
 
-/// Returns the mean emission of `count` new camera samples of a pixel.
-Rgb sampleEmission(const Scene& scene, const CameraSampling& sampling, const PixelRef& pixel,
-                   uint32_t count) {
-    PixelAccumulator sum;
-    SoAVector<VisibilitySoA> samples;
-    for (uint32_t first = 0; first < count; first += kBatchSamples) {
-        VisibilityTracer tracer(scene, sampling.sampler, sampling.filter, count,
-                                {first, std::min(count, first + kBatchSamples)});
-        tracer.generate(std::span(&pixel, 1), samples);
-        tracer.trace(samples);
-        for (const VisibilitySample& sample : samples)
-            sum.add(emissionOf(scene, sample), sample.weight);
+/// Distributes samples in proportion to the standard deviations (Neyman allocation). Their number b minimizes
+/// the product of error and time, (otherError + deviations²/b) (samples of the render + kRelativeCost b).
+/// Returns no samples if that gains little.
+std::vector<uint32_t> distribute(const std::vector<float>& deviations, int samplesPerPixel,
+                                 double otherError) {
+    const double own = samplesPerPixel, samples = own * double(deviations.size());
+    double sum = 0, error = 0;
+    for (const float deviation : deviations) {
+        sum += double(deviation);
+        error += sqr(double(deviation)) / own;
     }
-    return sum.mean();
-}
-
-struct Refinement {
-    size_t pixel;
-    int half;
-    uint32_t samples;
-    float coefficient;
-};
-
-/// Distributes samples in proportion to the standard deviation (Neyman allocation). Their number b minimizes
-/// the product of error and time, (otherError + deviations²/b) (recorded samples + kRelativeCost b).
-std::vector<Refinement> planRefinements(const RecordedLight& light, double otherError) {
-    const int width = light.pixelBounds.width();
-    std::vector<EmissionNoise> noise(light.pixels.size());
-    parallelFor(size_t(light.pixelBounds.height()), [&](size_t y) {
-        for (int x = 0; x < width; ++x)
-            for (int half = 0; half < kHalves; ++half)
-                noise[kHalves * (y * size_t(width) + size_t(x)) + size_t(half)] =
-                    noiseFromOthers(light, x, int(y), half);
-    });
-    double deviations = 0, samples = 0, error = 0;
-    for (size_t i = 0; i < noise.size(); ++i) {
-        const double count = light.pixels[i].count;
-        deviations += double(noise[i].deviation) / kHalves;
-        samples += count;
-        if (count > 0)
-            error += sqr(double(noise[i].deviation)) / (kHalves * kHalves * count);
-    }
-    std::vector<Refinement> plan;
-    if (deviations == 0)
-        return plan;
+    if (sum == 0)
+        return {};
     double budget = kMaxCost / kRelativeCost * samples;
     if (otherError > 0)
-        budget = std::min(budget, deviations * std::sqrt(samples / (kRelativeCost * otherError)));
+        budget = std::min(budget, sum * std::sqrt(samples / (kRelativeCost * otherError)));
     const double timeFactor = 1 + kRelativeCost * budget / samples;
-    if ((otherError + sqr(deviations) / budget) * timeFactor > 0.95 * (otherError + error))
-        return plan;
-    for (size_t i = 0; i < noise.size(); ++i) {
-        const double share = budget * noise[i].deviation / (deviations * kHalves);
-        const uint32_t own = light.pixels[i].count;
-        if (own > 0 && share >= own)
-            plan.push_back({i / kHalves, int(i % kHalves),
-                            std::bit_floor(uint32_t(std::min(share, double(kMaxSamplesPerPixel)))),
-                            noise[i].coefficient});
-    }
-    return plan;
+    if ((otherError + sqr(sum) / budget) * timeFactor > 0.95 * (otherError + error))
+        return {};
+    std::vector<uint32_t> out(deviations.size(), 0);
+    for (size_t i = 0; i < out.size(); ++i)
+        if (const double share = budget * double(deviations[i]) / sum; share >= own)
+            out[i] = std::bit_floor(uint32_t(std::min(share, double(kMaxSamplesPerPixel))));
+    return out;
 }
 
 } // namespace
 
-std::vector<Rgb> emissionCorrection(const Scene& scene, const CameraSampling& sampling,
-                                    const RecordedLight& light, double otherError) {
-    const std::vector<Refinement> plan = planRefinements(light, otherError);
-    std::vector<Rgb> changes(plan.size());
-    parallelFor(plan.size(), [&](size_t i) {
-        const Refinement& r = plan[i];
-        const int x = light.pixelBounds.x0 + int(r.pixel % size_t(light.pixelBounds.width()));
-        const int y = light.pixelBounds.y0 + int(r.pixel / size_t(light.pixelBounds.width()));
-        const PixelRef pixel{x, y, hashOf(sampling.seed, kSeedOfStep, x, y, r.half)};
-        const HalfPixelSums& recorded = light.pixel(r.pixel, r.half);
-        const float own = float(recorded.count), more = float(r.samples);
-        const float other = float(light.pixel(r.pixel, 1 - r.half).count);
-        const Rgb difference =
-            sampleEmission(scene, sampling, pixel, r.samples) - recorded.mean(recorded.emitted);
-        changes[i] = difference * (r.coefficient * more / (own + more) * own / (own + other));
-    });
+EmissionRefinement::EmissionRefinement(const Scene& scene, const CameraSampling& sampling,
+                                       const PixelBounds& bounds, int samplesPerPixel,
+                                       const EmissionPilot& pilot)
+    : m_scene(scene), m_sampling(sampling), m_bounds(bounds) {
+    std::vector<float> deviations = findDeviations(samplesPerPixel);
+    for (float& deviation : deviations)
+        deviation *= float(pilot.coefficient);
+    m_samples = distribute(deviations, samplesPerPixel, pilot.otherError * double(deviations.size()));
+}
+
+/// Returns the standard deviation of the emission of a sample, by pixel, over the pixel and its neighbors.
+std::vector<float> EmissionRefinement::findDeviations(int samplesPerPixel) const {
+    const auto probes = uint32_t(std::clamp(samplesPerPixel / 32, 1, 8));
+    const int width = m_bounds.width(), height = m_bounds.height();
+    std::vector<EmissionMoments> moments(size_t(width) * size_t(height));
+    parallelFor(size_t(height),
+                [&](size_t row) { probeRow(int(row), probes, &moments[row * size_t(width)]); });
+    std::vector<float> deviations(moments.size());
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            EmissionMoments sum;
+            for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
+                for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u)
+                    sum.add(moments[size_t(v) * size_t(width) + size_t(u)]);
+            deviations[size_t(y) * size_t(width) + size_t(x)] = std::sqrt(sum.variance());
+        }
+    return deviations;
+}
+
+/// Writes the moments of the emission of camera samples of each pixel of a row.
+void EmissionRefinement::probeRow(int row, uint32_t probes, EmissionMoments* out) const {
+    std::vector<PixelRef> pixels;
+    for (int x = m_bounds.x0, y = m_bounds.y0 + row; x < m_bounds.x1; ++x)
+        pixels.push_back({x, y, hashOf(m_sampling.seed, kSeedOfProbes, x, y)});
+    VisibilityTracer tracer(m_scene, m_sampling.sampler, m_sampling.filter, probes, {0, probes});
+    SoAVector<VisibilitySoA> samples;
+    tracer.generate(pixels, samples);
+    tracer.trace(samples);
+    for (const VisibilitySample& sample : samples) {
+        const Rgb emission = emissionOf(m_scene, sample) * sample.weight;
+        out[sample.pixel].addEmission((emission.x + emission.y + emission.z) / 3);
+    }
+}
+
+uint32_t EmissionRefinement::samplesOf(const PixelRef& pixel) const {
+    if (m_samples.empty() || pixel.x < m_bounds.x0 || pixel.x >= m_bounds.x1 || pixel.y < m_bounds.y0 ||
+        pixel.y >= m_bounds.y1)
+        return 0;
+    return m_samples[size_t(pixel.y - m_bounds.y0) * size_t(m_bounds.width()) +
+                     size_t(pixel.x - m_bounds.x0)];
+}
+
+PixelAccumulator EmissionRefinement::trace(const PixelRef& pixel) const {
+    const PixelRef refined{pixel.x, pixel.y, hashCombine(pixel.domain, kSeedOfSamples)};
+    const uint32_t count = samplesOf(pixel);
+    PixelAccumulator sum;
+    SoAVector<VisibilitySoA> samples;
+    for (uint32_t first = 0; first < count; first += kBatchSamples) {
+        VisibilityTracer tracer(m_scene, m_sampling.sampler, m_sampling.filter, count,
+                                {first, std::min(count, first + kBatchSamples)});
+        tracer.generate(std::span(&refined, 1), samples);
+        tracer.trace(samples);
+        for (const VisibilitySample& sample : samples)
+            sum.add(emissionOf(m_scene, sample), sample.weight);
+    }
+    return sum;
+}
+
+EmissionPilot emissionPilot(const RecordedLight& light) {
+    const int width = light.pixelBounds.width(), height = light.pixelBounds.height();
+    double all = 0, inRadiance = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int half = 0; half < kHalves; ++half) {
+                const EmissionNoise noise = noiseFromOthers(light, x, y, half);
+                all += double(noise.deviation);
+                inRadiance += double(noise.coefficient * noise.deviation);
+            }
+    return {0, all > 0 ? inRadiance / all : 1};
+}
+
+std::vector<Rgb> emissionCorrection(const RecordedLight& light) {
+    const int width = light.pixelBounds.width();
     std::vector<Rgb> correction(light.pixels.size() / kHalves, Rgb(0));
-    for (size_t i = 0; i < plan.size(); ++i)
-        correction[plan[i].pixel] += changes[i];
+    for (const RefinedEmission& refined : light.refined) {
+        const size_t pixel = refined.pixel;
+        const int x = int(pixel % size_t(width)), y = int(pixel / size_t(width));
+        const float own = float(light.pixel(pixel, 0).count + light.pixel(pixel, 1).count);
+        const float more = float(refined.emission.validCount());
+        for (int half = 0; half < kHalves; ++half) {
+            const HalfPixelSums& recorded = light.pixel(pixel, half);
+            if (recorded.count == 0)
+                continue;
+            const Rgb difference = refined.emission.mean() - recorded.mean(recorded.emitted);
+            const float coefficient = noiseFromOthers(light, x, y, half).coefficient;
+            correction[pixel] +=
+                difference * (coefficient * more / (own + more) * float(recorded.count) / own);
+        }
+    }
     return correction;
 }
 

@@ -1,5 +1,7 @@
 #include "sharing/light_recorder.h"
 
+#include "sharing/emission_refinement.h"
+
 #include <bit>
 
 namespace strobe {
@@ -80,6 +82,16 @@ void RecordingWorker::plan(const VisibilityBatch& batch, ShadingRequests& reques
     }
 }
 
+void RecordingWorker::observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
+                              std::span<const FirstVertex> vertices) {
+    m_recorder.record(batch, radiance, vertices);
+    if (!m_refinement || !batch.filmSlice.contains(0))
+        return;
+    for (const PixelRef& pixel : batch.pixels)
+        if (m_refinement->refines(pixel))
+            m_out.addRefined(m_out.indexOf(pixel), m_refinement->trace(pixel));
+}
+
 /// One half of the samples of a pixel.
 struct LightRecorder::HalfPixel {
     uint32_t pixel;
@@ -156,7 +168,6 @@ void LightRecorder::record(const VisibilityBatch& batch, std::span<const Rgb> ra
 
 /// Writes the intervals of samples that are halves of pixels to m_halves.
 void LightRecorder::findHalves(const VisibilityBatch& batch) {
-    const PixelBounds& bounds = m_out.pixelBounds;
     const uint32_t middle = (batch.samplesPerPixel + 1) / 2;
     m_halves.clear();
     uint32_t lastPixel = 0;
@@ -169,8 +180,7 @@ void LightRecorder::findHalves(const VisibilityBatch& batch) {
         if (m_halves.empty() || samples.pixel[lane] != lastPixel || half != m_halves.back().half) {
             lastPixel = samples.pixel[lane];
             const PixelRef& pixel = batch.pixels[lastPixel];
-            m_halves.push_back({uint32_t((pixel.y - bounds.y0) * bounds.width() + pixel.x - bounds.x0), half,
-                                i, i,
+            m_halves.push_back({m_out.indexOf(pixel), half, i, i,
                                 half == 0 ? (middle + 1) / 2 : (middle + batch.samplesPerPixel + 1) / 2});
         }
         m_halves.back().end = i + 1;

@@ -53,6 +53,12 @@ struct HalfPixelSums {
     Rgb mean(const Rgb& sum) const { return sum * (1 / float(count)); }
 };
 
+/// The emission that the additional samples of a pixel found: see EmissionRefinement.
+struct RefinedEmission {
+    uint32_t pixel; ///< row by row in the pixel bounds
+    PixelAccumulator emission;
+};
+
 /// The light of the samples rendered so far, by pixel and by cell.
 struct RecordedLight {
     explicit RecordedLight(const PixelBounds& bounds)
@@ -62,6 +68,9 @@ struct RecordedLight {
     const HalfPixelSums& pixel(size_t index, int half) const {
         return pixels[kHalves * index + size_t(half)];
     }
+    uint32_t indexOf(const PixelRef& pixel) const {
+        return uint32_t((pixel.y - pixelBounds.y0) * pixelBounds.width() + pixel.x - pixelBounds.x0);
+    }
     /// Merges the uses of all passes so far, so that the memory does not grow with the passes. No thread may
     /// add meanwhile.
     void mergeUses() { uses = {merged(uses, pixels.size() / kHalves)}; }
@@ -69,6 +78,11 @@ struct RecordedLight {
     void addUses(std::span<const CellUse> more) {
         const std::lock_guard lock(mutex);
         uses.emplace_back(more.begin(), more.end());
+    }
+    /// Adds the emission of a pixel; any thread may call it.
+    void addRefined(uint32_t pixel, const PixelAccumulator& emission) {
+        const std::lock_guard lock(mutex);
+        refined.push_back({pixel, emission});
     }
     /// Adds samples; any thread may call it.
     void addRare(std::span<const RareSample> more) {
@@ -81,7 +95,8 @@ struct RecordedLight {
     /// By batch. Batches are in any order, but those of one pixel are in the order of their passes.
     std::vector<std::vector<CellUse>> uses;
     std::vector<HalfPixelSums> pixels;
-    std::vector<RareSample> rare; ///< in any order
+    std::vector<RareSample> rare;         ///< in any order
+    std::vector<RefinedEmission> refined; ///< in any order
     std::mutex mutex;
 };
 
@@ -127,24 +142,27 @@ class LightRecorder {
     std::vector<RareSample> m_rare; ///< likewise
 };
 
+class EmissionRefinement;
+
 /// A worker that requests a shade for each sample, and records the light that they find.
 class RecordingWorker : public IntegratorWorker {
   public:
     RecordingWorker(const Scene& scene, RecordedLight& out, float cellSize, float clamp,
-                    const RareLimits& rareLimits)
-        : m_scene(scene), m_recorder(scene, out, cellSize, clamp, rareLimits) {}
+                    const RareLimits& rareLimits, const EmissionRefinement* refinement = nullptr)
+        : m_scene(scene), m_out(out), m_refinement(refinement),
+          m_recorder(scene, out, cellSize, clamp, rareLimits) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
     std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
                                  std::span<Rgb>) override {
         return shaded;
     }
     void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
-                 std::span<const FirstVertex> vertices) override {
-        m_recorder.record(batch, radiance, vertices);
-    }
+                 std::span<const FirstVertex> vertices) override;
 
   private:
     const Scene& m_scene;
+    RecordedLight& m_out;
+    const EmissionRefinement* const m_refinement; ///< null: none
     LightRecorder m_recorder;
 };
 

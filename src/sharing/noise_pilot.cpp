@@ -20,6 +20,9 @@ struct PartErrors {
 /// The errors and the counters of one block, or sums over blocks.
 struct BlockErrors {
     PartErrors parts[kParts];
+    double pixels = 0;
+    double mixed = 0;               ///< squared error with sharing, not relative
+    double emissionCoefficient = 0; ///< see EmissionPilot; times pixels
     Counters counters;
     PartErrors& of(LightPart part) { return parts[int(part)]; }
     void add(const BlockErrors& other) {
@@ -27,6 +30,9 @@ struct BlockErrors {
             parts[part].own += other.parts[part].own;
             parts[part].mixed += other.parts[part].mixed;
         }
+        pixels += other.pixels;
+        mixed += other.mixed;
+        emissionCoefficient += other.emissionCoefficient;
         counters.add(other.counters);
     }
 };
@@ -38,8 +44,9 @@ struct Brightness {
         for (int part = 0; part < kParts; ++part)
             values[part].insert(values[part].end(), other.values[part].begin(), other.values[part].end());
     }
-    /// Returns the limits above which this fraction of the samples of each part is.
+    /// Returns limits far above those that this fraction of the samples of each part exceeds.
     RareLimits limits(double fraction) {
+        constexpr float kMargin = 3;
         RareLimits out;
         for (int part = 0; part < kParts; ++part) {
             std::vector<float>& all = values[part];
@@ -48,7 +55,7 @@ struct Brightness {
                 continue;
             std::nth_element(all.begin(), all.begin() + count, all.end(), std::greater<float>());
             if (all[size_t(count)] > 0)
-                out.of[part] = all[size_t(count)];
+                out.of[part] = kMargin * all[size_t(count)];
         }
         return out;
     }
@@ -87,13 +94,15 @@ class PilotState : public IntegratorState {
         const LightSharing sharing(m_light);
         BlockErrors errors;
         // The factors by which the error of the mixture exceeds that of a mixture of independent estimates.
-        addErrors(sharing.share(LightPart::Direct), 3, errors.of(LightPart::Direct));
-        addErrors(sharing.share(LightPart::Indirect), 1.5f, errors.of(LightPart::Indirect));
+        addErrors(sharing.share(LightPart::Direct), 3, LightPart::Direct, errors);
+        addErrors(sharing.share(LightPart::Indirect), 1.5f, LightPart::Indirect, errors);
+        errors.pixels = double(m_light.pixels.size()) / kHalves;
+        errors.emissionCoefficient = errors.pixels * emissionPilot(m_light).coefficient;
         return errors;
     }
 
   private:
-    void addErrors(const SharedPart& part, float dependence, PartErrors& errors) const {
+    void addErrors(const SharedPart& part, float dependence, LightPart which, BlockErrors& errors) const {
         constexpr float kDark = 0.01f; // radiance below which errors do not count as relative ones
         for (size_t i = 0; i < part.variance.size(); ++i) {
             const HalfPixelSums &a = m_light.pixel(i, 0), &b = m_light.pixel(i, 1);
@@ -103,8 +112,9 @@ class PilotState : public IntegratorState {
             const float weight = 1 / (sqr(radiance) + sqr(kDark)), own = part.ownVariance[i] * weight;
             if (!std::isfinite(own))
                 continue;
-            errors.own += double(own);
-            errors.mixed += double(std::min(own, dependence * part.variance[i] * weight));
+            errors.mixed += double(part.variance[i]);
+            errors.of(which).own += double(own);
+            errors.of(which).mixed += double(std::min(own, dependence * part.variance[i] * weight));
         }
     }
 
@@ -189,6 +199,8 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
             plan.parts.add(part);
     if (!(own > (1 + 2 * overheadOf(scene, samples, errors.counters)) * mixed))
         plan.parts = {};
+    plan.emission = {errors.mixed / errors.pixels * pilotSamples / samples,
+                     errors.emissionCoefficient / errors.pixels};
     return plan;
 }
 

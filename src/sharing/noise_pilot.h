@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/render/integrator.h"
-#include "sharing/light_cells.h"
+#include "sharing/emission_refinement.h"
 
 namespace strobe {
 
@@ -10,6 +10,7 @@ namespace strobe {
 struct SharingPlan {
     LightParts parts; ///< the parts of the light to share; empty: the render equals that of supersample
     RareLimits rareLimits;
+    EmissionPilot emission;
 };
 
 /// Renders a pilot of about 2 % of the samples and reconstructs its light. The parts to share are those that

@@ -61,9 +61,16 @@ class IntegratorState;
 using RenderPilot =
     std::function<Counters(IntegratorState& state, const PixelBounds& pixels, int samplesPerPixel)>;
 
+/// How camera samples are chosen.
+struct CameraSampling {
+    const Sampler& sampler;
+    const Filter& filter;
+    uint64_t seed; ///< of the render; also for random numbers that belong to no pixel
+};
+
 /// The properties of a render that an integrator may depend on.
 struct RenderContext {
-    uint64_t seed = 0; ///< for random numbers that belong to no pixel
+    CameraSampling sampling; ///< outlives the integrator's state
     int threads = 1;
     int samplesPerPixel = 1;
     bool isPass = false; ///< more samples per pixel may follow: see RenderSettings
@@ -73,13 +80,6 @@ struct RenderContext {
     int lightComponents = 0;      ///< LightComponents::count
     ShadeCost shadeCost{};        ///< the cost of a shade, if Integrator::needsShadeCost is true
     RenderPilot renderPilot{};    ///< for Integrator::begin only
-};
-
-/// How camera samples are chosen.
-struct CameraSampling {
-    const Sampler& sampler;
-    const Filter& filter;
-    uint64_t seed;
 };
 
 /// State that the workers of one render share.
@@ -96,7 +96,7 @@ class IntegratorState {
     virtual bool observes() const { return false; }
     /// Adds a correction to the image of a film that holds all samples rendered so far, and sets layers of
     /// the film. The film's sums do not change.
-    virtual void finish(const CameraSampling& /*sampling*/, Film& /*film*/) const {}
+    virtual void finish(Film& /*film*/) const {}
 };
 
 /// The dependence of a sample's value on other samples.

@@ -83,9 +83,14 @@ void Renderer::restart(uint64_t seed, int samplesPerPixel) {
 void Renderer::setSlice(const SampleSlice& slice) { m_settings.slice = slice; }
 
 RenderContext Renderer::makeContext(int threads) const {
-    RenderContext context{
-        m_settings.seed, threads,          m_settings.samplesPerPixel,  m_settings.isPass,
-        m_pixelBounds,   m_settings.clamp, m_shader.hasIndirectLight(), m_settings.lightComponents().count()};
+    RenderContext context{{m_sampler, m_filter, m_settings.seed},
+                          threads,
+                          m_settings.samplesPerPixel,
+                          m_settings.isPass,
+                          m_pixelBounds,
+                          m_settings.clamp,
+                          m_shader.hasIndirectLight(),
+                          m_settings.lightComponents().count()};
     if (m_integrator.needsShadeCost(context))
         context.shadeCost =
             measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_pixelBounds);
@@ -120,9 +125,7 @@ void Renderer::finish(Film& film) {
     if (!m_state)
         return;
     const auto start = std::chrono::steady_clock::now();
-    runOnThreads(threadCount(m_settings), [&] {
-        m_state->finish({m_sampler, m_filter, m_settings.seed}, film);
-    });
+    runOnThreads(threadCount(m_settings), [&] { m_state->finish(film); });
     m_stats.seconds += secondsSince(start);
 }
 
