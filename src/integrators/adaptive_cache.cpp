@@ -16,17 +16,26 @@ namespace {
 const ParamDef<float> kCellSize{"cellsize", 3, "edge of the cells that sum light, in pixels", nullptr,
                                 kPositive};
 
+/// Reconstructs the shared parts of the light and corrects the image. The parts are those of the records.
+std::vector<SharedPart> shareLight(const RecordedLight& light, Film& film) {
+    const LightSharing sharing(light);
+    std::vector<SharedPart> parts;
+    for (const LightPart part : {LightPart::Direct, LightPart::Indirect})
+        if (light.parts.has(part)) {
+            parts.push_back(sharing.share(part));
+            film.addToImage(parts.back().correction);
+        }
+    return parts;
+}
+
 class AdaptiveState : public IntegratorState {
   public:
     AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
-          m_parts(chooseParts(scene, context, cellSize)),
-          m_light(m_parts.isEmpty() ? PixelBounds{} : context.pixelBounds) {}
+          m_parts(chooseParts(scene, context, cellSize)) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp);
+        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_parts);
     }
-    /// Keeps the records: all passes are reconstructed together.
-    void restart(uint64_t, int) override { m_light.mergeUses(); }
     bool observes() const override { return !m_parts.isEmpty(); }
     std::string note() const override {
         if (m_parts.isEmpty())
@@ -39,17 +48,14 @@ class AdaptiveState : public IntegratorState {
     void finish(const CameraSampling& sampling, Film& film) const override {
         if (!observes())
             return;
-        const LightSharing sharing(m_light);
-        std::vector<SharedPart> parts;
+        mergeRecordsOfSamePixels(film.records());
+        const RecordedLight light(film);
+        const std::vector<SharedPart> parts = shareLight(light, film);
         double error = 0; // squared, of all pixels
-        for (const LightPart part : {LightPart::Direct, LightPart::Indirect})
-            if (m_parts.has(part)) {
-                parts.push_back(sharing.share(part));
-                film.addToImage(parts.back().correction);
-                error = std::accumulate(parts.back().variance.begin(), parts.back().variance.end(), error);
-            }
+        for (const SharedPart& part : parts)
+            error = std::accumulate(part.variance.begin(), part.variance.end(), error);
         setLayers(parts, film);
-        film.addToImage(emissionCorrection(m_scene, sampling, m_light, error));
+        film.addToImage(emissionCorrection(m_scene, sampling, light, error));
     }
 
   private:
@@ -85,7 +91,6 @@ class AdaptiveState : public IntegratorState {
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
     const LightParts m_parts;
-    RecordedLight m_light;
 };
 
 class AdaptiveCache : public Integrator {
@@ -95,6 +100,12 @@ class AdaptiveCache : public Integrator {
     /// spreads the samples of a pixel have no bound.
     BiasBound biasBound(const Scene& scene) const override {
         return {std::numeric_limits<float>::infinity(), scene.moves() ? 1.f : 0.f};
+    }
+    /// All samples of a pixel determine the size of its cells.
+    SampleDependence dependence() const override { return SampleDependence::Pixel; }
+    void finishMerged(Film& film) const override {
+        if (!film.records().isEmpty())
+            shareLight(RecordedLight(film), film);
     }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
         return std::make_unique<AdaptiveState>(scene, context, m_cellSize);

@@ -125,19 +125,9 @@ void forAll(size_t count, const Work& work) {
 
 } // namespace
 
-CellPyramid::CellPyramid(const LightCells& cells) : m_recordedOfHandle(cells.handleCount()) {
-    struct Recorded {
-        CellId id;
-        uint32_t handle;
-        const CellSums* sums;
-    };
-    std::vector<Recorded> sorted; // so that sums of floats do not depend on the order of rendering
-    cells.forEach([&](uint32_t handle, const CellSums& sums) { sorted.push_back({sums.id, handle, &sums}); });
-    std::sort(sorted.begin(), sorted.end(), [](const Recorded& a, const Recorded& b) { return a.id < b.id; });
-    for (size_t i = 0; i < sorted.size(); ++i) {
-        m_recordedOfHandle[sorted[i].handle] = uint32_t(i);
-        addWithAncestors(*sorted[i].sums);
-    }
+CellPyramid::CellPyramid(std::span<const CellSums> cells) {
+    for (const CellSums& sums : cells)
+        addWithAncestors(sums);
     linkCubes();
     finishMeans();
     std::vector<LightFit> fits(m_nodes.size());
@@ -154,11 +144,11 @@ CellPyramid::CellPyramid(const LightCells& cells) : m_recordedOfHandle(cells.han
 void CellPyramid::addWithAncestors(const CellSums& sums) {
     CellNode own;
     for (int half = 0; half < kHalves; ++half)
-        own.count[half] = float(sums.light[0][half].validCount());
+        own.count[half] = float(sums.count[half]);
     float* light = own.light;
     for (const auto& part : sums.light)
         for (int half = 0; half < kHalves; ++half) {
-            const Rgb sum = part[half].mean() * own.count[half];
+            const Rgb sum = part[half].value();
             for (int c = 0; c < 3; ++c)
                 *light++ = sum[c];
         }

@@ -4,6 +4,8 @@
 #include "core/util/index_table.h"
 #include "sharing/light_cells.h"
 
+#include <span>
+
 namespace strobe {
 
 /// The number of sizes of fits: each is twice as large as the one before.
@@ -31,7 +33,8 @@ struct CellNode {
 /// The recorded cells, and the larger cells that contain them.
 class CellPyramid {
   public:
-    explicit CellPyramid(const LightCells& cells);
+    /// `cells`: by ascending id, so that sums of floats do not depend on the order of rendering.
+    explicit CellPyramid(std::span<const CellSums> cells);
 
     /// The estimates of the light at a recorded cell from each half: the mean of its samples, then the fits
     /// by scale.
@@ -45,12 +48,12 @@ class CellPyramid {
     };
     /// Returns the width of the region of a fit in edges of recorded cells.
     static float fitWidth(int scale) { return 2 * kFitRadius * float(2 << scale); }
-    /// Returns the estimates of a recorded cell, by its handle.
-    const Estimates& estimates(uint32_t handle) const { return m_estimates[m_recordedOfHandle[handle]]; }
+    /// Returns the estimates of a recorded cell, by its index.
+    const Estimates& estimates(uint32_t cell) const { return m_estimates[cell]; }
 
   private:
     static constexpr uint32_t kAbsent = ~0u;
-    static constexpr int kFaces = 6; ///< values of CellId::face
+    static constexpr int kFaces = CellId::kFaces;
     /// Fits use the nodes within kReach cells. These are found below the cubes that are 2^kGenerations times
     /// as large.
     static constexpr int kReach = 2, kGenerations = 2;
@@ -80,8 +83,7 @@ class CellPyramid {
     std::vector<Cube> m_cubes;
     IndexTable m_cubeIndices;           ///< by CellId::hash
     std::vector<uint32_t> m_recorded;   ///< nodes of the recorded cells
-    std::vector<Estimates> m_estimates; ///< by index in m_recorded
-    std::vector<uint32_t> m_recordedOfHandle;
+    std::vector<Estimates> m_estimates; ///< of the recorded cells
 };
 
 } // namespace strobe

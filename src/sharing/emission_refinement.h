@@ -1,7 +1,8 @@
 // More visibility samples where the light that camera rays hit directly is noisy: at the edges of lamps.
 #pragma once
 
-#include "sharing/light_recorder.h"
+#include "core/render/integrator.h"
+#include "sharing/recorded_light.h"
 
 namespace strobe {
 

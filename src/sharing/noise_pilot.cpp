@@ -1,6 +1,7 @@
 #include "sharing/noise_pilot.h"
 
 #include "core/util/parallel.h"
+#include "sharing/light_recorder.h"
 #include "sharing/reconstruction.h"
 
 #include <algorithm>
@@ -31,45 +32,50 @@ struct BlockErrors {
     }
 };
 
-/// The pilot of one block of pixels.
+/// The pilot of a block of pixels.
 class PilotState : public IntegratorState {
   public:
-    PilotState(const Scene& scene, const RenderContext& context, const PixelBounds& block, float cellSize)
-        : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp), m_light(block) {}
+    PilotState(const Scene& scene, float cellSize, float clamp)
+        : m_scene(scene), m_cellSize(cellSize), m_clamp(clamp) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp);
+        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, LightParts());
     }
     bool observes() const override { return true; }
-    /// Returns the errors of the rendered block.
-    BlockErrors errors() const {
-        const LightSharing sharing(m_light);
-        BlockErrors errors;
-        // The factors by which the error of the mixture exceeds that of a mixture of independent estimates.
-        addErrors(sharing.share(LightPart::Direct), 3, errors.of(LightPart::Direct));
-        addErrors(sharing.share(LightPart::Indirect), 1.5f, errors.of(LightPart::Indirect));
-        return errors;
-    }
 
   private:
-    void addErrors(const SharedPart& part, float dependence, PartErrors& errors) const {
-        constexpr float kDark = 0.01f; // radiance below which errors do not count as relative ones
-        for (size_t i = 0; i < part.variance.size(); ++i) {
-            const HalfPixelSums &a = m_light.pixel(i, 0), &b = m_light.pixel(i, 1);
-            const Rgb emitted = a.emitted + b.emitted;
-            const float radiance =
-                (a.v + b.v - (emitted.x + emitted.y + emitted.z) / 3) / float(a.count + b.count);
-            const float weight = 1 / (sqr(radiance) + sqr(kDark)), own = part.ownVariance[i] * weight;
-            if (!std::isfinite(own))
-                continue;
-            errors.own += double(own);
-            errors.mixed += double(std::min(own, dependence * part.variance[i] * weight));
-        }
-    }
-
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
-    RecordedLight m_light;
 };
+
+void addErrors(const RecordedLight& light, const SharedPart& part, float dependence, PartErrors& errors) {
+    constexpr float kDark = 0.01f; // radiance below which errors do not count as relative ones
+    for (size_t i = 0; i < part.variance.size(); ++i) {
+        const HalfPixelSums &a = light.pixel(i, 0), &b = light.pixel(i, 1);
+        const Rgb emitted = a.emitted + b.emitted;
+        const float radiance =
+            (a.v + b.v - (emitted.x + emitted.y + emitted.z) / 3) / float(a.count + b.count);
+        const float weight = 1 / (sqr(radiance) + sqr(kDark)), own = part.ownVariance[i] * weight;
+        if (!std::isfinite(own))
+            continue;
+        errors.own += double(own);
+        errors.mixed += double(std::min(own, dependence * part.variance[i] * weight));
+    }
+}
+
+/// Renders a block of pixels and returns its errors.
+BlockErrors measureBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
+                         int samplesPerPixel, float cellSize) {
+    PilotState pilot(scene, cellSize, context.clamp);
+    Film film(block.x1, block.y1, block);
+    BlockErrors errors;
+    errors.counters = context.renderPilot(pilot, film, samplesPerPixel);
+    const RecordedLight light(film);
+    const LightSharing sharing(light);
+    // The factors by which the error of the mixture exceeds that of a mixture of independent estimates.
+    addErrors(light, sharing.share(LightPart::Direct), 3, errors.of(LightPart::Direct));
+    addErrors(light, sharing.share(LightPart::Indirect), 1.5f, errors.of(LightPart::Indirect));
+    return errors;
+}
 
 /// Returns blocks of pixels that are spread evenly over the pixel bounds.
 std::vector<PixelBounds> blocksIn(const PixelBounds& bounds, int count, int size) {
@@ -113,15 +119,13 @@ LightParts chooseParts(const Scene& scene, const RenderContext& context, float c
     // Direct light converges faster than in proportion to the samples, so that few would mislead.
     const int pilotSamples =
         int(std::min(samples, std::clamp(samples / 2, double(kMinSamples), double(kMaxSamples))));
-    const double pixels = double(context.pixelBounds.width()) * context.pixelBounds.height();
+    const PixelBounds& bounds = context.pilotBounds;
+    const double pixels = double(bounds.width()) * bounds.height();
     const double count = kPilotShare * pixels * samples / (kBlockSize * kBlockSize * pilotSamples);
-    const auto blocks = blocksIn(context.pixelBounds, std::clamp(int(count), 1, kMaxBlocks), kBlockSize);
+    const auto blocks = blocksIn(bounds, std::clamp(int(count), 1, kMaxBlocks), kBlockSize);
     std::vector<BlockErrors> errorsOfBlocks(blocks.size());
     parallelFor(blocks.size(), [&](size_t i) {
-        PilotState pilot(scene, context, blocks[i], cellSize);
-        const Counters counters = context.renderPilot(pilot, blocks[i], pilotSamples);
-        errorsOfBlocks[i] = pilot.errors();
-        errorsOfBlocks[i].counters = counters;
+        errorsOfBlocks[i] = measureBlock(scene, context, blocks[i], pilotSamples, cellSize);
     });
     BlockErrors errors;
     for (const BlockErrors& block : errorsOfBlocks)

@@ -9,7 +9,7 @@ namespace strobe {
 /// Renders a pilot of about 2 % of the samples and reconstructs its light. Returns the parts of the light to
 /// share: those that reduce the remaining error by a tenth or more, or none if the predicted gain is less
 /// than twice the time of recording and reconstruction. Less than 2 samples per pixel: none. The result
-/// depends on the seed and the pixel bounds, not on measured times.
+/// depends on the seed and on context.pilotBounds, but not on slices of the samples or on measured times.
 LightParts chooseParts(const Scene& scene, const RenderContext& context, float cellSize);
 
 } // namespace strobe

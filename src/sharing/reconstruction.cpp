@@ -232,12 +232,9 @@ float widthOf(int candidate) { return candidate == 0 ? 1 : CellPyramid::fitWidth
 struct LightSharing::Data {
     const RecordedLight& light;
     CellPyramid pyramid;
-    PixelUses uses;
 };
 
-LightSharing::LightSharing(const RecordedLight& light)
-    : m_data(
-          new Data{light, CellPyramid(light.cells), PixelUses(light.uses, light.pixels.size() / kHalves)}) {}
+LightSharing::LightSharing(const RecordedLight& light) : m_data(new Data{light, CellPyramid(light.cells)}) {}
 
 LightSharing::~LightSharing() = default;
 
@@ -246,7 +243,7 @@ SharedPart LightSharing::share(LightPart part) const {
     for (int k = 0; k < kCandidates; ++k) {
         const auto estimate = [&, k](size_t pixel, Rgb(&shared)[kHalves]) {
             shared[0] = shared[1] = Rgb(0);
-            for (const CellUse& use : m_data->uses.of(pixel))
+            for (const PixelUse& use : m_data->light.uses(pixel))
                 shared[use.half] += m_data->light.pixel(pixel, int(use.half)).mean(use.albedo) *
                                     m_data->pyramid.estimates(use.cell).at(k, part, int(use.half));
         };

@@ -1,7 +1,9 @@
 // Reconstruction of light from the recorded samples.
 #pragma once
 
-#include "sharing/light_recorder.h"
+#include "sharing/recorded_light.h"
+
+#include <memory>
 
 namespace strobe {
 
@@ -19,6 +21,7 @@ struct SharedPart {
 /// weighted sum of the differences between these and its own.
 class LightSharing {
   public:
+    /// `light` outlives this object.
     explicit LightSharing(const RecordedLight& light);
     ~LightSharing();
     SharedPart share(LightPart part) const;
