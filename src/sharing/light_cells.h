@@ -38,6 +38,7 @@ class LightParts {
   public:
     LightParts() = default;
     explicit LightParts(uint32_t bits) : m_bits(bits) {}
+    static LightParts all() { return LightParts((1u << kParts) - 1); }
     void add(LightPart part) { m_bits |= 1u << int(part); }
     bool has(LightPart part) const { return m_bits >> int(part) & 1; }
     bool isEmpty() const { return m_bits == 0; }

@@ -82,8 +82,8 @@ struct LightRecorder::Chunk {
     CellSoA cells;
 };
 
-LightRecorder::LightRecorder(const Scene& scene, float cellSize, float clamp)
-    : m_scene(scene), m_spread(scene), m_cellSize(cellSize), m_clamp(clamp) {}
+LightRecorder::LightRecorder(const Scene& scene, float cellSize, float clamp, LightParts parts)
+    : m_scene(scene), m_spread(scene), m_cellSize(cellSize), m_clamp(clamp), m_parts(parts) {}
 
 LightRecorder::~LightRecorder() = default;
 
@@ -185,12 +185,16 @@ void LightRecorder::recordSample(const FirstVertex& vertex, const Rgb& radiance,
     }
     if (!vertex.hit || !(vertex.coneWidth > 0))
         return;
-    const Rgb light[kParts] = {irradiance(vertex.direct, vertex.albedo) * scale,
-                               irradiance(vertex.indirect, vertex.albedo) * scale};
+    Rgb light[kParts] = {Rgb(0), Rgb(0)};
+    if (m_parts.has(LightPart::Direct))
+        light[int(LightPart::Direct)] = irradiance(vertex.direct, vertex.albedo) * scale;
+    if (m_parts.has(LightPart::Indirect))
+        light[int(LightPart::Indirect)] = irradiance(vertex.indirect, vertex.albedo) * scale;
     const uint32_t cell = recordInCell(vertex, light, request, halfIndex);
     const Rgb albedo = vertex.albedo * weight;
     for (int part = 0; part < kParts; ++part)
-        sums.light[part].add(albedo * light[part]);
+        if (m_parts.has(LightPart(part)))
+            sums.light[part].add(albedo * light[part]);
     if (half.uses.empty() || half.uses.back().cell != cell)
         findUse(half.uses, cell).add(albedo);
     else
@@ -213,7 +217,8 @@ uint32_t LightRecorder::recordInCell(const FirstVertex& vertex, const Rgb (&ligh
     }
     ++cell.count[half];
     for (int part = 0; part < kParts; ++part)
-        cell.light[part][half].add(light[part]);
+        if (m_parts.has(LightPart(part)))
+            cell.light[part][half].add(light[part]);
     return index;
 }
 
@@ -223,10 +228,6 @@ CellUse& LightRecorder::findUse(std::vector<CellUse>& uses, uint32_t cell) {
             return use;
     uses.emplace_back().cell = cell;
     return uses.back();
-}
-
-FilmRecord LightRecorder::finishTile(const PixelBounds& tile, LightParts parts) {
-    return m_tile.record(tile, m_samples, parts);
 }
 
 void RecordingWorker::plan(const VisibilityBatch& batch, ShadingRequests& requests) {

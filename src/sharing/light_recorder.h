@@ -11,8 +11,8 @@ namespace strobe {
 class LightRecorder {
   public:
     /// `cellSize`: the edge of cells in pixels, within a factor of √2.
-    /// `clamp`: see RenderSettings.
-    LightRecorder(const Scene& scene, float cellSize, float clamp);
+    /// `clamp`: see RenderSettings. `parts`: those to record.
+    LightRecorder(const Scene& scene, float cellSize, float clamp, LightParts parts);
     ~LightRecorder();
     /// Forgets what was recorded since the last tile.
     void beginTile() { m_tile.clear(); }
@@ -20,8 +20,8 @@ class LightRecorder {
     /// Precondition: batch.slice has all samples of each pixel, so that the cells do not depend on the slice.
     void record(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                 std::span<const FirstVertex> vertices);
-    /// Returns the record of the tile. `parts`: those that are shared.
-    FilmRecord finishTile(const PixelBounds& tile, LightParts parts);
+    /// Returns the record of the tile.
+    FilmRecord finishTile(const PixelBounds& tile) { return m_tile.record(tile, m_samples, m_parts); }
 
   private:
     struct Chunk;
@@ -39,6 +39,7 @@ class LightRecorder {
     const Scene& m_scene;
     const PixelSpread m_spread;
     const float m_cellSize, m_clamp;
+    const LightParts m_parts;
     std::vector<Chunk> m_chunks; ///< of the current batch
     PixelLight m_pixel;          ///< the current pixel
     TileLight m_tile;            ///< the current tile
@@ -48,9 +49,9 @@ class LightRecorder {
 /// A worker that requests a shade for each sample, and records the light that they find.
 class RecordingWorker : public IntegratorWorker {
   public:
-    /// `parts`: those that are shared; see TileLight::record.
+    /// See LightRecorder.
     RecordingWorker(const Scene& scene, float cellSize, float clamp, LightParts parts)
-        : m_scene(scene), m_parts(parts), m_recorder(scene, cellSize, clamp) {}
+        : m_scene(scene), m_recorder(scene, cellSize, clamp, parts) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
     std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override;
@@ -65,13 +66,12 @@ class RecordingWorker : public IntegratorWorker {
     }
     void endTile(const PixelBounds& tile, Film& film) override {
         if (m_hasObserved)
-            film.records().add(m_recorder.finishTile(tile, m_parts));
+            film.records().add(m_recorder.finishTile(tile));
     }
 
   private:
     void setCones(const VisibilityBatch& batch, ShadingRequests& requests) const;
     const Scene& m_scene;
-    const LightParts m_parts;
     LightRecorder m_recorder;
     bool m_hasObserved = false; ///< in this tile
 };

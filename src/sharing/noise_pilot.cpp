@@ -38,7 +38,7 @@ class PilotState : public IntegratorState {
     PilotState(const Scene& scene, float cellSize, float clamp)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(clamp) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, LightParts());
+        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, LightParts::all());
     }
     bool observes() const override { return true; }
 

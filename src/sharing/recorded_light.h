@@ -47,7 +47,7 @@ class RecordedLight {
     }
 
     const PixelBounds pixelBounds;
-    LightParts parts; ///< that are shared
+    LightParts parts; ///< that were recorded; the sums of the others are 0
     /// Pixels are numbered row by row in the pixel bounds.
     std::vector<HalfPixelSums> pixels;
     std::vector<CellSums> cells;       ///< by ascending id

@@ -63,7 +63,7 @@ class TileLight {
     /// Adds samples of the emission of a pixel.
     void addEmission(int x, int y, const PixelAccumulator& sum) { m_emission.push_back({x, y, sum}); }
     /// Returns the record of the pixels of `tile`. Pixels that were not added have no samples. `parts`: those
-    /// that are shared.
+    /// that were recorded; the sums of the others are 0.
     FilmRecord record(const PixelBounds& tile, const SampleSlice& samples, LightParts parts);
 
   private:

@@ -34,13 +34,6 @@ bool contains(const PixelBounds& bounds, const Sample& sample) {
     return sample.x >= bounds.x0 && sample.x < bounds.x1 && sample.y >= bounds.y0 && sample.y < bounds.y1;
 }
 
-LightParts bothParts() {
-    LightParts parts;
-    parts.add(LightPart::Direct);
-    parts.add(LightPart::Indirect);
-    return parts;
-}
-
 /// Returns the record of the samples in a tile.
 FilmRecord recordOf(const std::vector<Sample>& samples, const PixelBounds& tile) {
     TileLight light;
@@ -69,7 +62,7 @@ FilmRecord recordOf(const std::vector<Sample>& samples, const PixelBounds& tile)
     PixelAccumulator emission;
     emission.add(Rgb(float(tile.x0)), 1);
     light.addEmission(tile.x0, tile.y0, emission);
-    return light.record(tile, {0, 4}, bothParts());
+    return light.record(tile, {0, 4}, LightParts::all());
 }
 
 Film filmWith(std::vector<FilmRecord> records) {
@@ -134,7 +127,7 @@ TEST(FixedPointSum, LargeNumbersAreLimited) {
 TEST(RecordedLight, HasTheSumsOfTheSamples) {
     const std::vector<Sample> samples = randomSamples(100);
     const RecordedLight light(filmWith({recordOf(samples, kFrame)}));
-    EXPECT_EQ(light.parts, bothParts());
+    EXPECT_EQ(light.parts, LightParts::all());
     double sum = 0, expected = 0;
     uint32_t count = 0, countOfCells = 0;
     for (const Sample& sample : samples)
