@@ -16,27 +16,40 @@ namespace {
 const ParamDef<float> kCellSize{"cellsize", 3, "edge of the cells that sum light, in pixels", nullptr,
                                 kPositive};
 
+/// Reconstructs the shared parts of the light and corrects the image. The parts are those of the records.
+std::vector<SharedPart> shareLight(Film& film) {
+    RecordedLight light(film);
+    const LightParts shared = light.parts;
+    film.addToImage(emissionCorrection(light));
+    const LightSharing sharing(std::move(light));
+    std::vector<SharedPart> parts;
+    for (const LightPart part : {LightPart::Direct, LightPart::Indirect})
+        if (shared.has(part)) {
+            parts.push_back(sharing.share(part));
+            film.addToImage(parts.back().correction);
+        }
+    return parts;
+}
+
 class AdaptiveState : public IntegratorState {
   public:
     AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
-          m_plan(planSharing(scene, context, cellSize)), m_parts(m_plan.parts),
-          m_light(m_parts.isEmpty() ? PixelBounds{} : context.pixelBounds) {
+          m_plan(planSharing(scene, context, cellSize)) {
         if (observes())
-            m_refinement.emplace(scene, context.sampling, context.pixelBounds, context.samplesPerPixel,
+            m_refinement.emplace(scene, context.sampling, context.pilotBounds, context.samplesPerPixel,
                                  m_plan.emission);
     }
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_light, m_cellSize, m_clamp, m_plan.rareLimits,
-                                                 m_refinement ? &*m_refinement : nullptr);
+        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_plan.parts,
+                                                 m_plan.rareLimits, m_refinement ? &*m_refinement : nullptr);
     }
-    /// Keeps the records: all passes are reconstructed together.
-    void restart(uint64_t, int) override { m_light.mergeUses(); }
-    bool observes() const override { return !m_parts.isEmpty(); }
+    bool observes() const override { return !m_plan.parts.isEmpty(); }
     std::string note() const override {
-        if (m_parts.isEmpty())
+        if (!observes())
             return "shares no light: equals supersample";
-        const bool direct = m_parts.has(LightPart::Direct), indirect = m_parts.has(LightPart::Indirect);
+        const bool direct = m_plan.parts.has(LightPart::Direct);
+        const bool indirect = m_plan.parts.has(LightPart::Indirect);
         return direct && indirect ? "shares direct and indirect light"
                : direct           ? "shares direct light"
                                   : "shares indirect light";
@@ -44,15 +57,8 @@ class AdaptiveState : public IntegratorState {
     void finish(Film& film) const override {
         if (!observes())
             return;
-        const LightSharing sharing(m_light);
-        std::vector<SharedPart> parts;
-        for (const LightPart part : {LightPart::Direct, LightPart::Indirect})
-            if (m_parts.has(part)) {
-                parts.push_back(sharing.share(part));
-                film.addToImage(parts.back().correction);
-            }
-        setLayers(parts, film);
-        film.addToImage(emissionCorrection(m_light));
+        mergeRecordsOfSamePixels(film.records());
+        setLayers(shareLight(film), film);
     }
 
   private:
@@ -88,8 +94,6 @@ class AdaptiveState : public IntegratorState {
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
     const SharingPlan m_plan;
-    const LightParts m_parts;
-    RecordedLight m_light;
     std::optional<EmissionRefinement> m_refinement; ///< none: nothing is shared
 };
 
@@ -100,6 +104,12 @@ class AdaptiveCache : public Integrator {
     /// spreads the samples of a pixel have no bound.
     BiasBound biasBound(const Scene& scene) const override {
         return {std::numeric_limits<float>::infinity(), scene.moves() ? 1.f : 0.f};
+    }
+    /// All samples of a pixel determine the size of its cells.
+    SampleDependence dependence() const override { return SampleDependence::Pixel; }
+    void finishMerged(Film& film) const override {
+        if (!film.records().isEmpty())
+            shareLight(film);
     }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
         return std::make_unique<AdaptiveState>(scene, context, m_cellSize);

@@ -1,5 +1,6 @@
 #include "session/checkpoint.h"
 
+#include "core/math/pixel_rectangles.h"
 #include "core/util/version.h"
 
 namespace strobe {
@@ -14,32 +15,25 @@ SampleSlice samplesOf(const FrameJob& job, const BuiltScene& built) {
     return job.options.sampleRange.value_or(SampleSlice{0, uint32_t(built.sampler.samplesPerPixel)});
 }
 
-/// Returns the pixels that have all samples, as rectangles: runs of pixels in a row; equal runs in successive
-/// rows are one rectangle.
+bool isFinished(const Film& film, const PixelBounds& pixels, const SampleSlice& samples) {
+    return film.hasSampleCount(pixels, samples.count());
+}
+
+/// Returns the pixels that have all samples, as rectangles.
 std::vector<SampleBox> finishedBoxes(const Film& film, const SampleSlice& samples) {
     std::vector<SampleBox> boxes;
-    const PixelBounds& bounds = film.pixelBounds();
-    std::vector<size_t> above; // boxes that include the previous row
-    for (int y = bounds.y0; y < bounds.y1; ++y) {
-        std::vector<size_t> current;
-        for (int x = bounds.x0; x < bounds.x1;) {
-            int end = x;
-            while (end < bounds.x1 && film.hasSampleCount({end, y, end + 1, y + 1}, samples.count()))
-                ++end;
-            if (end > x) {
-                const auto same = std::find_if(above.begin(), above.end(), [&](size_t i) {
-                    return boxes[i].pixelBounds.x0 == x && boxes[i].pixelBounds.x1 == end;
-                });
-                current.push_back(same != above.end() ? *same : boxes.size());
-                if (same == above.end())
-                    boxes.push_back({{x, y, end, y}, samples});
-                boxes[current.back()].pixelBounds.y1 = y + 1;
-            }
-            x = end + 1;
-        }
-        above = std::move(current);
-    }
+    const auto contains = [&](int x, int y) { return isFinished(film, {x, y, x + 1, y + 1}, samples); };
+    for (const PixelBounds& rectangle : rectanglesOf(film.pixelBounds(), contains))
+        boxes.push_back({rectangle, samples});
     return boxes;
+}
+
+/// Returns the records of pixels that have all samples.
+std::vector<FilmRecord> finishedRecords(const Film& film, const SampleSlice& samples) {
+    std::vector<FilmRecord> records = film.records().all();
+    std::erase_if(records,
+                  [&](const FilmRecord& record) { return !isFinished(film, record.pixels, samples); });
+    return records;
 }
 
 } // namespace
@@ -55,12 +49,15 @@ RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built
     part.key.emplace_back("seed", std::to_string(options.seed));
     const Shutter& shutter = built.scene->shutter();
     part.key.emplace_back("shutter", fmt::format("{} {}", shutter.open, shutter.close));
+    if (const std::string note = film.records().note(); !note.empty())
+        part.key.emplace_back(RenderPart::kNote, note);
     part.fullWidth = film.fullWidth();
     part.fullHeight = film.fullHeight();
     part.samplesPerPixel = built.sampler.samplesPerPixel;
     part.pixelBounds = film.pixelBounds();
     part.boxes = finishedBoxes(film, samplesOf(job, built));
     part.sums = film.sums();
+    part.records = finishedRecords(film, samplesOf(job, built));
     return part;
 }
 
@@ -80,6 +77,8 @@ bool Checkpoint::resume(Film& film) const {
     if (!std::filesystem::exists(m_file))
         return false;
     const RenderPart part = readPart(m_file);
+    // The integrator has not decided yet. Renderer::render compares the decisions.
+    film.records().setNote(part.keyValue(RenderPart::kNote));
     RenderPart expected = partOf(film, m_job, m_built);
     expected.boxes.clear();
     const SampleSlice samples = samplesOf(m_job, m_built);

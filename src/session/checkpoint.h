@@ -7,7 +7,7 @@
 
 namespace strobe {
 
-/// Returns the pixels of the film that have all samples of the job. The film keeps sums.
+/// Returns the pixels of the film that have all samples of the job, and their records. The film keeps sums.
 RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built);
 
 /// The checkpoint of a render: a part in the file OUTPUT.checkpoint, OUTPUT being the first image.
@@ -16,8 +16,8 @@ class Checkpoint {
     /// Throws Error of kind Usage if the integrator cannot continue a render, or if the file exists and the
     /// options do not say to resume. `job` and `built` outlive the checkpoint.
     Checkpoint(const FrameJob& job, const BuiltScene& built);
-    /// Adds the saved pixels to the film, which keeps sums. Returns false if there is no file. Throws Error
-    /// of kind Usage if the file is damaged or of another render.
+    /// Adds the saved pixels and records to the film, which keeps sums. Returns false if there is no file.
+    /// Throws Error of kind Usage if the file is damaged or of another render.
     bool resume(Film& film) const;
     /// Writes the finished pixels of the film to the file, or to a fallback folder. Does nothing if there are
     /// none.

@@ -1,4 +1,5 @@
 #include "core/util/version.h"
+#include "loader/build/plugin_tables.h"
 #include "session/outputs.h"
 #include "session/part_file.h"
 #include "session/session.h"
@@ -35,12 +36,24 @@ uint64_t warnOfMissing(const RenderPart& merged, const std::vector<std::filesyst
     return missing;
 }
 
-void writeImage(const std::filesystem::path& image, const RenderPart& merged, Metadata metadata,
+/// Returns the image, completed by the integrator that rendered the parts.
+Film filmOf(const RenderPart& merged) {
+    Film film(merged.fullWidth, merged.fullHeight, merged.pixelBounds);
+    addToFilm(merged, film);
+    if (film.records().isEmpty())
+        return film;
+    const PluginTables tables = pluginTables();
+    Diagnostics diagnostics;
+    findPlugin(tables.integrators, merged.keyValue("integrator"), "integrator", {})
+        .create(ParamSet(), BuildContext{diagnostics})
+        ->finishMerged(film);
+    return film;
+}
+
+void writeImage(const std::filesystem::path& image, const Film& film, Metadata metadata,
                 const ImageOptions& format, const OutputSettings& settings, const Log& log) {
     if (image.extension() == ".png")
         addViewMetadata(format, metadata);
-    Film film(merged.fullWidth, merged.fullHeight, merged.pixelBounds);
-    addToFilm(merged, film);
     warnOfClampedValues(image, film.write(image, metadata, settings), log);
 }
 
@@ -54,11 +67,15 @@ Outcome mergeParts(const MergeOptions& options, const Log& log) {
     for (size_t i = 1; i < options.parts.size(); ++i)
         addPart(merged, readPart(options.parts[i]), options.parts[i]);
     const uint64_t missing = warnOfMissing(merged, options.images, log);
+    std::optional<Film> film;
     for (const auto& image : options.images) {
-        if (isPart(image))
+        if (isPart(image)) {
             writePart(image, merged);
-        else
-            writeImage(image, merged, metadataOf(merged, missing), options.format, settings, log);
+        } else {
+            if (!film)
+                film = filmOf(merged);
+            writeImage(image, *film, metadataOf(merged, missing), options.format, settings, log);
+        }
         log.info("wrote {}", image.string());
     }
     const uint64_t invalid = invalidSamples(merged.sums);

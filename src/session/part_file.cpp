@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-constexpr std::string_view kFirstLine = "strobe part 2\n";
+constexpr std::string_view kFirstLine = "strobe part 3\n";
 constexpr size_t kChecksumLine = 17;    ///< length in bytes: 16 hexadecimal digits and a line end
 constexpr int kMaxResolution = 1 << 16; ///< pixels along a side
 
@@ -42,6 +42,10 @@ int integerFrom(const Json& j) {
     constexpr uint64_t kMax = std::numeric_limits<int>::max();
     return j.is_number_unsigned() && j.get<uint64_t>() <= kMax ? j.get<int>() : -1;
 }
+/// Returns no size that fits into a file for anything but a non-negative integer.
+uint64_t sizeFrom(const Json& j) {
+    return j.is_number_unsigned() ? j.get<uint64_t>() : std::numeric_limits<uint64_t>::max();
+}
 PixelBounds pixelBoundsFrom(const Json& j) {
     return {integerFrom(j.at(0)), integerFrom(j.at(2)), integerFrom(j.at(1)), integerFrom(j.at(3))};
 }
@@ -66,14 +70,25 @@ bool isConsistent(const RenderPart& part) {
         part.fullHeight > kMaxResolution || part.samplesPerPixel < 1 || part.boxes.empty() ||
         !isInside(part.pixelBounds, {0, 0, part.fullWidth, part.fullHeight}))
         return false;
-    return std::all_of(part.boxes.begin(), part.boxes.end(), [&](const SampleBox& box) {
-        return isInside(box.pixelBounds, part.pixelBounds) && box.samples.first < box.samples.end &&
-               box.samples.end <= uint32_t(part.samplesPerPixel);
-    });
+    const auto isValid = [&](const PixelBounds& bounds, const SampleSlice& samples) {
+        return isInside(bounds, part.pixelBounds) && samples.first < samples.end &&
+               samples.end <= uint32_t(part.samplesPerPixel);
+    };
+    return std::all_of(part.boxes.begin(), part.boxes.end(),
+                       [&](const SampleBox& box) { return isValid(box.pixelBounds, box.samples); }) &&
+           std::all_of(part.records.begin(), part.records.end(),
+                       [&](const FilmRecord& record) { return isValid(record.pixels, record.samples); });
 }
 
-RenderPart fromJson(const Json& header) {
+/// A header, and the sizes of the records in bytes. The records have no bytes yet.
+struct Header {
     RenderPart part;
+    std::vector<uint64_t> recordSizes;
+};
+
+Header fromJson(const Json& header) {
+    Header out;
+    RenderPart& part = out.part;
     for (const auto& [name, value] : header.at("key").items())
         part.key.emplace_back(name, value.get<std::string>());
     part.fullWidth = integerFrom(header.at("frame").at(0));
@@ -82,7 +97,23 @@ RenderPart fromJson(const Json& header) {
     part.pixelBounds = pixelBoundsFrom(header.at("window"));
     for (const Json& box : header.at("boxes"))
         part.boxes.push_back({pixelBoundsFrom(box.at("window")), sliceFrom(box.at("samples"))});
-    return part;
+    for (const Json& record : header.at("records")) {
+        part.records.push_back({pixelBoundsFrom(record.at("window")), sliceFrom(record.at("samples")), {}});
+        out.recordSizes.push_back(sizeFrom(record.at("bytes")));
+    }
+    return out;
+}
+
+/// Reads the bytes of the records, which are all of `bytes`. Returns false if their sizes do not fit.
+bool readRecords(std::string_view bytes, const std::vector<uint64_t>& sizes,
+                 std::vector<FilmRecord>& records) {
+    for (size_t i = 0; i < sizes.size(); ++i) {
+        if (sizes[i] > bytes.size())
+            return false;
+        records[i].bytes = std::make_shared<const std::string>(bytes.substr(0, sizes[i]));
+        bytes.remove_prefix(sizes[i]);
+    }
+    return bytes.empty();
 }
 
 bool overlap(const SampleBox& a, const SampleBox& b) {
@@ -125,10 +156,13 @@ void checkSameRender(const RenderPart& part, const RenderPart& more, const fs::p
 
 } // namespace
 
+std::string RenderPart::keyValue(const std::string& name) const {
+    const auto it =
+        std::find_if(key.begin(), key.end(), [&](const auto& entry) { return entry.first == name; });
+    return it == key.end() ? "" : it->second;
+}
+
 void writePart(const fs::path& file, const RenderPart& part) {
-    std::string sums(part.sums.size() * PixelAccumulator::kBytes, '\0');
-    for (size_t i = 0; i < part.sums.size(); ++i)
-        part.sums[i].store(&sums[i * PixelAccumulator::kBytes]);
     Json header;
     for (const auto& [name, value] : part.key)
         header["key"][name] = value;
@@ -138,8 +172,27 @@ void writePart(const fs::path& file, const RenderPart& part) {
     for (const SampleBox& box : part.boxes)
         header["boxes"].push_back(
             {{"window", toJson(box.pixelBounds)}, {"samples", {box.samples.first, box.samples.end}}});
+    header["records"] = Json::array();
+    size_t recordBytes = 0;
+    for (const FilmRecord& record : part.records) {
+        header["records"].push_back({{"window", toJson(record.pixels)},
+                                     {"samples", {record.samples.first, record.samples.end}},
+                                     {"bytes", record.bytes->size()}});
+        recordBytes += record.bytes->size();
+    }
     const std::string text = header.dump() + '\n';
-    writeFileAtomically(file, std::string(kFirstLine) + checksum(text + sums) + '\n' + text + sums);
+    const size_t start = kFirstLine.size() + kChecksumLine, sums = start + text.size();
+    std::string bytes(kFirstLine);
+    bytes.reserve(sums + part.sums.size() * PixelAccumulator::kBytes + recordBytes);
+    bytes.resize(start);
+    bytes += text;
+    bytes.resize(sums + part.sums.size() * PixelAccumulator::kBytes);
+    for (size_t i = 0; i < part.sums.size(); ++i)
+        part.sums[i].store(&bytes[sums + i * PixelAccumulator::kBytes]);
+    for (const FilmRecord& record : part.records)
+        bytes += *record.bytes;
+    bytes.replace(kFirstLine.size(), kChecksumLine, checksum(std::string_view(bytes).substr(start)) + '\n');
+    writeFileAtomically(file, bytes);
 }
 
 RenderPart readPart(const fs::path& file) {
@@ -157,23 +210,25 @@ RenderPart parsePart(std::string_view bytes, const fs::path& file) {
     const std::string_view checksumLine = bytes.substr(0, std::min(kChecksumLine, bytes.size()));
     bytes.remove_prefix(checksumLine.size());
     const size_t headerEnd = bytes.find('\n');
-    RenderPart part;
+    Header header;
     try {
-        part = fromJson(Json::parse(bytes.substr(0, headerEnd)));
+        header = fromJson(Json::parse(bytes.substr(0, headerEnd)));
     } catch (const Json::exception&) {
         fail(file, "it is damaged");
     }
+    RenderPart& part = header.part;
     if (headerEnd == std::string::npos || !isConsistent(part))
         fail(file, "it is damaged");
     const std::string_view sums = bytes.substr(headerEnd + 1);
-    if (sums.size() != pixelCount(part.pixelBounds) * PixelAccumulator::kBytes)
+    const size_t sumBytes = pixelCount(part.pixelBounds) * PixelAccumulator::kBytes;
+    if (sums.size() < sumBytes || !readRecords(sums.substr(sumBytes), header.recordSizes, part.records))
         fail(file, "it is truncated or too long");
     if (checksumLine != checksum(bytes) + '\n')
         fail(file, "it is damaged");
     part.sums.resize(pixelCount(part.pixelBounds));
     for (size_t i = 0; i < part.sums.size(); ++i)
         part.sums[i].load(&sums[i * PixelAccumulator::kBytes]);
-    return part;
+    return std::move(part);
 }
 
 void addPart(RenderPart& part, const RenderPart& more, const fs::path& file) {
@@ -195,10 +250,14 @@ void addPart(RenderPart& part, const RenderPart& more, const fs::path& file) {
     }
     addSums(part, more);
     part.boxes.insert(part.boxes.end(), more.boxes.begin(), more.boxes.end());
+    part.records.insert(part.records.end(), more.records.begin(), more.records.end());
 }
 
 void addToFilm(const RenderPart& part, Film& film) {
     forEachPixel(part, [&](int x, int y, const PixelAccumulator& sum) { film.add(x, y, sum); });
+    for (const FilmRecord& record : part.records)
+        film.records().add(record);
+    film.records().setNote(part.keyValue(RenderPart::kNote));
 }
 
 uint64_t missingSamples(const RenderPart& part) {

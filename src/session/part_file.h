@@ -1,4 +1,4 @@
-// Part files: exact sums of some samples of some pixels, which add up to the whole render.
+// Part files: exact sums and records of some samples of some pixels, which add up to the whole render.
 #pragma once
 
 #include "core/film/film.h"
@@ -25,25 +25,31 @@ struct RenderPart {
     std::vector<SampleBox> boxes;       ///< the samples of this part; disjoint
     PixelBounds pixelBounds;            ///< contains the boxes
     std::vector<PixelAccumulator> sums; ///< row by row over pixelBounds
+    std::vector<FilmRecord> records;    ///< of samples of the boxes
+
+    /// Returns the value of a name of the key; empty if there is none.
+    std::string keyValue(const std::string& name) const;
+    /// The name in the key of FilmRecords::note.
+    static constexpr const char* kNote = "integratorNote";
 };
 
 /// Whether a file with this name is a part.
 inline bool isPart(const std::filesystem::path& file) { return file.extension() == ".part"; }
 
-/// Writes a line with the format and version, a line with a checksum of the rest, a line of JSON, and the
-/// sums. The file is replaced atomically. Throws Error of kind Output.
+/// Writes a line with the format and version, a line with a checksum of the rest, a line of JSON, the sums
+/// and the records. The file is replaced atomically. Throws Error of kind Output.
 void writePart(const std::filesystem::path& file, const RenderPart& part);
 /// Throws Error of kind Usage if the file cannot be read, is not a part, is damaged or truncated.
 RenderPart readPart(const std::filesystem::path& file);
 /// Parses the bytes of a file. `file` names it in errors, which are those of readPart.
 RenderPart parsePart(std::string_view bytes, const std::filesystem::path& file);
 
-/// Adds the samples of `more` to `part`. `file` names `more` in errors. Throws Error of kind Usage if the
-/// parts are of different renders, or have samples in common.
+/// Adds the samples and the records of `more` to `part`. `file` names `more` in errors. Throws Error of kind
+/// Usage if the parts are of different renders, or have samples in common.
 void addPart(RenderPart& part, const RenderPart& more, const std::filesystem::path& file);
 
-/// Adds the sums to a film whose pixel bounds contain those of the part. The film keeps sums, unless it is
-/// empty.
+/// Adds the sums and the records to a film whose pixel bounds contain those of the part. The film keeps sums,
+/// unless it is empty. Sets the note of the film's records.
 void addToFilm(const RenderPart& part, Film& film);
 
 /// Returns how many samples the pixels of `pixelBounds` lack in all.

@@ -76,6 +76,8 @@ RenderSettings renderSettings(const RenderOptions& options, const FrameSetup& se
     settings.clamp = options.clamp;
     settings.threads = options.threads;
     settings.tileSize = options.tileSize;
+    if (std::any_of(options.output.images.begin(), options.output.images.end(), isPart))
+        settings.pilotBounds = PixelBounds{0, 0, setup.resolution.x, setup.resolution.y};
     return settings;
 }
 

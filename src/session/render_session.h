@@ -13,7 +13,8 @@ namespace strobe {
 /// Writes the outputs from a film. `isFinished`: no samples will follow.
 using WriteOutputs = std::function<void(const Film&, const RenderStats&, bool isFinished)>;
 
-/// Returns the settings of the options for a frame of the scene.
+/// Returns the settings of the options for a frame of the scene. With a .part as output, a pilot of the
+/// integrator looks at the whole frame, so that all parts of the frame decide alike.
 RenderSettings renderSettings(const RenderOptions& options, const FrameSetup& setup);
 
 /// Renders one frame as its options say. All references outlive the session.

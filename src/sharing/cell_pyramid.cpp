@@ -19,19 +19,9 @@ void addChild(const CellNode& child, CellNode& parent) {
 
 } // namespace
 
-CellPyramid::CellPyramid(const LightCells& cells) : m_cellOfHandle(cells.handleCount()) {
-    struct Recorded {
-        CellId id;
-        uint32_t handle;
-        const CellSums* sums;
-    };
-    std::vector<Recorded> sorted; // so that sums of floats do not depend on the order of rendering
-    cells.forEach([&](uint32_t handle, const CellSums& sums) { sorted.push_back({sums.id, handle, &sums}); });
-    std::sort(sorted.begin(), sorted.end(), [](const Recorded& a, const Recorded& b) { return a.id < b.id; });
-    for (size_t i = 0; i < sorted.size(); ++i) {
-        m_cellOfHandle[sorted[i].handle] = uint32_t(i);
-        addCell(*sorted[i].sums);
-    }
+CellPyramid::CellPyramid(std::span<const CellSums> cells) {
+    for (const CellSums& sums : cells)
+        addCell(sums);
     addParents();
     linkCubes();
     finishMeans();
@@ -44,10 +34,10 @@ void CellPyramid::addCell(const CellSums& sums) {
     CellNode& node = m_nodes[index];
     node.ancestors = kScales;
     for (int half = 0; half < kHalves; ++half)
-        node.count[half] = float(sums.light[0][half].validCount());
+        node.count[half] = float(sums.count[half]);
     for (int part = 0; part < kParts; ++part)
         for (int half = 0; half < kHalves; ++half) {
-            const Rgb sum = sums.light[part][half].mean() * node.count[half];
+            const Rgb sum = sums.light[part][half].value();
             for (int c = 0; c < 3; ++c)
                 node.light[channelOf(part, half) + c] = sum[c];
         }

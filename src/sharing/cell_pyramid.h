@@ -4,6 +4,8 @@
 #include "core/util/index_table.h"
 #include "sharing/light_cells.h"
 
+#include <span>
+
 namespace strobe {
 
 /// RGB by half by part.
@@ -28,12 +30,11 @@ class CellPyramid {
     /// The number of sizes above that of a recorded cell: each is twice as large as the one before.
     static constexpr int kScales = 8;
 
-    explicit CellPyramid(const LightCells& cells);
+    /// `cells`: by ascending id, so that sums of floats do not depend on the order of rendering.
+    explicit CellPyramid(std::span<const CellSums> cells);
 
-    /// The recorded cells are numbered from 0, in an order that depends on their ids only.
+    /// Recorded cells keep their indices.
     size_t cellCount() const { return m_recorded.size(); }
-    /// Returns the number of the recorded cell with this handle.
-    uint32_t cellOf(uint32_t handle) const { return m_cellOfHandle[handle]; }
     /// Returns the index of the node of a recorded cell.
     uint32_t nodeOf(size_t cell) const { return m_recorded[cell]; }
     const std::vector<CellNode>& nodes() const { return m_nodes; }
@@ -47,7 +48,7 @@ class CellPyramid {
 
   private:
     static constexpr uint32_t kAbsent = ~0u;
-    static constexpr int kFaces = 6; ///< values of CellId::face
+    static constexpr int kFaces = CellId::kFaces;
     /// Neighbors are nodes within kReach cells. These are found below the cubes that are 2^kGenerations times
     /// as large.
     static constexpr int kReach = 2, kGenerations = 2;
@@ -73,7 +74,6 @@ class CellPyramid {
     std::vector<Cube> m_cubes;
     IndexTable m_cubeIndices;         ///< by CellId::hash
     std::vector<uint32_t> m_recorded; ///< nodes of the recorded cells
-    std::vector<uint32_t> m_cellOfHandle;
 };
 
 /// Calls work(index) for the nodes within two cells of the center in a cube `generations` below `cube`.

@@ -190,16 +190,16 @@ EmissionPilot emissionPilot(const RecordedLight& light) {
 std::vector<Rgb> emissionCorrection(const RecordedLight& light) {
     const int width = light.pixelBounds.width();
     std::vector<Rgb> correction(light.pixels.size() / kHalves, Rgb(0));
-    for (const RefinedEmission& refined : light.refined) {
+    for (const EmissionSum& refined : light.emission) {
         const size_t pixel = refined.pixel;
         const int x = int(pixel % size_t(width)), y = int(pixel / size_t(width));
         const float own = float(light.pixel(pixel, 0).count + light.pixel(pixel, 1).count);
-        const float more = float(refined.emission.validCount());
+        const float more = float(refined.sum.validCount());
         for (int half = 0; half < kHalves; ++half) {
             const HalfPixelSums& recorded = light.pixel(pixel, half);
             if (recorded.count == 0)
                 continue;
-            const Rgb difference = refined.emission.mean() - recorded.mean(recorded.emitted);
+            const Rgb difference = refined.sum.mean() - recorded.mean(recorded.emitted);
             const float coefficient = noiseFromOthers(light, x, y, half).coefficient;
             correction[pixel] +=
                 difference * (coefficient * more / (own + more) * float(recorded.count) / own);

@@ -1,7 +1,8 @@
 // More visibility samples where the light that camera rays hit directly is noisy: at the edges of lamps.
 #pragma once
 
-#include "sharing/light_recorder.h"
+#include "core/render/integrator.h"
+#include "sharing/recorded_light.h"
 
 namespace strobe {
 
@@ -38,7 +39,7 @@ class EmissionRefinement {
 EmissionPilot emissionPilot(const RecordedLight& light);
 
 /// Returns the correction of each pixel, to be added to the mean of its samples. The emission is a control
-/// variate: the correction is the difference between the mean emission of RecordedLight::refined and that of
+/// variate: the correction is the difference between the mean emission of RecordedLight::emission and that of
 /// the samples, times the regression coefficient of the radiance on the emission. The coefficient is 1 for a
 /// bright lamp, and 0 for a background that is as bright as the objects in front of it. That for one half of
 /// a pixel depends on the other half and on the eight neighbors only, so that it does not bias the result.

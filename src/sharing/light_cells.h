@@ -1,15 +1,10 @@
 // Sums of direct and indirect light by cells of the surfaces at rest.
 #pragma once
 
-#include "core/film/pixel_accumulator.h"
 #include "core/math/hash.h"
-#include "core/math/math.h"
+#include "sharing/fixed_point_sum.h"
 
 #include <cmath>
-#include <cstdint>
-#include <memory>
-#include <mutex>
-#include <span>
 #include <vector>
 
 namespace strobe {
@@ -17,6 +12,10 @@ namespace strobe {
 /// A cube of a grid around a surface at rest, in world space at shutter fraction 0, and the side of the
 /// surface that faces one of six directions. The edge of the cube is 2^level scene units.
 struct CellId {
+    static constexpr int kFaces = 6;              ///< values of `face`
+    static constexpr int kMaxLevel = 60;          ///< the largest absolute value of `level` of recorded cells
+    static constexpr int32_t kMaxIndex = 1 << 30; ///< that of x, y and z
+
     uint64_t surface = 0; ///< instance and geometry: see Hit
     int32_t x = 0, y = 0, z = 0;
     int16_t level = 0;
@@ -38,9 +37,14 @@ inline constexpr int kParts = 2;
 /// A set of parts.
 class LightParts {
   public:
+    LightParts() = default;
+    explicit LightParts(uint32_t bits) : m_bits(bits) {}
+    static LightParts all() { return LightParts((1u << kParts) - 1); }
     void add(LightPart part) { m_bits |= 1u << int(part); }
     bool has(LightPart part) const { return m_bits >> int(part) & 1; }
     bool isEmpty() const { return m_bits == 0; }
+    uint32_t bits() const { return m_bits; }
+    bool operator==(const LightParts&) const = default;
 
   private:
     uint32_t m_bits = 0;
@@ -57,18 +61,20 @@ struct CellSums {
 
     CellId id;
     int64_t p[3] = {}, n[3] = {};
-    /// Light divided by the albedo of the sample's first vertex. The valid samples are those on the cell.
-    PixelAccumulator light[kParts][kHalves];
+    uint32_t count[kHalves] = {};  ///< samples on the cell
+    RgbSum light[kParts][kHalves]; ///< divided by the albedo of the sample's first vertex
 
-    void add(const CellSums& other);
-};
-
-/// The albedos of the samples of one half of a pixel on one cell.
-struct CellUse {
-    uint32_t pixel;     ///< row by row in the pixel bounds
-    uint32_t cell : 31; ///< a handle of LightCells
-    uint32_t half : 1;
-    Rgb albedo; ///< the sum over the samples, weighted by the pixel filter
+    void add(const CellSums& other) {
+        for (int k = 0; k < 3; ++k) {
+            addWrapping(p[k], other.p[k]);
+            addWrapping(n[k], other.n[k]);
+        }
+        for (int half = 0; half < kHalves; ++half) {
+            count[half] += other.count[half];
+            for (int part = 0; part < kParts; ++part)
+                light[part][half].add(other.light[part][half]);
+        }
+    }
 };
 
 /// The largest channel of the light of a sample, by part, above which the rest is recorded by itself.
@@ -78,36 +84,35 @@ struct RareLimits {
 
 /// The light of one sample above RareLimits.
 struct RareSample {
-    uint32_t pixel; ///< row by row in the pixel bounds
-    uint32_t cell;  ///< a handle of LightCells
-    uint8_t part, half;
-    bool isInQuarter; ///< see HalfPixelSums
-    Rgb light;        ///< divided by the albedo
-    Rgb albedo;       ///< weighted by the pixel filter
+    uint32_t cell = 0;
+    uint8_t part = 0;
+    bool isInQuarter = false; ///< in the first quarter of its half
+    Rgb light{0};             ///< divided by the albedo
+    Rgb albedo{0};            ///< weighted by the pixel filter
 };
 
-/// Stores cells by their ids. Threads may add concurrently.
-class LightCells {
-  public:
-    LightCells();
-    ~LightCells();
-    /// Adds sums to a cell and returns the cell's handle.
-    uint32_t add(const CellSums& sums);
-    /// Returns the number of handles: all are less, but not every smaller number is one.
-    uint32_t handleCount() const;
-    /// Calls work(handle, sums) for all cells, in any order. No thread may add meanwhile.
-    template <class Work>
-    void forEach(const Work& work) const {
-        for (uint32_t s = 0; s < kShards; ++s)
-            for (uint32_t i = 0; i < cellsOf(s).size(); ++i)
-                work(i * kShards + s, cellsOf(s)[i]);
-    }
+/// The albedos of the samples of one half of a pixel on one cell.
+struct CellUse {
+    static constexpr int kAlbedoBits = 30;
 
-  private:
-    static constexpr uint32_t kShards = 64;
-    struct Shard;
-    const std::vector<CellSums>& cellsOf(uint32_t shard) const;
-    std::unique_ptr<Shard[]> m_shards;
+    uint32_t cell = 0;
+    /// The sums of the albedos, weighted by the pixel filter, in units of 2^-kAlbedoBits. Those of a sample
+    /// are limited to ±2^9, so that sums of 2^23 samples do not overflow.
+    int64_t albedo[3] = {};
+
+    void add(const Rgb& weightedAlbedo) {
+        constexpr float kMax = 1 << 9, kPerUnit = 1 << kAlbedoBits;
+        for (int c = 0; c < 3; ++c) // NaN is the limit
+            albedo[c] += int64_t(std::max(-kMax, std::min(kMax, weightedAlbedo[c])) * kPerUnit);
+    }
+    void add(const CellUse& other) {
+        for (int c = 0; c < 3; ++c)
+            addWrapping(albedo[c], other.albedo[c]);
+    }
+    Rgb albedoSum() const {
+        constexpr float kUnit = 1.f / (1 << kAlbedoBits);
+        return Rgb(float(albedo[0]), float(albedo[1]), float(albedo[2])) * kUnit;
+    }
 };
 
 } // namespace strobe

@@ -2,6 +2,7 @@
 
 #include "sharing/emission_refinement.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace strobe {
@@ -40,8 +41,8 @@ struct CellSoA {
 
 /// Writes the largest integer not above q, limited to ±2^30, and what is left of q, at most 1.
 STROBE_FORCE_INLINE void splitCoordinate(float q, int32_t& index, float& offset) {
-    constexpr float kMaxIndex = 1 << 30;
-    const float limited = std::min(std::max(q, -kMaxIndex), kMaxIndex);
+    constexpr float kMaxIndex = float(CellId::kMaxIndex);
+    const float limited = std::min(kMaxIndex, std::max(-kMaxIndex, q)); // NaN is a limit, too
     const int32_t truncated = int32_t(limited);
     index = truncated - (float(truncated) > limited ? 1 : 0);
     offset = limited - float(index);
@@ -50,7 +51,7 @@ STROBE_FORCE_INLINE void splitCoordinate(float q, int32_t& index, float& offset)
 /// Writes the cells of points whose edges are next to `size`, in scene units.
 STROBE_TARGET_CLONES void findCells(const V3SoA& p, const V3SoA& n, const float* size, int count,
                                     CellSoA& out) {
-    constexpr int kExponentBias = 127, kMantissaBits = 23, kMaxLevel = 60;
+    constexpr int kExponentBias = 127, kMantissaBits = 23, kMaxLevel = CellId::kMaxLevel;
     STROBE_IVDEP
     for (int i = 0; i < count; ++i) {
         const int exponent =
@@ -69,56 +70,26 @@ STROBE_TARGET_CLONES void findCells(const V3SoA& p, const V3SoA& n, const float*
     }
 }
 
+std::span<const FirstVertex> chunkOf(std::span<const FirstVertex> vertices, size_t chunk) {
+    const size_t first = chunk * kSoAWidth;
+    return vertices.subspan(first, std::min<size_t>(kSoAWidth, vertices.size() - first));
+}
+
 } // namespace
 
-void RecordingWorker::plan(const VisibilityBatch& batch, ShadingRequests& requests) {
-    requestForEach(m_scene, batch, requests);
-    if (m_scene.needsFootprint()) // the requests have their cones
-        return;
-    for (size_t c = 0; c < requests.chunks(); ++c) {
-        RequestSoA& chunk = requests.chunk(c);
-        m_scene.camera().coneSoA(batch.samples.chunk(c).camera.film, requests.chunkSize(c), chunk.width,
-                                 chunk.spread);
-    }
-}
-
-void RecordingWorker::observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
-                              std::span<const FirstVertex> vertices) {
-    m_recorder.record(batch, radiance, vertices);
-    if (!m_refinement || !batch.filmSlice.contains(0))
-        return;
-    for (const PixelRef& pixel : batch.pixels)
-        if (m_refinement->refines(pixel))
-            m_out.addRefined(m_out.indexOf(pixel), m_refinement->trace(pixel));
-}
-
-/// One half of the samples of a pixel.
-struct LightRecorder::HalfPixel {
-    uint32_t pixel;
-    int half;
-    uint32_t first, end;   ///< samples of the batch
-    uint32_t endOfQuarter; ///< number of a sample in its pixel
-    size_t firstUse = 0;   ///< in m_uses
-};
-
-/// The samples of one chunk of the batch.
+/// The samples of one chunk of requests.
 struct LightRecorder::Chunk {
     V3SoA p, n;                        ///< at rest; see findRestPoints
     alignas(64) float size[kSoAWidth]; ///< of the cells
     CellSoA cells;
 };
 
-LightRecorder::LightRecorder(const Scene& scene, RecordedLight& out, float cellSize, float clamp,
+LightRecorder::LightRecorder(const Scene& scene, float cellSize, float clamp, LightParts parts,
                              const RareLimits& rareLimits)
-    : m_scene(scene), m_out(out), m_cellSize(cellSize), m_clamp(clamp), m_rareLimits(rareLimits) {}
+    : m_scene(scene), m_spread(scene), m_cellSize(cellSize), m_clamp(clamp), m_parts(parts),
+      m_rareLimits(rareLimits) {}
 
 LightRecorder::~LightRecorder() = default;
-
-bool LightRecorder::isStatic(const Hit& hit) const {
-    const PlacedShape& placed = m_scene.geometry(hit).placed;
-    return placed.isStatic() &&
-           (hit.instance == kNone || m_scene.instances()[hit.instance].motion->isStatic());
-}
 
 /// Writes the positions and the normals, on the side of the viewer, at shutter fraction 0.
 void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n) const {
@@ -129,7 +100,7 @@ void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA&
         const FirstVertex& vertex = vertices[i];
         if (!vertex.hit)
             continue;
-        if (isStatic(vertex.hit)) {
+        if (isStatic(m_scene, vertex.hit)) {
             p.set(int(i), vertex.p);
             n.set(int(i), vertex.n);
         } else {
@@ -151,77 +122,45 @@ void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA&
 
 void LightRecorder::record(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                            std::span<const FirstVertex> vertices) {
-    m_chunks.resize(batch.samples.chunks());
+    m_samples = batch.filmSlice;
+    m_chunks.resize((vertices.size() + kSoAWidth - 1) / kSoAWidth);
     for (size_t c = 0; c < m_chunks.size(); ++c)
-        findRestPoints(vertices.subspan(c * kSoAWidth, size_t(batch.samples.chunkSize(c))), m_chunks[c].p,
-                       m_chunks[c].n);
-    findHalves(batch);
-    for (const HalfPixel& half : m_halves)
-        setCellSize(half, vertices);
+        findRestPoints(chunkOf(vertices, c), m_chunks[c].p, m_chunks[c].n);
+    setCellSizes(batch, vertices);
     for (size_t c = 0; c < m_chunks.size(); ++c)
-        findCells(m_chunks[c].p, m_chunks[c].n, m_chunks[c].size, batch.samples.chunkSize(c),
+        findCells(m_chunks[c].p, m_chunks[c].n, m_chunks[c].size, int(chunkOf(vertices, c).size()),
                   m_chunks[c].cells);
-    for (HalfPixel& half : m_halves)
-        recordHalf(half, batch, radiance, vertices);
-    flush();
+    for (uint32_t pixel = 0; pixel < batch.pixels.size(); ++pixel)
+        recordPixel(batch, pixel, radiance, vertices);
 }
 
-/// Writes the intervals of samples that are halves of pixels to m_halves.
-void LightRecorder::findHalves(const VisibilityBatch& batch) {
-    const uint32_t middle = (batch.samplesPerPixel + 1) / 2;
-    m_halves.clear();
-    uint32_t lastPixel = 0;
-    for (uint32_t i = 0; i < batch.samples.size(); ++i) {
-        const VisibilitySoA& samples = batch.samples.chunk(i / kSoAWidth);
-        const uint32_t lane = i % kSoAWidth, index = samples.index[lane];
-        if (!batch.filmSlice.contains(index))
-            continue;
-        const int half = index < middle ? 0 : 1;
-        if (m_halves.empty() || samples.pixel[lane] != lastPixel || half != m_halves.back().half) {
-            lastPixel = samples.pixel[lane];
-            const PixelRef& pixel = batch.pixels[lastPixel];
-            m_halves.push_back({m_out.indexOf(pixel), half, i, i,
-                                half == 0 ? (middle + 1) / 2 : (middle + batch.samplesPerPixel + 1) / 2});
+/// Sets the sizes of the cells of each sample: the width of its cone times the size in pixels, or times half
+/// the spread of its pixel, if that is larger: if a lens, motion or a grazing angle spreads the samples.
+void LightRecorder::setCellSizes(const VisibilityBatch& batch, std::span<const FirstVertex> vertices) {
+    const uint32_t count = batch.filmSlice.count();
+    for (uint32_t pixel = 0; pixel < batch.pixels.size(); ++pixel) {
+        const float size = std::max(m_cellSize, m_spread.of(batch, pixel) / 2);
+        for (uint32_t i = pixel * count; i < (pixel + 1) * count; ++i)
+            m_chunks[i / kSoAWidth].size[i % kSoAWidth] = vertices[i].coneWidth * size;
+    }
+}
+
+/// Records the samples of a pixel, quarter by quarter. The samples' numbers in the pixel divide them.
+void LightRecorder::recordPixel(const VisibilityBatch& batch, uint32_t pixel, std::span<const Rgb> radiance,
+                                std::span<const FirstVertex> vertices) {
+    const uint32_t all = batch.samplesPerPixel, middle = (all + 1) / 2;
+    const uint32_t ends[kHalves * kQuarters] = {(middle + 1) / 2, middle, (middle + all + 1) / 2, all};
+    const SampleSlice& slice = batch.filmSlice;
+    const uint32_t firstRequest = pixel * slice.count(), firstSample = batch.sampleIndex(pixel, slice.first);
+    m_pixel.clear();
+    for (uint32_t k = 0, number = slice.first; k < kHalves * kQuarters; ++k)
+        for (; number < std::min(ends[k], slice.end); ++number) {
+            const uint32_t request = firstRequest + number - slice.first;
+            const uint32_t sample = firstSample + number - slice.first;
+            const float weight = batch.samples.chunk(sample / kSoAWidth).weight[sample % kSoAWidth];
+            recordSample(vertices[request], radiance[request], request, weight, k);
         }
-        m_halves.back().end = i + 1;
-    }
-}
-
-/// Sets the sizes of the cells of a half: the width of the pixel's cone times the size in pixels, or half the
-/// mean distance between consecutive samples on a surface, if they are spread by a lens or by motion.
-void LightRecorder::setCellSize(const HalfPixel& half, std::span<const FirstVertex> vertices) {
-    float sum = 0;
-    int count = 0;
-    const auto chunkOf = [&](uint32_t i) -> Chunk& { return m_chunks[i / kSoAWidth]; };
-    for (uint32_t i = half.first + 1; i < half.end; ++i) {
-        const Hit &hit = vertices[i].hit, &last = vertices[i - 1].hit;
-        if (!hit || hit.geometry != last.geometry || hit.instance != last.instance)
-            continue;
-        sum += length(chunkOf(i).p.at(int(i % kSoAWidth)) - chunkOf(i - 1).p.at(int((i - 1) % kSoAWidth)));
-        ++count;
-    }
-    const float spread = count > 0 ? sum / float(count) : 0;
-    for (uint32_t i = half.first; i < half.end; ++i)
-        chunkOf(i).size[i % kSoAWidth] = std::max(vertices[i].coneWidth * m_cellSize, spread / 2);
-}
-
-void LightRecorder::recordHalf(HalfPixel& half, const VisibilityBatch& batch, std::span<const Rgb> radiance,
-                               std::span<const FirstVertex> vertices) {
-    HalfPixelSums sums;
-    half.firstUse = m_uses.size();
-    for (uint32_t i = half.first; i < half.end; ++i) {
-        const VisibilitySoA& samples = batch.samples.chunk(i / kSoAWidth);
-        const uint32_t lane = i % kSoAWidth;
-        if (!isValid(radiance[i] * samples.weight[lane]))
-            continue; // neither is it in the film
-        const float scale = clampScale(radiance[i]);
-        sums.add(vertices[i].emitted, radiance[i], samples.weight[lane] * scale);
-        recordVertex(vertices[i], i, samples.weight[lane], scale, half, sums,
-                     samples.index[lane] < half.endOfQuarter);
-        if (samples.index[lane] < half.endOfQuarter)
-            sums.finishQuarter();
-    }
-    m_out.pixel(half.pixel, half.half).add(sums);
+    m_tile.addPixel(batch.pixels[pixel].x, batch.pixels[pixel].y, m_pixel);
 }
 
 /// Returns the factor by which the film scales a sample.
@@ -230,72 +169,133 @@ float LightRecorder::clampScale(const Rgb& radiance) const {
     return m_clamp > 0 && maxChannel > m_clamp ? m_clamp / maxChannel : 1;
 }
 
-/// Records the vertex of sample i of the batch, whose light is multiplied by `scale`.
-void LightRecorder::recordVertex(const FirstVertex& vertex, uint32_t i, float weight, float scale,
-                                 const HalfPixel& half, HalfPixelSums& sums, bool isInQuarter) {
+/// Records a sample of a quarter of the pixel, 0 … 3.
+void LightRecorder::recordSample(const FirstVertex& vertex, const Rgb& radiance, uint32_t request,
+                                 float weight, uint32_t quarter) {
+    if (!isValid(radiance * weight))
+        return; // neither is it in the film
+    const uint32_t halfIndex = quarter / kQuarters;
+    HalfLight& half = m_pixel.halves[halfIndex];
+    HalfLight::Quarter& sums = half.quarters[quarter % kQuarters];
+    const float scale = clampScale(radiance), scaledWeight = weight * scale;
+    ++sums.count;
+    const double v = double(scaledWeight * (radiance.x + radiance.y + radiance.z) / 3);
+    half.v.add(v);
+    if (const Rgb emitted = vertex.emitted * scaledWeight; !isBlack(emitted)) {
+        half.emitted.add(emitted);
+        const double e = double((emitted.x + emitted.y + emitted.z) / 3);
+        half.ee.add(e * e);
+        half.ve.add(e * v);
+    }
     if (!vertex.hit || !(vertex.coneWidth > 0))
         return;
-    Rgb light[kParts] = {irradiance(vertex.direct, vertex.albedo) * scale,
-                         irradiance(vertex.indirect, vertex.albedo) * scale};
-    const Chunk& chunk = m_chunks[i / kSoAWidth];
-    const uint32_t cell = findCell(chunk.cells.at(vertex.hit, int(i % kSoAWidth)));
+    Rgb light[kParts] = {Rgb(0), Rgb(0)};
+    if (m_parts.has(LightPart::Direct))
+        light[int(LightPart::Direct)] = irradiance(vertex.direct, vertex.albedo) * scale;
+    if (m_parts.has(LightPart::Indirect))
+        light[int(LightPart::Indirect)] = irradiance(vertex.indirect, vertex.albedo) * scale;
+    const uint32_t cell = findCell(vertex, request);
+    const Rgb albedo = vertex.albedo * weight;
     for (int part = 0; part < kParts; ++part) {
-        const float limit = m_rareLimits.of[part], brightness = maxComponent(vertex.albedo * light[part]);
-        if (brightness > limit) {
-            const Rgb rare = light[part] * (1 - limit / brightness);
-            light[part] -= rare;
-            m_rare.push_back({half.pixel, cell, uint8_t(part), uint8_t(half.half), isInQuarter, rare,
-                              vertex.albedo * weight});
-        }
-        sums.light[part] += vertex.albedo * light[part] * weight;
+        if (!m_parts.has(LightPart(part)))
+            continue;
+        if (const Rgb rare = takeRareLight(vertex, part, light[part]); !isBlack(rare))
+            half.rare.push_back({cell, uint8_t(part), quarter % kQuarters == 0, rare, albedo});
+        sums.light[part].add(albedo * light[part]);
     }
-    CellSums& cellSums = m_cells[cell];
-    const V3f offset = chunk.cells.offset.at(int(i % kSoAWidth)) * float(1 << CellSums::kPositionBits);
-    const V3f n = chunk.n.at(int(i % kSoAWidth)) * float(1 << CellSums::kNormalBits);
+    recordInCell(cell, light, request, halfIndex);
+    if (half.uses.empty() || half.uses.back().cell != cell)
+        findUse(half.uses, cell).add(albedo);
+    else
+        half.uses.back().add(albedo);
+}
+
+/// Returns the light above the limit, and removes it from the light of a part, divided by the albedo.
+Rgb LightRecorder::takeRareLight(const FirstVertex& vertex, int part, Rgb& light) const {
+    const float limit = m_rareLimits.of[part], brightness = maxComponent(vertex.albedo * light);
+    if (!(brightness > limit))
+        return Rgb(0);
+    const Rgb rare = light * (1 - limit / brightness);
+    light -= rare;
+    return rare;
+}
+
+/// Returns the index in the tile of the cell of a request.
+uint32_t LightRecorder::findCell(const FirstVertex& vertex, uint32_t request) {
+    return m_tile.findCell(m_chunks[request / kSoAWidth].cells.at(vertex.hit, int(request % kSoAWidth)));
+}
+
+/// Adds the light of a request to its cell.
+void LightRecorder::recordInCell(uint32_t index, const Rgb (&light)[kParts], uint32_t request,
+                                 uint32_t half) {
+    const Chunk& chunk = m_chunks[request / kSoAWidth];
+    const int lane = int(request % kSoAWidth);
+    CellSums& cell = m_tile.cell(index);
+    const V3f offset = chunk.cells.offset.at(lane) * float(1 << CellSums::kPositionBits);
+    const V3f n = chunk.n.at(lane);
     for (int k = 0; k < 3; ++k) {
-        cellSums.p[k] += int32_t(offset[k]);
-        cellSums.n[k] += int32_t(n[k]);
+        cell.p[k] += int32_t(offset[k]);
+        // The normal of a surface that is degenerate at rest is NaN.
+        cell.n[k] += int32_t(std::max(-1.f, std::min(1.f, n[k])) * float(1 << CellSums::kNormalBits));
     }
+    ++cell.count[half];
     for (int part = 0; part < kParts; ++part)
-        cellSums.light[part][half.half].add(light[part], 1);
-    CellUse* use = m_uses.empty() ? nullptr : &m_uses.back();
-    if (m_uses.size() == half.firstUse || use->cell != cell)
-        use = &findUse(half, cell);
-    use->albedo += vertex.albedo * weight;
+        if (m_parts.has(LightPart(part)))
+            cell.light[part][half].add(light[part]);
 }
 
-CellUse& LightRecorder::findUse(const HalfPixel& half, uint32_t cell) {
-    for (size_t u = half.firstUse; u < m_uses.size(); ++u)
-        if (m_uses[u].cell == cell)
-            return m_uses[u];
-    return m_uses.emplace_back(CellUse{half.pixel, cell & 0x7fffffffu, uint32_t(half.half) & 1, Rgb(0)});
+CellUse& LightRecorder::findUse(std::vector<CellUse>& uses, uint32_t cell) {
+    for (CellUse& use : uses)
+        if (use.cell == cell)
+            return use;
+    uses.emplace_back().cell = cell;
+    return uses.back();
 }
 
-/// Returns the index in m_cells of a cell, added if necessary.
-uint32_t LightRecorder::findCell(const CellId& id) {
-    if (!m_cells.empty() && m_cells[m_lastCell].id == id)
-        return m_lastCell;
-    m_lastCell = m_cellIndices.findOrInsert(id.hash(), uint32_t(m_cells.size()));
-    if (m_lastCell == m_cells.size())
-        m_cells.emplace_back().id = id;
-    return m_lastCell;
+void RecordingWorker::plan(const VisibilityBatch& batch, ShadingRequests& requests) {
+    if (batch.filmSlice == batch.slice) {
+        requestForEach(m_scene, batch, requests);
+    } else {
+        for (const VisibilitySample& sample : batch.samples)
+            if (batch.filmSlice.contains(sample.index))
+                requests.push_back(requestFor(m_scene, batch, sample));
+    }
+    if (!m_scene.needsFootprint()) // else the requests have their cones
+        setCones(batch, requests);
 }
 
-void LightRecorder::flush() {
-    std::vector<uint32_t> handles(m_cells.size());
-    for (size_t i = 0; i < m_cells.size(); ++i)
-        handles[i] = m_out.cells.add(m_cells[i]);
-    for (CellUse& use : m_uses)
-        use.cell = handles[use.cell] & 0x7fffffffu;
-    for (RareSample& rare : m_rare)
-        rare.cell = handles[rare.cell];
-    m_out.addUses(m_uses);
-    m_out.addRare(m_rare);
-    m_rare.clear();
-    m_cells.clear();
-    m_uses.clear();
-    m_cellIndices.clear();
-    m_lastCell = 0;
+void RecordingWorker::observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
+                              std::span<const FirstVertex> vertices) {
+    m_hasObserved = true;
+    m_recorder.record(batch, radiance, vertices);
+    if (!m_refinement || !batch.filmSlice.contains(0)) // one slice of a pixel refines it
+        return;
+    for (const PixelRef& pixel : batch.pixels)
+        if (m_refinement->refines(pixel))
+            m_recorder.addEmission(pixel, m_refinement->trace(pixel));
+}
+
+void RecordingWorker::setCones(const VisibilityBatch& batch, ShadingRequests& requests) const {
+    for (size_t c = 0; c < requests.chunks(); ++c) {
+        RequestSoA& chunk = requests.chunk(c);
+        V2SoA film;
+        for (int i = 0; i < requests.chunkSize(c); ++i) {
+            const uint32_t sample = chunk.sample[i];
+            film.set(i, batch.samples.chunk(sample / kSoAWidth).camera.film.at(int(sample % kSoAWidth)));
+        }
+        m_scene.camera().coneSoA(film, requests.chunkSize(c), chunk.width, chunk.spread);
+    }
+}
+
+std::span<const Rgb> RecordingWorker::resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
+                                              std::span<Rgb> values) {
+    if (batch.filmSlice == batch.slice)
+        return shaded; // request i is that of sample i
+    std::fill(values.begin(), values.end(), Rgb(0));
+    const uint32_t count = batch.filmSlice.count();
+    for (uint32_t i = 0; i < shaded.size(); ++i)
+        values[batch.sampleIndex(i / count, batch.filmSlice.first) + i % count] = shaded[i];
+    return values;
 }
 
 } // namespace strobe

@@ -1,6 +1,7 @@
 #include "sharing/noise_pilot.h"
 
 #include "core/util/parallel.h"
+#include "sharing/light_recorder.h"
 #include "sharing/reconstruction.h"
 
 #include <algorithm>
@@ -64,8 +65,8 @@ struct Brightness {
 /// Records the samples of a block, and their brightness.
 class PilotWorker : public RecordingWorker {
   public:
-    PilotWorker(const Scene& scene, RecordedLight& out, float cellSize, float clamp, Brightness& brightness)
-        : RecordingWorker(scene, out, cellSize, clamp, {}), m_brightness(brightness) {}
+    PilotWorker(const Scene& scene, float cellSize, float clamp, Brightness& brightness)
+        : RecordingWorker(scene, cellSize, clamp, LightParts::all()), m_brightness(brightness) {}
     void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                  std::span<const FirstVertex> vertices) override {
         RecordingWorker::observe(batch, radiance, vertices);
@@ -79,50 +80,67 @@ class PilotWorker : public RecordingWorker {
     Brightness& m_brightness;
 };
 
-/// The pilot of one block of pixels.
+/// The pilot of a block of pixels.
 class PilotState : public IntegratorState {
   public:
-    PilotState(const Scene& scene, const RenderContext& context, const PixelBounds& block, float cellSize)
-        : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp), m_light(block) {}
+    PilotState(const Scene& scene, float cellSize, float clamp, Brightness& brightness)
+        : m_scene(scene), m_cellSize(cellSize), m_clamp(clamp), m_brightness(brightness) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<PilotWorker>(m_scene, m_light, m_cellSize, m_clamp, m_brightness);
+        return std::make_unique<PilotWorker>(m_scene, m_cellSize, m_clamp, m_brightness);
     }
     bool observes() const override { return true; }
-    const Brightness& brightness() const { return m_brightness; }
-    /// Returns the errors of the rendered block.
-    BlockErrors errors() const {
-        const LightSharing sharing(m_light);
-        BlockErrors errors;
-        // The factors by which the error of the mixture exceeds that of a mixture of independent estimates.
-        addErrors(sharing.share(LightPart::Direct), 3, LightPart::Direct, errors);
-        addErrors(sharing.share(LightPart::Indirect), 1.5f, LightPart::Indirect, errors);
-        errors.pixels = double(m_light.pixels.size()) / kHalves;
-        errors.emissionCoefficient = errors.pixels * emissionPilot(m_light).coefficient;
-        return errors;
-    }
 
   private:
-    void addErrors(const SharedPart& part, float dependence, LightPart which, BlockErrors& errors) const {
-        constexpr float kDark = 0.01f; // radiance below which errors do not count as relative ones
-        for (size_t i = 0; i < part.variance.size(); ++i) {
-            const HalfPixelSums &a = m_light.pixel(i, 0), &b = m_light.pixel(i, 1);
-            const Rgb emitted = a.emitted + b.emitted;
-            const float radiance =
-                (a.v + b.v - (emitted.x + emitted.y + emitted.z) / 3) / float(a.count + b.count);
-            const float weight = 1 / (sqr(radiance) + sqr(kDark)), own = part.ownVariance[i] * weight;
-            if (!std::isfinite(own))
-                continue;
-            errors.mixed += double(part.variance[i]);
-            errors.of(which).own += double(own);
-            errors.of(which).mixed += double(std::min(own, dependence * part.variance[i] * weight));
-        }
-    }
-
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
-    RecordedLight m_light;
-    Brightness m_brightness;
+    Brightness& m_brightness;
 };
+
+/// The radiance of a pixel without the emission that camera rays hit; mean of the channels.
+float reflectedRadiance(const RecordedLight& light, size_t pixel) {
+    const HalfPixelSums &a = light.pixel(pixel, 0), &b = light.pixel(pixel, 1);
+    const Rgb emitted = a.emitted + b.emitted;
+    return (a.v + b.v - (emitted.x + emitted.y + emitted.z) / 3) / float(a.count + b.count);
+}
+
+/// `dependence`: the factor by which the error of the mixture exceeds that of a mixture of independent
+/// estimates.
+void addErrors(const std::vector<float>& radiance, const SharedPart& part, float dependence, LightPart which,
+               BlockErrors& errors) {
+    constexpr float kDark = 0.01f; // radiance below which errors do not count as relative ones
+    for (size_t i = 0; i < part.variance.size(); ++i) {
+        const float weight = 1 / (sqr(radiance[i]) + sqr(kDark)), own = part.ownVariance[i] * weight;
+        if (!std::isfinite(own))
+            continue;
+        errors.mixed += double(part.variance[i]);
+        errors.of(which).own += double(own);
+        errors.of(which).mixed += double(std::min(own, dependence * part.variance[i] * weight));
+    }
+}
+
+/// What the pilot of a block found out.
+struct BlockPilot {
+    BlockErrors errors;
+    Brightness brightness;
+};
+
+BlockPilot renderBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
+                       int samplesPerPixel, float cellSize) {
+    BlockPilot out;
+    PilotState pilot(scene, cellSize, context.clamp, out.brightness);
+    Film film(block.x1, block.y1, block);
+    out.errors.counters = context.renderPilot(pilot, film, samplesPerPixel);
+    RecordedLight light(film);
+    std::vector<float> radiance(light.pixels.size() / kHalves);
+    for (size_t i = 0; i < radiance.size(); ++i)
+        radiance[i] = reflectedRadiance(light, i);
+    out.errors.pixels = double(radiance.size());
+    out.errors.emissionCoefficient = out.errors.pixels * emissionPilot(light).coefficient;
+    const LightSharing sharing(std::move(light));
+    addErrors(radiance, sharing.share(LightPart::Direct), 3, LightPart::Direct, out.errors);
+    addErrors(radiance, sharing.share(LightPart::Indirect), 1.5f, LightPart::Indirect, out.errors);
+    return out;
+}
 
 /// Returns blocks of pixels that are spread evenly over the pixel bounds.
 std::vector<PixelBounds> blocksIn(const PixelBounds& bounds, int count, int size) {
@@ -169,26 +187,22 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     // Direct light converges faster than in proportion to the samples, so that few would mislead.
     const int pilotSamples =
         int(std::min(samples, std::clamp(samples / 2, double(kMinSamples), double(kMaxSamples))));
-    const double pixels = double(context.pixelBounds.width()) * context.pixelBounds.height();
+    const PixelBounds& bounds = context.pilotBounds;
+    const double pixels = double(bounds.width()) * bounds.height();
     const double count = kPilotShare * pixels * samples / (kBlockSize * kBlockSize * pilotSamples);
-    const auto blocks = blocksIn(context.pixelBounds, std::clamp(int(count), 1, kMaxBlocks), kBlockSize);
-    std::vector<BlockErrors> errorsOfBlocks(blocks.size());
-    std::vector<Brightness> brightnessOfBlocks(blocks.size());
+    const auto blocks = blocksIn(bounds, std::clamp(int(count), 1, kMaxBlocks), kBlockSize);
+    std::vector<BlockPilot> pilots(blocks.size());
     parallelFor(blocks.size(), [&](size_t i) {
-        PilotState pilot(scene, context, blocks[i], cellSize);
-        const Counters counters = context.renderPilot(pilot, blocks[i], pilotSamples);
-        errorsOfBlocks[i] = pilot.errors();
-        errorsOfBlocks[i].counters = counters;
-        brightnessOfBlocks[i] = pilot.brightness();
+        pilots[i] = renderBlock(scene, context, blocks[i], pilotSamples, cellSize);
     });
+    BlockErrors errors;
     Brightness brightness;
-    for (const Brightness& block : brightnessOfBlocks)
-        brightness.add(block);
+    for (const BlockPilot& pilot : pilots) {
+        errors.add(pilot.errors);
+        brightness.add(pilot.brightness);
+    }
     SharingPlan plan;
     plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
-    BlockErrors errors;
-    for (const BlockErrors& block : errorsOfBlocks)
-        errors.add(block);
     double own = 0, mixed = 0;
     for (const LightPart part : kAllParts) {
         own += errors.of(part).own;

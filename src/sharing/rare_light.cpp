@@ -22,7 +22,8 @@ float rarityOf(float countPerPixel) {
 
 } // namespace
 
-RareLight::RareLight(const CellPyramid& pyramid, std::span<const RareSample> samples, float samplesPerPixel)
+RareLight::RareLight(const CellPyramid& pyramid, std::span<const PixelRareSample> samples,
+                     float samplesPerPixel)
     : m_pyramid(pyramid), m_estimates(kParts * pyramid.cellCount()) {
     if (samples.empty())
         return;
@@ -35,14 +36,14 @@ RareLight::RareLight(const CellPyramid& pyramid, std::span<const RareSample> sam
         });
     std::vector<uint8_t> hasSamples(m_estimates.size(), 0);
     for (const RareSample& sample : samples)
-        hasSamples[kParts * pyramid.cellOf(sample.cell) + sample.part] = 1;
+        hasSamples[kParts * sample.cell + sample.part] = 1;
     parallelForRuns(m_estimates.size(), [&](size_t i) {
         if (hasSamples[i])
             m_estimates[i].rarity =
                 rarityOf(samplesPerPixel * countPerSample(uint32_t(i / kParts), int(i % kParts)));
     });
     for (const RareSample& sample : samples)
-        if (const float share = rarity(pyramid.cellOf(sample.cell), sample.part); share > 0)
+        if (const float share = rarity(sample.cell, sample.part); share > 0)
             forNodesOf(sample, [&](Sums& sums) { sums.rare += sample.light * share; });
     findTops();
     parallelForRuns(m_estimates.size(), [&](size_t i) {
@@ -53,7 +54,7 @@ RareLight::RareLight(const CellPyramid& pyramid, std::span<const RareSample> sam
 /// Calls work(sums) for the nodes that contain a sample.
 template <class Work>
 void RareLight::forNodesOf(const RareSample& sample, const Work& work) {
-    uint32_t node = m_pyramid.nodeOf(m_pyramid.cellOf(sample.cell));
+    uint32_t node = m_pyramid.nodeOf(sample.cell);
     for (int scale = 0; scale <= CellPyramid::kScales; ++scale, node = m_pyramid.nodes()[node].parent)
         work(m_sums[kParts * node + sample.part]);
 }

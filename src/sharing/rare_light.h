@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sharing/cell_pyramid.h"
+#include "sharing/recorded_light.h"
 
 namespace strobe {
 
@@ -12,8 +13,8 @@ namespace strobe {
 /// they are not rare, and their light is treated like all other light.
 class RareLight {
   public:
-    /// `samples` in an order that does not depend on threads. `samplesPerPixel`: mean.
-    RareLight(const CellPyramid& pyramid, std::span<const RareSample> samples, float samplesPerPixel);
+    /// `samplesPerPixel`: mean.
+    RareLight(const CellPyramid& pyramid, std::span<const PixelRareSample> samples, float samplesPerPixel);
 
     /// Returns the fraction of the samples' light above the limit that is rare at a recorded cell, in [0,1].
     float rarity(uint32_t cell, int part) const { return m_estimates[kParts * cell + size_t(part)].rarity; }

@@ -5,7 +5,6 @@
 #include "sharing/rare_light.h"
 
 #include <algorithm>
-#include <tuple>
 
 namespace strobe {
 
@@ -229,18 +228,6 @@ class Mixture {
 /// Returns the width of the region of a candidate in edges of recorded cells.
 float widthOf(int candidate) { return candidate == 0 ? 1 : fitWidth(candidate - 1); }
 
-/// The samples above RareLimits, in an order that does not depend on threads.
-std::vector<RareSample> sortedSamples(const RecordedLight& light) {
-    std::vector<RareSample> samples = light.rare;
-    const auto key = [](const RareSample& s) {
-        return std::tuple(s.pixel, s.part, s.half, s.light.x, s.light.y, s.light.z, s.albedo.x, s.albedo.y,
-                          s.albedo.z);
-    };
-    std::sort(samples.begin(), samples.end(),
-              [&](const RareSample& a, const RareSample& b) { return key(a) < key(b); });
-    return samples;
-}
-
 /// Returns the mean number of samples of a pixel.
 float samplesPerPixel(const RecordedLight& light) {
     double samples = 0;
@@ -252,35 +239,29 @@ float samplesPerPixel(const RecordedLight& light) {
 } // namespace
 
 struct LightSharing::Data {
-    explicit Data(const RecordedLight& recorded);
+    explicit Data(RecordedLight recorded);
     void addCommonLight();
     SharedPart shareCommonLight(LightPart part) const;
     void shareRareLight(LightPart part, std::vector<Rgb>& correction) const;
 
-    RecordedLight light; ///< without rare light
+    RecordedLight light;
     CellPyramid pyramid;
-    PixelUses uses;
-    std::vector<RareSample> samples;
     RareLight rare;
     std::vector<CellEstimate> estimates; ///< by cell
 };
 
-LightSharing::Data::Data(const RecordedLight& recorded)
-    : light(recorded.pixelBounds), pyramid(recorded.cells),
-      uses(recorded.uses, recorded.pixels.size() / kHalves), samples(sortedSamples(recorded)),
-      rare(pyramid, samples, samplesPerPixel(recorded)) {
-    light.pixels = recorded.pixels;
+LightSharing::Data::Data(RecordedLight recorded)
+    : light(std::move(recorded)), pyramid(light.cells), rare(pyramid, light.rare, samplesPerPixel(light)) {
     addCommonLight();
     estimates = estimateCells(pyramid);
 }
 
 /// Adds the light of the samples above RareLimits to the other light, as far as it is not rare.
 void LightSharing::Data::addCommonLight() {
-    for (const RareSample& sample : samples) {
-        const uint32_t cell = pyramid.cellOf(sample.cell);
-        const Rgb common = sample.light * (1 - rare.rarity(cell, sample.part));
-        pyramid.addLight(cell, sample.part, sample.half, common);
-        HalfPixelSums& sums = light.pixel(sample.pixel, sample.half);
+    for (const PixelRareSample& sample : light.rare) {
+        const Rgb common = sample.light * (1 - rare.rarity(sample.cell, sample.part));
+        pyramid.addLight(sample.cell, sample.part, int(sample.half), common);
+        HalfPixelSums& sums = light.pixels[kHalves * sample.pixel + sample.half];
         sums.light[sample.part] += sample.albedo * common;
         if (sample.isInQuarter)
             sums.quarterLight[sample.part] += sample.albedo * common;
@@ -292,9 +273,9 @@ SharedPart LightSharing::Data::shareCommonLight(LightPart part) const {
     for (int k = 0; k < kCandidates; ++k) {
         const auto estimate = [&, k](size_t pixel, Rgb(&shared)[kHalves]) {
             shared[0] = shared[1] = Rgb(0);
-            for (const CellUse& use : uses.of(pixel))
+            for (const PixelUse& use : light.uses(pixel))
                 shared[use.half] += light.pixel(pixel, int(use.half)).mean(use.albedo) *
-                                    estimates[pyramid.cellOf(use.cell)].at(k, part, int(use.half));
+                                    estimates[use.cell].at(k, part, int(use.half));
         };
         mixture.add(estimate, widthOf(k));
     }
@@ -305,17 +286,16 @@ SharedPart LightSharing::Data::shareCommonLight(LightPart part) const {
 /// that the sum of the image remains.
 void LightSharing::Data::shareRareLight(LightPart part, std::vector<Rgb>& correction) const {
     std::vector<Rgb> own(correction.size(), Rgb(0)), shared(correction.size(), Rgb(0));
-    for (const RareSample& sample : samples)
+    for (const PixelRareSample& sample : light.rare)
         if (sample.part == int(part))
-            own[sample.pixel] +=
-                sample.albedo * sample.light * rare.rarity(pyramid.cellOf(sample.cell), sample.part);
+            own[sample.pixel] += sample.albedo * sample.light * rare.rarity(sample.cell, sample.part);
     double ownTotal[3] = {}, sharedTotal[3] = {};
     for (size_t i = 0; i < correction.size(); ++i) {
         const float count = float(light.pixel(i, 0).count + light.pixel(i, 1).count);
         if (!(count > 0))
             continue;
-        for (const CellUse& use : uses.of(i))
-            shared[i] += use.albedo * rare.light(pyramid.cellOf(use.cell), int(part)) * (1 / count);
+        for (const PixelUse& use : light.uses(i))
+            shared[i] += use.albedo * rare.light(use.cell, int(part)) * (1 / count);
         own[i] *= 1 / count;
         for (int c = 0; c < 3; ++c) {
             ownTotal[c] += double(own[i][c]);
@@ -329,13 +309,13 @@ void LightSharing::Data::shareRareLight(LightPart part, std::vector<Rgb>& correc
     }
 }
 
-LightSharing::LightSharing(const RecordedLight& light) : m_data(new Data(light)) {}
+LightSharing::LightSharing(RecordedLight light) : m_data(new Data(std::move(light))) {}
 
 LightSharing::~LightSharing() = default;
 
 SharedPart LightSharing::share(LightPart part) const {
     SharedPart out = m_data->shareCommonLight(part);
-    if (!m_data->samples.empty())
+    if (!m_data->light.rare.empty())
         m_data->shareRareLight(part, out.correction);
     return out;
 }

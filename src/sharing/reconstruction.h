@@ -1,7 +1,9 @@
 // Reconstruction of light from the recorded samples.
 #pragma once
 
-#include "sharing/light_recorder.h"
+#include "sharing/recorded_light.h"
+
+#include <memory>
 
 namespace strobe {
 
@@ -19,7 +21,7 @@ struct SharedPart {
 /// weighted sum of the differences between these and its own.
 class LightSharing {
   public:
-    explicit LightSharing(const RecordedLight& light);
+    explicit LightSharing(RecordedLight light);
     ~LightSharing();
     SharedPart share(LightPart part) const;
 

@@ -13,11 +13,11 @@ from concurrent.futures import ThreadPoolExecutor
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.dont_write_bytecode = True  # do not write to the source tree
 from exr import Exr  # noqa: E402
-from scene_case import STROBE, SceneTest  # noqa: E402
+from scene_case import CORNER, SCENE, STROBE, SceneTest  # noqa: E402
 
 KILLS = int(os.environ.get("STROBE_KILLS", "3"))
 SPLITS, PARTS = int(os.environ.get("STROBE_SPLITS", "1")), 16 if "STROBE_SPLITS" in os.environ else 4
-INTEGRATORS = (["supersample"], ["msaa", "-D", "shades=2"], ["msaa-cache"], ["indirect-cache", "--shading", "path"])
+INTEGRATORS = (["supersample"], ["msaa", "-D", "shades=2"], ["msaa-cache"], ["indirect-cache", "--shading", "path"], ["adaptive-cache"])
 
 
 def split(box, parts, chance):
@@ -54,6 +54,7 @@ class PartsTest(SceneTest):
     def test_random_parts_merge_to_the_whole_image(self):
         chance = random.Random(7)
         for integrator in INTEGRATORS:
+            self.write_scene(CORNER if integrator == ["adaptive-cache"] else SCENE)
             settings = ["--integrator", *integrator, "--resolution", "30x20", "--spp", "16", "--quiet"]
             self.run_strobe(*settings, "-o", "whole.exr")
             for number in range(SPLITS):
@@ -65,6 +66,7 @@ class PartsTest(SceneTest):
                 attributes = Exr(self.path("m.exr")).attributes
                 self.assertEqual(attributes["strobe:integrator"], integrator[0])
                 self.assertNotIn("strobe:unfinished", attributes)
+        self.assertEqual(attributes["strobe:integratorNote"], "shares indirect light")
 
     def test_parts_of_different_renders_are_an_error(self):
         small = ["--resolution", "30x20", "--quiet"]
@@ -156,6 +158,7 @@ class PartsTest(SceneTest):
 
     def test_killed_renders_resume_to_the_same_image(self):
         for number, integrator in enumerate(INTEGRATORS):
+            self.write_scene(CORNER if integrator == ["adaptive-cache"] else SCENE)
             settings = ["--integrator", *integrator, "--spp", "1024", "--resolution", "90x60"]
             self.run_strobe(*settings, "-o", "whole.exr")
             resumed = 0

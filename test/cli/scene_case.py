@@ -32,14 +32,45 @@ Integrator "directlighting"
 Camera "perspective" "float fov" 60
 """ + WORLD
 
+# A corner with a moving ball and a mirror. The camera sees no light source: merged parts lack the correction of lamps, which
+# needs the scene.
+CORNER = """TransformTimes 0 1
+Film "image" "integer xresolution" 150 "integer yresolution" 100
+Sampler "sobol" "integer pixelsamples" 8
+Integrator "path"
+LookAt 0 2 -6  0 1.2 0  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+LightSource "point" "point3 from" [1 4 -3] "rgb I" [40 40 40]
+Material "matte" "rgb Kd" [.8 .7 .5]
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 0 2  9 0 2  9 9 2  -9 9 2]
+AttributeBegin
+  Material "matte" "rgb Kd" [.2 .7 .3]
+  Translate -1.2 1 0
+  ActiveTransform EndTime
+  Translate .5 0 0
+  ActiveTransform All
+  Shape "sphere" "float radius" .7
+AttributeEnd
+AttributeBegin
+  Material "mirror"
+  Translate 1.2 .8 .5
+  Shape "sphere" "float radius" .7
+AttributeEnd
+"""
+
 
 class SceneTest(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="strobe-progressive-")
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
+        self.write_scene(SCENE)
+
+    def write_scene(self, text):
         with open(self.path("s.scene"), "w", encoding="utf-8") as file:
-            file.write(SCENE)
+            file.write(text)
 
     def path(self, name):
         return os.path.join(self.folder, name)

@@ -103,6 +103,89 @@ TEST(AdaptiveCache, DoesNotDependOnThreadsAndTiles) {
         EXPECT_TRUE(haveEqualBits(render(built, 0, threads, tile).image, image)) << threads << " " << tile;
 }
 
+/// A scene without light that the camera sees: the correction of lamps needs the scene.
+std::string makeSceneWithoutLamps(int samples) {
+    std::string scene = makeScene(samples, "path");
+    scene.replace(scene.find("Translate 1.2 2.6 0"), 19, "Translate 1.2 2.6 -7");
+    scene.replace(scene.find("LightSource \"infinite\""), 22,
+                  "LightSource \"point\" \"point from\" [1 4 -3] \"rgb I\" [30 30 30] #");
+    return scene;
+}
+
+/// Renders slices of the samples that end at `ends`, each with other tiles, into one film.
+Film renderInSlices(const BuiltScene& built, const std::vector<uint32_t>& ends) {
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    film.enableAccumulation();
+    RenderSettings settings;
+    settings.samplesPerPixel = built.sampler.samplesPerPixel;
+    uint32_t first = 0;
+    for (const uint32_t end : ends) {
+        settings.slice = SampleSlice{first, end};
+        settings.tileSize = int(5 + end);
+        Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
+                          *built.filter, settings, built.pixelBounds);
+        renderer.render(film);
+        if (end == ends.back())
+            renderer.finish(film);
+        first = end;
+    }
+    return film;
+}
+
+TEST(AdaptiveCache, DoesNotDependOnSlices) {
+    const BuiltScene built = buildScene("adaptive-cache", 16);
+    const auto whole = render(built);
+    EXPECT_NE(whole.stats.integratorNote, "shares no light: equals supersample");
+    for (const std::vector<uint32_t>& ends : {std::vector<uint32_t>{16}, {8, 16}, {1, 2, 5, 13, 16}})
+        EXPECT_TRUE(haveEqualBits(renderInSlices(built, ends).image(), whole.image)) << ends.size();
+}
+
+/// With a lens, the size of cells depends on the spread of the pixel's samples.
+TEST(AdaptiveCache, DoesNotDependOnSlicesWithALens) {
+    std::string scene = makeScene(16, "path");
+    scene.replace(scene.find("\"float fov\" 50"), 14,
+                  "\"float fov\" 50 \"float lensradius\" .2 \"float focaldistance\" 4");
+    const BuiltScene built = test::buildWith("adaptive-cache", scene);
+    const auto whole = render(built);
+    EXPECT_NE(whole.stats.integratorNote, "shares no light: equals supersample");
+    EXPECT_TRUE(haveEqualBits(renderInSlices(built, {2, 3, 16}).image(), whole.image));
+}
+
+TEST(AdaptiveCache, IsCompletedWithoutTheScene) {
+    const BuiltScene built = test::buildWith("adaptive-cache", makeSceneWithoutLamps(16));
+    Film film = renderInSlices(built, {3, 16});
+    const Image image = film.image();
+    Film merged(film.fullWidth(), film.fullHeight(), film.pixelBounds());
+    merged.enableAccumulation();
+    merged.merge(film);
+    EXPECT_FALSE(haveEqualBits(merged.image(), image));
+    built.integrator->finishMerged(merged);
+    EXPECT_TRUE(haveEqualBits(merged.image(), image));
+}
+
+TEST(AdaptiveCache, DoublingSlicesEqualOneRender) {
+    const BuiltScene built = buildScene("adaptive-cache", 16);
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    RenderSettings settings;
+    settings.samplesPerPixel = 16;
+    renderDoubling(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+                   settings, film, [](const Film&, const RenderStats&) { return std::nullopt; });
+    EXPECT_TRUE(haveEqualBits(film.image(), render(built).image));
+    EXPECT_EQ(film.records().all().size(), 4u) << "slices of a tile are merged";
+}
+
+/// A film with samples of another decision cannot be continued.
+TEST(AdaptiveCache, AnotherDecisionIsAnError) {
+    const BuiltScene built = buildScene("adaptive-cache", 16);
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    film.records().setNote("shares no light: equals supersample");
+    RenderSettings settings;
+    settings.samplesPerPixel = 16;
+    EXPECT_THROW(render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+                        settings, film),
+                 Error);
+}
+
 TEST(AdaptiveCache, ReducesTheError) {
     const Image reference = render(buildScene("supersample", 4096), 99).image;
     double shared = 0, own = 0;
@@ -130,8 +213,9 @@ TEST(AdaptiveCache, KeepsTheSumOfTheImage) {
 }
 
 /// Renders passes of the scene's samples per pixel each.
-Image renderInPasses(const BuiltScene& built, int passes) {
+Image renderInPasses(const BuiltScene& built, int passes, int tileSize = 32) {
     RenderSettings settings;
+    settings.tileSize = tileSize;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     std::atomic<int> done{0};
     settings.stop = [&] { return done >= passes; };
@@ -158,6 +242,11 @@ TEST(AdaptiveCache, PassesKeepTheSumOfTheImage) {
     };
     const double plain = sumOf("supersample");
     EXPECT_NEAR(sumOf("adaptive-cache"), plain, 1e-5 * plain);
+}
+
+TEST(AdaptiveCache, PassesDoNotDependOnTiles) {
+    const BuiltScene built = buildScene("adaptive-cache", 5);
+    EXPECT_TRUE(haveEqualBits(renderInPasses(built, 3), renderInPasses(built, 3, 7)));
 }
 
 /// The film leaves out invalid samples; they must not spread.

@@ -32,6 +32,20 @@ TEST_F(CheckpointTest, ResumedImageEqualsAnUninterruptedOne) {
     EXPECT_FALSE(exists("o.exr.checkpoint"));
 }
 
+/// The tiles of both renders overlap: pixels that are finished stay, with the records of their tiles.
+TEST_F(CheckpointTest, ResumesWithRecords) {
+    useAdaptiveCache();
+    renderScene(writing({"whole.exr"}), log);
+    RenderOptions o = withCheckpoint();
+    interrupt(o);
+    EXPECT_NE(pixels("o.exr"), pixels("whole.exr"));
+    o.progressive.resume = true;
+    o.threads = 2;
+    o.tileSize = 5;
+    EXPECT_EQ(renderScene(o, log), Outcome::Finished);
+    EXPECT_EQ(pixels("o.exr"), pixels("whole.exr"));
+}
+
 TEST_F(CheckpointTest, IsSavedOnRequest) {
     RenderControl control;
     control.saveCheckpoint(); // no render runs

@@ -32,6 +32,52 @@ TEST_F(MergeTest, MergedPartsEqualTheWholeImage) {
     EXPECT_EQ(attribute("merged.exr", "strobe:unfinished"), "");
 }
 
+TEST_F(MergeTest, MergingCompletesTheImage) {
+    useAdaptiveCache();
+    renderScene(writing({"whole.exr"}), log);
+    EXPECT_EQ(attribute("whole.exr", "strobe:integratorNote"), "shares indirect light");
+    renderPart("a.part", {0, 3});
+    options.tileSize = 7;
+    renderPart("b.part", {3, 8}, PixelBounds{0, 0, 10, 16});
+    renderPart("c.part", {3, 8}, PixelBounds{10, 0, 24, 16});
+    EXPECT_EQ(merge({"c.part", "b.part"}, "bc.part"), Outcome::Finished);
+    EXPECT_EQ(merge({"a.part", "bc.part"}, "merged.exr"), Outcome::Finished);
+    EXPECT_EQ(pixels("merged.exr"), pixels("whole.exr"));
+    EXPECT_EQ(attribute("merged.exr", "strobe:integratorNote"), "shares indirect light");
+    EXPECT_EQ(merge({"b.part"}, "b.exr"), Outcome::Finished);
+    EXPECT_TRUE(hasMessage(LogLevel::Warning, "480 samples of the pixels from 0,0 to 9,15 are missing"));
+}
+
+TEST_F(MergeTest, DamagedRecordsAreErrors) {
+    useAdaptiveCache();
+    renderPart("a.part", {0, 8});
+    const RenderPart good = readPart(path("a.part"));
+    ASSERT_EQ(good.records.size(), 24u); // tiles of 4x4 pixels
+    RenderPart damaged = good;
+    damaged.records[3].bytes = std::make_shared<const std::string>("x");
+    writePart(path("b.part"), damaged);
+    EXPECT_EQ(usageError([&] { merge({"b.part"}, "b.exr"); }), "the record of a tile is damaged");
+    damaged = good;
+    damaged.records[3].pixels = {20, 12, 25, 16};
+    writePart(path("b.part"), damaged);
+    EXPECT_EQ(usageError([&] { merge({"b.part"}, "b.exr"); }), path("b.part").string() + ": it is damaged");
+}
+
+TEST_F(MergeTest, PartsWithOtherDecisionsAreErrors) {
+    useAdaptiveCache();
+    renderPart("a.part", {0, 4});
+    renderPart("b.part", {4, 8});
+    RenderPart other = readPart(path("b.part"));
+    other.key.back().second = "shares no light";
+    writePart(path("b.part"), other);
+    EXPECT_EQ(
+        usageError([&] {
+            merge({"a.part", "b.part"}, "m.exr");
+        }),
+        path("b.part").string() +
+            ": it is a part of another render: integratorNote is shares no light, not shares indirect light");
+}
+
 TEST_F(MergeTest, MissingSamplesAreReported) {
     renderPart("a.part", {0, 3});
     EXPECT_EQ(merge({"a.part"}, "merged.exr"), Outcome::Finished);
@@ -73,12 +119,19 @@ TEST(PartFileTest, DamagedBytesAreErrors) {
     part.boxes = {{part.pixelBounds, {0, 1}}};
     part.sums.resize(4);
     part.sums[2].add(Rgb(1, 2, 3), 0.5f);
+    part.records = {{{1, 0, 2, 2}, {0, 1}, std::make_shared<const std::string>("one")},
+                    {{2, 0, 3, 2}, {0, 1}, std::make_shared<const std::string>("")},
+                    {{2, 0, 3, 2}, {0, 1}, std::make_shared<const std::string>("three")}};
     const TemporaryFolder folder;
     const auto file = folder.path() / "p.part";
     writePart(file, part);
     const RenderPart read = readPart(file);
     EXPECT_EQ(read.key, part.key);
     EXPECT_EQ(read.sums, part.sums);
+    ASSERT_EQ(read.records.size(), 3u);
+    EXPECT_EQ(*read.records[0].bytes, "one");
+    EXPECT_EQ(read.records[1].pixels.x0, 2);
+    EXPECT_EQ(*read.records[2].bytes, "three");
     EXPECT_EQ(missingSamples(read), 7u);
 
     const auto error = [](const std::string& bytes) { return usageError([&] { parsePart(bytes, "x"); }); };
@@ -88,6 +141,11 @@ TEST(PartFileTest, DamagedBytesAreErrors) {
     EXPECT_EQ(error("hello"), "x: it is not a part of a render");
     EXPECT_EQ(error(good.substr(0, 40)), "x: it is damaged");
     EXPECT_EQ(error(good + "x"), "x: it is truncated or too long");
+    for (const char* size : {"\"bytes\":4", "\"bytes\":18446744073709551615", "\"bytes\":-3"}) {
+        std::string resized = good;
+        resized.replace(good.find("\"bytes\":3"), 9, size);
+        EXPECT_EQ(error(resized), "x: it is truncated or too long");
+    }
     std::string flipped = good;
     flipped.back() ^= 1;
     EXPECT_EQ(error(flipped), "x: it is damaged");

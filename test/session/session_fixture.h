@@ -33,6 +33,27 @@ Shape "sphere" "float radius" .8
         log.sink = [this](LogLevel level, const std::string& text) { messages.emplace_back(level, text); };
     }
 
+    /// Renders a corner with a mirror by adaptive-cache, whose pilot decides to share indirect light. The
+    /// camera sees no light source: merged parts lack the correction of lamps, which needs the scene.
+    void useAdaptiveCache() {
+        options.scenes = {m_folder.write("corner.scene", R"(
+Film "image" "integer xresolution" 24 "integer yresolution" 16
+Sampler "sobol" "integer pixelsamples" 8
+Integrator "path"
+LookAt 0 2 -6  0 1.2 0  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+LightSource "point" "point3 from" [1 4 -3] "rgb I" [40 40 40]
+Material "matte" "rgb Kd" [.8 .7 .5]
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 0 2  9 0 2  9 9 2  -9 9 2]
+Material "mirror"
+Translate 1.2 .8 .5
+Shape "sphere" "float radius" .7
+)")};
+        options.build.integrator = "adaptive-cache";
+    }
+
     std::filesystem::path path(const std::string& name) const { return m_folder.path() / name; }
     bool exists(const std::string& name) const { return std::filesystem::exists(path(name)); }
 

@@ -11,27 +11,24 @@ constexpr float kSamples = 16; ///< per cell
 
 /// The plane z = 0, with cells of edge 1 that are as wide as a pixel, and samples above the limit.
 struct Plane {
-    LightCells cells;
-    uint32_t handles[kSize][kSize];
-    std::vector<RareSample> samples;
+    std::vector<CellSums> cells; ///< by ascending id
+    std::vector<PixelRareSample> samples;
 
     Plane() {
-        for (int y = 0; y < kSize; ++y)
-            for (int x = 0; x < kSize; ++x) {
-                CellSums sums;
+        for (int x = 0; x < kSize; ++x)
+            for (int y = 0; y < kSize; ++y) {
+                CellSums& sums = cells.emplace_back();
                 sums.id = {7, x, y, 0, 0, 4};
                 for (int k = 0; k < 2; ++k)
                     sums.p[k] = int64_t(kSamples) << (CellSums::kPositionBits - 1);
                 sums.n[2] = int64_t(kSamples) << CellSums::kNormalBits;
-                for (auto& part : sums.light)
-                    for (int i = 0; i < int(kSamples); ++i)
-                        part[i % kHalves].add(Rgb(0), 1);
-                handles[y][x] = cells.add(sums);
+                sums.count[0] = sums.count[1] = uint32_t(kSamples) / kHalves;
             }
     }
+    static uint32_t cellAt(int x, int y) { return uint32_t(x * kSize + y); }
     void addSample(int x, int y, float light) {
-        samples.push_back(
-            {uint32_t(y * kSize + x), handles[y][x], uint8_t(kPart), 0, false, Rgb(light), Rgb(1)});
+        const RareSample sample{cellAt(x, y), uint8_t(kPart), false, Rgb(light), Rgb(1)};
+        samples.push_back({sample, uint32_t(y * kSize + x), 0});
     }
 };
 
@@ -44,11 +41,11 @@ TEST(RareLight, IsSpreadEvenly) {
     const RareLight rare(pyramid, plane.samples, kSamples);
     for (int y = 16; y < 48; ++y)
         for (int x = 16; x < 48; ++x) {
-            const uint32_t cell = pyramid.cellOf(plane.handles[y][x]);
+            const uint32_t cell = Plane::cellAt(x, y);
             EXPECT_NEAR(rare.light(cell, kPart).x, 1, 0.25f) << x << " " << y;
             EXPECT_EQ(rare.light(cell, 1 - kPart).x, 0);
         }
-    EXPECT_GT(rare.rarity(pyramid.cellOf(plane.samples.front().cell), kPart), 0.98f);
+    EXPECT_GT(rare.rarity(plane.samples.front().cell, kPart), 0.98f);
 }
 
 /// One sample is much brighter than all others: it does not make a spot.
@@ -60,7 +57,7 @@ TEST(RareLight, RegionsHaveSeveralSamples) {
     const CellPyramid pyramid(plane.cells);
     const RareLight rare(pyramid, plane.samples, kSamples);
     const float mean = 1e5f / (kSamples * kSize * kSize);
-    EXPECT_LT(rare.light(pyramid.cellOf(plane.handles[32][32]), kPart).x, 4 * mean);
+    EXPECT_LT(rare.light(Plane::cellAt(32, 32), kPart).x, 4 * mean);
 }
 
 /// In a highlight each pixel has bright samples.
@@ -72,8 +69,8 @@ TEST(RareLight, HighlightsAreNotRare) {
                 plane.addSample(x, y, 10);
     const CellPyramid pyramid(plane.cells);
     const RareLight rare(pyramid, plane.samples, kSamples);
-    EXPECT_EQ(rare.rarity(pyramid.cellOf(plane.handles[32][32]), kPart), 0);
-    EXPECT_EQ(rare.light(pyramid.cellOf(plane.handles[20][20]), kPart).x, 0);
+    EXPECT_EQ(rare.rarity(Plane::cellAt(32, 32), kPart), 0);
+    EXPECT_EQ(rare.light(Plane::cellAt(20, 20), kPart).x, 0);
 }
 
 TEST(RareLight, IsBlackWithoutSamples) {

@@ -32,6 +32,7 @@ void Film::merge(const Film& other) {
     for (int y = bounds.y0; y < bounds.y1; ++y)
         for (int x = bounds.x0; x < bounds.x1; ++x)
             add(x, y, other.m_sums.at(other.index(x, y)));
+    m_records.add(other.m_records);
 }
 
 void Film::clear() {
@@ -39,6 +40,7 @@ void Film::clear() {
     std::fill(m_sums.begin(), m_sums.end(), PixelAccumulator());
     for (std::vector<float>& plane : m_planes)
         std::fill(plane.begin(), plane.end(), 0.f);
+    m_records.clear();
 }
 
 void Film::clear(const PixelBounds& tile) {
@@ -48,6 +50,7 @@ void Film::clear(const PixelBounds& tile) {
             m_image.pixels[index(x, y)] = Rgb(0);
         }
     }
+    m_records.remove(tile);
 }
 
 bool Film::hasSampleCount(const PixelBounds& tile, uint32_t samples) const {
@@ -71,6 +74,7 @@ void Film::copyFrom(const Film& source, const PixelBounds& tile) {
         for (size_t i = 0; i < m_planes.size(); ++i)
             copyRow(source.m_planes[i], m_planes[i]);
     }
+    m_records.copyFrom(source.m_records, tile);
 }
 
 void Film::addToImage(std::span<const Rgb> values) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/film/aov.h"
+#include "core/film/film_records.h"
 #include "core/film/pixel_accumulator.h"
 #include "core/image/exr_file.h"
 
@@ -29,8 +30,11 @@ struct OutputSettings {
 /// were added, so films of disjoint samples merge to the same bits as one render of all samples. Layers are
 /// not sums: `setLayerValue` overwrites.
 ///
-/// Thread safety: threads may concurrently add to, set, clear and copy from different pixels. All other
-/// functions need exclusive access.
+/// An integrator that completes images at the end of a render (IntegratorState::finish) keeps what it needs
+/// for that in the film's records.
+///
+/// Thread safety: threads may concurrently add to, set, clear and copy from different pixels, and use the
+/// records. All other functions need exclusive access.
 class Film {
   public:
     Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::vector<Aov> layers = {});
@@ -44,17 +48,18 @@ class Film {
             m_sums[i].add(sum);
         m_image.pixels[i] = (m_sums.empty() ? sum : m_sums[i]).mean();
     }
-    /// Adds the samples of another film, whose pixel bounds lie within this film's. Both films accumulate.
+    /// Adds the samples and the records of another film, whose pixel bounds lie within this film's. Both
+    /// films accumulate.
     void merge(const Film& other);
-    /// Removes all samples and sets the layers to zero.
+    /// Removes all samples and records, and sets the layers to zero.
     void clear();
-    /// Removes the samples of the pixels in `tile`. The film accumulates.
+    /// Removes the samples of the pixels in `tile`, and the records that lie within it. The film accumulates.
     void clear(const PixelBounds& tile);
     /// Returns whether each pixel in `tile` has exactly `samples` samples, valid or not. The film
     /// accumulates.
     bool hasSampleCount(const PixelBounds& tile, uint32_t samples) const;
-    /// Copies the pixels in `tile`, their layers and, if both films accumulate, their sums. The pixel bounds
-    /// and the layers of both films are equal.
+    /// Copies the pixels in `tile`, their layers, the records that lie within it and, if both films
+    /// accumulate, the sums of the pixels. The pixel bounds and the layers of both films are equal.
     void copyFrom(const Film& source, const PixelBounds& tile);
     /// Returns the sums of all pixels, row by row; empty unless the film accumulates.
     const std::vector<PixelAccumulator>& sums() const { return m_sums; }
@@ -62,6 +67,8 @@ class Film {
     void setLayerValue(size_t layerIndex, int x, int y, float value) {
         m_planes[layerIndex][index(x, y)] = value;
     }
+    FilmRecords& records() { return m_records; }
+    const FilmRecords& records() const { return m_records; }
     bool has(Aov layer) const;
     /// Sets the values of a whole layer, row by row. Precondition: has(layer).
     void setPlane(Aov layer, std::vector<float> values);
@@ -98,6 +105,7 @@ class Film {
     std::vector<PixelAccumulator> m_sums; ///< per pixel; empty unless the film accumulates
     std::vector<Aov> m_layers;
     std::vector<std::vector<float>> m_planes; ///< per layer
+    FilmRecords m_records;
 };
 
 } // namespace strobe

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/interfaces/camera.h"
+#include "core/math/sample_slice.h"
 #include "core/scene/tracer.h"
 
 #include <span>
@@ -88,14 +89,6 @@ struct VisibilitySoA {
 struct PixelRef {
     int x, y;        ///< in the full frame
     uint64_t domain; ///< of the pixel's samples (see SampleRange): a hash of the seed and the position
-};
-
-/// A half-open interval of the sample numbers of a pixel.
-struct SampleSlice {
-    uint32_t first = 0, end = 0;
-    uint32_t count() const { return end - first; }
-    bool contains(uint32_t index) const { return first <= index && index < end; }
-    bool operator==(const SampleSlice&) const = default;
 };
 
 /// Visibility samples of a few pixels: pixel by pixel, the same slice of each pixel, in ascending order. The

@@ -40,12 +40,15 @@ class IntegratorWorker {
                                                   std::span<Rgb> values, int /*component*/) {
         return resolve(batch, shaded, values);
     }
-    /// Records the radiance and the first vertices of the requests of the last `plan`, for
-    /// IntegratorState::finish. Called after `resolve` if IntegratorState::observes is true.
+    /// Records the radiance and the first vertices of the requests of the last `plan`, for `endTile`. Called
+    /// after `resolve` if IntegratorState::observes is true.
     virtual void observe(const VisibilityBatch& /*batch*/, std::span<const Rgb> /*radiance*/,
                          std::span<const FirstVertex> /*vertices*/) {}
     /// Called before the first batch of each tile.
     virtual void beginTile() {}
+    /// Called after the last batch of each tile, unless RenderSettings::stop ended it. A worker that observes
+    /// adds what it recorded about the tile to the film's records.
+    virtual void endTile(const PixelBounds& /*tile*/, Film& /*film*/) {}
     /// Returns an id of the shades from which the value of sample number `sample` of the batch was computed,
     /// after `resolve`. Samples that share have the same id; 0: the sample does not share. For Aov::Cell and
     /// --samples.
@@ -56,10 +59,9 @@ class IntegratorWorker {
 
 class IntegratorState;
 
-/// Renders pixels of the frame with a state, as one tile on the calling thread, and discards the image.
-/// Returns the counters of this render. Any thread may call it.
-using RenderPilot =
-    std::function<Counters(IntegratorState& state, const PixelBounds& pixels, int samplesPerPixel)>;
+/// Renders the pixels of a film with a state, as one tile on the calling thread. Returns the counters of this
+/// render. Any thread may call it.
+using RenderPilot = std::function<Counters(IntegratorState& state, Film& film, int samplesPerPixel)>;
 
 /// How camera samples are chosen.
 struct CameraSampling {
@@ -74,7 +76,8 @@ struct RenderContext {
     int threads = 1;
     int samplesPerPixel = 1;
     bool isPass = false; ///< more samples per pixel may follow: see RenderSettings
-    PixelBounds pixelBounds;
+    PixelBounds pixelBounds{};
+    PixelBounds pilotBounds{};    ///< see RenderSettings
     float clamp = 0;              ///< see RenderSettings
     bool hasIndirectLight = true; ///< see Shader
     int lightComponents = 0;      ///< LightComponents::count
@@ -88,14 +91,15 @@ class IntegratorState {
     virtual ~IntegratorState() = default;
     virtual std::unique_ptr<IntegratorWorker> makeWorker() = 0;
     /// Prepares a pass with this seed and number of samples. The state becomes what `begin` would have
-    /// returned, but for the records of `observe`. The workers made before no longer exist.
+    /// returned. The workers made before no longer exist.
     virtual void restart(uint64_t /*seed*/, int /*samplesPerPixel*/) {}
     /// Returns a note for the user in a few words, such as a decision of the state; empty: none.
     virtual std::string note() const { return {}; }
     /// True if the workers `observe` first vertices.
     virtual bool observes() const { return false; }
-    /// Adds a correction to the image of a film that holds all samples rendered so far, and sets layers of
-    /// the film. The film's sums do not change.
+    /// Adds a correction to the image of a film that holds all samples and records rendered so far, and sets
+    /// layers of the film. The film's sums do not change; its records may become fewer, but add up to the
+    /// same.
     virtual void finish(Film& /*film*/) const {}
 };
 
@@ -124,6 +128,9 @@ class Integrator {
     virtual SampleDependence dependence() const { return SampleDependence::Render; }
     /// Returns true if `begin` reads context.shadeCost. Measuring it takes some milliseconds.
     virtual bool needsShadeCost(const RenderContext& /*context*/) const { return false; }
+    /// Completes a film of parts that were rendered by other processes, from its records alone. Throws Error
+    /// of kind Usage if the records are damaged.
+    virtual void finishMerged(Film& /*film*/) const {}
     /// Begins a render. The scene outlives the state.
     virtual std::unique_ptr<IntegratorState> begin(const Scene& scene,
                                                    const RenderContext& context) const = 0;

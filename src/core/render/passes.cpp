@@ -200,6 +200,7 @@ RenderStats renderDoubling(const Scene& scene, const Integrator& integrator, con
     for (SampleSlice slice{0, 1}; slice.first < total; slice = {slice.end, std::min(2 * slice.end, total)}) {
         renderer.setSlice(slice);
         renderer.render(film);
+        renderer.finish(film);
         done(film, renderer.stats());
     }
     return renderer.stats();

@@ -1,6 +1,7 @@
 #include "core/render/render.h"
 
 #include "core/math/hash.h"
+#include "core/math/pixel_rectangles.h"
 #include "core/render/shade_pilot.h"
 #include "core/render/tile_renderer.h"
 #include "core/util/parallel.h"
@@ -83,22 +84,23 @@ void Renderer::restart(uint64_t seed, int samplesPerPixel) {
 void Renderer::setSlice(const SampleSlice& slice) { m_settings.slice = slice; }
 
 RenderContext Renderer::makeContext(int threads) const {
-    RenderContext context{{m_sampler, m_filter, m_settings.seed},
-                          threads,
-                          m_settings.samplesPerPixel,
-                          m_settings.isPass,
-                          m_pixelBounds,
-                          m_settings.clamp,
-                          m_shader.hasIndirectLight(),
-                          m_settings.lightComponents().count()};
+    RenderContext context{.sampling = {m_sampler, m_filter, m_settings.seed}};
+    context.threads = threads;
+    context.samplesPerPixel = m_settings.samplesPerPixel;
+    context.isPass = m_settings.isPass;
+    context.pixelBounds = m_pixelBounds;
+    context.pilotBounds = m_settings.pilotBounds.value_or(m_pixelBounds);
+    context.clamp = m_settings.clamp;
+    context.hasIndirectLight = m_shader.hasIndirectLight();
+    context.lightComponents = m_settings.lightComponents().count();
     if (m_integrator.needsShadeCost(context))
         context.shadeCost =
             measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_pixelBounds);
-    context.renderPilot = [this](IntegratorState& state, const PixelBounds& pixels, int samplesPerPixel) {
+    context.renderPilot = [this](IntegratorState& state, Film& film, int samplesPerPixel) {
         RenderSettings settings;
         settings.seed = m_settings.seed;
         settings.samplesPerPixel = samplesPerPixel;
-        return renderPilot(m_scene, state, m_shader, m_sampler, m_filter, settings, pixels);
+        return renderPilot(m_scene, state, m_shader, m_sampler, m_filter, settings, film);
     };
     return context;
 }
@@ -109,6 +111,7 @@ bool Renderer::render(Film& film) {
     const int threads = threadCount(m_settings);
     if (!m_state)
         runOnThreads(threads, [&] { m_state = m_integrator.begin(m_scene, makeContext(threads)); });
+    setNote(film);
     const bool isFinished =
         renderTiles(tilesOf(m_pixelBounds, std::clamp(m_settings.tileSize, 1, 1 << 16)), threads, film);
     if (isFinished) {
@@ -129,15 +132,37 @@ void Renderer::finish(Film& film) {
     m_stats.seconds += secondsSince(start);
 }
 
-bool Renderer::isComplete(const PixelBounds& tile, Film& film) const {
+void Renderer::setNote(Film& film) const {
+    const std::string note = m_state->note(), previous = film.records().note();
+    if (!previous.empty() && previous != note)
+        throw Error("the film has samples of another render: the integrator \"" + previous + "\", not \"" +
+                        note + "\"",
+                    ErrorKind::Usage);
+    film.records().setNote(note);
+}
+
+std::vector<PixelBounds> Renderer::missingIn(const PixelBounds& tile, Film& film) const {
     if (!m_settings.resume)
-        return false;
+        return {tile};
     const uint32_t samples =
         m_settings.slice ? m_settings.slice->count() : uint32_t(m_settings.samplesPerPixel);
-    if (film.hasSampleCount(tile, samples))
-        return true;
-    film.clear(tile);
-    return false;
+    const auto isMissing = [&](int x, int y) { return !film.hasSampleCount({x, y, x + 1, y + 1}, samples); };
+    const std::vector<PixelBounds> missing = rectanglesOf(tile, isMissing);
+    for (const PixelBounds& rectangle : missing)
+        film.clear(rectangle);
+    return missing;
+}
+
+/// Renders what the film lacks of a tile. Returns false if settings.stop ended it early. The film then lacks
+/// the records of the last rectangle of pixels, so its samples are removed where they may be reused.
+bool Renderer::renderTile(const PixelBounds& tile, TileRenderer& renderer, Film& film) const {
+    for (const PixelBounds& missing : missingIn(tile, film))
+        if (!renderer.renderTile(missing, film)) {
+            if (m_state->observes() && !film.sums().empty())
+                film.clear(missing);
+            return false;
+        }
+    return true;
 }
 
 bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, Film& film) {
@@ -151,7 +176,7 @@ bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, F
             if (!renderer)
                 renderer = std::make_unique<TileRenderer>(m_scene, *m_state, m_shader, m_sampler, m_filter,
                                                           m_settings, m_integrator.dependence());
-            if (!isComplete(tiles[i], film) && !renderer->renderTile(tiles[i], film))
+            if (!renderTile(tiles[i], *renderer, film))
                 return;
             const size_t finished = ++finishedTiles;
             if (m_settings.onTileDone)

@@ -7,6 +7,8 @@
 
 namespace strobe {
 
+class TileRenderer;
+
 /// Renders one or more passes over the same pixels. Before each further pass, call `restart` for an
 /// independent set of samples, or `setSlice` for another slice of the same set.
 class Renderer {
@@ -17,8 +19,9 @@ class Renderer {
     ~Renderer();
 
     /// Renders a pass into the film. Returns false if settings.stop ended it early. Throws Error if the
-    /// number of samples or the slice is invalid, or if there is a slice and the integrator has
-    /// SampleDependence::Render.
+    /// number of samples or the slice is invalid, if there is a slice and the integrator has
+    /// SampleDependence::Render, or if the integrator decides otherwise (IntegratorState::note) than for the
+    /// samples that the film has.
     bool render(Film& film);
     /// Makes the next `render` an independent one with this seed, of all samples.
     void restart(uint64_t seed, int samplesPerPixel);
@@ -32,9 +35,11 @@ class Renderer {
     const RenderStats& stats() const { return m_stats; }
 
   private:
-    /// With settings.resume: returns whether the film has all samples of the tile; if not, removes those that
-    /// it has.
-    bool isComplete(const PixelBounds& tile, Film& film) const;
+    void setNote(Film& film) const;
+    /// Returns the pixels of the tile to render. With settings.resume: those that lack samples; the samples
+    /// that these have are removed.
+    std::vector<PixelBounds> missingIn(const PixelBounds& tile, Film& film) const;
+    bool renderTile(const PixelBounds& tile, TileRenderer& renderer, Film& film) const;
     bool renderTiles(const std::vector<PixelBounds>& tiles, int threads, Film& film);
     void addCounters(size_t thread, Counters counters);
     RenderContext makeContext(int threads) const;

@@ -31,6 +31,9 @@ struct RenderSettings {
     /// accumulate.
     bool resume = false;
     uint64_t seed = 0;
+    /// The pixels from which an integrator with a pilot decides; none: those of the render. Renders of parts
+    /// of a frame decide alike if all of them have the bounds of the frame.
+    std::optional<PixelBounds> pilotBounds;
     /// Samples with a channel above this are scaled down to it. Biased; 0: off. Samples that are not finite
     /// stay.
     float clamp = 0;

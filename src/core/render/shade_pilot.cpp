@@ -53,10 +53,9 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
 }
 
 Counters renderPilot(const Scene& scene, IntegratorState& state, const Shader& shader, const Sampler& sampler,
-                     const Filter& filter, const RenderSettings& settings, const PixelBounds& pixels) {
+                     const Filter& filter, const RenderSettings& settings, Film& film) {
     TileRenderer renderer(scene, state, shader, sampler, filter, settings, SampleDependence::None);
-    Film film(pixels.x1, pixels.y1, pixels);
-    renderer.renderTile(pixels, film);
+    renderer.renderTile(film.pixelBounds(), film);
     renderer.finish();
     return renderer.counters();
 }

@@ -13,8 +13,8 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
                            const Filter& filter, const RenderSettings& settings,
                            const PixelBounds& pixelBounds);
 
-/// Renders pixels with an integrator's state: see RenderPilot.
+/// Renders the pixels of a film with an integrator's state: see RenderPilot.
 Counters renderPilot(const Scene& scene, IntegratorState& state, const Shader& shader, const Sampler& sampler,
-                     const Filter& filter, const RenderSettings& settings, const PixelBounds& pixels);
+                     const Filter& filter, const RenderSettings& settings, Film& film);
 
 } // namespace strobe

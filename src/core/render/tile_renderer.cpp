@@ -51,7 +51,10 @@ bool TileRenderer::renderTile(const PixelBounds& tile, Film& film) {
             }
         }
     }
-    return m_pixels.empty() || render();
+    if (!m_pixels.empty() && !render())
+        return false;
+    m_integrator->endTile(tile, film);
+    return true;
 }
 
 void TileRenderer::renderBatch(Film& film) {

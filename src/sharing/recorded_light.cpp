@@ -1,0 +1,238 @@
+#include "sharing/recorded_light.h"
+
+#include "core/util/error.h"
+#include "core/util/parallel.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <tuple>
+
+namespace strobe {
+
+namespace {
+
+/// Reads the headers of all records.
+std::vector<TileLightReader> readersOf(const std::vector<FilmRecord>& records) {
+    std::vector<std::optional<TileLightReader>> read(records.size());
+    parallelFor(records.size(), [&](size_t i) { read[i].emplace(records[i]); });
+    std::vector<TileLightReader> readers;
+    readers.reserve(read.size());
+    for (auto& reader : read)
+        readers.push_back(std::move(*reader));
+    return readers;
+}
+
+bool isInside(const PixelBounds& inner, const PixelBounds& outer) {
+    return inner.x0 >= outer.x0 && inner.y0 >= outer.y0 && inner.x1 <= outer.x1 && inner.y1 <= outer.y1;
+}
+
+bool areEqual(const PixelBounds& a, const PixelBounds& b) {
+    return a.x0 == b.x0 && a.y0 == b.y0 && a.x1 == b.x1 && a.y1 == b.y1;
+}
+
+/// Sorts samples by all that they hold.
+void sort(std::vector<RareSample>& samples) {
+    const auto key = [](const RareSample& s) {
+        return std::tuple(s.cell, s.part, s.isInQuarter, s.light.x, s.light.y, s.light.z, s.albedo.x,
+                          s.albedo.y, s.albedo.z);
+    };
+    std::sort(samples.begin(), samples.end(),
+              [&](const RareSample& a, const RareSample& b) { return key(a) < key(b); });
+}
+
+HalfPixelSums toFloats(const HalfLight& light) {
+    HalfPixelSums out;
+    out.count = light.count();
+    out.quarterCount = light.quarters[0].count;
+    for (int part = 0; part < kParts; ++part) {
+        RgbSum sum = light.quarters[0].light[part];
+        out.quarterLight[part] = sum.value();
+        sum.add(light.quarters[1].light[part]);
+        out.light[part] = sum.value();
+    }
+    out.emitted = light.emitted.value();
+    out.v = float(light.v.value());
+    out.ee = float(light.ee.value());
+    out.ve = float(light.ve.value());
+    return out;
+}
+
+/// Returns the record of the sum of records of the same pixels.
+FilmRecord sumOf(std::span<const FilmRecord> records) {
+    TileLight sum;
+    std::vector<TileLightReader> tiles;
+    SampleSlice samples = records.front().samples;
+    for (const FilmRecord& record : records) {
+        const TileLightReader& tile = tiles.emplace_back(record);
+        std::vector<uint32_t> numbers;
+        for (const CellSums& cell : tile.cells()) {
+            numbers.push_back(sum.findCell(cell.id));
+            sum.cell(numbers.back()).add(cell);
+        }
+        tiles.back().setCellNumbers(std::move(numbers));
+        samples = {std::min(samples.first, record.samples.first), std::max(samples.end, record.samples.end)};
+    }
+    const PixelBounds& bounds = records.front().pixels;
+    PixelLight light;
+    for (int y = bounds.y0; y < bounds.y1; ++y) {
+        std::vector<TileLightReader::Row> rows;
+        for (const TileLightReader& tile : tiles)
+            rows.push_back(tile.row(y));
+        for (int x = bounds.x0; x < bounds.x1; ++x) {
+            light.clear();
+            for (TileLightReader::Row& row : rows)
+                row.addNext(light);
+            for (HalfLight& half : light.halves)
+                half.mergeUses();
+            sum.addPixel(x, y, light);
+        }
+    }
+    for (const TileLightReader& tile : tiles)
+        for (const EmissionSum& emission : tile.emission())
+            sum.addEmission(bounds.x0 + int(emission.pixel % size_t(bounds.width())),
+                            bounds.y0 + int(emission.pixel / size_t(bounds.width())), emission.sum);
+    return sum.record(bounds, samples, tiles.front().parts());
+}
+
+} // namespace
+
+RecordedLight::RecordedLight(const Film& film) : pixelBounds(film.pixelBounds()) {
+    const auto width = size_t(pixelBounds.width()), height = size_t(pixelBounds.height());
+    pixels.resize(kHalves * width * height);
+    m_endOfUses.resize(width * height);
+    m_usesOfRow.resize(height);
+    m_rareOfRow.resize(height);
+    std::vector<TileLightReader> tiles = readersOf(film.records().all());
+    std::vector<std::vector<const TileLightReader*>> tilesOfRow(height);
+    for (const TileLightReader& tile : tiles) {
+        if (!isInside(tile.pixels(), pixelBounds) || tile.parts() != tiles.front().parts())
+            throw Error("the records of tiles do not fit together", ErrorKind::Usage);
+        for (int y = tile.pixels().y0; y < tile.pixels().y1; ++y)
+            tilesOfRow[size_t(y - pixelBounds.y0)].push_back(&tile);
+    }
+    if (!tiles.empty())
+        parts = tiles.front().parts();
+    joinCells(tiles);
+    parallelFor(height, [&](size_t row) {
+        std::sort(tilesOfRow[row].begin(), tilesOfRow[row].end(),
+                  [](const auto* a, const auto* b) { return a->pixels().x0 < b->pixels().x0; });
+        joinRow(pixelBounds.y0 + int(row), tilesOfRow[row]);
+    });
+    for (const auto& row : m_rareOfRow)
+        rare.insert(rare.end(), row.begin(), row.end());
+    m_rareOfRow.clear();
+    joinEmission(tiles);
+}
+
+/// Adds up the cells of all tiles, and numbers the cells of each tile by their indices in `cells`.
+void RecordedLight::joinCells(std::vector<TileLightReader>& tiles) {
+    IndexTable indices;
+    std::vector<std::vector<uint32_t>> numbers;
+    for (TileLightReader& tile : tiles) {
+        std::vector<uint32_t>& numbersOfTile = numbers.emplace_back();
+        for (const CellSums& cell : tile.cells()) {
+            const uint32_t index = indices.findOrInsert(cell.id.hash(), uint32_t(cells.size()));
+            if (index == cells.size())
+                cells.push_back(cell);
+            else
+                cells[index].add(cell);
+            numbersOfTile.push_back(index);
+        }
+        tile.releaseCells();
+    }
+    std::vector<uint32_t> order(cells.size()), rank(cells.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return cells[a].id < cells[b].id; });
+    std::vector<CellSums> sorted;
+    sorted.reserve(cells.size());
+    for (uint32_t i = 0; i < order.size(); ++i) {
+        rank[order[i]] = i;
+        sorted.push_back(cells[order[i]]);
+    }
+    cells = std::move(sorted);
+    for (size_t i = 0; i < tiles.size(); ++i) {
+        for (uint32_t& number : numbers[i])
+            number = rank[number];
+        tiles[i].setCellNumbers(std::move(numbers[i]));
+    }
+}
+
+/// Adds up the pixels of a row. `tiles`: those that contain pixels of the row, by ascending first pixels.
+void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& tiles) {
+    struct Source {
+        TileLightReader::Row row;
+        int end;
+    };
+    std::vector<Source> sources; // that contain the current pixel
+    size_t next = 0, index = size_t(y - pixelBounds.y0) * size_t(pixelBounds.width());
+    PixelLight light;
+    for (int x = pixelBounds.x0; x < pixelBounds.x1; ++x, ++index) {
+        std::erase_if(sources, [&](const Source& source) { return source.end == x; });
+        for (; next < tiles.size() && tiles[next]->pixels().x0 == x; ++next)
+            sources.push_back({tiles[next]->row(y), tiles[next]->pixels().x1});
+        light.clear();
+        for (Source& source : sources)
+            source.row.addNext(light);
+        setPixel(index, light);
+    }
+}
+
+void RecordedLight::setPixel(size_t index, PixelLight& light) {
+    std::vector<PixelUse>& uses = m_usesOfRow[index / size_t(pixelBounds.width())];
+    for (int half = 0; half < kHalves; ++half) {
+        HalfLight& from = light.halves[half];
+        pixels[kHalves * index + size_t(half)] = toFloats(from);
+        from.mergeUses(); // in this order, so that sums of floats do not depend on the order of rendering
+        for (const CellUse& use : from.uses)
+            uses.push_back({use.cell & 0x7fffffffu, uint32_t(half) & 1, use.albedoSum()});
+        sort(from.rare);
+        for (const RareSample& sample : from.rare)
+            m_rareOfRow[index / size_t(pixelBounds.width())].push_back(
+                {sample, uint32_t(index), uint32_t(half)});
+    }
+    m_endOfUses[index] = uint32_t(uses.size());
+}
+
+void RecordedLight::joinEmission(const std::vector<TileLightReader>& tiles) {
+    std::vector<EmissionSum> all;
+    for (const TileLightReader& tile : tiles)
+        for (const EmissionSum& one : tile.emission()) {
+            const auto width = size_t(tile.pixels().width());
+            const size_t x = one.pixel % width + size_t(tile.pixels().x0 - pixelBounds.x0);
+            const size_t y = one.pixel / width + size_t(tile.pixels().y0 - pixelBounds.y0);
+            all.push_back({y * size_t(pixelBounds.width()) + x, one.sum});
+        }
+    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.pixel < b.pixel; });
+    for (const EmissionSum& one : all)
+        if (!emission.empty() && emission.back().pixel == one.pixel)
+            emission.back().sum.add(one.sum);
+        else
+            emission.push_back(one);
+}
+
+void mergeRecordsOfSamePixels(FilmRecords& records) {
+    const std::vector<FilmRecord> all = records.all();
+    std::vector<std::vector<FilmRecord>> groups; // of the same pixels
+    size_t firstOfCorner = 0;
+    for (const FilmRecord& record : all) {
+        const auto corner = [](const PixelBounds& b) { return std::pair(b.x0, b.y0); };
+        if (!groups.empty() && corner(groups.back().front().pixels) != corner(record.pixels))
+            firstOfCorner = groups.size();
+        const auto same =
+            std::find_if(groups.begin() + std::ptrdiff_t(firstOfCorner), groups.end(),
+                         [&](const auto& group) { return areEqual(group.front().pixels, record.pixels); });
+        if (same == groups.end())
+            groups.push_back({record});
+        else
+            same->push_back(record);
+    }
+    if (groups.size() == all.size())
+        return;
+    std::vector<FilmRecord> merged(groups.size());
+    parallelFor(groups.size(),
+                [&](size_t i) { merged[i] = groups[i].size() == 1 ? groups[i].front() : sumOf(groups[i]); });
+    records.set(std::move(merged));
+}
+
+} // namespace strobe

@@ -1,0 +1,29 @@
+// Surface points at rest, that is at shutter fraction 0.
+#pragma once
+
+#include "core/render/batch.h"
+#include "core/scene/scene.h"
+
+namespace strobe {
+
+/// Returns whether the surface of a hit does not move while the shutter is open.
+inline bool isStatic(const Scene& scene, const Hit& hit) {
+    const PlacedShape& placed = scene.geometry(hit).placed;
+    return placed.isStatic() && (hit.instance == kNone || scene.instances()[hit.instance].motion->isStatic());
+}
+
+/// Measures how far samples of pixels spread over surfaces at rest.
+class PixelSpread {
+  public:
+    explicit PixelSpread(const Scene& scene) : m_scene(scene) {}
+    /// Returns the mean distance at rest of consecutive camera hits of a pixel on the same surface, relative
+    /// to the width of the pixel's cone at the hits; 0 if there are none. It depends on the first samples of
+    /// the pixel only. Precondition: batch.slice has all samples of the pixel.
+    float of(const VisibilityBatch& batch, uint32_t pixel) const;
+
+  private:
+    static constexpr int kSamples = 16;
+    const Scene& m_scene;
+};
+
+} // namespace strobe

@@ -1,0 +1,138 @@
+// The recorded light of a tile, and its representation in the records of films and in files.
+#pragma once
+
+#include "core/film/film_records.h"
+#include "core/film/pixel_accumulator.h"
+#include "core/util/index_table.h"
+#include "sharing/integer_stream.h"
+#include "sharing/light_cells.h"
+
+#include <span>
+
+namespace strobe {
+
+/// The quarters of each half of a pixel's samples.
+inline constexpr int kQuarters = 2;
+
+/// The sums of one half of a pixel's samples, weighted by the pixel filter.
+struct HalfLight {
+    struct Quarter {
+        uint32_t count = 0;   ///< samples
+        RgbSum light[kParts]; ///< the light at first vertices that their albedo modulates
+    };
+    Quarter quarters[kQuarters];
+    RgbSum emitted; ///< FirstVertex::emitted
+    /// Moments of the emission e and of the whole radiance v: means of the channels.
+    FixedPointSum v, ee, ve;
+    std::vector<CellUse> uses;
+    std::vector<RareSample> rare;
+
+    uint32_t count() const { return quarters[0].count + quarters[1].count; }
+    void clear();
+    /// Sorts the uses by cell, with one entry per cell.
+    void mergeUses();
+};
+
+struct PixelLight {
+    HalfLight halves[kHalves];
+    void clear() {
+        for (HalfLight& half : halves)
+            half.clear();
+    }
+};
+
+/// Additional samples of the emission of a pixel.
+struct EmissionSum {
+    size_t pixel; ///< row by row in the tile
+    PixelAccumulator sum;
+};
+
+/// Collects the light of the pixels of a tile and writes it as a record.
+class TileLight {
+  public:
+    void clear();
+    /// Returns the index of a cell, added if necessary.
+    uint32_t findCell(const CellId& id) {
+        if (m_lastCell < m_cells.size() && m_cells[m_lastCell].id == id)
+            return m_lastCell;
+        return findOtherCell(id);
+    }
+    /// Returns a cell by its index.
+    CellSums& cell(uint32_t index) { return m_cells[index]; }
+    /// Adds a pixel of the tile; each at most once.
+    void addPixel(int x, int y, const PixelLight& light);
+    /// Adds samples of the emission of a pixel.
+    void addEmission(int x, int y, const PixelAccumulator& sum) { m_emission.push_back({x, y, sum}); }
+    /// Returns the record of the pixels of `tile`. Pixels that were not added have no samples. `parts`: those
+    /// that were recorded; the sums of the others are 0.
+    FilmRecord record(const PixelBounds& tile, const SampleSlice& samples, LightParts parts);
+
+  private:
+    struct PixelEntry {
+        int x, y;
+        size_t first, size; ///< in m_pixelBytes
+    };
+    struct EmissionEntry {
+        int x, y;
+        PixelAccumulator sum;
+    };
+    uint32_t findOtherCell(const CellId& id);
+    void writeHalf(const HalfLight& half);
+    void writeHeader(const PixelBounds& tile, LightParts parts);
+    void writeRows(const PixelBounds& tile, std::string& out);
+
+    std::vector<CellSums> m_cells;
+    IndexTable m_cellIndices; ///< by CellId::hash
+    uint32_t m_lastCell = 0;  ///< found last
+    std::vector<PixelEntry> m_pixels;
+    IntegerWriter m_pixelBytes; ///< pixel by pixel, in the order of m_pixels
+    std::vector<EmissionEntry> m_emission;
+    IntegerWriter m_header; ///< a buffer
+};
+
+/// Reads a record of TileLight. All functions throw Error of kind Usage if the record is damaged.
+class TileLightReader {
+  public:
+    explicit TileLightReader(FilmRecord record);
+    const PixelBounds& pixels() const { return m_record.pixels; }
+    const SampleSlice& samples() const { return m_record.samples; }
+    LightParts parts() const { return m_parts; }
+    const std::vector<CellSums>& cells() const { return m_cells; }
+    const std::vector<EmissionSum>& emission() const { return m_emission; }
+    /// Sets the numbers that replace the indices of the cells in the pixels' uses. Initially, these are the
+    /// indices.
+    void setCellNumbers(std::vector<uint32_t> numbers) { m_cellNumbers = std::move(numbers); }
+    /// Releases the memory of cells().
+    void releaseCells() { m_cells = {}; }
+
+    /// Reads the pixels of a row, from the first one on.
+    class Row {
+      public:
+        /// Adds the next pixel to `light`.
+        void addNext(PixelLight& light);
+
+      private:
+        friend class TileLightReader;
+        Row(const TileLightReader& tile, std::string_view bytes) : m_tile(&tile), m_reader(bytes) {}
+        void addHalf(HalfLight& half);
+        void addRare(HalfLight& half);
+        const TileLightReader* m_tile;
+        IntegerReader m_reader;
+    };
+    /// Returns the row y of the frame, which is in pixels(). The reader outlives it.
+    Row row(int y) const;
+
+  private:
+    [[noreturn]] static void fail();
+    void readCells(IntegerReader& header);
+    void readEmission(IntegerReader& header);
+
+    FilmRecord m_record;
+    LightParts m_parts;
+    std::vector<CellSums> m_cells;
+    std::vector<EmissionSum> m_emission;
+    std::vector<uint32_t> m_cellNumbers;
+    size_t m_rowsStart = 0, m_rowTable = 0; ///< positions in the record
+};
+
+} // namespace strobe

@@ -1,0 +1,216 @@
+// The records of tiles: what is written is read, sums do not depend on their division, damage is an error.
+#include "core/util/error.h"
+#include "sharing/recorded_light.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace strobe {
+namespace {
+
+constexpr PixelBounds kFrame{2, 1, 10, 7};
+
+/// A sample of a pixel.
+struct Sample {
+    int x, y, half, quarter;
+    CellId cell;
+    Rgb light;
+};
+
+std::vector<Sample> randomSamples(int count) {
+    std::mt19937 random(1);
+    std::vector<Sample> samples;
+    for (int i = 0; i < count; ++i) {
+        const auto below = [&](int n) { return int(random() % unsigned(n)); };
+        samples.push_back({kFrame.x0 + below(kFrame.width()), kFrame.y0 + below(kFrame.height()), below(2),
+                           below(2), CellId{7, below(4) - 2, 0, below(2), -3, 2},
+                           Rgb(std::ldexp(float(below(1000)), below(60) - 30), 1, 2)});
+    }
+    return samples;
+}
+
+bool contains(const PixelBounds& bounds, const Sample& sample) {
+    return sample.x >= bounds.x0 && sample.x < bounds.x1 && sample.y >= bounds.y0 && sample.y < bounds.y1;
+}
+
+/// Returns the record of the samples in a tile.
+FilmRecord recordOf(const std::vector<Sample>& samples, const PixelBounds& tile) {
+    TileLight light;
+    PixelLight pixel;
+    for (int y = tile.y1 - 1; y >= tile.y0; --y)
+        for (int x = tile.x0; x < tile.x1; ++x) {
+            pixel.clear();
+            for (const Sample& sample : samples) {
+                if (!contains({x, y, x + 1, y + 1}, sample))
+                    continue;
+                HalfLight& half = pixel.halves[sample.half];
+                ++half.quarters[sample.quarter].count;
+                half.quarters[sample.quarter].light[1].add(sample.light);
+                half.v.add(double(sample.light.x));
+                half.uses.emplace_back().cell = light.findCell(sample.cell);
+                half.uses.back().add(Rgb(0.5f, 0.25f, 0.125f));
+                CellSums& cell = light.cell(half.uses.back().cell);
+                ++cell.count[sample.half];
+                cell.p[0] += 5;
+                cell.n[1] -= 3;
+                cell.light[1][sample.half].add(sample.light);
+            }
+            if (pixel.halves[0].count() + pixel.halves[1].count() > 0)
+                light.addPixel(x, y, pixel);
+        }
+    PixelAccumulator emission;
+    emission.add(Rgb(float(tile.x0)), 1);
+    light.addEmission(tile.x0, tile.y0, emission);
+    return light.record(tile, {0, 4}, LightParts::all());
+}
+
+Film filmWith(std::vector<FilmRecord> records) {
+    Film film(12, 8, kFrame);
+    film.records().set(std::move(records));
+    return film;
+}
+
+void expectEqual(const RecordedLight& a, const RecordedLight& b) {
+    for (size_t i = 0; i < a.pixels.size(); ++i) {
+        EXPECT_EQ(a.pixels[i].count, b.pixels[i].count);
+        EXPECT_EQ(a.pixels[i].quarterCount, b.pixels[i].quarterCount);
+        EXPECT_EQ(a.pixels[i].light[1], b.pixels[i].light[1]);
+        EXPECT_EQ(a.pixels[i].v, b.pixels[i].v);
+    }
+    ASSERT_EQ(a.cells.size(), b.cells.size());
+    for (size_t i = 0; i < a.cells.size(); ++i) {
+        EXPECT_EQ(a.cells[i].id, b.cells[i].id);
+        EXPECT_EQ(a.cells[i].p[0], b.cells[i].p[0]);
+        EXPECT_EQ(a.cells[i].n[1], b.cells[i].n[1]);
+        for (int half = 0; half < kHalves; ++half)
+            EXPECT_EQ(a.cells[i].light[1][half], b.cells[i].light[1][half]);
+    }
+    for (size_t pixel = 0; pixel < a.pixels.size() / kHalves; ++pixel) {
+        ASSERT_EQ(a.uses(pixel).size(), b.uses(pixel).size());
+        for (size_t i = 0; i < a.uses(pixel).size(); ++i) {
+            EXPECT_EQ(a.uses(pixel)[i].cell, b.uses(pixel)[i].cell);
+            EXPECT_EQ(a.uses(pixel)[i].half, b.uses(pixel)[i].half);
+            EXPECT_EQ(a.uses(pixel)[i].albedo, b.uses(pixel)[i].albedo);
+        }
+    }
+}
+
+TEST(IntegerStream, ReadsWhatWasWritten) {
+    std::vector<__int128> values = {0, 1, -1, 127, 128, -128, -129, INT64_MAX, INT64_MIN};
+    for (int bit = 0; bit < 127; ++bit)
+        for (const __int128 value : {__int128(1) << bit, -(__int128(1) << bit), (__int128(1) << bit) - 1})
+            values.push_back(value);
+    IntegerWriter writer;
+    writer.reserve(values.size());
+    for (const __int128 value : values)
+        writer.add(value);
+    IntegerReader reader(writer.bytes());
+    for (const __int128 value : values)
+        EXPECT_TRUE(reader.next() == value);
+    EXPECT_EQ(reader.left(), 0u);
+    EXPECT_FALSE(reader.hasFailed());
+    reader.next();
+    EXPECT_TRUE(reader.hasFailed());
+}
+
+TEST(FixedPointSum, LargeNumbersAreLimited) {
+    FixedPointSum sum;
+    sum.add(1e30);
+    sum.add(std::nan(""));
+    EXPECT_EQ(sum.value(), 0x1p60);
+    sum.add(-1e30);
+    sum.add(0.25);
+    EXPECT_EQ(sum.value(), 0.25);
+}
+
+TEST(RecordedLight, HasTheSumsOfTheSamples) {
+    const std::vector<Sample> samples = randomSamples(100);
+    const RecordedLight light(filmWith({recordOf(samples, kFrame)}));
+    EXPECT_EQ(light.parts, LightParts::all());
+    double sum = 0, expected = 0;
+    uint32_t count = 0, countOfCells = 0;
+    for (const Sample& sample : samples)
+        expected += double(sample.light.x);
+    for (const HalfPixelSums& half : light.pixels) {
+        sum += double(half.light[1].x);
+        count += half.count;
+    }
+    for (const CellSums& cell : light.cells)
+        countOfCells += cell.count[0] + cell.count[1];
+    EXPECT_NEAR(sum, expected, 1e-5 * expected);
+    EXPECT_EQ(count, 100u);
+    EXPECT_EQ(countOfCells, 100u);
+    float albedo = 0;
+    for (size_t pixel = 0; pixel < light.pixels.size() / kHalves; ++pixel)
+        for (const PixelUse& use : light.uses(pixel))
+            albedo += use.albedo.x;
+    EXPECT_FLOAT_EQ(albedo, 50);
+}
+
+TEST(RecordedLight, DoesNotDependOnTheDivision) {
+    const std::vector<Sample> samples = randomSamples(300);
+    const RecordedLight whole(filmWith({recordOf(samples, kFrame)}));
+    const std::vector<Sample> some(samples.begin(), samples.begin() + 100),
+        others(samples.begin() + 100, samples.end());
+    const PixelBounds left{2, 1, 5, 7}, right{5, 1, 10, 7}, top{2, 1, 10, 3}, bottom{2, 3, 10, 7};
+    // Records of other samples have other pixels:
+    Film film = filmWith(
+        {recordOf(some, left), recordOf(others, bottom), recordOf(some, right), recordOf(others, top)});
+    const RecordedLight divided(film);
+    expectEqual(divided, whole);
+    EXPECT_EQ(divided.emission.size(), 3u);
+    EXPECT_EQ(divided.emission.front().sum.validCount(), 2u); // of `left` and `top`
+}
+
+TEST(RecordedLight, MergingRecordsOfTheSamePixelsKeepsTheSums) {
+    const std::vector<Sample> samples = randomSamples(300);
+    const PixelBounds left{2, 1, 5, 7}, right{5, 1, 10, 7};
+    const std::vector<Sample> some(samples.begin(), samples.begin() + 100),
+        others(samples.begin() + 100, samples.end());
+    Film film =
+        filmWith({recordOf(some, left), recordOf(some, right), recordOf(others, left), recordOf({}, left)});
+    const RecordedLight before(film);
+    mergeRecordsOfSamePixels(film.records());
+    EXPECT_EQ(film.records().all().size(), 2u);
+    expectEqual(RecordedLight(film), before);
+}
+
+/// Each byte is damaged in two ways; the record is cut at each byte.
+TEST(RecordedLight, DamagedRecordsAreErrorsOrSums) {
+    const FilmRecord good = recordOf(randomSamples(30), kFrame);
+    const auto isError = [&](const std::string& bytes) {
+        try {
+            RecordedLight light(
+                filmWith({{kFrame, {0, 4}, std::make_shared<const std::string>(bytes)}, good}));
+            return false;
+        } catch (const Error& e) {
+            EXPECT_EQ(e.kind, ErrorKind::Usage);
+            return true;
+        }
+    };
+    EXPECT_FALSE(isError(*good.bytes));
+    EXPECT_TRUE(isError(""));
+    int errors = 0;
+    for (size_t i = 0; i < good.bytes->size(); ++i) {
+        EXPECT_TRUE(isError(good.bytes->substr(0, i))) << i;
+        std::string bytes = *good.bytes;
+        bytes[i] = char(bytes[i] ^ 1);
+        errors += isError(bytes);
+        bytes[i] = '\xff';
+        errors += isError(bytes);
+    }
+    EXPECT_GT(errors, 500);
+}
+
+TEST(RecordedLight, RecordsMustFit) {
+    const FilmRecord record = recordOf({}, kFrame);
+    Film small(12, 8, {2, 1, 10, 6});
+    small.records().add(record);
+    EXPECT_THROW(RecordedLight{small}, Error);
+    TileLight other;
+    EXPECT_THROW(RecordedLight{filmWith({record, other.record(kFrame, {0, 4}, LightParts())})}, Error);
+}
+
+} // namespace
+} // namespace strobe
