@@ -17,8 +17,9 @@ class LightRecorder {
     ~LightRecorder();
     /// Forgets what was recorded since the last tile.
     void beginTile() { m_tile.clear(); }
-    /// Records the radiance and the first vertices of the samples in batch.filmSlice, one by one.
-    /// Precondition: batch.slice has all samples of each pixel, so that the cells do not depend on the slice.
+    /// Records the radiance and the first vertices of the samples in batch.filmSlice: request i is that of
+    /// the i-th of these samples. Precondition: batch.slice has all samples of each pixel, so that the cells
+    /// do not depend on the slice.
     void record(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                 std::span<const FirstVertex> vertices);
     /// Adds samples of the emission of a pixel.
