@@ -15,6 +15,11 @@ namespace {
 
 const ParamDef<float> kCellSize{"cellsize", 3, "edge of the cells that sum light, in pixels", nullptr,
                                 kPositive};
+const ParamDef<std::string> kShare{"share", "auto",
+                                   "light to share: auto (as a pilot decides), direct, indirect or both"};
+
+/// The parts of the light that the user chose; none: auto.
+using ChosenParts = std::optional<LightParts>;
 
 /// Reconstructs the shared parts of the light and corrects the image. The parts are those of the records.
 std::vector<SharedPart> shareLight(Film& film) {
@@ -33,9 +38,9 @@ std::vector<SharedPart> shareLight(Film& film) {
 
 class AdaptiveState : public IntegratorState {
   public:
-    AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize)
+    AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize, const ChosenParts& chosen)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
-          m_plan(planSharing(scene, context, cellSize)) {
+          m_plan(plan(scene, context, cellSize, chosen)) {
         if (observes())
             m_refinement.emplace(scene, context.sampling, context.pilotBounds, context.samplesPerPixel,
                                  m_plan.emission);
@@ -62,6 +67,12 @@ class AdaptiveState : public IntegratorState {
     }
 
   private:
+    static SharingPlan plan(const Scene& scene, const RenderContext& context, float cellSize,
+                            const ChosenParts& chosen) {
+        SharingPlan plan = planSharing(scene, context, cellSize);
+        plan.parts = chosen.value_or(plan.parts);
+        return plan;
+    }
     void setLayers(const std::vector<SharedPart>& parts, Film& film) const {
         const auto set = [&](Aov layer, const auto& value) {
             if (!film.has(layer))
@@ -99,7 +110,13 @@ class AdaptiveState : public IntegratorState {
 
 class AdaptiveCache : public Integrator {
   public:
-    explicit AdaptiveCache(const ParamSet& params) : m_cellSize(params.get(kCellSize)) {}
+    explicit AdaptiveCache(const ParamSet& params)
+        : m_cellSize(params.get(kCellSize)), m_chosen(parseWord<ChosenParts>(params, kShare,
+                                                                             {{"auto", {}},
+                                                                              {"direct", LightParts(1)},
+                                                                              {"indirect", LightParts(2)},
+                                                                              {"both", LightParts::all()}})) {
+    }
     /// Estimates use samples up to some tens of pixels away, at any time; larger cells where a lens or motion
     /// spreads the samples of a pixel have no bound.
     BiasBound biasBound(const Scene& scene) const override {
@@ -112,11 +129,12 @@ class AdaptiveCache : public Integrator {
             shareLight(film);
     }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
-        return std::make_unique<AdaptiveState>(scene, context, m_cellSize);
+        return std::make_unique<AdaptiveState>(scene, context, m_cellSize, m_chosen);
     }
 
   private:
-    float m_cellSize;
+    const float m_cellSize;
+    const ChosenParts m_chosen;
 };
 
 } // namespace
@@ -125,7 +143,7 @@ IntegratorPlugin adaptiveCachePlugin() {
     return {"adaptive-cache",
             "one shade per visibility sample; light is mixed with estimates from nearby samples on the "
             "same surface, weighted by their measured errors",
-            {kCellSize},
+            {kCellSize, kShare},
             [](const ParamSet& params, const BuildContext&) {
                 return std::make_shared<const AdaptiveCache>(params);
             }};

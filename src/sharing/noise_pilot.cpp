@@ -10,29 +10,27 @@ namespace strobe {
 
 namespace {
 
+/// Distinguishes the second render of a block from the first.
+constexpr uint64_t kSecondSeed = 0x70696c6f74;
+
 constexpr LightPart kAllParts[kParts] = {LightPart::Direct, LightPart::Indirect};
 
-/// Squared errors relative to the radiance of their pixels, summed over pixels.
-struct PartErrors {
-    double own = 0;   ///< of the pixels' own estimates
-    double mixed = 0; ///< with sharing
-};
+/// The sets of parts to choose from; the first is empty.
+const LightParts kChoices[] = {LightParts(0), LightParts(1), LightParts(2), LightParts(3)};
+constexpr size_t kChoiceCount = std::size(kChoices);
 
-/// The errors and the counters of one block, or sums over blocks.
+/// The squared errors of blocks, relative to their radiance, and other sums over their pixels.
 struct BlockErrors {
-    PartErrors parts[kParts];
+    double errors[kChoiceCount] = {}; ///< of the images that share the parts of kChoices
     double pixels = 0;
-    double mixed = 0;               ///< squared error with sharing, not relative
-    double emissionCoefficient = 0; ///< see EmissionPilot; times pixels
+    double variance = 0;            ///< estimated by LightSharing for both parts, not relative
+    double emissionCoefficient = 0; ///< see EmissionPilot
     Counters counters;
-    PartErrors& of(LightPart part) { return parts[int(part)]; }
     void add(const BlockErrors& other) {
-        for (int part = 0; part < kParts; ++part) {
-            parts[part].own += other.parts[part].own;
-            parts[part].mixed += other.parts[part].mixed;
-        }
+        for (size_t i = 0; i < kChoiceCount; ++i)
+            errors[i] += other.errors[i];
         pixels += other.pixels;
-        mixed += other.mixed;
+        variance += other.variance;
         emissionCoefficient += other.emissionCoefficient;
         counters.add(other.counters);
     }
@@ -96,25 +94,66 @@ class PilotState : public IntegratorState {
     Brightness& m_brightness;
 };
 
-/// The radiance of a pixel without the emission that camera rays hit; mean of the channels.
-float reflectedRadiance(const RecordedLight& light, size_t pixel) {
-    const HalfPixelSums &a = light.pixel(pixel, 0), &b = light.pixel(pixel, 1);
-    const Rgb emitted = a.emitted + b.emitted;
-    return (a.v + b.v - (emitted.x + emitted.y + emitted.z) / 3) / float(a.count + b.count);
+/// The images of one render of a block, clipped to 1, by kChoices.
+struct BlockImages {
+    std::vector<Rgb> images[kChoiceCount];
+};
+
+BlockImages renderBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
+                        uint64_t seed, int samplesPerPixel, float cellSize, BlockErrors& sums,
+                        Brightness& brightness) {
+    PilotState pilot(scene, cellSize, context.clamp, brightness);
+    Film film(block.x1, block.y1, block);
+    sums.counters.add(context.renderPilot(pilot, film, samplesPerPixel, seed));
+    RecordedLight light(film);
+    const auto pixels = double(film.image().pixels.size());
+    sums.pixels += pixels;
+    sums.emissionCoefficient += pixels * emissionPilot(light).coefficient;
+    const LightSharing sharing(std::move(light));
+    std::vector<SharedPart> parts;
+    for (const LightPart part : kAllParts) {
+        parts.push_back(sharing.share(part));
+        for (const float variance : parts.back().variance)
+            sums.variance += double(variance);
+    }
+    BlockImages out;
+    for (size_t choice = 0; choice < kChoiceCount; ++choice) {
+        out.images[choice] = film.image().pixels;
+        for (size_t i = 0; i < out.images[choice].size(); ++i) {
+            Rgb& pixel = out.images[choice][i];
+            for (const LightPart part : kAllParts)
+                if (kChoices[choice].has(part))
+                    pixel += parts[size_t(part)].correction[i];
+            for (int c = 0; c < 3; ++c)
+                pixel[c] = std::clamp(pixel[c], 0.f, 1.f);
+        }
+    }
+    return out;
 }
 
-/// `dependence`: the factor by which the error of the mixture exceeds that of a mixture of independent
-/// estimates.
-void addErrors(const std::vector<float>& radiance, const SharedPart& part, float dependence, LightPart which,
-               BlockErrors& errors) {
-    constexpr float kDark = 0.01f; // radiance below which errors do not count as relative ones
-    for (size_t i = 0; i < part.variance.size(); ++i) {
-        const float weight = 1 / (sqr(radiance[i]) + sqr(kDark)), own = part.ownVariance[i] * weight;
-        if (!std::isfinite(own))
-            continue;
-        errors.mixed += double(part.variance[i]);
-        errors.of(which).own += double(own);
-        errors.of(which).mixed += double(std::min(own, dependence * part.variance[i] * weight));
+double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b) {
+    double sum = 0;
+    for (size_t i = 0; i < a.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            sum += sqr(double(a[i][c]) - double(b[i][c]));
+    return sum;
+}
+
+/// Adds the errors that two independent renders of a block show. The squared distance between them is twice
+/// the variance of one; that of a shared image from the other render is its error plus this variance.
+void addErrors(const BlockImages& a, const BlockImages& b, BlockErrors& sums) {
+    constexpr double kDark = 0.1; // radiance below which errors do not count as relative ones
+    double mean = 0;
+    for (const auto* images : {&a.images[0], &b.images[0]})
+        for (const Rgb& pixel : *images)
+            mean += double(pixel.x + pixel.y + pixel.z) / (6 * double(images->size()));
+    const double weight = 1 / (sqr(mean) + sqr(kDark));
+    const double variance = squaredDistance(a.images[0], b.images[0]) / 2;
+    sums.errors[0] += weight * variance;
+    for (size_t i = 1; i < kChoiceCount; ++i) {
+        const double distances =
+            squaredDistance(a.images[i], b.images[0]) + squaredDistance(b.images[i], a.images[0]);
+        sums.errors[i] += weight * (distances / 2 - variance);
     }
 }
 
@@ -124,21 +163,17 @@ struct BlockPilot {
     Brightness brightness;
 };
 
-BlockPilot renderBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
-                       int samplesPerPixel, float cellSize) {
+/// Renders a block twice.
+BlockPilot measureBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
+                        int samplesPerPixel, float cellSize) {
     BlockPilot out;
-    PilotState pilot(scene, cellSize, context.clamp, out.brightness);
-    Film film(block.x1, block.y1, block);
-    out.errors.counters = context.renderPilot(pilot, film, samplesPerPixel);
-    RecordedLight light(film);
-    std::vector<float> radiance(light.pixels.size() / kHalves);
-    for (size_t i = 0; i < radiance.size(); ++i)
-        radiance[i] = reflectedRadiance(light, i);
-    out.errors.pixels = double(radiance.size());
-    out.errors.emissionCoefficient = out.errors.pixels * emissionPilot(light).coefficient;
-    const LightSharing sharing(std::move(light));
-    addErrors(radiance, sharing.share(LightPart::Direct), 3, LightPart::Direct, out.errors);
-    addErrors(radiance, sharing.share(LightPart::Indirect), 1.5f, LightPart::Indirect, out.errors);
+    const auto render = [&](uint64_t seed) {
+        return renderBlock(scene, context, block, seed, samplesPerPixel, cellSize, out.errors,
+                           out.brightness);
+    };
+    const uint64_t seed = context.sampling.seed;
+    const BlockImages first = render(seed), second = render(hashOf(seed, kSecondSeed));
+    addErrors(first, second, out.errors);
     return out;
 }
 
@@ -162,7 +197,7 @@ std::vector<PixelBounds> blocksIn(const PixelBounds& bounds, int count, int size
 /// Returns the time for recording and reconstruction relative to that of the render. The times are those of a
 /// 3 GHz core on the scenes of this project: they decide about pixels, so that they cannot be measured here.
 double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters) {
-    constexpr double kRecordSample = 55, kReconstructPixel = 1200;    // nanoseconds
+    constexpr double kRecordSample = 85, kReconstructPixel = 2300;    // nanoseconds
     constexpr double kSimplestRay = 25, kRayPerDoubledGeometry = 2.7; // with its share of shading
     const TracerCounts& geometry = scene.tracer().counts();
     const double primitives = double(geometry.triangles + geometry.quadrics);
@@ -172,12 +207,22 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
     return (kRecordSample + kReconstructPixel / samplesPerPixel) / (ray * raysPerSample);
 }
 
+/// Returns the parts to share: those that leave the least error, if that gains clearly more than the time
+/// that it takes. A part that gains less than a tenth is left out. `overhead`: see overheadOf.
+LightParts bestParts(const BlockErrors& errors, double overhead) {
+    constexpr double kMargin = 2, kMinGain = 0.1;
+    size_t best = 1;
+    for (size_t i = 2; i < kChoiceCount; ++i)
+        if (errors.errors[i] < errors.errors[best] - kMinGain * std::abs(errors.errors[best]))
+            best = i;
+    return errors.errors[0] > (1 + kMargin * overhead) * errors.errors[best] ? kChoices[best] : LightParts{};
+}
+
 } // namespace
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize) {
-    constexpr int kBlockSize = 12, kMinSamples = 16, kMaxSamples = 64, kMaxBlocks = 64;
-    constexpr double kPilotShare = 0.02, kPasses = 64; // the samples of passes, whose number is not known
-    constexpr double kMinGain = 0.1; // of the error that is left; less is not worth the time
+    constexpr int kBlockSize = 12, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 4, kMaxBlocks = 64;
+    constexpr double kPilotShare = 0.01, kPasses = 64; // the samples of passes, whose number is not known
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
     // rise.
     constexpr double kMaxRare = 0.005;
@@ -190,10 +235,10 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     const PixelBounds& bounds = context.pilotBounds;
     const double pixels = double(bounds.width()) * bounds.height();
     const double count = kPilotShare * pixels * samples / (kBlockSize * kBlockSize * pilotSamples);
-    const auto blocks = blocksIn(bounds, std::clamp(int(count), 1, kMaxBlocks), kBlockSize);
+    const auto blocks = blocksIn(bounds, std::clamp(int(count), kMinBlocks, kMaxBlocks), kBlockSize);
     std::vector<BlockPilot> pilots(blocks.size());
     parallelFor(blocks.size(), [&](size_t i) {
-        pilots[i] = renderBlock(scene, context, blocks[i], pilotSamples, cellSize);
+        pilots[i] = measureBlock(scene, context, blocks[i], pilotSamples, cellSize);
     });
     BlockErrors errors;
     Brightness brightness;
@@ -203,17 +248,8 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     }
     SharingPlan plan;
     plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
-    double own = 0, mixed = 0;
-    for (const LightPart part : kAllParts) {
-        own += errors.of(part).own;
-        mixed += errors.of(part).mixed;
-    }
-    for (const LightPart part : kAllParts)
-        if (errors.of(part).own - errors.of(part).mixed > kMinGain * mixed)
-            plan.parts.add(part);
-    if (!(own > (1 + 2 * overheadOf(scene, samples, errors.counters)) * mixed))
-        plan.parts = {};
-    plan.emission = {errors.mixed / errors.pixels * pilotSamples / samples,
+    plan.parts = bestParts(errors, overheadOf(scene, samples, errors.counters));
+    plan.emission = {errors.variance / errors.pixels * pilotSamples / samples,
                      errors.emissionCoefficient / errors.pixels};
     return plan;
 }

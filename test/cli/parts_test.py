@@ -17,7 +17,7 @@ from scene_case import CORNER, SCENE, STROBE, SceneTest  # noqa: E402
 
 KILLS = int(os.environ.get("STROBE_KILLS", "3"))
 SPLITS, PARTS = int(os.environ.get("STROBE_SPLITS", "1")), 16 if "STROBE_SPLITS" in os.environ else 4
-INTEGRATORS = (["supersample"], ["msaa", "-D", "shades=2"], ["msaa-cache"], ["indirect-cache", "--shading", "path"], ["adaptive-cache"])
+INTEGRATORS = (["supersample"], ["msaa", "-D", "shades=2"], ["msaa-cache"], ["indirect-cache", "--shading", "path"], ["adaptive-cache", "-D", "share=indirect"])
 
 
 def split(box, parts, chance):
@@ -54,7 +54,7 @@ class PartsTest(SceneTest):
     def test_random_parts_merge_to_the_whole_image(self):
         chance = random.Random(7)
         for integrator in INTEGRATORS:
-            self.write_scene(CORNER if integrator == ["adaptive-cache"] else SCENE)
+            self.write_scene(CORNER if integrator[0] == "adaptive-cache" else SCENE)
             settings = ["--integrator", *integrator, "--resolution", "30x20", "--spp", "16", "--quiet"]
             self.run_strobe(*settings, "-o", "whole.exr")
             for number in range(SPLITS):
@@ -158,7 +158,7 @@ class PartsTest(SceneTest):
 
     def test_killed_renders_resume_to_the_same_image(self):
         for number, integrator in enumerate(INTEGRATORS):
-            self.write_scene(CORNER if integrator == ["adaptive-cache"] else SCENE)
+            self.write_scene(CORNER if integrator[0] == "adaptive-cache" else SCENE)
             settings = ["--integrator", *integrator, "--spp", "1024", "--resolution", "90x60"]
             self.run_strobe(*settings, "-o", "whole.exr")
             resumed = 0

@@ -87,13 +87,13 @@ Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9 
         return text;
     };
     const Image reference = render(test::buildWith("supersample", scene(4096)), 99).image;
-    const auto errorOf = [&](const char* integrator) {
+    const auto errorOf = [&](const char* integrator, std::vector<std::string> defines = {}) {
         double sum = 0;
         for (uint64_t seed = 0; seed < 4; ++seed)
-            sum += error(render(test::buildWith(integrator, scene(16)), seed).image, reference);
+            sum += error(render(test::buildWith(integrator, scene(16), defines), seed).image, reference);
         return sum;
     };
-    EXPECT_LT(errorOf("adaptive-cache"), 0.6 * errorOf("supersample"));
+    EXPECT_LT(errorOf("adaptive-cache", {"share=direct"}), 0.6 * errorOf("supersample"));
 }
 
 TEST(AdaptiveCache, DoesNotDependOnThreadsAndTiles) {
@@ -254,7 +254,7 @@ TEST(AdaptiveCache, InvalidSamplesDoNotSpread) {
     std::string scene = makeScene(16, "path");
     scene += "Translate 0 1.5 -1 AreaLightSource \"diffuse\" \"rgb L\" [1e30 1e30 1e30] "
              "Shape \"sphere\" \"float radius\" .05\n";
-    const auto rendered = render(test::buildWith("adaptive-cache", scene));
+    const auto rendered = render(test::buildWith("adaptive-cache", scene, {"share=both"}));
     EXPECT_GT(rendered.stats.total.invalidSamples, 0u);
     EXPECT_NE(rendered.stats.integratorNote, "shares no light: equals supersample");
     for (const Rgb& pixel : rendered.image.pixels)

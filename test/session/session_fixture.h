@@ -33,8 +33,7 @@ Shape "sphere" "float radius" .8
         log.sink = [this](LogLevel level, const std::string& text) { messages.emplace_back(level, text); };
     }
 
-    /// Renders a corner with a mirror by adaptive-cache, whose pilot decides to share indirect light. The
-    /// camera sees no light source: merged parts lack the correction of lamps, which needs the scene.
+    /// Renders a corner with a mirror and a lamp by adaptive-cache, which shares indirect light.
     void useAdaptiveCache() {
         options.scenes = {m_folder.write("corner.scene", R"(
 Film "image" "integer xresolution" 24 "integer yresolution" 16
@@ -50,8 +49,12 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 0 2  9 0 2  9
 Material "mirror"
 Translate 1.2 .8 .5
 Shape "sphere" "float radius" .7
+AreaLightSource "diffuse" "rgb L" [40 40 40]
+Translate -2.5 1 0
+Shape "sphere" "float radius" .2
 )")};
         options.build.integrator = "adaptive-cache";
+        options.build.defines = {"share=indirect"};
     }
 
     std::filesystem::path path(const std::string& name) const { return m_folder.path() / name; }

@@ -61,7 +61,8 @@ class IntegratorState;
 
 /// Renders the pixels of a film with a state, as one tile on the calling thread. Returns the counters of this
 /// render. Any thread may call it.
-using RenderPilot = std::function<Counters(IntegratorState& state, Film& film, int samplesPerPixel)>;
+using RenderPilot =
+    std::function<Counters(IntegratorState& state, Film& film, int samplesPerPixel, uint64_t seed)>;
 
 /// How camera samples are chosen.
 struct CameraSampling {

@@ -96,9 +96,9 @@ RenderContext Renderer::makeContext(int threads) const {
     if (m_integrator.needsShadeCost(context))
         context.shadeCost =
             measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_pixelBounds);
-    context.renderPilot = [this](IntegratorState& state, Film& film, int samplesPerPixel) {
+    context.renderPilot = [this](IntegratorState& state, Film& film, int samplesPerPixel, uint64_t seed) {
         RenderSettings settings;
-        settings.seed = m_settings.seed;
+        settings.seed = seed;
         settings.samplesPerPixel = samplesPerPixel;
         return renderPilot(m_scene, state, m_shader, m_sampler, m_filter, settings, film);
     };

@@ -1,0 +1,253 @@
+// Compares the errors and the times of two integrators over many seeds. See bench/README.md.
+#include "bench/measure.h"
+#include "bench/recording.h"
+#include "core/math/hash.h"
+#include "core/render/render.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <array>
+
+namespace strobe::bench {
+namespace {
+
+/// The command line arguments.
+struct Settings {
+    std::filesystem::path scene;
+    std::string integrator = "adaptive-cache";
+    BuildOptions build;
+    std::vector<int> resolution = {200, 150}, samples = {1, 4, 16, 64, 256}, seeds = {64};
+    int referenceSamples = 2048;
+};
+
+/// The errors of an image. Each is the mean over pixels and channels.
+enum class Error { Clipped, Raw, Relative, Structural };
+constexpr int kErrors = 4;
+
+/// Two independent images. The mean product of the differences from both is the squared error of an image
+/// without the noise of the reference.
+struct Reference {
+    Image first, second;
+};
+
+/// The errors of an image and its squared errors by tile, clipped to 1.
+struct Errors {
+    std::array<double, kErrors> of{};
+    std::vector<double> tiles;
+    double total = 0; ///< of the image
+};
+
+constexpr int kTileSize = 16; ///< pixels
+
+double clipped(double value) { return std::clamp(value, 0.0, 1.0); }
+
+double structuralDissimilarity(const Image& image, const Reference& reference);
+
+Errors errorsOf(const Image& image, const Reference& reference) {
+    const int columns = (image.width + kTileSize - 1) / kTileSize,
+              rows = (image.height + kTileSize - 1) / kTileSize;
+    Errors out;
+    out.tiles.resize(size_t(columns) * size_t(rows));
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+            const size_t i = size_t(y) * size_t(image.width) + size_t(x);
+            for (int c = 0; c < 3; ++c) {
+                const double v = double(image.pixels[i][c]), a = double(reference.first.pixels[i][c]),
+                             b = double(reference.second.pixels[i][c]);
+                const double cut = (clipped(v) - clipped(a)) * (clipped(v) - clipped(b)),
+                             raw = (v - a) * (v - b);
+                out.of[int(Error::Clipped)] += cut;
+                out.of[int(Error::Raw)] += raw;
+                out.of[int(Error::Relative)] += raw / (sqr((a + b) / 2) + 0.01);
+                out.tiles[size_t(y / kTileSize) * size_t(columns) + size_t(x / kTileSize)] += cut;
+                out.total += v;
+            }
+        }
+    for (double& error : out.of)
+        error /= double(image.pixels.size()) * 3;
+    out.of[int(Error::Structural)] = structuralDissimilarity(image, reference);
+    return out;
+}
+
+/// Returns (1 - SSIM) / 2 of the clipped luminance (Wang et al., "Image Quality Assessment", 2004), over
+/// windows of 8x8 pixels.
+double structuralDissimilarity(const Image& image, const Reference& reference) {
+    constexpr int kWindow = 8;
+    constexpr double kC1 = 1e-4, kC2 = 9e-4;
+    double sum = 0;
+    int windows = 0;
+    const auto at = [](const Image& from, size_t i) { return clipped(double(luminance(from.pixels[i]))); };
+    for (int top = 0; top + kWindow <= image.height; top += kWindow / 2)
+        for (int left = 0; left + kWindow <= image.width; left += kWindow / 2, ++windows) {
+            double x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+            for (int v = top; v < top + kWindow; ++v)
+                for (int u = left; u < left + kWindow; ++u) {
+                    const size_t i = size_t(v) * size_t(image.width) + size_t(u);
+                    const double a = at(image, i), b = (at(reference.first, i) + at(reference.second, i)) / 2;
+                    x += a;
+                    y += b;
+                    xx += a * a;
+                    yy += b * b;
+                    xy += a * b;
+                }
+            constexpr double n = kWindow * kWindow;
+            x /= n;
+            y /= n;
+            const double vx = xx / n - x * x, vy = yy / n - y * y, cov = xy / n - x * y;
+            sum += 1 - (2 * x * y + kC1) * (2 * cov + kC2) / ((x * x + y * y + kC1) * (vx + vy + kC2));
+        }
+    return windows > 0 ? sum / (2 * windows) : 0;
+}
+
+/// Renders with one thread. Adds the CPU seconds to `seconds`.
+Image renderOnce(const BuiltScene& built, int samples, uint64_t seed, double& seconds,
+                 std::string* note = nullptr) {
+    RenderSettings settings;
+    settings.samplesPerPixel = samples;
+    settings.seed = seed;
+    settings.threads = 1;
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    const Cost cost = measure([&] {
+        const RenderStats stats = render(*built.scene, *built.integrator, *built.shader,
+                                         *built.sampler.sampler, *built.filter, settings, film);
+        if (note)
+            *note = stats.integratorNote;
+    });
+    seconds = cost.cpu;
+    return film.image();
+}
+
+/// The results of one integrator, by seed.
+struct Results {
+    std::vector<Errors> errors;
+    std::vector<double> seconds;
+    double meanError(int k) const {
+        double sum = 0;
+        for (const Errors& e : errors)
+            sum += e.of[size_t(k)];
+        return sum / double(errors.size());
+    }
+};
+
+/// The mean and the standard deviation of some numbers.
+struct Moments {
+    double mean = 0, deviation = 0;
+    explicit Moments(const std::vector<double>& values) {
+        for (const double v : values)
+            mean += v / double(values.size());
+        for (const double v : values)
+            deviation += sqr(v - mean) / std::max(double(values.size()) - 1, 1.0);
+        deviation = std::sqrt(deviation);
+    }
+};
+
+/// Returns the 95 % quantile of Student's t distribution (Cornish-Fisher expansion).
+double studentQuantile(double degrees) {
+    constexpr double z = 1.6448536;
+    return z + (z * z * z + z) / (4 * degrees) +
+           (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * sqr(degrees));
+}
+
+/// Returns the upper bound of the ratio of error times time, from the logarithms of the ratios of the seeds.
+double upperBound(const Results& base, const Results& other, int k, double timeRatio) {
+    std::vector<double> logs;
+    for (size_t i = 0; i < base.errors.size(); ++i)
+        if (base.errors[i].of[size_t(k)] > 0 && other.errors[i].of[size_t(k)] > 0)
+            logs.push_back(std::log(other.errors[i].of[size_t(k)] / base.errors[i].of[size_t(k)]));
+    if (logs.size() < 2)
+        return 0;
+    const Moments m(logs);
+    const double n = double(logs.size());
+    return timeRatio * std::exp(m.mean + studentQuantile(n - 1) * m.deviation / std::sqrt(n));
+}
+
+/// Returns the fraction of tiles whose error times time is significantly larger: a paired t-test per tile, at
+/// a false discovery rate of 5 % (Benjamini and Hochberg 1995).
+double worseTiles(const Results& base, const Results& other, double timeRatio) {
+    const size_t tiles = base.errors.front().tiles.size();
+    std::vector<double> p;
+    for (size_t t = 0; t < tiles; ++t) {
+        std::vector<double> differences;
+        for (size_t i = 0; i < base.errors.size(); ++i)
+            differences.push_back(other.errors[i].tiles[t] * timeRatio - base.errors[i].tiles[t]);
+        const Moments m(differences);
+        const double z = m.deviation > 0 ? m.mean / m.deviation * std::sqrt(double(differences.size())) : 0;
+        p.push_back(std::erfc(z / std::sqrt(2.0)) / 2);
+    }
+    std::sort(p.begin(), p.end());
+    size_t count = 0;
+    for (size_t i = 0; i < p.size(); ++i)
+        if (p[i] <= 0.05 * double(i + 1) / double(p.size()))
+            count = i + 1;
+    return double(count) / double(tiles);
+}
+
+void compare(const Settings& settings, const BuiltScene& base, const BuiltScene& other,
+             const Reference& reference, size_t index) {
+    const int samples = settings.samples[index];
+    const int seeds = settings.seeds[std::min(index, settings.seeds.size() - 1)];
+    Results a, b;
+    std::string note;
+    std::vector<double> totals;
+    for (int seed = 0; seed < seeds; ++seed) {
+        double seconds = 0;
+        a.errors.push_back(errorsOf(renderOnce(base, samples, uint64_t(seed), seconds), reference));
+        a.seconds.push_back(seconds);
+        b.errors.push_back(errorsOf(renderOnce(other, samples, uint64_t(seed), seconds, &note), reference));
+        b.seconds.push_back(seconds);
+        totals.push_back(b.errors.back().total / a.errors.back().total - 1);
+    }
+    const double timeRatio = median(b.seconds) / median(a.seconds);
+    const Moments total(totals);
+    fmt::print("{},{},{},{},{:.5f},{:.4f}", settings.scene.stem().string(), settings.build.shading, samples,
+               seeds, median(a.seconds), timeRatio);
+    for (int k = 0; k < kErrors; ++k)
+        fmt::print(",{:.4g},{:.4f}", a.meanError(k) / (b.meanError(k) * timeRatio),
+                   upperBound(a, b, k, timeRatio));
+    fmt::print(",{:.4f},{:.6f},{:.6f},{:.4g},{:.4g},{}\n", worseTiles(a, b, timeRatio), total.mean,
+               total.deviation / std::sqrt(double(seeds)), a.meanError(0), b.meanError(0), note);
+    std::fflush(stdout);
+}
+
+int run(Settings settings) {
+    settings.build.resolution = V2i(settings.resolution[0], settings.resolution[1]);
+    const auto load = [&](const std::string& integrator) {
+        BuildOptions options = settings.build;
+        options.integrator = integrator;
+        return loadScene(settings.scene, options, 1).built;
+    };
+    const BuiltScene base = load("supersample"), other = load(settings.integrator);
+    double seconds;
+    const Reference reference{renderOnce(base, settings.referenceSamples, hashOf(1), seconds),
+                              renderOnce(base, settings.referenceSamples, hashOf(2), seconds)};
+    for (size_t i = 0; i < settings.samples.size(); ++i)
+        compare(settings, base, other, reference, i);
+    return 0;
+}
+
+} // namespace
+} // namespace strobe::bench
+
+int main(int argc, char** argv) {
+    strobe::bench::Settings settings;
+    settings.build.shading = "path";
+    CLI::App app("strobe_gains: errors and times of an integrator beside those of supersample. Prints, as "
+                 "CSV, for each number of "
+                 "samples: scene, shading, samples, seeds, seconds of supersample, time ratio; gain and "
+                 "upper bound of its "
+                 "inverse for the error clipped to 1, raw, relative and structural; fraction of tiles that "
+                 "are worse; relative difference of "
+                 "the sum of the image and its standard error; both clipped errors; note of the integrator");
+    app.add_option("scene", settings.scene, "scene file")->required()->check(CLI::ExistingFile);
+    app.add_option("--integrator", settings.integrator);
+    app.add_option("--shading", settings.build.shading);
+    app.add_option("-D,--define", settings.build.defines, "name=value")->take_all();
+    app.add_option("--resolution", settings.resolution, "width and height")->expected(2);
+    app.add_option("--spp", settings.samples, "numbers of samples per pixel")->delimiter(',');
+    app.add_option("--seeds", settings.seeds, "numbers of seeds, by number of samples; the last is repeated")
+        ->delimiter(',');
+    app.add_option("--reference-spp", settings.referenceSamples, "samples of each of the two references");
+    CLI11_PARSE(app, argc, argv);
+    return strobe::bench::guarded([&] { return strobe::bench::run(settings); });
+}
