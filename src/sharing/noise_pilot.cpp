@@ -221,7 +221,7 @@ LightParts bestParts(const BlockErrors& errors, double overhead) {
 } // namespace
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize) {
-    constexpr int kBlockSize = 12, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 4, kMaxBlocks = 64;
+    constexpr int kBlockSize = 12, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 12, kMaxBlocks = 64;
     constexpr double kPilotShare = 0.01, kPasses = 64; // the samples of passes, whose number is not known
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
     // rise.
