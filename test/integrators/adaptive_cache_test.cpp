@@ -30,8 +30,12 @@ AttributeEnd
 )" + test::kCorner;
 }
 
+/// The decision of the pilot does not matter to most tests.
+const std::vector<std::string> kSharing = {"share=both"};
+
 BuiltScene buildScene(const std::string& integrator, int samples, const std::string& shading = "path") {
-    return test::buildWith(integrator, makeScene(samples, shading));
+    return test::buildWith(integrator, makeScene(samples, shading),
+                           integrator == "adaptive-cache" ? kSharing : std::vector<std::string>{});
 }
 
 /// The mean squared difference of pixels below 1.
@@ -103,15 +107,6 @@ TEST(AdaptiveCache, DoesNotDependOnThreadsAndTiles) {
         EXPECT_TRUE(haveEqualBits(render(built, 0, threads, tile).image, image)) << threads << " " << tile;
 }
 
-/// A scene without light that the camera sees: the correction of lamps needs the scene.
-std::string makeSceneWithoutLamps(int samples) {
-    std::string scene = makeScene(samples, "path");
-    scene.replace(scene.find("Translate 1.2 2.6 0"), 19, "Translate 1.2 2.6 -7");
-    scene.replace(scene.find("LightSource \"infinite\""), 22,
-                  "LightSource \"point\" \"point from\" [1 4 -3] \"rgb I\" [30 30 30] #");
-    return scene;
-}
-
 /// Renders slices of the samples that end at `ends`, each with other tiles, into one film.
 Film renderInSlices(const BuiltScene& built, const std::vector<uint32_t>& ends) {
     Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
@@ -145,14 +140,14 @@ TEST(AdaptiveCache, DoesNotDependOnSlicesWithALens) {
     std::string scene = makeScene(16, "path");
     scene.replace(scene.find("\"float fov\" 50"), 14,
                   "\"float fov\" 50 \"float lensradius\" .2 \"float focaldistance\" 4");
-    const BuiltScene built = test::buildWith("adaptive-cache", scene);
+    const BuiltScene built = test::buildWith("adaptive-cache", scene, kSharing);
     const auto whole = render(built);
     EXPECT_NE(whole.stats.integratorNote, "shares no light: equals supersample");
     EXPECT_TRUE(haveEqualBits(renderInSlices(built, {2, 3, 16}).image(), whole.image));
 }
 
 TEST(AdaptiveCache, IsCompletedWithoutTheScene) {
-    const BuiltScene built = test::buildWith("adaptive-cache", makeSceneWithoutLamps(16));
+    const BuiltScene built = test::buildWith("adaptive-cache", makeScene(16, "path"), kSharing);
     Film film = renderInSlices(built, {3, 16});
     const Image image = film.image();
     Film merged(film.fullWidth(), film.fullHeight(), film.pixelBounds());
@@ -200,7 +195,7 @@ TEST(AdaptiveCache, ReducesTheError) {
 TEST(AdaptiveCache, KeepsTheSumOfTheImage) {
     std::string scene = makeScene(16, "path");
     scene.replace(scene.find("Translate 1.2 2.6 0"), 19, "Translate 1.2 2.6 -7");
-    const Image a = render(test::buildWith("adaptive-cache", scene)).image;
+    const Image a = render(test::buildWith("adaptive-cache", scene, kSharing)).image;
     const Image b = render(test::buildWith("supersample", scene)).image;
     EXPECT_FALSE(haveEqualBits(a, b));
     double sums[2] = {};
@@ -254,7 +249,7 @@ TEST(AdaptiveCache, InvalidSamplesDoNotSpread) {
     std::string scene = makeScene(16, "path");
     scene += "Translate 0 1.5 -1 AreaLightSource \"diffuse\" \"rgb L\" [1e30 1e30 1e30] "
              "Shape \"sphere\" \"float radius\" .05\n";
-    const auto rendered = render(test::buildWith("adaptive-cache", scene, {"share=both"}));
+    const auto rendered = render(test::buildWith("adaptive-cache", scene, kSharing));
     EXPECT_GT(rendered.stats.total.invalidSamples, 0u);
     EXPECT_NE(rendered.stats.integratorNote, "shares no light: equals supersample");
     for (const Rgb& pixel : rendered.image.pixels)
@@ -262,7 +257,7 @@ TEST(AdaptiveCache, InvalidSamplesDoNotSpread) {
 }
 
 TEST(AdaptiveCache, KeepsTheFurnace) {
-    const Image image = render(test::buildWith("adaptive-cache", test::kFurnace)).image;
+    const Image image = render(test::buildWith("adaptive-cache", test::kFurnace, kSharing)).image;
     const Image plain = render(test::buildWith("supersample", test::kFurnace)).image;
     double deviation = 0, plainDeviation = 0;
     for (size_t i = 0; i < image.pixels.size(); ++i) {
