@@ -94,7 +94,18 @@ class PilotState : public IntegratorState {
     Brightness& m_brightness;
 };
 
-/// The images of one render of a block, clipped to 1, by kChoices.
+/// Returns the image without the emission that camera rays hit: EmissionRefinement cares for its noise.
+std::vector<Rgb> reflectedLight(const Film& film, const RecordedLight& light) {
+    std::vector<Rgb> out = film.image().pixels;
+    for (size_t i = 0; i < out.size(); ++i) {
+        const HalfPixelSums &a = light.pixel(i, 0), &b = light.pixel(i, 1);
+        if (a.count + b.count > 0)
+            out[i] -= (a.emitted + b.emitted) * (1 / float(a.count + b.count));
+    }
+    return out;
+}
+
+/// The images of one render of a block, by kChoices.
 struct BlockImages {
     std::vector<Rgb> images[kChoiceCount];
 };
@@ -109,6 +120,7 @@ BlockImages renderBlock(const Scene& scene, const RenderContext& context, const 
     const auto pixels = double(film.image().pixels.size());
     sums.pixels += pixels;
     sums.emissionCoefficient += pixels * emissionPilot(light).coefficient;
+    const std::vector<Rgb> own = reflectedLight(film, light);
     const LightSharing sharing(std::move(light));
     std::vector<SharedPart> parts;
     for (const LightPart part : kAllParts) {
@@ -118,14 +130,12 @@ BlockImages renderBlock(const Scene& scene, const RenderContext& context, const 
     }
     BlockImages out;
     for (size_t choice = 0; choice < kChoiceCount; ++choice) {
-        out.images[choice] = film.image().pixels;
+        out.images[choice] = own;
         for (size_t i = 0; i < out.images[choice].size(); ++i) {
             Rgb& pixel = out.images[choice][i];
             for (const LightPart part : kAllParts)
                 if (kChoices[choice].has(part))
                     pixel += parts[size_t(part)].correction[i];
-            for (int c = 0; c < 3; ++c)
-                pixel[c] = std::clamp(pixel[c], 0.f, 1.f);
         }
     }
     return out;

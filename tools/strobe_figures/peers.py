@@ -14,12 +14,12 @@ import numpy
 from . import curves, images, items
 from .context import Reference, Skipped, mean_and_variance
 from .items import columns
-from .methods import BASELINES, CYCLES, MSAA_CACHE, MSAA_CACHE_1_BIN, MSAA_CACHE_HALF_BLOCKS, Method
+from .methods import ADAPTIVE_CACHE_1_LIGHT, BASELINES, CYCLES, MSAA_CACHE, MSAA_CACHE_1_BIN, MSAA_CACHE_HALF_BLOCKS, Method
 from .pareto import Measured, chart, estimate, measure_curves
 
 METHODS = (*BASELINES, MSAA_CACHE, MSAA_CACHE_1_BIN, MSAA_CACHE_HALF_BLOCKS,
            Method("indirect-cache, blocks of 2 px, 1 light sample", "indirect-cache", ("blocksize=2", "lightsamples=1"), 4),
-           Method("indirect-cache, 1 light sample", "indirect-cache", ("lightsamples=1",), 4))
+           Method("indirect-cache, 1 light sample", "indirect-cache", ("lightsamples=1",), 4), ADAPTIVE_CACHE_1_LIGHT)
 SCENES = (("killeroo-simple", False), ("anim-killeroos-moving", True))
 NAMES = ["scene", "method", "spp", "seconds", "RMSE", "low", "high", "reference noise"]
 COMPARED = ["scene", "method", "Cycles spp", "Cycles RMSE", "Cycles seconds", "seconds", "speed-up", "low", "high"]
@@ -97,7 +97,7 @@ def cycles_curve(context, cycles, moving, size):
 
 def methods_of(context, moving):
     """Returns the methods that are compared: fewer with --quick, and without time bins for a static scene."""
-    methods = context.pick((*BASELINES, METHODS[2], METHODS[-1]), METHODS)
+    methods = context.pick((*BASELINES, METHODS[2], *METHODS[-2:]), METHODS)
     return [method for method in methods if moving or "timebins=1" not in method.defines]
 
 
