@@ -12,8 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     film.records().set({{bounds, {0, 2}, bytes}, {bounds, {2, 4}, bytes}});
     try {
         mergeRecordsOfSamePixels(film.records());
-        const RecordedLight light(film);
-        const LightSharing sharing(light);
+        const LightSharing sharing{RecordedLight(film)};
         sharing.share(LightPart::Direct);
         sharing.share(LightPart::Indirect);
     } catch (const Error&) {
