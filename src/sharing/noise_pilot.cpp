@@ -19,16 +19,22 @@ constexpr LightPart kAllParts[kParts] = {LightPart::Direct, LightPart::Indirect}
 const LightParts kChoices[] = {LightParts(0), LightParts(1), LightParts(2), LightParts(3)};
 constexpr size_t kChoiceCount = std::size(kChoices);
 
+/// Errors are measured of the whole radiance, which shows rare bright samples, and of the radiance clipped to
+/// this value, which is less noisy.
+constexpr float kClips[] = {INFINITY, 1};
+
 /// The squared errors of blocks, relative to their radiance, and other sums over their pixels.
 struct BlockErrors {
-    double errors[kChoiceCount] = {}; ///< of the images that share the parts of kChoices
+    /// By kClips, of the images that share the parts of kChoices.
+    double errors[std::size(kClips)][kChoiceCount] = {};
     double pixels = 0;
     double variance = 0;            ///< estimated by LightSharing for both parts, not relative
     double emissionCoefficient = 0; ///< see EmissionPilot
     Counters counters;
     void add(const BlockErrors& other) {
-        for (size_t i = 0; i < kChoiceCount; ++i)
-            errors[i] += other.errors[i];
+        for (size_t clip = 0; clip < std::size(kClips); ++clip)
+            for (size_t i = 0; i < kChoiceCount; ++i)
+                errors[clip][i] += other.errors[clip][i];
         pixels += other.pixels;
         variance += other.variance;
         emissionCoefficient += other.emissionCoefficient;
@@ -141,29 +147,31 @@ BlockImages renderBlock(const Scene& scene, const RenderContext& context, const 
     return out;
 }
 
-double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b) {
+double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b, float clip) {
     double sum = 0;
     for (size_t i = 0; i < a.size(); ++i)
         for (int c = 0; c < 3; ++c)
-            sum += sqr(double(a[i][c]) - double(b[i][c]));
+            sum += sqr(double(std::min(a[i][c], clip)) - double(std::min(b[i][c], clip)));
     return sum;
 }
 
-/// Adds the errors that two independent renders of a block show. The squared distance between them is twice
-/// the variance of one; that of a shared image from the other render is its error plus this variance.
-void addErrors(const BlockImages& a, const BlockImages& b, BlockErrors& sums) {
+/// Adds the errors that two independent renders of a block show to sums[i]. The squared distance between them
+/// is twice the variance of one; that of a shared image from the other render is its error plus this
+/// variance.
+void addErrors(const BlockImages& a, const BlockImages& b, float clip, double* sums) {
     constexpr double kDark = 0.1; // radiance below which errors do not count as relative ones
     double mean = 0;
     for (const auto* images : {&a.images[0], &b.images[0]})
         for (const Rgb& pixel : *images)
-            mean += double(pixel.x + pixel.y + pixel.z) / (6 * double(images->size()));
+            for (int c = 0; c < 3; ++c)
+                mean += double(std::min(pixel[c], clip)) / (6 * double(images->size()));
     const double weight = 1 / (sqr(mean) + sqr(kDark));
-    const double variance = squaredDistance(a.images[0], b.images[0]) / 2;
-    sums.errors[0] += weight * variance;
+    const double variance = squaredDistance(a.images[0], b.images[0], clip) / 2;
+    sums[0] += weight * variance;
     for (size_t i = 1; i < kChoiceCount; ++i) {
         const double distances =
-            squaredDistance(a.images[i], b.images[0]) + squaredDistance(b.images[i], a.images[0]);
-        sums.errors[i] += weight * (distances / 2 - variance);
+            squaredDistance(a.images[i], b.images[0], clip) + squaredDistance(b.images[i], a.images[0], clip);
+        sums[i] += weight * (distances / 2 - variance);
     }
 }
 
@@ -183,7 +191,8 @@ BlockPilot measureBlock(const Scene& scene, const RenderContext& context, const 
     };
     const uint64_t seed = context.sampling.seed;
     const BlockImages first = render(seed), second = render(hashOf(seed, kSecondSeed));
-    addErrors(first, second, out.errors);
+    for (size_t clip = 0; clip < std::size(kClips); ++clip)
+        addErrors(first, second, kClips[clip], out.errors.errors[clip]);
     return out;
 }
 
@@ -218,14 +227,15 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
 }
 
 /// Returns the parts to share: those that leave the least error, if that gains clearly more than the time
-/// that it takes. A part that gains less than a tenth is left out. `overhead`: see overheadOf.
+/// that it takes, by one of both measures. `overhead`: see overheadOf.
 LightParts bestParts(const BlockErrors& errors, double overhead) {
-    constexpr double kMargin = 2, kMinGain = 0.1;
-    size_t best = 1;
-    for (size_t i = 2; i < kChoiceCount; ++i)
-        if (errors.errors[i] < errors.errors[best] - kMinGain * std::abs(errors.errors[best]))
-            best = i;
-    return errors.errors[0] > (1 + kMargin * overhead) * errors.errors[best] ? kChoices[best] : LightParts{};
+    constexpr double kMargin = 2;
+    for (const double(&byChoice)[kChoiceCount] : errors.errors) {
+        const double* best = std::min_element(byChoice + 1, byChoice + kChoiceCount);
+        if (byChoice[0] > (1 + kMargin * overhead) * *best)
+            return kChoices[best - byChoice];
+    }
+    return {};
 }
 
 } // namespace
