@@ -216,14 +216,16 @@ std::vector<PixelBounds> blocksIn(const PixelBounds& bounds, int count, int size
 /// Returns the time for recording and reconstruction relative to that of the render. The times are those of a
 /// 3 GHz core on the scenes of this project: they decide about pixels, so that they cannot be measured here.
 double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters) {
-    constexpr double kRecordSample = 85, kReconstructPixel = 2300;    // nanoseconds
-    constexpr double kSimplestRay = 25, kRayPerDoubledGeometry = 2.7; // with its share of shading
+    constexpr double kRecordHit = 85, kReconstructPixel = 2300; // nanoseconds
+    // The cost of a sample, and of its rays with their share of shading:
+    constexpr double kSample = 25, kSimplestRay = 25, kRayPerDoubledGeometry = 2.7;
     const TracerCounts& geometry = scene.tracer().counts();
     const double primitives = double(geometry.triangles + geometry.quadrics);
     const double ray = kSimplestRay + kRayPerDoubledGeometry * std::log2(1 + primitives);
-    const double raysPerSample =
-        double(counters.rays()) / double(std::max<uint64_t>(counters.visibilitySamples, 1));
-    return (kRecordSample + kReconstructPixel / samplesPerPixel) / (ray * raysPerSample);
+    const double samples = double(std::max<uint64_t>(counters.visibilitySamples, 1));
+    const double hits = 1 - double(counters.missed) / samples;
+    return (kRecordHit * hits + kReconstructPixel / samplesPerPixel) /
+           (kSample + ray * double(counters.rays()) / samples);
 }
 
 /// Returns the parts to share: those that leave the least error, if that gains clearly more than the time
