@@ -6,28 +6,33 @@
 
 namespace strobe {
 
-/// What a pilot found out about the noise of emission (FirstVertex::emitted).
+struct EmissionMoments;
+
+/// The noise of a render, estimated by a pilot. Emission is FirstVertex::emitted.
 struct EmissionPilot {
-    double otherError = 0;  ///< squared error of a pixel that emission does not cause; mean of the channels
-    double coefficient = 1; ///< of the regression of the radiance on the emission, weighted by the noise
+    double otherError =
+        0; ///< mean squared error of the pixels without that of emission; mean of the channels
+    double coefficient =
+        1; ///< mean regression coefficient of the radiance on the emission, weighted by the noise
 };
 
-/// Chooses how many more camera samples the pixels take, and traces them. They depend on the seed and on the
-/// pixel bounds, but not on the samples of the render: the choice does not bias the result.
+/// Plans additional camera samples of pixels, and traces them. The plan depends on the seed and on the pixel
+/// bounds, but not on the samples of the render. Therefore it does not bias the result.
 class EmissionRefinement {
   public:
-    /// A few camera samples per pixel of the bounds find out where emission is noisy.
+    /// Traces one to eight camera samples per pixel of the bounds, to measure the noise of emission.
     EmissionRefinement(const Scene& scene, const CameraSampling& sampling, const PixelBounds& bounds,
                        int samplesPerPixel, const EmissionPilot& pilot);
-    /// Returns whether the pixel takes more samples.
+    /// Returns whether the plan has samples for the pixel.
     bool refines(const PixelRef& pixel) const { return samplesOf(pixel) > 0; }
-    /// Returns the emission that these samples find. `pixel` belongs to a render of any seed.
+    /// Traces the samples of a pixel and returns the sum of their emission. `pixel.domain` distinguishes
+    /// passes.
     PixelAccumulator trace(const PixelRef& pixel) const;
 
   private:
     uint32_t samplesOf(const PixelRef& pixel) const;
     std::vector<float> findDeviations(int samplesPerPixel) const;
-    void probeRow(int row, uint32_t probes, struct EmissionMoments* out) const;
+    void probeRow(int row, uint32_t probes, EmissionMoments* out) const;
 
     const Scene& m_scene;
     const CameraSampling m_sampling;
@@ -35,14 +40,15 @@ class EmissionRefinement {
     std::vector<uint32_t> m_samples; ///< by pixel, row by row; empty: none
 };
 
-/// Returns the mean noise of the emission in the recorded light, and how much of it is in the radiance.
+/// Returns the mean regression coefficient of recorded light. The other members keep their defaults.
 EmissionPilot emissionPilot(const RecordedLight& light);
 
 /// Returns the correction of each pixel, to be added to the mean of its samples. The emission is a control
 /// variate: the correction is the difference between the mean emission of RecordedLight::emission and that of
 /// the samples, times the regression coefficient of the radiance on the emission. The coefficient is 1 for a
-/// bright lamp, and 0 for a background that is as bright as the objects in front of it. That for one half of
-/// a pixel depends on the other half and on the eight neighbors only, so that it does not bias the result.
+/// bright lamp, and 0 for a background that is as bright as the objects in front of it. The coefficient of
+/// one half of a pixel depends on the other half and on the eight neighbors only. Therefore it does not bias
+/// the result.
 std::vector<Rgb> emissionCorrection(const RecordedLight& light);
 
 } // namespace strobe

@@ -19,8 +19,8 @@ constexpr LightPart kAllParts[kParts] = {LightPart::Direct, LightPart::Indirect}
 const LightParts kChoices[] = {LightParts(0), LightParts(1), LightParts(2), LightParts(3)};
 constexpr size_t kChoiceCount = std::size(kChoices);
 
-/// Errors are measured of the whole radiance, which shows rare bright samples, and of the radiance clipped to
-/// this value, which is less noisy.
+/// The errors are measured twice, with radiance clipped to each of these values. Unclipped errors contain
+/// those of rare bright samples. Errors of radiance clipped to 1 are less noisy.
 constexpr float kClips[] = {INFINITY, 1};
 
 /// The squared errors of blocks, relative to their radiance, and other sums over their pixels.
@@ -100,7 +100,7 @@ class PilotState : public IntegratorState {
     Brightness& m_brightness;
 };
 
-/// Returns the image without the emission that camera rays hit: EmissionRefinement cares for its noise.
+/// Returns the image without the emission that camera rays hit. Its noise is EmissionRefinement's task.
 std::vector<Rgb> reflectedLight(const Film& film, const RecordedLight& light) {
     std::vector<Rgb> out = film.image().pixels;
     for (size_t i = 0; i < out.size(); ++i) {
@@ -155,9 +155,9 @@ double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b, flo
     return sum;
 }
 
-/// Adds the errors that two independent renders of a block show to sums[i]. The squared distance between them
-/// is twice the variance of one; that of a shared image from the other render is its error plus this
-/// variance.
+/// Adds the errors of the images of a block to `sums`, by kChoices. `a` and `b` are independent renders.
+/// Their squared distance is twice the variance of one. The squared distance of a shared image from the other
+/// render is its error plus this variance.
 void addErrors(const BlockImages& a, const BlockImages& b, float clip, double* sums) {
     constexpr double kDark = 0.1; // radiance below which errors do not count as relative ones
     double mean = 0;
@@ -175,13 +175,13 @@ void addErrors(const BlockImages& a, const BlockImages& b, float clip, double* s
     }
 }
 
-/// What the pilot of a block found out.
+/// The measurements of one block.
 struct BlockPilot {
     BlockErrors errors;
     Brightness brightness;
 };
 
-/// Renders a block twice.
+/// Renders a block twice and measures the errors of sharing.
 BlockPilot measureBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
                         int samplesPerPixel, float cellSize) {
     BlockPilot out;
@@ -228,8 +228,8 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
            (kSample + ray * double(counters.rays()) / samples);
 }
 
-/// Returns the parts to share: those that leave the least error, if that gains clearly more than the time
-/// that it takes, by one of both measures. `overhead`: see overheadOf.
+/// Returns the parts whose sharing leaves the least error, by the first of kClips for which the gain is more
+/// than twice the overhead; none, if there is no such clip. `overhead`: see overheadOf.
 LightParts bestParts(const BlockErrors& errors, double overhead) {
     constexpr double kMargin = 2;
     for (const double(&byChoice)[kChoiceCount] : errors.errors) {

@@ -6,11 +6,11 @@
 
 namespace strobe {
 
-/// A few samples find far more light than their neighbors: by a chain of unlikely choices, they reach a small
-/// bright region. A fit that contains one of them is a bright spot as large as its region. Therefore, light
-/// above a limit is recorded sample by sample (RareSample). Around each cell, a region is chosen that
-/// contains the light of several such samples. Where each pixel has samples like these, as in a highlight,
-/// they are not rare, and their light is treated like all other light.
+/// Estimates of the light of rare bright samples. Some paths reach a small bright region with a low
+/// probability. Their samples are much brighter than their neighbors. A fit that contains such a sample would
+/// be a bright spot as large as its region. Therefore, light above RareLimits is recorded by sample
+/// (RareSample). At each cell it is averaged over a region that contains several such samples. Samples of a
+/// highlight are not rare: each pixel has some. Their light is added to the other light.
 class RareLight {
   public:
     /// `samplesPerPixel`: mean.

@@ -32,8 +32,7 @@ Integrator "directlighting"
 Camera "perspective" "float fov" 60
 """ + WORLD
 
-# A corner with a moving ball and a mirror. The camera sees no light source: merged parts lack the correction of lamps, which
-# needs the scene.
+# A corner with a moving ball, a mirror and a lamp that the camera sees.
 CORNER = """TransformTimes 0 1
 Film "image" "integer xresolution" 150 "integer yresolution" 100
 Sampler "sobol" "integer pixelsamples" 8
@@ -57,6 +56,11 @@ AttributeBegin
   Material "mirror"
   Translate 1.2 .8 .5
   Shape "sphere" "float radius" .7
+AttributeEnd
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [40 40 40]
+  Translate -1.3 2.6 .5
+  Shape "sphere" "float radius" .2
 AttributeEnd
 """
 

@@ -5,6 +5,21 @@ namespace {
 
 class CheckpointTest : public SessionTest {
   protected:
+    /// Interrupts a render and resumes it with other tiles. The image equals that of an uninterrupted render.
+    void interruptAndResume() {
+        renderScene(writing({"whole.exr"}), log);
+        RenderOptions o = withCheckpoint();
+        interrupt(o);
+        EXPECT_TRUE(exists("o.exr.checkpoint"));
+        EXPECT_TRUE(hasMessage(LogLevel::Warning, "stopped; --resume continues"));
+        EXPECT_NE(pixels("o.exr"), pixels("whole.exr"));
+        o.progressive.resume = true;
+        o.threads = 2;
+        o.tileSize = 5;
+        EXPECT_EQ(renderScene(o, log), Outcome::Finished);
+        EXPECT_EQ(pixels("o.exr"), pixels("whole.exr"));
+        EXPECT_FALSE(exists("o.exr.checkpoint"));
+    }
     RenderOptions withCheckpoint() const {
         RenderOptions o = writing({"o.exr"});
         o.progressive.checkpointInterval = 1000;
@@ -17,33 +32,12 @@ class CheckpointTest : public SessionTest {
     }
 };
 
-TEST_F(CheckpointTest, ResumedImageEqualsAnUninterruptedOne) {
-    renderScene(writing({"whole.exr"}), log);
-    RenderOptions o = withCheckpoint();
-    interrupt(o);
-    EXPECT_TRUE(exists("o.exr.checkpoint"));
-    EXPECT_TRUE(hasMessage(LogLevel::Warning, "stopped; --resume continues"));
-    EXPECT_NE(pixels("o.exr"), pixels("whole.exr"));
-    o.progressive.resume = true;
-    o.threads = 2;
-    o.tileSize = 5;
-    EXPECT_EQ(renderScene(o, log), Outcome::Finished);
-    EXPECT_EQ(pixels("o.exr"), pixels("whole.exr"));
-    EXPECT_FALSE(exists("o.exr.checkpoint"));
-}
+TEST_F(CheckpointTest, ResumedImageEqualsAnUninterruptedOne) { interruptAndResume(); }
 
-/// The tiles of both renders overlap: pixels that are finished stay, with the records of their tiles.
+/// Finished pixels stay, with the records of their tiles.
 TEST_F(CheckpointTest, ResumesWithRecords) {
     useAdaptiveCache();
-    renderScene(writing({"whole.exr"}), log);
-    RenderOptions o = withCheckpoint();
-    interrupt(o);
-    EXPECT_NE(pixels("o.exr"), pixels("whole.exr"));
-    o.progressive.resume = true;
-    o.threads = 2;
-    o.tileSize = 5;
-    EXPECT_EQ(renderScene(o, log), Outcome::Finished);
-    EXPECT_EQ(pixels("o.exr"), pixels("whole.exr"));
+    interruptAndResume();
 }
 
 TEST_F(CheckpointTest, IsSavedOnRequest) {

@@ -19,30 +19,29 @@ class MergeTest : public SessionTest {
         o.images = {path(image)};
         return mergeParts(o, log);
     }
+    /// Renders whole.exr and the parts a, b and c of it, the latter two with other tiles, and merges them to
+    /// merged.exr.
+    void mergeThreeParts() {
+        renderScene(writing({"whole.exr"}), log);
+        renderPart("a.part", {0, 3});
+        options.tileSize = 7;
+        renderPart("b.part", {3, 8}, PixelBounds{0, 0, 10, 16});
+        renderPart("c.part", {3, 8}, PixelBounds{10, 0, 24, 16});
+        EXPECT_EQ(merge({"c.part", "b.part"}, "bc.part"), Outcome::Finished);
+        EXPECT_EQ(merge({"a.part", "bc.part"}, "merged.exr"), Outcome::Finished);
+        EXPECT_EQ(pixels("merged.exr"), pixels("whole.exr"));
+    }
 };
 
 TEST_F(MergeTest, MergedPartsEqualTheWholeImage) {
-    renderScene(writing({"whole.exr"}), log);
-    renderPart("a.part", {0, 3});
-    renderPart("b.part", {3, 8}, PixelBounds{0, 0, 10, 16});
-    renderPart("c.part", {3, 8}, PixelBounds{10, 0, 24, 16});
-    EXPECT_EQ(merge({"c.part", "b.part"}, "bc.part"), Outcome::Finished);
-    EXPECT_EQ(merge({"a.part", "bc.part"}, "merged.exr"), Outcome::Finished);
-    EXPECT_EQ(pixels("merged.exr"), pixels("whole.exr"));
+    mergeThreeParts();
     EXPECT_EQ(attribute("merged.exr", "strobe:unfinished"), "");
 }
 
 TEST_F(MergeTest, MergingCompletesTheImage) {
     useAdaptiveCache();
-    renderScene(writing({"whole.exr"}), log);
+    mergeThreeParts();
     EXPECT_EQ(attribute("whole.exr", "strobe:integratorNote"), "shares indirect light");
-    renderPart("a.part", {0, 3});
-    options.tileSize = 7;
-    renderPart("b.part", {3, 8}, PixelBounds{0, 0, 10, 16});
-    renderPart("c.part", {3, 8}, PixelBounds{10, 0, 24, 16});
-    EXPECT_EQ(merge({"c.part", "b.part"}, "bc.part"), Outcome::Finished);
-    EXPECT_EQ(merge({"a.part", "bc.part"}, "merged.exr"), Outcome::Finished);
-    EXPECT_EQ(pixels("merged.exr"), pixels("whole.exr"));
     EXPECT_EQ(attribute("merged.exr", "strobe:integratorNote"), "shares indirect light");
     EXPECT_EQ(merge({"b.part"}, "b.exr"), Outcome::Finished);
     EXPECT_TRUE(hasMessage(LogLevel::Warning, "480 samples of the pixels from 0,0 to 9,15 are missing"));

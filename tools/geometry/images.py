@@ -15,13 +15,18 @@ def _waves(d, frequencies, seed):
     return total / sum(1 / f for f in frequencies) / 1.7
 
 
-def dusk(width=1024):
-    """Returns a latitude-longitude map of linear radiance with z up: u = phi / 2 pi, v = theta / pi; row 0 is the zenith."""
+def directions(width):
+    """Returns the unit vectors of the pixels of a latitude-longitude map with z up, as an array of shape (width / 2, width, 3)."""
     height = width // 2
     phi = (np.arange(width) + 0.5) / width * 2 * np.pi
     theta = (np.arange(height) + 0.5) / height * np.pi
     sin = np.sin(theta)[:, None]
-    d = np.stack([sin * np.cos(phi), sin * np.sin(phi), np.cos(theta)[:, None] + 0 * phi], -1)
+    return np.stack([sin * np.cos(phi), sin * np.sin(phi), np.cos(theta)[:, None] + 0 * phi], -1)
+
+
+def dusk(width=1024):
+    """Returns a latitude-longitude map of linear radiance with z up: u = phi / 2 pi, v = theta / pi; row 0 is the zenith."""
+    d = directions(width)
     z = d[..., 2:]
     horizon, zenith = np.array([1.25, 0.55, 0.24]), np.array([0.07, 0.13, 0.34])
     sky = zenith + (horizon - zenith) * np.exp(-5.5 * np.abs(z))

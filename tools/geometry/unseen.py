@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from images import directions
 from implicit import ball, ellipsoid, limb, mesh, smooth_max, smooth_min, vertex_normals
 from solids import box, lathe, merge, move, rod, sheet, turn
 
@@ -152,11 +153,7 @@ def tree():
 
 def sky(width=256):
     """Returns a latitude-longitude map of linear radiance with z up: a clear sky with thin clouds and a small sun."""
-    height = width // 2
-    phi = (np.arange(width) + 0.5) / width * 2 * np.pi
-    theta = (np.arange(height) + 0.5) / height * np.pi
-    sin = np.sin(theta)[:, None]
-    d = np.stack([sin * np.cos(phi), sin * np.sin(phi), np.cos(theta)[:, None] + 0 * phi], -1)
+    d = directions(width)
     z = d[..., 2:]
     rgb = np.array([0.13, 0.27, 0.62]) + np.array([0.55, 0.47, 0.26]) * np.exp(-4 * np.abs(z))
     flat = d[..., :2] / (np.abs(z) + 0.15)

@@ -12,8 +12,8 @@
 
 namespace strobe {
 
-/// What an integrator recorded about samples of a rectangle of pixels, in a format of its own. Records of
-/// disjoint samples add up.
+/// Data about the samples of a rectangle of pixels. The integrator that wrote them defines their format.
+/// Records of disjoint samples can be added.
 struct FilmRecord {
     PixelBounds pixels;
     SampleSlice samples;
@@ -27,7 +27,7 @@ class FilmRecords {
     FilmRecords(const FilmRecords& other);
     FilmRecords& operator=(const FilmRecords& other);
 
-    /// What the integrator decided before it rendered: IntegratorState::note.
+    /// Returns the decision of the integrator's pilot, as text: see IntegratorState::note.
     std::string note() const;
     void setNote(std::string note);
 
