@@ -149,17 +149,32 @@ double studentQuantile(double degrees) {
            (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * sqr(degrees));
 }
 
-/// Returns the upper bound of the ratio of error times time, from the logarithms of the ratios of the seeds.
-double upperBound(const Results& base, const Results& other, int k, double timeRatio) {
+/// The gain of an integrator: the product of error and time of the base divided by that of the integrator.
+struct Gain {
+    double mean = 0;       ///< geometric, over the seeds
+    double upperBound = 0; ///< of its inverse: one-sided, 95 %; 0: unknown
+};
+
+/// Returns the gain by the k-th error, from the logarithms of the ratios of the seeds. Noise of the
+/// references can make errors negative. Such seeds are left out of the bound, and the mean is that of mean
+/// errors.
+Gain gainOf(const Results& base, const Results& other, int k, double timeRatio) {
     std::vector<double> logs;
-    for (size_t i = 0; i < base.errors.size(); ++i)
-        if (base.errors[i].of[size_t(k)] > 0 && other.errors[i].of[size_t(k)] > 0)
-            logs.push_back(std::log(other.errors[i].of[size_t(k)] / base.errors[i].of[size_t(k)]));
-    if (logs.size() < 2)
-        return 0;
-    const Moments m(logs);
-    const double n = double(logs.size());
-    return timeRatio * std::exp(m.mean + studentQuantile(n - 1) * m.deviation / std::sqrt(n));
+    for (size_t i = 0; i < base.errors.size(); ++i) {
+        const double ratio = other.errors[i].of[size_t(k)] / base.errors[i].of[size_t(k)];
+        if (base.errors[i].of[size_t(k)] > 0 && ratio > 0)
+            logs.push_back(std::log(ratio * other.seconds[i] / base.seconds[i]));
+    }
+    Gain gain;
+    if (logs.size() >= 2) {
+        const Moments m(logs);
+        const double n = double(logs.size());
+        gain.mean = std::exp(-m.mean);
+        gain.upperBound = std::exp(m.mean + studentQuantile(n - 1) * m.deviation / std::sqrt(n));
+    }
+    if (logs.size() < base.errors.size())
+        gain.mean = base.meanError(k) / (other.meanError(k) * timeRatio);
+    return gain;
 }
 
 /// Returns the fraction of tiles whose error times time is significantly larger: a paired t-test per tile, at
@@ -202,9 +217,10 @@ void compare(const Settings& settings, const BuiltScene& base, const BuiltScene&
     const Moments total(totals);
     fmt::print("{},{},{},{},{:.5f},{:.4f}", settings.scene.stem().string(), settings.build.shading, samples,
                seeds, median(a.seconds), timeRatio);
-    for (int k = 0; k < kErrors; ++k)
-        fmt::print(",{:.4g},{:.4f}", a.meanError(k) / (b.meanError(k) * timeRatio),
-                   upperBound(a, b, k, timeRatio));
+    for (int k = 0; k < kErrors; ++k) {
+        const Gain gain = gainOf(a, b, k, timeRatio);
+        fmt::print(",{:.4g},{:.4f}", gain.mean, gain.upperBound);
+    }
     fmt::print(",{:.4f},{:.6f},{:.6f},{:.4g},{:.4g},{}\n", worseTiles(a, b, timeRatio), total.mean,
                total.deviation / std::sqrt(double(seeds)), a.meanError(0), b.meanError(0), note);
     std::fflush(stdout);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 namespace strobe {
 
@@ -78,6 +79,29 @@ void CellPyramid::addLight(size_t cell, int part, int half, const Rgb& light) {
     for (int scale = 0; scale <= kScales; ++scale, index = m_nodes[index].parent)
         for (int c = 0; c < 3; ++c)
             m_nodes[index].light[channelOf(part, half) + c] += light[c] / m_nodes[index].count[half];
+}
+
+std::vector<uint32_t> CellPyramid::cellsByNode() const {
+    // The children of each node, linked, and the roots.
+    std::vector<uint32_t> firstChild(m_nodes.size(), kAbsent), nextSibling(m_nodes.size(), kAbsent), stack;
+    for (uint32_t i = 0; i < m_nodes.size(); ++i)
+        if (m_nodes[i].ancestors > 0)
+            nextSibling[i] = std::exchange(firstChild[m_nodes[i].parent], i);
+        else
+            stack.push_back(i);
+    std::vector<uint32_t> cellOf(m_nodes.size(), kAbsent), out;
+    for (uint32_t cell = 0; cell < m_recorded.size(); ++cell)
+        cellOf[m_recorded[cell]] = cell;
+    out.reserve(m_recorded.size());
+    while (!stack.empty()) {
+        const uint32_t node = stack.back();
+        stack.pop_back();
+        if (cellOf[node] != kAbsent)
+            out.push_back(cellOf[node]);
+        for (uint32_t child = firstChild[node]; child != kAbsent; child = nextSibling[child])
+            stack.push_back(child);
+    }
+    return out;
 }
 
 uint32_t CellPyramid::findOrAddNode(uint32_t cube, uint8_t face) {

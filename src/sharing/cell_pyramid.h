@@ -42,6 +42,8 @@ class CellPyramid {
     float edge(const CellNode& node) const { return std::ldexp(1.f, m_cubes[node.cube].id.level); }
     /// Adds light to samples that are counted already: to a recorded cell and to all that contain it.
     void addLight(size_t cell, int part, int half, const Rgb& light);
+    /// Returns the recorded cells such that those of each node follow each other.
+    std::vector<uint32_t> cellsByNode() const;
     /// Calls work(index) for all nodes of the same surface and size within two cells.
     template <class Work>
     void forNeighbors(const CellNode& node, const Work& work) const;

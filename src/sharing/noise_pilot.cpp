@@ -30,6 +30,7 @@ struct BlockErrors {
     double pixels = 0;
     double variance = 0;            ///< estimated by LightSharing for both parts, not relative
     double emissionCoefficient = 0; ///< see EmissionPilot
+    double recorded = 0;            ///< samples with a first vertex
     Counters counters;
     void add(const BlockErrors& other) {
         for (size_t clip = 0; clip < std::size(kClips); ++clip)
@@ -38,6 +39,7 @@ struct BlockErrors {
         pixels += other.pixels;
         variance += other.variance;
         emissionCoefficient += other.emissionCoefficient;
+        recorded += other.recorded;
         counters.add(other.counters);
     }
 };
@@ -126,6 +128,8 @@ BlockImages renderBlock(const Scene& scene, const RenderContext& context, const 
     const auto pixels = double(film.image().pixels.size());
     sums.pixels += pixels;
     sums.emissionCoefficient += pixels * emissionPilot(light).coefficient;
+    for (const CellSums& cell : light.cells)
+        sums.recorded += double(cell.count[0]) + double(cell.count[1]);
     const std::vector<Rgb> own = reflectedLight(film, light);
     const LightSharing sharing(std::move(light));
     std::vector<SharedPart> parts;
@@ -215,27 +219,39 @@ std::vector<PixelBounds> blocksIn(const PixelBounds& bounds, int count, int size
 
 /// Returns the time for recording and reconstruction relative to that of the render. The times are those of a
 /// 3 GHz core on the scenes of this project: they decide about pixels, so that they cannot be measured here.
-double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters) {
-    constexpr double kRecordHit = 85, kReconstructPixel = 2300; // nanoseconds
+double overheadOf(const Scene& scene, double samplesPerPixel, const BlockErrors& sums) {
+    // Nanoseconds per sample, per sample with a first vertex, and per pixel:
+    constexpr double kObserve = 20, kRecord = 50, kFinishPixel = 800, kReconstructPixel = 1200;
     // The cost of a sample, and of its rays with their share of shading:
     constexpr double kSample = 25, kSimplestRay = 25, kRayPerDoubledGeometry = 2.7;
     const TracerCounts& geometry = scene.tracer().counts();
     const double primitives = double(geometry.triangles + geometry.quadrics);
     const double ray = kSimplestRay + kRayPerDoubledGeometry * std::log2(1 + primitives);
-    const double samples = double(std::max<uint64_t>(counters.visibilitySamples, 1));
-    const double hits = 1 - double(counters.missed) / samples;
-    return (kRecordHit * hits + kReconstructPixel / samplesPerPixel) /
-           (kSample + ray * double(counters.rays()) / samples);
+    const double samples = double(std::max<uint64_t>(sums.counters.visibilitySamples, 1));
+    const double recorded = sums.recorded / samples;
+    return (kObserve + kRecord * recorded + (kFinishPixel + kReconstructPixel * recorded) / samplesPerPixel) /
+           (kSample + ray * double(sums.counters.rays()) / samples);
 }
 
-/// Returns the parts whose sharing leaves the least error, by the first of kClips for which the gain is more
-/// than twice the overhead; none, if there is no such clip. `overhead`: see overheadOf.
-LightParts bestParts(const BlockErrors& errors, double overhead) {
-    constexpr double kMargin = 2;
-    for (const double(&byChoice)[kChoiceCount] : errors.errors) {
-        const double* best = std::min_element(byChoice + 1, byChoice + kChoiceCount);
-        if (byChoice[0] > (1 + kMargin * overhead) * *best)
-            return kChoices[best - byChoice];
+/// Returns the parts whose sharing leaves the least error, by the first of kClips for which this pays: for
+/// which the error per time falls by more than a fifth, and by more than half of the standard error of the
+/// blocks' mean; none, if there is no such clip. `overhead`: see overheadOf.
+LightParts bestParts(std::span<const BlockPilot> pilots, const BlockErrors& sums, double overhead) {
+    constexpr double kMargin = 1.2, kStandardErrors = 0.5;
+    for (size_t clip = 0; clip < std::size(kClips); ++clip) {
+        const double(&byChoice)[kChoiceCount] = sums.errors[clip];
+        const size_t best = size_t(std::min_element(byChoice + 1, byChoice + kChoiceCount) - byChoice);
+        double sum = 0, squares = 0; // of what the blocks gain
+        for (const BlockPilot& pilot : pilots) {
+            const double(&errors)[kChoiceCount] = pilot.errors.errors[clip];
+            const double gain = errors[0] - kMargin * (1 + overhead) * errors[best];
+            sum += gain;
+            squares += sqr(gain);
+        }
+        const double count = double(pilots.size());
+        const double variance = count / (count - 1) * std::max(squares - sqr(sum) / count, 0.);
+        if (sum > kStandardErrors * std::sqrt(variance))
+            return kChoices[best];
     }
     return {};
 }
@@ -243,8 +259,8 @@ LightParts bestParts(const BlockErrors& errors, double overhead) {
 } // namespace
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize) {
-    constexpr int kBlockSize = 12, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 12, kMaxBlocks = 64;
-    constexpr double kPilotShare = 0.01, kPasses = 64; // the samples of passes, whose number is not known
+    constexpr int kBlockSize = 8, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 14, kMaxBlocks = 64;
+    constexpr double kPilotShare = 0.005, kPasses = 64; // the samples of passes, whose number is not known
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
     // rise.
     constexpr double kMaxRare = 0.005;
@@ -270,7 +286,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     }
     SharingPlan plan;
     plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
-    plan.parts = bestParts(errors, overheadOf(scene, samples, errors.counters));
+    plan.parts = bestParts(pilots, errors, overheadOf(scene, samples, errors));
     plan.emission = {errors.variance / errors.pixels * pilotSamples / samples,
                      errors.emissionCoefficient / errors.pixels};
     return plan;

@@ -2,6 +2,9 @@
 
 #include "core/util/parallel.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace strobe {
 
 namespace {
@@ -11,16 +14,70 @@ constexpr float kEnoughSamples = 8;
 /// Samples are half rare if a pixel has this number of equally bright ones.
 constexpr float kHalfRare = 0.2f;
 
-/// Returns the number of equally bright samples whose noise is that of samples with these sums.
-float effectiveCount(float brightness, float squares) { return squares > 0 ? sqr(brightness) / squares : 0; }
-
 /// Returns the fraction of light that is rare where a pixel has this number of equally bright samples.
 float rarityOf(float countPerPixel) {
     constexpr float kLeast = 0.05f; // less is 0
     return std::max(1 / (1 + sqr(countPerPixel / kHalfRare)) - kLeast, 0.f) / (1 - kLeast);
 }
 
+/// A cell whose regions are sought.
+struct Query {
+    uint32_t cell, node;
+    float rest[kParts] = {1, 1}; ///< the weight that smaller regions left
+};
+
 } // namespace
+
+/// The nodes of the size of one node around it, and what they hold.
+class RareLight::Surroundings {
+  public:
+    explicit Surroundings(const RareLight& light) : m_light(light) {}
+    /// Collects the nodes around a node.
+    void collect(uint32_t node) {
+        if (m_node == node)
+            return;
+        m_node = node;
+        m_p.clear();
+        m_n.clear();
+        m_regions.clear();
+        const CellPyramid& pyramid = m_light.m_pyramid;
+        pyramid.forNeighbors(pyramid.nodes()[node], [&](uint32_t index) {
+            const CellNode& at = pyramid.nodes()[index];
+            const Sums* sums = &m_light.m_sums[kParts * index];
+            m_p.push_back(at.p);
+            m_n.push_back(at.n);
+            m_regions.push_back({{sums[0], sums[1]}, at.count[0] + at.count[1]});
+        });
+        constexpr float kRadius = 2 * 1.414f; ///< in edges
+        m_inverseRadius2 = 1 / sqr(kRadius * pyramid.edge(pyramid.nodes()[node]));
+    }
+    /// Returns the sums of the nodes, weighted by a bell of the distance from a cell and by the angle between
+    /// the normals.
+    Region around(const CellNode& center) {
+        m_weights.resize(m_p.size());
+        weigh(center);
+        Region out;
+        for (size_t i = 0; i < m_regions.size(); ++i)
+            out.add(m_regions[i], m_weights[i]);
+        return out;
+    }
+
+  private:
+    void weigh(const CellNode& center) {
+        constexpr float kMinCosine = 0.9f;
+        for (size_t i = 0; i < m_p.size(); ++i) {
+            const float cosine = std::max((dot(center.n, m_n[i]) - kMinCosine) / (1 - kMinCosine), 0.f);
+            const float bell = std::max(1 - length2(m_p[i] - center.p) * m_inverseRadius2, 0.f);
+            m_weights[i] = cosine * bell * bell * bell;
+        }
+    }
+    const RareLight& m_light;
+    std::vector<V3f> m_p, m_n; ///< by node
+    std::vector<Region> m_regions;
+    std::vector<float> m_weights; ///< of the last cell
+    uint32_t m_node = ~0u;
+    float m_inverseRadius2 = 0;
+};
 
 RareLight::RareLight(const CellPyramid& pyramid, std::span<const PixelRareSample> samples,
                      float samplesPerPixel)
@@ -34,21 +91,12 @@ RareLight::RareLight(const CellPyramid& pyramid, std::span<const PixelRareSample
             sums.brightness += brightness;
             sums.squares += sqr(brightness);
         });
-    std::vector<uint8_t> hasSamples(m_estimates.size(), 0);
-    for (const RareSample& sample : samples)
-        hasSamples[kParts * sample.cell + sample.part] = 1;
-    parallelForRuns(m_estimates.size(), [&](size_t i) {
-        if (hasSamples[i])
-            m_estimates[i].rarity =
-                rarityOf(samplesPerPixel * countPerSample(uint32_t(i / kParts), int(i % kParts)));
-    });
+    const std::vector<uint32_t> cells = pyramid.cellsByNode();
+    estimateRarity(samples, cells, samplesPerPixel);
     for (const RareSample& sample : samples)
         if (const float share = rarity(sample.cell, sample.part); share > 0)
             forNodesOf(sample, [&](Sums& sums) { sums.rare += sample.light * share; });
-    findTops();
-    parallelForRuns(m_estimates.size(), [&](size_t i) {
-        m_estimates[i].light = lightAround(uint32_t(i / kParts), int(i % kParts));
-    });
+    estimateLight(cells);
 }
 
 /// Calls work(sums) for the nodes that contain a sample.
@@ -59,69 +107,84 @@ void RareLight::forNodesOf(const RareSample& sample, const Work& work) {
         work(m_sums[kParts * node + sample.part]);
 }
 
-/// Returns the number of equally bright samples in a node.
-float RareLight::countIn(uint32_t node, int part) const {
-    const Sums& sums = m_sums[kParts * node + size_t(part)];
-    return effectiveCount(sums.brightness, sums.squares);
-}
-
-/// Returns the sums over nodes of the size of `scale` around a center, weighted by a bell of the distance and
-/// by the angle between the normals.
-RareLight::Sums RareLight::sumsAround(const CellNode& center, const CellNode& scale, int part) const {
-    constexpr float kRadius = 2 * 1.414f; ///< in edges
-    constexpr float kMinCosine = 0.9f;
-    const float inverseRadius2 = 1 / sqr(kRadius * m_pyramid.edge(scale));
-    Sums out;
-    m_pyramid.forNeighbors(scale, [&](uint32_t index) {
-        const CellNode& node = m_pyramid.nodes()[index];
-        const float cosine = std::max((dot(center.n, node.n) - kMinCosine) / (1 - kMinCosine), 0.f);
-        const float bell = std::max(1 - length2(node.p - center.p) * inverseRadius2, 0.f);
-        const float weight = cosine * bell * bell * bell;
-        const Sums& sums = m_sums[kParts * index + size_t(part)];
-        out.brightness += weight * sums.brightness;
-        out.squares += weight * sums.squares;
-        out.rare += sums.rare * weight;
-        out.count += weight * (node.count[0] + node.count[1]);
-    });
-    return out;
-}
-
-/// Calls work(sums, weight) for regions of increasing size around a cell: the first has weight as far as it
-/// has enough samples, the next has what is left, and so on. The weights sum to 1.
+/// Calls work(cell, part, region, weight) for regions of increasing size around each cell: the first has
+/// weight as far as it has enough samples, the next has what is left, and so on. The weights sum to 1.
+/// `cells`: in the order of CellPyramid::cellsByNode, in which consecutive ones have the same surroundings.
 template <class Work>
-void RareLight::forRegions(uint32_t cell, int part, const Work& work) const {
+void RareLight::forRegions(std::span<const uint32_t> cells, const Work& work) const {
+    constexpr size_t kRun = 512;
+    parallelFor((cells.size() + kRun - 1) / kRun, [&](size_t run) {
+        forRegionsOfRun(cells.subspan(run * kRun, std::min(kRun, cells.size() - run * kRun)), work);
+    });
+}
+
+template <class Work>
+void RareLight::forRegionsOfRun(std::span<const uint32_t> cells, const Work& work) const {
     const std::vector<CellNode>& nodes = m_pyramid.nodes();
-    const CellNode& center = nodes[m_pyramid.nodeOf(cell)];
-    const CellNode* scale = &center;
-    float rest = 1;
-    for (int k = 0; k <= CellPyramid::kScales && rest > 0; ++k, scale = &nodes[scale->parent]) {
-        if (k + 2 <= CellPyramid::kScales && countIn(nodes[scale->parent].parent, part) < kEnoughSamples / 4)
-            continue; // the region of this size has hardly more
-        const Sums sums = sumsAround(center, *scale, part);
-        const float count = effectiveCount(sums.brightness, sums.squares);
-        const float share =
-            k == CellPyramid::kScales ? 1 : std::clamp(2 * count / kEnoughSamples - 1, 0.f, 1.f);
-        if (share > 0 && sums.count > 0)
-            work(sums, rest * share);
-        rest *= 1 - share;
+    std::vector<Query> queries;
+    for (const uint32_t cell : cells)
+        queries.push_back({cell, m_pyramid.nodeOf(cell)});
+    Surroundings surroundings(*this);
+    for (int k = 0; k <= CellPyramid::kScales && !queries.empty(); ++k) {
+        for (Query& query : queries) {
+            const bool isLast = k == CellPyramid::kScales;
+            const auto isSought = [&](int part) {
+                return query.rest[part] > 0 && (k + 2 > CellPyramid::kScales || hasMore(query.node, part));
+            };
+            if (isSought(0) || isSought(1)) {
+                surroundings.collect(query.node);
+                const Region region = surroundings.around(nodes[m_pyramid.nodeOf(query.cell)]);
+                for (int part = 0; part < kParts; ++part) {
+                    if (!isSought(part))
+                        continue;
+                    const float share =
+                        isLast ? 1
+                               : std::clamp(2 * region.parts[part].effectiveCount() / kEnoughSamples - 1, 0.f,
+                                            1.f);
+                    if (share > 0 && region.count > 0)
+                        work(query.cell, part, region, query.rest[part] * share);
+                    query.rest[part] *= 1 - share;
+                }
+            }
+            query.node = nodes[query.node].parent;
+        }
+        std::erase_if(queries, [](const Query& q) { return q.rest[0] <= 0 && q.rest[1] <= 0; });
     }
 }
 
-/// Returns the number of equally bright samples per sample around a cell.
-float RareLight::countPerSample(uint32_t cell, int part) const {
-    float out = 0;
-    forRegions(cell, part, [&](const Sums& sums, float weight) {
-        out += weight * effectiveCount(sums.brightness, sums.squares) / sums.count;
-    });
-    return out;
+/// Returns whether the region around a node, which is not among the two largest, has some bright samples: its
+/// parent's parent has.
+bool RareLight::hasMore(uint32_t node, int part) const {
+    const uint32_t grandparent = m_pyramid.nodes()[m_pyramid.nodes()[node].parent].parent;
+    return m_sums[kParts * grandparent + size_t(part)].effectiveCount() >= kEnoughSamples / 4;
 }
 
-Rgb RareLight::lightAround(uint32_t cell, int part) const {
-    Rgb out(0);
-    if (m_isNearRare[kParts * topOf(cell) + size_t(part)])
-        forRegions(cell, part,
-                   [&](const Sums& sums, float weight) { out += sums.rare * (weight / sums.count); });
-    return out;
+/// Sets the rarity of the cells with samples by the number of equally bright samples around them.
+void RareLight::estimateRarity(std::span<const PixelRareSample> samples,
+                               std::span<const uint32_t> cellsByNode, float samplesPerPixel) {
+    std::vector<bool> hasSamples(m_estimates.size());
+    for (const RareSample& sample : samples)
+        hasSamples[kParts * sample.cell + sample.part] = true;
+    std::vector<uint32_t> cells;
+    std::copy_if(cellsByNode.begin(), cellsByNode.end(), std::back_inserter(cells),
+                 [&](uint32_t cell) { return hasSamples[kParts * cell] || hasSamples[kParts * cell + 1]; });
+    forRegions(cells, [&](uint32_t cell, int part, const Region& region, float weight) {
+        float& countPerSample = m_estimates[kParts * cell + size_t(part)].rarity;
+        countPerSample += weight * region.parts[part].effectiveCount() / region.count;
+    });
+    for (size_t i = 0; i < m_estimates.size(); ++i)
+        m_estimates[i].rarity = hasSamples[i] ? rarityOf(samplesPerPixel * m_estimates[i].rarity) : 0;
+}
+
+/// Sets the light of the cells that have rare light around them.
+void RareLight::estimateLight(std::span<const uint32_t> cellsByNode) {
+    const std::vector<bool> isNearRare = findTopsNearRareLight();
+    std::vector<uint32_t> cells;
+    std::copy_if(cellsByNode.begin(), cellsByNode.end(), std::back_inserter(cells),
+                 [&](uint32_t cell) { return isNearRare[topOf(cell)]; });
+    forRegions(cells, [&](uint32_t cell, int part, const Region& region, float weight) {
+        m_estimates[kParts * cell + size_t(part)].light += region.parts[part].rare * (weight / region.count);
+    });
 }
 
 /// Returns the node of the largest size that contains a cell.
@@ -132,9 +195,9 @@ uint32_t RareLight::topOf(uint32_t cell) const {
     return node;
 }
 
-/// Finds the largest nodes with rare light in them or next to them.
-void RareLight::findTops() {
-    m_isNearRare.resize(m_sums.size());
+/// Returns, for each node of the largest size, whether it or one next to it has rare light.
+std::vector<bool> RareLight::findTopsNearRareLight() const {
+    std::vector<bool> out(m_pyramid.nodes().size());
     uint32_t last = ~0u;
     for (uint32_t cell = 0; cell < m_pyramid.cellCount(); ++cell)
         if (const uint32_t top = topOf(cell); top != last) {
@@ -142,9 +205,10 @@ void RareLight::findTops() {
             m_pyramid.forNeighbors(m_pyramid.nodes()[top], [&](uint32_t index) {
                 for (size_t part = 0; part < kParts; ++part)
                     if (!isBlack(m_sums[kParts * index + part].rare))
-                        m_isNearRare[kParts * top + part] = 1;
+                        out[top] = true;
             });
         }
+    return out;
 }
 
 } // namespace strobe

@@ -28,26 +28,42 @@ class RareLight {
     struct Sums {
         float brightness = 0, squares = 0; ///< of the light above the limit
         Rgb rare = Rgb(0);
+        /// Returns the number of equally bright samples whose noise is that of these samples.
+        float effectiveCount() const { return squares > 0 ? sqr(brightness) / squares : 0; }
+    };
+    /// Sums over the nodes around a cell, by part.
+    struct Region {
+        Sums parts[kParts];
         float count = 0; ///< of all samples
+        void add(const Region& other, float weight) {
+            for (int part = 0; part < kParts; ++part) {
+                parts[part].brightness += weight * other.parts[part].brightness;
+                parts[part].squares += weight * other.parts[part].squares;
+                parts[part].rare += other.parts[part].rare * weight;
+            }
+            count += weight * other.count;
+        }
     };
     struct Estimate {
         float rarity = 0;
         Rgb light = Rgb(0);
     };
+    class Surroundings;
     template <class Work>
     void forNodesOf(const RareSample& sample, const Work& work);
-    float countIn(uint32_t node, int part) const;
-    Sums sumsAround(const CellNode& center, const CellNode& scale, int part) const;
     template <class Work>
-    void forRegions(uint32_t cell, int part, const Work& work) const;
-    float countPerSample(uint32_t cell, int part) const;
-    Rgb lightAround(uint32_t cell, int part) const;
+    void forRegions(std::span<const uint32_t> cells, const Work& work) const;
+    template <class Work>
+    void forRegionsOfRun(std::span<const uint32_t> cells, const Work& work) const;
+    bool hasMore(uint32_t node, int part) const;
+    void estimateRarity(std::span<const PixelRareSample> samples, std::span<const uint32_t> cellsByNode,
+                        float samplesPerPixel);
+    void estimateLight(std::span<const uint32_t> cellsByNode);
     uint32_t topOf(uint32_t cell) const;
-    void findTops();
+    std::vector<bool> findTopsNearRareLight() const;
 
     const CellPyramid& m_pyramid;
-    std::vector<Sums> m_sums;          ///< by node, by part; `count` is unused
-    std::vector<uint8_t> m_isNearRare; ///< by node, by part
+    std::vector<Sums> m_sums;          ///< by node, by part
     std::vector<Estimate> m_estimates; ///< by cell, by part
 };
 

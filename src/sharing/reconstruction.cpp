@@ -274,8 +274,9 @@ SharedPart LightSharing::Data::shareCommonLight(LightPart part) const {
         const auto estimate = [&, k](size_t pixel, Rgb(&shared)[kHalves]) {
             shared[0] = shared[1] = Rgb(0);
             for (const PixelUse& use : light.uses(pixel))
-                shared[use.half] += light.pixel(pixel, int(use.half)).mean(use.albedo) *
-                                    estimates[use.cell].at(k, part, int(use.half));
+                shared[use.half] += use.albedo * estimates[use.cell].at(k, part, int(use.half));
+            for (int half = 0; half < kHalves; ++half)
+                shared[half] *= 1 / std::max(float(light.pixel(pixel, half).count), 1.f);
         };
         mixture.add(estimate, widthOf(k));
     }

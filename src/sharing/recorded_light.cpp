@@ -4,7 +4,6 @@
 #include "core/util/parallel.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <tuple>
 
@@ -129,6 +128,10 @@ RecordedLight::RecordedLight(const Film& film) : pixelBounds(film.pixelBounds())
 void RecordedLight::joinCells(std::vector<TileLightReader>& tiles) {
     IndexTable indices;
     std::vector<std::vector<uint32_t>> numbers;
+    size_t total = 0; // those on several tiles count several times
+    for (const TileLightReader& tile : tiles)
+        total += tile.cells().size();
+    cells.reserve(total);
     for (TileLightReader& tile : tiles) {
         std::vector<uint32_t>& numbersOfTile = numbers.emplace_back();
         for (const CellSums& cell : tile.cells()) {
@@ -141,14 +144,21 @@ void RecordedLight::joinCells(std::vector<TileLightReader>& tiles) {
         }
         tile.releaseCells();
     }
-    std::vector<uint32_t> order(cells.size()), rank(cells.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return cells[a].id < cells[b].id; });
+    struct Key { // small, so that sorting moves little memory
+        CellId id;
+        uint32_t index;
+    };
+    std::vector<Key> order;
+    order.reserve(cells.size());
+    for (uint32_t i = 0; i < cells.size(); ++i)
+        order.push_back({cells[i].id, i});
+    std::sort(order.begin(), order.end(), [](const Key& a, const Key& b) { return a.id < b.id; });
+    std::vector<uint32_t> rank(cells.size());
     std::vector<CellSums> sorted;
     sorted.reserve(cells.size());
-    for (uint32_t i = 0; i < order.size(); ++i) {
-        rank[order[i]] = i;
-        sorted.push_back(cells[order[i]]);
+    for (const Key& key : order) {
+        rank[key.index] = uint32_t(sorted.size());
+        sorted.push_back(cells[key.index]);
     }
     cells = std::move(sorted);
     for (size_t i = 0; i < tiles.size(); ++i) {
