@@ -233,11 +233,18 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const BlockErrors&
            (kSample + ray * double(sums.counters.rays()) / samples);
 }
 
-/// Returns the parts whose sharing leaves the least error, by the first of kClips for which this pays: for
-/// which the error per time falls by more than a fifth, and by more than half of the standard error of the
-/// blocks' mean; none, if there is no such clip. `overhead`: see overheadOf.
-LightParts bestParts(std::span<const BlockPilot> pilots, const BlockErrors& sums, double overhead) {
-    constexpr double kMargin = 1.2, kStandardErrors = 0.5;
+/// What the blocks say about sharing.
+struct Verdict {
+    LightParts parts;      ///< to share
+    bool isCertain = true; ///< hardly depends on the choice of the blocks
+};
+
+/// Decides for the parts whose sharing leaves the least error, by the first of kClips for which this pays:
+/// for which the error per time falls by more than a fifth, and by more than half of the standard error of
+/// the blocks' mean; for none, if there is no such clip. `overhead`: see overheadOf.
+Verdict decide(std::span<const BlockPilot> pilots, const BlockErrors& sums, double overhead) {
+    constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 2;
+    Verdict verdict;
     for (size_t clip = 0; clip < std::size(kClips); ++clip) {
         const double(&byChoice)[kChoiceCount] = sums.errors[clip];
         const size_t best = size_t(std::min_element(byChoice + 1, byChoice + kChoiceCount) - byChoice);
@@ -249,11 +256,15 @@ LightParts bestParts(std::span<const BlockPilot> pilots, const BlockErrors& sums
             squares += sqr(gain);
         }
         const double count = double(pilots.size());
-        const double variance = count / (count - 1) * std::max(squares - sqr(sum) / count, 0.);
-        if (sum > kStandardErrors * std::sqrt(variance))
-            return kChoices[best];
+        const double deviation = std::sqrt(count / (count - 1) * std::max(squares - sqr(sum) / count, 0.));
+        if (std::abs(sum) < kCertain * deviation)
+            verdict.isCertain = false;
+        if (sum > kStandardErrors * deviation) {
+            verdict.parts = kChoices[best];
+            break;
+        }
     }
-    return {};
+    return verdict;
 }
 
 } // namespace
@@ -272,21 +283,30 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
         int(std::min(samples, std::clamp(samples / 2, double(kMinSamples), double(kMaxSamples))));
     const PixelBounds& bounds = context.pilotBounds;
     const double pixels = double(bounds.width()) * bounds.height();
-    const double count = kPilotShare * pixels * samples / (kBlockSize * kBlockSize * pilotSamples);
-    const auto blocks = blocksIn(bounds, std::clamp(int(count), kMinBlocks, kMaxBlocks), kBlockSize);
-    std::vector<BlockPilot> pilots(blocks.size());
-    parallelFor(blocks.size(), [&](size_t i) {
-        pilots[i] = measureBlock(scene, context, blocks[i], pilotSamples, cellSize);
-    });
+    const int affordable = int(kPilotShare * pixels * samples / (kBlockSize * kBlockSize * pilotSamples));
+    const size_t count = size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks));
+    // An uncertain verdict is worth twice as many blocks where this is not much of the render.
+    const size_t limit = affordable > kMinBlocks ? 2 * count : count;
+    const auto blocks = blocksIn(bounds, int(limit), kBlockSize);
+    std::vector<BlockPilot> pilots;
     BlockErrors errors;
     Brightness brightness;
-    for (const BlockPilot& pilot : pilots) {
-        errors.add(pilot.errors);
-        brightness.add(pilot.brightness);
-    }
+    Verdict verdict;
+    do {
+        const size_t first = pilots.size();
+        pilots.resize(first + count);
+        parallelFor(count, [&](size_t i) {
+            pilots[first + i] = measureBlock(scene, context, blocks[first + i], pilotSamples, cellSize);
+        });
+        for (size_t i = first; i < pilots.size(); ++i) {
+            errors.add(pilots[i].errors);
+            brightness.add(pilots[i].brightness);
+        }
+        verdict = decide(pilots, errors, overheadOf(scene, samples, errors));
+    } while (pilots.size() < limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
-    plan.parts = bestParts(pilots, errors, overheadOf(scene, samples, errors));
+    plan.parts = verdict.parts;
     plan.emission = {errors.variance / errors.pixels * pilotSamples / samples,
                      errors.emissionCoefficient / errors.pixels};
     return plan;

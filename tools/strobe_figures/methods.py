@@ -42,6 +42,7 @@ CACHE_PER_THREAD = Method("msaa-cache, cache per thread (paper)", "msaa-cache", 
 CACHE_BEHIND_MUTEX = Method("msaa-cache, cache behind a mutex (paper)", "msaa-cache", ("scope=mutex",))
 INDIRECT_CACHE = Method("indirect-cache", "indirect-cache")
 INDIRECT_CACHE_1_LIGHT = Method("indirect-cache, 1 light sample", "indirect-cache", ("lightsamples=1",))
+ADAPTIVE_CACHE = Method("adaptive-cache", "adaptive-cache")
 ADAPTIVE_CACHE_1_LIGHT = Method("adaptive-cache, 1 light sample", "adaptive-cache", ("lightsamples=1",))
 CYCLES = Method("Blender Cycles", "cycles")
 

@@ -8,11 +8,11 @@ import numpy
 from . import curves, images, items
 from .context import TooNoisy
 from .items import columns
-from .methods import (BASELINES, CACHE_PER_THREAD, INDIRECT_CACHE_1_LIGHT, MSAA, MSAA_CACHE, MSAA_CACHE_1_BIN,
-                      MSAA_CACHE_4_SHADES, MSAA_CACHE_HALF_BLOCKS, SUPERSAMPLE, Method)
+from .methods import (ADAPTIVE_CACHE_1_LIGHT, BASELINES, CACHE_PER_THREAD, INDIRECT_CACHE_1_LIGHT, MSAA, MSAA_CACHE,
+                      MSAA_CACHE_1_BIN, MSAA_CACHE_4_SHADES, MSAA_CACHE_HALF_BLOCKS, SUPERSAMPLE, Method)
 
 METHODS = (*BASELINES, MSAA, MSAA_CACHE, MSAA_CACHE_1_BIN, MSAA_CACHE_HALF_BLOCKS, MSAA_CACHE_4_SHADES,
-           INDIRECT_CACHE_1_LIGHT, CACHE_PER_THREAD)
+           INDIRECT_CACHE_1_LIGHT, ADAPTIVE_CACHE_1_LIGHT, CACHE_PER_THREAD)
 SMALL = ("These images have an eighth of the scene's width and height, so a block of one pixel covers eight times its width "
          "on the surface. This is a disadvantage for shared shading; use --full for conclusions.")
 MAX_ERROR = 0.01  # largest standard error of a reference pixel, if the reference as a whole is too noisy
@@ -61,8 +61,8 @@ def estimate(pictures, reference, relative):
 def sample_counts(context, method):
     """Returns the sample counts of a method. Faster methods take more samples, so that all curves span about the same
     seconds."""
-    factor = method.sample_factor or (1 if method == SUPERSAMPLE else
-                                      2 if method.integrator in ("supersample", "indirect-cache") else 4)
+    shades_each = ("supersample", "indirect-cache", "adaptive-cache")
+    factor = method.sample_factor or (1 if method == SUPERSAMPLE else 2 if method.integrator in shades_each else 4)
     return tuple(factor * n for n in context.pick((2, 8, 32), (1, 4, 16, 64)))
 
 

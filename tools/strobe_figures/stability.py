@@ -8,10 +8,10 @@ import numpy
 from . import images, items
 from .context import ROOT, Subject, TooNoisy
 from .items import columns
-from .methods import INDIRECT_CACHE, MSAA, MSAA_CACHE, MSAA_CACHE_QUARTER_BLOCKS, SUPERSAMPLE
+from .methods import ADAPTIVE_CACHE, INDIRECT_CACHE, MSAA, MSAA_CACHE, MSAA_CACHE_QUARTER_BLOCKS, SUPERSAMPLE
 from .sweeps import read_sweep, scene_with
 
-METHODS = (SUPERSAMPLE, MSAA, MSAA_CACHE, MSAA_CACHE_QUARTER_BLOCKS)
+METHODS = (SUPERSAMPLE, MSAA, MSAA_CACHE, MSAA_CACHE_QUARTER_BLOCKS, ADAPTIVE_CACHE)
 SAMPLES = 16
 NAMES = ["scene", "sweep", "value", "method", "integrator", "parameters", "seconds", "RMSE", "low", "high", "bias²",
          "variance", "shades/px", "relative efficiency", "reference noise"]
