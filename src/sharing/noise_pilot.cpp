@@ -243,7 +243,7 @@ struct Verdict {
 /// for which the error per time falls by more than a fifth, and by more than half of the standard error of
 /// the blocks' mean; for none, if there is no such clip. `overhead`: see overheadOf.
 Verdict decide(std::span<const BlockPilot> pilots, const BlockErrors& sums, double overhead) {
-    constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 2;
+    constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 1;
     Verdict verdict;
     for (size_t clip = 0; clip < std::size(kClips); ++clip) {
         const double(&byChoice)[kChoiceCount] = sums.errors[clip];
@@ -271,7 +271,7 @@ Verdict decide(std::span<const BlockPilot> pilots, const BlockErrors& sums, doub
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize) {
     constexpr int kBlockSize = 8, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 14, kMaxBlocks = 64;
-    constexpr double kPilotShare = 0.005, kPasses = 64; // the samples of passes, whose number is not known
+    constexpr double kPilotShare = 0.004, kPasses = 64; // the samples of passes, whose number is not known
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
     // rise.
     constexpr double kMaxRare = 0.005;
