@@ -10,8 +10,9 @@ namespace strobe {
 
 namespace {
 
-/// Distinguishes the second render of a block from the first.
-constexpr uint64_t kSecondSeed = 0x70696c6f74;
+/// The seeds of the two renders of a block. They do not depend on the seed of the render, so that renders of a
+/// scene with different seeds share the same parts.
+constexpr uint64_t kSeeds[] = {0x70696c6f74, 0x74706c696f};
 
 constexpr LightPart kAllParts[kParts] = {LightPart::Direct, LightPart::Indirect};
 
@@ -193,8 +194,7 @@ BlockPilot measureBlock(const Scene& scene, const RenderContext& context, const 
         return renderBlock(scene, context, block, seed, samplesPerPixel, cellSize, out.errors,
                            out.brightness);
     };
-    const uint64_t seed = context.sampling.seed;
-    const BlockImages first = render(seed), second = render(hashOf(seed, kSecondSeed));
+    const BlockImages first = render(kSeeds[0]), second = render(kSeeds[1]);
     for (size_t clip = 0; clip < std::size(kClips); ++clip)
         addErrors(first, second, kClips[clip], out.errors.errors[clip]);
     return out;

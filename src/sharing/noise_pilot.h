@@ -15,8 +15,8 @@ struct SharingPlan {
 
 /// Renders a pilot of about 1 % of the samples and reconstructs its light. The parts to share are those that
 /// leave the least error, or none if they do not gain clearly more than recording and reconstruction cost.
-/// Less than 2 samples per pixel: none. The result depends on the seed and on context.pilotBounds, but not on
-/// slices of the samples or on measured times.
+/// Less than 2 samples per pixel: none. The result depends on the scene, on context.pilotBounds and on
+/// the number of samples, but not on the seed, on slices of the samples or on measured times.
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize);
 
 } // namespace strobe
