@@ -10,8 +10,8 @@ namespace strobe {
 
 namespace {
 
-/// The seeds of the two renders of a block. They do not depend on the seed of the render, so that renders of a
-/// scene with different seeds share the same parts.
+/// The seeds of the two renders of a block. They do not depend on the seed of the render, so that renders of
+/// a scene with different seeds share the same parts.
 constexpr uint64_t kSeeds[] = {0x70696c6f74, 0x74706c696f};
 
 constexpr LightPart kAllParts[kParts] = {LightPart::Direct, LightPart::Indirect};
