@@ -73,7 +73,7 @@ def seeds_of(context):
 
 def reference_samples(context):
     """Returns the samples per pixel of a reference."""
-    return context.pick(1024, 2048)
+    return context.pick(1024, 4096)
 
 
 def settings_of(settings, method, spp):
