@@ -1,5 +1,7 @@
 #include "cli/command_line.h"
 
+#include "cli/standard_streams.h"
+
 #include "cli/image_options.h"
 #include "cli/option_validators.h"
 #include "cli/progressive_options.h"
@@ -127,7 +129,7 @@ void addSampleOptions(CLI::App& app, CommandLine& line, std::optional<uint32_t>&
     app.add_option("--threads", render.threads,
                    "number of threads; 0: one per core; does not change the image [0]")
         ->type_name("N")
-        ->transform(integerFrom<int>(0));
+        ->transform(integerBetween(0, 4096));
     app.add_option(
            "--tile", render.tileSize,
            "tile size in pixels; changes the image only with scopes thread, mutex and tile of msaa-cache, "
@@ -273,7 +275,7 @@ std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& lin
         checkRenderOptions(line);
         checkScenes(line);
     } catch (const CLI::ParseError& e) {
-        return app.exit(e) == 0 ? kOk : kUsageError;
+        return printParseResult(app, e);
     }
     return std::nullopt;
 }

@@ -4,6 +4,7 @@
 #include "cli/process_start.h"
 #include "cli/progress.h"
 #include "cli/resource_options.h"
+#include "cli/standard_streams.h"
 #include "cli/stop_signals.h"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -77,6 +78,9 @@ ExitCode runGuarded(const Log& log, uint64_t maxMemory, const Run& run) {
                                               formatBytes(maxMemory))
                                 : "");
         return kSceneError;
+    } catch (const std::system_error& e) { // of std::thread
+        log.error("error: the system refuses more threads, or other resources: {}", e.what());
+        return kSceneError;
     } catch (const std::exception& e) {
         log.error("internal error: {}", e.what());
         return kInternalError;
@@ -87,13 +91,13 @@ ExitCode printPixel(const CommandLine& line, const Log& log) {
     const PixelQuery& query = *line.pixel;
     const auto [value, invalidSamples] = renderPixel(line.render, query, log);
     const std::string sample = query.sample ? fmt::format(" sample {}", *query.sample) : "";
-    fmt::print("pixel {},{}{}: {:.9g} {:.9g} {:.9g}\n", query.pixel.x, query.pixel.y, sample, value.x,
-               value.y, value.z);
+    printResult(fmt::format("pixel {},{}{}: {:.9g} {:.9g} {:.9g}\n", query.pixel.x, query.pixel.y, sample,
+                            value.x, value.y, value.z));
     return line.render.strict && invalidSamples > 0 ? kInvalidSamples : kOk;
 }
 
 /// Renders with progress on standard error. Signals stop renders that have something to save: checkpoints or
-/// passes. Other renders and sequences are ended by the system's default handlers.
+/// passes. They end other renders and sequences.
 ExitCode renderWithProgress(const CommandLine& line, const Log& log) {
     const ProgressiveOptions& progressive = line.render.progressive;
     Progress progress;
@@ -103,30 +107,39 @@ ExitCode renderWithProgress(const CommandLine& line, const Log& log) {
         callbacks.onProgress = [&](double fraction) { progress.update(fraction); };
         callbacks.onRendered = [&] { progress.finish(); };
     }
-    std::optional<StopSignals> signals;
-    if (progressive.checkpointInterval > 0 || (progressive.takesPasses() && !line.render.sequence)) {
-        signals.emplace(control);
-        callbacks.control = &control;
-    }
+    callbacks.control = &control;
+    const bool canSave =
+        progressive.checkpointInterval > 0 || (progressive.takesPasses() && !line.render.sequence);
+    const StopSignals signals(control, canSave);
     return exitCodeOf(renderScene(line.render, log, callbacks));
 }
 
 ExitCode run(const CommandLine& line, const Log& log) {
     limitMemory(line.render.resources);
     if (line.list) {
-        fmt::print("{}{}", listPlugins(pluginTables()), listAovs());
+        printResult(listPlugins(pluginTables()) + listAovs());
         return kOk;
     }
     if (line.printOcio) {
-        fmt::print("{}", kBuiltinColorConfig);
+        printResult(kBuiltinColorConfig);
         return kOk;
     }
     return line.pixel ? printPixel(line, log) : renderWithProgress(line, log);
 }
 
+/// Calls `parse`, which prints the help on request, and logs what it throws.
+std::optional<ExitCode> parseGuarded(const std::function<std::optional<ExitCode>()>& parse) {
+    std::optional<ExitCode> result;
+    const ExitCode code = runGuarded(consoleLog("error"), 0, [&] {
+        result = parse();
+        return kOk;
+    });
+    return code == kOk ? result : code;
+}
+
 ExitCode mergeMain(int argc, char** argv) {
     MergeCommandLine line;
-    if (const auto code = parseMergeCommandLine(argc, argv, line))
+    if (const auto code = parseGuarded([&] { return parseMergeCommandLine(argc, argv, line); }))
         return *code;
     const Log log = consoleLog(line.quiet ? "error" : "info");
     return runGuarded(log, 0, [&] { return exitCodeOf(mergeParts(line.merge, log)); });
@@ -134,7 +147,7 @@ ExitCode mergeMain(int argc, char** argv) {
 
 ExitCode renderMain(int argc, char** argv) {
     CommandLine line;
-    if (const auto code = parseCommandLine(argc, argv, line))
+    if (const auto code = parseGuarded([&] { return parseCommandLine(argc, argv, line); }))
         return *code;
     line.render.progressive.start = processStart();
     const Log log = consoleLog(line.quiet ? "error" : line.logLevel);
@@ -145,6 +158,7 @@ ExitCode renderMain(int argc, char** argv) {
 } // namespace strobe
 
 int main(int argc, char** argv) {
+    strobe::prepareStandardStreams();
     const bool isMerge = argc > 1 && std::string_view(argv[1]) == "merge";
     return isMerge ? strobe::mergeMain(argc - 1, argv + 1) : strobe::renderMain(argc, argv);
 }

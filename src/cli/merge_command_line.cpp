@@ -1,5 +1,7 @@
 #include "cli/merge_command_line.h"
 
+#include "cli/standard_streams.h"
+
 #include "cli/image_options.h"
 
 namespace strobe {
@@ -24,7 +26,7 @@ std::optional<ExitCode> parseMergeCommandLine(int argc, char** argv, MergeComman
             throw CLI::ValidationError(e.what());
         }
     } catch (const CLI::ParseError& e) {
-        return app.exit(e) == 0 ? kOk : kUsageError;
+        return printParseResult(app, e);
     }
     return std::nullopt;
 }

@@ -1,8 +1,9 @@
 #include "cli/progress.h"
 
+#include "cli/standard_streams.h"
+
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <unistd.h>
 
 namespace strobe {
@@ -39,7 +40,7 @@ void Progress::update(double fraction) {
         drawBar(fraction, std::chrono::duration<double>(now - m_start).count());
     } else if (int(fraction * 10) > m_printedTenths) {
         m_printedTenths = int(fraction * 10);
-        fmt::print(stderr, "{}%\n", m_printedTenths * 10);
+        printMessage(fmt::format("{}%\n", m_printedTenths * 10));
     }
 }
 
@@ -47,14 +48,13 @@ void Progress::drawBar(double fraction, double elapsed) const {
     constexpr int kWidth = 40;
     const int filled = int(fraction * kWidth);
     const std::string left = formatDuration(elapsed / fraction * (1 - fraction));
-    fmt::print(stderr, "\r[{:=<{}}{: <{}}] {:3.0f}%  {} left   ", "", filled, "", kWidth - filled,
-               fraction * 100, left);
-    std::fflush(stderr);
+    printMessage(fmt::format("\r[{:=<{}}{: <{}}] {:3.0f}%  {} left   ", "", filled, "", kWidth - filled,
+                             fraction * 100, left));
 }
 
 void Progress::finish() {
     if (m_isTerminal)
-        fmt::print(stderr, "\r{: <70}\r", "");
+        printMessage(fmt::format("\r{: <70}\r", ""));
 }
 
 } // namespace strobe

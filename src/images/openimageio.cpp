@@ -44,7 +44,7 @@ class OpenedFile final : public ImageReader {
         return false;
     }
     std::string metadata(const std::string& name) const override {
-        return std::string(m_input->spec().get_string_attribute(name));
+        return m_input->spec().extra_attribs.get_string(name);
     }
 
   private:

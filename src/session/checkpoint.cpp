@@ -62,19 +62,19 @@ RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built
 }
 
 Checkpoint::Checkpoint(const FrameJob& job, const BuiltScene& built)
-    : m_job(job), m_built(built), m_file(checkpointFile(job)) {
+    : m_job(job), m_built(built), m_file(checkpointFile(job)), m_lock(m_file) {
     if (built.integrator->dependence() == SampleDependence::Render)
         throw Error("--checkpoint: samples of this integrator depend on other pixels or on the order of "
                     "rendering: it cannot "
                     "continue a render",
                     ErrorKind::Usage);
-    if (!job.options.progressive.resume && std::filesystem::exists(m_file))
+    if (!job.options.progressive.resume && exists(job))
         throw Error(m_file.string() + " exists: continue from it with --resume, or remove it to start anew",
                     ErrorKind::Usage);
 }
 
 bool Checkpoint::resume(Film& film) const {
-    if (!std::filesystem::exists(m_file))
+    if (!exists(m_job))
         return false;
     const RenderPart part = readPart(m_file);
     // The integrator has not decided yet. Renderer::render compares the decisions.
@@ -102,6 +102,11 @@ void Checkpoint::save(const Film& film, FallbackWriter& fallback) const {
     const RenderPart part = partOf(film, m_job, m_built);
     if (!part.boxes.empty())
         fallback.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part); });
+}
+
+bool Checkpoint::exists(const FrameJob& job) {
+    std::error_code ignored; // of a folder that cannot be read
+    return std::filesystem::exists(checkpointFile(job), ignored);
 }
 
 void Checkpoint::remove(const FrameJob& job) {

@@ -1,6 +1,7 @@
 // Checkpoints: the finished pixels of a render, in a file from which the render can continue.
 #pragma once
 
+#include "core/util/file_lock.h"
 #include "session/fallback_writer.h"
 #include "session/frame.h"
 #include "session/part_file.h"
@@ -13,8 +14,9 @@ RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built
 /// The checkpoint of a render: a part in the file OUTPUT.checkpoint, OUTPUT being the first image.
 class Checkpoint {
   public:
-    /// Throws Error of kind Usage if the integrator cannot continue a render, or if the file exists and the
-    /// options do not say to resume. `job` and `built` outlive the checkpoint.
+    /// Throws Error of kind Usage if the integrator cannot continue a render, if another process has the
+    /// checkpoint of this output, or if the file exists and the options do not say to resume. `job` and
+    /// `built` outlive the checkpoint.
     Checkpoint(const FrameJob& job, const BuiltScene& built);
     /// Adds the saved pixels and records to the film, which keeps sums. Returns false if there is no file.
     /// Throws Error of kind Usage if the file is damaged or of another render.
@@ -22,6 +24,8 @@ class Checkpoint {
     /// Writes the finished pixels of the film to the file, or to a fallback folder. Does nothing if there are
     /// none.
     void save(const Film& film, FallbackWriter& fallback) const;
+    /// Whether there is a file from which the render of the job can continue.
+    static bool exists(const FrameJob& job);
     /// Removes the file, if there is one.
     static void remove(const FrameJob& job);
 
@@ -29,6 +33,7 @@ class Checkpoint {
     const FrameJob& m_job;
     const BuiltScene& m_built;
     const std::filesystem::path m_file;
+    const FileLock m_lock; ///< of m_file
 };
 
 } // namespace strobe

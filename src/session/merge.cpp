@@ -62,6 +62,7 @@ void writeImage(const std::filesystem::path& image, const Film& film, Metadata m
 Outcome mergeParts(const MergeOptions& options, const Log& log) {
     checkOptions(options);
     checkOutputFiles(options.images);
+    checkOutputsAreNotInputs(options);
     const OutputSettings settings = outputSettings(options.format, 0);
     RenderPart merged = readPart(options.parts.front());
     for (size_t i = 1; i < options.parts.size(); ++i)

@@ -91,6 +91,9 @@ void checkRange(const char* option, bool isValid, const char* range) {
         fail(option, std::string("must be ") + range);
 }
 
+/// More threads than on any machine. Embree and TBB fail with 100000.
+constexpr int kMaxThreads = 4096;
+
 /// The command line has narrower checks with texts of their own.
 void checkRanges(const RenderOptions& o) {
     const ProgressiveOptions& p = o.progressive;
@@ -101,7 +104,7 @@ void checkRanges(const RenderOptions& o) {
                                           {"--clamp", double(o.clamp)}})
         checkRange(option, std::isfinite(seconds) && seconds >= 0, "finite and not negative");
     checkRange("--exposure", std::isfinite(o.output.format.exposure), "finite");
-    checkRange("--threads", o.threads >= 0, "at least 0");
+    checkRange("--threads", o.threads >= 0 && o.threads <= kMaxThreads, "in 0 to 4096");
     checkRange("--tile", o.tileSize >= 1, "at least 1");
     checkRange("--crypto-depth", o.output.cryptomatteEntries >= 1 && o.output.cryptomatteEntries <= 200,
                "in 1 to 200");

@@ -1,11 +1,9 @@
 #include "session/outputs.h"
 
 #include "core/image/image_library.h"
+#include "core/util/atomic_file.h"
 
-#include <cerrno>
-#include <cstring>
-
-#include <unistd.h>
+#include <charconv>
 
 namespace strobe {
 
@@ -27,11 +25,7 @@ std::vector<fs::path> outputFiles(const RenderOptions& options) {
 }
 
 void checkWritable(const fs::path& file) {
-    const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
-    if (access(folder.c_str(), W_OK | X_OK) != 0)
-        fail(file, std::strerror(errno));
-    if (fs::is_directory(file))
-        fail(file, "it is a folder");
+    checkWriteAtomically(file);
     if (file.extension() == ".png")
         imageLibrary(); // throws if it cannot be loaded
 }
@@ -41,6 +35,34 @@ bool isSameFile(const fs::path& a, const fs::path& b) {
     const fs::path canonicalA = fs::weakly_canonical(a, errorOfA);
     const fs::path canonicalB = fs::weakly_canonical(b, errorOfB);
     return (!errorOfA && !errorOfB && canonicalA == canonicalB) || fs::equivalent(a, b, ignored);
+}
+
+constexpr const char* kUnfinished = "strobe:unfinished";
+constexpr const char* kSampleCount = "strobe:sampleCount";
+
+/// Returns the number of samples in the film; 0 if it does not keep sums.
+uint64_t sampleCount(const Film& film) {
+    uint64_t count = 0;
+    for (const PixelAccumulator& sum : film.sums())
+        count += sum.validCount() + uint64_t(sum.invalidCount());
+    return count;
+}
+
+/// Whether an unfinished image with this number of samples may replace the file.
+bool mayReplace(const fs::path& file, uint64_t samples) {
+    std::error_code ignored; // of a name that is not there
+    if (!fs::exists(file, ignored))
+        return true;
+    if (readMetadata(file, kUnfinished).empty())
+        return false;
+    const std::string text = readMetadata(file, kSampleCount);
+    uint64_t existing = 0;
+    std::from_chars(text.data(), text.data() + text.size(), existing);
+    return existing <= samples;
+}
+
+fs::path separateFile(const fs::path& image) {
+    return image.parent_path() / (image.stem().string() + ".unfinished" + image.extension().string());
 }
 
 } // namespace
@@ -102,11 +124,44 @@ void checkOutputsAreNotInputs(const RenderOptions& options, const ResourcePolicy
     }
 }
 
+void checkOutputsAreNotInputs(const MergeOptions& options) {
+    for (const fs::path& image : options.images)
+        for (const fs::path& part : options.parts)
+            if (isSameFile(image, part))
+                throw Error("\"" + image.string() + "\" is a part to merge: choose another name",
+                            ErrorKind::Usage);
+}
+
 void warnOfClampedValues(const fs::path& image, size_t clamped, const Log& log) {
     if (clamped > 0)
         log.warn("{}: {} values beyond 65504, the largest half float, were clamped to it; --exr float keeps "
                  "them",
                  image.string(), clamped);
+}
+
+std::optional<fs::path> UnfinishedImages::fileFor(const fs::path& image, const Film& film) {
+    const uint64_t samples = sampleCount(film);
+    if (mayReplace(image, samples))
+        return image;
+    const fs::path separate = separateFile(image);
+    const bool isWritten = (samples > 0 || film.sums().empty()) && mayReplace(separate, samples);
+    if (m_kept.insert(image).second)
+        m_log.warn("{} is kept; {}", image.string(),
+                   isWritten ? "the unfinished image is " + separate.string() : "this render has less");
+    if (!isWritten)
+        return std::nullopt;
+    m_separate.insert(separate);
+    return separate;
+}
+
+void UnfinishedImages::removeSeparate() {
+    std::error_code ignored; // the user may have moved them
+    for (const fs::path& file : m_separate)
+        fs::remove(file, ignored);
+}
+
+void UnfinishedImages::addMetadata(const Film& film, Metadata& metadata) {
+    metadata.emplace_back(kSampleCount, std::to_string(sampleCount(film)));
 }
 
 } // namespace strobe

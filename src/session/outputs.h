@@ -1,8 +1,11 @@
 // Output files: names, checks before rendering, and how images are written.
 #pragma once
 
+#include "core/film/film.h"
 #include "session/log.h"
 #include "session/options.h"
+
+#include <set>
 
 namespace strobe {
 
@@ -25,7 +28,28 @@ void checkOutputFiles(const RenderOptions& options);
 /// Throws Error of kind Output if an output is a file that the scene has read, by `policy`, or the reference.
 void checkOutputsAreNotInputs(const RenderOptions& options, const ResourcePolicy& policy);
 
+/// Throws Error of kind Usage if an output is one of the parts.
+void checkOutputsAreNotInputs(const MergeOptions& options);
+
 /// Warns if `clamped`, the number of values that were clamped to the largest half float, is not 0.
 void warnOfClampedValues(const std::filesystem::path& image, size_t clamped, const Log& log);
+
+/// Chooses the files of a render's unfinished images. An unfinished image replaces only an unfinished image
+/// with at most as many samples.
+class UnfinishedImages {
+  public:
+    explicit UnfinishedImages(const Log& log) : m_log(log) {}
+    /// Returns `image`, or NAME.unfinished.EXT beside it if `image` exists and is to be kept, or none if the
+    /// film has less than both. Logs the first time what is kept.
+    std::optional<std::filesystem::path> fileFor(const std::filesystem::path& image, const Film& film);
+    /// Removes the files NAME.unfinished.EXT of this render, as its images are finished.
+    void removeSeparate();
+    /// Adds the number of samples in the film, by which unfinished images are compared.
+    static void addMetadata(const Film& film, Metadata& metadata);
+
+  private:
+    const Log& m_log;
+    std::set<std::filesystem::path> m_separate, m_kept;
+};
 
 } // namespace strobe

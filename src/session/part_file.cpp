@@ -197,6 +197,8 @@ void writePart(const fs::path& file, const RenderPart& part) {
 
 RenderPart readPart(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
+    if (std::error_code ignored; fs::is_directory(file, ignored))
+        fail(file, "it is a folder");
     if (!stream)
         fail(file, std::string("cannot read it: ") + std::strerror(errno));
     const std::string bytes{std::istreambuf_iterator<char>(stream), {}};

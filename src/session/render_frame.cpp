@@ -24,7 +24,7 @@ class FrameRenderer {
         : m_job(job), m_inputs(inputs), m_output(job.options.output), m_built(inputs.built),
           m_log(inputs.log), m_settings(renderSettings(job.options, m_built)),
           m_film(m_built.resolution.x, m_built.resolution.y, m_built.pixelBounds, filmAovs(m_output)),
-          m_aovs(m_output, m_built, m_log),
+          m_aovs(m_output, m_built, m_log), m_unfinished(m_log),
           m_outputSettings(outputSettings(m_output.format, job.options.threads)) {
         if (!m_output.samples.empty())
             m_settings.onSample = [this](const SampleRecord& record) { m_samples.add(record); };
@@ -50,6 +50,7 @@ class FrameRenderer {
         }
         if (m_job.options.progressive.checkpointInterval > 0)
             Checkpoint::remove(m_job);
+        m_unfinished.removeSeparate();
         m_log.info("{}", summary(m_built, stats, m_inputs.seconds));
         reportFiles();
         return m_job.options.strict && stats.total.invalidSamples > 0 ? Outcome::InvalidSamples
@@ -59,6 +60,7 @@ class FrameRenderer {
   private:
     RenderStats render() {
         const WriteOutputs write = [this](const Film& film, const RenderStats& stats, bool isFinished) {
+            const auto lock = lockWriting();
             for (const auto& image : m_output.images)
                 writeImage(image, film, stats, isFinished);
         };
@@ -70,16 +72,31 @@ class FrameRenderer {
         return stats;
     }
 
-    /// Unfinished parts are not written.
+    /// Returns a lock that keeps signals from ending the program.
+    std::unique_lock<std::mutex> lockWriting() const {
+        RenderControl* control = m_inputs.callbacks.control;
+        return control ? control->lockWriting() : std::unique_lock<std::mutex>();
+    }
+
+    /// Unfinished parts are not written. Unfinished images do not replace images with more samples.
     void writeImage(const std::filesystem::path& image, const Film& film, const RenderStats& stats,
                     bool isFinished) {
         if (isPart(image)) {
             if (isFinished)
                 writePart(image, partOf(film, m_job, m_built));
-            return;
+        } else if (isFinished) {
+            writeImageFile(image, film, stats, true);
+        } else if (const auto file = m_unfinished.fileFor(image, film)) {
+            writeImageFile(*file, film, stats, false);
         }
+    }
+
+    void writeImageFile(const std::filesystem::path& image, const Film& film, const RenderStats& stats,
+                        bool isFinished) {
         const RecordedAovs aovs = isFinished ? m_aovs.recorded() : RecordedAovs{};
         Metadata metadata = renderMetadata(m_built, m_job, stats, m_inputs.seconds, isFinished);
+        if (!isFinished)
+            UnfinishedImages::addMetadata(film, metadata);
         if (image.extension() == ".png")
             addViewMetadata(m_output.format, metadata);
         else
@@ -89,6 +106,7 @@ class FrameRenderer {
 
     /// Returns whether all files were written under their own names.
     bool writeOutputs(const RenderStats& stats, bool isFinished) {
+        const auto lock = lockWriting();
         FallbackWriter writer(m_log);
         for (const auto& image : m_output.images)
             writer.write(image, [&](const auto& file) { writeImage(file, m_film, stats, isFinished); });
@@ -124,7 +142,7 @@ class FrameRenderer {
         const ProgressiveOptions& progressive = m_job.options.progressive;
         if (progressive.takesPasses())
             m_log.warn("stopped after {} passes", stats.passes);
-        else if (progressive.checkpointInterval > 0)
+        else if (Checkpoint::exists(m_job))
             m_log.warn("stopped; --resume continues");
         else
             m_log.warn("stopped");
@@ -139,6 +157,7 @@ class FrameRenderer {
     SampleTable m_samples;
     Film m_film;
     AovRecorder m_aovs;
+    UnfinishedImages m_unfinished;
     const OutputSettings m_outputSettings;
 };
 

@@ -39,8 +39,11 @@ class RenderControl {
         const std::lock_guard lock(m_mutex);
         m_save = std::move(save);
     }
+    /// Waits until no outputs are being written, and keeps the session from writing while the lock exists.
+    std::unique_lock<std::mutex> lockWriting() { return std::unique_lock(m_writing); }
 
   private:
+    std::mutex m_writing;
     std::atomic<bool> m_isStopped{false};
     std::mutex m_mutex;
     std::function<void()> m_save; ///< guarded by m_mutex

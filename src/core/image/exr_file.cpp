@@ -226,7 +226,11 @@ class CompressionThreads {
         constexpr int kLinesPerTask = 16;
         const int requested = threads > 0 ? threads : int(std::thread::hardware_concurrency());
         const int count = std::min(requested, (height + kLinesPerTask - 1) / kLinesPerTask);
-        pool().setNumThreads(count > 1 ? count : 0);
+        try {
+            pool().setNumThreads(count > 1 ? count : 0);
+        } catch (const std::system_error&) { // the system refuses threads
+            pool().setNumThreads(0);
+        }
     }
     ~CompressionThreads() { pool().setNumThreads(m_previousCount); }
     CompressionThreads(const CompressionThreads&) = delete;

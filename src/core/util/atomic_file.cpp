@@ -86,16 +86,32 @@ class TemporaryFile {
     bool m_renamed = false;
 };
 
-} // namespace
-
-void writeFileAtomically(const fs::path& path, std::string_view bytes) {
-    std::error_code ignored;
-    const fs::path target = fs::is_symlink(path, ignored) ? fs::weakly_canonical(path, ignored) : path;
+/// Follows symbolic links, and returns the file to write. Throws Error if it cannot be a regular file.
+fs::path targetOf(const fs::path& path) {
+    constexpr int kMaxLinks = 40; // as in Linux
+    std::error_code error;
+    fs::path target = path;
+    for (int i = 0; fs::is_symlink(fs::symlink_status(target, error)); ++i) {
+        if (i == kMaxLinks)
+            fail(path, std::strerror(ELOOP));
+        target = target.parent_path() / fs::read_symlink(target, error);
+        if (error)
+            fail(path, error.message());
+    }
     if (target.empty() || target.filename().empty())
         fail(path, "not a file name");
-    if (fs::exists(target, ignored) && !fs::is_regular_file(target, ignored))
-        fail(path, fs::is_directory(target, ignored) ? "it is a directory" : "it is not a regular file");
-    TemporaryFile file(target);
+    const fs::file_status status = fs::status(target, error);
+    if (fs::exists(status) && !fs::is_regular_file(status))
+        fail(path, fs::is_directory(status) ? "it is a folder" : "it is not a regular file");
+    return target;
+}
+
+} // namespace
+
+void checkWriteAtomically(const fs::path& path) { TemporaryFile file(targetOf(path)); }
+
+void writeFileAtomically(const fs::path& path, std::string_view bytes) {
+    TemporaryFile file(targetOf(path));
     file.write(bytes);
     file.rename();
 }
