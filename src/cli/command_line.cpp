@@ -46,6 +46,8 @@ V2i parseResolution(const std::string& text) {
 std::array<float, 4> parseCrop(const std::vector<float>& crop) {
     if (!(crop[0] < crop[1] && crop[2] < crop[3]))
         throw CLI::ValidationError("--crop", "takes x0 x1 y0 y1 with x0 < x1 and y0 < y1");
+    if (std::any_of(crop.begin(), crop.end(), [](float edge) { return edge < 0 || edge > 1; }))
+        throw CLI::ValidationError("--crop", "takes fractions of the frame, from 0 to 1");
     return {crop[0], crop[1], crop[2], crop[3]};
 }
 

@@ -7,12 +7,17 @@
 namespace strobe {
 namespace {
 
-const ParamDef<RgbInput> kKr{"Kr", Rgb(1), "scale of reflected light"};
-const ParamDef<RgbInput> kKt{"Kt", Rgb(1), "scale of transmitted light"};
-const ParamDef<FloatInput> kIndex{"index", 1.5f, "index of refraction of the inside relative to the outside",
-                                  "eta"};
+const ParamDef<RgbInput> kKr{"Kr", Rgb(1), "scale of reflected light", nullptr, kUnlimited, kUnitRange};
+const ParamDef<RgbInput> kKt{"Kt", Rgb(1), "scale of transmitted light", nullptr, kUnlimited, kUnitRange};
+const ParamDef<FloatInput> kIndex{
+    "index", 1.5f, "index of refraction of the inside relative to the outside", "eta", kUnlimited, kPositive};
 const ParamDef<FloatInput> kRoughness{
-    "roughness", 0.f, "accepted for pbrt-v3 and pbrt-v4; values other than 0 render smooth, with a warning"};
+    "roughness",
+    0.f,
+    "accepted for pbrt-v3 and pbrt-v4; values other than 0 render smooth, with a warning",
+    nullptr,
+    kUnlimited,
+    kNotNegative};
 
 struct Data {
     PlainRgb kr, kt;

@@ -6,7 +6,7 @@
 namespace strobe {
 namespace {
 
-const ParamDef<RgbInput> kKd{"Kd", Rgb(.5f), "diffuse reflectance", "reflectance"};
+const ParamDef<RgbInput> kKd{"Kd", Rgb(.5f), "diffuse reflectance", "reflectance", kUnlimited, kUnitRange};
 const ParamDef<FloatInput> kSigma{
     "sigma", 0.f,
     "standard deviation of the slope angle of the facets (Oren-Nayar), in degrees; 0: Lambertian"};

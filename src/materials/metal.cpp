@@ -13,8 +13,9 @@ const ParamDef<RgbInput> kEta{"eta", Rgb(.20042f, .92405f, 1.10221f),
                               "index of refraction relative to the outside; the default is copper"};
 const ParamDef<RgbInput> kK{"k", Rgb(3.91294f, 2.45284f, 2.14219f),
                             "absorption coefficient; the default is copper"};
-const ParamDef<FloatInput> kRoughness{"roughness", .01f,
-                                      "inverse of the Blinn exponent, which is at most 10000"};
+const ParamDef<FloatInput> kRoughness{
+    "roughness", .01f,       "inverse of the Blinn exponent, which is at most 10000",
+    nullptr,     kUnlimited, kNotNegative};
 
 /// The lobe of LobeMaterial.
 struct Data {

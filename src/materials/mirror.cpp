@@ -5,7 +5,7 @@
 namespace strobe {
 namespace {
 
-const ParamDef<RgbInput> kKr{"Kr", Rgb(.9f), "reflectance", "reflectance"};
+const ParamDef<RgbInput> kKr{"Kr", Rgb(.9f), "reflectance", "reflectance", kUnlimited, kUnitRange};
 
 struct Data {
     PlainRgb kr;

@@ -9,10 +9,11 @@
 namespace strobe {
 namespace {
 
-const ParamDef<RgbInput> kKd{"Kd", Rgb(.25f), "diffuse reflectance"};
-const ParamDef<RgbInput> kKs{"Ks", Rgb(.25f), "scale of the glossy lobe"};
-const ParamDef<FloatInput> kRoughness{"roughness", .1f,
-                                      "inverse of the Blinn exponent, which is at most 10000"};
+const ParamDef<RgbInput> kKd{"Kd", Rgb(.25f), "diffuse reflectance", nullptr, kUnlimited, kUnitRange};
+const ParamDef<RgbInput> kKs{"Ks", Rgb(.25f), "scale of the glossy lobe", nullptr, kUnlimited, kUnitRange};
+const ParamDef<FloatInput> kRoughness{
+    "roughness", .1f,        "inverse of the Blinn exponent, which is at most 10000",
+    nullptr,     kUnlimited, kNotNegative};
 
 /// Returns pbrt-v2's Fresnel term of plastic. It is evaluated for light from inside the dielectric: 1 (total
 /// internal reflection) beyond 41.8° from the half vector, where about 4 % would be expected. Kept for

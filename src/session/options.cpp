@@ -110,7 +110,7 @@ void checkRanges(const RenderOptions& o) {
                "in 1 to 200");
     if (const auto& s = o.sequence) {
         checkRange("--frames", s->first <= s->last && s->step > 0, "in ascending order");
-        checkRange("--fps", std::isfinite(s->fps) && s->fps > 0, "finite and above 0");
+        checkRange("--fps", s->fps >= 1e-6 && s->fps <= 1e6, "in 1e-6 to 1e6");
         checkRange("--shutter",
                    std::isfinite(s->shutterOpen) && std::isfinite(s->shutterClose) &&
                        s->shutterOpen <= s->shutterClose,

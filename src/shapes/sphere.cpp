@@ -243,7 +243,13 @@ class Sphere : public Quadric {
     SphereClip m_clip;
 };
 
-Shape createSphere(const ParamSet& params, const BuildContext&) {
+Shape createSphere(const ParamSet& params, const BuildContext& context) {
+    if (params.get(kZMin) > params.get(kZMax)) {
+        const std::string problem = "\"zmin\" is above \"zmax\"";
+        if (!context.isLenient)
+            throw Error(params.whereIs(kZMin), problem);
+        context.diagnostics.warn(params.whereIs(kZMin), problem + " (they are exchanged)");
+    }
     return {nullptr, std::make_shared<Sphere>(params)};
 }
 

@@ -159,7 +159,8 @@ std::string ParamRange::description() const {
 template <class T>
 ParamInfo::ParamInfo(const ParamDef<T>& def)
     : name(def.name), type(typeName(def.fallback)), fallback(toText(def.fallback)), doc(def.doc),
-      alias(def.alias ? def.alias : ""), range(def.range.description()) {}
+      alias(def.alias ? def.alias : ""),
+      range((def.range.isUnlimited() ? def.physical : def.range).description()), physical(def.physical) {}
 
 template ParamInfo::ParamInfo(const ParamDef<int>&);
 template ParamInfo::ParamInfo(const ParamDef<float>&);
@@ -187,7 +188,7 @@ Param parseOverride(const std::string& option, const std::vector<ParamInfo>& kno
         names.push_back(info.name);
         if (info.name != name && (info.alias.empty() || info.alias != name))
             continue;
-        Param param{info.name, ParamType::Float, {}, {}, {}, {}, false, false};
+        Param param{info.name, ParamType::Float, {}, {}, {}, {}, false, false, true};
         parseValue(param, option, option.substr(equals + 1), info.type);
         return param;
     }

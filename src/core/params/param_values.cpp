@@ -182,8 +182,12 @@ void convert(const Param& p, const TextureTable*, std::vector<V3f>& out) {
 
 template <class T>
 void checkRange(const Param& p, const ParamDef<T>& def, double value) {
-    if (!def.range.contains(value))
-        throw Error(p.where, fmt::format("\"{}\" {}", def.name, def.range.problem(value)));
+    if (def.range.contains(value))
+        return;
+    const std::string problem = def.range.problem(value);
+    if (p.isOverride)
+        throw Error(fmt::format("-D {}: {}", p.name, problem), ErrorKind::Usage);
+    throw Error(p.where, fmt::format("\"{}\" {}", def.name, problem));
 }
 
 } // namespace

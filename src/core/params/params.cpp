@@ -118,4 +118,23 @@ void ParamSet::reportUnused(const std::vector<ParamInfo>& known, bool strict,
     }
 }
 
+void ParamSet::checkPhysical(const std::vector<ParamInfo>& known, bool strict,
+                             Diagnostics& diagnostics) const {
+    for (const Param& p : m_params)
+        for (const ParamInfo& info : known) {
+            if (p.name != info.name && p.name != info.alias)
+                continue;
+            for (const float value : p.floats) {
+                if (info.physical.contains(double(value)))
+                    continue;
+                const std::string problem =
+                    fmt::format("\"{}\" {}", p.name, info.physical.problem(double(value)));
+                if (strict)
+                    throw Error(p.where, problem);
+                diagnostics.warn(p.where, problem);
+                break;
+            }
+        }
+}
+
 } // namespace strobe

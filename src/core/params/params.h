@@ -37,6 +37,7 @@ struct Param {
     mutable bool used = false;        ///< the parameter was read
     bool isDefault =
         false; ///< from an `Attribute` directive of pbrt-v4; parameters of the directive override it
+    bool isOverride = false; ///< from an option -D
 };
 
 using TexturePtr = std::shared_ptr<const Texture>;
@@ -61,6 +62,7 @@ struct ParamRange {
     /// Returns a text for `strobe --list`, e.g. "at least 1" or "0 to 2"; empty without limits.
     std::string description() const;
 };
+inline constexpr ParamRange kUnlimited{}, kUnitRange{0, 1};
 inline constexpr ParamRange kNotNegative{0}, kPositive{0, kInfinity, true}, kAtLeastOne{1};
 
 /// The definition of a plugin's parameter.
@@ -71,6 +73,8 @@ struct ParamDef {
     const char* doc;             ///< a line of help
     const char* alias = nullptr; ///< alternative name, e.g. of pbrt-v4
     ParamRange range{};          ///< for int, float and a FloatInput that is not a texture
+    /// Numbers outside have no physical meaning: see ParamSet::checkPhysical.
+    ParamRange physical{};
 };
 
 /// A string parameter that is a file name. `get` resolves it with resolveFile. Empty if the parameter is
@@ -82,6 +86,7 @@ struct FilePath {
 /// The description of a parameter, for `strobe --list`.
 struct ParamInfo {
     std::string name, type, fallback, doc, alias, range;
+    ParamRange physical;
     template <class T>
     ParamInfo(const ParamDef<T>& def); // implicit, for tables {kKd, kKs, kRoughness}
 };
@@ -105,6 +110,9 @@ class ParamSet {
     /// std::vector of int, float, std::string, V2f, V3f.
     template <class T>
     T get(const ParamDef<T>& def) const;
+    /// Compares numbers and colors with the physical ranges of `known`. A value outside is an error, or, if
+    /// `strict` is false, a warning.
+    void checkPhysical(const std::vector<ParamInfo>& known, bool strict, Diagnostics& diagnostics) const;
     template <class T>
     bool has(const ParamDef<T>& def) const {
         return find(def.name, def.alias) != nullptr;

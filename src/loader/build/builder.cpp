@@ -189,7 +189,8 @@ class SceneBuilder::Impl {
         m_setup.filename = film.filename;
         if (isRealistic)
             makePerspective(m_camera.params, diagonal, m_setup.resolution);
-        requireFilmMemory(statement.where ? statement.where : m_description.world.where);
+        const Location scene = statement.where ? statement.where : m_description.world.where;
+        requireFilmMemory(options.resolution ? Location() : scene);
         if (film.scale != 1)
             scaleLights(m_description, film.scale);
     }

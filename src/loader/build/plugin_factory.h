@@ -67,6 +67,7 @@ class PluginFactory {
     template <class Row, class... Args>
     auto create(const Row& row, Statement& statement, const Args&... args) {
         bindTextures(statement);
+        statement.params.checkPhysical(row.params, m_strict, m_context.diagnostics);
         auto product = row.create(statement.params, m_context, args...);
         statement.params.reportUnused(row.params, m_strict, m_context.diagnostics);
         return product;

@@ -12,12 +12,13 @@ namespace {
 using MaterialPtr = std::shared_ptr<const Material>;
 
 // Parameters of several materials. Materials with other defaults override them where they read the parameter.
-const ParamDef<RgbInput> kKd{"Kd", Rgb(.25f), "diffuse reflectance"};
-const ParamDef<RgbInput> kKs{"Ks", Rgb(.25f), "glossy reflectance"};
-const ParamDef<RgbInput> kKr{"Kr", Rgb(0), "specular reflectance"};
-const ParamDef<RgbInput> kKt{"Kt", Rgb(0), "specular transmittance"};
-const ParamDef<RgbInput> kReflectance{"reflectance", Rgb(.5f), "reflectance"};
-const ParamDef<FloatInput> kEta{"eta", 1.5f, "index of refraction", "index"};
+const ParamDef<RgbInput> kKd{"Kd", Rgb(.25f), "diffuse reflectance", nullptr, kUnlimited, kUnitRange};
+const ParamDef<RgbInput> kKs{"Ks", Rgb(.25f), "glossy reflectance", nullptr, kUnlimited, kUnitRange};
+const ParamDef<RgbInput> kKr{"Kr", Rgb(0), "specular reflectance", nullptr, kUnlimited, kUnitRange};
+const ParamDef<RgbInput> kKt{"Kt", Rgb(0), "specular transmittance", nullptr, kUnlimited, kUnitRange};
+const ParamDef<RgbInput> kReflectance{"reflectance", Rgb(.5f),   "reflectance",
+                                      nullptr,       kUnlimited, kUnitRange};
+const ParamDef<FloatInput> kEta{"eta", 1.5f, "index of refraction", "index", kUnlimited, kPositive};
 const ParamDef<FloatInput> kURoughness{"uroughness", 0.f, "roughness along u"};
 const ParamDef<FloatInput> kVRoughness{"vroughness", 0.f, "roughness along v"};
 const ParamDef<Rgb> kMetalEta{"eta", Rgb(.20042f, .92405f, 1.10221f), "index of refraction"};

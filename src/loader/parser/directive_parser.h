@@ -88,6 +88,7 @@ class DirectiveParser {
     std::vector<float> readTimes(const Call&);
     bool hasAnimatedTransform() const;
     void activeTransform(const Call&);
+    void warnOfMiddleKeys();
 
     // Blocks and files (parser.cpp).
     void beginBlock(const Call&);
@@ -128,7 +129,8 @@ class DirectiveParser {
     void addGltf(GltfDecl decl);
     void objectInstance(const Call&);
     ObjectDecl& target() { return m_object < 0 ? m_desc.world : m_desc.objects[m_object]; }
-    KeyedTransform keyed() const { return toKeyed(m_state.transform.keys(), m_desc.keyTimes); }
+    /// Returns the current transform. Reports if only some of its keys mirror.
+    KeyedTransform keyed(const Location& where);
 
     const std::set<std::string>& m_sharingNames;
     Diagnostics& m_diagnostics;
@@ -139,6 +141,8 @@ class DirectiveParser {
     Lexer* m_lexer = nullptr;                   ///< of the current file
     std::vector<std::filesystem::path> m_files; ///< chain of includes; the current file is last
     bool m_isStrict;
+    Location m_endKeysChosen; ///< the first StartTime or EndTime with more than two keys
+    bool m_choosesKeysByNumber = false;
     bool m_looksLikeV4 = false;                        ///< the files contain notation of pbrt-v3 or v4
     std::optional<Conventions> m_requestedConventions; ///< of Option "conventions"
     Location m_worldBegin, m_worldEnd, m_end;

@@ -198,6 +198,9 @@ void DirectiveParser::checkSection(const Directive& directive, const Call& call)
     if (m_worldEnd)
         throw Error(call.where, fmt::format("{} after WorldEnd ({}); a run renders one scene", call.name,
                                             m_worldEnd.toString()));
+    if (call.name == "WorldBegin" && m_worldBegin)
+        throw Error(call.where,
+                    fmt::format("a second WorldBegin; the first is at {}", m_worldBegin.toString()));
     if (directive.section == Section::Options && m_worldBegin)
         throw Error(call.where,
                     fmt::format("{} must come before WorldBegin ({})", call.name, m_worldBegin.toString()));
@@ -312,6 +315,7 @@ SceneDescription DirectiveParser::finish() {
     checkAllClosed();
     if (!m_worldBegin)
         throw Error(m_end, "the scene has no WorldBegin");
+    warnOfMiddleKeys();
     m_desc.strictParameters = m_isStrict;
     m_desc.conventions = m_requestedConventions        ? *m_requestedConventions
                          : m_isStrict || m_looksLikeV4 ? Conventions::PbrtV4

@@ -57,6 +57,11 @@ void DirectiveParser::scale(const Call& call) {
 
 void DirectiveParser::rotate(const Call& call) {
     const auto [degrees, x, y, z] = readNumbers<4>(call);
+    const CurrentTransform& current = m_state.transform;
+    if (std::abs(degrees) >= 360 && current.active() != CurrentTransform::kAll && current.count() == 2)
+        m_diagnostics.warn(call.where,
+                           "between two keys, rotations take the shortest way, at most 180 degrees: use "
+                           "TransformTimes with more keys");
     m_state.transform.apply(rotation(degrees, x, y, z, call.where), call.where);
 }
 
@@ -145,6 +150,7 @@ void DirectiveParser::activeTransform(const Call& call) {
         if (key < 0 || key > last)
             throw Error(where,
                         fmt::format("there is no key {}; the keys of TransformTimes are 0 to {}", key, last));
+        m_choosesKeysByNumber = true;
         return m_state.transform.setActive(key);
     }
     const std::string_view word = m_lexer->peek() == TokenKind::Word ? Lexer(*m_lexer).next().text : "";
@@ -156,7 +162,27 @@ void DirectiveParser::activeTransform(const Call& call) {
         m_state.transform.setActive(last);
     else
         failFound(call, "StartTime, EndTime, All or the index of a key");
+    if (word != "All" && last > 1 && !m_endKeysChosen)
+        m_endKeysChosen = where;
     m_lexer->next();
+}
+
+KeyedTransform DirectiveParser::keyed(const Location& where) {
+    const std::vector<M44d>& keys = m_state.transform.keys();
+    const auto mirrors = [](const M44d& key) { return key.determinant() < 0; };
+    if (std::any_of(keys.begin(), keys.end(),
+                    [&](const M44d& key) { return mirrors(key) != mirrors(keys.front()); }))
+        reportMistake(where, "a key of the transform mirrors, and another does not",
+                      "between them the object has no volume");
+    return toKeyed(keys, m_desc.keyTimes);
+}
+
+void DirectiveParser::warnOfMiddleKeys() {
+    if (m_endKeysChosen && !m_choosesKeysByNumber)
+        m_diagnostics.warn(m_endKeysChosen,
+                           fmt::format("StartTime and EndTime change the first and the last of {} keys only; "
+                                       "choose those between by number: ActiveTransform 1",
+                                       m_desc.keyTimes.size()));
 }
 
 } // namespace strobe

@@ -99,7 +99,7 @@ void DirectiveParser::texture(const Call& call) {
     if (const auto old = textures.find(name); old != textures.end())
         m_diagnostics.warn(where, fmt::format("texture {} replaces the one at {}", inQuotes(name),
                                               m_desc.textures[old->second].texture.where.toString()));
-    m_desc.textures.push_back({name, isFloat, std::move(statement), keyed()});
+    m_desc.textures.push_back({name, isFloat, std::move(statement), keyed(call.where)});
     textures[name] = static_cast<int>(m_desc.textures.size()) - 1;
 }
 
@@ -108,7 +108,7 @@ void DirectiveParser::lightSource(const Call& call) {
         m_diagnostics.warn(
             call.where, "a LightSource inside ObjectBegin is not instanced; it is added to the world once");
     Statement statement = readStatement(call, "light");
-    m_desc.lights.push_back({std::move(statement), keyed()});
+    m_desc.lights.push_back({std::move(statement), keyed(call.where)});
 }
 
 void DirectiveParser::areaLightSource(const Call& call) {
@@ -117,7 +117,7 @@ void DirectiveParser::areaLightSource(const Call& call) {
 }
 
 void DirectiveParser::addGltf(GltfDecl decl) {
-    decl.toParent = keyed();
+    decl.toParent = keyed(decl.where);
     decl.object = m_object;
     m_desc.gltfs.push_back(std::move(decl));
 }
@@ -126,8 +126,8 @@ void DirectiveParser::shape(const Call& call) {
     Statement statement = readStatement(call, "shape");
     if (statement.name == "gltf")
         return addGltf(readGltf(statement.params, m_isStrict, m_diagnostics));
-    target().shapes.push_back(
-        {std::move(statement), keyed(), m_state.material, m_state.areaLight, m_state.reverseOrientation});
+    target().shapes.push_back({std::move(statement), keyed(call.where), m_state.material, m_state.areaLight,
+                               m_state.reverseOrientation});
 }
 
 void DirectiveParser::objectInstance(const Call& call) {
@@ -140,7 +140,7 @@ void DirectiveParser::objectInstance(const Call& call) {
         return reportMistake(
             where, fmt::format("unknown object {}{}", inQuotes(name), suggestion(name, namesOf(m_objects))),
             "its instances are skipped");
-    target().instances.push_back({found->second, keyed(), call.where});
+    target().instances.push_back({found->second, keyed(call.where), call.where});
 }
 
 } // namespace strobe

@@ -377,7 +377,7 @@ LightSource "point")",
         R"(error: -D maxdepht=2: unknown parameter "maxdepht"; did you mean "maxdepth"? (known: maxdepth, strategy, lightsamples))");
     EXPECT_EQ(withDefine("maxdepth"), "error: -D maxdepth: write it as name=value");
     EXPECT_EQ(withDefine("maxdepth=x"), R"(error: -D maxdepth=x: "x" is not a number (integer is expected))");
-    EXPECT_EQ(withDefine("maxdepth=-1"), R"(error: "maxdepth" must not be negative)");
+    EXPECT_EQ(withDefine("maxdepth=-1"), R"(error: -D maxdepth: must not be negative)");
 
     BuildOptions integrator;
     integrator.integrator = "supersampel";

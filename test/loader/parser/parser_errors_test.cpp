@@ -36,7 +36,7 @@ TEST(SceneErrors, Blocks) {
 Camera "perspective")",
          2, 1, "Camera must come before WorldBegin (t.scene:1:1)"},
         {R"(Shape "sphere" WorldBegin)", 1, 1, "Shape must come after WorldBegin"},
-        {"WorldBegin WorldBegin", 1, 12, "WorldBegin must come before WorldBegin (t.scene:1:1)"},
+        {"WorldBegin WorldBegin", 1, 12, "a second WorldBegin; the first is at t.scene:1:1"},
         {R"(WorldBegin WorldEnd
 Identity)",
          2, 1, "Identity after WorldEnd (t.scene:1:12); a run renders one scene"},
