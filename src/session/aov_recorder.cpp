@@ -1,15 +1,17 @@
 #include "session/aov_recorder.h"
 
+#include "session/part_file.h"
+
 namespace strobe {
 
 namespace {
 
-bool isExr(const std::filesystem::path& image) { return image.extension() == ".exr"; }
+bool holdsLayers(const std::filesystem::path& image) { return image.extension() == ".exr" || isPart(image); }
 
 } // namespace
 
 AovRecorder::AovRecorder(const OutputOptions& output, const BuiltScene& built, const Log& log) {
-    if (!output.aovs.empty() && std::none_of(output.images.begin(), output.images.end(), isExr))
+    if (!output.aovs.empty() && std::none_of(output.images.begin(), output.images.end(), holdsLayers))
         log.warn("--aov: there is no .exr output to hold the layers");
     if (const auto light = aovsInGroup(output.aovs, AovGroup::Light); !light.empty())
         m_lightAovs = std::make_unique<LightFilm>(built.pixelBounds, light, built.lightGroups);
@@ -19,18 +21,18 @@ AovRecorder::AovRecorder(const OutputOptions& output, const BuiltScene& built, c
     m_surfaceAovs = std::make_unique<AovFilm>(
         *built.scene, *built.sampler.sampler, built.pixelBounds,
         AovFilmSettings{visible, built.cryptomatteMaterialNames, output.cryptomatteEntries});
-    for (const std::string& warning : m_surfaceAovs->warnings())
+    for (const std::string& warning : m_surfaceAovs->sums().warnings())
         log.warn("{}", warning);
 }
 
-RecordedAovs AovRecorder::recorded() const {
+RecordedAovs recordedAovs(const AovSums* surfaces, const LightFilm* lights) {
     RecordedAovs aovs;
-    if (m_surfaceAovs) {
-        aovs.channels = m_surfaceAovs->channels();
-        aovs.metadata = m_surfaceAovs->metadata();
+    if (surfaces) {
+        aovs.channels = surfaces->channels();
+        aovs.metadata = surfaces->metadata();
     }
-    if (m_lightAovs)
-        for (AovChannel& channel : m_lightAovs->channels())
+    if (lights)
+        for (AovChannel& channel : lights->channels())
             aovs.channels.push_back(std::move(channel));
     for (const AovChannel& channel : aovs.channels) {
         if (aovs.parts.empty() || aovs.parts.back().name != channel.layer)
@@ -39,6 +41,32 @@ RecordedAovs AovRecorder::recorded() const {
             {channel.layer + '.' + channel.name, channel.values.data(), 1, channel.exact});
     }
     return aovs;
+}
+
+RecordedAovs recordedAovs(const AovLayout& layout, const Film& film) {
+    std::optional<AovSums> surfaces;
+    if (!aovsInGroup(layout.aovs, AovGroup::Visible).empty())
+        surfaces.emplace(film.pixelBounds(), layout);
+    std::optional<LightFilm> lights;
+    if (const auto light = aovsInGroup(layout.aovs, AovGroup::Light); !light.empty())
+        lights.emplace(film.pixelBounds(), light, layout.lightGroups);
+    AovSums* const sums = surfaces ? &*surfaces : nullptr;
+    LightFilm* const lightFilm = lights ? &*lights : nullptr;
+    for (const FilmRecord& record : film.layerRecords().all())
+        loadLayers(record, sums, lightFilm);
+    return recordedAovs(sums, lightFilm);
+}
+
+AovLayout layoutOf(const RenderSettings& settings) {
+    AovLayout layout;
+    if (settings.aovs)
+        layout = settings.aovs->sums().layout();
+    if (settings.lights) {
+        const auto& light = settings.lights->layers();
+        layout.aovs.insert(layout.aovs.end(), light.begin(), light.end());
+        layout.lightGroups = settings.lights->groups();
+    }
+    return layout;
 }
 
 } // namespace strobe

@@ -15,11 +15,17 @@ struct RecordedAovs {
     Metadata metadata;          ///< of the whole file
 };
 
+/// Returns the means of the samples so far. `surfaces` and `lights` may be null.
+RecordedAovs recordedAovs(const AovSums* surfaces, const LightFilm* lights);
+/// Returns the AOVs in the layer records of a film, over its pixel bounds. Throws Error of kind Usage if a
+/// record is damaged.
+RecordedAovs recordedAovs(const AovLayout& layout, const Film& film);
+
 /// Records the AOVs of AovGroup::Visible and AovGroup::Light. (The film holds those of AovGroup::Sharing.)
 class AovRecorder {
   public:
-    /// Warns of names with equal Cryptomatte hashes, and of AOVs without an EXR output. `built` outlives the
-    /// recorder.
+    /// Warns of names with equal Cryptomatte hashes, and of AOVs without an EXR or part as output. `built`
+    /// outlives the recorder.
     AovRecorder(const OutputOptions& output, const BuiltScene& built, const Log& log);
     /// Makes a render with these settings fill the recorder, which outlives the render.
     void attachTo(RenderSettings& settings) {
@@ -27,11 +33,16 @@ class AovRecorder {
         settings.lights = m_lightAovs.get();
     }
     /// Returns the means of the samples so far.
-    RecordedAovs recorded() const;
+    RecordedAovs recorded() const {
+        return recordedAovs(m_surfaceAovs ? &m_surfaceAovs->sums() : nullptr, m_lightAovs.get());
+    }
 
   private:
     std::unique_ptr<AovFilm> m_surfaceAovs; ///< null if there are none
     std::unique_ptr<LightFilm> m_lightAovs; ///< null if there are none
 };
+
+/// Returns the AOVs that `settings` record.
+AovLayout layoutOf(const RenderSettings& settings);
 
 } // namespace strobe

@@ -28,17 +28,29 @@ std::vector<SampleBox> finishedBoxes(const Film& film, const SampleSlice& sample
     return boxes;
 }
 
-/// Returns the records of pixels that have all samples.
-std::vector<FilmRecord> finishedRecords(const Film& film, const SampleSlice& samples) {
-    std::vector<FilmRecord> records = film.records().all();
+/// Returns the records of pixels of the film that have all samples.
+std::vector<FilmRecord> finishedRecords(const FilmRecords& all, const Film& film,
+                                        const SampleSlice& samples) {
+    std::vector<FilmRecord> records = all.all();
     std::erase_if(records,
                   [&](const FilmRecord& record) { return !isFinished(film, record.pixels, samples); });
     return records;
 }
 
+/// Returns the names of AOVs, and what else their layers depend on besides the scene.
+std::string aovText(const AovLayout& layout) {
+    std::string text;
+    for (const Aov aov : layout.aovs) {
+        text += (text.empty() ? "" : ",") + std::string(aovInfo(aov).name);
+        if (aov == Aov::CryptoObject || aov == Aov::CryptoMaterial)
+            text += fmt::format("({})", layout.cryptoLevels);
+    }
+    return text.empty() ? "none" : text;
+}
+
 } // namespace
 
-RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built) {
+RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built, const AovLayout& layout) {
     const RenderOptions& options = job.options;
     RenderPart part;
     part.key = {{"version", version()}, {"scene", fmt::format("{:016x}", job.contentHash)}};
@@ -49,6 +61,7 @@ RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built
     part.key.emplace_back("seed", std::to_string(options.seed));
     const Shutter& shutter = built.scene->shutter();
     part.key.emplace_back("shutter", fmt::format("{} {}", shutter.open, shutter.close));
+    part.key.emplace_back("aov", aovText(layout));
     if (const std::string note = film.records().note(); !note.empty())
         part.key.emplace_back(RenderPart::kNote, note);
     part.fullWidth = film.fullWidth();
@@ -57,12 +70,14 @@ RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built
     part.pixelBounds = film.pixelBounds();
     part.boxes = finishedBoxes(film, samplesOf(job, built));
     part.sums = film.sums();
-    part.records = finishedRecords(film, samplesOf(job, built));
+    part.records = finishedRecords(film.records(), film, samplesOf(job, built));
+    part.layout = layout;
+    part.layers = finishedRecords(film.layerRecords(), film, samplesOf(job, built));
     return part;
 }
 
-Checkpoint::Checkpoint(const FrameJob& job, const BuiltScene& built)
-    : m_job(job), m_built(built), m_file(checkpointFile(job)), m_lock(m_file) {
+Checkpoint::Checkpoint(const FrameJob& job, const BuiltScene& built, AovLayout layout)
+    : m_job(job), m_built(built), m_layout(std::move(layout)), m_file(checkpointFile(job)), m_lock(m_file) {
     if (built.integrator->dependence() == SampleDependence::Render)
         throw Error("--checkpoint: samples of this integrator depend on other pixels or on the order of "
                     "rendering: it cannot "
@@ -79,7 +94,7 @@ bool Checkpoint::resume(Film& film) const {
     const RenderPart part = readPart(m_file);
     // The integrator has not decided yet. Renderer::render compares the decisions.
     film.records().setNote(part.keyValue(RenderPart::kNote));
-    RenderPart expected = partOf(film, m_job, m_built);
+    RenderPart expected = partOf(film, m_job, m_built, m_layout);
     expected.boxes.clear();
     const SampleSlice samples = samplesOf(m_job, m_built);
     for (const SampleBox& box : part.boxes)
@@ -99,7 +114,7 @@ bool Checkpoint::resume(Film& film) const {
 }
 
 void Checkpoint::save(const Film& film, FallbackWriter& fallback) const {
-    const RenderPart part = partOf(film, m_job, m_built);
+    const RenderPart part = partOf(film, m_job, m_built, m_layout);
     if (!part.boxes.empty())
         fallback.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part); });
 }

@@ -2,14 +2,16 @@
 #pragma once
 
 #include "core/util/file_lock.h"
+#include "session/aov_recorder.h"
 #include "session/fallback_writer.h"
 #include "session/frame.h"
 #include "session/part_file.h"
 
 namespace strobe {
 
-/// Returns the pixels of the film that have all samples of the job, and their records. The film keeps sums.
-RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built);
+/// Returns the pixels of the film that have all samples of the job, and their records and AOVs. The film
+/// keeps sums. `layout`: of the AOVs in the film's layer records.
+RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built, const AovLayout& layout);
 
 /// The checkpoint of a render: a part in the file OUTPUT.checkpoint, OUTPUT being the first image.
 class Checkpoint {
@@ -17,9 +19,9 @@ class Checkpoint {
     /// Throws Error of kind Usage if the integrator cannot continue a render, if another process has the
     /// checkpoint of this output, or if the file exists and the options do not say to resume. `job` and
     /// `built` outlive the checkpoint.
-    Checkpoint(const FrameJob& job, const BuiltScene& built);
-    /// Adds the saved pixels and records to the film, which keeps sums. Returns false if there is no file.
-    /// Throws Error of kind Usage if the file is damaged or of another render.
+    Checkpoint(const FrameJob& job, const BuiltScene& built, AovLayout layout);
+    /// Adds the saved pixels, records and AOVs to the film, which keeps sums. Returns false if there is no
+    /// file. Throws Error of kind Usage if the file is damaged or of another render.
     bool resume(Film& film) const;
     /// Writes the finished pixels of the film to the file, or to a fallback folder. Does nothing if there are
     /// none.
@@ -32,6 +34,7 @@ class Checkpoint {
   private:
     const FrameJob& m_job;
     const BuiltScene& m_built;
+    const AovLayout m_layout;
     const std::filesystem::path m_file;
     const FileLock m_lock; ///< of m_file
 };

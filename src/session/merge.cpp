@@ -1,5 +1,6 @@
 #include "core/util/version.h"
 #include "loader/build/plugin_tables.h"
+#include "session/aov_recorder.h"
 #include "session/outputs.h"
 #include "session/part_file.h"
 #include "session/session.h"
@@ -50,11 +51,14 @@ Film filmOf(const RenderPart& merged) {
     return film;
 }
 
-void writeImage(const std::filesystem::path& image, const Film& film, Metadata metadata,
-                const ImageOptions& format, const OutputSettings& settings, const Log& log) {
+void writeImage(const std::filesystem::path& image, const Film& film, const RecordedAovs& aovs,
+                Metadata metadata, const ImageOptions& format, const OutputSettings& settings,
+                const Log& log) {
     if (image.extension() == ".png")
         addViewMetadata(format, metadata);
-    warnOfClampedValues(image, film.write(image, metadata, settings), log);
+    else
+        metadata.insert(metadata.end(), aovs.metadata.begin(), aovs.metadata.end());
+    warnOfClampedValues(image, film.write(image, metadata, settings, aovs.parts), log);
 }
 
 } // namespace
@@ -75,7 +79,8 @@ Outcome mergeParts(const MergeOptions& options, const Log& log) {
         } else {
             if (!film)
                 film = filmOf(merged);
-            writeImage(image, *film, metadataOf(merged, missing), options.format, settings, log);
+            writeImage(image, *film, recordedAovs(merged.layout, *film), metadataOf(merged, missing),
+                       options.format, settings, log);
         }
         log.info("wrote {}", image.string());
     }

@@ -38,13 +38,19 @@ bool contains(const std::vector<Aov>& aovs, Aov aov) {
     return std::find(aovs.begin(), aovs.end(), aov) != aovs.end();
 }
 
-/// The name of the first AOV other than the variance; empty if there is none.
-std::string firstAov(const OutputOptions& output) {
+/// The name of the first AOV for which `isMeant` is true; empty if there is none.
+std::string firstAov(const OutputOptions& output, bool (*isMeant)(const AovInfo&)) {
     for (const AovInfo& info : aovTable())
-        if (info.aov != Aov::Variance && contains(output.aovs, info.aov))
+        if (isMeant(info) && contains(output.aovs, info.aov))
             return info.name;
     return {};
 }
+
+bool isNotVariance(const AovInfo& info) { return info.aov != Aov::Variance; }
+/// Whether the values of disjoint samples cannot be added.
+bool isOfSharing(const AovInfo& info) { return info.group == AovGroup::Sharing && isNotVariance(info); }
+
+NamedOption namedAov(const std::string& name) { return {"--aov " + name, !name.empty()}; }
 
 /// The options that may exclude or require each other.
 struct NamedOptions {
@@ -52,8 +58,10 @@ struct NamedOptions {
         : outputs{"-o", !o.output.images.empty()}, parts{"-o *.part",
                                                          std::any_of(o.output.images.begin(),
                                                                      o.output.images.end(), isPart)},
-          layers{"--aov " + firstAov(o.output), !firstAov(o.output).empty()},
-          variance{"--aov variance", contains(o.output.aovs, Aov::Variance)},
+          layers(namedAov(firstAov(o.output, isNotVariance))),
+          sharing(namedAov(firstAov(o.output, isOfSharing))), variance{"--aov variance",
+                                                                       contains(o.output.aovs,
+                                                                                Aov::Variance)},
           heatmap{"--heatmap", !o.output.heatmap.empty()}, samples{"--samples", !o.output.samples.empty()},
           stats{"--stats", !o.output.stats.empty()}, timeLimit{"--time-limit", o.progressive.timeLimit > 0},
           noiseTarget{"--noise-target", o.progressive.noiseTarget > 0},
@@ -68,7 +76,7 @@ struct NamedOptions {
           crop{"--crop", o.build.crop.has_value()}, pixelBounds{"--pixel-bounds",
                                                                 o.build.pixelBounds.has_value()} {}
 
-    NamedOption outputs, parts, layers, variance, heatmap, samples, stats;
+    NamedOption outputs, parts, layers, sharing, variance, heatmap, samples, stats;
     NamedOption timeLimit, noiseTarget, reference, curve, writeInterval, checkpoint, resume, viewer;
     NamedOption sampleRange, frames, crop, pixelBounds;
 };
@@ -77,9 +85,10 @@ void checkCombinations(const RenderOptions& options) {
     const NamedOptions o(options);
     checkExclusion({o.crop}, {o.pixelBounds});
     checkExclusion({o.timeLimit, o.noiseTarget, o.reference},
-                   {o.samples, o.layers, o.heatmap, o.sampleRange, o.checkpoint});
+                   {o.samples, o.sharing, o.heatmap, o.sampleRange, o.checkpoint});
+    checkExclusion({o.reference}, {o.layers});
     checkExclusion({o.timeLimit, o.noiseTarget}, {o.parts});
-    checkExclusion({o.sampleRange, o.parts, o.checkpoint}, {o.layers, o.variance, o.heatmap, o.frames});
+    checkExclusion({o.sampleRange, o.parts, o.checkpoint}, {o.sharing, o.variance, o.heatmap, o.frames});
     checkExclusion({o.checkpoint}, {o.samples});
     checkRequirement(o.variance, o.noiseTarget); // the variance is estimated from passes
     checkRequirement(o.curve, o.reference);

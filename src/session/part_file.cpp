@@ -74,17 +74,81 @@ bool isConsistent(const RenderPart& part) {
         return isInside(bounds, part.pixelBounds) && samples.first < samples.end &&
                samples.end <= uint32_t(part.samplesPerPixel);
     };
+    const auto isValidRecord = [&](const FilmRecord& record) {
+        return isValid(record.pixels, record.samples);
+    };
     return std::all_of(part.boxes.begin(), part.boxes.end(),
                        [&](const SampleBox& box) { return isValid(box.pixelBounds, box.samples); }) &&
-           std::all_of(part.records.begin(), part.records.end(),
-                       [&](const FilmRecord& record) { return isValid(record.pixels, record.samples); });
+           std::all_of(part.records.begin(), part.records.end(), isValidRecord) &&
+           std::all_of(part.layers.begin(), part.layers.end(), isValidRecord);
 }
 
 /// A header, and the sizes of the records in bytes. The records have no bytes yet.
 struct Header {
     RenderPart part;
-    std::vector<uint64_t> recordSizes;
+    std::vector<uint64_t> recordSizes, layerSizes;
 };
+
+Json toJson(const std::vector<FilmRecord>& records) {
+    Json out = Json::array();
+    for (const FilmRecord& record : records)
+        out.push_back({{"window", toJson(record.pixels)},
+                       {"samples", {record.samples.first, record.samples.end}},
+                       {"bytes", record.bytes->size()}});
+    return out;
+}
+
+void readRecordHeaders(const Json& json, std::vector<FilmRecord>& records, std::vector<uint64_t>& sizes) {
+    for (const Json& record : json) {
+        records.push_back({pixelBoundsFrom(record.at("window")), sliceFrom(record.at("samples")), {}});
+        sizes.push_back(sizeFrom(record.at("bytes")));
+    }
+}
+
+/// Returns each name as an array of bytes: names may be invalid UTF-8, which JSON cannot hold.
+Json namesToJson(const std::vector<std::string>& names) {
+    Json out = Json::array();
+    for (const std::string& name : names)
+        out.push_back(std::vector<uint8_t>(name.begin(), name.end()));
+    return out;
+}
+
+std::vector<std::string> namesFrom(const Json& json) {
+    std::vector<std::string> names;
+    for (const Json& bytes : json) {
+        std::string& name = names.emplace_back();
+        for (const Json& byte : bytes)
+            name += char(integerFrom(byte));
+    }
+    return names;
+}
+
+Json toJson(const AovLayout& layout) {
+    Json aovs = Json::array();
+    for (const Aov aov : layout.aovs)
+        aovs.push_back(aovInfo(aov).name);
+    return {{"names", aovs},
+            {"cryptomatteEntries", layout.cryptoLevels},
+            {"objects", namesToJson(layout.objectNames)},
+            {"materials", namesToJson(layout.materialNames)},
+            {"lightGroups", namesToJson(layout.lightGroups)}};
+}
+
+/// Returns a layout with 0 Cryptomatte entries if it contradicts itself.
+AovLayout layoutFrom(const Json& json) {
+    AovLayout layout;
+    layout.cryptoLevels = integerFrom(json.at("cryptomatteEntries"));
+    layout.objectNames = namesFrom(json.at("objects"));
+    layout.materialNames = namesFrom(json.at("materials"));
+    layout.lightGroups = namesFrom(json.at("lightGroups"));
+    for (const Json& name : json.at("names")) {
+        const AovInfo* info = findAov(name.get<std::string>());
+        if (!info || layout.cryptoLevels < 1 || layout.cryptoLevels > 200)
+            return {{}, 0};
+        layout.aovs.push_back(info->aov);
+    }
+    return layout;
+}
 
 Header fromJson(const Json& header) {
     Header out;
@@ -97,15 +161,16 @@ Header fromJson(const Json& header) {
     part.pixelBounds = pixelBoundsFrom(header.at("window"));
     for (const Json& box : header.at("boxes"))
         part.boxes.push_back({pixelBoundsFrom(box.at("window")), sliceFrom(box.at("samples"))});
-    for (const Json& record : header.at("records")) {
-        part.records.push_back({pixelBoundsFrom(record.at("window")), sliceFrom(record.at("samples")), {}});
-        out.recordSizes.push_back(sizeFrom(record.at("bytes")));
+    readRecordHeaders(header.at("records"), part.records, out.recordSizes);
+    if (header.contains("aovs")) {
+        part.layout = layoutFrom(header.at("aovs"));
+        readRecordHeaders(header.at("layers"), part.layers, out.layerSizes);
     }
     return out;
 }
 
-/// Reads the bytes of the records, which are all of `bytes`. Returns false if their sizes do not fit.
-bool readRecords(std::string_view bytes, const std::vector<uint64_t>& sizes,
+/// Removes the bytes of the records from the front of `bytes`. Returns false if there are too few.
+bool readRecords(std::string_view& bytes, const std::vector<uint64_t>& sizes,
                  std::vector<FilmRecord>& records) {
     for (size_t i = 0; i < sizes.size(); ++i) {
         if (sizes[i] > bytes.size())
@@ -113,7 +178,7 @@ bool readRecords(std::string_view bytes, const std::vector<uint64_t>& sizes,
         records[i].bytes = std::make_shared<const std::string>(bytes.substr(0, sizes[i]));
         bytes.remove_prefix(sizes[i]);
     }
-    return bytes.empty();
+    return true;
 }
 
 bool overlap(const SampleBox& a, const SampleBox& b) {
@@ -172,25 +237,22 @@ void writePart(const fs::path& file, const RenderPart& part) {
     for (const SampleBox& box : part.boxes)
         header["boxes"].push_back(
             {{"window", toJson(box.pixelBounds)}, {"samples", {box.samples.first, box.samples.end}}});
-    header["records"] = Json::array();
-    size_t recordBytes = 0;
-    for (const FilmRecord& record : part.records) {
-        header["records"].push_back({{"window", toJson(record.pixels)},
-                                     {"samples", {record.samples.first, record.samples.end}},
-                                     {"bytes", record.bytes->size()}});
-        recordBytes += record.bytes->size();
+    header["records"] = toJson(part.records);
+    if (!part.layout.aovs.empty()) {
+        header["aovs"] = toJson(part.layout);
+        header["layers"] = toJson(part.layers);
     }
     const std::string text = header.dump() + '\n';
     const size_t start = kFirstLine.size() + kChecksumLine, sums = start + text.size();
     std::string bytes(kFirstLine);
-    bytes.reserve(sums + part.sums.size() * PixelAccumulator::kBytes + recordBytes);
     bytes.resize(start);
     bytes += text;
     bytes.resize(sums + part.sums.size() * PixelAccumulator::kBytes);
     for (size_t i = 0; i < part.sums.size(); ++i)
         part.sums[i].store(&bytes[sums + i * PixelAccumulator::kBytes]);
-    for (const FilmRecord& record : part.records)
-        bytes += *record.bytes;
+    for (const auto* records : {&part.records, &part.layers})
+        for (const FilmRecord& record : *records)
+            bytes += *record.bytes;
     bytes.replace(kFirstLine.size(), kChecksumLine, checksum(std::string_view(bytes).substr(start)) + '\n');
     writeFileAtomically(file, bytes);
 }
@@ -219,11 +281,13 @@ RenderPart parsePart(std::string_view bytes, const fs::path& file) {
         fail(file, "it is damaged");
     }
     RenderPart& part = header.part;
-    if (headerEnd == std::string::npos || !isConsistent(part))
+    if (headerEnd == std::string::npos || !isConsistent(part) || part.layout.cryptoLevels == 0)
         fail(file, "it is damaged");
     const std::string_view sums = bytes.substr(headerEnd + 1);
     const size_t sumBytes = pixelCount(part.pixelBounds) * PixelAccumulator::kBytes;
-    if (sums.size() < sumBytes || !readRecords(sums.substr(sumBytes), header.recordSizes, part.records))
+    std::string_view rest = sums.substr(std::min(sumBytes, sums.size()));
+    if (sums.size() < sumBytes || !readRecords(rest, header.recordSizes, part.records) ||
+        !readRecords(rest, header.layerSizes, part.layers) || !rest.empty())
         fail(file, "it is truncated or too long");
     if (checksumLine != checksum(bytes) + '\n')
         fail(file, "it is damaged");
@@ -253,12 +317,15 @@ void addPart(RenderPart& part, const RenderPart& more, const fs::path& file) {
     addSums(part, more);
     part.boxes.insert(part.boxes.end(), more.boxes.begin(), more.boxes.end());
     part.records.insert(part.records.end(), more.records.begin(), more.records.end());
+    part.layers.insert(part.layers.end(), more.layers.begin(), more.layers.end());
 }
 
 void addToFilm(const RenderPart& part, Film& film) {
     forEachPixel(part, [&](int x, int y, const PixelAccumulator& sum) { film.add(x, y, sum); });
     for (const FilmRecord& record : part.records)
         film.records().add(record);
+    for (const FilmRecord& record : part.layers)
+        film.layerRecords().add(record);
     film.records().setNote(part.keyValue(RenderPart::kNote));
 }
 

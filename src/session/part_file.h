@@ -1,6 +1,7 @@
 // Part files: exact sums and records of some samples of some pixels, which add up to the whole render.
 #pragma once
 
+#include "core/film/aov_sums.h"
 #include "core/film/film.h"
 #include "core/render/integrator.h"
 
@@ -26,6 +27,8 @@ struct RenderPart {
     PixelBounds pixelBounds;            ///< contains the boxes
     std::vector<PixelAccumulator> sums; ///< row by row over pixelBounds
     std::vector<FilmRecord> records;    ///< of samples of the boxes
+    AovLayout layout;                   ///< of the AOVs
+    std::vector<FilmRecord> layers;     ///< the AOVs of samples of the boxes: see storeLayers
 
     /// Returns the value of a name of the key; empty if there is none.
     std::string keyValue(const std::string& name) const;
@@ -36,16 +39,16 @@ struct RenderPart {
 /// Whether a file with this name is a part.
 inline bool isPart(const std::filesystem::path& file) { return file.extension() == ".part"; }
 
-/// Writes a line with the format and version, a line with a checksum of the rest, a line of JSON, the sums
-/// and the records. The file is replaced atomically. Throws Error of kind Output.
+/// Writes a line with the format and version, a line with a checksum of the rest, a line of JSON, the sums,
+/// the records and the AOVs. The file is replaced atomically. Throws Error of kind Output.
 void writePart(const std::filesystem::path& file, const RenderPart& part);
 /// Throws Error of kind Usage if the file cannot be read, is not a part, is damaged or truncated.
 RenderPart readPart(const std::filesystem::path& file);
 /// Parses the bytes of a file. `file` names it in errors, which are those of readPart.
 RenderPart parsePart(std::string_view bytes, const std::filesystem::path& file);
 
-/// Adds the samples and the records of `more` to `part`. `file` names `more` in errors. Throws Error of kind
-/// Usage if the parts are of different renders, or have samples in common.
+/// Adds the samples, the records and the AOVs of `more` to `part`. `file` names `more` in errors. Throws
+/// Error of kind Usage if the parts are of different renders, or have samples in common.
 void addPart(RenderPart& part, const RenderPart& more, const std::filesystem::path& file);
 
 /// Adds the sums and the records to a film whose pixel bounds contain those of the part. The film keeps sums,

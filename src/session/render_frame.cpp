@@ -29,6 +29,7 @@ class FrameRenderer {
         if (!m_output.samples.empty())
             m_settings.onSample = [this](const SampleRecord& record) { m_samples.add(record); };
         m_aovs.attachTo(m_settings);
+        m_settings.recordsLayers &= m_settings.aovs || m_settings.lights;
         if (std::any_of(m_output.images.begin(), m_output.images.end(), isPart))
             m_film.enableAccumulation();
         for (const auto& image : m_output.images)
@@ -83,7 +84,7 @@ class FrameRenderer {
                     bool isFinished) {
         if (isPart(image)) {
             if (isFinished)
-                writePart(image, partOf(film, m_job, m_built));
+                writePart(image, partOf(film, m_job, m_built, layoutOf(m_settings)));
         } else if (isFinished) {
             writeImageFile(image, film, stats, true);
         } else if (const auto file = m_unfinished.fileFor(image, film)) {

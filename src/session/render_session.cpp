@@ -76,8 +76,10 @@ RenderSettings renderSettings(const RenderOptions& options, const FrameSetup& se
     settings.clamp = options.clamp;
     settings.threads = options.threads;
     settings.tileSize = options.tileSize;
-    if (std::any_of(options.output.images.begin(), options.output.images.end(), isPart))
+    const bool makesPart = std::any_of(options.output.images.begin(), options.output.images.end(), isPart);
+    if (makesPart)
         settings.pilotBounds = PixelBounds{0, 0, setup.resolution.x, setup.resolution.y};
+    settings.recordsLayers = makesPart || options.progressive.checkpointInterval > 0;
     return settings;
 }
 
@@ -107,8 +109,10 @@ RenderSession::~RenderSession() = default;
 
 void RenderSession::resumeFromCheckpoint() {
     m_film.enableAccumulation();
-    m_checkpoint.emplace(m_job, m_built);
+    m_checkpoint.emplace(m_job, m_built, layoutOf(m_settings));
     m_settings.resume = progressive().resume && m_checkpoint->resume(m_film);
+    for (const FilmRecord& record : m_film.layerRecords().all())
+        loadLayers(record, m_settings.aovs ? &m_settings.aovs->sums() : nullptr, m_settings.lights);
     if (progressive().resume && !m_settings.resume)
         m_log.info("there is no checkpoint to resume from");
 }

@@ -378,7 +378,7 @@ class Options(CliTest):
         self.assertTrue(all(0 <= v < 1 for v in values))
         self.assertGreater(max(values), 0)
         for words, message in ((("variance",), "--aov variance: needs --noise-target"),
-                            (("variance,depth", "--noise-target", "1"), "--aov depth: does not go with --noise-target")):
+                            (("variance,shades", "--noise-target", "1"), "--aov shades: does not go with --noise-target")):
             self.assertIn(message, self.run_strobe("s.scene", "--aov", *words, code=USAGE).err)
 
     def test_layers_need_an_exr(self):

@@ -19,6 +19,9 @@ KILLS = int(os.environ.get("STROBE_KILLS", "3"))
 SPLITS, PARTS = int(os.environ.get("STROBE_SPLITS", "1")), 16 if "STROBE_SPLITS" in os.environ else 4
 INTEGRATORS = (["supersample"], ["msaa", "-D", "shades=2"], ["msaa-cache"], ["indirect-cache", "--shading", "path"], ["adaptive-cache", "-D", "share=indirect"])
 
+LAYERS = ("normal,albedo,depth,position,uv,motionvector,objectid,materialid,primitiveid,cryptoobject,cryptomaterial,"
+          "direct,indirect,lightgroups")
+
 
 def split(box, parts, chance):
     """Cuts a box, [first, end] of columns, rows and samples, into this many boxes at random positions."""
@@ -67,6 +70,51 @@ class PartsTest(SceneTest):
                 self.assertEqual(attributes["strobe:integrator"], integrator[0])
                 self.assertNotIn("strobe:unfinished", attributes)
         self.assertEqual(attributes["strobe:integratorNote"], "shares indirect light")
+
+    def layers(self, name):
+        """Returns the names and the bytes of all channels, and the metadata of Cryptomatte."""
+        picture = Exr(self.path(name))
+        return picture.channels, picture.rows, {k: v for k, v in picture.attributes.items() if k.startswith("cryptomatte/")}
+
+    def test_layers_of_parts_merge_to_those_of_the_whole_image(self):
+        chance = random.Random(3)
+        for integrator in INTEGRATORS:
+            self.write_scene(CORNER if integrator[0] == "adaptive-cache" else SCENE)
+            settings = ["--integrator", *integrator, "--resolution", "30x20", "--spp", "16", "--quiet", "--aov", LAYERS, "--exr", "float"]
+            self.run_strobe(*settings, "-o", "whole.exr")
+            names = self.random_parts(settings, chance)
+            self.merged(names[:2], "some.part")
+            self.merged([*names[2:], "some.part"])
+            self.assertEqual(self.layers("m.exr"), self.layers("whole.exr"), integrator)
+            self.assertGreater(len(self.layers("m.exr")[0]), 40)
+            self.assertEqual(len(self.layers("m.exr")[2]), 8)
+
+    def test_parts_with_other_layers_are_an_error(self):
+        small = ["--resolution", "30x20", "--quiet"]
+        self.run_strobe(*small, "--sample-range", "0:4", "--aov", "depth,cryptoobject", "-o", "a.part")
+        self.run_strobe(*small, "--sample-range", "4:8", "-o", "b.part")
+        self.assertIn("b.part: it is a part of another render: aov is none, not depth,cryptoobject(6)",
+                      self.merged(["a.part", "b.part"], code=1))
+
+    def test_killed_renders_resume_to_the_same_layers(self):
+        for integrator in (INTEGRATORS[0], INTEGRATORS[4]):
+            self.write_scene(CORNER if integrator[0] == "adaptive-cache" else SCENE)
+            settings = ["--integrator", *integrator, "--spp", "512", "--resolution", "90x60", "--aov", LAYERS]
+            self.run_strobe(*settings, "-o", "whole.exr")
+            self.assertGreater(self.killed_and_resumed(settings, 3, 5), 1)
+            self.assertEqual(self.layers("o.exr"), self.layers("whole.exr"), integrator)
+
+    def test_layers_of_passes_do_not_depend_on_tiles(self):
+        settings = ["--resolution", "30x20", "--spp", "4", "--noise-target", "0.1", "--exr", "float"]
+        self.run_strobe(*settings, "--aov", LAYERS, "-o", "a.exr")
+        self.run_strobe(*settings, "--aov", LAYERS, "--tile", "5", "--threads", "3", "-o", "b.exr")
+        self.assertEqual(self.layers("a.exr"), self.layers("b.exr"))
+        self.run_strobe(*settings, "-o", "plain.exr")
+        self.assertEqual(self.pixels("a.exr"), self.pixels("plain.exr"))
+        # Direct and indirect light of all passes add up to the image.
+        a = Exr(self.path("a.exr"))
+        for x, y in ((15, 10), (3, 4)):
+            self.assertAlmostEqual(a.value("direct.R", x, y) + a.value("indirect.R", x, y), a.value("R", x, y), places=5)
 
     def test_parts_of_different_renders_are_an_error(self):
         small = ["--resolution", "30x20", "--quiet"]

@@ -19,9 +19,9 @@ TEST(OptionsTest, DefaultsAreValid) {
 TEST(OptionsTest, OptionsThatExcludeEachOtherAreErrors) {
     EXPECT_EQ(optionsError([](RenderOptions& o) {
                   o.progressive.noiseTarget = 1;
-                  o.output.aovs = {Aov::Depth};
+                  o.output.aovs = {Aov::Depth, Aov::Shades};
               }),
-              "--aov depth: does not go with --noise-target");
+              "--aov shades: does not go with --noise-target");
     EXPECT_EQ(optionsError([](RenderOptions& o) {
                   o.progressive.checkpointInterval = 1;
                   o.sequence.emplace();

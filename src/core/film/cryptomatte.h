@@ -28,16 +28,22 @@ std::vector<std::pair<std::string, std::string>> cryptomatteCollisions(const std
 /// The number of a pixel's samples per name.
 class CryptomatteCounts {
   public:
-    /// Adds a sample of the name with this index.
-    void add(uint32_t name) {
+    struct Entry {
+        uint32_t name;
+        uint32_t samples;
+    };
+    /// Adds samples of the name with this index.
+    void add(uint32_t name, uint32_t samples = 1) {
         for (Entry& entry : m_entries) {
             if (entry.name == name) {
-                ++entry.samples;
+                entry.samples += samples;
                 return;
             }
         }
-        m_entries.push_back({name, 1});
+        m_entries.push_back({name, samples});
     }
+    /// The names that were added, in any order.
+    const std::vector<Entry>& entries() const { return m_entries; }
     /// Writes the `levels` pairs of ID and coverage with the largest coverage to `out` (2 * levels floats),
     /// in descending order; ties in ascending order of the name's index. Missing pairs are zeros. ids[name]
     /// is stored as the bits of a float. Coverage is the name's number of samples divided by `samples`, the
@@ -45,10 +51,6 @@ class CryptomatteCounts {
     void rank(const std::vector<uint32_t>& ids, uint64_t samples, int levels, float* out) const;
 
   private:
-    struct Entry {
-        uint32_t name;
-        uint32_t samples;
-    };
     std::vector<Entry> m_entries;
 };
 

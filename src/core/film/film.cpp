@@ -33,6 +33,7 @@ void Film::merge(const Film& other) {
         for (int x = bounds.x0; x < bounds.x1; ++x)
             add(x, y, other.m_sums.at(other.index(x, y)));
     m_records.add(other.m_records);
+    m_layerRecords.add(other.m_layerRecords);
 }
 
 void Film::clear() {
@@ -41,6 +42,7 @@ void Film::clear() {
     for (std::vector<float>& plane : m_planes)
         std::fill(plane.begin(), plane.end(), 0.f);
     m_records.clear();
+    m_layerRecords.clear();
 }
 
 void Film::clear(const PixelBounds& tile) {
@@ -51,6 +53,7 @@ void Film::clear(const PixelBounds& tile) {
         }
     }
     m_records.remove(tile);
+    m_layerRecords.remove(tile);
 }
 
 bool Film::hasSampleCount(const PixelBounds& tile, uint32_t samples) const {
@@ -75,6 +78,7 @@ void Film::copyFrom(const Film& source, const PixelBounds& tile) {
             copyRow(source.m_planes[i], m_planes[i]);
     }
     m_records.copyFrom(source.m_records, tile);
+    m_layerRecords.copyFrom(source.m_layerRecords, tile);
 }
 
 void Film::addToImage(std::span<const Rgb> values) {

@@ -69,6 +69,10 @@ class Film {
     }
     FilmRecords& records() { return m_records; }
     const FilmRecords& records() const { return m_records; }
+    /// The AOVs of the finished tiles (storeLayers), where RenderSettings::recordsLayers is true. They are
+    /// copied and removed as the records are.
+    FilmRecords& layerRecords() { return m_layerRecords; }
+    const FilmRecords& layerRecords() const { return m_layerRecords; }
     bool has(Aov layer) const;
     /// Sets the values of a whole layer, row by row. Precondition: has(layer).
     void setPlane(Aov layer, std::vector<float> values);
@@ -106,6 +110,7 @@ class Film {
     std::vector<Aov> m_layers;
     std::vector<std::vector<float>> m_planes; ///< per layer
     FilmRecords m_records;
+    FilmRecords m_layerRecords;
 };
 
 } // namespace strobe

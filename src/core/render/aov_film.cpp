@@ -1,7 +1,5 @@
 #include "core/render/aov_film.h"
 
-#include <fmt/format.h>
-
 namespace strobe {
 
 namespace {
@@ -10,21 +8,6 @@ namespace {
 enum : uint32_t { kDimAlbedoLobe = 3, kDimAlbedoDirection = 4 };
 /// The depth of a miss: behind all surfaces, but small enough for image filters; Blender uses the same.
 constexpr float kMissDepth = 1e10f;
-
-enum class Kind { Nearest, Mean, Cryptomatte };
-
-Kind kindOf(Aov aov) {
-    switch (aov) {
-    case Aov::Normal:
-    case Aov::Albedo:
-        return Kind::Mean;
-    case Aov::CryptoObject:
-    case Aov::CryptoMaterial:
-        return Kind::Cryptomatte;
-    default:
-        return Kind::Nearest;
-    }
-}
 
 /// Returns whether the AOV identifies objects, rather than materials.
 bool identifiesObjects(Aov aov) { return aov == Aov::ObjectId || aov == Aov::CryptoObject; }
@@ -37,50 +20,39 @@ V2f centerOf(const PixelRef& pixel) { return {float(pixel.x) + 0.5f, float(pixel
 
 AovFilm::AovFilm(const Scene& scene, const Sampler& sampler, const PixelBounds& pixelBounds,
                  AovFilmSettings settings)
-    : m_scene(scene), m_sampler(sampler), m_pixelBounds(pixelBounds), m_settings(std::move(settings)),
-      m_moves(scene.moves()) {
-    const size_t pixels = size_t(pixelBounds.width()) * size_t(pixelBounds.height());
-    m_sampleCounts.assign(pixels, 0);
-    for (const Aov aov : m_settings.aovs) {
-        if (identifiesObjects(aov) && !m_objects)
-            m_objects.emplace(scene);
-        const size_t channels = aovInfo(aov).channels.size();
-        switch (kindOf(aov)) {
-        case Kind::Nearest:
-            m_nearest.push_back({aov, channels, std::vector<float>(pixels * channels)});
-            m_distance2.assign(pixels, kInfinity);
-            m_nearestNeedsSurface |= needsSurface(aov);
-            break;
-        case Kind::Mean:
-            m_means.push_back({aov, std::vector<double>(3 * pixels)});
-            break;
-        case Kind::Cryptomatte:
-            m_cryptomattes.push_back({aov, std::vector<CryptomatteCounts>(pixels)});
-            break;
-        }
-    }
+    : m_scene(scene), m_sampler(sampler), m_moves(scene.moves()), m_sums(pixelBounds) {
+    AovLayout layout{std::move(settings.aovs), settings.cryptoLevels};
+    const auto has = [&](Aov aov) {
+        return std::find(layout.aovs.begin(), layout.aovs.end(), aov) != layout.aovs.end();
+    };
+    if (std::any_of(layout.aovs.begin(), layout.aovs.end(), identifiesObjects))
+        m_objects.emplace(scene);
+    if (has(Aov::CryptoObject))
+        layout.objectNames = m_objects->names();
+    if (has(Aov::CryptoMaterial))
+        layout.materialNames = std::move(settings.materialNames);
+    m_nearestNeedsSurface = std::any_of(layout.aovs.begin(), layout.aovs.end(), needsSurface);
+    m_sums = AovSums(pixelBounds, std::move(layout));
 }
 
 void AovFilm::add(const VisibilityBatch& batch, Counters& counters) {
     const size_t count = batch.filmSlice.count();
     for (size_t p = 0; p < batch.pixels.size(); ++p) {
         const PixelRef& ref = batch.pixels[p];
-        const size_t pixel = size_t(ref.y - m_pixelBounds.y0) * size_t(m_pixelBounds.width()) +
-                             size_t(ref.x - m_pixelBounds.x0);
+        const size_t pixel = m_sums.index(ref.x, ref.y);
         const size_t begin = batch.sampleIndex(uint32_t(p), batch.filmSlice.first), end = begin + count;
-        if (!m_nearest.empty())
+        if (!m_sums.nearest.empty())
             addNearest(batch, begin, end, pixel, counters);
-        if (!m_means.empty()) {
+        if (!m_sums.means.empty()) {
             for (size_t i = begin; i < end; ++i)
-                if (const VisibilitySample sample = batch.samples[i]; sample.hit)
-                    addMeans(batch, sample, pixel, counters);
+                addMeans(batch, batch.samples[i], pixel, counters);
         }
-        for (CryptomatteAov& cryptomatte : m_cryptomattes) {
+        for (AovSums::Cryptomatte& cryptomatte : m_sums.cryptomattes) {
             for (size_t i = begin; i < end; ++i)
                 if (const Hit hit = batch.samples[i].hit)
                     cryptomatte.counts[pixel].add(nameIndex(cryptomatte.aov, hit));
         }
-        m_sampleCounts[pixel] += uint32_t(count);
+        m_sums.sampleCounts[pixel] += uint32_t(count);
     }
 }
 
@@ -92,19 +64,20 @@ void AovFilm::addNearest(const VisibilityBatch& batch, size_t begin, size_t end,
     std::optional<VisibilitySample> nearest;
     for (size_t i = begin; i < end; ++i) {
         const float distance2 = (batch.samples[i].film - center).length2();
-        if (distance2 < m_distance2[pixel]) {
-            m_distance2[pixel] = distance2;
+        if (distance2 < m_sums.distance2[pixel]) {
+            m_sums.distance2[pixel] = distance2;
             nearest = batch.samples[i];
         }
     }
     if (!nearest)
         return;
+    m_sums.nearestSample[pixel] = nearest->index;
     std::optional<SurfacePoint> surface;
     if (nearest->hit && m_nearestNeedsSurface) {
         surface = m_scene.surface(nearest->hit, nearest->ray.time);
         ++counters.surfaces;
     }
-    for (NearestAov& nearestAov : m_nearest)
+    for (AovSums::Nearest& nearestAov : m_sums.nearest)
         writeNearest(nearestAov.aov, *nearest, surface, &nearestAov.values[pixel * nearestAov.channels],
                      counters);
 }
@@ -153,14 +126,18 @@ V2f AovFilm::motionVector(const Hit& hit, Counters& counters) const {
 
 void AovFilm::addMeans(const VisibilityBatch& batch, const VisibilitySample& sample, size_t pixel,
                        Counters& counters) {
-    const SurfacePoint surface = m_scene.surface(sample.hit, sample.ray.time);
-    ++counters.surfaces;
-    for (MeanAov& mean : m_means) {
-        const V3f value = mean.aov == Aov::Normal
-                              ? (dot(surface.ng, sample.ray.d) > 0 ? -surface.ns : surface.ns)
-                              : albedo(batch, sample, surface, counters);
-        for (int c = 0; c < 3; ++c)
-            mean.sums[3 * pixel + size_t(c)] += double(sample.weight) * double(value[c]);
+    std::optional<SurfacePoint> surface;
+    if (sample.hit) {
+        surface = m_scene.surface(sample.hit, sample.ray.time);
+        ++counters.surfaces;
+    }
+    for (AovSums::Mean& mean : m_sums.means) {
+        V3f value(0);
+        if (surface && mean.aov == Aov::Normal)
+            value = dot(surface->ng, sample.ray.d) > 0 ? -surface->ns : surface->ns;
+        else if (surface)
+            value = albedo(batch, sample, *surface, counters);
+        mean.sums[pixel].add(value, sample.weight);
     }
 }
 
@@ -195,67 +172,6 @@ Rgb AovFilm::albedo(const VisibilityBatch& batch, const VisibilitySample& sample
 /// Returns the index in names(aov) of the object or material that was hit.
 uint32_t AovFilm::nameIndex(Aov aov, const Hit& hit) const {
     return identifiesObjects(aov) ? (*m_objects)(hit) : uint32_t(m_scene.geometry(hit).material);
-}
-
-const std::vector<std::string>& AovFilm::names(Aov aov) const {
-    return identifiesObjects(aov) ? m_objects->names() : m_settings.materialNames;
-}
-
-std::vector<AovChannel> AovFilm::channels() const {
-    std::vector<AovChannel> out;
-    const auto append = [&](Aov aov, size_t channelIndex, bool exact, const auto& valueOf) {
-        const AovInfo& info = aovInfo(aov);
-        AovChannel& channel = out.emplace_back();
-        channel = {info.name, info.channels[channelIndex], std::vector<float>(m_sampleCounts.size()), exact};
-        for (size_t pixel = 0; pixel < m_sampleCounts.size(); ++pixel)
-            channel.values[pixel] = valueOf(pixel);
-    };
-    for (const NearestAov& nearest : m_nearest)
-        for (size_t c = 0; c < nearest.channels; ++c)
-            append(nearest.aov, c, true,
-                   [&](size_t pixel) { return nearest.values[pixel * nearest.channels + c]; });
-    for (const MeanAov& mean : m_means)
-        for (size_t c = 0; c < 3; ++c)
-            append(mean.aov, c, false, [&](size_t pixel) {
-                return m_sampleCounts[pixel] ? float(mean.sums[3 * pixel + c] / m_sampleCounts[pixel]) : 0;
-            });
-    for (const CryptomatteAov& cryptomatte : m_cryptomattes)
-        appendCryptomatte(cryptomatte, out);
-    return out;
-}
-
-/// Appends the ranked ids and coverages, two levels per layer of four channels.
-void AovFilm::appendCryptomatte(const CryptomatteAov& cryptomatte, std::vector<AovChannel>& out) const {
-    const size_t levels = size_t(m_settings.cryptoLevels + 1) / 2 * 2, first = out.size();
-    for (size_t i = 0; i < 2 * levels; ++i)
-        out.push_back({fmt::format("{}{:02}", aovInfo(cryptomatte.aov).channels[0], i / 4),
-                       std::string(1, "RGBA"[i % 4]), std::vector<float>(m_sampleCounts.size()), true});
-    std::vector<uint32_t> ids;
-    for (const std::string& name : names(cryptomatte.aov))
-        ids.push_back(cryptomatteId(name));
-    std::vector<float> ranked(2 * levels);
-    for (size_t pixel = 0; pixel < m_sampleCounts.size(); ++pixel) {
-        cryptomatte.counts[pixel].rank(ids, m_sampleCounts[pixel], int(levels), ranked.data());
-        for (size_t i = 0; i < ranked.size(); ++i)
-            out[first + i].values[pixel] = ranked[i];
-    }
-}
-
-Metadata AovFilm::metadata() const {
-    Metadata metadata;
-    for (const CryptomatteAov& cryptomatte : m_cryptomattes)
-        for (auto& entry : cryptomatteMetadata(aovInfo(cryptomatte.aov).channels[0], names(cryptomatte.aov)))
-            metadata.push_back(std::move(entry));
-    return metadata;
-}
-
-std::vector<std::string> AovFilm::warnings() const {
-    std::vector<std::string> messages;
-    for (const CryptomatteAov& cryptomatte : m_cryptomattes)
-        for (const auto& [a, b] : cryptomatteCollisions(names(cryptomatte.aov)))
-            messages.push_back(fmt::format("{}: \"{}\" and \"{}\" have the same id and share a matte",
-                                           aovInfo(cryptomatte.aov).channels[0], a, b));
-    return messages;
 }
 
 } // namespace strobe

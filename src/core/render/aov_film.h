@@ -1,8 +1,7 @@
 // AOVs of AovGroup::Visible: properties of the surfaces that visibility samples hit.
 #pragma once
 
-#include "core/film/aov.h"
-#include "core/film/cryptomatte.h"
+#include "core/film/aov_sums.h"
 #include "core/render/integrator.h"
 #include "core/scene/object_names.h"
 
@@ -32,30 +31,12 @@ class AovFilm {
     /// `surfaces` and `footprints`.
     void add(const VisibilityBatch& batch, Counters& counters);
 
-    /// Returns the channels of the samples added so far, row by row over the pixel bounds.
-    std::vector<AovChannel> channels() const;
-    /// Returns the Cryptomatte metadata of files with these channels.
-    Metadata metadata() const;
-    /// Returns a message for each pair of names that Cryptomatte cannot distinguish.
-    std::vector<std::string> warnings() const;
+    /// The samples added so far.
+    const AovSums& sums() const { return m_sums; }
+    /// For samples that were stored (AovSums::load), or that are discarded.
+    AovSums& sums() { return m_sums; }
 
   private:
-    /// An AOV of the sample nearest to the pixel center.
-    struct NearestAov {
-        Aov aov;
-        size_t channels;
-        std::vector<float> values; ///< `channels` per pixel
-    };
-    /// An AOV that is a mean of samples with three channels.
-    struct MeanAov {
-        Aov aov;
-        std::vector<double> sums; ///< three per pixel
-    };
-    struct CryptomatteAov {
-        Aov aov;
-        std::vector<CryptomatteCounts> counts; ///< per pixel
-    };
-
     // `pixel` is an index into the pixel bounds.
     void addNearest(const VisibilityBatch& batch, size_t begin, size_t end, size_t pixel, Counters& counters);
     void addMeans(const VisibilityBatch& batch, const VisibilitySample& sample, size_t pixel,
@@ -67,21 +48,13 @@ class AovFilm {
                Counters& counters) const;
     V2f motionVector(const Hit& hit, Counters& counters) const;
     uint32_t nameIndex(Aov aov, const Hit& hit) const;
-    const std::vector<std::string>& names(Aov aov) const;
-    void appendCryptomatte(const CryptomatteAov& cryptomatte, std::vector<AovChannel>& out) const;
 
     const Scene& m_scene;
     const Sampler& m_sampler;
-    const PixelBounds m_pixelBounds;
-    const AovFilmSettings m_settings;
     const bool m_moves;                   ///< see Scene::moves
     std::optional<ObjectNames> m_objects; ///< if an AOV needs them
-    std::vector<NearestAov> m_nearest;
-    std::vector<float> m_distance2;     ///< squared, of each pixel's nearest sample to the pixel center
-    bool m_nearestNeedsSurface = false; ///< some AOV in m_nearest needs a SurfacePoint
-    std::vector<MeanAov> m_means;
-    std::vector<CryptomatteAov> m_cryptomattes;
-    std::vector<uint32_t> m_sampleCounts; ///< per pixel
+    bool m_nearestNeedsSurface = false;   ///< some AOV of one sample needs a SurfacePoint
+    AovSums m_sums;
 };
 
 } // namespace strobe

@@ -38,4 +38,20 @@ void LightFilm::appendChannels(const std::string& layer, size_t component,
     }
 }
 
+void LightFilm::store(const PixelBounds& tile, std::string& bytes) const {
+    for (const auto& sums : m_sums)
+        for (int y = tile.y0; y < tile.y1; ++y)
+            for (int x = tile.x0; x < tile.x1; ++x)
+                storeSum(sums[index(x, y)], bytes);
+}
+
+bool LightFilm::load(const PixelBounds& tile, std::string_view& bytes) {
+    for (auto& sums : m_sums)
+        for (int y = tile.y0; y < tile.y1; ++y)
+            for (int x = tile.x0; x < tile.x1; ++x)
+                if (!loadSum(sums[index(x, y)], bytes))
+                    return false;
+    return true;
+}
+
 } // namespace strobe

@@ -146,8 +146,19 @@ class PassLoop {
     bool renderPass() {
         const Clock::time_point start = Clock::now();
         m_passFilm.clear();
-        if (!m_renderer.render(m_passFilm))
+        std::optional<AovSums> aovs;
+        if (m_settings.aovs)
+            aovs = m_settings.aovs->sums();
+        std::optional<LightFilm> lights;
+        if (m_settings.lights)
+            lights = *m_settings.lights;
+        if (!m_renderer.render(m_passFilm)) {
+            if (aovs)
+                m_settings.aovs->sums() = std::move(*aovs);
+            if (lights)
+                *m_settings.lights = std::move(*lights);
             return false;
+        }
         ++m_passes;
         m_film.merge(m_passFilm);
         m_renderer.finish(m_film);

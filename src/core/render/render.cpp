@@ -156,12 +156,20 @@ std::vector<PixelBounds> Renderer::missingIn(const PixelBounds& tile, Film& film
 /// Renders what the film lacks of a tile. Returns false if settings.stop ended it early. The film then lacks
 /// the records of the last rectangle of pixels, so its samples are removed where they may be reused.
 bool Renderer::renderTile(const PixelBounds& tile, TileRenderer& renderer, Film& film) const {
-    for (const PixelBounds& missing : missingIn(tile, film))
+    for (const PixelBounds& missing : missingIn(tile, film)) {
         if (!renderer.renderTile(missing, film)) {
-            if (m_state->observes() && !film.sums().empty())
+            if ((m_state->observes() || m_settings.recordsLayers) && !film.sums().empty())
                 film.clear(missing);
             return false;
         }
+        if (m_settings.recordsLayers) {
+            const AovSums* aovs = m_settings.aovs ? &m_settings.aovs->sums() : nullptr;
+            const SampleSlice all{0, uint32_t(m_settings.samplesPerPixel)};
+            film.layerRecords().add(
+                {missing, m_settings.slice.value_or(all),
+                 std::make_shared<const std::string>(storeLayers(missing, aovs, m_settings.lights))});
+        }
+    }
     return true;
 }
 

@@ -51,9 +51,28 @@ struct RenderSettings {
     AovFilm* aovs = nullptr;
     /// Gathers components of the light, over the film's pixel bounds; null: none.
     LightFilm* lights = nullptr;
+    /// Adds `aovs` and `lights` to the film's layer records, tile by tile. The film must accumulate.
+    bool recordsLayers = false;
 
     LightComponents lightComponents() const { return lights ? lights->components() : LightComponents{}; }
 };
+
+/// Returns the samples of the AOVs in `tile`, as bytes. `aovs` and `lights` may be null.
+inline std::string storeLayers(const PixelBounds& tile, const AovSums* aovs, const LightFilm* lights) {
+    std::string bytes;
+    if (aovs)
+        aovs->store(tile, bytes);
+    if (lights)
+        lights->store(tile, bytes);
+    return bytes;
+}
+/// Adds what `storeLayers` returned for the same AOVs. Throws Error of kind Usage if the record is damaged.
+inline void loadLayers(const FilmRecord& record, AovSums* aovs, LightFilm* lights) {
+    std::string_view bytes = *record.bytes;
+    if ((aovs && !aovs->load(record.pixels, bytes)) || (lights && !lights->load(record.pixels, bytes)) ||
+        !bytes.empty())
+        throw Error("the AOVs of a tile are damaged", ErrorKind::Usage);
+}
 
 struct RenderStats {
     Counters total;

@@ -37,9 +37,9 @@ Rendered renderAovs(const std::string& text, const std::vector<Aov>& aovs, const
     RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                *built.filter, settings, film);
     Layers layers;
-    for (AovChannel& channel : aovFilm.channels())
+    for (AovChannel& channel : aovFilm.sums().channels())
         layers[channel.layer + '.' + channel.name] = std::move(channel.values);
-    return {std::move(layers), std::move(film), std::move(stats), aovFilm.metadata()};
+    return {std::move(layers), std::move(film), std::move(stats), aovFilm.sums().metadata()};
 }
 
 Layers layersOf(const std::string& text, const std::vector<Aov>& aovs, const BuildOptions& options = {}) {
