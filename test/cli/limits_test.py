@@ -68,12 +68,19 @@ class LimitsTest(CliTest):
         self.scene('Include "many.scene.gz"\n')
         self.assertRegex(self.refused("--max-memory", "256M"), "out of memory: the scene takes more than the 268.4 MB of --max-memory|would take")
 
+    def test_instances_are_counted_before_they_are_made(self):
+        for depth, message in ((40, "nested objects make more than 67108864 instances"), (27, "67108864 instances would take 107.4 GB")):
+            levels = 'ObjectBegin "o0" Shape "sphere" ObjectEnd\n' + "".join(
+                f'ObjectBegin "o{i}"\n' + f'ObjectInstance "o{i - 1}"\n' * 2 + "ObjectEnd\n" for i in range(1, depth))
+            self.scene(levels + f'ObjectInstance "o{depth - 1}"\n')
+            self.assertIn("error: " + message, self.refused("--max-memory", "1G"))
+
     def test_instances_of_instances(self):
         levels = 'ObjectBegin "o0" Shape "sphere" ObjectEnd\n'
         for i in range(30):
             levels += f'ObjectBegin "o{i + 1}"\n' + f'ObjectInstance "o{i}" Translate .1 0 0\n' * 10 + "ObjectEnd\n"
         self.scene(levels + 'ObjectInstance "o30"\n')
-        self.assertRegex(self.refused("--max-memory", "512M"), r"s\.scene:\d+:3?\d: error: \d+ instances would take")
+        self.assertRegex(self.refused("--max-memory", "512M"), r"s\.scene:\d+:3?\d: error: nested objects make more than 67108864 instances")
         chain = 'ObjectBegin "o0" Shape "sphere" ObjectEnd\n' + "".join(
             f'ObjectBegin "o{i + 1}" ObjectInstance "o{i}" ObjectEnd\n' for i in range(100_000))
         self.scene(chain + 'ObjectInstance "o100000"\n')
