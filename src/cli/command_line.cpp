@@ -128,7 +128,7 @@ void addImageOutputs(CLI::App& app, CommandLine& line) {
 void addSampleOptions(CLI::App& app, CommandLine& line, std::optional<uint32_t>& sample) {
     RenderOptions& render = line.render;
     app.option_defaults()->group("Pixels, samples and time");
-    app.add_option("--threads", render.threads,
+    app.add_option("-t,--threads", render.threads,
                    "number of threads; 0: one per core; does not change the image [0]")
         ->type_name("N")
         ->transform(integerBetween(0, 4096));
@@ -248,7 +248,7 @@ void parse(CLI::App& app, const std::vector<std::string>& arguments) {
 std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& line) {
     CLI::App app{"strobe: a pbrt-style renderer that shades less often than it samples visibility"};
     app.set_help_flag("-h,--help", "print the options and exit");
-    app.set_version_flag("--version", std::string("strobe ") + version(), "print the version and exit");
+    app.set_version_flag("-V,--version", std::string("strobe ") + version(), "print the version and exit");
     app.footer(kFooter);
     SequenceOptions sequence;
     std::optional<uint32_t> sample;
@@ -257,7 +257,7 @@ std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& lin
     addSampleOptions(app, line, sample);
     addSequenceOptions(app, sequence);
     app.option_defaults()->group("Messages");
-    app.add_flag("--quiet", line.quiet, "print errors only");
+    app.add_flag("-q,--quiet", line.quiet, "print errors only");
     app.add_option("--log-level", line.logLevel,
                    "least severity of messages: debug, info, warn or error [info]")
         ->type_name("LEVEL")

@@ -17,7 +17,7 @@ std::optional<ExitCode> parseMergeCommandLine(int argc, char** argv, MergeComman
         ->required();
     addImageOptions(app, merge.format);
     app.add_flag("--strict", merge.strict, "exit with code 6 if a sample is NaN, infinite or too large");
-    app.add_flag("--quiet", line.quiet, "print errors only");
+    app.add_flag("-q,--quiet", line.quiet, "print errors only");
     try {
         app.parse(argc, argv);
         try {

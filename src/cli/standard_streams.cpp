@@ -1,6 +1,7 @@
 #include "cli/standard_streams.h"
 
 #include "core/util/error.h"
+#include "core/util/nearest_name.h"
 
 #include <cerrno>
 #include <csignal>
@@ -35,9 +36,29 @@ void printResult(std::string_view text) {
                     ErrorKind::Output);
 }
 
+namespace {
+
+/// Returns the option whose name is nearest to the first unknown one; empty if there is none.
+std::string nearestOption(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : app.get_options())
+        names.push_back(option->get_name());
+    for (const std::string& argument : app.remaining())
+        if (argument.starts_with("--"))
+            return nearestName(argument.substr(0, argument.find('=')), names);
+    return "";
+}
+
+} // namespace
+
 ExitCode printParseResult(const CLI::App& app, const CLI::ParseError& result) {
     std::ostringstream out, errors;
-    const int code = app.exit(result, out, errors);
+    const std::string nearest = nearestOption(app);
+    const int code =
+        nearest.empty()
+            ? app.exit(result, out, errors)
+            : app.exit(CLI::ValidationError(std::string(result.what()) + "; did you mean " + nearest + "?"),
+                       out, errors);
     printMessage(errors.str());
     printResult(out.str());
     return code == 0 ? kOk : kUsageError;

@@ -1,4 +1,4 @@
-"""Values and transforms without physical meaning: errors in .scene files, warnings in .pbrt files.
+"""Values and transforms without physical meaning: errors in .scene files, warnings in .pbrt files. Misspelt options.
 Usage: ranges_test.py PATH_OF_STROBE [unittest arguments]"""
 import os
 import subprocess
@@ -82,6 +82,14 @@ class RangesTest(SceneTest):
         code, err = self.render(SPHERE, "--resolution", "65536x65536", "--max-memory", "1G")
         self.assertEqual(code, 2)
         self.assertTrue(err.startswith("error: a picture of 65536x65536 pixels"), err)
+
+    def test_misspelt_options(self):
+        for argument, nearest in (("--splp", "--spp"), ("--thraeds=3", "--threads")):
+            code, err = self.render(SPHERE, argument)
+            self.assertEqual(code, 1)
+            self.assertIn(f"The following argument was not expected: {argument}; did you mean {nearest}?\n", err)
+        self.assertNotIn("did you mean", self.render(SPHERE, "--completely-different")[1])
+        self.assertEqual(self.render(SPHERE, "-q", "-t", "1"), (0, ""))
 
     def test_two_worlds(self):
         code, err = self.render("WorldBegin\n")
