@@ -44,6 +44,9 @@ class OrthographicCamera final : public Camera {
             return std::nullopt;
         return FilmPoint{m_screen.toFilm({q.x, q.y}), depth};
     }
+    std::optional<CameraMatrices> matrices() const override {
+        return cameraMatrices(m_placement, m_screen, false);
+    }
 
   private:
     /// Returns the direction of the ray from a point of the lens, in camera space with z = 1.

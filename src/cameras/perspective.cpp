@@ -139,6 +139,9 @@ class PerspectiveCamera final : public Camera {
             return std::nullopt;
         return FilmPoint{m_screen.toFilm({q.x / q.z, q.y / q.z}), depth};
     }
+    std::optional<CameraMatrices> matrices() const override {
+        return cameraMatrices(m_placement, m_screen, true);
+    }
 
   private:
     float lensShift() const { return m_lens.radius > 0 ? 1 / m_lens.focalDistance : 0; }

@@ -37,9 +37,28 @@ ScreenWindow readScreenWindow(const ParamSet& params, const V2i& resolution) {
             throw Error(params.whereIs(kScreenWindow), "\"screenwindow\" is empty");
     }
     return {{window[0], window[3]},
-            {(window[1] - window[0]) / float(resolution.x), (window[2] - window[3]) / float(resolution.y)}};
+            {(window[1] - window[0]) / float(resolution.x), (window[2] - window[3]) / float(resolution.y)},
+            resolution};
 }
 
 Lens readLens(const ParamSet& params) { return {params.get(kLensRadius), params.get(kFocalDistance)}; }
+
+CameraMatrices cameraMatrices(const CameraPlacement& placement, const ScreenWindow& screen,
+                              bool isPerspective) {
+    const V2f extent(screen.pixel.x * float(screen.resolution.x),
+                     screen.pixel.y * float(screen.resolution.y));
+    const int shiftRow = isPerspective ? 2 : 3; // the origin is scaled by the depth
+    M44f toNdc;
+    toNdc[0][0] = 1 / extent.x;
+    toNdc[1][1] = 1 / extent.y;
+    toNdc[shiftRow][0] = -screen.origin.x / extent.x;
+    toNdc[shiftRow][1] = -screen.origin.y / extent.y;
+    if (isPerspective) {
+        toNdc[2][3] = 1;
+        toNdc[3][3] = 0;
+    }
+    const M44f worldToCamera = placement.midShutter().inverse();
+    return {worldToCamera, worldToCamera * toNdc};
+}
 
 } // namespace strobe

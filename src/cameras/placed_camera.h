@@ -29,8 +29,9 @@ class CameraPlacement {
 
 /// The map from film points (pixels, row 0 at the top) to the screen plane (x right, y up).
 struct ScreenWindow {
-    V2f origin; ///< screen position of film point (0,0)
-    V2f pixel;  ///< screen extent of one pixel; y is negative
+    V2f origin;           ///< screen position of film point (0,0)
+    V2f pixel;            ///< screen extent of one pixel; y is negative
+    V2i resolution{1, 1}; ///< of the frame
     V2f toScreen(const V2f& film) const { return {origin.x + film.x * pixel.x, origin.y + film.y * pixel.y}; }
     V2f toFilm(const V2f& screen) const {
         return {(screen.x - origin.x) / pixel.x, (screen.y - origin.y) / pixel.y};
@@ -48,6 +49,10 @@ inline const ParamDef<float> kLensRadius{
     "lensradius", 0, "radius of the thin lens in units of camera space; 0: pinhole", nullptr, kNotNegative};
 inline const ParamDef<float> kFocalDistance{
     "focaldistance", 1e6f, "distance of the plane of focus along the camera axis", nullptr, kPositive};
+
+/// Returns the matrices of a camera. `isPerspective`: points are divided by their depth before the screen.
+CameraMatrices cameraMatrices(const CameraPlacement& placement, const ScreenWindow& screen,
+                              bool isPerspective);
 
 /// Returns the screen window given by "screenwindow" or "frameaspectratio". Throws a located Error if it is
 /// empty.

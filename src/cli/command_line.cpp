@@ -2,12 +2,15 @@
 
 #include "cli/standard_streams.h"
 
-#include "cli/image_options.h"
-#include "cli/option_validators.h"
-#include "cli/progressive_options.h"
-#include "cli/resource_options.h"
-#include "cli/sequence_options.h"
+#include "cli/help.h"
+#include "cli/options/image_options.h"
+#include "cli/options/option_validators.h"
+#include "cli/options/progressive_options.h"
+#include "cli/options/resource_options.h"
+#include "cli/options/sequence_options.h"
+#include "core/image/image_format.h"
 #include "core/util/version.h"
+#include "loader/build/plugin_tables.h"
 
 #include <CLI/CLI.hpp>
 
@@ -26,6 +29,14 @@ Exit codes:
   4  internal error of strobe
   5  a signal ended a render; the finished samples or passes are saved
   6  invalid samples (--strict))";
+
+template <class Row>
+std::string namesOf(const std::vector<Row>& table) {
+    std::string names;
+    for (const Row& row : table)
+        names += (names.empty() ? "" : ", ") + row.name;
+    return names;
+}
 
 std::string aovNames() {
     return aovNames(AovGroup::Visible) + ", " + aovNames(AovGroup::Light) + ", " +
@@ -88,14 +99,18 @@ void addSceneOptions(CLI::App& app, RenderOptions& render) {
     app.option_defaults()->group("Scene and integrator");
     app.add_option(
            "FILE", render.scenes,
-           "scene files (.scene, .pbrt, .gltf, .glb), read one after another as if they were one file")
+           "scene files (.scene, .pbrt, .gltf, .glb), read one after another as if they were one file; -: "
+           "standard input")
         ->type_name("");
     app.add_option("--integrator", build.integrator,
-                   "integrator: the mapping of visibility samples to shades; see --list; overrides the scene")
+                   "mapping of visibility samples to shades; overrides the scene: " +
+                       namesOf(pluginTables().integrators))
         ->type_name("NAME");
-    app.add_option("--shading", build.shading, "shader: path or directlighting; overrides the scene")
+    app.add_option("--shading", build.shading,
+                   "shader; overrides the scene: " + namesOf(pluginTables().shaders))
         ->type_name("NAME");
-    app.add_option("-D", build.defines, "parameter of the integrator or of the shader; may be repeated")
+    app.add_option("-D", build.defines,
+                   "value of $NAME in the scene, or parameter of the integrator or of the shader")
         ->type_name("NAME=VALUE")
         ->allow_extra_args(false);
     app.add_option(
@@ -111,16 +126,24 @@ void addSceneOptions(CLI::App& app, RenderOptions& render) {
         ->type_name("NAME");
     app.add_option("--camera", build.gltfCamera, "name of the glTF camera to use")->type_name("NAME");
     app.add_flag("--quick", build.quick, "a quarter of the resolution and of the samples per pixel");
+    app.add_flag("--dry-run", render.dryRun,
+                 "load and check the scene, and estimate the time; write nothing");
 }
 
 void addImageOutputs(CLI::App& app, CommandLine& line) {
     app.option_defaults()->group("Images");
-    app.add_option(
-           "-o,--output", line.render.output.images,
-           "output file (.exr, .png or .part); may be repeated; by default the name in the scene, or the "
-           "name of the first scene file with .exr")
+    app.add_option("-o,--output", line.render.output.images,
+                   "output file (" + imageExtensions() +
+                       " or .part); -: an EXR to standard output, -.png: a PNG; by "
+                       "default the name in the scene, or the name of the first scene file with .exr")
         ->type_name("FILE")
         ->allow_extra_args(false);
+    app.add_flag("--no-output", line.render.output.noImage, "write no image");
+    app.add_flag("--mkdir", line.render.output.makeFolders, "create the folders of outputs");
+    app.add_flag(
+        "--transparent", line.render.build.transparent,
+        "transparent background, with the channel A in EXR, PNG and TIFF; reflections and refractions "
+        "show the environment");
     addImageOptions(app, line.render.output.format);
     line.render.build.color = line.render.output.format.color;
 }
@@ -140,8 +163,8 @@ void addSampleOptions(CLI::App& app, CommandLine& line, std::optional<uint32_t>&
         ->transform(integerFrom<int>(1));
     app.add_option_function<std::vector<float>>(
            "--crop", [&render](const std::vector<float>& crop) { render.build.crop = parseCrop(crop); },
-           "x0 x1 y0 y1: region of the frame to render, in fractions of its size")
-        ->type_name("NUMBER")
+           "region of the frame to render, in fractions of its size")
+        ->type_name("X0 X1 Y0 Y1")
         ->expected(4)
         ->allow_extra_args(false);
     app.add_option_function<std::string>(
@@ -189,7 +212,8 @@ void addLayerOptions(CLI::App& app, OutputOptions& output) {
            "--samples", output.samples,
            "write every visibility sample to this CSV file; for a small --crop, since files are large")
         ->type_name("FILE");
-    app.add_option("--stats", output.stats, "write statistics to this JSON file")->type_name("FILE");
+    app.add_option("--stats", output.stats, "write statistics to this JSON file; -: to standard output")
+        ->type_name("FILE");
 }
 
 /// Throws if an option was given that has no effect.
@@ -209,7 +233,7 @@ void checkScenes(const CommandLine& line) {
     std::error_code ignored;
     if (!scenes.empty() && scenes.front() == "merge" && !std::filesystem::exists("merge", ignored))
         throw CLI::ValidationError("merge", "must be the first argument: strobe merge PART... -o OUT...");
-    if (scenes.empty() && !line.list && !line.printOcio)
+    if (scenes.empty() && !line.list && !line.printOcio && line.text.empty())
         throw CLI::RequiredError("FILE");
 }
 
@@ -236,6 +260,36 @@ std::vector<std::string> withCurrentNames(int argc, char** argv) {
     return arguments;
 }
 
+/// Returns the words of options that take one of several.
+std::vector<Completion> completions() {
+    const auto split = [](const std::string& names) {
+        std::vector<std::string> words;
+        for (const std::string& name : CLI::detail::split(names, ','))
+            words.push_back(CLI::detail::trim_copy(name));
+        return words;
+    };
+    const PluginTables tables = pluginTables();
+    return {{"--integrator", split(namesOf(tables.integrators))},
+            {"--shading", split(namesOf(tables.shaders))},
+            {"--aov", split(aovNames())},
+            {"--heatmap-of", split(aovNames(AovGroup::Sharing))},
+            {"--log-level", {"debug", "info", "warn", "error"}},
+            {"--print-completion", {"bash", "zsh", "fish"}}};
+}
+
+/// Sets what follows from other options.
+void completeOptions(RenderOptions& render, const std::vector<std::string>& arguments) {
+    OutputOptions& output = render.output;
+    for (auto& image : output.images)
+        if (image == "-")
+            image = "-.exr";
+    const bool hasAlpha = std::find(output.aovs.begin(), output.aovs.end(), Aov::Alpha) != output.aovs.end();
+    if (render.build.transparent && !hasAlpha)
+        output.aovs.push_back(Aov::Alpha);
+    for (const std::string& argument : arguments)
+        render.commandLine += (render.commandLine.empty() ? "" : " ") + argument;
+}
+
 void parse(CLI::App& app, const std::vector<std::string>& arguments) {
     std::vector<const char*> argv;
     for (const std::string& argument : arguments)
@@ -248,6 +302,7 @@ void parse(CLI::App& app, const std::vector<std::string>& arguments) {
 std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& line) {
     CLI::App app{"strobe: a pbrt-style renderer that shades less often than it samples visibility"};
     app.set_help_flag("-h,--help", "print the options and exit");
+    useWideHelp(app);
     app.set_version_flag("-V,--version", std::string("strobe ") + version(), "print the version and exit");
     app.footer(kFooter);
     SequenceOptions sequence;
@@ -266,12 +321,32 @@ std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& lin
     addProgressiveOptions(app, line.render);
     addResourceOptions(app, line.render);
     app.option_defaults()->group("Information");
-    app.add_flag("--list", line.list, "print all plugins with their parameters, and all AOVs, and exit");
+    app.add_option_function<std::string>(
+           "--list",
+           [&line](const std::string& name) {
+               line.list = true;
+               line.listName = name;
+           },
+           "print the plugins of this name, or all plugins and AOVs, with their parameters, and exit")
+        ->type_name("[NAME]")
+        ->expected(0, 1)
+        ->default_str("");
     app.add_flag("--print-ocio", line.printOcio, "print the built-in OpenColorIO config and exit");
+    app.add_flag_callback(
+        "--print-man", [&app, &line] { line.text = manPage(app); }, "print the manual page and exit");
+    app.add_option_function<std::string>(
+           "--print-completion",
+           [&app, &line](const std::string& shell) {
+               line.text = completionScript(app, completions(), shell);
+           },
+           "print the completions for a shell, bash, zsh or fish, and exit")
+        ->type_name("SHELL");
     try {
-        parse(app, withCurrentNames(argc, argv));
+        const std::vector<std::string> arguments = withCurrentNames(argc, argv);
+        parse(app, arguments);
         if (line.pixel)
             line.pixel->sample = sample;
+        completeOptions(line.render, arguments);
         readSequenceOptions(app, sequence, line.render);
         checkRequirements(app, line.render.output);
         checkRenderOptions(line);

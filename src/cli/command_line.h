@@ -13,7 +13,10 @@ struct CommandLine {
     RenderOptions render;
     std::optional<PixelQuery> pixel; ///< prints this pixel in place of a render
     bool list = false;               ///< prints the plugins
-    bool printOcio = false;          ///< prints the built-in OpenColorIO config
+    std::string listName;            ///< with `list`: only those of this name; empty: all, and the AOVs
+    /// A text to print in place of a render: the man page, or a completion script; empty: none.
+    std::string text;
+    bool printOcio = false; ///< prints the built-in OpenColorIO config
     bool quiet = false;
     std::string logLevel = "info"; ///< debug, info, warn or error
 };

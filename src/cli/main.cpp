@@ -1,9 +1,9 @@
 // The program strobe: parses the command line, calls the session library, and returns an exit code.
 #include "cli/command_line.h"
 #include "cli/merge_command_line.h"
+#include "cli/options/resource_options.h"
 #include "cli/process_start.h"
 #include "cli/progress.h"
-#include "cli/resource_options.h"
 #include "cli/standard_streams.h"
 #include "cli/stop_signals.h"
 
@@ -117,7 +117,13 @@ ExitCode renderWithProgress(const CommandLine& line, const Log& log) {
 ExitCode run(const CommandLine& line, const Log& log) {
     limitMemory(line.render.resources);
     if (line.list) {
-        printResult(listPlugins(pluginTables()) + listAovs());
+        const PluginTables tables = pluginTables();
+        printResult(line.listName.empty() ? listPlugins(tables) + listAovs()
+                                          : listPlugins(tables, line.listName));
+        return kOk;
+    }
+    if (!line.text.empty()) {
+        printResult(line.text);
         return kOk;
     }
     if (line.printOcio) {

@@ -2,19 +2,24 @@
 
 #include "cli/standard_streams.h"
 
-#include "cli/image_options.h"
+#include "cli/help.h"
+#include "cli/options/image_options.h"
+#include "core/image/image_format.h"
 
 namespace strobe {
 
 std::optional<ExitCode> parseMergeCommandLine(int argc, char** argv, MergeCommandLine& line) {
     MergeOptions& merge = line.merge;
     CLI::App app{"strobe merge: merges parts of a render"};
+    useWideHelp(app);
     app.set_help_flag("-h,--help", "print the options and exit");
     app.add_option("PART", merge.parts, ".part files of one render")->type_name("")->required();
-    app.add_option("-o,--output", merge.images, "output file (.exr, .png or .part); may be repeated")
+    app.add_option("-o,--output", merge.images,
+                   "output file (" + imageExtensions() + " or .part); may be repeated")
         ->type_name("FILE")
         ->allow_extra_args(false)
         ->required();
+    app.add_flag("--mkdir", merge.makeFolders, "create the folders of outputs");
     addImageOptions(app, merge.format);
     app.add_flag("--strict", merge.strict, "exit with code 6 if a sample is NaN, infinite or too large");
     app.add_flag("-q,--quiet", line.quiet, "print errors only");

@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
+#include <string_view>
+
 #include <unistd.h>
 
 namespace strobe {
@@ -17,9 +20,15 @@ std::string formatDuration(double seconds) {
                      : fmt::format("{}:{:02}", s / 60, s % 60);
 }
 
+/// Whether the terminal cannot move its cursor.
+bool isDumb() {
+    const char* terminal = std::getenv("TERM");
+    return terminal && std::string_view(terminal) == "dumb";
+}
+
 } // namespace
 
-Progress::Progress() : m_isTerminal(isatty(STDERR_FILENO)) { restart(); }
+Progress::Progress() : m_isTerminal(isatty(STDERR_FILENO) && !isDumb()) { restart(); }
 
 void Progress::restart() {
     m_start = Clock::now();

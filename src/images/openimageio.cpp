@@ -1,6 +1,7 @@
-// The implementation of core/image/image_library.h with OpenImageIO; the only file that includes OpenImageIO.
-// It is built as a shared library that exports only the function at the end.
+// The implementation of core/image/image_library.h with OpenImageIO, which no other room includes. It is
+// built as a shared library that exports only the function at the end.
 #include "core/image/image_library.h"
+#include "images/checked_input.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagecache.h>
@@ -10,9 +11,12 @@
 
 #include <array>
 #include <cstring>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
+#include <sstream>
 
 namespace strobe {
 namespace {
@@ -38,16 +42,24 @@ class OpenedFile final : public ImageReader {
     }
 
     bool read(int first, int last, float* out, std::string& error) override {
-        if (m_input->read_image(0, 0, first, last, OIIO::TypeDesc::FLOAT, out))
-            return true;
-        error = m_input->geterror();
-        return false;
+        const bool isRead = m_input->read_image(0, 0, first, last, OIIO::TypeDesc::FLOAT, out);
+        error = isRead ? hiddenError(*m_input) : m_input->geterror();
+        return isRead && error.empty();
     }
     std::string metadata(const std::string& name) const override {
-        return m_input->spec().extra_attribs.get_string(name);
+        const std::string value(m_input->spec().extra_attribs.get_string(name));
+        return value.empty() ? describedValue(name) : value;
     }
 
   private:
+    /// Returns the value in a line "name=value" of the description: see addMetadata.
+    std::string describedValue(const std::string& name) const {
+        std::istringstream lines(std::string(m_input->spec().extra_attribs.get_string("ImageDescription")));
+        for (std::string line; std::getline(lines, line);)
+            if (line.starts_with(name + '='))
+                return line.substr(name.size() + 1);
+        return "";
+    }
     /// Returns false if `input` is null.
     bool init(std::unique_ptr<OIIO::ImageInput> input) {
         m_input = std::move(input);
@@ -230,6 +242,7 @@ class Textures final : public TextureSystem {
     }
     std::unique_ptr<const TextureHandle> open(const std::string& path, std::string& error) override {
         const OIIO::ustring name(path);
+        checkReadsOf(path);
         OIIO::TextureSystem& textures = *m_system.textures;
         OIIO::TextureSystem::TextureHandle* handle = textures.get_texture_handle(name, m_system.threadInfo());
         OIIO::ImageSpec spec;
@@ -242,8 +255,21 @@ class Textures final : public TextureSystem {
     }
 
   private:
+    /// Makes the cache read the file through CheckedInput. Does nothing for images in memory, and for names
+    /// that OpenImageIO expands to several files.
+    void checkReadsOf(const std::string& path) {
+        const std::lock_guard lock(m_mutex);
+        if (std::error_code ignored; m_decodes.contains(path) ||
+                                     !std::filesystem::is_regular_file(path, ignored) ||
+                                     !m_checked.insert(path).second)
+            return;
+        const OIIO::ImageSpec config;
+        m_system.images->add_file(OIIO::ustring(path), CheckedInput::create, &config);
+    }
+
     std::mutex m_mutex;
     std::map<std::string, Decode> m_decodes; ///< by name; OIIO calls them on demand
+    std::set<std::string> m_checked;         ///< names passed to CheckedInput
     OiioSystem m_system;
 };
 
@@ -258,18 +284,26 @@ class OpenImageIo final : public ImageLibrary {
         return orError(OpenedFile::open(encoded), error);
     }
 
-    std::vector<unsigned char> encodePng(int width, int height, std::span<const uint8_t> rgb, bool isSrgb,
-                                         const Metadata& metadata, std::string& error) const override {
-        OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
+    std::vector<unsigned char> encode(ImageFormat format, const StoredPixels& pixels, bool isSrgb,
+                                      const Metadata& metadata, std::string& error) const override {
+        const auto [type, data] = std::visit(
+            [](const auto& values) {
+                using Value = typename std::decay_t<decltype(values)>::value_type;
+                return std::pair<OIIO::TypeDesc, const void*>(OIIO::BaseTypeFromC<Value>::value,
+                                                              values.data());
+            },
+            pixels.values);
+        OIIO::ImageSpec spec(pixels.width, pixels.height, pixels.channels, type);
+        spec.attribute("oiio:UnassociatedAlpha", 1);
         if (isSrgb)
             spec.attribute("oiio:ColorSpace", "sRGB");
-        for (const auto& [name, value] : metadata)
-            std::visit([&, &key = name](const auto& v) { spec.attribute(key, v); }, value);
+        addMetadata(spec, format, metadata);
+        const std::string name = nameOf(format);
         std::vector<unsigned char> encoded;
         OIIO::Filesystem::IOVecOutput memory(encoded);
-        const auto output = OIIO::ImageOutput::create("png", &memory);
-        if (!output || !output->open("image.png", spec) ||
-            !output->write_image(OIIO::TypeDesc::UINT8, rgb.data()) || !output->close()) {
+        const auto output = OIIO::ImageOutput::create(name, &memory);
+        if (!output || !output->open("image." + name, spec) || !output->write_image(type, data) ||
+            !output->close()) {
             error = output ? output->geterror() : OIIO::geterror();
             encoded.clear();
         }
@@ -281,6 +315,35 @@ class OpenImageIo final : public ImageLibrary {
     }
 
   private:
+    static std::string nameOf(ImageFormat format) {
+        return format == ImageFormat::Jpeg   ? "jpg"
+               : format == ImageFormat::Tiff ? "tif"
+               : format == ImageFormat::Hdr  ? "hdr"
+                                             : "png";
+    }
+    /// Adds the metadata as they are where the format has names for all of them, else as lines of the
+    /// description.
+    static void addMetadata(OIIO::ImageSpec& spec, ImageFormat format, const Metadata& metadata) {
+        std::string lines;
+        for (const auto& [name, value] : metadata)
+            std::visit(
+                [&, &key = name](const auto& v) {
+                    if constexpr (std::is_same_v<std::decay_t<decltype(v)>, M44f>)
+                        return;
+                    else if (format == ImageFormat::Png || key == "Software")
+                        spec.attribute(key, v);
+                    else
+                        lines += OIIO::Strutil::fmt::format("{}{}={}", lines.empty() ? "" : "\n", key, v);
+                },
+                value);
+        if (!lines.empty())
+            spec.attribute("ImageDescription", lines);
+        if (format == ImageFormat::Tiff)
+            spec.attribute("compression", "zip");
+        if (format == ImageFormat::Jpeg)
+            spec.attribute("Compression", "jpeg:95");
+    }
+
     /// Returns `file`; if it is null, sets `error`.
     static std::unique_ptr<ImageReader> orError(std::unique_ptr<ImageReader> file, std::string& error) {
         if (!file)

@@ -1,11 +1,12 @@
 #include "integrators/cache_size.h"
 
+#include "core/util/memory.h"
+#include "core/util/resource_policy.h"
 #include "lattice/radiance_cache.h"
 
 #include <charconv>
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 namespace strobe {
 
@@ -19,7 +20,7 @@ constexpr size_t kMegabyte = 1024 * 1024;
 
 /// Returns the bytes of physical memory, or of the process's limit (--max-memory) if that is less.
 size_t availableMemory() {
-    const size_t physical = size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGE_SIZE));
+    const size_t physical = physicalMemory();
     rlimit limit{};
     return getrlimit(RLIMIT_DATA, &limit) == 0 ? std::min<size_t>(physical, limit.rlim_cur) : physical;
 }
@@ -46,7 +47,10 @@ CacheSize::CacheSize(const ParamSet& params) {
     }
     if (!(megabytes >= 0))
         throw Error(params.whereIs(kParam), "\"cache-mb\" must not be negative");
-    bytes = size_t(std::min(megabytes * double(kMegabyte), 1e18));
+    if (megabytes * double(kMegabyte) > double(availableMemory()))
+        throw Error(params.whereIs(kParam),
+                    "\"cache-mb\" is more than the memory available: " + formatBytes(availableMemory()));
+    bytes = size_t(megabytes * double(kMegabyte));
 }
 
 size_t automaticCacheBytes(const RenderContext& context, float blockSize, int timeBins,

@@ -36,6 +36,11 @@ class IndirectCache : public Integrator {
                 scene.moves() ? 1 / float(m_settings.timeBins) : 0};
     }
 
+    double shadesPerPixel(int samplesPerPixel) const override {
+        const double blockSize = double(m_settings.blockSize);
+        const int shades = m_settings.shades > 0 ? m_settings.shades : samplesPerPixel;
+        return samplesPerPixel + (blockSize > 0 ? shades * m_settings.timeBins / (blockSize * blockSize) : 0);
+    }
     bool needsShadeCost(const RenderContext& context) const override {
         return m_settings.blockSize > 0 && context.hasIndirectLight &&
                (m_size.isAutomatic || m_settings.cacheBytes == SIZE_MAX);

@@ -54,6 +54,11 @@ class MsaaCache : public Integrator {
         return {reachBlocks * m_settings.blockSize, scene.moves() ? 1 / float(timeBinsFor(scene)) : 0};
     }
 
+    double shadesPerPixel(int samplesPerPixel) const override {
+        const double blockSize = double(m_settings.blockSize);
+        return blockSize > 0 ? m_settings.shades * std::max(m_settings.timeBins, 1) / (blockSize * blockSize)
+                             : samplesPerPixel;
+    }
     bool needsShadeCost(const RenderContext&) const override {
         const bool isUnbounded = m_settings.cacheBytes == SIZE_MAX;
         return m_settings.blockSize > 0 && (m_size.isAutomatic || (isShared() && isUnbounded));

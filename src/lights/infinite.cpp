@@ -139,19 +139,21 @@ class InfiniteLight final : public Light {
     std::optional<EnvironmentMap> m_map;
 };
 
-/// Replaces negative and non-finite channels by zero, with a warning.
+/// Replaces channels by zero that are negative, not finite, or larger than a sample may be, with a warning.
 void sanitizePixels(Image& image, const Location& where, Diagnostics& diagnostics) {
+    constexpr float kMax = 0x1p48f; // of a sample; sums of larger values could overflow
+    const auto isValid = [](float value) { return value >= 0 && value < kMax; };
     size_t invalid = 0;
     for (Rgb& c : image.pixels)
-        if (!isFinite(c) || c.x < 0 || c.y < 0 || c.z < 0) {
+        if (!isValid(c.x) || !isValid(c.y) || !isValid(c.z)) {
             for (int k = 0; k < 3; ++k)
-                c[k] = std::isfinite(c[k]) ? std::max(c[k], 0.f) : 0;
+                c[k] = isValid(c[k]) ? c[k] : 0;
             ++invalid;
         }
     if (invalid > 0)
-        diagnostics.warn(where,
-                         std::to_string(invalid) +
-                             " pixels of the environment map are negative or not finite; taken as black");
+        diagnostics.warn(where, std::to_string(invalid) +
+                                    " pixels of the environment map are negative, not finite or beyond "
+                                    "2.8e14; these values are taken as 0");
 }
 
 std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext& context) {

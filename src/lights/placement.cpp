@@ -8,6 +8,9 @@ float scaleToTotal(const ParamSet& params, const ParamDef<float>& def, float uni
     const float total = params.get(def);
     if (!(total > 0 && std::isfinite(total)))
         throw Error(params.whereIs(def), std::string("\"") + def.name + "\" must be positive");
+    if (!(unitTotal > 0))
+        throw Error(params.whereIs(def),
+                    std::string("\"") + def.name + "\": the light is black and cannot be scaled");
     return total / unitTotal;
 }
 

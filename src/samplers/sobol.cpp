@@ -183,7 +183,7 @@ SamplerSetup createSobol(const ParamSet& params, const BuildContext& context, in
     auto sampler = std::make_shared<SobolSampler>();
     const int rounded = sampler->roundCount(sppOverride > 0 ? sppOverride : spp);
     if (sppOverride <= 0 && rounded != spp)
-        context.diagnostics.warn(params.whereIs(kPixelSamples),
+        context.diagnostics.note(params.whereIs(kPixelSamples),
                                  std::to_string(spp) + " samples per pixel become " +
                                      std::to_string(rounded) + ", a power of two");
     return {std::move(sampler), rounded};

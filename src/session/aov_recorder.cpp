@@ -1,17 +1,21 @@
 #include "session/aov_recorder.h"
 
-#include "session/part_file.h"
+#include "session/files/part_file.h"
 
 namespace strobe {
 
 namespace {
 
-bool holdsLayers(const std::filesystem::path& image) { return image.extension() == ".exr" || isPart(image); }
+bool holdsLayers(const std::filesystem::path& image) {
+    return imageFormatOf(image) == ImageFormat::Exr || isPart(image);
+}
 
 } // namespace
 
 AovRecorder::AovRecorder(const OutputOptions& output, const BuiltScene& built, const Log& log) {
-    if (!output.aovs.empty() && std::none_of(output.images.begin(), output.images.end(), holdsLayers))
+    const bool hasLayers =
+        std::any_of(output.aovs.begin(), output.aovs.end(), [](Aov aov) { return aov != Aov::Alpha; });
+    if (hasLayers && std::none_of(output.images.begin(), output.images.end(), holdsLayers))
         log.warn("--aov: there is no .exr output to hold the layers");
     if (const auto light = aovsInGroup(output.aovs, AovGroup::Light); !light.empty())
         m_lightAovs = std::make_unique<LightFilm>(built.pixelBounds, light, built.lightGroups);
@@ -35,6 +39,10 @@ RecordedAovs recordedAovs(const AovSums* surfaces, const LightFilm* lights) {
         for (AovChannel& channel : lights->channels())
             aovs.channels.push_back(std::move(channel));
     for (const AovChannel& channel : aovs.channels) {
+        if (channel.layer == aovInfo(Aov::Alpha).name) {
+            aovs.alpha = channel.values;
+            continue;
+        }
         if (aovs.parts.empty() || aovs.parts.back().name != channel.layer)
             aovs.parts.push_back({channel.layer, {}});
         aovs.parts.back().channels.push_back(

@@ -11,8 +11,9 @@ namespace strobe {
 /// Recorded AOVs, ready to be written.
 struct RecordedAovs {
     std::vector<AovChannel> channels;
-    std::vector<ExrPart> parts; ///< of an EXR; they refer to `channels`
-    Metadata metadata;          ///< of the whole file
+    std::vector<ExrPart> parts;     ///< of an EXR, without alpha; they refer to `channels`
+    std::span<const float> alpha{}; ///< per pixel; refers to `channels`; empty: none
+    Metadata metadata;              ///< of the whole file
 };
 
 /// Returns the means of the samples so far. `surfaces` and `lights` may be null.

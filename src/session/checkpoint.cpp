@@ -53,7 +53,10 @@ std::string aovText(const AovLayout& layout) {
 RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built, const AovLayout& layout) {
     const RenderOptions& options = job.options;
     RenderPart part;
-    part.key = {{"version", version()}, {"scene", fmt::format("{:016x}", job.contentHash)}};
+    part.key = {{"version", version()}, {RenderPart::kScene, fmt::format("{:016x}", job.content.hash)}};
+    part.files = job.content.files;
+    if (const std::string config = options.output.format.color->contentHash(); !config.empty())
+        part.key.emplace_back("color config", config);
     for (const auto& [name, value] : built.metadata)
         if (const auto* text = std::get_if<std::string>(&value))
             part.key.emplace_back(name.substr(name.find(':') + 1), *text);

@@ -4,8 +4,8 @@
 #include "core/util/file_lock.h"
 #include "session/aov_recorder.h"
 #include "session/fallback_writer.h"
+#include "session/files/part_file.h"
 #include "session/frame.h"
-#include "session/part_file.h"
 
 namespace strobe {
 

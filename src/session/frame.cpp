@@ -30,16 +30,16 @@ fs::path numberedFile(const fs::path& file, int frame) {
     return file.parent_path() / (match.prefix().str() + number + match.suffix().str());
 }
 
-FrameJob frameJob(const RenderOptions& options, int frame, uint64_t contentHash) {
-    FrameJob job{options, contentHash, frame, {}};
+FrameJob frameJob(const RenderOptions& options, int frame, const SceneContent& content) {
+    FrameJob job{options, content, frame, {}};
     OutputOptions& output = job.options.output;
     for (fs::path& image : output.images)
         image = numberedFile(image, frame);
     for (fs::path* file :
          {&output.stats, &output.heatmap, &output.samples, &job.options.progressive.errorCurve})
         *file = numberedFile(*file, frame);
-    uint64_t key = hashOf(contentHash, frame);
-    for (const char c : options.sequence->settings)
+    uint64_t key = hashOf(content.hash, frame);
+    for (const char c : options.sequence->settings + options.output.format.color->contentHash())
         key = hashCombine(key, uint8_t(c));
     job.key = fmt::format("{:016x}", key);
     return job;
@@ -50,9 +50,10 @@ bool isFinished(const FrameJob& job) {
     for (const auto& file : {output.stats, output.heatmap, output.samples})
         if (std::error_code ignored; !file.empty() && !fs::exists(file, ignored))
             return false;
-    return std::all_of(output.images.begin(), output.images.end(), [&](const fs::path& image) {
-        return readMetadata(image, "strobe:frameKey") == job.key;
-    });
+    return !output.images.empty() &&
+           std::all_of(output.images.begin(), output.images.end(), [&](const fs::path& image) {
+               return readMetadata(image, "strobe:frameKey") == job.key;
+           });
 }
 
 } // namespace strobe

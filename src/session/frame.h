@@ -1,6 +1,7 @@
 // One frame to render: its options, its files, and its identity.
 #pragma once
 
+#include "loader/parser/content_hash.h"
 #include "session/log.h"
 #include "session/options.h"
 #include "session/session.h"
@@ -10,7 +11,7 @@ namespace strobe {
 /// The options of one frame, with the names of its own files.
 struct FrameJob {
     RenderOptions options;
-    uint64_t contentHash = 0;  ///< of the scene; 0 where nothing depends on it
+    SceneContent content;
     std::optional<int> number; ///< in the sequence; none: a single image
     std::string key;           ///< of a sequence's frame: hash of the scene, the number and the settings
 };
@@ -22,8 +23,8 @@ Shutter shutterOf(const SequenceOptions& sequence, int frame);
 /// number; a name without these gets the number before its extension, as ".0001".
 std::filesystem::path numberedFile(const std::filesystem::path& file, int frame);
 
-/// Returns the job of one frame of `options.sequence`. `contentHash`: see contentHash(SceneDescription).
-FrameJob frameJob(const RenderOptions& options, int frame, uint64_t contentHash);
+/// Returns the job of one frame of `options.sequence`.
+FrameJob frameJob(const RenderOptions& options, int frame, const SceneContent& content);
 
 /// Whether all files of the frame exist, and all its images have its key as the attribute strobe:frameKey.
 bool isFinished(const FrameJob& job);

@@ -1,8 +1,9 @@
+#include "core/util/standard_files.h"
 #include "core/util/version.h"
 #include "loader/build/plugin_tables.h"
 #include "session/aov_recorder.h"
+#include "session/files/part_file.h"
 #include "session/outputs.h"
-#include "session/part_file.h"
 #include "session/session.h"
 
 namespace strobe {
@@ -54,18 +55,18 @@ Film filmOf(const RenderPart& merged) {
 void writeImage(const std::filesystem::path& image, const Film& film, const RecordedAovs& aovs,
                 Metadata metadata, const ImageOptions& format, const OutputSettings& settings,
                 const Log& log) {
-    if (image.extension() == ".png")
+    if (imageFormatOf(image) != ImageFormat::Exr)
         addViewMetadata(format, metadata);
     else
         metadata.insert(metadata.end(), aovs.metadata.begin(), aovs.metadata.end());
-    warnOfClampedValues(image, film.write(image, metadata, settings, aovs.parts), log);
+    warnOfClampedValues(image, film.write(image, metadata, settings, aovs.parts, aovs.alpha), log);
 }
 
 } // namespace
 
 Outcome mergeParts(const MergeOptions& options, const Log& log) {
     checkOptions(options);
-    checkOutputFiles(options.images);
+    checkOutputFiles(options.images, options.makeFolders);
     checkOutputsAreNotInputs(options);
     const OutputSettings settings = outputSettings(options.format, 0);
     RenderPart merged = readPart(options.parts.front());
@@ -82,7 +83,8 @@ Outcome mergeParts(const MergeOptions& options, const Log& log) {
             writeImage(image, *film, recordedAovs(merged.layout, *film), metadataOf(merged, missing),
                        options.format, settings, log);
         }
-        log.info("wrote {}", image.string());
+        if (!isStandardStream(image))
+            log.info("wrote {}", image.string());
     }
     const uint64_t invalid = invalidSamples(merged.sums);
     if (invalid > 0)

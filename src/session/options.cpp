@@ -1,7 +1,11 @@
 #include "session/options.h"
 
 #include "core/film/aov.h"
-#include "session/part_file.h"
+#include "core/image/image_format.h"
+#include "core/util/standard_files.h"
+#include "session/files/part_file.h"
+
+#include <fmt/format.h>
 
 #include <cmath>
 
@@ -74,16 +78,19 @@ struct NamedOptions {
           sampleRange{"--sample-range", o.sampleRange.has_value()}, frames{"--frames",
                                                                            o.sequence.has_value()},
           crop{"--crop", o.build.crop.has_value()}, pixelBounds{"--pixel-bounds",
-                                                                o.build.pixelBounds.has_value()} {}
+                                                                o.build.pixelBounds.has_value()},
+          noImage{"--no-output", o.output.noImage}, dryRun{"--dry-run", o.dryRun} {}
 
     NamedOption outputs, parts, layers, sharing, variance, heatmap, samples, stats;
     NamedOption timeLimit, noiseTarget, reference, curve, writeInterval, checkpoint, resume, viewer;
-    NamedOption sampleRange, frames, crop, pixelBounds;
+    NamedOption sampleRange, frames, crop, pixelBounds, noImage, dryRun;
 };
 
 void checkCombinations(const RenderOptions& options) {
     const NamedOptions o(options);
     checkExclusion({o.crop}, {o.pixelBounds});
+    checkExclusion({o.noImage}, {o.outputs, o.writeInterval, o.checkpoint});
+    checkExclusion({o.dryRun}, {o.checkpoint, o.reference});
     checkExclusion({o.timeLimit, o.noiseTarget, o.reference},
                    {o.samples, o.sharing, o.heatmap, o.sampleRange, o.checkpoint});
     checkExclusion({o.reference}, {o.layers});
@@ -118,7 +125,7 @@ void checkRanges(const RenderOptions& o) {
     checkRange("--crypto-depth", o.output.cryptomatteEntries >= 1 && o.output.cryptomatteEntries <= 200,
                "in 1 to 200");
     if (const auto& s = o.sequence) {
-        checkRange("--frames", s->first <= s->last && s->step > 0, "in ascending order");
+        checkRange("--frames", !s->frames.empty(), "at least one frame");
         checkRange("--fps", s->fps >= 1e-6 && s->fps <= 1e6, "in 1e-6 to 1e6");
         checkRange("--shutter",
                    std::isfinite(s->shutterOpen) && std::isfinite(s->shutterClose) &&
@@ -129,13 +136,12 @@ void checkRanges(const RenderOptions& o) {
 
 void checkImageNames(const std::vector<fs::path>& images) {
     for (const fs::path& image : images)
-        if (const auto extension = image.extension();
-            extension != ".exr" && extension != ".png" && extension != ".part")
-            fail("-o", "\"" + image.string() + "\" must end in .exr, .png or .part");
+        if (!isPart(image) && !imageFormatOf(image))
+            fail("-o", fmt::format("\"{}\" must end in {} or .part", image.string(), imageExtensions()));
 }
 
 void checkHeatmap(const OutputOptions& output) {
-    if (!output.heatmap.empty() && output.heatmap.extension() != ".png")
+    if (!output.heatmap.empty() && imageFormatOf(output.heatmap) != ImageFormat::Png)
         fail("--heatmap", "\"" + output.heatmap.string() + "\" must end in .png");
     const AovInfo& info = aovInfo(output.heatmapAov);
     if (info.group != AovGroup::Sharing || info.aov == Aov::Variance)
@@ -150,6 +156,9 @@ void checkOptions(const RenderOptions& options) {
     checkHeatmap(options.output);
     if (options.sequence && options.build.shutter)
         fail("--frame-time", "renders a single frame; it does not go with --frames");
+    if (options.sequence &&
+        std::any_of(options.output.images.begin(), options.output.images.end(), isStandardStream))
+        fail("-o -", "does not go with --frames");
     checkCombinations(options);
 }
 
@@ -157,7 +166,7 @@ void checkPixelOptions(const RenderOptions& options) {
     checkOptions(options);
     const NamedOptions o(options);
     const NamedOption pixel{"--pixel", true};
-    if (options.sequence && options.sequence->first != options.sequence->last)
+    if (options.sequence && options.sequence->frames.size() > 1)
         fail(pixel.name, "renders a single frame; --frames has several");
     checkExclusion({o.timeLimit, o.noiseTarget, o.reference, o.sampleRange, o.parts, o.checkpoint}, {pixel});
     checkExclusion({pixel}, {o.outputs, o.stats, o.writeInterval, o.viewer, o.layers, o.heatmap, o.samples});

@@ -17,18 +17,20 @@ namespace strobe {
 
 /// How pixels become image files.
 struct ImageOptions {
-    ViewSettings view;  ///< of PNGs
-    float exposure = 0; ///< of PNGs, in stops
+    ViewSettings view;  ///< of PNG, JPEG and TIFF
+    float exposure = 0; ///< of PNG, JPEG and TIFF, in stops
     ExrSettings exr;
-    /// Has the views of PNGs, and names the working space in EXRs.
+    /// Has the views of PNG, JPEG and TIFF, and names the working space in EXRs.
     std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
 };
 
 /// The files that a render writes. Empty paths: none.
 struct OutputOptions {
-    /// .exr, .png or .part. Empty: the output name of the scene, or else the stem of the first scene file and
-    /// .exr, in the current folder.
+    /// Files of the formats of imageFormatOf, or .part. Empty: the output name of the scene, or else the stem
+    /// of the first scene file and .exr, in the current folder.
     std::vector<std::filesystem::path> images;
+    bool noImage = false;     ///< `images` is empty, and no image is written
+    bool makeFolders = false; ///< creates the folders of outputs that do not exist
     ImageOptions format;
     std::vector<Aov> aovs;         ///< layers of the EXRs
     int cryptomatteEntries = 6;    ///< names per pixel in Cryptomatte layers
@@ -56,10 +58,10 @@ struct ProgressiveOptions {
     bool takesPasses() const { return timeLimit > 0 || noiseTarget > 0; }
 };
 
-/// Frames first, first + step, ... up to last. The shutter of frame f is open from (f + shutterOpen) / fps to
-/// (f + shutterClose) / fps in scene time.
+/// Frames of an animation. The shutter of frame f is open from (f + shutterOpen) / fps to (f + shutterClose)
+/// / fps in scene time.
 struct SequenceOptions {
-    int first = 0, last = 0, step = 1;
+    std::vector<int> frames{0}; ///< in the order of rendering
     double fps = 24, shutterOpen = 0, shutterClose = 0.5;
     bool overwrite = false; ///< renders finished frames again
     /// Text of all options that affect the image. Frames with a different text are not finished.
@@ -77,13 +79,16 @@ struct RenderOptions {
     uint64_t seed = 0;
     float clamp = 0;     ///< see RenderSettings::clamp
     bool strict = false; ///< invalid samples are Outcome::InvalidSamples
-    int threads = 0;     ///< 0: one per core
-    int tileSize = 32;   ///< pixels; does not change the image
+    bool dryRun = false; ///< loads and checks the scene, and estimates the time; renders and writes nothing
+    std::string commandLine; ///< for the metadata of images; may be empty
+    int threads = 0;         ///< 0: one per core
+    int tileSize = 32;       ///< pixels; does not change the image
 };
 
 struct MergeOptions {
     std::vector<std::filesystem::path> parts;
-    std::vector<std::filesystem::path> images; ///< .exr, .png or .part
+    std::vector<std::filesystem::path> images; ///< see OutputOptions
+    bool makeFolders = false;                  ///< see OutputOptions
     ImageOptions format;
     bool strict = false; ///< see RenderOptions
 };

@@ -2,6 +2,7 @@
 
 #include "core/image/image_library.h"
 #include "core/util/atomic_file.h"
+#include "core/util/standard_files.h"
 
 #include <charconv>
 
@@ -26,11 +27,21 @@ std::vector<fs::path> outputFiles(const RenderOptions& options) {
 
 void checkWritable(const fs::path& file) {
     checkWriteAtomically(file);
-    if (file.extension() == ".png")
+    if (const auto format = imageFormatOf(file); format && format != ImageFormat::Exr)
         imageLibrary(); // throws if it cannot be loaded
 }
 
+/// Creates the folder of a file, and the folders above it.
+void makeFolder(const fs::path& file) {
+    std::error_code error;
+    fs::create_directories(file.parent_path(), error);
+    if (error)
+        fail(file, error.message());
+}
+
 bool isSameFile(const fs::path& a, const fs::path& b) {
+    if (isStandardStream(a) || isStandardStream(b))
+        return isStandardStream(a) && isStandardStream(b);
     std::error_code errorOfA, errorOfB, ignored;
     const fs::path canonicalA = fs::weakly_canonical(a, errorOfA);
     const fs::path canonicalB = fs::weakly_canonical(b, errorOfB);
@@ -46,19 +57,6 @@ uint64_t sampleCount(const Film& film) {
     for (const PixelAccumulator& sum : film.sums())
         count += sum.validCount() + uint64_t(sum.invalidCount());
     return count;
-}
-
-/// Whether an unfinished image with this number of samples may replace the file.
-bool mayReplace(const fs::path& file, uint64_t samples) {
-    std::error_code ignored; // of a name that is not there
-    if (!fs::exists(file, ignored))
-        return true;
-    if (readMetadata(file, kUnfinished).empty())
-        return false;
-    const std::string text = readMetadata(file, kSampleCount);
-    uint64_t existing = 0;
-    std::from_chars(text.data(), text.data() + text.size(), existing);
-    return existing <= samples;
 }
 
 fs::path separateFile(const fs::path& image) {
@@ -86,16 +84,17 @@ void addViewMetadata(const ImageOptions& options, Metadata& metadata) {
 }
 
 RenderOptions withDefaultImage(RenderOptions options, const std::string& sceneOutput, const Log& log) {
-    if (!options.output.images.empty())
+    if (!options.output.images.empty() || options.output.noImage)
         return options;
     fs::path image = sceneOutput;
     if (!options.resources.roots.empty() && !image.empty()) {
         log.warn("--sandbox: the output name in the scene, \"{}\", is ignored", image.string());
         image.clear();
     }
+    const fs::path& scene = options.scenes.front();
     if (image.empty())
-        image = options.scenes.front().stem().string() + ".exr";
-    if (image.extension() != ".exr" && image.extension() != ".png") {
+        image = (isStandardStream(scene) ? "image" : scene.stem().string()) + ".exr";
+    if (!imageFormatOf(image)) {
         log.warn("\"{}\" is not a supported kind of image file; writing .exr instead", image.string());
         image.replace_extension(".exr");
     }
@@ -103,16 +102,21 @@ RenderOptions withDefaultImage(RenderOptions options, const std::string& sceneOu
     return options;
 }
 
-void checkOutputFiles(const std::vector<fs::path>& files) {
+void checkOutputFiles(const std::vector<fs::path>& files, bool makeFolders) {
     for (size_t i = 0; i < files.size(); ++i)
         for (size_t k = 0; k < i; ++k)
             if (isSameFile(files[i], files[k]))
                 throw Error("\"" + files[i].string() + "\" is to be written twice", ErrorKind::Usage);
-    for (const fs::path& file : files)
+    for (const fs::path& file : files) {
+        if (makeFolders && file.has_parent_path())
+            makeFolder(file);
         checkWritable(file);
+    }
 }
 
-void checkOutputFiles(const RenderOptions& options) { checkOutputFiles(outputFiles(options)); }
+void checkOutputFiles(const RenderOptions& options) {
+    checkOutputFiles(outputFiles(options), options.output.makeFolders);
+}
 
 void checkOutputsAreNotInputs(const RenderOptions& options, const ResourcePolicy& policy) {
     const fs::path& reference = options.progressive.reference;
@@ -140,9 +144,11 @@ void warnOfClampedValues(const fs::path& image, size_t clamped, const Log& log) 
 }
 
 std::optional<fs::path> UnfinishedImages::fileFor(const fs::path& image, const Film& film) {
+    if (isStandardStream(image))
+        return std::nullopt;
     const uint64_t samples = sampleCount(film);
     if (mayReplace(image, samples))
-        return image;
+        return *m_own.insert(image).first;
     const fs::path separate = separateFile(image);
     const bool isWritten = (samples > 0 || film.sums().empty()) && mayReplace(separate, samples);
     if (m_kept.insert(image).second)
@@ -151,7 +157,20 @@ std::optional<fs::path> UnfinishedImages::fileFor(const fs::path& image, const F
     if (!isWritten)
         return std::nullopt;
     m_separate.insert(separate);
-    return separate;
+    return *m_own.insert(separate).first;
+}
+
+/// Whether an unfinished image with this number of samples may replace the file.
+bool UnfinishedImages::mayReplace(const fs::path& file, uint64_t samples) const {
+    std::error_code ignored; // of a name that is not there
+    if (m_own.contains(file) || !fs::exists(file, ignored))
+        return true;
+    if (readMetadata(file, kUnfinished).empty())
+        return false;
+    const std::string text = readMetadata(file, kSampleCount);
+    uint64_t existing = 0;
+    std::from_chars(text.data(), text.data() + text.size(), existing);
+    return existing <= samples;
 }
 
 void UnfinishedImages::removeSeparate() {

@@ -1,5 +1,7 @@
 #include "core/film/heatmap.h"
+#include "core/util/standard_files.h"
 #include "session/aov_recorder.h"
+#include "session/estimate.h"
 #include "session/outputs.h"
 #include "session/render_session.h"
 #include "session/report.h"
@@ -26,6 +28,7 @@ class FrameRenderer {
           m_film(m_built.resolution.x, m_built.resolution.y, m_built.pixelBounds, filmAovs(m_output)),
           m_aovs(m_output, m_built, m_log), m_unfinished(m_log),
           m_outputSettings(outputSettings(m_output.format, job.options.threads)) {
+        checkWork(job, m_built, m_settings, m_log);
         if (!m_output.samples.empty())
             m_settings.onSample = [this](const SampleRecord& record) { m_samples.add(record); };
         m_aovs.attachTo(m_settings);
@@ -98,11 +101,12 @@ class FrameRenderer {
         Metadata metadata = renderMetadata(m_built, m_job, stats, m_inputs.seconds, isFinished);
         if (!isFinished)
             UnfinishedImages::addMetadata(film, metadata);
-        if (image.extension() == ".png")
+        if (imageFormatOf(image) != ImageFormat::Exr)
             addViewMetadata(m_output.format, metadata);
         else
             metadata.insert(metadata.end(), aovs.metadata.begin(), aovs.metadata.end());
-        warnOfClampedValues(image, film.write(image, metadata, m_outputSettings, aovs.parts), m_log);
+        warnOfClampedValues(image, film.write(image, metadata, m_outputSettings, aovs.parts, aovs.alpha),
+                            m_log);
     }
 
     /// Returns whether all files were written under their own names.
@@ -113,8 +117,8 @@ class FrameRenderer {
             writer.write(image, [&](const auto& file) { writeImage(file, m_film, stats, isFinished); });
         if (!m_output.heatmap.empty())
             writer.write(m_output.heatmap, [&](const auto& file) {
-                writePng(file, heatmap(m_film, m_output.heatmapAov, m_settings.samplesPerPixel),
-                         renderMetadata(m_built, m_job, stats, m_inputs.seconds, isFinished));
+                strobe::writeImage(file, heatmap(m_film, m_output.heatmapAov, m_settings.samplesPerPixel),
+                                   renderMetadata(m_built, m_job, stats, m_inputs.seconds, isFinished));
             });
         if (!m_output.samples.empty())
             writer.write(m_output.samples, [&](const auto& file) { m_samples.write(file); });
@@ -126,10 +130,10 @@ class FrameRenderer {
     }
 
     void reportFiles() const {
-        for (const auto& image : m_output.images)
-            m_log.info("wrote {}", image.string());
-        for (const auto& file : {m_output.heatmap, m_output.samples, m_output.stats})
-            if (!file.empty())
+        std::vector<std::filesystem::path> files = m_output.images;
+        files.insert(files.end(), {m_output.heatmap, m_output.samples, m_output.stats});
+        for (const auto& file : files)
+            if (!file.empty() && !isStandardStream(file))
                 m_log.info("wrote {}", file.string());
     }
 

@@ -1,9 +1,10 @@
 #include "core/util/memory.h"
 #include "loader/parser/content_hash.h"
 #include "loader/parser/parser.h"
+#include "session/estimate.h"
+#include "session/files/part_file.h"
 #include "session/frame.h"
 #include "session/outputs.h"
-#include "session/part_file.h"
 #include "session/render_session.h"
 #include "session/report.h"
 #include "session/session.h"
@@ -60,40 +61,52 @@ class SceneRenderer {
   public:
     /// Checks the options and parses the scene.
     SceneRenderer(const RenderOptions& options, const Log& log, const RenderCallbacks& callbacks)
-        : m_options(options), m_log(log), m_callbacks(callbacks),
+        : m_options(options), m_build(options.build), m_log(log), m_callbacks(callbacks),
           m_start(options.progressive.start.value_or(Clock::now())),
-          m_diagnostics([&log](const std::string& text) { log.warn("{}", text); }) {
+          m_diagnostics([&log](const std::string& text) { log.warn("{}", text); },
+                        [&log](const std::string& text) { log.info("{}", text); }) {
         checkBeforeParsing(options);
         m_policy = std::make_shared<const ResourcePolicy>(options.resources);
         const Clock::time_point start = Clock::now();
-        m_description = parseFiles(options.scenes, integratorNames(), m_diagnostics, m_policy);
+        m_description =
+            parseFiles(options.scenes, integratorNames(), m_diagnostics, m_policy, options.build.defines);
+        std::erase_if(m_build.defines, [this](const std::string& define) {
+            return m_description.values.contains(define.substr(0, define.find('=')));
+        });
         m_seconds.parse = secondsSince(start);
     }
 
     Outcome renderImage() {
         FrameJob job;
-        const auto& images = m_options.output.images;
-        if (m_options.progressive.checkpointInterval > 0 || std::any_of(images.begin(), images.end(), isPart))
-            job.contentHash = contentHash(m_description);
+        if (!m_options.output.noImage)
+            job.content = contentOf(m_description);
         const BuiltScene built = buildImage();
         job.options = withDefaultImage(m_options, built.filename, m_log);
-        return renderFrame(job, {built, *m_policy, m_seconds, m_start, m_callbacks, m_log});
+        const FrameInputs inputs{built, *m_policy, m_seconds, m_start, m_callbacks, m_log};
+        return m_options.dryRun ? dryRun(job, inputs, 1) : renderFrame(job, inputs);
     }
 
     Outcome renderSequence();
     PixelResult renderPixel(const PixelQuery& query);
 
   private:
+    static Outcome dryRun(const FrameJob& job, const FrameInputs& inputs, size_t frames) {
+        checkOutputFiles(job.options);
+        checkOutputsAreNotInputs(job.options, inputs.policy);
+        reportDryRun(job, inputs, frames);
+        return Outcome::Finished;
+    }
     BuiltScene buildFrame(int number);
     BuiltScene buildImage() {
         const Clock::time_point start = Clock::now();
-        BuiltScene built = buildScene(std::move(m_description), m_options.build, m_diagnostics);
+        BuiltScene built = buildScene(std::move(m_description), m_build, m_diagnostics);
         m_seconds.build = secondsSince(start);
         m_log.debug("parsed in {:.3f} s, built in {:.3f} s", m_seconds.parse, m_seconds.build);
         return built;
     }
 
     const RenderOptions& m_options;
+    BuildOptions m_build; ///< without the defines that the scene uses as values
     const Log& m_log;
     const RenderCallbacks& m_callbacks;
     const Clock::time_point m_start;
@@ -105,15 +118,15 @@ class SceneRenderer {
 
 Outcome SceneRenderer::renderSequence() {
     const SequenceOptions& sequence = *m_options.sequence;
-    const uint64_t content = contentHash(m_description);
+    const SceneContent content = contentOf(m_description);
     Clock::time_point start = Clock::now();
-    SceneBuilder builder(std::move(m_description), m_options.build, m_diagnostics);
+    SceneBuilder builder(std::move(m_description), m_build, m_diagnostics);
     const RenderOptions options = withDefaultImage(m_options, builder.setup().filename, m_log);
-    const int64_t count = (int64_t(sequence.last) - sequence.first) / sequence.step + 1;
-    int64_t finished = 0;
+    const size_t count = sequence.frames.size();
+    size_t finished = 0;
     Outcome outcome = Outcome::Finished;
-    for (int64_t i = 0; i < count; ++i) {
-        const int number = int(sequence.first + i * sequence.step);
+    for (size_t i = 0; i < count; ++i) {
+        const int number = sequence.frames[i];
         const FrameJob job = frameJob(options, number, content);
         if (!sequence.overwrite && isFinished(job)) {
             m_log.debug("frame {} is finished", number);
@@ -124,7 +137,10 @@ Outcome SceneRenderer::renderSequence() {
         m_log.info("frame {} ({} of {})", number, i + 1, count);
         const BuiltScene built = builder.build(shutterOf(sequence, number));
         m_seconds.build = secondsSince(start);
-        const Outcome ofFrame = renderFrame(job, {built, *m_policy, m_seconds, start, m_callbacks, m_log});
+        const FrameInputs inputs{built, *m_policy, m_seconds, start, m_callbacks, m_log};
+        if (m_options.dryRun)
+            return dryRun(job, inputs, count);
+        const Outcome ofFrame = renderFrame(job, inputs);
         if (ofFrame != Outcome::Finished)
             outcome = ofFrame;
         // Later frames could not be written either.
@@ -138,7 +154,7 @@ Outcome SceneRenderer::renderSequence() {
 }
 
 BuiltScene SceneRenderer::buildFrame(int number) {
-    SceneBuilder builder(std::move(m_description), m_options.build, m_diagnostics);
+    SceneBuilder builder(std::move(m_description), m_build, m_diagnostics);
     return builder.build(shutterOf(*m_options.sequence, number));
 }
 
@@ -154,9 +170,9 @@ void checkQuery(const PixelQuery& query, const V2i& resolution, int samplesPerPi
 }
 
 PixelResult SceneRenderer::renderPixel(const PixelQuery& query) {
-    FrameJob job{m_options, 0, {}, {}};
+    FrameJob job{m_options, {}, {}, {}};
     if (m_options.sequence)
-        job.number = m_options.sequence->first;
+        job.number = m_options.sequence->frames.front();
     const BuiltScene built = job.number ? buildFrame(*job.number) : buildImage();
     RenderSettings settings = renderSettings(m_options, built);
     checkQuery(query, built.resolution, settings.samplesPerPixel);

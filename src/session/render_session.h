@@ -4,7 +4,7 @@
 
 #include "core/render/passes.h"
 #include "session/checkpoint.h"
-#include "session/csv_tables.h"
+#include "session/files/csv_tables.h"
 
 #include <atomic>
 

@@ -1,5 +1,6 @@
 #include "session/report.h"
 
+#include "core/image/texture_cache.h"
 #include "core/util/atomic_file.h"
 #include "core/util/version.h"
 
@@ -27,11 +28,17 @@ void addSeconds(const RenderStats& stats, const StepSeconds& seconds, Metadata& 
                        float(stats.total.seconds[i]));
 }
 
+/// Returns a number or a truth value for the text of one, else the text.
+Json typed(const std::string& text) {
+    const Json value = Json::parse(text, nullptr, false);
+    return value.is_number() || value.is_boolean() ? value : Json(text);
+}
+
 Json settingsOf(const BuiltScene& built, const FrameJob& job, const RenderStats& stats) {
     Json settings;
     for (const auto& [key, value] : built.metadata)
         if (const auto* text = std::get_if<std::string>(&value))
-            settings[key.substr(key.find(':') + 1)] = *text;
+            settings[key.substr(key.find(':') + 1)] = typed(*text);
     settings["samplesPerPixel"] = stats.samplesPerPixel;
     settings["seed"] = job.options.seed;
     if (job.number)
@@ -172,6 +179,13 @@ Metadata renderMetadata(const BuiltScene& built, const FrameJob& job, const Rend
     }
     m.emplace_back("strobe:shutter:open", built.scene->shutter().open);
     m.emplace_back("strobe:shutter:close", built.scene->shutter().close);
+    if (const auto camera = built.scene->camera().matrices()) {
+        m.emplace_back("worldToCamera", camera->worldToCamera);
+        m.emplace_back("worldToNDC", camera->worldToNdc);
+    }
+    if (!options.commandLine.empty())
+        m.emplace_back("strobe:commandLine", options.commandLine);
+    m.emplace_back("strobe:sceneHash", fmt::format("{:016x}", job.content.hash));
     const BiasBound bound = built.integrator->biasBound(*built.scene);
     m.emplace_back("strobe:bias:reachPixels", bound.reachPixels);
     m.emplace_back("strobe:bias:shutterFraction", bound.shutterFraction);
@@ -213,6 +227,8 @@ void reportInvalidSamples(const RenderStats& stats, const FrameJob& job, const B
               total.firstInvalid.empty() ? "" : "; the first:");
     for (const InvalidSample& sample : total.firstInvalid)
         log.warn("  replay with {}", replayOptions(sample, job, built));
+    for (const std::string& image : built.textures->imagesWithInvalidValues())
+        log.warn("  the image {} has values that are NaN or infinite", image);
 }
 
 } // namespace strobe

@@ -46,7 +46,8 @@ float lightPdf(const Scene& scene, const SurfacePoint& s, const V3f& p, float ti
 
 void addBackground(const PathContext& context, PathBatch& batch, const VertexChunk& v, int bounce) {
     const int count = v.missedCount;
-    if (count == 0 || context.scene.environments().empty())
+    if (count == 0 || context.scene.environments().empty() ||
+        (bounce == 0 && !context.scene.showsBackground()))
         return;
     V3SoA d;
     RgbSoA radiance;

@@ -89,7 +89,7 @@ void checkNormals(std::vector<V3f>& normals, const std::string& ofKey, const Loc
 }
 
 void warnOfEmptyMesh(const Location& where, const BuildContext& context) {
-    context.diagnostics.warnOnce("empty mesh", where, "a mesh without triangles is ignored");
+    context.diagnostics.noteOnce("empty mesh", where, "a mesh without triangles is ignored");
 }
 
 KeyedPoints readNormals(const ParamSet& params, const KeyedPoints& positions, const BuildContext& context) {

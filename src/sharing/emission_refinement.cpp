@@ -72,7 +72,7 @@ EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half
 
 Rgb emissionOf(const Scene& scene, const VisibilitySample& sample) {
     if (!sample.hit)
-        return scene.environment(sample.ray.d);
+        return scene.showsBackground() ? scene.environment(sample.ray.d) : Rgb(0);
     if (!scene.emits(sample.hit))
         return Rgb(0);
     return scene.emitted(scene.surface(sample.hit, sample.ray.time), sample.hit, -sample.ray.d);

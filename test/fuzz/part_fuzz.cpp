@@ -1,6 +1,6 @@
 // Fuzzes .part files and checkpoints: any bytes give a valid part or an Error. A valid part has the sums of
 // all its pixels and overlaps itself.
-#include "session/part_file.h"
+#include "session/files/part_file.h"
 
 #include <cstdint>
 #include <cstdlib>

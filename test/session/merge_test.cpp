@@ -1,4 +1,4 @@
-#include "session/part_file.h"
+#include "session/files/part_file.h"
 #include "session_fixture.h"
 
 namespace strobe::test {

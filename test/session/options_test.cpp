@@ -52,12 +52,22 @@ TEST(OptionsTest, ValuesOutOfRangeAreErrors) {
     EXPECT_EQ(optionsError([](RenderOptions& o) { o.tileSize = 0; }), "--tile: must be at least 1");
     EXPECT_EQ(optionsError([](RenderOptions& o) { o.progressive.timeLimit = -1; }),
               "--time-limit: must be finite and not negative");
-    EXPECT_EQ(optionsError([](RenderOptions& o) { o.sequence.emplace().first = 1; }),
-              "--frames: must be in ascending order");
+    EXPECT_EQ(optionsError([](RenderOptions& o) { o.sequence.emplace().frames.clear(); }),
+              "--frames: must be at least one frame");
     EXPECT_EQ(optionsError([](RenderOptions& o) { o.output.heatmapAov = Aov::Variance; }),
               "--heatmap-of: variance has no heat map");
-    EXPECT_EQ(optionsError([](RenderOptions& o) { o.output.images = {"a.jpg"}; }),
-              "-o: \"a.jpg\" must end in .exr, .png or .part");
+    EXPECT_EQ(optionsError([](RenderOptions& o) { o.output.images = {"a.gif"}; }),
+              "-o: \"a.gif\" must end in .exr, .png, .jpg, .jpeg, .tif, .tiff, .hdr or .part");
+    EXPECT_EQ(optionsError([](RenderOptions& o) {
+                  o.output.images = {"-.exr"};
+                  o.sequence.emplace();
+              }),
+              "-o -: does not go with --frames");
+    EXPECT_EQ(optionsError([](RenderOptions& o) {
+                  o.output.images = {"a.exr"};
+                  o.output.noImage = true;
+              }),
+              "-o: does not go with --no-output");
 }
 
 TEST(FrameTest, NumberReplacesPlaceholdersInFileNames) {
@@ -72,7 +82,7 @@ TEST(FrameTest, NumberReplacesPlaceholdersInFileNames) {
 }
 
 TEST(FrameTest, ShutterIsInSceneTime) {
-    const Shutter shutter = shutterOf({0, 9, 1, 4, 0.25, 0.75, false, ""}, 3);
+    const Shutter shutter = shutterOf({{3}, 4, 0.25, 0.75, false, ""}, 3);
     EXPECT_FLOAT_EQ(shutter.open, 3.25f / 4);
     EXPECT_FLOAT_EQ(shutter.close, 3.75f / 4);
 }

@@ -79,7 +79,7 @@ Shape "sphere" "float radius" 1
 
 TEST_F(RenderSceneTest, FinishedFramesAreSkipped) {
     RenderOptions o = writing({"f.##.exr"});
-    o.sequence = SequenceOptions{1, 3, 2, 24, 0, 0.5, false, "settings"};
+    o.sequence = SequenceOptions{{1, 3}, 24, 0, 0.5, false, "settings"};
     EXPECT_EQ(renderScene(o, log), Outcome::Finished);
     EXPECT_TRUE(hasMessage(LogLevel::Info, "2 frames: 2 rendered now, 0 before"));
     EXPECT_TRUE(exists("f.01.exr") && exists("f.03.exr"));
@@ -93,7 +93,7 @@ TEST_F(RenderSceneTest, FinishedFramesAreSkipped) {
 
 TEST_F(RenderSceneTest, StopEndsASequence) {
     RenderOptions o = writing({"f.#.exr"});
-    o.sequence = SequenceOptions{1, 3, 1, 24, 0, 0.5, false, ""};
+    o.sequence = SequenceOptions{{1, 2, 3}, 24, 0, 0.5, false, ""};
     RenderControl control;
     EXPECT_EQ(renderScene(o, log, atHalf(control, [&] { control.stop(); })), Outcome::Interrupted);
     EXPECT_EQ(attribute("f.1.exr", "strobe:frameKey"), "");

@@ -1,5 +1,6 @@
 #include "core/color/color_config.h"
 
+#include "core/math/hash.h"
 #include "core/util/nearest_name.h"
 #include "core/util/parallel.h"
 
@@ -7,7 +8,9 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <mutex>
+#include <set>
 #include <sstream>
 #include <vector>
 
@@ -178,10 +181,11 @@ OCIO::ConstProcessorRcPtr viewProcessor(const LoadedConfig& loaded, const std::s
 } // namespace
 
 struct ColorConfig::Impl {
-    explicit Impl(std::string file)
-        : file(std::move(file)), title(this->file.empty() ? "the built-in OpenColorIO config"
-                                                          : "the OpenColorIO config \"" + this->file + "\"") {
-    }
+    Impl(std::string file, const std::string& origin)
+        : file(std::move(file)),
+          title(this->file.empty() ? "the built-in OpenColorIO config"
+                                   : "the OpenColorIO config \"" + this->file + "\"" +
+                                         (origin.empty() ? "" : ", given by " + origin)) {}
     const std::string file, title;
     std::once_flag once;
     LoadedConfig loaded;
@@ -199,7 +203,8 @@ struct ColorConfig::Impl {
     }
 };
 
-ColorConfig::ColorConfig(std::string file) : m_impl(std::make_unique<Impl>(std::move(file))) {}
+ColorConfig::ColorConfig(std::string file, const std::string& origin)
+    : m_impl(std::make_unique<Impl>(std::move(file), origin)) {}
 ColorConfig::~ColorConfig() = default;
 
 std::string ColorConfig::workingSpace() const {
@@ -242,6 +247,65 @@ std::string ColorConfig::spaceOfFile(const std::filesystem::path& path, const Lo
         if (loaded.config->filepathOnlyMatchesDefaultRule(name.c_str()))
             return {};
         return loaded.config->getColorSpaceFromFilepath(name.c_str());
+    });
+}
+
+namespace {
+
+/// Adds the names of the files that a transform reads; null: none.
+void addFileNames(const OCIO::ConstTransformRcPtr& transform, std::set<std::string>& names) {
+    if (const auto file = OCIO_DYNAMIC_POINTER_CAST<const OCIO::FileTransform>(transform))
+        names.insert(file->getSrc());
+    if (const auto group = OCIO_DYNAMIC_POINTER_CAST<const OCIO::GroupTransform>(transform))
+        for (int i = 0; i < group->getNumTransforms(); ++i)
+            addFileNames(group->getTransform(i), names);
+}
+
+std::set<std::string> fileNames(const OCIO::Config& config) {
+    std::set<std::string> names;
+    for (int i = 0; i < config.getNumColorSpaces(OCIO::SEARCH_REFERENCE_SPACE_ALL, OCIO::COLORSPACE_ALL);
+         ++i) {
+        const auto space = config.getColorSpace(
+            config.getColorSpaceNameByIndex(OCIO::SEARCH_REFERENCE_SPACE_ALL, OCIO::COLORSPACE_ALL, i));
+        for (const auto direction : {OCIO::COLORSPACE_DIR_TO_REFERENCE, OCIO::COLORSPACE_DIR_FROM_REFERENCE})
+            addFileNames(space->getTransform(direction), names);
+    }
+    for (int i = 0; i < config.getNumViewTransforms(); ++i) {
+        const auto view = config.getViewTransform(config.getViewTransformNameByIndex(i));
+        for (const auto direction :
+             {OCIO::VIEWTRANSFORM_DIR_TO_REFERENCE, OCIO::VIEWTRANSFORM_DIR_FROM_REFERENCE})
+            addFileNames(view->getTransform(direction), names);
+    }
+    for (const std::string& name : lookNames(config)) {
+        addFileNames(config.getLook(name.c_str())->getTransform(), names);
+        addFileNames(config.getLook(name.c_str())->getInverseTransform(), names);
+    }
+    return names;
+}
+
+uint64_t appendTextHash(uint64_t hash, std::string_view text) {
+    for (const char c : text)
+        hash = hashCombine(hash, uint8_t(c));
+    return hash;
+}
+
+} // namespace
+
+std::string ColorConfig::contentHash() const {
+    if (m_impl->file.empty())
+        return "";
+    return m_impl->withConfig({}, [](const LoadedConfig& loaded) {
+        std::ostringstream text;
+        loaded.config->serialize(text);
+        uint64_t hash = appendTextHash(0, text.str());
+        for (const std::string& name : fileNames(*loaded.config)) {
+            const char* path = loaded.config->getCurrentContext()->resolveFileLocation(name.c_str());
+            std::ifstream file(path, std::ios::binary);
+            hash = appendTextHash(hash, std::string{std::istreambuf_iterator<char>(file), {}});
+        }
+        std::ostringstream digits;
+        digits << std::hex << hash;
+        return digits.str();
     });
 }
 

@@ -35,8 +35,9 @@ struct ViewSettings {
 /// lists the known names. The kind is Scene if there is a location, else Usage.
 class ColorConfig {
   public:
-    /// `file`: the path of a config, in the form of $OCIO; if empty, the built-in config is used.
-    explicit ColorConfig(std::string file = {});
+    /// `file`: the path of a config, in the form of $OCIO; if empty, the built-in config is used. `origin`:
+    /// what gave the path, for messages, as "$OCIO".
+    explicit ColorConfig(std::string file = {}, const std::string& origin = {});
     ~ColorConfig();
     ColorConfig(const ColorConfig&) = delete;
     ColorConfig& operator=(const ColorConfig&) = delete;
@@ -52,6 +53,9 @@ class ColorConfig {
     /// Returns the color space that the file rules of the config assign to a file of this name; an empty
     /// string if only the default rule matches.
     std::string spaceOfFile(const std::filesystem::path& path, const Location& where) const;
+
+    /// Returns a hash of the config and of the files that it names; empty for the built-in config.
+    std::string contentHash() const;
 
   private:
     struct Impl;

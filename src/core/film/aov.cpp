@@ -7,10 +7,12 @@
 
 namespace strobe {
 
-const std::vector<AovInfo>& aovTable() {
+namespace {
+
+std::vector<AovInfo> surfaceAovs() {
     using enum Aov;
     using enum AovGroup;
-    static const std::vector<AovInfo> table = {
+    return {
         {Normal,
          Visible,
          "normal",
@@ -34,6 +36,18 @@ const std::vector<AovInfo>& aovTable() {
         {PrimitiveId, Visible, "primitiveid", "number of the triangle, from 1; 0 without a hit", {"Y"}},
         {CryptoObject, Visible, "cryptoobject", "Cryptomatte of objects", {"CryptoObject"}},
         {CryptoMaterial, Visible, "cryptomaterial", "Cryptomatte of materials", {"CryptoMaterial"}},
+        {Alpha,
+         Visible,
+         "alpha",
+         "fraction of the samples that hit a surface: the channel A of the image, also of PNG and TIFF",
+         {"A"}},
+    };
+}
+
+std::vector<AovInfo> lightAndSharingAovs() {
+    using enum Aov;
+    using enum AovGroup;
+    return {
         {Direct,
          Light,
          "direct",
@@ -64,6 +78,17 @@ const std::vector<AovInfo>& aovTable() {
          "variance of the luminance of the pixel, estimated from the passes of --noise-target",
          {"Y"}},
     };
+}
+
+} // namespace
+
+const std::vector<AovInfo>& aovTable() {
+    static const std::vector<AovInfo> table = [] {
+        std::vector<AovInfo> all = surfaceAovs();
+        const std::vector<AovInfo> others = lightAndSharingAovs();
+        all.insert(all.end(), others.begin(), others.end());
+        return all;
+    }();
     return table;
 }
 
@@ -90,6 +115,8 @@ namespace {
 std::string channelNames(const AovInfo& row) {
     if (row.aov == Aov::CryptoObject || row.aov == Aov::CryptoMaterial)
         return fmt::format("{0}00.R {0}00.G {0}00.B {0}00.A {0}01.R ...", row.channels[0]);
+    if (row.aov == Aov::Alpha)
+        return row.channels[0];
     const char* layer = row.aov == Aov::LightGroups ? "light_GROUP" : row.name;
     std::string names;
     for (const char* channel : row.channels)

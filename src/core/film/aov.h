@@ -20,6 +20,7 @@ enum class Aov {
     PrimitiveId,
     CryptoObject,
     CryptoMaterial,
+    Alpha,
     // AovGroup::Light
     Direct,
     Indirect,
@@ -43,7 +44,8 @@ enum class AovGroup { Visible, Light, Sharing };
 struct AovInfo {
     Aov aov;
     AovGroup group;
-    /// The name for --aov, and the layer's name in files (but for Cryptomatte and light groups).
+    /// The name for --aov, and the layer's name in files (but for Cryptomatte, light groups and Aov::Alpha,
+    /// which is the channel A of the image).
     const char* name;
     const char* doc;
     std::vector<const char*> channels;    ///< for Cryptomatte: the layer's name in files

@@ -12,6 +12,7 @@ Kind kindOf(Aov aov) {
     switch (aov) {
     case Aov::Normal:
     case Aov::Albedo:
+    case Aov::Alpha:
         return Kind::Mean;
     case Aov::CryptoObject:
     case Aov::CryptoMaterial:
@@ -63,7 +64,7 @@ std::vector<AovChannel> AovSums::channels() const {
             append(layer.aov, c, true,
                    [&](size_t pixel) { return layer.values[pixel * layer.channels + c]; });
     for (const Mean& mean : means)
-        for (size_t c = 0; c < 3; ++c)
+        for (size_t c = 0; c < aovInfo(mean.aov).channels.size(); ++c)
             append(mean.aov, c, false, [&](size_t pixel) { return mean.sums[pixel].mean()[int(c)]; });
     for (const Cryptomatte& cryptomatte : cryptomattes)
         appendCryptomatte(cryptomatte, out);

@@ -52,7 +52,7 @@ class AovSums {
         size_t channels;
         std::vector<float> values; ///< `channels` per pixel
     };
-    /// An AOV that is a mean of samples with three channels.
+    /// An AOV that is a mean of samples with up to three channels.
     struct Mean {
         Aov aov;
         std::vector<PixelAccumulator> sums; ///< per pixel

@@ -86,9 +86,12 @@ void Film::addToImage(std::span<const Rgb> values) {
         m_image.pixels[i] += values[i];
 }
 
-std::vector<ExrPart> Film::exrParts(const std::vector<ExrPart>& extraParts) const {
+std::vector<ExrPart> Film::exrParts(const std::vector<ExrPart>& extraParts,
+                                    std::span<const float> alpha) const {
     const float* rgb = &m_image.pixels[0].x;
     std::vector<ExrPart> parts = {{"rgba", {{"R", rgb, 3}, {"G", rgb + 1, 3}, {"B", rgb + 2, 3}}}};
+    if (!alpha.empty())
+        parts[0].channels.push_back({"A", alpha.data()});
     for (size_t i = 0; i < m_layers.size(); ++i) {
         const std::string name = aovInfo(m_layers[i]).name;
         parts.push_back({name, {{name + ".Y", m_planes[i].data(), 1, true}}});
@@ -99,23 +102,27 @@ std::vector<ExrPart> Film::exrParts(const std::vector<ExrPart>& extraParts) cons
 
 void Film::checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
                       const std::vector<ExrPart>& extraParts) const {
-    if (path.extension() == ".exr")
-        checkExr(path, exrParts(extraParts), settings.exr);
-    else if (path.extension() != ".png")
-        throw Error("cannot write \"" + path.string() + "\": the name must end in .exr or .png",
+    const std::optional<ImageFormat> format = imageFormatOf(path);
+    if (!format)
+        throw Error("cannot write \"" + path.string() + "\": the name must end in " + imageExtensions(),
                     ErrorKind::Usage);
+    if (format == ImageFormat::Exr)
+        checkExr(path, exrParts(extraParts, {}), settings.exr);
 }
 
 size_t Film::write(const std::filesystem::path& path, const Metadata& metadata,
-                   const OutputSettings& settings, const std::vector<ExrPart>& extraParts) const {
+                   const OutputSettings& settings, const std::vector<ExrPart>& extraParts,
+                   std::span<const float> alpha) const {
     checkWrite(path, settings, extraParts);
-    if (path.extension() == ".exr")
-        return writeExr(path, {m_pixelBounds, {m_fullWidth, m_fullHeight}}, exrParts(extraParts), metadata,
-                        settings.exr, settings.threads);
+    const ImageFormat format = *imageFormatOf(path);
+    if (format == ImageFormat::Exr)
+        return writeExr(path, {m_pixelBounds, {m_fullWidth, m_fullHeight}}, exrParts(extraParts, alpha),
+                        metadata, settings.exr, settings.threads);
     Image image = m_image;
-    for (Rgb& color : image.pixels)
-        color *= std::exp2(settings.exposure);
-    writePng(path, std::move(image), metadata, settings.view);
+    if (hasView(format))
+        for (Rgb& color : image.pixels)
+            color *= std::exp2(settings.exposure);
+    writeImage(path, std::move(image), metadata, settings.view, alpha);
     return 0;
 }
 

@@ -13,8 +13,8 @@ namespace strobe {
 
 /// Settings for writing images.
 struct OutputSettings {
-    float exposure = 0;    ///< of PNGs, in stops
-    ColorTransform view{}; ///< of PNGs; empty: sRGB
+    float exposure = 0;    ///< of formats with a view, in stops
+    ColorTransform view{}; ///< of formats with a view; empty: sRGB
     ExrSettings exr{};
     int threads = 1; ///< that compress EXRs; 0: one per core
 };
@@ -86,18 +86,20 @@ class Film {
     int fullWidth() const { return m_fullWidth; }
     int fullHeight() const { return m_fullHeight; }
 
-    /// Writes an EXR or PNG file, by the extension of `path`. The color of an EXR is the part "rgba"; each
-    /// layer is a part of its name with the 32-bit channel "name.Y"; `extraParts` follow. A PNG has the color
-    /// only. Returns the number of values outside of the range of half floats (EXR). Throws Error of kind
-    /// Output, and what `checkWrite` throws.
+    /// Writes an image file in the format of imageFormatOf(path). The color of an EXR is the part "rgba";
+    /// each layer is a part of its name with the 32-bit channel "name.Y"; `extraParts` follow. Other formats
+    /// have the color only. `alpha`: a value per pixel, for the channel A; empty: none. Returns the number of
+    /// values outside of the range of half floats (EXR). Throws Error of kind Output, and what `checkWrite`
+    /// throws.
     size_t write(const std::filesystem::path& path, const Metadata& metadata,
-                 const OutputSettings& settings = {}, const std::vector<ExrPart>& extraParts = {}) const;
+                 const OutputSettings& settings = {}, const std::vector<ExrPart>& extraParts = {},
+                 std::span<const float> alpha = {}) const;
     /// Throws Error if `write` cannot succeed with this file name and these settings.
     void checkWrite(const std::filesystem::path& path, const OutputSettings& settings,
                     const std::vector<ExrPart>& extraParts = {}) const;
 
   private:
-    std::vector<ExrPart> exrParts(const std::vector<ExrPart>& extraParts) const;
+    std::vector<ExrPart> exrParts(const std::vector<ExrPart>& extraParts, std::span<const float> alpha) const;
     /// The index of a pixel of the full frame in m_image, m_sums and m_planes.
     size_t index(int x, int y) const {
         return size_t(y - m_pixelBounds.y0) * size_t(m_image.width) + size_t(x - m_pixelBounds.x0);

@@ -8,6 +8,7 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIntAttribute.h>
+#include <ImfMatrixAttribute.h>
 #include <ImfMultiPartOutputFile.h>
 #include <ImfOutputPart.h>
 #include <ImfPartType.h>
@@ -178,6 +179,8 @@ void insertMetadata(Imf::Header& header, const Metadata& metadata) {
             header.insert(name, Imf::IntAttribute(*i));
         else if (const float* f = std::get_if<float>(&value))
             header.insert(name, Imf::FloatAttribute(*f));
+        else if (const M44f* matrix = std::get_if<M44f>(&value))
+            header.insert(name, Imf::M44fAttribute(*matrix));
         else
             header.insert(name, Imf::StringAttribute(std::get<std::string>(value)));
     }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <limits>
 #include <set>
 
 namespace strobe {
@@ -99,23 +100,55 @@ std::string readMetadata(const std::filesystem::path& path, const std::string& n
     return file ? file->metadata(name) : "";
 }
 
-void writePng(const std::filesystem::path& path, Image image, const Metadata& metadata,
-              const ColorTransform& view) {
-    if (image.width < 1 || image.height < 1)
-        failWrite(path, "the image is empty");
-    if (view)
-        view(image.pixels);
-    std::vector<uint8_t> bytes;
-    bytes.reserve(3 * image.pixels.size());
-    for (const Rgb& pixel : image.pixels)
+namespace {
+
+/// Divides colors by alpha.
+void unmultiply(Image& image, std::span<const float> alpha) {
+    for (size_t i = 0; i < alpha.size(); ++i)
+        if (alpha[i] > 0)
+            image.pixels[i] = image.pixels[i] / alpha[i];
+}
+
+/// Scales values in [0,1] to the range of an integer type, and stores them with their alpha.
+template <class T>
+std::vector<T> toIntegers(const Image& image, std::span<const float> alpha, bool encodesSrgb) {
+    constexpr float kMax = float(std::numeric_limits<T>::max());
+    std::vector<T> values;
+    values.reserve((alpha.empty() ? 3 : 4) * image.pixels.size());
+    for (size_t i = 0; i < image.pixels.size(); ++i) {
+        const Rgb& pixel = image.pixels[i];
         for (const float v : {pixel.x, pixel.y, pixel.z}) {
             const float shown = std::max(0.f, std::min(v, 1.f));
-            bytes.push_back(uint8_t(255 * (view ? shown : encodeSrgb(shown)) + 0.5f));
+            values.push_back(T(kMax * (encodesSrgb ? encodeSrgb(shown) : shown) + 0.5f));
         }
+        if (!alpha.empty())
+            values.push_back(T(kMax * std::clamp(alpha[i], 0.f, 1.f) + 0.5f));
+    }
+    return values;
+}
 
+} // namespace
+
+void writeImage(const std::filesystem::path& path, Image image, const Metadata& metadata,
+                const ColorTransform& view, std::span<const float> alpha) {
+    if (image.width < 1 || image.height < 1)
+        failWrite(path, "the image is empty");
+    const ImageFormat format = imageFormatOf(path).value_or(ImageFormat::Png);
+    if (!hasAlpha(format))
+        alpha = {};
+    unmultiply(image, alpha);
+    StoredPixels stored{image.width, image.height, alpha.empty() ? 3 : 4, {}};
+    if (hasView(format) && view)
+        view(image.pixels);
+    if (format == ImageFormat::Hdr)
+        stored.values = std::vector<float>(&image.pixels[0].x, &image.pixels[0].x + 3 * image.pixels.size());
+    else if (format == ImageFormat::Tiff)
+        stored.values = toIntegers<uint16_t>(image, alpha, !view);
+    else
+        stored.values = toIntegers<uint8_t>(image, alpha, !view);
     std::string error;
     const std::vector<unsigned char> encoded =
-        imageLibrary().encodePng(image.width, image.height, bytes, !view, metadata, error);
+        imageLibrary().encode(format, stored, hasView(format) && !view, metadata, error);
     if (encoded.empty())
         failWrite(path, error);
     writeFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -57,10 +58,12 @@ void checkImage(const std::filesystem::path& path, const Location& where);
 /// with one or two channels are gray. Throws Error at `where`.
 Image readImage(const std::filesystem::path& path, const Location& where, const ColorEncoding& encoding = {});
 
-/// Writes an 8-bit PNG of a linear RGB image with writeFileAtomically. `view` converts to display values,
-/// which are clamped to [0,1]; without it, the image is encoded in sRGB. Throws Error of kind Output.
-void writePng(const std::filesystem::path& path, Image image, const Metadata& metadata,
-              const ColorTransform& view = {});
+/// Writes a linear RGB image with writeFileAtomically, in the format of the extension, except EXR. `view`
+/// converts to display values, which are clamped to [0,1]; without it, they are encoded in sRGB. `alpha`: a
+/// value in [0,1] per pixel, by which the colors are multiplied; empty: opaque. Files store colors that are
+/// not multiplied; formats without alpha store the image over black. Throws Error of kind Output.
+void writeImage(const std::filesystem::path& path, Image image, const Metadata& metadata,
+                const ColorTransform& view = {}, std::span<const float> alpha = {});
 
 /// Returns the metadata string of an image file with this name; an empty string if there is none, or if the
 /// file cannot be read.

@@ -1,10 +1,11 @@
 // The interface to OpenImageIO. Its implementation, libstrobe_images.so, is loaded when an image is first
-// read or a PNG is first written: OpenImageIO depends on 240 shared libraries, and loading them takes longer
-// than many renders.
+// read, or one other than an EXR is first written: OpenImageIO depends on 240 shared libraries, and loading
+// them takes longer than many renders.
 //
 // Functions that report errors take a string `error`, which receives the message on failure.
 #pragma once
 
+#include "core/image/image_format.h"
 #include "core/math/math.h"
 
 #include <functional>
@@ -27,7 +28,7 @@ struct TextureOptions {
 };
 
 /// The metadata of an image file: names and values.
-using MetadataValue = std::variant<int, float, std::string>;
+using MetadataValue = std::variant<int, float, std::string, M44f>; ///< matrices: EXR only
 using Metadata = std::vector<std::pair<std::string, MetadataValue>>;
 
 /// An opened image, in a file or in memory. Values are returned as stored, integers scaled to [0,1].
@@ -48,6 +49,13 @@ class ImageReader {
 struct DecodedImage {
     int width = 0, height = 0, channels = 0;
     std::vector<float> values;
+};
+
+/// Pixels as a file stores them, row by row from the top, with interleaved channels: RGB, or RGB and alpha,
+/// by which RGB is not multiplied. Integers are scaled to the range of their type.
+struct StoredPixels {
+    int width = 0, height = 0, channels = 3;
+    std::variant<std::vector<uint8_t>, std::vector<uint16_t>, std::vector<float>> values;
 };
 
 /// An opened texture. Tiles and MIP levels are read or computed on demand and cached. Thread-safe. Must not
@@ -94,11 +102,10 @@ class ImageLibrary {
     /// alpha. Returns null on failure.
     virtual std::unique_ptr<ImageReader> open(std::span<const unsigned char> encoded,
                                               std::string& error) const = 0;
-    /// Returns an encoded PNG with 8-bit RGB pixels `rgb`, row by row from the top; an empty vector on
-    /// failure.
-    virtual std::vector<unsigned char> encodePng(int width, int height, std::span<const uint8_t> rgb,
-                                                 bool isSrgb, const Metadata& metadata,
-                                                 std::string& error) const = 0;
+    /// Returns an encoded file of any format but EXR; an empty vector on failure. `isSrgb`: the values are
+    /// encoded in sRGB.
+    virtual std::vector<unsigned char> encode(ImageFormat format, const StoredPixels& pixels, bool isSrgb,
+                                              const Metadata& metadata, std::string& error) const = 0;
     /// Makes a texture system whose tile cache has at most `megabytes` MB.
     virtual std::unique_ptr<TextureSystem> makeTextureSystem(int megabytes) const = 0;
 };

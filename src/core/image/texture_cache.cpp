@@ -3,6 +3,8 @@
 #include "core/image/mip_map.h"
 #include "core/util/resource_policy.h"
 
+#include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -77,7 +79,8 @@ struct TextureCache::File {
     int channels; ///< 1 or 3
     bool isSmall; ///< the MIP levels are kept in memory from the first lookup on
     mutable std::once_flag mipMapOnce{};
-    mutable std::optional<MipMap> mipMap{}; ///< of a small file; empty if it cannot be read
+    mutable std::optional<MipMap> mipMap{};            ///< of a small file; empty if it cannot be read
+    mutable std::atomic<bool> hasInvalidValues{false}; ///< a lookup has found NaN or infinity
 
     /// Reads all MIP levels through OpenImageIO; returns nothing on failure.
     std::optional<MipMap> readMipMap() const;
@@ -95,6 +98,9 @@ std::optional<MipMap> TextureCache::File::readMipMap() const {
         for (size_t i = 0; i < level.pixels.size(); ++i)
             level.pixels[i] = channels == 1 ? Rgb(v[i]) : Rgb(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
     }
+    const std::vector<Rgb>& finest = levels.front().pixels;
+    if (!std::all_of(finest.begin(), finest.end(), isFinite))
+        hasInvalidValues.store(true, std::memory_order_relaxed);
     return MipMap(levels);
 }
 
@@ -109,6 +115,7 @@ struct TextureCache::Impl {
     std::mutex mutex;                  ///< for the members below
     int64_t totalTexels = 0;           ///< of the finest levels of small files
     std::set<std::string> addedImages; ///< names passed to TextureSystem::addImage
+    std::vector<std::weak_ptr<const File>> opened;
 
     /// Returns the name of the file in the texture system: its path, or the name of its decoded values.
     std::string nameOf(const std::filesystem::path& path, const ColorEncoding& encoding);
@@ -157,8 +164,10 @@ TextureCache::Impl::open(const std::string& name, const std::string& displayName
     const bool isSmall =
         texture->isUncropped && texels <= kMaxTexels && totalTexels + texels <= kMaxTotalTexels;
     totalTexels += isSmall ? texels : 0;
-    return std::shared_ptr<const File>(
+    const std::shared_ptr<const File> file(
         new File{std::move(texture), displayName, where, channels >= 3 ? 3 : 1, isSmall});
+    opened.push_back(file);
+    return file;
 }
 
 TextureCache::TextureCache(int megabytes) : m_megabytes(megabytes) {}
@@ -223,7 +232,22 @@ Rgb TextureCache::lookupFiltered(const File& file, const V2f& uv, const V2f& duv
     std::string error;
     if (!file.texture->lookup(uv, duvdx, duvdy, options, file.channels, c, error))
         throw cannotRead(file.displayName, file.where, error);
-    return file.channels == 1 ? Rgb(c[0]) : Rgb(c[0], c[1], c[2]);
+    const Rgb color = file.channels == 1 ? Rgb(c[0]) : Rgb(c[0], c[1], c[2]);
+    if (!isFinite(color))
+        file.hasInvalidValues.store(true, std::memory_order_relaxed);
+    return color;
+}
+
+std::vector<std::string> TextureCache::imagesWithInvalidValues() const {
+    std::set<std::string> names;
+    if (m_impl) {
+        const std::lock_guard lock(m_impl->mutex);
+        for (const std::weak_ptr<const File>& opened : m_impl->opened)
+            if (const auto file = opened.lock();
+                file && file->hasInvalidValues.load(std::memory_order_relaxed))
+                names.insert(file->displayName);
+    }
+    return {names.begin(), names.end()};
 }
 
 } // namespace strobe

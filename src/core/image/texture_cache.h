@@ -66,6 +66,9 @@ class TextureCache : public std::enable_shared_from_this<TextureCache> {
         return lookupFiltered(file, uv, duvdx, duvdy, TextureOptions{wrap, wrap});
     }
 
+    /// Returns the names of images in which lookups have found values that are NaN or infinite.
+    std::vector<std::string> imagesWithInvalidValues() const;
+
   private:
     struct Impl;
     Impl& impl();

@@ -46,6 +46,12 @@ struct FilmPoint {
     float depth; ///< distance along the camera's axis in scene units; for cameras without an axis, distance
 };
 
+/// The matrices of a camera at mid-shutter, for row vectors, as OpenEXR defines them: camera space is
+/// left-handed with x to the right, y up and z forward; the frame is [0,1]² with y down.
+struct CameraMatrices {
+    M44f worldToCamera, worldToNdc;
+};
+
 /// Interface of cameras. Cameras are immutable, and all functions are thread-safe. Points and directions are
 /// in world space; times are shutter fractions. The arrays of SoA functions have n <= kSoAWidth elements. The
 /// default SoA functions call the scalar functions; overrides must return the same bits.
@@ -82,6 +88,8 @@ class Camera {
     /// Returns the displacement between two film positions. Overridden by cameras whose film wraps around,
     /// which return the shortest displacement.
     virtual V2f filmStep(const V2f& from, const V2f& to) const { return to - from; }
+    /// Returns the matrices; none if no matrix describes the projection.
+    virtual std::optional<CameraMatrices> matrices() const { return std::nullopt; }
 };
 
 /// The arguments of a camera plugin's `create`, in addition to its parameters.

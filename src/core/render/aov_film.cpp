@@ -126,14 +126,18 @@ V2f AovFilm::motionVector(const Hit& hit, Counters& counters) const {
 
 void AovFilm::addMeans(const VisibilityBatch& batch, const VisibilitySample& sample, size_t pixel,
                        Counters& counters) {
+    const bool needsSurface = std::any_of(m_sums.means.begin(), m_sums.means.end(),
+                                          [](const AovSums::Mean& mean) { return mean.aov != Aov::Alpha; });
     std::optional<SurfacePoint> surface;
-    if (sample.hit) {
+    if (sample.hit && needsSurface) {
         surface = m_scene.surface(sample.hit, sample.ray.time);
         ++counters.surfaces;
     }
     for (AovSums::Mean& mean : m_sums.means) {
         V3f value(0);
-        if (surface && mean.aov == Aov::Normal)
+        if (mean.aov == Aov::Alpha)
+            value = V3f(sample.hit ? 1.f : 0.f);
+        else if (surface && mean.aov == Aov::Normal)
             value = dot(surface->ng, sample.ray.d) > 0 ? -surface->ns : surface->ns;
         else if (surface)
             value = albedo(batch, sample, *surface, counters);

@@ -127,6 +127,8 @@ class Integrator {
     /// With Pixel, all samples of a pixel are traced and planned to render a slice of them. With Render,
     /// slices and checkpoints are errors.
     virtual SampleDependence dependence() const { return SampleDependence::Render; }
+    /// Returns about how many shades a pixel takes, for an estimate of the time.
+    virtual double shadesPerPixel(int samplesPerPixel) const { return samplesPerPixel; }
     /// Returns true if `begin` reads context.shadeCost. Measuring it takes some milliseconds.
     virtual bool needsShadeCost(const RenderContext& /*context*/) const { return false; }
     /// Completes a film of parts that were rendered by other processes, from its records alone. Throws Error

@@ -37,10 +37,10 @@ int LightSampler::pick(float u) const {
 Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
              std::vector<std::shared_ptr<const Material>> materials,
              std::vector<std::shared_ptr<const Light>> lights, std::shared_ptr<const Camera> camera,
-             Shutter shutter)
+             Shutter shutter, bool showsBackground)
     : m_groups(std::move(groups)), m_instances(std::move(instances)), m_materials(std::move(materials)),
       m_lights(std::move(lights)), m_camera(std::move(camera)), m_shutter(shutter),
-      m_tracer(std::make_unique<Tracer>(m_groups, m_instances)) {
+      m_showsBackground(showsBackground), m_tracer(std::make_unique<Tracer>(m_groups, m_instances)) {
     const Box3f box = m_tracer->bounds();
     const float radius = box.isEmpty() || !(box.max.x < kInfinity) ? 1.f : 0.5f * length(box.max - box.min);
     std::vector<float> powers;

@@ -113,7 +113,7 @@ class Scene {
     Scene(std::vector<Group> groups, std::vector<Instance> instances,
           std::vector<std::shared_ptr<const Material>> materials,
           std::vector<std::shared_ptr<const Light>> lights, std::shared_ptr<const Camera> camera,
-          Shutter shutter);
+          Shutter shutter, bool showsBackground = true);
 
     const Tracer& tracer() const { return *m_tracer; }
     const Camera& camera() const { return *m_camera; }
@@ -121,6 +121,8 @@ class Scene {
     const std::vector<std::shared_ptr<const Material>>& materials() const { return m_materials; }
     /// Indices of the environment lights (Light::isEnvironment).
     const std::vector<int>& environments() const { return m_environments; }
+    /// Whether camera rays that miss the scene see the environment lights; else they see black.
+    bool showsBackground() const { return m_showsBackground; }
     const LightSampler& lightSampler() const { return m_lightSampler; }
     const Shutter& shutter() const { return m_shutter; }
     /// True when the camera or any shape changes while the shutter is open.
@@ -189,6 +191,7 @@ class Scene {
     LightSampler m_lightSampler;
     std::shared_ptr<const Camera> m_camera;
     Shutter m_shutter;
+    bool m_showsBackground;
     bool m_needsFootprint = false;
     bool m_hasLargeMeshes = false;
     std::unique_ptr<const Tracer> m_tracer;

@@ -1,6 +1,7 @@
 #include "core/util/atomic_file.h"
 
 #include "core/util/error.h"
+#include "core/util/standard_files.h"
 
 #include <cerrno>
 #include <cstring>
@@ -37,6 +38,16 @@ void flushDirectory(const fs::path& directory) {
     ::close(fd);
 }
 
+/// Writes all bytes to a file descriptor. `path` names it in errors.
+void writeAll(int fd, const fs::path& path, std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+        if (n == 0 || (n < 0 && errno != EINTR))
+            fail(path, n == 0 ? "the file system accepts no more data" : std::strerror(errno));
+        bytes.remove_prefix(n > 0 ? size_t(n) : 0);
+    }
+}
+
 /// A new file, which the destructor removes unless it was renamed.
 class TemporaryFile {
   public:
@@ -59,14 +70,7 @@ class TemporaryFile {
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-    void write(std::string_view bytes) {
-        while (!bytes.empty()) {
-            const ssize_t n = ::write(m_fd, bytes.data(), bytes.size());
-            if (n == 0 || (n < 0 && errno != EINTR))
-                fail(m_final, n == 0 ? "the file system accepts no more data" : std::strerror(errno));
-            bytes.remove_prefix(n > 0 ? size_t(n) : 0);
-        }
-    }
+    void write(std::string_view bytes) { writeAll(m_fd, m_final, bytes); }
     /// Flushes the file and renames it to its final name.
     void rename() {
         if (uninterrupted([&] { return ::fsync(m_fd); }) != 0)
@@ -108,9 +112,14 @@ fs::path targetOf(const fs::path& path) {
 
 } // namespace
 
-void checkWriteAtomically(const fs::path& path) { TemporaryFile file(targetOf(path)); }
+void checkWriteAtomically(const fs::path& path) {
+    if (!isStandardStream(path))
+        TemporaryFile file(targetOf(path));
+}
 
 void writeFileAtomically(const fs::path& path, std::string_view bytes) {
+    if (isStandardStream(path))
+        return writeAll(STDOUT_FILENO, "standard output", bytes);
     TemporaryFile file(targetOf(path));
     file.write(bytes);
     file.rename();

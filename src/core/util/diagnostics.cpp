@@ -67,28 +67,21 @@ Diagnostics Diagnostics::recorder() {
 
 void Diagnostics::replayTo(Diagnostics& other) const {
     for (const Record& record : m_records)
-        if (record.key.empty())
-            other.warn(record.where, record.message);
-        else
-            other.warnOnce(record.key, record.where, record.message);
+        other.report(record);
 }
 
-void Diagnostics::warn(const Location& where, const std::string& message) {
+void Diagnostics::report(const Record& record) {
     if (m_isRecorder)
-        m_records.push_back({"", where, message});
-    const std::string formatted = formatDiagnostic(where, "warning", message);
+        m_records.push_back(record);
+    if (!m_isRecorder && !record.key.empty() && !m_reported.insert("key:" + record.key).second)
+        return;
+    const std::string formatted =
+        formatDiagnostic(record.where, record.isNote ? "note" : "warning", record.message);
     if (!m_reported.insert("text:" + formatted).second)
         return;
-    ++m_count;
-    if (m_sink)
-        m_sink(formatted);
-}
-
-void Diagnostics::warnOnce(const std::string& key, const Location& where, const std::string& message) {
-    if (m_isRecorder)
-        m_records.push_back({key, where, message});
-    else if (m_reported.insert("key:" + key).second)
-        warn(where, message);
+    m_count += !record.isNote;
+    if (const Sink& sink = record.isNote ? m_notes : m_sink)
+        sink(formatted);
 }
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-// Warnings, and the text form of errors and warnings.
+// Warnings and notes, and the text form of errors.
 #pragma once
 
 #include "core/util/error.h"
@@ -13,36 +13,48 @@ namespace strobe {
 /// are shown as '?', tabs as spaces. Long lines are cut to a window around the caret.
 std::string formatDiagnostic(const Location& where, std::string_view severity, std::string_view message);
 
-/// Receives warnings and passes each distinct one to a sink once. Not thread-safe: threads use a recorder
-/// each.
+/// Receives warnings (the image will differ from what the scene says) and notes (it will not), and passes
+/// each distinct one to a sink once. Not thread-safe: threads use a recorder each.
 class Diagnostics {
   public:
     using Sink = std::function<void(const std::string& formatted)>;
     /// Discards all warnings, but counts them.
     Diagnostics() = default;
-    explicit Diagnostics(Sink sink) : m_sink(std::move(sink)) {}
-    /// Returns an object that only records warnings, for `replayTo`.
+    /// `notes`: empty: `sink` receives the notes, too.
+    explicit Diagnostics(Sink sink, Sink notes = {})
+        : m_sink(std::move(sink)), m_notes(notes ? std::move(notes) : m_sink) {}
+    /// Returns an object that only records, for `replayTo`.
     static Diagnostics recorder();
-    /// Sends all recorded warnings to `other`, in order.
+    /// Sends all that was recorded to `other`, in order.
     void replayTo(Diagnostics& other) const;
 
     /// Reports `message` unless the same message was reported at the same location before.
-    void warn(const Location& where, const std::string& message);
+    void warn(const Location& where, const std::string& message) { report({false, "", where, message}); }
     /// Reports `message` on the first call with this `key`.
-    void warnOnce(const std::string& key, const Location& where, const std::string& message);
-    /// Returns the number of warnings reported.
+    void warnOnce(const std::string& key, const Location& where, const std::string& message) {
+        report({false, key, where, message});
+    }
+    /// As warn and warnOnce, of what does not change the image.
+    void note(const Location& where, const std::string& message) { report({true, "", where, message}); }
+    void noteOnce(const std::string& key, const Location& where, const std::string& message) {
+        report({true, key, where, message});
+    }
+    /// Returns the number of warnings reported, without notes.
     int count() const { return m_count; }
 
   private:
     struct Record {
-        std::string key; ///< of warnOnce; empty for warn
+        bool isNote;
+        std::string key; ///< of warnOnce and noteOnce; else empty
         Location where;
         std::string message;
     };
-    Sink m_sink;
+    void report(const Record& record);
+
+    Sink m_sink, m_notes;
     bool m_isRecorder = false;
     std::vector<Record> m_records;
-    std::set<std::string> m_reported; ///< keys and formatted warnings
+    std::set<std::string> m_reported; ///< keys and formatted messages
     int m_count = 0;
 };
 

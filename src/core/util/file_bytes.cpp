@@ -21,12 +21,32 @@ Buffer newBuffer(size_t size) {
     return buffer;
 }
 
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+FileBytes readPipe(const std::filesystem::path& path, const MemoryCheck& memoryCheck) {
+    const File file(std::fopen(path.c_str(), "rb"), &std::fclose);
+    if (!file)
+        throw std::runtime_error(std::strerror(errno));
+    std::string text;
+    char chunk[1 << 16];
+    while (const size_t count = std::fread(chunk, 1, sizeof chunk, file.get())) {
+        text.append(chunk, count);
+        if (memoryCheck)
+            memoryCheck(text.capacity());
+    }
+    const Buffer buffer = newBuffer(text.size() + 1);
+    text.copy(buffer.get(), text.size());
+    return {buffer, text.size()};
+}
+
 FileBytes readPlain(const std::filesystem::path& path, const MemoryCheck& memoryCheck) {
     std::error_code code;
+    if (std::filesystem::is_fifo(path, code))
+        return readPipe(path, memoryCheck);
     if (!std::filesystem::is_regular_file(path, code))
         throw std::runtime_error(code ? code.message() : "not a regular file");
     const auto size = size_t(std::filesystem::file_size(path, code));
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+    const File file(std::fopen(path.c_str(), "rb"), &std::fclose);
     if (code || !file)
         throw std::runtime_error(code ? code.message() : std::strerror(errno));
     if (memoryCheck)

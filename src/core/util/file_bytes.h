@@ -20,9 +20,9 @@ struct FileBytes {
 /// Called before an allocation, with its size in bytes; throws if the allocation exceeds a limit.
 using MemoryCheck = std::function<void(uint64_t bytes)>;
 
-/// Reads a regular file. Files in gzip format are decompressed, whatever their extension. Throws
-/// std::runtime_error with a message that does not contain the file name, and passes on the exceptions of
-/// `memoryCheck`.
+/// Reads a regular file, or a pipe to its end. Files in gzip format are decompressed, whatever their
+/// extension. Throws std::runtime_error with a message that does not contain the file name, and passes on the
+/// exceptions of `memoryCheck`.
 FileBytes readFileBytes(const std::filesystem::path& path, const MemoryCheck& memoryCheck = nullptr);
 
 } // namespace strobe

@@ -4,7 +4,9 @@
 
 #if defined(__linux__)
 #ifdef __GLIBC__
+#include <fstream>
 #include <malloc.h>
+#include <unistd.h>
 #endif
 #include <sys/mman.h>
 #endif
@@ -28,6 +30,14 @@ void releaseFreeMemory() {
 #ifdef __GLIBC__
     malloc_trim(0);
 #endif
+}
+
+uint64_t physicalMemory() { return uint64_t(sysconf(_SC_PHYS_PAGES)) * uint64_t(sysconf(_SC_PAGE_SIZE)); }
+
+uint64_t usedMemory() {
+    std::ifstream file("/proc/self/statm");
+    uint64_t total = 0, resident = 0;
+    return file >> total >> resident ? resident * uint64_t(sysconf(_SC_PAGE_SIZE)) : 0;
 }
 
 } // namespace strobe

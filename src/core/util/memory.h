@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 namespace strobe {
 
@@ -13,5 +14,10 @@ void adviseHugePages(void* allocation, size_t bytes);
 /// Returns freed memory to the operating system. Without it, the heaps of many threads retain freed memory,
 /// which becomes fragmented and is reused less and less. Takes milliseconds. No effect without glibc.
 void releaseFreeMemory();
+
+/// Returns the bytes of the machine's memory.
+uint64_t physicalMemory();
+/// Returns the bytes of memory that the process has now; 0 if they are unknown.
+uint64_t usedMemory();
 
 } // namespace strobe

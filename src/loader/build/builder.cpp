@@ -125,7 +125,8 @@ class SceneBuilder::Impl {
           m_camera(orDefault(m_description.camera, "perspective")),
           m_shapes([this](ShapeDecl& decl, Diagnostics& recorder) { return makeShape(decl, recorder); },
                    frames == Frames::Many),
-          m_lights(m_description.lights.size()) {
+          m_lights(m_description.lights.size()), m_isTransparent(options.transparent) {
+        m_setup.textures = m_factory.context().textureCache;
         makeFilm(options);
         makeIntegrators(m_description, options, m_tables, m_factory, m_setup);
         makeSampler(options);
@@ -168,9 +169,9 @@ class SceneBuilder::Impl {
         m_gltf.endFrame(m_description);
         if (lights.empty())
             m_diagnostics.warn({}, "the scene has no lights; the image will be black");
-        return {m_setup,
-                std::make_unique<const Scene>(std::move(geometry.groups), std::move(geometry.instances),
-                                              materialsOf(m_materials), std::move(lights), camera, shutter)};
+        return {m_setup, std::make_unique<const Scene>(
+                             std::move(geometry.groups), std::move(geometry.instances),
+                             materialsOf(m_materials), std::move(lights), camera, shutter, !m_isTransparent)};
     }
 
   private:
@@ -214,7 +215,7 @@ class SceneBuilder::Impl {
             count = std::max(1, count / 4);
         count = m_setup.sampler.sampler->roundCount(count);
         if (options.samplesPerPixel > 0 && count != options.samplesPerPixel)
-            m_diagnostics.warn({}, "--spp " + std::to_string(options.samplesPerPixel) + ": sampler \"" +
+            m_diagnostics.note({}, "--spp " + std::to_string(options.samplesPerPixel) + ": sampler \"" +
                                        sampler.name + "\" takes " + std::to_string(count));
         m_setup.filter = m_factory.make(m_tables.filters, filter, "pixel filter");
         m_setup.metadata.emplace_back("strobe:sampler", sampler.name);
@@ -287,6 +288,7 @@ class SceneBuilder::Impl {
     std::vector<BuiltMaterial> m_materials; ///< by declaration
     std::vector<std::optional<std::shared_ptr<const Light>>>
         m_lights; ///< by declaration; empty: to be created
+    const bool m_isTransparent;
 };
 
 SceneBuilder::SceneBuilder(SceneDescription&& description, const BuildOptions& options,

@@ -23,6 +23,7 @@ struct BuildOptions {
     std::optional<PixelBounds> pixelBounds;   ///< overrides crop; must lie in the frame
     std::optional<Shutter> shutter; ///< in scene time; overrides the camera's; open == close: an instant
     bool quick = false;             ///< a quarter of the width, the height and the samples
+    bool transparent = false;       ///< see Scene::showsBackground
     std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
     std::string gltfAnimation,
         gltfCamera; ///< for glTF files whose Shape "gltf" names none; empty: the default
@@ -39,6 +40,7 @@ struct FrameSetup {
     std::vector<std::string> materialNames;            ///< by material, with file and line, for messages
     std::vector<std::string> cryptomatteMaterialNames; ///< by material; see cryptomatteNames
     std::vector<std::string> lightGroups;              ///< names, indexed by Light::group
+    std::shared_ptr<const TextureCache> textures;      ///< of the images
     std::string filename;                              ///< output file that the scene names; may be empty
     Metadata metadata; ///< names and parameters of the integrator and the shader, names of sampler and filter
 };

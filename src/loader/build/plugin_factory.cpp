@@ -55,10 +55,15 @@ PluginFactory::PluginFactory(const PluginFactory& other, Diagnostics& diagnostic
 
 void PluginFactory::warnUnsupported(const Statement& statement, const char* kind,
                                     const std::string& replacement) {
+    if (replacement.empty())
+        return;
     const std::string subject = kindAndName(kind, statement);
-    if (!replacement.empty())
-        m_context.diagnostics.warnOnce(subject, statement.where,
-                                       subject + " is not supported; " + replacement);
+    const std::string message = subject + " is not supported; " + replacement;
+    // Another sampler, and path in place of other methods for all light, change the noise only.
+    if (std::string_view(kind) == "sampler" || replacement == usedInstead("path"))
+        m_context.diagnostics.noteOnce(subject, statement.where, message);
+    else
+        m_context.diagnostics.warnOnce(subject, statement.where, message);
 }
 
 bool PluginFactory::isSkipped(const Statement& statement) { return statement.name == kSkipped; }
@@ -84,7 +89,7 @@ bool PluginFactory::resolveAlias(Statement& statement, const char* kind) {
         warnUnsupported(statement, kind, usedInstead(alias.name));
     } else if (alias.isWarned) {
         const std::string subject = kindAndName(kind, statement);
-        m_context.diagnostics.warnOnce(subject, statement.where,
+        m_context.diagnostics.noteOnce(subject, statement.where,
                                        subject + " is read as \"" + alias.name + "\"");
     }
     statement.name = alias.name.empty() ? kSkipped : alias.name;

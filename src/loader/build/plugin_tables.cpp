@@ -132,19 +132,32 @@ std::string defaultAndRange(const ParamInfo& p) {
     return text.empty() ? "" : " [" + text + "]";
 }
 
-/// Appends the rows of a table. Columns are separated by at least two blanks: tools/make-reference relies on
-/// it.
+/// Returns the lines of a plugin. Columns are separated by at least two blanks: tools/make-reference relies
+/// on it.
 template <class Row>
-void appendList(std::string& out, const char* kind, const std::vector<Row>& table) {
-    out += fmt::format("{}\n", kind);
-    for (const Row& row : table) {
-        out += fmt::format("  {:<18}  {}\n", row.name, row.doc);
-        for (const ParamInfo& p : row.params) {
-            const std::string name = p.alias.empty() ? p.name : p.name + ", " + p.alias;
-            out += fmt::format("      {:<16}  {:<29}  {}{}\n", p.type, name, p.doc, defaultAndRange(p));
-        }
+std::string linesOf(const Row& row) {
+    std::string out = fmt::format("  {:<18}  {}\n", row.name, row.doc);
+    for (const ParamInfo& p : row.params) {
+        const std::string name = p.alias.empty() ? p.name : p.name + ", " + p.alias;
+        out += fmt::format("      {:<16}  {:<29}  {}{}\n", p.type, name, p.doc, defaultAndRange(p));
     }
-    out += "\n";
+    return out;
+}
+
+/// Calls f(title, table) for each table.
+template <class F>
+void forEachTable(const PluginTables& tables, const F& f) {
+    f("Integrator: the mapping of visibility samples to shades (--integrator)", tables.integrators);
+    f("SurfaceIntegrator, Integrator: the shader, which estimates radiance (--shading)", tables.shaders);
+    f("Camera", tables.cameras);
+    f("Film", tables.films);
+    f("Sampler", tables.samplers);
+    f("PixelFilter", tables.filters);
+    f("Shape", tables.shapes);
+    f("Material", tables.materials);
+    f("Texture", tables.textures);
+    f("LightSource", tables.lights);
+    f("AreaLightSource", tables.areaLights);
 }
 
 } // namespace
@@ -158,19 +171,27 @@ const std::map<std::string, PluginAlias>& pluginAliases(const std::string& kind)
 
 std::string listPlugins(const PluginTables& tables) {
     std::string out;
-    appendList(out, "Integrator: the mapping of visibility samples to shades (--integrator)",
-               tables.integrators);
-    appendList(out, "SurfaceIntegrator, Integrator: the shader, which estimates radiance (--shading)",
-               tables.shaders);
-    appendList(out, "Camera", tables.cameras);
-    appendList(out, "Film", tables.films);
-    appendList(out, "Sampler", tables.samplers);
-    appendList(out, "PixelFilter", tables.filters);
-    appendList(out, "Shape", tables.shapes);
-    appendList(out, "Material", tables.materials);
-    appendList(out, "Texture", tables.textures);
-    appendList(out, "LightSource", tables.lights);
-    appendList(out, "AreaLightSource", tables.areaLights);
+    forEachTable(tables, [&](const char* title, const auto& table) {
+        out += std::string(title) + '\n';
+        for (const auto& row : table)
+            out += linesOf(row);
+        out += '\n';
+    });
+    return out;
+}
+
+std::string listPlugins(const PluginTables& tables, const std::string& name) {
+    std::string out;
+    std::vector<std::string> names;
+    forEachTable(tables, [&](const char* title, const auto& table) {
+        for (const auto& row : table) {
+            names.push_back(row.name);
+            if (row.name == name)
+                out += std::string(title) + '\n' + linesOf(row) + '\n';
+        }
+    });
+    if (out.empty())
+        throw Error("--list: " + unknownName("plugin", name, names), ErrorKind::Usage);
     return out;
 }
 

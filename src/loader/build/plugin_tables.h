@@ -59,5 +59,7 @@ const std::map<std::string, PluginAlias>& pluginAliases(const std::string& kind)
 
 /// Returns the text of `strobe --list`: every plugin with its parameters, their defaults and descriptions.
 std::string listPlugins(const PluginTables& tables);
+/// As above, of the plugins called `name`, of any kind. Throws Error of kind Usage if there is none.
+std::string listPlugins(const PluginTables& tables, const std::string& name);
 
 } // namespace strobe

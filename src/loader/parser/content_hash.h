@@ -3,10 +3,21 @@
 
 #include "loader/parser/description.h"
 
+#include <utility>
+
 namespace strobe {
 
-/// Returns a hash of all texts that the description was read from, and of the sizes and modification times of
-/// all files that parameters of textures, materials, lights and shapes name. Scenes are not built for it.
-uint64_t contentHash(const SceneDescription& description);
+/// What a scene consists of, as hashes.
+struct SceneContent {
+    uint64_t hash = 0; ///< of all
+    /// Names and hashes of the texts and files, sorted by name. At most kMaxFiles; more are in `hash` only.
+    std::vector<std::pair<std::string, uint64_t>> files;
+    static constexpr size_t kMaxFiles = 4096;
+};
+
+/// Returns hashes of all texts that the description was read from, of the values of $NAME, and of all files
+/// that parameters of textures, materials, lights and shapes name: of their content, or of their size and
+/// modification time beyond 64 MiB. Scenes are not built for it.
+SceneContent contentOf(const SceneDescription& description);
 
 } // namespace strobe

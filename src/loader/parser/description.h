@@ -90,6 +90,7 @@ struct SceneDescription {
     std::vector<float> keyTimes{0, 1};
 
     std::vector<std::shared_ptr<const Source>> sources; ///< all texts of the scene, in order
+    std::map<std::string, std::string> values; ///< that the texts name as $NAME, or declare by Default
 
     // Absent directives: the builder uses its default plugin without parameters.
     std::optional<Statement> camera, film, sampler, filter;

@@ -5,6 +5,7 @@
 #include "loader/parser/current_transform.h"
 #include "loader/parser/description.h"
 #include "loader/parser/param_list.h"
+#include "loader/parser/scene_values.h"
 
 #include <map>
 #include <set>
@@ -16,7 +17,7 @@ class DirectiveParser {
   public:
     /// `isStrict`: whether harmless mistakes, common in exported files, are Errors instead of warnings.
     DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& diagnostics, bool isStrict,
-                    std::shared_ptr<const ResourcePolicy> policy);
+                    std::shared_ptr<const ResourcePolicy> policy, SceneValues values);
     void parse(std::shared_ptr<const Source> source);
     /// Adds a glTF file of the command line; begins the world if WorldBegin is still missing.
     void parseGltf(const std::filesystem::path& path);
@@ -110,6 +111,7 @@ class DirectiveParser {
     void pixelFilter(const Call&);
     void integrator(const Call&);
     void option(const Call&);
+    void defaultValue(const Call&);
     void colorSpace(const Call&);
     void accelerator(const Call&);
     void ignore(const Call&); ///< of directives with one name and parameters
@@ -135,6 +137,7 @@ class DirectiveParser {
     const std::set<std::string>& m_sharingNames;
     Diagnostics& m_diagnostics;
     const std::shared_ptr<const ResourcePolicy> m_policy;
+    SceneValues m_values;
     SceneDescription m_desc;
     State m_state;
     std::vector<OpenBlock> m_openBlocks;

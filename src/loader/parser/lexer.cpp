@@ -1,12 +1,15 @@
 #include "loader/parser/lexer.h"
 
 #include "core/util/file_bytes.h"
+#include "core/util/nearest_name.h"
 #include "core/util/resource_policy.h"
+#include "core/util/standard_files.h"
 
 #include <fmt/format.h>
 
 #include <charconv>
 #include <cmath>
+#include <iostream>
 #include <limits>
 
 namespace strobe {
@@ -47,22 +50,78 @@ bool isUnderflow(std::string_view number) {
     return digit != std::string_view::npos && number[digit] == '.';
 }
 
+std::string readStandardInput() { return {std::istreambuf_iterator<char>(std::cin), {}}; }
+
 } // namespace
 
-Lexer::Lexer(std::shared_ptr<const Source> source) : m_source(std::move(source)), m_text(m_source->text) {
+Lexer::Lexer(std::shared_ptr<const Source> source, SceneValues* values)
+    : m_source(std::move(source)), m_text(m_source->text), m_values(values) {
     if (m_text.substr(0, 3) == "\xEF\xBB\xBF") // byte order mark of UTF-8
         m_pos = 3;
 }
 
 void Lexer::skipBlanks() {
-    for (; m_pos < m_text.size(); ++m_pos) {
-        const char c = m_text[m_pos];
-        if (c == '#') {
-            m_pos = std::min(m_text.find('\n', m_pos), m_text.size() - 1);
-        } else if (!isBlank(c)) {
-            return;
+    for (;;) {
+        while (m_pos < m_text.size()) {
+            const char c = m_text[m_pos];
+            if (isBlank(c))
+                ++m_pos;
+            else if (c == '#')
+                m_pos = std::min(m_text.find('\n', m_pos), m_text.size());
+            else if (c == '$' && m_values)
+                beginValue();
+            else
+                return;
         }
+        if (!m_outer)
+            return;
+        endValue();
     }
+}
+
+size_t Lexer::nameLength(std::string_view text) {
+    size_t end = !text.empty() && isLetter(text[0]) ? 1 : 0;
+    while (end > 0 && end < text.size() && (isLetter(text[end]) || isDigit(text[end])))
+        ++end;
+    return end;
+}
+
+void Lexer::beginValue() {
+    const std::string_view rest = m_text.substr(m_pos + 1);
+    const std::string name(rest.substr(0, nameLength(rest)));
+    if (name.empty() || m_outer)
+        throw Error(at(offset()), m_outer ? "a value cannot contain another value" : "'$' without a name");
+    const std::string* value = m_values->find(name);
+    if (!value)
+        throw Error(at(m_pos), fmt::format("$ with an {}; -D {}=VALUE or Default \"{}\" \"VALUE\" sets it",
+                                           unknownName("name", name, m_values->names()), name, name));
+    m_outer = Outer{m_pos, m_pos + 1 + name.size()};
+    m_text = *value;
+    m_pos = 0;
+}
+
+void Lexer::endValue() {
+    m_text = m_source->text;
+    m_pos = m_outer->next;
+    m_outer.reset();
+}
+
+std::string Lexer::withValues(std::string text) const {
+    if (!m_values)
+        return text;
+    for (size_t dollar = text.find('$'); dollar != std::string::npos; dollar = text.find('$', dollar + 1)) {
+        const size_t brace = dollar + 1 < text.size() && text[dollar + 1] == '{';
+        const std::string name =
+            text.substr(dollar + 1 + brace, nameLength(std::string_view(text).substr(dollar + 1 + brace)));
+        const size_t end = dollar + 1 + brace + name.size();
+        const bool isClosed = brace == 0 || (end < text.size() && text[end] == '}');
+        const std::string* value = isClosed && !name.empty() ? m_values->find(name) : nullptr;
+        if (!value)
+            continue;
+        text.replace(dollar, end + brace - dollar, *value);
+        dollar += value->size() - 1;
+    }
+    return text;
 }
 
 TokenKind Lexer::peek() {
@@ -81,9 +140,9 @@ TokenKind Lexer::peek() {
     if (isLetter(c))
         return TokenKind::Word;
     if (c > ' ' && c <= '~')
-        throw Error(at(m_pos), fmt::format("unexpected character '{}'", c));
-    throw Error(at(m_pos), fmt::format("unexpected byte 0x{:02x}; is this a text file?",
-                                       static_cast<unsigned>(static_cast<unsigned char>(c))));
+        throw Error(at(offset()), fmt::format("unexpected character '{}'", c));
+    throw Error(at(offset()), fmt::format("unexpected byte 0x{:02x}; is this a text file?",
+                                          static_cast<unsigned>(static_cast<unsigned char>(c))));
 }
 
 Token Lexer::next() {
@@ -104,14 +163,14 @@ Token Lexer::next() {
     case TokenKind::Word:
         return readWord();
     }
-    return {kind, begin, m_text.substr(begin, m_pos - begin)};
+    return {kind, m_outer ? m_outer->dollar : begin, m_text.substr(begin, m_pos - begin)};
 }
 
 Token Lexer::readWord() {
     const size_t begin = m_pos;
     while (m_pos < m_text.size() && (isLetter(m_text[m_pos]) || isDigit(m_text[m_pos])))
         ++m_pos;
-    return {TokenKind::Word, begin, m_text.substr(begin, m_pos - begin)};
+    return {TokenKind::Word, m_outer ? m_outer->dollar : begin, m_text.substr(begin, m_pos - begin)};
 }
 
 Token Lexer::readString() {
@@ -119,12 +178,13 @@ Token Lexer::readString() {
     for (; m_pos < m_text.size() && m_text[m_pos] != '\n'; ++m_pos) {
         if (m_text[m_pos] == '"') {
             ++m_pos;
-            return {TokenKind::String, quote, m_text.substr(quote + 1, m_pos - quote - 2)};
+            return {TokenKind::String, m_outer ? m_outer->dollar : quote,
+                    m_text.substr(quote + 1, m_pos - quote - 2)};
         }
         if (m_text[m_pos] == '\\' && m_pos + 1 < m_text.size() && m_text[m_pos + 1] != '\n')
             ++m_pos;
     }
-    throw Error(at(quote), "string without a closing quote on the same line");
+    throw Error(at(m_outer ? m_outer->dollar : quote), "string without a closing quote on the same line");
 }
 
 std::string Lexer::unescape(const Token& token) const {
@@ -143,7 +203,7 @@ std::string Lexer::unescape(const Token& token) const {
         }
         plain += c;
     }
-    return plain;
+    return token.text.find('$') == std::string_view::npos ? plain : withValues(std::move(plain));
 }
 
 std::string_view Lexer::numberText() const {
@@ -154,7 +214,7 @@ std::string_view Lexer::numberText() const {
 }
 
 void Lexer::failNumber(std::string_view text, const char* why) const {
-    throw Error(at(m_pos), fmt::format("'{}' {}", printable(text), why));
+    throw Error(at(offset()), fmt::format("'{}' {}", printable(text), why));
 }
 
 float Lexer::readFloat() {
@@ -246,6 +306,8 @@ std::string describe(const Token& token) {
 std::shared_ptr<const Source> readSource(const std::filesystem::path& path,
                                          const std::filesystem::path& mainDirectory, const Location& where,
                                          std::shared_ptr<const ResourcePolicy> policy) {
+    if (isStandardStream(path) && !where)
+        return makeSource(readStandardInput(), path, std::move(policy));
     const std::filesystem::path admitted = policy ? policy->authorizeRead(path, where) : path;
     try {
         const FileBytes file = readFileBytes(admitted, [&](uint64_t bytes) {

@@ -32,7 +32,7 @@ Statement DirectiveParser::readStatement(const Call& call, const char* target) {
 
 void DirectiveParser::setOnce(std::optional<Statement>& slot, Statement statement) {
     if (slot)
-        m_diagnostics.warn(slot->where,
+        m_diagnostics.note(slot->where,
                            fmt::format("overridden by the statement at {}", statement.where.toString()));
     slot = std::move(statement);
 }
@@ -78,6 +78,14 @@ void DirectiveParser::option(const Call& call) {
     m_requestedConventions = value == "pbrt-v2" ? Conventions::PbrtV2 : Conventions::PbrtV4;
 }
 
+void DirectiveParser::defaultValue(const Call& call) {
+    const std::string name = readString(call, "a name");
+    if (m_lexer->peek() == TokenKind::Number)
+        m_values.setDefault(name, std::string(m_lexer->next().text));
+    else
+        m_values.setDefault(name, readString(call, "a value"));
+}
+
 void DirectiveParser::colorSpace(const Call& call) {
     const std::string name = readString(call, "a name");
     m_looksLikeV4 = true;
@@ -90,7 +98,7 @@ void DirectiveParser::colorSpace(const Call& call) {
 void DirectiveParser::accelerator(const Call& call) {
     readString(call, "a name");
     readRawParameters(call);
-    m_diagnostics.warnOnce(call.name, call.where,
+    m_diagnostics.noteOnce(call.name, call.where,
                            "Accelerator is ignored: Embree builds the acceleration structure");
 }
 

@@ -37,7 +37,7 @@ std::shared_ptr<const Source> withoutCommas(std::shared_ptr<const Source> source
         } else if (text[i] == ',') {
             if (!copy) {
                 copy = std::make_shared<std::string>(text);
-                diagnostics.warnOnce("commas", {source, i}, "commas between numbers are ignored");
+                diagnostics.noteOnce("commas", {source, i}, "commas between numbers are ignored");
             }
             (*copy)[i] = ' ';
         }
@@ -128,6 +128,7 @@ const std::map<std::string, DirectiveParser::Directive, std::less<>>& DirectiveP
         {"Renderer", {options, &P::ignore}},
         {"VolumeIntegrator", {options, &P::ignore}},
         {"Option", {options, &P::option}},
+        {"Default", {any, &P::defaultValue}},
         {"ColorSpace", {any, &P::colorSpace}},
         {"Attribute", {any, &P::attribute}},
         {"ReverseOrientation", {world, &P::reverseOrientation}},
@@ -146,9 +147,10 @@ const std::map<std::string, DirectiveParser::Directive, std::less<>>& DirectiveP
 }
 
 DirectiveParser::DirectiveParser(const std::set<std::string>& sharingNames, Diagnostics& diagnostics,
-                                 bool isStrict, std::shared_ptr<const ResourcePolicy> policy)
+                                 bool isStrict, std::shared_ptr<const ResourcePolicy> policy,
+                                 SceneValues values)
     : m_sharingNames(sharingNames), m_diagnostics(diagnostics), m_policy(std::move(policy)),
-      m_isStrict(isStrict) {
+      m_values(std::move(values)), m_isStrict(isStrict) {
     m_desc.materials.push_back({"", {"matte", ParamSet(), {}}});
     m_desc.world.name = "world";
 }
@@ -170,7 +172,7 @@ void DirectiveParser::parseSource(std::shared_ptr<const Source> source) {
         source = withoutCommas(std::move(source), m_diagnostics);
     m_files.push_back(canonicalPath(source->path));
     m_desc.sources.push_back(source);
-    Lexer lexer(std::move(source));
+    Lexer lexer(std::move(source), &m_values);
     Lexer* const outer = std::exchange(m_lexer, &lexer);
     for (Token token = lexer.next(); token.kind != TokenKind::End; token = lexer.next())
         dispatch(token);
@@ -316,6 +318,7 @@ SceneDescription DirectiveParser::finish() {
     if (!m_worldBegin)
         throw Error(m_end, "the scene has no WorldBegin");
     warnOfMiddleKeys();
+    m_desc.values = m_values.used();
     m_desc.strictParameters = m_isStrict;
     m_desc.conventions = m_requestedConventions        ? *m_requestedConventions
                          : m_isStrict || m_looksLikeV4 ? Conventions::PbrtV4
@@ -327,10 +330,12 @@ SceneDescription DirectiveParser::finish() {
 
 SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
                             const std::set<std::string>& sharingNames, Diagnostics& diagnostics,
-                            std::shared_ptr<const ResourcePolicy> policy) {
+                            std::shared_ptr<const ResourcePolicy> policy,
+                            const std::vector<std::string>& defines) {
     if (files.empty())
         throw Error("no scene file is given", ErrorKind::Usage);
-    DirectiveParser parser(sharingNames, diagnostics, !isPbrtName(files.front()), policy);
+    DirectiveParser parser(sharingNames, diagnostics, !isPbrtName(files.front()), policy,
+                           SceneValues(defines));
     for (const std::filesystem::path& file : files) {
         if (gltf::isGltfName(file))
             parser.parseGltf(file);
@@ -343,7 +348,7 @@ SceneDescription parseFiles(const std::vector<std::filesystem::path>& files,
 SceneDescription parseText(const std::string& text, const std::filesystem::path& name,
                            const std::set<std::string>& sharingNames, Diagnostics& diagnostics,
                            std::shared_ptr<const ResourcePolicy> policy) {
-    DirectiveParser parser(sharingNames, diagnostics, !isPbrtName(name), policy);
+    DirectiveParser parser(sharingNames, diagnostics, !isPbrtName(name), policy, SceneValues());
     parser.parse(makeSource(text, name, policy));
     return parser.finish();
 }

@@ -50,7 +50,7 @@ TEST_F(ImageFiles, ExrFilesCanBeReadBack) {
 
 TEST_F(ImageFiles, PngFilesAreSrgb) {
     Image image{2, 1, {Rgb(0, .5f, 1), Rgb(-1, 2, .001f)}};
-    writePng(*this / "e.png", image, {{"Description", std::string("a test")}});
+    writeImage(*this / "e.png", image, {{"Description", std::string("a test")}});
     const Image stored = readImage(*this / "e.png", {});
     EXPECT_EQ(std::lround(stored.at(0, 0).y * 255), 188);
     EXPECT_EQ(stored.at(0, 0).z, 1);
@@ -66,7 +66,7 @@ TEST_F(ImageFiles, PngFilesHaveTheViewTransformApplied) {
         for (Rgb& c : colors)
             c *= 2;
     };
-    writePng(*this / "r.png", Image{1, 1, {Rgb(.25f, .125f, 3)}}, {}, twice);
+    writeImage(*this / "r.png", Image{1, 1, {Rgb(.25f, .125f, 3)}}, {}, twice);
     const Rgb stored = readImage(*this / "r.png", {}).at(0, 0);
     EXPECT_EQ(
         Imath::V3i(std::lround(stored.x * 255), std::lround(stored.y * 255), std::lround(stored.z * 255)),
@@ -132,7 +132,7 @@ TEST_F(ImageFiles, FailedWritesKeepTheOldFile) {
             EXPECT_EQ(e.kind, ErrorKind::Output);
             EXPECT_NE(std::string(e.what()).find("i.exr"), std::string::npos);
         }
-        EXPECT_THROW(writePng(png, image, {}), Error);
+        EXPECT_THROW(writeImage(png, image, {}), Error);
     }
     EXPECT_EQ(fileContents(exr), "precious");
     EXPECT_EQ(fileContents(png), "precious");

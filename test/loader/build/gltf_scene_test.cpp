@@ -52,7 +52,7 @@ class GltfScenes : public testing::Test {
     /// Writes an image of four colors, red and green above, blue and white below; returns its name.
     std::string writeQuarters() const {
         Image image{2, 2, {Rgb(1, 0, 0), Rgb(0, 1, 0), Rgb(0, 0, 1), Rgb(1, 1, 1)}};
-        writePng(m_folder.path() / "quarters.png", image, {});
+        writeImage(m_folder.path() / "quarters.png", image, {});
         return "quarters.png";
     }
     static void addTexture(GltfFile& file, const std::string& image) {

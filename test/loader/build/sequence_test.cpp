@@ -145,7 +145,7 @@ TEST(ContentHash, ChangesWithTextsAndFilesOfParameters) {
     };
     const auto hash = [&] {
         Diagnostics quiet;
-        return contentHash(parseFiles({folder / "a.scene"}, {"supersample"}, quiet));
+        return contentOf(parseFiles({folder / "a.scene"}, {"supersample"}, quiet)).hash;
     };
     write("mesh.ply", "ply");
     write("b.scene", R"(Shape "plymesh" "string filename" "mesh.ply"

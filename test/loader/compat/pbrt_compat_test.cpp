@@ -37,7 +37,9 @@ Loaded load(const std::string& text, const std::string& name = "test.pbrt") {
     Loaded loaded;
     Diagnostics diagnostics([&](const std::string& formatted) {
         const std::string line = formatted.substr(0, formatted.find('\n'));
-        loaded.warnings.push_back(line.substr(line.find("warning: ") + 9));
+        const size_t begin = line.find("note: ");
+        loaded.warnings.push_back(begin != std::string::npos ? line.substr(begin)
+                                                             : line.substr(line.find("warning: ") + 9));
     });
     loaded.image =
         test::render(buildScene(parseText(text, name, {"supersample"}, diagnostics), {}, diagnostics)).image;
@@ -261,7 +263,7 @@ TEST(CompatPlugin, HarmlessMistakesInPbrtFilesAreWarnings) {
         return loaded.warnings.size() == 1 ? loaded.warnings[0]
                                            : "not one warning, but " + std::to_string(loaded.warnings.size());
     };
-    EXPECT_EQ(warning("Translate 1, 2, 0\nTranslate 1, 0, 0\n"), "commas between numbers are ignored");
+    EXPECT_EQ(warning("Translate 1, 2, 0\nTranslate 1, 0, 0\n"), "note: commas between numbers are ignored");
     EXPECT_EQ(warning(R"(Texture "a, b" "float" "constant" # c, d
 )"),
               "not one warning, but 0");
@@ -295,7 +297,7 @@ ObjectEnd
               "restored, as in pbrt");
     EXPECT_EQ(warning(R"(LightSource "laser" "float size" 2 )"), R"(unknown light "laser"; it is skipped)");
     EXPECT_EQ(warning(R"(Shape "trianglemesh" "point P" [] "integer indices" [] )"),
-              "a mesh without triangles is ignored");
+              "note: a mesh without triangles is ignored");
     EXPECT_EQ(warning(R"(Material "matte" "float bumpmap" 1
 Material "glass" "float bumpmap" 1
 )"),

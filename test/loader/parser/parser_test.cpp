@@ -181,7 +181,7 @@ Translate 1 0 0 Camera "perspective" WorldBegin)");
     EXPECT_EQ(parsed.scene.camera->name, "perspective");
     expectNear(transformPoint(parsed.scene.cameraToWorld.at(0), V3f(0)), {-1, 0, 0});
     ASSERT_EQ(parsed.warnings.size(), 1u);
-    EXPECT_EQ(parsed.warnings[0], R"(t.scene:1:1: warning: overridden by the statement at t.scene:2:17
+    EXPECT_EQ(parsed.warnings[0], R"(t.scene:1:1: note: overridden by the statement at t.scene:2:17
   Camera "orthographic"
   ^)");
 }

@@ -1,4 +1,4 @@
-#include "cli/option_validators.h"
+#include "cli/options/option_validators.h"
 
 #include <algorithm>
 #include <charconv>

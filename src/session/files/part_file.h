@@ -21,6 +21,8 @@ struct SampleBox {
 struct RenderPart {
     /// Names and values of all that affects the image. Parts of one render have equal keys.
     std::vector<std::pair<std::string, std::string>> key;
+    /// Names and hashes of files of the scene, to tell what differs between scenes.
+    std::vector<std::pair<std::string, uint64_t>> files;
     int fullWidth = 0, fullHeight = 0;  ///< of the frame, pixels
     int samplesPerPixel = 0;            ///< of the whole render
     std::vector<SampleBox> boxes;       ///< the samples of this part; disjoint
@@ -34,6 +36,8 @@ struct RenderPart {
     std::string keyValue(const std::string& name) const;
     /// The name in the key of FilmRecords::note.
     static constexpr const char* kNote = "integratorNote";
+    /// The name in the key of the hash of the scene.
+    static constexpr const char* kScene = "scene";
 };
 
 /// Whether a file with this name is a part.

@@ -1,6 +1,6 @@
-#include "cli/image_options.h"
+#include "cli/options/image_options.h"
 
-#include "cli/option_validators.h"
+#include "cli/options/option_validators.h"
 
 #include <cstdlib>
 
@@ -19,7 +19,7 @@ ExrSettings exrSettingsOf(const std::string& words) {
 
 void addImageOptions(CLI::App& app, ImageOptions& options) {
     if (const char* file = std::getenv("OCIO"))
-        options.color = std::make_shared<const ColorConfig>(file);
+        options.color = std::make_shared<const ColorConfig>(file, "$OCIO");
     app.add_option_function<std::string>(
            "--exr", [&options](const std::string& words) { options.exr = exrSettingsOf(words); },
            "storage of EXRs, words separated by commas: float or half; none, rle, zips, zip, piz, pxr24, "
@@ -28,13 +28,15 @@ void addImageOptions(CLI::App& app, ImageOptions& options) {
            "[float,zip,scanlines,single]")
         ->type_name("WORDS");
     app.add_option("--view", options.view.view,
-                   "view of PNGs in the OpenColorIO config ($OCIO, or the built-in one)")
+                   "view of PNG, JPEG and TIFF in the OpenColorIO config ($OCIO, or the built-in one)")
         ->type_name("NAME");
-    app.add_option("--display", options.view.display, "display of PNGs in the OpenColorIO config")
+    app.add_option("--display", options.view.display,
+                   "display of PNG, JPEG and TIFF in the OpenColorIO config")
         ->type_name("NAME");
-    app.add_option("--look", options.view.look, "looks of PNGs, in place of the looks of the view")
+    app.add_option("--look", options.view.look,
+                   "looks of PNG, JPEG and TIFF, in place of the looks of the view")
         ->type_name("NAMES");
-    app.add_option("--exposure", options.exposure, "exposure of PNGs [0]")
+    app.add_option("--exposure", options.exposure, "exposure of PNG, JPEG and TIFF [0]")
         ->type_name("STOPS")
         ->transform(finiteNumber<float>());
 }

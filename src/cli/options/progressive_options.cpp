@@ -1,6 +1,6 @@
-#include "cli/progressive_options.h"
+#include "cli/options/progressive_options.h"
 
-#include "cli/option_validators.h"
+#include "cli/options/option_validators.h"
 
 namespace strobe {
 
@@ -65,8 +65,8 @@ void addProgressiveOptions(CLI::App& app, RenderOptions& options) {
     app.add_option_function<std::vector<int>>(
            "--pixel-bounds",
            [&options](const std::vector<int>& bounds) { options.build.pixelBounds = parseBounds(bounds); },
-           "x0 x1 y0 y1: region of the frame to render, in pixels; x1 and y1 are excluded")
-        ->type_name("NUMBER")
+           "region of the frame to render, in pixels; X1 and Y1 are excluded")
+        ->type_name("X0 X1 Y0 Y1")
         ->expected(4)
         ->allow_extra_args(false);
     app.add_option_function<std::string>(

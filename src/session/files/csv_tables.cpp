@@ -1,4 +1,4 @@
-#include "session/csv_tables.h"
+#include "session/files/csv_tables.h"
 
 #include "core/util/atomic_file.h"
 

@@ -1,6 +1,6 @@
-#include "cli/resource_options.h"
+#include "cli/options/resource_options.h"
 
-#include "cli/option_validators.h"
+#include "cli/options/option_validators.h"
 
 #include <sys/resource.h>
 

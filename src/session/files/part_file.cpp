@@ -1,4 +1,4 @@
-#include "session/part_file.h"
+#include "session/files/part_file.h"
 
 #include "core/math/hash.h"
 #include "core/util/atomic_file.h"
@@ -8,6 +8,7 @@
 
 #include <fstream>
 #include <limits>
+#include <map>
 
 namespace strobe {
 
@@ -155,6 +156,9 @@ Header fromJson(const Json& header) {
     RenderPart& part = out.part;
     for (const auto& [name, value] : header.at("key").items())
         part.key.emplace_back(name, value.get<std::string>());
+    if (header.contains("files"))
+        for (const Json& entry : header.at("files"))
+            part.files.emplace_back(entry.at(0).get<std::string>(), sizeFrom(entry.at(1)));
     part.fullWidth = integerFrom(header.at("frame").at(0));
     part.fullHeight = integerFrom(header.at("frame").at(1));
     part.samplesPerPixel = integerFrom(header.at("samplesPerPixel"));
@@ -202,11 +206,32 @@ void addSums(RenderPart& to, const RenderPart& from) {
     });
 }
 
+/// Returns which files of the scenes differ.
+std::string changedFiles(const RenderPart& part, const RenderPart& more) {
+    const std::map<std::string, uint64_t> now(part.files.begin(), part.files.end()),
+        before(more.files.begin(), more.files.end());
+    std::string text;
+    const auto add = [&](const std::string& name, const char* change) {
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, change);
+    };
+    for (const auto& [name, hash] : now)
+        if (const auto it = before.find(name); it == before.end())
+            add(name, "is new");
+        else if (it->second != hash)
+            add(name, "has changed");
+    for (const auto& [name, hash] : before)
+        if (!now.contains(name))
+            add(name, "is no longer used");
+    return text.empty() ? "a file has changed" : text;
+}
+
 /// Throws if the parts are of different renders.
 void checkSameRender(const RenderPart& part, const RenderPart& more, const fs::path& file) {
     for (size_t i = 0; i < std::max(part.key.size(), more.key.size()); ++i) {
         if (i >= part.key.size() || i >= more.key.size() || part.key[i].first != more.key[i].first)
             fail(file, "it is a part of another render: the settings differ");
+        if (part.key[i].second != more.key[i].second && part.key[i].first == RenderPart::kScene)
+            fail(file, "it is a part of another scene: " + changedFiles(part, more));
         if (part.key[i].second != more.key[i].second)
             fail(file, fmt::format("it is a part of another render: {} is {}, not {}", part.key[i].first,
                                    more.key[i].second, part.key[i].second));
@@ -231,6 +256,8 @@ void writePart(const fs::path& file, const RenderPart& part) {
     Json header;
     for (const auto& [name, value] : part.key)
         header["key"][name] = value;
+    for (const auto& [name, hash] : part.files)
+        header["files"].push_back({name, hash});
     header["frame"] = {part.fullWidth, part.fullHeight};
     header["samplesPerPixel"] = part.samplesPerPixel;
     header["window"] = toJson(part.pixelBounds);
@@ -242,7 +269,7 @@ void writePart(const fs::path& file, const RenderPart& part) {
         header["aovs"] = toJson(part.layout);
         header["layers"] = toJson(part.layers);
     }
-    const std::string text = header.dump() + '\n';
+    const std::string text = header.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
     const size_t start = kFirstLine.size() + kChecksumLine, sums = start + text.size();
     std::string bytes(kFirstLine);
     bytes.resize(start);
