@@ -295,7 +295,8 @@ class OpenImageIo final : public ImageLibrary {
             pixels.values);
         OIIO::ImageSpec spec(pixels.width, pixels.height, pixels.channels, type);
         spec.attribute("oiio:UnassociatedAlpha", 1);
-        if (isSrgb)
+        // OpenImageIO 2.4 would write the color space of a TIFF to another directory, and lose the first one.
+        if (isSrgb && format != ImageFormat::Tiff)
             spec.attribute("oiio:ColorSpace", "sRGB");
         addMetadata(spec, format, metadata);
         const std::string name = nameOf(format);

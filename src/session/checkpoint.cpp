@@ -65,6 +65,8 @@ RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built
     const Shutter& shutter = built.scene->shutter();
     part.key.emplace_back("shutter", fmt::format("{} {}", shutter.open, shutter.close));
     part.key.emplace_back("aov", aovText(layout));
+    if (options.build.transparent)
+        part.key.emplace_back("background", "transparent");
     if (const std::string note = film.records().note(); !note.empty())
         part.key.emplace_back(RenderPart::kNote, note);
     part.fullWidth = film.fullWidth();

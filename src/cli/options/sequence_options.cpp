@@ -50,7 +50,8 @@ bool addFrames(std::string_view text, std::vector<int>& frames) {
 /// Parses entries of addFrames, separated by commas. A frame that is named twice is rendered once.
 std::vector<int> parseFrames(const std::string& text) {
     std::vector<int> frames;
-    for (const std::string& entry : CLI::detail::split(text, ','))
+    std::string entry;
+    for (std::istringstream entries(text + ','); std::getline(entries, entry, ',');)
         if (!addFrames(entry, frames))
             throw CLI::ValidationError("--frames", "takes frames such as 7, 5-9, 1:9:2 (first:last:step) or "
                                                    "1,3,5-9, integers in ascending order");

@@ -44,30 +44,48 @@ struct Scale {
     bool contains(float value) const { return isLogarithmic ? value > 0 : value >= 0; }
 };
 
-/// A bitmap font of 3×5 pixels for the digits 0 … 9 and the decimal point; a row is three bits.
-constexpr std::array<std::array<uint8_t, 5>, 11> kGlyphs = {{{7, 5, 5, 5, 7},
-                                                             {2, 6, 2, 2, 7},
-                                                             {7, 1, 7, 4, 7},
-                                                             {7, 1, 3, 1, 7},
-                                                             {5, 5, 7, 1, 1},
-                                                             {7, 4, 7, 1, 7},
-                                                             {7, 4, 7, 5, 7},
-                                                             {7, 1, 2, 2, 2},
-                                                             {7, 5, 7, 5, 7},
-                                                             {7, 5, 7, 1, 7},
-                                                             {0, 0, 0, 0, 2}}};
+/// A glyph of 3×5 pixels; a row is three bits.
+using Glyph = std::array<uint8_t, 5>;
+constexpr std::array<Glyph, 10> kDigits = {{{7, 5, 5, 5, 7},
+                                            {2, 6, 2, 2, 7},
+                                            {7, 1, 7, 4, 7},
+                                            {7, 1, 3, 1, 7},
+                                            {5, 5, 7, 1, 1},
+                                            {7, 4, 7, 1, 7},
+                                            {7, 4, 7, 5, 7},
+                                            {7, 1, 2, 2, 2},
+                                            {7, 5, 7, 5, 7},
+                                            {7, 5, 7, 1, 7}}};
+constexpr std::array<Glyph, 26> kLetters = {
+    {{2, 5, 7, 5, 5}, {6, 5, 6, 5, 6}, {3, 4, 4, 4, 3}, {6, 5, 5, 5, 6}, {7, 4, 6, 4, 7}, {7, 4, 6, 4, 4},
+     {3, 4, 5, 5, 3}, {5, 5, 7, 5, 5}, {7, 2, 2, 2, 7}, {1, 1, 1, 5, 2}, {5, 5, 6, 5, 5}, {4, 4, 4, 4, 7},
+     {5, 7, 7, 5, 5}, {6, 5, 5, 5, 5}, {2, 5, 5, 5, 2}, {6, 5, 6, 4, 4}, {2, 5, 5, 6, 3}, {6, 5, 6, 5, 5},
+     {3, 4, 2, 1, 6}, {7, 2, 2, 2, 2}, {5, 5, 5, 5, 7}, {5, 5, 5, 5, 2}, {5, 5, 7, 7, 5}, {5, 5, 2, 5, 5},
+     {5, 5, 2, 2, 2}, {7, 1, 2, 4, 7}}};
+
+/// Returns the glyph of a digit, a small letter, a point or a comma; that of other characters is empty.
+Glyph glyphOf(char c) {
+    if (c >= '0' && c <= '9')
+        return kDigits[size_t(c - '0')];
+    if (c >= 'a' && c <= 'z')
+        return kLetters[size_t(c - 'a')];
+    return c == '.' ? Glyph{0, 0, 0, 0, 2} : c == ',' ? Glyph{0, 0, 0, 2, 4} : Glyph{};
+}
+
 // In pixels of the image.
 constexpr int kFontZoom = 2;
 constexpr int kGlyphAdvance = 4 * kFontZoom;
 constexpr int kMargin = 6;
 constexpr int kBarHeight = 10;
-constexpr int kFooterHeight = kBarHeight + 6 * kFontZoom + 3 * kMargin;
+constexpr int kTextHeight = 5 * kFontZoom;
+constexpr int kTitleHeight = kTextHeight + 2 * kMargin;
+constexpr int kBarFooterHeight = kBarHeight + kTextHeight + 2 * kMargin;
 
 void drawText(Image& image, int center, int top, const std::string& text) {
     const int textWidth = int(text.size()) * kGlyphAdvance;
     int left = std::clamp(center - textWidth / 2, 0, std::max(image.width - textWidth, 0));
     for (const char c : text) {
-        const auto& glyph = kGlyphs[c == '.' ? 10 : size_t(c - '0')];
+        const Glyph glyph = glyphOf(c);
         for (int y = 0; y < 5 * kFontZoom; ++y) {
             for (int x = 0; x < 3 * kFontZoom; ++x) {
                 const bool isSet = glyph[size_t(y / kFontZoom)] >> (2 - x / kFontZoom) & 1;
@@ -115,13 +133,13 @@ Scale scaleOf(const Film& film, Aov layer, int samplesPerPixel) {
 } // namespace
 
 Image heatmap(const Film& film, Aov layer, int samplesPerPixel) {
-    constexpr int kMinBarWidth = 160;
+    constexpr int kMinWidth = 180; // of the title
     const bool isId = layer == Aov::Cell;
     const Scale scale = scaleOf(film, layer, samplesPerPixel);
     const PixelBounds& pixelBounds = film.pixelBounds();
     Image image;
-    image.width = std::max(pixelBounds.width(), isId ? 0 : kMinBarWidth);
-    image.height = pixelBounds.height() + (isId ? 0 : kFooterHeight);
+    image.width = std::max(pixelBounds.width(), kMinWidth);
+    image.height = pixelBounds.height() + (isId ? 0 : kBarFooterHeight) + kTitleHeight;
     image.pixels.assign(size_t(image.width) * size_t(image.height), Rgb(0));
     const std::vector<float>& plane = film.plane(layer);
     for (int y = 0; y < pixelBounds.height(); ++y) {
@@ -135,6 +153,10 @@ Image heatmap(const Film& film, Aov layer, int samplesPerPixel) {
     }
     if (!isId)
         drawColorBar(image, pixelBounds.height(), scale);
+    drawText(image, image.width / 2, image.height - kMargin - kTextHeight,
+             std::string(aovInfo(layer).name) + (isId                  ? ", hashed"
+                                                 : scale.isLogarithmic ? ", logarithmic"
+                                                                       : ", linear"));
     return image;
 }
 
