@@ -278,13 +278,11 @@ std::vector<Completion> completions() {
 }
 
 /// Sets what follows from other options.
-void completeOptions(RenderOptions& render, const std::vector<std::string>& arguments) {
+void completeOptions(RenderOptions& render, bool isPixel, const std::vector<std::string>& arguments) {
     OutputOptions& output = render.output;
-    for (auto& image : output.images)
-        if (image == "-")
-            image = "-.exr";
+    nameStandardOutput(output.images);
     const bool hasAlpha = std::find(output.aovs.begin(), output.aovs.end(), Aov::Alpha) != output.aovs.end();
-    if (render.build.transparent && !hasAlpha)
+    if (render.build.transparent && !hasAlpha && !isPixel)
         output.aovs.push_back(Aov::Alpha);
     for (const std::string& argument : arguments)
         render.commandLine += (render.commandLine.empty() ? "" : " ") + argument;
@@ -346,7 +344,7 @@ std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& lin
         parse(app, arguments);
         if (line.pixel)
             line.pixel->sample = sample;
-        completeOptions(line.render, arguments);
+        completeOptions(line.render, line.pixel.has_value(), arguments);
         readSequenceOptions(app, sequence, line.render);
         checkRequirements(app, line.render.output);
         checkRenderOptions(line);

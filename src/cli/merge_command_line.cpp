@@ -26,6 +26,7 @@ std::optional<ExitCode> parseMergeCommandLine(int argc, char** argv, MergeComman
     try {
         app.parse(argc, argv);
         try {
+            nameStandardOutput(merge.images);
             checkOptions(merge);
         } catch (const Error& e) {
             throw CLI::ValidationError(e.what());

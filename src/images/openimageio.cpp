@@ -182,7 +182,7 @@ class OpenedTexture final : public TextureHandle {
                       spec.full_width == spec.width && spec.full_height == spec.height;
     }
 
-    bool readLevels(int n, std::vector<DecodedImage>& out) const override {
+    bool readLevels(int n, std::vector<DecodedImage>& out, std::string& error) const override {
         OIIO::ImageCache& images = *m_system.images;
         // Uses its own per-thread data: data that OIIO creates would keep tiles after the end of the cache.
         const auto destroy = [&](OIIO::ImageCache::Perthread* info) { images.destroy_thread_info(info); };
@@ -194,8 +194,8 @@ class OpenedTexture final : public TextureHandle {
             image.values.resize(size_t(spec.width) * size_t(spec.height) * size_t(n));
             if (!images.get_pixels(m_image, thread.get(), 0, level, 0, spec.width, 0, spec.height, 0, 1, 0, n,
                                    OIIO::TypeDesc::FLOAT, image.values.data())) {
-                out.clear();
-                break;
+                error = images.geterror();
+                return false;
             }
             out.push_back(std::move(image));
             if (spec.width == 1 && spec.height == 1)

@@ -43,8 +43,9 @@ bool isSameFile(const fs::path& a, const fs::path& b) {
     if (isStandardStream(a) || isStandardStream(b))
         return isStandardStream(a) && isStandardStream(b);
     std::error_code errorOfA, errorOfB, ignored;
-    const fs::path canonicalA = fs::weakly_canonical(a, errorOfA);
-    const fs::path canonicalB = fs::weakly_canonical(b, errorOfB);
+    // Of relative names, weakly_canonical needs a folder that exists.
+    const fs::path canonicalA = fs::weakly_canonical(fs::absolute(a, ignored), errorOfA);
+    const fs::path canonicalB = fs::weakly_canonical(fs::absolute(b, ignored), errorOfB);
     return (!errorOfA && !errorOfB && canonicalA == canonicalB) || fs::equivalent(a, b, ignored);
 }
 

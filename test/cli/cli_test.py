@@ -214,7 +214,7 @@ class Options(CliTest):
         self.assertEqual(Exr(self.path("a.exr")).attributes["strobe:samplesPerPixel"], 16)
         self.write("twelve.scene", OPTIONS.replace('"integer pixelsamples" 16', '"integer pixelsamples" 12') + WORLD)
         stderr = self.run_strobe("twelve.scene", "-o", "a.exr").err
-        self.assertIn("twelve.scene:3:17: warning: 12 samples per pixel become 16, a power of two\n", stderr)
+        self.assertIn("twelve.scene:3:17: note: 12 samples per pixel become 16, a power of two\n", stderr)
         self.write("strata.scene", OPTIONS.replace('"sobol" "integer pixelsamples" 16', '"stratified"') + WORLD)
         for scene, *arguments in (("s.scene",), ("s.scene", "--quick"), ("twelve.scene", "--spp", "8"), ("strata.scene", "--spp", "12")):
             self.assertNotIn("warning", self.run_strobe(scene, "-o", "a.exr", *arguments).err)

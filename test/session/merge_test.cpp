@@ -104,8 +104,9 @@ TEST_F(MergeTest, PartsThatDoNotFitAreErrors) {
 
 TEST_F(MergeTest, OptionsAreChecked) {
     EXPECT_EQ(usageError([&] { merge({}, "merged.exr"); }), "there are no parts to merge");
-    EXPECT_EQ(usageError([&] { merge({"a.part"}, "merged.jpg"); }),
-              "-o: \"" + path("merged.jpg").string() + "\" must end in .exr, .png or .part");
+    EXPECT_EQ(usageError([&] { merge({"a.part"}, "merged.gif"); }),
+              "-o: \"" + path("merged.gif").string() +
+                  "\" must end in .exr, .png, .jpg, .jpeg, .tif, .tiff, .hdr or .part");
 }
 
 TEST(PartFileTest, DamagedBytesAreErrors) {

@@ -17,6 +17,10 @@ ExrSettings exrSettingsOf(const std::string& words) {
 
 } // namespace
 
+void nameStandardOutput(std::vector<std::filesystem::path>& images) {
+    std::replace(images.begin(), images.end(), std::filesystem::path("-"), std::filesystem::path("-.exr"));
+}
+
 void addImageOptions(CLI::App& app, ImageOptions& options) {
     if (const char* file = std::getenv("OCIO"))
         options.color = std::make_shared<const ColorConfig>(file, "$OCIO");

@@ -11,4 +11,7 @@ namespace strobe {
 /// parsing.
 void addImageOptions(CLI::App& app, ImageOptions& options);
 
+/// Replaces the name "-" by "-.exr": standard output, as an EXR.
+void nameStandardOutput(std::vector<std::filesystem::path>& images);
+
 } // namespace strobe

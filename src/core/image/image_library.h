@@ -68,7 +68,7 @@ class TextureHandle {
     bool isUncropped = false; ///< the data window equals the display window, at the origin
     /// Writes the first `n` channels of all MIP levels to `out`, starting with the finest. Returns false if a
     /// level cannot be read.
-    virtual bool readLevels(int n, std::vector<DecodedImage>& out) const = 0;
+    virtual bool readLevels(int n, std::vector<DecodedImage>& out, std::string& error) const = 0;
     /// Writes the first `n` channels at `uv` to `out`, filtered over the ellipse with axes duvdx and duvdy. v
     /// = 0 is the top of the first row. Zero derivatives select bilinear interpolation in the finest level.
     /// Returns false on failure.

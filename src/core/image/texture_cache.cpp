@@ -82,14 +82,18 @@ struct TextureCache::File {
     mutable std::optional<MipMap> mipMap{};            ///< of a small file; empty if it cannot be read
     mutable std::atomic<bool> hasInvalidValues{false}; ///< a lookup has found NaN or infinity
 
-    /// Reads all MIP levels through OpenImageIO; returns nothing on failure.
+    /// Reads all MIP levels through OpenImageIO. Throws Error if the file is damaged.
     std::optional<MipMap> readMipMap() const;
 };
 
 std::optional<MipMap> TextureCache::File::readMipMap() const {
     std::vector<DecodedImage> stored;
-    if (!texture->readLevels(channels, stored))
+    std::string error;
+    if (!texture->readLevels(channels, stored, error)) {
+        if (!error.empty())
+            throw cannotRead(displayName, where, error);
         return std::nullopt;
+    }
     std::vector<Image> levels;
     for (const DecodedImage& storedLevel : stored) {
         const std::vector<float>& v = storedLevel.values;
