@@ -1,5 +1,8 @@
+#include "session/aov_recorder.h"
 #include "session/files/part_file.h"
 #include "session_fixture.h"
+
+#include <random>
 
 namespace strobe::test {
 namespace {
@@ -149,6 +152,37 @@ TEST(PartFileTest, DamagedBytesAreErrors) {
     std::string flipped = good;
     flipped.back() ^= 1;
     EXPECT_EQ(error(flipped), "x: it is damaged");
+}
+
+/// Layer records without the checksum of a file: every change gives other values or an Error.
+TEST_F(MergeTest, DamagedLayersAreErrors) {
+    options.output.images = {path("a.part")};
+    options.output.aovs = {Aov::Normal, Aov::Depth,  Aov::CryptoObject,
+                           Aov::Alpha,  Aov::Direct, Aov::LightGroups};
+    ASSERT_EQ(renderScene(options, log), Outcome::Finished);
+    const RenderPart part = readPart(path("a.part"));
+    ASSERT_FALSE(part.layers.empty());
+    std::mt19937 random(1);
+    int errors = 0;
+    for (int i = 0; i < 500; ++i) {
+        RenderPart damaged = part;
+        FilmRecord& record = damaged.layers[random() % damaged.layers.size()];
+        std::string bytes = *record.bytes;
+        if (i % 3 == 0)
+            bytes.resize(random() % (2 * bytes.size()));
+        for (int k = 0; k < 4 && !bytes.empty(); ++k)
+            bytes[random() % bytes.size()] = char(random());
+        record.bytes = std::make_shared<const std::string>(std::move(bytes));
+        Film film(damaged.fullWidth, damaged.fullHeight, damaged.pixelBounds);
+        addToFilm(damaged, film);
+        try {
+            recordedAovs(damaged.layout, film);
+        } catch (const Error& e) {
+            EXPECT_EQ(e.kind, ErrorKind::Usage);
+            ++errors;
+        }
+    }
+    EXPECT_GT(errors, 150) << "truncated records";
 }
 
 } // namespace
