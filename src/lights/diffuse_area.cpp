@@ -50,7 +50,7 @@ Rgb imageMean(const ParamSet& params, const BuildContext& context) {
 
 std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext& context,
                                      const AreaLightArgs& args) {
-    Emission emission{readEmission(params, kL), params.get(kTwoSided), params.get(kTexture).texture};
+    Emission emission{readEmission(params, kL, context), params.get(kTwoSided), params.get(kTexture).texture};
     if (emission.texture && !args.shape.shape.mesh)
         throw Error(params.whereIs(kTexture), "\"texture\" is supported on meshes only");
     if (params.has(kImage))

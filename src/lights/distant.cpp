@@ -38,7 +38,7 @@ Plugin<std::shared_ptr<Light>, const LightArgs&> distantLightPlugin() {
                     throw Error(params.whereIs(kTo), "\"from\" and \"to\" are the same point");
                 auto light = std::make_shared<DistantLight>(
                     LightPlacement(args, context.conventions), toLight,
-                    readEmission(params, kL) * scaleToTotal(params, kIlluminance, 1));
+                    readEmission(params, kL, context) * scaleToTotal(params, kIlluminance, 1));
                 light->sampleCount = params.get(kLightSamples);
                 return light;
             }};

@@ -200,7 +200,7 @@ std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext
     if (!(std::abs(determinant3(toWorld)) > 0))
         throw Error(params.where(), "the environment light's transform is singular");
     std::optional<EnvironmentMap> map = readMap(params, context);
-    Rgb radiance = readEmission(params, kL);
+    Rgb radiance = readEmission(params, kL, context);
     if (params.has(kIlluminance))
         radiance *= scaleToTotal(params, kIlluminance, upwardIlluminance(map ? &*map : nullptr));
     auto light = std::make_shared<InfiniteLight>(toWorld, radiance, std::move(map));

@@ -22,8 +22,30 @@ Rgb readLightScale(const ParamSet& params) {
     return params.get(kLightScale);
 }
 
-Rgb readEmission(const ParamSet& params, const ParamDef<Rgb>& def) {
-    const Rgb emission = params.get(def) * readLightScale(params);
+namespace {
+
+/// Whether pbrt-v4 divides the emission by its luminance: spectra and blackbodies are colors only. (A
+/// blackbody with a scale is one of pbrt-v2 or v3.)
+bool isNormalized(const ParamSet& params, const ParamDef<Rgb>& def, const BuildContext& context) {
+    const auto type = params.typeOf(def);
+    if (context.pbrtVersion != 4 || !type)
+        return false;
+    const auto isScaled = [&](const Param& p) { return p.name == def.name && p.floats.size() == 2; };
+    const std::vector<Param>& all = params.all();
+    return *type == ParamType::Spectrum ||
+           (*type == ParamType::Blackbody && std::none_of(all.begin(), all.end(), isScaled));
+}
+
+} // namespace
+
+Rgb readEmission(const ParamSet& params, const ParamDef<Rgb>& def, const BuildContext& context) {
+    Rgb color = params.get(def);
+    const auto type = params.typeOf(def);
+    if (type == ParamType::Spectrum || type == ParamType::Blackbody) // may lie outside of the working space
+        color = {std::max(color.x, 0.f), std::max(color.y, 0.f), std::max(color.z, 0.f)};
+    if (const float y = luminance(color); isNormalized(params, def, context) && y > 0)
+        color = color / y;
+    const Rgb emission = color * readLightScale(params);
     if (!isFinite(emission) || emission.x < 0 || emission.y < 0 || emission.z < 0) {
         const Location where = params.has(def) ? params.whereIs(def) : params.whereIs(kLightScale);
         throw Error(where, std::string("\"") + def.name + "\" must be finite and not negative");

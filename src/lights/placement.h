@@ -26,7 +26,7 @@ float scaleToTotal(const ParamSet& params, const ParamDef<float>& def, float uni
 /// Returns the parameter "scale", which may be a number or a color.
 Rgb readLightScale(const ParamSet& params);
 /// Returns the emission `def` times "scale". Throws a located Error if it is negative or not finite.
-Rgb readEmission(const ParamSet& params, const ParamDef<Rgb>& def);
+Rgb readEmission(const ParamSet& params, const ParamDef<Rgb>& def, const BuildContext& context);
 
 /// The light-to-world transform over the shutter. Under the conventions of pbrt-v2 lights do not move: the
 /// first key is used.

@@ -61,7 +61,7 @@ Plugin<std::shared_ptr<Light>, const LightArgs&> pointLightPlugin() {
             [](const ParamSet& params, const BuildContext& context, const LightArgs& args) {
                 auto light = std::make_shared<PointLight>(
                     LightPlacement(args, context.conventions), params.get(kFrom),
-                    readEmission(params, kI) * scaleToTotal(params, kPower, 4 * kPi));
+                    readEmission(params, kI, context) * scaleToTotal(params, kPower, 4 * kPi));
                 light->sampleCount = params.get(kLightSamples);
                 return light;
             }};

@@ -80,7 +80,8 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
     if (!(angle > 0 && angle <= 180))
         throw Error(params.whereIs(kConeAngle), "\"coneangle\" must be above 0 and at most 180 degrees");
     const float edge = oneMinusCosDegrees(angle), full = oneMinusCosDegrees(std::max(angle - delta, 0.f));
-    const Rgb intensity = readEmission(params, kI) * scaleToTotal(params, kPower, kPi * (full + edge));
+    const Rgb intensity =
+        readEmission(params, kI, context) * scaleToTotal(params, kPower, kPi * (full + edge));
     auto light = std::make_shared<SpotLight>(LightPlacement(args, context.conventions), from, to, intensity,
                                              edge, full, falloffFrom(params, context));
     light->sampleCount = params.get(kLightSamples);

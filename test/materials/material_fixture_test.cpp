@@ -6,6 +6,7 @@
 #include "materials/metallic_roughness.h"
 #include "materials/minnaert.h"
 #include "materials/plastic.h"
+#include "materials/plastic_v3.h"
 
 #include <gtest/gtest.h>
 
@@ -100,6 +101,9 @@ std::vector<NamedMaterial> smoothMaterials() {
         return makeMaterial(plasticPlugin(), {rgbParam("Kd", Rgb(kd)), rgbParam("Ks", Rgb(ks)),
                                               floatParam("roughness", roughness)});
     };
+    const auto plasticV3 = [](float kd, float ks, float alpha) {
+        return makePlasticV3(Rgb(kd), Rgb(ks), alpha);
+    };
     const auto matte = [](float kd, float sigma) {
         return makeMaterial(mattePlugin(), {rgbParam("Kd", Rgb(kd)), floatParam("sigma", sigma)});
     };
@@ -133,6 +137,11 @@ std::vector<NamedMaterial> smoothMaterials() {
             {"plastic without gloss", plastic(1, 0, .1f)},
             {"plastic without diffuse", plastic(0, 1, .1f)},
             {"plastic white", plastic(1, 1, .1f), false},
+            {"plastic of pbrt-v3", plasticV3(.25f, .25f, .3f)},
+            {"plastic of pbrt-v3, rough", plasticV3(.5f, .5f, 1)},
+            {"plastic of pbrt-v3, smooth", plasticV3(.2f, .8f, .02f), true, true},
+            {"plastic of pbrt-v3 without gloss", plasticV3(1, 0, .3f)},
+            {"plastic of pbrt-v3 without diffuse", plasticV3(0, 1, .3f)},
             {"metal", metal(.01f)},
             {"metal roughness .001", metal(.001f), true, true},
             {"metal roughness 1", metal(1)},

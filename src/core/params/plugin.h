@@ -31,6 +31,7 @@ struct BuildContext {
     std::shared_ptr<TextureCache> textureCache{};
     /// For the color spaces of image files.
     std::shared_ptr<const ColorConfig> colorConfig = std::make_shared<const ColorConfig>();
+    int pbrtVersion = 4;    ///< 2, 3 or 4: the conventions of values that differ between v3 and v4
     bool isLenient = false; ///< the scene was written by another program: minor errors are only warnings
 };
 

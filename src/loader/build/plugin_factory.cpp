@@ -41,6 +41,7 @@ PluginFactory::PluginFactory(const SceneDescription& description, std::shared_pt
                                                         description.keyTimes,
                                                         std::make_shared<TextureCache>(),
                                                         std::move(color),
+                                                        description.pbrtVersion,
                                                         !m_strict},
       m_textures(std::make_shared<TextureTable>()) {}
 
@@ -50,6 +51,7 @@ PluginFactory::PluginFactory(const PluginFactory& other, Diagnostics& diagnostic
                                           other.m_context.keyTimes,
                                           other.m_context.textureCache,
                                           other.m_context.colorConfig,
+                                          other.m_context.pbrtVersion,
                                           other.m_context.isLenient},
       m_textures(other.m_textures) {}
 

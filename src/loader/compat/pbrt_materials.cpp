@@ -1,10 +1,12 @@
 #include "loader/compat/pbrt_compat.h"
 
 #include "loader/compat/pbrt_inputs.h"
+#include "materials/fresnel.h"
 #include "materials/glass.h"
 #include "materials/matte.h"
 #include "materials/metallic_roughness.h"
 #include "materials/plastic.h"
+#include "materials/plastic_v3.h"
 
 namespace strobe {
 namespace {
@@ -116,10 +118,37 @@ MaterialPtr createMetal(const ParamSet& params, const BuildContext& context) {
                  readRoughness(params, roughnessDefs(.01f), roughnessRule(context)));
 }
 
+/// Returns the reflectance of a smooth dielectric boundary for diffuse light that arrives from outside: the
+/// mean of Fresnel's reflectance over the cosine.
+float diffuseFresnel(float eta) {
+    constexpr int kSteps = 256;
+    float sum = 0;
+    for (int i = 0; i < kSteps; ++i) { // uniform in sin²
+        const float sin2 = (float(i) + .5f) / kSteps;
+        sum += fresnelDielectric(std::sqrt(1 - sin2), 1, eta) / kSteps;
+    }
+    return sum;
+}
+
+/// Returns a diffuse base as it appears through a coat, apart from the light that the coat reflects: light
+/// bounces between the base and the inside of the coat, which reflects most of it. With the total
+/// transmittance T = (1 - Fe) / eta² of diffuse light from inside, this is rho T / (1 - rho (1 - T)).
+RgbInput belowCoat(const RgbInput& reflectance, float eta) {
+    const float transmittance = (1 - diffuseFresnel(eta)) / (eta * eta);
+    return mapped(reflectance, [transmittance](const Rgb& rho) {
+        Rgb out;
+        for (int i = 0; i < 3; ++i)
+            out[i] = rho[i] * transmittance / (1 - std::min(rho[i], 1.f) * (1 - transmittance));
+        return out;
+    });
+}
+
 MaterialPtr createCoatedDiffuse(const ParamSet& params, const BuildContext&) {
-    MetallicRoughnessInputs in = dielectric(
-        params.get(kReflectance), readRoughness(params, roughnessDefs(0), RoughnessRule::SquareRoot));
-    in.ior = readIndex(params, kEta);
+    const FloatInput eta = readIndex(params, kEta);
+    MetallicRoughnessInputs in =
+        dielectric(belowCoat(params.get(kReflectance), std::max(eta.constant, 1.f)),
+                   readRoughness(params, roughnessDefs(0), RoughnessRule::SquareRoot));
+    in.ior = eta;
     return makeMetallicRoughness(in);
 }
 
@@ -133,21 +162,38 @@ const RoughnessDefs kCoatRoughness{{"interface.roughness", 0.f, "roughness of th
                                    {"interface.uroughness", 0.f, "along u"},
                                    {"interface.vroughness", 0.f, "along v"}};
 
+/// As belowCoat, for a conductor: a mirror sends light back at the angle of transmission, where the coat
+/// reflects as from outside; a rough conductor scatters it as a diffuse base does.
+RgbInput conductorBelowCoat(const RgbInput& reflectance, float eta, float alpha) {
+    const float normal = sqr((eta - 1) / (eta + 1));
+    const float diffuse = 1 - (1 - diffuseFresnel(eta)) / (eta * eta);
+    const float inside = lerp(normal, diffuse, std::min(alpha, 1.f));
+    return mapped(reflectance, [inside](const Rgb& rho) {
+        Rgb out;
+        for (int i = 0; i < 3; ++i)
+            out[i] = rho[i] * (1 - inside) / (1 - std::min(rho[i], 1.f) * inside);
+        return out;
+    });
+}
+
 MaterialPtr createCoatedConductor(const ParamSet& params, const BuildContext&) {
+    constexpr float kEtaOfCoat = 1.5f; // that of the clearcoat of "metallicroughness"
     MetallicRoughnessInputs in;
-    in.baseColor = conductorColor(params, kCoatedReflectance, kCoatedEta, kCoatedK);
-    in.metallic = 1.f;
     in.roughness = readRoughness(params, kCoatedRoughness, RoughnessRule::SquareRoot);
+    const RgbInput color = params.has(kCoatedReflectance)
+                               ? params.get(kCoatedReflectance)
+                               : RgbInput(conductorReflectance(params.get(kCoatedEta) / kEtaOfCoat,
+                                                               params.get(kCoatedK) / kEtaOfCoat));
+    in.baseColor = conductorBelowCoat(color, kEtaOfCoat, sqr(in.roughness.constant));
+    in.metallic = 1.f;
     in.clearcoat = 1.f;
     in.clearcoatRoughness = readRoughness(params, kCoatRoughness, RoughnessRule::SquareRoot);
     return makeMetallicRoughness(in);
 }
 
 MaterialPtr createPlastic(const ParamSet& params, const BuildContext& context) {
-    MetallicRoughnessInputs in =
-        dielectric(params.get(kKd), readRoughness(params, roughnessDefs(.1f), roughnessRule(context)));
-    scaleGloss(in, params.get(kKs));
-    return makeMetallicRoughness(in);
+    const FloatInput roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context));
+    return makePlasticV3(params.get(kKd), params.get(kKs), mapped(roughness, [](float r) { return r * r; }));
 }
 
 /// Ashikhmin and Shirley's model: Ks is the glossy reflectance at normal incidence, which Schlick's
@@ -336,7 +382,7 @@ std::vector<CompatPlugin<MaterialRow>> compatMaterials() {
           createConductor},
          gloss},
         {{"metal", "", {kMetalEta, kMetalK, roughness, kURoughness, kVRoughness, remap}, createMetal}, gloss},
-        {{"plastic", "", {kKd, kKs, roughness, kURoughness, kVRoughness, remap}, createPlastic}, gloss},
+        {{"plastic", "", {kKd, kKs, roughness, remap}, createPlastic}, ""},
         {{"coateddiffuse",
           "",
           {kReflectance, kEta, roughness, kURoughness, kVRoughness, remap},

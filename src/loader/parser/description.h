@@ -86,6 +86,7 @@ struct LightDecl {
 
 struct SceneDescription {
     Conventions conventions = Conventions::PbrtV4;
+    int pbrtVersion = 4;          ///< of a .pbrt file; 4 for .scene files with the conventions of v4
     bool strictParameters = true; ///< unread parameters are errors (.scene), else warnings (.pbrt)
     std::vector<float> keyTimes{0, 1};
 

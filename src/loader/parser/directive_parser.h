@@ -100,6 +100,7 @@ class DirectiveParser {
     void worldBegin(const Call&);
     void worldEnd(const Call&);
     void checkAllClosed() const;
+    bool isVersion3() const;
     const OpenBlock& closeBlock(const Call&, const std::string& opener);
     bool reorderBlocks(const std::string& opener);
 

@@ -313,6 +313,11 @@ void DirectiveParser::objectEnd(const Call& call) {
     m_object = -1;
 }
 
+/// Whether a .pbrt file that is not of v2 is of v3, whose film is called "image".
+bool DirectiveParser::isVersion3() const {
+    return !m_isStrict && m_desc.film && m_desc.film->name == "image";
+}
+
 SceneDescription DirectiveParser::finish() {
     checkAllClosed();
     if (!m_worldBegin)
@@ -323,6 +328,7 @@ SceneDescription DirectiveParser::finish() {
     m_desc.conventions = m_requestedConventions        ? *m_requestedConventions
                          : m_isStrict || m_looksLikeV4 ? Conventions::PbrtV4
                                                        : Conventions::PbrtV2;
+    m_desc.pbrtVersion = m_desc.conventions == Conventions::PbrtV2 ? 2 : isVersion3() ? 3 : 4;
     if (m_desc.conventions == Conventions::PbrtV2)
         interpolateWorldToObject(m_desc);
     return std::move(m_desc);

@@ -88,13 +88,14 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         MaterialPair{R"("diffuse" "rgb reflectance" [.7 .2 .1] )", R"("matte" "rgb Kd" [.7 .2 .1] )"},
         MaterialPair{R"("dielectric" "float eta" 1.3 )", R"("glass" "float index" 1.3 )"},
+        // A white base sends all light back that enters the coat.
         MaterialPair{
-            R"("coateddiffuse" "rgb reflectance" [.7 .2 .1] "float roughness" .0625 "float eta" 1.4 )",
-            R"("metallicroughness" "rgb basecolor" [.7 .2 .1] "float metallic" 0 "float roughness" .5 "float ior" 1.4 )",
+            R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" .0625 "float eta" 1.4 )",
+            R"("metallicroughness" "rgb basecolor" [1 1 1] "float metallic" 0 "float roughness" .5 "float ior" 1.4 )",
             kMetallicRoughness},
         MaterialPair{
-            R"("coateddiffuse" "rgb reflectance" [.7 .2 .1] "float roughness" .25 "bool remaproughness" false )",
-            R"("metallicroughness" "rgb basecolor" [.7 .2 .1] "float metallic" 0 "float roughness" .5 )",
+            R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" .25 "bool remaproughness" false )",
+            R"("metallicroughness" "rgb basecolor" [1 1 1] "float metallic" 0 "float roughness" .5 )",
             kMetallicRoughness},
         MaterialPair{
             R"("conductor" "rgb reflectance" [.9 .8 .5] "float uroughness" .0625 "float vroughness" .0625 )",
@@ -103,12 +104,8 @@ INSTANTIATE_TEST_SUITE_P(
                      R"("metallicroughness" "rgb basecolor" [.5 .5 .5] "float roughness" .5 )",
                      kMetallicRoughness},
         MaterialPair{
-            R"("coatedconductor" "rgb reflectance" [.9 .8 .5] "float conductor.roughness" .0625 "float interface.roughness" 0 )",
-            R"("metallicroughness" "rgb basecolor" [.9 .8 .5] "float roughness" .5 "float clearcoat" 1 )",
-            kMetallicRoughness},
-        MaterialPair{
-            R"("plastic" "rgb Kd" [.7 .2 .1] "rgb Ks" [.5 .5 .5] "float roughness" .25 "bool remaproughness" false )",
-            R"("metallicroughness" "rgb basecolor" [.7 .2 .1] "float metallic" 0 "float roughness" .5 "float specular" .5 )",
+            R"("coatedconductor" "rgb reflectance" [1 1 1] "float conductor.roughness" .0625 "float interface.roughness" 0 )",
+            R"("metallicroughness" "rgb basecolor" [1 1 1] "float roughness" .5 "float clearcoat" 1 )",
             kMetallicRoughness},
         MaterialPair{
             R"("substrate" "rgb Kd" [.7 .2 .1] "rgb Ks" [.04 .04 .04] "float uroughness" .25 "float vroughness" .25 "bool remaproughness" false )",
@@ -142,9 +139,11 @@ TEST(CompatPlugin, UberOfVersion2IsPlastic) {
 
 TEST(CompatPlugin, RoughnessOfVersion3IsMappedByItsPolynomial) {
     // At roughness 1 the polynomial is 1.62, which is clamped to alpha 1.
-    const std::string color = R"( "rgb Kd" [.4 .3 .2] "rgb Ks" [1 1 1])";
+    const std::string color = R"( "rgb Kd" [.4 .3 .2] "rgb Ks" [.04 .04 .04])";
     EXPECT_TRUE(
-        equal(load(kV4 + kLit + R"(Material "plastic")" + color + R"( "float roughness" 1 )" + kBall).image,
+        equal(load(kV4 + kLit + R"(Material "substrate")" + color +
+                   R"( "float uroughness" 1 "float vroughness" 1 )" + kBall)
+                  .image,
               load(kV4 + kLit +
                    R"(Material "metallicroughness" "rgb basecolor" [.4 .3 .2] "float metallic" 0 )" + kBall)
                   .image));
@@ -161,14 +160,82 @@ TEST(CompatPlugin, TexturedInputsAreCarriedOver) {
         board("alpha", "float", R"("float tex1" .0625 "float tex2" 1)") +
         board("root", "float", R"("float tex1" .5 "float tex2" 1)");
     EXPECT_TRUE(equal(
-        load(textures +
-             R"(Material "coateddiffuse" "texture reflectance" "color" "texture roughness" "alpha" )" + kBall)
+        load(textures + R"(Material "conductor" "texture reflectance" "color" "texture roughness" "alpha" )" +
+             kBall)
             .image,
         load(
             textures +
-            R"(Material "metallicroughness" "texture basecolor" "color" "texture roughness" "root" "float metallic" 0 )" +
+            R"(Material "metallicroughness" "texture basecolor" "color" "texture roughness" "root" "float metallic" 1 )" +
             kBall)
             .image));
+}
+
+/// The mean color of a large disk, seen along its normal, under light of radiance 1 from everywhere.
+Rgb furnace(const std::string& material) {
+    const Image image = load(R"(Film "image" "integer xresolution" 16 "integer yresolution" 16
+Sampler "sobol" "integer pixelsamples" 256
+LookAt 0 0 4  0 0 0  0 1 0
+Camera "perspective" "float fov" 1
+Integrator "path"
+WorldBegin
+LightSource "infinite" "rgb L" [1 1 1]
+Material )" + material + R"( Shape "disk" "float radius" 3 )")
+                            .image;
+    Rgb sum(0);
+    for (const Rgb& pixel : image.pixels)
+        sum += pixel / float(image.pixels.size());
+    return sum;
+}
+
+/// A smooth coat of index 1.5 on a Lambertian base, seen along the normal: F + (1 - F) rho T / (1 - rho (1 -
+/// T)) with F = .04 and T = (1 - .0918) / 1.5² (the diffuse reflectance of the boundary is .0918 from
+/// outside).
+TEST(CompatPlugin, CoatedDiffuseHasTheLightThatBouncesInTheCoat) {
+    constexpr float kTransmittance = (1 - .0918f) / 2.25f;
+    for (const auto& [rho, expected] : {std::pair(.8f, .63f), {.3f, .18f}, {.05f, .06f}}) {
+        const float closed = .04f + .96f * rho * kTransmittance / (1 - rho * (1 - kTransmittance));
+        EXPECT_NEAR(closed, expected, .006f);
+        const std::string value = std::to_string(rho);
+        const Rgb color =
+            furnace(R"("coateddiffuse" "rgb reflectance" [)" + value + " " + value + " " + value + "]");
+        EXPECT_NEAR(color.x, closed, .012f) << rho;
+        EXPECT_NEAR(color.z, closed, .012f) << rho;
+    }
+}
+
+/// Parallel boundaries: F + (1 - F)² R / (1 - F R), seen along the normal.
+TEST(CompatPlugin, CoatedConductorHasTheLightThatBouncesInTheCoat) {
+    for (const float r : {.9f, .5f, .1f}) {
+        const float closed = .04f + .96f * .96f * r / (1 - .04f * r);
+        const std::string value = std::to_string(r);
+        const Rgb color =
+            furnace(R"("coatedconductor" "rgb reflectance" [)" + value + " " + value + " " + value + "]");
+        EXPECT_NEAR(color.y, closed, .012f) << r;
+    }
+}
+
+/// The radiance of the background.
+Rgb background(const std::string& film, const std::string& light) {
+    return load("Film \"" + film + R"(" "integer xresolution" 2 "integer yresolution" 2
+Camera "perspective"
+Integrator "path"
+WorldBegin
+LightSource "infinite" )" +
+                light)
+        .image.at(0, 0);
+}
+
+TEST(CompatPlugin, SpectraOfLightsAreColorsInVersion4) {
+    for (const char* kelvin : {"1500", "2000", "2700", "4000", "6500", "10000"}) {
+        const Rgb v4 = background("rgb", std::string(R"("blackbody L" [)") + kelvin + R"(] "float scale" 2)");
+        EXPECT_NEAR(luminance(v4), 2, 1e-4f) << kelvin;
+        const Rgb v3 = background("image", std::string(R"("blackbody L" [)") + kelvin + " 2]");
+        EXPECT_NEAR(v3.x / luminance(v3), v4.x / luminance(v4), 1e-3f) << kelvin;
+    }
+    EXPECT_LT(luminance(background("image", R"("blackbody L" [2000 1])")), .1f);
+    EXPECT_NEAR(luminance(background("rgb", R"("spectrum L" [300 30 800 30])")), 1, 1e-4f);
+    EXPECT_NEAR(luminance(background("image", R"("spectrum L" [300 30 800 30])")), 30, .1f);
+    EXPECT_NEAR(luminance(background("rgb", R"("rgb L" [.2 .2 .2])")), .2f, 1e-5f);
 }
 
 TEST(CompatPlugin, MixIsItsMaterialOfLargerWeight) {

@@ -1,0 +1,15 @@
+// The plastic of pbrt-v3: a diffuse lobe plus a GGX lobe. Not a plugin of its own: .pbrt files of v3 use it.
+#pragma once
+
+#include "core/params/params.h"
+
+#include <memory>
+
+namespace strobe {
+
+class Material;
+
+/// `kd`: diffuse reflectance; `ks`: scale of the glossy lobe; `alpha`: of GGX, limited to [.001, 1].
+std::shared_ptr<const Material> makePlasticV3(RgbInput kd, RgbInput ks, FloatInput alpha);
+
+} // namespace strobe
