@@ -66,6 +66,12 @@ const Entry kNamed[] = {
     {"metal-Au-k", {3.30585f, 2.51598f, 1.76319f}},
     {"metal-Cu-eta", {0.16634f, 0.97450f, 1.21220f}},
     {"metal-Cu-k", {3.24756f, 2.58676f, 2.35595f}},
+    {"metal-CuZn-eta", {0.43138f, 0.51518f, 1.14599f}},
+    {"metal-CuZn-k", {3.59418f, 2.68723f, 1.75074f}},
+    {"metal-MgO-eta", {1.73431f, 1.74084f, 1.75402f}},
+    {"metal-MgO-k", Rgb(0)},
+    {"metal-TiO2-eta", {2.86883f, 2.95468f, 3.19504f}},
+    {"metal-TiO2-k", {0.00009f, 0.f, 0.0007f}},
     {"glass-BK7", Rgb(1.5168f)},
     {"glass-BAF10", Rgb(1.6700f)},
     {"glass-FK51A", Rgb(1.4866f)},
@@ -160,10 +166,12 @@ struct Illuminant {
     float x, y;
 };
 constexpr Illuminant kIlluminants[] = {
-    {"A", .44757f, .40745f},   {"D50", .34567f, .35850f}, {"D65", .31272f, .32903f}, {"F1", .31310f, .33727f},
-    {"F2", .37208f, .37529f},  {"F3", .40910f, .39430f},  {"F4", .44018f, .40329f},  {"F5", .31379f, .34531f},
-    {"F6", .37790f, .38835f},  {"F7", .31292f, .32933f},  {"F8", .34588f, .35875f},  {"F9", .37417f, .37281f},
-    {"F10", .34609f, .35986f}, {"F11", .38052f, .37713f}, {"F12", .43695f, .40441f}};
+    {"acesD60", .32168f, .33767f}, {"A", .44757f, .40745f},   {"D50", .34567f, .35850f},
+    {"D65", .31272f, .32903f},     {"F1", .31310f, .33727f},  {"F2", .37208f, .37529f},
+    {"F3", .40910f, .39430f},      {"F4", .44018f, .40329f},  {"F5", .31379f, .34531f},
+    {"F6", .37790f, .38835f},      {"F7", .31292f, .32933f},  {"F8", .34588f, .35875f},
+    {"F9", .37417f, .37281f},      {"F10", .34609f, .35986f}, {"F11", .38052f, .37713f},
+    {"F12", .43695f, .40441f}};
 
 std::optional<Rgb> illuminant(std::string_view name) {
     for (const Illuminant& light : kIlluminants)
@@ -179,9 +187,9 @@ std::optional<Rgb> illuminant(std::string_view name) {
 } // namespace
 
 std::optional<Rgb> namedSpectrum(const std::string& name) {
-    constexpr std::string_view kPrefix = "stdillum-";
-    if (name.starts_with(kPrefix))
-        return illuminant(std::string_view(name).substr(kPrefix.size()));
+    for (const std::string_view prefix : {"stdillum-", "illum-"})
+        if (name.starts_with(prefix))
+            return illuminant(std::string_view(name).substr(prefix.size()));
     for (const Entry& entry : kNamed)
         if (name == entry.name)
             return entry.value;

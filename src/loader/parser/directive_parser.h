@@ -39,6 +39,7 @@ class DirectiveParser {
     /// The graphics state, which AttributeBegin saves.
     struct State {
         CurrentTransform transform;
+        std::shared_ptr<const Error> transformError; ///< why `transform` cannot be used; null: it can
         int material = 0;
         int areaLight = -1;
         bool reverseOrientation = false;
@@ -76,6 +77,9 @@ class DirectiveParser {
     void reportMistake(const Location& where, const std::string& mistake, const std::string& consequence);
 
     // Transforms (transform_directives.cpp).
+    template <class F>
+    void changeTransform(const F& change);
+    void requireTransform() const;
     void identity(const Call&);
     void translate(const Call&);
     void scale(const Call&);
@@ -143,6 +147,7 @@ class DirectiveParser {
     State m_state;
     std::vector<OpenBlock> m_openBlocks;
     Lexer* m_lexer = nullptr;                   ///< of the current file
+    std::vector<Lexer*> m_outerLexers;          ///< of the files that include it, outermost first
     std::vector<std::filesystem::path> m_files; ///< chain of includes; the current file is last
     bool m_isStrict;
     Location m_endKeysChosen; ///< the first StartTime or EndTime with more than two keys

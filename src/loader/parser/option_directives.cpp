@@ -6,7 +6,20 @@
 namespace strobe {
 
 ParamSet DirectiveParser::readRawParameters(const Call& call) {
-    return readParams(*m_lexer, call.where, m_looksLikeV4, m_isStrict ? nullptr : &m_diagnostics);
+    Diagnostics* const diagnostics = m_isStrict ? nullptr : &m_diagnostics;
+    ParamSet params = readParams(*m_lexer, call.where, m_looksLikeV4, diagnostics);
+    // As in pbrt, the parameters of the last directive of an included file may continue in the file that
+    // includes it.
+    const Lexer* reached = m_lexer;
+    for (auto outer = m_outerLexers.rbegin(); outer != m_outerLexers.rend(); ++outer) {
+        if (Lexer(*reached).peek() != TokenKind::End)
+            break;
+        const ParamSet more = readParams(**outer, call.where, m_looksLikeV4, diagnostics);
+        for (const Param& param : more.all())
+            params.add(param);
+        reached = *outer;
+    }
+    return params;
 }
 
 ParamSet DirectiveParser::readParameters(const Call& call, const char* target) {
@@ -40,6 +53,7 @@ void DirectiveParser::setOnce(std::optional<Statement>& slot, Statement statemen
 void DirectiveParser::camera(const Call& call) {
     setOnce(m_desc.camera, readStatement(call));
     // All versions of pbrt interpolate camera-to-world: see interpolateWorldToObject.
+    requireTransform();
     m_coordinateSystems["camera"] = m_state.transform.inverses();
     m_desc.cameraToWorld = toKeyed(m_coordinateSystems["camera"], m_desc.keyTimes);
 }

@@ -174,9 +174,13 @@ void DirectiveParser::parseSource(std::shared_ptr<const Source> source) {
     m_desc.sources.push_back(source);
     Lexer lexer(std::move(source), &m_values);
     Lexer* const outer = std::exchange(m_lexer, &lexer);
+    if (outer)
+        m_outerLexers.push_back(outer);
     for (Token token = lexer.next(); token.kind != TokenKind::End; token = lexer.next())
         dispatch(token);
     m_lexer = outer;
+    if (outer)
+        m_outerLexers.pop_back();
     m_files.pop_back();
 }
 
@@ -284,10 +288,12 @@ const DirectiveParser::OpenBlock& DirectiveParser::closeBlock(const Call& call, 
 void DirectiveParser::endBlock(const Call& call) {
     const bool transformOnly = call.name == "TransformEnd";
     const OpenBlock& open = closeBlock(call, transformOnly ? "TransformBegin" : "AttributeBegin");
-    if (transformOnly)
+    if (transformOnly) {
         m_state.transform = open.saved.transform;
-    else
+        m_state.transformError = open.saved.transformError;
+    } else {
         m_state = open.saved;
+    }
     m_openBlocks.pop_back();
 }
 

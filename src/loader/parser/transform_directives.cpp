@@ -43,16 +43,41 @@ std::array<double, n> DirectiveParser::readNumbers(const Call& call, bool allowB
     return numbers;
 }
 
-void DirectiveParser::identity(const Call&) { m_state.transform.set(M44d()); }
+/// Calls `change`. In a lenient file, keeps its Error for the first use of the transform: files of pbrt have
+/// transforms without an inverse where no shape stands.
+template <class F>
+void DirectiveParser::changeTransform(const F& change) {
+    try {
+        change();
+    } catch (const Error& e) {
+        if (m_isStrict)
+            throw;
+        m_state.transformError = std::make_shared<const Error>(e);
+    }
+}
+
+void DirectiveParser::requireTransform() const {
+    if (m_state.transformError)
+        throw Error(*m_state.transformError);
+}
+
+void DirectiveParser::identity(const Call&) {
+    m_state.transform.set(M44d());
+    m_state.transformError.reset();
+}
 
 void DirectiveParser::translate(const Call& call) {
     const auto [x, y, z] = readNumbers<3>(call);
-    m_state.transform.apply(translation(x, y, z), call.where);
+    const M44d t = translation(x, y, z);
+    changeTransform([&] { m_state.transform.apply(t, call.where); });
 }
 
 void DirectiveParser::scale(const Call& call) {
     const auto [x, y, z] = readNumbers<3>(call);
-    m_state.transform.apply(scaling(x, y, z, call.where), call.where);
+    const std::array<double, 3> factors{x, y, z};
+    changeTransform([&] {
+        m_state.transform.apply(scaling(factors[0], factors[1], factors[2], call.where), call.where);
+    });
 }
 
 void DirectiveParser::rotate(const Call& call) {
@@ -66,19 +91,24 @@ void DirectiveParser::rotate(const Call& call) {
 }
 
 void DirectiveParser::lookAtDirective(const Call& call) {
-    m_state.transform.apply(lookAt(readNumbers<9>(call), call.where), call.where);
+    const auto numbers = readNumbers<9>(call);
+    changeTransform([&] { m_state.transform.apply(lookAt(numbers, call.where), call.where); });
 }
 
 void DirectiveParser::transform(const Call& call) {
-    m_state.transform.set(matrixFromNumbers(readNumbers<16>(call, true), call.where));
+    const auto numbers = readNumbers<16>(call, true);
+    m_state.transformError.reset();
+    changeTransform([&] { m_state.transform.set(matrixFromNumbers(numbers, call.where)); });
 }
 
 void DirectiveParser::concatTransform(const Call& call) {
-    m_state.transform.apply(matrixFromNumbers(readNumbers<16>(call, true), call.where), call.where);
+    const auto numbers = readNumbers<16>(call, true);
+    changeTransform([&] { m_state.transform.apply(matrixFromNumbers(numbers, call.where), call.where); });
 }
 
 void DirectiveParser::coordinateSystem(const Call& call) {
     const std::string name = readString(call, "a name");
+    requireTransform();
     m_coordinateSystems[name] = m_state.transform.keys();
 }
 
@@ -90,6 +120,7 @@ void DirectiveParser::coordSysTransform(const Call& call) {
         throw Error(where, fmt::format("unknown coordinate system {}{}", inQuotes(name),
                                        suggestion(name, namesOf(m_coordinateSystems))));
     m_state.transform.setKeys(found->second); // of all keys, active or not, as in pbrt
+    m_state.transformError.reset();
 }
 
 std::vector<float> DirectiveParser::readTimes(const Call& call) {
@@ -168,6 +199,7 @@ void DirectiveParser::activeTransform(const Call& call) {
 }
 
 KeyedTransform DirectiveParser::keyed(const Location& where) {
+    requireTransform();
     const std::vector<M44d>& keys = m_state.transform.keys();
     const auto mirrors = [](const M44d& key) { return key.determinant() < 0; };
     if (std::any_of(keys.begin(), keys.end(),

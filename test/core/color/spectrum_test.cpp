@@ -84,6 +84,11 @@ TEST(Spectrum, NamedSpectraHaveKnownValues) {
     EXPECT_NEAR(luminance(a), 1, 2e-3f);
     EXPECT_GT(a.x, 2 * a.z);
     EXPECT_FALSE(namedSpectrum("stdillum-F13"));
+    EXPECT_NEAR(luminance(*namedSpectrum("illum-acesD60")), 1, 2e-3f);
+    const Rgb brass = *namedSpectrum("metal-CuZn-k");
+    EXPECT_TRUE(brass.x > brass.y && brass.y > brass.z);
+    EXPECT_NEAR(namedSpectrum("metal-MgO-eta")->y, 1.741f, 1e-3f);
+    EXPECT_NEAR(namedSpectrum("metal-TiO2-eta")->y, 2.955f, 1e-3f);
 }
 
 class SpdFile : public testing::Test {

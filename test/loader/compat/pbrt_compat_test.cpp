@@ -1,6 +1,7 @@
 // Files of other programs: unsupported constructs become the nearest supported ones, with one warning each.
 #include "support/render_text.h"
 #include "support/scene_files.h"
+#include "support/scene_text.h"
 
 #include <gtest/gtest.h>
 
@@ -236,6 +237,37 @@ TEST(CompatPlugin, SpectraOfLightsAreColorsInVersion4) {
     EXPECT_NEAR(luminance(background("rgb", R"("spectrum L" [300 30 800 30])")), 1, 1e-4f);
     EXPECT_NEAR(luminance(background("image", R"("spectrum L" [300 30 800 30])")), 30, .1f);
     EXPECT_NEAR(luminance(background("rgb", R"("rgb L" [.2 .2 .2])")), .2f, 1e-5f);
+}
+
+TEST(CompatPlugin, TransformsWithoutInverseMayStandWhereNothingUsesThem) {
+    const std::string unused = "AttributeBegin\nScale 0 1 1\nTranslate 1 0 0\nAttributeEnd\nTransformBegin\n"
+                               "ConcatTransform [1 2 3 0 2 4 6 0 0 0 1 0 0 0 0 1]\nTransformEnd\n";
+    EXPECT_TRUE(equal(load(kV4 + kLit + unused + kBall).image, load(kV4 + kLit + kBall).image));
+    EXPECT_TRUE(
+        equal(load(kV4 + kLit + "Scale 0 1 1\nIdentity\n" + kBall).image, load(kV4 + kLit + kBall).image));
+    for (const char* user : {R"(Shape "sphere")", R"(LightSource "point" "rgb I" 1 1 1)"})
+        EXPECT_THROW(load(kV4 + kLit + "Scale 0 1 1\n" + user), Error);
+    Diagnostics quiet;
+    EXPECT_THROW(parseText(kV4 + kLit + unused, "s.scene", {"supersample"}, quiet), Error);
+}
+
+TEST(CompatPlugin, ParametersContinueAfterAnInclude) {
+    test::TemporaryFolder folder;
+    folder.write("ball.pbrt", R"(Material "matte" "rgb Kd" [.9 .2 .1]
+Shape "sphere" "float zmin" -.5)");
+    const auto rendered = [&](const std::string& text) {
+        Diagnostics diagnostics;
+        const fs::path file = folder.write("main.pbrt", kV4 + kLit + text);
+        return test::render(buildScene(parseFiles({file}, {"supersample"}, diagnostics), {}, diagnostics))
+            .image;
+    };
+    const std::string disk = R"(Shape "disk" "float height" -1 )";
+    EXPECT_TRUE(equal(
+        rendered(R"(Include "ball.pbrt" "float radius" .7 )" + disk),
+        rendered(
+            R"(Material "matte" "rgb Kd" [.9 .2 .1] Shape "sphere" "float zmin" -.5 "float radius" .7 )" +
+            disk)));
+    EXPECT_THROW(rendered(R"(Include "ball.pbrt" "float radiu" )"), Error);
 }
 
 TEST(CompatPlugin, MixIsItsMaterialOfLargerWeight) {
