@@ -20,6 +20,7 @@
 #include "lights/spot.h"
 #include "loader/build/film_plugin.h"
 #include "loader/parser/gltf_decl.h"
+#include "materials/diffuse_transmission.h"
 #include "materials/glass.h"
 #include "materials/matte.h"
 #include "materials/measured.h"
@@ -52,7 +53,7 @@ PluginTables pluginTables() {
         .shapes = {triangleMeshPlugin(), plyMeshPlugin(), loopSubdivPlugin(), spherePlugin(), diskPlugin(),
                    gltfPlugin()},
         .materials = {mattePlugin(), plasticPlugin(), mirrorPlugin(), glassPlugin(), metalPlugin(),
-                      measuredPlugin(), metallicRoughnessPlugin()},
+                      diffuseTransmissionPlugin(), measuredPlugin(), metallicRoughnessPlugin()},
         .textures = {constantTexturePlugin(), scaleTexturePlugin(), mixTexturePlugin(),
                      checkerboardTexturePlugin(), imagemapTexturePlugin()},
         .lights = {pointLightPlugin(), spotLightPlugin(), distantLightPlugin(), infiniteLightPlugin()},

@@ -1,7 +1,8 @@
 #include "loader/compat/pbrt_compat.h"
 
+#include "loader/compat/pbrt_coats.h"
 #include "loader/compat/pbrt_inputs.h"
-#include "materials/fresnel.h"
+#include "materials/diffuse_transmission.h"
 #include "materials/glass.h"
 #include "materials/matte.h"
 #include "materials/metallic_roughness.h"
@@ -118,31 +119,6 @@ MaterialPtr createMetal(const ParamSet& params, const BuildContext& context) {
                  readRoughness(params, roughnessDefs(.01f), roughnessRule(context)));
 }
 
-/// Returns the reflectance of a smooth dielectric boundary for diffuse light that arrives from outside: the
-/// mean of Fresnel's reflectance over the cosine.
-float diffuseFresnel(float eta) {
-    constexpr int kSteps = 256;
-    float sum = 0;
-    for (int i = 0; i < kSteps; ++i) { // uniform in sin²
-        const float sin2 = (float(i) + .5f) / kSteps;
-        sum += fresnelDielectric(std::sqrt(1 - sin2), 1, eta) / kSteps;
-    }
-    return sum;
-}
-
-/// Returns a diffuse base as it appears through a coat, apart from the light that the coat reflects: light
-/// bounces between the base and the inside of the coat, which reflects most of it. With the total
-/// transmittance T = (1 - Fe) / eta² of diffuse light from inside, this is rho T / (1 - rho (1 - T)).
-RgbInput belowCoat(const RgbInput& reflectance, float eta) {
-    const float transmittance = (1 - diffuseFresnel(eta)) / (eta * eta);
-    return mapped(reflectance, [transmittance](const Rgb& rho) {
-        Rgb out;
-        for (int i = 0; i < 3; ++i)
-            out[i] = rho[i] * transmittance / (1 - std::min(rho[i], 1.f) * (1 - transmittance));
-        return out;
-    });
-}
-
 MaterialPtr createCoatedDiffuse(const ParamSet& params, const BuildContext&) {
     const FloatInput eta = readIndex(params, kEta);
     MetallicRoughnessInputs in =
@@ -161,20 +137,6 @@ const RoughnessDefs kCoatedRoughness{{"conductor.roughness", 0.f, "roughness of 
 const RoughnessDefs kCoatRoughness{{"interface.roughness", 0.f, "roughness of the coat"},
                                    {"interface.uroughness", 0.f, "along u"},
                                    {"interface.vroughness", 0.f, "along v"}};
-
-/// As belowCoat, for a conductor: a mirror sends light back at the angle of transmission, where the coat
-/// reflects as from outside; a rough conductor scatters it as a diffuse base does.
-RgbInput conductorBelowCoat(const RgbInput& reflectance, float eta, float alpha) {
-    const float normal = sqr((eta - 1) / (eta + 1));
-    const float diffuse = 1 - (1 - diffuseFresnel(eta)) / (eta * eta);
-    const float inside = lerp(normal, diffuse, std::min(alpha, 1.f));
-    return mapped(reflectance, [inside](const Rgb& rho) {
-        Rgb out;
-        for (int i = 0; i < 3; ++i)
-            out[i] = rho[i] * (1 - inside) / (1 - std::min(rho[i], 1.f) * inside);
-        return out;
-    });
-}
 
 MaterialPtr createCoatedConductor(const ParamSet& params, const BuildContext&) {
     constexpr float kEtaOfCoat = 1.5f; // that of the clearcoat of "metallicroughness"
@@ -258,32 +220,15 @@ MaterialPtr createDisney(const ParamSet& params, const BuildContext& context) {
     return makeMetallicRoughness(in);
 }
 
-/// Returns a + b, scaled to components of at most 1.
-Rgb sumBelowOne(const Rgb& a, const Rgb& b) {
-    const Rgb sum = a + b;
-    return sum / std::max(1.f, maxComponent(sum));
-}
-
 const ParamDef<RgbInput> kReflect{"reflect", Rgb(.5f), "fraction of Kd that is reflected"};
 const ParamDef<RgbInput> kTransmit{"transmit", Rgb(.5f), "fraction of Kd that is transmitted"};
 
-/// The reflectance of the matte is the sum of reflectance and transmittance: as bright as the original where
-/// both sides receive the same light.
-MaterialPtr createTranslucent(const ParamSet& params, const BuildContext& context) {
-    const RgbInput fraction = combined(params.get(kReflect), params.get(kTransmit), sumBelowOne);
-    return matte(combined(params.get(kKd), fraction, [](const Rgb& a, const Rgb& b) { return a * b; }),
-                 context);
-}
-
-const ParamDef<RgbInput> kTransmittance{"transmittance", Rgb(.25f), "diffuse transmittance"};
-const ParamDef<float> kScale{"scale", 1.f, "factor of reflectance and transmittance"};
-
-MaterialPtr createDiffuseTransmission(const ParamSet& params, const BuildContext& context) {
-    const float scale = params.get(kScale);
-    const RgbInput sum =
-        combined(params.get(withDefault(kReflectance, RgbInput(Rgb(.25f)))), params.get(kTransmittance),
-                 [scale](const Rgb& a, const Rgb& b) { return sumBelowOne(a * scale, b * scale); });
-    return matte(sum, context);
+/// Both lobes of the v3 material are those of Kd; its gloss is left out.
+MaterialPtr createTranslucent(const ParamSet& params, const BuildContext&) {
+    const auto product = [](const Rgb& a, const Rgb& b) { return a * b; };
+    const RgbInput kd = params.get(kKd);
+    return makeDiffuseTransmission(combined(kd, params.get(kReflect), product),
+                                   combined(kd, params.get(kTransmit), product));
 }
 
 MaterialPtr createThinDielectric(const ParamSet& params, const BuildContext&) {
@@ -372,7 +317,7 @@ MaterialPtr createGray(const ParamSet& params, const BuildContext& context) {
 std::vector<CompatPlugin<MaterialRow>> compatMaterials() {
     const std::string gloss = "\"metallicroughness\" is used instead";
     const std::string gray = "a gray \"matte\" is used instead";
-    const std::string diffuse = "\"matte\" is used instead; its reflectance includes the transmittance";
+    const std::string diffuse = "\"diffusetransmission\" is used instead; its gloss is ignored";
     const ParamDef<FloatInput> roughness = roughnessDefs(0).both;
     const ParamDef<bool> remap = roughnessDefs(0).remap;
     return {
@@ -405,8 +350,6 @@ std::vector<CompatPlugin<MaterialRow>> compatMaterials() {
         {{"shinymetal", "", {kKs, kKr, roughness, kURoughness, kVRoughness, remap}, createShinyMetal}, gloss},
         {{"thindielectric", "", {kEta}, createThinDielectric}, gloss},
         {{"translucent", "", {kKd, kReflect, kTransmit}, createTranslucent}, diffuse},
-        {{"diffusetransmission", "", {kReflectance, kTransmittance, kScale}, createDiffuseTransmission},
-         diffuse},
         {{"kdsubsurface", "", {kKd, kEta, roughness, kURoughness, kVRoughness, remap}, createKdSubsurface},
          gloss},
         {{"subsurface",

@@ -78,8 +78,7 @@ TEST_P(Materials, RenderAsTheirReplacements) {
 const std::string kMetallicRoughness = R"("metallicroughness" is used instead)";
 const std::string kLargestLobes =
     R"(its largest lobes are rendered as "plastic" (pbrt-v2), "metallicroughness" or "glass")";
-const std::string kWithTransmittance =
-    R"("matte" is used instead; its reflectance includes the transmittance)";
+const std::string kWithoutGloss = R"("diffusetransmission" is used instead; its gloss is ignored)";
 const std::string kMatte = R"("matte" is used instead)";
 const std::string kGrayMatte = R"(a gray "matte" is used instead)";
 
@@ -128,7 +127,8 @@ INSTANTIATE_TEST_SUITE_P(
             kMetallicRoughness},
         MaterialPair{
             R"("translucent" "rgb Kd" [.5 .5 .25] "rgb reflect" [.5 .5 .5] "rgb transmit" [.25 .25 .25] )",
-            R"("matte" "rgb Kd" [.375 .375 .1875] )", kWithTransmittance},
+            R"("diffusetransmission" "rgb reflectance" [.25 .25 .125] "rgb transmittance" [.125 .125 .0625] )",
+            kWithoutGloss},
         MaterialPair{R"("hair" "rgb color" [.5 .3 .1] )", R"("matte" "rgb Kd" [.5 .3 .1] )", kMatte},
         MaterialPair{R"("fourier" "string bsdffile" "x.bsdf" )", R"("matte" )", kGrayMatte}));
 
@@ -213,6 +213,16 @@ TEST(CompatPlugin, CoatedConductorHasTheLightThatBouncesInTheCoat) {
             furnace(R"("coatedconductor" "rgb reflectance" [)" + value + " " + value + " " + value + "]");
         EXPECT_NEAR(color.y, closed, .012f) << r;
     }
+}
+
+/// A wall that reflects and transmits all light is invisible in a furnace.
+TEST(CompatPlugin, DiffuseTransmissionPassesTheLightOfTheOtherSide) {
+    const Rgb white =
+        furnace(R"("diffusetransmission" "rgb reflectance" [.4 .4 .4] "rgb transmittance" [.6 .6 .6])");
+    EXPECT_NEAR(white.x, 1, .01f);
+    const Rgb half =
+        furnace(R"("diffusetransmission" "rgb reflectance" [.2 .2 .2] "rgb transmittance" [.3 .3 .3])");
+    EXPECT_NEAR(half.y, .5f, .01f);
 }
 
 /// The radiance of the background.
