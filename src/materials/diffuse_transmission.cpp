@@ -14,7 +14,7 @@ const ParamDef<float> kScale{"scale", 1, "factor of both", nullptr, kNotNegative
 
 struct Data {
     PlainRgb reflection, transmission; ///< albedos/π
-    float reflects;               ///< probability of sampling the reflection
+    float reflects;                    ///< probability of sampling the reflection
 };
 
 class DiffuseTransmission final : public Material {

@@ -29,12 +29,14 @@ Rgb blackbodyRgb(float kelvin, float scale);
 Rgb readSpd(const std::filesystem::path& path, const Location& where);
 
 /// Returns the RGB of a named spectrum of pbrt-v4; nothing if the name is unknown.
-/// - Metals: "metal-Cu-eta" and "metal-Cu-k", also for Ag, Al, Au, CuZn, MgO and TiO2. Unlike spectrumToRgb, divides by the
+/// - Metals: "metal-Cu-eta" and "metal-Cu-k", also for Ag, Al, Au, CuZn, MgO and TiO2. Unlike spectrumToRgb,
+/// divides by the
 ///   RGB of a constant spectrum, so that a gray index of refraction stays gray, as in the spectral rendering
 ///   of pbrt-v4.
 /// - Glasses: "glass-BK7", "-BAF10", "-FK51A", "-LASF9", "-SF5", "-SF10", "-SF11", "-F5", "-F10", "-F11". The
 ///   value is the index of refraction at 587.6 nm.
-/// - Illuminants: "stdillum-A", "-D50", "-D65" and "-F1" to "-F12", and "illum-acesD60", with luminance 1; D65 is
+/// - Illuminants: "stdillum-A", "-D50", "-D65" and "-F1" to "-F12", and "illum-acesD60", with luminance 1;
+/// D65 is
 ///   white.
 std::optional<Rgb> namedSpectrum(const std::string& name);
 
