@@ -254,8 +254,8 @@ MetallicRoughnessInputs MaterialBuilder::inputs(const Source& s, const TextureCo
     in.transmission = inputFrom(s.transmission, s.transmissionSlot, 0);
     in.clearcoat = inputFrom(s.clearcoat, s.clearcoatSlot, 0);
     in.clearcoatRoughness = inputFrom(s.clearcoatRoughness, s.clearcoatRoughnessSlot, 1);
-    in.normalMap = texture(s.normalSlot, TextureUse::Data, context);
-    in.normalScale = s.normalScale;
+    if (const TexturePtr map = texture(s.normalSlot, TextureUse::Data, context))
+        in.normals = makeNormalMap(map, s.normalScale);
     return in;
 }
 

@@ -12,6 +12,8 @@ const ParamDef<RgbInput> kBaseColor{
 const ParamDef<FloatInput> kMetallic{"metallic", 1.f, "mix of dielectric (0) and metal (1)"};
 const ParamDef<FloatInput> kRoughness{"roughness", 1.f,
                                       "square root of GGX's alpha, 0 to 1; below 0.03: perfect mirror"};
+const ParamDef<FloatInput> kVRoughness{
+    "vroughness", 1.f, "roughness along dp/dv; \"roughness\" is then that along dp/du; default: roughness"};
 const ParamDef<FloatInput> kIor{"ior", 1.5f, "index of refraction of the dielectric"};
 const ParamDef<FloatInput> kSpecular{"specular", 1.f, "scale of the reflectance of the dielectric, 0 to 1"};
 const ParamDef<RgbInput> kSpecularColor{"specularcolor", Rgb(1),
@@ -36,7 +38,7 @@ struct Data {
     float f90;        ///< reflectance at grazing incidence
     /// Reflectances of the dielectric alone, in the brightest channel; they reduce the light in its body.
     float dielectricF0, dielectricF90;
-    float alpha;           ///< of GGX; 0: a mirror
+    float alpha, alphaV;   ///< of GGX along dp/du and dp/dv; 0: a mirror
     PlainRgb transmission; ///< albedo of the transmission
     float coat;            ///< strength of the clearcoat
     float coatAlpha;       ///< of GGX; 0: a mirror
@@ -47,6 +49,14 @@ Rgb clamp01(const Rgb& c) { return {clamp01(c.x), clamp01(c.y), clamp01(c.z)}; }
 float alphaOf(float roughness) {
     const float alpha = sqr(clamp01(roughness));
     return alpha < kMinAlpha ? 0 : alpha;
+}
+
+/// Returns the alpha of the gloss for GgxReflection; not used for mirrors.
+GgxAlpha glossAlpha(const Data& data) {
+    return {std::max(data.alpha, kMinAlpha), std::max(data.alphaV, kMinAlpha)};
+}
+GgxAxes glossAxes(const Data& data) {
+    return data.alpha == data.alphaV ? GgxAxes::TurnWithWo : GgxAxes::Fixed;
 }
 
 /// Returns Schlick's weight of f90 against f0: (1 - cosine)^5.
@@ -73,6 +83,11 @@ inline float coatFresnel(const Data& data, float cosine) {
 inline float masking(float cosine, float alpha) {
     const float c = std::abs(cosine), a2 = sqr(alpha);
     return c > 0 ? 2 * c / (c + std::sqrt(a2 + (1 - a2) * sqr(c))) : 0;
+}
+
+/// Returns Smith's masking of the gloss.
+inline float glossMasking(const Data& data, const V3f& w) {
+    return data.alpha == data.alphaV ? masking(w.z, data.alpha) : ggxMasking(w, glossAlpha(data));
 }
 
 /// The probabilities of sampling the lobes, given wo: their approximate fractions of the albedo.
@@ -103,7 +118,8 @@ struct LobesAt {
     GgxReflection gloss, coat;
 
     LobesAt(const Data& d, const V3f& w)
-        : data(d), wo(w), probabilities(d, w), gloss(w, ggx(d.alpha)), coat(w, ggx(d.coatAlpha)) {}
+        : data(d), wo(w), probabilities(d, w), gloss(w, glossAlpha(d), glossAxes(d)),
+          coat(w, ggx(d.coatAlpha)) {}
     static GgxAlpha ggx(float alpha) {
         const float a = std::max(alpha, kMinAlpha); // the result is not used for mirrors
         return {a, a};
@@ -127,7 +143,7 @@ struct LobesAt {
         pdf = probabilities.diffuse * cosine * kInvPi;
         if (data.alpha > 0) {
             const float density = gloss.pdf(wo, wi);
-            f += fresnel(data, cosHalf) * (density * masking(wi.z, data.alpha));
+            f += fresnel(data, cosHalf) * (density * glossMasking(data, wi));
             pdf += probabilities.gloss * density;
         }
         if (!(data.coat > 0))
@@ -146,7 +162,7 @@ struct LobesAt {
         const V3f mirrored(wi.x, wi.y, -wi.z);
         const float cosHalf = safeSqrt((1 + dot(wo, mirrored)) / 2), density = gloss.pdf(wo, mirrored);
         f = Rgb(data.transmission) * (dielectricTransmittance(data, cosHalf) * density *
-                                      masking(wi.z, data.alpha) * (1 - coatFresnel(data, cosHalf)));
+                                      glossMasking(data, mirrored) * (1 - coatFresnel(data, cosHalf)));
         pdf = probabilities.transmission * density;
     }
 };
@@ -216,7 +232,7 @@ class MetallicRoughness : public Material {
         const LobeProbabilities p(data, wo);
         float bound = p.diffuse * kInvPi;
         if (data.alpha > 0) { // reflection and transmission are on different sides
-            const float glossPdf = GgxReflection::maxPdf(wo, LobesAt::ggx(data.alpha));
+            const float glossPdf = GgxReflection::maxPdf(wo, glossAlpha(data), glossAxes(data));
             bound = std::max(bound + p.gloss * glossPdf, p.transmission * glossPdf);
         }
         if (data.coatAlpha > 0)
@@ -228,9 +244,8 @@ class MetallicRoughness : public Material {
         const Data& data = bsdf.as<Data>();
         return Rgb(data.diffuse) * kPi + Rgb(data.f0) + Rgb(data.transmission);
     }
-    V3f tangentNormal(const TextureQuery& q) const override {
-        const Rgb c = m_inputs.normalMap->rgb(q) * 2 - Rgb(1);
-        return {c.x * m_inputs.normalScale, c.y * m_inputs.normalScale, c.z};
+    V3f mappedNormal(const TextureQuery& q, const TangentFrame& frame) const override {
+        return m_inputs.normals ? m_inputs.normals->normal(q, frame) : frame.n;
     }
 
   private:
@@ -244,8 +259,12 @@ class MetallicRoughness : public Material {
         flags.needsFootprint =
             needsFootprint(in.baseColor, in.metallic, in.roughness, in.ior, in.specular, in.specularColor,
                            in.transmission, in.clearcoat, in.clearcoatRoughness) ||
-            textureNeeds(in.packed) || textureNeeds(in.normalMap);
-        flags.shadingNormal = in.normalMap ? ShadingNormal::Mapped : ShadingNormal::Visible;
+            textureNeeds(in.packed) || (in.normals && in.normals->needsFootprint());
+        if (in.vRoughness) {
+            flags.needsTangents = true;
+            flags.needsFootprint |= in.vRoughness->needsFootprint();
+        }
+        flags.shadingNormal = in.normals ? ShadingNormal::Mapped : ShadingNormal::Visible;
         return flags;
     }
     static bool setDelta(const V3f& wi, const Rgb& weight, bool transmits, BsdfSample& out) {
@@ -288,7 +307,14 @@ class MetallicRoughness : public Material {
         data.f90 = lerp(specular, 1, metallic);
         data.dielectricF0 = maxComponent(f0);
         data.dielectricF90 = specular;
-        data.alpha = alphaOf(roughness);
+        data.alpha = data.alphaV = alphaOf(roughness);
+        if (flags().needsTangents) {
+            data.alphaV = alphaOf(m_inputs.vRoughness->at(q) * packed.y);
+            if (data.alpha != data.alphaV) { // a mirror is one in both directions
+                data.alpha = std::max(data.alpha, kMinAlpha);
+                data.alphaV = std::max(data.alphaV, kMinAlpha);
+            }
+        }
         data.coat = clamp01(m_inputs.clearcoat.at(q));
         data.coatAlpha = alphaOf(m_inputs.clearcoatRoughness.at(q));
     }
@@ -305,21 +331,23 @@ std::shared_ptr<const Material> makeMetallicRoughness(const MetallicRoughnessInp
 Plugin<std::shared_ptr<const Material>> metallicRoughnessPlugin() {
     return {"metallicroughness",
             "glTF's metallic-roughness model: diffuse, GGX reflection, thin transmission, clearcoat",
-            {kBaseColor, kMetallic, kRoughness, kIor, kSpecular, kSpecularColor, kTransmission, kClearcoat,
-             kClearcoatRoughness, kNormalMap, kNormalScale},
+            {kBaseColor, kMetallic, kRoughness, kVRoughness, kIor, kSpecular, kSpecularColor, kTransmission,
+             kClearcoat, kClearcoatRoughness, kNormalMap, kNormalScale},
             [](const ParamSet& params, const BuildContext&) {
                 MetallicRoughnessInputs in;
                 in.baseColor = params.get(kBaseColor);
                 in.metallic = params.get(kMetallic);
                 in.roughness = params.get(kRoughness);
+                if (params.has(kVRoughness))
+                    in.vRoughness = params.get(kVRoughness);
                 in.ior = params.get(kIor);
                 in.specular = params.get(kSpecular);
                 in.specularColor = params.get(kSpecularColor);
                 in.transmission = params.get(kTransmission);
                 in.clearcoat = params.get(kClearcoat);
                 in.clearcoatRoughness = params.get(kClearcoatRoughness);
-                in.normalMap = params.get(kNormalMap).texture;
-                in.normalScale = params.get(kNormalScale);
+                if (const TexturePtr map = params.get(kNormalMap).texture)
+                    in.normals = makeNormalMap(map, params.get(kNormalScale));
                 return makeMetallicRoughness(in);
             }};
 }

@@ -3,6 +3,9 @@
 
 #include "core/interfaces/material.h"
 #include "core/params/plugin.h"
+#include "materials/normals.h"
+
+#include <optional>
 
 namespace strobe {
 
@@ -11,6 +14,7 @@ namespace strobe {
 struct MetallicRoughnessInputs {
     RgbInput baseColor{Rgb(1)};
     FloatInput metallic{1}, roughness{1};
+    std::optional<FloatInput> vRoughness; ///< along dp/dv; `roughness` is then that along dp/du
     /// A texture whose green channel scales the roughness and whose blue channel scales the metalness, or
     /// null.
     std::shared_ptr<const Texture> packed;
@@ -19,10 +23,7 @@ struct MetallicRoughnessInputs {
     RgbInput specularColor{Rgb(1)};
     FloatInput transmission{0};
     FloatInput clearcoat{0}, clearcoatRoughness{0};
-    /// A texture of tangent-space normals, or null. (0.5, 0.5, 1) encodes the unperturbed normal; red tilts
-    /// it along dp/du, green along dp/dv.
-    std::shared_ptr<const Texture> normalMap;
-    float normalScale = 1; ///< scale of the tilt
+    NormalsPtr normals; ///< null: the interpolated normals
 };
 
 /// Creates the material: a two-sided sum of a diffuse lobe, a GGX reflection with separable Smith masking,

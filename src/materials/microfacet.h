@@ -77,11 +77,37 @@ STROBE_FORCE_INLINE float maxBlinnPdf(float exponent, const V3f& wo) {
     return cosO > 0 ? (exponent + 1) / (8 * kPi) * bound * (1 + 1e-4f) : kInfinity;
 }
 
-/// GGX roughnesses in the plane of wo and the normal, and across it, each in (0,1]. The axes turn with wo, so
-/// the two roughnesses may differ for an isotropic surface.
+/// The axes of the two roughnesses of GGX.
+enum class GgxAxes {
+    TurnWithWo, ///< in the plane of wo and the normal, and across it: they may differ for an isotropic
+                ///< surface
+    Fixed,      ///< x and y of the shading frame
+};
+
+/// GGX roughnesses along the first axis and across it, each in (0,1].
 struct GgxAlpha {
     float along, across;
 };
+
+/// Returns the density of microfacet normals m, times cos θm, per solid angle; without the cosine. `m`: a
+/// unit vector with m.z > 0. The axes are fixed.
+STROBE_FORCE_INLINE float ggxDistribution(const V3f& m, const GgxAlpha& alpha) {
+    const float e = sqr(m.x / alpha.along) + sqr(m.y / alpha.across) + sqr(m.z);
+    return 1 / (kPi * alpha.along * alpha.across * sqr(e));
+}
+/// Returns Smith's Lambda for GGX. The axes are fixed.
+STROBE_FORCE_INLINE float ggxLambda(const V3f& w, const GgxAlpha& alpha) {
+    const float stretched2 = sqr(alpha.along * w.x) + sqr(alpha.across * w.y);
+    return (std::sqrt(1 + stretched2 / std::max(sqr(w.z), 1e-20f)) - 1) / 2;
+}
+/// Returns Smith's masking of one direction.
+STROBE_FORCE_INLINE float ggxMasking(const V3f& w, const GgxAlpha& alpha) {
+    return 1 / (1 + ggxLambda(w, alpha));
+}
+/// Returns Smith's height-correlated masking and shadowing of two directions.
+STROBE_FORCE_INLINE float ggxMasking(const V3f& wo, const V3f& wi, const GgxAlpha& alpha) {
+    return 1 / (1 + ggxLambda(wo, alpha) + ggxLambda(wi, alpha));
+}
 
 /// The reflections of one wo at the visible normals of GGX (Walter et al., "Microfacet Models for Refraction
 /// through Rough Surfaces", 2007; Heitz, "Sampling the GGX Distribution of Visible Normals", 2018). The
@@ -89,18 +115,27 @@ struct GgxAlpha {
 /// it integrates to less than 1. The class provides a density only; the value of the BRDF is the caller's.
 class GgxReflection {
   public:
-    STROBE_FORCE_INLINE GgxReflection(const V3f& wo, const GgxAlpha& alpha)
+    STROBE_FORCE_INLINE GgxReflection(const V3f& wo, const GgxAlpha& alpha,
+                                      GgxAxes axes = GgxAxes::TurnWithWo)
         : m_alpha(alpha), m_invAlong2(1 / sqr(alpha.along)), m_invAcross2(1 / sqr(alpha.across)),
-          m_sinO(std::sqrt(sqr(wo.x) + sqr(wo.y))), m_max(maxPdf(wo, alpha)) {
-        const float cosine = wo.x / m_sinO, sine = wo.y / m_sinO;
-        m_cosPhi = m_sinO > 0 ? cosine : 1;
-        m_sinPhi = m_sinO > 0 ? sine : 0;
+          m_max(maxPdf(wo, alpha, axes)) {
+        const bool isFixed = axes == GgxAxes::Fixed;
+        const float sinO = std::sqrt(sqr(wo.x) + sqr(wo.y));
+        const float cosine = wo.x / sinO, sine = wo.y / sinO;
+        m_cosPhi = sinO > 0 && !isFixed ? cosine : 1;
+        m_sinPhi = sinO > 0 && !isFixed ? sine : 0;
+        m_viewX = isFixed ? wo.x : sinO;
+        m_viewY = isFixed ? wo.y : 0;
     }
 
     /// Returns the maximum of the density over wi, which is at the mirror direction. It is finite for
     /// wo.z = 0, because G1(wo) / |wo.z| = 2 / (|wo.z| + sqrt(wo.z² + along² sin²θo)).
-    STROBE_FORCE_INLINE static float maxPdf(const V3f& wo, const GgxAlpha& alpha) {
-        const float cos2 = std::min(sqr(wo.z), 1.f), stretched2 = cos2 + sqr(alpha.along) * (1 - cos2);
+    STROBE_FORCE_INLINE static float maxPdf(const V3f& wo, const GgxAlpha& alpha,
+                                            GgxAxes axes = GgxAxes::TurnWithWo) {
+        const float cos2 = std::min(sqr(wo.z), 1.f);
+        const float turning2 = cos2 + sqr(alpha.along) * (1 - cos2);
+        const float fixed2 = cos2 + sqr(alpha.along * wo.x) + sqr(alpha.across * wo.y);
+        const float stretched2 = axes == GgxAxes::Fixed ? fixed2 : turning2;
         return 1 / (2 * kPi * alpha.along * alpha.across * (std::sqrt(cos2) + std::sqrt(stretched2)));
     }
     /// Returns the density for a wi on wo's side of the surface. `wo`: as passed to the constructor.
@@ -116,13 +151,7 @@ class GgxReflection {
     /// Draws wi on the side of wo (above the surface for wo.z = 0); u in [0,1)². Returns 0 if the sample is
     /// absorbed.
     STROBE_FORCE_INLINE int32_t sample(const V3f& wo, const V2f& u, V3f& wi) const {
-        // Dupuy & Benyoub, "Sampling Visible GGX Normals with Spherical Caps" (2023): where the ellipsoid is
-        // stretched to a sphere, reflections are uniform over the cap z >= -stretched.z. The frame has wo in
-        // its x-z plane, above the surface.
-        const V3f view(m_sinO, 0, std::abs(wo.z));
-        const V3f wide(m_alpha.along * view.x, 0, view.z), stretched = wide * (1 / std::sqrt(length2(wide)));
-        const V3f h = uniformCone(u, 1 + std::min(stretched.z, 1.f)) + stretched;
-        const V3f wh(m_alpha.along * h.x, m_alpha.across * h.y, std::max(h.z, 0.f));
+        const V3f view(m_viewX, m_viewY, std::abs(wo.z)), wh = visibleNormal(view, u);
         const float l2 = length2(wh);
         const V3f reflected = wh * (2 * dot(view, wh) / l2) - view;
         const V3f w = reflected * (1 / std::sqrt(length2(reflected)));
@@ -131,11 +160,28 @@ class GgxReflection {
         wi.z = wo.z < 0 ? -w.z : w.z;
         return (l2 > 1e-14f) & (w.z > 0); // no half vector, or wi below the horizon
     }
+    /// Draws a visible normal for wo.z >= 0 and fixed axes; (0,0,1) where there is none.
+    STROBE_FORCE_INLINE V3f sampleNormal(const V3f& wo, const V2f& u) const {
+        const V3f wh = visibleNormal(wo, u);
+        const float l2 = length2(wh);
+        return l2 > 1e-14f ? wh * (1 / std::sqrt(l2)) : V3f(0, 0, 1);
+    }
 
   private:
+    /// Draws a visible normal, not normalized (Dupuy & Benyoub, "Sampling Visible GGX Normals with Spherical
+    /// Caps", 2023): where the ellipsoid is stretched to a sphere, reflections are uniform over the cap z >=
+    /// -stretched.z. `view`: wo in the frame of the axes, above the surface.
+    STROBE_FORCE_INLINE V3f visibleNormal(const V3f& view, const V2f& u) const {
+        const V3f wide(m_alpha.along * view.x, m_alpha.across * view.y, view.z);
+        const V3f stretched = wide * (1 / std::sqrt(length2(wide)));
+        const V3f h = uniformCone(u, 1 + std::min(stretched.z, 1.f)) + stretched;
+        return {m_alpha.along * h.x, m_alpha.across * h.y, std::max(h.z, 0.f)};
+    }
+
     GgxAlpha m_alpha;
-    float m_invAlong2, m_invAcross2, m_sinO, m_max;
-    float m_cosPhi, m_sinPhi; ///< of the azimuth of wo
+    float m_invAlong2, m_invAcross2, m_max;
+    float m_cosPhi, m_sinPhi; ///< of the first axis
+    float m_viewX, m_viewY;   ///< wo in the frame of the axes
 };
 
 } // namespace strobe

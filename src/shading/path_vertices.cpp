@@ -23,12 +23,23 @@ void computeFootprints(Counters& counters, const Material& material, int begin, 
 
 /// Returns the shading normal `n` with the material's normal map applied.
 V3f mappedNormal(const Scene& scene, const VertexChunk& v, int i, const V3f& n) {
-    V3f dpdu, dpdv;
-    scene.tangents(v.hits.at(i), v.time[i], dpdu, dpdv);
-    const V3f t = normalize(dpdu - n * dot(n, dpdu));
-    const V3f b = cross(n, t);
-    const V3f local = v.surface.material[i]->tangentNormal(v.textureQueries().at(i));
-    return t * local.x + b * std::copysign(local.y, local.y * dot(b, dpdv)) + n * local.z;
+    TangentFrame frame;
+    scene.tangents(v.hits.at(i), v.time[i], frame.dpdu, frame.dpdv);
+    frame.n = n;
+    const TriangleMesh* mesh = scene.geometry(v.hits.at(i)).placed.shape.mesh.get();
+    frame.hasVertexNormals = mesh && !mesh->normals.empty();
+    return v.surface.material[i]->mappedNormal(v.textureQueries().at(i), frame);
+}
+
+/// Returns the shading normal `n`, turned as little as necessary for the mirror direction of `wo` to lie
+/// above the geometric surface. `n`: as returned by visibleNormal.
+V3f normalOfVisibleMirror(const V3f& n, const V3f& ng, const V3f& wo) {
+    constexpr float kMinCosine = 0.02f;
+    const float side = dot(wo, ng) < 0 ? -1.f : 1.f;
+    const V3f up = ng * side;
+    const V3f mirrored = n * (2 * dot(n, wo)) - wo;
+    const float missing = std::min(kMinCosine, dot(wo, up)) - dot(mirrored, up);
+    return missing > 0 ? normalizeAny(wo + normalizeAny(mirrored + up * missing)) * side : n;
 }
 
 /// Returns the shading normal `n`, turned until it lies above the surface and on the side of the viewer.
@@ -48,10 +59,13 @@ void adjustShadingNormal(const Scene& scene, ShadingNormal kind, VertexChunk& v,
     V3f ng = v.surface.ng.at(i);
     V3f n = v.surface.ns.at(i);
     RawSurfacePoint::finishNormals(ng, n, v.surface.orientation[i]);
+    const V3f wo = v.wo.at(i);
     if (kind == ShadingNormal::Mapped)
-        n = mappedNormal(scene, v, i, n);
+        n = normalOfVisibleMirror(visibleNormal(mappedNormal(scene, v, i, n), ng, wo), ng, wo);
+    else
+        n = visibleNormal(n, ng, wo);
     v.surface.ng.set(i, ng);
-    v.surface.ns.set(i, visibleNormal(n, ng, v.wo.at(i)));
+    v.surface.ns.set(i, n);
     v.surface.orientation[i] = 1;
 }
 
@@ -85,7 +99,26 @@ void evaluateSurfaces(const Scene& scene, Counters& counters, VertexChunk& v) {
     counters.surfaces += uint64_t(v.count);
 }
 
+namespace {
+
+/// Replaces mixes by the materials that stand for them at each point.
+void chooseMaterials(Counters& counters, VertexChunk& v) {
+    const TextureQuerySoA queries = v.textureQueries();
+    v.forMaterialRuns([&](const Material& material, int begin, int end) {
+        const MaterialFlags& flags = material.flags();
+        std::fill(v.isTextured + begin, v.isTextured + end, flags.textured);
+        if (!flags.isMix)
+            return;
+        computeFootprints(counters, material, begin, end, v);
+        for (int i = begin; i < end; ++i)
+            v.surface.material[i] = &material.chosen(queries.at(i));
+    });
+}
+
+} // namespace
+
 void prepareBsdfs(Counters& counters, VertexChunk& v) {
+    chooseMaterials(counters, v);
     const TextureQuerySoA queries = v.textureQueries();
     v.forMaterialRuns([&](const Material& material, int begin, int end) {
         for (int i = begin; i < end; ++i)
@@ -101,9 +134,9 @@ void prepareBsdfs(Counters& counters, VertexChunk& v) {
 void divideByAlbedo(PathBatch& batch, VertexChunk& v) {
     constexpr float kBlack = 1e-4f; // a black albedo carries no light to other points
     v.forMaterialRuns([&](const Material& material, int begin, int end) {
-        if (!material.flags().textured)
-            return;
         for (int i = begin; i < end; ++i) {
+            if (!v.isTextured[i])
+                continue;
             Path& path = batch.paths[v.path[i]];
             if (path.component != LightComponent::Indirect)
                 continue;
@@ -147,7 +180,7 @@ void recordFirstVertices(PathBatch& batch, const VertexChunk& v) {
         first.n = first.isFront ? v.ng.at(i) : -v.ng.at(i);
         first.coneWidth = v.coneWidth[i];
         first.direct = path.radiance; // before direct light
-        first.albedo = material.flags().textured ? beta * material.albedo(v.bsdf[i]) : beta;
+        first.albedo = v.isTextured[i] ? beta * material.albedo(v.bsdf[i]) : beta;
     }
 }
 

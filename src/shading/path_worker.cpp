@@ -102,7 +102,7 @@ void PathWorker::prepareVertices(int bounce) {
     if (bounce == 0)
         divideByAlbedo(m_batch, m_vertices);
     adjustShadingNormals(m_context.scene, m_vertices);
-    completeVertices(m_vertices);
+    completeVertices(m_context.scene, m_vertices);
     if (!m_batch.firstVertices.empty())
         recordFirstVertices(m_batch, m_vertices);
 }

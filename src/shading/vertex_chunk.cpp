@@ -67,6 +67,16 @@ STROBE_TARGET_CLONES void computeFrames(VertexChunk& v) {
     }
 }
 
+/// Turns the shading frame of a vertex such that its x axis lies along dp/du.
+void alignFrame(const Scene& scene, VertexChunk& v, int i) {
+    V3f dpdu, dpdv;
+    scene.tangents(v.hits.at(i), v.time[i], dpdu, dpdv);
+    const Frame f = Frame::fromNormalTangent(v.n.at(i), dpdu);
+    v.s.set(i, f.s);
+    v.t.set(i, f.t);
+    v.woLocal.set(i, f.toLocal(v.wo.at(i)));
+}
+
 } // namespace
 
 void VertexSoA::gather(const VertexSoA& from, std::span<const int32_t> vertices, int repetitions) {
@@ -74,11 +84,13 @@ void VertexSoA::gather(const VertexSoA& from, std::span<const int32_t> vertices,
                     int(vertices.size()), repetitions);
 }
 
-void completeVertices(VertexChunk& v) {
+void completeVertices(const Scene& scene, VertexChunk& v) {
     computeFrames(v);
     alignas(64) int32_t vertices[kSoAWidth];
     std::iota(vertices, vertices + v.count, 0);
     v.forMaterialRuns([&](const Material& m, int begin, int end) {
+        for (int i = begin; m.flags().needsTangents && i < end; ++i)
+            alignFrame(scene, v, i);
         m.maxPdfSoA({v.bsdf, vertices, v.woLocal, begin, end, nullptr}, v.maxPdf);
     });
 }

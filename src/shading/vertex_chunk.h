@@ -37,10 +37,11 @@ struct VertexChunk : VertexSoA {
     V2SoA duvdx, duvdy; ///< texture footprint; 0 where the material needs none
     Bsdf bsdf[kSoAWidth];
     bool isSmooth[kSoAWidth];            ///< MaterialFlags::smooth
+    bool isTextured[kSoAWidth];          ///< MaterialFlags::textured, of a mix before the choice
     alignas(64) float maxPdf[kSoAWidth]; ///< an upper bound of the BSDF's pdf per solid angle
 
     TextureQuerySoA textureQueries() const {
-        return {surface.uv, surface.p, duvdx, duvdy, surface.prim, hits.u, hits.v};
+        return {surface.uv, surface.p, duvdx, duvdy, surface.prim, hits.u, hits.v, surface.ng, coneWidth};
     }
     /// Returns the ray that leaves vertex i along `wi` (unit); `cosWi` = dot(wi, ng).
     Ray spawnRay(int i, const V3f& wi, float cosWi) const {
@@ -81,6 +82,6 @@ struct VertexChunk : VertexSoA {
 
 /// Computes normals, shading frames, offsets and BSDF pdf bounds of the vertices from their surfaces and
 /// BSDFs: the last step of filling a chunk.
-void completeVertices(VertexChunk& v);
+void completeVertices(const Scene& scene, VertexChunk& v);
 
 } // namespace strobe

@@ -26,7 +26,7 @@ class Checkerboard : public Texture {
   public:
     Checkerboard(Input a, Input b, const Mapping2D& mapping, bool isFiltered)
         : m_a(std::move(a)), m_b(std::move(b)), m_mapping(mapping),
-          m_isFiltered(isFiltered && mapping.hasFootprint() && !m_a.equals(m_b)) {}
+          m_isFiltered(isFiltered && !m_a.equals(m_b)) {}
 
     Rgb rgb(const TextureQuery& q) const override {
         const float w = tex2Fraction(q);
@@ -64,8 +64,8 @@ class Checkerboard : public Texture {
 
 class Checkerboard3D : public Texture {
   public:
-    Checkerboard3D(Input a, Input b, const M44f& fromWorld)
-        : m_a(std::move(a)), m_b(std::move(b)), m_fromWorld(fromWorld) {}
+    Checkerboard3D(Input a, Input b, const Mapping3D& mapping)
+        : m_a(std::move(a)), m_b(std::move(b)), m_mapping(mapping) {}
     Rgb rgb(const TextureQuery& q) const override { return (isOdd(q) ? m_b : m_a).rgb(q); }
     float value(const TextureQuery& q) const override { return (isOdd(q) ? m_b : m_a).value(q); }
     bool needsFootprint() const override { return m_a.needsFootprint() || m_b.needsFootprint(); }
@@ -73,11 +73,11 @@ class Checkerboard3D : public Texture {
 
   private:
     bool isOdd(const TextureQuery& q) const {
-        const V3f p = transformPoint(m_fromWorld, q.p);
+        const V3f p = m_mapping.point(q);
         return std::fmod(std::floor(p.x) + std::floor(p.y) + std::floor(p.z), 2.f) != 0;
     }
     Input m_a, m_b;
-    M44f m_fromWorld;
+    Mapping3D m_mapping;
 };
 
 TexturePtr create(const ParamSet& params, const BuildContext& context, const TextureArgs& args) {
@@ -89,7 +89,7 @@ TexturePtr create(const ParamSet& params, const BuildContext& context, const Tex
         parseWord<bool>(params, kAaMode, {{"none", false}, {"closedform", true}, {"supersample", true}});
     const Mapping2D mapping(params, context, args);
     if (dimension == 3)
-        return std::make_shared<const Checkerboard3D>(std::move(a), std::move(b), args.toWorld.inverse());
+        return std::make_shared<const Checkerboard3D>(std::move(a), std::move(b), Mapping3D(context, args));
     return std::make_shared<const Checkerboard>(std::move(a), std::move(b), mapping, isFiltered);
 }
 

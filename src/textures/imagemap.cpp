@@ -64,7 +64,7 @@ class ImageMap : public Texture {
         for (int i = begin; i < end; ++i)
             out.set(i, scaledAndInverted(out.at(i)));
     }
-    bool needsFootprint() const override { return m_settings.isFiltered && m_mapping.hasFootprint(); }
+    bool needsFootprint() const override { return m_settings.isFiltered; }
 
   private:
     Rgb scaledAndInverted(const Rgb& stored) const {

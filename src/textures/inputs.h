@@ -46,8 +46,8 @@ struct TexturePoint {
 /// Returns the parameters of mappings for plugin tables.
 std::vector<ParamInfo> mappingParams();
 
-/// A mapping to two dimensions, "uv" or "planar". A planar mapping has no footprint, because a TextureQuery
-/// has no footprint of the position: its textures are point-sampled.
+/// A mapping to two dimensions: "uv", "planar", "spherical" or "cylindrical". The mappings of the position
+/// take the footprint to be a sphere of diameter TextureQuery::width.
 class Mapping2D {
   public:
     /// Reads mapping, uscale, vscale, udelta, vdelta, v1 and v2. Throws a located Error for an unknown
@@ -56,13 +56,33 @@ class Mapping2D {
     TexturePoint at(const TextureQuery& q) const;
     /// Maps the queries `begin` to `end`.
     void atSoA(const TextureQuerySoA& q, int begin, int end, TexturePointSoA& out) const;
-    bool hasFootprint() const { return !m_isPlanar; }
 
   private:
-    bool m_isPlanar;
+    enum class Kind { Uv, Planar, Spherical, Cylindrical };
+    TexturePoint planar(const V3f& p, float width) const;
+    static TexturePoint spherical(const V3f& p, float width);
+    TexturePoint cylindrical(V3f p, float width) const;
+
+    Kind m_kind;
+    bool m_isProjected; ///< cylindrical mappings of pbrt-v2 and v3: points are projected to the unit sphere
     V2f m_scale, m_delta;
     V3f m_v1{0}, m_v2{0};
-    M44f m_fromWorld; ///< for planar: to texture space; the identity under pbrt-v2's conventions
+    M44f m_fromWorld;       ///< to texture space; the identity for planar mappings of pbrt-v2 and v3
+    float m_widthScale = 1; ///< of the footprint, by m_fromWorld
+};
+
+/// A mapping to three dimensions: the point in texture space, and the width of the footprint there.
+class Mapping3D {
+  public:
+    /// Files of pbrt-v2 and v3 apply the transformation of the texture to the point, as these versions do;
+    /// all others apply its inverse.
+    Mapping3D(const BuildContext& context, const TextureArgs& args);
+    V3f point(const TextureQuery& q) const { return transformPoint(m_fromWorld, q.p); }
+    float width(const TextureQuery& q) const { return q.width * m_widthScale; }
+
+  private:
+    M44f m_fromWorld;
+    float m_widthScale;
 };
 
 } // namespace strobe

@@ -115,6 +115,11 @@ std::vector<NamedMaterial> smoothMaterials() {
                             {rgbParam("basecolor", Rgb(base)), floatParam("metallic", metallic),
                              floatParam("roughness", roughness)});
     };
+    const auto anisotropic = [](float metallic, float u, float v) {
+        return makeMaterial(metallicRoughnessPlugin(),
+                            {rgbParam("basecolor", Rgb(.7f)), floatParam("metallic", metallic),
+                             floatParam("roughness", u), floatParam("vroughness", v)});
+    };
     const auto minnaert = [](float exponent) {
         return makeMaterial(minnaertPlugin(), {rgbParam("Kd", Rgb(1)), floatParam("exponent", exponent)});
     };
@@ -148,6 +153,8 @@ std::vector<NamedMaterial> smoothMaterials() {
             {"metallic-roughness dielectric", metallicRoughness(.6f, 0, .5f)},
             {"metallic-roughness rough metal", metallicRoughness(.9f, 1, .9f)},
             {"metallic-roughness half metal", metallicRoughness(.8f, .5f, .3f)},
+            {"metallic-roughness anisotropic", anisotropic(1, .4f, .8f)},
+            {"metallic-roughness anisotropic dielectric", anisotropic(0, .9f, .3f)},
             {"metallic-roughness sharp metal", metallicRoughness(.9f, 1, .15f), true, true},
             {"metallic-roughness white", metallicRoughness(1, 0, .6f), false},
             {"metallic-roughness coated", coated()},

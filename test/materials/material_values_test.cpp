@@ -170,17 +170,5 @@ TEST(Glass, IndexMayBeASpectrum) {
     }
 }
 
-TEST(Glass, RoughnessIsIgnoredWithOneWarning) {
-    std::vector<std::string> warnings;
-    Diagnostics diagnostics([&](const std::string& text) { warnings.push_back(text); });
-    for (int i = 0; i < 2; ++i) {
-        ParamSet params;
-        params.add(floatParam("roughness", .2f));
-        glassPlugin().create(params, BuildContext{diagnostics});
-    }
-    ASSERT_EQ(warnings.size(), 1u);
-    EXPECT_NE(warnings[0].find("rough glass is not supported: it renders smooth"), std::string::npos);
-}
-
 } // namespace
 } // namespace strobe::test

@@ -372,7 +372,7 @@ TEST_F(SmoothMaterials, PrepareSoAEqualsPrepare) {
     Random random(3);
     for (int i = 0; i < kSoAWidth; ++i)
         uv.set(i, random.next2() - V2f(.2f));
-    const TextureQuerySoA q{uv, p, none, none, prim, barycentrics, barycentrics};
+    const TextureQuerySoA q{uv, p, none, none, prim, barycentrics, barycentrics, p, barycentrics};
     for (const MaterialPtr& material : materials) {
         Bsdf prepared[kSoAWidth] = {}, expected{};
         material->prepareSoA(q, 0, 5, prepared);

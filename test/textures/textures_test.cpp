@@ -141,7 +141,6 @@ TEST(Checkerboard, NeedsAFootprintOnlyIfFiltered) {
     EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {stringParam("aamode", "none")})->needsFootprint());
     EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {rgbParam("tex2", Rgb(1))})->needsFootprint());
     EXPECT_TRUE(m.make(checkerboardTexturePlugin(), {rgbParam("tex2", Rgb(1))})->isConstant());
-    EXPECT_FALSE(m.make(checkerboardTexturePlugin(), {stringParam("mapping", "planar")})->needsFootprint());
 }
 
 TEST(Checkerboard, PlanarMappingIsInWorldSpaceInPbrtV2AndInTextureSpaceOtherwise) {
@@ -154,7 +153,7 @@ TEST(Checkerboard, PlanarMappingIsInWorldSpaceInPbrtV2AndInTextureSpaceOtherwise
     q.p = V3f(1.3f, .2f, 9);
     const auto v4 = m.make(checkerboardTexturePlugin(), params, false, shift);
     EXPECT_EQ(v4->rgb(q), Rgb(0)); // s = 1 + 2 * .3
-    m.context.conventions = Conventions::PbrtV2;
+    m.context.pbrtVersion = 2;
     const auto v2 = m.make(checkerboardTexturePlugin(), params, false, shift);
     EXPECT_EQ(v2->rgb(q), Rgb(0)); // s = 1 + 2 * 1.3 = 3.6
     q.p.x = .7f;
@@ -169,7 +168,6 @@ TEST(Checkerboard, PlanarMappingIsInWorldSpaceInPbrtV2AndInTextureSpaceOtherwise
     q.p.x = .1f;
     EXPECT_EQ(v2->rgb(q), Rgb(0)); // 1.2
     EXPECT_EQ(v4->rgb(q), Rgb(0)); // -.8: odd
-    EXPECT_THROW(m.make(checkerboardTexturePlugin(), {stringParam("mapping", "spherical")}), Error);
 }
 
 TEST(Checkerboard, AlternatesInThreeDimensions) {
@@ -355,7 +353,7 @@ TEST_F(ImageMaps, RgbSoAEqualsRgb) {
         V3SoA p;
         uint32_t prim[kSoAWidth] = {};
         float barycentrics[kSoAWidth] = {};
-        const TextureQuerySoA q{uv, p, dx, dy, prim, barycentrics, barycentrics};
+        const TextureQuerySoA q{uv, p, dx, dy, prim, barycentrics, barycentrics, p, barycentrics};
         for (int i = 0; i < kSoAWidth; ++i) {
             const float size = i % 9 ? std::exp2(-8 + 10 * number(engine)) : 0;
             const float aspect = number(engine), angle = 2 * kPi * number(engine);

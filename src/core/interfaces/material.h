@@ -97,8 +97,16 @@ enum class ShadingNormal {
     /// The interpolated normal, bent if necessary such that wo is on the same side of the shading and the
     /// geometric surface.
     Visible,
-    /// The normal of Material::tangentNormal, bent as for Visible.
+    /// The normal of Material::mappedNormal, bent as for Visible, and such that the mirror direction of wo
+    /// lies above the geometric surface: else dark crescents appear where reflections would be lost.
     Mapped,
+};
+
+/// The frame of normal maps and bump maps at a surface point, in world space.
+struct TangentFrame {
+    V3f dpdu, dpdv;        ///< see Scene::tangents; zero where texture coordinates are degenerate
+    V3f n;                 ///< unit interpolated normal, on the outer side of the surface
+    bool hasVertexNormals; ///< `n` is interpolated from the vertices of a mesh
 };
 
 /// The properties of a material that do not depend on the surface point.
@@ -107,7 +115,9 @@ struct MaterialFlags {
     bool diffuse = false;      ///< mostly diffuse, so that its indirect light varies slowly over the surface
     bool textured = false;     ///< a texture modulates the reflection; see Material::albedo
     bool transmissive = false; ///< has transmissive lobes
+    bool isMix = false;        ///< stands for another material at each point; see Material::chosen
     bool needsFootprint = false;     ///< reads the footprint of TextureQuery
+    bool needsTangents = false;      ///< anisotropic: the x axis of the shading frame must lie along dp/du
     bool usesLobeSample = true;      ///< `sample` reads uc
     bool usesDirectionSample = true; ///< `sample` reads u
     ShadingNormal shadingNormal = ShadingNormal::AsIs;
@@ -120,6 +130,9 @@ class Material {
     virtual ~Material() = default;
     const MaterialFlags& flags() const { return m_flags; }
 
+    /// Returns the material that stands for a mix at a surface point; for all others, the material itself. To
+    /// be called before all other functions of a mix.
+    virtual const Material& chosen(const TextureQuery&) const { return *this; }
     /// Evaluates the textures at a surface point and writes bsdf.data. The caller sets bsdf.material.
     virtual void prepare(const TextureQuery& q, Bsdf& bsdf) const = 0;
     /// Prepares points begin … end-1; same results as `prepare`, to the bit.
@@ -158,10 +171,9 @@ class Material {
     /// Returns the approximate reflectance that the texture of a textured material modulates. Indirect light
     /// divided by the albedo is shared between neighboring points. The default is white.
     virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
-    /// For ShadingNormal::Mapped: returns the shading normal in the frame of dp/du, dp/dv (both orthogonal to
-    /// the interpolated normal) and the interpolated normal. It need not have unit length. The default is
-    /// (0,0,1).
-    virtual V3f tangentNormal(const TextureQuery&) const { return V3f(0, 0, 1); }
+    /// For ShadingNormal::Mapped: returns the shading normal in world space, of any length. The default is
+    /// the interpolated normal.
+    virtual V3f mappedNormal(const TextureQuery&, const TangentFrame& frame) const { return frame.n; }
 
   protected:
     explicit Material(const MaterialFlags& flags) : m_flags(flags) {}

@@ -7,7 +7,7 @@
 
 namespace strobe {
 
-/// The point of a texture evaluation. The footprint is zero unless needsFootprint() of the material's
+/// The point of a texture evaluation. The footprint in uv is zero unless needsFootprint() of the material's
 /// textures is true.
 struct TextureQuery {
     V2f uv;
@@ -15,6 +15,8 @@ struct TextureQuery {
     V2f duvdx{0}, duvdy{0}; ///< axes of the ray's footprint in uv, one pixel wide
     uint32_t prim = 0;      ///< triangle of a mesh
     V2f barycentrics{0};    ///< of the second and third vertex of the triangle
+    V3f n{0};               ///< geometric normal in world space, of any length and side
+    float width = 0;        ///< width of the footprint in world space, perpendicular to the ray
 };
 
 /// Texture queries as a structure of arrays, of kSoAWidth elements.
@@ -24,8 +26,10 @@ struct TextureQuerySoA {
     const V2SoA &duvdx, &duvdy;
     const uint32_t* prim;
     const float *u, *v; ///< barycentrics
+    const V3SoA& n;
+    const float* width;
     TextureQuery at(int i) const {
-        return {uv.at(i), p.at(i), duvdx.at(i), duvdy.at(i), prim[i], {u[i], v[i]}};
+        return {uv.at(i), p.at(i), duvdx.at(i), duvdy.at(i), prim[i], {u[i], v[i]}, n.at(i), width[i]};
     }
 };
 

@@ -145,27 +145,39 @@ void AovFilm::addMeans(const VisibilityBatch& batch, const VisibilitySample& sam
     }
 }
 
+/// Returns the shading frame of a material at a surface point; without normal maps.
+Frame AovFilm::shadingFrame(const Material& material, const VisibilitySample& sample,
+                            const SurfacePoint& surface) const {
+    if (!material.flags().needsTangents)
+        return Frame::fromNormal(surface.ns);
+    V3f dpdu, dpdv;
+    m_scene.tangents(sample.hit, sample.ray.time, dpdu, dpdv);
+    return Frame::fromNormalTangent(surface.ns, dpdu);
+}
+
 /// Returns an unbiased estimate of the directional albedo: the fraction of uniform white light that the
 /// material reflects or transmits towards the viewer. Exact for matte surfaces and mirrors.
 Rgb AovFilm::albedo(const VisibilityBatch& batch, const VisibilitySample& sample, const SurfacePoint& surface,
                     Counters& counters) const {
-    const Material& material = *surface.material;
     TextureQuery query;
     query.uv = surface.uv;
     query.p = surface.p;
     query.prim = sample.hit.prim;
     query.barycentrics = V2f(sample.hit.u, sample.hit.v);
-    if (material.flags().needsFootprint) {
+    query.n = surface.ng;
+    if (surface.material->flags().needsFootprint) {
         const RayCone cone = m_scene.camera().cone(sample.film);
-        footprint(surface, sample.ray.d, cone.width + sample.hit.t * cone.spread, query);
+        query.width = cone.width + sample.hit.t * cone.spread;
+        footprint(surface, sample.ray.d, query.width, query);
         ++counters.footprints;
     }
+    const Material& material = surface.material->chosen(query);
     Bsdf bsdf;
     bsdf.material = &material;
     material.prepare(query, bsdf);
     const uint64_t domain = batch.pixels[sample.pixel].domain;
     const uint32_t total = batch.samplesPerPixel;
-    const V3f wo = Frame::fromNormal(surface.ns).toLocal(-sample.ray.d);
+    const V3f wo = shadingFrame(material, sample, surface).toLocal(-sample.ray.d);
     BsdfSample bsdfSample;
     const bool isValid =
         material.sample(bsdf, wo, m_sampler.get1D(domain, sample.index, total, kDimAlbedoLobe),

@@ -44,6 +44,8 @@ class AovFilm {
     void writeNearest(Aov aov, const VisibilitySample& sample, const std::optional<SurfacePoint>& surface,
                       float* out, Counters& counters) const;
     float depth(const VisibilitySample& sample) const;
+    Frame shadingFrame(const Material& material, const VisibilitySample& sample,
+                       const SurfacePoint& surface) const;
     Rgb albedo(const VisibilityBatch& batch, const VisibilitySample& sample, const SurfacePoint& surface,
                Counters& counters) const;
     V2f motionVector(const Hit& hit, Counters& counters) const;

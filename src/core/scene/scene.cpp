@@ -179,6 +179,7 @@ Rgb Scene::emitted(const SurfacePoint& s, const Hit& hit, const V3f& w) const {
     query.p = s.p;
     query.prim = s.prim;
     query.barycentrics = V2f(hit.u, hit.v);
+    query.n = s.ng;
     return m_lights[size_t(s.light)]->emitted(s.ng, w, query);
 }
 

@@ -1,6 +1,9 @@
 #include "loader/build/material_factory.h"
 
 #include "loader/compat/pbrt_inputs.h"
+#include "materials/mix.h"
+#include "materials/normals.h"
+#include "textures/imagemap.h"
 
 namespace strobe {
 namespace {
@@ -10,20 +13,13 @@ const ParamDef<std::string> kFirst{"namedmaterial1", "", "name of the first mate
     kSecond{"namedmaterial2", "", "name of the second material"};
 const ParamDef<std::vector<std::string>> kMaterials{"materials", {}, "names of both materials"};
 const ParamDef<RgbInput> kAmount{"amount", Rgb(.5f),
-                                 "weight of the first material (pbrt-v3) or of the second (v4)"};
+                                 "weight of the first material (pbrt-v2, v3) or of the second (v4)"};
 
 /// Returns the parameters of a "matte" that reflects nothing.
 ParamSet blackMatteParams() {
     ParamSet params;
     params.add({"Kd", ParamType::Rgb, {}, {0, 0, 0}, {}, {}, false, false});
     return params;
-}
-
-/// Returns the weight of a mix: a color in pbrt-v3, a number in v4.
-float readAmount(const ParamSet& params) {
-    if (params.typeOf(kAmount) == ParamType::Float)
-        return params.get(ParamDef<float>{kAmount.name, 0, kAmount.doc});
-    return meanOf(params.get(kAmount));
 }
 
 bool isInterface(const std::string& name) { return name.empty() || name == "none" || name == "interface"; }
@@ -43,9 +39,9 @@ class MaterialFactory {
   private:
     BuiltMaterial make(Statement& statement) {
         m_factory.bindTextures(statement);
-        ignoreBumpMaps(statement);
+        const NormalsPtr normals = normalsOf(statement);
         if (statement.name == "mix")
-            return dominantOf(statement);
+            return mixOf(statement);
         BuiltMaterial built;
         if (isInterface(statement.name)) {
             built.isInterface = true;
@@ -58,22 +54,33 @@ class MaterialFactory {
             built.opacity = toGray(opacity, [](const Rgb& c) { return (c.x + c.y + c.z) / 3; });
         }
         built.material = m_factory.make(m_table, m_compat, statement, "material");
+        if (normals && built.material)
+            built.material = withNormals(built.material, normals);
         return built;
     }
 
-    /// Returns the material of a mix that has the larger weight.
-    BuiltMaterial dominantOf(const Statement& statement) {
-        m_factory.warnUnsupported(statement, "material",
-                                  "its material with the larger weight is used instead");
+    /// Creates the stochastic mix of two materials. The amount is that of the first material in pbrt-v2 and
+    /// v3, that of the second in v4.
+    BuiltMaterial mixOf(const Statement& statement) {
         const ParamSet& params = statement.params;
-        const float amount = readAmount(params);
+        const auto mean = [](const Rgb& c) { return (c.x + c.y + c.z) / 3; };
         std::vector<std::string> names = params.get(kMaterials);
         const bool isV4 = names.size() == 2;
         if (!isV4)
             names = {params.get(kFirst), params.get(kSecond)};
-        params.markAllUsed();
-        const float firstWeight = isV4 ? 1 - amount : amount;
-        return findByName(names[firstWeight < .5f ? 1 : 0], statement.where);
+        FloatInput amount = params.typeOf(kAmount) == ParamType::Float
+                                ? FloatInput(params.get(ParamDef<float>{kAmount.name, 0, kAmount.doc}))
+                                : toGray(params.get(kAmount), mean);
+        if (!isV4)
+            amount = mapped(amount, [](float a) { return 1 - a; });
+        params.reportUnused({kMaterials, kFirst, kSecond, kAmount}, !m_factory.context().isLenient,
+                            m_factory.context().diagnostics);
+        const BuiltMaterial first = findByName(names[0], statement.where),
+                            second = findByName(names[1], statement.where);
+        BuiltMaterial built = first;
+        built.isInterface = first.isInterface && second.isInterface;
+        built.material = makeMix(first.material, second.material, amount, uint32_t(m_materials.size()));
+        return built;
     }
 
     /// Returns the latest material of that name; the default material, with a warning, if there is none.
@@ -86,15 +93,36 @@ class MaterialFactory {
         return m_materials[0];
     }
 
-    void ignoreBumpMaps(const Statement& statement) {
-        if (!m_factory.context().isLenient || statement.name == "metallicroughness")
-            return;
-        for (const Param& p : statement.params.all())
-            if (p.name == "bumpmap" || p.name == "displacement" || p.name == "normalmap") {
-                p.used = true;
-                m_factory.context().diagnostics.warnOnce(
-                    "bump", p.where, "bump, displacement and normal maps are not supported and ignored");
+    /// Returns the normal or bump map of a statement; null if it has none.
+    NormalsPtr normalsOf(const Statement& statement) const {
+        if (statement.name == "metallicroughness" && !statement.params.has(kDisplacement))
+            return nullptr; // its parameter "normalmap" is its own
+        const ParamSet& params = statement.params;
+        const BuildContext& context = m_factory.context();
+        if (params.typeOf(kNormalMap) == ParamType::String)
+            return makeNormalMap(normalImage(params, context), 1);
+        if (const TexturePtr map = params.get(kNormalMap).texture)
+            return makeNormalMap(map, 1);
+        const FloatInput displacement = params.get(kDisplacement);
+        if (!displacement.texture || displacement.texture->isConstant())
+            return nullptr;
+        return makeBumpMap(displacement, !context.isLenient         ? BumpTangents::Exact
+                                         : context.pbrtVersion == 4 ? BumpTangents::EqualToDu
+                                                                    : BumpTangents::Unit);
+    }
+
+    /// Opens the image file of a normal map (pbrt-v4).
+    static TexturePtr normalImage(const ParamSet& params, const BuildContext& context) {
+        const ParamDef<FilePath> file{kNormalMap.name, {}, kNormalMap.doc};
+        params.get(file); // resolves the path, or throws
+        ParamSet image(params.whereIs(kNormalMap));
+        for (Param p : params.all())
+            if (p.name == kNormalMap.name) {
+                p.name = "filename";
+                image.add(std::move(p));
             }
+        image.add({"encoding", ParamType::String, {}, {}, {}, {"linear"}, false, false});
+        return imagemapTexturePlugin().create(image, context, TextureArgs{false, M44f()});
     }
 
     std::vector<MaterialDecl>& m_decls;

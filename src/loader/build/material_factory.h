@@ -12,8 +12,7 @@ struct BuiltMaterial {
     FloatInput opacity{1}; ///< alpha of shapes that have no alpha of their own
 };
 
-/// Returns the materials of all declarations, in order. A mix becomes the material with the larger weight.
-/// Throws located Errors.
+/// Returns the materials of all declarations, in order. Throws located Errors.
 std::vector<BuiltMaterial> makeMaterials(std::vector<MaterialDecl>& decls,
                                          const std::vector<MaterialRow>& table, PluginFactory& factory);
 

@@ -40,9 +40,14 @@
 #include "shapes/trianglemesh.h"
 #include "textures/checkerboard.h"
 #include "textures/constant.h"
+#include "textures/directionmix.h"
+#include "textures/dots.h"
+#include "textures/fbm.h"
 #include "textures/imagemap.h"
+#include "textures/marble.h"
 #include "textures/mix.h"
 #include "textures/scale.h"
+#include "textures/windy.h"
 
 #include <fmt/format.h>
 
@@ -55,7 +60,9 @@ PluginTables pluginTables() {
         .materials = {mattePlugin(), plasticPlugin(), mirrorPlugin(), glassPlugin(), metalPlugin(),
                       diffuseTransmissionPlugin(), measuredPlugin(), metallicRoughnessPlugin()},
         .textures = {constantTexturePlugin(), scaleTexturePlugin(), mixTexturePlugin(),
-                     checkerboardTexturePlugin(), imagemapTexturePlugin()},
+                     checkerboardTexturePlugin(), imagemapTexturePlugin(), fbmTexturePlugin(),
+                     wrinkledTexturePlugin(), windyTexturePlugin(), marbleTexturePlugin(),
+                     dotsTexturePlugin(), directionMixTexturePlugin()},
         .lights = {pointLightPlugin(), spotLightPlugin(), distantLightPlugin(), infiniteLightPlugin()},
         .areaLights = {diffuseAreaLightPlugin()},
         .cameras = {perspectivePlugin(), orthographicPlugin(), environmentPlugin()},
@@ -69,6 +76,11 @@ PluginTables pluginTables() {
     };
     for (auto& shape : tables.shapes)
         shape.params.push_back(kShapeName);
+    for (auto& material : tables.materials) {
+        if (material.name != "metallicroughness") // has normal maps of its own, with a scale
+            material.params.push_back(kNormalMap);
+        material.params.push_back(kDisplacement);
+    }
     for (auto& light : tables.lights)
         light.params.push_back(kLightGroup);
     for (auto& light : tables.areaLights)

@@ -39,6 +39,13 @@ struct PluginTables {
 /// Returns the tables of all plugins.
 PluginTables pluginTables();
 
+/// Parameters of all materials.
+inline const ParamDef<FloatInput> kDisplacement{
+    "displacement", 0.f, "bump map: texture of the height, in units of world space", "bumpmap"};
+inline const ParamDef<RgbInput> kNormalMap{
+    "normalmap", Rgb(.5f, .5f, 1),
+    "texture, or file name as a string, of tangent-space normals; (0.5, 0.5, 1): unperturbed"};
+
 /// A parameter of every shape; the builder reads it.
 inline const ParamDef<std::string> kShapeName{
     "name", "", "name in object ids and Cryptomatte; default: the name of the file or plugin, and a number"};

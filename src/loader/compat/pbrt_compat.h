@@ -22,7 +22,7 @@ using ShapeRow = Plugin<Shape>;
 /// Returns the materials, most of which become "metallicroughness". They include materials of pbrt-v3 and v4
 /// whose names strobe uses for other materials: those of pbrt-v2, and "measured".
 std::vector<CompatPlugin<MaterialRow>> compatMaterials();
-/// Returns the textures: bilerp and uv exactly, others as a constant near their mean.
+/// Returns the textures: bilerp and uv exactly, ptex as a gray constant.
 std::vector<CompatPlugin<TextureRow>> compatTextures();
 /// Returns the shapes, as triangles: surfaces of revolution, bilinear patches, height fields and curves.
 std::vector<CompatPlugin<ShapeRow>> compatShapes();

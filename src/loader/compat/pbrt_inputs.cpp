@@ -48,23 +48,6 @@ auto meanOverSquare(const Input& in) {
     return sum;
 }
 
-/// Returns pbrt-v3's alpha of a roughness from 0 to 1: a polynomial in its logarithm.
-float polynomialAlpha(float roughness) {
-    const float x = std::log(std::max(roughness, 1e-3f));
-    return 1.62142f + x * (0.819955f + x * (0.1734f + x * (0.0171201f + x * 0.000640711f)));
-}
-
-/// Returns the alpha at which GGX has the peak value of the normalized Blinn distribution
-/// (n·h)^(1/roughness): sqrt(2 / (exponent + 2)).
-float blinnAlpha(float roughness) { return std::sqrt(2 * roughness / (1 + 2 * roughness)); }
-
-float alphaOf(float roughness, RoughnessRule rule) {
-    const float r = std::max(roughness, 0.f);
-    return rule == RoughnessRule::BlinnExponent ? blinnAlpha(r)
-           : rule == RoughnessRule::Polynomial  ? polynomialAlpha(r)
-                                                : std::sqrt(r);
-}
-
 } // namespace
 
 FloatInput mapped(const FloatInput& in, std::function<float(float)> f) {
@@ -92,16 +75,22 @@ FloatInput combined(const FloatInput& a, const FloatInput& b, std::function<floa
 float meanOf(const RgbInput& in) { return luminance(in.texture ? meanOverSquare(in) : in.constant); }
 float meanOf(const FloatInput& in) { return in.texture ? meanOverSquare(in) : in.constant; }
 
-FloatInput readRoughness(const ParamSet& params, const RoughnessDefs& defs, RoughnessRule rule) {
-    const bool remap = params.get(defs.remap);
-    const auto toAlpha = [remap, rule](float r) { return remap ? alphaOf(r, rule) : std::max(r, 0.f); };
+Roughness readRoughness(const ParamSet& params, const RoughnessDefs& defs, RoughnessRule rule) {
+    if (!params.get(defs.remap))
+        rule = RoughnessRule::Alpha;
+    const auto converted = [rule](const FloatInput& in) {
+        return mapped(in, [rule](float r) { return std::sqrt(alphaOf(r, rule)); });
+    };
     const FloatInput both = params.get(defs.both);
     const FloatInput u = params.has(defs.u) ? params.get(defs.u) : both;
     const FloatInput v = params.has(defs.v) ? params.get(defs.v) : both;
-    // With the geometric mean of the two alphas, the lobe covers the same solid angle.
-    return combined(u, v, [toAlpha](float a, float b) {
-        return std::pow(std::min(toAlpha(a), 1.f) * std::min(toAlpha(b), 1.f), 0.25f);
-    });
+    const bool isAnisotropic =
+        (params.has(defs.u) || params.has(defs.v)) && (u.texture || v.texture || u.constant != v.constant);
+    return {converted(u), isAnisotropic ? std::optional(converted(v)) : std::nullopt};
+}
+
+FloatInput Roughness::mean() const {
+    return v ? combined(u, *v, [](float a, float b) { return std::sqrt(a * b); }) : u;
 }
 
 FloatInput readIndex(const ParamSet& params, const ParamDef<FloatInput>& def) {

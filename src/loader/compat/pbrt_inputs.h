@@ -2,8 +2,10 @@
 #pragma once
 
 #include "core/params/plugin.h"
+#include "materials/roughness.h"
 
 #include <functional>
+#include <optional>
 
 namespace strobe {
 
@@ -19,22 +21,23 @@ FloatInput combined(const FloatInput& a, const FloatInput& b, std::function<floa
 float meanOf(const RgbInput& in);
 float meanOf(const FloatInput& in);
 
-/// The mapping of roughness to the alpha of a microfacet distribution, by version of pbrt.
-enum class RoughnessRule {
-    BlinnExponent, ///< v2: the Blinn exponent is 1/roughness; alpha gives the same peak value
-    Polynomial,    ///< v3, unless remaproughness is false
-    SquareRoot     ///< v4, unless remaproughness is false
-};
-
 /// The parameters of a roughness: isotropic, along u, along v, and whether they are remapped.
 struct RoughnessDefs {
     ParamDef<FloatInput> both, u, v;
     ParamDef<bool> remap{"remaproughness", true,
                          "whether to map roughness to alpha; false: roughness is alpha"};
 };
-/// Returns the isotropic roughness of "metallicroughness", the square root of alpha. Of two different
-/// roughnesses along u and v, alpha is the geometric mean.
-FloatInput readRoughness(const ParamSet& params, const RoughnessDefs& defs, RoughnessRule rule);
+/// A roughness of "metallicroughness", the square root of alpha.
+struct Roughness {
+    FloatInput u;                                      ///< along dp/du, or in all directions
+    std::optional<FloatInput> v;                       ///< along dp/dv, if it differs
+    Roughness(FloatInput both) : u(std::move(both)) {} // NOLINT: implicit
+    Roughness(FloatInput alongU, std::optional<FloatInput> alongV)
+        : u(std::move(alongU)), v(std::move(alongV)) {}
+    /// Returns the isotropic roughness whose lobe covers the same solid angle.
+    FloatInput mean() const;
+};
+Roughness readRoughness(const ParamSet& params, const RoughnessDefs& defs, RoughnessRule rule);
 
 /// Returns an index of refraction given as a number, a texture, or a spectrum (v4), whose mean is used.
 FloatInput readIndex(const ParamSet& params, const ParamDef<FloatInput>& def);

@@ -79,11 +79,12 @@ MaterialPtr matte(const RgbInput& kd, const BuildContext& context) {
 }
 
 /// Returns the inputs of a dielectric: a diffuse base of `color` below a glossy coat.
-MetallicRoughnessInputs dielectric(const RgbInput& color, const FloatInput& roughness) {
+MetallicRoughnessInputs dielectric(const RgbInput& color, const Roughness& roughness) {
     MetallicRoughnessInputs in;
     in.baseColor = color;
     in.metallic = 0.f;
-    in.roughness = roughness;
+    in.roughness = roughness.u;
+    in.vRoughness = roughness.v;
     return in;
 }
 
@@ -93,12 +94,25 @@ void scaleGloss(MetallicRoughnessInputs& in, const RgbInput& ks) {
     in.specularColor = mapped(ks, [](const Rgb& c) { return c / std::max(maxComponent(c), 1e-6f); });
 }
 
-MaterialPtr metal(const RgbInput& reflectance, const FloatInput& roughness) {
+MaterialPtr metal(const RgbInput& reflectance, const Roughness& roughness) {
     MetallicRoughnessInputs in;
     in.baseColor = reflectance;
     in.metallic = 1.f;
-    in.roughness = roughness;
+    in.roughness = roughness.u;
+    in.vRoughness = roughness.v;
     return makeMetallicRoughness(in);
+}
+
+/// Returns a glass whose alpha is the square of `roughness`.
+MaterialPtr glass(const RgbInput& kr, const RgbInput& kt, const FloatInput& eta, const FloatInput& roughness,
+                  const BuildContext& context) {
+    GlassInputs in;
+    in.kr = kr;
+    in.kt = kt;
+    in.index = eta;
+    in.uRoughness = in.vRoughness = mapped(roughness, [](float r) { return sqr(r); });
+    in.scalesRadiance = context.conventions != Conventions::PbrtV2;
+    return makeGlass(in);
 }
 
 /// Returns the reflectance of a conductor at normal incidence, from "reflectance" or from eta and k.
@@ -141,20 +155,22 @@ const RoughnessDefs kCoatRoughness{{"interface.roughness", 0.f, "roughness of th
 MaterialPtr createCoatedConductor(const ParamSet& params, const BuildContext&) {
     constexpr float kEtaOfCoat = 1.5f; // that of the clearcoat of "metallicroughness"
     MetallicRoughnessInputs in;
-    in.roughness = readRoughness(params, kCoatedRoughness, RoughnessRule::SquareRoot);
+    const Roughness roughness = readRoughness(params, kCoatedRoughness, RoughnessRule::SquareRoot);
+    in.roughness = roughness.u;
+    in.vRoughness = roughness.v;
     const RgbInput color = params.has(kCoatedReflectance)
                                ? params.get(kCoatedReflectance)
                                : RgbInput(conductorReflectance(params.get(kCoatedEta) / kEtaOfCoat,
                                                                params.get(kCoatedK) / kEtaOfCoat));
-    in.baseColor = conductorBelowCoat(color, kEtaOfCoat, sqr(in.roughness.constant));
+    in.baseColor = conductorBelowCoat(color, kEtaOfCoat, sqr(roughness.mean().constant));
     in.metallic = 1.f;
     in.clearcoat = 1.f;
-    in.clearcoatRoughness = readRoughness(params, kCoatRoughness, RoughnessRule::SquareRoot);
+    in.clearcoatRoughness = readRoughness(params, kCoatRoughness, RoughnessRule::SquareRoot).mean();
     return makeMetallicRoughness(in);
 }
 
 MaterialPtr createPlastic(const ParamSet& params, const BuildContext& context) {
-    const FloatInput roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context));
+    const FloatInput roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context)).mean();
     return makePlasticV3(params.get(kKd), params.get(kKs), mapped(roughness, [](float r) { return r * r; }));
 }
 
@@ -176,17 +192,16 @@ const ParamDef<FloatInput> kBlinnRoughness{"roughness", .1f, "the Blinn exponent
 /// Kr. Opacity becomes the alpha of the shapes: see BuiltMaterial.
 MaterialPtr createUber(const ParamSet& params, const BuildContext& context) {
     const RgbInput kd = params.get(kKd), ks = params.get(kKs), kr = params.get(kKr), kt = params.get(kKt);
-    const FloatInput roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context));
+    const Roughness roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context));
     const FloatInput eta = readIndex(params, kEta);
     if (meanOf(kt) > std::max(meanOf(kd), meanOf(ks)))
-        return glassPlugin().create(ParamBuilder().set("Kr", kr).set("Kt", kt).set("index", eta).params(),
-                                    context);
+        return glass(kr, kt, eta, 0.f, context);
     const bool isMirror = meanOf(kr) > meanOf(ks);               // both lobes have the same Fresnel term
     if (context.conventions == Conventions::PbrtV2 && !isMirror) // its lobes are those of pbrt-v2's plastic
         return plasticPlugin().create(
             ParamBuilder().set("Kd", kd).set("Ks", ks).set("roughness", params.get(kBlinnRoughness)).params(),
             context);
-    MetallicRoughnessInputs in = dielectric(kd, isMirror ? FloatInput(0) : roughness);
+    MetallicRoughnessInputs in = dielectric(kd, isMirror ? Roughness(0.f) : roughness);
     in.ior = eta;
     scaleGloss(in, isMirror ? kr : ks);
     return makeMetallicRoughness(in);
@@ -214,7 +229,7 @@ MaterialPtr createDisney(const ParamSet& params, const BuildContext& context) {
         return std::sqrt(lerp(.1f, .001f, gloss)); // the square root of Disney's alpha
     });
     if (!isThin && meanOf(transmission) > .5f)
-        return glassPlugin().create(ParamBuilder().set("Kt", color).set("index", eta).params(), context);
+        return glass(Rgb(1), color, eta, in.roughness, context);
     if (isThin)
         in.transmission = transmission;
     return makeMetallicRoughness(in);
@@ -241,9 +256,9 @@ MaterialPtr createThinDielectric(const ParamSet& params, const BuildContext&) {
 MaterialPtr createShinyMetal(const ParamSet& params, const BuildContext& context) {
     const RgbInput ks = params.get(withDefault(kKs, RgbInput(Rgb(1)))),
                    kr = params.get(withDefault(kKr, RgbInput(Rgb(1))));
-    const FloatInput roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context));
+    const Roughness roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context));
     const bool isMirror = meanOf(kr) > meanOf(ks);
-    return metal(isMirror ? kr : ks, isMirror ? FloatInput(0) : roughness);
+    return metal(isMirror ? kr : ks, isMirror ? Roughness(0.f) : roughness);
 }
 
 MaterialPtr createKdSubsurface(const ParamSet& params, const BuildContext& context) {

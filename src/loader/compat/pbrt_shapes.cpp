@@ -44,9 +44,11 @@ const ParamDef<V3f> kP1{"p1", V3f(0), "start of the line that is revolved"},
     kP2{"p2", V3f(1), "end of the line"};
 
 /// Returns the surface of revolution about z of a profile curve: profile(v), v from 0 to 1, is the radius and
-/// the height. `steps`: number of segments along the profile.
-Shape revolve(const ParamSet& params, const BuildContext& context, const std::function<V2f(float)>& profile,
-              int steps) {
+/// the height. `steps`: number of segments along the profile. `start`: angle about z at which the sweep
+/// starts, by v.
+Shape revolve(
+    const ParamSet& params, const BuildContext& context, const std::function<V2f(float)>& profile, int steps,
+    const std::function<float(float)>& start = [](float) { return 0.f; }) {
     constexpr int kAround = 96;    // deviates from the circle by less than 1/1000 of the radius
     constexpr float kStep = 1e-3f; // of the derivative of the profile
     const float sweep = radians(std::clamp(params.get(kPhiMax), 0.f, 360.f));
@@ -59,8 +61,8 @@ Shape revolve(const ParamSet& params, const BuildContext& context, const std::fu
         const V2f derivative = (profile(after) - profile(before)) / (after - before);
         for (int i = 0; i <= kAround; ++i) {
             const float u = float(i) / kAround;
-            const float c = std::cos(u * sweep);
-            const float s = std::sin(u * sweep);
+            const float c = std::cos(start(v) + u * sweep);
+            const float s = std::sin(start(v) + u * sweep);
             grid.addVertex({p.x * c, p.x * s, p.y}, {derivative.y * c, derivative.y * s, -derivative.x},
                            {u, v});
         }
@@ -98,7 +100,11 @@ Shape createHyperboloid(const ParamSet& params, const BuildContext& context) {
         const V3f p = lerp(a, b, v);
         return V2f(std::hypot(p.x, p.y), p.z);
     };
-    return revolve(params, context, profile, 48);
+    const auto start = [=](float v) {
+        const V3f p = lerp(a, b, v);
+        return std::atan2(p.y, p.x);
+    };
+    return revolve(params, context, profile, 48, start);
 }
 
 const ParamDef<std::vector<V2f>> kUv{"uv", {}, "two texture coordinates per vertex", "st"};

@@ -52,27 +52,6 @@ class UvColors final : public Texture {
     Mapping2D m_mapping;
 };
 
-/// A blend of two inputs with constant weights.
-class Blend final : public Texture {
-  public:
-    Blend(Input a, Input b, float weightOfA) : m_a(std::move(a)), m_b(std::move(b)), m_weight(weightOfA) {}
-    Rgb rgb(const TextureQuery& q) const override {
-        return m_a.rgb(q) * m_weight + m_b.rgb(q) * (1 - m_weight);
-    }
-    bool needsFootprint() const override { return m_a.needsFootprint() || m_b.needsFootprint(); }
-    bool isConstant() const override { return m_a.isConstant() && m_b.isConstant(); }
-
-  private:
-    Input m_a, m_b;
-    float m_weight;
-};
-
-const InputDef kInside{"inside", 1, "value in the dots"}, kOutside{"outside", 0, "value around the dots"};
-const InputDef kTex1{"tex1", 0, "value where the surface faces the direction"},
-    kTex2{"tex2", 1, "value elsewhere"};
-/// Mean coverage by dots: half of the cells have one, of radius 0.35.
-constexpr float kDotCoverage = .5f * kPi * .35f * .35f;
-
 using CreateTexture = std::function<TexturePtr(const ParamSet&, const BuildContext&, const TextureArgs&)>;
 
 /// Returns the `create` of a constant texture that ignores its parameters.
@@ -83,21 +62,9 @@ CreateTexture constantTexture(const Rgb& c) {
     };
 }
 
-/// Returns the `create` of a blend of two inputs, which ignores all other parameters.
-CreateTexture blendTexture(const InputDef& a, const InputDef& b, float weightOfA) {
-    return [&a, &b, weightOfA](const ParamSet& params, const BuildContext&,
-                               const TextureArgs& args) -> TexturePtr {
-        auto texture =
-            std::make_shared<const Blend>(Input(params, args, a), Input(params, args, b), weightOfA);
-        params.markAllUsed();
-        return texture;
-    };
-}
-
 } // namespace
 
 std::vector<CompatPlugin<TextureRow>> compatTextures() {
-    const std::string mean = "a constant near its mean is used instead";
     std::vector<ParamInfo> corners{kV00.color, kV01.color, kV10.color, kV11.color};
     const std::vector<ParamInfo> mapping = mappingParams();
     corners.insert(corners.end(), mapping.begin(), mapping.end());
@@ -112,12 +79,6 @@ std::vector<CompatPlugin<TextureRow>> compatTextures() {
               return std::make_shared<const UvColors>(Mapping2D(params, context, args));
           }},
          ""},
-        {{"dots", "", {kInside.color, kOutside.color}, blendTexture(kInside, kOutside, kDotCoverage)}, mean},
-        {{"directionmix", "", {kTex1.color, kTex2.color}, blendTexture(kTex1, kTex2, .5f)}, mean},
-        {{"fbm", "", {}, constantTexture(Rgb(0))}, mean},        // signed noise
-        {{"wrinkled", "", {}, constantTexture(Rgb(.4f))}, mean}, // sum of the magnitudes of octaves
-        {{"windy", "", {}, constantTexture(Rgb(0))}, mean},
-        {{"marble", "", {}, constantTexture(Rgb(.45f, .45f, .5f))}, mean},
         {{"ptex", "", {}, constantTexture(Rgb(.5f))}, "a gray constant is used instead"},
     };
 }

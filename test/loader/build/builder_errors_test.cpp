@@ -261,7 +261,9 @@ Material "mate")",
          2, 1, R"(unknown material "mate"; did you mean "matte"?)" + known(tables.materials)},
         {R"(WorldBegin
 Material "matte" "rgb Kd" [.5 .5 .5] "float sigmaa" 3)",
-         2, 38, R"(unknown parameter "sigmaa"; did you mean "sigma"? (known: Kd, reflectance, sigma))"},
+         2, 38,
+         R"(unknown parameter "sigmaa"; did you mean "sigma"? (known: Kd, reflectance, sigma, normalmap, )"
+         "displacement, bumpmap)"},
         {R"(WorldBegin
 Material "matte" "float Kd" .5)",
          2, 18, R"(parameter "Kd" must be rgb or spectrum or blackbody or texture, not float)"},

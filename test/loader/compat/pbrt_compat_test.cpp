@@ -280,26 +280,36 @@ Shape "sphere" "float zmin" -.5)");
     EXPECT_THROW(rendered(R"(Include "ball.pbrt" "float radiu" )"), Error);
 }
 
-TEST(CompatPlugin, MixIsItsMaterialOfLargerWeight) {
-    const std::string two = R"(MakeNamedMaterial "a" "string type" "matte" "rgb Kd" [.8 .1 .1]
-MakeNamedMaterial "b" "string type" "matte" "rgb Kd" [.1 .1 .8]
+/// A mix of two mattes under uniform light is as bright as their mean. The amount is the weight of the first
+/// material in pbrt-v3, of the second in v4.
+TEST(CompatPlugin, MixesHaveTheMeanOfTheirMaterials) {
+    const std::string two = R"(MakeNamedMaterial "a" "string type" "matte" "rgb Kd" [.8 .8 .8]
+MakeNamedMaterial "b" "string type" "matte" "rgb Kd" [.2 .2 .2]
+MakeNamedMaterial "c" "string type" "mix" "string namedmaterial1" "a" "string namedmaterial2" "b"
+Texture "half" "spectrum" "checkerboard" "rgb tex1" [0 0 0] "rgb tex2" [1 1 1] "float uscale" 100
 )";
-    const Image a = load(kV4 + kLit + two + R"(NamedMaterial "a" )" + kBall).image;
-    const Image b = load(kV4 + kLit + two + R"(NamedMaterial "b" )" + kBall).image;
-    const auto mix = [&](const std::string& parameters) {
+    const auto mean = [&](const std::string& parameters) {
         const Loaded loaded = load(kV4 + kLit + two + R"(Material "mix" )" + parameters + kBall);
-        EXPECT_EQ(
-            loaded.warnings,
-            std::vector<std::string>{
-                R"(material "mix" is not supported; its material with the larger weight is used instead)"});
-        return loaded.image;
+        EXPECT_EQ(loaded.warnings, std::vector<std::string>{});
+        double sum = 0;
+        for (const Rgb& c : loaded.image.pixels)
+            sum += c.y;
+        return sum;
     };
     const std::string v3 = R"("string namedmaterial1" "a" "string namedmaterial2" "b" )";
-    EXPECT_TRUE(equal(mix(v3 + R"("rgb amount" [.7 .7 .7] )"), a)); // v3: weight of the first
-    EXPECT_TRUE(equal(mix(v3 + R"("rgb amount" [.3 .3 .3] )"), b));
-    EXPECT_TRUE(
-        equal(mix(R"("string materials" ["a" "b"] "float amount" .7 )"), b)); // v4: weight of the second
-    EXPECT_TRUE(equal(mix(R"("string materials" ["a" "b"] "float amount" .3 )"), a));
+    const std::string v4 = R"("string materials" ["a" "b"] )";
+    const double bright = mean(v3 + R"("rgb amount" [1 1 1] )"), dark = mean(v3 + R"("rgb amount" [0 0 0] )");
+    EXPECT_GT(bright, dark + 10);
+    EXPECT_EQ(mean(v4 + R"("float amount" 0 )"), bright);
+    const auto weightOfFirst = [&](const std::string& parameters) {
+        return (mean(parameters) - dark) / (bright - dark);
+    };
+    EXPECT_NEAR(weightOfFirst(v3 + R"("rgb amount" [.7 .7 .7] )"), .7, .05);
+    EXPECT_NEAR(weightOfFirst(v4 + R"("float amount" .7 )"), .3, .05);
+    EXPECT_NEAR(weightOfFirst(v3 + R"("texture amount" "half" )"), .5, .05);
+    EXPECT_NEAR(weightOfFirst(R"("string materials" ["a" "c"] "float amount" .5 )"), .75, .05);
+    EXPECT_THROW(load(kV4 + kLit + two + R"(Material "mix" "float amont" 1 )" + v4 + kBall, "t.scene"),
+                 Error);
 }
 
 TEST(CompatPlugin, BoundariesOfMediaAreSkippedUnlessTheyEmit) {
@@ -407,10 +417,6 @@ ObjectEnd
     EXPECT_EQ(warning(R"(LightSource "laser" "float size" 2 )"), R"(unknown light "laser"; it is skipped)");
     EXPECT_EQ(warning(R"(Shape "trianglemesh" "point P" [] "integer indices" [] )"),
               "note: a mesh without triangles is ignored");
-    EXPECT_EQ(warning(R"(Material "matte" "float bumpmap" 1
-Material "glass" "float bumpmap" 1
-)"),
-              "bump, displacement and normal maps are not supported and ignored");
     EXPECT_EQ(warning(R"(Shape "sphere" "float sheen" 1
 Shape "sphere" "float sheen" 1
 )"),
@@ -440,7 +446,6 @@ ObjectBegin "o"
 AttributeEnd
 ObjectEnd
 )",
-                             R"(Material "matte" "float bumpmap" 1 )",
                              R"(Shape "trianglemesh" "point P" [] "integer indices" [] )"})
         EXPECT_THROW(load(kV4 + kLit + text, "test.scene"), Error) << text;
 }
