@@ -2,10 +2,51 @@
 
 #include "cameras/placed_camera.h"
 #include "cameras/shutter.h"
+#include "core/math/equal_area.h"
 
 namespace strobe {
 
 namespace {
+
+const ParamDef<std::string> kMapping{"mapping", "equirectangular",
+                                     "equirectangular: latitude-longitude; equalarea: octahedral (pbrt-v4), "
+                                     "the default of the name \"spherical\""};
+
+/// The octahedral equal-area mapping. y is up, as in the other mapping.
+class EqualAreaCamera final : public Camera {
+  public:
+    explicit EqualAreaCamera(const CameraArgs& args)
+        : m_placement(args.toWorld, args.shutter), m_resolution(args.resolution) {}
+
+    void rays(const CameraSample* samples, int n, Ray* out) const override {
+        for (int i = 0; i < n; ++i) {
+            const CameraSample& s = samples[i];
+            const M44f m = m_placement.at(s.time);
+            const V3f w = equalAreaDirection(s.film / m_resolution);
+            out[i] = {transformPoint(m, V3f(0)), normalize(transformVector(m, {w.x, w.z, w.y})), s.time};
+        }
+    }
+    RayCone cone(const V2f&) const override {
+        return {0, std::sqrt(4 * kPi / (m_resolution.x * m_resolution.y))};
+    }
+    bool hasLens() const override { return false; }
+    bool moves() const override { return m_placement.moves(); }
+    V3f position(float time) const override { return transformPoint(m_placement.at(time), V3f(0)); }
+    V3f viewpoint(const V3f&, const V2f&, float time) const override { return position(time); }
+    std::optional<FilmPoint> project(const V3f& p, float time) const override {
+        const float distance = length(p - position(time));
+        if (!(distance > 0))
+            return std::nullopt;
+        float depth;
+        const V3f q = normalize(m_placement.toCamera(p, time, depth));
+        return FilmPoint{equalAreaPoint({q.x, q.z, q.y}) * m_resolution, distance};
+    }
+    V2f filmStep(const V2f& from, const V2f& to) const override { return to - from; }
+
+  private:
+    CameraPlacement m_placement;
+    V2f m_resolution; ///< in pixels
+};
 
 class EnvironmentCamera final : public Camera {
   public:
@@ -55,8 +96,10 @@ class EnvironmentCamera final : public Camera {
     V2f m_perPixel; ///< azimuth and polar angle of one pixel, in radians
 };
 
-std::shared_ptr<const Camera> createEnvironment(const ParamSet&, const BuildContext&,
+std::shared_ptr<const Camera> createEnvironment(const ParamSet& params, const BuildContext&,
                                                 const CameraArgs& args) {
+    if (parseWord<bool>(params, kMapping, {{"equirectangular", false}, {"equalarea", true}}))
+        return std::make_shared<EqualAreaCamera>(args);
     return std::make_shared<EnvironmentCamera>(args);
 }
 
@@ -64,8 +107,8 @@ std::shared_ptr<const Camera> createEnvironment(const ParamSet&, const BuildCont
 
 Plugin<std::shared_ptr<const Camera>, const CameraArgs&> environmentPlugin() {
     return {"environment",
-            "all directions, as a latitude-longitude image",
-            {kShutterOpen, kShutterClose},
+            "all directions, as a latitude-longitude image or an octahedral map",
+            {kMapping, kShutterOpen, kShutterClose},
             createEnvironment};
 }
 

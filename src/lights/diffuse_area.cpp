@@ -2,6 +2,7 @@
 
 #include "core/image/image.h"
 #include "lights/emission.h"
+#include "lights/light_image.h"
 #include "lights/mesh_light.h"
 #include "lights/placement.h"
 #include "lights/quadric_light.h"
@@ -14,7 +15,9 @@ namespace {
 const ParamDef<Rgb> kL{"L", Rgb(1), "emitted radiance, W/(m² sr)"};
 const ParamDef<RgbInput> kTexture{"texture", Rgb(1), "texture that scales L; meshes only"};
 const ParamDef<FilePath> kImage{
-    "filename", {}, "image of the radiance over the shape; replaced by its mean with a warning"};
+    "filename",
+    {},
+    "image of the radiance over the shape's texture coordinates; of quadrics, its mean is used"};
 const ParamDef<bool> kTwoSided{"twosided", false,
                                "emission on both sides instead of the side of the surface normal only"};
 
@@ -34,18 +37,37 @@ void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Diagnostics
         diagnostics.warn(params.where(), "the alpha of the shape is ignored when its light is sampled");
 }
 
-/// Returns the mean color of the image and warns that the image is not used otherwise.
-Rgb imageMean(const ParamSet& params, const BuildContext& context) {
-    const Location where = params.whereIs(kImage);
-    context.diagnostics.warnOnce("area light image", where,
-                                 "images on area lights are not supported: the mean of the image is used");
-    const std::filesystem::path path = params.get(kImage).path;
-    const Image image = readImage(
-        path, where, ColorEncoding::fromFileRules(*context.colorConfig, path, where, {ColorEncoding::Srgb}));
-    Rgb sum(0);
-    for (const Rgb& c : image.pixels)
-        sum += c / float(image.pixels.size());
-    return sum;
+/// An image over texture coordinates, interpolated bilinearly. Row 0 is at v = 1; it does not repeat.
+class ImageEmission final : public Texture {
+  public:
+    explicit ImageEmission(Image image) : m_image(std::move(image)) {}
+    Rgb rgb(const TextureQuery& q) const override {
+        return bilinear(m_image, {q.uv.x, 1 - q.uv.y}, Wrap::Clamp);
+    }
+    Rgb mean() const {
+        Rgb sum(0);
+        for (const Rgb& c : m_image.pixels)
+            sum += c / float(m_image.pixels.size());
+        return sum;
+    }
+
+  private:
+    Image m_image;
+};
+
+/// Multiplies the emission by the image "filename"; for shapes other than meshes by its mean, with a warning.
+void applyImage(const ParamSet& params, const BuildContext& context, const AreaLightArgs& args,
+                Emission& emission) {
+    if (emission.texture)
+        throw Error(params.whereIs(kImage), "an area light has either \"texture\" or \"filename\"");
+    auto image = std::make_shared<const ImageEmission>(readLightImage(params, kImage, context));
+    if (args.shape.shape.mesh) {
+        emission.texture = std::move(image);
+        return;
+    }
+    context.diagnostics.warnOnce("area light image", params.whereIs(kImage),
+                                 "images on area lights are supported on meshes only: the mean is used");
+    emission.radiance *= image->mean();
 }
 
 std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext& context,
@@ -54,7 +76,7 @@ std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext&
     if (emission.texture && !args.shape.shape.mesh)
         throw Error(params.whereIs(kTexture), "\"texture\" is supported on meshes only");
     if (params.has(kImage))
-        emission.radiance *= imageMean(params, context);
+        applyImage(params, context, args, emission);
     std::shared_ptr<SurfaceLight> light = makeLight(args.shape, emission);
     if (params.has(kPower) && light->area() > 0) {
         emission.radiance *=

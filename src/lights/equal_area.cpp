@@ -1,11 +1,8 @@
 #include "lights/equal_area.h"
 
 namespace strobe {
-namespace {
 
-/// Returns the bilinearly interpolated pixel at `p` in [0,1]². Beyond an edge, pixels wrap as on an
-/// octahedron: the edge is mirrored at its center.
-Rgb lookup(const Image& image, const V2f& p) {
+Rgb equalAreaLookup(const Image& image, const V2f& p) {
     const int n = image.width;
     const auto pixel = [&](int x, int y) {
         if (x < 0 || x >= n) {
@@ -25,21 +22,6 @@ Rgb lookup(const Image& image, const V2f& p) {
            (pixel(x, y + 1) * (1 - dx) + pixel(x + 1, y + 1) * dx) * dy;
 }
 
-} // namespace
-
-V2f equalAreaPoint(const V3f& w) {
-    const float x = std::abs(w.x), y = std::abs(w.y), z = std::abs(w.z);
-    // A spherical cap around the pole maps to a square around the center of the same relative area.
-    const float r = std::sqrt(std::max(1 - z, 0.f)), phi = x + y > 0 ? std::atan2(y, x) * (2 / kPi) : 0;
-    float u = r * (1 - phi), v = r * phi; // phi: in quarter turns
-    if (w.z < 0) {                        // the lower hemisphere is folded outwards over the diagonal
-        const float unfolded = u;
-        u = 1 - v;
-        v = 1 - unfolded;
-    }
-    return {(std::copysign(u, w.x) + 1) / 2, (std::copysign(v, w.y) + 1) / 2};
-}
-
 Image toLatitudeLongitude(const Image& equalArea) {
     // Supersampling per axis. Near the equator, pixels of both images cover about the same solid angle.
     constexpr int kSub = 2;
@@ -52,8 +34,8 @@ Image toLatitudeLongitude(const Image& equalArea) {
                 const float phi = (float(x) + (float(k % kSub) + .5f) / kSub) / float(out.width) * 2 * kPi;
                 const float theta = (float(y) + (float(k / kSub) + .5f) / kSub) / float(out.height) * kPi;
                 const float s = std::sin(theta);
-                sum += lookup(equalArea,
-                              equalAreaPoint({s * std::cos(phi), s * std::sin(phi), std::cos(theta)}));
+                sum += equalAreaLookup(
+                    equalArea, equalAreaPoint({s * std::cos(phi), s * std::sin(phi), std::cos(theta)}));
             }
             out.pixels.push_back(sum / float(kSub * kSub));
         }

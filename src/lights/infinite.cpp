@@ -4,6 +4,7 @@
 #include "core/math/sampling.h"
 #include "lights/environment_map.h"
 #include "lights/equal_area.h"
+#include "lights/light_image.h"
 #include "lights/placement.h"
 
 #include <optional>
@@ -161,10 +162,7 @@ std::optional<EnvironmentMap> readMap(const ParamSet& params, const BuildContext
         return std::nullopt;
     const Location where = params.whereIs(kMap);
     const std::filesystem::path path = params.get(kMap).path;
-    const ColorEncoding defaultEncoding{context.conventions == Conventions::PbrtV4 ? ColorEncoding::Srgb
-                                                                                   : ColorEncoding::Linear};
-    Image image = readImage(path, where,
-                            ColorEncoding::fromFileRules(*context.colorConfig, path, where, defaultEncoding));
+    Image image = readLightImage(params, kMap, context);
     if (image.width < 1 || image.height < 1)
         throw Error(where, "the environment map is empty");
     if (int64_t(image.width) * image.height > kMaxImagePixels)

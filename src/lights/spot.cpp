@@ -17,7 +17,7 @@ const ParamDef<float> kConeDelta{"conedeltaangle", 5, "width of the falloff insi
 
 const ParamDef<std::string> kFalloff{"falloff", "",
                                      "falloff at the edge: quartic, smoothstep or squared (glTF); default: "
-                                     "quartic under pbrt-v2's conventions, smoothstep under pbrt-v4's"};
+                                     "quartic in files of pbrt-v2 and v3, else smoothstep"};
 
 /// Returns 1 - cos θ of an angle, accurate for narrow cones.
 float oneMinusCosDegrees(float degrees) { return 2 * sqr(std::sin(radians(degrees) / 2)); }
@@ -65,7 +65,8 @@ class SpotLight final : public DeltaLight {
 
 Falloff falloffFrom(const ParamSet& params, const BuildContext& context) {
     if (params.get(kFalloff).empty())
-        return context.conventions == Conventions::PbrtV2 ? Falloff::Quartic : Falloff::Smoothstep;
+        return context.pbrtVersion < 4 || context.conventions == Conventions::PbrtV2 ? Falloff::Quartic
+                                                                                     : Falloff::Smoothstep;
     return parseWord<Falloff>(
         params, kFalloff,
         {{"quartic", Falloff::Quartic}, {"smoothstep", Falloff::Smoothstep}, {"squared", Falloff::Squared}});

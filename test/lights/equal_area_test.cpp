@@ -25,6 +25,18 @@ TEST(EqualArea, MapsKnownDirections) {
     EXPECT_NEAR(below.y, 1, 1e-3f);
 }
 
+TEST(EqualArea, DirectionsAreTheInverse) {
+    for (int i = 0; i < 2000; ++i) {
+        const V3f w = uniformSphere({(float(i) + .5f) / 2000, float(i % 61) / 61});
+        const V3f back = equalAreaDirection(equalAreaPoint(w));
+        EXPECT_NEAR(length2(back - w), 0, 1e-9f);
+        EXPECT_NEAR(length2(back), 1, 1e-5f);
+    }
+    const V2f beyond(1.1f, .3f), same(.9f, .7f); // the edge u = 1 is mirrored at (1, 1/2)
+    EXPECT_NEAR(length2(equalAreaDirection(beyond) - equalAreaDirection(same)), 0, 1e-10f);
+    EXPECT_NEAR(length2(equalAreaDirection({.2f, -.1f}) - equalAreaDirection({.8f, .1f})), 0, 1e-10f);
+}
+
 TEST(EqualArea, EqualAreasHaveEqualSolidAngles) {
     constexpr int kSide = 8, kSamples = 512;
     std::vector<int> counts(kSide * kSide);

@@ -23,13 +23,11 @@ std::string usedInstead(const std::string& name) {
     return name.empty() ? "it is skipped" : "\"" + name + "\" is used instead";
 }
 
-/// The image of a "projection" light becomes the cone of a "spot": half of its field of view.
-void projectionToSpot(ParamSet& params) {
-    for (Param& p : params.all())
-        if (p.name == "fov" && p.floats.size() == 1) {
-            p.name = "coneangle";
-            p.floats[0] /= 2;
-        }
+/// pbrt-v4's "spherical" camera has another default than "environment".
+void setSphericalMapping(ParamSet& params) {
+    const ParamDef<std::string> mapping{"mapping", "", ""};
+    if (!params.has(mapping))
+        params.add({mapping.name, ParamType::String, {}, {}, {}, {"equalarea"}});
 }
 
 } // namespace
@@ -84,8 +82,8 @@ bool PluginFactory::resolveAlias(Statement& statement, const char* kind) {
     if (it == aliases.end())
         return false;
     const PluginAlias& alias = it->second;
-    if (statement.name == "projection")
-        projectionToSpot(statement.params);
+    if (statement.name == "spherical")
+        setSphericalMapping(statement.params);
     if (!alias.isExact) {
         statement.params.markAllUsed(); // of another plugin: none is reported as unread
         warnUnsupported(statement, kind, usedInstead(alias.name));

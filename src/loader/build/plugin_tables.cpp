@@ -15,8 +15,10 @@
 #include "integrators/supersample.h"
 #include "lights/diffuse_area.h"
 #include "lights/distant.h"
+#include "lights/goniometric.h"
 #include "lights/infinite.h"
 #include "lights/point.h"
+#include "lights/projection.h"
 #include "lights/spot.h"
 #include "loader/build/film_plugin.h"
 #include "loader/parser/gltf_decl.h"
@@ -63,7 +65,8 @@ PluginTables pluginTables() {
                      checkerboardTexturePlugin(), imagemapTexturePlugin(), fbmTexturePlugin(),
                      wrinkledTexturePlugin(), windyTexturePlugin(), marbleTexturePlugin(),
                      dotsTexturePlugin(), directionMixTexturePlugin()},
-        .lights = {pointLightPlugin(), spotLightPlugin(), distantLightPlugin(), infiniteLightPlugin()},
+        .lights = {pointLightPlugin(), spotLightPlugin(), distantLightPlugin(), infiniteLightPlugin(),
+                   goniometricLightPlugin(), projectionLightPlugin()},
         .areaLights = {diffuseAreaLightPlugin()},
         .cameras = {perspectivePlugin(), orthographicPlugin(), environmentPlugin()},
         .samplers = {independentPlugin(), stratifiedPlugin(), sobolPlugin()},
@@ -104,11 +107,7 @@ std::map<std::string, PluginAliases> allPluginAliases() {
         {"sampler", samplerPluginAliases()},
         {"film", {{"rgb", {"image", true}}, {"gbuffer", {"image", false}}, {"spectral", {"image", false}}}},
         {"area light", {{"area", {"diffuse", true}}}},
-        {"light",
-         {{"exinfinite", {"infinite", true}},
-          {"projection", {"spot", false}},
-          {"goniometric", {"point", false}},
-          {"goniophotometric", {"point", false}}}},
+        {"light", {{"exinfinite", {"infinite", true}}, {"goniophotometric", {"goniometric", true}}}},
         {"pixel filter", {{"lanczossinc", {"sinc", true}}}},
         {"camera", {{"spherical", {"environment", true}}, {"realistic", {"perspective", false}}}},
         {"shape", {{"nurbs", {}}}},
