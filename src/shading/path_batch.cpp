@@ -33,6 +33,7 @@ void Path::start(const RequestSoA& requests, int i) {
     index = requests.index[i];
     total = requests.total[i];
     component = requests.component[i];
+    isAbsorbed = false;
     specularBounce = true;
     stage = PathStage::Camera;
     sampledLightIsDirect = true;

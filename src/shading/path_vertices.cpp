@@ -83,6 +83,9 @@ void gatherHits(const Scene& scene, PathBatch& batch, std::span<const uint32_t> 
             v.missed[v.missedCount++] = index;
             continue;
         }
+        if (path.isAbsorbed) // Beer's law
+            for (int c = 0; c < 3; ++c)
+                path.beta[c] *= std::exp(-path.absorption[c] * path.hit.t);
         const int i = v.count++;
         path.cone.width += path.hit.t * path.cone.spread;
         v.path[i] = index;

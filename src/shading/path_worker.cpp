@@ -32,6 +32,13 @@ PathStage nextStage(PathStage stage, bool isDelta) {
     return isDelta ? PathStage::Camera : PathStage::FirstHit;
 }
 
+/// Sets the medium of a path that crosses the surface of vertex `i` to the side of `cosWi`.
+void enterMedium(const Scene& scene, const VertexChunk& v, int i, float cosWi, Path& path) {
+    const Geometry& geometry = scene.geometry(v.hits.at(i));
+    path.absorption = cosWi < 0 ? geometry.absorptionInside : geometry.absorptionOutside;
+    path.isAbsorbed = !isBlack(path.absorption);
+}
+
 /// Sets the ray of a path to BSDF sample k, and the inputs of its MIS weight.
 void setNextRay(Path& path, const VertexChunk& v, const BsdfSampleChunk& b, int k) {
     const int vertex = b.vertex[k];
@@ -123,6 +130,7 @@ void PathWorker::spawnRays(int bounce) {
     const VertexSampleRanges ranges(m_batch, v, std::span(b.vertex).first(size_t(b.count)));
     sampleBsdfs(ranges, bounce);
     alignas(64) float uRoulette[kSoAWidth];
+    const bool hasMedia = m_context.scene.hasMedia();
     const bool usesRoulette = settings.hasIndirectLight && bounce >= kFirstRouletteBounce;
     if (usesRoulette)
         m_context.sampler.fill1D(ranges, vertexDimension(bounce, kDimRoulette), uRoulette);
@@ -135,6 +143,8 @@ void PathWorker::spawnRays(int bounce) {
         if (isBlack(path.beta) || (usesRoulette && !survivesRoulette(path, uRoulette[k])))
             continue;
         setNextRay(path, v, b, k);
+        if (hasMedia && b.bsdf.transmits[k])
+            enterMedium(m_context.scene, v, b.vertex[k], b.cosWi[k], path);
         m_batch.next.push_back(index);
         m_nextRays.add(path.ray, index);
     }

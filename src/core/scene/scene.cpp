@@ -54,9 +54,11 @@ Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
         m_needsFootprint |= material->flags().needsFootprint;
     constexpr size_t kLargeMesh = 4096; // triangles, about 100 kB
     for (const Group& group : m_groups)
-        for (const Geometry& geometry : group.geometries)
+        for (const Geometry& geometry : group.geometries) {
             if (const TriangleMesh* mesh = geometry.placed.shape.mesh.get())
                 m_hasLargeMeshes |= mesh->triangleCount() > kLargeMesh;
+            m_hasMedia |= !isBlack(geometry.absorptionInside) || !isBlack(geometry.absorptionOutside);
+        }
 }
 
 Rgb Scene::environment(const V3f& d) const {

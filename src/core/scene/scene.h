@@ -129,6 +129,8 @@ class Scene {
     bool moves() const;
     /// True when some material reads the texture footprint of rays.
     bool needsFootprint() const { return m_needsFootprint; }
+    /// True when some surface bounds an absorbing medium.
+    bool hasMedia() const { return m_hasMedia; }
     /// Returns the geometry that was hit. `hit` must not be empty.
     const Geometry& geometry(const Hit& hit) const {
         const uint32_t group = hit.instance == kNone ? 0 : m_instances[hit.instance].group;
@@ -194,6 +196,7 @@ class Scene {
     bool m_showsBackground;
     bool m_needsFootprint = false;
     bool m_hasLargeMeshes = false;
+    bool m_hasMedia = false;
     std::unique_ptr<const Tracer> m_tracer;
 };
 

@@ -84,6 +84,9 @@ struct Geometry {
     int material = 0;
     int light = -1;     ///< index into Scene::lights, outside of instances (see Instance::lights)
     std::string name{}; ///< see ObjectNames
+    /// Absorption coefficients of the media inside and outside of the surface, per unit length of world
+    /// space.
+    Rgb absorptionInside{0}, absorptionOutside{0};
 };
 
 /// Geometry that is instanced together: one Embree scene. Group 0 is the geometry outside of instances.

@@ -2,6 +2,7 @@
 
 #include "cameras/shutter.h"
 #include "core/util/resource_policy.h"
+#include "loader/build/deformation_fit.h"
 #include "loader/build/geometry_builder.h"
 #include "loader/build/gltf_scene.h"
 #include "loader/build/integrator_setup.h"
@@ -236,6 +237,13 @@ class SceneBuilder::Impl {
     }
 
     void makeMaterials() {
+        for (const MediumDecl& medium : m_description.media) {
+            m_denseMaterials.push_back(isBlack(medium.scattering) ? -1 : int(m_description.materials.size()));
+            if (!isBlack(medium.scattering))
+                m_description.materials.push_back({"dense medium",
+                                                   {"metallicroughness", ParamSet(), {}},
+                                                   makeDenseMedium(medium.absorption, medium.scattering)});
+        }
         for (MaterialDecl& decl : m_description.materials)
             m_setup.materialNames.push_back(materialName(decl));
         m_materials = strobe::makeMaterials(m_description.materials, m_tables.materials, m_factory);
@@ -253,7 +261,22 @@ class SceneBuilder::Impl {
         decl.shape.params = ParamSet(); // releases most of the description's memory
         if (shape.mesh && !shape.mesh->alpha.texture && shape.mesh->alpha.constant >= 1)
             shape.mesh->alpha = material.opacity;
+        if (isFilledDensely(decl, shape))
+            decl.material = m_denseMaterials[size_t(decl.insideMedium)];
         return shape;
+    }
+
+    /// Returns whether a shape of glass contains a medium through which little light passes unscattered.
+    bool isFilledDensely(const ShapeDecl& decl, const Shape& shape) const {
+        constexpr float kDense = 4; // optical depth along the diameter
+        if (decl.insideMedium < 0 || m_denseMaterials[size_t(decl.insideMedium)] < 0 ||
+            !(shape.mesh || shape.quadric) ||
+            !m_materials[size_t(decl.material)].material->flags().transmissive)
+            return false;
+        const Box3f box = shape.mesh ? meshBounds(*shape.mesh) : shape.quadric->bounds();
+        const float scale = std::cbrt(std::abs(determinant3(decl.toParent.keys().front())));
+        const Rgb& scattering = m_description.media[size_t(decl.insideMedium)].scattering;
+        return length(box.size()) * scale * maxComponent(scattering) > kDense;
     }
 
     /// Returns the lights of a frame. Static lights are created once.
@@ -286,6 +309,7 @@ class SceneBuilder::Impl {
     Shutter m_shutter;
     const std::vector<CompatPlugin<ShapeRow>> m_compatShapes = compatShapes();
     std::vector<BuiltMaterial> m_materials; ///< by declaration
+    std::vector<int> m_denseMaterials;      ///< by medium: index into m_materials, or -1
     std::vector<std::optional<std::shared_ptr<const Light>>>
         m_lights; ///< by declaration; empty: to be created
     const bool m_isTransparent;

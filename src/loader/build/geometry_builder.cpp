@@ -132,9 +132,15 @@ class GeometryBuilder {
                 }
                 padForEmbree(*mesh);
             }
-            m_groups[group].geometries.push_back({std::move(placed), decl.material, -1, decl.name});
+            m_groups[group].geometries.push_back({std::move(placed), decl.material, -1, decl.name,
+                                                  absorption(decl.insideMedium),
+                                                  absorption(decl.outsideMedium)});
             m_areaLightDecls[group].push_back(decl.areaLight);
         }
+    }
+
+    Rgb absorption(int medium) const {
+        return medium < 0 ? Rgb(0) : m_description.media[size_t(medium)].absorption;
     }
 
     /// `inWorld`: `toParent` leads to the world, else to the space of an object.

@@ -73,6 +73,8 @@ bool PluginFactory::isCompat(const Statement& statement) const {
         const std::string file = statement.params.get(ParamDef<std::string>{"filename", "", ""});
         return file.ends_with(".bsdf");
     }
+    if (statement.name == "sphere" || statement.name == "disk") // strobe's have no alpha
+        return statement.params.has(ParamDef<FloatInput>{"alpha", 1, ""});
     return !m_strict && m_context.conventions == Conventions::PbrtV4; // strobe's are those of pbrt-v2
 }
 

@@ -22,9 +22,14 @@ using ShapeRow = Plugin<Shape>;
 /// Returns the materials, most of which become "metallicroughness". They include materials of pbrt-v3 and v4
 /// whose names strobe uses for other materials: those of pbrt-v2, and "measured".
 std::vector<CompatPlugin<MaterialRow>> compatMaterials();
+/// Returns the opaque material that looks like a dense medium behind a smooth boundary: diffuse, below a
+/// glossy coat. `scattering`: reduced by the phase function.
+std::shared_ptr<const Material> makeDenseMedium(const Rgb& absorption, const Rgb& scattering);
+
 /// Returns the textures: bilerp and uv exactly, ptex as a gray constant.
 std::vector<CompatPlugin<TextureRow>> compatTextures();
-/// Returns the shapes, as triangles: surfaces of revolution, bilinear patches, height fields and curves.
+/// Returns the shapes, as triangles: surfaces of revolution (also spheres and disks with alpha), bilinear
+/// patches, height fields and curves.
 std::vector<CompatPlugin<ShapeRow>> compatShapes();
 
 /// Returns the diagonal, in mm, of the film behind pbrt's "realistic" camera.

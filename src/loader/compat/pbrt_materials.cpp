@@ -329,6 +329,10 @@ MaterialPtr createGray(const ParamSet& params, const BuildContext& context) {
 
 } // namespace
 
+std::shared_ptr<const Material> makeDenseMedium(const Rgb& absorption, const Rgb& scattering) {
+    return makeMetallicRoughness(dielectric(slabReflectance(absorption, scattering), Roughness(0.f)));
+}
+
 std::vector<CompatPlugin<MaterialRow>> compatMaterials() {
     const std::string gloss = "\"metallicroughness\" is used instead";
     const std::string gray = "a gray \"matte\" is used instead";

@@ -77,6 +77,31 @@ Shape createCylinder(const ParamSet& params, const BuildContext& context) {
     return revolve(
         params, context, [=](float v) { return V2f(radius, lerp(z0, z1, v)); }, 1);
 }
+/// A sphere with cutouts. zmin and zmax clip it.
+Shape createSphere(const ParamSet& params, const BuildContext& context) {
+    const float radius = params.get(kRadius);
+    const auto angle = [&](const ParamDef<float>& def, float fallback) { // from -z
+        const float z = params.has(def) ? std::clamp(params.get(def), -radius, radius) : fallback;
+        return std::acos(std::clamp(-z / radius, -1.f, 1.f));
+    };
+    const float first = angle(kZMin, -radius), last = angle(kZMax, radius);
+    const auto profile = [=](float v) {
+        const float theta = lerp(first, last, v);
+        return V2f(radius * std::sin(theta), -radius * std::cos(theta));
+    };
+    return revolve(params, context, profile, 96);
+}
+const ParamDef<float> kDiskHeight{"height", 0, "z of the disk"};
+const ParamDef<float> kInnerRadius{"innerradius", 0, "radius of the hole"};
+
+/// A disk with cutouts. v is 0 at the edge and 1 in the center, as in pbrt.
+Shape createDisk(const ParamSet& params, const BuildContext& context) {
+    const float radius = params.get(kRadius);
+    const float height = params.get(kDiskHeight);
+    const float inner = params.get(kInnerRadius);
+    return revolve(
+        params, context, [=](float v) { return V2f(lerp(radius, inner, v), height); }, 16);
+}
 Shape createCone(const ParamSet& params, const BuildContext& context) {
     const float radius = params.get(kRadius);
     const float height = params.get(kHeight);
@@ -232,6 +257,9 @@ Shape createCurve(const ParamSet& params, const BuildContext& context) {
 std::vector<CompatPlugin<ShapeRow>> compatShapes() {
     const std::string triangles = "it is converted to triangles";
     return {
+        {{"sphere", "", {kRadius, kZMin, kZMax, kPhiMax, kAlpha, kShadowAlpha}, createSphere}, triangles},
+        {{"disk", "", {kDiskHeight, kRadius, kInnerRadius, kPhiMax, kAlpha, kShadowAlpha}, createDisk},
+         triangles},
         {{"cylinder", "", {kRadius, kZMin, kZMax, kPhiMax, kAlpha, kShadowAlpha}, createCylinder}, triangles},
         {{"cone", "", {kRadius, kHeight, kPhiMax, kAlpha, kShadowAlpha}, createCone}, triangles},
         {{"paraboloid", "", {kRadius, kZMin, kZMax, kPhiMax, kAlpha, kShadowAlpha}, createParaboloid},

@@ -47,6 +47,12 @@ struct MaterialDecl {
     std::shared_ptr<const Material> prebuilt{};
 };
 
+/// A homogeneous medium: coefficients per unit length of world space, the scattering coefficient reduced by
+/// the phase function.
+struct MediumDecl {
+    Rgb absorption{0}, scattering{0};
+};
+
 struct AreaLightDecl {
     Statement light;
     int group = 0; ///< index of the light group; see lightGroupIndex
@@ -60,7 +66,8 @@ struct ShapeDecl {
     bool reverseOrientation = false;
     std::string name{}; ///< empty: see ObjectNames
     Shape prebuilt{};
-    bool isPerFrame = false; ///< exists for one frame of a sequence
+    bool isPerFrame = false;                   ///< exists for one frame of a sequence
+    int insideMedium = -1, outsideMedium = -1; ///< indices into SceneDescription::media; -1: vacuum
 };
 
 struct InstanceDecl {
@@ -101,6 +108,7 @@ struct SceneDescription {
 
     std::vector<TextureDecl> textures;
     std::vector<MaterialDecl> materials; ///< [0] is the default material
+    std::vector<MediumDecl> media;
     std::vector<AreaLightDecl> areaLights;
     std::vector<LightDecl> lights;
     std::vector<ObjectDecl> objects;

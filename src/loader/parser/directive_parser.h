@@ -43,6 +43,7 @@ class DirectiveParser {
         int material = 0;
         int areaLight = -1;
         bool reverseOrientation = false;
+        int insideMedium = -1, outsideMedium = -1; ///< indices into SceneDescription::media; -1: vacuum
         std::shared_ptr<const Defaults> defaults = std::make_shared<Defaults>(); ///< of Attribute, by target
     };
     /// An open AttributeBegin, TransformBegin or ObjectBegin.
@@ -120,8 +121,12 @@ class DirectiveParser {
     void colorSpace(const Call&);
     void accelerator(const Call&);
     void ignore(const Call&); ///< of directives with one name and parameters
-    void ignoreMediumInterface(const Call&);
     void warnIgnored(const Call&);
+
+    // Media (medium_directives.cpp).
+    void makeNamedMedium(const Call&);
+    void mediumInterface(const Call&);
+    int readMedium(const Call&); ///< reads a name; -1: vacuum
 
     // The world (world_directives.cpp).
     void attribute(const Call&);
@@ -157,7 +162,7 @@ class DirectiveParser {
     Location m_worldBegin, m_worldEnd, m_end;
     int m_object = -1; ///< index of the object being defined; -1: none
     std::map<std::string, std::vector<M44d>> m_coordinateSystems;
-    std::map<std::string, int> m_floatTextures, m_rgbTextures, m_namedMaterials, m_objects;
+    std::map<std::string, int> m_floatTextures, m_rgbTextures, m_namedMaterials, m_objects, m_media;
 };
 
 /// Returns the keys of a map.

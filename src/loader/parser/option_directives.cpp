@@ -119,15 +119,6 @@ void DirectiveParser::accelerator(const Call& call) {
 void DirectiveParser::ignore(const Call& call) {
     readString(call, "a name");
     readRawParameters(call);
-    m_looksLikeV4 |= call.name == "MakeNamedMedium";
-    warnIgnored(call);
-}
-
-void DirectiveParser::ignoreMediumInterface(const Call& call) {
-    readString(call, "the name of a medium");
-    if (m_lexer->peek() == TokenKind::String)
-        readString(call, "the name of a medium");
-    m_looksLikeV4 = true;
     warnIgnored(call);
 }
 

@@ -140,8 +140,8 @@ const std::map<std::string, DirectiveParser::Directive, std::less<>>& DirectiveP
         {"AreaLightSource", {world, &P::areaLightSource}},
         {"Shape", {world, &P::shape}},
         {"Volume", {world, &P::ignore}},
-        {"MakeNamedMedium", {any, &P::ignore}},
-        {"MediumInterface", {any, &P::ignoreMediumInterface}},
+        {"MakeNamedMedium", {any, &P::makeNamedMedium}},
+        {"MediumInterface", {any, &P::mediumInterface}},
     };
     return table;
 }

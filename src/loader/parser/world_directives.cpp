@@ -126,8 +126,16 @@ void DirectiveParser::shape(const Call& call) {
     Statement statement = readStatement(call, "shape");
     if (statement.name == "gltf")
         return addGltf(readGltf(statement.params, m_isStrict, m_diagnostics));
-    target().shapes.push_back({std::move(statement), keyed(call.where), m_state.material, m_state.areaLight,
-                               m_state.reverseOrientation});
+    target().shapes.push_back({std::move(statement),
+                               keyed(call.where),
+                               m_state.material,
+                               m_state.areaLight,
+                               m_state.reverseOrientation,
+                               {},
+                               {},
+                               false,
+                               m_state.insideMedium,
+                               m_state.outsideMedium});
 }
 
 void DirectiveParser::objectInstance(const Call& call) {

@@ -503,6 +503,31 @@ TEST(CompatPlugin, ShapesFaceOutwards) {
     }
 }
 
+/// Spheres and disks with alpha are triangles on the same surface, with the same texture coordinates.
+TEST(CompatPlugin, SpheresAndDisksWithAlphaAreMeshes) {
+    const std::string mask = R"(Texture "mask" "float" "checkerboard" "float uscale" 8 "float vscale" 8
+)";
+    EXPECT_LT(deviation(mask + R"(Shape "sphere" "float radius" 2 "texture alpha" "mask" )",
+                        [](const V3f& p) { return std::sqrt(length2(p)) - 2; }),
+              1e-5f);
+    EXPECT_LT(deviation(mask + R"(Shape "disk" "float height" 3 "texture alpha" "mask" )",
+                        [](const V3f& p) { return p.z - 3; }),
+              1e-6f);
+    const std::string uv = R"(Texture "uv" "spectrum" "uv" Material "matte" "texture Kd" "uv" )";
+    for (const char* shape :
+         {R"(Shape "sphere" "float zmin" -.3 "float phimax" 270 )",
+          R"(Shape "disk" "float radius" 1.2 "float innerradius" .2 "float phimax" 300 )"}) {
+        const Image exact = load(kV4 + kLit + uv + shape).image;
+        const Image mesh = load(kV4 + kLit + uv + shape + R"("float alpha" 1 )").image;
+        double difference = 0, sum = 0;
+        for (size_t i = 0; i < exact.pixels.size(); ++i) {
+            difference += std::abs(exact.pixels[i].y - mesh.pixels[i].y);
+            sum += exact.pixels[i].y;
+        }
+        EXPECT_LT(difference, .02 * sum) << shape;
+    }
+}
+
 /// The name of a .pbrt file of test/loader/compat/exporters.
 class Exporters : public testing::TestWithParam<const char*> {};
 

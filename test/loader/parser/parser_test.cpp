@@ -273,7 +273,7 @@ TEST(Parser, UnsupportedDirectivesAreIgnoredWithOneWarningPerKind) {
         Volume "homogeneous" "color sigma_a" [1 1 1] Volume "homogeneous" Shape "sphere")",
                     "t.pbrt");
     EXPECT_EQ(parsed.error, "");
-    EXPECT_EQ(parsed.warnings.size(), 7u);
+    EXPECT_EQ(parsed.warnings.size(), 6u);
     EXPECT_EQ(parsed.scene.world.shapes.size(), 1u);
     EXPECT_EQ(parsed.warnings[2].substr(0, parsed.warnings[2].find('\n')),
               "t.pbrt:1:38: warning: VolumeIntegrator is ignored: participating media are not supported");
