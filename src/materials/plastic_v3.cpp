@@ -9,9 +9,13 @@
 namespace strobe {
 namespace {
 
-/// Returns pbrt-v3's Fresnel term of plastic. As in v2, it is evaluated for light from inside the dielectric:
-/// 1 beyond 41.8° from the half vector. Scenes are tuned to it.
-inline float pbrtFresnel(float cosHalf) { return fresnelDielectric(cosHalf, 1.5f, 1.f); }
+/// Returns pbrt-v3's Fresnel term of plastic. On the outside of the surface, it is that of light from inside
+/// the dielectric: 1 beyond 41.8° from the half vector. On the inside, it is that of light from outside.
+STROBE_FORCE_INLINE float pbrtFresnel(float cosHalf, bool isOutside) {
+    const float outside = fresnelDielectric(cosHalf, 1.5f, 1.f);
+    const float inside = fresnelDielectric(cosHalf, 1.f, 1.5f);
+    return isOutside ? outside : inside;
+}
 
 /// The lobe of LobeMaterial.
 struct Data {
@@ -21,11 +25,13 @@ struct Data {
     float diffuse, gloss; ///< luminances of Kd and Ks
 
     /// Returns the probability of sampling the glossy lobe: its approximate fraction of the albedo for wo,
-    /// limited to [.1, .9]. The Fresnel step at sinθ = 1/1.5 is smoothed by the width of the lobe.
+    /// limited to [.1, .9]. On the outside, the Fresnel step at sinθ = 1/1.5 is smoothed by the width of the
+    /// lobe.
     STROBE_FORCE_INLINE float glossProbability(const V3f& wo) const {
         const float sinO = safeSqrt(1 - wo.z * wo.z);
         const float step = std::min(std::max((sinO - 1 / 1.5f) / (alpha + .01f) + .5f, 0.f), 1.f);
-        const float glossAlbedo = gloss * lerp(.06f, 1.f, step);
+        const float grazing = sqr(1 - std::min(std::abs(wo.z), 1.f));
+        const float glossAlbedo = gloss * lerp(.06f, 1.f, wo.z > 0 ? step : sqr(grazing));
         const float fraction = std::min(std::max(glossAlbedo / (glossAlbedo + diffuse), .1f), .9f);
         const float singleLobe = gloss > 0 ? 1.f : 0.f;
         return gloss > 0 && diffuse > 0 ? fraction : singleLobe;
@@ -44,7 +50,8 @@ struct Data {
         // G = 1 / (1 + Λo + Λi).
         const float maskingO = masking(wo), maskingI = masking(wi);
         const float both = maskingO * cosI + maskingI * cosO - cosO * cosI; // (1 + Λo + Λi) cosO cosI
-        const float glossy = density * maskingO * cosI / std::max(both, 1e-12f) * pbrtFresnel(cosHalf);
+        const float glossy =
+            density * maskingO * cosI / std::max(both, 1e-12f) * pbrtFresnel(cosHalf, sum.z > 0);
         const bool isReflection = wo.z * wi.z > 0;
         const float glossPdf = isReflection ? density : 0.f, diffusePdf = isReflection ? cosI * kInvPi : 0.f;
         return {r * cosI + kr * glossy, g * cosI + kg * glossy, b * cosI + kb * glossy,

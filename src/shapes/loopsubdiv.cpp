@@ -28,6 +28,10 @@ Shape createLoopSubdiv(const ParamSet& params, const BuildContext& context) {
     mesh->indices = std::move(fine.indices);
     mesh->positions = std::move(fine.positions);
     mesh->normals = std::move(fine.normals);
+    if (context.isLenient) // pbrt takes the neighbors of a vertex clockwise
+        for (auto& key : mesh->normals)
+            for (V3f& n : key)
+                n = -n;
     return {mesh, nullptr};
 }
 

@@ -60,6 +60,7 @@ struct NamedMaterial {
     MaterialPtr material;
     bool conservesEnergy = true; ///< the parameters are physically plausible
     bool isSharp = false;        ///< the lobe is only a few degrees wide
+    bool isTwoSided = true;      ///< both sides are alike
 };
 
 /// Returns every smooth material with ordinary and extreme parameters.

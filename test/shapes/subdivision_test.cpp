@@ -192,6 +192,19 @@ TEST(LoopSubdiv, LevelsMayBeNamedNlevelsOrLevels) {
     EXPECT_EQ(makeShape(loopSubdivPlugin(), octahedron().ints("levels", {2})).mesh->triangleCount(), 128u);
 }
 
+TEST(LoopSubdiv, NormalsAreOnTheOtherSideInPbrtFiles) {
+    Diagnostics quiet;
+    BuildContext context{quiet};
+    for (const bool isLenient : {false, true}) {
+        context.isLenient = isLenient;
+        const TriangleMesh mesh = *loopSubdivPlugin().create(octahedron().set(), context).mesh;
+        for (size_t i = 0; i < mesh.vertexCount(); ++i) {
+            const float side = dot(mesh.normals[0][i], mesh.positions[0][i]);
+            EXPECT_TRUE(isLenient ? side < 0 : side > 0);
+        }
+    }
+}
+
 TEST(LoopSubdiv, KeysDeformTheSurface) {
     std::vector<float> numbers;
     for (const float lift : {0.f, 1.f}) {

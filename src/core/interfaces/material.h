@@ -5,9 +5,10 @@
 // The normal is not flipped towards the viewer. wo and wi both point away from the surface. wo is the
 // direction to the viewer (towards the previous path vertex), wi the direction from which light arrives.
 //
-// wo.z may be negative: the viewer may be on the inside. Reflection lobes are two-sided and must treat (wo,
-// wi) and (-wo, -wi) alike. Transmissive materials derive the side from the sign of wo.z; positive means
-// outside.
+// wo.z may be negative: the viewer may be on the inside. Reflection lobes are two-sided and treat (wo, wi)
+// and
+// (-wo, -wi) alike; pbrt-v3's plastic is the exception. Transmissive materials derive the side from the sign
+// of wo.z; positive means outside.
 //
 // The caller decides by the geometric normals whether a pair of directions is a reflection or a transmission.
 // So evalCos uses the absolute values of both cosines and does not test hemispheres, as in pbrt-v2: a lobe

@@ -195,17 +195,32 @@ Param readParam(Lexer& lexer, bool& looksLikeV4) {
     return param;
 }
 
+/// Removes the parameters that `param` replaces, as pbrt does: the last one is used, but a texture goes
+/// before a value. Returns false if `param` itself is to be dropped. Reports repeated parameters.
+bool replacesOthers(ParamSet& params, const Param& param, Diagnostics& diagnostics) {
+    const auto hasSameName = [&](const Param& p) { return p.name == param.name; };
+    const auto other = std::find_if(params.all().begin(), params.all().end(), hasSameName);
+    if (other == params.all().end())
+        return true;
+    const bool isKept = other->type != ParamType::Texture || param.type == ParamType::Texture;
+    diagnostics.warnOnce("repeated parameter " + param.name, param.where,
+                         fmt::format("parameter \"{}\" is given twice; the {} is used", param.name,
+                                     isKept && other->type == param.type ? "last value"
+                                     : isKept                            ? "last one"
+                                                                         : "texture"));
+    if (isKept)
+        std::erase_if(params.all(), hasSameName);
+    return isKept;
+}
+
 } // namespace
 
 ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Diagnostics* lenientDiagnostics) {
     ParamSet params(where);
     while (lexer.peek() == TokenKind::String) {
         Param param = readParam(lexer, looksLikeV4);
-        const auto hasSameName = [&](const Param& p) { return p.name == param.name; };
-        if (lenientDiagnostics && std::erase_if(params.all(), hasSameName) > 0)
-            lenientDiagnostics->warnOnce(
-                "repeated parameter " + param.name, param.where,
-                fmt::format("parameter \"{}\" is given twice; the last value is used", param.name));
+        if (lenientDiagnostics && !replacesOthers(params, param, *lenientDiagnostics))
+            continue;
         params.add(std::move(param));
     }
     return params;

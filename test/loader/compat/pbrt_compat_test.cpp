@@ -390,6 +390,9 @@ TEST(CompatPlugin, HarmlessMistakesInPbrtFilesAreWarnings) {
 Shape "sphere" "float radius" .1 "float radius" .2
 )"),
               R"(parameter "radius" is given twice; the last value is used)");
+    EXPECT_EQ(warning(R"(Texture "t" "color" "constant"
+Material "matte" "texture Kd" "t" "rgb Kd" [1 0 0] )"),
+              R"(parameter "Kd" is given twice; the texture is used)");
     EXPECT_EQ(warning(R"(NamedMaterial "lost" )"), R"(unknown material "lost" ("matte" is used instead))");
     EXPECT_EQ(warning(R"(ObjectInstance "lost"
 ObjectInstance "lost"
