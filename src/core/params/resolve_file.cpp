@@ -1,9 +1,11 @@
 #include "core/params/params.h"
+#include "core/util/file_bytes.h"
 #include "core/util/resource_policy.h"
 
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <optional>
 
 namespace strobe {
@@ -33,6 +35,14 @@ std::vector<fs::path> sharedScenes(const Location& where) {
     }
 }
 
+/// Throws if the file is a pointer of Git LFS.
+void refuseLfsPointer(const fs::path& file, const Location& where) {
+    char beginning[32] = {};
+    std::ifstream(file, std::ios::binary).read(beginning, sizeof(beginning) - 1);
+    if (isLfsPointer(beginning))
+        throw Error(where, fmt::format("\"{}\" {}", file.string(), kLfsPointerMessage));
+}
+
 /// Returns the first of `candidates` that is an existing file and may be read, in the form of authorizeRead;
 /// an empty path if none exists. Candidates that may not be read are not accessed; if no other candidate
 /// exists, throws the error of the first of them. A candidate that is not a regular file is treated the same.
@@ -44,8 +54,10 @@ fs::path firstFile(const std::vector<fs::path>& candidates, const Location& wher
             std::error_code ignored;
             if (isFile(file) && !fs::is_regular_file(file, ignored))
                 throw Error(where, fmt::format("\"{}\" is not a regular file", candidate.string()));
-            if (isFile(file))
-                return file;
+            if (!isFile(file))
+                continue;
+            refuseLfsPointer(file, where);
+            return file;
         } catch (const Error& e) {
             firstError = firstError ? firstError : e;
         }

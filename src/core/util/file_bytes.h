@@ -17,6 +17,13 @@ struct FileBytes {
     std::string_view view() const { return {bytes.get(), size}; }
 };
 
+/// Returns whether a file that begins with `text` is a pointer of Git LFS, which stands in a clone for a file
+/// that was not downloaded.
+inline bool isLfsPointer(std::string_view text) { return text.starts_with("version https://git-lfs"); }
+/// The end of the message of an error about such a file: `"NAME" is …`.
+inline constexpr const char* kLfsPointerMessage =
+    "is a pointer of Git LFS, not the file itself: run \"git lfs pull\" in its repository";
+
 /// Called before an allocation, with its size in bytes; throws if the allocation exceeds a limit.
 using MemoryCheck = std::function<void(uint64_t bytes)>;
 

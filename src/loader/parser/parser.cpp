@@ -1,6 +1,7 @@
 // Files, blocks and the table of directives.
 #include "loader/parser/parser.h"
 
+#include "core/util/file_bytes.h"
 #include "loader/parser/directive_parser.h"
 #include "loader/parser/gltf_decl.h"
 
@@ -170,14 +171,22 @@ void DirectiveParser::parseGltf(const std::filesystem::path& path) {
 void DirectiveParser::parseSource(std::shared_ptr<const Source> source) {
     if (!m_isStrict)
         source = withoutCommas(std::move(source), m_diagnostics);
+    if (isLfsPointer(source->text))
+        throw Error({source, 0}, fmt::format("\"{}\" {}", source->path.string(), kLfsPointerMessage));
     m_files.push_back(canonicalPath(source->path));
     m_desc.sources.push_back(source);
     Lexer lexer(std::move(source), &m_values);
     Lexer* const outer = std::exchange(m_lexer, &lexer);
     if (outer)
         m_outerLexers.push_back(outer);
-    for (Token token = lexer.next(); token.kind != TokenKind::End; token = lexer.next())
+    for (Token token = lexer.next(); token.kind != TokenKind::End; token = lexer.next()) {
+        if (m_worldEnd && !m_isStrict) { // pbrt renders the scenes of a file one after another
+            m_diagnostics.warnOnce("after WorldEnd", lexer.at(token.offset),
+                                   "all after WorldEnd is ignored: a run renders one scene");
+            break;
+        }
         dispatch(token);
+    }
     m_lexer = outer;
     if (outer)
         m_outerLexers.pop_back();

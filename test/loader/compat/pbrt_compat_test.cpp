@@ -390,6 +390,8 @@ TEST(CompatPlugin, HarmlessMistakesInPbrtFilesAreWarnings) {
 Shape "sphere" "float radius" .1 "float radius" .2
 )"),
               R"(parameter "radius" is given twice; the last value is used)");
+    EXPECT_EQ(warning("WorldEnd\nFilm \"image\"\nWorldBegin\nWorldEnd\n"),
+              "all after WorldEnd is ignored: a run renders one scene");
     EXPECT_EQ(warning(R"(Texture "t" "color" "constant"
 Material "matte" "texture Kd" "t" "rgb Kd" [1 0 0] )"),
               R"(parameter "Kd" is given twice; the texture is used)");

@@ -294,6 +294,25 @@ TEST(Parser, Includes) {
     EXPECT_EQ(scene.world.shapes[1].shape.where.source->mainDirectory, folder.path());
 }
 
+TEST(Parser, PointersOfGitLfsAreErrorsThatSaySo) {
+    const TemporaryFolder folder;
+    const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n";
+    folder.write("part.pbrt", pointer);
+    Diagnostics quiet;
+    const auto message = [&](const std::filesystem::path& file) {
+        try {
+            parseFiles({file}, {}, quiet);
+        } catch (const Error& e) {
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    const std::string expected = "is a pointer of Git LFS, not the file itself: run \"git lfs pull\"";
+    EXPECT_NE(message(folder.write("main.pbrt", pointer)).find(expected), std::string::npos);
+    EXPECT_NE(message(folder.write("including.scene", "WorldBegin Include \"part.pbrt\"")).find(expected),
+              std::string::npos);
+}
+
 TEST(Parser, SeveralFilesAreOneScene) {
     const TemporaryFolder folder;
     const auto a = folder.write("a.scene", "Translate 1 0 0"),
