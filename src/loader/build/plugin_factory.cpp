@@ -59,8 +59,10 @@ void PluginFactory::warnUnsupported(const Statement& statement, const char* kind
         return;
     const std::string subject = kindAndName(kind, statement);
     const std::string message = subject + " is not supported; " + replacement;
-    // Another sampler, and path in place of other methods for all light, change the noise only.
-    if (std::string_view(kind) == "sampler" || replacement == usedInstead("path"))
+    // Another sampler, and path in place of other methods for all light, change the noise only; triangles
+    // look like the surface.
+    if (std::string_view(kind) == "sampler" || replacement == usedInstead("path") ||
+        replacement == kConvertedToTriangles)
         m_context.diagnostics.noteOnce(subject, statement.where, message);
     else
         m_context.diagnostics.warnOnce(subject, statement.where, message);

@@ -8,6 +8,9 @@
 
 namespace strobe {
 
+/// A replacement that looks the same: its message is a note.
+inline constexpr const char* kConvertedToTriangles = "it is converted to triangles";
+
 /// A plugin with the name and the parameters of pbrt, which creates an approximation of it.
 template <class Row>
 struct CompatPlugin {

@@ -255,7 +255,7 @@ Shape createCurve(const ParamSet& params, const BuildContext& context) {
 } // namespace
 
 std::vector<CompatPlugin<ShapeRow>> compatShapes() {
-    const std::string triangles = "it is converted to triangles";
+    const std::string triangles = kConvertedToTriangles;
     return {
         {{"sphere", "", {kRadius, kZMin, kZMax, kPhiMax, kAlpha, kShadowAlpha}, createSphere}, triangles},
         {{"disk", "", {kDiskHeight, kRadius, kInnerRadius, kPhiMax, kAlpha, kShadowAlpha}, createDisk},
