@@ -448,12 +448,12 @@ class Messages(CliTest):
     def test_quiet_prints_errors_only(self):
         result = self.run_strobe("s.scene", "--quiet", "-o", "a.exr")
         self.assertEqual(result.err + result.out, "")
-        self.write("warned.pbrt", OPTIONS + WORLD + 'Shape "cone"\n')
+        self.write("warned.pbrt", OPTIONS + WORLD + 'Material "coateddiffuse" Shape "sphere"\n')
         self.assertEqual(self.run_strobe("warned.pbrt", "--quiet").err, "")
         self.assertIn("error", self.run_strobe("none.scene", "--quiet", code=USAGE).err)
 
     def test_log_levels(self):
-        self.write("warned.scene", OPTIONS + WORLD + 'Shape "cone"\n')
+        self.write("warned.scene", OPTIONS + WORLD + 'Material "coateddiffuse" Shape "sphere"\n')
 
         def printed(level):
             err = self.run_strobe("warned.scene", "--log-level", level, "--spp", "1").err
