@@ -21,7 +21,7 @@ class Mix final : public Material {
         return (isSecond ? m_second : m_first)->chosen(q);
     }
 
-    // The renderer calls `chosen` first, so that these are those of the first material for no one.
+    // Not called by the renderer, which calls those of the chosen material.
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override { m_first->prepare(q, bsdf); }
     void evalCos(const Bsdf& bsdf, const V3f& wo, const V3f* wi, int n, Rgb* f, float* pdf) const override {
         m_first->evalCos(bsdf, wo, wi, n, f, pdf);

@@ -6,9 +6,6 @@
 namespace strobe {
 namespace {
 
-const ParamDef<int> kOctaves{"octaves", 8, "number of octaves, at most 32"};
-const ParamDef<float> kRoughness{"roughness", .5f, "weight of an octave relative to the previous one"};
-
 /// A sum of octaves of noise; `Sum` is fbm or turbulence.
 template <float (&Sum)(const V3f&, float, const Octaves&)>
 class NoiseSum final : public Texture {
@@ -28,10 +25,9 @@ template <float (&Sum)(const V3f&, float, const Octaves&)>
 Plugin<TexturePtr, const TextureArgs&> noisePlugin(const char* name, const char* doc) {
     return {name,
             doc,
-            {kOctaves, kRoughness},
+            {kOctaves, kOctaveRoughness},
             [](const ParamSet& params, const BuildContext& context, const TextureArgs& args) -> TexturePtr {
-                return std::make_shared<const NoiseSum<Sum>>(Mapping3D(context, args),
-                                                             readOctaves(params, kOctaves, kRoughness));
+                return std::make_shared<const NoiseSum<Sum>>(Mapping3D(context, args), readOctaves(params));
             }};
 }
 

@@ -6,8 +6,6 @@
 namespace strobe {
 namespace {
 
-const ParamDef<int> kOctaves{"octaves", 8, "number of octaves, at most 32"};
-const ParamDef<float> kRoughness{"roughness", .5f, "weight of an octave relative to the previous one"};
 const ParamDef<float> kScale{"scale", 1.f, "scale of the position"};
 const ParamDef<float> kVariation{"variation", .2f, "scale of the disturbance of the layers"};
 
@@ -51,11 +49,11 @@ class Marble final : public Texture {
 Plugin<TexturePtr, const TextureArgs&> marbleTexturePlugin() {
     return {"marble",
             "layers of stone colors, disturbed by noise",
-            {kOctaves, kRoughness, kScale, kVariation},
+            {kOctaves, kOctaveRoughness, kScale, kVariation},
             [](const ParamSet& params, const BuildContext& context, const TextureArgs& args) -> TexturePtr {
-                return std::make_shared<const Marble>(
-                    Mapping3D(context, args), readOctaves(params, kOctaves, kRoughness), params.get(kScale),
-                    params.get(kVariation), context.isLenient && context.pbrtVersion == 3);
+                return std::make_shared<const Marble>(Mapping3D(context, args), readOctaves(params),
+                                                      params.get(kScale), params.get(kVariation),
+                                                      context.isLenient && context.pbrtVersion == 3);
             }};
 }
 

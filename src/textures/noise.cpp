@@ -56,10 +56,10 @@ struct VisibleOctaves {
 
 } // namespace
 
-Octaves readOctaves(const ParamSet& params, const ParamDef<int>& count, const ParamDef<float>& roughness) {
-    const Octaves octaves{params.get(count), params.get(roughness)};
+Octaves readOctaves(const ParamSet& params) {
+    const Octaves octaves{params.get(kOctaves), params.get(kOctaveRoughness)};
     if (octaves.count < 0 || octaves.count > 32)
-        throw Error(params.whereIs(count), "\"octaves\" must be 0 to 32");
+        throw Error(params.whereIs(kOctaves), "\"octaves\" must be 0 to 32");
     return octaves;
 }
 

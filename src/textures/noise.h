@@ -16,8 +16,11 @@ struct Octaves {
     float roughness; ///< of the weights; pbrt's omega
 };
 
-/// Reads octaves. Throws a located Error if there are less than 0 or more than 32.
-Octaves readOctaves(const ParamSet& params, const ParamDef<int>& count, const ParamDef<float>& roughness);
+inline const ParamDef<int> kOctaves{"octaves", 8, "number of octaves, at most 32"};
+inline const ParamDef<float> kOctaveRoughness{"roughness", .5f,
+                                              "weight of an octave relative to the previous one"};
+/// Reads both parameters. Throws a located Error if there are less than 0 or more than 32 octaves.
+Octaves readOctaves(const ParamSet& params);
 
 /// Returns the sum of octaves of noise. Octaves above the Nyquist frequency of a footprint of `width` fade
 /// out, as in pbrt.

@@ -95,7 +95,10 @@ TEST(Media, DenseScatteringIsOpaque) {
     expectNear(thin, transmittance({.01f, .02f, .2f}, .02f));
 }
 
-TEST(Media, UnknownNamesAreErrors) {
+TEST(Media, UnknownNamesAndParametersAreErrors) {
+    const std::string misspelt = R"(MakeNamedMedium "dye" "string type" "homogeneous" "rgb sigmaa" [1 1 1]
+)";
+    EXPECT_THROW(test::build(sceneOf(misspelt, R"(Shape "sphere")", "")), Error);
     EXPECT_THROW(test::build(sceneOf(kDye, R"(MediumInterface "die" "" Shape "sphere")", "")), Error);
 }
 

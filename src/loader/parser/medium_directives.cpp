@@ -13,6 +13,8 @@ const ParamDef<std::string> kType{"type", "homogeneous", "type of the medium"};
 const ParamDef<Rgb> kSigmaA{"sigma_a", Rgb(.0011f, .0024f, .014f), "absorption coefficient"};
 const ParamDef<Rgb> kSigmaS{"sigma_s", Rgb(2.55f, 3.21f, 3.77f), "scattering coefficient"};
 const ParamDef<float> kScale{"scale", 1, "scale of both coefficients"};
+const ParamDef<std::string> kPreset{"preset", "", "name of a measured medium"};
+const ParamDef<Rgb> kReflectance{"reflectance", Rgb(0), "color of a thick slab"};
 const ParamDef<float> kG{"g", 0, "mean cosine of the phase function"};
 
 /// Returns a coefficient, which is not negative.
@@ -29,14 +31,15 @@ void DirectiveParser::makeNamedMedium(const Call& call) {
     const std::string type = params.get(kType);
     m_looksLikeV4 = true;
     MediumDecl medium;
-    const bool isNamed = !params.has(kSigmaA) && !params.has(kSigmaS); // by "preset", or "reflectance"
     if (type != "homogeneous") {
         m_diagnostics.warnOnce("medium " + type, call.where,
                                fmt::format("media of type {} are ignored: only the absorption of "
                                            "\"homogeneous\" media is supported",
                                            inQuotes(type)));
-    } else if (isNamed && !params.all().empty() && params.all().size() > 1) {
-        m_diagnostics.warnOnce("medium preset", call.where, "media without sigma_a and sigma_s are ignored");
+    } else if (params.has(kPreset) || params.has(kReflectance)) {
+        m_diagnostics.warnOnce(
+            "medium preset", call.where,
+            "media by \"preset\" or \"reflectance\" are ignored: give sigma_a and sigma_s");
     } else {
         medium.absorption = coefficient(params, kSigmaA);
         medium.scattering = coefficient(params, kSigmaS) * (1 - std::clamp(params.get(kG), -1.f, 1.f));
@@ -44,6 +47,7 @@ void DirectiveParser::makeNamedMedium(const Call& call) {
             m_diagnostics.warnOnce("medium scattering", call.where,
                                    "scattering in media is not supported: glass that is filled with a dense "
                                    "medium becomes opaque, in its color; else the medium only absorbs");
+        params.reportUnused({kType, kSigmaA, kSigmaS, kScale, kG}, m_isStrict, m_diagnostics);
     }
     params.markAllUsed();
     m_media[name] = int(m_desc.media.size());

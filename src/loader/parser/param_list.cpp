@@ -195,8 +195,8 @@ Param readParam(Lexer& lexer, bool& looksLikeV4) {
     return param;
 }
 
-/// Removes the parameters that `param` replaces, as pbrt does: the last one is used, but a texture goes
-/// before a value. Returns false if `param` itself is to be dropped. Reports repeated parameters.
+/// Removes the parameters that `param` replaces, as pbrt does: the last one is used, but a value does not
+/// replace a texture. Returns false if `param` itself is to be dropped. Reports repeated parameters.
 bool replacesOthers(ParamSet& params, const Param& param, Diagnostics& diagnostics) {
     const auto hasSameName = [&](const Param& p) { return p.name == param.name; };
     const auto other = std::find_if(params.all().begin(), params.all().end(), hasSameName);
