@@ -40,6 +40,31 @@ class PublicScenes(unittest.TestCase):
             self.assertIn("unknown directive", table)
             self.assertTrue((folder / "out" / "sheet-1.png").exists())
 
+    def test_pictures_rendered_by_pbrt(self):
+        """strobe stands in for pbrt: it renders the file that pbrt would be given."""
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            repository = folder / "someone+scenes"
+            repository.mkdir()
+            (repository / "scene.pbrt").write_text(SCENE.replace("KD", "0.5").replace(
+                "WorldBegin", 'Sampler "halton" "integer pixelsamples" [4]\nIntegrator "bdpt"  # comment\nWorldBegin'))
+            (folder / "list.csv").write_text("repository,commit,scene,picture,options,remark\n"
+                                             "someone/scenes,0,scene.pbrt,pbrt-v3,,\n"
+                                             "someone/scenes,0,scene.pbrt,pbrt-v4,,no program\n")
+            pbrt = folder / "pbrt"
+            pbrt.write_text(f'#!/bin/sh\ncp "$1" "{folder}/seen.pbrt"\nexec "{STROBE}" "$1" -o reference.exr\n')
+            pbrt.chmod(0o755)
+            result = subprocess.run([TOOL, "render", folder, "--list", folder / "list.csv", "--strobe", STROBE, "--out",
+                                     folder / "out", "--spp", "16", "--width", "32", "--pbrt", f"v3={pbrt}"],
+                                    check=True, capture_output=True, text=True)
+            self.assertIn("1 within 5 %, 0 within 20 %, 0 worse, 0 refused", result.stdout)
+            seen = (folder / "seen.pbrt").read_text()
+            for text in ('"integer xresolution" 32 "integer yresolution" 24', '"integer pixelsamples" 16',
+                         'Integrator "path"'):
+                self.assertIn(text, seen)
+            self.assertNotIn("halton", seen)
+            self.assertEqual([path.name for path in repository.iterdir()], ["scene.pbrt"])
+
 
 if __name__ == "__main__":
     STROBE = sys.argv.pop(1)
