@@ -118,12 +118,38 @@ Shape createParaboloid(const ParamSet& params, const BuildContext& context) {
     };
     return revolve(params, context, profile, 48);
 }
+/// ah x² + ah y² - ch z² = 1 through p1 and p2, as pbrt computes it.
+struct Hyperboloid {
+    float ah, ch;
+};
+
+/// pbrt moves p1 along the line until the equation has a solution, so that the surface is not the one that
+/// the line sweeps out. If the line is level, no solution exists; the surface is then that of the line.
+std::optional<Hyperboloid> solveHyperboloid(const V3f& p1, const V3f& p2) {
+    const float xy2 = p2.x * p2.x + p2.y * p2.y;
+    V3f p = p1;
+    for (int i = 0; i < 64; ++i) {
+        p += 2.f * (p2 - p1);
+        const float xy1 = p.x * p.x + p.y * p.y;
+        const float slope = p.z * p.z / (xy1 * p2.z * p2.z);
+        const float ah = (1 / xy1 - slope) / (1 - xy2 * slope);
+        if (std::isfinite(ah) && ah != 0)
+            return Hyperboloid{ah, (ah * xy2 - 1) / (p2.z * p2.z)};
+    }
+    return std::nullopt;
+}
+
 Shape createHyperboloid(const ParamSet& params, const BuildContext& context) {
-    const V3f a = params.get(kP1);
-    const V3f b = params.get(kP2);
+    V3f a = params.get(kP1);
+    V3f b = params.get(kP2);
+    if (b.z == 0)
+        std::swap(a, b);
+    const std::optional<Hyperboloid> surface = solveHyperboloid(a, b);
     const auto profile = [=](float v) {
         const V3f p = lerp(a, b, v);
-        return V2f(std::hypot(p.x, p.y), p.z);
+        if (!surface)
+            return V2f(std::hypot(p.x, p.y), p.z);
+        return V2f(std::sqrt(std::max((1 + surface->ch * p.z * p.z) / surface->ah, 0.f)), p.z);
     };
     const auto start = [=](float v) {
         const V3f p = lerp(a, b, v);

@@ -96,9 +96,12 @@ M44d matrixFromNumbers(const std::array<double, 16>& n, const Location& where) {
     M44d m(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11], n[12], n[13], n[14],
            n[15]);
     constexpr double kRounding = 1e-6; // of exporters
-    if (!(std::abs(m[0][3]) < kRounding && std::abs(m[1][3]) < kRounding && std::abs(m[2][3]) < kRounding &&
-          std::abs(m[3][3] - 1) < kRounding))
+    const bool affine =
+        std::abs(m[0][3]) < kRounding && std::abs(m[1][3]) < kRounding && std::abs(m[2][3]) < kRounding;
+    if (!affine || std::abs(m[3][3]) < kRounding)
         throw Error(where, "the last column of the matrix (every fourth number) must be 0 0 0 1");
+    if (std::abs(m[3][3] - 1) > kRounding) // homogeneous coordinates
+        m *= 1 / m[3][3];
     m[0][3] = m[1][3] = m[2][3] = 0;
     m[3][3] = 1;
     return checked(m, where, "the matrix is singular: it has no inverse");
