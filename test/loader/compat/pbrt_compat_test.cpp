@@ -395,6 +395,11 @@ Shape "sphere" "float radius" .1 "float radius" .2
     EXPECT_EQ(warning(R"(Texture "t" "color" "constant"
 Material "matte" "texture Kd" "t" "rgb Kd" [1 0 0] )"),
               R"(parameter "Kd" is given twice; the texture is used)");
+    EXPECT_EQ(
+        warning(R"(Material "matte" "spectrum Kd" [.8 .8 .8] )"),
+        R"(parameter "Kd" needs pairs of a wavelength and a value, got 3 numbers; those at the end are ignored)");
+    EXPECT_EQ(warning(R"(Material "matte" "rgb Kd" .5 )"),
+              R"(parameter "Kd" needs triples of numbers, got 1 number; the parameter is ignored)");
     EXPECT_EQ(warning(R"(NamedMaterial "lost" )"), R"(unknown material "lost" ("matte" is used instead))");
     EXPECT_EQ(warning(R"(ObjectInstance "lost"
 ObjectInstance "lost"
@@ -404,6 +409,9 @@ ObjectInstance "lost"
               R"(unknown texture "lost" (the parameter keeps its default))");
     EXPECT_EQ(warning(R"(Material "carpaint" "rgb color" [1 1 1] )"),
               R"(unknown material "carpaint"; "matte" is used instead)");
+    EXPECT_EQ(warning(R"(Texture "wood" "spectrum" "trunk" "float rings" 9
+Material "matte" "texture Kd" "wood" Shape "sphere" )"),
+              R"(unknown texture "trunk"; parameters keep their defaults)");
     EXPECT_EQ(warning(R"(Shape "teapot" "float size" 2 )"), R"(unknown shape "teapot"; it is skipped)");
     EXPECT_EQ(warning(R"(AttributeBegin
 AreaLightSource "portal"
@@ -426,6 +434,21 @@ ObjectEnd
 Shape "sphere" "float sheen" 1
 )"),
               R"(parameter "sheen" is ignored (known: radius, zmin, zmax, phimax, name))");
+}
+
+TEST(CompatPlugin, NumbersOfColorsAreReadAsInPbrt) {
+    const auto picture = [](const std::string& kd) {
+        return load(kV4 + kLit + "Material \"matte\" " + kd + " " + kBall).image;
+    };
+    EXPECT_TRUE(equal(picture(R"("spectrum Kd" [700 .1 500 .8 400 .3])"),
+                      picture(R"("spectrum Kd" [400 .3 500 .8 700 .1])")));
+    EXPECT_TRUE(equal(picture(R"("spectrum Kd" [400 .3 500])"), picture(R"("spectrum Kd" [400 .3])")));
+    EXPECT_TRUE(equal(picture(R"("rgb Kd" [.1 .2 .3 .4])"), picture(R"("rgb Kd" [.1 .2 .3])")));
+    EXPECT_TRUE(equal(picture(R"("rgb Kd" .2)"), picture("")));
+    const Loaded unknown = load(
+        kV4 + kLit + R"(Texture "wood" "spectrum" "trunk" Material "matte" "texture Kd" "wood" )" + kBall);
+    EXPECT_TRUE(equal(unknown.image, picture("")));
+    EXPECT_FALSE(equal(picture(R"("rgb Kd" [.1 .2 .3])"), picture("")));
 }
 
 TEST(CompatPlugin, OtherLightSamplersBecomeOne) {
@@ -478,8 +501,9 @@ TEST(CompatPlugin, ShapesLieOnTheirSurfaces) {
                         [&](const V3f& p) { return r(p) * r(p) - p.z; }),
               1e-5f);
     EXPECT_LT(
-        deviation(R"(Shape "hyperboloid" "point3 p1" [1 0 -1] "point3 p2" [1 2 1] )", // pbrt's ah, ch: 2/7, 3/7
-                  [&](const V3f& p) { return r(p) * r(p) - 3.5f - 1.5f * p.z * p.z; }),
+        deviation(
+            R"(Shape "hyperboloid" "point3 p1" [1 0 -1] "point3 p2" [1 2 1] )", // pbrt's ah, ch: 2/7, 3/7
+            [&](const V3f& p) { return r(p) * r(p) - 3.5f - 1.5f * p.z * p.z; }),
         1e-5f);
     EXPECT_LT(deviation(R"(Shape "bilinearmesh" "point3 P" [0 0 1  1 0 1  0 1 1  1 1 1] )",
                         [](const V3f& p) { return p.z - 1; }),
