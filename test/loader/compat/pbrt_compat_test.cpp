@@ -508,6 +508,9 @@ TEST(CompatPlugin, ShapesLieOnTheirSurfaces) {
     EXPECT_LT(deviation(R"(Shape "bilinearmesh" "point3 P" [0 0 1  1 0 1  0 1 1  1 1 1] )",
                         [](const V3f& p) { return p.z - 1; }),
               1e-6f);
+    EXPECT_LT(deviation(R"(Shape "bilinearmesh" "point3 P" [0 0 0  1 0 0  0 1 0  1 1 1] )",
+                        [](const V3f& p) { return p.z - p.x * p.y; }),
+              1e-6f);
     EXPECT_LT(deviation(R"(Shape "curve" "point3 P" [0 0 0  0 0 1  0 0 2  0 0 3] "float width" .2 )",
                         [&](const V3f& p) { return r(p) - .1f; }),
               1e-5f);
@@ -516,6 +519,33 @@ TEST(CompatPlugin, ShapesLieOnTheirSurfaces) {
             R"(Shape "curve" "string basis" "bspline" "point3 P" [0 0 0  0 0 1  0 0 2  0 0 3  0 0 4] "float width" .2 )",
             [&](const V3f& p) { return std::max(r(p) - .1f, std::abs(p.z - 2) - 1); }),
         1e-5f);
+}
+
+/// A patch whose texture coordinates are not affine differs from two triangles; one with affine coordinates
+/// is two.
+TEST(CompatPlugin, PatchesInterpolateBilinearly) {
+    const auto meshOf = [](const std::string& shape) {
+        Diagnostics quiet;
+        const BuiltScene built =
+            buildScene(parseText(kV4 + kLit + shape, "test.pbrt", {"supersample"}, quiet), {}, quiet);
+        return *built.scene->groups()[0].geometries.at(0).placed.shape.mesh;
+    };
+    const std::string square = R"(Shape "bilinearmesh" "point3 P" [0 0 0  1 0 0  0 1 0  1 1 0] )";
+    EXPECT_EQ(meshOf(square).triangleCount(), 2u);
+    EXPECT_EQ(meshOf(square + R"("point2 uv" [3 1  5 1  3 9  5 9])").triangleCount(), 2u);
+    const TriangleMesh crossed = meshOf(square + R"("point2 uv" [0 0  1 0  1 1  0 1])");
+    ASSERT_EQ(crossed.triangleCount(), 128u);
+    for (size_t i = 0; i < crossed.vertexCount(); ++i) {
+        const V3f& p = crossed.positions[0][i];
+        EXPECT_NEAR(crossed.uvs[i].x, p.x * (1 - p.y) + (1 - p.x) * p.y, 1e-6f);
+        EXPECT_NEAR(crossed.uvs[i].y, p.y, 1e-6f);
+        EXPECT_EQ(crossed.normals[0][i], V3f(0, 0, 1));
+    }
+    const TriangleMesh saddle = meshOf(R"(Shape "bilinearmesh" "point3 P" [0 0 0  1 0 0  0 1 0  1 1 1] )");
+    for (size_t i = 0; i < saddle.vertexCount(); ++i) {
+        const V3f& p = saddle.positions[0][i];
+        EXPECT_LT(length(saddle.normals[0][i] - normalize(V3f(-p.y, -p.x, 1))), 1e-5f);
+    }
 }
 
 TEST(CompatPlugin, ShapesFaceOutwards) {
@@ -555,6 +585,39 @@ TEST(CompatPlugin, SpheresAndDisksWithAlphaAreMeshes) {
         }
         EXPECT_LT(difference, .02 * sum) << shape;
     }
+}
+
+/// Lamps with alpha 0 illuminate as visible ones do: rays do not hit them, so that light samples alone count.
+/// Of a sphere, pbrt samples the near side only, also if both sides emit.
+TEST(CompatPlugin, InvisibleLampsIlluminate) {
+    constexpr int kSeeds = 16;
+    std::vector<std::string> messages;
+    const auto light = [&](const std::string& shape, const std::string& twoSided) {
+        Diagnostics diagnostics(
+            [&](const std::string& text) { messages.push_back(text.substr(0, text.find('\n'))); });
+        const std::string text = kView +
+                                 R"(Integrator "directlighting" WorldBegin Shape "disk" "float radius" 3 )" +
+                                 R"(AttributeBegin AreaLightSource "diffuse" "rgb L" [1 1 1] )" + twoSided +
+                                 shape + " AttributeEnd";
+        return test::meanOverSeeds(
+            buildScene(parseText(text, "test.pbrt", {"supersample"}, diagnostics), {}, diagnostics), kSeeds);
+    };
+    const auto expectEqual = [&](const test::Estimate& a, const test::Estimate& b) {
+        EXPECT_GT(a.mean, .05);
+        EXPECT_LT(a.error, .01 * a.mean);
+        EXPECT_LT(std::abs(a.mean - b.mean), test::criticalZ(3, kSeeds) * std::hypot(a.error, b.error));
+    };
+    const std::string both = R"("bool twosided" true )", invisible = R"("float alpha" 0 )";
+    const std::string ceiling =
+        R"(Shape "trianglemesh" "point3 P" [-9 -9 3  9 -9 3  -9 9 3  9 9 3] "integer indices" [0 2 1 1 2 3] )";
+    const std::string ball = R"(Translate 0 0 9 Shape "sphere" "float radius" 4 )";
+    expectEqual(light(ceiling, ""), light(ceiling + invisible, ""));
+    expectEqual(light(ceiling, ""), light(ceiling + invisible, both));
+    EXPECT_EQ(messages, std::vector<std::string>{});
+    expectEqual(light(ball, both), light(ball + invisible, both));
+    EXPECT_EQ(messages,
+              std::vector<std::string>{
+                  "test.pbrt:5:164: note: shape \"sphere\" is not supported; it is converted to triangles"});
 }
 
 /// The name of a .pbrt file of test/loader/compat/exporters.
