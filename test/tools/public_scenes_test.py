@@ -60,7 +60,7 @@ class PublicScenes(unittest.TestCase):
             self.assertIn("1 within 5 %, 0 within 20 %, 0 worse, 0 refused", result.stdout)
             seen = (folder / "seen.pbrt").read_text()
             for text in ('"integer xresolution" 32 "integer yresolution" 24', '"integer pixelsamples" 16',
-                         'Integrator "path"'):
+                         'Integrator "volpath"'):
                 self.assertIn(text, seen)
             self.assertNotIn("halton", seen)
             self.assertEqual([path.name for path in repository.iterdir()], ["scene.pbrt"])
