@@ -40,7 +40,7 @@ void checkPluginName(const std::string& name, const char* kind, const char* opti
 void checkBeforeParsing(const RenderOptions& options) {
     if (options.scenes.empty())
         throw Error("there is no scene file", ErrorKind::Usage);
-    const PluginTables tables = pluginTables();
+    const PluginTables tables = pluginTables(*options.build.plugins);
     checkPluginName(options.build.integrator, "integrator", "--integrator", tables.integrators, "--shading",
                     tables.shaders);
     checkPluginName(options.build.shading, "shading integrator", "--shading", tables.shaders, "--integrator",
@@ -49,9 +49,9 @@ void checkBeforeParsing(const RenderOptions& options) {
     checkOutputFiles(options);
 }
 
-std::set<std::string> integratorNames() {
+std::set<std::string> integratorNames(const PluginLibraries& libraries) {
     std::set<std::string> names;
-    for (const auto& row : pluginTables().integrators)
+    for (const auto& row : pluginTables(libraries).integrators)
         names.insert(row.name);
     return names;
 }
@@ -68,8 +68,8 @@ class SceneRenderer {
         checkBeforeParsing(options);
         m_policy = std::make_shared<const ResourcePolicy>(options.resources);
         const Clock::time_point start = Clock::now();
-        m_description =
-            parseFiles(options.scenes, integratorNames(), m_diagnostics, m_policy, options.build.defines);
+        m_description = parseFiles(options.scenes, integratorNames(*options.build.plugins), m_diagnostics,
+                                   m_policy, options.build.defines);
         std::erase_if(m_build.defines, [this](const std::string& define) {
             return m_description.values.contains(define.substr(0, define.find('=')));
         });
@@ -79,7 +79,7 @@ class SceneRenderer {
     Outcome renderImage() {
         FrameJob job;
         if (!m_options.output.noImage)
-            job.content = contentOf(m_description);
+            job.content = content();
         const BuiltScene built = buildImage();
         job.options = withDefaultImage(m_options, built.filename, m_log);
         const FrameInputs inputs{built, *m_policy, m_seconds, m_start, m_callbacks, m_log};
@@ -90,6 +90,10 @@ class SceneRenderer {
     PixelResult renderPixel(const PixelQuery& query);
 
   private:
+    SceneContent content() const {
+        return contentOf(m_description,
+                         usedPlugins(*m_build.plugins, m_description, {m_build.integrator, m_build.shading}));
+    }
     static Outcome dryRun(const FrameJob& job, const FrameInputs& inputs, size_t frames) {
         checkOutputFiles(job.options);
         checkOutputsAreNotInputs(job.options, inputs.policy);
@@ -118,7 +122,7 @@ class SceneRenderer {
 
 Outcome SceneRenderer::renderSequence() {
     const SequenceOptions& sequence = *m_options.sequence;
-    const SceneContent content = contentOf(m_description);
+    const SceneContent content = this->content();
     Clock::time_point start = Clock::now();
     SceneBuilder builder(std::move(m_description), m_build, m_diagnostics);
     const RenderOptions options = withDefaultImage(m_options, builder.setup().filename, m_log);
