@@ -129,6 +129,14 @@ std::vector<NamedMaterial> smoothMaterials() {
                              floatParam("roughness", .8f), floatParam("clearcoat", 1),
                              floatParam("clearcoatroughness", .3f)});
     };
+    const auto belowBoundary = [](float base, float roughness) {
+        MetallicRoughnessInputs in;
+        in.baseColor = Rgb(base);
+        in.metallic = 0;
+        in.roughness = roughness;
+        in.bodyBelowBoundary = true;
+        return makeMetallicRoughness(in);
+    };
     return {{"matte", matte(.5f, 0)},
             {"matte white", matte(1, 0)},
             {"matte black", matte(0, 0)},
@@ -158,6 +166,8 @@ std::vector<NamedMaterial> smoothMaterials() {
             {"metallic-roughness sharp metal", metallicRoughness(.9f, 1, .15f), true, true},
             {"metallic-roughness white", metallicRoughness(1, 0, .6f), false},
             {"metallic-roughness coated", coated()},
+            {"metallic-roughness below its boundary", belowBoundary(.6f, .5f)},
+            {"metallic-roughness white below its boundary", belowBoundary(1, .7f)},
             {"minnaert 2", minnaert(2)},
             {"minnaert 100", minnaert(100), true, true},
             {"measured", irregularExample(600, smoothValue)},

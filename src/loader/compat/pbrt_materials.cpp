@@ -139,6 +139,7 @@ MaterialPtr createCoatedDiffuse(const ParamSet& params, const BuildContext&) {
         dielectric(belowCoat(params.get(kReflectance), std::max(eta.constant, 1.f)),
                    readRoughness(params, roughnessDefs(0), RoughnessRule::SquareRoot));
     in.ior = eta;
+    in.bodyBelowBoundary = true;
     return makeMetallicRoughness(in);
 }
 

@@ -88,14 +88,14 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         MaterialPair{R"("diffuse" "rgb reflectance" [.7 .2 .1] )", R"("matte" "rgb Kd" [.7 .2 .1] )"},
         MaterialPair{R"("dielectric" "float eta" 1.3 )", R"("glass" "float index" 1.3 )"},
-        // A white base sends all light back that enters the coat.
+        // Of a black base, only the coat remains.
         MaterialPair{
-            R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" .0625 "float eta" 1.4 )",
-            R"("metallicroughness" "rgb basecolor" [1 1 1] "float metallic" 0 "float roughness" .5 "float ior" 1.4 )",
+            R"("coateddiffuse" "rgb reflectance" [0 0 0] "float roughness" .0625 "float eta" 1.4 )",
+            R"("metallicroughness" "rgb basecolor" [0 0 0] "float metallic" 0 "float roughness" .5 "float ior" 1.4 )",
             kMetallicRoughness},
         MaterialPair{
-            R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" .25 "bool remaproughness" false )",
-            R"("metallicroughness" "rgb basecolor" [1 1 1] "float metallic" 0 "float roughness" .5 )",
+            R"("coateddiffuse" "rgb reflectance" [0 0 0] "float roughness" .25 "bool remaproughness" false )",
+            R"("metallicroughness" "rgb basecolor" [0 0 0] "float metallic" 0 "float roughness" .5 )",
             kMetallicRoughness},
         MaterialPair{
             R"("conductor" "rgb reflectance" [.9 .8 .5] "float uroughness" .0625 "float vroughness" .0625 )",
