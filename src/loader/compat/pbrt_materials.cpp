@@ -258,7 +258,7 @@ MaterialPtr createShinyMetal(const ParamSet& params, const BuildContext& context
     const RgbInput ks = params.get(withDefault(kKs, RgbInput(Rgb(1)))),
                    kr = params.get(withDefault(kKr, RgbInput(Rgb(1))));
     const Roughness roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context));
-    const bool isMirror = meanOf(kr) > meanOf(ks);
+    const bool isMirror = meanOf(kr) >= meanOf(ks);
     return metal(isMirror ? kr : ks, isMirror ? Roughness(0.f) : roughness);
 }
 
