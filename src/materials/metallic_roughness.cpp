@@ -37,12 +37,11 @@ struct Data {
     PlainRgb f0;      ///< reflectance at normal incidence, mixed from dielectric and metal
     float f90;        ///< reflectance at grazing incidence
     /// Reflectances of the dielectric alone, in the brightest channel; they reduce the light in its body.
-    float dielectricF0;
-    float signedF90;     ///< its reflectance at grazing incidence; negative if the body is below the boundary
-    float alpha, alphaV; ///< of GGX along dp/du and dp/dv; 0: a mirror
+    float dielectricF0, dielectricF90;
+    float alpha, alphaV;   ///< of GGX along dp/du and dp/dv; 0: a mirror
     PlainRgb transmission; ///< albedo of the transmission
     float coat;            ///< strength of the clearcoat
-    float coatAlpha;       ///< of GGX; 0: a mirror
+    float coatAlpha;       ///< of GGX; 0: a mirror; negative: no coat, the body is below the boundary
 };
 
 float clamp01(float x) { return std::clamp(x, 0.f, 1.f); } // keeps NaN, which is reported per pixel
@@ -72,12 +71,15 @@ inline Rgb fresnel(const Data& data, float cosine) {
 /// Returns the fraction of light that passes the surface of the dielectric. It is independent of `metallic`,
 /// because glTF mixes a complete dielectric with a metal (glTF 2.0, appendix B.2).
 inline float dielectricTransmittance(const Data& data, float cosine) {
-    return 1 - lerp(data.dielectricF0, std::abs(data.signedF90), schlick(cosine));
+    const float x = schlick(cosine);
+    return 1 - (data.dielectricF0 * (1 - x) + data.dielectricF90 * x);
 }
-inline bool bodyBelowBoundary(const Data& data) { return data.signedF90 < 0; }
-/// Returns the mean transmittance of the boundary for diffuse light. The mean of (1 - cosine)^5 is 1/21.
-inline float meanTransmittance(const Data& data) {
-    return 1 - lerp(data.dielectricF0, std::abs(data.signedF90), 1.f / 21);
+inline bool bodyBelowBoundary(const Data& data) { return data.coatAlpha < 0; }
+/// Returns the transmittance of a boundary above the body at the angles of wo and wi, relative to the mean
+/// for diffuse light; the mean of (1 - cosine)^5 is 1/21. Not inlined, because other bodies would pay for it.
+[[gnu::noinline]] float boundaryTransmittance(const Data& data, float cosO, float cosI) {
+    const float mean = 1 - lerp(data.dielectricF0, data.dielectricF90, 1.f / 21);
+    return dielectricTransmittance(data, cosO) * dielectricTransmittance(data, cosI) / std::max(mean, .01f);
 }
 constexpr float kCoatF0 = 0.04f;
 inline float coatFresnel(const Data& data, float cosine) {
@@ -104,8 +106,6 @@ struct LobeProbabilities {
         gloss = (1 - coat) * luminance(fresnel(data, std::abs(wo.z)));
         // Without the transmittance: most diffuse light arrives at angles of little reflection, for any wo.
         diffuse = (1 - coat) * kPi * luminance(data.diffuse);
-        if (bodyBelowBoundary(data))
-            diffuse *= dielectricTransmittance(data, std::abs(wo.z));
         transmission = (1 - coat) * luminance(data.transmission) *
                        std::max(dielectricTransmittance(data, std::abs(wo.z)), .1f);
         const float sum = gloss + diffuse + transmission + coat;
@@ -143,18 +143,13 @@ struct LobesAt {
     }
 
   private:
-    /// Returns the fraction of the body's light that passes the boundary: by the half vector, or at the
-    /// angles of wo and wi, relative to the mean for diffuse light.
-    float bodyTransmittance(float cosine, float cosHalf) const {
-        if (!bodyBelowBoundary(data))
-            return dielectricTransmittance(data, cosHalf);
-        const float mean = std::max(meanTransmittance(data), .01f);
-        return dielectricTransmittance(data, std::abs(wo.z)) * dielectricTransmittance(data, cosine) / mean;
-    }
     void evalReflection(const V3f& wi, Rgb& f, float& pdf) const {
         const float cosHalf = safeSqrt((1 + dot(wo, wi)) / 2); // between wo (or wi) and the half vector
         const float cosine = std::abs(wi.z);
-        f = Rgb(data.diffuse) * (bodyTransmittance(cosine, cosHalf) * cosine);
+        float transmittance = dielectricTransmittance(data, cosHalf);
+        if (bodyBelowBoundary(data)) [[unlikely]]
+            transmittance = boundaryTransmittance(data, std::abs(wo.z), cosine);
+        f = Rgb(data.diffuse) * (transmittance * cosine);
         pdf = probabilities.diffuse * cosine * kInvPi;
         if (data.alpha > 0) {
             const float density = gloss.pdf(wo, wi);
@@ -321,7 +316,7 @@ class MetallicRoughness : public Material {
         data.f0 = f0 * (1 - metallic) + base * metallic;
         data.f90 = lerp(specular, 1, metallic);
         data.dielectricF0 = maxComponent(f0);
-        data.signedF90 = m_inputs.bodyBelowBoundary ? -specular : specular;
+        data.dielectricF90 = specular;
         data.alpha = data.alphaV = alphaOf(roughness);
         if (flags().needsTangents) {
             data.alphaV = alphaOf(m_inputs.vRoughness->at(q) * packed.y);
@@ -332,6 +327,8 @@ class MetallicRoughness : public Material {
         }
         data.coat = clamp01(m_inputs.clearcoat.at(q));
         data.coatAlpha = alphaOf(m_inputs.clearcoatRoughness.at(q));
+        if (m_inputs.bodyBelowBoundary && !(data.coat > 0))
+            data.coatAlpha = -1;
     }
 
     MetallicRoughnessInputs m_inputs;

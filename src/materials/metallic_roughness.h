@@ -23,7 +23,8 @@ struct MetallicRoughnessInputs {
     RgbInput specularColor{Rgb(1)};
     FloatInput transmission{0};
     /// Light of the diffuse body passes the smooth boundary of the dielectric twice, at the angles of wo and
-    /// of wi, as below a coat. False: glTF's mix, by the angle between wo and the half vector.
+    /// of wi, as below a coat. Ignored where there is a clearcoat. False: glTF's mix, by the angle between wo
+    /// and the half vector.
     bool bodyBelowBoundary = false;
     FloatInput clearcoat{0}, clearcoatRoughness{0};
     NormalsPtr normals; ///< null: the interpolated normals
