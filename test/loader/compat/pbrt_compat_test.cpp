@@ -121,7 +121,8 @@ INSTANTIATE_TEST_SUITE_P(
             R"("disney" "rgb color" [.7 .2 .1] "float metallic" .5 "float roughness" .4 "float eta" 1.4 )",
             R"("metallicroughness" "rgb basecolor" [.7 .2 .1] "float metallic" .5 "float roughness" .4 "float ior" 1.4 )",
             kMetallicRoughness},
-        MaterialPair{R"("shinymetal" )", R"("metallicroughness" "float roughness" 0 )", kMetallicRoughness},
+        MaterialPair{R"("shinymetal" )", R"("mirror" "rgb Kr" [1 1 1] )",
+                     R"("mirror" or "metallicroughness" is used instead)"},
         MaterialPair{
             R"("thindielectric" "float eta" 1.4 )",
             R"("metallicroughness" "float metallic" 0 "float roughness" 0 "float ior" 1.4 "float transmission" 1 )",
