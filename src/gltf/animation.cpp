@@ -1,7 +1,7 @@
 #include "gltf/animation.h"
 
 #include "core/util/nearest_name.h"
-#include "gltf/accessor.h"
+#include "gltf/file/accessor.h"
 
 #include <algorithm>
 
@@ -195,6 +195,15 @@ void Clip::add(const Document& document, size_t animation, const std::vector<siz
         const int width = isRotation ? 4 : isWeights ? int(morphTargets[node]) : 3;
         *curve = std::make_shared<Curve>(document, animation, channel.sampler, width, isRotation);
     }
+}
+
+float Clip::duration() const {
+    float last = 0;
+    for (const NodeCurves& node : m_nodes)
+        for (const auto& curve : {node.translation, node.rotation, node.scale, node.weights})
+            if (curve && !curve->times().empty())
+                last = std::max(last, curve->times().back());
+    return last;
 }
 
 void appendBreaks(const NodeCurves& curves, float open, float close, std::vector<float>& times) {

@@ -3,7 +3,7 @@
 
 #include "core/math/math.h"
 #include "core/util/diagnostics.h"
-#include "gltf/document.h"
+#include "gltf/file/document.h"
 
 #include <array>
 #include <map>
@@ -58,6 +58,8 @@ class Clip {
     Clip(const Document& document, const std::string& name, const std::vector<size_t>& morphTargets,
          Diagnostics& diagnostics);
     const NodeCurves& curves(size_t node) const { return m_nodes[node]; }
+    /// Returns the last time of all curves; 0 if nothing is animated.
+    float duration() const;
 
   private:
     void add(const Document& document, size_t animation, const std::vector<size_t>& morphTargets,

@@ -37,6 +37,7 @@ class GltfErrors : public testing::Test {
         const auto path = m_folder.write(name, bytes);
         try {
             Diagnostics quiet;
+            quiet.setStrict(true);
             const auto textures = std::make_shared<TextureCache>();
             gltf::Importer importer(gltf::open(path, {}), {}, *textures, quiet);
             const Shutter shutter{0, 1};
@@ -222,7 +223,8 @@ TEST_F(GltfErrors, InvalidImages) {
     expect("images[0].bufferView: there is no bufferView 70; the file has 9", [&](GltfFile& f) {
         useImage(f, {{"bufferView", 70}, {"mimeType", "image/png"}});
     });
-    expect(R"(images[0].uri: ")" + (m_folder.path() / "missing.png").string() + R"(" cannot be read)",
+    expect(R"(images[0].uri: ")" + (m_folder.path() / "missing.png").string() +
+               R"(" cannot be read; the textures with this image are ignored)",
            [&](GltfFile& f) {
                useImage(f, {{"uri", "missing.png"}});
            });

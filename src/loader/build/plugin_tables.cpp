@@ -20,6 +20,7 @@
 #include "lights/point.h"
 #include "lights/projection.h"
 #include "lights/spot.h"
+#include "lights/studio.h"
 #include "loader/build/film_plugin.h"
 #include "loader/parser/gltf_decl.h"
 #include "materials/diffuse_transmission.h"
@@ -66,7 +67,7 @@ PluginTables pluginTables() {
                      wrinkledTexturePlugin(), windyTexturePlugin(), marbleTexturePlugin(),
                      dotsTexturePlugin(), directionMixTexturePlugin()},
         .lights = {pointLightPlugin(), spotLightPlugin(), distantLightPlugin(), infiniteLightPlugin(),
-                   goniometricLightPlugin(), projectionLightPlugin()},
+                   goniometricLightPlugin(), projectionLightPlugin(), studioLightPlugin()},
         .areaLights = {diffuseAreaLightPlugin()},
         .cameras = {perspectivePlugin(), orthographicPlugin(), environmentPlugin()},
         .samplers = {independentPlugin(), stratifiedPlugin(), sobolPlugin()},

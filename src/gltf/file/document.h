@@ -40,6 +40,13 @@ class Document {
     void warnOnce(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
                   const std::string& message) const;
 
+    /// For a file that does not conform to glTF in a way that viewers accept: throws if `diagnostics` is
+    /// strict, else warns as warnOnce.
+    void tolerate(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
+                  const std::string& message) const;
+    /// Tolerates what was found while the file was read. To be called once.
+    void tolerateAll(Diagnostics& diagnostics) const;
+
     /// Returns items[index]. Throws an Error at `jsonPath` if the index is out of range. `noun`: singular of
     /// the items, for the message.
     template <class T>
@@ -55,7 +62,7 @@ class Document {
     std::filesystem::path admitted(const std::filesystem::path& file) const {
         return m_policy ? m_policy->authorizeRead(file, m_where) : file;
     }
-    void parse(const std::vector<unsigned char>& bytes);
+    void parse(std::vector<unsigned char> bytes);
     void load(const std::vector<unsigned char>& bytes, const std::map<std::string, uint64_t>& bufferFiles);
     std::string text(const std::string& jsonPath, const std::string& message) const;
 
@@ -64,6 +71,7 @@ class Document {
     std::shared_ptr<const ResourcePolicy> m_policy; ///< or null
     tinygltf::Model m_model;
     std::vector<std::string> m_ignored;
+    std::vector<std::pair<std::string, std::string>> m_tolerated; ///< JSON paths and messages
 };
 
 /// Returns a JSON path: "nodes[3]".

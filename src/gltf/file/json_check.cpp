@@ -1,4 +1,4 @@
-#include "gltf/json_check.h"
+#include "gltf/file/json_check.h"
 
 #include <nlohmann/json.hpp>
 
@@ -18,10 +18,13 @@ using nlohmann::json;
 constexpr int kMaxDepth = 128;
 
 const std::set<std::string>& knownExtensions() {
-    static const std::set<std::string> names{
-        "KHR_lights_punctual", "KHR_materials_clearcoat", "KHR_materials_emissive_strength",
-        "KHR_materials_ior",   "KHR_materials_specular",  "KHR_materials_transmission",
-        "KHR_materials_unlit", "KHR_mesh_quantization",   "KHR_texture_transform"};
+    static const std::set<std::string> names{"EXT_mesh_gpu_instancing",    "KHR_materials_anisotropy",
+                                             "KHR_materials_iridescence",  "KHR_materials_sheen",
+                                             "KHR_materials_volume",       "KHR_lights_punctual",
+                                             "KHR_materials_clearcoat",    "KHR_materials_emissive_strength",
+                                             "KHR_materials_ior",          "KHR_materials_specular",
+                                             "KHR_materials_transmission", "KHR_materials_unlit",
+                                             "KHR_mesh_quantization",      "KHR_texture_transform"};
     return names;
 }
 
@@ -34,12 +37,21 @@ std::string hintOf(const std::string& extension) {
          "the buffers are compressed by meshoptimizer (gltfpack -c); export without compression"},
         {"KHR_meshopt_compression",
          "the buffers are compressed by meshoptimizer; export without compression"},
-        {"KHR_texture_basisu", "the textures are Basis Universal (KTX2) files; export them as PNG or JPEG"},
+        {"KHR_texture_basisu", "the textures are KTX2 files (Basis Universal); export them as PNG or JPEG"},
         {"EXT_texture_webp", "the textures are WebP files; export them as PNG or JPEG"},
-        {"EXT_mesh_gpu_instancing", "instances by attribute; export them as nodes"},
         {"KHR_materials_pbrSpecularGlossiness", "materials of glTF 1; convert them to metallic-roughness"}};
     const auto it = hints.find(extension);
     return it == hints.end() ? "" : std::string(": ") + it->second;
+}
+
+/// Returns whether a file can be shown without an extension that it requires: its materials have a fallback,
+/// or it adds data or motion only.
+bool isOptional(const std::string& extension) {
+    static const std::set<std::string> others{
+        "KHR_animation_pointer",  "KHR_node_visibility", "KHR_node_hoverability",
+        "KHR_node_selectability", "KHR_interactivity",   "KHR_xmp",
+        "KHR_xmp_json_ld",        "KHR_audio",           "KHR_physics_rigid_bodies"};
+    return extension.find("_materials_") != std::string::npos || others.count(extension) != 0;
 }
 
 /// Returns true for members that are an index, a count, a number of bytes or an enumeration in any object.
@@ -118,7 +130,9 @@ class Checker {
     void checkExtensions(const json& root) {
         std::string missing;
         for (const std::string& name : strings(root, "extensionsRequired"))
-            if (!knownExtensions().count(name))
+            if (isOptional(name) && !knownExtensions().count(name))
+                m_facts.optionalRequired.push_back(name + hintOf(name));
+            else if (!knownExtensions().count(name))
                 missing += (missing.empty() ? "" : "; ") + name + hintOf(name);
         if (!missing.empty())
             m_fail("extensionsRequired", "unsupported extensions: " + missing);

@@ -1,6 +1,6 @@
-#include "gltf/document.h"
+#include "gltf/file/document.h"
 
-#include "gltf/json_check.h"
+#include "gltf/file/json_check.h"
 
 #include <algorithm>
 #include <cctype>
@@ -86,6 +86,17 @@ std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<
     return json;
 }
 
+/// Replaces zeros at the end of the JSON of a .glb, with which some exporters pad it. Returns whether there
+/// were any.
+bool blankZeros(Bytes& bytes, std::string_view json) {
+    const auto* begin = reinterpret_cast<const unsigned char*>(json.data());
+    size_t end = size_t(begin - bytes.data()) + json.size();
+    const size_t last = end;
+    for (; !json.empty() && end > 20 && bytes[end - 1] == 0; --end)
+        bytes[end - 1] = ' ';
+    return end < last;
+}
+
 /// The files that tinygltf may read: the buffers of the JSON.
 struct AllowedFiles {
     struct File {
@@ -134,6 +145,14 @@ fs::path folderOf(const fs::path& file) {
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
+/// Removes all occurrences of `part`. Returns their number.
+int removeAll(std::string& text, const std::string& part) {
+    int count = 0;
+    for (size_t begin = text.find(part); begin != std::string::npos; begin = text.find(part), ++count)
+        text.erase(begin, part.size());
+    return count;
+}
+
 std::string onOneLine(std::string text) {
     while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())))
         text.pop_back();
@@ -179,6 +198,18 @@ void Document::warnOnce(Diagnostics& diagnostics, const std::string& key, const 
     diagnostics.warnOnce(m_path.string() + " " + key, m_where, text(jsonPath, message));
 }
 
+void Document::tolerate(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
+                        const std::string& message) const {
+    if (diagnostics.isStrict())
+        fail(jsonPath, message);
+    warnOnce(diagnostics, key, jsonPath, message);
+}
+
+void Document::tolerateAll(Diagnostics& diagnostics) const {
+    for (const auto& [jsonPath, message] : m_tolerated)
+        tolerate(diagnostics, jsonPath + message, jsonPath, message);
+}
+
 Document::Document(const fs::path& path, const Location& where, std::shared_ptr<const ResourcePolicy> policy)
     : m_path(path), m_where(where), m_policy(std::move(policy)) {
     Bytes bytes;
@@ -186,17 +217,22 @@ Document::Document(const fs::path& path, const Location& where, std::shared_ptr<
         fail("", reason);
     if (bytes.empty())
         fail("", "the file is empty");
-    parse(bytes);
+    parse(std::move(bytes));
 }
 
-void Document::parse(const Bytes& bytes) {
+void Document::parse(Bytes bytes) {
     const JsonFail failHere = [&](const std::string& jsonPath, const std::string& message) {
         fail(jsonPath, message);
     };
     std::optional<uint64_t> chunk;
     const std::string_view json = jsonOf(bytes, failHere, chunk);
+    if (isBinary(bytes) && blankZeros(bytes, json))
+        m_tolerated.emplace_back("", "the JSON is padded with zeros instead of blanks");
     JsonFacts facts = checkJson(json, chunk, failHere);
     m_ignored = std::move(facts.ignoredExtensions);
+    for (const std::string& extension : facts.optionalRequired)
+        m_tolerated.emplace_back("extensionsRequired",
+                                 extension + " is not supported; the file is shown without it");
     load(bytes, facts.bufferFiles);
 }
 
@@ -237,9 +273,10 @@ void Document::load(const Bytes& bytes, const std::map<std::string, uint64_t>& b
     if (!isRead)
         fail("", error.empty() ? "tinygltf cannot read the file" : onOneLine(error));
     // tinygltf requires the inverse bind matrices of skins, which glTF does not.
-    const std::string wrongError = "'inverseBindMatrices' property is missing in Skin.\n";
-    for (size_t begin = error.find(wrongError); begin != std::string::npos; begin = error.find(wrongError))
-        error.erase(begin, wrongError.size());
+    removeAll(error, "'inverseBindMatrices' property is missing in Skin.\n");
+    if (removeAll(error,
+                  "'node' property is missing.\n`node` field is missing in animation.channels.target\n") > 0)
+        m_tolerated.emplace_back("animations", "channels without a node are ignored");
     if (const std::string message = onOneLine(error); !message.empty())
         fail("", message);
 }

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "core/math/math.h"
-#include "gltf/document.h"
+#include "core/util/diagnostics.h"
+#include "gltf/file/document.h"
 
 #include <optional>
 #include <span>
@@ -35,6 +36,10 @@ std::vector<uint32_t> readIntegers(const Document& document, int accessor, int c
 /// multiplies column vectors from the left, strobe row vectors from the right.
 std::vector<V3f> readV3f(const Document& document, int accessor, const std::string& jsonPath,
                          std::optional<size_t> count = {});
+/// As readV3f, of directions. Those that are not finite become (0,1,0), with a warning, or throw if
+/// `diagnostics` is strict.
+std::vector<V3f> readDirections(const Document& document, int accessor, const std::string& jsonPath,
+                                std::optional<size_t> count, Diagnostics& diagnostics);
 std::vector<V2f> readV2f(const Document& document, int accessor, const std::string& jsonPath,
                          std::optional<size_t> count = {});
 std::vector<M44f> readM44f(const Document& document, int accessor, const std::string& jsonPath,

@@ -13,6 +13,7 @@ namespace strobe::gltf {
 /// Results of the check.
 struct JsonFacts {
     std::vector<std::string> ignoredExtensions; ///< used, not required, and not supported
+    std::vector<std::string> optionalRequired;  ///< required, not supported, and dispensable
     std::map<std::string, uint64_t>
         bufferFiles; ///< decoded relative names of external buffers, and their bytes
 };
