@@ -67,6 +67,13 @@ class GltfScene::File {
             out.push_back(transformPoint(toParent, p));
     }
 
+    /// Returns the position of the file's camera at time 0, in the parent's space.
+    V3f eye() const {
+        const TransformChain path =
+            joined(m_importer.motions(kTimeZero)[m_importer.camera()->node], m_decl.toParent);
+        return transformPoint(path.at(0), V3f(0));
+    }
+
     /// Appends everything that moves or deforms while the shutter is open. `cameraToWorld`: set to the
     /// transform of the file's camera; may be null.
     void addFrame(SceneDescription& description, const Shutter& shutter,
@@ -224,6 +231,21 @@ void addStudio(SceneDescription& description) {
     description.lights.push_back({statement("studio", {}, {}), KeyedTransform()});
 }
 
+/// Adds a point light at a camera that is inside of the scene, as in a room, which the studio may not light.
+void addLightInside(SceneDescription& description, const V3f& eye, const std::vector<V3f>& points) {
+    Box3f box;
+    for (const V3f& p : points)
+        box.extendBy(p);
+    if (points.empty() || !box.intersects(eye))
+        return;
+    const float distance = extentOf(points) / 8; // of surfaces with an irradiance of 1
+    const Param position = floatParam("from", ParamType::Vector3, {eye.x, eye.y, eye.z});
+    description.lights.push_back(
+        {statement("point", {floatParam("I", ParamType::Rgb, std::vector<float>(3, sqr(distance))), position},
+                   {}),
+         KeyedTransform()});
+}
+
 /// Adds a matte floor at the height of the lowest point. It is so large that its edge is near the horizon.
 void addGround(SceneDescription& description, const std::vector<V3f>& points) {
     constexpr float kSizes = 60;
@@ -257,8 +279,11 @@ GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, bool
             m_cameraFile = &file;
     }
     m_isLitByFiles = isLitByFiles && !isLitByScene;
-    if (!m_files.empty() && !isLitByFiles && !isLitByScene)
+    if (!m_files.empty() && !isLitByFiles && !isLitByScene) {
         addStudio(description);
+        if (m_cameraFile && !description.camera)
+            addLightInside(description, m_cameraFile->eye(), m_extremes);
+    }
     if (!m_files.empty() && hasGround)
         addGround(description, m_extremes);
     m_givesCamera = !m_files.empty() && !description.camera;

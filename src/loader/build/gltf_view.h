@@ -7,9 +7,9 @@
 
 namespace strobe {
 
-/// Returns the camera-to-world transform of a perspective camera that just shows all points, from the front
-/// (+z in glTF), a little from the right and from above. `halfView`: tangents of half the horizontal and half
-/// the vertical angle. Without points, shows the unit sphere.
+/// Returns the camera-to-world transform of a perspective camera that looks at the center of the points from
+/// the front (+z in glTF), a little from the right and from above, and just shows all of them. `halfView`:
+/// tangents of half the horizontal and half the vertical angle. Without points, shows the unit sphere.
 KeyedTransform viewOf(const std::vector<V3f>& points, const V2f& halfView);
 
 /// Returns the height (y) of the lowest point; 0 without points.
