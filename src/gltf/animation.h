@@ -18,8 +18,10 @@ class Curve {
     enum class Interpolation { Step, Linear, CubicSpline };
 
     /// Reads sampler `sampler` of animation `animation`. `isRotation`: the values are unit quaternions (x y z
-    /// w), which are interpolated spherically. Throws an Error if the sampler is invalid.
-    Curve(const Document& document, size_t animation, int sampler, int width, bool isRotation);
+    /// w), which are interpolated spherically. Throws an Error if the sampler is invalid. Keys from the first
+    /// one on whose time does not ascend are tolerated, and ignored.
+    Curve(const Document& document, size_t animation, int sampler, int width, bool isRotation,
+          Diagnostics& diagnostics);
 
     int width() const { return m_width; }
     Interpolation interpolation() const { return m_interpolation; }

@@ -56,7 +56,6 @@ class Importer::Impl {
           m_clip(*m_document, settings.animation, targetCounts(*m_document), diagnostics) {
         for (const std::string& extension : m_document->ignoredExtensions())
             m_document->warnOnce(diagnostics, extension, "extensionsUsed", extension + " is ignored");
-        m_document->tolerateAll(diagnostics);
         MaterialBuilder materials(*m_document, textures, diagnostics);
         m_meshes.resize(m_document->model().meshes.size());
         for (const size_t node : m_tree.order())
@@ -67,6 +66,7 @@ class Importer::Impl {
         if (settings.lights)
             m_lights = importLights(m_tree, m_clip, settings.photometric, diagnostics);
         m_camera = importCamera(m_tree, settings.camera);
+        m_document->tolerateAll(diagnostics);
     }
 
     /// Returns the objects that never deform. Meshes are copied: other nodes may deform the same mesh.

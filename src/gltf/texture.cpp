@@ -133,6 +133,7 @@ void ImageTexture::rgbSoA(const TextureQuerySoA& queries, int begin, int end, Rg
 }
 
 std::shared_ptr<const EncodedImage> Images::encoded(size_t index) {
+    constexpr int kMagicBytes = 5;
     auto& cached = m_encoded[index];
     if (cached)
         return cached;
@@ -155,7 +156,9 @@ std::shared_ptr<const EncodedImage> Images::encoded(size_t index) {
                                     "\" cannot be read; the textures with this image are ignored");
             return nullptr;
         }
-        encoded->bytes.assign(std::istreambuf_iterator<char>(file), {});
+        encoded->file = path;
+        encoded->bytes.resize(kMagicBytes);
+        file.read(reinterpret_cast<char*>(encoded->bytes.data()), kMagicBytes);
     }
     static constexpr unsigned char kPng[] = {0x89, 'P', 'N', 'G'};
     static constexpr unsigned char kJpeg[] = {0xff, 0xd8, 0xff};

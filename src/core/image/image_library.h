@@ -44,8 +44,9 @@ class ImageReader {
     int alphaChannel = -1; ///< index of the alpha channel; -1: none
     bool isFloat = false;  ///< the file stores floating-point values
     StoredType stored = StoredType::Float;
-    bool isTiled = false;     ///< the file stores tiles; else rows
-    bool isUncropped = false; ///< the data window equals the display window, at the origin
+    bool isTiled = false;                ///< the file stores tiles; else rows
+    bool isUncropped = false;            ///< the data window equals the display window, at the origin
+    std::shared_ptr<const void> owned{}; ///< memory that the reader needs; or null
     /// Writes channels first … last-1 of all pixels to `out`, row by row from the top. Returns false on
     /// failure.
     virtual bool read(int first, int last, float* out, std::string& error) = 0;

@@ -1,5 +1,8 @@
 #include "core/image/image_source.h"
 
+#include <fstream>
+#include <iterator>
+
 namespace strobe {
 namespace {
 
@@ -16,6 +19,20 @@ void convert(const ColorEncoding& encoding, DecodedImage& image) {
 }
 
 } // namespace
+
+std::unique_ptr<ImageReader> ImageSource::open(std::string& error) const {
+    if (!memory)
+        return imageLibrary().open(path, error);
+    if (memory->file.empty())
+        return imageLibrary().open(memory->bytes, error);
+    std::ifstream file(memory->file, std::ios::binary);
+    const auto bytes = std::make_shared<const std::vector<unsigned char>>(
+        std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    auto reader = imageLibrary().open(*bytes, error);
+    if (reader)
+        reader->owned = bytes;
+    return reader;
+}
 
 bool ImageSource::decode(DecodedImage& out, std::string& error) const {
     const auto file = open(error);

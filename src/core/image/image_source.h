@@ -12,9 +12,7 @@ struct ImageSource {
     TextureChannels channels = TextureChannels::Color;
     ColorEncoding encoding;
 
-    std::unique_ptr<ImageReader> open(std::string& error) const {
-        return memory ? imageLibrary().open(memory->bytes, error) : imageLibrary().open(path, error);
-    }
+    std::unique_ptr<ImageReader> open(std::string& error) const;
     /// Reads and decodes the image. Returns false on failure. Reads the whole file: encoded files have 8 or
     /// 16 bits per value. Values are decoded here, before OpenImageIO computes MIP levels and filters, so
     /// that it filters linear values.

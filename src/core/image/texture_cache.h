@@ -13,10 +13,11 @@ struct TexturePointSoA {
     V2SoA uv, duvdx, duvdy;
 };
 
-/// An encoded image (PNG or JPEG) in memory.
+/// An encoded image (PNG or JPEG), in memory or in a file.
 struct EncodedImage {
     std::string name; ///< unique among the images of a cache; used in error messages
     std::vector<unsigned char> bytes;
+    std::filesystem::path file{}; ///< if not empty, has the bytes; it is read whenever they are needed
 };
 
 /// The channels of an image that a texture uses.
@@ -58,7 +59,7 @@ class TextureCache : public std::enable_shared_from_this<TextureCache> {
     /// read.
     std::shared_ptr<const File> open(const std::filesystem::path& path, const Location& where,
                                      const ColorEncoding& encoding = {});
-    /// Opens an image in memory. Colors are not premultiplied by alpha and are decoded from `encoding`; alpha
+    /// Opens an encoded image. Colors are not premultiplied by alpha and are decoded from `encoding`; alpha
     /// is not decoded. Returns null if `channels` is Alpha and the image has no alpha channel. Throws Error
     /// at `where` if the image cannot be read.
     std::shared_ptr<const File> open(std::shared_ptr<const EncodedImage> image, const Location& where,

@@ -223,6 +223,7 @@ std::span<const unsigned char> viewBytes(const Document& document, int bufferVie
     const tinygltf::BufferView& view = document.at(model.bufferViews, bufferView, "bufferView", jsonPath);
     const std::string viewPath = item("bufferViews", size_t(bufferView));
     const auto& bytes = document.at(model.buffers, view.buffer, "buffer", viewPath).data;
+    document.requireBuffer(size_t(view.buffer));
     if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset)
         document.fail(viewPath, std::to_string(view.byteLength) + " bytes at offset " +
                                     std::to_string(view.byteOffset) + " exceed " +

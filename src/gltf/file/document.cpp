@@ -97,6 +97,24 @@ bool blankZeros(Bytes& bytes, std::string_view json) {
     return end < last;
 }
 
+/// Replaces the JSON of a file.
+void replaceJson(Bytes& bytes, std::string_view json, std::string text) {
+    if (!isBinary(bytes)) {
+        bytes.assign(text.begin(), text.end());
+        return;
+    }
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const auto begin = bytes.begin() + (reinterpret_cast<const unsigned char*>(json.data()) - bytes.data());
+    Bytes rest(begin + ptrdiff_t(json.size()), bytes.end());
+    bytes.erase(begin, bytes.end());
+    bytes.insert(bytes.end(), text.begin(), text.end());
+    bytes.insert(bytes.end(), rest.begin(), rest.end());
+    for (int k = 0; k < 4; ++k) {
+        bytes[8 + size_t(k)] = static_cast<unsigned char>(bytes.size() >> (8 * k));
+        bytes[12 + size_t(k)] = static_cast<unsigned char>(text.size() >> (8 * k));
+    }
+}
+
 /// The files that tinygltf may read: the buffers of the JSON.
 struct AllowedFiles {
     struct File {
@@ -206,8 +224,19 @@ void Document::tolerate(Diagnostics& diagnostics, const std::string& key, const 
 }
 
 void Document::tolerateAll(Diagnostics& diagnostics) const {
-    for (const auto& [jsonPath, message] : m_tolerated)
+    constexpr size_t kMost = 8; // warnings; there may be one for each vertex attribute
+    for (size_t i = 0; i < m_tolerated.size() && i < kMost; ++i) {
+        const auto& [jsonPath, message] = m_tolerated[i];
         tolerate(diagnostics, jsonPath + message, jsonPath, message);
+    }
+    if (m_tolerated.size() > kMost)
+        warnOnce(diagnostics, "deviations", "",
+                 std::to_string(m_tolerated.size() - kMost) + " further deviations from glTF 2.0");
+}
+
+void Document::requireBuffer(size_t index) const {
+    if (const auto missing = m_missingBuffers.find(index); missing != m_missingBuffers.end())
+        fail(missing->second.first, missing->second.second);
 }
 
 Document::Document(const fs::path& path, const Location& where, std::shared_ptr<const ResourcePolicy> policy)
@@ -233,6 +262,14 @@ void Document::parse(Bytes bytes) {
     for (const std::string& extension : facts.optionalRequired)
         m_tolerated.emplace_back("extensionsRequired",
                                  extension + " is not supported; the file is shown without it");
+    m_tolerated.insert(m_tolerated.end(), facts.deviations.begin(), facts.deviations.end());
+    m_missingBuffers = std::move(facts.missingBuffers);
+    for (const auto& [index, missing] : m_missingBuffers)
+        if (missing.second != "has no uri" &&
+            missing.second != "has no uri, and the file has no binary chunk")
+            m_tolerated.push_back(missing); // buffers without a uri are valid: extensions may provide data
+    if (!facts.replacement.empty())
+        replaceJson(bytes, json, facts.replacement);
     load(bytes, facts.bufferFiles);
 }
 

@@ -44,8 +44,10 @@ class Document {
     /// strict, else warns as warnOnce.
     void tolerate(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
                   const std::string& message) const;
-    /// Tolerates what was found while the file was read. To be called once.
+    /// Tolerates what was found while the file was read, after the errors of all readers. To be called once.
     void tolerateAll(Diagnostics& diagnostics) const;
+    /// Throws if buffer `index` has no data.
+    void requireBuffer(size_t index) const;
 
     /// Returns items[index]. Throws an Error at `jsonPath` if the index is out of range. `noun`: singular of
     /// the items, for the message.
@@ -72,6 +74,7 @@ class Document {
     tinygltf::Model m_model;
     std::vector<std::string> m_ignored;
     std::vector<std::pair<std::string, std::string>> m_tolerated; ///< JSON paths and messages
+    std::map<size_t, std::pair<std::string, std::string>> m_missingBuffers;
 };
 
 /// Returns a JSON path: "nodes[3]".

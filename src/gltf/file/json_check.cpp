@@ -1,5 +1,7 @@
 #include "gltf/file/json_check.h"
 
+#include "gltf/file/conformance.h"
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -82,6 +84,9 @@ class Checker {
         checkExtensions(root);
         checkSources(root, chunk);
         checkMembers(root, "");
+        m_facts.deviations = findDeviations(root);
+        if (!m_facts.missingBuffers.empty())
+            m_facts.replacement = withoutMissingBuffers(root);
         return std::move(m_facts);
     }
 
@@ -100,6 +105,14 @@ class Checker {
             m_fail("", "invalid JSON: " + (end == std::string::npos ? what : what.substr(end + 2)));
         }
         return {};
+    }
+
+    /// Returns the JSON with one byte in place of each missing buffer.
+    std::string withoutMissingBuffers(json root) const {
+        for (const auto& [index, reason] : m_facts.missingBuffers)
+            root["buffers"][index] = {{"byteLength", 1},
+                                      {"uri", "data:application/octet-stream;base64,AA=="}};
+        return root.dump(-1, ' ', false, json::error_handler_t::replace);
     }
 
     void checkVersion(const json& root) {
@@ -137,8 +150,15 @@ class Checker {
         if (!missing.empty())
             m_fail("extensionsRequired", "unsupported extensions: " + missing);
         for (const std::string& name : strings(root, "extensionsUsed"))
-            if (!knownExtensions().count(name))
-                m_facts.ignoredExtensions.push_back(name + hintOf(name));
+            if (const std::string text = name + hintOf(name);
+                !knownExtensions().count(name) && !isReported(text))
+                m_facts.ignoredExtensions.push_back(text);
+    }
+
+    /// Whether an extension is known to be required and dispensable.
+    bool isReported(const std::string& text) const {
+        const auto& reported = m_facts.optionalRequired;
+        return std::find(reported.begin(), reported.end(), text) != reported.end();
     }
 
     /// Calls check(entry, jsonPath) for the objects of an array.
@@ -187,15 +207,31 @@ class Checker {
         return digits.size() * 3 / 4;
     }
 
+    /// Returns why a buffer has no data; empty: it has. Such buffers are errors where they are used.
+    std::string whyMissing(const json& buffer, bool isFirst, std::optional<uint64_t> chunk) {
+        const auto uri = buffer.find("uri");
+        if (uri == buffer.end())
+            return isFirst && chunk ? ""
+                   : isFirst        ? "has no uri, and the file has no binary chunk"
+                                    : "has no uri";
+        const std::string name = uri->is_string() ? uri->get<std::string>() : "";
+        if (isData(name) && name.find(";base64,") == std::string::npos)
+            return "is a data URI of an unsupported kind: only base64 is supported";
+        return !isData(name) && name.find("://") != std::string::npos ? "is not a file name" : "";
+    }
+
     void checkBuffer(const json& buffer, const std::string& jsonPath, std::optional<uint64_t> chunk) {
         const auto length = buffer.find("byteLength");
         if (length == buffer.end())
             m_fail(jsonPath + ".byteLength", "is missing");
         checkInteger(*length, jsonPath + ".byteLength");
         const uint64_t needed = *length;
+        const size_t index = m_bufferCount++;
+        if (const std::string reason = whyMissing(buffer, index == 0, chunk); !reason.empty()) {
+            m_facts.missingBuffers[index] = {jsonPath + (buffer.contains("uri") ? ".uri" : ""), reason};
+            return;
+        }
         const auto uri = uriOf(buffer, jsonPath);
-        if (!uri && !chunk)
-            m_fail(jsonPath, "has no uri, and the file has no binary chunk");
         if (uri && !isData(*uri)) {
             uint64_t& longest = m_facts.bufferFiles[decodeUri(*uri)];
             longest = std::max(longest, needed);
@@ -310,6 +346,7 @@ class Checker {
     static constexpr uint64_t kLargestSize = uint64_t(1) << 32;
     const JsonFail& m_fail;
     JsonFacts m_facts;
+    size_t m_bufferCount = 0;
 };
 
 } // namespace

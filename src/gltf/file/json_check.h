@@ -14,6 +14,10 @@ namespace strobe::gltf {
 struct JsonFacts {
     std::vector<std::string> ignoredExtensions; ///< used, not required, and not supported
     std::vector<std::string> optionalRequired;  ///< required, not supported, and dispensable
+    /// Deviations from the specification that do not prevent reading: JSON paths and messages.
+    std::vector<std::pair<std::string, std::string>> deviations;
+    std::map<size_t, std::pair<std::string, std::string>> missingBuffers; ///< JSON path and reason, by index
+    std::string replacement; ///< the JSON with data for missing buffers; empty: none is missing
     std::map<std::string, uint64_t>
         bufferFiles; ///< decoded relative names of external buffers, and their bytes
 };
@@ -22,9 +26,9 @@ struct JsonFacts {
 using JsonFail = std::function<void(const std::string& jsonPath, const std::string& message)>;
 
 /// Checks that the text is JSON of limited depth; that numbers fit 32-bit floats; that indices and counts are
-/// non-negative integers; the version; that required extensions are supported; that buffers and images have
-/// data; and that URIs stay in the file's folder. `chunk`: size of the binary chunk of a .glb file, if it has
-/// one. Calls `fail` at the first mistake.
+/// non-negative integers; the version; that required extensions are supported; that images have data; and
+/// that URIs stay in the file's folder. `chunk`: size of the binary chunk of a .glb file, if it has one.
+/// Calls `fail` at the first mistake.
 JsonFacts checkJson(std::string_view text, std::optional<uint64_t> chunk, const JsonFail& fail);
 
 /// Returns a URI with its percent encoding decoded.
