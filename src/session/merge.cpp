@@ -39,12 +39,12 @@ uint64_t warnOfMissing(const RenderPart& merged, const std::vector<std::filesyst
 }
 
 /// Returns the image, completed by the integrator that rendered the parts.
-Film filmOf(const RenderPart& merged) {
+Film filmOf(const RenderPart& merged, const PluginLibraries& plugins) {
     Film film(merged.fullWidth, merged.fullHeight, merged.pixelBounds);
     addToFilm(merged, film);
     if (film.records().isEmpty())
         return film;
-    const PluginTables tables = pluginTables();
+    const PluginTables tables = pluginTables(plugins);
     Diagnostics diagnostics;
     findPlugin(tables.integrators, merged.keyValue("integrator"), "integrator", {})
         .create(ParamSet(), BuildContext{diagnostics})
@@ -79,7 +79,7 @@ Outcome mergeParts(const MergeOptions& options, const Log& log) {
             writePart(image, merged);
         } else {
             if (!film)
-                film = filmOf(merged);
+                film = filmOf(merged, *options.plugins);
             writeImage(image, *film, recordedAovs(merged.layout, *film), metadataOf(merged, missing),
                        options.format, settings, log);
         }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/film/film.h"
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 #include "core/util/resource_policy.h"
 #include "display/display_server.h"
@@ -13,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// How pixels become image files.
 struct ImageOptions {
@@ -92,6 +93,7 @@ struct MergeOptions {
     bool makeFolders = false;                  ///< see OutputOptions
     ImageOptions format;
     bool strict = false; ///< see RenderOptions
+    std::shared_ptr<const PluginLibraries> plugins = std::make_shared<const PluginLibraries>();
 };
 
 /// Throws Error of kind Usage if a value is out of range, or if options exclude or require each other.

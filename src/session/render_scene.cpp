@@ -41,7 +41,7 @@ void checkPluginName(const std::string& name, const char* kind, const char* opti
 void checkBeforeParsing(const RenderOptions& options) {
     if (options.scenes.empty())
         throw Error("there is no scene file", ErrorKind::Usage);
-    const PluginTables tables = pluginTables();
+    const PluginTables tables = pluginTables(*options.build.plugins);
     checkPluginName(options.build.integrator, "integrator", "--integrator", tables.integrators, "--shading",
                     tables.shaders);
     checkPluginName(options.build.shading, "shading integrator", "--shading", tables.shaders, "--integrator",
@@ -50,9 +50,9 @@ void checkBeforeParsing(const RenderOptions& options) {
     checkOutputFiles(options);
 }
 
-std::set<std::string> integratorNames() {
+std::set<std::string> integratorNames(const PluginLibraries& libraries) {
     std::set<std::string> names;
-    for (const auto& row : pluginTables().integrators)
+    for (const auto& row : pluginTables(libraries).integrators)
         names.insert(row.name);
     return names;
 }
@@ -72,8 +72,8 @@ class SceneRenderer {
             m_build.textureMegabytes = int(std::max<uint64_t>(options.resources.maxMemory / 2 >> 20, 1));
         m_policy = std::make_shared<const ResourcePolicy>(options.resources);
         const Clock::time_point start = Clock::now();
-        m_description =
-            parseFiles(options.scenes, integratorNames(), m_diagnostics, m_policy, options.build.defines);
+        m_description = parseFiles(options.scenes, integratorNames(*options.build.plugins), m_diagnostics,
+                                   m_policy, options.build.defines);
         std::erase_if(m_build.defines, [this](const std::string& define) {
             return m_description.values.contains(define.substr(0, define.find('=')));
         });
@@ -83,7 +83,7 @@ class SceneRenderer {
     Outcome renderImage() {
         FrameJob job;
         if (!m_options.output.noImage)
-            job.content = contentOf(m_description);
+            job.content = content();
         const BuiltScene built = buildImage();
         job.options = withDefaultImage(m_options, built.filename, m_log);
         if (!m_options.dryRun && hasAutomaticExposure(job.options, built))
@@ -96,6 +96,10 @@ class SceneRenderer {
     PixelResult renderPixel(const PixelQuery& query);
 
   private:
+    SceneContent content() const {
+        return contentOf(m_description,
+                         usedPlugins(*m_build.plugins, m_description, {m_build.integrator, m_build.shading}));
+    }
     static Outcome dryRun(const FrameJob& job, const FrameInputs& inputs, size_t frames) {
         checkOutputFiles(job.options);
         checkOutputsAreNotInputs(job.options, inputs.policy);
@@ -129,7 +133,7 @@ class SceneRenderer {
 
 Outcome SceneRenderer::renderSequence() {
     const SequenceOptions& sequence = *m_options.sequence;
-    const SceneContent content = contentOf(m_description);
+    const SceneContent content = this->content();
     Clock::time_point start = Clock::now();
     SceneBuilder builder(std::move(m_description), m_build, m_diagnostics);
     RenderOptions options = withDefaultImage(m_options, builder.setup().filename, m_log);

@@ -87,7 +87,7 @@ struct LightRecorder::Chunk {
 LightRecorder::LightRecorder(const Scene& scene, float cellSize, float clamp, LightParts parts,
                              const RareLimits& rareLimits)
     : m_scene(scene), m_spread(scene), m_cellSize(cellSize), m_clamp(clamp), m_parts(parts),
-      m_rareLimits(rareLimits) {}
+      m_rareLimits(rareLimits), m_tile(parts) {}
 
 LightRecorder::~LightRecorder() = default;
 

@@ -27,7 +27,7 @@ class LightRecorder {
         m_tile.addEmission(pixel.x, pixel.y, sum);
     }
     /// Returns the record of the tile.
-    FilmRecord finishTile(const PixelBounds& tile) { return m_tile.record(tile, m_samples, m_parts); }
+    FilmRecord finishTile(const PixelBounds& tile) { return m_tile.record(tile, m_samples); }
 
   private:
     struct Chunk;

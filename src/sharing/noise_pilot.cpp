@@ -270,7 +270,7 @@ Verdict decide(std::span<const BlockPilot> pilots, const BlockErrors& sums, doub
 } // namespace
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize) {
-    constexpr int kBlockSize = 8, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 14, kMaxBlocks = 64;
+    constexpr int kBlockSize = 8, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 8, kMaxBlocks = 64;
     constexpr double kPilotShare = 0.004, kPasses = 64; // the samples of passes, whose number is not known
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
     // rise.

@@ -37,47 +37,95 @@ class RareLight::Surroundings {
         if (m_node == node)
             return;
         m_node = node;
-        m_p.clear();
-        m_n.clear();
-        m_regions.clear();
+        m_rows.clear();
+        m_count = 0;
         const CellPyramid& pyramid = m_light.m_pyramid;
-        pyramid.forNeighbors(pyramid.nodes()[node], [&](uint32_t index) {
-            const CellNode& at = pyramid.nodes()[index];
-            const Sums* sums = &m_light.m_sums[kParts * index];
-            m_p.push_back(at.p);
-            m_n.push_back(at.n);
-            m_regions.push_back({{sums[0], sums[1]}, at.count[0] + at.count[1]});
-        });
+        pyramid.forNeighbors(pyramid.nodes()[node], [&](uint32_t index) { add(index); });
         constexpr float kRadius = 2 * 1.414f; ///< in edges
         m_inverseRadius2 = 1 / sqr(kRadius * pyramid.edge(pyramid.nodes()[node]));
     }
     /// Returns the sums of the nodes, weighted by a bell of the distance from a cell and by the angle between
     /// the normals.
-    Region around(const CellNode& center) {
-        m_weights.resize(m_p.size());
-        weigh(center);
+    Region around(const CellNode& center) const {
+        WeightedSums sums;
+        addRows(m_rows.data(), int(m_rows.size()), center.p, center.n, m_inverseRadius2, sums);
         Region out;
-        for (size_t i = 0; i < m_regions.size(); ++i)
-            out.add(m_regions[i], m_weights[i]);
+        const auto total = [&](int column) {
+            float sum = 0;
+            for (const float lane : sums.lanes[column])
+                sum += lane;
+            return sum;
+        };
+        out.count = total(kCount);
+        for (int part = 0; part < kParts; ++part) {
+            const int first = kSums + kSumColumns * part;
+            out.parts[part] = {total(first), total(first + 1),
+                               Rgb(total(first + 2), total(first + 3), total(first + 4))};
+        }
         return out;
     }
 
   private:
-    void weigh(const CellNode& center) {
-        constexpr float kMinCosine = 0.9f;
-        for (size_t i = 0; i < m_p.size(); ++i) {
-            const float cosine = std::max((dot(center.n, m_n[i]) - kMinCosine) / (1 - kMinCosine), 0.f);
-            const float bell = std::max(1 - length2(m_p[i] - center.p) * m_inverseRadius2, 0.f);
-            m_weights[i] = cosine * bell * bell * bell;
+    static constexpr int kLanes = 8, kSumColumns = 5;
+    /// The columns of a row; then the members of Sums by part.
+    enum Column { kP = 0, kN = 3, kCount = 0, kSums = 1, kSummed = kSums + kSumColumns * kParts };
+    /// Nodes as a structure of arrays: position and normal, then what is summed.
+    struct Row {
+        float geometry[6][kLanes];
+        float summed[kSummed][kLanes];
+    };
+    struct WeightedSums {
+        float lanes[kSummed][kLanes] = {};
+    };
+    void add(uint32_t index) {
+        const int lane = m_count++ % kLanes;
+        if (lane == 0)
+            m_rows.emplace_back(); // zeros have no weight
+        Row& row = m_rows.back();
+        const CellNode& node = m_light.m_pyramid.nodes()[index];
+        for (int k = 0; k < 3; ++k) {
+            row.geometry[kP + k][lane] = node.p[k];
+            row.geometry[kN + k][lane] = node.n[k];
+        }
+        row.summed[kCount][lane] = node.count[0] + node.count[1];
+        for (int part = 0; part < kParts; ++part) {
+            const Sums& sums = m_light.m_sums[kParts * index + size_t(part)];
+            const float values[kSumColumns] = {sums.brightness, sums.squares, sums.rare.x, sums.rare.y,
+                                               sums.rare.z};
+            for (int k = 0; k < kSumColumns; ++k)
+                row.summed[kSums + kSumColumns * part + k][lane] = values[k];
         }
     }
+    static void addRows(const Row* rows, int count, const V3f& p, const V3f& n, float inverseRadius2,
+                        WeightedSums& out);
+
     const RareLight& m_light;
-    std::vector<V3f> m_p, m_n; ///< by node
-    std::vector<Region> m_regions;
-    std::vector<float> m_weights; ///< of the last cell
+    std::vector<Row> m_rows;
+    int m_count = 0; ///< nodes
     uint32_t m_node = ~0u;
     float m_inverseRadius2 = 0;
 };
+
+STROBE_TARGET_CLONES void RareLight::Surroundings::addRows(const Row* rows, int count, const V3f& p,
+                                                           const V3f& n, float inverseRadius2,
+                                                           WeightedSums& out) {
+    constexpr float kMinCosine = 0.9f;
+    for (int r = 0; r < count; ++r) {
+        const Row& row = rows[r];
+        float weights[kLanes];
+        for (int i = 0; i < kLanes; ++i) {
+            const auto& g = row.geometry;
+            const float x = g[kP][i] - p.x, y = g[kP + 1][i] - p.y, z = g[kP + 2][i] - p.z;
+            const float dot = g[kN][i] * n.x + g[kN + 1][i] * n.y + g[kN + 2][i] * n.z;
+            const float cosine = std::max((dot - kMinCosine) / (1 - kMinCosine), 0.f);
+            const float bell = std::max(1 - (x * x + y * y + z * z) * inverseRadius2, 0.f);
+            weights[i] = cosine * bell * bell * bell;
+        }
+        for (int c = 0; c < kSummed; ++c)
+            for (int i = 0; i < kLanes; ++i)
+                out.lanes[c][i] += weights[i] * row.summed[c][i];
+    }
+}
 
 RareLight::RareLight(const CellPyramid& pyramid, std::span<const PixelRareSample> samples,
                      float samplesPerPixel)

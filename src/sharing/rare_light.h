@@ -35,14 +35,6 @@ class RareLight {
     struct Region {
         Sums parts[kParts];
         float count = 0; ///< of all samples
-        void add(const Region& other, float weight) {
-            for (int part = 0; part < kParts; ++part) {
-                parts[part].brightness += weight * other.parts[part].brightness;
-                parts[part].squares += weight * other.parts[part].squares;
-                parts[part].rare += other.parts[part].rare * weight;
-            }
-            count += weight * other.count;
-        }
     };
     struct Estimate {
         float rarity = 0;

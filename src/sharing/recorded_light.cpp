@@ -57,20 +57,27 @@ HalfPixelSums toFloats(const HalfLight& light) {
     return out;
 }
 
+void requireSameParts(const TileLightReader& a, const TileLightReader& b) {
+    if (a.parts() != b.parts())
+        throw Error("the records of tiles have different parts of the light", ErrorKind::Usage);
+}
+
 /// Returns the record of the sum of records of the same pixels.
 FilmRecord sumOf(std::span<const FilmRecord> records) {
-    TileLight sum;
-    std::vector<TileLightReader> tiles;
+    std::vector<TileLightReader> tiles(records.begin(), records.end());
+    TileLight sum(tiles.front().parts());
     SampleSlice samples = records.front().samples;
-    for (const FilmRecord& record : records) {
-        const TileLightReader& tile = tiles.emplace_back(record);
+    for (size_t i = 0; i < tiles.size(); ++i) {
+        TileLightReader& tile = tiles[i];
+        requireSameParts(tile, tiles.front());
         std::vector<uint32_t> numbers;
         for (const CellSums& cell : tile.cells()) {
             numbers.push_back(sum.findCell(cell.id));
             sum.cell(numbers.back()).add(cell);
         }
-        tiles.back().setCellNumbers(std::move(numbers));
-        samples = {std::min(samples.first, record.samples.first), std::max(samples.end, record.samples.end)};
+        tile.setCellNumbers(std::move(numbers));
+        const SampleSlice& slice = records[i].samples;
+        samples = {std::min(samples.first, slice.first), std::max(samples.end, slice.end)};
     }
     const PixelBounds& bounds = records.front().pixels;
     PixelLight light;
@@ -91,7 +98,7 @@ FilmRecord sumOf(std::span<const FilmRecord> records) {
         for (const EmissionSum& emission : tile.emission())
             sum.addEmission(bounds.x0 + int(emission.pixel % size_t(bounds.width())),
                             bounds.y0 + int(emission.pixel / size_t(bounds.width())), emission.sum);
-    return sum.record(bounds, samples, tiles.front().parts());
+    return sum.record(bounds, samples);
 }
 
 } // namespace
@@ -105,8 +112,9 @@ RecordedLight::RecordedLight(const Film& film) : pixelBounds(film.pixelBounds())
     std::vector<TileLightReader> tiles = readersOf(film.records().all());
     std::vector<std::vector<const TileLightReader*>> tilesOfRow(height);
     for (const TileLightReader& tile : tiles) {
-        if (!isInside(tile.pixels(), pixelBounds) || tile.parts() != tiles.front().parts())
-            throw Error("the records of tiles do not fit together", ErrorKind::Usage);
+        requireSameParts(tile, tiles.front());
+        if (!isInside(tile.pixels(), pixelBounds))
+            throw Error("the record of a tile has pixels outside of the image", ErrorKind::Usage);
         for (int y = tile.pixels().y0; y < tile.pixels().y1; ++y)
             tilesOfRow[size_t(y - pixelBounds.y0)].push_back(&tile);
     }

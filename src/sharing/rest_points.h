@@ -22,7 +22,8 @@ class PixelSpread {
     float of(const VisibilityBatch& batch, uint32_t pixel) const;
 
   private:
-    static constexpr int kSamples = 16;
+    struct Points;
+    void replaceMoving(const VisibilityBatch& batch, uint32_t firstSample, Points& points) const;
     const Scene& m_scene;
 };
 

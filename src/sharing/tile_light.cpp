@@ -10,12 +10,13 @@ namespace strobe {
 namespace {
 
 /// Changes with the meaning of the integers of records.
-constexpr int64_t kFormat = 1;
+constexpr int64_t kFormat = 2;
 constexpr uint32_t kMaxSamples = PixelAccumulator::kMaxSamples;
-/// The integers of a cell, of a half of a pixel without its uses and rare samples, of a use and of a rare
-/// sample.
-constexpr size_t kCellIntegers = 6 + 6 + kHalves * (1 + 3 * kParts);
-constexpr size_t kHalfIntegers = kQuarters * (1 + 3 * kParts) + 3 + 3 + 2;
+/// The integers of a cell without its light, of a cell, of a half of a pixel without its uses and rare
+/// samples, of a use and of a rare sample.
+constexpr size_t kDarkCellIntegers = 6 + 6 + kHalves,
+                 kCellIntegers = kDarkCellIntegers + kHalves * 3 * kParts;
+constexpr size_t kHalfIntegers = kQuarters * (1 + 3 * kParts) + 3 + 4 + 2;
 constexpr size_t kUseIntegers = 1 + 3;
 constexpr size_t kRareIntegers = 3 + 6;
 /// The rows of pixels are preceded by a table of the ends of rows.
@@ -27,7 +28,7 @@ void write(IntegerWriter& out, const RgbSum& sum) {
     for (const FixedPointSum& channel : sum.channels)
         out.add(channel.units());
 }
-void write(IntegerWriter& out, const CellSums& cell) {
+void write(IntegerWriter& out, const CellSums& cell, LightParts parts) {
     const CellId& id = cell.id;
     out.add(int64_t(id.surface));
     for (const int64_t value : {id.x, id.y, id.z, int32_t(id.level), int32_t(id.face)})
@@ -38,9 +39,13 @@ void write(IntegerWriter& out, const CellSums& cell) {
         out.add(cell.p[k]);
         out.add(cell.n[k]);
     }
-    for (const auto& halves : cell.light)
-        for (const RgbSum& light : halves)
-            write(out, light);
+    for (int part = 0; part < kParts; ++part)
+        if (parts.has(LightPart(part)))
+            for (const RgbSum& light : cell.light[part])
+                write(out, light);
+}
+bool hasEmission(const HalfLight& half) {
+    return !(half.emitted == RgbSum() && half.ee == FixedPointSum() && half.ve == FixedPointSum());
 }
 
 /// Writes the bits of the channels.
@@ -67,7 +72,7 @@ void addNext(IntegerReader& in, RgbSum& sum) {
         channel.add(FixedPointSum(in.next()));
 }
 /// Reads the sums of a cell in a tile of this many pixels.
-CellSums readCell(IntegerReader& in, size_t pixels) {
+CellSums readCell(IntegerReader& in, size_t pixels, LightParts parts) {
     CellSums cell;
     CellId& id = cell.id;
     constexpr int64_t kMax = CellId::kMaxIndex;
@@ -85,9 +90,10 @@ CellSums readCell(IntegerReader& in, size_t pixels) {
         cell.p[k] = in.next(0, total << CellSums::kPositionBits);
         cell.n[k] = in.next(-total << CellSums::kNormalBits, total << CellSums::kNormalBits);
     }
-    for (auto& halves : cell.light)
-        for (RgbSum& light : halves)
-            addNext(in, light);
+    for (int part = 0; part < kParts; ++part)
+        if (parts.has(LightPart(part)))
+            for (RgbSum& light : cell.light[part])
+                addNext(in, light);
     return cell;
 }
 
@@ -145,11 +151,16 @@ void TileLight::writeHalf(const HalfLight& half) {
     if (half.count() == 0)
         return;
     for (const HalfLight::Quarter& quarter : half.quarters)
-        for (const RgbSum& light : quarter.light)
-            write(out, light);
-    write(out, half.emitted);
-    for (const FixedPointSum& moment : {half.v, half.ee, half.ve})
-        out.add(moment.units());
+        for (int part = 0; part < kParts; ++part)
+            if (m_parts.has(LightPart(part)))
+                write(out, quarter.light[part]);
+    out.add(half.v.units());
+    out.add(hasEmission(half));
+    if (hasEmission(half)) {
+        write(out, half.emitted);
+        for (const FixedPointSum& moment : {half.ee, half.ve})
+            out.add(moment.units());
+    }
     out.add(__int128(half.uses.size()));
     for (const CellUse& use : half.uses) {
         out.add(use.cell);
@@ -161,14 +172,14 @@ void TileLight::writeHalf(const HalfLight& half) {
         write(out, sample);
 }
 
-void TileLight::writeHeader(const PixelBounds& tile, LightParts parts) {
+void TileLight::writeHeader(const PixelBounds& tile) {
     m_header.clear();
     m_header.reserve(4 + m_cells.size() * kCellIntegers + m_emission.size());
     m_header.add(kFormat);
-    m_header.add(parts.bits());
+    m_header.add(m_parts.bits());
     m_header.add(__int128(m_cells.size()));
     for (const CellSums& cell : m_cells)
-        write(m_header, cell);
+        write(m_header, cell, m_parts);
     m_header.add(__int128(m_emission.size()));
     for (const EmissionEntry& entry : m_emission)
         m_header.add(int64_t(entry.y - tile.y0) * tile.width() + (entry.x - tile.x0));
@@ -196,8 +207,8 @@ void TileLight::writeRows(const PixelBounds& tile, std::string& out) {
     }
 }
 
-FilmRecord TileLight::record(const PixelBounds& tile, const SampleSlice& samples, LightParts parts) {
-    writeHeader(tile, parts);
+FilmRecord TileLight::record(const PixelBounds& tile, const SampleSlice& samples) {
+    writeHeader(tile);
     std::string bytes(m_header.bytes());
     for (const EmissionEntry& entry : m_emission) {
         bytes.resize(bytes.size() + PixelAccumulator::kBytes);
@@ -225,11 +236,11 @@ TileLightReader::TileLightReader(FilmRecord record) : m_record(std::move(record)
 void TileLightReader::readCells(IntegerReader& header) {
     const size_t pixels = pixelCount(m_record.pixels);
     // An integer takes a byte at least.
-    const auto count = size_t(header.next(0, int64_t(header.left() / kCellIntegers)));
+    const auto count = size_t(header.next(0, int64_t(header.left() / kDarkCellIntegers)));
     m_cells.reserve(count);
     m_cellNumbers.resize(count);
     for (size_t i = 0; i < count && !header.hasFailed(); ++i) {
-        m_cells.push_back(readCell(header, pixels));
+        m_cells.push_back(readCell(header, pixels, m_parts));
         if (m_cells.back().count[0] + m_cells.back().count[1] == 0)
             fail();
         m_cellNumbers[i] = uint32_t(i);
@@ -280,11 +291,15 @@ void TileLightReader::Row::addHalf(HalfLight& half) {
     if (!hasSamples)
         return;
     for (HalfLight::Quarter& quarter : half.quarters)
-        for (RgbSum& light : quarter.light)
-            strobe::addNext(m_reader, light);
-    strobe::addNext(m_reader, half.emitted);
-    for (FixedPointSum* moment : {&half.v, &half.ee, &half.ve})
-        moment->add(FixedPointSum(m_reader.next()));
+        for (int part = 0; part < kParts; ++part)
+            if (m_tile->m_parts.has(LightPart(part)))
+                strobe::addNext(m_reader, quarter.light[part]);
+    half.v.add(FixedPointSum(m_reader.next()));
+    if (m_reader.next(0, 1) == 1) {
+        strobe::addNext(m_reader, half.emitted);
+        for (FixedPointSum* moment : {&half.ee, &half.ve})
+            moment->add(FixedPointSum(m_reader.next()));
+    }
     const auto uses = size_t(m_reader.next(0, int64_t(m_reader.left() / kUseIntegers)));
     const auto cells = int64_t(m_tile->m_cellNumbers.size());
     for (size_t i = 0; i < uses && !m_reader.hasFailed(); ++i) {

@@ -50,6 +50,8 @@ struct EmissionSum {
 /// Collects the light of the pixels of a tile and writes it as a record.
 class TileLight {
   public:
+    /// `parts`: those that are recorded; the sums of the others are 0.
+    explicit TileLight(LightParts parts) : m_parts(parts) {}
     void clear();
     /// Returns the index of a cell, added if necessary.
     uint32_t findCell(const CellId& id) {
@@ -63,9 +65,8 @@ class TileLight {
     void addPixel(int x, int y, const PixelLight& light);
     /// Adds samples of the emission of a pixel.
     void addEmission(int x, int y, const PixelAccumulator& sum) { m_emission.push_back({x, y, sum}); }
-    /// Returns the record of the pixels of `tile`. Pixels that were not added have no samples. `parts`: those
-    /// that were recorded; the sums of the others are 0.
-    FilmRecord record(const PixelBounds& tile, const SampleSlice& samples, LightParts parts);
+    /// Returns the record of the pixels of `tile`. Pixels that were not added have no samples.
+    FilmRecord record(const PixelBounds& tile, const SampleSlice& samples);
 
   private:
     struct PixelEntry {
@@ -78,9 +79,10 @@ class TileLight {
     };
     uint32_t findOtherCell(const CellId& id);
     void writeHalf(const HalfLight& half);
-    void writeHeader(const PixelBounds& tile, LightParts parts);
+    void writeHeader(const PixelBounds& tile);
     void writeRows(const PixelBounds& tile, std::string& out);
 
+    const LightParts m_parts;
     std::vector<CellSums> m_cells;
     IndexTable m_cellIndices; ///< by CellId::hash
     uint32_t m_lastCell = 0;  ///< found last

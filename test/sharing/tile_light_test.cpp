@@ -36,7 +36,7 @@ bool contains(const PixelBounds& bounds, const Sample& sample) {
 
 /// Returns the record of the samples in a tile.
 FilmRecord recordOf(const std::vector<Sample>& samples, const PixelBounds& tile) {
-    TileLight light;
+    TileLight light(LightParts::all());
     PixelLight pixel;
     for (int y = tile.y1 - 1; y >= tile.y0; --y)
         for (int x = tile.x0; x < tile.x1; ++x) {
@@ -62,7 +62,7 @@ FilmRecord recordOf(const std::vector<Sample>& samples, const PixelBounds& tile)
     PixelAccumulator emission;
     emission.add(Rgb(float(tile.x0)), 1);
     light.addEmission(tile.x0, tile.y0, emission);
-    return light.record(tile, {0, 4}, LightParts::all());
+    return light.record(tile, {0, 4});
 }
 
 Film filmWith(std::vector<FilmRecord> records) {
@@ -208,8 +208,8 @@ TEST(RecordedLight, RecordsMustFit) {
     Film small(12, 8, {2, 1, 10, 6});
     small.records().add(record);
     EXPECT_THROW(RecordedLight{small}, Error);
-    TileLight other;
-    EXPECT_THROW(RecordedLight{filmWith({record, other.record(kFrame, {0, 4}, LightParts())})}, Error);
+    TileLight other{LightParts()};
+    EXPECT_THROW(RecordedLight{filmWith({record, other.record(kFrame, {0, 4})})}, Error);
 }
 
 } // namespace

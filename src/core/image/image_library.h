@@ -6,6 +6,7 @@
 #pragma once
 
 #include "core/image/image_format.h"
+#include "core/math/api.h"
 #include "core/math/math.h"
 
 #include <cstddef>
@@ -17,7 +18,7 @@
 #include <variant>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The value of an image texture outside [0,1]².
 enum class Wrap { Repeat, Black, Clamp, Mirror };

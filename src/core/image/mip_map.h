@@ -5,8 +5,9 @@
 #include "core/image/texel_codec.h"
 #include "core/image/texel_memory.h"
 #include "core/image/texture_cache.h"
+#include "core/math/api.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The MIP levels of an image, filtered anisotropically like in OpenImageIO's texture system: bilinear probes
 /// along the major axis of the footprint, in two levels. Faster than OpenImageIO, since it needs no tiles,

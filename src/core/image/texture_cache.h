@@ -2,11 +2,12 @@
 #pragma once
 
 #include "core/image/image.h"
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
 #include <mutex>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Lookup positions and the axes of their footprints, as a structure of arrays.
 struct TexturePointSoA {

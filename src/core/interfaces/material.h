@@ -17,12 +17,13 @@
 #pragma once
 
 #include "core/interfaces/texture.h"
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
 #include <cstddef>
 #include <type_traits>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 class Material;
 

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "core/interfaces/texture.h"
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
 #include <memory>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// A triangle mesh in object space, static or deforming. All per-vertex arrays have the same indices.
 struct TriangleMesh {

@@ -1,12 +1,13 @@
 // Warnings and notes, and the text form of errors.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/util/error.h"
 
 #include <functional>
 #include <set>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns "file:line:column: severity: message", followed by the source line and a caret below the column;
 /// only "severity: message" if `where` has no source. Bytes of the source line that are not printable ASCII

@@ -122,7 +122,7 @@ class SceneBuilder::Impl {
   public:
     Impl(SceneDescription&& description, const BuildOptions& options, Diagnostics& diagnostics, Frames frames)
         : m_description(withGltfOptions(std::move(description), options)), m_diagnostics(diagnostics),
-          m_tables(pluginTables()),
+          m_tables(pluginTables(*options.plugins)),
           m_factory(m_description, options.color, options.textureMegabytes, diagnostics),
           m_gltf(m_description, *m_factory.context().textureCache, options.gltfGround, diagnostics),
           m_camera(orDefault(m_description.camera, "perspective")),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/film/film.h"
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 #include "core/render/shader.h"
 #include "core/util/diagnostics.h"
@@ -10,7 +11,7 @@
 
 #include <optional>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Settings of the command line that override the scene's.
 struct BuildOptions {
@@ -30,6 +31,7 @@ struct BuildOptions {
         gltfCamera;              ///< for glTF files whose Shape "gltf" names none; empty: the default
     bool gltfPhotometric = true; ///< see gltf::Settings
     bool gltfGround = false;     ///< adds a matte floor below the glTF files
+    std::shared_ptr<const PluginLibraries> plugins = std::make_shared<const PluginLibraries>();
 };
 
 /// The properties that all frames of a scene have in common.

@@ -478,8 +478,9 @@ TEST(CompatPlugin, ShapesLieOnTheirSurfaces) {
                         [&](const V3f& p) { return r(p) * r(p) - p.z; }),
               1e-5f);
     EXPECT_LT(
-        deviation(R"(Shape "hyperboloid" "point3 p1" [1 0 -1] "point3 p2" [1 2 1] )", // pbrt's ah, ch: 2/7, 3/7
-                  [&](const V3f& p) { return r(p) * r(p) - 3.5f - 1.5f * p.z * p.z; }),
+        deviation(
+            R"(Shape "hyperboloid" "point3 p1" [1 0 -1] "point3 p2" [1 2 1] )", // pbrt's ah, ch: 2/7, 3/7
+            [&](const V3f& p) { return r(p) * r(p) - 3.5f - 1.5f * p.z * p.z; }),
         1e-5f);
     EXPECT_LT(deviation(R"(Shape "bilinearmesh" "point3 P" [0 0 1  1 0 1  0 1 1  1 1 1] )",
                         [](const V3f& p) { return p.z - 1; }),
