@@ -1,6 +1,7 @@
 #include "gltf/texture.h"
 
 #include "gltf/file/accessor.h"
+#include "gltf/file/data_check.h"
 
 #include <fstream>
 
@@ -151,9 +152,8 @@ std::shared_ptr<const EncodedImage> Images::encoded(size_t index) {
         std::ifstream file(path, std::ios::binary);
         std::error_code error;
         if (!file || !std::filesystem::is_regular_file(path, error)) {
-            m_document.tolerate(m_diagnostics, jsonPath, jsonPath + ".uri",
-                                "\"" + path.string() +
-                                    "\" cannot be read; the textures with this image are ignored");
+            const std::string message = cannotRead(path), uriPath = jsonPath + ".uri";
+            m_document.tolerate(m_diagnostics, uriPath + message, uriPath, message);
             return nullptr;
         }
         encoded->file = path;

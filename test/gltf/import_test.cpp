@@ -368,7 +368,8 @@ TEST_F(Gltf, ExtremesSpanTheWholeAnimation) {
     const int node = file.addNode({{"mesh", file.addTriangle()}});
     file.animate("move", node, "translation", {0, 2}, {0, 0, 0, 20, 0, 0}, "VEC3");
     float right = 0;
-    for (const V3f& p : import(file).extremes())
+    const Importer importer = import(file);
+    for (const V3f& p : importer.extremes())
         right = std::max(right, p.x);
     EXPECT_NEAR(right, 21, 1e-4f);
     EXPECT_TRUE(import(GltfFile()).extremes().empty());

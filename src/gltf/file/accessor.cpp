@@ -285,6 +285,13 @@ std::vector<float> readFloats(const Document& document, int accessor, int compon
     return numbers;
 }
 
+std::vector<float> readStored(const Document& document, int accessor, const std::string& jsonPath) {
+    return read<float>(document, accessor, accessorComponents(document, accessor, jsonPath), jsonPath, {},
+                       [](const unsigned char* bytes, const tinygltf::Accessor& accessor) {
+                           return toFloat(bytes, accessor.componentType, false);
+                       });
+}
+
 std::vector<uint32_t> readIntegers(const Document& document, int accessor, int components,
                                    const std::string& jsonPath, std::optional<size_t> count) {
     const tinygltf::Accessor& source =

@@ -28,6 +28,10 @@ int accessorComponents(const Document& document, int accessor, const std::string
 std::vector<float> readFloats(const Document& document, int accessor, int components,
                               const std::string& jsonPath, std::optional<size_t> count = {});
 
+/// Returns the numbers of an accessor as they are stored, with sparse substitutions. They need not be finite.
+/// Throws an Error if the data exceeds its buffer view.
+std::vector<float> readStored(const Document& document, int accessor, const std::string& jsonPath);
+
 /// As readFloats, of unsigned integers of 8, 16 or 32 bits that are not normalized.
 std::vector<uint32_t> readIntegers(const Document& document, int accessor, int components,
                                    const std::string& jsonPath, std::optional<size_t> count = {});

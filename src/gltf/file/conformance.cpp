@@ -2,15 +2,13 @@
 
 #include "gltf/file/conformance_items.h"
 
-#include <nlohmann/json.hpp>
+#include "gltf/file/json_access.h"
 
 #include <map>
 #include <set>
 
 namespace strobe::gltf {
 namespace {
-
-using nlohmann::json;
 
 /// Returns the root list that an index refers to; null: the member is no index. `parent`: name of the object
 /// that has the member.
@@ -57,6 +55,8 @@ bool belongsTo(const std::string& extension, const std::string& owner) {
         return owner.ends_with("Texture");
     if (extension == "EXT_mesh_gpu_instancing")
         return owner == "nodes";
+    if (extension == "KHR_mesh_quantization")
+        return false; // it has no objects
     return true;
 }
 
@@ -64,14 +64,19 @@ bool belongsTo(const std::string& extension, const std::string& owner) {
 class Walker {
   public:
     Walker(const json& root, Deviations& out) : m_root(root), m_out(out) {
-        if (const auto used = root.find("extensionsUsed"); used != root.end() && used->is_array())
-            for (const json& name : *used)
-                if (name.is_string())
-                    m_used.insert(name.get<std::string>());
-        if (const auto required = root.find("extensionsRequired"); required != root.end())
-            for (const json& name : *required)
-                if (name.is_string() && !m_used.count(name.get<std::string>()))
-                    add("extensionsRequired", name.get<std::string>() + " is not in extensionsUsed");
+        const json& required = listIn(root, "extensionsRequired");
+        for (const json& name : listIn(root, "extensionsUsed"))
+            if (name.is_string() && !m_used.insert(name.get<std::string>()).second)
+                add("extensionsUsed", name.get<std::string>() + " occurs twice");
+        for (const json& name : required)
+            if (name.is_string() && !m_used.count(name.get<std::string>()))
+                add("extensionsRequired", name.get<std::string>() + " is not in extensionsUsed");
+        if (m_used.count("KHR_mesh_quantization") && !contains(required, "KHR_mesh_quantization"))
+            add("extensionsRequired", "KHR_mesh_quantization is missing");
+        for (const char* list : {"accessors", "animations", "buffers", "bufferViews", "cameras", "images",
+                                 "materials", "meshes", "nodes", "samplers", "scenes", "skins", "textures"})
+            if (has(root, list) && !get(root, list).is_array())
+                add(list, "must be an array");
     }
 
     void walk(const json& value, const std::string& path, const std::string& name) {
@@ -141,6 +146,7 @@ Deviations findDeviations(const json& root) {
     Deviations out;
     Walker(root, out).walk(root, "", "");
     checkItems(root, out);
+    checkLayout(root, out);
     return out;
 }
 

@@ -1,47 +1,24 @@
 #include "gltf/file/conformance_items.h"
 
-#include <nlohmann/json.hpp>
+#include "gltf/file/json_access.h"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace strobe::gltf {
 namespace {
 
-using nlohmann::json;
-
 constexpr int kUnsignedInt = 5125, kFloat = 5126;
-
-const json& nothing() {
-    static const json null;
-    return null;
-}
-/// Returns a member; null if it is missing or if `value` is no object.
-const json& get(const json& value, const char* member) {
-    if (!value.is_object())
-        return nothing();
-    const auto it = value.find(member);
-    return it == value.end() ? nothing() : *it;
-}
-/// Returns a member that is an array; an empty one if it is missing or something else.
-const json& list(const json& value, const char* member) {
-    static const json empty = json::array();
-    const json& found = get(value, member);
-    return found.is_array() ? found : empty;
-}
-double number(const json& value, const char* member, double fallback) {
-    const json& n = get(value, member);
-    return n.is_number() ? n.get<double>() : fallback;
-}
-bool has(const json& value, const char* member) { return value.is_object() && value.contains(member); }
 
 class ItemChecker {
   public:
     ItemChecker(const json& root, Deviations& out) : m_root(root), m_out(out) {}
 
     void check() {
-        forEach("accessors", [&](const json& a, const std::string& path) { checkAccessor(a, path); });
-        forEach("bufferViews", [&](const json& v, const std::string& path) { checkView(v, path); });
+        findParents();
+        checkLights();
         forEach("cameras", [&](const json& c, const std::string& path) { checkCamera(c, path); });
         forEach("images", [&](const json& i, const std::string& path) { checkImage(i, path); });
         forEach("materials", [&](const json& m, const std::string& path) { checkMaterial(m, path); });
@@ -58,16 +35,12 @@ class ItemChecker {
     void add(const std::string& path, const std::string& message) { m_out.emplace_back(path, message); }
     template <class Check>
     void forEach(const char* list, const Check& check) {
-        const json& items = strobe::gltf::list(m_root, list);
+        const json& items = listIn(m_root, list);
         for (size_t i = 0; i < items.size(); ++i)
             check(items[i], std::string(list) + "[" + std::to_string(i) + "]");
     }
     /// Returns an item of a root list; null if there is none.
-    const json& item(const char* list, const json& index) const {
-        const json& items = strobe::gltf::list(m_root, list);
-        const bool exists = index.is_number_unsigned() && index.get<size_t>() < items.size();
-        return exists ? items[index.get<size_t>()] : nothing();
-    }
+    const json& item(const char* list, const json& index) const { return itemOf(m_root, list, index); }
     void range(const json& value, const char* member, double least, double greatest,
                const std::string& path) {
         json numbers = get(value, member);
@@ -78,24 +51,6 @@ class ItemChecker {
                 add(path + "." + member, n.dump() + " is out of range");
     }
 
-    void checkAccessor(const json& a, const std::string& path) {
-        const json& type = get(a, "componentType");
-        if (get(a, "normalized") == true && (type == kFloat || type == kUnsignedInt))
-            add(path + ".normalized", "must not be true for this componentType");
-        if (has(a, "byteOffset") && !has(a, "bufferView"))
-            add(path + ".byteOffset", "needs a bufferView");
-        range(a, "count", 1, 1e18, path);
-    }
-    void checkView(const json& v, const std::string& path) {
-        const json& buffer = item("buffers", get(v, "buffer"));
-        const double end = number(v, "byteOffset", 0) + number(v, "byteLength", 0);
-        if (buffer.is_object() && end > number(buffer, "byteLength", 0))
-            add(path, "exceeds its buffer");
-        if (has(v, "byteStride") && get(v, "target") == 34963)
-            add(path + ".byteStride", "must not be set for indices");
-        if (number(v, "byteStride", 0) > number(v, "byteLength", 0))
-            add(path + ".byteStride", "exceeds the byteLength");
-    }
     void checkCamera(const json& c, const std::string& path) {
         if (has(c, "perspective") && has(c, "orthographic"))
             add(path, "must have either perspective or orthographic");
@@ -122,6 +77,18 @@ class ItemChecker {
             !text.starts_with("data:image/jpeg"))
             add(path + ".uri", "is a data URI of neither image/png nor image/jpeg");
     }
+    void checkLights() {
+        const json& lights = get(get(m_root, "extensions"), "KHR_lights_punctual");
+        const std::string path = "extensions.KHR_lights_punctual";
+        if (lights.is_object() && !has(lights, "lights"))
+            add(path, "has no lights");
+        const json& items = listIn(lights, "lights");
+        for (size_t i = 0; i < items.size(); ++i)
+            if (const json& spot = get(items[i], "spot");
+                number(spot, "outerConeAngle", .7853982) <= number(spot, "innerConeAngle", 0))
+                add(path + ".lights[" + std::to_string(i) + "].spot",
+                    "outerConeAngle must be greater than innerConeAngle");
+    }
     void checkMaterial(const json& m, const std::string& path) {
         const json& pbr = get(m, "pbrMetallicRoughness");
         for (const char* factor : {"baseColorFactor", "metallicFactor", "roughnessFactor"})
@@ -140,9 +107,13 @@ class ItemChecker {
                     range(get(extensions, full.c_str()), (name + std::string(factor)).c_str(), 0, 1,
                           path + ".extensions." + full);
         }
-        range(get(extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 0, 1e30, path);
-        range(get(extensions, "KHR_materials_volume"), "thicknessFactor", 0, 1e30, path);
-        range(get(extensions, "KHR_materials_volume"), "attenuationDistance", 1e-30, 1e38, path);
+        const auto extensionRange = [&](const std::string& name, const char* member, double least,
+                                        double greatest) {
+            range(get(extensions, name.c_str()), member, least, greatest, path + ".extensions." + name);
+        };
+        extensionRange("KHR_materials_emissive_strength", "emissiveStrength", 0, 1e30);
+        extensionRange("KHR_materials_volume", "thicknessFactor", 0, 1e30);
+        extensionRange("KHR_materials_volume", "attenuationDistance", 1e-30, 1e38);
         const double ior = number(get(extensions, "KHR_materials_ior"), "ior", 1.5);
         if (ior != 0 && ior < 1)
             add(path + ".extensions.KHR_materials_ior.ior", "must be 0 or at least 1");
@@ -205,6 +176,8 @@ class ItemChecker {
         if (!plain.count(name) && !isSet && !name.starts_with("_"))
             add(path, "is not the name of an attribute");
         const json& type = get(accessor, "type");
+        if (get(accessor, "componentType") == kUnsignedInt)
+            add(path, "must not have 32-bit integers");
         if (!accessor.is_object() || name.starts_with("_"))
             return;
         if ((name == "POSITION" || name == "NORMAL") && type != "VEC3")
@@ -213,8 +186,6 @@ class ItemChecker {
             add(path, "must be of type VEC4");
         if (kind == "TEXCOORD" && type != "VEC2")
             add(path, "must be of type VEC2");
-        if (get(accessor, "componentType") == kUnsignedInt)
-            add(path, "must not have 32-bit integers");
     }
     void checkTargets(const json& p, const json& attributes, const std::string& path) {
         const json& targets = get(p, "targets");
@@ -233,21 +204,38 @@ class ItemChecker {
     }
     void checkTextures(const json& p, const json& attributes, const std::string& path) {
         const json& material = item("materials", get(p, "material"));
-        const json& pbr = get(material, "pbrMetallicRoughness");
-        for (const json& info : {get(pbr, "baseColorTexture"), get(pbr, "metallicRoughnessTexture"),
-                                 get(material, "normalTexture"), get(material, "emissiveTexture"),
-                                 get(material, "occlusionTexture")}) {
-            const std::string set = "TEXCOORD_" + std::to_string(int(number(info, "texCoord", 0)));
-            if (info.is_object() && !has(attributes, set.c_str()))
-                add(path + ".material", "needs " + set);
-        }
-        if (has(material, "normalTexture") && !has(attributes, "TANGENT") && !has(attributes, "NORMAL"))
+        checkTextureSets(material, attributes, path);
+        if (has(attributes, "TANGENT"))
+            return;
+        if (has(material, "normalTexture") && !has(attributes, "NORMAL"))
             add(path + ".material", "has a normal map, but the primitive has no normals");
+        const json& extensions = get(material, "extensions");
+        const bool needsTangents = has(get(extensions, "KHR_materials_anisotropy"), "anisotropyTexture") ||
+                                   has(get(extensions, "KHR_materials_clearcoat"), "clearcoatNormalTexture");
+        if (needsTangents && !has(material, "normalTexture"))
+            add(path + ".material", "needs tangents");
+    }
+    /// Checks that the primitive has the texture coordinates of all textures below a value.
+    void checkTextureSets(const json& value, const json& attributes, const std::string& path) {
+        for (const auto& [name, member] : value.items()) {
+            if (!member.is_object())
+                continue;
+            if (name.ends_with("Texture")) {
+                const double set = number(get(get(member, "extensions"), "KHR_texture_transform"), "texCoord",
+                                          number(member, "texCoord", 0));
+                if (const std::string needed = "TEXCOORD_" + json(uint64_t(std::clamp(set, 0., 1e9))).dump();
+                    !has(attributes, needed.c_str()))
+                    add(path + ".material", "needs " + needed);
+            } else {
+                checkTextureSets(member, attributes, path);
+            }
+        }
     }
 
     void checkSkin(const json& s, const std::string& path) {
         const json& matrices = item("accessors", get(s, "inverseBindMatrices"));
-        const json& joints = get(s, "joints");
+        const json& joints = listIn(s, "joints");
+        checkRoots(s, joints, path);
         if (!matrices.is_object())
             return;
         if (get(matrices, "type") != "MAT4" || get(matrices, "componentType") != kFloat)
@@ -255,6 +243,38 @@ class ItemChecker {
         if (number(matrices, "count", 0) < double(joints.size()))
             add(path + ".inverseBindMatrices", "has fewer elements than there are joints");
     }
+    /// Checks that joints have a common root, and that the skeleton is one.
+    void checkRoots(const json& s, const json& joints, const std::string& path) {
+        std::set<uint64_t> common;
+        for (size_t i = 0; i < joints.size(); ++i) {
+            const std::set<uint64_t> above = ancestors(joints[i]);
+            if (i == 0)
+                common = above;
+            else
+                std::erase_if(common, [&](uint64_t node) { return !above.count(node); });
+        }
+        if (common.empty() && !joints.empty())
+            add(path + ".joints", "have no common root");
+        else if (const json& skeleton = get(s, "skeleton");
+                 skeleton.is_number_unsigned() && !common.count(skeleton.get<uint64_t>()))
+            add(path + ".skeleton", "is not a common root of the joints");
+    }
+    /// Returns a node and the nodes above it. Stops at cycles.
+    std::set<uint64_t> ancestors(const json& node) const {
+        std::set<uint64_t> out;
+        for (uint64_t i = node.is_number_unsigned() ? node.get<uint64_t>() : kNone;
+             i != kNone && out.insert(i).second;)
+            i = m_parents.count(i) ? m_parents.at(i) : kNone;
+        return out;
+    }
+    void findParents() {
+        const json& nodes = listIn(m_root, "nodes");
+        for (size_t i = 0; i < nodes.size(); ++i)
+            for (const json& child : listIn(nodes[i], "children"))
+                if (child.is_number_unsigned())
+                    m_parents[child.get<uint64_t>()] = i;
+    }
+
     void checkAnimation(const json& a, const std::string& path) {
         const json& samplers = get(a, "samplers");
         const json& channels = get(a, "channels");
@@ -285,26 +305,25 @@ class ItemChecker {
     }
 
     void checkNodes() {
-        std::set<uint64_t> children;
         forEach("nodes", [&](const json& n, const std::string& path) {
-            for (const json& child : list(n, "children"))
-                if (child.is_number_unsigned())
-                    children.insert(child.get<uint64_t>());
             if (has(n, "matrix") && (has(n, "translation") || has(n, "rotation") || has(n, "scale")))
                 add(path, "must have either a matrix, or translation, rotation and scale");
-            double norm = list(n, "rotation").empty() ? 1 : 0;
-            for (const json& x : list(n, "rotation"))
+            double norm = listIn(n, "rotation").empty() ? 1 : 0;
+            for (const json& x : listIn(n, "rotation"))
                 norm += x.is_number() ? x.get<double>() * x.get<double>() : 0;
             if (std::abs(norm - 1) > 1e-2)
                 add(path + ".rotation", "is not a unit quaternion");
+            const json& light = get(get(n, "extensions"), "KHR_lights_punctual");
+            if (light.is_object() && !has(light, "light"))
+                add(path + ".extensions.KHR_lights_punctual", "has no light");
             for (const char* needsMesh : {"skin", "weights"})
                 if (has(n, needsMesh) && !has(n, "mesh"))
                     add(path + "." + needsMesh, "needs a mesh");
             checkSkinned(n, path);
         });
         forEach("scenes", [&](const json& s, const std::string& path) {
-            for (const json& node : list(s, "nodes"))
-                if (node.is_number_unsigned() && children.count(node.get<uint64_t>()))
+            for (const json& node : listIn(s, "nodes"))
+                if (node.is_number_unsigned() && m_parents.count(node.get<uint64_t>()))
                     add(path + ".nodes", "node " + node.dump() + " is a child of another node");
         });
     }
@@ -315,8 +334,10 @@ class ItemChecker {
                 add(path + ".skin", "the mesh has no joints");
     }
 
+    static constexpr uint64_t kNone = ~uint64_t(0);
     const json& m_root;
     Deviations& m_out;
+    std::map<uint64_t, uint64_t> m_parents;
 };
 
 } // namespace

@@ -5,7 +5,10 @@
 
 namespace strobe::gltf {
 
-/// Appends deviations of accessors, cameras, materials, meshes, nodes, skins, animations and images.
+/// Appends deviations of cameras, lights, materials, meshes, nodes, skins, animations and images.
 void checkItems(const nlohmann::json& root, Deviations& out);
+
+/// Appends deviations of buffers, buffer views and accessors: sizes, alignment, strides and uses.
+void checkLayout(const nlohmann::json& root, Deviations& out);
 
 } // namespace strobe::gltf

@@ -1,5 +1,6 @@
 #include "gltf/file/document.h"
 
+#include "gltf/file/data_check.h"
 #include "gltf/file/json_check.h"
 
 #include <algorithm>
@@ -51,7 +52,8 @@ bool isBinary(const Bytes& bytes) { return bytes.size() >= 4 && word(bytes, 0) =
 
 /// Returns the JSON of a file, and sets `chunk` to the size of the binary chunk of a .glb. The chunks are
 /// checked, since tinygltf reads beyond the end if the length of the last one is slightly too large.
-std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<uint64_t>& chunk) {
+std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<uint64_t>& chunk,
+                        Deviations& deviations) {
     const auto text = [&](size_t offset, size_t length) {
         return std::string_view(reinterpret_cast<const char*>(bytes.data()) + offset, length);
     };
@@ -81,6 +83,8 @@ std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<
             fail("", "the second chunk is not the binary buffer");
         else if (offset == 20 + json.size())
             chunk = size;
+        else if (type == kJsonChunk || type == kBinaryChunk)
+            deviations.emplace_back("", "the chunk at byte " + std::to_string(offset) + " is ignored");
         offset += 8 + size;
     }
     return json;
@@ -225,13 +229,16 @@ void Document::tolerate(Diagnostics& diagnostics, const std::string& key, const 
 
 void Document::tolerateAll(Diagnostics& diagnostics) const {
     constexpr size_t kMost = 8; // warnings; there may be one for each vertex attribute
-    for (size_t i = 0; i < m_tolerated.size() && i < kMost; ++i) {
-        const auto& [jsonPath, message] = m_tolerated[i];
+    Deviations all = m_tolerated;
+    const Deviations ofData = findDataDeviations(*this);
+    all.insert(all.end(), ofData.begin(), ofData.end());
+    for (size_t i = 0; i < all.size() && i < kMost; ++i) {
+        const auto& [jsonPath, message] = all[i];
         tolerate(diagnostics, jsonPath + message, jsonPath, message);
     }
-    if (m_tolerated.size() > kMost)
+    if (all.size() > kMost)
         warnOnce(diagnostics, "deviations", "",
-                 std::to_string(m_tolerated.size() - kMost) + " further deviations from glTF 2.0");
+                 std::to_string(all.size() - kMost) + " further deviations from glTF 2.0");
 }
 
 void Document::requireBuffer(size_t index) const {
@@ -254,23 +261,23 @@ void Document::parse(Bytes bytes) {
         fail(jsonPath, message);
     };
     std::optional<uint64_t> chunk;
-    const std::string_view json = jsonOf(bytes, failHere, chunk);
+    const std::string_view json = jsonOf(bytes, failHere, chunk, m_tolerated);
+    if (json.starts_with("\xef\xbb\xbf"))
+        m_tolerated.emplace_back("", "the JSON begins with a byte order mark");
     if (isBinary(bytes) && blankZeros(bytes, json))
         m_tolerated.emplace_back("", "the JSON is padded with zeros instead of blanks");
-    JsonFacts facts = checkJson(json, chunk, failHere);
+    JsonFacts facts = checkJson(json, chunk, isBinary(bytes), failHere);
     m_ignored = std::move(facts.ignoredExtensions);
     for (const std::string& extension : facts.optionalRequired)
         m_tolerated.emplace_back("extensionsRequired",
                                  extension + " is not supported; the file is shown without it");
     m_tolerated.insert(m_tolerated.end(), facts.deviations.begin(), facts.deviations.end());
     m_missingBuffers = std::move(facts.missingBuffers);
-    for (const auto& [index, missing] : m_missingBuffers)
-        if (missing.second != "has no uri" &&
-            missing.second != "has no uri, and the file has no binary chunk")
-            m_tolerated.push_back(missing); // buffers without a uri are valid: extensions may provide data
     if (!facts.replacement.empty())
         replaceJson(bytes, json, facts.replacement);
     load(bytes, facts.bufferFiles);
+    for (const size_t index : facts.unbackedAccessors)
+        m_model.accessors[index].bufferView = -1;
 }
 
 /// Loads the model by tinygltf, which may open no files but `bufferFiles`.

@@ -3,6 +3,7 @@
 
 #include "core/util/diagnostics.h"
 #include "core/util/resource_policy.h"
+#include "gltf/file/conformance.h"
 
 #include <tiny_gltf.h>
 
@@ -73,7 +74,7 @@ class Document {
     std::shared_ptr<const ResourcePolicy> m_policy; ///< or null
     tinygltf::Model m_model;
     std::vector<std::string> m_ignored;
-    std::vector<std::pair<std::string, std::string>> m_tolerated; ///< JSON paths and messages
+    Deviations m_tolerated;
     std::map<size_t, std::pair<std::string, std::string>> m_missingBuffers;
 };
 

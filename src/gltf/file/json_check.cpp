@@ -1,6 +1,7 @@
 #include "gltf/file/json_check.h"
 
 #include "gltf/file/conformance.h"
+#include "gltf/file/json_repair.h"
 
 #include <nlohmann/json.hpp>
 
@@ -74,19 +75,26 @@ bool isIntegerList(const std::string& name) {
 
 class Checker {
   public:
-    explicit Checker(const JsonFail& fail) : m_fail(fail) {}
+    Checker(bool isBinary, const JsonFail& fail) : m_isBinary(isBinary), m_fail(fail) {}
 
     JsonFacts check(std::string_view text, std::optional<uint64_t> chunk) {
-        const json root = parse(text);
+        json root = parse(text);
         if (!root.is_object())
             m_fail("", "the file's JSON is not an object");
         checkVersion(root);
+        m_facts.deviations = findDeviations(root);
+        JsonRepair repair = repairJson(
+            root, [](const std::string& member) { return isInteger(member) || isIntegerList(member); });
+        m_facts.deviations.insert(m_facts.deviations.end(), repair.deviations.begin(),
+                                  repair.deviations.end());
+        m_facts.unbackedAccessors = std::move(repair.unbacked);
         checkExtensions(root);
         checkSources(root, chunk);
         checkMembers(root, "");
-        m_facts.deviations = findDeviations(root);
-        if (!m_facts.missingBuffers.empty())
-            m_facts.replacement = withoutMissingBuffers(root);
+        for (const auto& [index, bytes] : m_replacedBuffers)
+            replaceBuffer(root["buffers"][index], bytes);
+        if (repair.isChanged || !m_replacedBuffers.empty())
+            m_facts.replacement = root.dump(-1, ' ', false, json::error_handler_t::replace);
         return std::move(m_facts);
     }
 
@@ -105,14 +113,6 @@ class Checker {
             m_fail("", "invalid JSON: " + (end == std::string::npos ? what : what.substr(end + 2)));
         }
         return {};
-    }
-
-    /// Returns the JSON with one byte in place of each missing buffer.
-    std::string withoutMissingBuffers(json root) const {
-        for (const auto& [index, reason] : m_facts.missingBuffers)
-            root["buffers"][index] = {{"byteLength", 1},
-                                      {"uri", "data:application/octet-stream;base64,AA=="}};
-        return root.dump(-1, ' ', false, json::error_handler_t::replace);
     }
 
     void checkVersion(const json& root) {
@@ -207,13 +207,14 @@ class Checker {
         return digits.size() * 3 / 4;
     }
 
-    /// Returns why a buffer has no data; empty: it has. Such buffers are errors where they are used.
+    /// Returns why a buffer has no data; empty: it has. Such buffers are errors where they are used, or zeros
+    /// if they have no uri, as glTF allows it.
     std::string whyMissing(const json& buffer, bool isFirst, std::optional<uint64_t> chunk) {
         const auto uri = buffer.find("uri");
         if (uri == buffer.end())
-            return isFirst && chunk ? ""
-                   : isFirst        ? "has no uri, and the file has no binary chunk"
-                                    : "has no uri";
+            return isFirst && chunk        ? ""
+                   : isFirst && m_isBinary ? kNoChunk
+                                           : "has no uri: its bytes are taken as zeros";
         const std::string name = uri->is_string() ? uri->get<std::string>() : "";
         if (isData(name) && name.find(";base64,") == std::string::npos)
             return "is a data URI of an unsupported kind: only base64 is supported";
@@ -228,7 +229,11 @@ class Checker {
         const uint64_t needed = *length;
         const size_t index = m_bufferCount++;
         if (const std::string reason = whyMissing(buffer, index == 0, chunk); !reason.empty()) {
-            m_facts.missingBuffers[index] = {jsonPath + (buffer.contains("uri") ? ".uri" : ""), reason};
+            const bool isZero = !buffer.contains("uri") && reason != kNoChunk && needed <= kMaxZeros;
+            if (!isZero)
+                m_facts.missingBuffers[index] = {jsonPath + (buffer.contains("uri") ? ".uri" : ""), reason};
+            m_facts.deviations.emplace_back(jsonPath + (buffer.contains("uri") ? ".uri" : ""), reason);
+            m_replacedBuffers[index] = isZero ? size_t(needed) : 1;
             return;
         }
         const auto uri = uriOf(buffer, jsonPath);
@@ -343,10 +348,14 @@ class Checker {
 
     static constexpr double kLargestFloat = std::numeric_limits<float>::max();
     static constexpr uint64_t kLargestInt = std::numeric_limits<int>::max();
+    static constexpr const char* kNoChunk = "has no uri, and the file has no binary chunk";
+    static constexpr uint64_t kMaxZeros = uint64_t(1) << 24; ///< bytes of a buffer without data
     static constexpr uint64_t kLargestSize = uint64_t(1) << 32;
+    const bool m_isBinary;
     const JsonFail& m_fail;
     JsonFacts m_facts;
     size_t m_bufferCount = 0;
+    std::map<size_t, size_t> m_replacedBuffers; ///< bytes, by index
 };
 
 } // namespace
@@ -372,8 +381,9 @@ std::string decodeUri(const std::string& uri) {
     return out;
 }
 
-JsonFacts checkJson(std::string_view text, std::optional<uint64_t> chunk, const JsonFail& fail) {
-    return Checker(fail).check(text, chunk);
+JsonFacts checkJson(std::string_view text, std::optional<uint64_t> chunk, bool isBinary,
+                    const JsonFail& fail) {
+    return Checker(isBinary, fail).check(text, chunk);
 }
 
 } // namespace strobe::gltf

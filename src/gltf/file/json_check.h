@@ -17,7 +17,9 @@ struct JsonFacts {
     /// Deviations from the specification that do not prevent reading: JSON paths and messages.
     std::vector<std::pair<std::string, std::string>> deviations;
     std::map<size_t, std::pair<std::string, std::string>> missingBuffers; ///< JSON path and reason, by index
-    std::string replacement; ///< the JSON with data for missing buffers; empty: none is missing
+    std::vector<size_t>
+        unbackedAccessors;   ///< accessors without a buffer view, which have one in `replacement`
+    std::string replacement; ///< JSON that tinygltf accepts; empty: that of the file
     std::map<std::string, uint64_t>
         bufferFiles; ///< decoded relative names of external buffers, and their bytes
 };
@@ -27,9 +29,11 @@ using JsonFail = std::function<void(const std::string& jsonPath, const std::stri
 
 /// Checks that the text is JSON of limited depth; that numbers fit 32-bit floats; that indices and counts are
 /// non-negative integers; the version; that required extensions are supported; that images have data; and
-/// that URIs stay in the file's folder. `chunk`: size of the binary chunk of a .glb file, if it has one.
+/// that URIs stay in the file's folder. `isBinary`: the file is a .glb. `chunk`: size of its binary
+/// chunk, if it has one.
 /// Calls `fail` at the first mistake.
-JsonFacts checkJson(std::string_view text, std::optional<uint64_t> chunk, const JsonFail& fail);
+JsonFacts checkJson(std::string_view text, std::optional<uint64_t> chunk, bool isBinary,
+                    const JsonFail& fail);
 
 /// Returns a URI with its percent encoding decoded.
 std::string decodeUri(const std::string& uri);

@@ -1,7 +1,8 @@
 // Deviations from the glTF specification that do not prevent reading a file.
 #include "gltf/file/conformance.h"
 
-#include "gltf/import.h"
+#include "gltf/file/data_check.h"
+#include "gltf/file/document.h"
 #include "support/gltf_file.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +44,7 @@ json conforming() {
 void expect(const std::string& deviation, const std::function<void(json&)>& change) {
     json root = conforming();
     change(root);
-    const gltf::Deviations found = gltf::findDeviations(root);
+    const gltf::Deviations found = gltf::findDeviations(json::parse(root.dump())); // unsigned numbers
     std::string text;
     for (const auto& [jsonPath, message] : found)
         text += (text.empty() ? "" : "; ") + jsonPath + ": " + message;
@@ -114,6 +115,83 @@ TEST(GltfConformance, Animations) {
            [](json& r) { r["animations"][0]["channels"].push_back(r["animations"][0]["channels"][0]); });
     expect("animations[0].channels[0].sampler: there is no sampler 9",
            [](json& r) { r["animations"][0]["channels"][0]["sampler"] = 9; });
+}
+
+TEST(GltfConformance, LayoutOfBuffers) {
+    expect("accessors[0].byteOffset: is not aligned to the size of a component; accessors[0]: exceeds its "
+           "buffer view; "
+           "accessors[0].byteOffset: must be a multiple of 4 for attributes",
+           [](json& r) { r["accessors"][0]["byteOffset"] = 2; });
+    expect("bufferViews[0]: has both indices and attributes",
+           [](json& r) { r["bufferViews"][0]["target"] = 34963; });
+    expect("accessors[0]: elements have 12 bytes, more than the byteStride",
+           [](json& r) { r["bufferViews"][0]["byteStride"] = 4; });
+    expect("bufferViews[0]: needs a byteStride, since several attributes use it", [](json& r) {
+        r["accessors"].push_back(r["accessors"][0]);
+        r["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = r["accessors"].size() - 1;
+    });
+}
+
+class GltfData : public testing::Test {
+  protected:
+    /// Expects this deviation of the data of a file with a triangle, after a change.
+    void expect(const std::string& deviation, const std::function<void(GltfFile&)>& change) {
+        GltfFile file;
+        file.addNode({{"mesh", file.addTriangle()}});
+        change(file);
+        const gltf::Document document(m_folder.write("data.gltf", file.text()), {});
+        std::string text;
+        for (const auto& [jsonPath, message] : gltf::findDataDeviations(document))
+            text += (text.empty() ? "" : "; ") + jsonPath + ": " + message;
+        EXPECT_EQ(text, deviation);
+    }
+    GltfFolder m_folder;
+};
+
+TEST_F(GltfData, NumbersOfAccessors) {
+    expect("", [](GltfFile&) {});
+    expect("accessors[0]: element 1 is outside of min and max", [](GltfFile& f) {
+        f.root["accessors"][0]["max"] = {.5, 1, 0};
+    });
+    expect("", [](GltfFile& f) { f.root["accessors"][0]["max"] = {.99999, 1, 0}; }); // rounded
+    expect("skins[0].inverseBindMatrices: the fourth row of a matrix is not (0, 0, 0, 1)", [](GltfFile& f) {
+        const int matrix = f.addFloats({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2}, "MAT4");
+        f.root["skins"] = {{{"joints", {0}}, {"inverseBindMatrices", matrix}}};
+    });
+    expect("meshes[0].primitives[0].attributes.COLOR_0: a color is not between 0 and 1", [](GltfFile& f) {
+        f.root["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] =
+            f.addFloats({0, 0, 0, 0, 2, 0, 0, 0, 0}, "VEC3");
+    });
+    expect("meshes[0].primitives[0].indices: index 3 is out of range", [](GltfFile& f) {
+        f.root["meshes"][0]["primitives"][0]["indices"] =
+            f.add(std::vector<uint16_t>{0, 1, 3}, "SCALAR", UShort);
+    });
+}
+
+TEST_F(GltfData, Images) {
+    m_folder.write("short.png", "\x89PNG\r\n\x1a\n");
+    expect("images[0]: is not a PNG or JPEG image", [](GltfFile& f) {
+        f.root["images"] = {{{"uri", "short.png"}}};
+    });
+    expect("images[0].uri: \"" + (m_folder.path() / "none.png").string() +
+               "\" cannot be read; the textures with this image are ignored",
+           [](GltfFile& f) {
+               f.root["images"] = {{{"uri", "none.png"}}};
+           });
+}
+
+/// Valid files that tinygltf refuses.
+TEST_F(GltfData, RepairedFiles) {
+    expect("", [](GltfFile& f) { f.root["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 0.; });
+    expect("", [](GltfFile& f) { f.root["accessors"][0]["count"] = 3.; });
+    expect("", [](GltfFile& f) {
+        f.root["accessors"].push_back({{"componentType", 5123}, {"count", 3}, {"type", "SCALAR"}});
+        f.root["meshes"][0]["primitives"][0]["indices"] = f.root["accessors"].size() - 1;
+    });
+    expect("", [](GltfFile& f) {
+        f.root["accessors"].push_back({{"componentType", 5126}, {"count", 3}, {"type", "TENSOR"}});
+    });
+    expect("", [](GltfFile& f) { f.root["buffers"] = {{{"byteLength", 1000}}}; });
 }
 
 /// Objects, arrays, numbers and strings at the places of all members.
