@@ -46,13 +46,20 @@ void applyBinding(Primitive& primitive, const MaterialBinding& binding) {
     primitive.mesh.alpha = binding.alpha;
 }
 
+/// Returns the document. Warns of what was replaced in it.
+std::shared_ptr<const Document> checked(std::shared_ptr<const Document> document, Diagnostics& diagnostics) {
+    document->tolerateReplaced(diagnostics);
+    return document;
+}
+
 } // namespace
 
 class Importer::Impl {
   public:
     Impl(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
          Diagnostics& diagnostics)
-        : m_document(std::move(document)), m_diagnostics(diagnostics), m_tree(*m_document, settings.scene),
+        : m_document(checked(std::move(document), diagnostics)), m_diagnostics(diagnostics),
+          m_tree(*m_document, settings.scene),
           m_clip(*m_document, settings.animation, targetCounts(*m_document), diagnostics) {
         for (const std::string& extension : m_document->ignoredExtensions())
             m_document->warnOnce(diagnostics, extension, "extensionsUsed", extension + " is ignored");

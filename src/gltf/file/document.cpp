@@ -227,6 +227,11 @@ void Document::tolerate(Diagnostics& diagnostics, const std::string& key, const 
     warnOnce(diagnostics, key, jsonPath, message);
 }
 
+void Document::tolerateReplaced(Diagnostics& diagnostics) const {
+    for (const auto& [jsonPath, message] : m_replaced)
+        tolerate(diagnostics, jsonPath + message, jsonPath, message);
+}
+
 void Document::tolerateAll(Diagnostics& diagnostics) const {
     constexpr size_t kMost = 8; // warnings; there may be one for each vertex attribute
     Deviations all = m_tolerated;
@@ -272,6 +277,7 @@ void Document::parse(Bytes bytes) {
         m_tolerated.emplace_back("extensionsRequired",
                                  extension + " is not supported; the file is shown without it");
     m_tolerated.insert(m_tolerated.end(), facts.deviations.begin(), facts.deviations.end());
+    m_replaced = std::move(facts.replaced);
     m_missingBuffers = std::move(facts.missingBuffers);
     if (!facts.replacement.empty())
         replaceJson(bytes, json, facts.replacement);

@@ -45,6 +45,8 @@ class Document {
     /// strict, else warns as warnOnce.
     void tolerate(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
                   const std::string& message) const;
+    /// Tolerates what was replaced: buffers without data and unknown types. To be called before data is read.
+    void tolerateReplaced(Diagnostics& diagnostics) const;
     /// Tolerates what was found while the file was read, after the errors of all readers. To be called once.
     void tolerateAll(Diagnostics& diagnostics) const;
     /// Throws if buffer `index` has no data.
@@ -74,7 +76,7 @@ class Document {
     std::shared_ptr<const ResourcePolicy> m_policy; ///< or null
     tinygltf::Model m_model;
     std::vector<std::string> m_ignored;
-    Deviations m_tolerated;
+    Deviations m_tolerated, m_replaced;
     std::map<size_t, std::pair<std::string, std::string>> m_missingBuffers;
 };
 

@@ -85,15 +85,14 @@ class Checker {
         m_facts.deviations = findDeviations(root);
         JsonRepair repair = repairJson(
             root, [](const std::string& member) { return isInteger(member) || isIntegerList(member); });
-        m_facts.deviations.insert(m_facts.deviations.end(), repair.deviations.begin(),
-                                  repair.deviations.end());
+        m_facts.replaced = std::move(repair.deviations);
         m_facts.unbackedAccessors = std::move(repair.unbacked);
         checkExtensions(root);
         checkSources(root, chunk);
         checkMembers(root, "");
-        for (const auto& [index, bytes] : m_replacedBuffers)
+        for (const auto& [index, bytes] : m_newBuffers)
             replaceBuffer(root["buffers"][index], bytes);
-        if (repair.isChanged || !m_replacedBuffers.empty())
+        if (repair.isChanged || !m_newBuffers.empty())
             m_facts.replacement = root.dump(-1, ' ', false, json::error_handler_t::replace);
         return std::move(m_facts);
     }
@@ -230,10 +229,11 @@ class Checker {
         const size_t index = m_bufferCount++;
         if (const std::string reason = whyMissing(buffer, index == 0, chunk); !reason.empty()) {
             const bool isZero = !buffer.contains("uri") && reason != kNoChunk && needed <= kMaxZeros;
+            const std::string path = jsonPath + (buffer.contains("uri") ? ".uri" : "");
+            (isZero ? m_facts.replaced : m_facts.deviations).emplace_back(path, reason);
             if (!isZero)
-                m_facts.missingBuffers[index] = {jsonPath + (buffer.contains("uri") ? ".uri" : ""), reason};
-            m_facts.deviations.emplace_back(jsonPath + (buffer.contains("uri") ? ".uri" : ""), reason);
-            m_replacedBuffers[index] = isZero ? size_t(needed) : 1;
+                m_facts.missingBuffers[index] = {path, reason};
+            m_newBuffers[index] = isZero ? size_t(needed) : 1;
             return;
         }
         const auto uri = uriOf(buffer, jsonPath);
@@ -355,7 +355,7 @@ class Checker {
     const JsonFail& m_fail;
     JsonFacts m_facts;
     size_t m_bufferCount = 0;
-    std::map<size_t, size_t> m_replacedBuffers; ///< bytes, by index
+    std::map<size_t, size_t> m_newBuffers; ///< bytes, by index
 };
 
 } // namespace

@@ -17,6 +17,8 @@ struct JsonFacts {
     /// Deviations from the specification that do not prevent reading: JSON paths and messages.
     std::vector<std::pair<std::string, std::string>> deviations;
     std::map<size_t, std::pair<std::string, std::string>> missingBuffers; ///< JSON path and reason, by index
+    /// As `deviations`, of what differs in `replacement`.
+    std::vector<std::pair<std::string, std::string>> replaced;
     std::vector<size_t>
         unbackedAccessors;   ///< accessors without a buffer view, which have one in `replacement`
     std::string replacement; ///< JSON that tinygltf accepts; empty: that of the file
