@@ -95,7 +95,7 @@ class Walker {
             if (member == "extensions" && child.is_object())
                 checkExtensions(child, childPath, path.empty() ? "" : name);
             checkReference(member, child, childPath, name);
-            if (child.is_object() && child.empty() && (member == "attributes" || member == "extensions"))
+            if (member == "attributes" && child.is_object() && child.empty())
                 add(childPath, "must not be empty");
             if (child.is_structured())
                 walk(child, childPath, member);
