@@ -6,7 +6,7 @@
 #include "core/math/fast_math.h"
 #include "core/math/hash.h"
 #include "core/math/sampling.h"
-#include "core/render/plugin_rows.h"
+#include "loader/build/plugin_rows.h"
 #include "materials/inputs.h"
 #include "strobe/abi.h"
 

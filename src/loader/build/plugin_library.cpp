@@ -61,6 +61,10 @@ void checkSegments(const std::filesystem::path& path, std::string_view bytes) {
     }
     if (!isDynamic)
         fail(path, "it is not a shared library");
+    // Linkers write the table of sections last.
+    const uint64_t sections = uint64_t{header->e_shnum} * header->e_shentsize;
+    if (header->e_shoff > bytes.size() || sections > bytes.size() - header->e_shoff)
+        fail(path, "it is truncated or damaged");
 }
 
 FileBytes bytesOf(const std::filesystem::path& path) {
@@ -109,10 +113,32 @@ void checkAbi(const std::filesystem::path& path, const std::string& abi) {
                    "); rebuild it with the CMake package of this strobe");
 }
 
+/// An exception of a static initializer. It leaves the dynamic loader locked.
+struct InitializerError : Error {
+    using Error::Error;
+};
+
+/// Calls dlopen, which is declared not to throw. Exceptions of static initializers pass through it.
+void* load(const std::filesystem::path& path) {
+    void* (*volatile const open)(const char*, int) = dlopen;
+    const auto thrown = [&](const std::string& what) {
+        return InitializerError("cannot load the plugin " + path.string() +
+                                    ": it throws when it is loaded: " + what,
+                                ErrorKind::Usage);
+    };
+    try {
+        return open(std::filesystem::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
+    } catch (const std::exception& e) {
+        throw thrown(e.what());
+    } catch (...) {
+        throw thrown("not a std::exception");
+    }
+}
+
 using AddPlugins = void(PluginRows&);
 
 AddPlugins& openLibrary(const std::filesystem::path& path) {
-    void* const handle = dlopen(std::filesystem::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
+    void* const handle = load(path);
     if (!handle)
         fail(path, dlerror());
     void* const function = dlsym(handle, STROBE_ADD_PLUGINS_SYMBOL);
@@ -220,6 +246,8 @@ PluginLibraries loadPluginLibraries(const std::vector<std::filesystem::path>& fi
                 continue;
             try {
                 libraries.push_back(loadPluginLibrary(file));
+            } catch (const InitializerError&) {
+                throw;
             } catch (const Error& e) {
                 diagnostics.warn({}, e.what());
             }
