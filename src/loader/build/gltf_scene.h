@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/util/diagnostics.h"
-#include "loader/build/gltf_view.h"
+#include "gltf/view.h"
 #include "loader/build/plugin_tables.h"
 #include "loader/parser/description.h"
 

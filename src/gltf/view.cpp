@@ -1,4 +1,4 @@
-#include "loader/build/gltf_view.h"
+#include "gltf/view.h"
 
 namespace strobe {
 KeyedTransform viewOf(const std::vector<V3f>& points, const V2f& halfView) {
