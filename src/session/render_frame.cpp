@@ -2,6 +2,7 @@
 #include "core/util/standard_files.h"
 #include "session/aov_recorder.h"
 #include "session/estimate.h"
+#include "session/exposure.h"
 #include "session/outputs.h"
 #include "session/render_session.h"
 #include "session/report.h"
@@ -58,6 +59,8 @@ class FrameRenderer {
             stats.total.invalidSamples = invalidSamples(m_film.sums());
         const bool isFinished = stats.passes > 0 && !arePassesStopped();
         reportInvalidSamples(stats, m_job, m_built, m_log);
+        reportTextures(m_built, m_log);
+        reportVisibility(m_film, stats, m_job, m_built, m_log);
         if (!writeOutputs(stats, isFinished))
             return Outcome::OutputFailed;
         if (!isFinished) {

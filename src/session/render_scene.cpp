@@ -2,6 +2,7 @@
 #include "loader/parser/content_hash.h"
 #include "loader/parser/parser.h"
 #include "session/estimate.h"
+#include "session/exposure.h"
 #include "session/files/part_file.h"
 #include "session/frame.h"
 #include "session/outputs.h"
@@ -66,6 +67,9 @@ class SceneRenderer {
           m_diagnostics([&log](const std::string& text) { log.warn("{}", text); },
                         [&log](const std::string& text) { log.info("{}", text); }) {
         checkBeforeParsing(options);
+        m_diagnostics.setStrict(options.strict);
+        if (m_build.textureMegabytes == 0 && options.resources.maxMemory > 0)
+            m_build.textureMegabytes = int(std::max<uint64_t>(options.resources.maxMemory / 2 >> 20, 1));
         m_policy = std::make_shared<const ResourcePolicy>(options.resources);
         const Clock::time_point start = Clock::now();
         m_description = parseFiles(options.scenes, integratorNames(*options.build.plugins), m_diagnostics,
@@ -82,6 +86,8 @@ class SceneRenderer {
             job.content = content();
         const BuiltScene built = buildImage();
         job.options = withDefaultImage(m_options, built.filename, m_log);
+        if (!m_options.dryRun && hasAutomaticExposure(job.options, built))
+            job.options.output.format.exposure = measuredExposure(built);
         const FrameInputs inputs{built, *m_policy, m_seconds, m_start, m_callbacks, m_log};
         return m_options.dryRun ? dryRun(job, inputs, 1) : renderFrame(job, inputs);
     }
@@ -101,6 +107,11 @@ class SceneRenderer {
         return Outcome::Finished;
     }
     BuiltScene buildFrame(int number);
+    float measuredExposure(const BuiltScene& built) const {
+        const float exposure = automaticExposure(built);
+        m_log.info("exposure    {:+g} stops, from the lights of the file (--exposure overrides)", exposure);
+        return exposure;
+    }
     BuiltScene buildImage() {
         const Clock::time_point start = Clock::now();
         BuiltScene built = buildScene(std::move(m_description), m_build, m_diagnostics);
@@ -125,13 +136,13 @@ Outcome SceneRenderer::renderSequence() {
     const SceneContent content = this->content();
     Clock::time_point start = Clock::now();
     SceneBuilder builder(std::move(m_description), m_build, m_diagnostics);
-    const RenderOptions options = withDefaultImage(m_options, builder.setup().filename, m_log);
+    RenderOptions options = withDefaultImage(m_options, builder.setup().filename, m_log);
     const size_t count = sequence.frames.size();
     size_t finished = 0;
     Outcome outcome = Outcome::Finished;
     for (size_t i = 0; i < count; ++i) {
         const int number = sequence.frames[i];
-        const FrameJob job = frameJob(options, number, content);
+        FrameJob job = frameJob(options, number, content);
         if (!sequence.overwrite && isFinished(job)) {
             m_log.debug("frame {} is finished", number);
             ++finished;
@@ -139,6 +150,11 @@ Outcome SceneRenderer::renderSequence() {
         }
         releaseFreeMemory(); // of the previous frame
         m_log.info("frame {} ({} of {})", number, i + 1, count);
+        // All frames have the exposure of the first one, also if it was rendered before.
+        if (!m_options.dryRun && hasAutomaticExposure(options, builder.setup()))
+            options.output.format.exposure =
+                measuredExposure(builder.build(shutterOf(sequence, sequence.frames.front())));
+        job.options.output.format.exposure = options.output.format.exposure;
         const BuiltScene built = builder.build(shutterOf(sequence, number));
         m_seconds.build = secondsSince(start);
         const FrameInputs inputs{built, *m_policy, m_seconds, start, m_callbacks, m_log};

@@ -94,6 +94,15 @@ MaterialPtr merlExample(double kd, double ks, double exponent) {
     return measuredFrom(".binary", bytes);
 }
 
+class FixedTexture : public Texture {
+  public:
+    explicit FixedTexture(const Rgb& color) : m_color(color) {}
+    Rgb rgb(const TextureQuery&) const override { return m_color; }
+
+  private:
+    Rgb m_color;
+};
+
 } // namespace
 
 std::vector<NamedMaterial> smoothMaterials() {
@@ -137,7 +146,39 @@ std::vector<NamedMaterial> smoothMaterials() {
         in.bodyBelowBoundary = true;
         return makeMetallicRoughness(in);
     };
-    return {{"matte", matte(.5f, 0)},
+    const auto gltf = [](float metallic, float roughness, const auto& change) {
+        MetallicRoughnessInputs in;
+        in.baseColor = Rgb(.6f, .5f, .4f);
+        in.metallic = metallic;
+        in.roughness = roughness;
+        change(in);
+        return makeMetallicRoughness(in);
+    };
+    const auto sheen = [&](float sheenRoughness) {
+        return gltf(0, .7f, [&](MetallicRoughnessInputs& in) {
+            in.sheenColor = Rgb(.9f, .5f, .3f);
+            in.sheenRoughness = sheenRoughness;
+        });
+    };
+    const auto iridescent = [&](float metallic) {
+        return gltf(metallic, .5f, [](MetallicRoughnessInputs& in) { in.iridescence = 1; });
+    };
+    const auto stretched = gltf(1, .4f, [](MetallicRoughnessInputs& in) {
+        in.anisotropy = .7f;
+        in.anisotropyRotation = .6f;
+    });
+    const auto tiltedCoat = gltf(0, .8f, [](MetallicRoughnessInputs& in) {
+        in.clearcoat = 1;
+        in.clearcoatRoughness = .5f;
+        in.clearcoatNormals = std::make_shared<FixedTexture>(Rgb(.65f, .4f, .95f));
+    });
+    return {{"metallic-roughness sheen", sheen(.3f)},
+            {"metallic-roughness soft sheen", sheen(1)},
+            {"metallic-roughness iridescent metal", iridescent(1)},
+            {"metallic-roughness iridescent dielectric", iridescent(0)},
+            {"metallic-roughness turned anisotropy", stretched},
+            {"metallic-roughness tilted clearcoat", tiltedCoat, false, false, true, false},
+            {"matte", matte(.5f, 0)},
             {"matte white", matte(1, 0)},
             {"matte black", matte(0, 0)},
             {"matte sigma 20", matte(1, 20)},

@@ -30,7 +30,7 @@ class Material;
 /// The values of a material's parameters at a surface point.
 struct Bsdf {
     const Material* material = nullptr;
-    alignas(16) float data[16]; ///< defined by the material
+    alignas(16) float data[32]; ///< defined by the material
 
     /// Returns `data` as the material's own, trivially copyable type.
     template <class T>

@@ -42,6 +42,9 @@ class Diagnostics {
     }
     /// Returns the number of warnings reported, without notes.
     int count() const { return m_count; }
+    /// Whether readers refuse files that do not conform to their format; else they warn and carry on.
+    bool isStrict() const { return m_isStrict; }
+    void setStrict(bool isStrict) { m_isStrict = isStrict; }
 
   private:
     struct Record {
@@ -53,7 +56,7 @@ class Diagnostics {
     void report(const Record& record);
 
     Sink m_sink, m_notes;
-    bool m_isRecorder = false;
+    bool m_isRecorder = false, m_isStrict = false;
     std::vector<Record> m_records;
     std::set<std::string> m_reported; ///< keys and formatted messages
     int m_count = 0;

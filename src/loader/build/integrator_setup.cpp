@@ -110,6 +110,12 @@ void makeIntegrators(SceneDescription& description, const BuildOptions& options,
     if (!description.strictParameters && shading.where)
         convertDepth(shading, description.conventions);
     applyDefines(options.defines, tables, integrator, shading);
+    constexpr int kGltfTransparentDepth = 16; // panes behind panes are as bright as in viewers
+    const auto& params = shading.params.all();
+    const bool isSet = std::any_of(params.begin(), params.end(),
+                                   [](const Param& p) { return p.name == "transparentdepth"; });
+    if (!description.gltfs.empty() && !isSet)
+        shading.params.add({"transparentdepth", ParamType::Int, {}, {}, {kGltfTransparentDepth}, {}});
     setup.shader = factory.make(tables.shaders, shading, "shading integrator");
     setup.integrator = factory.make(tables.integrators, integrator, "integrator");
     record(setup.metadata, "integrator", integrator.name, integrator.params,

@@ -33,11 +33,11 @@ void setSphericalMapping(ParamSet& params) {
 } // namespace
 
 PluginFactory::PluginFactory(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
-                             Diagnostics& diagnostics)
+                             int textureMegabytes, Diagnostics& diagnostics)
     : m_strict(description.strictParameters), m_context{diagnostics,
                                                         description.conventions,
                                                         description.keyTimes,
-                                                        std::make_shared<TextureCache>(),
+                                                        std::make_shared<TextureCache>(textureMegabytes),
                                                         std::move(color),
                                                         description.pbrtVersion,
                                                         !m_strict},

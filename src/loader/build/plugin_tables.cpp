@@ -20,6 +20,7 @@
 #include "lights/point.h"
 #include "lights/projection.h"
 #include "lights/spot.h"
+#include "lights/studio.h"
 #include "loader/build/film_plugin.h"
 #include "loader/parser/gltf_decl.h"
 #include "materials/diffuse_transmission.h"
@@ -71,7 +72,8 @@ PluginTables ownTables() {
                        wrinkledTexturePlugin(),     windyTexturePlugin(),       marbleTexturePlugin(),
                        dotsTexturePlugin(),         directionMixTexturePlugin()};
     tables.lights = {pointLightPlugin(),    spotLightPlugin(),        distantLightPlugin(),
-                     infiniteLightPlugin(), goniometricLightPlugin(), projectionLightPlugin()};
+                     infiniteLightPlugin(), goniometricLightPlugin(), projectionLightPlugin(),
+                     studioLightPlugin()};
     tables.areaLights = {diffuseAreaLightPlugin()};
     tables.cameras = {perspectivePlugin(), orthographicPlugin(), environmentPlugin()};
     tables.samplers = {independentPlugin(), stratifiedPlugin(), sobolPlugin()};
