@@ -90,7 +90,8 @@ struct MergeOptions {
     std::vector<std::filesystem::path> images; ///< see OutputOptions
     bool makeFolders = false;                  ///< see OutputOptions
     ImageOptions format;
-    bool strict = false; ///< see RenderOptions
+    bool strict = false;       ///< see RenderOptions
+    bool allowMissing = false; ///< parts that do not exist, and samples that the parts lack, are warnings
 };
 
 /// Throws Error of kind Usage if a value is out of range, or if options exclude or require each other.
