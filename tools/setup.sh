@@ -51,7 +51,7 @@ build_preset() {
     shift
     [ $# -eq 0 ] || target=(--target "$@")
     if command -v ccache >/dev/null; then
-        launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+        launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON)
     fi
     mkdir -p -- "$root/build/$preset"
     (cd -- "$root" && cmake --preset "$preset" ${launcher[@]+"${launcher[@]}"} >"$root/build/$preset/configure.log") || {

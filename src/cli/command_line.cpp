@@ -5,6 +5,7 @@
 #include "cli/help.h"
 #include "cli/options/image_options.h"
 #include "cli/options/option_validators.h"
+#include "cli/options/plugin_options.h"
 #include "cli/options/progressive_options.h"
 #include "cli/options/resource_options.h"
 #include "cli/options/sequence_options.h"
@@ -94,7 +95,7 @@ Aov parseHeatmapAov(const std::string& name) {
     return info->aov;
 }
 
-void addSceneOptions(CLI::App& app, RenderOptions& render) {
+void addSceneOptions(CLI::App& app, RenderOptions& render, const PluginTables& tables) {
     BuildOptions& build = render.build;
     app.option_defaults()->group("Scene and integrator");
     app.add_option(
@@ -104,10 +105,9 @@ void addSceneOptions(CLI::App& app, RenderOptions& render) {
         ->type_name("");
     app.add_option("--integrator", build.integrator,
                    "mapping of visibility samples to shades; overrides the scene: " +
-                       namesOf(pluginTables().integrators))
+                       namesOf(tables.integrators))
         ->type_name("NAME");
-    app.add_option("--shading", build.shading,
-                   "shader; overrides the scene: " + namesOf(pluginTables().shaders))
+    app.add_option("--shading", build.shading, "shader; overrides the scene: " + namesOf(tables.shaders))
         ->type_name("NAME");
     app.add_option("-D", build.defines,
                    "value of $NAME in the scene, or parameter of the integrator or of the shader")
@@ -125,6 +125,17 @@ void addSceneOptions(CLI::App& app, RenderOptions& render) {
     app.add_option("--animation", build.gltfAnimation, "name of the glTF animation to play")
         ->type_name("NAME");
     app.add_option("--camera", build.gltfCamera, "name of the glTF camera to use")->type_name("NAME");
+    app.add_option_function<std::string>(
+           "--gltf-lights",
+           [&build](const std::string& units) {
+               if (units != "photometric" && units != "web")
+                   throw CLI::ValidationError("--gltf-lights", "takes photometric or web");
+               build.gltfPhotometric = units == "photometric";
+           },
+           "units of the lights of glTF files: photometric (candela and lux, divided by 683 lm/W) or web "
+           "(taken as W/sr and W/m², as web viewers do) [photometric]")
+        ->type_name("UNITS");
+    app.add_flag("--ground", build.gltfGround, "add a matte floor below glTF files, for their shadows");
     app.add_flag("--quick", build.quick, "a quarter of the resolution and of the samples per pixel");
     app.add_flag("--dry-run", render.dryRun,
                  "load and check the scene, and estimate the time; write nothing");
@@ -261,14 +272,13 @@ std::vector<std::string> withCurrentNames(int argc, char** argv) {
 }
 
 /// Returns the words of options that take one of several.
-std::vector<Completion> completions() {
+std::vector<Completion> completions(const PluginTables& tables) {
     const auto split = [](const std::string& names) {
         std::vector<std::string> words;
         for (const std::string& name : CLI::detail::split(names, ','))
             words.push_back(CLI::detail::trim_copy(name));
         return words;
     };
-    const PluginTables tables = pluginTables();
     return {{"--integrator", split(namesOf(tables.integrators))},
             {"--shading", split(namesOf(tables.shaders))},
             {"--aov", split(aovNames())},
@@ -305,7 +315,12 @@ std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& lin
     app.footer(kFooter);
     SequenceOptions sequence;
     std::optional<uint32_t> sample;
-    addSceneOptions(app, line.render);
+    LoadedPlugins plugins = loadPlugins(argc, argv);
+    line.render.build.plugins = plugins.libraries;
+    line.warnings = std::move(plugins.warnings);
+    const PluginTables tables = pluginTables(*plugins.libraries);
+    addSceneOptions(app, line.render, tables);
+    addPluginOption(app);
     addImageOutputs(app, line);
     addSampleOptions(app, line, sample);
     addSequenceOptions(app, sequence);
@@ -334,9 +349,7 @@ std::optional<ExitCode> parseCommandLine(int argc, char** argv, CommandLine& lin
         "--print-man", [&app, &line] { line.text = manPage(app); }, "print the manual page and exit");
     app.add_option_function<std::string>(
            "--print-completion",
-           [&app, &line](const std::string& shell) {
-               line.text = completionScript(app, completions(), shell);
-           },
+           [&](const std::string& shell) { line.text = completionScript(app, completions(tables), shell); },
            "print the completions for a shell, bash, zsh or fish, and exit")
         ->type_name("SHELL");
     try {

@@ -16,7 +16,8 @@ struct CommandLine {
     std::string listName;            ///< with `list`: only those of this name; empty: all, and the AOVs
     /// A text to print in place of a render: the man page, or a completion script; empty: none.
     std::string text;
-    bool printOcio = false; ///< prints the built-in OpenColorIO config
+    bool printOcio = false;            ///< prints the built-in OpenColorIO config
+    std::vector<std::string> warnings; ///< about plugins that could not be loaded
     bool quiet = false;
     std::string logLevel = "info"; ///< debug, info, warn or error
 };

@@ -114,10 +114,16 @@ ExitCode renderWithProgress(const CommandLine& line, const Log& log) {
     return exitCodeOf(renderScene(line.render, log, callbacks));
 }
 
+void logWarnings(const std::vector<std::string>& warnings, const Log& log) {
+    for (const std::string& warning : warnings)
+        log.warn("{}", warning);
+}
+
 ExitCode run(const CommandLine& line, const Log& log) {
+    logWarnings(line.warnings, log);
     limitMemory(line.render.resources);
     if (line.list) {
-        const PluginTables tables = pluginTables();
+        const PluginTables tables = pluginTables(*line.render.build.plugins);
         printResult(line.listName.empty() ? listPlugins(tables) + listAovs()
                                           : listPlugins(tables, line.listName));
         return kOk;
@@ -148,6 +154,7 @@ ExitCode mergeMain(int argc, char** argv) {
     if (const auto code = parseGuarded([&] { return parseMergeCommandLine(argc, argv, line); }))
         return *code;
     const Log log = consoleLog(line.quiet ? "error" : "info");
+    logWarnings(line.warnings, log);
     return runGuarded(log, 0, [&] { return exitCodeOf(mergeParts(line.merge, log)); });
 }
 

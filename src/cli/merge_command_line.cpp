@@ -4,6 +4,7 @@
 
 #include "cli/help.h"
 #include "cli/options/image_options.h"
+#include "cli/options/plugin_options.h"
 #include "core/image/image_format.h"
 
 namespace strobe {
@@ -19,6 +20,10 @@ std::optional<ExitCode> parseMergeCommandLine(int argc, char** argv, MergeComman
         ->type_name("FILE")
         ->allow_extra_args(false)
         ->required();
+    LoadedPlugins plugins = loadPlugins(argc, argv);
+    merge.plugins = plugins.libraries;
+    line.warnings = std::move(plugins.warnings);
+    addPluginOption(app);
     app.add_flag("--mkdir", merge.makeFolders, "create the folders of outputs");
     addImageOptions(app, merge.format);
     app.add_flag("--allow-missing", merge.allowMissing,

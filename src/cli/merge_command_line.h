@@ -5,11 +5,14 @@
 #include "session/options.h"
 
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace strobe {
 
 struct MergeCommandLine {
     MergeOptions merge;
+    std::vector<std::string> warnings; ///< about plugins that could not be loaded
     bool quiet = false;
 };
 

@@ -1,13 +1,14 @@
 // Shows the image in tev while it is rendered.
 #pragma once
 
+#include "core/math/api.h"
 #include "display/live_film.h"
 
 #include <functional>
 #include <memory>
 #include <string>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The address at which a viewer listens.
 struct ViewerAddress {

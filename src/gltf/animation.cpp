@@ -1,7 +1,7 @@
 #include "gltf/animation.h"
 
 #include "core/util/nearest_name.h"
-#include "gltf/accessor.h"
+#include "gltf/file/accessor.h"
 
 #include <algorithm>
 
@@ -75,7 +75,8 @@ size_t findAnimation(const Document& document, const std::string& name) {
 
 } // namespace
 
-Curve::Curve(const Document& document, size_t animation, int sampler, int width, bool isRotation)
+Curve::Curve(const Document& document, size_t animation, int sampler, int width, bool isRotation,
+             Diagnostics& diagnostics)
     : m_width(width), m_isRotation(isRotation) {
     const std::string list = item("animations", animation) + ".samplers";
     const auto& s = document.at(document.model().animations[animation].samplers, sampler, "sampler", list);
@@ -84,15 +85,19 @@ Curve::Curve(const Document& document, size_t animation, int sampler, int width,
     m_times = readFloats(document, s.input, 1, jsonPath + ".input");
     if (m_times.empty())
         document.fail(jsonPath + ".input", "has no keys");
+    const size_t keys = m_times.size();
     for (size_t i = 1; i < m_times.size(); ++i)
-        if (!(m_times[i] > m_times[i - 1]))
-            document.fail(jsonPath + ".input", "times must ascend, but do not at key " + std::to_string(i));
+        if (!(m_times[i] > m_times[i - 1])) {
+            document.tolerate(diagnostics, jsonPath, jsonPath + ".input",
+                              "times must ascend, but do not at key " + std::to_string(i));
+            m_times.resize(i);
+        }
     // Weights are stored as scalars, all other values as vectors.
     const int components = accessorComponents(document, s.output, jsonPath + ".output");
     const bool scalars = components == 1 && width != 1;
     const size_t valuesPerKey = m_interpolation == Interpolation::CubicSpline ? 3 : 1;
     m_values = readFloats(document, s.output, scalars ? 1 : width, jsonPath + ".output",
-                          m_times.size() * valuesPerKey * size_t(scalars ? width : 1));
+                          keys * valuesPerKey * size_t(scalars ? width : 1));
     if (m_isRotation && m_interpolation != Interpolation::CubicSpline)
         for (size_t i = 0; i < m_times.size(); ++i)
             normalizeQuaternion(&m_values[4 * i]);
@@ -193,8 +198,18 @@ void Clip::add(const Document& document, size_t animation, const std::vector<siz
         if (isWeights && morphTargets[node] == 0)
             document.fail(jsonPath, "animates weights of a node without morph targets");
         const int width = isRotation ? 4 : isWeights ? int(morphTargets[node]) : 3;
-        *curve = std::make_shared<Curve>(document, animation, channel.sampler, width, isRotation);
+        *curve =
+            std::make_shared<Curve>(document, animation, channel.sampler, width, isRotation, diagnostics);
     }
+}
+
+float Clip::duration() const {
+    float last = 0;
+    for (const NodeCurves& node : m_nodes)
+        for (const auto& curve : {node.translation, node.rotation, node.scale, node.weights})
+            if (curve && !curve->times().empty())
+                last = std::max(last, curve->times().back());
+    return last;
 }
 
 void appendBreaks(const NodeCurves& curves, float open, float close, std::vector<float>& times) {

@@ -3,7 +3,7 @@
 
 #include "core/math/math.h"
 #include "core/util/diagnostics.h"
-#include "gltf/document.h"
+#include "gltf/file/document.h"
 
 #include <array>
 #include <map>
@@ -18,8 +18,10 @@ class Curve {
     enum class Interpolation { Step, Linear, CubicSpline };
 
     /// Reads sampler `sampler` of animation `animation`. `isRotation`: the values are unit quaternions (x y z
-    /// w), which are interpolated spherically. Throws an Error if the sampler is invalid.
-    Curve(const Document& document, size_t animation, int sampler, int width, bool isRotation);
+    /// w), which are interpolated spherically. Throws an Error if the sampler is invalid. Keys from the first
+    /// one on whose time does not ascend are tolerated, and ignored.
+    Curve(const Document& document, size_t animation, int sampler, int width, bool isRotation,
+          Diagnostics& diagnostics);
 
     int width() const { return m_width; }
     Interpolation interpolation() const { return m_interpolation; }
@@ -58,6 +60,8 @@ class Clip {
     Clip(const Document& document, const std::string& name, const std::vector<size_t>& morphTargets,
          Diagnostics& diagnostics);
     const NodeCurves& curves(size_t node) const { return m_nodes[node]; }
+    /// Returns the last time of all curves; 0 if nothing is animated.
+    float duration() const;
 
   private:
     void add(const Document& document, size_t animation, const std::vector<size_t>& morphTargets,

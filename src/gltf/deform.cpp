@@ -1,6 +1,6 @@
 #include "gltf/deform.h"
 
-#include "gltf/accessor.h"
+#include "gltf/file/accessor.h"
 
 #include <algorithm>
 

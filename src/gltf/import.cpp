@@ -1,6 +1,8 @@
 #include "gltf/import.h"
 
 #include "gltf/deform.h"
+#include "gltf/extremes.h"
+#include "gltf/instancing.h"
 #include "gltf/lights.h"
 #include "gltf/material.h"
 
@@ -44,13 +46,20 @@ void applyBinding(Primitive& primitive, const MaterialBinding& binding) {
     primitive.mesh.alpha = binding.alpha;
 }
 
+/// Returns the document. Warns of what was replaced in it.
+std::shared_ptr<const Document> checked(std::shared_ptr<const Document> document, Diagnostics& diagnostics) {
+    document->tolerateReplaced(diagnostics);
+    return document;
+}
+
 } // namespace
 
 class Importer::Impl {
   public:
     Impl(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
          Diagnostics& diagnostics)
-        : m_document(std::move(document)), m_diagnostics(diagnostics), m_tree(*m_document, settings.scene),
+        : m_document(checked(std::move(document), diagnostics)), m_diagnostics(diagnostics),
+          m_tree(*m_document, settings.scene),
           m_clip(*m_document, settings.animation, targetCounts(*m_document), diagnostics) {
         for (const std::string& extension : m_document->ignoredExtensions())
             m_document->warnOnce(diagnostics, extension, "extensionsUsed", extension + " is ignored");
@@ -62,8 +71,9 @@ class Importer::Impl {
         m_materials = materials.take();
         findBounds();
         if (settings.lights)
-            m_lights = importLights(m_tree, m_clip, diagnostics);
+            m_lights = importLights(m_tree, m_clip, settings.photometric, diagnostics);
         m_camera = importCamera(m_tree, settings.camera);
+        m_document->tolerateAll(diagnostics);
     }
 
     /// Returns the objects that never deform. Meshes are copied: other nodes may deform the same mesh.
@@ -74,11 +84,14 @@ class Importer::Impl {
             const int mesh = source(node).mesh;
             if (mesh < 0)
                 continue;
-            const ImportedObject::Instance instance{node, m_tree.moves(node, m_clip)};
+            std::vector<ImportedObject::Instance> instances;
+            for (const M44f& toNode : instanceTransforms(*m_document, node))
+                instances.push_back({node, m_tree.moves(node, m_clip), toNode});
             std::vector<ImportedShape> shapes;
             const bool deforms = anyDeforms(node);
             if (!deforms && shared.count(mesh)) {
-                objects[shared[mesh]].instances.push_back(instance);
+                auto& all = objects[shared[mesh]].instances;
+                all.insert(all.end(), instances.begin(), instances.end());
                 continue;
             }
             const BoundMesh& bound = *m_meshes[size_t(mesh)];
@@ -90,7 +103,8 @@ class Importer::Impl {
                 continue;
             if (!deforms)
                 shared[mesh] = objects.size();
-            objects.push_back({m_document->model().meshes[size_t(mesh)].name, std::move(shapes), {instance}});
+            objects.push_back(
+                {m_document->model().meshes[size_t(mesh)].name, std::move(shapes), std::move(instances)});
         }
         return objects;
     }
@@ -129,6 +143,7 @@ class Importer::Impl {
     const std::vector<ImportedLight>& lights() const { return m_lights; }
     const std::optional<ImportedCamera>& camera() const { return m_camera; }
     const Box3f& bounds() const { return m_bounds; }
+    const std::vector<V3f>& extremes() const { return m_extremes; }
 
   private:
     const tinygltf::Node& source(size_t node) const { return m_document->model().nodes[node]; }
@@ -171,18 +186,43 @@ class Importer::Impl {
         return false;
     }
 
-    void findBounds() {
-        const std::vector<M44f> globals = m_tree.globals(m_clip, 0);
+    /// Calls visit(p) for the vertices at a time, in the space of the scene; if `movingOnly`, for those of
+    /// nodes that move or deform.
+    template <class Visit>
+    void forVertices(float time, bool movingOnly, const Visit& visit) const {
+        const std::vector<M44f> globals = m_tree.globals(m_clip, time);
         for (const size_t node : m_tree.order()) {
             if (source(node).mesh < 0)
                 continue;
             const auto& primitives = m_meshes[size_t(source(node).mesh)]->primitives;
             for (size_t i = 0; i < primitives.size(); ++i) {
                 const Deformer d = deformer(node, i);
-                for (const V3f& p : d.deforms() ? d.positionsAt(0) : primitives[i].mesh.positions[0])
-                    m_bounds.extendBy(d.isSkinned() ? p : transformPoint(globals[node], p));
+                if (movingOnly && !d.deforms() && !m_tree.moves(node, m_clip))
+                    continue;
+                const auto visitAll = [&](const std::vector<V3f>& positions, const M44f& toScene) {
+                    for (const V3f& p : positions)
+                        visit(d.isSkinned() ? p : transformPoint(toScene, p));
+                };
+                if (d.deforms())
+                    visitAll(d.positionsAt(time), globals[node]);
+                else
+                    for (const M44f& toNode : instanceTransforms(*m_document, node))
+                        visitAll(primitives[i].mesh.positions[0], toNode * globals[node]);
             }
         }
+    }
+
+    void findBounds() {
+        constexpr int kTimes = 12; // of an animation, to frame all of it
+        Extremes extremes;
+        forVertices(0, false, [&](const V3f& p) {
+            m_bounds.extendBy(p);
+            extremes.add(p);
+        });
+        const float duration = m_clip.duration();
+        for (int i = 1; i <= kTimes && duration > 0; ++i)
+            forVertices(duration * float(i) / kTimes, true, [&](const V3f& p) { extremes.add(p); });
+        m_extremes = extremes.points();
         if (!m_bounds.isEmpty() && !std::isfinite(length2(m_bounds.size())))
             m_document->fail("", "the scene is too large for 32-bit floats");
     }
@@ -197,6 +237,7 @@ class Importer::Impl {
     std::vector<ImportedLight> m_lights;
     std::optional<ImportedCamera> m_camera;
     Box3f m_bounds;
+    std::vector<V3f> m_extremes;
     size_t m_vertices = 0;
 };
 
@@ -211,6 +252,7 @@ std::vector<ImportedObject> Importer::takeObjects() { return std::move(m_objects
 const std::vector<ImportedLight>& Importer::lights() const { return m_impl->lights(); }
 const std::optional<ImportedCamera>& Importer::camera() const { return m_impl->camera(); }
 const Box3f& Importer::bounds() const { return m_impl->bounds(); }
+const std::vector<V3f>& Importer::extremes() const { return m_impl->extremes(); }
 
 std::vector<TransformChain> Importer::motions(const Shutter& shutter) const {
     return motionPaths(m_impl->tree(), m_impl->clip(), shutter, m_impl->size());

@@ -34,6 +34,9 @@ struct Settings {
     std::string animation; ///< name of the animation; empty: the default of Clip
     std::string camera;    ///< name of the camera or its node; empty: the first in the scene
     bool lights = true;    ///< import the lights of KHR_lights_punctual
+    /// Units of these lights: photometric units are divided by 683 lm/W; else candela are taken as W/sr and
+    /// lux as W/m², as viewers do that show the file in a browser.
+    bool photometric = true;
 };
 
 /// A material and the emission of its surfaces.
@@ -43,6 +46,7 @@ struct ImportedMaterial {
     Rgb emission{0};                                ///< radiance
     std::shared_ptr<const Texture> emissionTexture; ///< factor of the emission; null: 1
     bool doubleSided = false;                       ///< both sides emit
+    Rgb absorption{0}; ///< inside, per unit of world space (KHR_materials_volume)
 };
 
 struct ImportedShape {
@@ -54,7 +58,8 @@ struct ImportedShape {
 struct ImportedObject {
     struct Instance {
         size_t node;
-        bool moves; ///< the node is animated
+        bool moves;    ///< the node is animated
+        M44f toNode{}; ///< from the shapes to the node (EXT_mesh_gpu_instancing)
     };
     std::string name;
     std::vector<ImportedShape> shapes;
@@ -100,6 +105,9 @@ class Importer {
     const std::optional<ImportedCamera>& camera() const;
     /// Returns the bounds of all shapes at time 0, in the space of the scene.
     const Box3f& bounds() const;
+    /// Returns vertices that are the farthest ones in evenly distributed directions, at any time of the
+    /// animation, in the space of the scene. Empty for an empty scene.
+    const std::vector<V3f>& extremes() const;
 
     /// Returns for each node its motion to the scene, with errors of at most 1e-5 of the scene's size and
     /// 1e-5 radians.

@@ -14,7 +14,7 @@ Rgb colorOf(const Document& document, const std::vector<double>& numbers, const 
 }
 
 /// Returns light `index` of the file. `jsonPath`: that of the reference to it.
-ImportedLight lightFrom(const Document& document, int index, const std::string& jsonPath,
+ImportedLight lightFrom(const Document& document, int index, const std::string& jsonPath, bool photometric,
                         Diagnostics& diagnostics) {
     const tinygltf::Light& source = document.at(document.model().lights, index, "light", jsonPath);
     const std::string lightPath = "extensions.KHR_lights_punctual." + item("lights", size_t(index));
@@ -30,8 +30,8 @@ ImportedLight lightFrom(const Document& document, int index, const std::string& 
                       "unknown \"" + source.type + "\" (known: point, spot, directional)");
     if (source.intensity < 0)
         document.fail(lightPath + ".intensity", "must not be negative");
-    light.intensity =
-        colorOf(document, source.color, lightPath + ".color") * (float(source.intensity) / kLumensPerWatt);
+    light.intensity = colorOf(document, source.color, lightPath + ".color") *
+                      (float(source.intensity) / (photometric ? kLumensPerWatt : 1));
     light.innerAngle = float(source.spot.innerConeAngle);
     light.outerAngle = float(source.spot.outerConeAngle);
     if (light.kind == ImportedLight::Spot &&
@@ -75,7 +75,8 @@ ImportedCamera cameraFrom(const Document& document, int index, const std::string
 
 } // namespace
 
-std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, Diagnostics& diagnostics) {
+std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, bool photometric,
+                                        Diagnostics& diagnostics) {
     const Document& document = tree.document();
     std::vector<ImportedLight> lights;
     for (const size_t node : tree.order()) {
@@ -85,7 +86,7 @@ std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, 
         const std::string jsonPath = item("nodes", node) + ".extensions.KHR_lights_punctual.light";
         if (!index->IsInt())
             document.fail(jsonPath, "must be an integer");
-        lights.push_back(lightFrom(document, index->GetNumberAsInt(), jsonPath, diagnostics));
+        lights.push_back(lightFrom(document, index->GetNumberAsInt(), jsonPath, photometric, diagnostics));
         lights.back().node = node;
         lights.back().moves = tree.moves(node, clip);
     }

@@ -7,9 +7,10 @@
 
 namespace strobe::gltf {
 
-/// Returns the lights of the tree's nodes. Photometric units are converted to radiometric units as in
-/// Blender's exporter: candela and lux are divided by 683 lm/W.
-std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, Diagnostics& diagnostics);
+/// Returns the lights of the tree's nodes. `photometric`: candela and lux are divided by 683 lm/W, as in
+/// Blender's exporter; else they are taken as radiometric units.
+std::vector<ImportedLight> importLights(const NodeTree& tree, const Clip& clip, bool photometric,
+                                        Diagnostics& diagnostics);
 
 /// Returns the camera of that name (its own or its node's); if `name` is empty, the first camera of the tree,
 /// or nothing if there is none. Throws an Error if the name is unknown.

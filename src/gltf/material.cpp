@@ -1,5 +1,9 @@
 #include "gltf/material.h"
 
+#include "gltf/material_reader.h"
+#include "materials/glass.h"
+#include "materials/mix.h"
+
 #include <algorithm>
 
 namespace strobe::gltf {
@@ -28,7 +32,12 @@ struct MaterialBuilder::Source {
     std::string name, jsonPath;
     Rgb base{1}, emissive{0}, specularColor{1};
     float opacity = 1, metallic = 1, roughness = 1, ior = 1.5f, specular = 1, transmission = 0, clearcoat = 0,
-          clearcoatRoughness = 0, normalScale = 1, cutoff = .5f;
+          clearcoatRoughness = 0, normalScale = 1, cutoff = .5f, clearcoatNormalScale = 1, sheenRoughness = 0,
+          anisotropy = 0, anisotropyRotation = 0, iridescence = 0, iridescenceIor = 1.3f, filmMin = 100,
+          filmMax = 400, thickness = 0, attenuationDistance = kInfinity;
+    Rgb sheenColor{0}, attenuationColor{1};
+    TextureSlot clearcoatNormalSlot, sheenColorSlot, sheenRoughnessSlot, anisotropySlot, iridescenceSlot,
+        filmSlot;
     TextureSlot baseSlot, packedSlot, normalSlot, emissiveSlot, specularSlot, specularColorSlot,
         transmissionSlot, clearcoatSlot, clearcoatRoughnessSlot;
     enum { Opaque, Mask, Blend } alphaMode = Opaque;
@@ -38,7 +47,8 @@ struct MaterialBuilder::Source {
         std::vector<const TextureSlot*> used;
         for (const TextureSlot* slot :
              {&baseSlot, &packedSlot, &normalSlot, &emissiveSlot, &specularSlot, &specularColorSlot,
-              &transmissionSlot, &clearcoatSlot, &clearcoatRoughnessSlot})
+              &transmissionSlot, &clearcoatSlot, &clearcoatRoughnessSlot, &clearcoatNormalSlot,
+              &sheenColorSlot, &sheenRoughnessSlot, &anisotropySlot, &iridescenceSlot, &filmSlot})
             if (*slot)
                 used.push_back(slot);
         return used;
@@ -58,54 +68,6 @@ struct MaterialBuilder::TextureContext {
     int mainUvSet;                                              ///< index of the TEXCOORD of the mesh's uvs
     std::shared_ptr<const VertexValues<Rgb>> colors, opacities; ///< null: none
 };
-
-namespace {
-
-/// Reads the members of a material.
-class MaterialReader {
-  public:
-    MaterialReader(const Document& document, std::string jsonPath)
-        : m_document(document), m_place(std::move(jsonPath)) {}
-
-    float number(const tinygltf::Value& object, const char* member, float fallback) const {
-        if (!object.Has(member))
-            return fallback;
-        if (!object.Get(member).IsNumber())
-            m_document.fail(m_place + "." + member, "must be a number");
-        return float(object.Get(member).GetNumberAsDouble());
-    }
-    Rgb color(const tinygltf::Value& object, const char* member, const Rgb& fallback) const {
-        if (!object.Has(member))
-            return fallback;
-        std::vector<double> numbers;
-        const tinygltf::Value& list = object.Get(member);
-        for (size_t i = 0; i < list.ArrayLen(); ++i)
-            if (list.Get(int(i)).IsNumber())
-                numbers.push_back(list.Get(int(i)).GetNumberAsDouble());
-        return color(numbers, member, 3);
-    }
-    /// Returns the first three of `count` non-negative numbers.
-    Rgb color(const std::vector<double>& numbers, const char* member, size_t count) const {
-        if (numbers.size() != count ||
-            std::any_of(numbers.begin(), numbers.end(), [](double x) { return x < 0; }))
-            m_document.fail(m_place + "." + member,
-                            "must be " + std::to_string(count) + " non-negative numbers");
-        return {float(numbers[0]), float(numbers[1]), float(numbers[2])};
-    }
-    template <class Info>
-    TextureSlot slot(const Info& info, const char* member) const {
-        return slotFrom(m_document, info, m_place + "." + member);
-    }
-    TextureSlot slot(const tinygltf::Value& object, const char* member) const {
-        return slotFrom(m_document, object, member, m_place);
-    }
-
-  private:
-    const Document& m_document;
-    std::string m_place;
-};
-
-} // namespace
 
 std::string MaterialBuilder::nameOf(int material) const {
     return material < 0 ? "default" : m_document.model().materials[size_t(material)].name;
@@ -169,9 +131,39 @@ void MaterialBuilder::readExtensions(const tinygltf::Material& m, Source& s) con
         s.clearcoatRoughness = reader.number(*e, "clearcoatRoughnessFactor", 0);
         s.clearcoatSlot = reader.slot(*e, "clearcoatTexture");
         s.clearcoatRoughnessSlot = reader.slot(*e, "clearcoatRoughnessTexture");
-        if (e->Has("clearcoatNormalTexture"))
-            m_document.warnOnce(m_diagnostics, "clearcoat normal", s.jsonPath,
-                                "clearcoatNormalTexture is ignored: the coat uses the normals of the base");
+        s.clearcoatNormalSlot = reader.slot(*e, "clearcoatNormalTexture");
+        if (s.clearcoatNormalSlot)
+            s.clearcoatNormalScale = reader.number(e->Get("clearcoatNormalTexture"), "scale", 1);
+    }
+    readFinish(m, s);
+}
+
+/// Reads the extensions for sheen, anisotropy, iridescence and volume.
+void MaterialBuilder::readFinish(const tinygltf::Material& m, Source& s) const {
+    const MaterialReader reader(m_document, s.jsonPath);
+    if (const auto* e = extension(m, "KHR_materials_sheen")) {
+        s.sheenColor = reader.color(*e, "sheenColorFactor", Rgb(0));
+        s.sheenRoughness = reader.number(*e, "sheenRoughnessFactor", 0);
+        s.sheenColorSlot = reader.slot(*e, "sheenColorTexture");
+        s.sheenRoughnessSlot = reader.slot(*e, "sheenRoughnessTexture");
+    }
+    if (const auto* e = extension(m, "KHR_materials_anisotropy")) {
+        s.anisotropy = reader.number(*e, "anisotropyStrength", 0);
+        s.anisotropyRotation = reader.number(*e, "anisotropyRotation", 0);
+        s.anisotropySlot = reader.slot(*e, "anisotropyTexture");
+    }
+    if (const auto* e = extension(m, "KHR_materials_iridescence")) {
+        s.iridescence = reader.number(*e, "iridescenceFactor", 0);
+        s.iridescenceIor = reader.number(*e, "iridescenceIor", 1.3f);
+        s.filmMin = reader.number(*e, "iridescenceThicknessMinimum", 100);
+        s.filmMax = reader.number(*e, "iridescenceThicknessMaximum", 400);
+        s.iridescenceSlot = reader.slot(*e, "iridescenceTexture");
+        s.filmSlot = reader.slot(*e, "iridescenceThicknessTexture");
+    }
+    if (const auto* e = extension(m, "KHR_materials_volume")) {
+        s.thickness = reader.number(*e, "thicknessFactor", 0);
+        s.attenuationDistance = reader.number(*e, "attenuationDistance", kInfinity);
+        s.attenuationColor = reader.color(*e, "attenuationColor", Rgb(1));
     }
 }
 
@@ -256,7 +248,53 @@ MetallicRoughnessInputs MaterialBuilder::inputs(const Source& s, const TextureCo
     in.clearcoatRoughness = inputFrom(s.clearcoatRoughness, s.clearcoatRoughnessSlot, 1);
     if (const TexturePtr map = texture(s.normalSlot, TextureUse::Data, context))
         in.normals = makeNormalMap(map, s.normalScale);
+    addFinish(s, context, in);
     return in;
+}
+
+void MaterialBuilder::addFinish(const Source& s, const TextureContext& context, MetallicRoughnessInputs& in) {
+    in.clearcoatNormals = texture(s.clearcoatNormalSlot, TextureUse::Data, context);
+    in.clearcoatNormalScale = s.clearcoatNormalScale;
+    in.sheenColor = s.sheenColor;
+    in.sheenColor.texture = texture(s.sheenColorSlot, TextureUse::Color, context, s.sheenColor);
+    in.sheenRoughness = s.sheenRoughness;
+    in.sheenRoughness.texture =
+        texture(s.sheenRoughnessSlot, TextureUse::Alpha, context, Rgb(s.sheenRoughness));
+    in.anisotropy = s.anisotropy;
+    in.anisotropyRotation = s.anisotropyRotation;
+    in.anisotropyMap = texture(s.anisotropySlot, TextureUse::Data, context);
+    in.iridescence = s.iridescence;
+    in.iridescence.texture = texture(s.iridescenceSlot, TextureUse::Data, context, Rgb(s.iridescence));
+    in.iridescenceIor = s.iridescenceIor;
+    in.iridescenceThickness = s.filmMax;
+    if (const TexturePtr film = texture(s.filmSlot, TextureUse::Data, context, Rgb(1), 1))
+        in.iridescenceThickness.texture =
+            std::make_shared<PowerTexture>(film, 1.f, s.filmMax - s.filmMin, s.filmMin);
+}
+
+/// Returns the material of a closed surface around a dielectric. Light is tinted by the base color once on
+/// its way in and out, as it is on its way through a thin wall.
+std::shared_ptr<const Material> MaterialBuilder::solid(const Source& s, const TextureContext& context,
+                                                       MetallicRoughnessInputs in) {
+    GlassInputs glass;
+    glass.index = s.ior;
+    glass.scalesRadiance = false; // the camera is outside
+    glass.kt = Rgb(std::sqrt(s.base.x), std::sqrt(s.base.y), std::sqrt(s.base.z));
+    if (in.baseColor.texture)
+        glass.kt.texture = std::make_shared<PowerTexture>(in.baseColor.texture, .5f);
+    glass.uRoughness = glass.vRoughness = sqr(s.roughness);
+    if (const TexturePtr rough = texture(s.packedSlot, TextureUse::Data, context, Rgb(s.roughness), 1))
+        glass.uRoughness.texture = glass.vRoughness.texture = std::make_shared<PowerTexture>(rough, 2.f);
+    std::shared_ptr<const Material> inside = makeGlass(glass);
+    if (in.normals)
+        inside = withNormals(inside, in.normals);
+    FloatInput amount(s.transmission * (1 - (s.packedSlot ? 0 : s.metallic)));
+    amount.texture = texture(s.transmissionSlot, TextureUse::Data, context, Rgb(amount.constant));
+    const bool isGlassAlone = amount.constant >= 1 && !amount.texture && s.clearcoat == 0;
+    if (isGlassAlone)
+        return inside;
+    in.transmission = 0;
+    return makeMix(makeMetallicRoughness(in), inside, amount, uint32_t(m_materials.size()));
 }
 
 void MaterialBuilder::addEmission(const Source& s, const TextureContext& context,
@@ -294,7 +332,16 @@ MaterialBinding MaterialBuilder::make(const Source& s, const Primitive& primitiv
         in = inputs(s, context);
         addEmission(s, context, out);
     }
-    out.material = makeMetallicRoughness(in);
+    if (s.transmission > 0 && s.thickness > 0 && !s.unlit) {
+        out.material = solid(s, context, in);
+        for (int c = 0; c < 3; ++c)
+            out.absorption[c] =
+                s.attenuationDistance > 0 && s.attenuationDistance < kInfinity
+                    ? -std::log(std::clamp(s.attenuationColor[c], 1e-6f, 1.f)) / s.attenuationDistance
+                    : 0;
+    } else {
+        out.material = makeMetallicRoughness(in);
+    }
     const MaterialBinding binding{int(m_materials.size()), alpha(s, context), s.mainUvSet(),
                                   !s.slots().empty()};
     m_materials.push_back(std::move(out));

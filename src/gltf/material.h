@@ -37,8 +37,12 @@ class MaterialBuilder {
 
     Source read(int material) const;
     void readExtensions(const tinygltf::Material& material, Source& source) const;
+    void readFinish(const tinygltf::Material& material, Source& source) const;
     MaterialBinding make(const Source& source, const Primitive& primitive);
     MetallicRoughnessInputs inputs(const Source& source, const TextureContext& context);
+    void addFinish(const Source& source, const TextureContext& context, MetallicRoughnessInputs& inputs);
+    std::shared_ptr<const Material> solid(const Source& source, const TextureContext& context,
+                                          MetallicRoughnessInputs inputs);
     void addEmission(const Source& source, const TextureContext& context, ImportedMaterial& material);
     /// Returns the texture of a slot; null: none.
     std::shared_ptr<ImageTexture> texture(const TextureSlot& slot, TextureUse use,

@@ -1,6 +1,6 @@
 #include "gltf/mesh.h"
 
-#include "gltf/accessor.h"
+#include "gltf/file/accessor.h"
 
 #include <numeric>
 
@@ -29,7 +29,7 @@ class PrimitiveReader {
         if (m_out.material >= 0)
             m_document.at(m_document.model().materials, m_out.material, "material",
                           m_out.jsonPath + ".material");
-        readVertices();
+        readVertices(diagnostics);
         readIndices(mode, diagnostics);
         if (m_out.mesh.indices.empty())
             return false;
@@ -53,7 +53,7 @@ class PrimitiveReader {
         return m_out.jsonPath + ".attributes." + name;
     }
 
-    void readVertices() {
+    void readVertices(Diagnostics& diagnostics) {
         const int* positions = find("POSITION");
         if (!positions)
             fail(".attributes", "POSITION is missing");
@@ -61,14 +61,11 @@ class PrimitiveReader {
         m_vertexCount = m_out.mesh.positions[0].size();
         if (const int* normals = find("NORMAL"))
             m_out.mesh.normals.push_back(
-                readV3f(m_document, *normals, attributePath("NORMAL"), m_vertexCount));
-        if (const int* tangents = find("TANGENT")) {
-            const auto numbers =
-                readFloats(m_document, *tangents, 4, attributePath("TANGENT"), m_vertexCount);
-            // The fourth component is ignored: texture coordinates determine the sign of the bitangent.
-            for (size_t i = 0; i < m_vertexCount; ++i)
-                m_out.mesh.tangents.emplace_back(numbers[4 * i], numbers[4 * i + 1], numbers[4 * i + 2]);
-        }
+                readDirections(m_document, *normals, attributePath("NORMAL"), m_vertexCount, diagnostics));
+        // The fourth component is ignored: texture coordinates determine the sign of the bitangent.
+        if (const int* tangents = find("TANGENT"))
+            m_out.mesh.tangents =
+                readDirections(m_document, *tangents, attributePath("TANGENT"), m_vertexCount, diagnostics);
     }
 
     /// Returns the indices of the file, or 0, 1, 2, … if it has none.

@@ -3,7 +3,7 @@
 
 #include "core/interfaces/shape.h"
 #include "core/util/diagnostics.h"
-#include "gltf/document.h"
+#include "gltf/file/document.h"
 
 #include <map>
 

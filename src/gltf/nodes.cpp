@@ -22,7 +22,8 @@ V3f vectorFrom(const Document& document, const std::vector<double>& numbers, con
 
 float clampScale(float x) { return std::abs(x) < kMinScale ? std::copysign(kMinScale, x) : x; }
 
-/// Returns the matrix of a translation, a unit quaternion x y z w, and a scale.
+} // namespace
+
 M44f matrixOf(const V3f& translation, const float* q, const V3f& scale) {
     // Imath's matrices transform row vectors; glTF's quaternions rotate v to q v q*.
     M44f m = Quatf(q[3], q[0], q[1], q[2]).toMatrix44();
@@ -33,8 +34,6 @@ M44f matrixOf(const V3f& translation, const float* q, const V3f& scale) {
         m[3][j] = translation[j];
     return m;
 }
-
-} // namespace
 
 NodeTree::NodeTree(const Document& document, const std::string& scene) : m_document(document) {
     findParents();

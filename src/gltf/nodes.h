@@ -6,6 +6,10 @@
 
 namespace strobe::gltf {
 
+/// Returns the matrix of a translation, a unit quaternion x y z w, and a scale. Scales near 0 become tiny
+/// ones.
+M44f matrixOf(const V3f& translation, const float* quaternion, const V3f& scale);
+
 /// The nodes of one scene of the document. Matrices are Imath's: p' = p * M.
 class NodeTree {
   public:

@@ -1,6 +1,7 @@
 #include "gltf/texture.h"
 
-#include "gltf/accessor.h"
+#include "gltf/file/accessor.h"
+#include "gltf/file/data_check.h"
 
 #include <fstream>
 
@@ -133,6 +134,7 @@ void ImageTexture::rgbSoA(const TextureQuerySoA& queries, int begin, int end, Rg
 }
 
 std::shared_ptr<const EncodedImage> Images::encoded(size_t index) {
+    constexpr int kMagicBytes = 5;
     auto& cached = m_encoded[index];
     if (cached)
         return cached;
@@ -149,9 +151,14 @@ std::shared_ptr<const EncodedImage> Images::encoded(size_t index) {
         const std::filesystem::path path = m_document.resolve(image.uri);
         std::ifstream file(path, std::ios::binary);
         std::error_code error;
-        if (!file || !std::filesystem::is_regular_file(path, error))
-            m_document.fail(jsonPath + ".uri", "\"" + path.string() + "\" cannot be read");
-        encoded->bytes.assign(std::istreambuf_iterator<char>(file), {});
+        if (!file || !std::filesystem::is_regular_file(path, error)) {
+            const std::string message = cannotRead(path), uriPath = jsonPath + ".uri";
+            m_document.tolerate(m_diagnostics, uriPath + message, uriPath, message);
+            return nullptr;
+        }
+        encoded->file = path;
+        encoded->bytes.resize(kMagicBytes);
+        file.read(reinterpret_cast<char*>(encoded->bytes.data()), kMagicBytes);
     }
     static constexpr unsigned char kPng[] = {0x89, 'P', 'N', 'G'};
     static constexpr unsigned char kJpeg[] = {0xff, 0xd8, 0xff};
@@ -187,17 +194,22 @@ std::shared_ptr<ImageTexture> Images::open(const TextureSlot& slot, TextureUse u
     const std::string texturePath = item("textures", size_t(slot.index));
     if (texture.source < 0) {
         m_document.warnOnce(m_diagnostics, texturePath, texturePath,
-                            "has no PNG or JPEG image; the texture is ignored");
+                            texture.extensions.count("KHR_texture_basisu")
+                                ? "has a KTX2 image only, which is not supported; the texture is ignored"
+                                : "has no PNG or JPEG image; the texture is ignored");
         return nullptr;
     }
     m_document.at(model.images, texture.source, "image", texturePath + ".source");
+    const std::shared_ptr<const EncodedImage> image = encoded(size_t(texture.source));
+    if (!image)
+        return nullptr;
     auto out = std::make_shared<ImageTexture>();
     out->options = samplerOptions(texture.sampler, texturePath);
     out->offset = slot.offset;
     out->scale = slot.scale;
     out->rotation = V2f(std::cos(slot.rotation), std::sin(slot.rotation));
     const ColorEncoding encoding{use == TextureUse::Color ? ColorEncoding::Srgb : ColorEncoding::Linear};
-    out->file = m_cache.open(encoded(size_t(texture.source)), m_document.where(), encoding,
+    out->file = m_cache.open(image, m_document.where(), encoding,
                              use == TextureUse::Alpha ? TextureChannels::Alpha : TextureChannels::Color);
     out->cache = m_cache.shared_from_this();
     return out->file ? out : nullptr;

@@ -4,7 +4,7 @@
 #include "core/image/texture_cache.h"
 #include "core/interfaces/texture.h"
 #include "core/util/diagnostics.h"
-#include "gltf/document.h"
+#include "gltf/file/document.h"
 #include "gltf/mesh.h"
 
 #include <map>
@@ -75,6 +75,24 @@ class ImageTexture : public Texture {
     TextureQuery toImageSpace(TextureQuery q) const;
 };
 
+/// offset + scale t^exponent of another texture t, for values that glTF defines differently.
+class PowerTexture : public Texture {
+  public:
+    PowerTexture(std::shared_ptr<const Texture> t, float exponent, float scale = 1, float offset = 0)
+        : m_texture(std::move(t)), m_exponent(exponent), m_scale(scale), m_offset(offset) {}
+    Rgb rgb(const TextureQuery& q) const override {
+        const Rgb c = m_texture->rgb(q);
+        return {changed(c.x), changed(c.y), changed(c.z)};
+    }
+    float value(const TextureQuery& q) const override { return changed(m_texture->value(q)); }
+    bool needsFootprint() const override { return m_texture->needsFootprint(); }
+
+  private:
+    float changed(float x) const { return m_offset + m_scale * std::pow(std::max(x, 0.f), m_exponent); }
+    std::shared_ptr<const Texture> m_texture;
+    float m_exponent, m_scale, m_offset;
+};
+
 /// The interpretation of a texture's stored numbers.
 enum class TextureUse { Color, Data, Alpha };
 
@@ -88,6 +106,7 @@ class Images {
     std::shared_ptr<ImageTexture> open(const TextureSlot& slot, TextureUse use, const std::string& jsonPath);
 
   private:
+    /// Returns null, with a warning, if the file of the image is missing.
     std::shared_ptr<const EncodedImage> encoded(size_t image);
     TextureOptions samplerOptions(int sampler, const std::string& jsonPath) const;
 

@@ -3,6 +3,9 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include <array>
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -23,6 +26,11 @@ inline std::string hiddenError(const OIIO::ImageInput& input) {
 class CheckedInput final : public OIIO::ImageInput {
   public:
     static OIIO::ImageInput* create() { return new CheckedInput; }
+    /// Stores a pointer to a counter of the bytes of tiles in `config`, for `open`. The counter must outlive
+    /// the cache.
+    static void setCounter(OIIO::ImageSpec& config, std::atomic<uint64_t>& bytes) {
+        config.attribute("strobe:bytes", OIIO::TypeDesc::PTR, std::array<const void*, 1>{&bytes}.data());
+    }
 
     const char* format_name() const override { return m_input ? m_input->format_name() : "strobe-checked"; }
     int supports(OIIO::string_view feature) const override {
@@ -30,6 +38,8 @@ class CheckedInput final : public OIIO::ImageInput {
     }
     bool open(const std::string& name, OIIO::ImageSpec& spec) override { return open(name, spec, {}); }
     bool open(const std::string& name, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
+        if (const OIIO::ParamValue* bytes = config.find_attribute("strobe:bytes"))
+            m_bytes = *static_cast<std::atomic<uint64_t>* const*>(bytes->data());
         m_input = OIIO::ImageInput::open(name, &config);
         if (!m_input) {
             errorfmt("{}", OIIO::geterror());
@@ -55,22 +65,51 @@ class CheckedInput final : public OIIO::ImageInput {
     }
 
     bool read_native_scanline(int subimage, int level, int y, int z, void* data) override {
-        return checked(m_input->read_native_scanline(subimage, level, y, z, data));
+        return checked(cleared().read_native_scanline(subimage, level, y, z, data));
     }
     bool read_scanlines(int subimage, int level, int y0, int y1, int z, int firstChannel, int lastChannel,
                         OIIO::TypeDesc format, void* data, OIIO::stride_t xStride,
                         OIIO::stride_t yStride) override {
-        return checked(m_input->read_scanlines(subimage, level, y0, y1, z, firstChannel, lastChannel, format,
-                                               data, xStride, yStride));
+        return checked(cleared().read_scanlines(subimage, level, y0, y1, z, firstChannel, lastChannel, format,
+                                                data, xStride, yStride));
     }
     bool read_tiles(int subimage, int level, int x0, int x1, int y0, int y1, int z0, int z1, int firstChannel,
                     int lastChannel, OIIO::TypeDesc format, void* data, OIIO::stride_t xStride,
                     OIIO::stride_t yStride, OIIO::stride_t zStride) override {
-        return checked(m_input->read_tiles(subimage, level, x0, x1, y0, y1, z0, z1, firstChannel, lastChannel,
-                                           format, data, xStride, yStride, zStride));
+        count(uint64_t(x1 - x0) * uint64_t(y1 - y0) * uint64_t(lastChannel - firstChannel) * format.size());
+        return checked(cleared().read_tiles(subimage, level, x0, x1, y0, y1, z0, z1, firstChannel,
+                                            lastChannel, format, data, xStride, yStride, zStride));
+    }
+
+    bool read_native_tile(int subimage, int level, int x, int y, int z, void* data) override {
+        count(m_input->spec().tile_bytes(true));
+        return checked(cleared().read_native_tile(subimage, level, x, y, z, data));
+    }
+    bool read_native_tiles(int subimage, int level, int x0, int x1, int y0, int y1, int z0, int z1,
+                           void* data) override {
+        const uint64_t pixels = uint64_t(x1 - x0) * uint64_t(y1 - y0);
+        count(pixels * m_input->spec().pixel_bytes(true));
+        return checked(cleared().read_native_tiles(subimage, level, x0, x1, y0, y1, z0, z1, data));
+    }
+    bool read_native_tiles(int subimage, int level, int x0, int x1, int y0, int y1, int z0, int z1,
+                           int firstChannel, int lastChannel, void* data) override {
+        const uint64_t pixels = uint64_t(x1 - x0) * uint64_t(y1 - y0);
+        count(pixels * m_input->spec().pixel_bytes(firstChannel, lastChannel, true));
+        return checked(cleared().read_native_tiles(subimage, level, x0, x1, y0, y1, z0, z1, firstChannel,
+                                                   lastChannel, data));
     }
 
   private:
+    /// Returns the input without errors that an earlier one at its address has left: OpenImageIO keeps them
+    /// by address, for each thread.
+    OIIO::ImageInput& cleared() {
+        m_input->geterror();
+        return *m_input;
+    }
+    void count(uint64_t bytes) {
+        if (m_bytes)
+            m_bytes->fetch_add(bytes, std::memory_order_relaxed);
+    }
     /// Returns whether the read has succeeded and left no error; else passes the error on.
     bool checked(bool isRead) {
         const std::string error = isRead ? hiddenError(*m_input) : m_input->geterror();
@@ -81,6 +120,7 @@ class CheckedInput final : public OIIO::ImageInput {
     }
 
     std::unique_ptr<OIIO::ImageInput> m_input;
+    std::atomic<uint64_t>* m_bytes = nullptr; ///< or null
 };
 
 } // namespace strobe

@@ -2,6 +2,7 @@
 // built as a shared library that exports only the function at the end.
 #include "core/image/image_library.h"
 #include "images/checked_input.h"
+#include "images/decoded_input.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagecache.h>
@@ -20,6 +21,32 @@
 
 namespace strobe {
 namespace {
+
+OIIO::TypeDesc toOiio(StoredType type) {
+    switch (type) {
+    case StoredType::Byte:
+        return OIIO::TypeDesc::UINT8;
+    case StoredType::Word:
+        return OIIO::TypeDesc::UINT16;
+    case StoredType::Half:
+        return OIIO::TypeDesc::HALF;
+    case StoredType::Float:
+        break;
+    }
+    return OIIO::TypeDesc::FLOAT;
+}
+
+StoredType storedType(const OIIO::TypeDesc& type) {
+    for (const StoredType stored : {StoredType::Byte, StoredType::Word, StoredType::Half})
+        if (type == toOiio(stored))
+            return stored;
+    return StoredType::Float;
+}
+
+bool isUncroppedImage(const OIIO::ImageSpec& spec) {
+    return spec.x == 0 && spec.y == 0 && spec.full_x == 0 && spec.full_y == 0 &&
+           spec.full_width == spec.width && spec.full_height == spec.height;
+}
 
 class OpenedFile final : public ImageReader {
   public:
@@ -46,6 +73,16 @@ class OpenedFile final : public ImageReader {
         error = isRead ? hiddenError(*m_input) : m_input->geterror();
         return isRead && error.empty();
     }
+    V2i levelSize(int level) override {
+        const OIIO::ImageSpec spec = m_input->spec_dimensions(0, level);
+        return {spec.width, spec.height};
+    }
+    bool readLevel(int level, int first, int last, StoredType type, std::byte* out,
+                   std::string& error) override {
+        const bool isRead = m_input->read_image(0, level, first, last, toOiio(type), out);
+        error = isRead ? hiddenError(*m_input) : m_input->geterror();
+        return isRead && error.empty();
+    }
     std::string metadata(const std::string& name) const override {
         const std::string value(m_input->spec().extra_attribs.get_string(name));
         return value.empty() ? describedValue(name) : value;
@@ -65,6 +102,7 @@ class OpenedFile final : public ImageReader {
         m_input = std::move(input);
         if (!m_input)
             return false;
+        m_input->geterror(); // clears the error of an earlier input at this address
         const OIIO::ImageSpec& spec = m_input->spec();
         width = spec.width;
         height = spec.height;
@@ -72,49 +110,14 @@ class OpenedFile final : public ImageReader {
         channels = spec.nchannels;
         alphaChannel = spec.alpha_channel;
         isFloat = spec.format.is_floating_point();
+        stored = storedType(spec.format);
+        isTiled = spec.tile_width != 0;
+        isUncropped = isUncroppedImage(spec);
         return true;
     }
 
     std::optional<OIIO::Filesystem::IOMemReader> m_memory; ///< outlives the input
     std::unique_ptr<OIIO::ImageInput> m_input;
-};
-
-/// A reader for OIIO's image cache that presents the image of a Decode function as a file of scanlines.
-class DecodedInput final : public OIIO::ImageInput {
-  public:
-    using Decode = TextureSystem::Decode;
-    static OIIO::ImageInput* create() { return new DecodedInput; }
-    /// Stores a pointer to the function in `config`, for `open`. The function must outlive the cache.
-    static void setDecode(OIIO::ImageSpec& config, const Decode& decode) {
-        config.attribute("strobe:decode", OIIO::TypeDesc::PTR, std::array<const void*, 1>{&decode}.data());
-    }
-    const char* format_name() const override { return "strobe-decoded"; }
-    bool open(const std::string&, OIIO::ImageSpec&) override { return false; } // requires a configuration
-
-    bool open(const std::string&, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
-        const OIIO::ParamValue* value = config.find_attribute("strobe:decode");
-        std::string error;
-        if (!value)
-            return false;
-        if (!(**static_cast<const Decode* const*>(value->data()))(m_image, error)) {
-            errorfmt("{}", error);
-            return false;
-        }
-        m_spec = OIIO::ImageSpec(m_image.width, m_image.height, m_image.channels, OIIO::TypeDesc::FLOAT);
-        spec = m_spec;
-        return true;
-    }
-    bool close() override { return true; }
-    bool read_native_scanline(int subimage, int miplevel, int y, int, void* data) override {
-        if (subimage != 0 || miplevel != 0 || y < 0 || y >= m_spec.height)
-            return false;
-        const size_t row = size_t(m_image.width) * size_t(m_image.channels);
-        std::memcpy(data, &m_image.values[size_t(y) * row], row * sizeof(float));
-        return true;
-    }
-
-  private:
-    DecodedImage m_image;
 };
 
 OIIO::TextureOpt::Wrap toOiio(Wrap wrap) {
@@ -178,8 +181,7 @@ class OpenedTexture final : public TextureHandle {
         height = spec.height;
         channels = spec.nchannels;
         isTiled = spec.tile_width != 0;
-        isUncropped = spec.x == 0 && spec.y == 0 && spec.full_x == 0 && spec.full_y == 0 &&
-                      spec.full_width == spec.width && spec.full_height == spec.height;
+        isUncropped = isUncroppedImage(spec);
     }
 
     bool readLevels(int n, std::vector<DecodedImage>& out, std::string& error) const override {
@@ -250,8 +252,15 @@ class Textures final : public TextureSystem {
             error = textures.geterror();
             return nullptr;
         }
+        if (spec.tile_width != 0) // with its MIP levels
+            m_tileBytesKnown.fetch_add(spec.image_bytes() * 4 / 3, std::memory_order_relaxed);
         return std::make_unique<OpenedTexture>(m_system, handle, m_system.images->get_image_handle(name),
                                                spec);
+    }
+
+    TileCounts counts() const override {
+        return {m_tileBytesRead.load(std::memory_order_relaxed),
+                m_tileBytesKnown.load(std::memory_order_relaxed)};
     }
 
   private:
@@ -263,10 +272,12 @@ class Textures final : public TextureSystem {
                                      !std::filesystem::is_regular_file(path, ignored) ||
                                      !m_checked.insert(path).second)
             return;
-        const OIIO::ImageSpec config;
+        OIIO::ImageSpec config;
+        CheckedInput::setCounter(config, m_tileBytesRead);
         m_system.images->add_file(OIIO::ustring(path), CheckedInput::create, &config);
     }
 
+    std::atomic<uint64_t> m_tileBytesRead{0}, m_tileBytesKnown{0};
     std::mutex m_mutex;
     std::map<std::string, Decode> m_decodes; ///< by name; OIIO calls them on demand
     std::set<std::string> m_checked;         ///< names passed to CheckedInput

@@ -28,12 +28,18 @@ std::shared_ptr<SurfaceLight> makeLight(const PlacedShape& shape, const Emission
     return isSphereAtAllTimes(shape) ? makeSphereLight(shape, emission) : makeQuadricLight(shape, emission);
 }
 
+/// Returns whether the light is an invisible sphere, of which pbrt samples the near side only: the far side
+/// is not seen through it.
+bool isInvisibleSphere(const Shape& shape) {
+    return shape.mesh && shape.mesh->isSphere && shape.mesh->isInvisible();
+}
+
 /// Warns if the shape has cutouts (alpha), which light sampling does not support.
 void warnOfCutouts(const PlacedShape& shape, const ParamSet& params, Diagnostics& diagnostics) {
     if (!shape.shape.mesh)
         return;
     const FloatInput& alpha = shape.shape.mesh->alpha;
-    if (alpha.texture || alpha.constant < 1)
+    if (alpha.texture || (alpha.constant > 0 && alpha.constant < 1))
         diagnostics.warn(params.where(), "the alpha of the shape is ignored when its light is sampled");
 }
 
@@ -72,7 +78,8 @@ void applyImage(const ParamSet& params, const BuildContext& context, const AreaL
 
 std::shared_ptr<Light> createDiffuse(const ParamSet& params, const BuildContext& context,
                                      const AreaLightArgs& args) {
-    Emission emission{readEmission(params, kL, context), params.get(kTwoSided), params.get(kTexture).texture};
+    const bool twoSided = params.get(kTwoSided) && !isInvisibleSphere(args.shape.shape);
+    Emission emission{readEmission(params, kL, context), twoSided, params.get(kTexture).texture};
     if (emission.texture && !args.shape.shape.mesh)
         throw Error(params.whereIs(kTexture), "\"texture\" is supported on meshes only");
     if (params.has(kImage))

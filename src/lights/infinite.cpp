@@ -208,6 +208,10 @@ std::shared_ptr<Light> createInfinite(const ParamSet& params, const BuildContext
 
 } // namespace
 
+std::shared_ptr<Light> makeEnvironmentLight(const M44f& toWorld, const Rgb& scale, const Image& map) {
+    return std::make_shared<InfiniteLight>(toWorld, scale, EnvironmentMap(map));
+}
+
 Plugin<std::shared_ptr<Light>, const LightArgs&> infiniteLightPlugin() {
     return {"infinite",
             "radiance from all directions, constant or from an environment map",

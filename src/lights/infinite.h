@@ -1,6 +1,7 @@
 // The "infinite" light.
 #pragma once
 
+#include "core/image/image.h"
 #include "core/interfaces/light.h"
 #include "core/params/plugin.h"
 
@@ -12,5 +13,9 @@ namespace strobe {
 /// light does not move: the transform at shutter opening is used (pbrt-v2: the first key). pbrt-v4's
 /// "illuminance" replaces the magnitude of L.
 Plugin<std::shared_ptr<Light>, const LightArgs&> infiniteLightPlugin();
+
+/// Creates such a light from a map in memory. Preconditions: the map is not empty, its values are finite and
+/// not negative, and `toWorld` is not singular. `scale`: factor of the map.
+std::shared_ptr<Light> makeEnvironmentLight(const M44f& toWorld, const Rgb& scale, const Image& map);
 
 } // namespace strobe

@@ -50,7 +50,7 @@ class MeshLight final : public SurfaceLight {
 
     bool mayIntersect(const V3f& p, float time, const V3f& wi) const override {
         const BoundingSphere sphere = bounds(time);
-        if (!mayIntersectSphere(sphere, p, wi))
+        if (m_mesh.isInvisible() || !mayIntersectSphere(sphere, p, wi))
             return false;
         if (!m_plane.valid)
             return true;
@@ -66,6 +66,8 @@ class MeshLight final : public SurfaceLight {
     }
 
     float solidAngle(const V3f& p, float time) const override {
+        if (m_mesh.isInvisible())
+            return 0; // rays cannot hit it
         const BoundingSphere sphere = bounds(time);
         if (m_plane.valid && !m_emission.twoSided &&
             dot(p - sphere.center, m_plane.n) < -kFlatness * 2 * sphere.radius)

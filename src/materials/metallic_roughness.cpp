@@ -1,10 +1,11 @@
 #include "materials/metallic_roughness.h"
 
-#include "core/math/sampling.h"
-#include "materials/inputs.h"
-#include "materials/microfacet.h"
+#include "materials/metallic_roughness_lobes.h"
 
 namespace strobe {
+
+using namespace metallic_roughness;
+
 namespace {
 
 const ParamDef<RgbInput> kBaseColor{
@@ -28,149 +29,12 @@ const ParamDef<RgbInput> kNormalMap{"normalmap", Rgb(.5f, .5f, 1),
                                     "texture of tangent-space normals; (0.5, 0.5, 1): unperturbed"};
 const ParamDef<float> kNormalScale{"normalscale", 1.f, "scale of the tilt of the mapped normals"};
 
-/// Lobes with a smaller alpha are perfect mirrors: their density exceeds the precision of float, and the
-/// difference is not visible.
-constexpr float kMinAlpha = 1e-3f;
-
-struct Data {
-    PlainRgb diffuse; ///< albedo / π
-    PlainRgb f0;      ///< reflectance at normal incidence, mixed from dielectric and metal
-    float f90;        ///< reflectance at grazing incidence
-    /// Reflectances of the dielectric alone, in the brightest channel; they reduce the light in its body.
-    float dielectricF0, dielectricF90;
-    float alpha, alphaV;   ///< of GGX along dp/du and dp/dv; 0: a mirror
-    PlainRgb transmission; ///< albedo of the transmission
-    float coat;            ///< strength of the clearcoat
-    float coatAlpha;       ///< of GGX; 0: a mirror
-};
-
-float clamp01(float x) { return std::clamp(x, 0.f, 1.f); } // keeps NaN, which is reported per pixel
-Rgb clamp01(const Rgb& c) { return {clamp01(c.x), clamp01(c.y), clamp01(c.z)}; }
-float alphaOf(float roughness) {
-    const float alpha = sqr(clamp01(roughness));
-    return alpha < kMinAlpha ? 0 : alpha;
-}
-
-/// Returns the alpha of the gloss for GgxReflection; not used for mirrors.
-GgxAlpha glossAlpha(const Data& data) {
-    return {std::max(data.alpha, kMinAlpha), std::max(data.alphaV, kMinAlpha)};
-}
-GgxAxes glossAxes(const Data& data) {
-    return data.alpha == data.alphaV ? GgxAxes::TurnWithWo : GgxAxes::Fixed;
-}
-
-/// Returns Schlick's weight of f90 against f0: (1 - cosine)^5.
-inline float schlick(float cosine) {
-    const float x = 1 - std::min(cosine, 1.f), x2 = x * x;
-    return x2 * x2 * x;
-}
-inline Rgb fresnel(const Data& data, float cosine) {
-    const float x = schlick(cosine);
-    return Rgb(data.f0) * (1 - x) + Rgb(data.f90 * x);
-}
-/// Returns the fraction of light that passes the surface of the dielectric. It is independent of `metallic`,
-/// because glTF mixes a complete dielectric with a metal (glTF 2.0, appendix B.2).
-inline float dielectricTransmittance(const Data& data, float cosine) {
-    const float x = schlick(cosine);
-    return 1 - (data.dielectricF0 * (1 - x) + data.dielectricF90 * x);
-}
-constexpr float kCoatF0 = 0.04f;
-inline float coatFresnel(const Data& data, float cosine) {
-    return data.coat * (kCoatF0 + (1 - kCoatF0) * schlick(cosine));
-}
-
-/// Returns Smith's masking G1 of GGX for one direction.
-inline float masking(float cosine, float alpha) {
-    const float c = std::abs(cosine), a2 = sqr(alpha);
-    return c > 0 ? 2 * c / (c + std::sqrt(a2 + (1 - a2) * sqr(c))) : 0;
-}
-
-/// Returns Smith's masking of the gloss.
-inline float glossMasking(const Data& data, const V3f& w) {
-    return data.alpha == data.alphaV ? masking(w.z, data.alpha) : ggxMasking(w, glossAlpha(data));
-}
-
-/// The probabilities of sampling the lobes, given wo: their approximate fractions of the albedo.
-struct LobeProbabilities {
-    float gloss, diffuse, transmission, coat;
-
-    LobeProbabilities(const Data& data, const V3f& wo) {
-        coat = coatFresnel(data, std::abs(wo.z));
-        gloss = (1 - coat) * luminance(fresnel(data, std::abs(wo.z)));
-        // Without the transmittance: most diffuse light arrives at angles of little reflection, for any wo.
-        diffuse = (1 - coat) * kPi * luminance(data.diffuse);
-        transmission = (1 - coat) * luminance(data.transmission) *
-                       std::max(dielectricTransmittance(data, std::abs(wo.z)), .1f);
-        const float sum = gloss + diffuse + transmission + coat;
-        const float scale = sum > 0 ? 1 / sum : 0;
-        gloss *= scale;
-        diffuse *= scale;
-        transmission *= scale;
-        coat *= scale;
-    }
-};
-
-/// The lobes for one wo: all values that do not depend on wi.
-struct LobesAt {
-    const Data& data;
-    const V3f& wo;
-    LobeProbabilities probabilities;
-    GgxReflection gloss, coat;
-
-    LobesAt(const Data& d, const V3f& w)
-        : data(d), wo(w), probabilities(d, w), gloss(w, glossAlpha(d), glossAxes(d)),
-          coat(w, ggx(d.coatAlpha)) {}
-    static GgxAlpha ggx(float alpha) {
-        const float a = std::max(alpha, kMinAlpha); // the result is not used for mirrors
-        return {a, a};
-    }
-
-    /// Writes f |cos wi| and the density per solid angle of all smooth lobes.
-    void eval(const V3f& wi, Rgb& f, float& pdf) const {
-        f = Rgb(0);
-        pdf = 0;
-        if (wo.z * wi.z > 0)
-            evalReflection(wi, f, pdf);
-        else if (wo.z * wi.z < 0 && data.alpha > 0 && probabilities.transmission > 0)
-            evalTransmission(wi, f, pdf);
-    }
-
-  private:
-    void evalReflection(const V3f& wi, Rgb& f, float& pdf) const {
-        const float cosHalf = safeSqrt((1 + dot(wo, wi)) / 2); // between wo (or wi) and the half vector
-        const float cosine = std::abs(wi.z);
-        f = Rgb(data.diffuse) * (dielectricTransmittance(data, cosHalf) * cosine);
-        pdf = probabilities.diffuse * cosine * kInvPi;
-        if (data.alpha > 0) {
-            const float density = gloss.pdf(wo, wi);
-            f += fresnel(data, cosHalf) * (density * glossMasking(data, wi));
-            pdf += probabilities.gloss * density;
-        }
-        if (!(data.coat > 0))
-            return;
-        const float reflected = coatFresnel(data, cosHalf);
-        f *= 1 - reflected;
-        if (data.coatAlpha > 0) {
-            const float density = coat.pdf(wo, wi);
-            f += Rgb(reflected * density * masking(wi.z, data.coatAlpha));
-            pdf += probabilities.coat * density;
-        }
-    }
-
-    /// Transmission through a thin wall is the reflection lobe mirrored at the surface.
-    void evalTransmission(const V3f& wi, Rgb& f, float& pdf) const {
-        const V3f mirrored(wi.x, wi.y, -wi.z);
-        const float cosHalf = safeSqrt((1 + dot(wo, mirrored)) / 2), density = gloss.pdf(wo, mirrored);
-        f = Rgb(data.transmission) * (dielectricTransmittance(data, cosHalf) * density *
-                                      glossMasking(data, mirrored) * (1 - coatFresnel(data, cosHalf)));
-        pdf = probabilities.transmission * density;
-    }
-};
-
 class MetallicRoughness : public Material {
   public:
     explicit MetallicRoughness(MetallicRoughnessInputs inputs)
-        : Material(flagsOf(inputs)), m_inputs(std::move(inputs)) {}
+        : Material(flagsOf(inputs)), m_inputs(std::move(inputs)),
+          m_hasSheen(m_inputs.sheenColor.texture || !isBlack(m_inputs.sheenColor.constant)),
+          m_hasFilm(m_inputs.iridescence.texture || m_inputs.iridescence.constant > 0) {}
 
     void prepare(const TextureQuery& q, Bsdf& bsdf) const override {
         fill(q, m_inputs.baseColor.at(q), m_inputs.packed ? m_inputs.packed->rgb(q) : Rgb(1), bsdf);
@@ -199,19 +63,23 @@ class MetallicRoughness : public Material {
         if (uc < p.gloss) {
             if (data.alpha == 0)
                 return sampleMirror(data, wo, p.gloss, out);
-            if (!lobes.gloss.sample(wo, u, out.wi))
+            if (!lobes.gloss.sample(lobes.glossWo, u, out.wi))
                 return false;
+            out.wi = turnedBack(data, out.wi);
         } else if ((uc -= p.gloss) < p.coat) {
             if (data.coatAlpha == 0)
-                return sampleMirrorCoat(data, wo, p.coat, out);
-            if (!lobes.coat.sample(wo, u, out.wi))
+                return sampleMirrorCoat(lobes, out);
+            if (!lobes.coat.sample(lobes.coatWo, u, out.wi))
+                return false;
+            out.wi = fromCoat(data, out.wi);
+            if (wo.z * out.wi.z <= 0)
                 return false;
         } else if ((uc -= p.coat) < p.transmission) {
             if (data.alpha == 0)
                 return sampleStraightThrough(data, wo, p.transmission, out);
-            if (!lobes.gloss.sample(wo, u, out.wi))
+            if (!lobes.gloss.sample(lobes.glossWo, u, out.wi))
                 return false;
-            out.wi.z = -out.wi.z;
+            out.wi = turnedBack(data, {out.wi.x, out.wi.y, -out.wi.z});
         } else {
             out.wi = cosineHemisphere(u);
             if (wo.z < 0)
@@ -232,11 +100,11 @@ class MetallicRoughness : public Material {
         const LobeProbabilities p(data, wo);
         float bound = p.diffuse * kInvPi;
         if (data.alpha > 0) { // reflection and transmission are on different sides
-            const float glossPdf = GgxReflection::maxPdf(wo, glossAlpha(data), glossAxes(data));
+            const float glossPdf = GgxReflection::maxPdf(turned(data, wo), glossAlpha(data), glossAxes(data));
             bound = std::max(bound + p.gloss * glossPdf, p.transmission * glossPdf);
         }
         if (data.coatAlpha > 0)
-            bound += p.coat * GgxReflection::maxPdf(wo, LobesAt::ggx(data.coatAlpha));
+            bound += p.coat * GgxReflection::maxPdf(toCoat(data, wo), LobesAt::ggx(data.coatAlpha));
         return bound;
     }
 
@@ -258,8 +126,11 @@ class MetallicRoughness : public Material {
         const auto textureNeeds = [](const auto& texture) { return texture && texture->needsFootprint(); };
         flags.needsFootprint =
             needsFootprint(in.baseColor, in.metallic, in.roughness, in.ior, in.specular, in.specularColor,
-                           in.transmission, in.clearcoat, in.clearcoatRoughness) ||
-            textureNeeds(in.packed) || (in.normals && in.normals->needsFootprint());
+                           in.transmission, in.clearcoat, in.clearcoatRoughness, in.sheenColor,
+                           in.sheenRoughness, in.iridescence, in.iridescenceThickness) ||
+            textureNeeds(in.packed) || textureNeeds(in.clearcoatNormals) || textureNeeds(in.anisotropyMap) ||
+            (in.normals && in.normals->needsFootprint());
+        flags.needsTangents = in.anisotropy > 0 || in.clearcoatNormals;
         if (in.vRoughness) {
             flags.needsTangents = true;
             flags.needsFootprint |= in.vRoughness->needsFootprint();
@@ -278,16 +149,24 @@ class MetallicRoughness : public Material {
     // Samples of lobes with alpha 0, which are picked with `probability`.
     static bool sampleMirror(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
         const float cosine = std::abs(wo.z);
+        const float sheen = hasSheen(data) ? sheenTransmittance(data, cosine, cosine) : 1;
         return setDelta({-wo.x, -wo.y, wo.z},
-                        fresnel(data, cosine) * ((1 - coatFresnel(data, cosine)) / probability), false, out);
+                        fresnel(data, cosine) * ((1 - coatFresnel(data, cosine)) * sheen / probability),
+                        false, out);
     }
-    static bool sampleMirrorCoat(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
-        return setDelta({-wo.x, -wo.y, wo.z}, Rgb(coatFresnel(data, std::abs(wo.z)) / probability), false,
+    static bool sampleMirrorCoat(const LobesAt& lobes, BsdfSample& out) {
+        const V3f& wo = lobes.coatWo;
+        const V3f wi = fromCoat(lobes.data, {-wo.x, -wo.y, wo.z});
+        if (lobes.wo.z * wi.z <= 0)
+            return false;
+        return setDelta(wi, Rgb(coatFresnel(lobes.data, std::abs(wo.z)) / lobes.probabilities.coat), false,
                         out);
     }
     static bool sampleStraightThrough(const Data& data, const V3f& wo, float probability, BsdfSample& out) {
         const float cosine = std::abs(wo.z);
-        const float transmittance = dielectricTransmittance(data, cosine) * (1 - coatFresnel(data, cosine));
+        const float sheen = hasSheen(data) ? sheenTransmittance(data, cosine, cosine) : 1;
+        const float transmittance =
+            dielectricTransmittance(data, cosine) * (1 - coatFresnel(data, cosine)) * sheen;
         return setDelta(-wo, Rgb(data.transmission) * (transmittance / probability), true, out);
     }
 
@@ -308,7 +187,7 @@ class MetallicRoughness : public Material {
         data.dielectricF0 = maxComponent(f0);
         data.dielectricF90 = specular;
         data.alpha = data.alphaV = alphaOf(roughness);
-        if (flags().needsTangents) {
+        if (m_inputs.vRoughness) {
             data.alphaV = alphaOf(m_inputs.vRoughness->at(q) * packed.y);
             if (data.alpha != data.alphaV) { // a mirror is one in both directions
                 data.alpha = std::max(data.alpha, kMinAlpha);
@@ -317,9 +196,51 @@ class MetallicRoughness : public Material {
         }
         data.coat = clamp01(m_inputs.clearcoat.at(q));
         data.coatAlpha = alphaOf(m_inputs.clearcoatRoughness.at(q));
+        if (m_inputs.bodyBelowBoundary && !(data.coat > 0))
+            data.coatAlpha = -1;
+        fillExtensions(q, data);
+    }
+
+    void fillExtensions(const TextureQuery& q, Data& data) const {
+        data.sheen = m_hasSheen ? clamp01(m_inputs.sheenColor.at(q)) : Rgb(0);
+        data.sheenRoughness = m_hasSheen ? clamp01(m_inputs.sheenRoughness.at(q)) : 0;
+        data.film = m_hasFilm ? clamp01(m_inputs.iridescence.at(q)) : 0;
+        data.filmIndex = std::max(m_inputs.iridescenceIor, 1.f);
+        data.filmThickness = m_hasFilm ? std::max(m_inputs.iridescenceThickness.at(q), 0.f) : 0;
+        data.turnCos = 1;
+        data.turnSin = 0;
+        if (m_inputs.anisotropy > 0)
+            stretch(q, data);
+        data.coatX = data.coatY = 0;
+        if (m_inputs.clearcoatNormals)
+            tiltCoat(m_inputs.clearcoatNormals->rgb(q), data);
+    }
+    /// Sets alpha along the direction of anisotropy: α + (1 - α) strength².
+    void stretch(const TextureQuery& q, Data& data) const {
+        float strength = m_inputs.anisotropy;
+        V2f direction(1, 0);
+        if (m_inputs.anisotropyMap) {
+            const Rgb map = m_inputs.anisotropyMap->rgb(q);
+            direction = {2 * map.x - 1, 2 * map.y - 1};
+            strength *= map.z;
+        }
+        const float angle = m_inputs.anisotropyRotation + std::atan2(direction.y, direction.x);
+        data.turnCos = std::cos(angle);
+        data.turnSin = std::sin(angle);
+        const float across = std::max(data.alpha, kMinAlpha);
+        data.alpha = lerp(across, 1, sqr(clamp01(strength)));
+        data.alphaV = across;
+    }
+    void tiltCoat(const Rgb& map, Data& data) const {
+        const float scale = m_inputs.clearcoatNormalScale;
+        const V3f n =
+            normalize(V3f((2 * map.x - 1) * scale, (2 * map.y - 1) * scale, std::max(2 * map.z - 1, .05f)));
+        data.coatX = n.x;
+        data.coatY = n.y;
     }
 
     MetallicRoughnessInputs m_inputs;
+    const bool m_hasSheen, m_hasFilm;
 };
 
 } // namespace

@@ -4,40 +4,36 @@
 
 namespace strobe {
 
-namespace {
-
-bool holdsLayers(const std::filesystem::path& image) {
-    return imageFormatOf(image) == ImageFormat::Exr || isPart(image);
-}
-
-} // namespace
-
-AovRecorder::AovRecorder(const OutputOptions& output, const BuiltScene& built, const Log& log) {
-    const bool hasLayers =
-        std::any_of(output.aovs.begin(), output.aovs.end(), [](Aov aov) { return aov != Aov::Alpha; });
-    if (hasLayers && std::none_of(output.images.begin(), output.images.end(), holdsLayers))
-        log.warn("--aov: there is no .exr output to hold the layers");
-    if (const auto light = aovsInGroup(output.aovs, AovGroup::Light); !light.empty())
+AovRecorder::AovRecorder(const std::vector<Aov>& aovs, int cryptomatteEntries, const BuiltScene& built,
+                         const Log& log) {
+    if (const auto light = aovsInGroup(aovs, AovGroup::Light); !light.empty())
         m_lightAovs = std::make_unique<LightFilm>(built.pixelBounds, light, built.lightGroups);
-    const std::vector<Aov> visible = aovsInGroup(output.aovs, AovGroup::Visible);
+    const std::vector<Aov> visible = aovsInGroup(aovs, AovGroup::Visible);
     if (visible.empty())
         return;
     m_surfaceAovs = std::make_unique<AovFilm>(
         *built.scene, *built.sampler.sampler, built.pixelBounds,
-        AovFilmSettings{visible, built.cryptomatteMaterialNames, output.cryptomatteEntries});
+        AovFilmSettings{visible, built.cryptomatteMaterialNames, cryptomatteEntries});
     for (const std::string& warning : m_surfaceAovs->sums().warnings())
         log.warn("{}", warning);
 }
 
 RecordedAovs recordedAovs(const AovSums* surfaces, const LightFilm* lights) {
-    RecordedAovs aovs;
-    if (surfaces) {
-        aovs.channels = surfaces->channels();
-        aovs.metadata = surfaces->metadata();
-    }
+    std::vector<AovChannel> channels;
+    if (surfaces)
+        channels = surfaces->channels();
     if (lights)
         for (AovChannel& channel : lights->channels())
-            aovs.channels.push_back(std::move(channel));
+            channels.push_back(std::move(channel));
+    RecordedAovs aovs = recordedAovs(std::move(channels));
+    if (surfaces)
+        aovs.metadata = surfaces->metadata();
+    return aovs;
+}
+
+RecordedAovs recordedAovs(std::vector<AovChannel> channels) {
+    RecordedAovs aovs;
+    aovs.channels = std::move(channels);
     for (const AovChannel& channel : aovs.channels) {
         if (channel.layer == aovInfo(Aov::Alpha).name) {
             aovs.alpha = channel.values;

@@ -16,15 +16,18 @@ struct RecordedAovs {
     Metadata metadata;              ///< of the whole file
 };
 
+/// Returns these channels with their parts.
+RecordedAovs recordedAovs(std::vector<AovChannel> channels);
 /// Returns the means of the samples so far. `surfaces` and `lights` may be null.
 RecordedAovs recordedAovs(const AovSums* surfaces, const LightFilm* lights);
 
 /// Records the AOVs of AovGroup::Visible and AovGroup::Light. (The film holds those of AovGroup::Sharing.)
 class AovRecorder {
   public:
-    /// Warns of names with equal Cryptomatte hashes, and of AOVs without an EXR or part as output. `built`
-    /// outlives the recorder.
-    AovRecorder(const OutputOptions& output, const BuiltScene& built, const Log& log);
+    /// Warns of names with equal Cryptomatte hashes. `cryptomatteEntries`: names per pixel. `built` outlives
+    /// the recorder.
+    AovRecorder(const std::vector<Aov>& aovs, int cryptomatteEntries, const BuiltScene& built,
+                const Log& log);
     /// Makes a render with these settings fill the recorder, which outlives the render.
     void attachTo(RenderSettings& settings) {
         settings.aovs = m_surfaceAovs.get();

@@ -1,12 +1,14 @@
 // Messages of the session library.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <fmt/format.h>
 
 #include <functional>
 #include <string>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 enum class LogLevel { Debug, Info, Warning, Error };
 

@@ -44,7 +44,7 @@ class Merge {
   private:
     /// Returns the integrator that rendered the parts.
     std::shared_ptr<const Integrator> integrator() const {
-        const PluginTables tables = pluginTables();
+        const PluginTables tables = pluginTables(*m_options.plugins);
         Diagnostics diagnostics;
         return findPlugin(tables.integrators, m_parts.merged().keyValue("integrator"), "integrator", {})
             .create(ParamSet(), BuildContext{diagnostics});

@@ -119,7 +119,7 @@ void checkRanges(const RenderOptions& o) {
                                           {"--checkpoint", p.checkpointInterval},
                                           {"--clamp", double(o.clamp)}})
         checkRange(option, std::isfinite(seconds) && seconds >= 0, "finite and not negative");
-    checkRange("--exposure", std::isfinite(o.output.format.exposure), "finite");
+    checkRange("--exposure", std::isfinite(o.output.format.exposure.value_or(0)), "finite");
     checkRange("--threads", o.threads >= 0 && o.threads <= kMaxThreads, "in 0 to 4096");
     checkRange("--tile", o.tileSize >= 1, "at least 1");
     checkRange("--crypto-depth", o.output.cryptomatteEntries >= 1 && o.output.cryptomatteEntries <= 200,
@@ -178,7 +178,7 @@ void checkOptions(const MergeOptions& options) {
     if (options.images.empty())
         fail("-o", "is missing");
     checkImageNames(options.images);
-    checkRange("--exposure", std::isfinite(options.format.exposure), "finite");
+    checkRange("--exposure", std::isfinite(options.format.exposure.value_or(0)), "finite");
 }
 
 } // namespace strobe

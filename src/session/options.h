@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/film/film.h"
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 #include "core/util/resource_policy.h"
 #include "display/display_server.h"
@@ -13,12 +14,12 @@
 #include <string>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// How pixels become image files.
 struct ImageOptions {
-    ViewSettings view;  ///< of PNG, JPEG and TIFF
-    float exposure = 0; ///< of PNG, JPEG and TIFF, in stops
+    ViewSettings view;             ///< of PNG, JPEG and TIFF
+    std::optional<float> exposure; ///< of PNG, JPEG and TIFF, in stops; none: 0, or automatic
     ExrSettings exr;
     /// Has the views of PNG, JPEG and TIFF, and names the working space in EXRs.
     std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
@@ -77,8 +78,9 @@ struct RenderOptions {
     std::optional<SequenceOptions> sequence;
     std::optional<SampleSlice> sampleRange; ///< of each pixel; none: all
     uint64_t seed = 0;
-    float clamp = 0;     ///< see RenderSettings::clamp
-    bool strict = false; ///< invalid samples are Outcome::InvalidSamples
+    float clamp = 0; ///< see RenderSettings::clamp
+    /// Invalid samples are Outcome::InvalidSamples, and files that do not conform to glTF are errors.
+    bool strict = false;
     bool dryRun = false; ///< loads and checks the scene, and estimates the time; renders and writes nothing
     std::string commandLine; ///< for the metadata of images; may be empty
     int threads = 0;         ///< 0: one per core
@@ -92,6 +94,7 @@ struct MergeOptions {
     ImageOptions format;
     bool strict = false;       ///< see RenderOptions
     bool allowMissing = false; ///< parts that do not exist, and samples that the parts lack, are warnings
+    std::shared_ptr<const PluginLibraries> plugins = std::make_shared<const PluginLibraries>();
 };
 
 /// Throws Error of kind Usage if a value is out of range, or if options exclude or require each other.

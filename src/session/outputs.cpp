@@ -67,7 +67,7 @@ fs::path separateFile(const fs::path& image) {
 } // namespace
 
 OutputSettings outputSettings(const ImageOptions& options, int threads) {
-    OutputSettings settings{options.exposure, {}, options.exr, threads};
+    OutputSettings settings{options.exposure.value_or(0), {}, options.exr, threads};
     if (!options.view.isDefault())
         settings.view = options.color->view(options.view);
     settings.exr.colorSpace = options.color->workingSpace();
@@ -80,8 +80,8 @@ void addViewMetadata(const ImageOptions& options, Metadata& metadata) {
                                       {"look", options.view.look}})
         if (!value.empty())
             metadata.emplace_back(std::string("strobe:") + name, value);
-    if (options.exposure != 0)
-        metadata.emplace_back("strobe:exposure", fmt::format("{}", options.exposure)); // PNGs store text only
+    if (const float exposure = options.exposure.value_or(0); exposure != 0)
+        metadata.emplace_back("strobe:exposure", fmt::format("{}", exposure)); // PNGs store text only
 }
 
 RenderOptions withDefaultImage(RenderOptions options, const std::string& sceneOutput, const Log& log) {

@@ -2,6 +2,7 @@
 #include "core/util/standard_files.h"
 #include "session/aov_recorder.h"
 #include "session/estimate.h"
+#include "session/exposure.h"
 #include "session/files/merged_frame.h"
 #include "session/outputs.h"
 #include "session/render_session.h"
@@ -19,6 +20,17 @@ std::vector<Aov> filmAovs(const OutputOptions& output) {
     return aovs;
 }
 
+/// Warns of layers without an output that holds them.
+void warnOfLayers(const OutputOptions& output, const Log& log) {
+    const bool hasLayers =
+        std::any_of(output.aovs.begin(), output.aovs.end(), [](Aov aov) { return aov != Aov::Alpha; });
+    const bool isHeld = std::any_of(output.images.begin(), output.images.end(), [](const auto& image) {
+        return imageFormatOf(image) == ImageFormat::Exr || isPart(image);
+    });
+    if (hasLayers && !isHeld)
+        log.warn("--aov: there is no .exr output to hold the layers");
+}
+
 /// Renders one frame and writes its outputs.
 class FrameRenderer {
   public:
@@ -27,9 +39,10 @@ class FrameRenderer {
         : m_job(job), m_inputs(inputs), m_output(job.options.output), m_built(inputs.built),
           m_log(inputs.log), m_settings(renderSettings(job.options, m_built)),
           m_film(m_built.resolution.x, m_built.resolution.y, m_built.pixelBounds, filmAovs(m_output)),
-          m_aovs(m_output, m_built, m_log), m_unfinished(m_log),
+          m_aovs(m_output.aovs, m_output.cryptomatteEntries, m_built, m_log), m_unfinished(m_log),
           m_outputSettings(outputSettings(m_output.format, job.options.threads)) {
         checkWork(job, m_built, m_settings, m_log);
+        warnOfLayers(m_output, m_log);
         if (!m_output.samples.empty())
             m_settings.onSample = [this](const SampleRecord& record) { m_samples.add(record); };
         m_aovs.attachTo(m_settings);
@@ -47,6 +60,8 @@ class FrameRenderer {
             stats.total.invalidSamples = invalidSamples(m_film.sums());
         const bool isFinished = stats.passes > 0 && !arePassesStopped();
         reportInvalidSamples(stats, m_job, m_built, m_log);
+        reportTextures(m_built, m_log);
+        reportVisibility(m_film, stats, m_job, m_built, m_log);
         if (!writeOutputs(stats, isFinished))
             return Outcome::OutputFailed;
         if (!isFinished) {

@@ -2,6 +2,7 @@
 #include "loader/parser/content_hash.h"
 #include "loader/parser/parser.h"
 #include "session/estimate.h"
+#include "session/exposure.h"
 #include "session/files/part_file.h"
 #include "session/frame.h"
 #include "session/outputs.h"
@@ -40,7 +41,7 @@ void checkPluginName(const std::string& name, const char* kind, const char* opti
 void checkBeforeParsing(const RenderOptions& options) {
     if (options.scenes.empty())
         throw Error("there is no scene file", ErrorKind::Usage);
-    const PluginTables tables = pluginTables();
+    const PluginTables tables = pluginTables(*options.build.plugins);
     checkPluginName(options.build.integrator, "integrator", "--integrator", tables.integrators, "--shading",
                     tables.shaders);
     checkPluginName(options.build.shading, "shading integrator", "--shading", tables.shaders, "--integrator",
@@ -49,9 +50,9 @@ void checkBeforeParsing(const RenderOptions& options) {
     checkOutputFiles(options);
 }
 
-std::set<std::string> integratorNames() {
+std::set<std::string> integratorNames(const PluginLibraries& libraries) {
     std::set<std::string> names;
-    for (const auto& row : pluginTables().integrators)
+    for (const auto& row : pluginTables(libraries).integrators)
         names.insert(row.name);
     return names;
 }
@@ -66,10 +67,13 @@ class SceneRenderer {
           m_diagnostics([&log](const std::string& text) { log.warn("{}", text); },
                         [&log](const std::string& text) { log.info("{}", text); }) {
         checkBeforeParsing(options);
+        m_diagnostics.setStrict(options.strict);
+        if (m_build.textureMegabytes == 0 && options.resources.maxMemory > 0)
+            m_build.textureMegabytes = int(std::max<uint64_t>(options.resources.maxMemory / 2 >> 20, 1));
         m_policy = std::make_shared<const ResourcePolicy>(options.resources);
         const Clock::time_point start = Clock::now();
-        m_description =
-            parseFiles(options.scenes, integratorNames(), m_diagnostics, m_policy, options.build.defines);
+        m_description = parseFiles(options.scenes, integratorNames(*options.build.plugins), m_diagnostics,
+                                   m_policy, options.build.defines);
         std::erase_if(m_build.defines, [this](const std::string& define) {
             return m_description.values.contains(define.substr(0, define.find('=')));
         });
@@ -79,9 +83,11 @@ class SceneRenderer {
     Outcome renderImage() {
         FrameJob job;
         if (!m_options.output.noImage)
-            job.content = contentOf(m_description);
+            job.content = content();
         const BuiltScene built = buildImage();
         job.options = withDefaultImage(m_options, built.filename, m_log);
+        if (!m_options.dryRun && hasAutomaticExposure(job.options, built))
+            job.options.output.format.exposure = measuredExposure(built);
         const FrameInputs inputs{built, *m_policy, m_seconds, m_start, m_callbacks, m_log};
         return m_options.dryRun ? dryRun(job, inputs, 1) : renderFrame(job, inputs);
     }
@@ -90,6 +96,10 @@ class SceneRenderer {
     PixelResult renderPixel(const PixelQuery& query);
 
   private:
+    SceneContent content() const {
+        return contentOf(m_description,
+                         usedPlugins(*m_build.plugins, m_description, {m_build.integrator, m_build.shading}));
+    }
     static Outcome dryRun(const FrameJob& job, const FrameInputs& inputs, size_t frames) {
         checkOutputFiles(job.options);
         checkOutputsAreNotInputs(job.options, inputs.policy);
@@ -97,6 +107,11 @@ class SceneRenderer {
         return Outcome::Finished;
     }
     BuiltScene buildFrame(int number);
+    float measuredExposure(const BuiltScene& built) const {
+        const float exposure = automaticExposure(built);
+        m_log.info("exposure    {:+g} stops, from the lights of the file (--exposure overrides)", exposure);
+        return exposure;
+    }
     BuiltScene buildImage() {
         const Clock::time_point start = Clock::now();
         BuiltScene built = buildScene(std::move(m_description), m_build, m_diagnostics);
@@ -118,16 +133,16 @@ class SceneRenderer {
 
 Outcome SceneRenderer::renderSequence() {
     const SequenceOptions& sequence = *m_options.sequence;
-    const SceneContent content = contentOf(m_description);
+    const SceneContent content = this->content();
     Clock::time_point start = Clock::now();
     SceneBuilder builder(std::move(m_description), m_build, m_diagnostics);
-    const RenderOptions options = withDefaultImage(m_options, builder.setup().filename, m_log);
+    RenderOptions options = withDefaultImage(m_options, builder.setup().filename, m_log);
     const size_t count = sequence.frames.size();
     size_t finished = 0;
     Outcome outcome = Outcome::Finished;
     for (size_t i = 0; i < count; ++i) {
         const int number = sequence.frames[i];
-        const FrameJob job = frameJob(options, number, content);
+        FrameJob job = frameJob(options, number, content);
         if (!sequence.overwrite && isFinished(job)) {
             m_log.debug("frame {} is finished", number);
             ++finished;
@@ -135,6 +150,11 @@ Outcome SceneRenderer::renderSequence() {
         }
         releaseFreeMemory(); // of the previous frame
         m_log.info("frame {} ({} of {})", number, i + 1, count);
+        // All frames have the exposure of the first one, also if it was rendered before.
+        if (!m_options.dryRun && hasAutomaticExposure(options, builder.setup()))
+            options.output.format.exposure =
+                measuredExposure(builder.build(shutterOf(sequence, sequence.frames.front())));
+        job.options.output.format.exposure = options.output.format.exposure;
         const BuiltScene built = builder.build(shutterOf(sequence, number));
         m_seconds.build = secondsSince(start);
         const FrameInputs inputs{built, *m_policy, m_seconds, start, m_callbacks, m_log};

@@ -100,6 +100,16 @@ Json geometryOf(const BuiltScene& built) {
             {"filteredGeometries", t.filteredGeometries}};
 }
 
+Json texturesOf(const BuiltScene& built) {
+    const TextureStatistics t = built.textures->statistics();
+    return {{"smallImages", t.smallImages},           {"largeImages", t.largeImages},
+            {"largeImagesRead", t.largeImagesRead},   {"tiledImages", t.tiledImages},
+            {"threadSecondsToRead", t.secondsToRead}, {"limit", t.limit},
+            {"bytesInMemory", t.bytesInMemory},       {"bytesInFiles", t.bytesInFiles},
+            {"pageBytesRead", t.pageBytesRead},       {"pageBytesReadAgain", t.pageBytesReadAgain},
+            {"tileBytesRead", t.tileBytesRead}};
+}
+
 void addCounters(const Counters& c, Json& j) {
     j["rays"] = raysOf(c);
     j["pixels"] = c.pixels;
@@ -139,6 +149,7 @@ Json toJson(const BuiltScene& built, const FrameJob& job, const RenderStats& sta
     addCounters(stats.total, j);
     j["shadeCost"] = shadeCostsOf(built, stats.total);
     j["geometry"] = geometryOf(built);
+    j["textures"] = texturesOf(built);
     return j;
 }
 
@@ -212,6 +223,16 @@ std::string summary(const BuiltScene& built, const RenderStats& stats, const Ste
                        double(c.rays()) * 1e-6 / stats.seconds,
                        double(c.shades) / double(std::max<uint64_t>(c.pixels, 1)),
                        stats.integratorNote.empty() ? "" : ", ", stats.integratorNote);
+}
+
+void reportTextures(const BuiltScene& built, const Log& log) {
+    const TextureStatistics t = built.textures->statistics();
+    if (t.thrashes())
+        log.warn(
+            "textures were read again and again: {} from files, although all of them have {}; the render is "
+            "faster with --texture-mb {} or more",
+            formatBytes(t.pageBytesRead + t.tileBytesRead), formatBytes(t.bytesInFiles + t.tileBytesKnown),
+            ((t.bytesInMemory + t.bytesInFiles + t.tileBytesKnown) >> 20) + 1);
 }
 
 void reportInvalidSamples(const RenderStats& stats, const FrameJob& job, const BuiltScene& built,

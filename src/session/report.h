@@ -18,5 +18,7 @@ std::string summary(const BuiltScene& built, const RenderStats& stats, const Ste
 /// Logs the number of clamped samples, and of invalid samples with the options that render the first of them.
 void reportInvalidSamples(const RenderStats& stats, const FrameJob& job, const BuiltScene& built,
                           const Log& log);
+/// Warns if the memory for textures is so small that the same texels are read again and again.
+void reportTextures(const BuiltScene& built, const Log& log);
 
 } // namespace strobe

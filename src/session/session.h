@@ -2,13 +2,14 @@
 // without a logger library. All functions throw Error.
 #pragma once
 
+#include "core/math/api.h"
 #include "session/log.h"
 #include "session/options.h"
 
 #include <atomic>
 #include <mutex>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// How a render or a merge ended.
 enum class Outcome {

@@ -34,6 +34,7 @@ void Path::start(const RequestSoA& requests, int i) {
     total = requests.total[i];
     component = requests.component[i];
     isAbsorbed = false;
+    crossings = 0;
     specularBounce = true;
     stage = PathStage::Camera;
     sampledLightIsDirect = true;

@@ -26,8 +26,9 @@ struct Path {
     uint64_t domain;      ///< set of random numbers: this path's are member `index` of `total`
     uint32_t index, total;
     LightComponent component;
-    Rgb absorption;  ///< of the medium that the last ray crosses, per unit length
-    bool isAbsorbed; ///< `absorption` is not 0
+    Rgb absorption;    ///< of the medium that the last ray crosses, per unit length
+    bool isAbsorbed;   ///< `absorption` is not 0
+    int32_t crossings; ///< vertices that do not count for PathSettings::maxDepth
     // The BSDF sample that the last ray follows, for the MIS weight of the light that it hits:
     bool specularBounce; ///< camera ray or delta lobe: light samples cannot find the light
     PathStage stage;

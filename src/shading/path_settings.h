@@ -13,6 +13,8 @@ struct PathSettings {
     int maxDepth;          ///< largest number of vertices of a path
     bool sampleAllLights;  ///< all lights at the first non-specular vertex; false: one, chosen by power
     int lightSamples;      ///< samples per light and vertex; 0: Light::sampleCount
+    /// Vertices where a path passes a transmissive surface that do not count for maxDepth, at most so many.
+    int transparentDepth;
 
     /// Returns the number of samples of a light at a vertex that samples all lights.
     int samplesOf(const Light& light) const { return lightSamples ? lightSamples : light.sampleCount; }

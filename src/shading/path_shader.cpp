@@ -40,11 +40,19 @@ bool samplesAllLights(const ParamSet& params, const BuildContext& context) {
     return false;
 }
 
+const ParamDef<int> kTransparentDepth{"transparentdepth",
+                                      0,
+                                      "vertices where a path passes a transmissive surface, and that do not "
+                                      "count for maxdepth; scenes with glTF "
+                                      "files: 16",
+                                      nullptr,
+                                      {0, kMaxDepthLimit}};
+
 class PathShader : public Shader {
   public:
     PathShader(const ParamSet& params, const BuildContext& context, bool hasIndirectLight) {
         m_settings = {hasIndirectLight, params.get(kMaxDepth), samplesAllLights(params, context),
-                      params.get(kLightSamples)};
+                      params.get(kLightSamples), params.get(kTransparentDepth)};
     }
     std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
                                              const LightComponents& lightComponents) const override {
@@ -59,7 +67,7 @@ class PathShader : public Shader {
 ShaderPlugin plugin(const char* name, const char* doc, bool hasIndirectLight) {
     return {name,
             doc,
-            {kMaxDepth, kStrategy, kLightSamples},
+            {kMaxDepth, kStrategy, kLightSamples, kTransparentDepth},
             [hasIndirectLight](const ParamSet& params, const BuildContext& context) {
                 return std::make_shared<const PathShader>(params, context, hasIndirectLight);
             }};

@@ -3,6 +3,8 @@
 #include "shading/emitted_light.h"
 #include "shading/path_vertices.h"
 
+#include <algorithm>
+
 namespace strobe {
 
 namespace {
@@ -81,24 +83,42 @@ void PathWorker::shadeAlbedos() {
     });
 }
 
+/// Moves the paths whose depth is reached to the end of the active paths. Returns the number of the others.
+size_t PathWorker::continuingPaths(int bounce) {
+    const PathSettings& settings = m_context.settings;
+    std::vector<uint32_t>& active = m_batch.active;
+    if (settings.transparentDepth == 0 || bounce < settings.maxDepth)
+        return bounce < settings.maxDepth ? active.size() : 0;
+    const auto end = std::stable_partition(active.begin(), active.end(), [&](uint32_t path) {
+        return bounce - m_batch.paths[path].crossings < settings.maxDepth;
+    });
+    return size_t(end - active.begin());
+}
+
 /// Extends all active paths by one vertex: adds the light that their last rays hit and the direct light of
 /// the vertex, and traces the next rays.
 void PathWorker::traceWave(int bounce) {
     m_batch.sortByMaterial(m_batch.active);
     m_batch.next.clear();
-    forChunks(m_batch.active, [&](std::span<const uint32_t> paths) {
+    const size_t continuing = continuingPaths(bounce);
+    const std::span<const uint32_t> active(m_batch.active);
+    const auto addLight = [&](std::span<const uint32_t> paths) {
         gatherHits(m_context.scene, m_batch, paths, m_vertices);
         addBackground(m_context, m_batch, m_vertices, bounce);
         evaluateSurfaces(m_context.scene, *m_batch.counters, m_vertices);
         addEmission(m_context, m_batch, m_vertices, bounce);
         if (bounce == 0 && !m_batch.firstVertices.empty())
             recordEmission(m_batch, paths);
-        if (m_vertices.count == 0 || bounce >= m_context.settings.maxDepth)
+    };
+    forChunks(active.first(continuing), [&](std::span<const uint32_t> paths) {
+        addLight(paths);
+        if (m_vertices.count == 0)
             return;
         prepareVertices(bounce);
         m_directLight.sample(m_vertices, bounce);
         spawnRays(bounce);
     });
+    forChunks(active.subspan(continuing), addLight);
     m_directLight.finishWave();
     m_nextRays.flush();
     m_batch.active.swap(m_batch.next);
@@ -119,7 +139,7 @@ void PathWorker::spawnRays(int bounce) {
     const VertexChunk& v = m_vertices;
     BsdfSampleChunk& b = m_bsdfSamples;
     const PathSettings& settings = m_context.settings;
-    if (!settings.hasIndirectLight && bounce + 1 >= settings.maxDepth)
+    if (!settings.hasIndirectLight && bounce + 1 >= settings.maxDepth + settings.transparentDepth)
         return;
     b.count = 0;
     for (int i = 0; i < v.count; ++i)
@@ -141,6 +161,10 @@ void PathWorker::spawnRays(int bounce) {
         Path& path = m_batch.paths[index];
         path.beta *= b.bsdf.weight.at(k);
         if (isBlack(path.beta) || (usesRoulette && !survivesRoulette(path, uRoulette[k])))
+            continue;
+        if (b.bsdf.transmits[k] && path.crossings < settings.transparentDepth)
+            ++path.crossings;
+        if (!settings.hasIndirectLight && bounce + 1 - path.crossings >= settings.maxDepth)
             continue;
         setNextRay(path, v, b, k);
         if (hasMedia && b.bsdf.transmits[k])

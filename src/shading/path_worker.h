@@ -21,6 +21,7 @@ class PathWorker : public ShaderWorker {
     };
 
     void shadeAlbedos();
+    size_t continuingPaths(int bounce);
     void traceWave(int bounce);
     void prepareVertices(int bounce);
     void spawnRays(int bounce);

@@ -1,5 +1,6 @@
 """Tests of the program strobe: the effect of each option, messages, exit codes, and that failed runs leave files unchanged.
 Usage: cli_test.py PATH_OF_STROBE [unittest arguments]"""
+import glob
 import json
 import os
 import pty
@@ -650,14 +651,16 @@ class Failures(CliTest):
         self.fails(OUTPUT, "s.scene", "--reference", "env.0002.exr", "-o", "env.0002.exr", message="--reference reads it")
 
     def test_missing_image_library_is_an_error_before_rendering(self):
-        shutil.copy(STROBE, self.path("alone"))
+        for file in (STROBE, *glob.glob(os.path.join(os.path.dirname(STROBE), "libstrobe.so.?.?"))):
+            shutil.copy(file, self.folder)
         def run(*arguments):
-            return subprocess.run([self.path("alone"), "s.scene", "--quiet", *arguments], cwd=self.folder, capture_output=True,
+            return subprocess.run([self.path("strobe"), "s.scene", "--quiet", *arguments], cwd=self.folder, capture_output=True,
                                   timeout=60)
         self.assertEqual(run("-o", "out.exr").returncode, OK, "the library is needed only to read images and to write PNGs")
         result = run("-o", "new.exr", "-o", "out.png")
         self.assertEqual(result.returncode, SCENE)
-        self.assertIn(b"cannot load the image library libstrobe_images.so: it is not beside the executable", result.stderr)
+        self.assertIn(b"cannot load the image library libstrobe_images.so: it is neither beside libstrobe nor in its folder "
+                      b"strobe", result.stderr)
         self.assertFalse(os.path.exists(self.path("new.exr")), "the error comes after rendering")
 
 

@@ -281,7 +281,7 @@ class Runner:
         with open(path, "wb") as file:
             file.write(data)
         command = ["prlimit", f"--cpu={self.seconds}", self.args.strobe, path, "--resolution", "6x6", "--spp", "1",
-                   "--threads", "1", "--frames", "3:3", "-o", path + ".exr"]
+                   "--threads", "1", "--frames", "3:3", "--strict", "-o", path + ".exr"]
         environment = dict(os.environ, ASAN_OPTIONS="new_delete_type_mismatch=0", UBSAN_OPTIONS="halt_on_error=1")
         with open(path + ".log", "w+", errors="replace") as log:
             process = subprocess.Popen(command, stdout=log, stderr=log, env=environment)

@@ -45,7 +45,7 @@ def model():
     glb.add(np.array([[0, 1, 0, 0]] * 4, np.uint8), "VEC4")
     glb.add(floats(*[[1, 0, 0, 0]] * 2, *[[0.3, 0.7, 0, 0]] * 2), "VEC4")
     glb.add(np.array([0, 1, 2, 2, 1, 3], np.uint16), "SCALAR")
-    glb.add(floats([0, 0, 0], [0, 0, 0], [0, 0.5, 0.2], [0.2, 0, 0]), "VEC3")
+    glb.add(floats([0, 0, 0], [0, 0, 0], [0, 0.5, 0.2], [0.2, 0, 0]), "VEC3", min=[0, 0, 0], max=[0.2, 0.5, 0.2])
     glb.add(floats(*[np.eye(4).ravel()] * 2), "MAT4")
     glb.add(floats(0, 0.5, 1), "SCALAR", min=[0], max=[1])
     glb.add(floats([0, 0, 0], [0.2, 0, 0], [0.3, 0.1, 0]), "VEC3")
@@ -53,7 +53,7 @@ def model():
     glb.add(floats(0, 1, 0.5), "SCALAR")
     indices, values = glb.add_view(np.array([1, 3], np.uint16).tobytes()), glb.add_view(floats([0, 0, 1], [0, 0, 1]).tobytes())
     root = glb.root
-    root["accessors"].append({"componentType": 5126, "type": "VEC3", "count": 4,
+    root["accessors"].append({"componentType": 5126, "type": "VEC3", "count": 4, "min": [0, 0, 0], "max": [0, 0, 1],
                               "sparse": {"count": 2, "indices": {"bufferView": indices, "componentType": 5123},
                                          "values": {"bufferView": values}}})
     root["images"] = [{"bufferView": glb.add_view(png()), "mimeType": "image/png"}]

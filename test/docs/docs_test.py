@@ -10,14 +10,15 @@ import re
 import unittest
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-PAGES = ("README.md", "CONTRIBUTING.md", "docs/architecture.md", "docs/sharing.md", "docs/tutorial-integrator.md", "docs/tutorial-material.md")
+PAGES = ("README.md", "CONTRIBUTING.md", "docs/architecture.md", "docs/sharing.md", "docs/tutorial-integrator.md", "docs/tutorial-material.md",
+         "docs/plugins.md", "docs/embedding.md", "examples/README.md")
 TUTORIALS = {
-    "docs/tutorial-integrator.md": ("test/integrators/quad.h", "test/integrators/quad.cpp"),
+    "docs/tutorial-integrator.md": ("examples/integrator/quad.cpp",),
     "docs/tutorial-material.md": ("test/materials/minnaert.h", "test/materials/minnaert.cpp"),
 }
 BLOCK = re.compile(r"^```(\w+) (\S+)\n(.*?)^```$", re.M | re.S)
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
-FILE = re.compile(r"`((?:src|test|tools|docs|scenes|bench)/[\w./*-]*)`")
+FILE = re.compile(r"`((?:src|test|tools|docs|scenes|bench|examples)/[\w./*-]*)`")
 FUNCTION = re.compile(r"`(?:\w+::)*(\w+)(?:\(\))?`")
 
 

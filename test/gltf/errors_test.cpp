@@ -37,6 +37,7 @@ class GltfErrors : public testing::Test {
         const auto path = m_folder.write(name, bytes);
         try {
             Diagnostics quiet;
+            quiet.setStrict(true);
             const auto textures = std::make_shared<TextureCache>();
             gltf::Importer importer(gltf::open(path, {}), {}, *textures, quiet);
             const Shutter shutter{0, 1};
@@ -222,7 +223,8 @@ TEST_F(GltfErrors, InvalidImages) {
     expect("images[0].bufferView: there is no bufferView 70; the file has 9", [&](GltfFile& f) {
         useImage(f, {{"bufferView", 70}, {"mimeType", "image/png"}});
     });
-    expect(R"(images[0].uri: ")" + (m_folder.path() / "missing.png").string() + R"(" cannot be read)",
+    expect(R"(images[0].uri: ")" + (m_folder.path() / "missing.png").string() +
+               R"(" cannot be read; the textures with this image are ignored)",
            [&](GltfFile& f) {
                useImage(f, {{"uri", "missing.png"}});
            });
@@ -250,7 +252,7 @@ TEST_F(GltfErrors, MissingBuffers) {
     const auto withBuffer = [&](const json& buffer) {
         return [=](GltfFile& f) { f.root["buffers"] = {buffer}; };
     };
-    expect("buffers[0]: has no uri, and the file has no binary chunk", withBuffer({{"byteLength", 9}}));
+    expect("buffers[0]: has no uri: its bytes are taken as zeros", withBuffer({{"byteLength", 9}}));
     expect("buffers[0].uri: is not base64",
            withBuffer({{"byteLength", 9}, {"uri", "data:application/octet-stream;base64,?!"}}));
     expect("buffers[0].byteLength: is 9, but the data has 3 bytes",

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 namespace strobe::test {
 namespace {
 
@@ -321,6 +323,95 @@ TEST_F(Gltf, LightsAndCameras) {
     EXPECT_EQ(second.camera()->halfHeight, 2);
     EXPECT_EQ(second.camera()->aspect, 3);
     EXPECT_TRUE(second.lights().empty());
+}
+
+TEST_F(Gltf, UnitsOfLights) {
+    GltfFile file;
+    file.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 683}}};
+    file.addNode({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    gltf::Settings settings;
+    EXPECT_EQ(import(file, settings).lights()[0].intensity, Rgb(1));
+    settings.photometric = false;
+    EXPECT_EQ(import(file, settings).lights()[0].intensity, Rgb(683));
+}
+
+TEST_F(Gltf, InstancesByAttribute) {
+    GltfFile file;
+    const float h = std::sqrt(.5f);
+    const int node = file.addNode({{"mesh", file.addTriangle()}, {"translation", {0, 0, 5}}});
+    file.root["nodes"][size_t(node)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+        {"TRANSLATION", file.addFloats({0, 0, 0, 10, 0, 0}, "VEC3")},
+        {"ROTATION", file.addFloats({0, 0, 0, 1, 0, 0, h, h}, "VEC4")},
+        {"SCALE", file.addFloats({1, 1, 1, 2, 2, 2}, "VEC3")}};
+    Importer importer = import(file);
+    const auto objects = importer.takeObjects();
+    ASSERT_EQ(objects.size(), 1u);
+    ASSERT_EQ(objects[0].instances.size(), 2u);
+    EXPECT_EQ(objects[0].instances[0].toNode, M44f());
+    expectNear(transformPoint(objects[0].instances[1].toNode, {1, 0, 0}), {10, 2, 0}, 1e-5f);
+    EXPECT_GE(importer.bounds().max.x, 10);
+    EXPECT_EQ(importer.bounds().max.z, 5);
+    file.root["nodes"][size_t(node)]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] =
+        file.addFloats({1, 1, 1}, "VEC3");
+    try {
+        import(file);
+        FAIL();
+    } catch (const Error& e) {
+        EXPECT_NE(std::string(e.what()).find("attributes.SCALE: has 1 elements, but other attributes have 2"),
+                  std::string::npos)
+            << e.what();
+    }
+}
+
+TEST_F(Gltf, ExtremesSpanTheWholeAnimation) {
+    GltfFile file;
+    const int node = file.addNode({{"mesh", file.addTriangle()}});
+    file.animate("move", node, "translation", {0, 2}, {0, 0, 0, 20, 0, 0}, "VEC3");
+    float right = 0;
+    const Importer importer = import(file);
+    for (const V3f& p : importer.extremes())
+        right = std::max(right, p.x);
+    EXPECT_NEAR(right, 21, 1e-4f);
+    EXPECT_TRUE(import(GltfFile()).extremes().empty());
+}
+
+/// A file with a deviation that viewers accept: a warning, or an error if the diagnostics are strict.
+struct Deviation {
+    const char* message; ///< without the name of the file
+    std::function<void(GltfFile&)> change;
+};
+
+TEST_F(Gltf, DeviationsThatViewersAcceptAreWarnings) {
+    const float nan = std::nanf("");
+    const std::vector<Deviation> deviations{
+        {"animations: channels without a node are ignored",
+         [](GltfFile& f) {
+             f.animate("a", 0, "translation", {0, 1}, {0, 0, 0, 1, 0, 0}, "VEC3");
+             f.root["animations"][0]["channels"][0]["target"].erase("node");
+         }},
+        {"extensionsRequired: MINE_materials_velvet is not supported; the file is shown without it",
+         [](GltfFile& f) { f.root["extensionsRequired"] = {"MINE_materials_velvet"}; }},
+        {"element 1 is not finite; (0, 1, 0) takes the place of such elements", [&](GltfFile& f) {
+             f.root["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] =
+                 f.addFloats({0, 0, 1, nan, 0, 1, 0, 0, 1}, "VEC3");
+         }}};
+    for (const Deviation& deviation : deviations) {
+        GltfFile file;
+        file.addNode({{"mesh", file.addTriangle()}});
+        deviation.change(file);
+        m_warnings.clear();
+        m_diagnostics = Diagnostics([this](const std::string& text) { m_warnings.push_back(text); });
+        import(file);
+        ASSERT_EQ(m_warnings.size(), 1u) << deviation.message;
+        EXPECT_NE(m_warnings[0].find(deviation.message), std::string::npos) << m_warnings[0];
+        m_diagnostics.setStrict(true);
+        try {
+            import(file);
+            FAIL();
+        } catch (const Error& e) {
+            EXPECT_NE(std::string(e.what()).find(deviation.message), std::string::npos) << e.what();
+        }
+    }
 }
 
 } // namespace

@@ -61,6 +61,7 @@ struct NamedMaterial {
     bool conservesEnergy = true; ///< the parameters are physically plausible
     bool isSharp = false;        ///< the lobe is only a few degrees wide
     bool isTwoSided = true;      ///< both sides are alike
+    bool hasTightBound = true;   ///< no lobe has its maximum below the horizon
 };
 
 /// Returns every smooth material with ordinary and extreme parameters.

@@ -94,6 +94,15 @@ MaterialPtr merlExample(double kd, double ks, double exponent) {
     return measuredFrom(".binary", bytes);
 }
 
+class FixedTexture : public Texture {
+  public:
+    explicit FixedTexture(const Rgb& color) : m_color(color) {}
+    Rgb rgb(const TextureQuery&) const override { return m_color; }
+
+  private:
+    Rgb m_color;
+};
+
 } // namespace
 
 std::vector<NamedMaterial> smoothMaterials() {
@@ -129,7 +138,47 @@ std::vector<NamedMaterial> smoothMaterials() {
                              floatParam("roughness", .8f), floatParam("clearcoat", 1),
                              floatParam("clearcoatroughness", .3f)});
     };
-    return {{"matte", matte(.5f, 0)},
+    const auto belowBoundary = [](float base, float roughness) {
+        MetallicRoughnessInputs in;
+        in.baseColor = Rgb(base);
+        in.metallic = 0;
+        in.roughness = roughness;
+        in.bodyBelowBoundary = true;
+        return makeMetallicRoughness(in);
+    };
+    const auto gltf = [](float metallic, float roughness, const auto& change) {
+        MetallicRoughnessInputs in;
+        in.baseColor = Rgb(.6f, .5f, .4f);
+        in.metallic = metallic;
+        in.roughness = roughness;
+        change(in);
+        return makeMetallicRoughness(in);
+    };
+    const auto sheen = [&](float sheenRoughness) {
+        return gltf(0, .7f, [&](MetallicRoughnessInputs& in) {
+            in.sheenColor = Rgb(.9f, .5f, .3f);
+            in.sheenRoughness = sheenRoughness;
+        });
+    };
+    const auto iridescent = [&](float metallic) {
+        return gltf(metallic, .5f, [](MetallicRoughnessInputs& in) { in.iridescence = 1; });
+    };
+    const auto stretched = gltf(1, .4f, [](MetallicRoughnessInputs& in) {
+        in.anisotropy = .7f;
+        in.anisotropyRotation = .6f;
+    });
+    const auto tiltedCoat = gltf(0, .8f, [](MetallicRoughnessInputs& in) {
+        in.clearcoat = 1;
+        in.clearcoatRoughness = .5f;
+        in.clearcoatNormals = std::make_shared<FixedTexture>(Rgb(.65f, .4f, .95f));
+    });
+    return {{"metallic-roughness sheen", sheen(.3f)},
+            {"metallic-roughness soft sheen", sheen(1)},
+            {"metallic-roughness iridescent metal", iridescent(1)},
+            {"metallic-roughness iridescent dielectric", iridescent(0)},
+            {"metallic-roughness turned anisotropy", stretched},
+            {"metallic-roughness tilted clearcoat", tiltedCoat, false, false, true, false},
+            {"matte", matte(.5f, 0)},
             {"matte white", matte(1, 0)},
             {"matte black", matte(0, 0)},
             {"matte sigma 20", matte(1, 20)},
@@ -158,6 +207,8 @@ std::vector<NamedMaterial> smoothMaterials() {
             {"metallic-roughness sharp metal", metallicRoughness(.9f, 1, .15f), true, true},
             {"metallic-roughness white", metallicRoughness(1, 0, .6f), false},
             {"metallic-roughness coated", coated()},
+            {"metallic-roughness below its boundary", belowBoundary(.6f, .5f)},
+            {"metallic-roughness white below its boundary", belowBoundary(1, .7f)},
             {"minnaert 2", minnaert(2)},
             {"minnaert 100", minnaert(100), true, true},
             {"measured", irregularExample(600, smoothValue)},

@@ -126,6 +126,31 @@ TEST(MetallicRoughness, SmoothPanesReflectAndTransmitByFresnel) {
     EXPECT_EQ(pdf, 0);
 }
 
+/// A smooth boundary passes (1 - F(wo)) (1 - F(wi)) of the light, and a white body returns all that passes.
+TEST(MetallicRoughness, BodyBelowTheBoundaryHasFresnelsTransmittanceTwice) {
+    auto in = inputs(1, 0, 0);
+    in.bodyBelowBoundary = true;
+    const auto material = makeMetallicRoughness(in);
+    const Bsdf bsdf = prepared(*material);
+    const auto fresnel = [](double cosine) { return .04 + .96 * std::pow(1 - cosine, 5); };
+    const auto valueAt = [&](const V3f& wo, const V3f& wi) {
+        Rgb f;
+        material->evalCos(bsdf, wo, &wi, 1, &f, nullptr);
+        return double(f.x) / wi.z;
+    };
+    const V3f steep(0, .6f, .8f), grazing(.9f, .4f, .1f);
+    for (const V3f& wi : {steep, normalize(grazing), V3f(0, 0, 1)}) {
+        const V3f wo(0, 0, 1);
+        const double mean = 1 - (.04 + .96 / 21);
+        EXPECT_NEAR(valueAt(wo, wi), .96 * (1 - fresnel(wi.z)) / (mean * M_PI), 1e-5);
+        EXPECT_NEAR(valueAt(wi, steep), valueAt(steep, wi), 1e-6);
+    }
+    for (const float cosine : {1.f, .5f, .1f}) {
+        const V3f wo(std::sqrt(1 - cosine * cosine), 0, cosine);
+        EXPECT_NEAR(integrate(*material, bsdf, wo).albedo, 1 - fresnel(cosine), 1e-3) << cosine;
+    }
+}
+
 TEST(MetallicRoughness, AlbedoIsAtMostOne) {
     for (const float roughness : {.2f, .5f, 1.f})
         for (const auto& [base, metallic] : {std::pair{1.f, 1.f}, {.7f, 0.f}})

@@ -6,9 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -52,8 +54,20 @@ class GltfFile {
         root["accessors"].push_back({{"bufferView", addView(numbers)},
                                      {"componentType", int(component)},
                                      {"count", numbers.size() / size_t(perElement)},
-                                     {"type", type},
-                                     {"normalized", normalized}});
+                                     {"type", type}});
+        json& accessor = root["accessors"].back();
+        if (normalized)
+            accessor["normalized"] = true;
+        for (size_t k = 0; k < size_t(perElement) && !numbers.empty();
+             ++k) { // required of positions and times
+            T least = numbers[k], greatest = numbers[k];
+            for (size_t i = k; i < numbers.size(); i += size_t(perElement)) {
+                least = std::min(least, numbers[i]);
+                greatest = std::max(greatest, numbers[i]);
+            }
+            accessor["min"].push_back(least);
+            accessor["max"].push_back(greatest);
+        }
         return int(root["accessors"].size()) - 1;
     }
     int addFloats(const std::vector<float>& numbers, const char* type) { return add(numbers, type, Float); }
@@ -105,9 +119,28 @@ class GltfFile {
             {{"input", input}, {"output", output}, {"interpolation", interpolation}});
     }
 
+    /// Collects the names of the extensions below a value.
+    static void collectExtensions(const json& value, std::set<std::string>& names) {
+        for (const auto& [name, member] : value.items()) {
+            if (name == "extensions" && member.is_object())
+                for (const auto& [extension, ignored] : member.items())
+                    names.insert(extension);
+            if (name == "extensionsRequired")
+                for (const json& extension : member)
+                    names.insert(extension.get<std::string>());
+            if (member.is_structured())
+                collectExtensions(member, names);
+        }
+    }
+
     /// Returns the .gltf file.
     std::string text() const {
         json out = root;
+        std::set<std::string> used;
+        collectExtensions(root, used);
+        for (const std::string& name : used)
+            if (json& list = out["extensionsUsed"]; std::find(list.begin(), list.end(), name) == list.end())
+                list.push_back(name);
         if (!m_bytes.empty() && !out.contains("buffers"))
             out["buffers"] = {{{"byteLength", m_bytes.size()},
                                {"uri", "data:application/octet-stream;base64," + base64(m_bytes)}}};

@@ -47,7 +47,8 @@ class PublicScenes(unittest.TestCase):
             repository = folder / "someone+scenes"
             repository.mkdir()
             (repository / "scene.pbrt").write_text(SCENE.replace("KD", "0.5").replace(
-                "WorldBegin", 'Sampler "halton" "integer pixelsamples" [4]\nIntegrator "bdpt"  # comment\nWorldBegin'))
+                "WorldBegin", 'Sampler "halton" "integer pixelsamples" [4]\nAccelerator "kdtree"\n'
+                'Integrator "bdpt"  # comment\nWorldBegin') + 'WorldEnd\nCamera "orthographic"\nWorldBegin\nWorldEnd\n')
             (folder / "list.csv").write_text("repository,commit,scene,picture,options,remark\n"
                                              "someone/scenes,0,scene.pbrt,pbrt-v3,,\n"
                                              "someone/scenes,0,scene.pbrt,pbrt-v4,,no program\n")
@@ -60,9 +61,10 @@ class PublicScenes(unittest.TestCase):
             self.assertIn("1 within 5 %, 0 within 20 %, 0 worse, 0 refused", result.stdout)
             seen = (folder / "seen.pbrt").read_text()
             for text in ('"integer xresolution" 32 "integer yresolution" 24', '"integer pixelsamples" 16',
-                         'Integrator "path"'):
+                         'Integrator "volpath"'):
                 self.assertIn(text, seen)
-            self.assertNotIn("halton", seen)
+            for text in ("halton", "kdtree", "orthographic"):
+                self.assertNotIn(text, seen)
             self.assertEqual([path.name for path in repository.iterdir()], ["scene.pbrt"])
 
 

@@ -148,3 +148,14 @@ def to_short_normals(glb):
         primitive["attributes"]["NORMAL"] = index
     for names in ("extensionsUsed", "extensionsRequired"):
         glb.root[names] = glb.root.get(names, []) + ["KHR_mesh_quantization"]
+
+
+def to_anisotropic(glb):
+    """Adds KHR_materials_anisotropy to the materials whose names end with their strength, as "brushed0 0.5"."""
+    for material in glb.root["materials"]:
+        if material["name"].startswith("brushed"):
+            extensions = material.setdefault("extensions", {})
+            extensions["KHR_materials_anisotropy"] = {"anisotropyStrength": float(material["name"].split()[-1])}
+    used = glb.root.setdefault("extensionsUsed", [])
+    if "KHR_materials_anisotropy" not in used:
+        used.append("KHR_materials_anisotropy")

@@ -36,6 +36,7 @@ def _output_group():
         group.inputs.new("NodeSocketFloat", "Specular").default_value = 1
         group.inputs.new("NodeSocketColor", "Specular Color").default_value = (1, 1, 1, 1)
         group.inputs.new("NodeSocketFloat", "Occlusion").default_value = 1
+        group.inputs.new("NodeSocketFloat", "Thickness").default_value = 0
     return bpy.data.node_groups[name]
 
 
@@ -60,6 +61,63 @@ def material(name, color=(0.6, 0.6, 0.6), metallic=0, roughness=1, exact=True, e
         group.node_tree = _output_group()
         group.inputs["Specular"].default_value = 0
     _conversions.append(lambda: _convert(result, exact, alpha, cutoff))
+    return result
+
+
+def _shader(tree, kind, **values):
+    """Makes a shader node the surface of a material. Returns the node."""
+    node = tree.nodes.new(kind)
+    for name, value in values.items():
+        node.inputs[name.replace("_", " ")].default_value = value
+    tree.links.new(node.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    return node
+
+
+def glass(name, color, density, ior):
+    """Returns smooth glass that absorbs light: `color` is what is left after a distance of 1 / `density`."""
+    result = bpy.data.materials.new(name)
+    result.use_nodes = True
+    tree = result.node_tree
+    bsdf = tree.nodes["Principled BSDF"]
+    bsdf.inputs["Base Color"].default_value = (1, 1, 1, 1)
+    for input_name, value in (("Roughness", 0), ("Transmission", 1), ("IOR", ior)):
+        bsdf.inputs[input_name].default_value = value
+    group = tree.nodes.new("ShaderNodeGroup")
+    group.node_tree = _output_group()
+    group.inputs["Thickness"].default_value = 1
+    volume = tree.nodes.new("ShaderNodeVolumeAbsorption")
+    volume.inputs["Color"].default_value = (*color, 1)
+    volume.inputs["Density"].default_value = density
+    tree.links.new(volume.outputs[0], tree.nodes["Material Output"].inputs["Volume"])
+
+    def convert():
+        """glTF's coefficient is -log(color) times density, that of Cycles is (1 - color) times density."""
+        coefficients = [-math.log(c) * density for c in color]
+        most = max(*coefficients, 1e-6)
+        volume.inputs["Color"].default_value = (*(1 - c / most for c in coefficients), 1)
+        volume.inputs["Density"].default_value = most
+        _shader(tree, "ShaderNodeBsdfGlass", Color=(1, 1, 1, 1), Roughness=0, IOR=ior).distribution = "SHARP"
+
+    _conversions.append(convert)
+    return result
+
+
+def brushed(name, color, roughness, strength):
+    """Returns a metal whose GGX is stretched along the tangent, as by KHR_materials_anisotropy of this strength."""
+    result = material(name, color, 1, roughness, exact=False)
+    tree = result.node_tree
+
+    def convert():
+        across = roughness ** 2
+        along = across + (1 - across) * strength ** 2
+        node = _shader(tree, "ShaderNodeBsdfAnisotropic", Color=(*color, 1), Roughness=math.sqrt(math.sqrt(across * along)),
+                       Anisotropy=math.sqrt(across / along) - 1)
+        node.distribution = "GGX"
+        tangent = tree.nodes.new("ShaderNodeTangent")
+        tangent.direction_type, tangent.uv_map = "UV_MAP", "UVMap"
+        tree.links.new(tangent.outputs[0], node.inputs["Tangent"])
+
+    _conversions.append(convert)
     return result
 
 

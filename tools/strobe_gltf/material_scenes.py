@@ -169,3 +169,31 @@ def extensions():
     camera()
     return dict(bounces=4, inexact="transmission of glTF is a thin wall, of Principled a solid; "
                 "Principled's coat has a quarter of the weight")
+
+
+def volumes():
+    """Glass that absorbs light (KHR_materials_transmission, _volume and _ior) before a wall, lit by emissive panels."""
+    floor((0.6, 0.6, 0.6))
+    shape("plane", material("wall", (0.7, 0.5, 0.4)), (0, 3, 2), rotation=(math.pi / 2, 0, 0), size=16)
+    for i, (color, ior) in enumerate((((1, 1, 1), 1.5), ((0.2, 0.7, 0.4), 1.33), ((0.9, 0.3, 0.1), 1.7))):
+        glass = kit.glass(f"glass{i}", color, 1.2, ior)
+        kind, options = ("cube", dict(size=1.3, rotation=(0, 0, 0.5))) if i == 1 else (
+            "uv_sphere", dict(smooth=True, segments=64, ring_count=32, radius=0.8))
+        shape(kind, glass, (i * 2 - 2, 0, 0.9), **options)
+    panel = material("panel", (0, 0, 0), emission=(1, 1, 1), strength=4)
+    shape("plane", panel, (0, -2, 6), rotation=(math.pi - 0.4, 0, 0), size=8)
+    camera((0, -9, 3.5), (70, 0, 0))
+    return dict(samples=1000, bounces=12)
+
+
+def anisotropic():
+    """Brushed metals (KHR_materials_anisotropy, which glb.to_anisotropic adds) under an emissive panel."""
+    floor((0.4, 0.4, 0.4))
+    shape("plane", material("wall", (0.5, 0.5, 0.5)), (0, 3, 2), rotation=(math.pi / 2, 0, 0), size=16)
+    for i, (roughness, strength) in enumerate(((0.4, 0.5), (0.5, 0.8), (0.6, 1))):
+        brushed = kit.brushed(f"brushed{i} {strength}", (0.9, 0.8, 0.7), roughness, strength)
+        shape("plane", brushed, (i * 2.2 - 2.2, 0.3, 1.2), rotation=(1.1, 0, 0.3 * (1 - i)), size=2)
+    panel = material("panel", (0, 0, 0), emission=(1, 1, 1), strength=6)
+    shape("plane", panel, (0, -2, 5), rotation=(math.pi - 0.4, 0, 0), size=4)
+    camera((0, -9, 3.5), (70, 0, 0))
+    return dict(samples=600, export=dict(export_tangents=True))

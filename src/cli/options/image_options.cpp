@@ -40,7 +40,9 @@ void addImageOptions(CLI::App& app, ImageOptions& options) {
     app.add_option("--look", options.view.look,
                    "looks of PNG, JPEG and TIFF, in place of the looks of the view")
         ->type_name("NAMES");
-    app.add_option("--exposure", options.exposure, "exposure of PNG, JPEG and TIFF [0]")
+    app.add_option(
+           "--exposure", options.exposure,
+           "exposure of PNG, JPEG and TIFF; default: 0, or automatic for renders of glTF files with lights")
         ->type_name("STOPS")
         ->transform(finiteNumber<float>());
 }

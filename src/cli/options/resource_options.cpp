@@ -17,7 +17,15 @@ void addResourceOptions(CLI::App& app, RenderOptions& options) {
                    "memory limit, e.g. 4G or 800M; at least 128M")
         ->type_name("SIZE")
         ->transform(byteSize(kMinMemory));
-    app.add_flag("--strict", options.strict, "exit with code 6 if a sample is NaN, infinite or too large");
+    app.add_option(
+           "--texture-mb", options.build.textureMegabytes,
+           "memory for the texels of images, in MiB; default: half of --max-memory or of the machine's. "
+           "Larger textures are moved to temporary files. Does not change the image")
+        ->type_name("N")
+        ->transform(integerBetween(1, 1 << 20));
+    app.add_flag(
+        "--strict", options.strict,
+        "exit with code 6 if a sample is NaN, infinite or too large; refuse glTF files that do not conform");
     app.add_option("--clamp", options.clamp,
                    "scale down samples of which a channel is above X; biases the image")
         ->type_name("X")

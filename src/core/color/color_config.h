@@ -1,6 +1,7 @@
 // Color spaces and display transforms. color_config.cpp is the only file that includes OpenColorIO.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/math.h"
 #include "core/util/error.h"
 
@@ -10,7 +11,7 @@
 #include <span>
 #include <string>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The name of the working space in OpenColorIO configs: linear, Rec. 709 primaries, white point D65.
 inline constexpr const char* kWorkingSpace = "lin_rec709";

@@ -1,6 +1,7 @@
 // Conversion of spectra to linear RGB, as in the RGB mode of pbrt.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/math.h"
 #include "core/util/error.h"
 
@@ -9,7 +10,7 @@
 #include <span>
 #include <string>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns the linear Rec. 709 RGB of a sampled spectrum. The spectrum is integrated against the CIE 1931 2°
 /// color matching functions from 360 to 830 nm in steps of 1 nm, divided by the integral of ȳ, and converted

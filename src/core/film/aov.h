@@ -1,10 +1,12 @@
 // Arbitrary output variables (AOVs): one table of all layers that a render can write besides its color.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <string>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// A layer. Its group determines the class that accumulates it.
 enum class Aov {

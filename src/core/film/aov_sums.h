@@ -4,11 +4,12 @@
 #include "core/film/aov.h"
 #include "core/film/cryptomatte.h"
 #include "core/film/pixel_accumulator.h"
+#include "core/math/api.h"
 #include "core/math/pixel_bounds.h"
 
 #include <string_view>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The AOVs of a render, and the names that they refer to.
 struct AovLayout {

@@ -3,13 +3,14 @@
 #pragma once
 
 #include "core/image/image.h"
+#include "core/math/api.h"
 
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns MurmurHash3_x86_32 (Appleby) of the bytes, with seed 0.
 uint32_t murmur3(std::string_view bytes);

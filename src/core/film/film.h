@@ -5,11 +5,12 @@
 #include "core/film/film_records.h"
 #include "core/film/pixel_accumulator.h"
 #include "core/image/exr_file.h"
+#include "core/math/api.h"
 
 #include <span>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Settings for writing images.
 struct OutputSettings {

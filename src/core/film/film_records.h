@@ -1,6 +1,7 @@
 // Records that an integrator adds to a film, besides the samples of the pixels.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/pixel_bounds.h"
 #include "core/math/sample_slice.h"
 
@@ -10,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Data about the samples of a rectangle of pixels. The integrator that wrote them defines their format.
 /// Records of disjoint samples can be added.

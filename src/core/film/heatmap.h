@@ -2,8 +2,9 @@
 #pragma once
 
 #include "core/film/film.h"
+#include "core/math/api.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns a false-color image of a layer, in linear RGB, with a color bar and the name of the layer and of
 /// its scale below. Counts (Aov::Shades and Aov::Samples) are shown on a logarithmic scale from blue (1) to

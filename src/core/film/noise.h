@@ -2,10 +2,11 @@
 #pragma once
 
 #include "core/image/image.h"
+#include "core/math/api.h"
 
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Estimates the noise of the mean of passes from the variance between passes. Passes cover the same pixels,
 /// are independent and identically distributed: seeds of their own, equally many samples. Correlation within

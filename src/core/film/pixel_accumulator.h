@@ -1,12 +1,13 @@
 // Exact sums of a pixel's samples: the result has the same bits for any order and grouping, on any machine.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
 #include <bit>
 #include <cstring>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Weighted sample values as fixed-point numbers, in units of 1 / PixelAccumulator::kPerUnit.
 struct FixedPointSamples {

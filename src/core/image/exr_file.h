@@ -2,9 +2,10 @@
 #pragma once
 
 #include "core/image/image.h"
+#include "core/math/api.h"
 #include "core/math/pixel_bounds.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Storage settings of EXR files.
 struct ExrSettings {

@@ -3,6 +3,7 @@
 
 #include "core/color/color_config.h"
 #include "core/image/image_library.h"
+#include "core/math/api.h"
 #include "core/math/math.h"
 #include "core/util/error.h"
 
@@ -12,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// An RGB image in memory. Row 0 is at the top.
 struct Image {

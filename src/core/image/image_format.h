@@ -1,11 +1,13 @@
 // The formats of image files that strobe writes.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <filesystem>
 #include <optional>
 #include <string>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 enum class ImageFormat {
     Exr,  ///< linear, with layers

@@ -8,27 +8,38 @@
 namespace strobe {
 namespace {
 
-/// Loads the library from the directory of the executable, or from the installation directory relative to it.
-/// Returns null on failure. (Does not rely on the run path of the executable, since the sanitizers of GCC
-/// replace dlopen, which then uses the run path of the sanitizer's library.)
-void* loadRelativeTo(const std::filesystem::path& executable) {
-    for (const char* folder : {".", STROBE_IMAGES_FOLDER}) {
-        const std::filesystem::path file = executable.parent_path() / folder / "libstrobe_images.so";
-        std::error_code missing;
-        if (std::filesystem::exists(file, missing))
-            return dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-    }
+/// Returns the files that contain this function, most specific first: libstrobe, or the program itself.
+std::vector<std::filesystem::path> ownFiles() {
+    std::vector<std::filesystem::path> files;
+    std::error_code failed;
+    Dl_info info{};
+    if (dladdr(reinterpret_cast<const void*>(&ownFiles), &info) && info.dli_fname)
+        files.push_back(std::filesystem::canonical(info.dli_fname, failed));
+    files.push_back(std::filesystem::read_symlink("/proc/self/exe", failed));
+    return files;
+}
+
+/// Loads the library from the folder of one of ownFiles, or from the folder strobe in it. Returns null on
+/// failure. (Does not rely on the run path, since the sanitizers of GCC replace dlopen, which then uses the
+/// run path of the sanitizer's library.)
+void* loadFromOwnFolder() {
+    for (const std::filesystem::path& own : ownFiles())
+        for (const char* folder : {".", "strobe"}) {
+            const std::filesystem::path file = own.parent_path() / folder / "libstrobe_images.so";
+            std::error_code missing;
+            if (!own.empty() && std::filesystem::exists(file, missing))
+                return dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+        }
     return nullptr;
 }
 
 const ImageLibrary& load() {
-    std::error_code failed;
-    void* file = loadRelativeTo(std::filesystem::read_symlink("/proc/self/exe", failed));
+    void* file = loadFromOwnFolder();
     void* function = file ? dlsym(file, kImageLibrarySymbol) : nullptr;
     if (!function) {
         const char* reason = dlerror();
         throw Error(std::string("cannot load the image library libstrobe_images.so: ") +
-                    (reason ? reason : "it is not beside the executable"));
+                    (reason ? reason : "it is neither beside libstrobe nor in its folder strobe"));
     }
     return *reinterpret_cast<ImageLibraryFunction*>(function)();
 }

@@ -6,8 +6,10 @@
 #pragma once
 
 #include "core/image/image_format.h"
+#include "core/math/api.h"
 #include "core/math/math.h"
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <span>
@@ -16,7 +18,7 @@
 #include <variant>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The value of an image texture outside [0,1]².
 enum class Wrap { Repeat, Black, Clamp, Mirror };
@@ -31,6 +33,10 @@ struct TextureOptions {
 using MetadataValue = std::variant<int, float, std::string, M44f>; ///< matrices: EXR only
 using Metadata = std::vector<std::pair<std::string, MetadataValue>>;
 
+/// The type of the values of an image file: integers of 8 and 16 bits, floats of 16 and 32 bits. Files with
+/// other types are read as the next larger one.
+enum class StoredType { Byte, Word, Half, Float };
+
 /// An opened image, in a file or in memory. Values are returned as stored, integers scaled to [0,1].
 class ImageReader {
   public:
@@ -38,9 +44,19 @@ class ImageReader {
     int width = 0, height = 0, depth = 0, channels = 0;
     int alphaChannel = -1; ///< index of the alpha channel; -1: none
     bool isFloat = false;  ///< the file stores floating-point values
+    StoredType stored = StoredType::Float;
+    bool isTiled = false;                ///< the file stores tiles; else rows
+    bool isUncropped = false;            ///< the data window equals the display window, at the origin
+    std::shared_ptr<const void> owned{}; ///< memory that the reader needs; or null
     /// Writes channels first … last-1 of all pixels to `out`, row by row from the top. Returns false on
     /// failure.
     virtual bool read(int first, int last, float* out, std::string& error) = 0;
+    /// Returns the size of a MIP level of the file; (0,0): it has no such level.
+    virtual V2i levelSize(int level) = 0;
+    /// Writes channels first … last-1 of a MIP level to `out`, as values of `type`. Integers of the file's
+    /// type are not scaled. Returns false on failure.
+    virtual bool readLevel(int level, int first, int last, StoredType type, std::byte* out,
+                           std::string& error) = 0;
     /// Returns the metadata string with this name; an empty string if there is none.
     virtual std::string metadata(const std::string& name) const = 0;
 };
@@ -76,6 +92,12 @@ class TextureHandle {
                         int n, float* out, std::string& error) const = 0;
 };
 
+/// Counts of the tiles that a texture cache has read.
+struct TileCounts {
+    uint64_t bytesRead = 0;  ///< from files
+    uint64_t bytesKnown = 0; ///< of all levels of all images
+};
+
 /// A texture cache.
 class TextureSystem {
   public:
@@ -87,6 +109,7 @@ class TextureSystem {
     virtual void addImage(const std::string& name, Decode decode) = 0;
     /// Opens a file, or an image added by `addImage`. Returns null on failure.
     virtual std::unique_ptr<const TextureHandle> open(const std::string& name, std::string& error) = 0;
+    virtual TileCounts counts() const = 0;
 };
 
 /// The functions of OpenImageIO that strobe uses.

@@ -1,5 +1,6 @@
 #include "core/image/mip_map.h"
 
+#include "core/image/mip_footprints.h"
 #include "core/math/fast_math.h"
 #include "core/math/simd4.h"
 
@@ -9,9 +10,6 @@ namespace strobe {
 
 namespace {
 
-constexpr float kMaxAspect = 32;         ///< maximum ratio of the axes of an ellipse
-constexpr int kMaxProbes = 64;           ///< maximum number of probes along an ellipse
-constexpr float kMaxMajor = 1000;        ///< maximum length of the major axis, in repetitions of the image
 constexpr int kMaxLines = 2 * kSoAWidth; ///< each lookup needs at most two levels
 static_assert(2 * kMaxProbes <= kMaxLines);
 
@@ -26,148 +24,36 @@ STROBE_FORCE_INLINE int floorToInt(float x) {
     return towardsZero - int(float(towardsZero) > x);
 }
 
-/// Returns the texels at coordinate u of an axis with n texels. To wrap, `repeatMask` has all bits set and
-/// `period` is 1; to clamp, both are 0.
-STROBE_FORCE_INLINE AxisTap axisTap(float u, int n, int32_t repeatMask, float period) {
-    const int beforeFirst = (n - 1) & repeatMask;
+/// The wrap mode of an axis as operands: to repeat, `repeatMask` has all bits set and `period` is 1; to clamp
+/// or to mirror, both are 0.
+struct AxisWrap {
+    int32_t repeatMask = 0, isMirror = 0;
+    float period = 0;
+
+    explicit AxisWrap(Wrap wrap)
+        : repeatMask(wrap == Wrap::Repeat ? -1 : 0), isMirror(wrap == Wrap::Mirror ? 1 : 0),
+          period(wrap == Wrap::Repeat ? 1.f : 0.f) {}
+};
+
+/// Returns the texels at coordinate u of an axis with n texels. `center`: coordinate of the center of a
+/// texel, or 0 for the nearest texel.
+STROBE_FORCE_INLINE AxisTap axisTap(float u, int n, const AxisWrap& wrap, float center) {
+    const int beforeFirst = (n - 1) & wrap.repeatMask;
     const int afterLast = n - 1 - beforeFirst;
-    const float x = (u - period * float(floorToInt(u))) * float(n) - .5f;
+    const float phase = u - 2 * float(floorToInt(u * .5f));
+    const float mirrored = 1 - std::abs(1 - phase);
+    const float inside = wrap.isMirror ? mirrored : u - wrap.period * float(floorToInt(u));
+    const float x = inside * float(n) - center;
     const int left = floorToInt(x);
     const int right = left + 1;
     const int leftInside = std::min(left, n - 1);
     const int rightInside = std::max(right, 0);
-    return {left < 0 ? beforeFirst : leftInside, right < n ? rightInside : afterLast, x - float(left)};
+    const float fraction = x - float(left);
+    return {left < 0 ? beforeFirst : leftInside, right < n ? rightInside : afterLast,
+            center > 0 ? fraction : 0.f};
 }
-
-/// The lengths of the axes of the ellipse that two derivatives span, and the direction of the major axis.
-struct EllipseAxes {
-    float major, minor;
-    V2f direction;
-
-    STROBE_FORCE_INLINE EllipseAxes(const V2f& dx, const V2f& dy) {
-        const float s2 = sqr(dx.x) + sqr(dy.x), t2 = sqr(dx.y) + sqr(dy.y), st = dx.x * dx.y + dy.x * dy.y;
-        const float difference = s2 - t2;
-        const float root = std::sqrt(sqr(difference) + 4 * sqr(st));
-        major = std::sqrt((s2 + t2 + root) / 2);
-        // Computed from the area, without cancellation.
-        const float width = std::abs(dx.x * dy.y - dx.y * dy.x) / major;
-        minor = major > 0 ? width : 0.f;
-        // Of the two expressions of the eigenvector, uses the one whose terms have equal signs.
-        const float sum = root + std::abs(difference);
-        const float other = 2 * std::abs(st);
-        const float inverse = 1 / std::sqrt(2 * root * sum);
-        const float scale = root > 0 ? inverse : 0.f;
-        const float x = (difference < 0 ? other : sum) * scale;
-        const float y = (difference < 0 ? sum : other) * scale;
-        direction = {root > 0 ? x : 1.f, std::copysign(y, st)};
-    }
-    /// Limits the aspect ratio to kMaxAspect: reduces the excess length of the major axis by half, and widens
-    /// the minor axis. Returns the resulting aspect ratio.
-    STROBE_FORCE_INLINE float limitAspect() {
-        const float aspect = major / minor;
-        const float mean = (major + minor * kMaxAspect) / 2;
-        const int32_t fits = major <= minor * kMaxAspect ? 1 : 0;
-        const float widened = mean / kMaxAspect;
-        major = fits ? major : mean;
-        minor = fits ? minor : widened;
-        return fits ? aspect : kMaxAspect;
-    }
-};
 
 } // namespace
-
-/// The ellipses of lookups, and their levels and probes.
-struct MipMap::Footprints {
-    alignas(64) float major[kSoAWidth], minor[kSoAWidth], aspect[kSoAWidth]; ///< after limitAspect
-    V2SoA direction;
-    alignas(64) int32_t
-        isSubTexel[kSoAWidth]; ///< the ellipse is shorter than half a texel of the finest level
-    /// The finest level where the ellipse is no wider than a texel. It is blended with the next finer level.
-    alignas(64) int32_t level[kSoAWidth];
-    alignas(64) int32_t isWider[kSoAWidth]; ///< the ellipse is wider than a texel in all levels tested so far
-    V2SoA half;                             ///< the probes extend from uv - half to uv + half
-    alignas(64) int32_t probes[kSoAWidth];  ///< number of probes
-    alignas(64) int32_t finer[kSoAWidth];   ///< the finer one of the two levels
-    alignas(64) float steepness[kSoAWidth]; ///< probes have weights exp(steepness x²), for x in [-1,1] along
-                                            ///< the line
-    alignas(64) float blend[kSoAWidth];     ///< weight of the coarser level
-
-    static void measure(const TexturePointSoA& points, int begin, int end, float side, int32_t* isDone,
-                        Footprints& f);
-    static void findLevels(const float* shorterSide, int levels, int begin, int end, Footprints& f);
-    static void findProbes(const float* shorterSide, int levels, float side, int begin, int end,
-                           Footprints& f);
-};
-
-/// Computes the ellipses, and sets isDone to 0 where they or the coordinates are too large. `side` is the
-/// longer side of the finest level in texels.
-STROBE_TARGET_CLONES void MipMap::Footprints::measure(const TexturePointSoA& points, int begin, int end,
-                                                      float side, int32_t* isDone, Footprints& f) {
-    // Texel coordinates must fit an int, also at the end of the longest ellipse.
-    const float maxCoordinate = 0x1p30f / side - kMaxMajor;
-    STROBE_IVDEP
-    for (int i = begin; i < end; ++i) {
-        EllipseAxes axes(points.duvdx.at(i), points.duvdy.at(i));
-        const int32_t isSubTexel = axes.major * side < .5f ? 1 : 0;
-        const int32_t isShort = axes.major < kMaxMajor ? 1 : 0;
-        const int32_t isNear = (std::abs(points.uv.x[i]) < maxCoordinate ? 1 : 0) &
-                               (std::abs(points.uv.y[i]) < maxCoordinate ? 1 : 0);
-        isDone[i] = isNear & (isSubTexel | isShort);
-        f.isSubTexel[i] = isSubTexel;
-        f.aspect[i] = axes.limitAspect();
-        f.major[i] = axes.major;
-        f.minor[i] = axes.minor;
-        f.direction.x[i] = axes.direction.x;
-        f.direction.y[i] = axes.direction.y;
-        f.level[i] = 0;
-        f.isWider[i] = 1;
-    }
-}
-
-STROBE_TARGET_CLONES void MipMap::Footprints::findLevels(const float* shorterSide, int levels, int begin,
-                                                         int end, Footprints& f) {
-    for (int level = 0; level < levels; ++level) {
-        const float side = shorterSide[level];
-        STROBE_IVDEP
-        for (int i = begin; i < end; ++i) {
-            f.isWider[i] &= f.minor[i] * side > 1 ? 1 : 0;
-            f.level[i] += f.isWider[i];
-        }
-        if (end - begin == 1 && !f.isWider[begin])
-            return;
-    }
-}
-
-STROBE_TARGET_CLONES void MipMap::Footprints::findProbes(const float* shorterSide, int levels, float side,
-                                                         int begin, int end, Footprints& f) {
-    STROBE_IVDEP
-    for (int i = begin; i < end; ++i) {
-        const int32_t level = f.level[i];
-        const int32_t isSubTexel = f.isSubTexel[i];
-        const float major = f.major[i], minor = f.minor[i];
-        const float length = major - minor;
-        // In the finest level, an ellipse counts as at least half a texel wide.
-        const int32_t isThin = (level == 0 ? 1 : 0) & (minor * side < .5f ? 1 : 0);
-        const float thinAspect = std::max(1.f, major * side * 2);
-        const float aspect = isThin ? thinAspect : f.aspect[i];
-        const float clampedCount = std::min(std::max(1.f, 2 * aspect - 1), float(kMaxProbes));
-        const int32_t probeCount = int32_t(clampedCount);
-        const int32_t probes = isSubTexel ? 1 : probeCount;
-        const float steepness = -2 * sqr(major / std::max(2 * length, 1e-20f));
-        f.probes[i] = probes;
-        f.steepness[i] = probes <= 2 ? 0.f : steepness;
-        const float x = f.direction.x[i] * length;
-        const float y = f.direction.y[i] * length;
-        f.half.x[i] = isSubTexel ? 0.f : x;
-        f.half.y[i] = isSubTexel ? 0.f : y;
-        const int32_t isBetween = (level > 0 ? 1 : 0) & (level < levels ? 1 : 0) & (isSubTexel ^ 1);
-        const float coarserSide = shorterSide[std::min(level, levels - 1)];
-        const float blend = std::min(std::max(2 * minor * coarserSide - 1, 0.f), 1.f);
-        f.blend[i] = isBetween ? blend : 0.f;
-        const int32_t finer = std::max(level - 1, 0);
-        f.finer[i] = isSubTexel ? 0 : finer;
-    }
-}
 
 /// Lines of probes. Each line lies in one level and belongs to one lookup (its owner). Lines are sorted by
 /// the number of probes, the largest first. After `expand`, each line is a single probe.
@@ -180,15 +66,26 @@ struct MipMap::Lines {
     alignas(64) float steepness[kMaxLines];
     /// Position of the first probe on the line, which has length 2 probeCount; probes are 2 apart.
     alignas(64) float firstProbe[kMaxLines];
-    alignas(64) int32_t width[kMaxLines], height[kMaxLines], firstTexel[kMaxLines]; ///< of the level
+    alignas(64) int32_t width[kMaxLines], height[kMaxLines]; ///< of the level
+    alignas(64) int32_t firstTexel[kMaxLines], tileRowStep[kMaxLines], tileStep[kMaxLines],
+        rowStep[kMaxLines]; ///< see MipLayout
 
     Lines() = default;
-    Lines(const Footprints& f, int begin, int end, const int32_t* isDone);
+    Lines(const MipFootprints& f, int begin, int end, const int32_t* isDone);
     void expand(const Lines& lines);
-    static void fill(const Footprints& f, const V2SoA& uv, const MipMap& mipMap, Lines& lines);
+    static void fill(const MipFootprints& f, const V2SoA& uv, const MipMap& mipMap, Lines& lines);
 
   private:
     void setLine(int line, int32_t lineOwner, int32_t lineLevel, int32_t lineProbes, float lineShare);
+};
+
+/// The wrap modes and the interpolation of lookups.
+struct MipMap::Wraps {
+    AxisWrap u, v;
+    float center; ///< see axisTap
+
+    explicit Wraps(const TextureOptions& options)
+        : u(options.u), v(options.v), center(options.nearest ? 0 : .5f) {}
 };
 
 /// One probe of each line: the indices of the four texels around it, and their weights.
@@ -196,7 +93,7 @@ struct MipMap::Taps {
     alignas(64) int32_t texel[4][kMaxLines];
     alignas(64) float weight[4][kMaxLines];
 
-    static void compute(const Lines& lines, int probe, int count, int32_t repeatMask, Taps& out);
+    static void compute(const Lines& lines, int probe, int count, const Wraps& wraps, Taps& out);
 };
 
 void MipMap::Lines::setLine(int line, int32_t lineOwner, int32_t lineLevel, int32_t lineProbes,
@@ -207,7 +104,7 @@ void MipMap::Lines::setLine(int line, int32_t lineOwner, int32_t lineLevel, int3
     share[line] = lineShare;
 }
 
-MipMap::Lines::Lines(const Footprints& f, int begin, int end, const int32_t* isDone) {
+MipMap::Lines::Lines(const MipFootprints& f, int begin, int end, const int32_t* isDone) {
     // A counting sort: the number of lines by their number of probes, then the index of the next such line.
     int next[kMaxProbes + 1] = {};
     int most = 0;
@@ -229,11 +126,14 @@ MipMap::Lines::Lines(const Footprints& f, int begin, int end, const int32_t* isD
 }
 
 /// Sets the members that depend on the owner and the level of each line.
-STROBE_TARGET_CLONES void MipMap::Lines::fill(const Footprints& f, const V2SoA& uv, const MipMap& mipMap,
+STROBE_TARGET_CLONES void MipMap::Lines::fill(const MipFootprints& f, const V2SoA& uv, const MipMap& mipMap,
                                               Lines& lines) {
     const int32_t* width = mipMap.m_width.data();
     const int32_t* height = mipMap.m_height.data();
     const int32_t* firstTexel = mipMap.m_firstTexel.data();
+    const int32_t* tileRowStep = mipMap.m_tileRowStep.data();
+    const int32_t* tileStep = mipMap.m_tileStep.data();
+    const int32_t* rowStep = mipMap.m_rowStep.data();
     const int n = lines.count;
     STROBE_IVDEP
     for (int k = 0; k < n; ++k) {
@@ -249,6 +149,9 @@ STROBE_TARGET_CLONES void MipMap::Lines::fill(const Footprints& f, const V2SoA& 
         lines.width[k] = width[level];
         lines.height[k] = height[level];
         lines.firstTexel[k] = firstTexel[level];
+        lines.tileRowStep[k] = tileRowStep[level];
+        lines.tileStep[k] = tileStep[level];
+        lines.rowStep[k] = rowStep[level];
     }
 }
 
@@ -269,6 +172,9 @@ void MipMap::Lines::expand(const Lines& lines) {
         repeat(lines.width, width);
         repeat(lines.height, height);
         repeat(lines.firstTexel, firstTexel);
+        repeat(lines.tileRowStep, tileRowStep);
+        repeat(lines.tileStep, tileStep);
+        repeat(lines.rowStep, rowStep);
         for (int i = 0; i < n; ++i, ++count) {
             owner[count] = k;
             firstProbe[count] = float(2 * i + 1);
@@ -277,24 +183,29 @@ void MipMap::Lines::expand(const Lines& lines) {
 }
 
 /// Computes the taps of probe number `probe` of the first `count` lines.
-STROBE_TARGET_CLONES void MipMap::Taps::compute(const Lines& lines, int probe, int count, int32_t repeatMask,
+STROBE_TARGET_CLONES void MipMap::Taps::compute(const Lines& lines, int probe, int count, const Wraps& wraps,
                                                 Taps& out) {
     const float offset = 2 * float(probe);
-    const float period = repeatMask ? 1.f : 0.f;
+    const AxisWrap wrapU = wraps.u, wrapV = wraps.v;
+    const float center = wraps.center;
     STROBE_IVDEP
     for (int k = 0; k < count; ++k) {
         const float x = (lines.firstProbe[k] + offset) / lines.probeCount[k] - 1;
         const float weight = fastExp(lines.steepness[k] * sqr(x));
-        const int32_t width = lines.width[k];
         const int32_t first = lines.firstTexel[k];
-        const AxisTap u = axisTap(lines.x[k] + lines.halfX[k] * x, width, repeatMask, period);
-        const AxisTap v = axisTap(lines.y[k] + lines.halfY[k] * x, lines.height[k], repeatMask, period);
-        const int32_t upperRow = first + v.first * width;
-        const int32_t lowerRow = first + v.second * width;
-        out.texel[0][k] = upperRow + u.first;
-        out.texel[1][k] = upperRow + u.second;
-        out.texel[2][k] = lowerRow + u.first;
-        out.texel[3][k] = lowerRow + u.second;
+        const int32_t tileRowStep = lines.tileRowStep[k];
+        const int32_t tileStep = lines.tileStep[k];
+        const int32_t rowStep = lines.rowStep[k];
+        const AxisTap u = axisTap(lines.x[k] + lines.halfX[k] * x, lines.width[k], wrapU, center);
+        const AxisTap v = axisTap(lines.y[k] + lines.halfY[k] * x, lines.height[k], wrapV, center);
+        const int32_t upperRow = first + (v.first >> 6) * tileRowStep + (v.first & 63) * rowStep;
+        const int32_t lowerRow = first + (v.second >> 6) * tileRowStep + (v.second & 63) * rowStep;
+        const int32_t leftColumn = (u.first >> 6) * tileStep + (u.first & 63);
+        const int32_t rightColumn = (u.second >> 6) * tileStep + (u.second & 63);
+        out.texel[0][k] = upperRow + leftColumn;
+        out.texel[1][k] = upperRow + rightColumn;
+        out.texel[2][k] = lowerRow + leftColumn;
+        out.texel[3][k] = lowerRow + rightColumn;
         const float upper = weight * (1 - v.x);
         const float lower = weight * v.x;
         out.weight[0][k] = upper * (1 - u.x);
@@ -304,37 +215,84 @@ STROBE_TARGET_CLONES void MipMap::Taps::compute(const Lines& lines, int probe, i
     }
 }
 
-MipMap::MipMap(const std::vector<Image>& levels) {
-    for (const Image& level : levels) {
+void MipMap::setLevels(const MipLayout& layout) {
+    for (const MipLayout::Level& level : layout.levels) {
         m_width.push_back(level.width);
         m_height.push_back(level.height);
-        m_firstTexel.push_back(int32_t(m_texels.size()));
+        m_firstTexel.push_back(level.first);
+        m_tileRowStep.push_back(level.tileRowStep);
+        m_tileStep.push_back(level.tileStep);
+        m_rowStep.push_back(level.rowStep);
         m_shorterSide.push_back(float(std::min(level.width, level.height)));
-        for (const Rgb& c : level.pixels)
-            m_texels.push_back({{c.x, c.y, c.z, 1}});
     }
     m_longerSide = std::max(m_width.front(), m_height.front());
 }
 
+MipMap::MipMap(const std::vector<Image>& levels) {
+    MipLayout layout;
+    for (const Image& level : levels)
+        layout.add(level.width, level.height, false);
+    m_memory = std::make_unique<TexelMemory>(layout.texels * sizeof(Texel));
+    auto* texel = reinterpret_cast<Texel*>(m_memory->data());
+    for (const Image& level : levels)
+        for (const Rgb& c : level.pixels)
+            *texel++ = {{c.x, c.y, c.z, 1}};
+    setLevels(layout);
+}
+
+MipMap::MipMap(const MipLayout& layout, std::unique_ptr<TexelMemory> texels,
+               std::shared_ptr<const TexelCodec> codec, int channels)
+    : m_channels(channels), m_memory(std::move(texels)), m_codec(std::move(codec)) {
+    setLevels(layout);
+}
+
+namespace {
+
+/// Returns texel number i as red, green, blue, 1. `values`: by code; not used for floats.
+template <class Code, int Channels>
+STROBE_FORCE_INLINE Float4 texelAt(const Code* codes, const float* values, int32_t i) {
+    const Code* code = codes + size_t(i) * Channels;
+    if constexpr (Channels == 4)
+        return loadFloat4(code);
+    else {
+        const auto value = [&](int channel) {
+            if constexpr (std::is_same_v<Code, float>)
+                return code[channel];
+            else
+                return values[code[channel]];
+        };
+        constexpr int kLast = Channels - 1;
+        return Float4{value(0), value(kLast / 2), value(kLast), 1};
+    }
+}
+
+} // namespace
+
+template <class Code, int Channels>
 void MipMap::addTexels(const Taps& taps, int k, Texel& sum) const {
-    const Texel* texels = m_texels.data();
+    const auto* codes = reinterpret_cast<const Code*>(m_memory->data());
+    const float* values = m_codec ? m_codec->values().data() : nullptr;
+    if (m_memory->isInFile())
+        for (int tap = 0; tap < 4; ++tap)
+            m_memory->touch(size_t(taps.texel[tap][k]) * (Channels * sizeof(Code)));
     const auto weighted = [&](int tap) {
-        return loadFloat4(texels[taps.texel[tap][k]].values) * taps.weight[tap][k];
+        return texelAt<Code, Channels>(codes, values, taps.texel[tap][k]) * taps.weight[tap][k];
     };
     storeFloat4(sum.values,
                 loadFloat4(sum.values) + ((weighted(0) + weighted(1)) + (weighted(2) + weighted(3))));
 }
 
-void MipMap::sumProbes(const Lines& lines, int32_t repeatMask, Texel* sums) const {
+template <class Code, int Channels>
+void MipMap::sumProbes(const Lines& lines, const Wraps& wraps, Texel* sums) const {
     constexpr int kFewLines = 2; // a single lookup
     Taps taps;
     std::fill_n(sums, lines.count, Texel{});
     if (lines.count <= kFewLines) { // vectorizes over all probes of all lines
         Lines probes;
         probes.expand(lines);
-        Taps::compute(probes, 0, probes.count, repeatMask, taps);
+        Taps::compute(probes, 0, probes.count, wraps, taps);
         for (int k = 0; k < probes.count; ++k)
-            addTexels(taps, k, sums[probes.owner[k]]);
+            addTexels<Code, Channels>(taps, k, sums[probes.owner[k]]);
         return;
     }
     for (int probe = 0, left = lines.count;; ++probe) { // vectorizes over lines
@@ -342,27 +300,35 @@ void MipMap::sumProbes(const Lines& lines, int32_t repeatMask, Texel* sums) cons
             --left;
         if (left == 0)
             return;
-        Taps::compute(lines, probe, left, repeatMask, taps);
+        Taps::compute(lines, probe, left, wraps, taps);
         for (int k = 0; k < left; ++k)
-            addTexels(taps, k, sums[k]);
+            addTexels<Code, Channels>(taps, k, sums[k]);
     }
 }
 
-void MipMap::lookupSoA(const TexturePointSoA& points, int begin, int end, Wrap wrap, RgbSoA& out,
-                       int32_t* isDone) const {
-    if (wrap != Wrap::Repeat && wrap != Wrap::Clamp)
+void MipMap::lookupSoA(const TexturePointSoA& points, int begin, int end, const TextureOptions& options,
+                       RgbSoA& out, int32_t* isDone) const {
+    if (options.u == Wrap::Black || options.v == Wrap::Black)
         return std::fill(isDone + begin, isDone + end, 0);
-    Footprints footprints;
+    MipFootprints footprints;
     const int levels = int(m_width.size());
     const float side = float(m_longerSide);
-    Footprints::measure(points, begin, end, side, isDone, footprints);
-    Footprints::findLevels(m_shorterSide.data(), levels, begin, end, footprints);
-    Footprints::findProbes(m_shorterSide.data(), levels, side, begin, end, footprints);
+    MipFootprints::measure(points, begin, end, side, isDone, footprints);
+    MipFootprints::findLevels(m_shorterSide.data(), levels, begin, end, footprints);
+    MipFootprints::findProbes(m_shorterSide.data(), levels, side, begin, end, footprints);
     Lines lines(footprints, begin, end, isDone);
     Lines::fill(footprints, points.uv, *this, lines);
 
     Texel sums[kMaxLines];
-    sumProbes(lines, wrap == Wrap::Repeat ? -1 : 0, sums);
+    const Wraps wraps(options);
+    if (!m_codec)
+        sumProbes<float, 4>(lines, wraps, sums);
+    else if (m_codec->kind() == TexelCodec::Byte)
+        sumProbes<uint8_t>(lines, wraps, sums);
+    else if (m_codec->kind() == TexelCodec::Float)
+        sumProbes<float>(lines, wraps, sums);
+    else
+        sumProbes<uint16_t>(lines, wraps, sums);
     for (float* row : {out.r, out.g, out.b})
         std::fill(row + begin, row + end, 0.f);
     for (int k = 0; k < lines.count; ++k) {
@@ -375,16 +341,54 @@ void MipMap::lookupSoA(const TexturePointSoA& points, int begin, int end, Wrap w
     }
 }
 
-bool MipMap::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, Wrap wrap, Rgb& out) const {
+bool MipMap::lookup(const V2f& uv, const V2f& duvdx, const V2f& duvdy, const TextureOptions& options,
+                    Rgb& out) const {
     TexturePointSoA point;
     RgbSoA color;
     int32_t isDone;
     point.uv.set(0, uv);
     point.duvdx.set(0, duvdx);
     point.duvdy.set(0, duvdy);
-    lookupSoA(point, 0, 1, wrap, color, &isDone);
+    lookupSoA(point, 0, 1, options, color, &isDone);
     out = color.at(0);
     return isDone;
+}
+
+namespace {
+
+/// Returns a coordinate near the image with the same value, and black: sets isInside to false outside.
+float nearImage(float u, Wrap wrap, bool& isInside) {
+    if (!std::isfinite(u))
+        return 0;
+    isInside &= wrap != Wrap::Black || (u >= 0 && u <= 1);
+    if (wrap == Wrap::Repeat)
+        return u - std::floor(u);
+    if (wrap == Wrap::Mirror)
+        return u - 2 * std::floor(u / 2);
+    return std::clamp(u, -1.f, 2.f);
+}
+
+/// Limits the length of an axis of a footprint: the mean of the image is the same for all large ones.
+V2f limited(const V2f& axis) {
+    constexpr float kMax = 100;
+    const float longest = std::max(std::abs(axis.x), std::abs(axis.y));
+    if (!std::isfinite(longest))
+        return V2f(kMax, 0);
+    return longest > kMax ? axis * (kMax / longest) : axis;
+}
+
+} // namespace
+
+Rgb MipMap::lookupAnywhere(V2f uv, V2f duvdx, V2f duvdy, TextureOptions options) const {
+    bool isInside = true;
+    uv = {nearImage(uv.x, options.u, isInside), nearImage(uv.y, options.v, isInside)};
+    if (!isInside)
+        return Rgb(0);
+    options.u = options.u == Wrap::Black ? Wrap::Clamp : options.u;
+    options.v = options.v == Wrap::Black ? Wrap::Clamp : options.v;
+    Rgb out(0);
+    lookup(uv, limited(duvdx), limited(duvdy), options, out);
+    return out;
 }
 
 } // namespace strobe

@@ -1,6 +1,8 @@
 #include "core/image/texture_cache.h"
 
+#include "core/image/large_textures.h"
 #include "core/image/mip_map.h"
+#include "core/util/memory.h"
 #include "core/util/resource_policy.h"
 
 #include <algorithm>
@@ -12,60 +14,6 @@
 namespace strobe {
 namespace {
 
-/// An image whose texture values differ from the values that OpenImageIO reads from a file: decoded, or in
-/// memory.
-struct ImageSource {
-    std::string path;
-    std::shared_ptr<const EncodedImage> memory; ///< if not null, replaces the path
-    TextureChannels channels = TextureChannels::Color;
-    ColorEncoding encoding;
-
-    std::unique_ptr<ImageReader> open(std::string& error) const {
-        return memory ? imageLibrary().open(memory->bytes, error) : imageLibrary().open(path, error);
-    }
-    /// Reads and decodes the image. Returns false on failure. Reads the whole file: encoded files have 8 or
-    /// 16 bits per value. Values are decoded here, before OpenImageIO computes MIP levels and filters, so
-    /// that it filters linear values.
-    bool decode(DecodedImage& out, std::string& error) const;
-};
-
-/// Converts from a color space to the working space. Gray images become RGB, since gray in the color space
-/// may have a tint in the working space.
-void convert(const ColorEncoding& encoding, DecodedImage& image) {
-    const std::vector<float>& v = image.values;
-    std::vector<Rgb> colors(v.size() / size_t(image.channels));
-    for (size_t i = 0; i < colors.size(); ++i)
-        colors[i] = image.channels == 1 ? Rgb(v[i]) : Rgb(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
-    encoding.toWorking(colors);
-    image.values.assign(&colors[0].x, &colors[0].x + 3 * colors.size());
-    image.channels = 3;
-}
-
-bool ImageSource::decode(DecodedImage& out, std::string& error) const {
-    const auto file = open(error);
-    if (!file)
-        return false;
-    if (file->width < 1 || file->height < 1 || int64_t(file->width) * file->height > kMaxImagePixels) {
-        error = std::to_string(file->width) + " x " + std::to_string(file->height) +
-                " pixels are more than an image may have, or none";
-        return false;
-    }
-    const bool isAlpha = channels == TextureChannels::Alpha;
-    const int colors = file->alphaChannel > 0 ? file->alphaChannel : file->channels;
-    const int first = isAlpha ? std::max(file->alphaChannel, 0) : 0;
-    const int n = isAlpha ? 1 : colors >= 3 ? 3 : 1;
-    out = {file->width, file->height, n, {}};
-    out.values.resize(size_t(file->width) * size_t(file->height) * size_t(n));
-    if (!file->read(first, first + n, out.values.data(), error))
-        return false;
-    if (!isAlpha && encoding.kind == ColorEncoding::Space)
-        convert(encoding, out);
-    else if (!isAlpha && encoding.kind != ColorEncoding::Linear)
-        for (float& v : out.values)
-            v = encoding.decode(v);
-    return true;
-}
-
 Error cannotRead(const std::string& displayName, const Location& where, const std::string& reason) {
     return {where, "cannot read the image " + displayName + ": " + reason};
 }
@@ -73,11 +21,13 @@ Error cannotRead(const std::string& displayName, const Location& where, const st
 } // namespace
 
 struct TextureCache::File {
-    std::unique_ptr<const TextureHandle> texture;
-    std::string displayName; ///< in error messages
+    std::unique_ptr<const TextureHandle> texture; ///< null: `large` is not
+    std::string displayName;                      ///< in error messages
     Location where;
-    int channels; ///< 1 or 3
-    bool isSmall; ///< the MIP levels are kept in memory from the first lookup on
+    int channels;                           ///< 1 or 3
+    bool isSmall;                           ///< the MIP levels are kept in memory from the first lookup on
+    LargeTextures* largeTextures = nullptr; ///< null: not a large image
+    std::shared_ptr<LargeTexture> large{};
     mutable std::once_flag mipMapOnce{};
     mutable std::optional<MipMap> mipMap{};            ///< of a small file; empty if it cannot be read
     mutable std::atomic<bool> hasInvalidValues{false}; ///< a lookup has found NaN or infinity
@@ -109,8 +59,9 @@ std::optional<MipMap> TextureCache::File::readMipMap() const {
 }
 
 struct TextureCache::Impl {
-    explicit Impl(int megabytes) : files(imageLibrary().makeTextureSystem(megabytes)) {}
+    Impl(uint64_t limit, int megabytes) : files(imageLibrary().makeTextureSystem(megabytes)), large(limit) {}
     std::unique_ptr<TextureSystem> files;
+    LargeTextures large;
 
     /// Small files have at most kMaxTexels texels in the finest level, and all of them together
     /// kMaxTotalTexels.
@@ -120,72 +71,92 @@ struct TextureCache::Impl {
     int64_t totalTexels = 0;           ///< of the finest levels of small files
     std::set<std::string> addedImages; ///< names passed to TextureSystem::addImage
     std::vector<std::weak_ptr<const File>> opened;
+    size_t smallImages = 0, tiledImages = 0;
 
-    /// Returns the name of the file in the texture system: its path, or the name of its decoded values.
-    std::string nameOf(const std::filesystem::path& path, const ColorEncoding& encoding);
     /// Returns the name of the decoded values of `source` in the texture system, and adds them to it.
     /// `name` identifies the image.
-    std::string nameOf(ImageSource source, const std::string& name);
-    std::shared_ptr<const File> open(const std::string& name, const std::string& displayName,
+    std::string addDecoded(const ImageSource& source, const std::string& name);
+    /// Returns whether there is room for a small image, and takes it.
+    bool isSmall(const ImageReader& header);
+    std::shared_ptr<const File> open(const ImageSource& source, const std::string& displayName,
                                      const Location& where);
+    std::shared_ptr<const File> add(std::shared_ptr<const File> file);
 };
 
-std::string TextureCache::Impl::nameOf(ImageSource source, const std::string& name) {
-    const ColorEncoding& t = source.encoding;
-    const std::string encodings[] = {"linear", "srgb", "gamma " + std::to_string(t.gamma),
-                                     "space " + t.space};
-    const std::string key =
-        name + "|" + (source.channels == TextureChannels::Alpha ? "alpha" : encodings[t.kind]);
+std::string TextureCache::Impl::addDecoded(const ImageSource& source, const std::string& name) {
+    const std::string key = source.key(name);
     const std::lock_guard lock(mutex);
     if (addedImages.insert(key).second)
-        files->addImage(key, [source = std::move(source)](DecodedImage& out, std::string& error) {
-            return source.decode(out, error);
-        });
+        files->addImage(
+            key, [source](DecodedImage& out, std::string& error) { return source.decode(out, error); });
     return key;
 }
 
-std::string TextureCache::Impl::nameOf(const std::filesystem::path& path, const ColorEncoding& encoding) {
-    std::string error; // ignored: TextureSystem::open reports files that cannot be opened
-    const auto file = encoding.hasEffect(false) ? imageLibrary().open(path.string(), error) : nullptr;
-    if (!file || !encoding.hasEffect(file->isFloat))
-        return path.string();
-    return nameOf(ImageSource{path.string(), nullptr, TextureChannels::Color, encoding}, path.string());
+bool TextureCache::Impl::isSmall(const ImageReader& header) {
+    const int64_t texels = int64_t(header.width) * header.height;
+    const std::lock_guard lock(mutex);
+    const bool fits = header.isUncropped && texels <= kMaxTexels && totalTexels + texels <= kMaxTotalTexels;
+    totalTexels += fits ? texels : 0;
+    return fits;
 }
 
-std::shared_ptr<const TextureCache::File>
-TextureCache::Impl::open(const std::string& name, const std::string& displayName, const Location& where) {
-    std::string error;
-    auto texture = files->open(name, error);
-    if (!texture)
-        throw cannotRead(displayName, where, error);
-    const int64_t texels = int64_t(texture->width) * texture->height;
-    const int channels = texture->channels;
-    if (!texture->isTiled)
-        resourcePolicyOf(where).requireMemory(uint64_t(texels) * uint64_t(channels) * sizeof(float) * 4 / 3,
-                                              "the image " + displayName,
-                                              "reduce its resolution, or convert it with maketx", where);
+std::shared_ptr<const TextureCache::File> TextureCache::Impl::add(std::shared_ptr<const File> file) {
     const std::lock_guard lock(mutex);
-    const bool isSmall =
-        texture->isUncropped && texels <= kMaxTexels && totalTexels + texels <= kMaxTotalTexels;
-    totalTexels += isSmall ? texels : 0;
-    const std::shared_ptr<const File> file(
-        new File{std::move(texture), displayName, where, channels >= 3 ? 3 : 1, isSmall});
     opened.push_back(file);
+    if (!file->large)
+        ++(file->isSmall ? smallImages : tiledImages);
     return file;
 }
 
-TextureCache::TextureCache(int megabytes) : m_megabytes(megabytes) {}
+std::shared_ptr<const TextureCache::File>
+TextureCache::Impl::open(const ImageSource& source, const std::string& displayName, const Location& where) {
+    std::string error;
+    const auto header = source.open(error); // null: OpenImageIO may expand the name to several files
+    const bool isSmallImage = header && isSmall(*header);
+    if (header && !isSmallImage && LargeTextures::accepts(*header, source.encoding))
+        return add(std::shared_ptr<const File>(new File{nullptr, displayName, where, 3, false, &large,
+                                                        large.add(source, displayName, where, *header)}));
+    const bool isDecoded = source.memory || (header && source.encoding.hasEffect(header->isFloat));
+    auto texture = files->open(isDecoded ? addDecoded(source, displayName) : source.path, error);
+    if (!texture)
+        throw cannotRead(displayName, where, error);
+    const int channels = texture->channels;
+    if (!texture->isTiled)
+        resourcePolicyOf(where).requireMemory(
+            uint64_t(texture->width) * uint64_t(texture->height) * uint64_t(channels) * sizeof(float) * 4 / 3,
+            "the image " + displayName, "reduce its resolution, or convert it with maketx", where);
+    return add(std::shared_ptr<const File>(
+        new File{std::move(texture), displayName, where, channels >= 3 ? 3 : 1, isSmallImage}));
+}
+
+namespace {
+
+/// Returns the default limit of the memory for texels.
+uint64_t defaultLimit() { return physicalMemory() / 2; }
+
+} // namespace
+
+bool TextureStatistics::thrashes() const {
+    return pageBytesReadAgain > bytesInFiles || (tileBytesRead > 2 * tileBytesKnown && tileBytesRead > limit);
+}
+
+TextureCache::TextureCache(int megabytes)
+    : m_limit(megabytes > 0 ? uint64_t(megabytes) << 20 : defaultLimit()) {}
 TextureCache::~TextureCache() = default;
 
 TextureCache::Impl& TextureCache::impl() {
-    std::call_once(m_implOnce, [&] { m_impl = std::make_unique<Impl>(m_megabytes); });
+    std::call_once(m_implOnce, [&] {
+        constexpr uint64_t kMaxMegabytes = 1 << 20;
+        m_impl = std::make_unique<Impl>(m_limit, int(std::clamp<uint64_t>(m_limit >> 20, 1, kMaxMegabytes)));
+    });
     return *m_impl;
 }
 
 std::shared_ptr<const TextureCache::File>
 TextureCache::open(const std::filesystem::path& path, const Location& where, const ColorEncoding& encoding) {
     checkImage(path, where);
-    return impl().open(impl().nameOf(path, encoding), path.string(), where);
+    return impl().open(ImageSource{path.string(), nullptr, TextureChannels::Color, encoding}, path.string(),
+                       where);
 }
 
 std::shared_ptr<const TextureCache::File> TextureCache::open(std::shared_ptr<const EncodedImage> image,
@@ -199,10 +170,12 @@ std::shared_ptr<const TextureCache::File> TextureCache::open(std::shared_ptr<con
         if (stored && stored->alphaChannel < 0)
             return nullptr;
     }
-    return impl().open(impl().nameOf(source, image->name), image->name, where);
+    return impl().open(source, image->name, where);
 }
 
 const MipMap* TextureCache::mipMapOf(const File& file, const TextureOptions& options) {
+    if (file.large)
+        return &file.largeTextures->mipMap(*file.large);
     if (!file.isSmall || options.u != options.v || options.u == Wrap::Mirror || options.nearest)
         return nullptr;
     std::call_once(file.mipMapOnce, [&] { file.mipMap = file.readMipMap(); });
@@ -212,22 +185,29 @@ const MipMap* TextureCache::mipMapOf(const File& file, const TextureOptions& opt
 Rgb TextureCache::lookup(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
                          const TextureOptions& options) const {
     const MipMap* mipMap = mipMapOf(file, options);
-    if (Rgb c; mipMap && mipMap->lookup(uv, duvdx, duvdy, options.u, c))
+    if (Rgb c; mipMap && mipMap->lookup(uv, duvdx, duvdy, options, c))
         return c;
-    return lookupFiltered(file, uv, duvdx, duvdy, options);
+    return lookupRare(file, mipMap, uv, duvdx, duvdy, options);
+}
+
+Rgb TextureCache::lookupRare(const File& file, const MipMap* mipMap, const V2f& uv, const V2f& duvdx,
+                             const V2f& duvdy, const TextureOptions& options) const {
+    return file.large ? mipMap->lookupAnywhere(uv, duvdx, duvdy, options)
+                      : lookupFiltered(file, uv, duvdx, duvdy, options);
 }
 
 void TextureCache::lookupSoA(const File& file, const TexturePointSoA& points, int begin, int end,
                              const TextureOptions& options, RgbSoA& out) const {
     alignas(64) int32_t isDone[kSoAWidth];
-    if (const MipMap* mipMap = mipMapOf(file, options))
-        mipMap->lookupSoA(points, begin, end, options.u, out, isDone);
+    const MipMap* mipMap = mipMapOf(file, options);
+    if (mipMap)
+        mipMap->lookupSoA(points, begin, end, options, out, isDone);
     else
         std::fill(isDone + begin, isDone + end, 0);
     for (int i = begin; i < end; ++i)
         if (!isDone[i])
-            out.set(i,
-                    lookupFiltered(file, points.uv.at(i), points.duvdx.at(i), points.duvdy.at(i), options));
+            out.set(i, lookupRare(file, mipMap, points.uv.at(i), points.duvdx.at(i), points.duvdy.at(i),
+                                  options));
 }
 
 Rgb TextureCache::lookupFiltered(const File& file, const V2f& uv, const V2f& duvdx, const V2f& duvdy,
@@ -248,10 +228,33 @@ std::vector<std::string> TextureCache::imagesWithInvalidValues() const {
         const std::lock_guard lock(m_impl->mutex);
         for (const std::weak_ptr<const File>& opened : m_impl->opened)
             if (const auto file = opened.lock();
-                file && file->hasInvalidValues.load(std::memory_order_relaxed))
+                file && (file->hasInvalidValues.load(std::memory_order_relaxed) ||
+                         (file->large && file->large->hasInvalidValues())))
                 names.insert(file->displayName);
     }
     return {names.begin(), names.end()};
+}
+
+TextureStatistics TextureCache::statistics() const {
+    TextureStatistics s;
+    s.limit = m_limit;
+    if (!m_impl)
+        return s;
+    const LargeTextureCounts large = m_impl->large.counts();
+    const TileCounts tiles = m_impl->files->counts();
+    s.largeImages = large.images;
+    s.largeImagesRead = large.imagesRead;
+    s.secondsToRead = large.secondsToRead;
+    s.bytesInMemory = large.bytesInMemory;
+    s.bytesInFiles = large.pages.bytesInFiles;
+    s.pageBytesRead = large.pages.bytesRead;
+    s.pageBytesReadAgain = large.pages.bytesReadAgain;
+    s.tileBytesRead = tiles.bytesRead;
+    s.tileBytesKnown = tiles.bytesKnown;
+    const std::lock_guard lock(m_impl->mutex);
+    s.smallImages = m_impl->smallImages;
+    s.tiledImages = m_impl->tiledImages;
+    return s;
 }
 
 } // namespace strobe

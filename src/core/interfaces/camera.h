@@ -1,12 +1,13 @@
 // The interface of cameras.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/soa.h"
 #include "core/math/transform.h"
 
 #include <optional>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// A ray. Points on it are o + t d, for t > tmin.
 struct Ray {

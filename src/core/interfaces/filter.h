@@ -1,9 +1,10 @@
 // The interface of pixel filters.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Interface of pixel filters. Filters are importance-sampled instead of splatted (Ernst et al., "Filter
 /// Importance Sampling", 2006), so the value of a pixel is the mean of its weighted samples. Filters are

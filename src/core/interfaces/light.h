@@ -2,9 +2,10 @@
 #pragma once
 
 #include "core/interfaces/geometry.h"
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// A sampled direction from a point to a light.
 struct LightSample {

@@ -17,19 +17,20 @@
 #pragma once
 
 #include "core/interfaces/texture.h"
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
 #include <cstddef>
 #include <type_traits>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 class Material;
 
 /// The values of a material's parameters at a surface point.
 struct Bsdf {
     const Material* material = nullptr;
-    alignas(16) float data[16]; ///< defined by the material
+    alignas(16) float data[32]; ///< defined by the material
 
     /// Returns `data` as the material's own, trivially copyable type.
     template <class T>

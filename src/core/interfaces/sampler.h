@@ -1,12 +1,13 @@
 // The interface of samplers: random numbers as a function of (domain, index, dimension).
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
 #include <memory>
 #include <span>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Samples first … first+n-1 of a sample set of `total` samples, such as the camera samples of a pixel, or
 /// all light samples of a pixel. `domain` identifies the set: a hash of the seed and the pixel, or of the

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "core/interfaces/texture.h"
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
 #include <memory>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// A triangle mesh in object space, static or deforming. All per-vertex arrays have the same indices.
 struct TriangleMesh {
@@ -18,7 +19,10 @@ struct TriangleMesh {
     std::vector<V2f> uvs;        ///< empty (each triangle has (0,0) (1,0) (1,1)), or one per vertex
     std::vector<float> keyTimes; ///< scene times of the keys, ascending; empty if static
     FloatInput alpha{1};         ///< opacity; below 1, the surface is stochastically transparent
+    bool isSphere = false;       ///< replaces a sphere of pbrt
 
+    /// Returns whether rays never hit the mesh. As an area light it illuminates nevertheless.
+    bool isInvisible() const { return !alpha.texture && alpha.constant <= 0; }
     size_t triangleCount() const { return indices.size() / 3; }
     size_t vertexCount() const { return positions.empty() ? 0 : positions.front().size(); }
     bool deforms() const { return positions.size() > 1; }

@@ -1,11 +1,12 @@
 // The interface of textures, and material parameters that are either constants or textures.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
 #include <memory>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The point of a texture evaluation. The footprint in uv is zero unless needsFootprint() of the material's
 /// textures is true.

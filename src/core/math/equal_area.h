@@ -2,9 +2,10 @@
 // Mapping of the (Hemi)Sphere using SIMD", 2008), as in pbrt-v4.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/math.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns the point of the unit square for a unit direction. The center is +z, the corners are -z.
 V2f equalAreaPoint(const V3f& w);

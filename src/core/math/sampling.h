@@ -6,11 +6,12 @@
 // stratification of u.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/fast_math.h"
 
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns a point of the unit disk, uniform by area (density 1/π).
 STROBE_FORCE_INLINE V2f concentricDisk(const V2f& u) {

@@ -1,12 +1,13 @@
 // Animated transforms with any number of keys, interpolated as translation, rotation and stretch.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/math/soa.h"
 
 #include <array>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The transform that is interpolated between keys: object-to-world as in pbrt-v3 and v4, or world-to-object
 /// as in pbrt-v2.

@@ -118,7 +118,7 @@ void convert(const Param& p, const TextureTable*, FilePath& out) {
 }
 
 /// Returns the float texture (`preferFloat`) or the rgb texture that `p` refers to. If it does not exist,
-/// returns the texture of the same name and the other type.
+/// returns the texture of the same name and the other type. Null if the texture's plugin is unknown.
 TexturePtr findTexture(const Param& p, const TextureTable* table, bool preferFloat) {
     if (!table || p.ints.size() != 2)
         throw Error(p.where, fmt::format("parameter \"{}\" cannot be a texture here", p.name));
@@ -130,7 +130,10 @@ TexturePtr findTexture(const Param& p, const TextureTable* table, bool preferFlo
     const TexturePtr& preferred = preferFloat ? scalar : color;
     const TexturePtr& other = preferFloat ? color : scalar;
     const TexturePtr found = preferred ? preferred : other;
-    if (!found)
+    const auto isBuilt = [](const std::vector<TexturePtr>& list, int i) {
+        return i >= 0 && size_t(i) < list.size();
+    };
+    if (!found && !isBuilt(table->floats, p.ints[0]) && !isBuilt(table->rgbs, p.ints[1]))
         throw Error(p.where, fmt::format("texture \"{}\" is not available here",
                                          p.strings.empty() ? p.name : p.strings[0]));
     return found;
@@ -199,6 +202,9 @@ T ParamSet::get(const ParamDef<T>& def) const {
         return def.fallback;
     T value{};
     convert(*p, m_textures.get(), value);
+    if constexpr (std::is_same_v<T, FloatInput> || std::is_same_v<T, RgbInput>)
+        if (p->type == ParamType::Texture && !value.texture)
+            return def.fallback;
     if constexpr (std::is_same_v<T, int> || std::is_same_v<T, float>)
         checkRange(*p, def, double(value));
     else if constexpr (std::is_same_v<T, FloatInput>)

@@ -124,11 +124,14 @@ void ParamSet::checkPhysical(const std::vector<ParamInfo>& known, bool strict,
         for (const ParamInfo& info : known) {
             if (p.name != info.name && p.name != info.alias)
                 continue;
-            for (const float value : p.floats) {
-                if (info.physical.contains(double(value)))
+            if (p.type == ParamType::Blackbody) // temperature and scale
+                continue;
+            const size_t step = p.type == ParamType::Spectrum ? 2 : 1; // pairs of wavelength and value
+            for (size_t i = step - 1; i < p.floats.size(); i += step) {
+                const auto value = double(p.floats[i]);
+                if (info.physical.contains(value))
                     continue;
-                const std::string problem =
-                    fmt::format("\"{}\" {}", p.name, info.physical.problem(double(value)));
+                const std::string problem = fmt::format("\"{}\" {}", p.name, info.physical.problem(value));
                 if (strict)
                     throw Error(p.where, problem);
                 diagnostics.warn(p.where, problem);

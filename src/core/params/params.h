@@ -6,6 +6,7 @@
 #pragma once
 
 #include "core/interfaces/texture.h"
+#include "core/math/api.h"
 #include "core/math/math.h"
 #include "core/util/diagnostics.h"
 #include "core/util/nearest_name.h"
@@ -18,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The type of a parameter in the scene file.
 enum class ParamType { Int, Float, Bool, String, Point2, Vector3, Rgb, Spectrum, Blackbody, Texture };

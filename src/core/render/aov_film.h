@@ -2,12 +2,13 @@
 #pragma once
 
 #include "core/film/aov_sums.h"
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 #include "core/scene/object_names.h"
 
 #include <optional>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 struct AovFilmSettings {
     std::vector<Aov> aovs;                    ///< of AovGroup::Visible

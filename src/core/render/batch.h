@@ -2,13 +2,14 @@
 #pragma once
 
 #include "core/interfaces/camera.h"
+#include "core/math/api.h"
 #include "core/math/sample_slice.h"
 #include "core/scene/tracer.h"
 
 #include <span>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 class Scene;
 

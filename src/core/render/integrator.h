@@ -6,6 +6,7 @@
 #pragma once
 
 #include "core/film/film.h"
+#include "core/math/api.h"
 #include "core/math/pixel_bounds.h"
 #include "core/params/plugin.h"
 #include "core/render/batch.h"
@@ -18,7 +19,7 @@
 #include <span>
 #include <tuple>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Maps the visibility samples of a batch to shading requests, many to one, and the shaded requests back to
 /// samples. Each thread has a worker of its own, which processes one batch at a time: `plan`, then `resolve`.

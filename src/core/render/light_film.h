@@ -2,9 +2,10 @@
 #pragma once
 
 #include "core/film/aov_sums.h"
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Accumulates the components of radiance per pixel. Direct and indirect light add up to the image, and so do
 /// the light groups. Sums are exact, as in Film.

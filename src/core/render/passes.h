@@ -2,9 +2,10 @@
 #pragma once
 
 #include "core/film/noise.h"
+#include "core/math/api.h"
 #include "core/render/render.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The goal of a render in passes. At least one member is set.
 struct PassGoal {

@@ -1,11 +1,12 @@
 // The render loop: tiles, distributed over threads.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 #include "core/render/render_settings.h"
 #include "core/render/shader.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 class TileRenderer;
 

@@ -1,11 +1,12 @@
 // Pilots: renders of a few pixels whose image is discarded.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 #include "core/render/render_settings.h"
 #include "core/render/shader.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Shades the hits of a few random pixels within `pixelBounds` on the calling thread, and returns the cost of
 /// a shade. Of `settings`, only the seed is used.

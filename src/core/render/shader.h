@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/interfaces/sampler.h"
+#include "core/math/api.h"
 #include "core/params/plugin.h"
 #include "core/render/batch.h"
 #include "core/render/stats.h"
@@ -9,7 +10,7 @@
 #include <memory>
 #include <span>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The first vertex of a path that is neither mirror nor glass, in world space, and parts of its radiance.
 struct FirstVertex {

@@ -2,10 +2,11 @@
 #pragma once
 
 #include "core/film/film.h"
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 #include "core/render/render_settings.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Derives sharing statistics from the requests of a batch. Requests without a hit, for direct light alone or
 /// for an albedo do not count as shades. Buffers are reused from batch to batch.

@@ -1,13 +1,15 @@
 // Counters and clocks: one set per thread, added up after the render.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <array>
 #include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The steps of rendering a batch. Their times add up to the time that threads spend in tiles. Plan and
 /// Resolve belong to the integrator; Film includes all AOVs.

@@ -1,13 +1,14 @@
 // Rendering of tiles on one thread: the five steps of each batch of pixels.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 #include "core/render/render_settings.h"
 #include "core/render/sharing_aovs.h"
 #include "core/render/timed_shader.h"
 #include "core/render/visibility_tracer.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The state of one render thread. Buffers are reused from batch to batch.
 class TileRenderer {

@@ -1,10 +1,11 @@
 // Measurement of the cost of a shade while rendering.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/render/shader.h"
 #include "core/scene/scene.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// A shader worker that measures, in some of its batches, the cost of a shade per material. Timed batches are
 /// sorted by material and shaded in packets of one material each. Timing does not change the radiance.

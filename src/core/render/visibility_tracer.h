@@ -1,10 +1,11 @@
 // Generation and tracing of camera samples.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/render/batch.h"
 #include "core/scene/scene.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Generates the camera samples of pixels and traces their rays, on one thread.
 class VisibilityTracer {

@@ -1,13 +1,14 @@
 // Names of the objects of a scene, for object ids and Cryptomatte.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/scene/scene.h"
 
 #include <map>
 #include <string>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns the name of an object within an instance: "instance/object", or one name if the other is empty.
 std::string joinedName(const std::string& instance, const std::string& object);

@@ -6,13 +6,14 @@
 #include "core/interfaces/light.h"
 #include "core/interfaces/material.h"
 #include "core/interfaces/sampler.h"
+#include "core/math/api.h"
 #include "core/scene/tracer.h"
 
 #include <memory>
 #include <span>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns the distance along a ray below which hits are ignored, so that the ray does not hit the surface
 /// that it leaves. `offset` is SurfacePoint::offset, `cosine` the ray's cosine with the geometric normal. At

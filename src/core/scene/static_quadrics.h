@@ -2,9 +2,10 @@
 // second BVH beside the one of the triangles, and a callback per primitive.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/scene/tracer.h"
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns the bounds of a placed quadric in the space of its group.
 Box3f quadricBounds(const PlacedShape& placed);

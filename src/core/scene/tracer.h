@@ -3,6 +3,7 @@
 
 #include "core/interfaces/camera.h"
 #include "core/interfaces/geometry.h"
+#include "core/math/api.h"
 
 #include <functional>
 #include <memory>
@@ -10,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 inline constexpr uint32_t kNone = ~0u;
 

@@ -1,10 +1,12 @@
 // Atomic writing of output files.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <filesystem>
 #include <string_view>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Writes `bytes` to a temporary file in the directory of `path`, flushes it to disk and renames it to
 /// `path`. At any time, `path` is either the old file or the complete new file. If `path` is a symbolic link,

@@ -1,12 +1,13 @@
 // Warnings and notes, and the text form of errors.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/util/error.h"
 
 #include <functional>
 #include <set>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns "file:line:column: severity: message", followed by the source line and a caret below the column;
 /// only "severity: message" if `where` has no source. Bytes of the source line that are not printable ASCII
@@ -41,6 +42,9 @@ class Diagnostics {
     }
     /// Returns the number of warnings reported, without notes.
     int count() const { return m_count; }
+    /// Whether readers refuse files that do not conform to their format; else they warn and carry on.
+    bool isStrict() const { return m_isStrict; }
+    void setStrict(bool isStrict) { m_isStrict = isStrict; }
 
   private:
     struct Record {
@@ -52,7 +56,7 @@ class Diagnostics {
     void report(const Record& record);
 
     Sink m_sink, m_notes;
-    bool m_isRecorder = false;
+    bool m_isRecorder = false, m_isStrict = false;
     std::vector<Record> m_records;
     std::set<std::string> m_reported; ///< keys and formatted messages
     int m_count = 0;

@@ -1,6 +1,8 @@
 // The exception type of the library, and locations in scene files.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -11,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 class ResourcePolicy;
 

@@ -1,6 +1,8 @@
 // Reading of whole files.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -8,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The contents of a file.
 struct FileBytes {

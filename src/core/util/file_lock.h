@@ -1,9 +1,11 @@
 // Locks that keep two processes from writing the same file.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <filesystem>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Holds FILE.lock, which contains the process and the host. The system releases the lock when the process
 /// ends, however it ends; a file that remains is no lock.

@@ -1,10 +1,12 @@
 // Operating system interfaces for large memory allocations.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <cstddef>
 #include <cstdint>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Requests transparent huge pages for an allocation that was not written to yet, which reduces the page
 /// faults of its first writes by a factor of 100. This is a hint; it has no effect on systems other than

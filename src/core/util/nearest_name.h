@@ -1,11 +1,13 @@
 // Suggestions for misspelled names, in error messages.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns the edit distance of two names (optimal string alignment: insertions, deletions, substitutions and
 /// swaps of neighboring letters). For names longer than 64 bytes, returns 0 if they are equal, else the

@@ -1,10 +1,12 @@
 // Parallel loops.
 #pragma once
 
+#include "core/math/api.h"
+
 #include <atomic>
 #include <cstddef>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The state that the iterations of a parallel loop share: its body, and an atomic variable for
 /// ThreadSanitizer. TBB orders the iterations after the code before the loop and before the code after it.

@@ -1,6 +1,7 @@
 // The files that a scene may read, and the memory that it may use.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/util/error.h"
 
 #include <cstdint>
@@ -9,7 +10,7 @@
 #include <set>
 #include <string>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The resource limits of a run (--sandbox, --max-memory). The policy is reachable from every Source that the
 /// command line reads, and so from every Location: code that opens a file or allocates much memory on behalf

@@ -1,7 +1,9 @@
 // The version of strobe.
 #pragma once
 
-namespace strobe {
+#include "core/math/api.h"
+
+namespace STROBE_API strobe {
 
 /// Returns "MAJOR.MINOR.PATCH", as in CMakeLists.txt.
 const char* version();

@@ -111,6 +111,7 @@ SceneDescription withGltfOptions(SceneDescription&& description, const BuildOpti
             file.settings.animation = options.gltfAnimation;
         if (file.settings.camera.empty())
             file.settings.camera = options.gltfCamera;
+        file.settings.photometric &= options.gltfPhotometric;
     }
     return std::move(description);
 }
@@ -121,12 +122,14 @@ class SceneBuilder::Impl {
   public:
     Impl(SceneDescription&& description, const BuildOptions& options, Diagnostics& diagnostics, Frames frames)
         : m_description(withGltfOptions(std::move(description), options)), m_diagnostics(diagnostics),
-          m_tables(pluginTables()), m_factory(m_description, options.color, diagnostics),
-          m_gltf(m_description, *m_factory.context().textureCache, diagnostics),
+          m_tables(pluginTables(*options.plugins)),
+          m_factory(m_description, options.color, options.textureMegabytes, diagnostics),
+          m_gltf(m_description, *m_factory.context().textureCache, options.gltfGround, diagnostics),
           m_camera(orDefault(m_description.camera, "perspective")),
           m_shapes([this](ShapeDecl& decl, Diagnostics& recorder) { return makeShape(decl, recorder); },
                    frames == Frames::Many),
           m_lights(m_description.lights.size()), m_isTransparent(options.transparent) {
+        m_setup.isLitByGltf = m_gltf.isLitByFiles();
         m_setup.textures = m_factory.context().textureCache;
         makeFilm(options);
         makeIntegrators(m_description, options, m_tables, m_factory, m_setup);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/film/film.h"
+#include "core/math/api.h"
 #include "core/render/integrator.h"
 #include "core/render/shader.h"
 #include "core/util/diagnostics.h"
@@ -10,7 +11,7 @@
 
 #include <optional>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Settings of the command line that override the scene's.
 struct BuildOptions {
@@ -24,9 +25,13 @@ struct BuildOptions {
     std::optional<Shutter> shutter; ///< in scene time; overrides the camera's; open == close: an instant
     bool quick = false;             ///< a quarter of the width, the height and the samples
     bool transparent = false;       ///< see Scene::showsBackground
+    int textureMegabytes = 0;       ///< see TextureCache; 0: its default
     std::shared_ptr<const ColorConfig> color = std::make_shared<const ColorConfig>();
     std::string gltfAnimation,
-        gltfCamera; ///< for glTF files whose Shape "gltf" names none; empty: the default
+        gltfCamera;              ///< for glTF files whose Shape "gltf" names none; empty: the default
+    bool gltfPhotometric = true; ///< see gltf::Settings
+    bool gltfGround = false;     ///< adds a matte floor below the glTF files
+    std::shared_ptr<const PluginLibraries> plugins = std::make_shared<const PluginLibraries>();
 };
 
 /// The properties that all frames of a scene have in common.
@@ -42,6 +47,7 @@ struct FrameSetup {
     std::vector<std::string> lightGroups;              ///< names, indexed by Light::group
     std::shared_ptr<const TextureCache> textures;      ///< of the images
     std::string filename;                              ///< output file that the scene names; may be empty
+    bool isLitByGltf = false; ///< lights of glTF files are the only ones, besides emission
     Metadata metadata; ///< names and parameters of the integrator and the shader, names of sampler and filter
 };
 

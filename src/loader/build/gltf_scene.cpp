@@ -24,6 +24,11 @@ TransformChain joined(TransformChain path, const TransformChain& outer) {
     return path;
 }
 
+/// Returns the path of an instance through its node.
+TransformChain fromInstance(const M44f& toNode, const TransformChain& path) {
+    return toNode == M44f() ? path : joined(TransformChain(KeyedTransform(toNode)), path);
+}
+
 constexpr Shutter kTimeZero{0, 0};
 
 } // namespace
@@ -48,31 +53,25 @@ class GltfScene::File {
     const gltf::Importer& importer() const { return m_importer; }
     const GltfDecl& decl() const { return m_decl; }
 
-    /// Returns true if the file has lights, or emission above 1. Weaker emission is usually decoration, which
-    /// images can show as it is.
-    bool lightsScene() const {
-        const auto& materials = m_importer.materials();
-        return !m_importer.lights().empty() ||
-               std::any_of(materials.begin(), materials.end(), [](const gltf::ImportedMaterial& material) {
-                   return maxComponent(material.emission) > 1;
-               });
-    }
+    bool hasLights() const { return !m_importer.lights().empty(); }
     /// Appends the indices of the description's lights that move.
     void appendMovingLights(std::vector<size_t>& out) const {
         for (size_t i = 0; i < m_importer.lights().size(); ++i)
             if (moves(m_importer.lights()[i].moves))
                 out.push_back(m_firstLight + i);
     }
-    /// Returns the bounds at time 0, in the parent's space.
-    Box3f bounds() const {
-        const Box3f& box = m_importer.bounds();
+    /// Appends the outermost vertices, in the parent's space.
+    void appendExtremes(std::vector<V3f>& out) const {
         const M44f toParent = m_decl.toParent.at(0);
-        Box3f out;
-        for (int i = 0; i < 8 && !box.isEmpty(); ++i)
-            out.extendBy(
-                transformPoint(toParent, {(i & 1 ? box.max : box.min).x, (i & 2 ? box.max : box.min).y,
-                                          (i & 4 ? box.max : box.min).z}));
-        return out;
+        for (const V3f& p : m_importer.extremes())
+            out.push_back(transformPoint(toParent, p));
+    }
+
+    /// Returns the position of the file's camera at time 0, in the parent's space.
+    V3f eye() const {
+        const TransformChain path =
+            joined(m_importer.motions(kTimeZero)[m_importer.camera()->node], m_decl.toParent);
+        return transformPoint(path.at(0), V3f(0));
     }
 
     /// Appends everything that moves or deforms while the shutter is open. `cameraToWorld`: set to the
@@ -83,7 +82,9 @@ class GltfScene::File {
         for (const MovingInstance& moving : m_movingInstances)
             parent(description)
                 .instances.push_back(
-                    {moving.object, joined(motions[moving.node], m_decl.toParent), m_decl.where});
+                    {moving.object,
+                     joined(fromInstance(moving.toNode, motions[moving.node]), m_decl.toParent),
+                     m_decl.where});
         for (gltf::ImportedDeformation& d : m_importer.deformations(motions, shutter))
             addShapes(description, d.name, shapesOf(d.name, d.shapes, true),
                       joined(d.toScene, m_decl.toParent),
@@ -104,6 +105,7 @@ class GltfScene::File {
     struct MovingInstance {
         int object;
         size_t node;
+        M44f toNode;
     };
     bool moves(bool movesInFile) const { return movesInFile || !m_decl.toParent.isStatic(); }
     KeyedTransform toParentSpace(const TransformChain& toScene, const Shutter& shutter) const {
@@ -130,6 +132,9 @@ class GltfScene::File {
             }
             description.areaLights.push_back({std::move(light)});
         }
+        m_media.push_back(isBlack(material.absorption) ? -1 : int(description.media.size()));
+        if (!isBlack(material.absorption))
+            description.media.push_back({material.absorption, Rgb(0)});
         description.materials.push_back(
             {material.name, {"metallicroughness", ParamSet(), m_decl.where}, material.material});
     }
@@ -145,7 +150,8 @@ class GltfScene::File {
                            false,
                            name,
                            {shape.mesh, nullptr},
-                           isPerFrame});
+                           isPerFrame,
+                           m_media[size_t(shape.material)]});
         return out;
     }
 
@@ -168,17 +174,19 @@ class GltfScene::File {
 
     void addObject(SceneDescription& description, const gltf::ImportedObject& object,
                    const std::vector<TransformChain>& motions) {
-        const auto pathOf = [&](size_t node) { return joined(motions[node], m_decl.toParent); };
+        const auto pathOf = [&](const gltf::ImportedObject::Instance& instance) {
+            return joined(fromInstance(instance.toNode, motions[instance.node]), m_decl.toParent);
+        };
         std::vector<ShapeDecl> shapes = shapesOf(object.name, object.shapes, false);
         if (object.instances.size() == 1 && !object.instances[0].moves)
-            return addShapes(description, object.name, std::move(shapes), pathOf(object.instances[0].node),
+            return addShapes(description, object.name, std::move(shapes), pathOf(object.instances[0]),
                              &parent(description).shapes);
         const int index = int(description.objects.size());
         for (const gltf::ImportedObject::Instance& instance : object.instances)
             if (instance.moves)
-                m_movingInstances.push_back({index, instance.node});
+                m_movingInstances.push_back({index, instance.node, instance.toNode});
             else
-                parent(description).instances.push_back({index, pathOf(instance.node), m_decl.where});
+                parent(description).instances.push_back({index, pathOf(instance), m_decl.where});
         description.objects.push_back({object.name, m_decl.where, std::move(shapes), {}});
     }
 
@@ -213,52 +221,71 @@ class GltfScene::File {
     const int m_firstMaterial;
     size_t m_firstLight = 0;
     std::vector<int> m_areaLights; ///< by material of the file; -1: no emission
+    std::vector<int> m_media;      ///< by material of the file; -1: no absorption inside
     std::vector<MovingInstance> m_movingInstances;
 };
 
 namespace {
 
-/// Adds a white sky and a warm sun.
-void addDaylight(SceneDescription& description) {
-    description.lights.push_back(
-        {statement("infinite", {floatParam("L", ParamType::Rgb, {.6f, .65f, .7f})}, {}), KeyedTransform()});
-    description.lights.push_back({statement("distant",
-                                            {floatParam("L", ParamType::Rgb, {2.4f, 2.2f, 2.f}),
-                                             floatParam("from", ParamType::Vector3, {-.6f, 1, .8f}),
-                                             floatParam("to", ParamType::Vector3, {0, 0, 0})},
-                                            {}),
-                                  KeyedTransform()});
+void addStudio(SceneDescription& description) {
+    description.lights.push_back({statement("studio", {}, {}), KeyedTransform()});
 }
 
-/// Returns the camera-to-world transform that shows all of a box from the front (+z in glTF), a little from
-/// the right and from above. `halfAngle`: half the field of view, in radians.
-KeyedTransform viewOf(const Box3f& bounds, float halfAngle) {
-    const V3f center = bounds.isEmpty() ? V3f(0) : (bounds.min + bounds.max) * .5f;
-    const float size = bounds.isEmpty() ? 0 : length(bounds.size());
-    const float radius = size > 0 ? size / 2 : 1;
-    const V3f eye = center + normalize(V3f(.5f, .4f, 1)) * (radius / std::sin(halfAngle));
-    const M44d toCamera = lookAt({eye.x, eye.y, eye.z, center.x, center.y, center.z, 0, 1, 0}, {});
-    const M44d mirror = scaling(-1, 1, 1, {}); // lookAt is left-handed, glTF right-handed
-    return KeyedTransform(M44f(mirror * toCamera.inverse()));
+/// Adds a point light at a camera that is inside of the scene, as in a room, which the studio may not light.
+void addLightInside(SceneDescription& description, const V3f& eye, const std::vector<V3f>& points) {
+    Box3f box;
+    for (const V3f& p : points)
+        box.extendBy(p);
+    if (points.empty() || !box.intersects(eye))
+        return;
+    const float distance = extentOf(points) / 8; // of surfaces with an irradiance of 1
+    const Param position = floatParam("from", ParamType::Vector3, {eye.x, eye.y, eye.z});
+    description.lights.push_back(
+        {statement("point", {floatParam("I", ParamType::Rgb, std::vector<float>(3, sqr(distance))), position},
+                   {}),
+         KeyedTransform()});
+}
+
+/// Adds a matte floor at the height of the lowest point. It is so large that its edge is near the horizon.
+void addGround(SceneDescription& description, const std::vector<V3f>& points) {
+    constexpr float kSizes = 60;
+    const float size = std::max(extentOf(points), 1e-6f);
+    description.materials.push_back(
+        {"ground", statement("matte", {floatParam("Kd", ParamType::Rgb, {.2f, .2f, .2f})}, {}), nullptr});
+    ShapeDecl disk{statement("disk", {floatParam("radius", ParamType::Float, {kSizes * size})}, {}), {}, {}};
+    // The disk's z becomes up.
+    const float height = lowestPoint(points) - 1e-4f * size;
+    disk.toParent = KeyedTransform(M44f(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, height, 0, 1));
+    disk.material = int(description.materials.size()) - 1;
+    disk.name = "ground";
+    description.world.shapes.push_back(std::move(disk));
 }
 
 constexpr float kDefaultHalfFov = 20; // degrees
 
 } // namespace
 
-GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, Diagnostics& diagnostics) {
-    bool isLit = !description.lights.empty() || !description.areaLights.empty();
+GltfScene::GltfScene(SceneDescription& description, TextureCache& textures, bool hasGround,
+                     Diagnostics& diagnostics) {
+    const bool isLitByScene = !description.lights.empty() || !description.areaLights.empty();
+    bool isLitByFiles = false;
     for (const GltfDecl& decl : description.gltfs) {
         m_files.push_back(std::make_unique<File>(description, decl, textures, diagnostics));
         const File& file = *m_files.back();
-        isLit |= file.lightsScene();
+        isLitByFiles |= file.hasLights();
         file.appendMovingLights(m_movingLights);
-        m_bounds.extendBy(file.bounds());
+        file.appendExtremes(m_extremes);
         if (!m_cameraFile && file.importer().camera() && decl.object < 0)
             m_cameraFile = &file;
     }
-    if (!m_files.empty() && !isLit)
-        addDaylight(description);
+    m_isLitByFiles = isLitByFiles && !isLitByScene;
+    if (!m_files.empty() && !isLitByFiles && !isLitByScene) {
+        addStudio(description);
+        if (m_cameraFile && !description.camera)
+            addLightInside(description, m_cameraFile->eye(), m_extremes);
+    }
+    if (!m_files.empty() && hasGround)
+        addGround(description, m_extremes);
     m_givesCamera = !m_files.empty() && !description.camera;
 }
 
@@ -277,12 +304,13 @@ Statement GltfScene::film() const {
     return statement("image", std::move(params), {});
 }
 
-Statement GltfScene::camera(const V2i& resolution) const {
+Statement GltfScene::camera(const V2i& resolution) {
     const float aspect = float(resolution.x) / float(resolution.y);
     const bool isPerspective = !m_cameraFile || m_cameraFile->importer().camera()->isPerspective;
     const float halfHeight = m_cameraFile ? m_cameraFile->importer().camera()->halfHeight
                                           : std::tan(radians(kDefaultHalfFov)) / std::min(aspect, 1.f);
     const float halfWidth = halfHeight * aspect;
+    m_halfView = {halfWidth, halfHeight};
     if (!isPerspective)
         return statement(
             "orthographic",
@@ -302,7 +330,7 @@ void GltfScene::beginFrame(SceneDescription& description, const Shutter& shutter
         file->addFrame(description, shutter, givesCamera ? &description.cameraToWorld : nullptr);
     }
     if (m_givesCamera && !m_cameraFile)
-        description.cameraToWorld = viewOf(m_bounds, radians(kDefaultHalfFov));
+        description.cameraToWorld = viewOf(m_extremes, m_halfView);
 }
 
 void GltfScene::endFrame(SceneDescription& description) {

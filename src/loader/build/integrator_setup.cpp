@@ -75,6 +75,21 @@ void record(Metadata& metadata, const std::string& key, const std::string& name,
     }
 }
 
+const ParamDef<int> kMaxDepth{"maxdepth", 5, "of a .pbrt file"};
+
+/// Converts the "maxdepth" of a .pbrt file to that of the shaders: pbrt's direct lighting has direct light
+/// with any depth, and the path tracer of pbrt-v2 counts the segments between vertices.
+void convertDepth(Statement& shading, Conventions conventions) {
+    if (const auto type = shading.params.typeOf(kMaxDepth); type && *type != ParamType::Int)
+        return; // an error, which the shader reports
+    const bool countsBounces = conventions == Conventions::PbrtV2 && shading.name == "path";
+    const int depth = shading.params.get(kMaxDepth);
+    const int converted = countsBounces ? depth + 1 : std::max(depth, 1);
+    if (converted != depth && (countsBounces || shading.name == "directlighting"))
+        shading.params.replace({kMaxDepth.name, ParamType::Int, shading.where, {}, {converted}, {}},
+                               {kMaxDepth});
+}
+
 } // namespace
 
 Statement orDefault(std::optional<Statement>& statement, const char* name) {
@@ -92,7 +107,15 @@ void makeIntegrators(SceneDescription& description, const BuildOptions& options,
         shading = Statement{options.shading, ParamSet{}, Location{}};
     factory.resolveName(shading, "shading integrator", tables.shaders);
     checkShader(tables, shading);
+    if (!description.strictParameters && shading.where)
+        convertDepth(shading, description.conventions);
     applyDefines(options.defines, tables, integrator, shading);
+    constexpr int kGltfTransparentDepth = 16; // panes behind panes are as bright as in viewers
+    const auto& params = shading.params.all();
+    const bool isSet = std::any_of(params.begin(), params.end(),
+                                   [](const Param& p) { return p.name == "transparentdepth"; });
+    if (!description.gltfs.empty() && !isSet)
+        shading.params.add({"transparentdepth", ParamType::Int, {}, {}, {kGltfTransparentDepth}, {}});
     setup.shader = factory.make(tables.shaders, shading, "shading integrator");
     setup.integrator = factory.make(tables.integrators, integrator, "integrator");
     record(setup.metadata, "integrator", integrator.name, integrator.params,

@@ -9,8 +9,8 @@ const char* const kSkipped = "\n";
 /// Returns the plugin that replaces unknown plugins of a kind; empty: they are skipped.
 std::string defaultPlugin(const std::string& kind) {
     static const std::map<std::string, std::string> names{
-        {"material", "matte"}, {"texture", "constant"}, {"camera", "perspective"},     {"film", "image"},
-        {"sampler", "sobol"},  {"pixel filter", "box"}, {"shading integrator", "path"}};
+        {"material", "matte"}, {"camera", "perspective"}, {"film", "image"},
+        {"sampler", "sobol"},  {"pixel filter", "box"},   {"shading integrator", "path"}};
     const auto it = names.find(kind);
     return it == names.end() ? "" : it->second;
 }
@@ -33,11 +33,11 @@ void setSphericalMapping(ParamSet& params) {
 } // namespace
 
 PluginFactory::PluginFactory(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
-                             Diagnostics& diagnostics)
+                             int textureMegabytes, Diagnostics& diagnostics)
     : m_strict(description.strictParameters), m_context{diagnostics,
                                                         description.conventions,
                                                         description.keyTimes,
-                                                        std::make_shared<TextureCache>(),
+                                                        std::make_shared<TextureCache>(textureMegabytes),
                                                         std::move(color),
                                                         description.pbrtVersion,
                                                         !m_strict},
@@ -103,7 +103,10 @@ bool PluginFactory::resolveAlias(Statement& statement, const char* kind) {
 void PluginFactory::replaceUnknown(Statement& statement, const char* kind) {
     const std::string name = defaultPlugin(kind);
     const std::string subject = kindAndName(kind, statement);
-    m_context.diagnostics.warnOnce(subject, statement.where, "unknown " + subject + "; " + usedInstead(name));
+    m_context.diagnostics.warnOnce(
+        subject, statement.where,
+        "unknown " + subject + "; " +
+            (kind == std::string_view("texture") ? "parameters keep their defaults" : usedInstead(name)));
     statement.params.markAllUsed();
     statement.name = name.empty() ? kSkipped : name;
 }

@@ -14,8 +14,9 @@ namespace strobe {
 /// each kind and name unless the replacement is exact. Throws located Errors.
 class PluginFactory {
   public:
+    /// `textureMegabytes`: see TextureCache.
     PluginFactory(const SceneDescription& description, std::shared_ptr<const ColorConfig> color,
-                  Diagnostics& diagnostics);
+                  int textureMegabytes, Diagnostics& diagnostics);
     /// A copy that sends its warnings to `diagnostics`.
     PluginFactory(const PluginFactory& other, Diagnostics& diagnostics);
 

@@ -20,6 +20,7 @@
 #include "lights/point.h"
 #include "lights/projection.h"
 #include "lights/spot.h"
+#include "lights/studio.h"
 #include "loader/build/film_plugin.h"
 #include "loader/parser/gltf_decl.h"
 #include "materials/diffuse_transmission.h"
@@ -55,28 +56,57 @@
 
 namespace strobe {
 
-PluginTables pluginTables() {
-    PluginTables tables{
-        .shapes = {triangleMeshPlugin(), plyMeshPlugin(), loopSubdivPlugin(), spherePlugin(), diskPlugin(),
-                   gltfPlugin()},
-        .materials = {mattePlugin(), plasticPlugin(), mirrorPlugin(), glassPlugin(), metalPlugin(),
-                      diffuseTransmissionPlugin(), measuredPlugin(), metallicRoughnessPlugin()},
-        .textures = {constantTexturePlugin(), scaleTexturePlugin(), mixTexturePlugin(),
-                     checkerboardTexturePlugin(), imagemapTexturePlugin(), fbmTexturePlugin(),
-                     wrinkledTexturePlugin(), windyTexturePlugin(), marbleTexturePlugin(),
-                     dotsTexturePlugin(), directionMixTexturePlugin()},
-        .lights = {pointLightPlugin(), spotLightPlugin(), distantLightPlugin(), infiniteLightPlugin(),
-                   goniometricLightPlugin(), projectionLightPlugin()},
-        .areaLights = {diffuseAreaLightPlugin()},
-        .cameras = {perspectivePlugin(), orthographicPlugin(), environmentPlugin()},
-        .samplers = {independentPlugin(), stratifiedPlugin(), sobolPlugin()},
-        .filters = {boxFilterPlugin(), triangleFilterPlugin(), gaussianFilterPlugin(), mitchellFilterPlugin(),
-                    sincFilterPlugin()},
-        .films = {imageFilmPlugin()},
-        .shaders = {directLightingPlugin(), pathPlugin()},
-        .integrators = {supersamplePlugin(), msaaPlugin(), msaaCachePlugin(), indirectCachePlugin(),
-                        adaptiveCachePlugin()},
-    };
+namespace {
+
+/// Returns the tables of the plugins of strobe.
+PluginTables ownTables() {
+    PluginTables tables;
+    tables.shapes = {triangleMeshPlugin(), plyMeshPlugin(), loopSubdivPlugin(),
+                     spherePlugin(),       diskPlugin(),    gltfPlugin()};
+    tables.materials = {mattePlugin(),    plasticPlugin(),
+                        mirrorPlugin(),   glassPlugin(),
+                        metalPlugin(),    diffuseTransmissionPlugin(),
+                        measuredPlugin(), metallicRoughnessPlugin()};
+    tables.textures = {constantTexturePlugin(),     scaleTexturePlugin(),       mixTexturePlugin(),
+                       checkerboardTexturePlugin(), imagemapTexturePlugin(),    fbmTexturePlugin(),
+                       wrinkledTexturePlugin(),     windyTexturePlugin(),       marbleTexturePlugin(),
+                       dotsTexturePlugin(),         directionMixTexturePlugin()};
+    tables.lights = {pointLightPlugin(),    spotLightPlugin(),        distantLightPlugin(),
+                     infiniteLightPlugin(), goniometricLightPlugin(), projectionLightPlugin(),
+                     studioLightPlugin()};
+    tables.areaLights = {diffuseAreaLightPlugin()};
+    tables.cameras = {perspectivePlugin(), orthographicPlugin(), environmentPlugin()};
+    tables.samplers = {independentPlugin(), stratifiedPlugin(), sobolPlugin()};
+    tables.filters = {boxFilterPlugin(), triangleFilterPlugin(), gaussianFilterPlugin(),
+                      mitchellFilterPlugin(), sincFilterPlugin()};
+    tables.films = {imageFilmPlugin()};
+    tables.shaders = {directLightingPlugin(), pathPlugin()};
+    tables.integrators = {supersamplePlugin(), msaaPlugin(), msaaCachePlugin(), indirectCachePlugin(),
+                          adaptiveCachePlugin()};
+    return tables;
+}
+
+/// Adds the rows of a library. Throws if a name is taken.
+void addRows(const PluginLibrary& library, PluginTables& tables) {
+    tables.forEachKind(library.rows, [&](const char* kind, auto& table, const auto& rows) {
+        for (const auto& row : rows) {
+            const bool isTaken = std::any_of(table.begin(), table.end(),
+                                             [&](const auto& other) { return other.name == row.name; });
+            if (isTaken)
+                throw Error("the plugin " + library.path.string() + " adds the " + kind + " \"" + row.name +
+                                "\", which exists already",
+                            ErrorKind::Usage);
+            table.push_back(row);
+        }
+    });
+}
+
+} // namespace
+
+PluginTables pluginTables(const PluginLibraries& libraries) {
+    PluginTables tables = ownTables();
+    for (const PluginLibrary& library : libraries)
+        addRows(library, tables);
     for (auto& shape : tables.shapes)
         shape.params.push_back(kShapeName);
     for (auto& material : tables.materials) {

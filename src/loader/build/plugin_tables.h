@@ -2,15 +2,15 @@
 #pragma once
 
 #include "core/interfaces/shape.h"
+#include "core/math/api.h"
 #include "core/params/plugin.h"
-#include "core/render/integrator.h"
-#include "core/render/shader.h"
+#include "loader/build/plugin_library.h"
 
 #include <map>
 #include <string>
 #include <vector>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// The parameters of a Film directive.
 struct FilmSetup {
@@ -22,22 +22,13 @@ struct FilmSetup {
     float scale = 1; ///< factor of all light sources
 };
 
-struct PluginTables {
-    std::vector<Plugin<Shape>> shapes;
-    std::vector<Plugin<std::shared_ptr<const Material>>> materials;
-    std::vector<Plugin<TexturePtr, const TextureArgs&>> textures;
-    std::vector<Plugin<std::shared_ptr<Light>, const LightArgs&>> lights;
-    std::vector<Plugin<std::shared_ptr<Light>, const AreaLightArgs&>> areaLights;
-    std::vector<Plugin<std::shared_ptr<const Camera>, const CameraArgs&>> cameras;
-    std::vector<Plugin<SamplerSetup, int>> samplers;
-    std::vector<Plugin<std::shared_ptr<const Filter>>> filters;
+struct PluginTables : PluginRows {
     std::vector<Plugin<FilmSetup>> films;
-    std::vector<Plugin<std::shared_ptr<const Shader>>> shaders;
-    std::vector<Plugin<std::shared_ptr<const Integrator>>> integrators;
 };
 
-/// Returns the tables of all plugins.
-PluginTables pluginTables();
+/// Returns the tables of all plugins: those of strobe, and those of the libraries. Throws Error of kind Usage
+/// if two of a kind have one name.
+PluginTables pluginTables(const PluginLibraries& libraries = {});
 
 /// Parameters of all materials.
 inline const ParamDef<FloatInput> kDisplacement{

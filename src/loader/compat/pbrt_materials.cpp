@@ -6,6 +6,7 @@
 #include "materials/glass.h"
 #include "materials/matte.h"
 #include "materials/metallic_roughness.h"
+#include "materials/mirror.h"
 #include "materials/plastic.h"
 #include "materials/plastic_v3.h"
 
@@ -139,6 +140,7 @@ MaterialPtr createCoatedDiffuse(const ParamSet& params, const BuildContext&) {
         dielectric(belowCoat(params.get(kReflectance), std::max(eta.constant, 1.f)),
                    readRoughness(params, roughnessDefs(0), RoughnessRule::SquareRoot));
     in.ior = eta;
+    in.bodyBelowBoundary = true;
     return makeMetallicRoughness(in);
 }
 
@@ -257,8 +259,9 @@ MaterialPtr createShinyMetal(const ParamSet& params, const BuildContext& context
     const RgbInput ks = params.get(withDefault(kKs, RgbInput(Rgb(1)))),
                    kr = params.get(withDefault(kKr, RgbInput(Rgb(1))));
     const Roughness roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context));
-    const bool isMirror = meanOf(kr) > meanOf(ks);
-    return metal(isMirror ? kr : ks, isMirror ? Roughness(0.f) : roughness);
+    if (meanOf(kr) >= meanOf(ks)) // direct lighting follows reflections of "mirror" only
+        return mirrorPlugin().create(ParamBuilder().set("Kr", kr).params(), context);
+    return metal(ks, roughness);
 }
 
 MaterialPtr createKdSubsurface(const ParamSet& params, const BuildContext& context) {
@@ -366,7 +369,8 @@ std::vector<CompatPlugin<MaterialRow>> compatMaterials() {
           {kColor, kMetallic, kEta, kDisneyRoughness, kClearcoat, kClearcoatGloss, kSpecTrans, kThin},
           createDisney},
          gloss},
-        {{"shinymetal", "", {kKs, kKr, roughness, kURoughness, kVRoughness, remap}, createShinyMetal}, gloss},
+        {{"shinymetal", "", {kKs, kKr, roughness, kURoughness, kVRoughness, remap}, createShinyMetal},
+         "\"mirror\" or \"metallicroughness\" is used instead"},
         {{"thindielectric", "", {kEta}, createThinDielectric}, gloss},
         {{"translucent", "", {kKd, kReflect, kTransmit}, createTranslucent}, diffuse},
         {{"kdsubsurface", "", {kKd, kEta, roughness, kURoughness, kVRoughness, remap}, createKdSubsurface},

@@ -1,5 +1,6 @@
 #include "loader/compat/pbrt_compat.h"
 
+#include "loader/compat/pbrt_patches.h"
 #include "shapes/mesh_params.h"
 
 #include <numeric>
@@ -89,7 +90,9 @@ Shape createSphere(const ParamSet& params, const BuildContext& context) {
         const float theta = lerp(first, last, v);
         return V2f(radius * std::sin(theta), -radius * std::cos(theta));
     };
-    return revolve(params, context, profile, 96);
+    Shape shape = revolve(params, context, profile, 96);
+    shape.mesh->isSphere = true;
+    return shape;
 }
 const ParamDef<float> kDiskHeight{"height", 0, "z of the disk"};
 const ParamDef<float> kInnerRadius{"innerradius", 0, "radius of the hole"};
@@ -156,38 +159,6 @@ Shape createHyperboloid(const ParamSet& params, const BuildContext& context) {
         return std::atan2(p.y, p.x);
     };
     return revolve(params, context, profile, 48, start);
-}
-
-const ParamDef<std::vector<V2f>> kUv{"uv", {}, "two texture coordinates per vertex", "st"};
-
-/// A patch has four corners, at (u, v) = (0,0), (1,0), (0,1) and (1,1).
-Shape createBilinearMesh(const ParamSet& params, const BuildContext& context) {
-    const KeyedPoints points = readPositions(params);
-    const KeyedPoints normals = readNormals(params, points, context);
-    const std::vector<V2f> uvs = params.get(kUv);
-    std::vector<int> corners = params.get(kIndices);
-    if (!params.has(kIndices) && points[0].size() == 4)
-        corners = {0, 1, 2, 3};
-    if (corners.empty() || corners.size() % 4 != 0)
-        throw Error(params.whereIs(kIndices), "\"indices\" needs a multiple of 4 numbers");
-    auto mesh = std::make_shared<TriangleMesh>();
-    mesh->positions.resize(1);
-    mesh->normals.resize(normals.size());
-    for (size_t k = 0; k < corners.size(); ++k) {
-        const int corner = corners[k];
-        if (corner < 0 || size_t(corner) >= points[0].size() ||
-            (!uvs.empty() && size_t(corner) >= uvs.size()))
-            throw Error(params.whereIs(kIndices), "index " + std::to_string(corner) + " is out of range");
-        mesh->positions[0].push_back(points[0][size_t(corner)]);
-        mesh->uvs.push_back(uvs.empty() ? V2f(float(k % 2), float(k / 2 % 2)) : uvs[size_t(corner)]);
-        if (!normals.empty())
-            mesh->normals[0].push_back(normals[0][size_t(corner)]);
-        if (const auto first = uint32_t(k); k % 4 == 0)
-            mesh->indices.insert(mesh->indices.end(),
-                                 {first, first + 1, first + 3, first, first + 3, first + 2});
-    }
-    mesh->alpha = readAlpha(params, context);
-    return {mesh, nullptr};
 }
 
 const ParamDef<int> kNu{"nu", 0, "number of points along x"}, kNv{"nv", 0, "number of points along y"};
@@ -291,8 +262,7 @@ std::vector<CompatPlugin<ShapeRow>> compatShapes() {
         {{"paraboloid", "", {kRadius, kZMin, kZMax, kPhiMax, kAlpha, kShadowAlpha}, createParaboloid},
          triangles},
         {{"hyperboloid", "", {kP1, kP2, kPhiMax, kAlpha, kShadowAlpha}, createHyperboloid}, triangles},
-        {{"bilinearmesh", "", {kP, kN, kUv, kIndices, kAlpha, kShadowAlpha}, createBilinearMesh},
-         "each patch is converted to two triangles"},
+        {bilinearMeshRow(), triangles},
         {{"heightfield", "", {kNu, kNv, kPz}, createHeightField}, triangles},
         {{"heightfield2", "", {kNu, kNv, kPz}, createHeightField}, triangles},
         {{"curve",

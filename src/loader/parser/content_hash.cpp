@@ -7,7 +7,6 @@
 #include <map>
 
 namespace strobe {
-namespace {
 
 uint64_t textHash(std::string_view text) {
     uint64_t hash = hashOf(text.size());
@@ -20,6 +19,8 @@ uint64_t textHash(std::string_view text) {
     }
     return hash;
 }
+
+namespace {
 
 /// Returns a hash of a file; none if it cannot be read.
 std::optional<uint64_t> fileHash(const std::filesystem::path& path) {
@@ -86,9 +87,12 @@ class ContentHash {
 
 } // namespace
 
-SceneContent contentOf(const SceneDescription& description) {
+SceneContent contentOf(const SceneDescription& description,
+                       const std::vector<std::pair<std::string, uint64_t>>& others) {
     ContentHash content(description.sources.empty() ? std::filesystem::path()
                                                     : description.sources.front()->path.parent_path());
+    for (const auto& [name, hash] : others)
+        content.add(name, hash);
     for (const auto& source : description.sources)
         content.add(content.nameOf(source->path), textHash(source->text));
     for (const auto& [name, value] : description.values)

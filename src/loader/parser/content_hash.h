@@ -15,9 +15,14 @@ struct SceneContent {
     static constexpr size_t kMaxFiles = 4096;
 };
 
+/// Returns a hash of bytes.
+uint64_t textHash(std::string_view text);
+
 /// Returns hashes of all texts that the description was read from, of the values of $NAME, and of all files
 /// that parameters of textures, materials, lights and shapes name: of their content, or of their size and
-/// modification time beyond 64 MiB. Scenes are not built for it.
-SceneContent contentOf(const SceneDescription& description);
+/// modification time beyond 64 MiB; and `others`, names and hashes of other content. Scenes are not built for
+/// it.
+SceneContent contentOf(const SceneDescription& description,
+                       const std::vector<std::pair<std::string, uint64_t>>& others = {});
 
 } // namespace strobe

@@ -4,6 +4,7 @@
 
 #include "core/interfaces/material.h"
 #include "core/interfaces/shape.h"
+#include "core/math/api.h"
 #include "core/math/transform.h"
 #include "core/params/params.h"
 #include "core/params/plugin.h"
@@ -12,7 +13,7 @@
 #include <map>
 #include <optional>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// A directive with the name of a plugin and its parameters.
 struct Statement {

@@ -157,6 +157,7 @@ class DirectiveParser {
     bool m_isStrict;
     Location m_endKeysChosen; ///< the first StartTime or EndTime with more than two keys
     bool m_choosesKeysByNumber = false;
+    bool m_looksLikeV2 = false;                        ///< the files contain directives of pbrt-v2 only
     bool m_looksLikeV4 = false;                        ///< the files contain notation of pbrt-v3 or v4
     std::optional<Conventions> m_requestedConventions; ///< of Option "conventions"
     Location m_worldBegin, m_worldEnd, m_end;

@@ -11,13 +11,16 @@ const ParamDef<std::string> kAnimation{
 const ParamDef<std::string> kCamera{
     "camera", "", "name of the file's camera, used if the scene has no Camera; default: the first"};
 const ParamDef<bool> kLights{"lights", true, "whether to import the file's lights (KHR_lights_punctual)"};
+const ParamDef<bool> kPhotometric{
+    "photometric", true,
+    "units of the file's lights: candela and lux are divided by 683 lm/W; false: taken as W/sr and W/m²"};
 
 } // namespace
 
 Plugin<Shape> gltfPlugin() {
     return {"gltf",
             "a glTF 2.0 file with its own materials and motion: docs/gltf.md",
-            {kFilename, kScene, kAnimation, kCamera, kLights},
+            {kFilename, kScene, kAnimation, kCamera, kLights, kPhotometric},
             [](const ParamSet& params, const BuildContext&) -> Shape {
                 throw Error(params.where(), "Shape \"gltf\" cannot be created as a single shape");
             }};
@@ -26,7 +29,8 @@ Plugin<Shape> gltfPlugin() {
 GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& diagnostics) {
     const Location where = params.whereIs(kFilename);
     GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->policy : nullptr);
-    decl.settings = {params.get(kScene), params.get(kAnimation), params.get(kCamera), params.get(kLights)};
+    decl.settings = {params.get(kScene), params.get(kAnimation), params.get(kCamera), params.get(kLights),
+                     params.get(kPhotometric)};
     params.reportUnused(gltfPlugin().params, strict, diagnostics);
     return decl;
 }

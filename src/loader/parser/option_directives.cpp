@@ -59,12 +59,16 @@ void DirectiveParser::camera(const Call& call) {
 }
 
 void DirectiveParser::film(const Call& call) { setOnce(m_desc.film, readStatement(call)); }
-void DirectiveParser::sampler(const Call& call) { setOnce(m_desc.sampler, readStatement(call)); }
+void DirectiveParser::sampler(const Call& call) {
+    setOnce(m_desc.sampler, readStatement(call));
+    m_looksLikeV2 |= m_desc.sampler->name == "bestcandidate" || m_desc.sampler->name == "adaptive";
+}
 void DirectiveParser::pixelFilter(const Call& call) { setOnce(m_desc.filter, readStatement(call)); }
 
 void DirectiveParser::integrator(const Call& call) {
     Statement statement = readStatement(call);
     const bool isSharing = m_sharingNames.count(statement.name) != 0;
+    m_looksLikeV2 |= call.name == "SurfaceIntegrator";
     if (isSharing) {
         setOnce(m_desc.integrator, std::move(statement));
     } else {
@@ -119,6 +123,7 @@ void DirectiveParser::accelerator(const Call& call) {
 void DirectiveParser::ignore(const Call& call) {
     readString(call, "a name");
     readRawParameters(call);
+    m_looksLikeV2 = true; // Renderer, VolumeIntegrator and Volume
     warnIgnored(call);
 }
 

@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <tuple>
+
 namespace strobe {
 namespace {
 
@@ -50,10 +53,12 @@ const TypeWord& findType(std::string_view word, const Location& where) {
 /// Reads the value of one parameter.
 class ValueReader {
   public:
-    ValueReader(Lexer& lexer, Param& param, bool& looksLikeV4)
-        : m_lexer(lexer), m_param(param), m_looksLikeV4(looksLikeV4) {}
+    /// `lenientDiagnostics`: null in strict files.
+    ValueReader(Lexer& lexer, Param& param, bool& looksLikeV4, Diagnostics* lenientDiagnostics)
+        : m_lexer(lexer), m_param(param), m_looksLikeV4(looksLikeV4), m_lenient(lenientDiagnostics) {}
 
-    void read() {
+    /// Reads the value. Returns false if the parameter is to be ignored.
+    bool read() {
         if (m_lexer.peek() == TokenKind::Open) {
             m_open = m_lexer.next();
             readAll();
@@ -61,7 +66,7 @@ class ValueReader {
         } else {
             readOne();
         }
-        checkCount();
+        return checkCount();
     }
 
   private:
@@ -146,15 +151,22 @@ class ValueReader {
             failUnexpected();
         m_lexer.next();
     }
-    void checkGroups(size_t n, const char* groups) const {
-        const size_t count = m_param.floats.size();
-        if (count % n == 0)
-            return;
-        throw Error(m_param.where,
-                    fmt::format("parameter \"{}\" needs {}, got {} number{}{}", m_param.name, groups, count,
-                                count == 1 ? "" : "s", m_open ? "" : "; write them in brackets"));
+    /// Checks that the numbers form groups of n. In lenient files, drops the numbers that are too many, as
+    /// pbrt does; returns false if none is left.
+    bool checkGroups(size_t n, const char* groups) const {
+        const size_t count = m_param.floats.size(), excess = count % n;
+        if (excess == 0)
+            return true;
+        const std::string problem = fmt::format("parameter \"{}\" needs {}, got {} number{}", m_param.name,
+                                                groups, count, count == 1 ? "" : "s");
+        if (!m_lenient)
+            throw Error(m_param.where, problem + (m_open ? "" : "; write them in brackets"));
+        m_param.floats.resize(count - excess);
+        m_lenient->warn(m_param.where, problem + (count == excess ? "; the parameter is ignored"
+                                                                  : "; those at the end are ignored"));
+        return count != excess;
     }
-    void checkCount() const {
+    bool checkCount() const {
         switch (m_param.type) {
         case ParamType::Point2:
             return checkGroups(2, "pairs of numbers");
@@ -168,19 +180,32 @@ class ValueReader {
                 throw Error(m_param.where,
                             fmt::format("parameter \"{}\" needs the name of one texture, got {}",
                                         m_param.name, m_param.strings.size()));
-            return;
+            return true;
         default:
-            return;
+            return true;
         }
     }
 
     Lexer& m_lexer;
     Param& m_param;
     bool& m_looksLikeV4;
+    Diagnostics* m_lenient;
     std::optional<Token> m_open;
 };
 
-Param readParam(Lexer& lexer, bool& looksLikeV4) {
+/// Sorts the pairs of a spectrum by wavelength, as pbrt-v2 and v3 do.
+void sortByWavelength(std::vector<float>& pairs) {
+    std::vector<std::pair<float, float>> sorted;
+    for (size_t i = 0; i + 1 < pairs.size(); i += 2)
+        sorted.emplace_back(pairs[i], pairs[i + 1]);
+    std::stable_sort(sorted.begin(), sorted.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (size_t i = 0; i < sorted.size(); ++i)
+        std::tie(pairs[2 * i], pairs[2 * i + 1]) = sorted[i];
+}
+
+/// Reads a parameter. Returns nothing if it is to be ignored.
+std::optional<Param> readParam(Lexer& lexer, bool& looksLikeV4, Diagnostics* lenientDiagnostics) {
     const Token declaration = lexer.next();
     const Location where = lexer.at(declaration.offset);
     std::string_view rest = declaration.text;
@@ -191,7 +216,10 @@ Param readParam(Lexer& lexer, bool& looksLikeV4) {
     const TypeWord& type = findType(typeWord, where);
     looksLikeV4 |= type.isV4;
     Param param{std::string(name), type.type, where, {}, {}, {}, false, false};
-    ValueReader(lexer, param, looksLikeV4).read();
+    if (!ValueReader(lexer, param, looksLikeV4, lenientDiagnostics).read())
+        return std::nullopt;
+    if (lenientDiagnostics && param.type == ParamType::Spectrum)
+        sortByWavelength(param.floats);
     return param;
 }
 
@@ -218,10 +246,10 @@ bool replacesOthers(ParamSet& params, const Param& param, Diagnostics& diagnosti
 ParamSet readParams(Lexer& lexer, const Location& where, bool& looksLikeV4, Diagnostics* lenientDiagnostics) {
     ParamSet params(where);
     while (lexer.peek() == TokenKind::String) {
-        Param param = readParam(lexer, looksLikeV4);
-        if (lenientDiagnostics && !replacesOthers(params, param, *lenientDiagnostics))
+        std::optional<Param> param = readParam(lexer, looksLikeV4, lenientDiagnostics);
+        if (!param || (lenientDiagnostics && !replacesOthers(params, *param, *lenientDiagnostics)))
             continue;
-        params.add(std::move(param));
+        params.add(std::move(*param));
     }
     return params;
 }

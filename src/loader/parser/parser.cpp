@@ -340,9 +340,11 @@ SceneDescription DirectiveParser::finish() {
     warnOfMiddleKeys();
     m_desc.values = m_values.used();
     m_desc.strictParameters = m_isStrict;
-    m_desc.conventions = m_requestedConventions        ? *m_requestedConventions
-                         : m_isStrict || m_looksLikeV4 ? Conventions::PbrtV4
-                                                       : Conventions::PbrtV2;
+    m_desc.conventions = m_requestedConventions ? *m_requestedConventions
+                         : m_isStrict           ? Conventions::PbrtV4
+                         : m_looksLikeV2        ? Conventions::PbrtV2
+                         : m_looksLikeV4        ? Conventions::PbrtV4
+                                                : Conventions::PbrtV2;
     m_desc.pbrtVersion = m_desc.conventions == Conventions::PbrtV2 ? 2 : isVersion3() ? 3 : 4;
     if (m_desc.conventions == Conventions::PbrtV2)
         interpolateWorldToObject(m_desc);

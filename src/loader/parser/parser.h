@@ -1,6 +1,7 @@
 // The parser of the scene language: text to SceneDescription. See docs/scene-format.md.
 #pragma once
 
+#include "core/math/api.h"
 #include "core/util/diagnostics.h"
 #include "loader/parser/description.h"
 
@@ -8,7 +9,7 @@
 #include <set>
 #include <string>
 
-namespace strobe {
+namespace STROBE_API strobe {
 
 /// Returns true for the names of pbrt's files: .pbrt, .pbrt.gz.
 bool isPbrtName(const std::filesystem::path& name);

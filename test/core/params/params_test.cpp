@@ -302,4 +302,18 @@ TEST_F(ResolveFile, SearchesSharedScenes) {
     ::unsetenv("STROBE_SCENES");
 }
 
+/// Of a spectrum, the values are compared, not the wavelengths; of a blackbody, nothing is.
+TEST(Params, PhysicalRangesApplyToTheValuesOfSpectra) {
+    const ParamDef<RgbInput> def{"Kd", Rgb(.5f), "diffuse", nullptr, kUnlimited, kUnitRange};
+    const auto problem = [&](ParamType type, std::vector<float> floats) {
+        Diagnostics diagnostics;
+        return errorOf(
+            [&] { setOf({make("Kd", type, std::move(floats))}).checkPhysical({def}, true, diagnostics); });
+    };
+    EXPECT_EQ(problem(ParamType::Spectrum, {400, 0, 700, 1}), "no error");
+    EXPECT_EQ(problem(ParamType::Blackbody, {3000, 1}), "no error");
+    EXPECT_EQ(problem(ParamType::Spectrum, {400, 0, 700, 2}), "d/a.scene:1:4 \"Kd\" must be at most 1");
+    EXPECT_EQ(problem(ParamType::Rgb, {0, 2, 0}), "d/a.scene:1:4 \"Kd\" must be at most 1");
+}
+
 } // namespace

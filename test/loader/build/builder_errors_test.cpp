@@ -376,7 +376,7 @@ LightSource "point")",
     EXPECT_EQ(withDefine("maxdepth=2"), "");
     EXPECT_EQ(
         withDefine("maxdepht=2"),
-        R"(error: -D maxdepht=2: unknown parameter "maxdepht"; did you mean "maxdepth"? (known: maxdepth, strategy, lightsamples))");
+        R"(error: -D maxdepht=2: unknown parameter "maxdepht"; did you mean "maxdepth"? (known: maxdepth, strategy, lightsamples, transparentdepth))");
     EXPECT_EQ(withDefine("maxdepth"), "error: -D maxdepth: write it as name=value");
     EXPECT_EQ(withDefine("maxdepth=x"), R"(error: -D maxdepth=x: "x" is not a number (integer is expected))");
     EXPECT_EQ(withDefine("maxdepth=-1"), R"(error: -D maxdepth: must not be negative)");

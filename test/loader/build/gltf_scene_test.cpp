@@ -153,6 +153,7 @@ TEST_F(GltfScenes, DefaultViewIsNotMirrored) {
          {"doubleSided", true}});
     file.root["meshes"].push_back({{"primitives", {lamp}}});
     file.addNode({{"mesh", 1}, {"translation", {3, 0, 0}}});
+    addBlackLight(file); // emission alone does not remove the studio
     const Image image = render(buildFile(file, small())).image;
     double left = 0, right = 0;
     for (int y = 0; y < 8; ++y)
@@ -211,6 +212,92 @@ TEST_F(GltfScenes, FramesShowTheAnimationAtTheirTime) {
     const Image blurred = render(builder.build({0, 1})).image;
     for (int x = 0; x < 8; ++x)
         EXPECT_NEAR(blurred.at(x, 3).x, (float(x) + .5f) / 8, .03f);
+}
+
+TEST_F(GltfScenes, TheStudioLightsFilesWithoutLightsOfTheirOwn) {
+    GltfFile file = square();
+    EXPECT_FALSE(buildFile(file, small()).isLitByGltf);
+    const Image image = render(buildFile(file, small())).image;
+    for (const Rgb& c : image.pixels)
+        EXPECT_GT(luminance(c), .05f);
+    // Emission alone does not remove it.
+    file.root["materials"][0]["emissiveFactor"] = {1, 1, 1};
+    EXPECT_GT(luminance(render(buildFile(file, small())).image.pixels[0]), .05f);
+    file.root["materials"][0].erase("emissiveFactor");
+    addBlackLight(file);
+    EXPECT_TRUE(buildFile(file, small()).isLitByGltf);
+    EXPECT_EQ(render(buildFile(file, small())).image.pixels[0], Rgb(0));
+}
+
+TEST_F(GltfScenes, TheDefaultViewIsTight) {
+    GltfFile file = square();
+    file.root["materials"][0] = {{"extensions", {{"KHR_materials_unlit", json::object()}}}};
+    addBlackLight(file);
+    BuildOptions options = small();
+    options.resolution = V2i(64, 48);
+    options.samplesPerPixel = 16;
+    const Image image = render(buildFile(file, options)).image;
+    int left = 64, right = 0, top = 48, bottom = 0;
+    for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 64; ++x)
+            if (image.at(x, y).x > .01f) {
+                left = std::min(left, x);
+                right = std::max(right, x);
+                top = std::min(top, y);
+                bottom = std::max(bottom, y);
+            }
+    const int margin = std::min({left, 63 - right, top, 47 - bottom});
+    EXPECT_GE(margin, 1);
+    EXPECT_LE(margin, 3); // 8 % of half the height are left free
+}
+
+TEST_F(GltfScenes, TheGroundLiesBelowTheFile) {
+    GltfFile file = square();
+    BuildOptions options = small();
+    options.gltfGround = true;
+    options.resolution = V2i(32, 32);
+    const BuiltScene built = buildFile(file, options);
+    EXPECT_EQ(built.scene->tracer().counts().quadrics, 1u);
+    EXPECT_EQ(built.materialNames.back().find("ground"), 0u);
+}
+
+TEST_F(GltfScenes, PanesBehindPanesAreNotBlack) {
+    GltfFile file = square();
+    file.root["materials"][0] = {
+        {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0}}},
+        {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}};
+    for (int i = 1; i < 10; ++i)
+        file.addNode({{"mesh", 0}, {"translation", {0, 0, -.1 * i}}});
+    addCamera(file);
+    const float light = luminance(render(buildFile(file, small())).image.at(4, 4));
+    EXPECT_GT(light, .1f);
+    BuildOptions counted = small();
+    counted.defines = {"transparentdepth=0"};
+    EXPECT_LT(luminance(render(buildFile(file, counted)).image.at(4, 4)), .5f * light);
+}
+
+TEST_F(GltfScenes, VolumesAbsorbByDistance) {
+    // Two squares, 2 apart, that face outwards: a slab. No reflection: the index is 1.
+    GltfFile file = square();
+    file.root["materials"][0] = {
+        {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0}}},
+        {"extensions",
+         {{"KHR_materials_ior", {{"ior", 1}}},
+          {"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+          {"KHR_materials_volume",
+           {{"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {.5, .25, 1}}}}}}};
+    file.addNode({{"mesh", 0}, {"translation", {0, 0, -2}}, {"rotation", {0, 1, 0, 0}}});
+    // A white wall behind.
+    json wall = file.root["meshes"][0]["primitives"][0];
+    wall["material"] = 1;
+    file.root["materials"].push_back({{"extensions", {{"KHR_materials_unlit", json::object()}}}});
+    file.root["meshes"].push_back({{"primitives", {wall}}});
+    file.addNode({{"mesh", 1}, {"translation", {0, 0, -3}}});
+    addCamera(file);
+    const Rgb c = render(buildFile(file, small())).image.at(4, 4);
+    EXPECT_NEAR(c.x, .5f, 1e-3f);
+    EXPECT_NEAR(c.y, .25f, 1e-3f);
+    EXPECT_NEAR(c.z, 1, 1e-3f);
 }
 
 } // namespace

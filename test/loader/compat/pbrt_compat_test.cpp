@@ -88,14 +88,14 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         MaterialPair{R"("diffuse" "rgb reflectance" [.7 .2 .1] )", R"("matte" "rgb Kd" [.7 .2 .1] )"},
         MaterialPair{R"("dielectric" "float eta" 1.3 )", R"("glass" "float index" 1.3 )"},
-        // A white base sends all light back that enters the coat.
+        // Of a black base, only the coat remains.
         MaterialPair{
-            R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" .0625 "float eta" 1.4 )",
-            R"("metallicroughness" "rgb basecolor" [1 1 1] "float metallic" 0 "float roughness" .5 "float ior" 1.4 )",
+            R"("coateddiffuse" "rgb reflectance" [0 0 0] "float roughness" .0625 "float eta" 1.4 )",
+            R"("metallicroughness" "rgb basecolor" [0 0 0] "float metallic" 0 "float roughness" .5 "float ior" 1.4 )",
             kMetallicRoughness},
         MaterialPair{
-            R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" .25 "bool remaproughness" false )",
-            R"("metallicroughness" "rgb basecolor" [1 1 1] "float metallic" 0 "float roughness" .5 )",
+            R"("coateddiffuse" "rgb reflectance" [0 0 0] "float roughness" .25 "bool remaproughness" false )",
+            R"("metallicroughness" "rgb basecolor" [0 0 0] "float metallic" 0 "float roughness" .5 )",
             kMetallicRoughness},
         MaterialPair{
             R"("conductor" "rgb reflectance" [.9 .8 .5] "float uroughness" .0625 "float vroughness" .0625 )",
@@ -121,6 +121,8 @@ INSTANTIATE_TEST_SUITE_P(
             R"("disney" "rgb color" [.7 .2 .1] "float metallic" .5 "float roughness" .4 "float eta" 1.4 )",
             R"("metallicroughness" "rgb basecolor" [.7 .2 .1] "float metallic" .5 "float roughness" .4 "float ior" 1.4 )",
             kMetallicRoughness},
+        MaterialPair{R"("shinymetal" )", R"("mirror" "rgb Kr" [1 1 1] )",
+                     R"("mirror" or "metallicroughness" is used instead)"},
         MaterialPair{
             R"("thindielectric" "float eta" 1.4 )",
             R"("metallicroughness" "float metallic" 0 "float roughness" 0 "float ior" 1.4 "float transmission" 1 )",
@@ -395,6 +397,11 @@ Shape "sphere" "float radius" .1 "float radius" .2
     EXPECT_EQ(warning(R"(Texture "t" "color" "constant"
 Material "matte" "texture Kd" "t" "rgb Kd" [1 0 0] )"),
               R"(parameter "Kd" is given twice; the texture is used)");
+    EXPECT_EQ(
+        warning(R"(Material "matte" "spectrum Kd" [.8 .8 .8] )"),
+        R"(parameter "Kd" needs pairs of a wavelength and a value, got 3 numbers; those at the end are ignored)");
+    EXPECT_EQ(warning(R"(Material "matte" "rgb Kd" .5 )"),
+              R"(parameter "Kd" needs triples of numbers, got 1 number; the parameter is ignored)");
     EXPECT_EQ(warning(R"(NamedMaterial "lost" )"), R"(unknown material "lost" ("matte" is used instead))");
     EXPECT_EQ(warning(R"(ObjectInstance "lost"
 ObjectInstance "lost"
@@ -404,6 +411,9 @@ ObjectInstance "lost"
               R"(unknown texture "lost" (the parameter keeps its default))");
     EXPECT_EQ(warning(R"(Material "carpaint" "rgb color" [1 1 1] )"),
               R"(unknown material "carpaint"; "matte" is used instead)");
+    EXPECT_EQ(warning(R"(Texture "wood" "spectrum" "trunk" "float rings" 9
+Material "matte" "texture Kd" "wood" Shape "sphere" )"),
+              R"(unknown texture "trunk"; parameters keep their defaults)");
     EXPECT_EQ(warning(R"(Shape "teapot" "float size" 2 )"), R"(unknown shape "teapot"; it is skipped)");
     EXPECT_EQ(warning(R"(AttributeBegin
 AreaLightSource "portal"
@@ -426,6 +436,21 @@ ObjectEnd
 Shape "sphere" "float sheen" 1
 )"),
               R"(parameter "sheen" is ignored (known: radius, zmin, zmax, phimax, name))");
+}
+
+TEST(CompatPlugin, NumbersOfColorsAreReadAsInPbrt) {
+    const auto picture = [](const std::string& kd) {
+        return load(kV4 + kLit + "Material \"matte\" " + kd + " " + kBall).image;
+    };
+    EXPECT_TRUE(equal(picture(R"("spectrum Kd" [700 .1 500 .8 400 .3])"),
+                      picture(R"("spectrum Kd" [400 .3 500 .8 700 .1])")));
+    EXPECT_TRUE(equal(picture(R"("spectrum Kd" [400 .3 500])"), picture(R"("spectrum Kd" [400 .3])")));
+    EXPECT_TRUE(equal(picture(R"("rgb Kd" [.1 .2 .3 .4])"), picture(R"("rgb Kd" [.1 .2 .3])")));
+    EXPECT_TRUE(equal(picture(R"("rgb Kd" .2)"), picture("")));
+    const Loaded unknown = load(
+        kV4 + kLit + R"(Texture "wood" "spectrum" "trunk" Material "matte" "texture Kd" "wood" )" + kBall);
+    EXPECT_TRUE(equal(unknown.image, picture("")));
+    EXPECT_FALSE(equal(picture(R"("rgb Kd" [.1 .2 .3])"), picture("")));
 }
 
 TEST(CompatPlugin, OtherLightSamplersBecomeOne) {
@@ -478,11 +503,15 @@ TEST(CompatPlugin, ShapesLieOnTheirSurfaces) {
                         [&](const V3f& p) { return r(p) * r(p) - p.z; }),
               1e-5f);
     EXPECT_LT(
-        deviation(R"(Shape "hyperboloid" "point3 p1" [1 0 -1] "point3 p2" [1 2 1] )", // pbrt's ah, ch: 2/7, 3/7
-                  [&](const V3f& p) { return r(p) * r(p) - 3.5f - 1.5f * p.z * p.z; }),
+        deviation(
+            R"(Shape "hyperboloid" "point3 p1" [1 0 -1] "point3 p2" [1 2 1] )", // pbrt's ah, ch: 2/7, 3/7
+            [&](const V3f& p) { return r(p) * r(p) - 3.5f - 1.5f * p.z * p.z; }),
         1e-5f);
     EXPECT_LT(deviation(R"(Shape "bilinearmesh" "point3 P" [0 0 1  1 0 1  0 1 1  1 1 1] )",
                         [](const V3f& p) { return p.z - 1; }),
+              1e-6f);
+    EXPECT_LT(deviation(R"(Shape "bilinearmesh" "point3 P" [0 0 0  1 0 0  0 1 0  1 1 1] )",
+                        [](const V3f& p) { return p.z - p.x * p.y; }),
               1e-6f);
     EXPECT_LT(deviation(R"(Shape "curve" "point3 P" [0 0 0  0 0 1  0 0 2  0 0 3] "float width" .2 )",
                         [&](const V3f& p) { return r(p) - .1f; }),
@@ -492,6 +521,33 @@ TEST(CompatPlugin, ShapesLieOnTheirSurfaces) {
             R"(Shape "curve" "string basis" "bspline" "point3 P" [0 0 0  0 0 1  0 0 2  0 0 3  0 0 4] "float width" .2 )",
             [&](const V3f& p) { return std::max(r(p) - .1f, std::abs(p.z - 2) - 1); }),
         1e-5f);
+}
+
+/// A patch whose texture coordinates are not affine differs from two triangles; one with affine coordinates
+/// is two.
+TEST(CompatPlugin, PatchesInterpolateBilinearly) {
+    const auto meshOf = [](const std::string& shape) {
+        Diagnostics quiet;
+        const BuiltScene built =
+            buildScene(parseText(kV4 + kLit + shape, "test.pbrt", {"supersample"}, quiet), {}, quiet);
+        return *built.scene->groups()[0].geometries.at(0).placed.shape.mesh;
+    };
+    const std::string square = R"(Shape "bilinearmesh" "point3 P" [0 0 0  1 0 0  0 1 0  1 1 0] )";
+    EXPECT_EQ(meshOf(square).triangleCount(), 2u);
+    EXPECT_EQ(meshOf(square + R"("point2 uv" [3 1  5 1  3 9  5 9])").triangleCount(), 2u);
+    const TriangleMesh crossed = meshOf(square + R"("point2 uv" [0 0  1 0  1 1  0 1])");
+    ASSERT_EQ(crossed.triangleCount(), 128u);
+    for (size_t i = 0; i < crossed.vertexCount(); ++i) {
+        const V3f& p = crossed.positions[0][i];
+        EXPECT_NEAR(crossed.uvs[i].x, p.x * (1 - p.y) + (1 - p.x) * p.y, 1e-6f);
+        EXPECT_NEAR(crossed.uvs[i].y, p.y, 1e-6f);
+        EXPECT_EQ(crossed.normals[0][i], V3f(0, 0, 1));
+    }
+    const TriangleMesh saddle = meshOf(R"(Shape "bilinearmesh" "point3 P" [0 0 0  1 0 0  0 1 0  1 1 1] )");
+    for (size_t i = 0; i < saddle.vertexCount(); ++i) {
+        const V3f& p = saddle.positions[0][i];
+        EXPECT_LT(length(saddle.normals[0][i] - normalize(V3f(-p.y, -p.x, 1))), 1e-5f);
+    }
 }
 
 TEST(CompatPlugin, ShapesFaceOutwards) {
@@ -531,6 +587,39 @@ TEST(CompatPlugin, SpheresAndDisksWithAlphaAreMeshes) {
         }
         EXPECT_LT(difference, .02 * sum) << shape;
     }
+}
+
+/// Lamps with alpha 0 illuminate as visible ones do: rays do not hit them, so that light samples alone count.
+/// Of a sphere, pbrt samples the near side only, also if both sides emit.
+TEST(CompatPlugin, InvisibleLampsIlluminate) {
+    constexpr int kSeeds = 16;
+    std::vector<std::string> messages;
+    const auto light = [&](const std::string& shape, const std::string& twoSided) {
+        Diagnostics diagnostics(
+            [&](const std::string& text) { messages.push_back(text.substr(0, text.find('\n'))); });
+        const std::string text = kView +
+                                 R"(Integrator "directlighting" WorldBegin Shape "disk" "float radius" 3 )" +
+                                 R"(AttributeBegin AreaLightSource "diffuse" "rgb L" [1 1 1] )" + twoSided +
+                                 shape + " AttributeEnd";
+        return test::meanOverSeeds(
+            buildScene(parseText(text, "test.pbrt", {"supersample"}, diagnostics), {}, diagnostics), kSeeds);
+    };
+    const auto expectEqual = [&](const test::Estimate& a, const test::Estimate& b) {
+        EXPECT_GT(a.mean, .05);
+        EXPECT_LT(a.error, .01 * a.mean);
+        EXPECT_LT(std::abs(a.mean - b.mean), test::criticalZ(3, kSeeds) * std::hypot(a.error, b.error));
+    };
+    const std::string both = R"("bool twosided" true )", invisible = R"("float alpha" 0 )";
+    const std::string ceiling =
+        R"(Shape "trianglemesh" "point3 P" [-9 -9 3  9 -9 3  -9 9 3  9 9 3] "integer indices" [0 2 1 1 2 3] )";
+    const std::string ball = R"(Translate 0 0 9 Shape "sphere" "float radius" 4 )";
+    expectEqual(light(ceiling, ""), light(ceiling + invisible, ""));
+    expectEqual(light(ceiling, ""), light(ceiling + invisible, both));
+    EXPECT_EQ(messages, std::vector<std::string>{});
+    expectEqual(light(ball, both), light(ball + invisible, both));
+    EXPECT_EQ(messages,
+              std::vector<std::string>{
+                  "test.pbrt:5:164: note: shape \"sphere\" is not supported; it is converted to triangles"});
 }
 
 /// The name of a .pbrt file of test/loader/compat/exporters.

@@ -154,6 +154,13 @@ TEST(Parser, Conventions) {
     EXPECT_EQ(conventionsOf(R"(WorldBegin Material "matte" "color Kd" [1 1 1])", "a.pbrt"), v2);
     EXPECT_EQ(conventionsOf(R"(WorldBegin Material "diffuse" "rgb reflectance" [1 1 1])", "a.pbrt"), v4);
     EXPECT_EQ(conventionsOf(R"(WorldBegin Shape "x" "bool y" true)", "a.pbrt"), v4);
+    const std::string rgb = R"(WorldBegin Material "matte" "rgb Kd" [1 1 1] )"; // a type of all versions
+    EXPECT_EQ(conventionsOf(rgb, "a.pbrt"), v4);
+    for (const char* directive :
+         {R"(SurfaceIntegrator "path" )", R"(VolumeIntegrator "single" )", R"(Renderer "sampler" )",
+          R"(Sampler "bestcandidate" )", R"(Sampler "adaptive" )"})
+        EXPECT_EQ(conventionsOf(directive + rgb, "a.pbrt"), v2);
+    EXPECT_EQ(conventionsOf(rgb + R"(Volume "homogeneous")", "a.pbrt"), v2);
     EXPECT_EQ(conventionsOf(R"(Option "string conventions" "pbrt-v2" WorldBegin)", "a.scene"), v2);
     EXPECT_EQ(conventionsOf(R"(Option "string conventions" "pbrt-v4" WorldBegin)", "a.pbrt"), v4);
     EXPECT_TRUE(parseGood("WorldBegin", "a.scene").strictParameters);

@@ -1,4 +1,4 @@
-#include "gltf/accessor.h"
+#include "gltf/file/accessor.h"
 
 #include <cstring>
 
@@ -223,6 +223,7 @@ std::span<const unsigned char> viewBytes(const Document& document, int bufferVie
     const tinygltf::BufferView& view = document.at(model.bufferViews, bufferView, "bufferView", jsonPath);
     const std::string viewPath = item("bufferViews", size_t(bufferView));
     const auto& bytes = document.at(model.buffers, view.buffer, "buffer", viewPath).data;
+    document.requireBuffer(size_t(view.buffer));
     if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset)
         document.fail(viewPath, std::to_string(view.byteLength) + " bytes at offset " +
                                     std::to_string(view.byteOffset) + " exceed " +
@@ -240,17 +241,55 @@ int accessorComponents(const Document& document, int accessor, const std::string
         uint32_t(document.at(document.model().accessors, accessor, "accessor", jsonPath).type));
 }
 
+namespace {
+
+std::vector<float> readAnyFloats(const Document& document, int accessor, int components,
+                                 const std::string& jsonPath, std::optional<size_t> count) {
+    return read<float>(document, accessor, components, jsonPath, count,
+                       [](const unsigned char* bytes, const tinygltf::Accessor& accessor) {
+                           return toFloat(bytes, accessor.componentType, accessor.normalized);
+                       });
+}
+
+} // namespace
+
+std::vector<V3f> readDirections(const Document& document, int accessor, const std::string& jsonPath,
+                                std::optional<size_t> count, Diagnostics& diagnostics) {
+    const int components = accessorComponents(document, accessor, jsonPath) == 4 ? 4 : 3; // 4: tangents
+    const auto numbers = readAnyFloats(document, accessor, components, jsonPath, count);
+    std::vector<V3f> out(numbers.size() / size_t(components));
+    std::optional<size_t> invalid;
+    for (size_t i = 0; i < out.size(); ++i) {
+        const float* v = &numbers[i * size_t(components)];
+        out[i] = {v[0], v[1], v[2]};
+        if (std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]))
+            continue;
+        out[i] = V3f(0, 1, 0);
+        if (!invalid)
+            invalid = i;
+    }
+    if (invalid)
+        document.tolerate(diagnostics, jsonPath, accessorPath(jsonPath, accessor),
+                          "element " + std::to_string(*invalid) +
+                              " is not finite; (0, 1, 0) takes the place of such elements");
+    return out;
+}
+
 std::vector<float> readFloats(const Document& document, int accessor, int components,
                               const std::string& jsonPath, std::optional<size_t> count) {
-    auto numbers = read<float>(document, accessor, components, jsonPath, count,
-                               [](const unsigned char* bytes, const tinygltf::Accessor& accessor) {
-                                   return toFloat(bytes, accessor.componentType, accessor.normalized);
-                               });
+    auto numbers = readAnyFloats(document, accessor, components, jsonPath, count);
     for (size_t i = 0; i < numbers.size(); ++i)
         if (!std::isfinite(numbers[i]))
             document.fail(accessorPath(jsonPath, accessor),
                           "element " + std::to_string(i / size_t(components)) + " is not finite");
     return numbers;
+}
+
+std::vector<float> readStored(const Document& document, int accessor, const std::string& jsonPath) {
+    return read<float>(document, accessor, accessorComponents(document, accessor, jsonPath), jsonPath, {},
+                       [](const unsigned char* bytes, const tinygltf::Accessor& accessor) {
+                           return toFloat(bytes, accessor.componentType, false);
+                       });
 }
 
 std::vector<uint32_t> readIntegers(const Document& document, int accessor, int components,

@@ -1,6 +1,7 @@
-#include "gltf/document.h"
+#include "gltf/file/document.h"
 
-#include "gltf/json_check.h"
+#include "gltf/file/data_check.h"
+#include "gltf/file/json_check.h"
 
 #include <algorithm>
 #include <cctype>
@@ -51,7 +52,8 @@ bool isBinary(const Bytes& bytes) { return bytes.size() >= 4 && word(bytes, 0) =
 
 /// Returns the JSON of a file, and sets `chunk` to the size of the binary chunk of a .glb. The chunks are
 /// checked, since tinygltf reads beyond the end if the length of the last one is slightly too large.
-std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<uint64_t>& chunk) {
+std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<uint64_t>& chunk,
+                        Deviations& deviations) {
     const auto text = [&](size_t offset, size_t length) {
         return std::string_view(reinterpret_cast<const char*>(bytes.data()) + offset, length);
     };
@@ -81,9 +83,40 @@ std::string_view jsonOf(const Bytes& bytes, const JsonFail& fail, std::optional<
             fail("", "the second chunk is not the binary buffer");
         else if (offset == 20 + json.size())
             chunk = size;
+        else if (type == kJsonChunk || type == kBinaryChunk)
+            deviations.emplace_back("", "the chunk at byte " + std::to_string(offset) + " is ignored");
         offset += 8 + size;
     }
     return json;
+}
+
+/// Replaces zeros at the end of the JSON of a .glb, with which some exporters pad it. Returns whether there
+/// were any.
+bool blankZeros(Bytes& bytes, std::string_view json) {
+    const auto* begin = reinterpret_cast<const unsigned char*>(json.data());
+    size_t end = size_t(begin - bytes.data()) + json.size();
+    const size_t last = end;
+    for (; !json.empty() && end > 20 && bytes[end - 1] == 0; --end)
+        bytes[end - 1] = ' ';
+    return end < last;
+}
+
+/// Replaces the JSON of a file.
+void replaceJson(Bytes& bytes, std::string_view json, std::string text) {
+    if (!isBinary(bytes)) {
+        bytes.assign(text.begin(), text.end());
+        return;
+    }
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const auto begin = bytes.begin() + (reinterpret_cast<const unsigned char*>(json.data()) - bytes.data());
+    Bytes rest(begin + ptrdiff_t(json.size()), bytes.end());
+    bytes.erase(begin, bytes.end());
+    bytes.insert(bytes.end(), text.begin(), text.end());
+    bytes.insert(bytes.end(), rest.begin(), rest.end());
+    for (int k = 0; k < 4; ++k) {
+        bytes[8 + size_t(k)] = static_cast<unsigned char>(bytes.size() >> (8 * k));
+        bytes[12 + size_t(k)] = static_cast<unsigned char>(text.size() >> (8 * k));
+    }
 }
 
 /// The files that tinygltf may read: the buffers of the JSON.
@@ -134,6 +167,14 @@ fs::path folderOf(const fs::path& file) {
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
+/// Removes all occurrences of `part`. Returns their number.
+int removeAll(std::string& text, const std::string& part) {
+    int count = 0;
+    for (size_t begin = text.find(part); begin != std::string::npos; begin = text.find(part), ++count)
+        text.erase(begin, part.size());
+    return count;
+}
+
 std::string onOneLine(std::string text) {
     while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())))
         text.pop_back();
@@ -179,6 +220,37 @@ void Document::warnOnce(Diagnostics& diagnostics, const std::string& key, const 
     diagnostics.warnOnce(m_path.string() + " " + key, m_where, text(jsonPath, message));
 }
 
+void Document::tolerate(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
+                        const std::string& message) const {
+    if (diagnostics.isStrict())
+        fail(jsonPath, message);
+    warnOnce(diagnostics, key, jsonPath, message);
+}
+
+void Document::tolerateReplaced(Diagnostics& diagnostics) const {
+    for (const auto& [jsonPath, message] : m_replaced)
+        tolerate(diagnostics, jsonPath + message, jsonPath, message);
+}
+
+void Document::tolerateAll(Diagnostics& diagnostics) const {
+    constexpr size_t kMost = 8; // warnings; there may be one for each vertex attribute
+    Deviations all = m_tolerated;
+    const Deviations ofData = findDataDeviations(*this);
+    all.insert(all.end(), ofData.begin(), ofData.end());
+    for (size_t i = 0; i < all.size() && i < kMost; ++i) {
+        const auto& [jsonPath, message] = all[i];
+        tolerate(diagnostics, jsonPath + message, jsonPath, message);
+    }
+    if (all.size() > kMost)
+        warnOnce(diagnostics, "deviations", "",
+                 std::to_string(all.size() - kMost) + " further deviations from glTF 2.0");
+}
+
+void Document::requireBuffer(size_t index) const {
+    if (const auto missing = m_missingBuffers.find(index); missing != m_missingBuffers.end())
+        fail(missing->second.first, missing->second.second);
+}
+
 Document::Document(const fs::path& path, const Location& where, std::shared_ptr<const ResourcePolicy> policy)
     : m_path(path), m_where(where), m_policy(std::move(policy)) {
     Bytes bytes;
@@ -186,18 +258,32 @@ Document::Document(const fs::path& path, const Location& where, std::shared_ptr<
         fail("", reason);
     if (bytes.empty())
         fail("", "the file is empty");
-    parse(bytes);
+    parse(std::move(bytes));
 }
 
-void Document::parse(const Bytes& bytes) {
+void Document::parse(Bytes bytes) {
     const JsonFail failHere = [&](const std::string& jsonPath, const std::string& message) {
         fail(jsonPath, message);
     };
     std::optional<uint64_t> chunk;
-    const std::string_view json = jsonOf(bytes, failHere, chunk);
-    JsonFacts facts = checkJson(json, chunk, failHere);
+    const std::string_view json = jsonOf(bytes, failHere, chunk, m_tolerated);
+    if (json.starts_with("\xef\xbb\xbf"))
+        m_tolerated.emplace_back("", "the JSON begins with a byte order mark");
+    if (isBinary(bytes) && blankZeros(bytes, json))
+        m_tolerated.emplace_back("", "the JSON is padded with zeros instead of blanks");
+    JsonFacts facts = checkJson(json, chunk, isBinary(bytes), failHere);
     m_ignored = std::move(facts.ignoredExtensions);
+    for (const std::string& extension : facts.optionalRequired)
+        m_tolerated.emplace_back("extensionsRequired",
+                                 extension + " is not supported; the file is shown without it");
+    m_tolerated.insert(m_tolerated.end(), facts.deviations.begin(), facts.deviations.end());
+    m_replaced = std::move(facts.replaced);
+    m_missingBuffers = std::move(facts.missingBuffers);
+    if (!facts.replacement.empty())
+        replaceJson(bytes, json, facts.replacement);
     load(bytes, facts.bufferFiles);
+    for (const size_t index : facts.unbackedAccessors)
+        m_model.accessors[index].bufferView = -1;
 }
 
 /// Loads the model by tinygltf, which may open no files but `bufferFiles`.
@@ -237,9 +323,10 @@ void Document::load(const Bytes& bytes, const std::map<std::string, uint64_t>& b
     if (!isRead)
         fail("", error.empty() ? "tinygltf cannot read the file" : onOneLine(error));
     // tinygltf requires the inverse bind matrices of skins, which glTF does not.
-    const std::string wrongError = "'inverseBindMatrices' property is missing in Skin.\n";
-    for (size_t begin = error.find(wrongError); begin != std::string::npos; begin = error.find(wrongError))
-        error.erase(begin, wrongError.size());
+    removeAll(error, "'inverseBindMatrices' property is missing in Skin.\n");
+    if (removeAll(error,
+                  "'node' property is missing.\n`node` field is missing in animation.channels.target\n") > 0)
+        m_tolerated.emplace_back("animations", "channels without a node are ignored");
     if (const std::string message = onOneLine(error); !message.empty())
         fail("", message);
 }

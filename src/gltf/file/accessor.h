@@ -2,7 +2,8 @@
 #pragma once
 
 #include "core/math/math.h"
-#include "gltf/document.h"
+#include "core/util/diagnostics.h"
+#include "gltf/file/document.h"
 
 #include <optional>
 #include <span>
@@ -27,6 +28,10 @@ int accessorComponents(const Document& document, int accessor, const std::string
 std::vector<float> readFloats(const Document& document, int accessor, int components,
                               const std::string& jsonPath, std::optional<size_t> count = {});
 
+/// Returns the numbers of an accessor as they are stored, with sparse substitutions. They need not be finite.
+/// Throws an Error if the data exceeds its buffer view.
+std::vector<float> readStored(const Document& document, int accessor, const std::string& jsonPath);
+
 /// As readFloats, of unsigned integers of 8, 16 or 32 bits that are not normalized.
 std::vector<uint32_t> readIntegers(const Document& document, int accessor, int components,
                                    const std::string& jsonPath, std::optional<size_t> count = {});
@@ -35,6 +40,10 @@ std::vector<uint32_t> readIntegers(const Document& document, int accessor, int c
 /// multiplies column vectors from the left, strobe row vectors from the right.
 std::vector<V3f> readV3f(const Document& document, int accessor, const std::string& jsonPath,
                          std::optional<size_t> count = {});
+/// As readV3f, of directions. Those that are not finite become (0,1,0), with a warning, or throw if
+/// `diagnostics` is strict.
+std::vector<V3f> readDirections(const Document& document, int accessor, const std::string& jsonPath,
+                                std::optional<size_t> count, Diagnostics& diagnostics);
 std::vector<V2f> readV2f(const Document& document, int accessor, const std::string& jsonPath,
                          std::optional<size_t> count = {});
 std::vector<M44f> readM44f(const Document& document, int accessor, const std::string& jsonPath,

@@ -3,6 +3,7 @@
 
 #include "core/util/diagnostics.h"
 #include "core/util/resource_policy.h"
+#include "gltf/file/conformance.h"
 
 #include <tiny_gltf.h>
 
@@ -40,6 +41,17 @@ class Document {
     void warnOnce(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
                   const std::string& message) const;
 
+    /// For a file that does not conform to glTF in a way that viewers accept: throws if `diagnostics` is
+    /// strict, else warns as warnOnce.
+    void tolerate(Diagnostics& diagnostics, const std::string& key, const std::string& jsonPath,
+                  const std::string& message) const;
+    /// Tolerates what was replaced: buffers without data and unknown types. To be called before data is read.
+    void tolerateReplaced(Diagnostics& diagnostics) const;
+    /// Tolerates what was found while the file was read, after the errors of all readers. To be called once.
+    void tolerateAll(Diagnostics& diagnostics) const;
+    /// Throws if buffer `index` has no data.
+    void requireBuffer(size_t index) const;
+
     /// Returns items[index]. Throws an Error at `jsonPath` if the index is out of range. `noun`: singular of
     /// the items, for the message.
     template <class T>
@@ -55,7 +67,7 @@ class Document {
     std::filesystem::path admitted(const std::filesystem::path& file) const {
         return m_policy ? m_policy->authorizeRead(file, m_where) : file;
     }
-    void parse(const std::vector<unsigned char>& bytes);
+    void parse(std::vector<unsigned char> bytes);
     void load(const std::vector<unsigned char>& bytes, const std::map<std::string, uint64_t>& bufferFiles);
     std::string text(const std::string& jsonPath, const std::string& message) const;
 
@@ -64,6 +76,8 @@ class Document {
     std::shared_ptr<const ResourcePolicy> m_policy; ///< or null
     tinygltf::Model m_model;
     std::vector<std::string> m_ignored;
+    Deviations m_tolerated, m_replaced;
+    std::map<size_t, std::pair<std::string, std::string>> m_missingBuffers;
 };
 
 /// Returns a JSON path: "nodes[3]".

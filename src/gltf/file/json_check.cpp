@@ -1,4 +1,7 @@
-#include "gltf/json_check.h"
+#include "gltf/file/json_check.h"
+
+#include "gltf/file/conformance.h"
+#include "gltf/file/json_repair.h"
 
 #include <nlohmann/json.hpp>
 
@@ -18,10 +21,13 @@ using nlohmann::json;
 constexpr int kMaxDepth = 128;
 
 const std::set<std::string>& knownExtensions() {
-    static const std::set<std::string> names{
-        "KHR_lights_punctual", "KHR_materials_clearcoat", "KHR_materials_emissive_strength",
-        "KHR_materials_ior",   "KHR_materials_specular",  "KHR_materials_transmission",
-        "KHR_materials_unlit", "KHR_mesh_quantization",   "KHR_texture_transform"};
+    static const std::set<std::string> names{"EXT_mesh_gpu_instancing",    "KHR_materials_anisotropy",
+                                             "KHR_materials_iridescence",  "KHR_materials_sheen",
+                                             "KHR_materials_volume",       "KHR_lights_punctual",
+                                             "KHR_materials_clearcoat",    "KHR_materials_emissive_strength",
+                                             "KHR_materials_ior",          "KHR_materials_specular",
+                                             "KHR_materials_transmission", "KHR_materials_unlit",
+                                             "KHR_mesh_quantization",      "KHR_texture_transform"};
     return names;
 }
 
@@ -34,12 +40,21 @@ std::string hintOf(const std::string& extension) {
          "the buffers are compressed by meshoptimizer (gltfpack -c); export without compression"},
         {"KHR_meshopt_compression",
          "the buffers are compressed by meshoptimizer; export without compression"},
-        {"KHR_texture_basisu", "the textures are Basis Universal (KTX2) files; export them as PNG or JPEG"},
+        {"KHR_texture_basisu", "the textures are KTX2 files (Basis Universal); export them as PNG or JPEG"},
         {"EXT_texture_webp", "the textures are WebP files; export them as PNG or JPEG"},
-        {"EXT_mesh_gpu_instancing", "instances by attribute; export them as nodes"},
         {"KHR_materials_pbrSpecularGlossiness", "materials of glTF 1; convert them to metallic-roughness"}};
     const auto it = hints.find(extension);
     return it == hints.end() ? "" : std::string(": ") + it->second;
+}
+
+/// Returns whether a file can be shown without an extension that it requires: its materials have a fallback,
+/// or it adds data or motion only.
+bool isOptional(const std::string& extension) {
+    static const std::set<std::string> others{
+        "KHR_animation_pointer",  "KHR_node_visibility", "KHR_node_hoverability",
+        "KHR_node_selectability", "KHR_interactivity",   "KHR_xmp",
+        "KHR_xmp_json_ld",        "KHR_audio",           "KHR_physics_rigid_bodies"};
+    return extension.find("_materials_") != std::string::npos || others.count(extension) != 0;
 }
 
 /// Returns true for members that are an index, a count, a number of bytes or an enumeration in any object.
@@ -60,16 +75,25 @@ bool isIntegerList(const std::string& name) {
 
 class Checker {
   public:
-    explicit Checker(const JsonFail& fail) : m_fail(fail) {}
+    Checker(bool isBinary, const JsonFail& fail) : m_isBinary(isBinary), m_fail(fail) {}
 
     JsonFacts check(std::string_view text, std::optional<uint64_t> chunk) {
-        const json root = parse(text);
+        json root = parse(text);
         if (!root.is_object())
             m_fail("", "the file's JSON is not an object");
         checkVersion(root);
+        m_facts.deviations = findDeviations(root);
+        JsonRepair repair = repairJson(
+            root, [](const std::string& member) { return isInteger(member) || isIntegerList(member); });
+        m_facts.replaced = std::move(repair.deviations);
+        m_facts.unbackedAccessors = std::move(repair.unbacked);
         checkExtensions(root);
         checkSources(root, chunk);
         checkMembers(root, "");
+        for (const auto& [index, bytes] : m_newBuffers)
+            replaceBuffer(root["buffers"][index], bytes);
+        if (repair.isChanged || !m_newBuffers.empty())
+            m_facts.replacement = root.dump(-1, ' ', false, json::error_handler_t::replace);
         return std::move(m_facts);
     }
 
@@ -118,13 +142,22 @@ class Checker {
     void checkExtensions(const json& root) {
         std::string missing;
         for (const std::string& name : strings(root, "extensionsRequired"))
-            if (!knownExtensions().count(name))
+            if (isOptional(name) && !knownExtensions().count(name))
+                m_facts.optionalRequired.push_back(name + hintOf(name));
+            else if (!knownExtensions().count(name))
                 missing += (missing.empty() ? "" : "; ") + name + hintOf(name);
         if (!missing.empty())
             m_fail("extensionsRequired", "unsupported extensions: " + missing);
         for (const std::string& name : strings(root, "extensionsUsed"))
-            if (!knownExtensions().count(name))
-                m_facts.ignoredExtensions.push_back(name + hintOf(name));
+            if (const std::string text = name + hintOf(name);
+                !knownExtensions().count(name) && !isReported(text))
+                m_facts.ignoredExtensions.push_back(text);
+    }
+
+    /// Whether an extension is known to be required and dispensable.
+    bool isReported(const std::string& text) const {
+        const auto& reported = m_facts.optionalRequired;
+        return std::find(reported.begin(), reported.end(), text) != reported.end();
     }
 
     /// Calls check(entry, jsonPath) for the objects of an array.
@@ -173,15 +206,37 @@ class Checker {
         return digits.size() * 3 / 4;
     }
 
+    /// Returns why a buffer has no data; empty: it has. Such buffers are errors where they are used, or zeros
+    /// if they have no uri, as glTF allows it.
+    std::string whyMissing(const json& buffer, bool isFirst, std::optional<uint64_t> chunk) {
+        const auto uri = buffer.find("uri");
+        if (uri == buffer.end())
+            return isFirst && chunk        ? ""
+                   : isFirst && m_isBinary ? kNoChunk
+                                           : "has no uri: its bytes are taken as zeros";
+        const std::string name = uri->is_string() ? uri->get<std::string>() : "";
+        if (isData(name) && name.find(";base64,") == std::string::npos)
+            return "is a data URI of an unsupported kind: only base64 is supported";
+        return !isData(name) && name.find("://") != std::string::npos ? "is not a file name" : "";
+    }
+
     void checkBuffer(const json& buffer, const std::string& jsonPath, std::optional<uint64_t> chunk) {
         const auto length = buffer.find("byteLength");
         if (length == buffer.end())
             m_fail(jsonPath + ".byteLength", "is missing");
         checkInteger(*length, jsonPath + ".byteLength");
         const uint64_t needed = *length;
+        const size_t index = m_bufferCount++;
+        if (const std::string reason = whyMissing(buffer, index == 0, chunk); !reason.empty()) {
+            const bool isZero = !buffer.contains("uri") && reason != kNoChunk && needed <= kMaxZeros;
+            const std::string path = jsonPath + (buffer.contains("uri") ? ".uri" : "");
+            (isZero ? m_facts.replaced : m_facts.deviations).emplace_back(path, reason);
+            if (!isZero)
+                m_facts.missingBuffers[index] = {path, reason};
+            m_newBuffers[index] = isZero ? size_t(needed) : 1;
+            return;
+        }
         const auto uri = uriOf(buffer, jsonPath);
-        if (!uri && !chunk)
-            m_fail(jsonPath, "has no uri, and the file has no binary chunk");
         if (uri && !isData(*uri)) {
             uint64_t& longest = m_facts.bufferFiles[decodeUri(*uri)];
             longest = std::max(longest, needed);
@@ -293,9 +348,14 @@ class Checker {
 
     static constexpr double kLargestFloat = std::numeric_limits<float>::max();
     static constexpr uint64_t kLargestInt = std::numeric_limits<int>::max();
+    static constexpr const char* kNoChunk = "has no uri, and the file has no binary chunk";
+    static constexpr uint64_t kMaxZeros = uint64_t(1) << 24; ///< bytes of a buffer without data
     static constexpr uint64_t kLargestSize = uint64_t(1) << 32;
+    const bool m_isBinary;
     const JsonFail& m_fail;
     JsonFacts m_facts;
+    size_t m_bufferCount = 0;
+    std::map<size_t, size_t> m_newBuffers; ///< bytes, by index
 };
 
 } // namespace
@@ -321,8 +381,9 @@ std::string decodeUri(const std::string& uri) {
     return out;
 }
 
-JsonFacts checkJson(std::string_view text, std::optional<uint64_t> chunk, const JsonFail& fail) {
-    return Checker(fail).check(text, chunk);
+JsonFacts checkJson(std::string_view text, std::optional<uint64_t> chunk, bool isBinary,
+                    const JsonFail& fail) {
+    return Checker(isBinary, fail).check(text, chunk);
 }
 
 } // namespace strobe::gltf

@@ -1,7 +1,5 @@
-#include "integrators/quad.h"
-
-#include "core/params/params.h"
-#include "core/render/batch.h"
+// The integrator of docs/tutorial-integrator.md: the samples of neighboring pixels share shades.
+#include <strobe/plugin.h>
 
 #include <map>
 
@@ -84,6 +82,7 @@ class Quad : public Integrator {
 
 } // namespace
 
+/// The row of the plugin table.
 IntegratorPlugin quadPlugin() {
     return {"quad",
             "samples of neighboring pixels that hit the same primitive share a shade; biased",
@@ -94,3 +93,5 @@ IntegratorPlugin quadPlugin() {
 }
 
 } // namespace strobe
+
+STROBE_PLUGIN_LIBRARY([](strobe::PluginRows& rows) { rows.add(strobe::quadPlugin()); })
