@@ -1,3 +1,4 @@
+#include "core/util/memory.h"
 #include "core/util/standard_files.h"
 #include "core/util/version.h"
 #include "loader/build/plugin_tables.h"
@@ -18,13 +19,14 @@ class Merge {
     Merge(const MergeOptions& options, const Log& log)
         : m_options(options), m_log(log), m_settings(outputSettings(options.format, 0)),
           m_parts(options.parts, options.allowMissing) {
-        const bool writesImage =
-            std::any_of(options.images.begin(), options.images.end(), [](auto& image) { return !isPart(image); });
+        const bool writesImage = std::any_of(options.images.begin(), options.images.end(),
+                                             [](auto& image) { return !isPart(image); });
         if (writesImage)
             checkSlices();
     }
 
     Outcome run() {
+        checkMemory();
         MergedFrame frame(m_parts.merged());
         for (const auto& file : m_parts.files()) {
             PartReader part(file);
@@ -48,6 +50,17 @@ class Merge {
         Diagnostics diagnostics;
         return findPlugin(tables.integrators, m_parts.merged().keyValue("integrator"), "integrator", {})
             .create(ParamSet(), BuildContext{diagnostics});
+    }
+
+    /// Throws Error of kind Usage if this machine has too little memory for the frame, whose size may be
+    /// wrong in a damaged part.
+    void checkMemory() const {
+        const PartHeader& merged = m_parts.merged();
+        const uint64_t pixels = uint64_t(merged.pixelBounds.width()) * uint64_t(merged.pixelBounds.height());
+        if (pixels * (sizeof(PixelAccumulator) + sizeof(Rgb)) > physicalMemory())
+            throw Error(fmt::format("a frame of {}x{} pixels takes more memory than this machine has",
+                                    merged.fullWidth, merged.fullHeight),
+                        ErrorKind::Usage);
     }
 
     /// Warns of what is missing, or throws Error of kind Usage.
@@ -74,8 +87,8 @@ class Merge {
         const PixelBounds& bounds = merged.pixelBounds;
         const uint64_t missing = frame.missingSamples();
         if (missing > 0 && missingSlices(merged).empty())
-            reportMissing(fmt::format("{} samples of the pixels from {},{} to {},{} are missing", missing, bounds.x0,
-                                      bounds.y0, bounds.x1 - 1, bounds.y1 - 1));
+            reportMissing(fmt::format("{} samples of the pixels from {},{} to {},{} are missing", missing,
+                                      bounds.x0, bounds.y0, bounds.x1 - 1, bounds.y1 - 1));
         if (bounds.width() != merged.fullWidth || bounds.height() != merged.fullHeight)
             m_log.warn("the parts show pixels {},{} to {},{} of a frame of {}x{}", bounds.x0, bounds.y0,
                        bounds.x1 - 1, bounds.y1 - 1, merged.fullWidth, merged.fullHeight);

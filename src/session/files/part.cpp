@@ -24,6 +24,15 @@ bool isConsistent(const PartSlices& slices, const PartHeader& part) {
            slices.numbers.back() < tiles.count;
 }
 
+/// Whether the rows of all boxes are few enough for CoveredPixels.
+bool haveFewRows(const std::vector<SampleBox>& boxes) {
+    constexpr uint64_t kMaxRows = 1 << 26;
+    uint64_t rows = 0;
+    for (const SampleBox& box : boxes)
+        rows += uint64_t(box.pixelBounds.height());
+    return rows <= kMaxRows;
+}
+
 /// Returns which files of the scenes differ.
 std::string changedFiles(const PartHeader& part, const PartHeader& more) {
     const std::map<std::string, uint64_t> now(part.files.begin(), part.files.end()),
@@ -79,13 +88,12 @@ bool isWithin(const PartHeader& part, const PixelBounds& pixels, const SampleSli
 bool isConsistent(const PartHeader& part) {
     if (part.fullWidth < 1 || part.fullHeight < 1 || part.fullWidth > kMaxResolution ||
         part.fullHeight > kMaxResolution || part.samplesPerPixel < 1 || part.boxes.empty() ||
-        !isInside(part.pixelBounds, {0, 0, part.fullWidth, part.fullHeight}) ||
-        part.layout.cryptoLevels == 0)
+        !isInside(part.pixelBounds, {0, 0, part.fullWidth, part.fullHeight}) || part.layout.cryptoLevels == 0)
         return false;
     return (!part.slices || isConsistent(*part.slices, part)) &&
-           std::all_of(part.boxes.begin(), part.boxes.end(), [&](const SampleBox& box) {
-               return isWithin(part, box.pixelBounds, box.samples);
-           });
+           std::all_of(part.boxes.begin(), part.boxes.end(),
+                       [&](const SampleBox& box) { return isWithin(part, box.pixelBounds, box.samples); }) &&
+           haveFewRows(part.boxes);
 }
 
 CoveredPixels::CoveredPixels(const PartHeader& part)

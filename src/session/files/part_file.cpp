@@ -167,7 +167,8 @@ void PartReader::readHeader() {
     const auto [rest, error] = std::from_chars(line.data(), end, checksum, 16);
     const std::string_view json = std::string_view(line).substr(std::min(kChecksumSize + 1, line.size()));
     std::optional<PartHeader> header;
-    if (error == std::errc() && rest == end && checksum == crc32Of(json))
+    if (error == std::errc() && rest == end && line.size() > kChecksumSize && line[kChecksumSize] == ' ' &&
+        checksum == crc32Of(json))
         header = partHeaderFromJson(json);
     if (!header)
         fail("it is damaged");
@@ -222,8 +223,7 @@ void PartReader::read(const PartSink& sink) {
 int PartReader::readSums(const Block& block, const CoveredPixels& pixels, int y, const PartSink& sink) const {
     const PixelBounds& rows = block.head.pixels;
     size_t count = 0;
-    if (block.head.kind != BlockKind::Sums || rows.y0 != y || rows.y1 <= y ||
-        rows.y1 > m_part.pixelBounds.y1)
+    if (block.head.kind != BlockKind::Sums || rows.y0 != y || rows.y1 <= y || rows.y1 > m_part.pixelBounds.y1)
         fail("it is damaged");
     for (; y < rows.y1; ++y)
         count += pixels.countOf(y);
