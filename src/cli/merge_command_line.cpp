@@ -26,6 +26,8 @@ std::optional<ExitCode> parseMergeCommandLine(int argc, char** argv, MergeComman
     addPluginOption(app);
     app.add_flag("--mkdir", merge.makeFolders, "create the folders of outputs");
     addImageOptions(app, merge.format);
+    app.add_flag("--allow-missing", merge.allowMissing,
+                 "write an image of the parts that there are; without it, missing samples are an error");
     app.add_flag("--strict", merge.strict, "exit with code 6 if a sample is NaN, infinite or too large");
     app.add_flag("-q,--quiet", line.quiet, "print errors only");
     try {

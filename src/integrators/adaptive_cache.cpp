@@ -124,6 +124,7 @@ class AdaptiveCache : public Integrator {
     }
     /// All samples of a pixel determine the size of its cells.
     SampleDependence dependence() const override { return SampleDependence::Pixel; }
+    void mergeRecords(FilmRecords& records) const override { mergeRecordsOfSamePixels(records); }
     void finishMerged(Film& film) const override {
         if (!film.records().isEmpty())
             shareLight(film);

@@ -1,5 +1,7 @@
 #include "session/aov_recorder.h"
 
+#include "session/files/part.h"
+
 namespace strobe {
 
 AovRecorder::AovRecorder(const std::vector<Aov>& aovs, int cryptomatteEntries, const BuiltScene& built,
@@ -43,20 +45,6 @@ RecordedAovs recordedAovs(std::vector<AovChannel> channels) {
             {channel.layer + '.' + channel.name, channel.values.data(), 1, channel.exact});
     }
     return aovs;
-}
-
-RecordedAovs recordedAovs(const AovLayout& layout, const Film& film) {
-    std::optional<AovSums> surfaces;
-    if (!aovsInGroup(layout.aovs, AovGroup::Visible).empty())
-        surfaces.emplace(film.pixelBounds(), layout);
-    std::optional<LightFilm> lights;
-    if (const auto light = aovsInGroup(layout.aovs, AovGroup::Light); !light.empty())
-        lights.emplace(film.pixelBounds(), light, layout.lightGroups);
-    AovSums* const sums = surfaces ? &*surfaces : nullptr;
-    LightFilm* const lightFilm = lights ? &*lights : nullptr;
-    for (const FilmRecord& record : film.layerRecords().all())
-        loadLayers(record, sums, lightFilm);
-    return recordedAovs(sums, lightFilm);
 }
 
 AovLayout layoutOf(const RenderSettings& settings) {

@@ -20,9 +20,6 @@ struct RecordedAovs {
 RecordedAovs recordedAovs(std::vector<AovChannel> channels);
 /// Returns the means of the samples so far. `surfaces` and `lights` may be null.
 RecordedAovs recordedAovs(const AovSums* surfaces, const LightFilm* lights);
-/// Returns the AOVs in the layer records of a film, over its pixel bounds. Throws Error of kind Usage if a
-/// record is damaged.
-RecordedAovs recordedAovs(const AovLayout& layout, const Film& film);
 
 /// Records the AOVs of AovGroup::Visible and AovGroup::Light. (The film holds those of AovGroup::Sharing.)
 class AovRecorder {

@@ -28,15 +28,6 @@ std::vector<SampleBox> finishedBoxes(const Film& film, const SampleSlice& sample
     return boxes;
 }
 
-/// Returns the records of pixels of the film that have all samples.
-std::vector<FilmRecord> finishedRecords(const FilmRecords& all, const Film& film,
-                                        const SampleSlice& samples) {
-    std::vector<FilmRecord> records = all.all();
-    std::erase_if(records,
-                  [&](const FilmRecord& record) { return !isFinished(film, record.pixels, samples); });
-    return records;
-}
-
 /// Returns the names of AOVs, and what else their layers depend on besides the scene.
 std::string aovText(const AovLayout& layout) {
     std::string text;
@@ -50,10 +41,11 @@ std::string aovText(const AovLayout& layout) {
 
 } // namespace
 
-RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built, const AovLayout& layout) {
+PartHeader partHeaderOf(const Film& film, const FrameJob& job, const BuiltScene& built,
+                        const AovLayout& layout) {
     const RenderOptions& options = job.options;
-    RenderPart part;
-    part.key = {{"version", version()}, {RenderPart::kScene, fmt::format("{:016x}", job.content.hash)}};
+    PartHeader part;
+    part.key = {{"version", version()}, {PartHeader::kScene, fmt::format("{:016x}", job.content.hash)}};
     part.files = job.content.files;
     if (const std::string config = options.output.format.color->contentHash(); !config.empty())
         part.key.emplace_back("color config", config);
@@ -68,17 +60,27 @@ RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built
     if (options.build.transparent)
         part.key.emplace_back("background", "transparent");
     if (const std::string note = film.records().note(); !note.empty())
-        part.key.emplace_back(RenderPart::kNote, note);
+        part.key.emplace_back(PartHeader::kNote, note);
     part.fullWidth = film.fullWidth();
     part.fullHeight = film.fullHeight();
     part.samplesPerPixel = built.sampler.samplesPerPixel;
     part.pixelBounds = film.pixelBounds();
     part.boxes = finishedBoxes(film, samplesOf(job, built));
-    part.sums = film.sums();
-    part.records = finishedRecords(film.records(), film, samplesOf(job, built));
     part.layout = layout;
-    part.layers = finishedRecords(film.layerRecords(), film, samplesOf(job, built));
     return part;
+}
+
+void writePart(const std::filesystem::path& file, const PartHeader& part, const Film& film) {
+    const SampleSlice samples = part.boxes.front().samples;
+    PartWriter writer(part);
+    writer.addSums(film.sums());
+    for (const FilmRecord& record : film.records().all())
+        if (isFinished(film, record.pixels, samples))
+            writer.addRecord(record);
+    for (const FilmRecord& record : film.layerRecords().all())
+        if (isFinished(film, record.pixels, samples))
+            writer.addLayers(record);
+    writer.write(file);
 }
 
 Checkpoint::Checkpoint(const FrameJob& job, const BuiltScene& built, AovLayout layout)
@@ -96,32 +98,37 @@ Checkpoint::Checkpoint(const FrameJob& job, const BuiltScene& built, AovLayout l
 bool Checkpoint::resume(Film& film) const {
     if (!exists(m_job))
         return false;
-    const RenderPart part = readPart(m_file);
+    PartReader part(m_file);
     // The integrator has not decided yet. Renderer::render compares the decisions.
-    film.records().setNote(part.keyValue(RenderPart::kNote));
-    RenderPart expected = partOf(film, m_job, m_built, m_layout);
-    expected.boxes.clear();
-    const SampleSlice samples = samplesOf(m_job, m_built);
-    for (const SampleBox& box : part.boxes)
-        if (box.samples != samples)
-            throw Error(fmt::format("{}: it has samples {}:{}, not {}:{}", m_file.string(), box.samples.first,
-                                    box.samples.end, samples.first, samples.end),
-                        ErrorKind::Usage);
-    addPart(expected, part, m_file);
-    const PixelBounds& saved = part.pixelBounds;
-    const PixelBounds& own = film.pixelBounds();
-    if (saved.x0 != own.x0 || saved.y0 != own.y0 || saved.x1 != own.x1 || saved.y1 != own.y1)
-        throw Error(fmt::format("{}: its pixels are {} {} {} {}, not {} {} {} {}", m_file.string(), saved.x0,
-                                saved.x1, saved.y0, saved.y1, own.x0, own.x1, own.y0, own.y1),
-                    ErrorKind::Usage);
+    film.records().setNote(part.header().keyValue(PartHeader::kNote));
+    checkHeader(part.header(), film);
     addToFilm(part, film);
     return true;
 }
 
+/// Throws Error of kind Usage if a checkpoint with this header is not of this render.
+void Checkpoint::checkHeader(const PartHeader& saved, const Film& film) const {
+    const auto fail = [&](const std::string& reason) {
+        throw Error(m_file.string() + ": " + reason, ErrorKind::Usage);
+    };
+    const PartHeader own = partHeaderOf(film, m_job, m_built, m_layout);
+    const SampleSlice samples = samplesOf(m_job, m_built);
+    for (const SampleBox& box : saved.boxes)
+        if (box.samples != samples)
+            fail(fmt::format("it has samples {}:{}, not {}:{}", box.samples.first, box.samples.end,
+                             samples.first, samples.end));
+    if (const std::string difference = differenceOf(own, saved); !difference.empty())
+        fail(difference);
+    const PixelBounds &a = saved.pixelBounds, &b = own.pixelBounds;
+    if (!(a == b))
+        fail(fmt::format("its pixels are {} {} {} {}, not {} {} {} {}", a.x0, a.x1, a.y0, a.y1, b.x0, b.x1,
+                         b.y0, b.y1));
+}
+
 void Checkpoint::save(const Film& film, FallbackWriter& fallback) const {
-    const RenderPart part = partOf(film, m_job, m_built, m_layout);
+    const PartHeader part = partHeaderOf(film, m_job, m_built, m_layout);
     if (!part.boxes.empty())
-        fallback.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part); });
+        fallback.write(m_file, [&](const std::filesystem::path& file) { writePart(file, part, film); });
 }
 
 bool Checkpoint::exists(const FrameJob& job) {

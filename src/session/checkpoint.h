@@ -9,9 +9,13 @@
 
 namespace strobe {
 
-/// Returns the pixels of the film that have all samples of the job, and their records and AOVs. The film
-/// keeps sums. `layout`: of the AOVs in the film's layer records.
-RenderPart partOf(const Film& film, const FrameJob& job, const BuiltScene& built, const AovLayout& layout);
+/// Returns the header of a part of the pixels of the film that have all samples of the job. The film keeps
+/// sums. `layout`: of the AOVs in the film's layer records.
+PartHeader partHeaderOf(const Film& film, const FrameJob& job, const BuiltScene& built,
+                        const AovLayout& layout);
+/// Writes these pixels, their records and their AOVs. `part`: as partHeaderOf returns it; it has boxes. The
+/// file is replaced atomically. Throws Error of kind Output.
+void writePart(const std::filesystem::path& file, const PartHeader& part, const Film& film);
 
 /// The checkpoint of a render: a part in the file OUTPUT.checkpoint, OUTPUT being the first image.
 class Checkpoint {
@@ -32,6 +36,8 @@ class Checkpoint {
     static void remove(const FrameJob& job);
 
   private:
+    void checkHeader(const PartHeader& saved, const Film& film) const;
+
     const FrameJob& m_job;
     const BuiltScene& m_built;
     const AovLayout m_layout;

@@ -3,7 +3,7 @@
 #include "core/film/aov.h"
 #include "core/image/image_format.h"
 #include "core/util/standard_files.h"
-#include "session/files/part_file.h"
+#include "session/files/part.h"
 
 #include <fmt/format.h>
 

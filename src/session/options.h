@@ -92,7 +92,8 @@ struct MergeOptions {
     std::vector<std::filesystem::path> images; ///< see OutputOptions
     bool makeFolders = false;                  ///< see OutputOptions
     ImageOptions format;
-    bool strict = false; ///< see RenderOptions
+    bool strict = false;       ///< see RenderOptions
+    bool allowMissing = false; ///< parts that do not exist, and samples that the parts lack, are warnings
     std::shared_ptr<const PluginLibraries> plugins = std::make_shared<const PluginLibraries>();
 };
 

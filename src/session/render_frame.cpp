@@ -3,6 +3,7 @@
 #include "session/aov_recorder.h"
 #include "session/estimate.h"
 #include "session/exposure.h"
+#include "session/files/merged_frame.h"
 #include "session/outputs.h"
 #include "session/render_session.h"
 #include "session/report.h"
@@ -102,7 +103,7 @@ class FrameRenderer {
                     bool isFinished) {
         if (isPart(image)) {
             if (isFinished)
-                writePart(image, partOf(film, m_job, m_built, layoutOf(m_settings)));
+                writePart(image, partHeaderOf(film, m_job, m_built, layoutOf(m_settings)), film);
         } else if (isFinished) {
             writeImageFile(image, film, stats, true);
         } else if (const auto file = m_unfinished.fileFor(image, film)) {

@@ -37,8 +37,8 @@ def split(box, parts, chance):
 class PartsTest(SceneTest):
     # Parts
 
-    def merged(self, parts, out="m.exr", code=0):
-        done = subprocess.run([STROBE, "merge", *parts, "-o", out], cwd=self.folder, capture_output=True, text=True, timeout=60)
+    def merged(self, parts, out="m.exr", code=0, options=()):
+        done = subprocess.run([STROBE, "merge", *parts, "-o", out, *options], cwd=self.folder, capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr
 
@@ -133,12 +133,17 @@ class PartsTest(SceneTest):
         self.assertRegex(self.merged(["a.part", "b.part"], code=1), "it is a part of another scene: s.scene has changed")
         self.assertFalse(os.path.exists(self.path("m.exr")))
 
-    def test_overlapping_parts_are_an_error_and_missing_samples_a_warning(self):
+    def test_overlapping_parts_and_missing_samples_are_errors(self):
         small = ["--resolution", "30x20", "--quiet"]
         self.run_strobe(*small, "--sample-range", "0:5", "-o", "a.part")
         self.run_strobe(*small, "--sample-range", "4:8", "--pixel-bounds", "0", "10", "0", "20", "-o", "b.part")
-        self.assertIn("b.part: samples 4:8 of pixels 0 10 0 20 overlap those of another file", self.merged(["a.part", "b.part"], code=1))
-        self.assertIn("1800 samples of the pixels from 0,0 to 29,19 are missing", self.merged(["a.part"]))
+        self.assertIn("b.part: samples 4:8 of pixels 0 10 0 20 overlap those of a.part", self.merged(["a.part", "b.part"], code=1))
+        missing = "1800 samples of the pixels from 0,0 to 29,19 are missing"
+        self.assertIn(missing + "; --allow-missing writes what there is", self.merged(["a.part"], code=1))
+        self.assertIn("none.part: cannot read it: No such file", self.merged(["a.part", "none.part"], code=1))
+        stderr = self.merged(["a.part", "none.part"], options=["--allow-missing"])
+        self.assertIn(missing, stderr)
+        self.assertIn("1 of 2 parts do not exist, as none.part", stderr)
         self.assertEqual(Exr(self.path("m.exr")).attributes["strobe:unfinished"], 1)
 
     def test_merged_parts_that_do_not_cover_the_frame(self):
@@ -155,15 +160,12 @@ class PartsTest(SceneTest):
         self.run_strobe("--resolution", "30x20", "--quiet", "-o", "a.part")
         with open(self.path("a.part"), "rb") as file:
             good = file.read()
-        for bytes, reason in ((good[:-1], "it is truncated or too long"), (good + b"x", "it is truncated or too long"),
-                              (b"hello", "it is not a part of a render"), (good[:60], "it is damaged"),
-                              (good[:-9] + b"x" + good[-8:], "it is damaged"),
-                              (good.replace(b'"seed":"0"', b'"seed":"1"', 1), "it is damaged"),
-                              (good.replace(b'"window":[0,30,0,20]', b'"window":[0,30,0,99]', 1), "it is damaged"),
-                              (good.replace(b'"frame":[30,20]', b'"frame":[3e+10,20]', 1), "it is damaged"),
-                              (good.replace(b'"samplesPerPixel":', b'"samplesPerPixel":4294967296', 1), "it is damaged")):
+        for damaged, reason in ((good[:-1], "it is truncated"), (good + b"x", "it is too long"), (b"hello", "it is not a part of a render"),
+                              (b"strobe part 3" + good[13:], "it is a part of another version of strobe"), (good[:60], "it is damaged"),
+                              (good[:-28] + bytes([good[-28] ^ 1]) + good[-27:], "it is damaged"),
+                              (good.replace(b'"seed":"0"', b'"seed":"1"', 1), "it is damaged")):
             with open(self.path("b.part"), "wb") as file:
-                file.write(bytes)
+                file.write(damaged)
             self.assertIn("b.part: " + reason, self.merged(["b.part"], code=1))
         self.assertIn("none.part: cannot read it: No such file", self.merged(["none.part"], code=1))
 

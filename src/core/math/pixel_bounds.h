@@ -8,6 +8,7 @@ struct PixelBounds {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
     int width() const { return x1 - x0; }
     int height() const { return y1 - y0; }
+    bool operator==(const PixelBounds&) const = default;
 };
 
 } // namespace strobe

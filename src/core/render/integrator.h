@@ -132,6 +132,9 @@ class Integrator {
     virtual double shadesPerPixel(int samplesPerPixel) const { return samplesPerPixel; }
     /// Returns true if `begin` reads context.shadeCost. Measuring it takes some milliseconds.
     virtual bool needsShadeCost(const RenderContext& /*context*/) const { return false; }
+    /// Replaces records of the same pixels by their sum, so that memory does not grow with the number of
+    /// parts. Throws Error of kind Usage if a record is damaged.
+    virtual void mergeRecords(FilmRecords& /*records*/) const {}
     /// Completes a film of parts that were rendered by other processes, from its records alone. Throws Error
     /// of kind Usage if the records are damaged.
     virtual void finishMerged(Film& /*film*/) const {}

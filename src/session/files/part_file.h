@@ -1,67 +1,69 @@
-// Part files: exact sums and records of some samples of some pixels, which add up to the whole render.
+// Part files, which are written and read block by block: sums of rows of pixels, and records.
 #pragma once
 
-#include "core/film/aov_sums.h"
 #include "core/film/film.h"
-#include "core/render/integrator.h"
+#include "session/files/part.h"
 
-#include <filesystem>
-#include <string>
-#include <utility>
-#include <vector>
+#include <functional>
+#include <istream>
 
 namespace strobe {
 
-/// The same samples of all pixels of a rectangle.
-struct SampleBox {
-    PixelBounds pixelBounds;
-    SampleSlice samples;
+/// Collects a part and writes it to a file: a line with the format and version, a line of JSON with its
+/// checksum, and compressed blocks with checksums.
+class PartWriter {
+  public:
+    explicit PartWriter(const PartHeader& part);
+    /// Adds the sums of the pixels of the boxes, from those of all pixels of the part's bounds, row by row.
+    void addSums(const std::vector<PixelAccumulator>& sums);
+    /// Adds a record of samples of the boxes.
+    void addRecord(const FilmRecord& record);
+    /// Adds the AOVs of samples of the boxes: see storeLayers.
+    void addLayers(const FilmRecord& record);
+    /// Replaces the file atomically. Throws Error of kind Output.
+    void write(const std::filesystem::path& file);
+
+  private:
+    const PartHeader& m_part;
+    const CoveredPixels m_pixels;
+    std::string m_bytes;
 };
 
-struct RenderPart {
-    /// Names and values of all that affects the image. Parts of one render have equal keys.
-    std::vector<std::pair<std::string, std::string>> key;
-    /// Names and hashes of files of the scene, to tell what differs between scenes.
-    std::vector<std::pair<std::string, uint64_t>> files;
-    int fullWidth = 0, fullHeight = 0;  ///< of the frame, pixels
-    int samplesPerPixel = 0;            ///< of the whole render
-    std::vector<SampleBox> boxes;       ///< the samples of this part; disjoint
-    PixelBounds pixelBounds;            ///< contains the boxes
-    std::vector<PixelAccumulator> sums; ///< row by row over pixelBounds
-    std::vector<FilmRecord> records;    ///< of samples of the boxes
-    AovLayout layout;                   ///< of the AOVs
-    std::vector<FilmRecord> layers;     ///< the AOVs of samples of the boxes: see storeLayers
-
-    /// Returns the value of a name of the key; empty if there is none.
-    std::string keyValue(const std::string& name) const;
-    /// The name in the key of FilmRecords::note.
-    static constexpr const char* kNote = "integratorNote";
-    /// The name in the key of the hash of the scene.
-    static constexpr const char* kScene = "scene";
+/// Receives what PartReader::read reads.
+struct PartSink {
+    std::function<void(int x, int y, const PixelAccumulator& sum)> sum; ///< each pixel of the boxes, once
+    std::function<void(FilmRecord)> record;
+    std::function<void(FilmRecord)> layers;
 };
 
-/// Whether a file with this name is a part.
-inline bool isPart(const std::filesystem::path& file) { return file.extension() == ".part"; }
+/// Reads a part file. All functions throw Error of kind Usage if it cannot be read, is not a part, is damaged
+/// or truncated.
+class PartReader {
+  public:
+    /// Reads the header.
+    explicit PartReader(const std::filesystem::path& file);
+    /// As above, from a stream. `file` names it in errors.
+    PartReader(std::unique_ptr<std::istream> stream, const std::filesystem::path& file);
+    const PartHeader& header() const { return m_part; }
+    /// Reads the samples; once. Memory: that of one block.
+    void read(const PartSink& sink);
 
-/// Writes a line with the format and version, a line with a checksum of the rest, a line of JSON, the sums,
-/// the records and the AOVs. The file is replaced atomically. Throws Error of kind Output.
-void writePart(const std::filesystem::path& file, const RenderPart& part);
-/// Throws Error of kind Usage if the file cannot be read, is not a part, is damaged or truncated.
-RenderPart readPart(const std::filesystem::path& file);
-/// Parses the bytes of a file. `file` names it in errors, which are those of readPart.
-RenderPart parsePart(std::string_view bytes, const std::filesystem::path& file);
+  private:
+    struct Block;
+    [[noreturn]] void fail(const std::string& reason) const;
+    void readHeader();
+    std::string readLine(size_t maxSize);
+    std::string readBytes(uint64_t size);
+    Block readBlock();
+    int readSums(const Block& block, const CoveredPixels& pixels, int y, const PartSink& sink) const;
 
-/// Adds the samples, the records and the AOVs of `more` to `part`. `file` names `more` in errors. Throws
-/// Error of kind Usage if the parts are of different renders, or have samples in common.
-void addPart(RenderPart& part, const RenderPart& more, const std::filesystem::path& file);
+    const std::filesystem::path m_file;
+    std::unique_ptr<std::istream> m_stream;
+    PartHeader m_part;
+};
 
-/// Adds the sums and the records to a film whose pixel bounds contain those of the part. The film keeps sums,
-/// unless it is empty. Sets the note of the film's records.
-void addToFilm(const RenderPart& part, Film& film);
-
-/// Returns how many samples the pixels of `pixelBounds` lack in all.
-uint64_t missingSamples(const RenderPart& part);
-/// Returns the number of invalid samples of all pixels.
-uint64_t invalidSamples(const std::vector<PixelAccumulator>& sums);
+/// Adds the sums and the records to a film whose pixel bounds contain those of the part, and sets the note of
+/// the film's records. The film keeps sums, unless it is empty.
+void addToFilm(PartReader& part, Film& film);
 
 } // namespace strobe
