@@ -37,13 +37,15 @@ std::vector<size_t> targetCounts(const Document& document) {
     return counts;
 }
 
-/// Sets the mesh's texture coordinates and alpha.
-void applyBinding(Primitive& primitive, const MaterialBinding& binding) {
+/// Sets the mesh's texture coordinates, alpha and culled side.
+void applyBinding(Primitive& primitive, const MaterialBinding& binding, const Settings& settings) {
     if (const auto uvs = primitive.uvSets.find(binding.uvSet); uvs != primitive.uvSets.end())
         primitive.mesh.uvs = uvs->second;
     else if (binding.usesUvs) // glTF: missing texture coordinates are zero
         primitive.mesh.uvs.assign(primitive.mesh.vertexCount(), V2f(0));
     primitive.mesh.alpha = binding.alpha;
+    if (settings.culling && !binding.doubleSided)
+        primitive.mesh.culledSide = TriangleMesh::Side::Back;
 }
 
 /// Returns the document. Warns of what was replaced in it.
@@ -58,8 +60,8 @@ class Importer::Impl {
   public:
     Impl(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
          Diagnostics& diagnostics)
-        : m_document(checked(std::move(document), diagnostics)), m_diagnostics(diagnostics),
-          m_tree(*m_document, settings.scene),
+        : m_document(checked(std::move(document), diagnostics)), m_settings(settings),
+          m_diagnostics(diagnostics), m_tree(*m_document, settings.scene),
           m_clip(*m_document, settings.animation, targetCounts(*m_document), diagnostics) {
         for (const std::string& extension : m_document->ignoredExtensions())
             m_document->warnOnce(diagnostics, extension, "extensionsUsed", extension + " is ignored");
@@ -155,7 +157,7 @@ class Importer::Impl {
             for (Primitive& p : m_meshes[index]->primitives) {
                 countVertices(p);
                 m_meshes[index]->bindings.push_back(materials.bind(p));
-                applyBinding(p, m_meshes[index]->bindings.back());
+                applyBinding(p, m_meshes[index]->bindings.back(), m_settings);
             }
         }
         const int skin = source(node).skin;
@@ -228,6 +230,7 @@ class Importer::Impl {
     }
 
     std::shared_ptr<const Document> m_document;
+    const Settings m_settings;
     Diagnostics& m_diagnostics;
     NodeTree m_tree;
     Clip m_clip;

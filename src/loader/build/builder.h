@@ -30,6 +30,7 @@ struct BuildOptions {
     std::string gltfAnimation,
         gltfCamera;              ///< for glTF files whose Shape "gltf" names none; empty: the default
     bool gltfPhotometric = true; ///< see gltf::Settings
+    bool gltfCulling = false;    ///< see gltf::Settings
     bool gltfGround = false;     ///< adds a matte floor below the glTF files
     std::shared_ptr<const PluginLibraries> plugins = std::make_shared<const PluginLibraries>();
 };
