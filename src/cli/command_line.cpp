@@ -111,6 +111,11 @@ void addGltfOptions(CLI::App& app, BuildOptions& build) {
         ->type_name("UNITS");
     app.add_flag("--gltf-culling", build.gltfCulling,
                  "camera rays pass through the back of glTF surfaces that are not doubleSided");
+    app.add_option(
+           "--gltf-points", build.gltfPointRadius,
+           "show points and lines of glTF files as spheres and tubes of this radius, in units of the file")
+        ->type_name("RADIUS")
+        ->transform(numberAboveZero<float>());
     app.add_flag("--ground", build.gltfGround, "add a matte floor below glTF files, for their shadows");
 }
 

@@ -153,7 +153,7 @@ class Importer::Impl {
     void readNode(size_t node, MaterialBuilder& materials) {
         const auto index = size_t(source(node).mesh);
         if (!m_meshes[index]) {
-            m_meshes[index] = BoundMesh{readMesh(*m_document, index, m_diagnostics), {}};
+            m_meshes[index] = BoundMesh{readMesh(*m_document, index, pointRadiusIn(node), m_diagnostics), {}};
             for (Primitive& p : m_meshes[index]->primitives) {
                 countVertices(p);
                 m_meshes[index]->bindings.push_back(materials.bind(p));
@@ -166,6 +166,17 @@ class Importer::Impl {
         if (anyDeforms(node)) // also checks joints and weights
             for (const Primitive& p : m_meshes[index]->primitives)
                 countVertices(p);
+    }
+
+    /// Returns the radius of points and lines in the space of a node, at time 0.
+    float pointRadiusIn(size_t node) {
+        if (m_settings.pointRadius == 0)
+            return 0;
+        if (m_globals.empty())
+            m_globals = m_tree.globals(m_clip, 0);
+        const float scale = std::cbrt(std::abs(determinant3(m_globals[node])));
+        const float radius = m_settings.pointRadius / scale;
+        return std::isfinite(radius) ? radius : m_settings.pointRadius;
     }
 
     void countVertices(const Primitive& primitive) {
@@ -234,6 +245,7 @@ class Importer::Impl {
     Diagnostics& m_diagnostics;
     NodeTree m_tree;
     Clip m_clip;
+    std::vector<M44f> m_globals; ///< from nodes to the scene, at time 0; empty until it is needed
     std::vector<std::optional<BoundMesh>> m_meshes; ///< by mesh; empty: not in the scene
     std::map<int, Skin> m_skins;
     std::vector<ImportedMaterial> m_materials;

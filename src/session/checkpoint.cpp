@@ -52,6 +52,8 @@ std::string aovText(const AovLayout& layout) {
 std::string gltfText(const BuildOptions& build) {
     std::string text = build.gltfPhotometric ? "" : " web";
     text += build.gltfCulling ? " culling" : "";
+    if (build.gltfPointRadius > 0)
+        text += fmt::format(" points {}", build.gltfPointRadius);
     text += build.gltfGround ? " ground" : "";
     if (!build.gltfAnimation.empty())
         text += fmt::format(" animation \"{}\"", build.gltfAnimation);

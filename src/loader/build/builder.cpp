@@ -113,6 +113,8 @@ SceneDescription withGltfOptions(SceneDescription&& description, const BuildOpti
             file.settings.camera = options.gltfCamera;
         file.settings.photometric &= options.gltfPhotometric;
         file.settings.culling |= options.gltfCulling;
+        if (file.settings.pointRadius == 0)
+            file.settings.pointRadius = options.gltfPointRadius;
     }
     return std::move(description);
 }
