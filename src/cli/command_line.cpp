@@ -95,6 +95,30 @@ Aov parseHeatmapAov(const std::string& name) {
     return info->aov;
 }
 
+void addGltfOptions(CLI::App& app, BuildOptions& build) {
+    app.add_option("--animation", build.gltfAnimation, "name of the glTF animation to play")
+        ->type_name("NAME");
+    app.add_option("--camera", build.gltfCamera, "name of the glTF camera to use")->type_name("NAME");
+    app.add_option_function<std::string>(
+           "--gltf-lights",
+           [&build](const std::string& units) {
+               if (units != "photometric" && units != "web")
+                   throw CLI::ValidationError("--gltf-lights", "takes photometric or web");
+               build.gltfPhotometric = units == "photometric";
+           },
+           "units of the lights of glTF files: photometric (candela and lux, divided by 683 lm/W) or web "
+           "(taken as W/sr and W/m², as web viewers do) [photometric]")
+        ->type_name("UNITS");
+    app.add_flag("--gltf-culling", build.gltfCulling,
+                 "camera rays pass through the back of glTF surfaces that are not doubleSided");
+    app.add_option(
+           "--gltf-points", build.gltfPointRadius,
+           "show points and lines of glTF files as spheres and tubes of this radius, in units of the file")
+        ->type_name("RADIUS")
+        ->transform(numberAboveZero<float>());
+    app.add_flag("--ground", build.gltfGround, "add a matte floor below glTF files, for their shadows");
+}
+
 void addSceneOptions(CLI::App& app, RenderOptions& render, const PluginTables& tables) {
     BuildOptions& build = render.build;
     app.option_defaults()->group("Scene and integrator");
@@ -122,20 +146,7 @@ void addSceneOptions(CLI::App& app, RenderOptions& render, const PluginTables& t
            "--resolution", [&build](const std::string& text) { build.resolution = parseResolution(text); },
            "size of the frame in pixels; overrides the scene")
         ->type_name("WxH");
-    app.add_option("--animation", build.gltfAnimation, "name of the glTF animation to play")
-        ->type_name("NAME");
-    app.add_option("--camera", build.gltfCamera, "name of the glTF camera to use")->type_name("NAME");
-    app.add_option_function<std::string>(
-           "--gltf-lights",
-           [&build](const std::string& units) {
-               if (units != "photometric" && units != "web")
-                   throw CLI::ValidationError("--gltf-lights", "takes photometric or web");
-               build.gltfPhotometric = units == "photometric";
-           },
-           "units of the lights of glTF files: photometric (candela and lux, divided by 683 lm/W) or web "
-           "(taken as W/sr and W/m², as web viewers do) [photometric]")
-        ->type_name("UNITS");
-    app.add_flag("--ground", build.gltfGround, "add a matte floor below glTF files, for their shadows");
+    addGltfOptions(app, build);
     app.add_flag("--quick", build.quick, "a quarter of the resolution and of the samples per pixel");
     app.add_flag("--dry-run", render.dryRun,
                  "load and check the scene, and estimate the time; write nothing");

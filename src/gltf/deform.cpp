@@ -212,6 +212,7 @@ TriangleMesh Deformer::meshDuring(const Shutter& shutter, float relativeToleranc
     mesh.indices = source.indices;
     mesh.uvs = source.uvs;
     mesh.alpha = source.alpha;
+    mesh.culledSide = source.culledSide;
     const size_t count = keys.size();
     for (size_t i = 0; i < count; ++i) {
         mesh.positions.push_back(std::move(keys[i].positions));

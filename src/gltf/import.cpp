@@ -37,13 +37,15 @@ std::vector<size_t> targetCounts(const Document& document) {
     return counts;
 }
 
-/// Sets the mesh's texture coordinates and alpha.
-void applyBinding(Primitive& primitive, const MaterialBinding& binding) {
+/// Sets the mesh's texture coordinates, alpha and culled side.
+void applyBinding(Primitive& primitive, const MaterialBinding& binding, const Settings& settings) {
     if (const auto uvs = primitive.uvSets.find(binding.uvSet); uvs != primitive.uvSets.end())
         primitive.mesh.uvs = uvs->second;
     else if (binding.usesUvs) // glTF: missing texture coordinates are zero
         primitive.mesh.uvs.assign(primitive.mesh.vertexCount(), V2f(0));
     primitive.mesh.alpha = binding.alpha;
+    if (settings.culling && !binding.doubleSided)
+        primitive.mesh.culledSide = TriangleMesh::Side::Back;
 }
 
 /// Returns the document. Warns of what was replaced in it.
@@ -58,8 +60,8 @@ class Importer::Impl {
   public:
     Impl(std::shared_ptr<const Document> document, const Settings& settings, TextureCache& textures,
          Diagnostics& diagnostics)
-        : m_document(checked(std::move(document), diagnostics)), m_diagnostics(diagnostics),
-          m_tree(*m_document, settings.scene),
+        : m_document(checked(std::move(document), diagnostics)), m_settings(settings),
+          m_diagnostics(diagnostics), m_tree(*m_document, settings.scene),
           m_clip(*m_document, settings.animation, targetCounts(*m_document), diagnostics) {
         for (const std::string& extension : m_document->ignoredExtensions())
             m_document->warnOnce(diagnostics, extension, "extensionsUsed", extension + " is ignored");
@@ -151,11 +153,11 @@ class Importer::Impl {
     void readNode(size_t node, MaterialBuilder& materials) {
         const auto index = size_t(source(node).mesh);
         if (!m_meshes[index]) {
-            m_meshes[index] = BoundMesh{readMesh(*m_document, index, m_diagnostics), {}};
+            m_meshes[index] = BoundMesh{readMesh(*m_document, index, pointRadiusIn(node), m_diagnostics), {}};
             for (Primitive& p : m_meshes[index]->primitives) {
                 countVertices(p);
                 m_meshes[index]->bindings.push_back(materials.bind(p));
-                applyBinding(p, m_meshes[index]->bindings.back());
+                applyBinding(p, m_meshes[index]->bindings.back(), m_settings);
             }
         }
         const int skin = source(node).skin;
@@ -164,6 +166,17 @@ class Importer::Impl {
         if (anyDeforms(node)) // also checks joints and weights
             for (const Primitive& p : m_meshes[index]->primitives)
                 countVertices(p);
+    }
+
+    /// Returns the radius of points and lines in the space of a node, at time 0.
+    float pointRadiusIn(size_t node) {
+        if (m_settings.pointRadius == 0)
+            return 0;
+        if (m_globals.empty())
+            m_globals = m_tree.globals(m_clip, 0);
+        const float scale = std::cbrt(std::abs(determinant3(m_globals[node])));
+        const float radius = m_settings.pointRadius / scale;
+        return std::isfinite(radius) ? radius : m_settings.pointRadius;
     }
 
     void countVertices(const Primitive& primitive) {
@@ -228,9 +241,11 @@ class Importer::Impl {
     }
 
     std::shared_ptr<const Document> m_document;
+    const Settings m_settings;
     Diagnostics& m_diagnostics;
     NodeTree m_tree;
     Clip m_clip;
+    std::vector<M44f> m_globals; ///< from nodes to the scene, at time 0; empty until it is needed
     std::vector<std::optional<BoundMesh>> m_meshes; ///< by mesh; empty: not in the scene
     std::map<int, Skin> m_skins;
     std::vector<ImportedMaterial> m_materials;

@@ -37,6 +37,8 @@ struct Settings {
     /// Units of these lights: photometric units are divided by 683 lm/W; else candela are taken as W/sr and
     /// lux as W/m², as viewers do that show the file in a browser.
     bool photometric = true;
+    bool culling = false;  ///< camera rays do not hit the back of surfaces that are not doubleSided
+    float pointRadius = 0; ///< of points and lines, in units of the scene; 0: they are skipped
 };
 
 /// A material and the emission of its surfaces.

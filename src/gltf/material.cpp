@@ -343,7 +343,7 @@ MaterialBinding MaterialBuilder::make(const Source& s, const Primitive& primitiv
         out.material = makeMetallicRoughness(in);
     }
     const MaterialBinding binding{int(m_materials.size()), alpha(s, context), s.mainUvSet(),
-                                  !s.slots().empty()};
+                                  !s.slots().empty(), s.doubleSided};
     m_materials.push_back(std::move(out));
     return binding;
 }

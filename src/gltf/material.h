@@ -17,6 +17,7 @@ struct MaterialBinding {
     FloatInput alpha{1};  ///< of the mesh
     int uvSet = 0;        ///< index of the TEXCOORD that becomes the mesh's uvs
     bool usesUvs = false; ///< the material has textures
+    bool doubleSided = false;
 };
 
 /// Creates each material once; primitives with vertex colors, or whose material uses several sets of texture

@@ -1,11 +1,23 @@
 #include "gltf/mesh.h"
 
 #include "gltf/file/accessor.h"
+#include "gltf/thicken.h"
 
 #include <numeric>
 
 namespace strobe::gltf {
 namespace {
+
+/// Returns the segments of LINES, LINE_LOOP or LINE_STRIP.
+std::vector<Segment> segmentsOf(int mode, const std::vector<uint32_t>& indices) {
+    std::vector<Segment> segments;
+    const size_t step = mode == TINYGLTF_MODE_LINE ? 2 : 1;
+    for (size_t i = 0; i + 1 < indices.size(); i += step)
+        segments.push_back({indices[i], indices[i + 1]});
+    if (mode == TINYGLTF_MODE_LINE_LOOP && indices.size() > 2)
+        segments.push_back({indices.back(), indices.front()});
+    return segments;
+}
 
 /// Reads the attributes of one primitive.
 class PrimitiveReader {
@@ -16,28 +28,33 @@ class PrimitiveReader {
         m_out.material = source.material;
     }
 
-    /// Reads the primitive. Returns false, with a warning, if it has no triangles.
-    bool read(size_t targetCount, Diagnostics& diagnostics) {
+    /// Reads the primitive. Returns false if it has no triangles, with a warning if it has points or lines.
+    bool read(size_t targetCount, float pointRadius, Diagnostics& diagnostics) {
         const int mode = m_source.mode < 0 ? TINYGLTF_MODE_TRIANGLES : m_source.mode;
         if (mode < 0 || mode > TINYGLTF_MODE_TRIANGLE_FAN)
             fail(".mode", "unknown mode " + std::to_string(mode));
-        if (mode < TINYGLTF_MODE_TRIANGLES) {
+        const bool isThin = mode < TINYGLTF_MODE_TRIANGLES;
+        if (isThin && pointRadius == 0) {
             m_document.warnOnce(diagnostics, "points and lines", m_out.jsonPath,
-                                "points and lines are skipped");
+                                "points and lines are skipped; --gltf-points RADIUS shows them");
             return false;
         }
         if (m_out.material >= 0)
             m_document.at(m_document.model().materials, m_out.material, "material",
                           m_out.jsonPath + ".material");
         readVertices(diagnostics);
-        readIndices(mode, diagnostics);
-        if (m_out.mesh.indices.empty())
-            return false;
+        if (!isThin) {
+            readIndices(mode, diagnostics);
+            if (m_out.mesh.indices.empty())
+                return false;
+        }
         readUvs();
         readColors();
         readTargets(targetCount);
         readSkin(diagnostics);
-        return true;
+        if (isThin)
+            thickenPrimitive(mode, pointRadius);
+        return !m_out.mesh.indices.empty();
     }
     Primitive take() { return std::move(m_out); }
 
@@ -198,6 +215,48 @@ class PrimitiveReader {
                                 "vertices without weights are bound to their first joint");
     }
 
+    /// Replaces points and lines by triangles. Each vertex has the attributes of the point that it surrounds.
+    void thickenPrimitive(int mode, float radius) {
+        std::vector<uint32_t> isolated;
+        std::vector<Segment> segments;
+        if (mode == TINYGLTF_MODE_POINTS)
+            isolated = sourceIndices();
+        else
+            segments = segmentsOf(mode, sourceIndices());
+        constexpr size_t kBytesPerVertex = 100; // with colors and texture coordinates
+        resourcePolicyOf(m_document.where())
+            .requireMemory(thickVertexCount(isolated.size(), segments.size()) * kBytesPerVertex,
+                           std::to_string(isolated.size() + segments.size()) + " spheres and tubes",
+                           "skip points and lines", m_document.where());
+        ThickSurface surface = thicken(m_out.mesh.positions[0], isolated, segments, radius);
+        const auto gather = [&](auto& values, size_t perVertex = 1) {
+            if (values.empty())
+                return;
+            std::remove_reference_t<decltype(values)> gathered;
+            gathered.reserve(surface.sources.size() * perVertex);
+            for (const uint32_t source : surface.sources) {
+                const auto first = values.begin() + std::ptrdiff_t(source * perVertex);
+                gathered.insert(gathered.end(), first, first + std::ptrdiff_t(perVertex));
+            }
+            values = std::move(gathered);
+        };
+        for (auto& [set, uvs] : m_out.uvSets)
+            gather(uvs);
+        gather(m_out.colors);
+        gather(m_out.opacities);
+        for (MorphTarget& target : m_out.targets) {
+            gather(target.positions);
+            target.normals.clear();
+        }
+        gather(m_out.skin.joints, m_out.skin.perVertex);
+        gather(m_out.skin.weights, m_out.skin.perVertex);
+        m_out.mesh.tangents.clear();
+        m_out.mesh.positions = {std::move(surface.positions)};
+        m_out.mesh.normals = {std::move(surface.normals)};
+        m_out.mesh.indices = std::move(surface.indices);
+        m_vertexCount = m_out.mesh.positions[0].size();
+    }
+
     const Document& m_document;
     const tinygltf::Primitive& m_source;
     Primitive m_out;
@@ -210,13 +269,14 @@ size_t morphTargetCount(const tinygltf::Mesh& mesh) {
     return mesh.primitives.empty() ? 0 : mesh.primitives[0].targets.size();
 }
 
-std::vector<Primitive> readMesh(const Document& document, size_t index, Diagnostics& diagnostics) {
+std::vector<Primitive> readMesh(const Document& document, size_t index, float pointRadius,
+                                Diagnostics& diagnostics) {
     const tinygltf::Mesh& mesh = document.model().meshes[index];
     std::vector<Primitive> out;
     for (size_t i = 0; i < mesh.primitives.size(); ++i) {
         PrimitiveReader reader(document, mesh.primitives[i],
                                item("meshes", index) + "." + item("primitives", i));
-        if (reader.read(morphTargetCount(mesh), diagnostics))
+        if (reader.read(morphTargetCount(mesh), pointRadius, diagnostics))
             out.push_back(reader.take());
     }
     return out;

@@ -33,9 +33,11 @@ struct Primitive {
     SkinWeights skin;
 };
 
-/// Returns the primitives of mesh `index` that are triangles; warns about others. Throws Errors that name the
-/// JSON path.
-std::vector<Primitive> readMesh(const Document& document, size_t index, Diagnostics& diagnostics);
+/// Returns the primitives of mesh `index` as triangles. Points and lines become spheres and tubes of
+/// `pointRadius`, in the space of the mesh; if it is 0, they are skipped with a warning. Throws Errors that
+/// name the JSON path.
+std::vector<Primitive> readMesh(const Document& document, size_t index, float pointRadius,
+                                Diagnostics& diagnostics);
 
 /// Returns the number of morph targets of a mesh, which is that of its first primitive.
 size_t morphTargetCount(const tinygltf::Mesh& mesh);

@@ -39,6 +39,20 @@ std::string aovText(const AovLayout& layout) {
     return text.empty() ? "none" : text;
 }
 
+/// Returns the options of glTF files that are not the default.
+std::string gltfText(const BuildOptions& build) {
+    std::string text = build.gltfPhotometric ? "" : " web";
+    text += build.gltfCulling ? " culling" : "";
+    if (build.gltfPointRadius > 0)
+        text += fmt::format(" points {}", build.gltfPointRadius);
+    text += build.gltfGround ? " ground" : "";
+    if (!build.gltfAnimation.empty())
+        text += fmt::format(" animation \"{}\"", build.gltfAnimation);
+    if (!build.gltfCamera.empty())
+        text += fmt::format(" camera \"{}\"", build.gltfCamera);
+    return text.empty() ? text : text.substr(1);
+}
+
 } // namespace
 
 PartHeader partHeaderOf(const Film& film, const FrameJob& job, const BuiltScene& built,
@@ -59,6 +73,8 @@ PartHeader partHeaderOf(const Film& film, const FrameJob& job, const BuiltScene&
     part.key.emplace_back("aov", aovText(layout));
     if (options.build.transparent)
         part.key.emplace_back("background", "transparent");
+    if (const std::string text = gltfText(options.build); !text.empty())
+        part.key.emplace_back("glTF options", text);
     if (const std::string note = film.records().note(); !note.empty())
         part.key.emplace_back(PartHeader::kNote, note);
     part.fullWidth = film.fullWidth();

@@ -12,17 +12,22 @@ namespace STROBE_API strobe {
 
 /// A triangle mesh in object space, static or deforming. All per-vertex arrays have the same indices.
 struct TriangleMesh {
+    /// A side of the surface. The vertices of a triangle are counterclockwise as seen from its front.
+    enum class Side : uint8_t { None, Front, Back };
+
     std::vector<uint32_t> indices;           ///< three per triangle
     std::vector<std::vector<V3f>> positions; ///< one array per key; a single key: static
     std::vector<std::vector<V3f>> normals;   ///< empty, or one array per key; need not have unit length
     std::vector<V3f> tangents;               ///< empty, or one per vertex
-    std::vector<V2f> uvs;        ///< empty (each triangle has (0,0) (1,0) (1,1)), or one per vertex
-    std::vector<float> keyTimes; ///< scene times of the keys, ascending; empty if static
-    FloatInput alpha{1};         ///< opacity; below 1, the surface is stochastically transparent
-    bool isSphere = false;       ///< replaces a sphere of pbrt
+    std::vector<V2f> uvs;         ///< empty (each triangle has (0,0) (1,0) (1,1)), or one per vertex
+    std::vector<float> keyTimes;  ///< scene times of the keys, ascending; empty if static
+    FloatInput alpha{1};          ///< opacity; below 1, the surface is stochastically transparent
+    bool isSphere = false;        ///< replaces a sphere of pbrt
+    Side culledSide = Side::None; ///< the side that camera rays do not hit
 
     /// Returns whether rays never hit the mesh. As an area light it illuminates nevertheless.
     bool isInvisible() const { return !alpha.texture && alpha.constant <= 0; }
+    bool isOpaque() const { return !alpha.texture && alpha.constant >= 1; }
     size_t triangleCount() const { return indices.size() / 3; }
     size_t vertexCount() const { return positions.empty() ? 0 : positions.front().size(); }
     bool deforms() const { return positions.size() > 1; }

@@ -12,7 +12,9 @@ enum : uint32_t { kDimFilm = 0, kDimLens = 1, kDimTime = 2 };
 VisibilityTracer::VisibilityTracer(const Scene& scene, const Sampler& sampler, const Filter& filter,
                                    uint32_t samplesPerPixel, const SampleSlice& slice)
     : m_scene(scene), m_sampler(sampler), m_filter(filter), m_moves(scene.moves()),
-      m_samplesPerPixel(samplesPerPixel), m_slice(slice) {}
+      m_samplesPerPixel(samplesPerPixel), m_slice(slice) {
+    std::fill(std::begin(m_packet.id), std::end(m_packet.id), RayPacket::kCameraId);
+}
 
 /// Writes the members of samples that do not change from batch to batch: the pixel, the sample number, and
 /// the time and lens position for scenes that do not sample them.

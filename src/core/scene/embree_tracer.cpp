@@ -1,5 +1,5 @@
 // The tracer on top of Embree 3 or 4; no other file includes Embree.
-#include "core/math/hash.h"
+#include "core/scene/alpha_test.h"
 #include "core/scene/static_quadrics.h"
 #include "core/util/error.h"
 
@@ -10,7 +10,6 @@
 #endif
 
 #include <cstddef>
-#include <cstring>
 #include <mutex>
 #include <new>
 #include <utility>
@@ -44,7 +43,7 @@ namespace {
 struct CallbackData {
     const PlacedShape* placed;
     M44f toObject; ///< the group's space to object space
-    uint32_t seed; ///< of the hash in alphaFilter: different for each geometry
+    uint32_t seed; ///< of the alpha test: different for each geometry
 };
 
 V3f rayOrigin(RTCRayN* ray, unsigned n, unsigned i) {
@@ -89,32 +88,34 @@ void quadricBounds(const RTCBoundsFunctionArguments* args) {
     *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
 }
 
-/// The stochastic alpha test: rejects a hit if alpha is not above a number in [0,1) hashed from the ray and
-/// the triangle. The expected coverage of the surface is alpha, and equal rays give equal results.
+/// Rejects hits that fail the alpha test.
 void alphaFilter(const RTCFilterFunctionNArguments* args) {
     const auto& data = *static_cast<const CallbackData*>(args->geometryUserPtr);
-    const TriangleMesh& mesh = *data.placed->shape.mesh;
-    for (unsigned i = 0; i < args->N; ++i) {
-        if (args->valid[i] != -1)
+    const unsigned n = args->N;
+    for (unsigned i = 0; i < n; ++i)
+        if (args->valid[i] == -1 &&
+            !passesAlphaTest(*data.placed->shape.mesh, data.seed, RTCHitN_primID(args->hit, n, i),
+                             RTCHitN_u(args->hit, n, i), RTCHitN_v(args->hit, n, i),
+                             rayOrigin(args->ray, n, i), rayDirection(args->ray, n, i)))
+            args->valid[i] = 0;
+}
+
+/// Rejects hits of camera rays on the culled side, and those that fail the alpha test. The ray and the normal
+/// are in the space of the group.
+void cullFilter(const RTCFilterFunctionNArguments* args) {
+    const auto& mesh = *static_cast<const CallbackData*>(args->geometryUserPtr)->placed->shape.mesh;
+    const unsigned n = args->N;
+    for (unsigned i = 0; i < n; ++i) {
+        if (args->valid[i] != -1 || RTCRayN_id(args->ray, n, i) != RayPacket::kCameraId)
             continue;
-        const uint32_t prim = RTCHitN_primID(args->hit, args->N, i);
-        const float u = RTCHitN_u(args->hit, args->N, i), v = RTCHitN_v(args->hit, args->N, i);
-        TextureQuery q;
-        q.uv = triangleUv(mesh, prim, u, v);
-        q.prim = prim;
-        q.barycentrics = V2f(u, v);
-        const float alpha = mesh.alpha.at(q);
-        if (alpha >= 1)
-            continue;
-        const V3f o = rayOrigin(args->ray, args->N, i);
-        const V3f d = rayDirection(args->ray, args->N, i);
-        uint32_t bits[6];
-        std::memcpy(bits, &o.x, 12);
-        std::memcpy(bits + 3, &d.x, 12);
-        const uint64_t h = hashOf(data.seed, prim, bits[0], bits[1], bits[2], bits[3], bits[4], bits[5]);
-        if (alpha <= 0 || unitFloat(uint32_t(h >> 32)) >= alpha)
+        const V3f normal(RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i),
+                         RTCHitN_Ng_z(args->hit, n, i)); // towards the front
+        const bool isFront = dot(normal, rayDirection(args->ray, n, i)) < 0;
+        if (isFront == (mesh.culledSide == TriangleMesh::Side::Front))
             args->valid[i] = 0;
     }
+    if (!mesh.isOpaque())
+        alphaFilter(args);
 }
 
 } // namespace
@@ -172,9 +173,10 @@ struct Tracer::Impl {
         rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
                                    3 * sizeof(uint32_t), mesh.triangleCount());
         counts.triangles += mesh.triangleCount();
-        if (mesh.alpha.texture || mesh.alpha.constant < 1) {
-            rtcSetGeometryIntersectFilterFunction(g, alphaFilter);
-            rtcSetGeometryOccludedFilterFunction(g, alphaFilter);
+        const bool culls = mesh.culledSide != TriangleMesh::Side::None;
+        if (culls || !mesh.isOpaque()) {
+            rtcSetGeometryIntersectFilterFunction(g, culls ? cullFilter : alphaFilter);
+            rtcSetGeometryOccludedFilterFunction(g, mesh.isOpaque() ? nullptr : alphaFilter);
             ++counts.filteredGeometries;
         }
         return g;

@@ -50,7 +50,7 @@ struct alignas(64) RayPacket {
     float dx[kSize]{}, dy[kSize]{}, dz[kSize]{}, time[kSize]{};
     float tfar[kSize]{};
     uint32_t mask[kSize];
-    uint32_t id[kSize]{}; ///< for occlusion rays: idOfLight, or 0
+    uint32_t id[kSize]{}; ///< of camera rays kCameraId, of occlusion rays idOfLight or 0, of others 0
     uint32_t flags[kSize]{};
     float ngx[kSize], ngy[kSize], ngz[kSize];
     float u[kSize], v[kSize];
@@ -61,6 +61,8 @@ struct alignas(64) RayPacket {
     /// Returns the id of occlusion rays towards a light that cannot self-occlude (Light::cannotSelfOcclude):
     /// StaticQuadrics skip the light's own shape, which saves time only.
     static uint32_t idOfLight(int light) { return uint32_t(light) + 1; }
+    /// The id of rays that do not hit the culled sides of meshes. setCamera does not set it.
+    static constexpr uint32_t kCameraId = kNone - 1;
     /// Sets one ray and clears its hit.
     void set(int lane, const V3f& o, const V3f& d, float tmin, float tmax, float rayTime) {
         ox[lane] = o.x;
@@ -108,7 +110,7 @@ struct TracerCounts {
     size_t quadrics = 0;
     size_t instances = 0;
     size_t timeSteps = 0;          ///< of moving geometries and instances; static ones have none
-    size_t filteredGeometries = 0; ///< geometries with an alpha test
+    size_t filteredGeometries = 0; ///< geometries with an alpha test or a culled side
 };
 
 /// Acceleration structures over the geometry of group 0 and the instances. Immutable, thread-safe.

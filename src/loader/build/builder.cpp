@@ -112,6 +112,9 @@ SceneDescription withGltfOptions(SceneDescription&& description, const BuildOpti
         if (file.settings.camera.empty())
             file.settings.camera = options.gltfCamera;
         file.settings.photometric &= options.gltfPhotometric;
+        file.settings.culling |= options.gltfCulling;
+        if (file.settings.pointRadius == 0)
+            file.settings.pointRadius = options.gltfPointRadius;
     }
     return std::move(description);
 }
@@ -262,7 +265,7 @@ class SceneBuilder::Impl {
             shape = PluginFactory(m_factory, diagnostics)
                         .make(m_tables.shapes, m_compatShapes, decl.shape, "shape");
         decl.shape.params = ParamSet(); // releases most of the description's memory
-        if (shape.mesh && !shape.mesh->alpha.texture && shape.mesh->alpha.constant >= 1)
+        if (shape.mesh && shape.mesh->isOpaque())
             shape.mesh->alpha = material.opacity;
         if (isFilledDensely(decl, shape))
             decl.material = m_denseMaterials[size_t(decl.insideMedium)];

@@ -30,6 +30,8 @@ struct BuildOptions {
     std::string gltfAnimation,
         gltfCamera;              ///< for glTF files whose Shape "gltf" names none; empty: the default
     bool gltfPhotometric = true; ///< see gltf::Settings
+    bool gltfCulling = false;    ///< see gltf::Settings
+    float gltfPointRadius = 0;   ///< for files whose Shape names none; see gltf::Settings
     bool gltfGround = false;     ///< adds a matte floor below the glTF files
     std::shared_ptr<const PluginLibraries> plugins = std::make_shared<const PluginLibraries>();
 };

@@ -115,6 +115,7 @@ std::shared_ptr<TriangleMesh> fitDeformation(const TriangleMesh& source, const S
     mesh->tangents = source.tangents;
     mesh->uvs = source.uvs;
     mesh->alpha = source.alpha;
+    mesh->culledSide = source.culledSide;
     for (int i = 0; segments > 0 && i <= segments; ++i)
         mesh->keyTimes.push_back(float(i) / float(segments));
     return mesh;

@@ -19,7 +19,11 @@ bool bake(TriangleMesh& mesh, const M44f& m) {
     for (V3f& t : mesh.tangents)
         t = transformVector(m, t);
     // A mirroring transform reverses the winding; transformed vertex normals keep their side.
-    return determinant3(m) < 0 && mesh.normals.empty();
+    const bool mirrors = determinant3(m) < 0;
+    using Side = TriangleMesh::Side;
+    if (mirrors && mesh.culledSide != Side::None)
+        mesh.culledSide = mesh.culledSide == Side::Back ? Side::Front : Side::Back;
+    return mirrors && mesh.normals.empty();
 }
 
 } // namespace

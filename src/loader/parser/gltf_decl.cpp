@@ -14,13 +14,18 @@ const ParamDef<bool> kLights{"lights", true, "whether to import the file's light
 const ParamDef<bool> kPhotometric{
     "photometric", true,
     "units of the file's lights: candela and lux are divided by 683 lm/W; false: taken as W/sr and W/m²"};
+const ParamDef<bool> kCulling{
+    "culling", false, "whether camera rays pass through the back of surfaces that are not doubleSided"};
+const ParamDef<float> kPointRadius{
+    "pointradius", 0, "radius of points and lines, in units of the file's scene; 0: they are skipped",
+    nullptr, kNotNegative};
 
 } // namespace
 
 Plugin<Shape> gltfPlugin() {
     return {"gltf",
             "a glTF 2.0 file with its own materials and motion: docs/gltf.md",
-            {kFilename, kScene, kAnimation, kCamera, kLights, kPhotometric},
+            {kFilename, kScene, kAnimation, kCamera, kLights, kPhotometric, kCulling, kPointRadius},
             [](const ParamSet& params, const BuildContext&) -> Shape {
                 throw Error(params.where(), "Shape \"gltf\" cannot be created as a single shape");
             }};
@@ -29,8 +34,9 @@ Plugin<Shape> gltfPlugin() {
 GltfDecl readGltf(const ParamSet& params, bool strict, Diagnostics& diagnostics) {
     const Location where = params.whereIs(kFilename);
     GltfDecl decl = readGltf(params.require(kFilename).path, where, where ? where.source->policy : nullptr);
-    decl.settings = {params.get(kScene), params.get(kAnimation), params.get(kCamera), params.get(kLights),
-                     params.get(kPhotometric)};
+    decl.settings = {params.get(kScene),      params.get(kAnimation),   params.get(kCamera),
+                     params.get(kLights),     params.get(kPhotometric), params.get(kCulling),
+                     params.get(kPointRadius)};
     params.reportUnused(gltfPlugin().params, strict, diagnostics);
     return decl;
 }
