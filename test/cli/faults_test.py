@@ -134,7 +134,9 @@ class FaultsTest(CliTest):
         stderr = self.run_strobe(*settings, code=2).err
         self.assertRegex(stderr, r"s\.scene:\d+:\d+: error: cannot read the image t\.png")
         self.assertIn("o.exr.checkpoint", self.names())
-        self.assertGreater(os.path.getsize(self.path("o.exr.checkpoint")), 24 * 16 * 56)
+        self.assertIn("cannot read the image t.png", self.run_strobe(*settings, code=2).err, "the checkpoint is whole")
+        self.write("o.exr.checkpoint", self.read("o.exr.checkpoint")[:-1])
+        self.assertIn("o.exr.checkpoint: it is truncated", self.run_strobe(*settings, code=1).err)
 
     def test_full_disk(self):
         """A file of at most 4 KB stands for a full disk."""
