@@ -15,6 +15,12 @@ SampleSlice samplesOf(const FrameJob& job, const BuiltScene& built) {
     return job.options.sampleRange.value_or(SampleSlice{0, uint32_t(built.sampler.samplesPerPixel)});
 }
 
+std::string sliceText(const PartHeader& part) {
+    return part.slices
+               ? fmt::format("slice {} of {}", part.slices->numbers.front() + 1, part.slices->tiles.count)
+               : "all slices";
+}
+
 bool isFinished(const Film& film, const PixelBounds& pixels, const SampleSlice& samples) {
     return film.hasSampleCount(pixels, samples.count());
 }
@@ -82,6 +88,8 @@ PartHeader partHeaderOf(const Film& film, const FrameJob& job, const BuiltScene&
     part.samplesPerPixel = built.sampler.samplesPerPixel;
     part.pixelBounds = film.pixelBounds();
     part.boxes = finishedBoxes(film, samplesOf(job, built));
+    if (options.slice)
+        part.slices = {interleavedTiles(film.pixelBounds(), options.slice->count), {options.slice->number}};
     part.layout = layout;
     return part;
 }
@@ -139,6 +147,8 @@ void Checkpoint::checkHeader(const PartHeader& saved, const Film& film) const {
     if (!(a == b))
         fail(fmt::format("its pixels are {} {} {} {}, not {} {} {} {}", a.x0, a.x1, a.y0, a.y1, b.x0, b.x1,
                          b.y0, b.y1));
+    if (sliceText(saved) != sliceText(own))
+        fail(fmt::format("it has {}, not {}", sliceText(saved), sliceText(own)));
 }
 
 void Checkpoint::save(const Film& film, FallbackWriter& fallback) const {

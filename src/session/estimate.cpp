@@ -25,6 +25,11 @@ uint32_t samplesOf(const RenderSettings& settings) {
     return settings.slice ? settings.slice->count() : uint32_t(settings.samplesPerPixel);
 }
 
+/// Returns about how many pixels are rendered.
+double pixelCount(const FrameJob& job, const BuiltScene& built) {
+    return pixelCount(built.pixelBounds) / (job.options.slice ? job.options.slice->count : 1);
+}
+
 int threadsOf(const RenderOptions& options) {
     return options.threads > 0 ? options.threads : int(std::thread::hardware_concurrency());
 }
@@ -48,16 +53,17 @@ double estimatedSeconds(const FrameJob& job, const BuiltScene& built) {
     constexpr int kSamples = 4;
     constexpr double kMaxSeconds = 10; // for the estimate
     RenderSettings settings = renderSettings(job.options, built);
-    const double pixelSamples = pixelCount(built.pixelBounds) * samplesOf(settings);
+    const double pixelSamples = pixelCount(job, built) * samplesOf(settings);
     settings.samplesPerPixel =
         built.sampler.sampler->roundCount(std::min(settings.samplesPerPixel, kSamples));
     settings.slice.reset();
+    settings.regions.clear();
     const PixelBounds middle = middleOf(built.pixelBounds);
-    const auto shadesOf = [&](const PixelBounds& bounds, int samples) {
-        return pixelCount(bounds) * built.integrator->shadesPerPixel(samples);
+    const auto shadesOf = [&](double pixels, int samples) {
+        return pixels * built.integrator->shadesPerPixel(samples);
     };
-    if (usualSeconds(shadesOf(middle, settings.samplesPerPixel), job.options) > kMaxSeconds)
-        return usualSeconds(shadesOf(built.pixelBounds, int(samplesOf(settings))), job.options);
+    if (usualSeconds(shadesOf(pixelCount(middle), settings.samplesPerPixel), job.options) > kMaxSeconds)
+        return usualSeconds(shadesOf(pixelCount(job, built), int(samplesOf(settings))), job.options);
     Film film(built.resolution.x, built.resolution.y, middle);
     const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                      *built.filter, settings, film);
@@ -70,7 +76,7 @@ double estimatedSeconds(const FrameJob& job, const BuiltScene& built) {
 
 void checkWork(const FrameJob& job, const BuiltScene& built, const RenderSettings& settings, const Log& log) {
     constexpr double kBytesPerRow = 120; // of the table in memory, and about those of its text
-    const double pixels = pixelCount(built.pixelBounds);
+    const double pixels = pixelCount(job, built);
     const uint32_t samples = samplesOf(settings);
     const double shades = pixels * built.integrator->shadesPerPixel(int(samples));
     const double seconds = usualSeconds(std::max(shades, pixels * samples / 10), job.options);

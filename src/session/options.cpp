@@ -75,15 +75,17 @@ struct NamedOptions {
           checkpoint{"--checkpoint", o.progressive.checkpointInterval > 0},
           resume{"--resume", o.progressive.resume}, viewer{"--display-server",
                                                            o.progressive.viewer.has_value()},
-          sampleRange{"--sample-range", o.sampleRange.has_value()}, frames{"--frames",
-                                                                           o.sequence.has_value()},
-          crop{"--crop", o.build.crop.has_value()}, pixelBounds{"--pixel-bounds",
-                                                                o.build.pixelBounds.has_value()},
+          sampleRange{"--sample-range", o.sampleRange.has_value()}, slice{"--slice", o.slice.has_value()},
+          onlyParts{"-o *.part, and no other image",
+                    !o.output.images.empty() &&
+                        std::all_of(o.output.images.begin(), o.output.images.end(), isPart)},
+          frames{"--frames", o.sequence.has_value()}, crop{"--crop", o.build.crop.has_value()},
+          pixelBounds{"--pixel-bounds", o.build.pixelBounds.has_value()},
           noImage{"--no-output", o.output.noImage}, dryRun{"--dry-run", o.dryRun} {}
 
     NamedOption outputs, parts, layers, sharing, variance, heatmap, samples, stats;
     NamedOption timeLimit, noiseTarget, reference, curve, writeInterval, checkpoint, resume, viewer;
-    NamedOption sampleRange, frames, crop, pixelBounds, noImage, dryRun;
+    NamedOption sampleRange, slice, onlyParts, frames, crop, pixelBounds, noImage, dryRun;
 };
 
 void checkCombinations(const RenderOptions& options) {
@@ -97,6 +99,8 @@ void checkCombinations(const RenderOptions& options) {
     checkExclusion({o.timeLimit, o.noiseTarget}, {o.parts});
     checkExclusion({o.sampleRange, o.parts, o.checkpoint}, {o.sharing, o.variance, o.heatmap, o.frames});
     checkExclusion({o.checkpoint}, {o.samples});
+    checkExclusion({o.slice}, {o.sampleRange, o.reference});
+    checkRequirement(o.slice, o.onlyParts);
     checkRequirement(o.variance, o.noiseTarget); // the variance is estimated from passes
     checkRequirement(o.curve, o.reference);
     checkRequirement(o.resume, o.checkpoint);
@@ -124,6 +128,8 @@ void checkRanges(const RenderOptions& o) {
     checkRange("--tile", o.tileSize >= 1, "at least 1");
     checkRange("--crypto-depth", o.output.cryptomatteEntries >= 1 && o.output.cryptomatteEntries <= 200,
                "in 1 to 200");
+    checkRange("--slice", !o.slice || (o.slice->number < o.slice->count && o.slice->count <= kMaxSlices),
+               "i/n with 1 <= i <= n <= 65536");
     if (const auto& s = o.sequence) {
         checkRange("--frames", !s->frames.empty(), "at least one frame");
         checkRange("--fps", s->fps >= 1e-6 && s->fps <= 1e6, "in 1e-6 to 1e6");

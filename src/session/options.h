@@ -69,6 +69,12 @@ struct SequenceOptions {
     std::string settings;
 };
 
+/// One of `count` slices of a frame: see InterleavedTiles.
+struct FrameSlice {
+    uint32_t number = 0; ///< less than `count`
+    uint32_t count = 1;
+};
+
 struct RenderOptions {
     std::vector<std::filesystem::path> scenes; ///< read one after another, as if they were one file
     BuildOptions build;
@@ -77,6 +83,7 @@ struct RenderOptions {
     ProgressiveOptions progressive;
     std::optional<SequenceOptions> sequence;
     std::optional<SampleSlice> sampleRange; ///< of each pixel; none: all
+    std::optional<FrameSlice> slice;        ///< the pixels to render; none: all
     uint64_t seed = 0;
     float clamp = 0; ///< see RenderSettings::clamp
     /// Invalid samples are Outcome::InvalidSamples, and files that do not conform to glTF are errors.

@@ -66,12 +66,23 @@ std::string viewerImageName(const RenderOptions& options) {
     return (images.empty() ? options.scenes.front() : images.front()).filename().string();
 }
 
+/// Returns the tiles of a slice. Throws Error of kind Usage if there are more slices than pixels.
+std::vector<PixelBounds> regionsOf(const FrameSlice& slice, const PixelBounds& window) {
+    const uint64_t pixels = uint64_t(window.width()) * uint64_t(window.height());
+    if (slice.count > pixels)
+        throw Error(fmt::format("--slice: there are {} slices of {} pixels", slice.count, pixels),
+                    ErrorKind::Usage);
+    return tilesOfSlice(interleavedTiles(window, slice.count), slice.number);
+}
+
 } // namespace
 
 RenderSettings renderSettings(const RenderOptions& options, const FrameSetup& setup) {
     RenderSettings settings;
     settings.samplesPerPixel = setup.sampler.samplesPerPixel;
     settings.slice = options.sampleRange;
+    if (options.slice)
+        settings.regions = regionsOf(*options.slice, setup.pixelBounds);
     settings.seed = options.seed;
     settings.clamp = options.clamp;
     settings.threads = options.threads;

@@ -72,7 +72,7 @@ class Information(CliTest):
         options = """--integrator --shading -D --spp --resolution --aov --crypto-depth --exr --view --display --look --exposure
             --print-ocio --heatmap --heatmap-of --samples -o --output --threads --tile --crop --pixel --sample --seed
             --frame-time --frames --fps --shutter --overwrite --animation --camera --time-limit --noise-target --reference
-            --curve --write-interval --display-server --pixel-bounds --sample-range --checkpoint --resume --sandbox
+            --curve --write-interval --display-server --pixel-bounds --sample-range --slice --checkpoint --resume --sandbox
             --max-memory --strict --clamp --quick --quiet --stats --log-level --list --version --help"""
         for option in options.split():
             self.assertRegex(text, rf"(^|[\s,]){option}[\s,]")

@@ -71,6 +71,53 @@ class PartsTest(SceneTest):
                 self.assertNotIn("strobe:unfinished", attributes)
         self.assertEqual(attributes["strobe:integratorNote"], "shares indirect light")
 
+    def slices(self, settings, count):
+        """Renders the frame in slices, and returns their file names."""
+        names = ["s%d.part" % number for number in range(1, count + 1)]
+        for number, name in enumerate(names, 1):
+            self.run_strobe(*settings, "--slice", "%d/%d" % (number, count), "--threads", str(1 + number % 3), "-o", name)
+        return names
+
+    def test_slices_merge_to_the_whole_image(self):
+        for integrator in INTEGRATORS:
+            self.write_scene(CORNER if integrator[0] == "adaptive-cache" else SCENE)
+            settings = ["--integrator", *integrator, "--resolution", "90x60", "--spp", "16", "--quiet", "--aov", LAYERS, "--exr", "float"]
+            self.run_strobe(*settings, "-o", "whole.exr")
+            self.merged(self.slices(settings, 5))
+            self.assertEqual(self.layers("m.exr"), self.layers("whole.exr"), integrator)
+            self.assertNotIn("strobe:unfinished", Exr(self.path("m.exr")).attributes)
+
+    def test_missing_and_doubled_slices_are_named(self):
+        settings = ["--resolution", "30x20", "--spp", "1", "--quiet"]
+        names = self.slices(settings, 20)
+        self.merged(names)
+        self.run_strobe(*settings, "-o", "whole.exr")
+        self.assertEqual(self.pixels("m.exr"), self.pixels("whole.exr"))
+        some = [name for number, name in enumerate(names, 1) if number not in (1, 7, 8, 9, 20)]
+        self.assertIn("slices 1, 7-9, 20 of 20 are missing; --allow-missing writes what there is", self.merged(some, code=1))
+        self.assertIn("slices 1, 7-9, 20 of 20 are missing", self.merged(some, options=["--allow-missing"]))
+        self.run_strobe(*settings, "--slice", "3/20", "-o", "again.part")
+        self.run_strobe(*settings, "--slice", "9/20", "--seed", "1", "-o", "foreign.part")
+        stderr = self.merged([*names, "again.part", "foreign.part"], code=1)
+        self.assertIn("again.part: slice 3 of 20 is also in s3.part", stderr)
+        self.assertIn("foreign.part: it is a part of another render: seed is 1, not 0", stderr)
+
+    def test_killed_slices_resume(self):
+        self.write_scene(CORNER)
+        settings = ["--integrator", "adaptive-cache", "-D", "share=indirect", "--spp", "256", "--resolution", "90x60", "--tile", "4"]
+        self.run_strobe(*settings, "-o", "whole.exr")
+        names = self.slices(settings, 2)
+        process = self.start(*settings, "--slice", "1/2", "--checkpoint", "0.01", "-o", "s1.part")
+        self.wait_until(lambda: os.path.exists(self.path("s1.part.checkpoint")) or process.poll() is not None)
+        process.kill()
+        process.wait()
+        if os.path.exists(self.path("s1.part.checkpoint")):
+            stderr, _ = self.run_strobe(*settings, "--slice", "2/2", "--checkpoint", "9", "--resume", "-o", "s1.part", code=1)
+            self.assertIn("s1.part.checkpoint: it has slice 1 of 2, not slice 2 of 2", stderr)
+        self.run_strobe(*settings, "--slice", "1/2", "--checkpoint", "9", "--resume", "-o", "s1.part")
+        self.merged(names)
+        self.assertEqual(self.pixels("m.exr"), self.pixels("whole.exr"))
+
     def layers(self, name):
         """Returns the names and the bytes of all channels, and the metadata of Cryptomatte."""
         picture = Exr(self.path(name))
@@ -171,12 +218,16 @@ class PartsTest(SceneTest):
 
     def test_invalid_slices_are_an_error(self):
         for args, reason in ((["--sample-range", "8:9"], "samples 8:9: a pixel has 8"), (["--sample-range", "-1:2"], "takes first:end"),
+                             (["--slice", "1"], "takes i/n, two integers"), (["--slice", "0/4", "-o", "o.part"], "must be i/n with 1 <= i <= n"),
+                             (["--slice", "1/4"], "--slice: needs -o *.part, and no other image"),
                              (["--pixel-bounds", "0", "200", "0", "9"], "the frame has 150x100 pixels"),
                              (["--sample-range", "0:4", "--integrator", "msaa-cache", "-D", "scope=tile"], "cannot be rendered in slices"),
                              (["--sample-range", "0:4", "--noise-target", "1"], "--sample-range: does not go with --noise-target"),
                              (["--sample-range", "0:4", "--aov", "shades"], "--aov shades: does not go with --sample-range")):
             stderr, _ = self.run_strobe(*args, "-o", "o.exr", code=1)
             self.assertIn(reason, stderr)
+        stderr, _ = self.run_strobe("--slice", "1/4", "--integrator", "msaa-cache", "-D", "scope=tile", "-o", "o.part", code=1)
+        self.assertIn("cannot be rendered in slices", stderr)
 
     # Checkpoints
 

@@ -39,6 +39,27 @@ TEST(OptionsTest, OptionsThatExcludeEachOtherAreErrors) {
               "--frame-time: renders a single frame; it does not go with --frames");
 }
 
+TEST(OptionsTest, SlicesArePartsOfWholePixels) {
+    const auto error = [](uint32_t number, uint32_t count, std::vector<std::filesystem::path> images) {
+        return optionsError([&](RenderOptions& o) {
+            o.slice = {number, count};
+            o.output.images = std::move(images);
+        });
+    };
+    const std::string needsParts = "--slice: needs -o *.part, and no other image";
+    EXPECT_EQ(error(2, 3, {"a.part"}), "");
+    EXPECT_EQ(error(2, 3, {}), needsParts);
+    EXPECT_EQ(error(2, 3, {"a.part", "a.exr"}), needsParts);
+    EXPECT_EQ(error(3, 3, {"a.part"}), "--slice: must be i/n with 1 <= i <= n <= 65536");
+    EXPECT_EQ(error(0, 65537, {"a.part"}), "--slice: must be i/n with 1 <= i <= n <= 65536");
+    EXPECT_EQ(optionsError([](RenderOptions& o) {
+                  o.slice = {0, 2};
+                  o.sampleRange = {0, 2};
+                  o.output.images = {"a.part"};
+              }),
+              "--sample-range: does not go with --slice");
+}
+
 TEST(OptionsTest, OptionsThatRequireAnotherAreErrorsWithoutIt) {
     EXPECT_EQ(optionsError([](RenderOptions& o) { o.progressive.resume = true; }),
               "--resume: needs --checkpoint");

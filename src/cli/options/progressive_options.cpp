@@ -28,6 +28,16 @@ SampleSlice parseSlice(const std::string& text) {
     return slice;
 }
 
+FrameSlice parseFrameSlice(const std::string& text) {
+    FrameSlice slice;
+    char rest = 0;
+    if (text.find('-') != std::string::npos ||
+        std::sscanf(text.c_str(), "%u/%u%c", &slice.number, &slice.count, &rest) != 2)
+        throw CLI::ValidationError("--slice", "takes i/n, two integers");
+    --slice.number; // of 0, the range check fails
+    return slice;
+}
+
 void addGoalOptions(CLI::App& app, ProgressiveOptions& options) {
     app.option_defaults()->group("Progressive rendering");
     app.add_option("--time-limit", options.timeLimit,
@@ -73,6 +83,10 @@ void addProgressiveOptions(CLI::App& app, RenderOptions& options) {
            "--sample-range", [&options](const std::string& text) { options.sampleRange = parseSlice(text); },
            "render samples A ... B-1 of each pixel, for strobe merge")
         ->type_name("A:B");
+    app.add_option_function<std::string>(
+           "--slice", [&options](const std::string& text) { options.slice = parseFrameSlice(text); },
+           "render slice I of N, of about equal cost, for strobe merge; counted from 1")
+        ->type_name("I/N");
     app.add_option("--checkpoint", progressive.checkpointInterval,
                    "save the finished pixels at this interval, and when a signal ends the render")
         ->type_name("SECONDS")

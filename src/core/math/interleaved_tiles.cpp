@@ -62,6 +62,14 @@ uint32_t latticeFactor(const InterleavedTiles& tiles) {
 
 } // namespace
 
+InterleavedTiles interleavedTiles(const PixelBounds& window, uint32_t count) {
+    constexpr uint64_t kTilesPerSlice = 16;
+    InterleavedTiles tiles{window, 32, count};
+    while (tiles.edge > 1 && tiles.tileCount() < kTilesPerSlice * count)
+        tiles.edge /= 2;
+    return tiles;
+}
+
 std::vector<PixelBounds> tilesOfSlice(const InterleavedTiles& tiles, uint32_t slice) {
     const uint32_t factor = latticeFactor(tiles);
     const PixelBounds& window = tiles.window;

@@ -22,6 +22,13 @@ struct InterleavedTiles {
     bool operator==(const InterleavedTiles&) const = default;
 };
 
+/// The maximum number of slices.
+inline constexpr uint32_t kMaxSlices = 1 << 16;
+
+/// Returns the tiles of `count` slices of a window that has at least as many pixels. The edge is at most 32,
+/// and each slice has about 16 tiles or more if there are enough pixels.
+InterleavedTiles interleavedTiles(const PixelBounds& window, uint32_t count);
+
 /// Returns the tiles of slice number `slice` < tiles.count, row by row; at least one.
 std::vector<PixelBounds> tilesOfSlice(const InterleavedTiles& tiles, uint32_t slice);
 

@@ -19,11 +19,13 @@ namespace strobe {
 
 namespace {
 
-std::vector<PixelBounds> tilesOf(const PixelBounds& pixelBounds, int size) {
+/// Returns the tiles of disjoint rectangles.
+std::vector<PixelBounds> tilesOf(const std::vector<PixelBounds>& regions, int size) {
     std::vector<PixelBounds> tiles;
-    for (int y = pixelBounds.y0; y < pixelBounds.y1; y += size)
-        for (int x = pixelBounds.x0; x < pixelBounds.x1; x += size)
-            tiles.push_back({x, y, std::min(x + size, pixelBounds.x1), std::min(y + size, pixelBounds.y1)});
+    for (const PixelBounds& region : regions)
+        for (int y = region.y0; y < region.y1; y += size)
+            for (int x = region.x0; x < region.x1; x += size)
+                tiles.push_back({x, y, std::min(x + size, region.x1), std::min(y + size, region.y1)});
     return tiles;
 }
 
@@ -32,12 +34,12 @@ void checkSamples(const RenderSettings& settings, SampleDependence dependence) {
     if (uint64_t(settings.samplesPerPixel) > PixelAccumulator::kMaxSamples)
         throw Error("more than " + std::to_string(PixelAccumulator::kMaxSamples) + " samples per pixel",
                     ErrorKind::Usage);
-    if (!settings.slice)
-        return;
-    if (dependence == SampleDependence::Render)
+    if (dependence == SampleDependence::Render && (settings.slice || !settings.regions.empty()))
         throw Error("this integrator's samples depend on other pixels or on the order of rendering and "
                     "cannot be rendered in slices",
                     ErrorKind::Usage);
+    if (!settings.slice)
+        return;
     const SampleSlice& slice = *settings.slice;
     if (slice.first >= slice.end || slice.end > uint32_t(settings.samplesPerPixel))
         throw Error("samples " + std::to_string(slice.first) + ":" + std::to_string(slice.end) +
@@ -112,8 +114,10 @@ bool Renderer::render(Film& film) {
     if (!m_state)
         runOnThreads(threads, [&] { m_state = m_integrator.begin(m_scene, makeContext(threads)); });
     setNote(film);
+    const std::vector<PixelBounds> regions =
+        m_settings.regions.empty() ? std::vector{m_pixelBounds} : m_settings.regions;
     const bool isFinished =
-        renderTiles(tilesOf(m_pixelBounds, std::clamp(m_settings.tileSize, 1, 1 << 16)), threads, film);
+        renderTiles(tilesOf(regions, std::clamp(m_settings.tileSize, 1, 1 << 16)), threads, film);
     if (isFinished) {
         ++m_stats.passes;
         m_stats.samplesPerPixel +=
@@ -218,7 +222,7 @@ void Renderer::addCounters(size_t thread, Counters counters) {
 RenderStats render(const Scene& scene, const Integrator& integrator, const Shader& shader,
                    const Sampler& sampler, const Filter& filter, const RenderSettings& settings, Film& film) {
     Renderer renderer(scene, integrator, shader, sampler, filter, settings, film.pixelBounds());
-    if (renderer.render(film))
+    if (renderer.render(film) && settings.regions.empty())
         renderer.finish(film);
     return renderer.stats();
 }

@@ -25,6 +25,9 @@ struct RenderSettings {
     /// The samples of each pixel to render; none: all. The sums of disjoint slices add up to the sums
     /// of the whole render, to the bit.
     std::optional<SampleSlice> slice;
+    /// Disjoint rectangles within the film's pixel bounds: the pixels to render; empty: all. If there are
+    /// any, IntegratorState::finish is not called: the film lacks pixels.
+    std::vector<PixelBounds> regions;
     /// True if this render is one of several passes of the same pixels; their number is not known.
     bool isPass = false;
     /// Skips tiles whose pixels have all these samples already and renders the others anew. The film must

@@ -19,8 +19,8 @@ bool isInside(const PixelBounds& inner, const PixelBounds& outer) {
 bool isConsistent(const PartSlices& slices, const PartHeader& part) {
     const InterleavedTiles& tiles = slices.tiles;
     return tiles.window == part.pixelBounds && tiles.edge >= 1 && tiles.edge <= kMaxResolution &&
-           tiles.count >= 1 && tiles.count <= tiles.tileCount() && !slices.numbers.empty() &&
-           std::is_sorted(slices.numbers.begin(), slices.numbers.end()) &&
+           tiles.count >= 1 && tiles.count <= kMaxSlices && tiles.count <= tiles.tileCount() &&
+           !slices.numbers.empty() && std::is_sorted(slices.numbers.begin(), slices.numbers.end()) &&
            slices.numbers.back() < tiles.count;
 }
 

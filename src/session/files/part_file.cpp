@@ -98,10 +98,12 @@ void PartWriter::addLayers(const FilmRecord& record) {
     appendBlock(headOf(BlockKind::Layers, record), *record.bytes, m_bytes);
 }
 
-void PartWriter::write(const fs::path& file) {
+std::string PartWriter::finish() {
     appendBlock(headOf(BlockKind::End), {}, m_bytes);
-    writeFileAtomically(file, m_bytes);
+    return std::move(m_bytes);
 }
+
+void PartWriter::write(const fs::path& file) { writeFileAtomically(file, finish()); }
 
 /// A block with its bytes decompressed.
 struct PartReader::Block {

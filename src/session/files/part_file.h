@@ -20,7 +20,9 @@ class PartWriter {
     void addRecord(const FilmRecord& record);
     /// Adds the AOVs of samples of the boxes: see storeLayers.
     void addLayers(const FilmRecord& record);
-    /// Replaces the file atomically. Throws Error of kind Output.
+    /// Completes the part, and returns the bytes of its file; once.
+    std::string finish();
+    /// Completes the part, and replaces the file atomically. Throws Error of kind Output.
     void write(const std::filesystem::path& file);
 
   private:
