@@ -8,7 +8,7 @@
 
 namespace STROBE_API strobe {
 
-/// What to render. The defaults are those of the program strobe.
+/// The settings of a render. The defaults are those of the program strobe.
 struct PictureSettings {
     std::string integrator;                 ///< empty: the scene's, or the default
     std::string shading;                    ///< empty: the scene's, or the default

@@ -8,7 +8,7 @@ namespace strobe {
 
 namespace {
 
-/// Returns the matrices of a copy of a mesh.
+/// Returns a copy of a mesh, or null for null.
 std::shared_ptr<TriangleMesh> copyOf(const std::shared_ptr<TriangleMesh>& mesh) {
     return mesh ? std::make_shared<TriangleMesh>(*mesh) : nullptr;
 }

@@ -57,7 +57,7 @@ struct Placement {
         : matrices(std::move(keys)), times(std::move(t)) {}
 };
 
-/// How a shape stands in the scene.
+/// The material, the placement, the emission and the name of a shape.
 struct ShapeSettings {
     int material = 0; ///< of SceneModel::addMaterial; 0: the default, a gray matte
     Placement placement{};
@@ -100,8 +100,7 @@ class SceneModel {
     /// Adds a mesh. Throws Error if its arrays do not fit together or have numbers that are not finite.
     void addMesh(TriangleMesh mesh, const ShapeSettings& settings = {});
 
-    /// For the render.
-    const SceneDescription& description() const { return *m_description; }
+    /// Returns the content, for renderPicture.
     SceneDescription release() &&;
     const PluginsPtr& plugins() const { return m_plugins; }
 

@@ -93,9 +93,7 @@ LightRecorder::~LightRecorder() = default;
 
 /// Writes the positions and the normals, on the side of the viewer, at shutter fraction 0.
 void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n) const {
-    alignas(64) static constexpr float kAtRest[kSoAWidth] = {};
-    HitSoA moving;
-    int source[kSoAWidth], count = 0;
+    MovingHits moving;
     for (size_t i = 0; i < vertices.size(); ++i) {
         const FirstVertex& vertex = vertices[i];
         if (!vertex.hit)
@@ -104,20 +102,13 @@ void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA&
             p.set(int(i), vertex.p);
             n.set(int(i), vertex.n);
         } else {
-            moving.set(count, vertex.hit);
-            source[count++] = int(i);
+            moving.add(vertex.hit, int(i));
         }
     }
-    if (count == 0)
-        return;
-    SurfaceSoA rest;
-    m_scene.rawSurfaces(moving, kAtRest, count, rest);
-    for (int k = 0; k < count; ++k) {
-        RawSurfacePoint point = rest.at(k);
-        point.finish();
-        p.set(source[k], point.p);
-        n.set(source[k], vertices[size_t(source[k])].isFront ? point.ng : -point.ng);
-    }
+    moving.forEachAtRest(m_scene, [&](int i, const RawSurfacePoint& point) {
+        p.set(i, point.p);
+        n.set(i, vertices[size_t(i)].isFront ? point.ng : -point.ng);
+    });
 }
 
 void LightRecorder::record(const VisibilityBatch& batch, std::span<const Rgb> radiance,

@@ -71,9 +71,7 @@ float PixelSpread::of(const VisibilityBatch& batch, uint32_t pixel) const {
 
 /// Replaces the points on surfaces that move.
 void PixelSpread::replaceMoving(const VisibilityBatch& batch, uint32_t firstSample, Points& points) const {
-    alignas(64) static constexpr float kAtRest[kSoAWidth] = {};
-    HitSoA moving;
-    int targets[Points::kMax], count = 0;
+    MovingHits moving;
     bool isMoving = false;
     for (int i = 0; i < points.count; ++i) {
         if (points.geometry[i] == kNone)
@@ -83,22 +81,14 @@ void PixelSpread::replaceMoving(const VisibilityBatch& batch, uint32_t firstSamp
         if (i == 0 || points.instance[i] != points.instance[i - 1] ||
             points.geometry[i] != points.geometry[i - 1])
             isMoving = !isStatic(m_scene, hits.at(int(sample % kSoAWidth)));
-        if (isMoving) {
-            moving.set(count, hits.at(int(sample % kSoAWidth)));
-            targets[count++] = i;
-        }
+        if (isMoving)
+            moving.add(hits.at(int(sample % kSoAWidth)), i);
     }
-    if (count == 0)
-        return;
-    SurfaceSoA rest;
-    m_scene.rawSurfaces(moving, kAtRest, count, rest);
-    for (int k = 0; k < count; ++k) {
-        RawSurfacePoint point = rest.at(k);
-        point.finish();
-        points.x[targets[k]] = point.p.x;
-        points.y[targets[k]] = point.p.y;
-        points.z[targets[k]] = point.p.z;
-    }
+    moving.forEachAtRest(m_scene, [&](int i, const RawSurfacePoint& point) {
+        points.x[i] = point.p.x;
+        points.y[i] = point.p.y;
+        points.z[i] = point.p.z;
+    });
 }
 
 } // namespace strobe

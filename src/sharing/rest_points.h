@@ -12,6 +12,34 @@ inline bool isStatic(const Scene& scene, const Hit& hit) {
     return placed.isStatic() && (hit.instance == kNone || scene.instances()[hit.instance].motion->isStatic());
 }
 
+/// Hits on moving surfaces, up to kSoAWidth, whose points at rest are needed.
+class MovingHits {
+  public:
+    /// Adds a hit, with an index of the caller's.
+    void add(const Hit& hit, int index) {
+        m_hits.set(m_count, hit);
+        m_indices[m_count++] = index;
+    }
+    /// Calls work(index, point) with the surface point of each hit at shutter fraction 0.
+    template <class Work>
+    void forEachAtRest(const Scene& scene, const Work& work) const {
+        if (m_count == 0)
+            return;
+        alignas(64) static constexpr float kAtRest[kSoAWidth] = {};
+        SurfaceSoA rest;
+        scene.rawSurfaces(m_hits, kAtRest, m_count, rest);
+        for (int k = 0; k < m_count; ++k) {
+            RawSurfacePoint point = rest.at(k);
+            point.finish();
+            work(m_indices[k], point);
+        }
+    }
+
+  private:
+    HitSoA m_hits;
+    int m_indices[kSoAWidth], m_count = 0;
+};
+
 /// Measures how far samples of pixels spread over surfaces at rest.
 class PixelSpread {
   public:

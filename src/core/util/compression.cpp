@@ -6,6 +6,19 @@
 
 namespace strobe {
 
+namespace {
+
+/// Transposes a matrix of bytes.
+std::string transposed(std::string_view bytes, size_t rows, size_t columns) {
+    std::string out(bytes.size(), '\0');
+    for (size_t column = 0; column < columns; ++column)
+        for (size_t row = 0; row < rows; ++row)
+            out[column * rows + row] = bytes[row * columns + column];
+    return out;
+}
+
+} // namespace
+
 std::string compressBytes(std::string_view bytes) {
     uLongf size = compressBound(uLong(bytes.size()));
     std::string out(size, '\0');
@@ -36,21 +49,11 @@ uint32_t crc32Of(std::string_view bytes, uint32_t previous) {
 }
 
 std::string toBytePlanes(std::string_view elements, size_t size) {
-    std::string planes(elements.size(), '\0');
-    const size_t count = elements.size() / size;
-    for (size_t k = 0; k < size; ++k)
-        for (size_t i = 0; i < count; ++i)
-            planes[k * count + i] = elements[i * size + k];
-    return planes;
+    return transposed(elements, elements.size() / size, size);
 }
 
 std::string fromBytePlanes(std::string_view planes, size_t size) {
-    std::string elements(planes.size(), '\0');
-    const size_t count = planes.size() / size;
-    for (size_t k = 0; k < size; ++k)
-        for (size_t i = 0; i < count; ++i)
-            elements[i * size + k] = planes[k * count + i];
-    return elements;
+    return transposed(planes, size, planes.size() / size);
 }
 
 } // namespace strobe

@@ -206,8 +206,8 @@ class Checker {
         return digits.size() * 3 / 4;
     }
 
-    /// Returns why a buffer has no data; empty: it has. Such buffers are errors where they are used, or zeros
-    /// if they have no uri, as glTF allows it.
+    /// Returns the reason why a buffer has no data, or an empty text if it has data. A buffer without data is
+    /// an error if it is used. A buffer without a uri, which glTF allows, consists of zeros instead.
     std::string whyMissing(const json& buffer, bool isFirst, std::optional<uint64_t> chunk) {
         const auto uri = buffer.find("uri");
         if (uri == buffer.end())

@@ -5,7 +5,7 @@
 
 namespace strobe::gltf {
 
-/// What was changed.
+/// The changes that repairJson made.
 struct JsonRepair {
     bool isChanged = false;
     std::vector<size_t> unbacked; ///< accessors without a buffer view, which have one in the changed JSON

@@ -25,7 +25,7 @@ struct PartSlices {
     std::vector<uint32_t> numbers; ///< from 0 on, in ascending order
 };
 
-/// What a part holds, without its samples.
+/// The header of a part: its render, its pixels, its samples and its layers, without their values.
 struct PartHeader {
     /// Names and values of all that affects the image. Parts of one render have equal keys.
     std::vector<std::pair<std::string, std::string>> key;
@@ -35,7 +35,7 @@ struct PartHeader {
     int samplesPerPixel = 0;           ///< of the whole render
     PixelBounds pixelBounds;           ///< contains the boxes
     std::vector<SampleBox> boxes;      ///< the samples of this part; disjoint
-    std::optional<PartSlices> slices;  ///< whose samples the part has; none: it was not divided by slices
+    std::optional<PartSlices> slices;  ///< the slices that the part has; none: it is not of --slice
     AovLayout layout;                  ///< of the AOVs
 
     /// Returns the value of a name of the key; empty if there is none.

@@ -79,7 +79,6 @@ class OverlapSearch {
 
     /// Compares a part with those added before.
     void add(const Part& part) {
-        m_parts.push_back(&part);
         if (reportSameSlice(part))
             return;
         for (const SampleBox& box : part.header.boxes)
@@ -137,7 +136,6 @@ class OverlapSearch {
     }
 
     Problems& m_problems;
-    std::vector<const Part*> m_parts;
     std::map<uint32_t, const Part*> m_partOfSlice;
     std::map<std::pair<int, int>, std::vector<Entry>> m_cells; ///< by row and column
 };
