@@ -149,7 +149,11 @@ void addSceneOptions(CLI::App& app, RenderOptions& render, const PluginTables& t
     addGltfOptions(app, build);
     app.add_flag("--quick", build.quick, "a quarter of the resolution and of the samples per pixel");
     app.add_flag("--dry-run", render.dryRun,
-                 "load and check the scene, and estimate the time; write nothing");
+                 "load and check the scene, and estimate time and memory; write --stats only");
+    app.add_option("--expect", render.expected,
+                   "end with an error, which names the files, unless the version and the scene are those of "
+                   "these --stats")
+        ->type_name("FILE");
 }
 
 void addImageOutputs(CLI::App& app, CommandLine& line) {

@@ -74,6 +74,10 @@ PartHeader partHeaderOf(const Film& film, const FrameJob& job, const BuiltScene&
             part.key.emplace_back(name.substr(name.find(':') + 1), *text);
     part.key.emplace_back("bias:clamp", options.clamp > 0 ? fmt::format("{}", options.clamp) : "none");
     part.key.emplace_back("seed", std::to_string(options.seed));
+    if (job.number && options.slice) { // other parts have the pixels that they cover in their frame keys
+        part.key.emplace_back(PartHeader::kFrame, std::to_string(*job.number));
+        part.key.emplace_back(PartHeader::kFrameKey, job.key);
+    }
     const Shutter& shutter = built.scene->shutter();
     part.key.emplace_back("shutter", fmt::format("{} {}", shutter.open, shutter.close));
     part.key.emplace_back("aov", aovText(layout));

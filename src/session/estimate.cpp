@@ -1,7 +1,9 @@
 #include "session/estimate.h"
 
 #include "core/util/memory.h"
+#include "session/files/part.h"
 #include "session/render_session.h"
+#include "session/report.h"
 
 #include <thread>
 
@@ -48,12 +50,23 @@ double usualSeconds(double shades, const RenderOptions& options) {
     return shades / kShadesPerSecond / threadsOf(options);
 }
 
-/// Returns the seconds of the render, by a render with few samples. Passes end at their time limit.
-double estimatedSeconds(const FrameJob& job, const BuiltScene& built) {
+/// Returns the bytes of a film.
+uint64_t filmBytes(const FrameJob& job, const BuiltScene& built) {
+    const auto& images = job.options.output.images;
+    const bool keepsSums = job.options.progressive.checkpointInterval > 0 ||
+                           job.options.progressive.takesPasses() ||
+                           std::any_of(images.begin(), images.end(), isPart);
+    const size_t bytes = sizeof(Rgb) + (keepsSums ? sizeof(PixelAccumulator) : 0);
+    return uint64_t(pixelCount(built.pixelBounds)) * bytes;
+}
+
+/// Sets the seconds and adds to the memory, by a render with few samples. Passes end at their time limit.
+void estimateByRender(const FrameJob& job, const BuiltScene& built, Estimate& estimate) {
     constexpr int kSamples = 4;
     constexpr double kMaxSeconds = 10; // for the estimate
     RenderSettings settings = renderSettings(job.options, built);
     const double pixelSamples = pixelCount(job, built) * samplesOf(settings);
+    const double threads = threadsOf(job.options);
     settings.samplesPerPixel =
         built.sampler.sampler->roundCount(std::min(settings.samplesPerPixel, kSamples));
     settings.slice.reset();
@@ -62,14 +75,18 @@ double estimatedSeconds(const FrameJob& job, const BuiltScene& built) {
     const auto shadesOf = [&](double pixels, int samples) {
         return pixels * built.integrator->shadesPerPixel(samples);
     };
-    if (usualSeconds(shadesOf(pixelCount(middle), settings.samplesPerPixel), job.options) > kMaxSeconds)
-        return usualSeconds(shadesOf(pixelCount(job, built), int(samplesOf(settings))), job.options);
+    if (usualSeconds(shadesOf(pixelCount(middle), settings.samplesPerPixel), job.options) > kMaxSeconds) {
+        estimate.threadSeconds =
+            threads * usualSeconds(shadesOf(pixelCount(job, built), int(samplesOf(settings))), job.options);
+        return;
+    }
     Film film(built.resolution.x, built.resolution.y, middle);
     const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
                                      *built.filter, settings, film);
     const double seconds = stats.seconds * pixelSamples / (pixelCount(middle) * settings.samplesPerPixel);
     const double limit = job.options.progressive.timeLimit;
-    return limit > 0 ? std::min(limit, seconds) : seconds;
+    estimate.threadSeconds = threads * (limit > 0 ? std::min(limit, seconds) : seconds);
+    estimate.memory += uint64_t(double(stats.total.cacheBytes) * pixelCount(job, built) / pixelCount(middle));
 }
 
 } // namespace
@@ -99,7 +116,8 @@ void checkWork(const FrameJob& job, const BuiltScene& built, const RenderSetting
                  pixels * samples, formatBytes(uint64_t(bytes)));
 }
 
-void reportDryRun(const FrameJob& job, const FrameInputs& inputs, size_t frames) {
+void reportDryRun(const FrameJob& job, const FrameInputs& inputs, std::vector<int> frames,
+                  std::vector<int> finished) {
     const BuiltScene& built = inputs.built;
     const PixelBounds& bounds = built.pixelBounds;
     const TracerCounts& counts = built.scene->tracer().counts();
@@ -115,17 +133,29 @@ void reportDryRun(const FrameJob& job, const FrameInputs& inputs, size_t frames)
              pixelCount(bounds) < double(built.resolution.x) * built.resolution.y
                  ? fmt::format(", of which {}x{}", bounds.width(), bounds.height())
                  : "",
-             built.sampler.samplesPerPixel, frames > 1 ? fmt::format("; {} frames", frames) : "");
+             built.sampler.samplesPerPixel,
+             frames.size() > 1 ? fmt::format("; {} frames, {} finished", frames.size(), finished.size())
+                               : "");
     log.info("integrator  {}, {}; sampler {}, filter {}", metadata("strobe:integrator"),
              metadata("strobe:shading"), metadata("strobe:sampler"), metadata("strobe:filter"));
     log.info("geometry    {} triangles, {} quadrics, {} instances; {} lights", counts.triangles,
              counts.quadrics, counts.instances, built.scene->lights().size());
     for (const auto& image : job.options.output.images)
         log.info("output      {}", image.string());
-    log.info("memory      {} after loading", formatBytes(usedMemory()));
-    const double seconds = estimatedSeconds(job, built) * double(frames);
-    log.info("time        about {} on {} threads, and {:.2g} s to load", formatTime(seconds),
+    Estimate estimate;
+    const uint64_t loaded = usedMemory();
+    estimate.memory = loaded + filmBytes(job, built);
+    estimateByRender(job, built, estimate);
+    const size_t missing = frames.empty() ? 1 : frames.size() - finished.size();
+    log.info("memory      {} after loading, about {} to render", formatBytes(loaded),
+             formatBytes(estimate.memory));
+    log.info("time        about {} on {} threads, and {:.2g} s to load",
+             formatTime(estimate.threadSeconds * double(missing) / threadsOf(job.options)),
              threadsOf(job.options), inputs.seconds.parse + inputs.seconds.build);
+    estimate.frames = std::move(frames);
+    estimate.finished = std::move(finished);
+    if (!job.options.output.stats.empty())
+        writeEstimate(job.options.output.stats, job, inputs, estimate);
 }
 
 } // namespace strobe

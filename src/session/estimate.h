@@ -10,8 +10,16 @@ namespace strobe {
 /// than the machine has.
 void checkWork(const FrameJob& job, const BuiltScene& built, const RenderSettings& settings, const Log& log);
 
-/// Logs what would be rendered, and an estimate of the time from a small render of the middle of the picture.
-/// `frames`: the number of frames of a sequence.
-void reportDryRun(const FrameJob& job, const FrameInputs& inputs, size_t frames);
+/// What a render would take.
+struct Estimate {
+    double threadSeconds = 0;          ///< of rendering a frame: seconds times threads
+    uint64_t memory = 0;               ///< bytes
+    std::vector<int> frames, finished; ///< the frames of a sequence, and those of them that are finished
+};
+
+/// Logs what would be rendered, and an estimate from a small render of the middle of the picture; writes it
+/// to the statistics of the job, if it has any. `frames` and `finished`: see Estimate.
+void reportDryRun(const FrameJob& job, const FrameInputs& inputs, std::vector<int> frames,
+                  std::vector<int> finished);
 
 } // namespace strobe

@@ -124,7 +124,10 @@ class Merge {
     Metadata metadataOf(const Film& film, uint64_t missing) const {
         Metadata m;
         for (const auto& [name, value] : m_parts.merged().key)
-            m.emplace_back("strobe:" + name, value);
+            if (name == PartHeader::kFrame)
+                m.emplace_back("strobe:" + name, std::atoi(value.c_str()));
+            else if (name != PartHeader::kFrameKey || missing == 0) // frames without a key are rendered again
+                m.emplace_back("strobe:" + name, value);
         m.emplace_back("Software", std::string("strobe ") + version());
         m.emplace_back("strobe:samplesPerPixel", m_parts.merged().samplesPerPixel);
         m.emplace_back("strobe:invalidSamples", std::to_string(invalidSamples(film.sums())));

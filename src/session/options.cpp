@@ -79,13 +79,14 @@ struct NamedOptions {
           onlyParts{"-o *.part, and no other image",
                     !o.output.images.empty() &&
                         std::all_of(o.output.images.begin(), o.output.images.end(), isPart)},
-          frames{"--frames", o.sequence.has_value()}, crop{"--crop", o.build.crop.has_value()},
-          pixelBounds{"--pixel-bounds", o.build.pixelBounds.has_value()},
+          severalFrames{"--frames with several frames", o.sequence && o.sequence->frames.size() > 1},
+          crop{"--crop", o.build.crop.has_value()}, pixelBounds{"--pixel-bounds",
+                                                                o.build.pixelBounds.has_value()},
           noImage{"--no-output", o.output.noImage}, dryRun{"--dry-run", o.dryRun} {}
 
     NamedOption outputs, parts, layers, sharing, variance, heatmap, samples, stats;
     NamedOption timeLimit, noiseTarget, reference, curve, writeInterval, checkpoint, resume, viewer;
-    NamedOption sampleRange, slice, onlyParts, frames, crop, pixelBounds, noImage, dryRun;
+    NamedOption sampleRange, slice, onlyParts, severalFrames, crop, pixelBounds, noImage, dryRun;
 };
 
 void checkCombinations(const RenderOptions& options) {
@@ -97,7 +98,8 @@ void checkCombinations(const RenderOptions& options) {
                    {o.samples, o.sharing, o.heatmap, o.sampleRange, o.checkpoint});
     checkExclusion({o.reference}, {o.layers});
     checkExclusion({o.timeLimit, o.noiseTarget}, {o.parts});
-    checkExclusion({o.sampleRange, o.parts, o.checkpoint}, {o.sharing, o.variance, o.heatmap, o.frames});
+    checkExclusion({o.sampleRange, o.parts, o.checkpoint},
+                   {o.sharing, o.variance, o.heatmap, o.severalFrames});
     checkExclusion({o.checkpoint}, {o.samples});
     checkExclusion({o.slice}, {o.sampleRange, o.reference});
     checkRequirement(o.slice, o.onlyParts);

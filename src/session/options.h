@@ -88,7 +88,9 @@ struct RenderOptions {
     float clamp = 0; ///< see RenderSettings::clamp
     /// Invalid samples are Outcome::InvalidSamples, and files that do not conform to glTF are errors.
     bool strict = false;
-    bool dryRun = false; ///< loads and checks the scene, and estimates the time; renders and writes nothing
+    bool dryRun = false; ///< loads and checks the scene, and estimates the time; writes `output.stats` only
+    /// Statistics (OutputOptions::stats) of a render whose version and scene this one must have; empty: none.
+    std::filesystem::path expected;
     std::string commandLine; ///< for the metadata of images; may be empty
     int threads = 0;         ///< 0: one per core
     int tileSize = 32;       ///< pixels; does not change the image

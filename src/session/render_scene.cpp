@@ -2,6 +2,7 @@
 #include "loader/parser/content_hash.h"
 #include "loader/parser/parser.h"
 #include "session/estimate.h"
+#include "session/expected_scene.h"
 #include "session/exposure.h"
 #include "session/files/part_file.h"
 #include "session/frame.h"
@@ -82,30 +83,36 @@ class SceneRenderer {
 
     Outcome renderImage() {
         FrameJob job;
-        if (!m_options.output.noImage)
+        if (!m_options.output.noImage || !m_options.output.stats.empty() || !m_options.expected.empty())
             job.content = content();
         const BuiltScene built = buildImage();
         job.options = withDefaultImage(m_options, built.filename, m_log);
         if (!m_options.dryRun && hasAutomaticExposure(job.options, built))
             job.options.output.format.exposure = measuredExposure(built);
         const FrameInputs inputs{built, *m_policy, m_seconds, m_start, m_callbacks, m_log};
-        return m_options.dryRun ? dryRun(job, inputs, 1) : renderFrame(job, inputs);
+        return m_options.dryRun ? dryRun(job, inputs) : renderFrame(job, inputs);
     }
 
     Outcome renderSequence();
     PixelResult renderPixel(const PixelQuery& query);
 
   private:
+    /// Throws Error of kind Usage if it is not the expected one.
     SceneContent content() const {
-        return contentOf(m_description,
-                         usedPlugins(*m_build.plugins, m_description, {m_build.integrator, m_build.shading}));
+        SceneContent content = contentOf(m_description, usedPlugins(*m_build.plugins, m_description,
+                                                                    {m_build.integrator, m_build.shading}));
+        if (!m_options.expected.empty())
+            checkExpectedScene(m_options.expected, content);
+        return content;
     }
-    static Outcome dryRun(const FrameJob& job, const FrameInputs& inputs, size_t frames) {
+    static Outcome dryRun(const FrameJob& job, const FrameInputs& inputs, std::vector<int> frames = {},
+                          std::vector<int> finished = {}) {
         checkOutputFiles(job.options);
         checkOutputsAreNotInputs(job.options, inputs.policy);
-        reportDryRun(job, inputs, frames);
+        reportDryRun(job, inputs, std::move(frames), std::move(finished));
         return Outcome::Finished;
     }
+    Outcome dryRunOfSequence(RenderOptions options, SceneBuilder& builder, const SceneContent& content);
     BuiltScene buildFrame(int number);
     float measuredExposure(const BuiltScene& built) const {
         const float exposure = automaticExposure(built);
@@ -131,12 +138,37 @@ class SceneRenderer {
     StepSeconds m_seconds;
 };
 
+/// Reports the first frame that is not finished, or else the first one. The statistics are of all frames.
+Outcome SceneRenderer::dryRunOfSequence(RenderOptions options, SceneBuilder& builder,
+                                        const SceneContent& content) {
+    const std::filesystem::path stats = std::exchange(options.output.stats, {});
+    const SequenceOptions& sequence = *options.sequence;
+    std::vector<int> finished;
+    std::optional<FrameJob> first;
+    for (const int number : sequence.frames) {
+        FrameJob job = frameJob(options, number, content);
+        if (!sequence.overwrite && isFinished(job))
+            finished.push_back(number);
+        else if (!first)
+            first = std::move(job);
+    }
+    FrameJob job = first ? *first : frameJob(options, sequence.frames.front(), content);
+    job.options.output.stats = stats;
+    const Clock::time_point start = Clock::now();
+    const BuiltScene built = builder.build(shutterOf(sequence, *job.number));
+    m_seconds.build = secondsSince(start);
+    return dryRun(job, {built, *m_policy, m_seconds, start, m_callbacks, m_log}, sequence.frames,
+                  std::move(finished));
+}
+
 Outcome SceneRenderer::renderSequence() {
     const SequenceOptions& sequence = *m_options.sequence;
     const SceneContent content = this->content();
     Clock::time_point start = Clock::now();
     SceneBuilder builder(std::move(m_description), m_build, m_diagnostics);
     RenderOptions options = withDefaultImage(m_options, builder.setup().filename, m_log);
+    if (m_options.dryRun)
+        return dryRunOfSequence(options, builder, content);
     const size_t count = sequence.frames.size();
     size_t finished = 0;
     Outcome outcome = Outcome::Finished;
@@ -151,15 +183,13 @@ Outcome SceneRenderer::renderSequence() {
         releaseFreeMemory(); // of the previous frame
         m_log.info("frame {} ({} of {})", number, i + 1, count);
         // All frames have the exposure of the first one, also if it was rendered before.
-        if (!m_options.dryRun && hasAutomaticExposure(options, builder.setup()))
+        if (hasAutomaticExposure(options, builder.setup()))
             options.output.format.exposure =
                 measuredExposure(builder.build(shutterOf(sequence, sequence.frames.front())));
         job.options.output.format.exposure = options.output.format.exposure;
         const BuiltScene built = builder.build(shutterOf(sequence, number));
         m_seconds.build = secondsSince(start);
         const FrameInputs inputs{built, *m_policy, m_seconds, start, m_callbacks, m_log};
-        if (m_options.dryRun)
-            return dryRun(job, inputs, count);
         const Outcome ofFrame = renderFrame(job, inputs);
         if (ofFrame != Outcome::Finished)
             outcome = ofFrame;

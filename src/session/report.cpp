@@ -125,13 +125,31 @@ void addCounters(const Counters& c, Json& j) {
     j["cache"] = cacheOf(c);
 }
 
-Json toJson(const BuiltScene& built, const FrameJob& job, const RenderStats& stats,
-            const StepSeconds& seconds) {
+Json contentOf(const SceneContent& content) {
+    Json files = Json::array();
+    for (const auto& [name, hash] : content.files)
+        files.push_back({name, fmt::format("{:016x}", hash)});
+    return {{"hash", fmt::format("{:016x}", content.hash)}, {"files", files}};
+}
+
+/// Returns what does not depend on the samples.
+Json toJson(const BuiltScene& built, const FrameJob& job, const RenderStats& stats) {
     Json j;
     j["version"] = version();
     for (const auto& scene : job.options.scenes)
         j["scenes"].push_back(scene.string());
+    j["content"] = contentOf(job.content);
     j["settings"] = settingsOf(built, job, stats);
+    j["resolution"] = {built.resolution.x, built.resolution.y};
+    const PixelBounds& bounds = built.pixelBounds;
+    j["pixelBounds"] = {bounds.x0, bounds.x1, bounds.y0, bounds.y1};
+    j["geometry"] = geometryOf(built);
+    return j;
+}
+
+Json toJson(const BuiltScene& built, const FrameJob& job, const RenderStats& stats,
+            const StepSeconds& seconds) {
+    Json j = toJson(built, job, stats);
     j["passes"] = stats.passes;
     if (stats.noise)
         j["noise"] = *stats.noise;
@@ -139,16 +157,12 @@ Json toJson(const BuiltScene& built, const FrameJob& job, const RenderStats& sta
         j["integratorNote"] = stats.integratorNote;
     const BiasBound bound = built.integrator->biasBound(*built.scene);
     j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
-    j["resolution"] = {built.resolution.x, built.resolution.y};
-    const PixelBounds& bounds = built.pixelBounds;
-    j["pixelBounds"] = {bounds.x0, bounds.x1, bounds.y0, bounds.y1};
     j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", stats.seconds}};
     j["threadSeconds"] = stagesOf(stats.total);
     if (!stats.threads.empty())
         j["threads"] = threadsOf(stats);
     addCounters(stats.total, j);
     j["shadeCost"] = shadeCostsOf(built, stats.total);
-    j["geometry"] = geometryOf(built);
     j["textures"] = texturesOf(built);
     return j;
 }
@@ -212,6 +226,19 @@ Metadata renderMetadata(const BuiltScene& built, const FrameJob& job, const Rend
 void writeStats(const std::filesystem::path& file, const BuiltScene& built, const FrameJob& job,
                 const RenderStats& stats, const StepSeconds& seconds) {
     writeFileAtomically(file, toJson(built, job, stats, seconds).dump(2) + '\n');
+}
+
+void writeEstimate(const std::filesystem::path& file, const FrameJob& job, const FrameInputs& inputs,
+                   const Estimate& estimate) {
+    RenderStats stats;
+    stats.samplesPerPixel = uint32_t(inputs.built.sampler.samplesPerPixel);
+    Json j = toJson(inputs.built, job, stats);
+    j["estimate"] = {{"load", inputs.seconds.parse + inputs.seconds.build},
+                     {"threadSeconds", estimate.threadSeconds},
+                     {"memory", estimate.memory}};
+    if (!estimate.frames.empty())
+        j["frames"] = {{"all", estimate.frames}, {"finished", estimate.finished}};
+    writeFileAtomically(file, j.dump(2) + '\n');
 }
 
 std::string summary(const BuiltScene& built, const RenderStats& stats, const StepSeconds& seconds) {

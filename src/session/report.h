@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/render/render.h"
+#include "session/estimate.h"
 #include "session/frame.h"
 
 namespace strobe {
@@ -13,6 +14,9 @@ Metadata renderMetadata(const BuiltScene& built, const FrameJob& job, const Rend
 /// Writes JSON. Throws Error of kind Output.
 void writeStats(const std::filesystem::path& file, const BuiltScene& built, const FrameJob& job,
                 const RenderStats& stats, const StepSeconds& seconds);
+/// Writes JSON of a render that has not begun. Throws Error of kind Output.
+void writeEstimate(const std::filesystem::path& file, const FrameJob& job, const FrameInputs& inputs,
+                   const Estimate& estimate);
 /// Returns one line: size, samples, seconds, rays, shades.
 std::string summary(const BuiltScene& built, const RenderStats& stats, const StepSeconds& seconds);
 /// Logs the number of clamped samples, and of invalid samples with the options that render the first of them.

@@ -73,9 +73,11 @@ void parseShutter(const std::string& text, SequenceOptions& sequence) {
 /// Returns a text of the version of strobe, and of all given options that affect the image.
 std::string imageAffectingOptions(const CLI::App& app) {
     static const std::set<std::string> kOthers{
-        "FILE",        "--output", "--threads",   "--tile",       "--quiet",          "--frames",
-        "--overwrite", "--stats",  "--log-level", "--samples",    "--write-interval", "--display-server",
-        "--reference", "--curve",  "--sandbox",   "--max-memory", "--mkdir",          "--no-output"};
+        "FILE",        "--output",     "--threads",   "--tile",       "--quiet",          "--frames",
+        "--overwrite", "--stats",      "--log-level", "--samples",    "--write-interval", "--display-server",
+        "--reference", "--curve",      "--sandbox",   "--max-memory", "--mkdir",          "--no-output",
+        "--slice",     "--checkpoint", "--resume",    "--dry-run",    "--expect",         "--texture-mb",
+        "--strict"};
     std::string text = std::string("strobe ") + version() + "\n";
     for (const CLI::Option* option : app.get_options())
         if (!kOthers.count(option->get_name()))

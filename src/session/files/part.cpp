@@ -33,26 +33,25 @@ bool haveFewRows(const std::vector<SampleBox>& boxes) {
     return rows <= kMaxRows;
 }
 
-/// Returns which files of the scenes differ.
-std::string changedFiles(const PartHeader& part, const PartHeader& more) {
-    const std::map<std::string, uint64_t> now(part.files.begin(), part.files.end()),
-        before(more.files.begin(), more.files.end());
+} // namespace
+
+std::string changedFiles(const std::vector<std::pair<std::string, uint64_t>>& before,
+                         const std::vector<std::pair<std::string, uint64_t>>& now) {
+    const std::map<std::string, uint64_t> old(before.begin(), before.end()), current(now.begin(), now.end());
     std::string text;
     const auto add = [&](const std::string& name, const char* change) {
         text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, change);
     };
-    for (const auto& [name, hash] : now)
-        if (const auto it = before.find(name); it == before.end())
+    for (const auto& [name, hash] : current)
+        if (const auto it = old.find(name); it == old.end())
             add(name, "is new");
         else if (it->second != hash)
             add(name, "has changed");
-    for (const auto& [name, hash] : before)
-        if (!now.contains(name))
+    for (const auto& [name, hash] : old)
+        if (!current.contains(name))
             add(name, "is no longer used");
     return text.empty() ? "a file has changed" : text;
 }
-
-} // namespace
 
 std::string PartHeader::keyValue(const std::string& name) const {
     const auto it =
@@ -67,7 +66,7 @@ std::string differenceOf(const PartHeader& part, const PartHeader& more) {
         if (part.key[i].second == more.key[i].second)
             continue;
         if (part.key[i].first == PartHeader::kScene)
-            return "it is a part of another scene: " + changedFiles(part, more);
+            return "it is a part of another scene: " + changedFiles(more.files, part.files);
         return fmt::format("it is a part of another render: {} is {}, not {}", part.key[i].first,
                            more.key[i].second, part.key[i].second);
     }

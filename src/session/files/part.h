@@ -44,10 +44,17 @@ struct PartHeader {
     static constexpr const char* kNote = "integratorNote";
     /// The name in the key of the hash of the scene.
     static constexpr const char* kScene = "scene";
+    /// The names in the key of the number and the key of a sequence's frame: see FrameJob.
+    static constexpr const char *kFrame = "frame", *kFrameKey = "frameKey";
 };
 
 /// Whether a file with this name is a part.
 inline bool isPart(const std::filesystem::path& file) { return file.extension() == ".part"; }
+
+/// Returns which files of two scenes differ, as "a.ply has changed, b.ply is new". `before` and `now`: as
+/// PartHeader::files.
+std::string changedFiles(const std::vector<std::pair<std::string, uint64_t>>& before,
+                         const std::vector<std::pair<std::string, uint64_t>>& now);
 
 /// Returns why `more` is not of the render of `part`: "it is a part of …"; empty if it is.
 std::string differenceOf(const PartHeader& part, const PartHeader& more);
