@@ -2,6 +2,7 @@
 
 #include "core/image/image.h"
 #include "core/math/hash.h"
+#include "session/files/part.h"
 
 #include <regex>
 
@@ -47,13 +48,20 @@ FrameJob frameJob(const RenderOptions& options, int frame, const SceneContent& c
 
 bool isFinished(const FrameJob& job) {
     const OutputOptions& output = job.options.output;
+    const auto isMissing = [](const fs::path& file) {
+        std::error_code ignored;
+        return !file.empty() && !fs::exists(file, ignored);
+    };
+    // The readers of images take .3 s to load: they are not used for files that do not exist, and for parts.
     for (const auto& file : {output.stats, output.heatmap, output.samples})
-        if (std::error_code ignored; !file.empty() && !fs::exists(file, ignored))
+        if (isMissing(file))
             return false;
-    return !output.images.empty() &&
-           std::all_of(output.images.begin(), output.images.end(), [&](const fs::path& image) {
-               return readMetadata(image, "strobe:frameKey") == job.key;
-           });
+    if (output.images.empty() || std::any_of(output.images.begin(), output.images.end(),
+                                             [&](auto& image) { return isPart(image) || isMissing(image); }))
+        return false;
+    return std::all_of(output.images.begin(), output.images.end(), [&](const fs::path& image) {
+        return readMetadata(image, "strobe:frameKey") == job.key;
+    });
 }
 
 } // namespace strobe

@@ -27,6 +27,7 @@ std::filesystem::path numberedFile(const std::filesystem::path& file, int frame)
 FrameJob frameJob(const RenderOptions& options, int frame, const SceneContent& content);
 
 /// Whether all files of the frame exist, and all its images have its key as the attribute strobe:frameKey.
+/// Parts do not count as finished.
 bool isFinished(const FrameJob& job);
 
 /// Wall-clock seconds of the steps before rendering.
