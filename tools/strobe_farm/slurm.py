@@ -93,8 +93,8 @@ def submit(plan, missing, words, tool):
 
 
 def jobs(plan):
-    """Returns the waiting and running tasks: lines of "JOB STATE NODE"; an array that waits is one line."""
-    return run("squeue", "--noheader", "--name", plan.name, "--format", "%i %T %N").split("\n")[:-1]
+    """Returns the waiting and running tasks: lines of "JOB STATE NODE-OR-REASON"; an array that waits is one line."""
+    return run("squeue", "--noheader", "--name", plan.name, "--format", "%i %T %R").split("\n")[:-1]
 
 
 def is_active(plan):
@@ -107,14 +107,17 @@ def cancel(plan):
     run_patiently("scancel", "--name", plan.name)
 
 
+def this_task():
+    """Returns the job or the task of an array that runs this process. The number of one task is that of the whole array."""
+    array = os.environ.get("SLURM_ARRAY_JOB_ID")
+    return "%s_%s" % (array, os.environ["SLURM_ARRAY_TASK_ID"]) if array else os.environ["SLURM_JOB_ID"]
+
+
 def after_worker(plan, code):
     """Requeues this task if strobe was killed or its time is over, and cancels the render if it cannot go on."""
-    job = os.environ.get("SLURM_JOB_ID")
-    if job is None:
-        return
     if code == worker.AGAIN:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        run_patiently("scontrol", "requeue", job)
+        run_patiently("scontrol", "requeue", this_task())
         time.sleep(60)  # until Slurm ends this process, whose exit code would end the task
     elif code == worker.FAILED:
         cancel(plan)
