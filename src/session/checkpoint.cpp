@@ -93,7 +93,7 @@ PartHeader partHeaderOf(const Film& film, const FrameJob& job, const BuiltScene&
     part.pixelBounds = film.pixelBounds();
     part.boxes = finishedBoxes(film, samplesOf(job, built));
     if (options.slice)
-        part.slices = {interleavedTiles(film.pixelBounds(), options.slice->count), {options.slice->number}};
+        part.slices = {tilesOfSlices(built, options.slice->count), {options.slice->number}};
     part.layout = layout;
     return part;
 }

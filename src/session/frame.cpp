@@ -10,6 +10,17 @@ namespace strobe {
 
 namespace fs = std::filesystem;
 
+InterleavedTiles tilesOfSlices(const BuiltScene& built, uint32_t count) {
+    const PixelBounds& window = built.pixelBounds;
+    const uint64_t pixels = uint64_t(window.width()) * uint64_t(window.height());
+    if (count > pixels)
+        throw Error(fmt::format("--slice: there are {} slices of {} pixels", count, pixels),
+                    ErrorKind::Usage);
+    // Small tiles make costs equal. What pixels share is computed again on each side of an edge.
+    const bool sharesAmongPixels = built.integrator->biasBound(*built.scene).reachPixels > 0;
+    return interleavedTiles(window, count, sharesAmongPixels ? 16 : 64);
+}
+
 Shutter shutterOf(const SequenceOptions& sequence, int frame) {
     return {float((frame + sequence.shutterOpen) / sequence.fps),
             float((frame + sequence.shutterClose) / sequence.fps)};

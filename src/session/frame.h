@@ -1,6 +1,7 @@
 // One frame to render: its options, its files, and its identity.
 #pragma once
 
+#include "core/math/interleaved_tiles.h"
 #include "loader/parser/content_hash.h"
 #include "session/log.h"
 #include "session/options.h"
@@ -15,6 +16,10 @@ struct FrameJob {
     std::optional<int> number; ///< in the sequence; none: a single image
     std::string key;           ///< of a sequence's frame: hash of the scene, the number and the settings
 };
+
+/// Returns the tiles of `count` slices of the frame. Throws Error of kind Usage if there are more slices than
+/// pixels.
+InterleavedTiles tilesOfSlices(const BuiltScene& built, uint32_t count);
 
 /// Returns the interval, in scene time, during which the shutter is open for a frame.
 Shutter shutterOf(const SequenceOptions& sequence, int frame);

@@ -66,30 +66,21 @@ std::string viewerImageName(const RenderOptions& options) {
     return (images.empty() ? options.scenes.front() : images.front()).filename().string();
 }
 
-/// Returns the tiles of a slice. Throws Error of kind Usage if there are more slices than pixels.
-std::vector<PixelBounds> regionsOf(const FrameSlice& slice, const PixelBounds& window) {
-    const uint64_t pixels = uint64_t(window.width()) * uint64_t(window.height());
-    if (slice.count > pixels)
-        throw Error(fmt::format("--slice: there are {} slices of {} pixels", slice.count, pixels),
-                    ErrorKind::Usage);
-    return tilesOfSlice(interleavedTiles(window, slice.count), slice.number);
-}
-
 } // namespace
 
-RenderSettings renderSettings(const RenderOptions& options, const FrameSetup& setup) {
+RenderSettings renderSettings(const RenderOptions& options, const BuiltScene& built) {
     RenderSettings settings;
-    settings.samplesPerPixel = setup.sampler.samplesPerPixel;
+    settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.slice = options.sampleRange;
     if (options.slice)
-        settings.regions = regionsOf(*options.slice, setup.pixelBounds);
+        settings.regions = tilesOfSlice(tilesOfSlices(built, options.slice->count), options.slice->number);
     settings.seed = options.seed;
     settings.clamp = options.clamp;
     settings.threads = options.threads;
     settings.tileSize = options.tileSize;
     const bool makesPart = std::any_of(options.output.images.begin(), options.output.images.end(), isPart);
     if (makesPart)
-        settings.pilotBounds = PixelBounds{0, 0, setup.resolution.x, setup.resolution.y};
+        settings.pilotBounds = PixelBounds{0, 0, built.resolution.x, built.resolution.y};
     settings.recordsLayers = makesPart || options.progressive.checkpointInterval > 0;
     return settings;
 }

@@ -15,7 +15,7 @@ using WriteOutputs = std::function<void(const Film&, const RenderStats&, bool is
 
 /// Returns the settings of the options for a frame of the scene. With a .part as output, a pilot of the
 /// integrator looks at the whole frame, so that all parts of the frame decide alike.
-RenderSettings renderSettings(const RenderOptions& options, const FrameSetup& setup);
+RenderSettings renderSettings(const RenderOptions& options, const BuiltScene& built);
 
 /// Renders one frame as its options say. All references outlive the session.
 class RenderSession {

@@ -174,6 +174,35 @@ class Outputs(EverydayTest):
         self.assertEqual(self.names(), before)
         self.run_strobe("b.scene", "--dry-run", "-o", "missing/b.exr", code=OUTPUT)
 
+    def test_estimates_and_finished_frames(self):
+        frames = ("b.scene", "--frames", "3:5", "-o", "b.#.exr")
+        self.run_strobe("b.scene", "--frames", "4", "-q", "-o", "b.#.exr")
+        self.run_strobe(*frames, "--dry-run", "--stats", "e.json")
+        with open(self.path("e.json"), encoding="utf-8") as file:
+            stats = json.load(file)
+        self.assertEqual(stats["frames"], {"all": [3, 4, 5], "finished": [4]})
+        self.assertEqual(stats["settings"]["frame"], 3)
+        self.assertGreater(stats["estimate"]["threadSeconds"], 0)
+        self.assertGreater(stats["estimate"]["memory"], 48 * 32 * 12)
+        self.assertFalse(os.path.exists(self.path("b.3.exr")))
+        self.run_strobe(*frames, "--overwrite", "--dry-run", "--stats", "-")
+
+    def test_expected_scene(self):
+        self.run_strobe("b.scene", "-q", "-o", "b.exr", "--stats", "s.json")
+        self.run_strobe("b.scene", "-q", "-o", "c.exr", "--expect", "s.json")
+        with open(self.path("b.scene"), "a", encoding="utf-8") as file:
+            file.write("# changed\n")
+        text = self.run_strobe("b.scene", "-o", "c.exr", "--expect", "s.json", code=USAGE).err
+        self.assertIn("--expect s.json: the scene is another one: b.scene has changed", text)
+        self.assertIn("cannot read", self.run_strobe("b.scene", "--expect", "no.json", code=USAGE).err)
+        for content in ("", "{}", '{"version": 1}', '{"version": "0", "content": {"hash": "x", "files": []}}'):
+            with open(self.path("s.json"), "w", encoding="utf-8") as file:
+                file.write(content)
+            self.assertIn("not a file of --stats", self.run_strobe("b.scene", "--expect", "s.json", code=USAGE).err)
+        with open(self.path("s.json"), "w", encoding="utf-8") as file:
+            file.write('{"version": "0.0.1", "content": {"hash": "1", "files": []}}')
+        self.assertIn("was written by strobe 0.0.1", self.run_strobe("b.scene", "--expect", "s.json", code=USAGE).err)
+
     def test_exr_metadata_for_compositors(self):
         self.run_strobe("b.scene", "-q", "-o", "b.exr")
         spec = image_of(self.path("b.exr"))[1]

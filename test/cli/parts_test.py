@@ -71,6 +71,23 @@ class PartsTest(SceneTest):
                 self.assertNotIn("strobe:unfinished", attributes)
         self.assertEqual(attributes["strobe:integratorNote"], "shares indirect light")
 
+    def test_slices_of_a_frame_of_a_sequence(self):
+        settings = ["--frames", "2:2", "--resolution", "30x20", "--quiet"]
+        self.run_strobe(*settings, "-o", "whole.#.exr")
+        for number in (1, 2):
+            self.run_strobe(*settings, "--slice", "%d/2" % number, "-o", "p%d.part" % number, "--checkpoint", "9")
+        self.run_strobe("--frames", "3:3", *settings[2:], "--slice", "2/2", "-o", "p2.part")
+        self.merged(["p1.0002.part", "p2.0002.part"], "merged.2.exr")
+        self.assertEqual(self.pixels("merged.2.exr"), self.pixels("whole.2.exr"))
+        merged, whole = (Exr(self.path(name)).attributes for name in ("merged.2.exr", "whole.2.exr"))
+        for name in ("strobe:frame", "strobe:frameKey"):
+            self.assertEqual(merged[name], whole[name])
+        frames = ("--frames", "2:3", *settings[2:-1], "--dry-run", "-o", "merged.#.exr")
+        self.assertIn("2 frames, 1 finished", self.run_strobe(*frames)[0])
+        self.assertIn("frame is 3, not 2", self.merged(["p1.0002.part", "p2.0003.part"], code=1))
+        self.merged(["p1.0002.part", "none.part"], "some.exr", options=["--allow-missing"])
+        self.assertNotIn("strobe:frameKey", Exr(self.path("some.exr")).attributes)
+
     def slices(self, settings, count):
         """Renders the frame in slices, and returns their file names."""
         names = ["s%d.part" % number for number in range(1, count + 1)]
@@ -295,7 +312,7 @@ class PartsTest(SceneTest):
 
     def test_options_that_exclude_checkpoints(self):
         for args, reason in ((["--resume"], "--resume: needs --checkpoint"),
-                             (["--checkpoint", "1", "--frames", "1:2"], "--frames: does not go with --checkpoint"),
+                             (["--checkpoint", "1", "--frames", "1:2"], "--frames with several frames: does not go with --checkpoint"),
                              (["--checkpoint", "1", "--time-limit", "1"], "--checkpoint: does not go with --time-limit"),
                              (["--checkpoint", "1", "--integrator", "msaa-cache", "-D", "scope=tile"], "samples of this integrator depend on other pixels or on the order of rendering")):
             stderr, _ = self.run_strobe(*args, "-o", "o.exr", code=1)

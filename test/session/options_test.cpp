@@ -24,9 +24,9 @@ TEST(OptionsTest, OptionsThatExcludeEachOtherAreErrors) {
               "--aov shades: does not go with --noise-target");
     EXPECT_EQ(optionsError([](RenderOptions& o) {
                   o.progressive.checkpointInterval = 1;
-                  o.sequence.emplace();
+                  o.sequence.emplace().frames = {1, 2};
               }),
-              "--frames: does not go with --checkpoint");
+              "--frames with several frames: does not go with --checkpoint");
     EXPECT_EQ(optionsError([](RenderOptions& o) {
                   o.build.crop = {0, 1, 0, 1};
                   o.build.pixelBounds = PixelBounds{0, 0, 1, 1};

@@ -1,5 +1,7 @@
 #include "core/film/film.h"
 
+#include "core/util/memory.h"
+
 #include <algorithm>
 
 namespace strobe {
@@ -11,6 +13,13 @@ Film::Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::v
                                                                size_t(pixelBounds.height()),
                                                            Rgb(0))},
       m_layers(std::move(layers)), m_planes(m_layers.size(), std::vector<float>(m_image.pixels.size(), 0.f)) {
+}
+
+void Film::enableAccumulation() {
+    const size_t count = m_image.pixels.size();
+    m_sums.reserve(count); // huge pages: a slice of a large frame has a third of the page faults
+    adviseHugePages(m_sums.data(), count * sizeof(PixelAccumulator));
+    m_sums.resize(count);
 }
 
 const std::vector<float>& Film::plane(Aov layer) const {

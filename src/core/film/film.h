@@ -41,7 +41,7 @@ class Film {
     Film(int fullWidth, int fullHeight, const PixelBounds& pixelBounds, std::vector<Aov> layers = {});
 
     /// Makes the film accumulate. Takes 64 more bytes per pixel. Call it before samples are added.
-    void enableAccumulation() { m_sums.resize(m_image.pixels.size()); }
+    void enableAccumulation();
     /// Adds samples of a pixel. They replace its previous samples unless the film accumulates.
     void add(int x, int y, const PixelAccumulator& sum) {
         const size_t i = index(x, y);

@@ -62,10 +62,9 @@ uint32_t latticeFactor(const InterleavedTiles& tiles) {
 
 } // namespace
 
-InterleavedTiles interleavedTiles(const PixelBounds& window, uint32_t count) {
-    constexpr uint64_t kTilesPerSlice = 16;
+InterleavedTiles interleavedTiles(const PixelBounds& window, uint32_t count, uint32_t tilesPerSlice) {
     InterleavedTiles tiles{window, 32, count};
-    while (tiles.edge > 1 && tiles.tileCount() < kTilesPerSlice * count)
+    while (tiles.edge > 1 && tiles.tileCount() < uint64_t(tilesPerSlice) * count)
         tiles.edge /= 2;
     return tiles;
 }

@@ -26,8 +26,8 @@ struct InterleavedTiles {
 inline constexpr uint32_t kMaxSlices = 1 << 16;
 
 /// Returns the tiles of `count` slices of a window that has at least as many pixels. The edge is at most 32,
-/// and each slice has about 16 tiles or more if there are enough pixels.
-InterleavedTiles interleavedTiles(const PixelBounds& window, uint32_t count);
+/// and each slice has about `tilesPerSlice` tiles or more if there are enough pixels.
+InterleavedTiles interleavedTiles(const PixelBounds& window, uint32_t count, uint32_t tilesPerSlice);
 
 /// Returns the tiles of slice number `slice` < tiles.count, row by row; at least one.
 std::vector<PixelBounds> tilesOfSlice(const InterleavedTiles& tiles, uint32_t slice);

@@ -28,22 +28,22 @@ std::vector<size_t> tileCounts(const InterleavedTiles& tiles) {
 TEST(InterleavedTilesTest, EachPixelBelongsToOneSlice) {
     for (const PixelBounds& window : {PixelBounds{0, 0, 24, 16}, {3, 5, 4, 45}, {7, 0, 100, 51}})
         for (const uint32_t count : {1u, 2u, 3u, 7u, 16u, 37u}) {
-            const std::vector<size_t> counts = tileCounts(interleavedTiles(window, count));
+            const std::vector<size_t> counts = tileCounts(interleavedTiles(window, count, 16));
             EXPECT_GE(*std::min_element(counts.begin(), counts.end()), 1u) << count;
         }
-    EXPECT_EQ(tileCounts(interleavedTiles({0, 0, 5, 4}, 20)), std::vector<size_t>(20, 1));
+    EXPECT_EQ(tileCounts(interleavedTiles({0, 0, 5, 4}, 20, 16)), std::vector<size_t>(20, 1));
 }
 
 TEST(InterleavedTilesTest, SlicesHaveAboutAsManyTiles) {
     for (const uint32_t count : {2u, 5u, 16u, 60u, 64u}) {
-        const std::vector<size_t> counts = tileCounts(interleavedTiles({0, 0, 1920, 1080}, count));
+        const std::vector<size_t> counts = tileCounts(interleavedTiles({0, 0, 1920, 1080}, count, 64));
         const auto [least, most] = std::minmax_element(counts.begin(), counts.end());
         EXPECT_LE(double(*most), 1.1 * double(*least) + 2) << count;
     }
 }
 
 TEST(InterleavedTilesTest, TilesOfASliceAreSpread) {
-    const InterleavedTiles tiles = interleavedTiles({0, 0, 1920, 1080}, 60); // 60 columns
+    const InterleavedTiles tiles = interleavedTiles({0, 0, 1920, 1080}, 60, 16); // 60 columns
     const std::vector<PixelBounds> own = tilesOfSlice(tiles, 3);
     for (size_t i = 0; i < own.size(); ++i)
         for (size_t k = 0; k < i; ++k) {
