@@ -1,0 +1,157 @@
+"""Lights, in Blender's units: watts of points, spots and areas, watts per square meter of suns."""
+import hashlib
+import math
+import os
+import re
+
+import numpy as np
+
+from . import exr, scene_text
+
+SEGMENTS = 64  # of a disk
+SPOT_ROWS = 1024  # of the map of a spot, from pole to pole
+
+
+def group_parameters(name):
+    """Returns the parameter of a light group, whose name has letters, digits and underscores only."""
+    return [("string", "group", group_name(name))] if name else []
+
+
+def group_name(name):
+    """Returns the name of a light group in strobe."""
+    return re.sub(r"\W", "_", name, flags=re.ASCII)
+
+
+def _color(light):
+    """Returns the color times the strength."""
+    strength = light.energy
+    color = np.array(light.color, float)
+    if light.use_nodes and light.node_tree:
+        node = next((n for n in light.node_tree.nodes if n.type == "EMISSION"), None)
+        if node and not node.inputs["Strength"].is_linked and not node.inputs["Color"].is_linked:
+            color = color * np.array(node.inputs["Color"].default_value)[:3]
+            strength *= node.inputs["Strength"].default_value
+    return color * strength
+
+
+def _has_unknown_nodes(light):
+    """Returns whether nodes of a light have more than an emission of constant color."""
+    if not (light.use_nodes and light.node_tree):
+        return False
+    return any(n.type not in ("EMISSION", "OUTPUT_LIGHT", "REROUTE", "FRAME") for n in light.node_tree.nodes)
+
+
+def _outline(light):
+    """Returns the corners of an area light in its plane, in the order that makes it emit along -z, and its area."""
+    x, y = light.size, light.size if light.shape in ("SQUARE", "DISK") else light.size_y
+    if light.shape in ("SQUARE", "RECTANGLE"):
+        return [(-x / 2, -y / 2), (-x / 2, y / 2), (x / 2, y / 2), (x / 2, -y / 2)], x * y
+    # The polygon has the area of the ellipse.
+    r = math.sqrt(2 * math.pi / (SEGMENTS * math.sin(2 * math.pi / SEGMENTS))) / 2
+    angles = [-2 * math.pi * i / SEGMENTS for i in range(SEGMENTS)]
+    return [(x * r * math.cos(a), y * r * math.sin(a)) for a in angles], math.pi / 4 * x * y
+
+
+def _polygon(corners):
+    """Returns the parameters of a fan of triangles."""
+    indices = [i for k in range(1, len(corners) - 1) for i in (0, k, k + 1)]
+    points = [c for x, y in corners for c in (x, y, 0.0)]
+    return [("integer", "indices", [float(i) for i in indices]), ("point", "P", points)]
+
+
+def _emitter(name, radiance, group, shape, parameters, visible):
+    """Returns the lines of a shape that emits. An alpha of 0 hides it from all rays but those of light sampling."""
+    hidden = [] if visible or shape == "sphere" else [("float", "alpha", 0.0)]
+    return [scene_text.directive("Material", "matte", [("rgb", "Kd", [0.0] * 3)]),
+            scene_text.directive("AreaLightSource", "diffuse", [("rgb", "L", radiance)] + group),
+            scene_text.directive("Shape", shape, parameters + [("string", "name", name)] + hidden)]
+
+
+def _sphere_points(light_radius):
+    """Returns the triangles of a sphere as (indices, points), with the area of the sphere."""
+    rows, columns = 12, 24
+    points, indices = [], []
+    for i in range(rows + 1):
+        for j in range(columns):
+            t, p = math.pi * i / rows, 2 * math.pi * j / columns
+            points.append((math.sin(t) * math.cos(p), math.sin(t) * math.sin(p), math.cos(t)))
+    for i in range(rows):
+        for j in range(columns):
+            a, b = i * columns + j, i * columns + (j + 1) % columns
+            if i:
+                indices.append((a, a + columns, b))
+            if i < rows - 1:
+                indices.append((b, a + columns, b + columns))
+    points, indices = np.array(points), np.array(indices)
+    edges = points[indices]
+    area = np.linalg.norm(np.cross(edges[:, 1] - edges[:, 0], edges[:, 2] - edges[:, 0]), axis=1).sum() / 2
+    return indices, points * light_radius * math.sqrt(4 * math.pi / area)
+
+
+def _point(obj, light, group, messages):
+    """Returns the lines of a point light, which is a sphere if it has a radius."""
+    r = light.shadow_soft_size
+    if r <= 0:
+        return [scene_text.directive("LightSource", "point", [("rgb", "I", _color(light) / (4 * math.pi))] + group)]
+    indices, points = _sphere_points(r)
+    shape = [("integer", "indices", [float(i) for i in indices.ravel()]), ("point", "P", list(points.ravel()))]
+    return _emitter(obj.name, _color(light) / (4 * math.pi ** 2 * r * r), group, "trianglemesh", shape, obj.visible_camera)
+
+
+def _spot(obj, light, group, messages, folder):
+    """Returns the lines of a spot. Blender's falloff, a smooth step times the cosine to the axis, is a map of intensity."""
+    if light.shadow_soft_size > 0:
+        messages.add(obj.name, "the spot has no size: its shadows are sharp")
+    edge = math.cos(light.spot_size / 2)
+    angles = (np.arange(SPOT_ROWS) + 0.5) / SPOT_ROWS * math.pi
+    cosine = np.cos(angles)
+    smooth = (1 - edge) * light.spot_blend
+    x = np.clip((cosine - edge) / smooth, 0, 1) if smooth > 0 else (cosine > edge).astype(float)
+    falloff = np.where(cosine > edge, cosine * x * x * (3 - 2 * x), 0).astype("<f4")
+    name = "spot-" + hashlib.blake2b(falloff, digest_size=8).hexdigest() + ".exr"
+    path = os.path.join(folder, name)
+    if not os.path.exists(path):
+        image = np.ascontiguousarray(np.broadcast_to(falloff[:, None], (SPOT_ROWS, 8)))
+        exr.write(path, {c: image for c in "RGB"})
+    return ["Rotate 180 1 0 0", scene_text.directive("LightSource", "goniometric", [
+        ("rgb", "I", _color(light) / (4 * math.pi)), ("string", "mapname", name)] + group)]
+
+
+def _area(obj, light, group, matrix, messages):
+    """Returns the lines of an area light."""
+    if light.spread < math.pi * 0.999:
+        messages.add(obj.name, "the spread of the area light is 180 degrees")
+    corners, area = _outline(light)
+    area *= np.linalg.norm(np.cross(matrix[:3, 0], matrix[:3, 1]))
+    return _emitter(obj.name, _color(light) / (4 * area), group, "trianglemesh", _polygon(corners), obj.visible_camera)
+
+
+def _sun(obj, light, group, matrix, extent):
+    """Returns the lines of a sun, which is a distant disk if it has an angle. `extent` is (center, radius) of the scene."""
+    irradiance = _color(light)
+    axis = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
+    if light.angle < 1e-5:
+        return ["Identity", scene_text.directive("LightSource", "distant", [
+            ("rgb", "L", irradiance), ("vector", "from", list(axis)), ("vector", "to", [0.0] * 3)] + group)]
+    half = min(light.angle / 2, 1.5)
+    distance = 1000 * max(extent[1], 1.0)
+    radius = distance * math.tan(half)
+    place = np.eye(4)
+    place[:3, :3] = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
+    place[:3, 3] = extent[0] + axis * distance
+    angles = [-2 * math.pi * i / SEGMENTS for i in range(SEGMENTS)]
+    corners = [(radius * math.cos(a), radius * math.sin(a)) for a in angles]
+    return [scene_text.matrix(place)] + _emitter(
+        obj.name, irradiance / (math.pi * math.sin(half) ** 2), group, "trianglemesh", _polygon(corners), obj.visible_camera)
+
+
+def lines(obj, matrices, extent, folder, messages):
+    """Returns the lines of a light, between AttributeBegin and AttributeEnd."""
+    light = obj.data
+    group = group_parameters(getattr(obj, "lightgroup", ""))
+    if _has_unknown_nodes(light):
+        messages.add(obj.name, "nodes of the light are ignored")
+    made = {"POINT": lambda: _point(obj, light, group, messages), "SPOT": lambda: _spot(obj, light, group, messages, folder),
+            "AREA": lambda: _area(obj, light, group, matrices[0], messages),
+            "SUN": lambda: _sun(obj, light, group, matrices[0], extent)}[light.type]()
+    return scene_text.transform(matrices) + made
