@@ -49,21 +49,29 @@ def camera_matrix(camera):
     return np.array(camera.matrix_world.normalized(), np.float64)
 
 
-def lines(camera, render, matrices, messages):
-    """Returns the lines of the camera with one matrix, or one per key."""
-    data = camera.data
-    if data.type == "PANO":
-        messages.add(camera.name, "panoramic cameras are exported as latitude-longitude images")
-        turned = np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
-        parts = ["Camera " + scene_text.quoted("environment")]
-        return scene_text.transform([np.linalg.inv(m @ FLIP @ turned) for m in matrices]) + parts
-    plugin = "orthographic" if data.type == "ORTHO" else "perspective"
-    parameters = [("float", "screenwindow", screen_window(camera, render))]
-    if plugin == "perspective":
-        parameters.append(("float", "fov", 90.0))
-    parameters += lens_parameters(camera, messages)
-    world_to_camera = [np.linalg.inv(m @ FLIP) for m in matrices]
-    return scene_text.transform(world_to_camera) + [scene_text.directive("Camera", plugin, parameters), "Identity"]
+PANORAMA = np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+
+
+class CameraData:
+    """A camera at one time: its directive, and the transform of its space."""
+
+    def __init__(self, camera, render, messages):
+        """Reads an evaluated camera."""
+        self.space = FLIP
+        if camera.data.type == "PANO":
+            messages.add(camera.name, "panoramic cameras are exported as latitude-longitude images")
+            self.space, self.directive = FLIP @ PANORAMA, scene_text.directive("Camera", "environment")
+            return
+        parameters = [("float", "screenwindow", screen_window(camera, render))]
+        parameters += lens_parameters(camera, messages)
+        if camera.data.type == "ORTHO":
+            self.directive = scene_text.directive("Camera", "orthographic", parameters)
+        else:
+            self.directive = scene_text.directive("Camera", "perspective", parameters + [("float", "fov", 90.0)])
+
+    def lines(self, matrices):
+        """Returns the lines with one camera-to-world matrix, or one per key."""
+        return scene_text.transform([np.linalg.inv(m @ self.space) for m in matrices]) + [self.directive]
 
 
 def pixel_size(camera, render):

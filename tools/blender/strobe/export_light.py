@@ -145,13 +145,12 @@ def _sun(obj, light, group, matrix, extent):
         obj.name, irradiance / (math.pi * math.sin(half) ** 2), group, "trianglemesh", _polygon(corners), obj.visible_camera)
 
 
-def lines(obj, matrices, extent, folder, messages):
-    """Returns the lines of a light, between AttributeBegin and AttributeEnd."""
+def lines(obj, matrix, extent, folder, messages):
+    """Returns the lines of a light after its transform. A sun has its own transform."""
     light = obj.data
     group = group_parameters(getattr(obj, "lightgroup", ""))
     if _has_unknown_nodes(light):
         messages.add(obj.name, "nodes of the light are ignored")
-    made = {"POINT": lambda: _point(obj, light, group, messages), "SPOT": lambda: _spot(obj, light, group, messages, folder),
-            "AREA": lambda: _area(obj, light, group, matrices[0], messages),
-            "SUN": lambda: _sun(obj, light, group, matrices[0], extent)}[light.type]()
-    return scene_text.transform(matrices) + made
+    return {"POINT": lambda: _point(obj, light, group, messages), "SPOT": lambda: _spot(obj, light, group, messages, folder),
+            "AREA": lambda: _area(obj, light, group, matrix, messages),
+            "SUN": lambda: _sun(obj, light, group, matrix, extent)}[light.type]()

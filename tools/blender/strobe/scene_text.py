@@ -1,6 +1,8 @@
 """Text of scene files: parameters, transforms, and the object that a line belongs to."""
 import re
 
+import numpy as np
+
 
 def number(value):
     """Returns a float with the digits of a 32-bit float."""
@@ -24,9 +26,9 @@ def parameter(kind, name, value):
         text = "true" if value else "false"
     elif isinstance(value, str):
         text = quoted(value)
-    elif isinstance(value, (int, float)):
+    elif np.isscalar(value):
         text = number(value)
-    elif value and isinstance(value[0], str):
+    elif len(value) and isinstance(value[0], str):
         text = "[" + " ".join(quoted(v) for v in value) + "]"
     else:
         text = numbers(value)

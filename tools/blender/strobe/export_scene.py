@@ -1,0 +1,252 @@
+"""Export of an evaluated scene, with its motion over the shutter, to a scene file and PLY files."""
+import os
+
+import numpy as np
+
+from . import export_camera, export_light, export_world, motion, scene_text
+from .export_material import Materials
+from .mesh_data import MeshData
+
+MESHES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+UNSUPPORTED = {"VOLUME", "CURVES", "HAIR", "GPENCIL", "POINTCLOUD"}
+
+
+class Item:
+    """An object or instance of the scene: a mesh or a light."""
+
+    def __init__(self, key, name, mesh=None, light=None):
+        """`mesh`: key of Exporter.meshes. `light`: lines after the transform."""
+        self.key, self.name, self.mesh, self.light = key, name, mesh, light
+
+
+class SharedMesh:
+    """A mesh with materials, and the item whose motion is that of its vertices, if it deforms."""
+
+    def __init__(self, name, data, materials, deforms_as):
+        """`deforms_as`: key of an item, or None."""
+        self.name, self.data, self.materials, self.deforms_as = name, data, materials, deforms_as
+
+
+def instance_key(instance):
+    """Returns the key of an instance of the depsgraph, which is the same at all times."""
+    if not instance.is_instance:
+        return (instance.object.name,)
+    return instance.object.name, instance.parent.name if instance.parent else "", tuple(instance.persistent_id)
+
+
+def evaluated_mesh(obj):
+    """Returns (mesh, function that frees it) of an evaluated object. The mesh is None if it has no faces."""
+    if obj.type == "MESH":
+        return obj.data, lambda: None
+    mesh = obj.to_mesh()
+    return mesh, obj.to_mesh_clear
+
+
+def may_deform(obj):
+    """Returns whether the vertices of an object may move in its own space."""
+    original = obj.original
+    keys = getattr(original.data, "shape_keys", None)
+    animated = getattr(original.data, "animation_data", None)
+    return bool(original.modifiers or keys or animated or original.type != "MESH")
+
+
+class Exporter:
+    """Exports a depsgraph. `evaluate(u)` moves it to a time of the shutter; `stop()` raises if the user cancels."""
+
+    def __init__(self, depsgraph, folder, messages, evaluate, stop):
+        """`folder` receives the files."""
+        self.depsgraph, self.folder, self.messages = depsgraph, folder, messages
+        self.evaluate, self.stop = evaluate, stop
+        self.materials = Materials(folder, messages)
+        self.items, self.meshes, self.radii = [], {}, {}
+        self.base, self.base_time, self.camera = motion.Snapshot(), 0.0, None
+
+    def visible(self):
+        """Yields the visible instances."""
+        for instance in self.depsgraph.object_instances:
+            self.stop()
+            if instance.show_self:
+                yield instance
+
+    def read(self, time):
+        """Reads all data at the current time."""
+        self.base_time = time
+        scene = self.depsgraph.scene
+        camera = scene.camera.evaluated_get(self.depsgraph)
+        self.camera = export_camera.CameraData(camera, scene.render, self.messages)
+        self.pixel_size = export_camera.pixel_size(camera, scene.render)
+        for instance in self.visible():
+            self._read_instance(instance)
+        extent = self._extent()
+        for instance in self.visible():
+            if instance.object.type == "LIGHT":
+                self._read_light(instance, extent)
+        self.base.matrices["camera", 0] = export_camera.camera_matrix(camera)
+
+    def _read_instance(self, instance):
+        """Reads a mesh."""
+        obj = instance.object
+        if obj.type in UNSUPPORTED:
+            self.messages.add(obj.name, f"objects of type {obj.type} are not exported")
+        if obj.type == "MESH" and not instance.is_instance:
+            self._say_unsupported(obj)
+        if obj.type not in MESHES:
+            return
+        key = instance_key(instance)
+        materials = [slot.material for slot in obj.material_slots] or list(getattr(obj.data, "materials", []))
+        shared = (obj.data.as_pointer() if obj.type == "MESH" else (obj.original.data.name, obj.original.name)), tuple(
+            m.name if m else "" for m in materials)
+        if shared not in self.meshes and not self._read_mesh(obj, key, shared, materials):
+            return
+        self.items.append(Item(key, obj.name, mesh=shared))
+        self.base.matrices[key] = np.array(instance.matrix_world, np.float64)
+        self.radii[key] = self.meshes[shared].radius
+
+    def _read_mesh(self, obj, key, shared, materials):
+        """Reads the mesh of an evaluated object. Returns whether it has faces."""
+        mesh, free = evaluated_mesh(obj)
+        if mesh is None or not len(mesh.polygons):
+            free()
+            return False
+        data = MeshData(mesh)
+        free()
+        self.meshes[shared] = found = SharedMesh(obj.name, data, materials, key if may_deform(obj) else None)
+        found.radius = float(np.sqrt((data.points.astype(np.float64) ** 2).sum(1).max()))
+        return True
+
+    def _say_unsupported(self, obj):
+        """Reports settings of an object that strobe does not have."""
+        if obj.is_holdout or obj.is_shadow_catcher:
+            self.messages.add(obj.name, "holdout and shadow catcher are ignored")
+        if not (obj.visible_camera and obj.visible_diffuse and obj.visible_glossy and obj.visible_shadow):
+            self.messages.add(obj.name, "ray visibility is ignored")
+        if any(s.settings.render_type == "PATH" and s.settings.type == "HAIR" for s in obj.particle_systems):
+            self.messages.add(obj.name, "hair is not exported")
+
+    def _extent(self):
+        """Returns the center and the radius of a sphere around all meshes."""
+        places = [self.base.matrices[i.key][:3, 3] for i in self.items] or [np.zeros(3)]
+        sizes = [self.radii[i.key] * np.linalg.norm(self.base.matrices[i.key][:3, :3], 2) for i in self.items] or [1.0]
+        places, sizes = np.array(places), np.array(sizes)
+        low, high = (places - sizes[:, None]).min(0), (places + sizes[:, None]).max(0)
+        return (low + high) / 2, float(np.linalg.norm(high - low) / 2)
+
+    def _read_light(self, instance, extent):
+        """Reads a light."""
+        obj, key = instance.object, instance_key(instance)
+        matrix = np.array(instance.matrix_world, np.float64)
+        self.items.append(Item(key, obj.name, light=export_light.lines(obj, matrix, extent, self.folder, self.messages)))
+        self.base.matrices[key] = matrix
+
+    def snapshot_at(self, time):
+        """Returns what moves at a time of the shutter."""
+        if time != self.base_time:
+            self.evaluate(time)
+        shot, wanted = motion.Snapshot(), {m.deforms_as: m for m in self.meshes.values() if m.deforms_as}
+        for instance in self.visible():
+            key = instance_key(instance)
+            if key not in self.base.matrices:
+                continue
+            shot.matrices[key] = np.array(instance.matrix_world, np.float64)
+            if key in wanted:
+                shot.meshes[key] = self._mesh_key(instance.object, wanted[key])
+        camera = self.depsgraph.scene.camera.evaluated_get(self.depsgraph)
+        shot.matrices["camera", 0] = export_camera.camera_matrix(camera)
+        return shot
+
+    def _mesh_key(self, obj, shared):
+        """Returns (positions, normals) of a deforming mesh, or None if its topology differs."""
+        mesh, free = evaluated_mesh(obj)
+        found = shared.data.key(mesh) if mesh is not None else None
+        free()
+        if found is None:
+            self.messages.add(obj.name, "the number of vertices changes in the shutter: the mesh does not deform")
+        return found
+
+    def write(self, path, levels, head):
+        """Writes the scene file. `levels`: see motion.collect, None without motion blur; `head`: lines before the camera."""
+        if levels is None:
+            shots = {0.0: self.base}
+        else:
+            shots = motion.collect(self.snapshot_at, levels, self.radii, lambda place: 0.1 * self.pixel_size(place))
+        self.times = sorted(shots)
+        self.shots = [shots[t] for t in self.times]
+        lines = [scene_text.directive("TransformTimes") + " " + " ".join(map(scene_text.number, self.times))] * (len(shots) > 1)
+        lines += head + self.camera.lines(self.matrices(("camera", 0))) + ["WorldBegin"]
+        world = export_world.lines(self.depsgraph.scene.world, self.folder, self.messages)
+        if world:
+            lines += ["# item: " + self.depsgraph.scene.world.name, "AttributeBegin", *world, "AttributeEnd"]
+        shapes = self._item_lines()
+        lines += self.materials.lines + shapes
+        with open(path + ".tmp", "w", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")
+        os.replace(path + ".tmp", path)
+        return lines
+
+    def matrices(self, key):
+        """Returns one matrix of an item, or one per key if it moves."""
+        found = [shot.matrices.get(key, self.base.matrices[key]) for shot in self.shots]
+        return found if motion.moves(found) else found[:1]
+
+    def _item_lines(self):
+        """Returns the lines of all items. Meshes with several items are objects with instances."""
+        users = {}
+        for item in self.items:
+            if item.mesh:
+                users.setdefault(item.mesh, []).append(item)
+        lines, bodies = [], {key: self._shape_lines(self.meshes[key]) for key in users}
+        instanced = {}
+        for number, (key, items) in enumerate(users.items()):
+            if len(items) > 1 and not any(line.startswith("AreaLight") for line in bodies[key]):
+                instanced[key] = f"{self.meshes[key].name}@{number}"
+                lines += ["# item: " + self.meshes[key].name, scene_text.directive("ObjectBegin", instanced[key]),
+                          *bodies[key], "ObjectEnd"]
+        for item in self.items:
+            lines += ["# item: " + item.name, "AttributeBegin", *scene_text.transform(self.matrices(item.key))]
+            if item.light:
+                lines += item.light
+            elif item.mesh in instanced:
+                lines.append(scene_text.directive("ObjectInstance", instanced[item.mesh]))
+            else:
+                lines += bodies[item.mesh]
+            lines.append("AttributeEnd")
+        return lines
+
+    def _shape_lines(self, shared):
+        """Returns the lines of the shapes of a mesh: one per material."""
+        keys = self._deformation(shared)
+        lines = []
+        for slot in shared.data.used_slots:
+            material = shared.materials[min(slot, len(shared.materials) - 1)] if shared.materials else None
+            select, surface = self.materials.surface(material)
+            if keys:
+                files = [shared.data.write(self.folder, slot, *key) for _, key in keys]
+                shape = [("string", "filename", files), ("float", "keytimes", [t for t, _ in keys])]
+            else:
+                shape = [("string", "filename", shared.data.write(self.folder, slot))]
+            shape.append(("string", "name", shared.name))
+            lines += [select, *self._emission(surface), self._shape(surface, shape)]
+        return lines
+
+    def _shape(self, surface, parameters):
+        """Returns the line of a shape."""
+        if surface.opacity is not None:
+            parameters = parameters + [self.materials.textures.parameter("alpha", surface.opacity, "float")]
+        return scene_text.directive("Shape", "plymesh", parameters)
+
+    def _emission(self, surface):
+        """Returns the line of an area light, or of none."""
+        if surface.emission is None:
+            return []
+        value = surface.emission
+        light = [("texture", "texture", value)] if isinstance(value, str) else [("rgb", "L", value)]
+        return [scene_text.directive("AreaLightSource", "diffuse", light + [("bool", "twosided", True)])]
+
+    def _deformation(self, shared):
+        """Returns [(time, (positions, normals))] of a deforming mesh, as few as reproduce it, or [] if it is static."""
+        if len(self.shots) < 2 or shared.deforms_as is None:
+            return []
+        keys = [shot.meshes.get(shared.deforms_as) for shot in self.shots]
+        if any(key is None for key in keys) or all(np.array_equal(keys[0][0], key[0]) for key in keys[1:]):
+            return []
+        return list(zip(self.times, keys))
