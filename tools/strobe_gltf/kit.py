@@ -14,7 +14,7 @@ _conversions = []  # functions that convert the exported materials and lights fo
 
 def reset(size=(200, 150)):
     """Empties the scene and sets the frame rate, the resolution and a black background. Returns the scene."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True)
     _conversions.clear()
     scene = bpy.context.scene
     scene.render.fps = FPS
