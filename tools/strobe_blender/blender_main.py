@@ -2,7 +2,8 @@
 
     blender -b --python blender_main.py -- FOLDER SAMPLES ENGINES SCENE...
 
-FOLDER/SCENE-ENGINE.exr are the images, FOLDER/SCENE.json the facts of the scene. ENGINES: CYCLES,STROBE or one of them.
+FOLDER/SCENE-ENGINE.exr are the images, FOLDER/SCENE.json the facts of the scene. ENGINES: words of CYCLES, STROBE
+and STILLSn, separated by commas. STILLSn renders n stills at times of the shutter, FOLDER/SCENE-still000.exr ...
 """
 import json
 import os
@@ -40,10 +41,24 @@ def settings(facts, samples):
         obj.cycles.shadow_terminator_geometry_offset = obj.cycles.shadow_terminator_offset = 0
         obj.cycles.use_motion_blur = obj.cycles.use_deform_motion = True
         obj.cycles.motion_steps = 5
-    scene.frame_set(scenes.FRAME)
+    for frame in range(1, scenes.FRAME + 1):  # particles are simulated in order
+        scene.frame_set(frame)
     scene.render.engine = "STROBE"
     scene.strobe.filter, scene.strobe.samples = "box", samples
     scene.strobe.shader_path_maxdepth = bounces + 1
+
+
+def stills(name, folder, count, samples):
+    """Renders the shutter as stills without blur, with strobe."""
+    scene = bpy.context.scene
+    length = scene.render.motion_blur_shutter
+    scene.render.engine, scene.render.use_motion_blur, scene.strobe.samples = "STROBE", False, samples
+    for i in range(count):
+        when = scenes.FRAME + length * ((i + 0.5) / count - 0.5)
+        scene.frame_set(int(when // 1), subframe=when % 1)
+        scene.strobe.seed = i
+        scene.render.filepath = os.path.join(folder, f"{name}-still{i:03d}.exr")
+        bpy.ops.render.render(write_still=True)
 
 
 def make(name, folder, samples, engines):
@@ -52,6 +67,10 @@ def make(name, folder, samples, engines):
     facts = getattr(scenes, name)()
     settings(facts, samples)
     for engine in engines:
+        if engine.startswith("STILLS"):
+            if "blur" in facts:
+                stills(name, folder, int(engine[6:]), 8)
+            continue
         bpy.context.scene.render.engine = engine
         bpy.context.scene.render.filepath = os.path.join(folder, f"{name}-{engine}.exr")
         start = time.perf_counter()

@@ -61,31 +61,10 @@ def _polygon(corners):
 
 def _emitter(name, radiance, group, shape, parameters, visible):
     """Returns the lines of a shape that emits. An alpha of 0 hides it from all rays but those of light sampling."""
-    hidden = [] if visible or shape == "sphere" else [("float", "alpha", 0.0)]
+    hidden = [] if visible else [("float", "alpha", 0.0)]
     return [scene_text.directive("Material", "matte", [("rgb", "Kd", [0.0] * 3)]),
             scene_text.directive("AreaLightSource", "diffuse", [("rgb", "L", radiance)] + group),
             scene_text.directive("Shape", shape, parameters + [("string", "name", name)] + hidden)]
-
-
-def _sphere_points(light_radius):
-    """Returns the triangles of a sphere as (indices, points), with the area of the sphere."""
-    rows, columns = 12, 24
-    points, indices = [], []
-    for i in range(rows + 1):
-        for j in range(columns):
-            t, p = math.pi * i / rows, 2 * math.pi * j / columns
-            points.append((math.sin(t) * math.cos(p), math.sin(t) * math.sin(p), math.cos(t)))
-    for i in range(rows):
-        for j in range(columns):
-            a, b = i * columns + j, i * columns + (j + 1) % columns
-            if i:
-                indices.append((a, a + columns, b))
-            if i < rows - 1:
-                indices.append((b, a + columns, b + columns))
-    points, indices = np.array(points), np.array(indices)
-    edges = points[indices]
-    area = np.linalg.norm(np.cross(edges[:, 1] - edges[:, 0], edges[:, 2] - edges[:, 0]), axis=1).sum() / 2
-    return indices, points * light_radius * math.sqrt(4 * math.pi / area)
 
 
 def _point(obj, light, group, messages):
@@ -93,9 +72,8 @@ def _point(obj, light, group, messages):
     r = light.shadow_soft_size
     if r <= 0:
         return [scene_text.directive("LightSource", "point", [("rgb", "I", _color(light) / (4 * math.pi))] + group)]
-    indices, points = _sphere_points(r)
-    shape = [("integer", "indices", [float(i) for i in indices.ravel()]), ("point", "P", list(points.ravel()))]
-    return _emitter(obj.name, _color(light) / (4 * math.pi ** 2 * r * r), group, "trianglemesh", shape, obj.visible_camera)
+    return _emitter(obj.name, _color(light) / (4 * math.pi ** 2 * r * r), group, "sphere", [("float", "radius", r)],
+                    obj.visible_camera)
 
 
 def _spot(obj, light, group, messages, folder):
@@ -113,7 +91,7 @@ def _spot(obj, light, group, messages, folder):
     if not os.path.exists(path):
         image = np.ascontiguousarray(np.broadcast_to(falloff[:, None], (SPOT_ROWS, 8)))
         exr.write(path, {c: image for c in "RGB"})
-    return ["Rotate 180 1 0 0", scene_text.directive("LightSource", "goniometric", [
+    return ["Rotate -90 1 0 0", scene_text.directive("LightSource", "goniometric", [
         ("rgb", "I", _color(light) / (4 * math.pi)), ("string", "mapname", name)] + group)]
 
 

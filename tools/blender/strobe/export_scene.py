@@ -59,7 +59,7 @@ class Exporter:
         self.evaluate, self.stop = evaluate, stop
         self.materials = Materials(folder, messages)
         self.items, self.meshes, self.radii = [], {}, {}
-        self.base, self.base_time, self.camera = motion.Snapshot(), 0.0, None
+        self.base, self.current_time, self.camera = motion.Snapshot(), 0.0, None
 
     def visible(self):
         """Yields the visible instances."""
@@ -70,7 +70,7 @@ class Exporter:
 
     def read(self, time):
         """Reads all data at the current time."""
-        self.base_time = time
+        self.current_time = time
         scene = self.depsgraph.scene
         camera = scene.camera.evaluated_get(self.depsgraph)
         self.camera = export_camera.CameraData(camera, scene.render, self.messages)
@@ -140,8 +140,9 @@ class Exporter:
 
     def snapshot_at(self, time):
         """Returns what moves at a time of the shutter."""
-        if time != self.base_time:
+        if time != self.current_time:
             self.evaluate(time)
+            self.current_time = time
         shot, wanted = motion.Snapshot(), {m.deforms_as: m for m in self.meshes.values() if m.deforms_as}
         for instance in self.visible():
             key = instance_key(instance)
