@@ -187,6 +187,25 @@ TEST(SpotLight, PowerOfNarrowConesIsAccurate) {
     }
 }
 
+TEST(DistantLight, DiskHasTheIrradianceOfThePoint) {
+    const auto light = make(distantLightPlugin(), Params().rgb("L", 3, 2, 1).point("from", {0, 5, 0}).point("to", V3f(0))
+                                                      .floats("angle", {40}));
+    Rgb sum(0);
+    constexpr int kEdge = 64;
+    for (int i = 0; i < kEdge * kEdge; ++i) {
+        const V2f u((float(i % kEdge) + .5f) / kEdge, (float(i / kEdge) + .5f) / kEdge);
+        LightSample s;
+        light->sample(V3f(7, 8, 9), 0, &u, 1, &s);
+        EXPECT_GE(s.wi.y, std::cos(radians(20.f)) - 1e-5f);
+        EXPECT_EQ(s.distance, kInfinity);
+        sum += s.radiance * (s.wi.y / s.pdf / (kEdge * kEdge));
+    }
+    EXPECT_NEAR(sum.x, 3, 1e-3);
+    EXPECT_NEAR(sum.z, 1, 1e-3);
+    EXPECT_FALSE(light->isDelta());
+    EXPECT_THROW(make(distantLightPlugin(), Params().floats("angle", {180})), Error);
+}
+
 TEST(DistantLight, IrradianceIsConstantFromInfinity) {
     const auto light =
         make(distantLightPlugin(), Params().rgb("L", 3, 2, 1).point("from", {0, 5, 0}).point("to", V3f(0)),

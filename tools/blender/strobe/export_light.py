@@ -104,31 +104,19 @@ def _area(obj, light, group, matrix, messages):
     return _emitter(obj.name, _color(light) / (4 * area), group, "trianglemesh", _polygon(corners), obj.visible_camera)
 
 
-def _sun(obj, light, group, matrix, extent):
-    """Returns the lines of a sun, which is a distant disk if it has an angle. `extent` is (center, radius) of the scene."""
-    irradiance = _color(light)
-    axis = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
-    if light.angle < 1e-5:
-        return ["Identity", scene_text.directive("LightSource", "distant", [
-            ("rgb", "L", irradiance), ("vector", "from", list(axis)), ("vector", "to", [0.0] * 3)] + group)]
-    half = min(light.angle / 2, 1.5)
-    distance = 1000 * max(extent[1], 1.0)
-    radius = distance * math.tan(half)
-    place = np.eye(4)
-    place[:3, :3] = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
-    place[:3, 3] = extent[0] + axis * distance
-    angles = [-2 * math.pi * i / SEGMENTS for i in range(SEGMENTS)]
-    corners = [(radius * math.cos(a), radius * math.sin(a)) for a in angles]
-    return [scene_text.matrix(place)] + _emitter(
-        obj.name, irradiance / (math.pi * math.sin(half) ** 2), group, "trianglemesh", _polygon(corners), obj.visible_camera)
+def _sun(light, group):
+    """Returns the lines of a sun."""
+    return [scene_text.directive("LightSource", "distant", [
+        ("rgb", "L", _color(light)), ("vector", "from", [0.0, 0.0, 1.0]), ("vector", "to", [0.0] * 3),
+        ("float", "angle", min(math.degrees(light.angle), 179.0))] + group)]
 
 
-def lines(obj, matrix, extent, folder, messages):
-    """Returns the lines of a light after its transform. A sun has its own transform."""
+def lines(obj, matrix, folder, messages):
+    """Returns the lines of a light after its transform."""
     light = obj.data
     group = group_parameters(getattr(obj, "lightgroup", ""))
     if _has_unknown_nodes(light):
         messages.add(obj.name, "nodes of the light are ignored")
     return {"POINT": lambda: _point(obj, light, group, messages), "SPOT": lambda: _spot(obj, light, group, messages, folder),
             "AREA": lambda: _area(obj, light, group, matrix, messages),
-            "SUN": lambda: _sun(obj, light, group, matrix, extent)}[light.type]()
+            "SUN": lambda: _sun(light, group)}[light.type]()

@@ -77,19 +77,17 @@ class Exporter:
         self.pixel_size = export_camera.pixel_size(camera, scene.render)
         for instance in self.visible():
             self._read_instance(instance)
-        extent = self._extent()
-        for instance in self.visible():
-            if instance.object.type == "LIGHT":
-                self._read_light(instance, extent)
         self.base.matrices["camera", 0] = export_camera.camera_matrix(camera)
 
     def _read_instance(self, instance):
-        """Reads a mesh."""
+        """Reads a mesh or a light."""
         obj = instance.object
         if obj.type in UNSUPPORTED:
             self.messages.add(obj.name, f"objects of type {obj.type} are not exported")
         if obj.type == "MESH" and not instance.is_instance:
             self._say_unsupported(obj)
+        if obj.type == "LIGHT":
+            self._read_light(instance)
         if obj.type not in MESHES:
             return
         key = instance_key(instance)
@@ -123,19 +121,11 @@ class Exporter:
         if any(s.settings.render_type == "PATH" and s.settings.type == "HAIR" for s in obj.particle_systems):
             self.messages.add(obj.name, "hair is not exported")
 
-    def _extent(self):
-        """Returns the center and the radius of a sphere around all meshes."""
-        places = [self.base.matrices[i.key][:3, 3] for i in self.items] or [np.zeros(3)]
-        sizes = [self.radii[i.key] * np.linalg.norm(self.base.matrices[i.key][:3, :3], 2) for i in self.items] or [1.0]
-        places, sizes = np.array(places), np.array(sizes)
-        low, high = (places - sizes[:, None]).min(0), (places + sizes[:, None]).max(0)
-        return (low + high) / 2, float(np.linalg.norm(high - low) / 2)
-
-    def _read_light(self, instance, extent):
+    def _read_light(self, instance):
         """Reads a light."""
         obj, key = instance.object, instance_key(instance)
         matrix = np.array(instance.matrix_world, np.float64)
-        self.items.append(Item(key, obj.name, light=export_light.lines(obj, matrix, extent, self.folder, self.messages)))
+        self.items.append(Item(key, obj.name, light=export_light.lines(obj, matrix, self.folder, self.messages)))
         self.base.matrices[key] = matrix
 
     def snapshot_at(self, time):
