@@ -7,6 +7,7 @@ import bpy
 from strobe_gltf import kit
 
 FRAME = 10
+TURN = 2 * math.pi
 
 
 def nodes_of(name):
@@ -126,7 +127,7 @@ def nodes():
 
 
 def principled():
-    """Principled: dielectric, metal, rough metal, transmission, emission."""
+    """Principled: dielectrics, metals, and emission; and a normal map."""
     base()
     for i, values in enumerate((dict(Base_Color=(0.8, 0.3, 0.2), Roughness=0.5), dict(Base_Color=(0.9, 0.7, 0.4), Metallic=1,
                                 Roughness=0.2), dict(Base_Color=(0.9, 0.9, 0.9), Metallic=1, Roughness=0.5),
@@ -136,16 +137,16 @@ def principled():
         material = shader(f"principled{i}", "BsdfPrincipled", **values)
         kit.shape("uv_sphere", material, (-3 + 3 * (i % 3), 1.5 - 2.4 * (i // 3), 0.9), smooth=True, segments=64, ring_count=32,
                   radius=0.9)
-    return {"inexact": "Principled has Disney's diffuse lobe and another layering of the dielectric than glTF's model"}
+    kit.shape("plane", bumpy(), (0, 4, 3), rotation=(1.2, 0, 0.2), size=2.6)
+    return {"inexact": "Principled has Disney's diffuse lobe and another dielectric than glTF's model; Cycles darkens mapped normals"}
 
 
 def textures():
-    """An image, a checkerboard, a normal map, and an alpha map, on planes; the world is an image."""
+    """An image, a checkerboard and an alpha map; the world is an image."""
     kit.camera((0, -8, 4), (66, 0, 0))
     kit.shape("plane", checkered(), size=14)
     sphere = kit.shape("uv_sphere", pictured(), (-1.6, 0, 1.2), smooth=True, segments=64, ring_count=32, radius=1.2)
     sphere.rotation_euler.z = 0.5
-    kit.shape("plane", bumpy(), (1.8, 1, 1.5), rotation=(1.2, 0, 0.2), size=2.6)
     kit.shape("plane", cut_out(), (0.6, -1.5, 0.7), rotation=(1.4, 0, -0.2), size=1.4)
     world_image()
     return {}
@@ -172,7 +173,7 @@ def checkered():
 def pictured():
     """Returns an image, scaled and moved by a mapping."""
     result, tree, output = nodes_of("picture")
-    image = _image_node(tree, "picture", lambda x, y: (x, y, 0.5 + 0.5 * math.sin(20 * x), 1))
+    image = _image_node(tree, "picture", lambda x, y: (0.5 + 0.4 * math.sin(TURN * x), 0.5 + 0.4 * math.cos(TURN * y), 0.5 + 0.4 * math.sin(3 * TURN * x), 1))
     mapping, uv, diffuse = node(tree, "Mapping"), node(tree, "UVMap"), node(tree, "BsdfDiffuse")
     mapping.inputs["Scale"].default_value, mapping.inputs["Location"].default_value = (3, 2, 1), (0.2, 0.1, 0)
     uv.uv_map = "UVMap"
@@ -236,7 +237,7 @@ def rigid():
 def armature():
     """A tube that two bones bend."""
     base()
-    tube = kit.shape("cylinder", matte((0.7, 0.4, 0.2)), (0, 0, 1.5), smooth=True, vertices=32, depth=3, radius=0.4)
+    tube = kit.shape("cylinder", matte((0.7, 0.4, 0.2)), (0, 0, 1.7), smooth=True, vertices=32, depth=3, radius=0.4)
     bpy.ops.object.select_all(action="DESELECT")
     tube.select_set(True)
     bpy.context.view_layer.objects.active = tube

@@ -75,7 +75,7 @@ class StrobeRenderEngine(bpy.types.RenderEngine):
 
     def render(self, depsgraph):
         """Renders the current frame of a view layer. Errors are shown, and end the render."""
-        self.seconds = {}
+        self.seconds, self.metadata = {}, {}
         try:
             self._render(depsgraph)
         except Cancelled:
@@ -205,6 +205,8 @@ class StrobeRenderEngine(bpy.types.RenderEngine):
         self.end_result(result, cancel=not finished)
         if not finished:
             raise Cancelled
+        for name, text in self.metadata.items():
+            self.get_result().stamp_data_add_field(name, text)
 
     def _located(self, message, lines):
         """Returns a message of strobe with the name of the scene's object in place of the line."""
@@ -223,13 +225,14 @@ class StrobeRenderEngine(bpy.types.RenderEngine):
             if found:
                 raise
             return
+        self.update_progress(float((image["G"] != 0).mean()))
         by_name = {item.name: item for item in result.layers[0].passes}
         self._fill(by_name["Combined"], passes.combined(image))
         for item in found:
             if item.name in by_name:
                 self._fill(by_name[item.name], item.convert(image))
-        for name, text in passes.cryptomatte_attributes(attributes).items() if found else ():
-            result.stamp_data_add_field(name, text)
+        if found:
+            self.metadata = passes.cryptomatte_attributes(attributes)
 
     def _fill(self, target, pixels):
         """Copies pixels to a pass."""

@@ -1,6 +1,7 @@
 """The strobe process of one frame."""
 import os
 import re
+import shutil
 import signal
 import subprocess
 import time
@@ -8,6 +9,12 @@ import time
 
 class Failed(Exception):
     """strobe ended with an error."""
+
+
+def ends_with_blender(command):
+    """Returns a command that the system kills when Blender ends, where setpriv exists."""
+    setpriv = shutil.which("setpriv")
+    return [setpriv, "--pdeathsig", "KILL", "--", *command] if setpriv else command
 
 
 class Process:
@@ -18,8 +25,8 @@ class Process:
         self.output, self._seen = output, 0
         self._log = output + ".log"
         with open(self._log, "wb") as log:
-            self._process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
-                                             start_new_session=True)
+            self._process = subprocess.Popen(ends_with_blender(command), stdout=log, stderr=subprocess.STDOUT,
+                                             stdin=subprocess.DEVNULL, start_new_session=True)
 
     def wait(self, stop, changed, pause=0.05):
         """Waits for the end. Calls changed() after each new image. If stop() returns true, ends the process and returns
