@@ -237,7 +237,7 @@ def rigid():
 def armature():
     """A tube that two bones bend."""
     base()
-    tube = kit.shape("cylinder", matte((0.7, 0.4, 0.2)), (0, 0, 1.7), smooth=True, vertices=32, depth=3, radius=0.4)
+    tube = kit.shape("cylinder", matte((0.7, 0.4, 0.2)), (0, 0, 1.7), vertices=32, depth=3, radius=0.4)
     bpy.ops.object.select_all(action="DESELECT")
     tube.select_set(True)
     bpy.context.view_layer.objects.active = tube

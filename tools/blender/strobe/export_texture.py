@@ -153,7 +153,7 @@ class Textures:
         sides = [self.value(node.inputs[n]) for n in ("Color2", "Color1")]
         if source.name == "Fac":
             sides = [[0.0] * 3, [1.0] * 3]
-        return self.declare("checkerboard", [
+        return self.declare("checkerboard", [("string", "aamode", "none"),
             self.parameter("tex1", sides[0]), self.parameter("tex2", sides[1]),
             *(("float", n, mapping.get(n, d) * scale) for n, d in (("uscale", 1), ("vscale", 1), ("udelta", 0), ("vdelta", 0)))])
 
