@@ -1,11 +1,11 @@
 """Camera: lens, depth of field and motion."""
 import math
 
-import numpy as np
+from mathutils import Matrix
 
 from . import scene_text
 
-FLIP = np.diag([1.0, 1.0, -1.0, 1.0])  # Blender's cameras look along -z
+FLIP = Matrix.Diagonal((1, 1, -1, 1))  # Blender's cameras look along -z
 
 
 def screen_window(camera, render, scale=1.0):
@@ -46,10 +46,10 @@ def lens_parameters(camera, messages):
 
 def camera_matrix(camera):
     """Returns the camera-to-world matrix without scale."""
-    return np.array(camera.matrix_world.normalized(), np.float64)
+    return camera.matrix_world.normalized()
 
 
-PANORAMA = np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+PANORAMA = Matrix(((0, 0, 1, 0), (-1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0, 1)))
 
 
 class CameraData:
@@ -71,14 +71,14 @@ class CameraData:
 
     def lines(self, matrices):
         """Returns the lines with one camera-to-world matrix, or one per key."""
-        return scene_text.transform([np.linalg.inv(m @ self.space) for m in matrices]) + [self.directive]
+        return scene_text.transform([(m @ self.space).inverted() for m in matrices]) + [self.directive]
 
 
 def pixel_size(camera, render):
     """Returns a function of a position: the edge of a pixel there."""
     x0, x1, _, _ = screen_window(camera, render)
     width = (x1 - x0) / max(render.resolution_x * render.resolution_percentage / 100, 1)
-    eye = camera_matrix(camera)[:3, 3]
+    eye = camera_matrix(camera).translation
     if camera.data.type == "ORTHO":
         return lambda place: width
     return lambda place: width * max(math.dist(place, eye), camera.data.clip_start)

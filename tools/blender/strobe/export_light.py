@@ -100,7 +100,7 @@ def _area(obj, light, group, matrix, messages):
     if light.spread < math.pi * 0.999:
         messages.add(obj.name, "the spread of the area light is 180 degrees")
     corners, area = _outline(light)
-    area *= np.linalg.norm(np.cross(matrix[:3, 0], matrix[:3, 1]))
+    area *= matrix.col[0].to_3d().cross(matrix.col[1].to_3d()).length
     return _emitter(obj.name, _color(light) / (4 * area), group, "trianglemesh", _polygon(corners), obj.visible_camera)
 
 

@@ -97,7 +97,7 @@ class Exporter:
         if shared not in self.meshes and not self._read_mesh(obj, key, shared, materials):
             return
         self.items.append(Item(key, obj.name, mesh=shared))
-        self.base.matrices[key] = np.array(instance.matrix_world, np.float64)
+        self.base.matrices[key] = instance.matrix_world.copy()
         self.radii[key] = self.meshes[shared].radius
 
     def _read_mesh(self, obj, key, shared, materials):
@@ -124,7 +124,7 @@ class Exporter:
     def _read_light(self, instance):
         """Reads a light."""
         obj, key = instance.object, instance_key(instance)
-        matrix = np.array(instance.matrix_world, np.float64)
+        matrix = instance.matrix_world.copy()
         self.items.append(Item(key, obj.name, light=export_light.lines(obj, matrix, self.folder, self.messages)))
         self.base.matrices[key] = matrix
 
@@ -138,7 +138,7 @@ class Exporter:
             key = instance_key(instance)
             if key not in self.base.matrices:
                 continue
-            shot.matrices[key] = np.array(instance.matrix_world, np.float64)
+            shot.matrices[key] = instance.matrix_world.copy()
             if key in wanted:
                 shot.meshes[key] = self._mesh_key(instance.object, wanted[key])
         camera = self.depsgraph.scene.camera.evaluated_get(self.depsgraph)

@@ -1,5 +1,5 @@
 """The world: a color or an image."""
-import numpy as np
+from mathutils import Euler, Matrix
 
 from . import export_image, export_light, scene_text
 from .export_texture import linked, rgb
@@ -47,13 +47,12 @@ def _rotation(world, node, messages):
     """Returns the rotation of the texture coordinates as a matrix."""
     source = linked(node.inputs["Vector"])
     if source is None or source.node.type == "TEX_COORD":
-        return np.eye(3)
+        return Matrix.Identity(3)
     if source.node.type == "MAPPING" and source.node.vector_type in ("POINT", "VECTOR", "TEXTURE"):
-        from mathutils import Euler
-        turn = np.array(Euler(source.node.inputs["Rotation"].default_value, "XYZ").to_matrix())
-        return turn.T if source.node.vector_type == "TEXTURE" else turn
+        turn = Euler(source.node.inputs["Rotation"].default_value, "XYZ").to_matrix()
+        return turn.transposed() if source.node.vector_type == "TEXTURE" else turn
     messages.add(world.name, f"node '{source.node.name}' of the texture coordinates is ignored")
-    return np.eye(3)
+    return Matrix.Identity(3)
 
 
 def _image(world, node, strength, group, folder, messages):
@@ -65,7 +64,6 @@ def _image(world, node, strength, group, folder, messages):
     if node.projection != "EQUIRECTANGULAR":
         messages.add(world.name, "the projection of the image is equirectangular")
     # Cycles: u = 1/2 - atan2(y, x) / 2 pi. strobe: u = phi / 2 pi.
-    place = np.eye(4)
-    place[:3, :3] = _rotation(world, node, messages).T @ np.diag([-1.0, 1.0, 1.0])
+    place = (_rotation(world, node, messages).transposed() @ Matrix.Diagonal((-1, 1, 1))).to_4x4()
     return [scene_text.matrix(place), scene_text.directive("LightSource", "infinite", [
         ("rgb", "L", [strength] * 3), ("string", "mapname", found[0])] + group)]

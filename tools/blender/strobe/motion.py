@@ -1,10 +1,12 @@
 """Keys of motion over the shutter: as few times as reproduce it by interpolation."""
+import math
+
 import numpy as np
 from mathutils import Matrix
 
 
 class Snapshot:
-    """What moves at one time: {item: 4x4 matrix} and {item: (positions, normals) of a mesh that differs from its first key}."""
+    """What moves at one time: {item: Matrix} and {item: (positions, normals) of a mesh that differs from its first key}."""
 
     def __init__(self):
         """Creates an empty snapshot."""
@@ -13,32 +15,31 @@ class Snapshot:
 
 def interpolated(a, b, x):
     """Returns the matrix between two matrices, as strobe interpolates: translation and scale linearly, and the rotation."""
-    (at, ar, scale_a), (bt, br, scale_b) = Matrix(a).decompose(), Matrix(b).decompose()
-    return np.array(Matrix.LocRotScale(at.lerp(bt, x), ar.slerp(br, x), scale_a.lerp(scale_b, x)), np.float64)
+    (at, ar, scale_a), (bt, br, scale_b) = a.decompose(), b.decompose()
+    return Matrix.LocRotScale(at.lerp(bt, x), ar.slerp(br, x), scale_a.lerp(scale_b, x))
 
 
 def matrix_error(a, b, true, x, radius):
-    """Returns the distance by which interpolation misplaces points within a radius of the origin."""
-    difference = np.abs(interpolated(a, b, x) - true)
-    return float(np.linalg.norm(difference[:3, 3]) + radius * np.linalg.norm(difference[:3, :3]))
+    """Returns a bound of the distance by which interpolation misplaces points within a radius of the origin."""
+    difference = interpolated(a, b, x) - true
+    columns = [column.to_3d().length for column in difference.col]
+    return columns[3] + radius * math.hypot(*columns[:3])
 
 
 def fits(before, middle, after, radii, tolerance):
     """Returns whether the snapshot in the middle equals the interpolation of its neighbors within the tolerance."""
     for item, true in middle.matrices.items():
         a, b = before.matrices.get(item), after.matrices.get(item)
-        if a is None or b is None or (np.array_equal(a, b) and np.array_equal(a, true)):
+        if a is None or b is None or a == b == true:
             continue
-        if matrix_error(a, b, true, 0.5, radii.get(item, 1.0)) > tolerance(true[:3, 3]):
+        if matrix_error(a, b, true, 0.5, radii.get(item, 1.0)) > tolerance(true.translation):
             return False
-    for item in middle.meshes.keys() | before.meshes.keys() | after.meshes.keys():
-        a, true, b = (s.meshes.get(item) for s in (before, middle, after))
-        if a is None or b is None or true is None:
+    for item, mesh in middle.meshes.items():
+        a, b, place = before.meshes.get(item), after.meshes.get(item), middle.matrices[item]
+        if a is None or b is None or mesh is None or not len(mesh[0]):
             continue
-        error = np.abs((a[0] + b[0]) / 2 - true[0]).max() if len(true[0]) else 0
-        scale = np.linalg.norm(middle.matrices[item][:3, :3], 2) if item in middle.matrices else 1
-        place = middle.matrices[item][:3, 3] if item in middle.matrices else np.zeros(3)
-        if error * scale > tolerance(place):
+        error = np.linalg.norm((a[0] + b[0]) / 2 - mesh[0], axis=1).max()
+        if error * max(place.to_scale()) > tolerance(place.translation):
             return False
     return True
 
@@ -62,4 +63,4 @@ def collect(snapshot_at, levels, radii, tolerance):
 
 def moves(keys):
     """Returns whether matrices differ."""
-    return any(not np.array_equal(keys[0], key) for key in keys[1:])
+    return any(key != keys[0] for key in keys[1:])

@@ -3,6 +3,8 @@ import re
 
 import numpy as np
 
+MATRIX = "Transform [" + " ".join(["%.9g"] * 16) + "]"
+
 
 def number(value):
     """Returns a float with the digits of a 32-bit float."""
@@ -41,9 +43,9 @@ def directive(word, plugin=None, parameters=()):
     return " ".join(words)
 
 
-def matrix(rows):
-    """Returns a Transform of a 4x4 matrix that multiplies column vectors."""
-    return "Transform " + numbers(rows[r][c] for c in range(4) for r in range(4))
+def matrix(value):
+    """Returns a Transform of a 4x4 matrix of Blender."""
+    return MATRIX % tuple(v for column in value.col for v in column)
 
 
 def transform(keys):
