@@ -44,7 +44,7 @@ def settings(facts, samples):
     for frame in range(1, scenes.FRAME + 1):  # particles are simulated in order
         scene.frame_set(frame)
     scene.render.engine = "STROBE"
-    scene.strobe.filter, scene.strobe.samples = "box", samples
+    scene.strobe.filter, scene.strobe.samples, scene.strobe.integrator = "box", samples, "supersample"
     scene.strobe.shader_path_maxdepth = bounces + 1
 
 

@@ -280,11 +280,18 @@ def shape_keys():
 
 
 def ocean():
-    """A wave modifier on a grid, and an ocean modifier."""
+    """A wave modifier on a grid, above an ocean modifier."""
     base()
-    grid = kit.shape("grid", matte((0.2, 0.5, 0.6)), (0, 0, 0.8), smooth=True, x_subdivisions=80, y_subdivisions=80, size=6)
+    grid = kit.shape("grid", matte((0.7, 0.4, 0.3)), (0, 2, 2.4), smooth=True, x_subdivisions=80, y_subdivisions=80, size=4)
     wave = grid.modifiers.new("wave", "WAVE")
     wave.height, wave.width, wave.speed, wave.narrowness, wave.time_offset = 0.6, 1.5, 0.3, 1.5, -40
+    sea = kit.shape("plane", matte((0.2, 0.5, 0.6)), (0, -1, 0.4), size=1)
+    waves = sea.modifiers.new("sea", "OCEAN")
+    waves.geometry_mode, waves.resolution, waves.spatial_size, waves.size = "GENERATE", 6, 8, 0.6
+    waves.wave_scale, waves.wind_velocity, waves.choppiness = 0.4, 8, 0.5
+    for frame, time in ((0, 1.0), (20, 5.0)):
+        waves.time = time
+        waves.keyframe_insert("time", frame=frame)
     return {"blur": 0.8}
 
 
@@ -295,8 +302,8 @@ def particles():
     emitter = kit.shape("uv_sphere", matte((0.4, 0.4, 0.4)), (0, 0, 2), smooth=True, radius=0.4, segments=32, ring_count=16)
     system = emitter.modifiers.new("spray", "PARTICLE_SYSTEM").particle_system
     s = system.settings
-    s.count, s.frame_start, s.frame_end, s.lifetime = 200, 1, 9, 100
-    s.normal_factor, s.render_type, s.instance_object, s.particle_size = 4, "OBJECT", cube, 0.25
+    s.count, s.frame_start, s.frame_end, s.lifetime = 60, 1, 9, 100
+    s.normal_factor, s.render_type, s.instance_object, s.particle_size = 6, "OBJECT", cube, 0.25
     s.use_rotations, s.angular_velocity_mode, s.angular_velocity_factor = True, "RAND", 5
     group = bpy.data.collections.new("pair")
     for x in (-0.3, 0.3):

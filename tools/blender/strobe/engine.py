@@ -5,6 +5,7 @@ import os
 import shutil
 import tempfile
 import time
+import traceback
 
 import bpy
 
@@ -82,6 +83,9 @@ class StrobeRenderEngine(bpy.types.RenderEngine):
             print("strobe: cancelled")
         except (program.ProgramError, process.Failed, OSError, ValueError) as error:
             self._fail(str(error))
+        except Exception as error:
+            traceback.print_exc()
+            self._fail(f"internal error of the add-on: {error!r}")
 
     def _fail(self, text):
         """Shows an error."""

@@ -22,9 +22,9 @@ class Item:
 class SharedMesh:
     """A mesh with materials, and the item whose motion is that of its vertices, if it deforms."""
 
-    def __init__(self, name, data, materials, deforms_as):
-        """`deforms_as`: key of an item, or None."""
-        self.name, self.data, self.materials, self.deforms_as = name, data, materials, deforms_as
+    def __init__(self, name, data, materials, deforms_as, group):
+        """`deforms_as`: key of an item, or None. `group`: light group of emission."""
+        self.name, self.data, self.materials, self.deforms_as, self.group = name, data, materials, deforms_as, group
 
 
 def instance_key(instance):
@@ -76,7 +76,10 @@ class Exporter:
         self.camera = export_camera.CameraData(camera, scene.render, self.messages)
         self.pixel_size = export_camera.pixel_size(camera, scene.render)
         for instance in self.visible():
-            self._read_instance(instance)
+            try:
+                self._read_instance(instance)
+            except (AttributeError, RuntimeError, TypeError, KeyError, IndexError) as error:
+                raise ValueError(f"{instance.object.name}: cannot be exported: {error!r}") from error
         self.base.matrices["camera", 0] = export_camera.camera_matrix(camera)
 
     def _read_instance(self, instance):
@@ -93,7 +96,7 @@ class Exporter:
         key = instance_key(instance)
         materials = [slot.material for slot in obj.material_slots] or list(getattr(obj.data, "materials", []))
         shared = (obj.data.as_pointer() if obj.type == "MESH" else (obj.original.data.name, obj.original.name)), tuple(
-            m.name if m else "" for m in materials)
+            m.name if m else "" for m in materials), getattr(obj, "lightgroup", "")
         if shared not in self.meshes and not self._read_mesh(obj, key, shared, materials):
             return
         self.items.append(Item(key, obj.name, mesh=shared))
@@ -108,7 +111,7 @@ class Exporter:
             return False
         data = MeshData(mesh)
         free()
-        self.meshes[shared] = found = SharedMesh(obj.name, data, materials, key if may_deform(obj) else None)
+        self.meshes[shared] = found = SharedMesh(obj.name, data, materials, key if may_deform(obj) else None, shared[2])
         found.radius = float(np.sqrt((data.points.astype(np.float64) ** 2).sum(1).max()))
         return True
 
@@ -216,7 +219,7 @@ class Exporter:
             else:
                 shape = [("string", "filename", shared.data.write(self.folder, slot))]
             shape.append(("string", "name", shared.name))
-            lines += [select, *self._emission(surface), self._shape(surface, shape)]
+            lines += [select, *self._emission(surface, shared.group), self._shape(surface, shape)]
         return lines
 
     def _shape(self, surface, parameters):
@@ -225,13 +228,14 @@ class Exporter:
             parameters = parameters + [self.materials.textures.parameter("alpha", surface.opacity, "float")]
         return scene_text.directive("Shape", "plymesh", parameters)
 
-    def _emission(self, surface):
+    def _emission(self, surface, group):
         """Returns the line of an area light, or of none."""
         if surface.emission is None:
             return []
         value = surface.emission
         light = [("texture", "texture", value)] if isinstance(value, str) else [("rgb", "L", value)]
-        return [scene_text.directive("AreaLightSource", "diffuse", light + [("bool", "twosided", True)])]
+        return [scene_text.directive("AreaLightSource", "diffuse", light + [
+            ("bool", "twosided", True)] + export_light.group_parameters(group))]
 
     def _deformation(self, shared):
         """Returns [(time, (positions, normals))] of a deforming mesh, as few as reproduce it, or [] if it is static."""

@@ -46,7 +46,8 @@ def _make_group():
                 if made:
                     fields[identifier(kind, plugin, parameter[1])] = made
     fields["integrator"] = bpy.props.EnumProperty(
-        name="Integrator", items=_items("Integrator"), description="Mapping of visibility samples to shades")
+        name="Integrator", items=_items("Integrator"), description="Mapping of visibility samples to shades",
+        default="supersample" if "supersample" in listing["Integrator"] else None)
     fields["shader"] = bpy.props.EnumProperty(name="Shader", items=_items("Shader"), description="Estimate of radiance",
                                               default="path" if "path" in listing["Shader"] else None)
     return type("StrobeSettings", (bpy.types.PropertyGroup,), {"__annotations__": {**fields, **FIXED}})
