@@ -131,7 +131,8 @@ class StrobeRenderEngine(bpy.types.RenderEngine):
             when = frame + opens + u * (closes - opens)
             self.frame_set(math.floor(when), subframe=when - math.floor(when))
 
-        exporter = Exporter(depsgraph, folder, Messages(self._warn), evaluate, self._stop)
+        exporter = Exporter(depsgraph, folder, Messages(self._warn), evaluate, self._stop,
+                            depsgraph.view_layer.use_pass_cryptomatte_object)
         exporter.read(-opens / (closes - opens) if closes > opens else 0.0)
         path = os.path.join(folder, f"frame-{os.getpid()}.scene")
         moving = closes > opens

@@ -18,6 +18,10 @@ class Item:
         """`mesh`: key of Exporter.meshes. `light`: lines after the transform."""
         self.key, self.name, self.mesh, self.light = key, name, mesh, light
 
+    def is_object(self):
+        """Returns whether the item is an object of its own and no instance."""
+        return len(self.key) == 1
+
 
 class SharedMesh:
     """A mesh with materials, and the item whose motion is that of its vertices, if it deforms."""
@@ -53,8 +57,9 @@ def may_deform(obj):
 class Exporter:
     """Exports a depsgraph. `evaluate(u)` moves it to a time of the shutter; `stop()` raises if the user cancels."""
 
-    def __init__(self, depsgraph, folder, messages, evaluate, stop):
-        """`folder` receives the files."""
+    def __init__(self, depsgraph, folder, messages, evaluate, stop, names_objects=False):
+        """`folder` receives the files. `names_objects`: objects that share a mesh keep their names, and become meshes."""
+        self.names_objects = names_objects
         self.depsgraph, self.folder, self.messages = depsgraph, folder, messages
         self.evaluate, self.stop = evaluate, stop
         self.materials = Materials(folder, messages)
@@ -186,25 +191,36 @@ class Exporter:
         """Returns the lines of all items. Meshes with several items are objects with instances."""
         users = {}
         for item in self.items:
-            if item.mesh:
+            if item.mesh and not (self.names_objects and item.is_object()):
                 users.setdefault(item.mesh, []).append(item)
-        lines, bodies = [], {key: self._shape_lines(self.meshes[key]) for key in users}
-        instanced = {}
-        for number, (key, items) in enumerate(users.items()):
+        bodies = {item.mesh: self._shape_lines(self.meshes[item.mesh]) for item in self.items if item.mesh}
+        objects, lines = {}, []
+        for key, items in users.items():
             if len(items) > 1 and not any(line.startswith("AreaLight") for line in bodies[key]):
-                instanced[key] = f"{self.meshes[key].name}@{number}"
-                lines += ["# item: " + self.meshes[key].name, scene_text.directive("ObjectBegin", instanced[key]),
-                          *bodies[key], "ObjectEnd"]
+                objects[key] = self._object_name(self.meshes[key].name, objects)
+                shapes = [line.replace(self._name_parameter(self.meshes[key].name), "") for line in bodies[key]]
+                lines += ["# item: " + self.meshes[key].name, scene_text.directive("ObjectBegin", objects[key]), *shapes, "ObjectEnd"]
         for item in self.items:
             lines += ["# item: " + item.name, "AttributeBegin", *scene_text.transform(self.matrices(item.key))]
-            if item.light:
-                lines += item.light
-            elif item.mesh in instanced:
-                lines.append(scene_text.directive("ObjectInstance", instanced[item.mesh]))
-            else:
-                lines += bodies[item.mesh]
+            lines += item.light or self._mesh_lines(item, objects, bodies)
             lines.append("AttributeEnd")
         return lines
+
+    def _mesh_lines(self, item, objects, bodies):
+        """Returns the lines of a mesh after its transform."""
+        if item.mesh in objects and not (self.names_objects and item.is_object()):
+            return [scene_text.directive("ObjectInstance", objects[item.mesh])]
+        own, shared = self._name_parameter(item.name), self._name_parameter(self.meshes[item.mesh].name)
+        return [line.replace(shared, own) for line in bodies[item.mesh]]
+
+    def _name_parameter(self, name):
+        """Returns the parameter that names a shape."""
+        return " " + scene_text.parameter("string", "name", name)
+
+    def _object_name(self, name, objects):
+        """Returns the name of an object: that of the mesh, and a number if another object has it."""
+        taken = set(objects.values())
+        return next(n for n in [name, *(f"{name}@{i}" for i in range(2, len(taken) + 3))] if n not in taken)
 
     def _shape_lines(self, shared):
         """Returns the lines of the shapes of a mesh: one per material."""
