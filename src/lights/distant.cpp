@@ -11,8 +11,8 @@ namespace {
 const ParamDef<Rgb> kL{"L", Rgb(1), "irradiance of a surface that faces the light, W/m²"};
 const ParamDef<V3f> kFrom{"from", V3f(0), "start point of the direction of the light, in light space"};
 const ParamDef<V3f> kTo{"to", V3f(0, 0, 1), "end point of the direction of the light, in light space"};
-const ParamDef<float> kAngle{"angle", 0,
-                             "angular diameter in degrees, at most 179: a disk that only light sampling sees; 0: a point"};
+const ParamDef<float> kAngle{
+    "angle", 0, "angular diameter in degrees, at most 179: a disk that only light sampling sees; 0: a point"};
 
 class DistantLight final : public DeltaLight {
   public:
@@ -32,7 +32,8 @@ class DistantLight final : public DeltaLight {
 /// A disk at infinity of constant radiance. Rays do not hit it: light sampling counts in full.
 class DistantDisk final : public Light {
   public:
-    /// `halfAngle`: of the disk, in radians, below a right angle. `irradiance`: of a surface that faces the center.
+    /// `halfAngle`: of the disk, in radians, below a right angle. `irradiance`: of a surface that faces the
+    /// center.
     DistantDisk(const LightPlacement& placement, const V3f& toLight, const Rgb& irradiance, float halfAngle)
         : m_placement(placement), m_toLight(toLight), m_irradiance(irradiance),
           m_oneMinusCos(oneMinusCos(std::sin(halfAngle) * std::sin(halfAngle))),
@@ -70,7 +71,8 @@ Plugin<std::shared_ptr<Light>, const LightArgs&> distantLightPlugin() {
                 if (!(angle >= 0 && angle <= 179))
                     throw Error(params.whereIs(kAngle), "\"angle\" is not between 0 and 179");
                 const LightPlacement placement(args, context.conventions);
-                const Rgb irradiance = readEmission(params, kL, context) * scaleToTotal(params, kIlluminance, 1);
+                const Rgb irradiance =
+                    readEmission(params, kL, context) * scaleToTotal(params, kIlluminance, 1);
                 std::shared_ptr<Light> light;
                 if (angle > 0)
                     light = std::make_shared<DistantDisk>(placement, toLight, irradiance, radians(angle) / 2);

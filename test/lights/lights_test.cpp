@@ -188,8 +188,9 @@ TEST(SpotLight, PowerOfNarrowConesIsAccurate) {
 }
 
 TEST(DistantLight, DiskHasTheIrradianceOfThePoint) {
-    const auto light = make(distantLightPlugin(), Params().rgb("L", 3, 2, 1).point("from", {0, 5, 0}).point("to", V3f(0))
-                                                      .floats("angle", {40}));
+    const auto light =
+        make(distantLightPlugin(),
+             Params().rgb("L", 3, 2, 1).point("from", {0, 5, 0}).point("to", V3f(0)).floats("angle", {40}));
     Rgb sum(0);
     constexpr int kEdge = 64;
     for (int i = 0; i < kEdge * kEdge; ++i) {

@@ -138,7 +138,8 @@ def principled():
         kit.shape("uv_sphere", material, (-3 + 3 * (i % 3), 1.5 - 2.4 * (i // 3), 0.9), smooth=True, segments=64, ring_count=32,
                   radius=0.9)
     kit.shape("plane", bumpy(), (0, 4, 3), rotation=(1.2, 0, 0.2), size=2.6)
-    return {"inexact": "Principled has Disney's diffuse lobe and another dielectric than glTF's model; Cycles darkens mapped normals"}
+    return {"inexact": "Principled has Disney's diffuse lobe and another dielectric than glTF's model; "
+            "Cycles darkens mapped normals"}
 
 
 def textures():
@@ -173,7 +174,8 @@ def checkered():
 def pictured():
     """Returns an image, scaled and moved by a mapping."""
     result, tree, output = nodes_of("picture")
-    image = _image_node(tree, "picture", lambda x, y: (0.5 + 0.4 * math.sin(TURN * x), 0.5 + 0.4 * math.cos(TURN * y), 0.5 + 0.4 * math.sin(3 * TURN * x), 1))
+    image = _image_node(tree, "picture", lambda x, y: (0.5 + 0.4 * math.sin(TURN * x), 0.5 + 0.4 * math.cos(TURN * y),
+                                                       0.5 + 0.4 * math.sin(3 * TURN * x), 1))
     mapping, uv, diffuse = node(tree, "Mapping"), node(tree, "UVMap"), node(tree, "BsdfDiffuse")
     mapping.inputs["Scale"].default_value, mapping.inputs["Location"].default_value = (3, 2, 1), (0.2, 0.1, 0)
     uv.uv_map = "UVMap"
@@ -228,7 +230,8 @@ def rigid():
     """A spinning cube, a flying sphere, and a cube that scales."""
     base()
     spin(kit.shape("cube", matte((0.7, 0.3, 0.2)), (-2, 0, 1.3)), (0, 0, 0), (3, 0, 12))
-    spin(kit.shape("uv_sphere", matte((0.2, 0.4, 0.7)), smooth=True, segments=64, ring_count=32), (0, 2, 1), (10, 0, 3), "location")
+    ball = kit.shape("uv_sphere", matte((0.2, 0.4, 0.7)), smooth=True, segments=64, ring_count=32)
+    spin(ball, (0, 2, 1), (10, 0, 3), "location")
     spin(kit.shape("cube", matte((0.3, 0.6, 0.2)), (1.4, -1, 0.6), size=1), (1, 1, 1), (1, 6, 1), "scale")
     lamp("SUN", 1.5, (0, 0, 5), (0.5, -0.3, 0))
     return {"blur": 0.7}
@@ -332,12 +335,13 @@ def depth_of_field():
     """A thin lens focused on the middle of three rows."""
     base()
     for i in range(9):
-        kit.shape("uv_sphere", matte((0.2 + 0.3 * (i % 3), 0.5, 0.8 - 0.3 * (i % 3))), (-2.4 + 2.4 * (i % 3), -3 + 3 * (i // 3), 0.7),
-                  smooth=True, radius=0.6, segments=48, ring_count=24)
+        x, y = i % 3, i // 3
+        kit.shape("uv_sphere", matte((0.2 + 0.3 * x, 0.5, 0.8 - 0.3 * x)), (-2.4 + 2.4 * x, -3 + 3 * y, 0.7), smooth=True,
+                  radius=0.6, segments=48, ring_count=24)
     lens = bpy.context.scene.camera.data
     lens.dof.use_dof, lens.dof.focus_distance, lens.dof.aperture_fstop = True, 8.2, 0.1
     return {}
 
 
-NAMES = ("delta_lights", "area_lights", "nodes", "principled", "textures", "rigid", "armature", "shape_keys", "ocean", "particles",
-         "camera_move", "depth_of_field")
+NAMES = ("delta_lights", "area_lights", "nodes", "principled", "textures", "rigid", "armature", "shape_keys", "ocean",
+         "particles", "camera_move", "depth_of_field")

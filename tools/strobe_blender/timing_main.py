@@ -1,9 +1,10 @@
 """Noise and wall seconds of Cycles and strobe in Blender, from the call of the render operator to its end.
 
-    blender -b --python timing_main.py -- FOLDER WIDTH HEIGHT SAMPLES SCENE...
+    blender -b --python timing_main.py -- FOLDER WIDTH HEIGHT REFERENCE SAMPLES SCENE...
 
-SAMPLES: sample counts, separated by commas. The noise is the standard deviation of a pixel, from two images with different
-seeds, divided by the mean of the image. It does not include bias.
+SAMPLES: sample counts, separated by commas. REFERENCE: those of an image by supersample, for the error of strobe. The noise
+is the standard deviation of a pixel, from two images with different seeds, divided by the mean of the image. It does not
+include bias; the error against the reference does.
 """
 import os
 import sys
@@ -32,7 +33,7 @@ def picture(path, seed):
     return pixels, seconds
 
 
-def measure(name, engine, integrator, samples, folder):
+def measure(name, engine, integrator, samples, folder, reference=None):
     """Prints one row of the table."""
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.samples, scene.strobe.samples = engine, samples, samples
@@ -40,18 +41,22 @@ def measure(name, engine, integrator, samples, folder):
     (a, first), (b, second) = (picture(os.path.join(folder, f"{name}{seed}.exr"), seed) for seed in (1, 2))
     noise = np.sqrt(((a - b) ** 2).mean() / 2) / a.mean()
     who = engine if engine == "CYCLES" else f"strobe {integrator}"
-    print(f"ROW | {name} | {who} | {samples} | {100 * noise:.2f} % | {min(first, second):.2f} |", flush=True)
+    error = "" if reference is None else f"{100 * np.sqrt(((a - reference) ** 2).mean()) / a.mean():.2f} %"
+    print(f"ROW | {name} | {who} | {samples} | {100 * noise:.2f} % | {error} | {min(first, second):.2f} |", flush=True)
 
 
-def main(folder, width, height, samples, *names):
+def main(folder, width, height, reference, samples, *names):
     """Measures the scenes."""
     for name in names:
         kit.reset((int(width), int(height)))
         blender_main.settings(getattr(scenes, name)(), 1)
+        scene = bpy.context.scene
+        scene.render.engine, scene.strobe.samples = "STROBE", int(reference)
+        long, _ = picture(os.path.join(folder, f"{name}-reference.exr"), 9)
         for count in map(int, samples.split(",")):
             measure(name, "CYCLES", "supersample", count, folder)
             for integrator in ("supersample", "adaptive-cache"):
-                measure(name, "STROBE", integrator, count, folder)
+                measure(name, "STROBE", integrator, count, folder, long)
 
 
 main(*sys.argv[sys.argv.index("--") + 1:])

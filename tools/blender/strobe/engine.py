@@ -127,6 +127,7 @@ class StrobeRenderEngine(bpy.types.RenderEngine):
         opens, closes = shutter(scene)
 
         def evaluate(u):
+            """Moves the scene to a time of the shutter."""
             self._stop()
             when = frame + opens + u * (closes - opens)
             self.frame_set(math.floor(when), subframe=when - math.floor(when))
@@ -178,40 +179,46 @@ class StrobeRenderEngine(bpy.types.RenderEngine):
 
     def _run(self, depsgraph, command, output, lines):
         """Runs strobe, and shows its images."""
-        start = time.perf_counter()
-        found = passes.wanted(depsgraph.scene, depsgraph.view_layer)
+        layer = depsgraph.view_layer
+        found = passes.wanted(depsgraph.scene, layer)
         for item in found:
             if not item.builtin:
-                self.add_pass(item.name, len(item.channels), item.channels, layer=depsgraph.view_layer.name)
+                self.add_pass(item.name, len(item.channels), item.channels, layer=layer.name)
         _, _, (x0, x1, y0, y1) = frame_size(depsgraph.scene.render)
-        result = self.begin_result(0, 0, x1 - x0, y1 - y0, layer=depsgraph.view_layer.name)
-        self.update_stats("", "Rendering")
-        running = process.Process(command, output)
-
-        def unfinished():
-            self._show(result, output, [])
-            self.update_stats("", f"Rendering, {time.perf_counter() - start:.0f} s")
-            self.update_result(result)
-
+        result = self.begin_result(0, 0, x1 - x0, y1 - y0, layer=layer.name)
+        finished = False
         try:
-            finished = running.wait(self.test_break, unfinished)
-            if finished:
-                self.seconds["render"] = time.perf_counter() - start
-                self._show(result, output, found)
-                for warning in running.warnings():
-                    self._warn(self._located(warning, lines))
-        except process.Failed as error:
-            self.end_result(result, cancel=True)
-            raise process.Failed(self._located(str(error), lines)) from error
-        except BaseException:
-            running.end()
-            self.end_result(result, cancel=True)
-            raise
-        self.end_result(result, cancel=not finished)
+            finished = self._wait(process.Process(command, output), result, found, lines)
+        finally:
+            self.end_result(result, cancel=not finished)
         if not finished:
             raise Cancelled
         for name, text in self.metadata.items():
             self.get_result().stamp_data_add_field(name, text)
+
+    def _wait(self, running, result, found, lines):
+        """Shows the images of a process until it ends. Returns whether the image is finished. Raises Failed."""
+        start = time.perf_counter()
+        self.update_stats("", "Rendering")
+
+        def unfinished():
+            """Shows the image so far."""
+            self._show(result, running.output, [])
+            self.update_stats("", f"Rendering, {time.perf_counter() - start:.0f} s")
+            self.update_result(result)
+
+        try:
+            if not running.wait(self.test_break, unfinished):
+                return False
+        except process.Failed as error:
+            raise process.Failed(self._located(str(error), lines)) from error
+        finally:
+            running.end()
+        self.seconds["render"] = time.perf_counter() - start
+        self._show(result, running.output, found)
+        for warning in running.warnings():
+            self._warn(self._located(warning, lines))
+        return True
 
     def _located(self, message, lines):
         """Returns a message of strobe with the name of the scene's object in place of the line."""

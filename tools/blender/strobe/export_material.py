@@ -218,6 +218,7 @@ class Materials:
     def _bsdf_principled(self, node):
         """glTF's metallic-roughness model, or a dielectric."""
         def socket(*names):
+            """Returns the input that has one of the names."""
             return next((node.inputs[n] for n in names if n in node.inputs), None)
         for name, neutral in IGNORED.items():
             if name in node.inputs and (node.inputs[name].is_linked or node.inputs[name].default_value > neutral):

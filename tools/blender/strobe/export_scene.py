@@ -199,7 +199,8 @@ class Exporter:
             if len(items) > 1 and not any(line.startswith("AreaLight") for line in bodies[key]):
                 objects[key] = self._object_name(self.meshes[key].name, objects)
                 shapes = [line.replace(self._name_parameter(self.meshes[key].name), "") for line in bodies[key]]
-                lines += ["# item: " + self.meshes[key].name, scene_text.directive("ObjectBegin", objects[key]), *shapes, "ObjectEnd"]
+                lines += ["# item: " + self.meshes[key].name, scene_text.directive("ObjectBegin", objects[key]), *shapes,
+                          "ObjectEnd"]
         for item in self.items:
             lines += ["# item: " + item.name, "AttributeBegin", *scene_text.transform(self.matrices(item.key))]
             lines += item.light or self._mesh_lines(item, objects, bodies)

@@ -50,12 +50,24 @@ class MeshData:
         """Copies the arrays of an evaluated mesh."""
         mesh.calc_loop_triangles()
         self.count = len(mesh.vertices)
-        triangles = values(mesh.loop_triangles, "loops", 3, np.int32)
-        self.slots = values(mesh.loop_triangles, "material_index", 1, np.int32)
-        smooth = values(mesh.polygons, "use_smooth", 1, bool)
         self.corner_vertex = values(mesh.loops, "vertex_index", 1, np.int32)
+        self.slots = values(mesh.loop_triangles, "material_index", 1, np.int32)
+        self.used_slots = [int(s) for s in np.unique(self.slots)]
+        self.normal_kind = self._kind_of_normals(mesh)
+        self._merge(mesh, values(mesh.loop_triangles, "loops", 3, np.int32))
+        self.points = positions(mesh)
+        self.normals = self._normals(mesh)
+
+    def _kind_of_normals(self, mesh):
+        """Returns "corner", "vertex", or None for flat shading."""
+        smooth = values(mesh.polygons, "use_smooth", 1, bool)
         custom = mesh.has_custom_normals or (getattr(mesh, "use_auto_smooth", False) and smooth.any())
-        self.normal_kind = "corner" if custom or (smooth.any() and not smooth.all()) else "vertex" if smooth.any() else None
+        if custom or (smooth.any() and not smooth.all()):
+            return "corner"
+        return "vertex" if smooth.any() else None
+
+    def _merge(self, mesh, triangles):
+        """Makes the vertices of strobe from the corners of polygons."""
         layer = next((l for l in mesh.uv_layers if l.active_render), None)
         uv = values(layer.data, "uv", 2) if layer and len(layer.data) else None
         columns = [self.corner_vertex]
@@ -64,17 +76,13 @@ class MeshData:
         if self.normal_kind == "corner":
             split = _corner_normals(mesh)
             columns += [np.round(split[:, i] * 1e4).astype(np.int64).view(np.uint64) for i in range(3)]
-        if len(columns) > 1:
-            self.corners, inverse = _merged(columns)
-            self.vertices = self.corner_vertex[self.corners]
-            self.triangles = inverse[triangles].astype(np.int32)
-        else:
-            self.corners, self.vertices = None, None
-            self.triangles = self.corner_vertex[triangles]
+        if len(columns) == 1:
+            self.corners, self.vertices, self.triangles, self.uv = None, None, self.corner_vertex[triangles], None
+            return
+        self.corners, inverse = _merged(columns)
+        self.vertices = self.corner_vertex[self.corners]
+        self.triangles = inverse[triangles].astype(np.int32)
         self.uv = uv[self.corners] if uv is not None else None
-        self.points = positions(mesh)
-        self.normals = self._normals(mesh)
-        self.used_slots = [int(s) for s in np.unique(self.slots)]
 
     def _normals(self, mesh):
         """Returns one normal per vertex of strobe, or None for flat shading."""

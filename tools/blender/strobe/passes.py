@@ -37,6 +37,7 @@ def combined(image):
 def _vector(shutter):
     """Returns a function that scales motion over the shutter to a frame: previous minus current, current minus next."""
     def convert(image):
+        """Returns X, Y, Z, W."""
         motion = _stack(image, ("motionvector.X", "motionvector.Y")) / max(shutter, 1e-6)
         return np.concatenate([-motion, -motion], 1)
     return convert
@@ -47,6 +48,7 @@ def wanted(scene, layer):
     settings, found = scene.strobe, []
 
     def add(condition, *facts, **options):
+        """Adds a pass if a setting asks for it."""
         if condition:
             found.append(Pass(*facts, **options))
 
@@ -74,6 +76,7 @@ def _group(name):
     prefix = "light_" + export_light.group_name(name)
 
     def convert(image):
+        """Returns RGB."""
         if prefix + ".R" not in image:
             return np.zeros((image["R"].size, 3), np.float32)
         return _stack(image, [f"{prefix}.{c}" for c in "RGB"])
