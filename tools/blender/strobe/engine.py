@@ -1,38 +1,20 @@
 """The render engine: export of a frame, the strobe process, and the result in Blender."""
-import atexit
 import math
 import os
-import shutil
-import tempfile
 import time
 import traceback
 
 import bpy
 
-from . import exr, passes, preferences, process, program, properties, scene_text
+from . import exr, folders, passes, preferences, process, program, properties, scene_text
 from .export_scene import Exporter
 from .messages import Messages
 
 INTERVAL = 0.5  # seconds between unfinished images
-_folders = []  # temporary folder of the session
 
 
 class Cancelled(Exception):
     """The user cancelled the render."""
-
-
-def session_folder():
-    """Returns the folder of exported files, which keeps meshes and images during the session. Raises OSError."""
-    settings = preferences.get()
-    if settings and settings.folder:
-        folder = bpy.path.abspath(settings.folder)
-        os.makedirs(folder, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
-    if not _folders:
-        _folders.append(tempfile.mkdtemp(prefix="strobe-blender-"))
-        atexit.register(shutil.rmtree, _folders[0], True)
-    return _folders[0]
 
 
 def shutter(scene):
@@ -107,21 +89,24 @@ class StrobeRenderEngine(bpy.types.RenderEngine):
     def _render(self, depsgraph):
         """Renders the current frame. Raises Cancelled, ProgramError, Failed and OSError."""
         start = time.perf_counter()
-        path, folder = preferences.program_path(), session_folder()
+        path, folder = preferences.program_path(), folders.of_session()
         if depsgraph.scene.camera is None:
             raise ValueError("the scene has no camera")
         self.update_stats("", "Exporting")
-        scene_file, lines = self._export(depsgraph, folder)
+        scene_file, lines, files = self._export(depsgraph, folder)
         self.seconds["export"] = time.perf_counter() - start
         output = os.path.join(folder, f"image-{os.getpid()}.exr")
         if os.path.exists(output):
             os.remove(output)
-        self._run(depsgraph, self._command(depsgraph, path, scene_file, output), output, lines)
+        try:
+            self._run(depsgraph, self._command(depsgraph, path, scene_file, output), output, lines)
+        finally:
+            folders.remove(files)
         self.seconds["all"] = time.perf_counter() - start
         print("strobe: " + ", ".join(f"{name} {value:.2f} s" for name, value in self.seconds.items()))
 
     def _export(self, depsgraph, folder):
-        """Writes the scene. Returns the path of its file and its lines."""
+        """Writes the scene. Returns the path of its file, its lines, and the files of this frame."""
         scene = depsgraph.scene
         frame = scene.frame_current + scene.frame_subframe
         opens, closes = shutter(scene)
@@ -140,7 +125,7 @@ class StrobeRenderEngine(bpy.types.RenderEngine):
         lines = exporter.write(path, scene.strobe.motion_levels if moving else None, self._head(scene))
         if moving:
             self.frame_set(math.floor(frame), subframe=frame - math.floor(frame))
-        return path, lines
+        return path, lines, exporter.frame_files
 
     def _head(self, scene):
         """Returns the lines of the film, the sampler and the filter."""

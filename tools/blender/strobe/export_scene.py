@@ -64,6 +64,7 @@ class Exporter:
         self.evaluate, self.stop = evaluate, stop
         self.materials = Materials(folder, messages)
         self.items, self.meshes, self.radii = [], {}, {}
+        self.frame_files = set()  # names of files that other frames do not use
         self.base, self.current_time, self.camera = motion.Snapshot(), 0.0, None
 
     def visible(self):
@@ -232,6 +233,7 @@ class Exporter:
             select, surface = self.materials.surface(material)
             if keys:
                 files = [shared.data.write(self.folder, slot, *key) for _, key in keys]
+                self.frame_files.update(files)
                 shape = [("string", "filename", files), ("float", "keytimes", [t for t, _ in keys])]
             else:
                 shape = [("string", "filename", shared.data.write(self.folder, slot))]
