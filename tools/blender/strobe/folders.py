@@ -22,9 +22,12 @@ def of_session():
     """Returns the folder of exported files, which keeps meshes and images during the session. Raises OSError."""
     folder = chosen()
     if folder:
-        os.makedirs(folder, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
+        try:
+            os.makedirs(folder, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+        except OSError as error:
+            raise OSError(f"the export folder '{folder}' cannot be written: {error.strerror}") from error
     if not _temporary:
         _remove_stale()
         _temporary.append(tempfile.mkdtemp(prefix=f"strobe-blender-{os.getpid()}-"))
