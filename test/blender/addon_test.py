@@ -33,7 +33,9 @@ class Addon(unittest.TestCase):
         user = os.path.join(cls.folder, "user")
         for name in ("config", "scripts"):
             os.makedirs(os.path.join(user, name))
-        cls.environment = dict(os.environ, BLENDER_USER_RESOURCES=user, STROBE=STROBE)
+        # Blender takes the packages of the first python3 in PATH, which may lack numpy.
+        path = os.pathsep.join(("/usr/bin", os.environ.get("PATH", "")))
+        cls.environment = dict(os.environ, BLENDER_USER_RESOURCES=user, STROBE=STROBE, PATH=path)
         archive = os.path.join(cls.folder, "strobe.zip")
         subprocess.run([os.path.join(TOOLS, "make-blender-addon"), archive], check=True, stdout=subprocess.DEVNULL)
         cls.blender("--python-expr", INSTALL, "--", archive)
