@@ -152,18 +152,27 @@ def submit(engine, options, words, engine_words):
     if options.dry_run or not plan.frames:
         return worker.DONE
     prepare(plan, scene, options.restart)
-    missing = [(f, [n for n in range(1, plan.tasks + 1) if not os.path.exists(plan.part(f, n))]) for f in plan.frames]
-    module = ENGINES[engine]
-    if not module.DETACHED and options.watch:
-        with status.Watcher(plan, module):
-            code = module.submit(plan, missing, engine_words, PROGRAM)
-    else:
-        code = module.submit(plan, missing, engine_words, PROGRAM)
-        if options.watch and code == worker.DONE:
-            return status.watch(plan, module)
+    code = start(plan, ENGINES[engine], engine_words, options.watch)
     if code != worker.DONE and plan.failure():
         raise FarmError(plan.failure())
     return code
+
+
+def start(plan, engine, words, watches):
+    """Starts the slices that are missing. Returns an exit code."""
+    missing = [(f, [n for n in range(1, plan.tasks + 1) if not os.path.exists(plan.part(f, n))]) for f in plan.frames]
+    if watches and not engine.DETACHED:
+        with status.Watcher(plan, engine):
+            return engine.submit(plan, missing, words, PROGRAM)
+    try:
+        code = engine.submit(plan, missing, words, PROGRAM)
+    except FarmError:
+        if engine.DETACHED:  # some jobs may have been accepted
+            engine.cancel(plan)
+        if not os.listdir(plan.path("parts")):
+            plan.remove()
+        raise
+    return status.watch(plan, engine) if watches and code == worker.DONE else code
 
 
 def control(options):
