@@ -52,4 +52,24 @@ SurfaceLight::SurfaceLight(PlacedShape shape, const Emission& emission)
       m_objectBounds(objectSphere(m_shape.shape)),
       m_staticBounds(transformSphere(m_staticToWorld, m_objectBounds)) {}
 
+std::optional<EmitterBounds> SurfaceLight::emitterBounds(uint32_t, float begin, float end) const {
+    EmitterBounds result;
+    std::vector<EmitterPose> poses(size_t(poseCount(m_isStatic ? 1 : m_shape.motion->keyCount())));
+    bool isFlat = true;
+    for (size_t i = 0; i < poses.size(); ++i) {
+        const float time = lerp(begin, end, float(i) / float(std::max<size_t>(poses.size() - 1, 1)));
+        const BoundingSphere sphere = bounds(time);
+        const V3f normal = normalizeAny(normalAt(time));
+        poses[i] = {sphere.center, sphere.radius, normal, 0};
+        isFlat &= normal != V3f(0);
+    }
+    boundPoses(poses, result);
+    if (!isFlat)
+        result.spread = kPi;
+    result.isTwoSided = isFlat && m_emission.twoSided;
+    // A flat surface of flux Φ has the intensity Φ/π along the normal of its only side, a sphere Φ/(4π).
+    result.intensity = luminance(power(0)) / (isFlat ? kPi * (m_emission.twoSided ? 2.f : 1.f) : 4 * kPi);
+    return result;
+}
+
 } // namespace strobe

@@ -58,4 +58,14 @@ LightPlacement::LightPlacement(const LightArgs& args, Conventions conventions)
                                                    : args.toWorld),
       m_shutter(args.shutter) {}
 
+void LightPlacement::bound(const V3f& point, const V3f& axis, float spread, float begin, float end,
+                           EmitterBounds& bounds) const {
+    std::vector<EmitterPose> poses(size_t(poseCount(int(m_toWorld.times().size()))));
+    for (size_t i = 0; i < poses.size(); ++i) {
+        const M44f m = at(lerp(begin, end, float(i) / float(std::max<size_t>(poses.size() - 1, 1))));
+        poses[i] = {transformPoint(m, point), 0, normalizeAny(transformVector(m, axis)), spread};
+    }
+    boundPoses(poses, bounds);
+}
+
 } // namespace strobe

@@ -36,6 +36,10 @@ class LightPlacement {
     bool isStatic() const { return m_toWorld.isStatic(); }
     /// Returns the transform at shutter fraction `time`.
     M44f at(float time) const { return m_toWorld.at(m_shutter.sceneTime(time)); }
+    /// Sets the positions and the cone of normals of `bounds` (see boundPoses) for a point of light space
+    /// that emits around `axis`. `spread` is that of EmitterBounds.
+    void bound(const V3f& point, const V3f& axis, float spread, float begin, float end,
+               EmitterBounds& bounds) const;
 
   private:
     KeyedTransform m_toWorld;
