@@ -9,15 +9,16 @@ namespace strobe {
 
 /// The lights that a vertex samples.
 enum class LightStrategy {
-    Auto,    ///< All up to kMaxEmittersOfAll emitters, else Tree
+    Auto,    ///< All up to kMaxLightsOfAll lights, else Tree
     All,     ///< all lights at the first non-specular vertex, one by power at later vertices
     Power,   ///< one light, chosen by power
     Uniform, ///< one light, all equally likely
     Tree,    ///< emitters chosen by the light tree
 };
 
-/// Scenes with more emitters use the light tree by default.
-constexpr size_t kMaxEmittersOfAll = 32;
+/// Scenes with more lights use the light tree by default: it is then the faster one at the error that all
+/// lights have with one sample per pixel (docs/results/2026-11-many-lights.md).
+constexpr size_t kMaxLightsOfAll = 256;
 /// The default number of emitters that the light tree chooses at the first non-specular vertex.
 constexpr int kTreeSamples = 1;
 
@@ -37,7 +38,7 @@ struct PathSettings {
     LightStrategy strategyFor(const Scene& scene) const {
         if (strategy != LightStrategy::Auto)
             return strategy;
-        return scene.emitterCount() > kMaxEmittersOfAll ? LightStrategy::Tree : LightStrategy::All;
+        return scene.lights().size() > kMaxLightsOfAll ? LightStrategy::Tree : LightStrategy::All;
     }
     /// Returns the number of samples of a light at a vertex that samples all lights.
     int samplesOf(const Light& light) const { return lightSamples ? lightSamples : light.sampleCount; }

@@ -2,6 +2,7 @@
 
 #include "core/math/sampling.h"
 #include "core/scene/light_tree_builder.h"
+#include "core/scene/light_tree_importance.h"
 
 #include <numeric>
 
@@ -22,34 +23,30 @@ struct TreeView {
     float unboundedIrradiance;
 };
 
-/// Replaces importances that are all 0 by intensities, so that the probabilities of the children of a node
-/// have the sum 1. Returns the sum.
-STROBE_FORCE_INLINE double finishImportance(const LightNode& node, float* importance) {
+/// Writes the ends of the intervals of a node's children in [0, sum of the importances]. Replaces importances
+/// that are all 0 by intensities, so that the probabilities of the children have the sum 1.
+STROBE_FORCE_INLINE void accumulateImportance(const LightNode& node, float* importance, double* end) {
     double sum = 0;
     for (int i = 0; i < kWidth; ++i) {
-        importance[i] = std::min(importance[i], 1e30f);
         sum += double(importance[i]);
+        end[i] = sum;
     }
     if (sum > 0)
-        return sum;
+        return;
     for (int i = 0; i < kWidth; ++i) {
         importance[i] = node.intensity[i];
         sum += double(importance[i]);
+        end[i] = sum;
     }
-    return sum;
 }
 
 /// Chooses a child with a probability proportional to its importance. `u` in [0,1) is replaced by its
 /// position in the child's interval.
-STROBE_FORCE_INLINE int chooseChild(const float* importance, double sum, double& u) {
-    double end[kWidth], cumulative = 0;
-    const double target = u * sum;
+STROBE_FORCE_INLINE int chooseChild(const float* importance, const double* end, double& u) {
+    const double target = u * end[kWidth - 1];
     int child = 0;
-    for (int i = 0; i < kWidth; ++i) {
-        cumulative += double(importance[i]);
-        end[i] = cumulative;
-        child += cumulative <= target ? 1 : 0;
-    }
+    for (int i = 0; i < kWidth; ++i)
+        child += end[i] <= target ? 1 : 0;
     child = std::min(child, kWidth - 1);
     while (child > 0 && importance[child] == 0) // u was rounded up
         --child;
@@ -76,7 +73,7 @@ STROBE_FORCE_INLINE double importanceOfAll(const LightSubtree& tree, bool isExha
         float importance[kWidth];
         evaluateNode(tree, uint32_t(index), fraction, point, importance);
         for (int i = 0; i < kWidth; ++i)
-            sum += double(std::min(importance[i], 1e30f));
+            sum += double(importance[i]);
     }
     return sum;
 }
@@ -104,9 +101,10 @@ STROBE_FORCE_INLINE LightTree::Choice descend(const LightSubtree& tree, float fr
     for (uint32_t index = 0;;) {
         float importance[kWidth];
         const LightNode& node = evaluateNode(tree, index, fraction, point, importance);
-        const double sum = finishImportance(node, importance);
-        const int child = chooseChild(importance, sum, u);
-        probability *= float(double(importance[child]) / sum);
+        double end[kWidth];
+        accumulateImportance(node, importance, end);
+        const int child = chooseChild(importance, end, u);
+        probability *= float(double(importance[child]) / end[kWidth - 1]);
         index = node.child[child];
         if (index & LightNode::kLeaf)
             return {tree.leaves[index & ~LightNode::kLeaf], probability};
@@ -123,7 +121,7 @@ STROBE_FORCE_INLINE LightTree::Choice chooseExhaustively(const LightSubtree& tre
         float importance[kWidth];
         const LightNode& node = evaluateNode(tree, index, fraction, point, importance);
         for (int i = 0; i < kWidth; ++i) {
-            const double weight = double(sum > 0 ? std::min(importance[i], 1e30f) : node.intensity[i]);
+            const double weight = double(sum > 0 ? importance[i] : node.intensity[i]);
             if (!(weight > 0))
                 continue;
             last = {tree.leaves[node.child[i] & ~LightNode::kLeaf], float(weight)};
@@ -184,13 +182,12 @@ STROBE_TARGET_CLONES float slotProbability(const TreeView& view, const LightPoin
     if (slot == LightSubtree::kNoSlot)
         return 0;
     const bool needsSum = view.unboundedCount > 0 || view.isExhaustive;
-    double sum = needsSum ? importanceOfAll(tree, view.isExhaustive, fraction, point) : 1;
+    const double sum = needsSum ? importanceOfAll(tree, view.isExhaustive, fraction, point) : 1;
     float probability = treeProbability(view, sum);
     float importance[kWidth];
     if (view.isExhaustive) {
         const LightNode& node = evaluateNode(tree, slot / kWidth, fraction, point, importance);
-        const double weight =
-            double(sum > 0 ? std::min(importance[slot % kWidth], 1e30f) : node.intensity[slot % kWidth]);
+        const double weight = double(sum > 0 ? importance[slot % kWidth] : node.intensity[slot % kWidth]);
         return float(double(probability * float(weight)) / (sum > 0 ? sum : totalIntensity(tree)));
     }
     uint32_t path[64];
@@ -202,8 +199,9 @@ STROBE_TARGET_CLONES float slotProbability(const TreeView& view, const LightPoin
     }
     while (depth-- > 0) { // the order of `descend`, for the same bits
         const LightNode& node = evaluateNode(tree, path[depth] / kWidth, fraction, point, importance);
-        sum = finishImportance(node, importance);
-        probability *= float(double(importance[path[depth] % kWidth]) / sum);
+        double end[kWidth];
+        accumulateImportance(node, importance, end);
+        probability *= float(double(importance[path[depth] % kWidth]) / end[kWidth - 1]);
     }
     return probability;
 }
