@@ -226,12 +226,15 @@ class TreeBuilder {
     }
 
   private:
-    /// Splits the parts of largest cost until there are eight, or each is one emitter. Returns their number.
+    /// Splits the parts of largest cost until there are eight, or none is worth it. Returns their number.
+    /// Parts that fit into a node are split only if the range itself does, so that few slots remain empty.
     static int splitInto(Range range, int axes, Range* parts) {
         float costs[LightNode::kWidth];
         int count = 1;
         parts[0] = range;
-        costs[0] = range.size() > 1 ? costOf(range) : -1;
+        const size_t whole = range.size() > LightNode::kWidth ? LightNode::kWidth : 1;
+        const auto cost = [&](Range part) { return part.size() > whole ? costOf(part) : -1; };
+        costs[0] = cost(range);
         while (count < LightNode::kWidth) {
             const int worst = int(std::max_element(costs, costs + count) - costs);
             if (costs[worst] < 0)
@@ -240,7 +243,7 @@ class TreeBuilder {
             parts[count] = parts[worst].subspan(first);
             parts[worst] = parts[worst].first(first);
             for (const int part : {worst, count})
-                costs[part] = parts[part].size() > 1 ? costOf(parts[part]) : -1;
+                costs[part] = cost(parts[part]);
             ++count;
         }
         return count;
