@@ -18,7 +18,7 @@ enum class LightStrategy {
 
 /// Scenes with more lights use the light tree by default: it is then the faster one at the error that all
 /// lights have with one sample per pixel (docs/results/2026-11-many-lights.md).
-constexpr size_t kMaxLightsOfAll = 256;
+constexpr size_t kMaxLightsOfAll = 128;
 /// The default number of emitters that the light tree chooses at the first non-specular vertex.
 constexpr int kTreeSamples = 1;
 

@@ -18,7 +18,7 @@ const ParamDef<std::string> kStrategy{
     "lights that a vertex samples. all: each light at the first non-specular vertex (with its nsamples), one "
     "by power later; one, power: one by power; uniform: one, equally likely; tree, bvh, spatial: by the "
     "light "
-    "tree; exhaustive: as tree, but without a tree; auto: all up to 256 lights, else tree",
+    "tree; exhaustive: as tree, but without a tree; auto: all up to 128 lights, else tree",
     "lightsamplestrategy"};
 const ParamDef<std::string> kLightSampler{"lightsampler", "", "name of strategy in pbrt-v4"};
 const ParamDef<int> kLightSamples{"lightsamples",

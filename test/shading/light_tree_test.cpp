@@ -261,9 +261,9 @@ TEST(LightTree, FewLightsAreAllSampled) {
         const TreeCase c{"", scattered(kPoint, lights)};
         return render(test::build(sceneOf(c, "\"path\"" + strategy, 1))).image.pixels;
     };
-    EXPECT_EQ(picture(256, ""), picture(256, R"("string strategy" "all")"));
-    EXPECT_EQ(picture(257, ""), picture(257, R"("string strategy" "tree")"));
-    EXPECT_NE(picture(257, ""), picture(257, R"("string strategy" "all")"));
+    EXPECT_EQ(picture(128, ""), picture(128, R"("string strategy" "all")"));
+    EXPECT_EQ(picture(129, ""), picture(129, R"("string strategy" "tree")"));
+    EXPECT_NE(picture(129, ""), picture(129, R"("string strategy" "all")"));
 }
 
 TEST(LightTree, NamesOfPbrtMeanWhatTheySay) {
