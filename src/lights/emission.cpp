@@ -1,5 +1,7 @@
 #include "lights/emission.h"
 
+#include "lights/placement.h"
+
 namespace strobe {
 
 BoundingSphere objectSphere(const Shape& shape) {
@@ -54,16 +56,14 @@ SurfaceLight::SurfaceLight(PlacedShape shape, const Emission& emission)
 
 std::optional<EmitterBounds> SurfaceLight::emitterBounds(uint32_t, float begin, float end) const {
     EmitterBounds result;
-    std::vector<EmitterPose> poses(size_t(poseCount(m_isStatic ? 1 : m_shape.motion->keyCount())));
     bool isFlat = true;
-    for (size_t i = 0; i < poses.size(); ++i) {
-        const float time = lerp(begin, end, float(i) / float(std::max<size_t>(poses.size() - 1, 1)));
+    const auto poseAt = [&](float time) {
         const BoundingSphere sphere = bounds(time);
         const V3f normal = normalizeAny(normalAt(time));
-        poses[i] = {sphere.center, sphere.radius, normal, 0};
         isFlat &= normal != V3f(0);
-    }
-    boundPoses(poses, result);
+        return EmitterPose{sphere.center, sphere.radius, normal, 0};
+    };
+    boundPoses(posesOf(m_isStatic ? 1 : m_shape.motion->keyCount(), begin, end, poseAt), result);
     if (!isFlat)
         result.spread = kPi;
     result.isTwoSided = isFlat && m_emission.twoSided;

@@ -1,6 +1,7 @@
 #include "lights/mesh_light.h"
 
 #include "core/math/sampling.h"
+#include "lights/placement.h"
 
 namespace strobe {
 
@@ -199,17 +200,15 @@ class MeshLight final : public SurfaceLight {
 
     std::optional<EmitterBounds> triangleBounds(uint32_t prim, float begin, float end) const {
         const int keys = std::max(m_isStatic ? 1 : m_shape.motion->keyCount(), int(m_mesh.positions.size()));
-        EmitterPose poses[129];
-        const int count = poseCount(keys);
         EmitterBounds result;
         result.isTwoSided = m_emission.twoSided;
         bool isDegenerate = false;
-        for (int i = 0; i < count; ++i) {
-            const float time = lerp(begin, end, float(i) / float(std::max(count - 1, 1)));
-            poses[i] = trianglePose(prim, time, result.isTwoSided);
-            isDegenerate |= poses[i].axis == V3f(0);
-        }
-        boundPoses(std::span(poses).first(size_t(count)), result);
+        const auto poseAt = [&](float time) {
+            const EmitterPose pose = trianglePose(prim, time, result.isTwoSided);
+            isDegenerate |= pose.axis == V3f(0);
+            return pose;
+        };
+        boundPoses(posesOf(keys, begin, end, poseAt), result);
         if (isDegenerate)
             result.spread = kPi;
         const float area = m_triangles.probability(prim) * m_area;

@@ -60,12 +60,14 @@ LightPlacement::LightPlacement(const LightArgs& args, Conventions conventions)
 
 void LightPlacement::bound(const V3f& point, const V3f& axis, float spread, float begin, float end,
                            EmitterBounds& bounds) const {
-    std::vector<EmitterPose> poses(size_t(poseCount(int(m_toWorld.times().size()))));
-    for (size_t i = 0; i < poses.size(); ++i) {
-        const M44f m = at(lerp(begin, end, float(i) / float(std::max<size_t>(poses.size() - 1, 1))));
-        poses[i] = {transformPoint(m, point), 0, normalizeAny(transformVector(m, axis)), spread};
-    }
-    boundPoses(poses, bounds);
+    const int keys = m_toWorld.isStatic() ? 1 : int(m_toWorld.times().size());
+    const bool isRound = spread >= kPi; // then the axis does not matter
+    const auto poseAt = [&](float time) {
+        const M44f m = at(time);
+        return EmitterPose{transformPoint(m, point), 0,
+                           isRound ? axis : normalizeAny(transformVector(m, axis)), spread};
+    };
+    boundPoses(posesOf(keys, begin, end, poseAt), bounds);
 }
 
 } // namespace strobe

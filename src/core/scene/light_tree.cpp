@@ -242,13 +242,13 @@ LightTree::LightTree(std::span<const std::shared_ptr<const Light>> lights, float
 
 /// Builds the trees of the shutter's intervals.
 void LightTree::buildSubtrees(std::span<const std::shared_ptr<const Light>> lights, LightMotion motion) {
-    constexpr int kMaxIntervals = 16;
-    constexpr double kMinGain = .9; // of the costs, for twice as many intervals
+    constexpr int kMaxIntervals = 16, kRefinement = 4;
+    constexpr double kMinGain = .8; // of the costs, for four times as many intervals
     m_subtrees.push_back(makeSubtree(lights, 0, 1, motion != LightMotion::Swept));
     if (motion != LightMotion::Split || m_isExhaustive || m_subtrees[0].motions.empty())
         return;
     double cost = treeCost(m_subtrees[0]);
-    for (int count = 2; count <= kMaxIntervals; count *= 2) {
+    for (int count = kRefinement; count <= kMaxIntervals; count *= kRefinement) {
         std::vector<LightSubtree> finer;
         double finerCost = 0;
         for (int i = 0; i < count; ++i) {

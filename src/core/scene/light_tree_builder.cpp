@@ -105,12 +105,23 @@ void tryAxis(Range range, int axis, Split& best) {
     }
 }
 
+/// Returns the coordinate in which velocities differ most.
+int widestVelocity(Range range) {
+    Box3f box;
+    for (const TreeEmitter& e : range)
+        box.extendBy(e.bounds.end - e.bounds.begin);
+    return int(box.majorAxis());
+}
+
 /// Returns the number of emitters in the first of two parts of the range. Orders the range accordingly.
-/// `axes`: number of the axes to be tried; 0: splits the range in halves.
+/// `axes`: number of the axes that are tried; 0: splits the range in halves. Of the axes of velocity, only
+/// the one of largest extent is tried.
 size_t splitRange(Range range, int axes) {
     Split best;
-    for (int axis = 0; axis < axes; ++axis)
+    for (int axis = 0; axis < std::min(axes, kPositionAxes); ++axis)
         tryAxis(range, axis, best);
+    if (axes > kPositionAxes)
+        tryAxis(range, kPositionAxes + widestVelocity(range), best);
     size_t count = 0;
     if (best.axis >= 0) {
         const auto end = std::partition(range.begin(), range.end(), [&](const TreeEmitter& e) {
