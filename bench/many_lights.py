@@ -11,13 +11,12 @@ has with one sample per pixel (for meshes, which are one light, with 64). Second
 number of samples they are extrapolated with the error falling with the square root of the seconds (marked by ~).
 
 equal    seconds to the error all@1, and to a quarter of it
-scaling  seconds per sample, seconds to the error .01, building seconds and memory of the tree, from 1 to --largest lights
+scaling  seconds per sample, seconds to the error .01, and seconds of building the tree, from 1 to --largest lights
 motion   errors at equal samples with bounds that are swept, linear and split
 few      seconds of `all` and `tree` to all@1 with few lamps: where the default switches
 stress   errors with 16 samples per pixel for each value of the sweeps in scenes/stress that test the choice of lights
 """
 import argparse
-import json
 import math
 import os
 import random
@@ -107,7 +106,7 @@ class Bench:
     """Renders scenes in a temporary folder."""
 
     def __init__(self, strobe, folder):
-        self.strobe, self.folder, self.runs = strobe, folder, 0
+        self.strobe, self.folder, self.runs, self.loads = strobe, folder, 0, {}
 
     def write(self, *args):
         """Writes a scene and returns its path."""
@@ -117,21 +116,26 @@ class Bench:
         return path
 
     def render(self, path, strategy, spp, *defines, seed=0, threads=1):
-        """Returns the image, the CPU seconds of rendering, and the peak memory in bytes."""
+        """Returns the image and the CPU seconds of rendering. Those of one pixel are subtracted, as those of loading."""
+        if path not in self.loads:
+            self.loads[path] = min(self.run(path, "one", 1, "--crop", "0", ".01", "0", ".01")[1] for _ in range(2))
+        defines = [s for d in defines for s in ("-D", d)]
+        image, seconds = self.run(path, strategy, spp, *defines, "--seed", str(seed), "--threads", str(threads))
+        return image, max(seconds - self.loads[path], 1e-3)
+
+    def run(self, path, strategy, spp, *options):
+        """Returns the image and the CPU seconds."""
         self.runs += 1
         out = os.path.join(self.folder, "%d.exr" % self.runs)  # a new name: OpenImageIO caches files
-        command = [self.strobe, path, "--quiet", "--threads", str(threads), "--spp", str(spp), "--seed", str(seed), "-o", out,
-                   "--stats", out + ".json"] + [s for d in ("strategy=" + strategy, *defines) for s in ("-D", d)]
+        command = [self.strobe, path, "--quiet", "--spp", str(spp), "-o", out, "-D", "strategy=" + strategy, "--threads", "1",
+                   *options]
         child = os.posix_spawn(self.strobe, command, os.environ)
         _, status, usage = os.wait4(child, 0)
         if status != 0:
             sys.exit("many_lights.py: " + " ".join(command) + " failed")
-        with open(out + ".json", encoding="utf-8") as file:
-            stats = json.load(file)["seconds"]
         image = read(out)
         os.remove(out)
-        seconds = usage.ru_utime + usage.ru_stime - stats["parse"] - stats["build"]
-        return image, max(min(seconds, stats["render"]), 1e-4), usage.ru_maxrss * 1024
+        return image, usage.ru_utime + usage.ru_stime
 
     def error(self, image, reference):
         """Returns the RMSE of the pixels whose reference is at most 2."""
@@ -142,7 +146,7 @@ class Bench:
         """Returns (spp, error, seconds) for doubled numbers of samples, until the error is at most the target."""
         points, spp = [], first
         while not points or (points[-1][1] > target and spp <= most and points[-1][2] < seconds):
-            image, cost, _ = self.render(path, strategy, spp)
+            image, cost = self.render(path, strategy, spp)
             points.append((spp, self.error(image, reference), cost))
             spp *= 2
         return points
@@ -183,15 +187,14 @@ def measure_few(bench, args):
         for count in args.lamps or (8, 32, 64, 128, 256, 512):
             path = bench.write(kind, count, False)
             reference = bench.render(path, "tree", 4096, seed=99, threads=2)[0]
-            image, cost, _ = bench.render(path, "all", 1)
+            image, cost = bench.render(path, "all", 1)
             target = bench.error(image, reference)
             time, _ = seconds_to(bench.curve(path, "tree", reference, target), target)
             print("| %d %s | %.2g | %.3g | %.3g | %.2f |" % (count, kind, target, cost, time, cost / time), flush=True)
 
 
 def measure_scaling(bench, args):
-    print("| lights | strategy | µs per sample | seconds to .01 | tree: building seconds | tree: bytes per light |")
-    print("|---|---|---|---|---|---|")
+    print("| lights | strategy | µs per sample | seconds to .01 | tree: building seconds |\n|---|---|---|---|---|")
     spp = 16
     for kind in args.kinds:
         count = 1
@@ -199,18 +202,17 @@ def measure_scaling(bench, args):
             path = bench.write(kind, count, False)
             reference = bench.render(path, "tree", 1024, seed=99, threads=2)[0]
             small = bench.write(kind, count, False, 8, 6)
-            one, tree = (bench.render(small, s, 1) for s in ("one", "tree"))
+            build = min(bench.render(small, "tree", 1)[1] for _ in range(2)) - bench.render(small, "one", 1)[1]
             for strategy in ("all", "one", "tree"):
                 if strategy == "all" and count > 10000 and kind not in ("string", "sheet"):
                     continue
                 first = 1 if strategy == "all" else spp
                 points = bench.curve(path, strategy, reference, .01, most=256, seconds=20, first=first)
                 time, mark = seconds_to(points, .01)
-                each = points[0][2] - (tree[1] - one[1] if strategy == "tree" else 0)
+                each = points[0][2] - (build if strategy == "tree" else 0)
                 print("| %d %s | %s | %.3g | %s%.3g | %s |" % (
                     count, kind, strategy, 1e6 * each / (4800 * points[0][0]), mark, time,
-                    "%.3g | %.0f" % (tree[1] - one[1], max(0, tree[2] - one[2]) / count) if strategy == "tree" else " | "),
-                    flush=True)
+                    "%.3g" % build if strategy == "tree" else ""), flush=True)
             count *= 10
 
 
@@ -223,7 +225,7 @@ def measure_motion(bench, args):
             for bounds in ("swept", "linear", "split"):
                 cells = []
                 for spp in (16, 64):
-                    image, cost, _ = bench.render(path, "tree", spp, "lightmotion=" + bounds)
+                    image, cost = bench.render(path, "tree", spp, "lightmotion=" + bounds)
                     cells.append("%.2g | %.3g" % (bench.error(image, reference), cost))
                 print("| %d %s | %s | %s |" % (count, kind, bounds, " | ".join(cells)), flush=True)
 

@@ -317,5 +317,24 @@ TEST(LightTree, DegenerateEmittersAreSplit) {
     }
 }
 
+/// Scattered emitters take about 100 bytes each.
+TEST(LightTree, ScatteredEmittersTakeLittleMemory) {
+    for (const size_t count : {1000, 10000, 100000}) {
+        std::vector<TreeEmitter> emitters(count);
+        for (size_t i = 0; i < count; ++i) {
+            EmitterBounds& b = emitters[i].bounds;
+            b.begin = b.end = V3f(random1D(1, i), random1D(2, i), random1D(3, i));
+            b.intensity = random1D(4, i) + .1f;
+            emitters[i].index = uint32_t(i);
+        }
+        const LightSubtree tree = buildLightTree(emitters, count, false);
+        const size_t bytes =
+            tree.nodes.size() * sizeof(LightNode) +
+            (tree.parents.size() + tree.leaves.size() + tree.slots.size()) * sizeof(uint32_t);
+        RecordProperty("bytes" + std::to_string(count), int(bytes));
+        EXPECT_LT(bytes, 110 * count);
+    }
+}
+
 } // namespace
 } // namespace strobe

@@ -1,6 +1,5 @@
 #include "core/scene/light_tree_builder.h"
 
-#include <array>
 #include <cmath>
 #include <span>
 
@@ -19,6 +18,8 @@ float coordinate(const EmitterBounds& b, int axis) {
 /// Returns the measure of the directions that a cone of normals emits to (Conty Estevez and Kulla 2018,
 /// equation 1).
 float orientationMeasure(float spread, float emission) {
+    if (spread >= kPi)
+        return 4 * kPi;
     const float sum = std::min(spread + emission, kPi);
     return 2 * kPi * (1 - std::cos(spread)) + kPi / 2 *
                                                   (2 * sum * std::sin(spread) - std::cos(spread - 2 * sum) -
@@ -62,8 +63,8 @@ struct ClusterSums {
             return 0;
         const float diagonal2 = (length2(begin.size()) + length2(end.size())) / 2;
         const float meanSpread = spread / intensity;
-        const float deviation = std::acos(std::clamp(length(axes) / intensity, 0.f, 1.f));
-        const float cone = meanSpread >= kPi ? kPi : std::min(meanSpread + 1.5f * deviation, kPi);
+        const auto deviation = [&] { return std::acos(std::clamp(length(axes) / intensity, 0.f, 1.f)); };
+        const float cone = meanSpread >= kPi ? kPi : std::min(meanSpread + 1.5f * deviation(), kPi);
         return intensity * diagonal2 * orientationMeasure(cone, emission) * (isTwoSided ? 2.f : 1.f);
     }
 };
@@ -78,27 +79,28 @@ struct Split {
 
 /// Finds the best of the planes between bins along an axis.
 void tryAxis(Range range, int axis, Split& best) {
-    constexpr int kBins = 16;
+    constexpr int kMaxBins = 16;
+    const int bins = int(std::min<size_t>(range.size(), kMaxBins));
     float low = kInfinity, high = -kInfinity;
     for (const TreeEmitter& e : range) {
         const float x = coordinate(e.bounds, axis);
         low = std::min(low, x);
         high = std::max(high, x);
     }
-    const float scale = kBins / (high - low);
+    const float scale = float(bins) / (high - low);
     if (!(high > low) || !std::isfinite(scale))
         return;
-    std::array<ClusterSums, kBins> bins{};
+    ClusterSums sums[kMaxBins];
     for (const TreeEmitter& e : range)
-        bins[size_t(std::min(int((coordinate(e.bounds, axis) - low) * scale), kBins - 1))].add(e.bounds);
-    float costAbove[kBins];
+        sums[std::min(int((coordinate(e.bounds, axis) - low) * scale), bins - 1)].add(e.bounds);
+    float costAbove[kMaxBins];
     ClusterSums above, below;
-    for (int i = kBins - 1; i > 0; --i) {
-        above.add(bins[size_t(i)]);
+    for (int i = bins - 1; i > 0; --i) {
+        above.add(sums[i]);
         costAbove[i] = above.count > 0 ? above.cost() : kInfinity;
     }
-    for (int i = 1; i < kBins; ++i) {
-        below.add(bins[size_t(i) - 1]);
+    for (int i = 1; i < bins; ++i) {
+        below.add(sums[i - 1]);
         const float cost = below.cost() + costAbove[i];
         if (below.count > 0 && cost < best.cost)
             best = {cost, axis, low + float(i) / scale};
@@ -117,6 +119,8 @@ int widestVelocity(Range range) {
 /// `axes`: number of the axes that are tried; 0: splits the range in halves. Of the axes of velocity, only
 /// the one of largest extent is tried.
 size_t splitRange(Range range, int axes) {
+    if (range.size() == 2)
+        return 1;
     Split best;
     for (int axis = 0; axis < std::min(axes, kPositionAxes); ++axis)
         tryAxis(range, axis, best);
