@@ -6,9 +6,10 @@ Usage: many_lights.py {equal,few,scaling,motion,stress} [--strobe PROGRAM] [--la
 The scene has a floor with 64 balls under lamps at random positions: points, spots, disks (which face the floor), spheres,
 `string` (one mesh of small squares), and `sheet` (one wavy mesh high above the floor). "moving" lamps fly in random
 directions. Seconds are CPU seconds of one thread for rendering, without parsing and building the scene; they include building
-the tree. Errors are the RMSE of pixels at most 2 against a reference of 8192 samples per pixel. "all@1" is the error that `all`
-has with one sample per pixel (for meshes, which are one light, with 64). Seconds to an error are interpolated in the logarithms of errors and seconds; beyond the largest
-number of samples they are extrapolated with the error falling with the square root of the seconds (marked by ~).
+the tree. Errors are the RMSE of pixels below 2 against a reference of 8192 samples per pixel. "all@1" is the error that `all`
+has with one sample per pixel (for meshes, which are one light, with 64). Seconds to an error are interpolated in the
+logarithms of errors and seconds. Beyond the measured samples they are extrapolated, with the error falling with the square root
+of the seconds: ~ from a larger error, < from a smaller one.
 
 equal    seconds to the error all@1, and to a quarter of it
 scaling  seconds per sample, seconds to the error .01, and seconds of building the tree, from 1 to --largest lights
@@ -118,7 +119,8 @@ class Bench:
     def render(self, path, strategy, spp, *defines, seed=0, threads=1):
         """Returns the image and the CPU seconds of rendering. Those of one pixel are subtracted, as those of loading."""
         if path not in self.loads:
-            self.loads[path] = min(self.run(path, "one", 1, "--crop", "0", ".01", "0", ".01")[1] for _ in range(2))
+            crop = ("--threads", "1", "--crop", "0", ".01", "0", ".01")
+            self.loads[path] = min(self.run(path, "one", 1, *crop)[1] for _ in range(2))
         defines = [s for d in defines for s in ("-D", d)]
         image, seconds = self.run(path, strategy, spp, *defines, "--seed", str(seed), "--threads", str(threads))
         return image, max(seconds - self.loads[path], 1e-3)
@@ -127,8 +129,7 @@ class Bench:
         """Returns the image and the CPU seconds."""
         self.runs += 1
         out = os.path.join(self.folder, "%d.exr" % self.runs)  # a new name: OpenImageIO caches files
-        command = [self.strobe, path, "--quiet", "--spp", str(spp), "-o", out, "-D", "strategy=" + strategy, "--threads", "1",
-                   *options]
+        command = [self.strobe, path, "--quiet", "--spp", str(spp), "-o", out, "-D", "strategy=" + strategy, *options]
         child = os.posix_spawn(self.strobe, command, os.environ)
         _, status, usage = os.wait4(child, 0)
         if status != 0:
@@ -238,7 +239,7 @@ def measure_stress(bench, _):
             path = os.path.join(bench.folder, "%s-%g.scene" % (name, value))
             with open(path, "w", encoding="utf-8") as file:
                 file.write(scene_with(source, value))
-            reference = bench.render(path, "all", 1024, seed=99, threads=2)[0]
+            reference = bench.render(path, "all", 256, seed=99, threads=2)[0]
             errors = ["%.4f" % bench.error(bench.render(path, s, 16)[0], reference) for s in ("all", "one", "tree")]
             print("| %s | %g | %s |" % (name, value, " | ".join(errors)), flush=True)
 
