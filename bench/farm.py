@@ -2,11 +2,12 @@
 """Measures renders in slices (--slice) beside renders by one process, in CPU seconds.
 
 For each scene and integrator: the seconds of all slices over those of one process; the part of it that each slice needs
-before its first pixel (loading, and the pilot of adaptive-cache); the slowest slice over the mean; the seconds of
-`strobe merge` over those of one process; and the bytes of the parts. The merged image must equal that of one process to the
-bit.
+before its first pixel (loading, and the pilot of adaptive-cache); rays and shades of all slices over those of one process;
+the slowest slice over the mean; the seconds of `strobe merge` over those of one process; and the bytes of the parts. The
+merged image must equal that of one process to the bit.
 """
 import argparse
+import json
 import os
 import resource
 import subprocess
@@ -30,6 +31,13 @@ def seconds(command, runs=1):
     return least
 
 
+def work(stats):
+    """Returns the rays and the shades in a file of --stats."""
+    with open(stats, encoding="utf-8") as file:
+        content = json.load(file)
+    return content["rays"]["total"], content["shades"]
+
+
 def pixels(file):
     """Returns the pixels of an EXR."""
     return Exr(file).pixels()
@@ -41,18 +49,21 @@ def measure(strobe, scene, options, slices, folder):
     one, whole, merged = (os.path.join(folder, name) for name in ("one.exr", "whole", "merged.exr"))
     load = seconds([*base, "--crop", "0", ".001", "0", ".001", "-o", whole + ".part"], runs=3)
     parts = [os.path.join(folder, "%d.part" % i) for i in range(1, slices + 1)]
-    half = slices // 2
-    each = [seconds([*base, "--slice", "%d/%d" % (i, slices), "-o", part]) for i, part in enumerate(parts[:half], 1)]
-    alone = seconds([*base, "-o", one])  # in the middle, since the speed of machines drifts
-    each += [seconds([*base, "--slice", "%d/%d" % (i, slices), "-o", part]) for i, part in enumerate(parts[half:], half + 1)]
+    stats = [part + ".json" for part in parts]
+
+    def render(i):
+        return seconds([*base, "--slice", "%d/%d" % (i + 1, slices), "-o", parts[i], "--stats", stats[i]])
+
+    each = list(map(render, range(slices // 2)))
+    alone = seconds([*base, "-o", one, "--stats", whole])  # in the middle, since the speed of machines drifts
+    each += map(render, range(slices // 2, slices))
     merge = seconds([strobe, "merge", "-q", *parts, "-o", merged])
     assert pixels(one) == pixels(merged), "the bits differ"
-    size = sum(map(os.path.getsize, parts)) / 1e6
-    for part in parts:
-        os.remove(part)
-    mean = sum(each) / slices
-    return "%.1f | %.3f | %.3f | %.3f | %.3f | %.4f | %.1f" % (
-        alone, sum(each) / alone, slices * load / alone, max(each) / mean, (max(each) - load) / (mean - load), merge / alone, size)
+    mean, size = sum(each) / slices, sum(map(os.path.getsize, parts)) / 1e6
+    rays, shades = (sum(counts) / of_one for counts, of_one in zip(zip(*map(work, stats)), work(whole)))
+    return "%.1f | %.3f | %.3f | %.3f | %.3f | %.3f | %.3f | %.4f | %.1f" % (
+        alone, sum(each) / alone, slices * load / alone, rays, shades, max(each) / mean, (max(each) - load) / (mean - load),
+        merge / alone, size)
 
 
 def main():
@@ -63,7 +74,7 @@ def main():
     parser.add_argument("--integrator", action="append", default=[], help="name, and its options after spaces")
     parser.add_argument("scenes", nargs="+", metavar="SCENE[:OPTIONS]", help="a scene, and options separated by spaces")
     args = parser.parse_args()
-    print("scene | integrator | CPU seconds | slices / one | of it before pixels | slowest / mean | of pixels alone | merge / one | MB of parts")
+    print("scene | integrator | CPU seconds | slices / one | of it before pixels | rays | shades | slowest / mean | of pixels alone | merge / one | MB of parts")
     for entry in args.scenes:
         scene, _, options = entry.partition(":")
         for integrator in args.integrator or ["supersample"]:

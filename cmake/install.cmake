@@ -15,6 +15,10 @@ install(FILES ${shell_files}/_strobe DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/si
 install(FILES ${shell_files}/strobe.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT program)
 install(FILES cmake/io.github.strobe.metainfo.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/metainfo COMPONENT program)
 
+# strobe-farm, whose modules it finds in ../share/strobe
+install(PROGRAMS tools/farm DESTINATION ${CMAKE_INSTALL_BINDIR} RENAME strobe-farm COMPONENT program)
+install(DIRECTORY tools/strobe_farm DESTINATION ${CMAKE_INSTALL_DATADIR}/strobe COMPONENT program FILES_MATCHING PATTERN "*.py")
+
 # development: headers and the CMake package
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/strobe)
 install(DIRECTORY ${public_include}/strobe DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)

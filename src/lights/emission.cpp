@@ -1,5 +1,7 @@
 #include "lights/emission.h"
 
+#include "lights/placement.h"
+
 namespace strobe {
 
 BoundingSphere objectSphere(const Shape& shape) {
@@ -51,5 +53,23 @@ SurfaceLight::SurfaceLight(PlacedShape shape, const Emission& emission)
       m_isStatic(!m_shape.motion || m_shape.motion->isStatic()), m_staticToWorld(m_shape.toWorld(0)),
       m_objectBounds(objectSphere(m_shape.shape)),
       m_staticBounds(transformSphere(m_staticToWorld, m_objectBounds)) {}
+
+std::optional<EmitterBounds> SurfaceLight::emitterBounds(uint32_t, float begin, float end) const {
+    EmitterBounds result;
+    bool isFlat = true;
+    const auto poseAt = [&](float time) {
+        const BoundingSphere sphere = bounds(time);
+        const V3f normal = normalizeAny(normalAt(time));
+        isFlat &= normal != V3f(0);
+        return EmitterPose{sphere.center, sphere.radius, normal, 0};
+    };
+    boundPoses(posesOf(m_isStatic ? 1 : m_shape.motion->keyCount(), begin, end, poseAt), result);
+    if (!isFlat)
+        result.spread = kPi;
+    result.isTwoSided = isFlat && m_emission.twoSided;
+    // A flat surface of flux Φ has the intensity Φ/π along the normal of its only side, a sphere Φ/(4π).
+    result.intensity = luminance(power(0)) / (isFlat ? kPi * (m_emission.twoSided ? 2.f : 1.f) : 4 * kPi);
+    return result;
+}
 
 } // namespace strobe

@@ -50,6 +50,8 @@ class SurfaceLight : public Light {
         return mayIntersectSphere(bounds(time), p, wi);
     }
     float solidAngle(const V3f& p, float time) const override { return sphereSolidAngle(bounds(time), p); }
+    /// Bounds the whole light by spheres and, where `normalAt` is known, by a cone.
+    std::optional<EmitterBounds> emitterBounds(uint32_t emitter, float begin, float end) const override;
     /// Returns the world-space area at mid-shutter; approximate for quadrics under non-uniform scaling, and
     /// for moving or deforming meshes the mean over the shutter.
     float area() const { return m_area; }
@@ -61,6 +63,9 @@ class SurfaceLight : public Light {
     BoundingSphere bounds(float time) const {
         return m_isStatic ? m_staticBounds : transformSphere(m_shape.toWorld(time), m_objectBounds);
     }
+    /// Returns the emitting side's normal of a flat light at shutter fraction `time`; need not have unit
+    /// length. The default, for other lights, is zero.
+    virtual V3f normalAt(float /*time*/) const { return V3f(0); }
     float normalSign() const { return m_shape.reverseOrientation ? -1.f : 1.f; }
 
     PlacedShape m_shape;

@@ -1,6 +1,7 @@
 #include "lights/mesh_light.h"
 
 #include "core/math/sampling.h"
+#include "lights/placement.h"
 
 namespace strobe {
 
@@ -45,7 +46,7 @@ class MeshLight final : public SurfaceLight {
 
     float pdf(const V3f&, float time, const V3f& wi, const LightHit* hit) const override {
         const WorldTriangle t = triangle(toWorld(time), hit->prim, time);
-        return solidAnglePdf(hit->prim, t, sqr(hit->distance), wi);
+        return solidAnglePdf(m_triangles.probability(hit->prim), t, sqr(hit->distance), wi);
     }
 
     bool mayIntersect(const V3f& p, float time, const V3f& wi) const override {
@@ -75,7 +76,29 @@ class MeshLight final : public SurfaceLight {
         return sphereSolidAngle(sphere, p);
     }
 
+    uint32_t emitterCount() const override { return isOneEmitter() ? 1 : uint32_t(m_mesh.triangleCount()); }
+    std::optional<EmitterBounds> emitterBounds(uint32_t emitter, float begin, float end) const override {
+        return isOneEmitter() ? SurfaceLight::emitterBounds(0, begin, end)
+                              : triangleBounds(emitter, begin, end);
+    }
+    LightSample sampleEmitter(uint32_t emitter, const V3f& p, float time, const V2f& u) const override {
+        return isOneEmitter() ? sampleOne(toWorld(time), p, time, u)
+                              : sampleTriangle(toWorld(time), emitter, 1, p, time, u);
+    }
+    float emitterPdf(uint32_t emitter, const V3f& p, float time, const V3f& wi,
+                     const LightHit* hit) const override {
+        if (isOneEmitter())
+            return pdf(p, time, wi, hit);
+        return solidAnglePdf(1, triangle(toWorld(time), emitter, time), sqr(hit->distance), wi);
+    }
+
+  protected:
+    V3f normalAt(float) const override { return m_plane.n; }
+
   private:
+    /// Returns whether the light tree has one leaf for the whole light.
+    bool isOneEmitter() const { return m_plane.valid && m_mesh.triangleCount() <= 2; }
+
     static constexpr float kFlatness = 1e-4f; ///< largest distance from the plane / bounding radius
 
     WorldTriangle triangle(const M44f& m, uint32_t prim, float time) const {
@@ -121,22 +144,28 @@ class MeshLight final : public SurfaceLight {
         return s * normalSign();
     }
 
-    /// Returns the density per solid angle of sampling direction `wi` on triangle `prim` at squared distance
-    /// d2.
-    float solidAnglePdf(uint32_t prim, const WorldTriangle& t, float d2, const V3f& wi) const {
+    /// Returns the density per solid angle of sampling direction `wi` on triangle `t`, which is chosen with
+    /// this probability, at squared distance d2.
+    static float solidAnglePdf(float probability, const WorldTriangle& t, float d2, const V3f& wi) {
         const float twiceProjectedArea = absDot(t.cross, wi); // 2 area |cosθ|
-        const float pdf = m_triangles.probability(prim) * 2 * d2 / twiceProjectedArea;
+        const float pdf = probability * 2 * d2 / twiceProjectedArea;
         return twiceProjectedArea > 0 && std::isfinite(pdf) ? pdf : 0;
     }
 
     LightSample sampleOne(const M44f& m, const V3f& p, float time, V2f u) const {
         const uint32_t prim = m_triangles.sampleIndex(u.x, &u.x);
+        return sampleTriangle(m, prim, m_triangles.probability(prim), p, time, u);
+    }
+
+    /// Samples a triangle that was chosen with this probability.
+    LightSample sampleTriangle(const M44f& m, uint32_t prim, float probability, const V3f& p, float time,
+                               const V2f& u) const {
         const WorldTriangle t = triangle(m, prim, time);
         const V2f b = uniformTriangle(u);
         const V3f d = t.p0 - p + t.e1 * b.x + t.e2 * b.y;
         const float d2 = length2(d), distance = std::sqrt(d2);
         const V3f wi = d2 > 0 ? d * (1 / distance) : V3f(0, 0, 1);
-        const float pdf = solidAnglePdf(prim, t, d2, wi);
+        const float pdf = solidAnglePdf(probability, t, d2, wi);
         if (!(pdf > 0))
             return {wi, distance, Rgb(0), 0};
         const float cosine = -dot(t.cross, wi) * normalSide(m, prim, time, t, b.x, b.y);
@@ -151,6 +180,52 @@ class MeshLight final : public SurfaceLight {
         q.prim = prim;
         q.barycentrics = barycentrics;
         return q;
+    }
+
+    /// Returns the pose of a triangle. Sets `isTwoSided` if vertex normals disagree on its side.
+    EmitterPose trianglePose(uint32_t prim, float time, bool& isTwoSided) const {
+        const M44f m = toWorld(time);
+        const WorldTriangle t = triangle(m, prim, time);
+        const V3f center = t.p0 + (t.e1 + t.e2) * (1 / 3.f);
+        float radius2 = 0, side = 0;
+        for (const V2f& b : {V2f(0, 0), V2f(1, 0), V2f(0, 1)}) {
+            radius2 = std::max(radius2, length2(t.p0 + t.e1 * b.x + t.e2 * b.y - center));
+            const float s = normalSide(m, prim, time, t, b.x, b.y);
+            isTwoSided |= side * s < 0;
+            side = s;
+        }
+        const float rounding = 1e-6f * (std::abs(center.x) + std::abs(center.y) + std::abs(center.z));
+        return {center, std::sqrt(radius2) * (1 + 1e-5f) + rounding, normalizeAny(t.cross * side), 0};
+    }
+
+    std::optional<EmitterBounds> triangleBounds(uint32_t prim, float begin, float end) const {
+        const int keys = std::max(m_isStatic ? 1 : m_shape.motion->keyCount(), int(m_mesh.positions.size()));
+        EmitterBounds result;
+        result.isTwoSided = m_emission.twoSided;
+        bool isDegenerate = false;
+        const auto poseAt = [&](float time) {
+            const EmitterPose pose = trianglePose(prim, time, result.isTwoSided);
+            isDegenerate |= pose.axis == V3f(0);
+            return pose;
+        };
+        boundPoses(posesOf(keys, begin, end, poseAt), result);
+        if (isDegenerate)
+            result.spread = kPi;
+        const float area = m_triangles.probability(prim) * m_area;
+        result.intensity = luminance(m_emission.radiance * triangleTexture(prim)) * area;
+        return result;
+    }
+
+    /// Returns the mean of the emission texture at some points of a triangle, plus a share of the mean of the
+    /// whole light, so that it is never 0.
+    Rgb triangleTexture(uint32_t prim) const {
+        if (!m_emission.texture)
+            return Rgb(1);
+        constexpr float kShare = .05f;
+        Rgb sum(0);
+        for (const V2f& b : {V2f(1 / 3.f, 1 / 3.f), V2f(.1f, .1f), V2f(.8f, .1f), V2f(.1f, .8f)})
+            sum += m_emission.texture->rgb(queryAt(prim, b));
+        return sum * .25f + m_meanTexture * kShare;
     }
 
     /// Returns the mean of the texture at 256 points that are uniform by area. It determines how often the

@@ -58,4 +58,16 @@ LightPlacement::LightPlacement(const LightArgs& args, Conventions conventions)
                                                    : args.toWorld),
       m_shutter(args.shutter) {}
 
+void LightPlacement::bound(const V3f& point, const V3f& axis, float spread, float begin, float end,
+                           EmitterBounds& bounds) const {
+    const int keys = m_toWorld.isStatic() ? 1 : int(m_toWorld.times().size());
+    const bool isRound = spread >= kPi; // then the axis does not matter
+    const auto poseAt = [&](float time) {
+        const M44f m = at(time);
+        return EmitterPose{transformPoint(m, point), 0,
+                           isRound ? axis : normalizeAny(transformVector(m, axis)), spread};
+    };
+    boundPoses(posesOf(keys, begin, end, poseAt), bounds);
+}
+
 } // namespace strobe

@@ -28,6 +28,30 @@ Rgb readLightScale(const ParamSet& params);
 /// Returns the emission `def` times "scale". Throws a located Error if it is negative or not finite.
 Rgb readEmission(const ParamSet& params, const ParamDef<Rgb>& def, const BuildContext& context);
 
+/// Returns poses of an emitter at equidistant times from `begin` to `end`, for boundPoses. `keys`: number of
+/// keys of its motion. Two poses suffice if there are two keys and the middle pose is the mean of both.
+template <class PoseAt>
+std::vector<EmitterPose> posesOf(int keys, float begin, float end, const PoseAt& poseAt) {
+    if (keys <= 1)
+        return {poseAt(begin)};
+    std::vector<EmitterPose> poses{poseAt(begin), poseAt(end)};
+    if (keys == 2) {
+        const EmitterPose middle = poseAt((begin + end) / 2);
+        const V3f deviation = middle.center - (poses[0].center + poses[1].center) * .5f;
+        const bool isTurning = poses[0].axis != poses[1].axis || middle.axis != poses[0].axis;
+        if (!isTurning && length(deviation) <= 1e-6f * (length(middle.center) + middle.radius)) {
+            for (EmitterPose& pose : poses)
+                pose.radius = std::max(pose.radius, middle.radius) + 2 * length(deviation);
+            return poses;
+        }
+    }
+    const int count = poseCount(keys);
+    poses.clear();
+    for (int i = 0; i < count; ++i)
+        poses.push_back(poseAt(lerp(begin, end, float(i) / float(count - 1))));
+    return poses;
+}
+
 /// The light-to-world transform over the shutter. Under the conventions of pbrt-v2 lights do not move: the
 /// first key is used.
 class LightPlacement {
@@ -36,6 +60,10 @@ class LightPlacement {
     bool isStatic() const { return m_toWorld.isStatic(); }
     /// Returns the transform at shutter fraction `time`.
     M44f at(float time) const { return m_toWorld.at(m_shutter.sceneTime(time)); }
+    /// Sets the positions and the cone of normals of `bounds` (see boundPoses) for a point of light space
+    /// that emits around `axis`. `spread` is that of EmitterBounds.
+    void bound(const V3f& point, const V3f& axis, float spread, float begin, float end,
+               EmitterBounds& bounds) const;
 
   private:
     KeyedTransform m_toWorld;

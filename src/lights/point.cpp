@@ -24,6 +24,12 @@ class PointLight final : public DeltaLight {
             DeltaLight::sampleSoA(query, out);
     }
     Rgb power(float) const override { return m_intensity * (4 * kPi); }
+    std::optional<EmitterBounds> emitterBounds(uint32_t, float begin, float end) const override {
+        EmitterBounds bounds;
+        bounds.intensity = luminance(m_intensity);
+        m_placement.bound(m_from, V3f(0, 0, 1), kPi, begin, end, bounds);
+        return bounds;
+    }
 
   private:
     static void sampleSoAFrom(const V3f& position, const Rgb& intensity, const LightQuerySoA& query,

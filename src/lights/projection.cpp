@@ -32,8 +32,20 @@ class ProjectionLight final : public DeltaLight {
         return s;
     }
     Rgb power(float) const override { return m_intensity * m_total; }
+    /// Bounds the emission by the cone around the image.
+    std::optional<EmitterBounds> emitterBounds(uint32_t, float begin, float end) const override {
+        EmitterBounds bounds;
+        const float coneAngle = std::atan(m_extent.length()),
+                    solidAngle = 4 * sqr(std::sin(coneAngle / 2)) * kPi;
+        bounds.emission = kMargin;
+        bounds.intensity = luminance(power(0)) / solidAngle;
+        m_placement.bound(V3f(0), V3f(0, 0, 1), std::min(coneAngle + kMargin, kPi), begin, end, bounds);
+        return bounds;
+    }
 
   private:
+    static constexpr float kMargin = 1e-3f; ///< of the emission's cone, radians
+
     /// Returns the image in a direction of light space; black outside of it.
     Rgb at(const V3f& w) const {
         if (!(w.z > 0))

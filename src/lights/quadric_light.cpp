@@ -47,7 +47,7 @@ struct Emitter {
     }
 };
 
-STROBE_TARGET_CLONES void sampleEmitter(const Emitter& emitter, const V3SoA& p, const V3SoA& objectPoint,
+STROBE_TARGET_CLONES void sampleSurface(const Emitter& emitter, const V3SoA& p, const V3SoA& objectPoint,
                                         const V3SoA& objectNormal, int n, LightSampleSoA& out) {
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
@@ -123,7 +123,7 @@ class QuadricLight final : public SurfaceLight {
             return Light::sampleSoA(query, out);
         V3SoA points, normals;
         m_quadric.samplePointSoA(query.u, query.n, points, normals);
-        sampleEmitter(emitterAt(0), query.p, points, normals, query.n, out);
+        sampleSurface(emitterAt(0), query.p, points, normals, query.n, out);
     }
 
     float pdf(const V3f&, float time, const V3f& wi, const LightHit* hit) const override {
@@ -149,6 +149,12 @@ class QuadricLight final : public SurfaceLight {
             return Light::solidAngleSoA(p, time, n, out);
         const VisibleSide side = visibleSide(0);
         boundSolidAngles(m_staticBounds, isOneSidedFlat() ? &side : nullptr, p, n, out);
+    }
+
+  protected:
+    V3f normalAt(float time) const override {
+        return m_flatAxis < 0 ? V3f(0)
+                              : transformNormal(transformAt(time).inverse, m_flatNormal) * normalSign();
     }
 
   private:

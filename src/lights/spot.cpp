@@ -42,6 +42,17 @@ class SpotLight final : public DeltaLight {
         return s;
     }
     Rgb power(float) const override { return m_intensity * (kPi * (m_full + m_edge)); }
+    /// The directions of full intensity are the normals; the falloff ends at the edge of the cone.
+    std::optional<EmitterBounds> emitterBounds(uint32_t, float begin, float end) const override {
+        constexpr float kMargin = 1e-3f; // radians, for rounding
+        const float edge = std::acos(std::clamp(1 - m_edge, -1.f, 1.f));
+        const float full = std::acos(std::clamp(1 - m_full, -1.f, 1.f));
+        EmitterBounds bounds;
+        bounds.emission = std::min(edge - full + kMargin, kPi);
+        bounds.intensity = luminance(m_intensity);
+        m_placement.bound(m_from, m_axis, full, begin, end, bounds);
+        return bounds;
+    }
 
   private:
     /// Returns the falloff for 1 - cos of the angle from the axis.

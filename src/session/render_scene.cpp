@@ -2,8 +2,8 @@
 #include "loader/parser/content_hash.h"
 #include "loader/parser/parser.h"
 #include "session/estimate.h"
-#include "session/expected_scene.h"
 #include "session/exposure.h"
+#include "session/files/expected_scene.h"
 #include "session/files/part_file.h"
 #include "session/frame.h"
 #include "session/outputs.h"
@@ -102,7 +102,7 @@ class SceneRenderer {
         SceneContent content = contentOf(m_description, usedPlugins(*m_build.plugins, m_description,
                                                                     {m_build.integrator, m_build.shading}));
         if (!m_options.expected.empty())
-            checkExpectedScene(m_options.expected, content);
+            checkExpectedScene(m_options.expected, {content.hash, content.files});
         return content;
     }
     static Outcome dryRun(const FrameJob& job, const FrameInputs& inputs, std::vector<int> frames = {},

@@ -5,22 +5,6 @@
 
 namespace strobe {
 
-namespace {
-
-/// Calls work(vertices, samples) for groups of at most kSoAWidth samples.
-template <class Work>
-void forSampleGroups(std::span<const int32_t> vertices, int samplesPerVertex, const Work& work) {
-    const size_t groupSize = size_t(std::max(1, kSoAWidth / samplesPerVertex));
-    for (size_t i = 0; i < vertices.size(); i += groupSize) {
-        const auto group = vertices.subspan(i, std::min(groupSize, vertices.size() - i));
-        for (int first = 0; first < samplesPerVertex; first += kSoAWidth)
-            work(group,
-                 VertexSamples{first, std::min(samplesPerVertex - first, kSoAWidth), samplesPerVertex});
-    }
-}
-
-} // namespace
-
 VertexSampleRanges::VertexSampleRanges(const PathBatch& batch, const VertexChunk& v,
                                        std::span<const int32_t> vertices, const VertexSamples& samples)
     : m_count(vertices.size()) {
@@ -59,33 +43,57 @@ void AddVisibleLight::operator()(const ShadowPacket& packet) const {
 
 void AddLightRay::operator()(const LightRay& ray, const Hit& hit) const {
     if (!hit)
-        return;
-    const SurfacePoint s = scene.surface(hit, ray.time);
+        return ray.light < 0 ? addBackground(ray) : void();
+    const SurfacePoint s = context.scene.surface(hit, ray.time);
     ++batch.counters->surfaces;
-    if (s.light != ray.light)
+    if (ray.light < 0 ? s.light < 0 : s.light != ray.light)
         return;
-    const float weight = powerHeuristic(1, ray.bsdfPdf, 1, lightPdf(scene, s, ray.p, ray.time, ray.wi));
-    batch.addLightRay(ray.path, ray.light, ray.weight * scene.emitted(s, hit, -ray.wi) * weight);
+    const Rgb radiance = context.scene.emitted(s, hit, -ray.wi);
+    const float weight =
+        ray.light < 0
+            ? treeLightRayWeight(context, batch.paths[ray.path], ray.bsdfPdf, s, ray.wi)
+            : powerHeuristic(1, ray.bsdfPdf, 1, lightPdf(context.scene, s, ray.p, ray.time, ray.wi));
+    batch.addLightRay(ray.path, s.light, ray.weight * radiance * weight);
+}
+
+/// Adds the light of environments to a path whose light ray missed the scene.
+void AddLightRay::addBackground(const LightRay& ray) const {
+    for (const int index : context.scene.environments()) {
+        const Light& light = *context.scene.lights()[size_t(index)];
+        const Rgb radiance = light.environment(ray.wi);
+        if (isBlack(radiance))
+            continue;
+        const LightPoint vertex = batch.paths[ray.path].previousVertex();
+        const float pdf =
+            context.lightTree->probability(vertex, index, 0) * light.pdf(ray.p, ray.time, ray.wi, nullptr);
+        batch.addLightRay(ray.path, index, ray.weight * radiance * powerHeuristic(1, ray.bsdfPdf, 1, pdf));
+    }
 }
 
 DirectLight::DirectLight(const PathContext& context, PathBatch& batch)
     : m_context(context), m_batch(batch), m_shadowRays(context.scene.tracer(), AddVisibleLight{batch}),
-      m_lightRays(context.scene.tracer(), AddLightRay{context.scene, batch}) {}
+      m_lightRays(context.scene.tracer(), AddLightRay{context, batch}) {}
 
 void DirectLight::sample(VertexChunk& v, int bounce) {
     const auto& lights = m_context.scene.lights();
     if (lights.empty())
         return;
     const PathSettings& settings = m_context.settings;
-    int32_t all[kSoAWidth], one[kSoAWidth]; // vertices that sample all lights, and one
+    int32_t all[kSoAWidth], one[kSoAWidth]; // vertices that sample all lights (or several), and one
     size_t allCount = 0, oneCount = 0;
     for (int i = 0; i < v.count; ++i) {
         Path& path = m_batch.paths[v.path[i]];
         if (!v.isSmooth[i] || (path.component == LightComponent::Indirect && bounce == 0))
             continue;
-        path.sampledAllLights = settings.sampleAllLights &&
-                                (path.stage == PathStage::Camera || settings.isDirectOnly(path.component));
-        (path.sampledAllLights ? all[allCount++] : one[oneCount++]) = i;
+        const bool isFirst = path.stage == PathStage::Camera || settings.isDirectOnly(path.component);
+        path.sampledAllLights = isFirst && settings.strategy == LightStrategy::All;
+        const bool samplesSeveral = isFirst && settings.samplesSeveral();
+        (samplesSeveral ? all[allCount++] : one[oneCount++]) = i;
+    }
+    if (settings.strategy == LightStrategy::Tree) {
+        sampleTree(v, std::span(all).first(allCount), settings.treeSamples(true), bounce);
+        sampleTree(v, std::span(one).first(oneCount), settings.treeSamples(false), bounce);
+        return;
     }
     if (allCount > 0)
         for (size_t i = 0; i < lights.size(); ++i)
@@ -104,9 +112,10 @@ void DirectLight::finishWave() {
     m_batch.counters->lightRays += m_lightRays.takeRayCount();
 }
 
-/// Samples one light per vertex, chosen by power. Vertices with the same light are sampled together.
+/// Samples one light per vertex, chosen by the strategy's distribution. Vertices with the same light are
+/// sampled together.
 void DirectLight::sampleOneLight(VertexChunk& v, std::span<const int32_t> vertices, int bounce) {
-    const LightSampler& lightSampler = m_context.scene.lightSampler();
+    const LightSampler& lightSampler = m_context.lightSampler;
     if (m_context.scene.lights().size() == 1)
         return sampleLight(v, vertices, 0, 1, 1, bounce);
     float u[kSoAWidth];
@@ -239,17 +248,7 @@ bool DirectLight::sampleBsdfs(const VertexChunk& v, const VertexSoA& origins,
                               std::span<const int32_t> vertices, const VertexSamples& samples,
                               const LightEstimate& e) {
     LightRayChunk& b = m_bsdfSamples;
-    b.count = 0;
-    for (const int32_t vertex : vertices)
-        for (int k = 0; k < samples.count; ++k)
-            b.vertex[b.count++] = vertex;
-    const VertexSampleRanges ranges(m_batch, v, vertices, samples);
-    m_context.sampler.fill2D(ranges, e.dimension + kDimLightRayDirection, b.u);
-    m_context.sampler.fill1D(ranges, e.dimension + kDimLightRayLobe, b.uLobe);
-    v.forMaterialRuns(b.vertex, b.count, [&](const Material& m, int begin, int end) {
-        m.sampleDirectionSoA({v.bsdf, b.vertex, origins.woLocal, begin, end, nullptr}, b.uLobe, b.u, b.bsdf);
-    });
-    b.transformToWorld(origins);
+    drawBsdfs(v, origins, vertices, samples, e.dimension);
     bool any = false;
     for (int i = 0; i < b.count; ++i) {
         b.mayHitLight[i] = b.isValid(i, origins.cosWo[i]) && !b.bsdf.delta[i] &&
@@ -261,6 +260,23 @@ bool DirectLight::sampleBsdfs(const VertexChunk& v, const VertexSoA& origins,
         }
     }
     return any;
+}
+
+/// Samples the BSDFs into m_bsdfSamples, up to their directions. `dimension`: the light's first dimension.
+void DirectLight::drawBsdfs(const VertexChunk& v, const VertexSoA& origins, std::span<const int32_t> vertices,
+                            const VertexSamples& samples, uint32_t dimension) {
+    LightRayChunk& b = m_bsdfSamples;
+    b.count = 0;
+    for (const int32_t vertex : vertices)
+        for (int k = 0; k < samples.count; ++k)
+            b.vertex[b.count++] = vertex;
+    const VertexSampleRanges ranges(m_batch, v, vertices, samples);
+    m_context.sampler.fill2D(ranges, dimension + kDimLightRayDirection, b.u);
+    m_context.sampler.fill1D(ranges, dimension + kDimLightRayLobe, b.uLobe);
+    v.forMaterialRuns(b.vertex, b.count, [&](const Material& m, int begin, int end) {
+        m.sampleDirectionSoA({v.bsdf, b.vertex, origins.woLocal, begin, end, nullptr}, b.uLobe, b.u, b.bsdf);
+    });
+    b.transformToWorld(origins);
 }
 
 } // namespace strobe

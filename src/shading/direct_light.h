@@ -14,6 +14,18 @@ struct VertexSamples {
     int first = 0, count = 1, total = 1;
 };
 
+/// Calls work(vertices, samples) for groups of at most kSoAWidth samples.
+template <class Work>
+void forSampleGroups(std::span<const int32_t> vertices, int samplesPerVertex, const Work& work) {
+    const size_t groupSize = size_t(std::max(1, kSoAWidth / samplesPerVertex));
+    for (size_t i = 0; i < vertices.size(); i += groupSize) {
+        const auto group = vertices.subspan(i, std::min(groupSize, vertices.size() - i));
+        for (int first = 0; first < samplesPerVertex; first += kSoAWidth)
+            work(group,
+                 VertexSamples{first, std::min(samplesPerVertex - first, kSoAWidth), samplesPerVertex});
+    }
+}
+
 /// The arguments of Sampler::fill1D and fill2D for samples at vertices of a chunk, vertex by vertex: at most
 /// kSoAWidth samples.
 class VertexSampleRanges {
@@ -30,7 +42,7 @@ class VertexSampleRanges {
 /// A BSDF sample of direct light that is traced to find out whether it hits the light.
 struct LightRay {
     uint32_t path;
-    int light;
+    int light;     ///< -1: any light, with the MIS weight of the light tree
     float bsdfPdf; ///< per solid angle; there are as many light samples as light rays
     V3f p, wi;     ///< the vertex, and the direction
     float time;
@@ -45,15 +57,19 @@ struct AddVisibleLight {
 
 /// Adds the light that a light ray hit, weighted by the power heuristic.
 struct AddLightRay {
-    const Scene& scene;
+    const PathContext& context;
     PathBatch& batch;
     void operator()(const LightRay& ray, const Hit& hit) const;
+
+  private:
+    void addBackground(const LightRay& ray) const;
 };
 
-/// Direct light of the vertices of a batch's paths. Each vertex takes samples of all lights, or of one light
-/// chosen by power. Where usesMis holds, light samples are combined with BSDF samples by the power heuristic
-/// (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). The path's
-/// next ray is the BSDF sample; where the path ends, there are as many light rays as light samples.
+/// Direct light of the vertices of a batch's paths. Each vertex takes samples of all lights, of one light
+/// chosen by power, or of lights chosen by the light tree. Where usesMis holds, light samples are combined
+/// with BSDF samples by the power heuristic (Veach and Guibas, "Optimally Combining Sampling Techniques for
+/// Monte Carlo Rendering", 1995). The path's next ray is the BSDF sample; where the path ends, there are as
+/// many light rays as light samples.
 class DirectLight {
   public:
     DirectLight(const PathContext& context, PathBatch& batch);
@@ -89,6 +105,16 @@ class DirectLight {
                           const LightEstimate& e);
     bool sampleBsdfs(const VertexChunk& v, const VertexSoA& origins, std::span<const int32_t> vertices,
                      const VertexSamples& samples, const LightEstimate& e);
+    void drawBsdfs(const VertexChunk& v, const VertexSoA& origins, std::span<const int32_t> vertices,
+                   const VertexSamples& samples, uint32_t dimension);
+
+    // Direct light by the light tree: direct_light_tree.cpp.
+    void sampleTree(VertexChunk& v, std::span<const int32_t> vertices, int samples, int bounce);
+    void addTreeShadowRays(VertexChunk& v, std::span<const int32_t> vertices, const VertexSamples& samples,
+                           int bounce);
+    bool sampleEmitters(const VertexChunk& v, const VertexSoA& origins);
+    void addTreeLightRays(VertexChunk& v, std::span<const int32_t> vertices, const VertexSamples& samples,
+                          int bounce);
 
     const PathContext& m_context;
     PathBatch& m_batch;
@@ -99,6 +125,7 @@ class DirectLight {
     // Scratch of `sample`:
     LightSampleChunk m_lightSamples;
     LightRayChunk m_bsdfSamples;
+    LightPickSoA m_picks;
     alignas(64) float m_bsdfSampleCount[kSoAWidth]; ///< by vertex: number of BSDF samples to combine with
 };
 

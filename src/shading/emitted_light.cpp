@@ -6,11 +6,32 @@ namespace strobe {
 
 namespace {
 
+/// Returns the expected number of samples that the previous vertex took of a light, or of the emitter with
+/// triangle `prim`.
+float expectedLightSamples(const PathContext& context, const Path& path, int light, uint32_t prim) {
+    const PathSettings& settings = context.settings;
+    if (context.lightTree)
+        return float(settings.treeSamples(path.stage == PathStage::FirstHit)) *
+               context.lightTree->probability(path.previousVertex(), light, prim);
+    return path.sampledAllLights ? float(settings.samplesOf(*context.scene.lights()[size_t(light)]))
+                                 : context.lightSampler.probability(light);
+}
+
+/// Returns the density of samples of the light at `s`, or, with a light tree, of its emitter.
+float hitLightPdf(const PathContext& context, const SurfacePoint& s, const V3f& p, float time,
+                  const V3f& wi) {
+    if (!context.lightTree)
+        return lightPdf(context.scene, s, p, time, wi);
+    const LightHit hit{s.p, s.ng, length(s.p - p), s.prim};
+    const uint32_t emitter = context.lightTree->emitterOf(s.light, s.prim);
+    return context.scene.lights()[size_t(s.light)]->emitterPdf(emitter, p, time, wi, &hit);
+}
+
 /// Returns the MIS weight of light `lightIndex` that the path's last ray hit, or 0 where the path's component
 /// excludes it. `pdf()` returns the pdf of light samples in the ray's direction, per solid angle; it is
 /// called only if needed.
 template <class LightPdf>
-float hitLightWeight(const PathContext& context, const Path& path, int lightIndex, int bounce,
+float hitLightWeight(const PathContext& context, const Path& path, int lightIndex, uint32_t prim, int bounce,
                      const LightPdf& pdf) {
     if (path.component == LightComponent::Indirect && bounce <= 1)
         return 0; // emission of the first surface, and its direct light
@@ -19,9 +40,7 @@ float hitLightWeight(const PathContext& context, const Path& path, int lightInde
     const Light& light = *context.scene.lights()[size_t(lightIndex)];
     if (light.isDelta() || !usesMis(path.maxBsdfPdf, light.solidAngle(path.previousP, path.ray.time)))
         return 0;
-    const float lightSamples = path.sampledAllLights ? float(context.settings.samplesOf(light))
-                                                     : context.scene.lightSampler().probability(lightIndex);
-    return powerHeuristic(1, path.bsdfPdf, lightSamples, pdf());
+    return powerHeuristic(1, path.bsdfPdf, expectedLightSamples(context, path, lightIndex, prim), pdf());
 }
 
 void addEmissionOf(const PathContext& context, PathBatch& batch, uint32_t pathIndex, RawSurfacePoint s,
@@ -31,8 +50,8 @@ void addEmissionOf(const PathContext& context, PathBatch& batch, uint32_t pathIn
     const Rgb radiance = context.scene.emitted(s, path.hit, -path.ray.d);
     if (isBlack(radiance))
         return;
-    const float weight = hitLightWeight(context, path, s.light, bounce, [&] {
-        return lightPdf(context.scene, s, path.previousP, path.ray.time, path.ray.d);
+    const float weight = hitLightWeight(context, path, s.light, s.prim, bounce, [&] {
+        return hitLightPdf(context, s, path.previousP, path.ray.time, path.ray.d);
     });
     batch.addHitLight(pathIndex, s.light, path.beta * radiance * weight);
 }
@@ -42,6 +61,17 @@ void addEmissionOf(const PathContext& context, PathBatch& batch, uint32_t pathIn
 float lightPdf(const Scene& scene, const SurfacePoint& s, const V3f& p, float time, const V3f& wi) {
     const LightHit hit{s.p, s.ng, length(s.p - p), s.prim};
     return scene.lights()[size_t(s.light)]->pdf(p, time, wi, &hit);
+}
+
+float treeLightRayWeight(const PathContext& context, const Path& path, float bsdfPdf, const SurfacePoint& s,
+                         const V3f& wi) {
+    const LightPoint vertex = path.previousVertex();
+    const Light& light = *context.scene.lights()[size_t(s.light)];
+    if (light.isDelta() || !usesMis(path.maxBsdfPdf, light.solidAngle(vertex.p, vertex.time)))
+        return 0;
+    const float pdf = context.lightTree->probability(vertex, s.light, s.prim) *
+                      hitLightPdf(context, s, vertex.p, vertex.time, wi);
+    return powerHeuristic(1, bsdfPdf, 1, pdf);
 }
 
 void addBackground(const PathContext& context, PathBatch& batch, const VertexChunk& v, int bounce) {
@@ -65,7 +95,7 @@ void addBackground(const PathContext& context, PathBatch& batch, const VertexChu
             if (isBlack(arriving))
                 continue;
             const Path& path = batch.paths[v.missed[i]];
-            const float weight = hitLightWeight(context, path, light, bounce, [&] { return pdf[i]; });
+            const float weight = hitLightWeight(context, path, light, 0, bounce, [&] { return pdf[i]; });
             batch.addHitLight(v.missed[i], light, path.beta * arriving * weight);
         }
     }

@@ -42,6 +42,9 @@ void Path::start(const RequestSoA& requests, int i) {
     bsdfPdf = 0;
     maxBsdfPdf = 0;
     previousP = V3f(0);
+    previousNg = V3f(0);
+    previousNs = V3f(0);
+    previousTransmits = false;
 }
 
 void ComponentSums::add(uint32_t path, int light, bool isDirect, const Rgb& contribution) {

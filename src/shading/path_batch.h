@@ -32,11 +32,24 @@ struct Path {
     // The BSDF sample that the last ray follows, for the MIS weight of the light that it hits:
     bool specularBounce; ///< camera ray or delta lobe: light samples cannot find the light
     PathStage stage;
-    bool sampledLightIsDirect; ///< light samples at the current vertex are direct light
-    bool sampledAllLights;     ///< the vertex sampled every light; false: one, chosen by power
-    float bsdfPdf;             ///< per solid angle; 0 for a delta lobe
-    float maxBsdfPdf;          ///< an upper bound of the BSDF's pdf at the vertex
-    V3f previousP;             ///< position of the vertex
+    bool sampledLightIsDirect;  ///< light samples at the current vertex are direct light
+    bool sampledAllLights;      ///< the vertex sampled every light; false: one, or as many as the light tree
+                                ///< chooses
+    float bsdfPdf;              ///< per solid angle; 0 for a delta lobe
+    float maxBsdfPdf;           ///< an upper bound of the BSDF's pdf at the vertex
+    V3f previousP;              ///< position of the vertex
+    V3f previousNg, previousNs; ///< its unit normals, on the side of the viewer
+    bool previousTransmits;     ///< its material transmits light
+
+    void setPreviousVertex(const LightPoint& vertex) {
+        previousP = vertex.p;
+        previousNg = vertex.ng;
+        previousNs = vertex.ns;
+        previousTransmits = vertex.transmits;
+    }
+    LightPoint previousVertex() const {
+        return {previousP, previousNg, previousNs, previousTransmits, ray.time};
+    }
 
     /// Starts the path of request `i`, with a throughput of 1. Leaves `hit` unset. Copies number by number,
     /// because a vector load right after scalar stores to the same bytes stalls.

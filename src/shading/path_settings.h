@@ -7,17 +7,47 @@
 
 namespace strobe {
 
+/// The lights that a vertex samples.
+enum class LightStrategy {
+    Auto,    ///< All up to kMaxLightsOfAll lights, else Tree
+    All,     ///< all lights at the first non-specular vertex, one by power at later vertices
+    Power,   ///< one light, chosen by power
+    Uniform, ///< one light, all equally likely
+    Tree,    ///< emitters chosen by the light tree
+};
+
+/// Scenes with more lights use the light tree by default: it is then the faster one at the error that all
+/// lights have with one sample per pixel (docs/results/2026-11-many-lights.md).
+constexpr size_t kMaxLightsOfAll = 128;
+/// The default number of emitters that the light tree chooses at the first non-specular vertex.
+constexpr int kTreeSamples = 1;
+
 /// Parameters of the shaders `path` and `directlighting`.
 struct PathSettings {
     bool hasIndirectLight; ///< true: `path`; false: `directlighting`
     int maxDepth;          ///< largest number of vertices of a path
-    bool sampleAllLights;  ///< all lights at the first non-specular vertex; false: one, chosen by power
-    int lightSamples;      ///< samples per light and vertex; 0: Light::sampleCount
+    LightStrategy strategy = LightStrategy::Auto;
+    LightTreeSettings tree{}; ///< for LightStrategy::Tree
+    /// All: samples per light and vertex; 0: Light::sampleCount. Tree: samples at the first non-specular
+    /// vertex; 0: kTreeSamples.
+    int lightSamples;
     /// Vertices where a path passes a transmissive surface that do not count for maxDepth, at most so many.
     int transparentDepth;
 
+    /// Returns the strategy for a scene: never Auto.
+    LightStrategy strategyFor(const Scene& scene) const {
+        if (strategy != LightStrategy::Auto)
+            return strategy;
+        return scene.lights().size() > kMaxLightsOfAll ? LightStrategy::Tree : LightStrategy::All;
+    }
     /// Returns the number of samples of a light at a vertex that samples all lights.
     int samplesOf(const Light& light) const { return lightSamples ? lightSamples : light.sampleCount; }
+    /// Returns true if the first non-specular vertex takes other light samples than later ones.
+    bool samplesSeveral() const { return strategy == LightStrategy::All || strategy == LightStrategy::Tree; }
+    /// Returns the number of emitters that the light tree chooses at a vertex.
+    int treeSamples(bool isFirstVertex) const {
+        return !isFirstVertex ? 1 : lightSamples ? lightSamples : kTreeSamples;
+    }
     /// Returns true when a path that estimates `component` ends at its first non-specular vertex. BSDF
     /// samples of lights are then traced as light rays; otherwise, the path's next ray is the BSDF sample.
     bool isDirectOnly(LightComponent component) const {
@@ -29,7 +59,9 @@ struct PathSettings {
 struct PathContext {
     const Scene& scene;
     const Sampler& sampler;
-    PathSettings settings;
+    PathSettings settings;            ///< the strategy is not Auto
+    const LightSampler& lightSampler; ///< of strategies that sample one light
+    const LightTree* lightTree;       ///< null unless the strategy is Tree
 };
 
 /// The least product of the BSDF's largest pdf and the light's solid angle for multiple importance sampling.
@@ -52,10 +84,12 @@ constexpr int kFirstRouletteBounce = 3;
 constexpr uint32_t kFirstPathDimension = 16, kDimensionsPerVertex = 1u << 20, kDimensionsPerLight = 4;
 /// Offsets into the dimensions of a vertex. Lights have kDimensionsPerLight each, from kDimLights.
 enum : uint32_t {
-    kDimBsdfDirection = 0,  ///< 2D
-    kDimBsdfLobe = 1,       ///< 1D
-    kDimRoulette = 2,       ///< 1D
-    kDimLightSelection = 3, ///< 1D
+    kDimBsdfDirection = 0,      ///< 2D
+    kDimBsdfLobe = 1,           ///< 1D
+    kDimRoulette = 2,           ///< 1D
+    kDimLightSelection = 3,     ///< 1D
+    kDimLightSelectionFine = 4, ///< 1D
+    kDimTreeLight = 5,          ///< the three dimensions of a light that the light tree chose
     kDimLights = 8,
 };
 /// Offsets into the dimensions of a light at a vertex.

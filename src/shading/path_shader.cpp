@@ -14,30 +14,58 @@ const ParamDef<int> kMaxDepth{"maxdepth",
                               nullptr,
                               {0, kMaxDepthLimit}};
 const ParamDef<std::string> kStrategy{
-    "strategy", "all",
-    "lights at the first non-specular vertex: all (each with its nsamples) or one, chosen by power",
+    "strategy", "auto",
+    "lights that a vertex samples. all: each light at the first non-specular vertex (with its nsamples), one "
+    "by power later; one, power: one by power; uniform: one, equally likely; tree, bvh, spatial: by the "
+    "light "
+    "tree; exhaustive: as tree, but without a tree; auto: all up to 128 lights, else tree",
     "lightsamplestrategy"};
+const ParamDef<std::string> kLightSampler{"lightsampler", "", "name of strategy in pbrt-v4"};
 const ParamDef<int> kLightSamples{"lightsamples",
                                   0,
-                                  "samples per light and vertex; 0: each light's own nsamples",
+                                  "all: samples per light and vertex, 0: each light's own nsamples; tree: "
+                                  "samples at the first non-specular "
+                                  "vertex, 0: 1",
                                   nullptr,
                                   {0, kMaxLightSamples}};
+const ParamDef<std::string> kLightMotion{
+    "lightmotion", "split",
+    "bounds of moving lights in the light tree: swept (over the shutter), linear (moving), or split (moving, "
+    "with trees of their own for intervals of the shutter)"};
 
-/// Returns true when all lights are sampled at the first non-specular vertex. The names of pbrt-v3 and
-/// pbrt-v4 for ways to choose one light mean "one". Throws Error if the strategy is unknown; in a lenient
-/// file, warns and takes "one".
-bool samplesAllLights(const ParamSet& params, const BuildContext& context) {
-    const std::string strategy = params.get(kStrategy);
-    for (const char* one : {"one", "power", "uniform", "spatial", "bvh", "exhaustive"})
-        if (strategy == one)
-            return false;
-    if (strategy == "all" || strategy == "weighted")
-        return true;
-    const std::string must = "\"strategy\" must be \"all\" or \"one\", not \"" + strategy + "\"";
+/// A name of a strategy.
+struct StrategyName {
+    const char* name;
+    LightStrategy strategy;
+    bool isExhaustive = false;
+};
+/// The names of strobe, pbrt-v2, v3 and v4. pbrt-v3's "spatial" chooses by irradiance in cells of space; the
+/// tree does so at each point.
+constexpr StrategyName kStrategyNames[] = {
+    {"auto", LightStrategy::Auto},    {"all", LightStrategy::All},
+    {"weighted", LightStrategy::All}, {"one", LightStrategy::Power},
+    {"power", LightStrategy::Power},  {"uniform", LightStrategy::Uniform},
+    {"tree", LightStrategy::Tree},    {"bvh", LightStrategy::Tree},
+    {"spatial", LightStrategy::Tree}, {"exhaustive", LightStrategy::Tree, true}};
+
+/// Reads the strategy into `settings`. Throws Error if it is unknown; in a lenient file, warns and takes
+/// "auto".
+void readStrategy(const ParamSet& params, const BuildContext& context, PathSettings& settings) {
+    const ParamDef<std::string>& def = params.has(kStrategy) ? kStrategy : kLightSampler;
+    const std::string name = params.has(def) ? params.get(def) : kStrategy.fallback;
+    for (const StrategyName& known : kStrategyNames)
+        if (name == known.name) {
+            settings.strategy = known.strategy;
+            settings.tree.isExhaustive = known.isExhaustive;
+            return;
+        }
+    std::string must = std::string("\"") + def.name + "\" must be ";
+    for (const StrategyName& known : kStrategyNames)
+        must += std::string(&known == kStrategyNames ? "\"" : ", \"") + known.name + "\"";
+    must += "; not \"" + name + "\"";
     if (!context.isLenient)
-        throw Error(params.whereIs(kStrategy), must);
-    context.diagnostics.warn(params.whereIs(kStrategy), must + "; \"one\" takes its place");
-    return false;
+        throw Error(params.whereIs(def), must);
+    context.diagnostics.warn(params.whereIs(def), must + "; \"auto\" takes its place");
 }
 
 const ParamDef<int> kTransparentDepth{"transparentdepth",
@@ -51,8 +79,14 @@ const ParamDef<int> kTransparentDepth{"transparentdepth",
 class PathShader : public Shader {
   public:
     PathShader(const ParamSet& params, const BuildContext& context, bool hasIndirectLight) {
-        m_settings = {hasIndirectLight, params.get(kMaxDepth), samplesAllLights(params, context),
-                      params.get(kLightSamples), params.get(kTransparentDepth)};
+        m_settings.hasIndirectLight = hasIndirectLight;
+        m_settings.maxDepth = params.get(kMaxDepth);
+        m_settings.lightSamples = params.get(kLightSamples);
+        m_settings.transparentDepth = params.get(kTransparentDepth);
+        readStrategy(params, context, m_settings);
+        m_settings.tree.motion = parseWord<LightMotion>(
+            params, kLightMotion,
+            {{"swept", LightMotion::Swept}, {"linear", LightMotion::Linear}, {"split", LightMotion::Split}});
     }
     std::unique_ptr<ShaderWorker> makeWorker(const Scene& scene, const Sampler& sampler,
                                              const LightComponents& lightComponents) const override {
@@ -67,7 +101,7 @@ class PathShader : public Shader {
 ShaderPlugin plugin(const char* name, const char* doc, bool hasIndirectLight) {
     return {name,
             doc,
-            {kMaxDepth, kStrategy, kLightSamples, kTransparentDepth},
+            {kMaxDepth, kStrategy, kLightSampler, kLightSamples, kLightMotion, kTransparentDepth},
             [hasIndirectLight](const ParamSet& params, const BuildContext& context) {
                 return std::make_shared<const PathShader>(params, context, hasIndirectLight);
             }};

@@ -49,15 +49,24 @@ void setNextRay(Path& path, const VertexChunk& v, const BsdfSampleChunk& b, int 
     path.stage = nextStage(path.stage, b.bsdf.delta[k]);
     path.bsdfPdf = b.bsdf.pdf[k];
     path.maxBsdfPdf = v.maxPdf[vertex];
-    path.previousP = v.p.at(vertex);
+    path.setPreviousVertex(v.lightPoint(vertex));
+}
+
+/// Resolves LightStrategy::Auto, and builds the light tree if it is needed.
+PathContext makeContext(const Scene& scene, const Sampler& sampler, PathSettings settings) {
+    settings.strategy = settings.strategyFor(scene);
+    const bool usesTree = settings.strategy == LightStrategy::Tree;
+    const bool isUniform = settings.strategy == LightStrategy::Uniform;
+    return {scene, sampler, settings, isUniform ? scene.uniformLightSampler() : scene.lightSampler(),
+            usesTree ? &scene.lightTree(settings.tree) : nullptr};
 }
 
 } // namespace
 
 PathWorker::PathWorker(const Scene& scene, const Sampler& sampler, const PathSettings& settings,
                        const LightComponents& lightComponents)
-    : m_context{scene, sampler, settings}, m_batch(scene, lightComponents), m_directLight(m_context, m_batch),
-      m_nextRays(scene.tracer(), SetHit{m_batch}) {}
+    : m_context(makeContext(scene, sampler, settings)), m_batch(scene, lightComponents),
+      m_directLight(m_context, m_batch), m_nextRays(scene.tracer(), SetHit{m_batch}) {}
 
 void PathWorker::shade(const ShadingRequests& requests, const ShadeOutput& out, Counters& counters) {
     m_batch.start(requests, counters);

@@ -36,17 +36,11 @@ class ShadowRayQueue {
     /// see RayPacket.
     void add(const VertexChunk& v, const VertexSoA& origins, const LightSampleChunk& samples, int light,
              uint32_t id) {
-        int32_t contributing[kSoAWidth];
-        int count = 0;
-        for (int i = 0; i < samples.count; ++i) {
-            contributing[count] = i;
-            count += samples.contributes[i] != 0;
-        }
-        for (int first = 0; first < count;) {
-            const int n = std::min(count - first, RayPacket::kSize - m_count);
-            append(v, origins, samples, light, id, contributing + first, n);
-            first += n;
-        }
+        addContributing(v, origins, samples, [=](int) { return RayTarget{light, id}; });
+    }
+    /// Adds the rays of those samples of LightSampleChunk::target that contribute.
+    void add(const VertexChunk& v, const VertexSoA& origins, const LightSampleChunk& samples) {
+        addContributing(v, origins, samples, [&](int i) { return samples.target[i]; });
     }
     /// Traces the remaining rays.
     void flush() {
@@ -61,9 +55,25 @@ class ShadowRayQueue {
     uint64_t takeRayCount() { return std::exchange(m_rayCount, 0); }
 
   private:
+    template <class TargetOf>
+    void addContributing(const VertexChunk& v, const VertexSoA& origins, const LightSampleChunk& samples,
+                         const TargetOf& targetOf) {
+        int32_t contributing[kSoAWidth];
+        int count = 0;
+        for (int i = 0; i < samples.count; ++i) {
+            contributing[count] = i;
+            count += samples.contributes[i] != 0;
+        }
+        for (int first = 0; first < count;) {
+            const int n = std::min(count - first, RayPacket::kSize - m_count);
+            append(v, origins, samples, targetOf, contributing + first, n);
+            first += n;
+        }
+    }
     /// Adds the rays of n samples; the packet has room for them.
-    void append(const VertexChunk& v, const VertexSoA& origins, const LightSampleChunk& samples, int light,
-                uint32_t id, const int32_t* indices, int n) {
+    template <class TargetOf>
+    void append(const VertexChunk& v, const VertexSoA& origins, const LightSampleChunk& samples,
+                const TargetOf& targetOf, const int32_t* indices, int n) {
         const bool isWholePacket = n == RayPacket::kSize && indices[n - 1] - indices[0] == n - 1;
         const auto copy = [&](const float* from, float* to) {
             if (isWholePacket)
@@ -86,8 +96,9 @@ class ShadowRayQueue {
         copy(samples.contribution.b, m_contribution.b);
         for (int k = 0; k < n; ++k) {
             m_path[m_count + k] = v.path[samples.vertex[indices[k]]];
-            m_light[m_count + k] = light;
-            m_packet.id[m_count + k] = id;
+            const RayTarget target = targetOf(indices[k]);
+            m_light[m_count + k] = target.light;
+            m_packet.id[m_count + k] = target.id;
         }
         advance(n);
     }

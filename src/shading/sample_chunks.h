@@ -5,14 +5,21 @@
 
 namespace strobe {
 
-/// Up to kSoAWidth samples of one light. All members are by sample. `origins` below are the samples'
-/// vertices.
+/// The light that a shadow ray is sent to.
+struct RayTarget {
+    int light;
+    uint32_t id; ///< see RayPacket
+};
+
+/// Up to kSoAWidth samples of one light, or of emitters that the light tree chose. All members are by sample.
+/// `origins` below are the samples' vertices.
 struct LightSampleChunk {
     int count = 0;
     alignas(64) int32_t vertex[kSoAWidth];
     alignas(64) float bsdfSamples[kSoAWidth]; ///< number of BSDF samples to combine with; 0: none
     V2SoA u;                                  ///< in [0,1)²
     LightSampleSoA light;
+    RayTarget target[kSoAWidth];                ///< of emitters that the light tree chose
     V3SoA wiLocal;                              ///< light.wi in the shading frame
     alignas(64) float cosWi[kSoAWidth];         ///< dot(light.wi, ng)
     alignas(64) int32_t contributes[kSoAWidth]; ///< 0: the contribution is black

@@ -43,6 +43,11 @@ struct VertexChunk : VertexSoA {
     TextureQuerySoA textureQueries() const {
         return {surface.uv, surface.p, duvdx, duvdy, surface.prim, hits.u, hits.v, surface.ng, coneWidth};
     }
+    /// Returns the inputs of the light tree's importance at vertex i.
+    LightPoint lightPoint(int i) const {
+        const float side = cosWo[i] < 0 ? -1.f : 1.f;
+        return {p.at(i), ng.at(i) * side, n.at(i) * side, transmissive[i] != 0, time[i]};
+    }
     /// Returns the ray that leaves vertex i along `wi` (unit); `cosWi` = dot(wi, ng).
     Ray spawnRay(int i, const V3f& wi, float cosWi) const {
         return {p.at(i), wi, time[i], tminFor(offset[i], cosWi)};

@@ -172,7 +172,7 @@ class Options(CliTest):
         self.assertEqual(a["strobe:integrator"], "supersample")
         self.assertEqual(a["strobe:shading"], "path")
         self.assertEqual(a["strobe:shading:maxdepth"], "2")
-        self.assertEqual(a["strobe:shading:strategy"].strip('"'), "all")
+        self.assertEqual(a["strobe:shading:strategy"].strip('"'), "auto")
         self.assertEqual(a["strobe:sampler"], "sobol")
         self.assertEqual(a["strobe:filter"], "gaussian")
         self.assertEqual(a["strobe:samplesPerPixel"], 4)

@@ -78,6 +78,16 @@ def example(name):
     return folder
 
 
+class Tools(unittest.TestCase):
+    def test_farm(self):
+        with open(os.path.join(FOLDER, "f.scene"), "w") as file:
+            file.write(OPTIONS + WORLD)
+        run(os.path.join(PREFIX, "bin", "strobe-farm"), "local", "f.scene", "-o", "f.exr", "--tasks", "2", cwd=FOLDER)
+        self.assertTrue(os.path.exists(os.path.join(FOLDER, "f.exr")))
+        self.assertFalse(os.path.exists(os.path.join(FOLDER, "f.exr.farm")))
+        self.assertEqual(sorted(os.listdir(os.path.join(PREFIX, "share", "strobe"))), ["strobe_farm"])
+
+
 class Examples(unittest.TestCase):
     def check(self, name):
         self.assertIn("100% tests passed", run("ctest", "--output-on-failure", "--no-tests=error", cwd=example(name)))

@@ -90,6 +90,11 @@ class FarmSlurmTest(FarmCase):
         self.wait_for(lambda: not self.cluster.run("squeue", "-h"), 30)
         self.assertIn("slices", self.farm("--status", "-o", "a.exr", code=1))
 
+    def test_options_that_slurm_refuses(self):
+        text = self.farm("slurm", "s.scene", "-o", "a.exr", *SIZE, "--", "--mem", "9T", code=1)
+        self.assertIn("sbatch", text)
+        self.assertEqual(self.files(), [])
+
     def test_cancel_and_watch(self):
         words = ("--tasks", "3", *SIZE, *RENDERS["supersample"])
         self.submit("s.scene", "a.exr", *words)

@@ -68,6 +68,7 @@ class FarmTest(FarmCase):
         status = self.farm("--status", "-o", "a.exr")
         self.assertIn("0 of 1 pictures are finished", status)
         self.assertIn("slices are finished", status)
+        self.assertIn("Ctrl-C", self.farm("--cancel", "-o", "a.exr", code=1))
         self.interrupt(farm)
         self.assertEqual(self.files(), ["a.exr.farm"])
         self.assertIn("other render", self.farm(*command[:-1], "2048", code=1))

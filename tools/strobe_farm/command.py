@@ -15,6 +15,7 @@ from .plan import FarmError, Plan, folder_of, read_json, remove
 
 ENGINES = {"slurm": slurm, "parallel": parallel, "local": local}
 TOOLS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PROGRAM = [os.path.realpath(sys.argv[0])]  # which tasks run
 EXAMPLES = """
 examples:
   farm slurm room.scene -o room.exr --tasks 16 -- --cpus-per-task 8 --partition fast
@@ -55,11 +56,11 @@ def parser():
 
 def find_strobe(given):
     """Returns the path of the program."""
+    beside = os.path.join(os.path.dirname(PROGRAM[0]), "strobe")  # of an installation
     built = os.path.join(os.path.dirname(TOOLS), "build", "release", "strobe")
-    found = given or (built if os.path.exists(built) else None)
-    path = shutil.which(found or "strobe")
+    path = shutil.which(given) if given else next(filter(None, map(shutil.which, (beside, built, "strobe"))), None)
     if path is None:
-        raise FarmError("%s is not there%s" % (found or "strobe", "" if given else ": build it, or give --strobe"))
+        raise FarmError("%s is not there" % given if given else "strobe is not there: build it, or give --strobe")
     return os.path.abspath(path)
 
 
@@ -151,18 +152,27 @@ def submit(engine, options, words, engine_words):
     if options.dry_run or not plan.frames:
         return worker.DONE
     prepare(plan, scene, options.restart)
-    missing = [(f, [n for n in range(1, plan.tasks + 1) if not os.path.exists(plan.part(f, n))]) for f in plan.frames]
-    module = ENGINES[engine]
-    if not module.DETACHED and options.watch:
-        with status.Watcher(plan, module):
-            code = module.submit(plan, missing, engine_words, [os.path.join(TOOLS, "farm")])
-    else:
-        code = module.submit(plan, missing, engine_words, [os.path.join(TOOLS, "farm")])
-        if options.watch and code == worker.DONE:
-            return status.watch(plan, module)
+    code = start(plan, ENGINES[engine], engine_words, options.watch)
     if code != worker.DONE and plan.failure():
         raise FarmError(plan.failure())
     return code
+
+
+def start(plan, engine, words, watches):
+    """Starts the slices that are missing. Returns an exit code."""
+    missing = [(f, [n for n in range(1, plan.tasks + 1) if not os.path.exists(plan.part(f, n))]) for f in plan.frames]
+    if watches and not engine.DETACHED:
+        with status.Watcher(plan, engine):
+            return engine.submit(plan, missing, words, PROGRAM)
+    try:
+        code = engine.submit(plan, missing, words, PROGRAM)
+    except FarmError:
+        if engine.DETACHED:  # some jobs may have been accepted
+            engine.cancel(plan)
+        if not os.listdir(plan.path("parts")):
+            plan.remove()
+        raise
+    return status.watch(plan, engine) if watches and code == worker.DONE else code
 
 
 def control(options):

@@ -22,6 +22,11 @@ class Lock:
         self.file.close()
 
 
+def cancel(plan):
+    """Says how the render is ended."""
+    raise FarmError("%s: Ctrl-C ends the program that renders it" % plan.name)
+
+
 def is_active(plan):
     """Whether a program of this machine renders the plan."""
     try:

@@ -7,7 +7,7 @@ import subprocess
 import threading
 
 from . import worker
-from .foreground import Lock, is_active  # noqa: F401 (is_active is the engine's)
+from .foreground import Lock, cancel, is_active  # noqa: F401 (the engine has them)
 
 DETACHED = False  # submit returns when the picture is finished
 

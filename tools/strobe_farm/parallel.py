@@ -9,7 +9,7 @@ import subprocess
 import time
 
 from . import worker
-from .foreground import Lock, is_active  # noqa: F401 (is_active is the engine's)
+from .foreground import Lock, cancel, is_active  # noqa: F401 (the engine has them)
 from .plan import FarmError
 
 DETACHED = False

@@ -144,4 +144,4 @@ class Watcher:
                 picture = write_picture(self.plan)
                 if picture:
                     print("picture so far: " + picture, file=sys.stderr, flush=True)
-                next_picture = time.monotonic() + SECONDS_BETWEEN_PICTURES
+                    next_picture = time.monotonic() + SECONDS_BETWEEN_PICTURES

@@ -15,6 +15,12 @@ void Light::sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const {
     }
 }
 
+LightSample Light::sampleEmitter(uint32_t, const V3f& p, float time, const V2f& u) const {
+    LightSample s;
+    sample(p, time, &u, 1, &s);
+    return s;
+}
+
 void Light::environmentSoA(const V3SoA& d, int n, RgbSoA& radiance, float* pdf) const {
     for (int i = 0; i < n; ++i) {
         radiance.set(i, environment(d.at(i)));

@@ -1,9 +1,12 @@
 // The interface of lights.
 #pragma once
 
+#include "core/interfaces/emitter_bounds.h"
 #include "core/interfaces/geometry.h"
 #include "core/math/api.h"
 #include "core/math/soa.h"
+
+#include <optional>
 
 namespace STROBE_API strobe {
 
@@ -94,6 +97,26 @@ class Light {
     /// Returns an estimate of the emitted flux, for the choice of a light among many. `radius` is the radius
     /// of the scene's bounding sphere.
     virtual Rgb power(float radius) const = 0;
+    // The emitters of the light, which are the leaves of the light tree: the light as a whole, or each
+    // triangle of a mesh.
+
+    /// Returns the number of emitters. If it is not 1, emitter i is triangle i of the light's mesh.
+    virtual uint32_t emitterCount() const { return 1; }
+    /// Returns bounds of an emitter for the shutter fractions `begin` to `end`. The default returns none:
+    /// the light is at infinity, or its position is unknown.
+    virtual std::optional<EmitterBounds> emitterBounds(uint32_t /*emitter*/, float /*begin*/,
+                                                       float /*end*/) const {
+        return std::nullopt;
+    }
+    /// Samples a direction from p to the emitter, with u in [0,1)²; delta lights ignore u. The density is
+    /// that of the directions to this emitter alone.
+    virtual LightSample sampleEmitter(uint32_t emitter, const V3f& p, float time, const V2f& u) const;
+    /// Returns the density with which `sampleEmitter` generates the direction wi. Arguments as of `pdf`.
+    virtual float emitterPdf(uint32_t /*emitter*/, const V3f& p, float time, const V3f& wi,
+                             const LightHit* hit) const {
+        return pdf(p, time, wi, hit);
+    }
+
     /// Returns whether the light has a delta distribution: rays cannot hit it by chance.
     virtual bool isDelta() const { return false; }
     /// Returns whether the light is at infinity and visible to rays that miss the scene.

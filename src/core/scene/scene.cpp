@@ -42,14 +42,17 @@ Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
       m_lights(std::move(lights)), m_camera(std::move(camera)), m_shutter(shutter),
       m_showsBackground(showsBackground), m_tracer(std::make_unique<Tracer>(m_groups, m_instances)) {
     const Box3f box = m_tracer->bounds();
-    const float radius = box.isEmpty() || !(box.max.x < kInfinity) ? 1.f : 0.5f * length(box.max - box.min);
-    std::vector<float> powers;
+    m_radius = box.isEmpty() || !(box.max.x < kInfinity) ? 1.f : 0.5f * length(box.max - box.min);
+    std::vector<float> powers, isLit;
     for (size_t i = 0; i < m_lights.size(); ++i) {
-        powers.push_back(luminance(m_lights[i]->power(radius)));
+        powers.push_back(luminance(m_lights[i]->power(m_radius)));
+        isLit.push_back(powers.back() > 0 ? 1.f : 0.f);
+        m_emitterCount += m_lights[i]->emitterCount();
         if (m_lights[i]->isEnvironment())
             m_environments.push_back(int(i));
     }
     m_lightSampler = LightSampler(std::move(powers));
+    m_uniformLightSampler = LightSampler(std::move(isLit));
     for (const auto& material : m_materials)
         m_needsFootprint |= material->flags().needsFootprint;
     constexpr size_t kLargeMesh = 4096; // triangles, about 100 kB
@@ -59,6 +62,15 @@ Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
                 m_hasLargeMeshes |= mesh->triangleCount() > kLargeMesh;
             m_hasMedia |= !isBlack(geometry.absorptionInside) || !isBlack(geometry.absorptionOutside);
         }
+}
+
+const LightTree& Scene::lightTree(const LightTreeSettings& settings) const {
+    const std::lock_guard lock(m_lightTreeMutex);
+    for (const auto& [key, tree] : m_lightTrees)
+        if (key == settings)
+            return *tree;
+    m_lightTrees.emplace_back(settings, std::make_unique<const LightTree>(m_lights, m_radius, settings));
+    return *m_lightTrees.back().second;
 }
 
 Rgb Scene::environment(const V3f& d) const {

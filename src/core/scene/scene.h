@@ -7,9 +7,11 @@
 #include "core/interfaces/material.h"
 #include "core/interfaces/sampler.h"
 #include "core/math/api.h"
+#include "core/scene/light_tree.h"
 #include "core/scene/tracer.h"
 
 #include <memory>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -124,7 +126,15 @@ class Scene {
     const std::vector<int>& environments() const { return m_environments; }
     /// Whether camera rays that miss the scene see the environment lights; else they see black.
     bool showsBackground() const { return m_showsBackground; }
+    /// The distribution of lights by power.
     const LightSampler& lightSampler() const { return m_lightSampler; }
+    /// The uniform distribution of the lights with power > 0.
+    const LightSampler& uniformLightSampler() const { return m_uniformLightSampler; }
+    /// Returns the number of emitters of all lights: see Light::emitterCount.
+    size_t emitterCount() const { return m_emitterCount; }
+    /// Returns the light tree with these settings, which is built by the first call. Valid as long as the
+    /// scene.
+    const LightTree& lightTree(const LightTreeSettings& settings) const;
     const Shutter& shutter() const { return m_shutter; }
     /// True when the camera or any shape changes while the shutter is open.
     bool moves() const;
@@ -191,7 +201,11 @@ class Scene {
     std::vector<std::shared_ptr<const Material>> m_materials;
     std::vector<std::shared_ptr<const Light>> m_lights;
     std::vector<int> m_environments;
-    LightSampler m_lightSampler;
+    LightSampler m_lightSampler, m_uniformLightSampler;
+    size_t m_emitterCount = 0;
+    float m_radius; ///< of the bounding sphere
+    mutable std::mutex m_lightTreeMutex;
+    mutable std::vector<std::pair<LightTreeSettings, std::unique_ptr<const LightTree>>> m_lightTrees;
     std::shared_ptr<const Camera> m_camera;
     Shutter m_shutter;
     bool m_showsBackground;

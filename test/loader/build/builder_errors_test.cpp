@@ -118,7 +118,8 @@ WorldBegin)",
          1, 19, R"("maxdepth" must not be negative)"},
         {R"(Integrator "path" "string strategy" "some"
 WorldBegin)",
-         1, 19, R"("strategy" must be "all" or "one", not "some")"},
+         1, 19,
+         R"("strategy" must be "auto", "all", "weighted", "one", "power", "uniform", "tree", "bvh", "spatial", "exhaustive"; not "some")"},
         {R"(Film "image" "float cropwindow" [2 3 0 1]
 WorldBegin)",
          1, 1, R"(the crop window contains no pixels)"},
@@ -376,7 +377,7 @@ LightSource "point")",
     EXPECT_EQ(withDefine("maxdepth=2"), "");
     EXPECT_EQ(
         withDefine("maxdepht=2"),
-        R"(error: -D maxdepht=2: unknown parameter "maxdepht"; did you mean "maxdepth"? (known: maxdepth, strategy, lightsamples, transparentdepth))");
+        R"(error: -D maxdepht=2: unknown parameter "maxdepht"; did you mean "maxdepth"? (known: maxdepth, strategy, lightsampler, lightsamples, lightmotion, transparentdepth))");
     EXPECT_EQ(withDefine("maxdepth"), "error: -D maxdepth: write it as name=value");
     EXPECT_EQ(withDefine("maxdepth=x"), R"(error: -D maxdepth=x: "x" is not a number (integer is expected))");
     EXPECT_EQ(withDefine("maxdepth=-1"), R"(error: -D maxdepth: must not be negative)");

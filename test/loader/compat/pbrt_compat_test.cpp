@@ -453,19 +453,20 @@ TEST(CompatPlugin, NumbersOfColorsAreReadAsInPbrt) {
     EXPECT_FALSE(equal(picture(R"("rgb Kd" [.1 .2 .3])"), picture("")));
 }
 
-TEST(CompatPlugin, OtherLightSamplersBecomeOne) {
+TEST(CompatPlugin, OtherLightSamplersBecomeAuto) {
     const auto with = [](const std::string& strategy) {
         return load(kView + R"(Integrator "path" "string lightsamplestrategy" ")" + strategy + R"(" )" +
                     kLit + kBall);
     };
-    const Loaded one = with("one"), unknown = with("photontree");
-    EXPECT_FALSE(equal(one.image, with("all").image));
-    EXPECT_TRUE(equal(one.image, with("spatial").image));
-    EXPECT_TRUE(one.warnings.empty());
-    EXPECT_TRUE(equal(one.image, unknown.image));
-    EXPECT_EQ(unknown.warnings,
-              std::vector<std::string>{
-                  R"("strategy" must be "all" or "one", not "photontree"; "one" takes its place)"});
+    const Loaded all = with("all"), unknown = with("photontree");
+    EXPECT_FALSE(equal(all.image, with("one").image));
+    EXPECT_TRUE(equal(with("bvh").image, with("spatial").image));
+    EXPECT_TRUE(with("exhaustive").warnings.empty());
+    EXPECT_TRUE(equal(all.image, unknown.image));
+    EXPECT_EQ(
+        unknown.warnings,
+        std::vector<std::string>{
+            R"("strategy" must be "auto", "all", "weighted", "one", "power", "uniform", "tree", "bvh", "spatial", "exhaustive"; not "photontree"; "auto" takes its place)"});
 }
 
 TEST(CompatPlugin, HarmlessMistakesInSceneFilesAreErrors) {

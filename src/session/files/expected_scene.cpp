@@ -1,4 +1,4 @@
-#include "session/expected_scene.h"
+#include "session/files/expected_scene.h"
 
 #include "core/util/error.h"
 #include "core/util/version.h"
@@ -15,7 +15,7 @@ namespace {
 
 struct ExpectedScene {
     std::string version;
-    SceneContent content;
+    SceneHashes hashes;
 };
 
 /// Returns none if the text has another format.
@@ -26,10 +26,10 @@ std::optional<ExpectedScene> parse(std::istream& text) {
         j.at("version").get_to(expected.version);
         const auto& content = j.at("content");
         const auto number = [](const std::string& digits) { return std::stoull(digits, nullptr, 16); };
-        expected.content.hash = number(content.at("hash"));
+        expected.hashes.scene = number(content.at("hash"));
         for (const auto& [name, hash] :
              content.at("files").get<std::vector<std::pair<std::string, std::string>>>())
-            expected.content.files.emplace_back(name, number(hash));
+            expected.hashes.files.emplace_back(name, number(hash));
         return expected;
     } catch (const std::exception&) { // of nlohmann::json and std::stoull
         return {};
@@ -38,7 +38,7 @@ std::optional<ExpectedScene> parse(std::istream& text) {
 
 } // namespace
 
-void checkExpectedScene(const std::filesystem::path& stats, const SceneContent& content) {
+void checkExpectedScene(const std::filesystem::path& stats, const SceneHashes& hashes) {
     const auto fail = [&](const std::string& problem) {
         throw Error("--expect " + stats.string() + ": " + problem, ErrorKind::Usage);
     };
@@ -50,8 +50,8 @@ void checkExpectedScene(const std::filesystem::path& stats, const SceneContent& 
         fail("it is not a file of --stats");
     if (expected->version != version())
         fail(fmt::format("it was written by strobe {}, not {}", expected->version, version()));
-    if (expected->content.hash != content.hash)
-        fail("the scene is another one: " + changedFiles(expected->content.files, content.files));
+    if (expected->hashes.scene != hashes.scene)
+        fail("the scene is another one: " + changedFiles(expected->hashes.files, hashes.files));
 }
 
 } // namespace strobe
