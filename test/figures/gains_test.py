@@ -124,7 +124,7 @@ class ScenesTest(unittest.TestCase):
                 scenes = gains.scenes_of(Context(folder, __file__, folder, quick))
                 counts[quick] = [sum(s.group == group for s in scenes) for group in ("paper", "stress")]
                 self.assertEqual(len({s.name for s in scenes}), len(scenes))
-        self.assertEqual(counts, {True: [0, 13], False: [0, 26]})
+        self.assertEqual(counts, {True: [0, 16], False: [0, 32]})
 
 
 @unittest.skipIf(MISSING, MISSING)

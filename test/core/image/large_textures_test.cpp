@@ -134,8 +134,9 @@ TEST_F(LargeTextures, ValuesDependOnNeitherTheLimitNorTheThreads) {
         const TextureStatistics statistics = cache->statistics();
         EXPECT_EQ(statistics.bytesInFiles > 0, megabytes == 1);
         // How much several threads read again depends on their order.
-        if (threads == 1)
+        if (threads == 1) {
             EXPECT_EQ(statistics.thrashes(), megabytes == 1);
+        }
         EXPECT_EQ(statistics.pageBytesReadAgain > 0, megabytes == 1);
         return values;
     };
