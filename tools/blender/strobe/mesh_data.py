@@ -4,6 +4,8 @@ import os
 
 import numpy as np
 
+from .vertex_normals import vertex_normals
+
 
 def values(collection, attribute, width, dtype=np.float32):
     """Returns an attribute of all items of a collection as an array with `width` columns."""
@@ -15,13 +17,6 @@ def values(collection, attribute, width, dtype=np.float32):
 def positions(mesh):
     """Returns the positions of the vertices."""
     return values(mesh.vertices, "co", 3)
-
-
-def smooth_normals(mesh):
-    """Returns the normals of the vertices."""
-    if hasattr(mesh, "vertex_normals"):
-        return values(mesh.vertex_normals, "vector", 3)
-    return values(mesh.vertices, "normal", 3)
 
 
 def _corner_normals(mesh):
@@ -89,7 +84,7 @@ class MeshData:
         if self.normal_kind == "corner":
             return _corner_normals(mesh)[self.corners]
         if self.normal_kind == "vertex":
-            found = smooth_normals(mesh)
+            found = vertex_normals(mesh)
             return found if self.vertices is None else found[self.vertices]
         return None
 
