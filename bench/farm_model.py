@@ -19,7 +19,7 @@ FRAMES = {  # CPU seconds of 1920x1080 pixels with 1024 samples, seconds to load
 
 
 def seconds(frame, nodes, tree=False):
-    """Returns the seconds to the picture, and those of each step by name. `tree`: merges of parts run at once on many nodes."""
+    """Returns the seconds to the image, and those of each step by name. `tree`: merges of parts run at once on many nodes."""
     work, load, merge, size = FRAMES[frame]
     per_merge = nodes ** .5 if tree else nodes
     steps = {

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Measures what Slurm and tools/farm add to a render, with a cluster of this machine (test/tools/slurm_cluster.py).
 
-For 16, 64 and 256 slices of a small picture: the seconds of the submission, the wall seconds from there to the picture, the
+For 16, 64 and 256 slices of a small image: the seconds of the submission, the wall seconds from there to the image, the
 seconds between the starts of tasks, and from the last slice to the start of the merge.
 """
 import argparse
@@ -63,7 +63,7 @@ def main():
     args = parser.parse_args()
     if missing_programs():
         sys.exit("Slurm is missing: " + ", ".join(missing_programs()))
-    print("slices | submission, s | to the picture, s | between starts of tasks, s | last slice to merge, s")
+    print("slices | submission, s | to the image, s | between starts of tasks, s | last slice to merge, s")
     with SlurmCluster(processors=2) as cluster:
         for tasks in (16, 64, 256):
             print(tasks, *("%.3f" % value for value in measure(cluster, args.strobe, tasks)), sep=" | ", flush=True)

@@ -10,7 +10,7 @@ namespace strobe {
 /// than the machine has.
 void checkWork(const FrameJob& job, const BuiltScene& built, const RenderSettings& settings, const Log& log);
 
-/// What a render would take.
+/// The estimated time and memory of a render.
 struct Estimate {
     double threadSeconds = 0;          ///< of rendering a frame: seconds times threads
     uint64_t memory = 0;               ///< bytes

@@ -16,7 +16,8 @@ InterleavedTiles tilesOfSlices(const BuiltScene& built, uint32_t count) {
     if (count > pixels)
         throw Error(fmt::format("--slice: there are {} slices of {} pixels", count, pixels),
                     ErrorKind::Usage);
-    // Small tiles make costs equal. What pixels share is computed again on each side of an edge.
+    // Slices of many small tiles have about equal costs. Integrators that share light among pixels shade
+    // points at the edges of tiles again in each slice, so that they get fewer and larger tiles.
     const bool sharesAmongPixels = built.integrator->biasBound(*built.scene).reachPixels > 0;
     return interleavedTiles(window, count, sharesAmongPixels ? 16 : 64);
 }

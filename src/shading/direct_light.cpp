@@ -181,12 +181,9 @@ void DirectLight::addShadowRays(VertexChunk& v, std::span<const int32_t> vertice
     if (!e.light.isDelta())
         m_context.sampler.fill2D(VertexSampleRanges(m_batch, v, vertices, samples),
                                  e.dimension + kDimLightSample, l.u);
-    l.count = 0;
-    for (const int32_t vertex : vertices)
-        for (int k = 0; k < samples.count; ++k) {
-            l.bsdfSamples[l.count] = m_bsdfSampleCount[vertex];
-            l.vertex[l.count++] = vertex;
-        }
+    l.count = repeatVertices(vertices, samples.count, l.vertex);
+    for (int i = 0; i < l.count; ++i)
+        l.bsdfSamples[i] = m_bsdfSampleCount[l.vertex[i]];
     const VertexSoA& origins = v.bySample(vertices, samples.count);
     e.light.sampleSoA({origins.p, origins.time, l.vertex, l.u, l.count}, l.light);
     if (!l.findContributing(origins))
@@ -251,13 +248,9 @@ bool DirectLight::sampleBsdfs(const VertexChunk& v, const VertexSoA& origins,
     drawBsdfs(v, origins, vertices, samples, e.dimension);
     bool any = false;
     for (int i = 0; i < b.count; ++i) {
-        b.mayHitLight[i] = b.isValid(i, origins.cosWo[i]) && !b.bsdf.delta[i] &&
-                           e.light.mayIntersect(origins.p.at(i), origins.time[i], b.wi.at(i));
+        b.setMayHitLight(i, b.isValid(i, origins.cosWo[i]) && !b.bsdf.delta[i] &&
+                                e.light.mayIntersect(origins.p.at(i), origins.time[i], b.wi.at(i)));
         any |= b.mayHitLight[i] != 0;
-        if (!b.mayHitLight[i]) { // wi may be invalid
-            b.wi.set(i, V3f(0, 0, 1));
-            b.bsdf.wi.set(i, V3f(0, 0, 1));
-        }
     }
     return any;
 }
@@ -266,10 +259,7 @@ bool DirectLight::sampleBsdfs(const VertexChunk& v, const VertexSoA& origins,
 void DirectLight::drawBsdfs(const VertexChunk& v, const VertexSoA& origins, std::span<const int32_t> vertices,
                             const VertexSamples& samples, uint32_t dimension) {
     LightRayChunk& b = m_bsdfSamples;
-    b.count = 0;
-    for (const int32_t vertex : vertices)
-        for (int k = 0; k < samples.count; ++k)
-            b.vertex[b.count++] = vertex;
+    b.count = repeatVertices(vertices, samples.count, b.vertex);
     const VertexSampleRanges ranges(m_batch, v, vertices, samples);
     m_context.sampler.fill2D(ranges, dimension + kDimLightRayDirection, b.u);
     m_context.sampler.fill1D(ranges, dimension + kDimLightRayLobe, b.uLobe);

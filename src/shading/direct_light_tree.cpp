@@ -33,10 +33,7 @@ void DirectLight::sampleTree(VertexChunk& v, std::span<const int32_t> vertices, 
 void DirectLight::addTreeShadowRays(VertexChunk& v, std::span<const int32_t> vertices,
                                     const VertexSamples& samples, int bounce) {
     LightSampleChunk& l = m_lightSamples;
-    l.count = 0;
-    for (const int32_t vertex : vertices)
-        for (int k = 0; k < samples.count; ++k)
-            l.vertex[l.count++] = vertex;
+    l.count = repeatVertices(vertices, samples.count, l.vertex);
     const VertexSampleRanges ranges(m_batch, v, vertices, samples);
     alignas(64) float u[kSoAWidth], uFine[kSoAWidth];
     m_context.sampler.fill1D(ranges, vertexDimension(bounce, kDimLightSelection), u);
@@ -85,13 +82,8 @@ void DirectLight::addTreeLightRays(VertexChunk& v, std::span<const int32_t> vert
     const VertexSoA& origins = v.bySample(vertices, samples.count);
     LightRayChunk& b = m_bsdfSamples;
     drawBsdfs(v, origins, vertices, samples, vertexDimension(bounce, kDimTreeLight));
-    for (int i = 0; i < b.count; ++i) {
-        b.mayHitLight[i] = b.isValid(i, origins.cosWo[i]) && !b.bsdf.delta[i];
-        if (!b.mayHitLight[i]) { // wi may be invalid
-            b.wi.set(i, V3f(0, 0, 1));
-            b.bsdf.wi.set(i, V3f(0, 0, 1));
-        }
-    }
+    for (int i = 0; i < b.count; ++i)
+        b.setMayHitLight(i, b.isValid(i, origins.cosWo[i]) && !b.bsdf.delta[i]);
     v.forMaterialRuns(b.vertex, b.count, [&](const Material& m, int begin, int end) {
         m.evalCosSoA({v.bsdf, b.vertex, origins.woLocal, begin, end, b.mayHitLight}, b.bsdf.wi, b.f,
                      b.bsdfPdf);

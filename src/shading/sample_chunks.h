@@ -3,6 +3,8 @@
 
 #include "shading/vertex_chunk.h"
 
+#include <span>
+
 namespace strobe {
 
 /// The light that a shadow ray is sent to.
@@ -10,6 +12,15 @@ struct RayTarget {
     int light;
     uint32_t id; ///< see RayPacket
 };
+
+/// Writes each vertex `count` times; at most kSoAWidth values. Returns their number.
+inline int repeatVertices(std::span<const int32_t> vertices, int count, int32_t* out) {
+    int n = 0;
+    for (const int32_t vertex : vertices)
+        for (int k = 0; k < count; ++k)
+            out[n++] = vertex;
+    return n;
+}
 
 /// Up to kSoAWidth samples of one light, or of emitters that the light tree chose. All members are by sample.
 /// `origins` below are the samples' vertices.
@@ -64,6 +75,16 @@ struct LightRayChunk : BsdfSampleChunk {
     alignas(64) float bsdfPdf[kSoAWidth];  ///< per solid angle
     RgbSoA background;                     ///< radiance of an environment light along wi
     alignas(64) float lightPdf[kSoAWidth]; ///< of drawing wi from the environment light, per solid angle
+
+    /// Says whether sample i may hit a light. If not, its directions, which may be invalid, become unit
+    /// vectors.
+    void setMayHitLight(int i, bool mayHit) {
+        mayHitLight[i] = mayHit;
+        if (!mayHit) {
+            wi.set(i, V3f(0, 0, 1));
+            bsdf.wi.set(i, V3f(0, 0, 1));
+        }
+    }
 };
 
 } // namespace strobe

@@ -39,7 +39,7 @@ class FarmSlurmTest(FarmCase):
         return self.farm("slurm", scene, "-o", output, "--save", ".3", *words)
 
     def wait_for_finish(self, *outputs, seconds=50):
-        """Waits until the pictures are there and nothing else is left."""
+        """Waits until the images are there and nothing else is left."""
         try:
             self.wait_for(lambda: self.files() == sorted(outputs), seconds)
         except AssertionError:
@@ -104,7 +104,7 @@ class FarmSlurmTest(FarmCase):
         self.farm("--cancel", "-o", "a.exr")
         self.wait_for(lambda: not self.cluster.run("squeue", "-h"), 30)
         text = self.farm("slurm", "s.scene", "-o", "a.exr", "--watch", *words)
-        self.assertIn("picture so far", text)
+        self.assertIn("unfinished image", text)
         self.assertIn("finished: a.exr", text)
         self.assertEqual(self.files(), ["a.exr"])
 

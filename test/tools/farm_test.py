@@ -27,8 +27,8 @@ class FarmTest(FarmCase):
                 found.append(number)
         return found
 
-    def test_picture(self):
-        self.farm("local", "s.scene", "-o", "a.exr", "-o", "a.png", "--tasks", "3", *SMALL)
+    def test_image(self):
+        self.farm("local", "s.scene", "-t", "1", "-o", "a.exr", "-o", "a.png", "--tasks", "3", *SMALL)
         self.strobe("s.scene", "-o", "b.exr", *SMALL)
         self.assert_same_pixels("a.exr", "b.exr")
         self.assertEqual(self.files(), ["a.exr", "a.png", "b.exr"])
@@ -66,7 +66,7 @@ class FarmTest(FarmCase):
         self.wait_for(self.running)
         self.assertIn("being rendered", self.farm(*command, code=1))
         status = self.farm("--status", "-o", "a.exr")
-        self.assertIn("0 of 1 pictures are finished", status)
+        self.assertIn("0 of 1 images are finished", status)
         self.assertIn("slices are finished", status)
         self.assertIn("Ctrl-C", self.farm("--cancel", "-o", "a.exr", code=1))
         self.interrupt(farm)

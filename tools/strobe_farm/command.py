@@ -39,16 +39,16 @@ def parser():
         prog="farm", allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EXAMPLES,
         usage="farm ENGINE SCENE... -o OUTPUT --tasks N [strobe options] [-- engine options]\n"
               "       farm --status|--watch|--cancel -o OUTPUT",
-        description="Renders a picture or the frames of a sequence in slices: with the engine slurm (options of sbatch), "
+        description="Renders a image or the frames of a sequence in slices: with the engine slurm (options of sbatch), "
                     "parallel (options of GNU parallel) or local (-j N processes of this machine).")
-    p.add_argument("-o", "--output", action="append", default=[], metavar="FILE", help="picture; may be repeated")
+    p.add_argument("-o", "--output", action="append", default=[], metavar="FILE", help="image; may be repeated")
     p.add_argument("--tasks", type=int, metavar="N", help="slices of a frame [16]")
     p.add_argument("--frames", metavar="LIST", help="frames of a sequence, as of strobe")
     p.add_argument("--save", type=float, default=60, metavar="SECONDS", help="interval of checkpoints [60]")
     p.add_argument("--strobe", metavar="PROGRAM", help="strobe, at the same path on all machines")
     p.add_argument("--dry-run", action="store_true", help="check the scene, and say what a slice takes; submit nothing")
     p.add_argument("--restart", action="store_true", help="remove the slices of an earlier render")
-    p.add_argument("--watch", action="store_true", help="show the progress, and write the picture so far, until the end")
+    p.add_argument("--watch", action="store_true", help="show the progress, and write the unfinished image, until the end")
     p.add_argument("--status", action="store_true", help="show the progress")
     p.add_argument("--cancel", action="store_true", help="end the tasks; finished samples are kept")
     return p
@@ -195,10 +195,10 @@ def control(options):
 
 
 def work(words):
-    """Runs a worker: --task FOLDER FRAME SLICE [strobe options], or --merge FOLDER FRAME."""
+    """Runs a worker: --task FOLDER FRAME SLICE [THREADS], or --merge FOLDER FRAME."""
     plan = Plan.load(words[1])
     frame = None if words[2] == "still" else int(words[2])
-    code = (worker.render_slice(plan, frame, int(words[3]), words[4:]) if words[0] == "--task"
+    code = (worker.render_slice(plan, frame, int(words[3]), *words[4:]) if words[0] == "--task"
             else worker.merge_frame(plan, frame))
     if plan.engine == "slurm":
         slurm.after_worker(plan, code)

@@ -9,7 +9,7 @@ import threading
 from . import worker
 from .foreground import Lock, cancel, is_active  # noqa: F401 (the engine has them)
 
-DETACHED = False  # submit returns when the picture is finished
+DETACHED = False  # submit returns when the image is finished
 
 
 class Pool:
@@ -29,7 +29,7 @@ class Pool:
 
     def render(self, frame, number):
         """Renders a slice, and merges its frame if it was the last one."""
-        code = self.run("--task", frame, str(number), "--threads", str(self.threads))
+        code = self.run("--task", frame, str(number), str(self.threads))
         if code != worker.DONE:
             return code
         with self.guard:

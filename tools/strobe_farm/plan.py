@@ -1,4 +1,4 @@
-"""The plan of a render: what its processes share, in a folder beside the picture.
+"""The plan of a render: what its processes share, in a folder beside the image.
 
 The folder OUTPUT.farm contains
 
@@ -7,7 +7,7 @@ The folder OUTPUT.farm contains
     parts/F-S.part      the finished slice S of frame F; beside it parts and checkpoints of unfinished attempts
     state/F-S.json      what the last worker of the slice said; F.json: of the merge
     logs/F-S.log        the messages of strobe; F.log: of the merge
-    finished/F          the picture of the frame is written
+    finished/F          the image of the frame is written
     failed              why the render cannot go on
 
 F is the number of the frame, with at least four digits ("still" without --frames), S that of the slice, counted from 1.
@@ -21,7 +21,7 @@ import os
 import re
 import shutil
 
-ATTEMPTS = 5  # how often a slice may be killed in itself; a machine that stops does not count
+ATTEMPTS = 5  # of a slice in which strobe is killed; failures of machines do not count
 
 
 class FarmError(Exception):
@@ -137,11 +137,11 @@ class Plan:
         return all(os.path.exists(self.part(frame, n)) for n in range(1, self.tasks + 1))
 
     def is_finished(self, frame):
-        """Whether the picture of a frame is written."""
+        """Whether the image of a frame is written."""
         return os.path.exists(self.path("finished", frame_text(frame)))
 
     def finished(self):
-        """Returns the frames whose pictures are written."""
+        """Returns the frames whose images are written."""
         return [frame for frame in self.frames if self.is_finished(frame)]
 
     def state(self, unit):
@@ -168,8 +168,8 @@ class Plan:
         if self.failure() is None:
             write_atomically(self.path("failed"), message)
 
-    def unfinished_picture(self):
-        """Returns the file of the picture so far."""
+    def unfinished_image(self):
+        """Returns the file of the unfinished image."""
         stem, extension = os.path.splitext(self.folder[:-len(".farm")])
         return stem + ".unfinished" + (extension or ".exr")
 
@@ -190,9 +190,9 @@ class Plan:
                 remove(file)
 
     def remove(self):
-        """Removes the folder and the picture so far."""
+        """Removes the folder and the unfinished image."""
         shutil.rmtree(self.folder, ignore_errors=True)
-        remove(self.unfinished_picture())
+        remove(self.unfinished_image())
 
 
 def remove(path):

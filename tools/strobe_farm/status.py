@@ -1,4 +1,4 @@
-"""How far a render is: in words, and as a picture."""
+"""How far a render is: in words, and as a image."""
 
 import os
 import statistics
@@ -56,7 +56,7 @@ def frame_lines(plan, frame):
     times = [s.total for s in slices if s.progress > 0]
     median = statistics.median(times) if len(times) > 1 else 0
     head = "%s: %d of %d slices are finished, %d run, %d wait" % (
-        "picture" if frame is None else "frame %d" % frame, done, plan.tasks, running, plan.tasks - done - running)
+        "image" if frame is None else "frame %d" % frame, done, plan.tasks, running, plan.tasks - done - running)
     return [head, *filter(None, (s.line(median) for s in slices))], progress
 
 
@@ -69,8 +69,7 @@ def text(plan, engine):
             lines += more
             progress += part
     total = (len(finished) + progress) / len(plan.frames)
-    lines.insert(0, "%s: %d %%, %d of %d %s" % (plan.name, 100 * total, len(finished), len(plan.frames),
-                                               "pictures are finished"))
+    lines.insert(0, "%s: %d %%, %d of %d images are finished" % (plan.name, 100 * total, len(finished), len(plan.frames)))
     jobs = engine.jobs(plan) if hasattr(engine, "jobs") else []
     if jobs:
         lines.append("jobs: " + "; ".join(jobs[:20]) + (" ..." if len(jobs) > 20 else ""))
@@ -78,24 +77,24 @@ def text(plan, engine):
     return "\n".join([*lines, *(["failed: " + failure] if failure else [])])
 
 
-def write_picture(plan):
-    """Writes the picture so far of the first frame that has samples. Returns its name; None if there are none."""
+def write_image(plan):
+    """Writes the unfinished image of the first frame that has samples. Returns its name; None if there are none."""
     for frame in plan.frames:
         files = [file for n in range(1, plan.tasks + 1)
                  for file in ([plan.part(frame, n)] if os.path.exists(plan.part(frame, n))
                               else plan.attempts(frame, n, ".part.checkpoint")[:1])]
         if plan.is_finished(frame) or not files:
             continue
-        picture = plan.unfinished_picture()
-        done = subprocess.run([plan.strobe[0], "merge", "--allow-missing", *files, *plan.merge, "-q", "-o", picture],
+        image = plan.unfinished_image()
+        done = subprocess.run([plan.strobe[0], "merge", "--allow-missing", *files, *plan.merge, "-q", "-o", image],
                               cwd=plan.directory, stdin=subprocess.DEVNULL, capture_output=True, check=False)
         if done.returncode == 0:  # else a part was removed meanwhile
-            return picture if frame is None else "%s (frame %s)" % (picture, frame_text(frame))
+            return image if frame is None else "%s (frame %s)" % (image, frame_text(frame))
     return None
 
 
 def watch(plan, engine):
-    """Prints the progress and writes the picture so far, until the render has ended. Returns an exit code."""
+    """Prints the progress and writes the unfinished image, until the render has ended. Returns an exit code."""
     with Watcher(plan, engine) as watcher:
         while os.path.isdir(plan.folder) and plan.failure() is None:
             time.sleep(.2)
@@ -109,7 +108,7 @@ def watch(plan, engine):
 
 
 class Watcher:
-    """Prints the progress and writes the picture so far, from a thread of its own."""
+    """Prints the progress and writes the unfinished image, from a thread of its own."""
 
     def __init__(self, plan, engine):
         self.plan, self.engine = plan, engine
@@ -130,7 +129,7 @@ class Watcher:
 
     def run(self):
         """Prints what has changed."""
-        last, next_picture = "", 0
+        last, next_image = "", 0
         while not self.end.wait(0 if not last else SECONDS_BETWEEN_LINES) and os.path.isdir(self.plan.folder):
             try:
                 now = text(self.plan, self.engine)
@@ -140,8 +139,8 @@ class Watcher:
             if now != last:
                 print(now, file=sys.stderr, flush=True)
             last = now
-            if time.monotonic() > next_picture:
-                picture = write_picture(self.plan)
-                if picture:
-                    print("picture so far: " + picture, file=sys.stderr, flush=True)
-                    next_picture = time.monotonic() + SECONDS_BETWEEN_PICTURES
+            if time.monotonic() > next_image:
+                image = write_image(self.plan)
+                if image:
+                    print("unfinished image: " + image, file=sys.stderr, flush=True)
+                    next_image = time.monotonic() + SECONDS_BETWEEN_PICTURES

@@ -73,13 +73,19 @@ class Strobe:
         return code
 
 
-def limits():
-    """Returns the options of strobe for the processors and the memory that Slurm has given to this task."""
+def limits(plan, threads):
+    """Returns the options of strobe for the processors and the memory of this task, unless the user has given them.
+
+    `threads`: of the engine; None: those that Slurm has given to the task, if it is one of Slurm.
+    """
+    def is_given(*names):
+        return any(word.startswith(names) for word in plan.strobe[1:])
     options = []
-    if os.environ.get("SLURM_CPUS_ON_NODE", "").isdigit():
-        options += ["--threads", os.environ["SLURM_CPUS_ON_NODE"]]
+    threads = threads or os.environ.get("SLURM_CPUS_ON_NODE")
+    if threads and not is_given("-t", "--threads"):
+        options += ["--threads", threads]
     memory = os.environ.get("SLURM_MEM_PER_NODE", "")
-    if memory.isdigit() and int(memory) >= 256:
+    if memory.isdigit() and int(memory) >= 256 and not is_given("--max-memory"):
         options += ["--max-memory", "%dM" % (int(memory) * 19 // 20)]  # the rest: this program
     return options
 
@@ -100,7 +106,7 @@ def ended(plan, unit, strobe, code):
     return FAILED
 
 
-def render_slice(plan, frame, number, options=()):
+def render_slice(plan, frame, number, threads=None):
     """Renders a slice, continuing from the newest checkpoint. Returns an exit code.
 
     Each attempt has files of its own: a machine that was given up may still render the same slice, with equal results.
@@ -116,7 +122,7 @@ def render_slice(plan, frame, number, options=()):
         shutil.copyfile(checkpoint, own + ".checkpoint")
     command = [*plan.strobe, *([] if frame is None else ["--frames=%d:%d" % (frame, frame)]),
                "--slice", "%d/%d" % (number, plan.tasks), "--expect", plan.path("scene.json"),
-               "--checkpoint", "%g" % plan.checkpoint, "--resume", *limits(), *options,
+               "--checkpoint", "%g" % plan.checkpoint, "--resume", *limits(plan, threads),
                "-o", plan.path("parts", ("still-" if frame is None else "####-") + ending)]
     strobe = Strobe(plan, unit, command)
     code = strobe.run()
@@ -133,7 +139,7 @@ def render_slice(plan, frame, number, options=()):
 
 
 def merge_frame(plan, frame):
-    """Merges the slices of a frame to its pictures, and removes them. Returns an exit code."""
+    """Merges the slices of a frame to its images, and removes them. Returns an exit code."""
     if plan.failure() is not None:
         return STOPPED
     if plan.is_finished(frame) or not os.path.isdir(plan.folder):

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kWidth = LightNode::kWidth;
 
-/// What the choice of an emitter reads, as plain pointers.
+/// The tables from which an emitter is chosen. They belong to a LightTree.
 struct TreeView {
     const LightSubtree* subtrees;
     int subtreeCount;
