@@ -66,7 +66,7 @@ def main():
     print("slices | submission, s | to the image, s | between starts of tasks, s | last slice to merge, s")
     with SlurmCluster(processors=2) as cluster:
         for tasks in (16, 64, 256):
-            print(tasks, *("%.3f" % value for value in measure(cluster, args.strobe, tasks)), sep=" | ", flush=True)
+            print(tasks, *("%.3f" % value for value in measure(cluster, os.path.abspath(args.strobe), tasks)), sep=" | ", flush=True)
 
 
 if __name__ == "__main__":
