@@ -3,17 +3,17 @@
 
 Usage: many_lights.py {equal,few,scaling,motion,stress} [--strobe PROGRAM] [--lamps N...] [--kinds KIND...] [--largest N]
 
-The scene has a floor with 64 balls under lamps at random positions: points, spots, disks (which face the floor), spheres,
-`string` (one mesh of small squares), and `sheet` (one wavy mesh high above the floor). "moving" lamps fly in random
-directions. Seconds are CPU seconds of one thread for rendering, without parsing and building the scene; they include building
-the tree. Errors are the RMSE of pixels below 2 against a reference of 8192 samples per pixel. "all@1" is the error that `all`
-has with one sample per pixel (for meshes, which are one light, with 64). Seconds to an error are interpolated in the
-logarithms of errors and seconds. Beyond the measured samples they are extrapolated, with the error falling with the square root
-of the seconds: ~ from a larger error, < from a smaller one.
+The scene has a floor with 64 balls under lamps at random positions: points, `white` points (the others have random colors),
+spots, disks (which face the floor), spheres, `string` (one mesh of small squares), and `sheet` (one wavy mesh high above the
+floor). "moving" lamps fly in random directions. Seconds are CPU seconds of one thread for rendering, without parsing and
+building the scene; they include building the tree. Errors are the RMSE of pixels below 2 against a reference of 4096 samples
+per pixel. "all@1" is the error that `all` has with one sample per pixel (for meshes, which are one light, with 64). Seconds to
+an error are interpolated in the logarithms of errors and seconds. Beyond the measured samples they are extrapolated, with the
+error falling with the square root of the seconds: ~ from a larger error, < from a smaller one.
 
 equal    seconds to the error all@1, and to a quarter of it
 scaling  seconds per sample, seconds to the error .01, and seconds of building the tree, from 1 to --largest lights
-motion   errors at equal samples with bounds that are swept, linear and split
+motion   errors at equal seconds with bounds that are swept, linear and split
 few      seconds of `all` and `tree` to all@1 with few lamps: where the default switches
 stress   errors with 16 samples per pixel for each value of the sweeps in scenes/stress that test the choice of lights
 """
@@ -52,7 +52,7 @@ MOVE = "ActiveTransform EndTime Translate %g 0 %g ActiveTransform All "
 
 def lamp(kind, color, p, radius, u):
     """Returns the statement of one lamp."""
-    if kind == "point":
+    if kind in ("point", "white"):
         return 'LightSource "point" "rgb I" [%g %g %g] "point from" [%g %g %g]' % (*color, *p)
     if kind == "spot":
         return 'LightSource "spot" "rgb I" [%g %g %g] "point from" [%g %g %g] "point to" [%g 0 %g] "float coneangle" 40' % (
@@ -95,6 +95,8 @@ def scene(kind, count, moving, width=80, height=60):
     for _ in range(0 if kind in ("string", "sheet") else count):
         p = (rng.uniform(-12, 12), rng.uniform(.8, 3), rng.uniform(-12, 12))
         color = [30 / count * rng.uniform(.3, 1.7) for _ in range(3)]
+        if kind == "white":
+            color = color[:1] * 3
         move = MOVE % (rng.uniform(-8, 8), rng.uniform(-8, 8)) if moving else ""
         radius = min(.3, 3 / math.sqrt(count))
         u = (rng.uniform(-2, 2), rng.uniform(-2, 2))
@@ -143,11 +145,11 @@ class Bench:
         mask = reference.max(axis=2) < 2
         return float(numpy.sqrt(numpy.mean((image - reference)[mask] ** 2)))
 
-    def curve(self, path, strategy, reference, target, most=1024, seconds=10, first=1):
+    def curve(self, path, strategy, reference, target, most=1024, seconds=10, first=1, defines=()):
         """Returns (spp, error, seconds) for doubled numbers of samples, until the error is at most the target."""
         points, spp = [], first
         while not points or (points[-1][1] > target and spp <= most and points[-1][2] < seconds):
-            image, cost = self.render(path, strategy, spp)
+            image, cost = self.render(path, strategy, spp, *defines)
             points.append((spp, self.error(image, reference), cost))
             spp *= 2
         return points
@@ -169,7 +171,7 @@ def measure_equal(bench, args):
         for kind in args.kinds:
             for moving in (False, True):
                 path = bench.write(kind, count, moving)
-                reference = bench.render(path, "tree", 8192, seed=99, threads=2)[0]
+                reference = bench.render(path, "tree", 4096, seed=99, threads=2)[0]
                 # One sample of a mesh is that of one triangle, not of all lamps.
                 spp = 64 if kind in ("string", "sheet") else 1
                 target = bench.error(bench.render(path, "all", spp)[0], reference)
@@ -217,18 +219,27 @@ def measure_scaling(bench, args):
             count *= 10
 
 
+def error_after(points, seconds):
+    """Returns the error after `seconds`, interpolated in logarithms; None outside of the measured seconds."""
+    for (_, e0, t0), (_, e1, t1) in zip(points, points[1:]):
+        if t0 <= seconds <= t1:
+            f = math.log(seconds / t0) / math.log(t1 / t0)
+            return math.exp((1 - f) * math.log(e0) + f * math.log(e1))
+    return None
+
+
 def measure_motion(bench, args):
-    print("| lamps | bounds | error, 16 spp | seconds | error, 64 spp | seconds |\n|---|---|---|---|---|---|")
+    times = (.05, .1, .3, 1, 3)
+    print("| lamps | bounds | " + " | ".join("%g s" % t for t in times) + " |\n" + "|---" * (2 + len(times)) + "|")
     for kind in args.kinds:
         for count in args.lamps or (1000,):
             path = bench.write(kind, count, True)
-            reference = bench.render(path, "tree", 8192, seed=99, threads=2)[0]
+            reference = bench.render(path, "tree", 4096, seed=99, threads=2)[0]
             for bounds in ("swept", "linear", "split"):
-                cells = []
-                for spp in (16, 64):
-                    image, cost = bench.render(path, "tree", spp, "lightmotion=" + bounds)
-                    cells.append("%.2g | %.3g" % (bench.error(image, reference), cost))
-                print("| %d %s | %s | %s |" % (count, kind, bounds, " | ".join(cells)), flush=True)
+                points = bench.curve(path, "tree", reference, 0, seconds=times[-1], defines=("lightmotion=" + bounds,))
+                errors = [error_after(points, t) for t in times]
+                print("| %d %s | %s | %s |" % (count, kind, bounds,
+                                             " | ".join("%.2g" % e if e else "" for e in errors)), flush=True)
 
 
 def measure_stress(bench, _):
@@ -250,10 +261,10 @@ def main():
     parser.add_argument("what", choices=("equal", "few", "scaling", "motion", "stress"))
     parser.add_argument("--strobe", default=os.path.join(ROOT, "build/release/strobe"))
     parser.add_argument("--lamps", type=int, nargs="+", help="numbers of lamps")
-    parser.add_argument("--kinds", nargs="+", choices=("point", "spot", "disk", "sphere", "string", "sheet"))
+    parser.add_argument("--kinds", nargs="+", choices=("point", "white", "spot", "disk", "sphere", "string", "sheet"))
     parser.add_argument("--largest", type=int, default=10**6, help="largest number of lights of `scaling` (default: 1000000)")
     args = parser.parse_args()
-    args.kinds = args.kinds or {"equal": ("point", "disk", "string", "sheet"), "few": ("point", "disk"),
+    args.kinds = args.kinds or {"equal": ("point", "white", "disk", "string", "sheet"), "few": ("point", "disk"),
                                 "scaling": ("point", "string"), "motion": ("point", "disk"), "stress": ()}[args.what]
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(os.path.abspath(args.strobe), folder)

@@ -41,7 +41,7 @@ void DirectLight::addTreeShadowRays(VertexChunk& v, std::span<const int32_t> ver
     m_context.sampler.fill2D(ranges, vertexDimension(bounce, uint32_t(kDimTreeLight) + kDimLightSample), l.u);
     const VertexSoA& origins = v.bySample(vertices, samples.count);
     m_context.lightTree->pick({origins.p, origins.ng, origins.n, origins.cosWo, origins.transmissive,
-                               origins.time, u, uFine, l.count},
+                               origins.time, u, uFine, l.count, samples.count},
                               m_picks);
     const bool usesMis = sampleEmitters(v, origins);
     if (!l.findContributing(origins))

@@ -20,7 +20,7 @@ enum class LightStrategy {
 /// lights have with one sample per pixel (docs/results/2026-11-many-lights.md).
 constexpr size_t kMaxLightsOfAll = 128;
 /// The default number of emitters that the light tree chooses at the first non-specular vertex.
-constexpr int kTreeSamples = 1;
+constexpr int kTreeSamples = 4;
 
 /// Parameters of the shaders `path` and `directlighting`.
 struct PathSettings {

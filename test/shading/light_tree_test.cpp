@@ -1,6 +1,7 @@
 // The light tree: its probabilities, and its estimates against those of all lights.
 #include "core/math/sampling.h"
 #include "core/scene/light_tree_builder.h"
+#include "shading/emitted_light.h"
 #include "shading/scene_template.h"
 #include "support/chi_square.h"
 #include "support/render_text.h"
@@ -212,7 +213,9 @@ struct Queries {
         u[i] = random1D(8, index);
         fine[i] = random1D(9, index);
     }
-    LightPickQuery query() const { return {p, ng, ns, cosWo, transmissive, time, u, fine, kSoAWidth}; }
+    LightPickQuery query(int samplesPerPoint = 1) const {
+        return {p, ng, ns, cosWo, transmissive, time, u, fine, kSoAWidth, samplesPerPoint};
+    }
 };
 
 TEST_P(LightTreeTest, PicksHaveTheirProbabilities) {
@@ -242,6 +245,127 @@ TEST_P(LightTreeTest, PicksHaveTheirProbabilities) {
             });
             EXPECT_GT(chiSquareP(observed, expected), 1e-5) << i;
         }
+    }
+}
+
+/// Samples that share a point share evaluated nodes; their choices do not change.
+TEST_P(LightTreeTest, PicksDoNotDependOnTheirOrder) {
+    const BuiltScene built = test::build(sceneOf(GetParam(), R"("path")"));
+    for (const LightTreeSettings& settings : allSettings()) {
+        const LightTree& tree = built.scene->lightTree(settings);
+        for (const int perPoint : {3, 16, kSoAWidth}) {
+            Queries q;
+            for (int k = 0; k < kSoAWidth; ++k)
+                q.set(k, randomPoint(uint64_t(k / perPoint)), uint64_t(k));
+            LightPickSoA one, several;
+            tree.pick(q.query(), one);
+            tree.pick(q.query(perPoint), several);
+            for (int k = 0; k < kSoAWidth; ++k) {
+                EXPECT_EQ(one.light[k], several.light[k]);
+                EXPECT_EQ(one.emitter[k], several.emitter[k]);
+                EXPECT_EQ(one.probability[k], several.probability[k]);
+            }
+        }
+    }
+}
+
+/// A light that a ray from a point hits, at the center of a cone of directions that hit the same emitter.
+struct LitCone {
+    LightPoint point;
+    V3f wi;
+    SurfacePoint s;
+};
+constexpr float kConeAngle = .006f; // radians
+
+/// Returns the hit of a ray. Its geometry is kNone if there is none.
+Hit trace(const Scene& scene, const LightPoint& point, const V3f& wi) {
+    RayPacket packet;
+    packet.set(0, point.p, wi, 0, kInfinity, point.time);
+    scene.tracer().intersect(packet, 1, false);
+    return scene.tracer().hit(packet, 0);
+}
+
+/// Finds a cone. Its rim hits the same emitter.
+std::optional<LitCone> findCone(const Scene& scene, uint64_t index) {
+    LightPoint point = randomPoint(index);
+    point.transmits = false;
+    const V3f wi = uniformSphere(random2D(31, index));
+    const auto target = [&](const V3f& d) { return trace(scene, point, d); };
+    const Hit hit = target(wi);
+    if (!hit || dot(wi, point.ng) < .1f)
+        return std::nullopt;
+    const SurfacePoint s = scene.surface(hit, point.time);
+    if (s.light < 0 || isBlack(scene.emitted(s, hit, -wi)) || std::abs(dot(wi, s.ng)) < .2f)
+        return std::nullopt;
+    const Frame frame = Frame::fromNormal(wi);
+    for (int i = 0; i < 8; ++i) {
+        const float phi = float(i) * kPi / 4;
+        const Hit rim =
+            target(frame.toWorld(V3f(std::sin(kConeAngle) * std::cos(phi),
+                                     std::sin(kConeAngle) * std::sin(phi), std::cos(kConeAngle))));
+        if (!rim || rim.geometry != hit.geometry || rim.instance != hit.instance || rim.prim != hit.prim)
+            return std::nullopt;
+    }
+    return LitCone{point, wi, s};
+}
+
+/// Returns how many of `count` light samples fall into the cone, on the emitter that its center hits.
+double countInCone(const Scene& scene, const LightTree& tree, const LitCone& cone, int count) {
+    const uint32_t emitter = tree.emitterOf(cone.s.light, cone.s.prim);
+    double inside = 0;
+    for (int first = 0; first < count; first += kSoAWidth) {
+        Queries q;
+        for (int k = 0; k < kSoAWidth; ++k)
+            q.set(k, cone.point, uint64_t(first + k));
+        LightPickSoA picks;
+        tree.pick(q.query(kSoAWidth), picks);
+        for (int k = 0; k < kSoAWidth; ++k) {
+            if (picks.light[k] != cone.s.light || picks.emitter[k] != emitter)
+                continue;
+            const LightSample sample = scene.lights()[size_t(picks.light[k])]->sampleEmitter(
+                emitter, cone.point.p, cone.point.time, random2D(41, uint64_t(first + k)));
+            inside += length(sample.wi - cone.wi) < 2 * std::sin(kConeAngle / 2) ? 1 : 0;
+        }
+    }
+    return inside;
+}
+
+/// The density of light samples, counted, gives the weight of a BSDF sample that hits a light.
+TEST(LightTree, MisWeightsEqualBruteForce) {
+    for (const char* name :
+         {"DisksAndSpheres", "MovingDisks", "Meshes", "TurningMeshes", "EnvironmentBesideLamps"}) {
+        const auto all = cases();
+        const auto& c = *std::find_if(all.begin(), all.end(),
+                                      [&](const TreeCase& x) { return x.name == std::string(name); });
+        const BuiltScene built = test::build(sceneOf(c, R"("path")"));
+        const Scene& scene = *built.scene;
+        PathSettings settings{};
+        settings.strategy = LightStrategy::Tree;
+        const LightTree& tree = scene.lightTree(settings.tree);
+        const PathContext context{scene, *built.sampler.sampler, settings, scene.lightSampler(), &tree};
+        constexpr int kSamples = 1 << 17, kCones = 12;
+        int cones = 0;
+        for (uint64_t i = 0; cones < kCones && i < 100000; ++i) {
+            const auto cone = findCone(scene, i);
+            if (!cone)
+                continue;
+            ++cones;
+            Path path;
+            path.ray = {cone->point.p, cone->wi, cone->point.time};
+            path.setPreviousVertex(cone->point);
+            path.maxBsdfPdf = kInfinity;
+            const double inside = countInCone(scene, tree, *cone, kSamples);
+            const double solidAngle = 2 * double(kPi) * (1 - std::cos(double(kConeAngle)));
+            const auto density = [&](double count) { return float(count / (kSamples * solidAngle)); };
+            // Five standard errors, and 2 % for the variation in the cone.
+            const double error = 5 * std::sqrt(inside + 1) + .02 * inside;
+            const float bsdfPdf = density(inside + 1);
+            const float weight = treeLightRayWeight(context, path, bsdfPdf, cone->s, cone->wi);
+            EXPECT_GE(weight, powerHeuristic(1, bsdfPdf, 1, density(inside + error))) << name << " " << i;
+            EXPECT_LE(weight, powerHeuristic(1, bsdfPdf, 1, density(std::max(inside - error, 0.))))
+                << name << " " << i;
+        }
+        EXPECT_EQ(cones, kCones) << name;
     }
 }
 
@@ -291,8 +415,11 @@ TEST(LightTree, LampsThatCrossHaveTreesForIntervals) {
     EXPECT_EQ(intervals(LightMotion::Swept), 1u);
     EXPECT_EQ(intervals(LightMotion::Linear), 1u);
     EXPECT_GT(intervals(LightMotion::Split), 1u);
-    const BuiltScene still = test::build(sceneOf(cases()[0], R"("path")"));
-    EXPECT_EQ(still.scene->lightTree({}).intervalCount(), 1u);
+    const std::string together = "ActiveTransform EndTime Translate 3 2 0 ActiveTransform All ";
+    for (const std::string& lights : {scattered(kPoint, 500), together + scattered(kPoint, 500)}) {
+        const BuiltScene other = test::build(sceneOf({"", lights}, R"("path")"));
+        EXPECT_EQ(other.scene->lightTree({}).intervalCount(), 1u);
+    }
 }
 
 /// A million coincident, collinear or equal emitters do not end in a deep tree, and the tree is small.

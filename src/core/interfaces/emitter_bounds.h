@@ -26,7 +26,7 @@ struct EmitterBounds {
     float spread = kPi;       ///< half-angle θo of the cone of normals
     float emission = kPi / 2; ///< the emission ends at this angle θe from a normal
     bool isTwoSided = false;  ///< emits around the opposite normals, too
-    float intensity = 0;      ///< luminance of the largest radiant intensity, W/sr
+    float intensity = 0;      ///< rootMeanSquare of the largest radiant intensity, W/sr
 };
 
 /// Sets the positions and the cone of normals of `bounds` from poses at equidistant times, the first and the

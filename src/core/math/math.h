@@ -106,6 +106,9 @@ struct Frame {
 
 /// Returns the luminance of `c`, with pbrt's weights for Rec. 709.
 inline float luminance(const Rgb& c) { return 0.212671f * c.x + 0.715160f * c.y + 0.072169f * c.z; }
+/// Returns the root mean square of the components. Samples whose density is proportional to it have the least
+/// sum of the components' variances.
+inline float rootMeanSquare(const Rgb& c) { return std::sqrt((c.x * c.x + c.y * c.y + c.z * c.z) / 3); }
 inline float maxComponent(const Rgb& c) { return std::max(c.x, std::max(c.y, c.z)); }
 inline bool isBlack(const Rgb& c) { return c.x == 0 && c.y == 0 && c.z == 0; }
 inline bool isFinite(const Rgb& c) { return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z); }

@@ -2,7 +2,7 @@
 
 #include "core/math/sampling.h"
 #include "core/scene/light_tree_builder.h"
-#include "core/scene/light_tree_importance.h"
+#include "core/scene/light_tree_walk.h"
 
 #include <numeric>
 
@@ -23,47 +23,6 @@ struct TreeView {
     float unboundedIrradiance;
 };
 
-/// Writes the ends of the intervals of a node's children in [0, sum of the importances]. Replaces importances
-/// that are all 0 by intensities, so that the probabilities of the children have the sum 1.
-STROBE_FORCE_INLINE void accumulateImportance(const LightNode& node, float* importance, double* end) {
-    double sum = 0;
-    for (int i = 0; i < kWidth; ++i) {
-        sum += double(importance[i]);
-        end[i] = sum;
-    }
-    if (sum > 0)
-        return;
-    for (int i = 0; i < kWidth; ++i) {
-        importance[i] = node.intensity[i];
-        sum += double(importance[i]);
-        end[i] = sum;
-    }
-}
-
-/// Chooses a child with a probability proportional to its importance. `u` in [0,1) is replaced by its
-/// position in the child's interval.
-STROBE_FORCE_INLINE int chooseChild(const float* importance, const double* end, double& u) {
-    const double target = u * end[kWidth - 1];
-    int child = 0;
-    for (int i = 0; i < kWidth; ++i)
-        child += end[i] <= target ? 1 : 0;
-    child = std::min(child, kWidth - 1);
-    while (child > 0 && importance[child] == 0) // u was rounded up
-        --child;
-    const double begin = child > 0 ? end[child - 1] : 0;
-    u = std::clamp((target - begin) / double(importance[child]), 0., 0x1.fffffffffffffp-1);
-    return child;
-}
-
-/// Computes the importances of the children of node `index`, as yet not finished.
-STROBE_FORCE_INLINE const LightNode& evaluateNode(const LightSubtree& tree, uint32_t index, float fraction,
-                                                  const LightPoint& point, float* importance) {
-    const LightNode& node = tree.nodes[index];
-    const LightNodeMotion* motion = tree.motions.empty() ? nullptr : &tree.motions[index];
-    computeImportance(node, motion, fraction, point, importance);
-    return node;
-}
-
 /// Returns the importance of all emitters: the sum over the children of the root, or over all emitters.
 STROBE_FORCE_INLINE double importanceOfAll(const LightSubtree& tree, bool isExhaustive, float fraction,
                                            const LightPoint& point) {
@@ -71,7 +30,7 @@ STROBE_FORCE_INLINE double importanceOfAll(const LightSubtree& tree, bool isExha
     const size_t count = isExhaustive ? tree.nodes.size() : std::min<size_t>(tree.nodes.size(), 1);
     for (size_t index = 0; index < count; ++index) {
         float importance[kWidth];
-        evaluateNode(tree, uint32_t(index), fraction, point, importance);
+        computeImportances(tree, uint32_t(index), fraction, point, importance);
         for (int i = 0; i < kWidth; ++i)
             sum += double(importance[i]);
     }
@@ -95,22 +54,6 @@ STROBE_FORCE_INLINE const LightSubtree& subtreeOf(const TreeView& view, float ti
     return view.subtrees[index];
 }
 
-/// Walks from the root to a leaf.
-STROBE_FORCE_INLINE LightTree::Choice descend(const LightSubtree& tree, float fraction,
-                                              const LightPoint& point, double u, float probability) {
-    for (uint32_t index = 0;;) {
-        float importance[kWidth];
-        const LightNode& node = evaluateNode(tree, index, fraction, point, importance);
-        double end[kWidth];
-        accumulateImportance(node, importance, end);
-        const int child = chooseChild(importance, end, u);
-        probability *= float(double(importance[child]) / end[kWidth - 1]);
-        index = node.child[child];
-        if (index & LightNode::kLeaf)
-            return {tree.leaves[index & ~LightNode::kLeaf], probability};
-    }
-}
-
 /// Chooses among all emitters.
 STROBE_FORCE_INLINE LightTree::Choice chooseExhaustively(const LightSubtree& tree, float fraction,
                                                          const LightPoint& point, double u, double sum,
@@ -119,7 +62,7 @@ STROBE_FORCE_INLINE LightTree::Choice chooseExhaustively(const LightSubtree& tre
     LightTree::Choice last{0, 0};
     for (uint32_t index = 0; index < tree.nodes.size(); ++index) {
         float importance[kWidth];
-        const LightNode& node = evaluateNode(tree, index, fraction, point, importance);
+        const LightNode& node = computeImportances(tree, index, fraction, point, importance);
         for (int i = 0; i < kWidth; ++i) {
             const double weight = double(sum > 0 ? importance[i] : node.intensity[i]);
             if (!(weight > 0))
@@ -141,7 +84,8 @@ double totalIntensity(const LightSubtree& tree) {
     return sum;
 }
 
-STROBE_FORCE_INLINE LightTree::Choice choose(const TreeView& view, const LightPoint& point, double u) {
+STROBE_FORCE_INLINE LightTree::Choice choose(const TreeView& view, const LightPoint& point, double u,
+                                             LightTreeWalk& walk) {
     float fraction;
     const LightSubtree& tree = subtreeOf(view, point.time, fraction);
     const bool needsSum = view.unboundedCount > 0 || view.isExhaustive;
@@ -157,7 +101,7 @@ STROBE_FORCE_INLINE LightTree::Choice choose(const TreeView& view, const LightPo
     }
     u = std::min(u / double(inTree), 0x1.fffffffffffffp-1);
     if (!view.isExhaustive)
-        return descend(tree, fraction, point, u, inTree);
+        return descend(tree, fraction, point, u, inTree, walk);
     const double total = sum > 0 ? sum : totalIntensity(tree);
     const LightTree::Choice choice = chooseExhaustively(tree, fraction, point, u * total, sum, inTree);
     return {choice.emitter, float(double(choice.probability) / total)};
@@ -170,8 +114,19 @@ STROBE_FORCE_INLINE LightPoint pointOf(const LightPickQuery& q, int i) {
 
 STROBE_TARGET_CLONES void chooseAll(const TreeView& view, const LightPickQuery& q,
                                     LightTree::Choice* choices) {
-    for (int i = 0; i < q.n; ++i)
-        choices[i] = choose(view, pointOf(q, i), double(q.u[i]) + double(q.uFine[i]) * 0x1p-24);
+    LightTreeWalk walk;
+    int order[kSoAWidth];
+    const auto number = [&](int i) { return double(q.u[i]) + double(q.uFine[i]) * 0x1p-24; };
+    for (int first = 0; first < q.n; first += q.samplesPerPoint) {
+        const int count = std::min(q.samplesPerPoint, q.n - first);
+        std::iota(order, order + count, first);
+        // In the order of the leaves, each node is evaluated once.
+        std::sort(order, order + count, [&](int a, int b) { return number(a) < number(b); });
+        const LightPoint point = pointOf(q, first);
+        walk.startAtOtherPoint();
+        for (const int i : std::span(order).first(size_t(count)))
+            choices[i] = choose(view, point, number(i), walk);
+    }
 }
 
 /// Returns the probability of the slot of an emitter, by the path from the root.
@@ -184,9 +139,9 @@ STROBE_TARGET_CLONES float slotProbability(const TreeView& view, const LightPoin
     const bool needsSum = view.unboundedCount > 0 || view.isExhaustive;
     const double sum = needsSum ? importanceOfAll(tree, view.isExhaustive, fraction, point) : 1;
     float probability = treeProbability(view, sum);
-    float importance[kWidth];
     if (view.isExhaustive) {
-        const LightNode& node = evaluateNode(tree, slot / kWidth, fraction, point, importance);
+        float importance[kWidth];
+        const LightNode& node = computeImportances(tree, slot / kWidth, fraction, point, importance);
         const double weight = double(sum > 0 ? importance[slot % kWidth] : node.intensity[slot % kWidth]);
         return float(double(probability * float(weight)) / (sum > 0 ? sum : totalIntensity(tree)));
     }
@@ -198,17 +153,16 @@ STROBE_TARGET_CLONES float slotProbability(const TreeView& view, const LightPoin
             break;
     }
     while (depth-- > 0) { // the order of `descend`, for the same bits
-        const LightNode& node = evaluateNode(tree, path[depth] / kWidth, fraction, point, importance);
-        double end[kWidth];
-        accumulateImportance(node, importance, end);
-        probability *= float(double(importance[path[depth] % kWidth]) / end[kWidth - 1]);
+        EvaluatedLightNode e;
+        evaluateNode(tree, path[depth] / kWidth, fraction, point, e);
+        probability *= float(double(e.importance[path[depth] % kWidth]) / e.sum());
     }
     return probability;
 }
 
 /// Returns the irradiance of a light without bounds: exact for a distant light that a surface faces.
 float irradianceOf(const Light& light, float radius) {
-    const float irradiance = luminance(light.power(radius)) / (kPi * sqr(radius));
+    const float irradiance = rootMeanSquare(light.power(radius)) / (kPi * sqr(radius));
     return irradiance > 0 && std::isfinite(irradiance) ? irradiance : 0;
 }
 
@@ -248,6 +202,8 @@ void LightTree::buildSubtrees(std::span<const std::shared_ptr<const Light>> ligh
     if (motion != LightMotion::Split || m_isExhaustive || m_subtrees[0].motions.empty())
         return;
     double cost = treeCost(m_subtrees[0]);
+    if (!(costAtMiddle(lights) < kMinGain * cost))
+        return; // the bounds do not widen with time: lights move together
     for (int count = kRefinement; count <= kMaxIntervals; count *= kRefinement) {
         std::vector<LightSubtree> finer;
         double finerCost = 0;
@@ -260,6 +216,16 @@ void LightTree::buildSubtrees(std::span<const std::shared_ptr<const Light>> ligh
         cost = finerCost;
         m_subtrees = std::move(finer);
     }
+}
+
+/// Returns the cost that the tree of the whole shutter has with bounds of the middle of the shutter.
+double LightTree::costAtMiddle(std::span<const std::shared_ptr<const Light>> lights) const {
+    std::vector<TreeEmitter> emitters;
+    for (const uint32_t index : m_subtrees[0].leaves) {
+        const uint32_t light = m_lightOf[index];
+        emitters.push_back({*lights[light]->emitterBounds(index - m_firstEmitter[light], .5f, .5f), index});
+    }
+    return treeCost(m_subtrees[0], emitters);
 }
 
 /// Builds the tree of an interval of shutter fractions. `isMoving`: the bounds move, if any light does.

@@ -33,6 +33,7 @@ struct LightPickQuery {
     const float* time;         ///< shutter fractions
     const float *u, *uFine;    ///< independent random numbers in [0,1), multiples of 2^-24
     int n;                     ///< number of samples, at most kSoAWidth
+    int samplesPerPoint = 1;   ///< so many samples in a row have the same point and time
 };
 /// The emitters that LightTree::pick chose.
 struct LightPickSoA {
@@ -81,6 +82,7 @@ class LightTree {
 
   private:
     void buildSubtrees(std::span<const std::shared_ptr<const Light>> lights, LightMotion motion);
+    double costAtMiddle(std::span<const std::shared_ptr<const Light>> lights) const;
     LightSubtree makeSubtree(std::span<const std::shared_ptr<const Light>> lights, float begin, float end,
                              bool isMoving);
 

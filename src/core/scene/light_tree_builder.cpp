@@ -178,6 +178,11 @@ EmitterBounds boundRange(Range range) {
     return all;
 }
 
+/// The part of treeCost of a node's child.
+double boundsCost(float intensity, float radius, float spread, float emission) {
+    return double(intensity * sqr(radius)) * double(orientationMeasure(spread, emission));
+}
+
 class TreeBuilder {
   public:
     TreeBuilder(size_t emitterCount, bool isMoving) : m_isMoving(isMoving) {
@@ -206,6 +211,7 @@ class TreeBuilder {
         node.cosSpread[slot] = b.spread >= kPi ? -1 : std::cos(b.spread);
         node.sinSpread[slot] = b.spread >= kPi ? 0 : std::sin(b.spread);
         node.cosEmission[slot] = std::cos(std::min(b.emission, kPi));
+        m_tree.isOriented |= b.spread < kPi;
         node.intensity[slot] = b.intensity;
         if (!m_isMoving)
             return;
@@ -300,9 +306,28 @@ double treeCost(const LightSubtree& tree) {
     for (const LightNode& node : tree.nodes)
         for (int i = 0; i < LightNode::kWidth; ++i) {
             const float spread = std::acos(std::clamp(node.cosSpread[i], -1.f, 1.f));
-            cost += double(node.intensity[i] * sqr(node.radius[i])) *
-                    double(orientationMeasure(spread, std::acos(node.cosEmission[i])));
+            cost += boundsCost(node.intensity[i], node.radius[i], spread, std::acos(node.cosEmission[i]));
         }
+    return cost;
+}
+
+double treeCost(const LightSubtree& tree, std::span<TreeEmitter> emitters) {
+    double cost = 0;
+    size_t leafCount = 0; // the leaves below a node follow each other
+    const auto addNode = [&](uint32_t index, const auto& addChild) -> void {
+        for (int i = 0; i < LightNode::kWidth && tree.nodes[index].intensity[i] > 0; ++i) {
+            const size_t first = leafCount;
+            const uint32_t child = tree.nodes[index].child[i];
+            if (child & LightNode::kLeaf)
+                ++leafCount;
+            else
+                addChild(child, addChild);
+            const EmitterBounds b = boundRange(emitters.subspan(first, leafCount - first));
+            cost += boundsCost(b.intensity, b.radius, b.spread, b.emission);
+        }
+    };
+    if (!tree.nodes.empty())
+        addNode(0, addNode);
     return cost;
 }
 

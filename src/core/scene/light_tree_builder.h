@@ -4,6 +4,8 @@
 #include "core/interfaces/emitter_bounds.h"
 #include "core/scene/light_tree_nodes.h"
 
+#include <span>
+
 namespace strobe {
 
 /// An emitter of a tree to be built.
@@ -26,5 +28,9 @@ LightSubtree listEmitters(std::vector<TreeEmitter> emitters, size_t emitterCount
 /// children of nodes of their intensity times the squares of their radii and the extents of their cones. It
 /// falls if the bounds of moving lights become tighter.
 double treeCost(const LightSubtree& tree);
+
+/// Returns the cost of a tree whose leaves have other bounds: those of `emitters`, in the order of the
+/// leaves.
+double treeCost(const LightSubtree& tree, std::span<TreeEmitter> emitters);
 
 } // namespace strobe

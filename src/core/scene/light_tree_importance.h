@@ -7,7 +7,9 @@ namespace strobe {
 
 /// Writes the importance of the children of a node at a point: estimates of the irradiance of a surface there
 /// (Conty Estevez and Kulla 2018, section 4.2; pbrt-v4, section 12.6.3). It is 0 only for children that
-/// cannot illuminate the point. `motion`: null if the tree is at rest. `fraction`: of the tree's interval.
+/// cannot illuminate the point. `fraction`: of the tree's interval. `isOriented`: see LightSubtree.
+/// `motion` is read if the tree `isMoving`.
+template <bool isOriented, bool isMoving>
 STROBE_FORCE_INLINE void computeImportance(const LightNode& node, const LightNodeMotion* motion,
                                            float fraction, const LightPoint& point, float* importance) {
     constexpr float kRounding = 1e-4f;      // of cosines
@@ -15,44 +17,41 @@ STROBE_FORCE_INLINE void computeImportance(const LightNode& node, const LightNod
     constexpr float kEffectiveRadius = .5f; // the mean of a node's emitters is not at its bounds: measured
     const V3f p = point.p, ng = point.ng, ns = point.ns;
     const float transmits = point.transmits ? 1.f : 0.f;
-    float cx[LightNode::kWidth], cy[LightNode::kWidth], cz[LightNode::kWidth];
-    for (int i = 0; i < LightNode::kWidth; ++i) {
-        cx[i] = node.x[i] - p.x;
-        cy[i] = node.y[i] - p.y;
-        cz[i] = node.z[i] - p.z;
-    }
-    if (motion)
-        for (int i = 0; i < LightNode::kWidth; ++i) {
-            cx[i] += motion->x[i] * fraction;
-            cy[i] += motion->y[i] * fraction;
-            cz[i] += motion->z[i] * fraction;
-        }
     STROBE_IVDEP
     for (int i = 0; i < LightNode::kWidth; ++i) {
-        const float d2 = std::max(cx[i] * cx[i] + cy[i] * cy[i] + cz[i] * cz[i], 1e-30f);
+        float cx = node.x[i] - p.x, cy = node.y[i] - p.y, cz = node.z[i] - p.z;
+        if constexpr (isMoving) {
+            cx += motion->x[i] * fraction;
+            cy += motion->y[i] * fraction;
+            cz += motion->z[i] * fraction;
+        }
+        const float d2 = std::max(cx * cx + cy * cy + cz * cz, 1e-30f);
         const float radius = std::abs(node.radius[i]), inv = 1 / std::sqrt(d2);
         // The angle θb that the sphere subtends; π inside.
         const bool isInside = d2 <= radius * radius;
         const float sinRatio = radius * inv;
         const float sinB = isInside ? 0.f : sinRatio;
-        const float cosB = isInside ? -1.f : std::sqrt(std::max(1 - sinRatio * sinRatio, 0.f));
-        // The least angle between a normal and the direction to the point, as a cosine.
-        const float cosAxis = -(cx[i] * node.axisX[i] + cy[i] * node.axisY[i] + cz[i] * node.axisZ[i]) * inv;
-        const float cosW = node.radius[i] < 0 ? std::abs(cosAxis) : cosAxis;
-        const float sinW = std::sqrt(std::max(1 - cosW * cosW, 0.f));
-        const bool isInCone = cosW >= node.cosSpread[i];
-        const float cosO = isInCone ? 1.f : cosW * node.cosSpread[i] + sinW * node.sinSpread[i];
-        const float sinO = isInCone ? 0.f : sinW * node.cosSpread[i] - cosW * node.sinSpread[i];
-        const float cosE = cosO >= cosB ? 1.f : cosO * cosB + sinO * sinB;
-        const float emission = cosE + kRounding > node.cosEmission[i] ? std::max(cosE, kRounding) : 0.f;
+        float emission = 1;
+        if constexpr (isOriented) {
+            const float cosB = isInside ? -1.f : std::sqrt(std::max(1 - sinRatio * sinRatio, 0.f));
+            // The least angle between a normal and the direction to the point, as a cosine.
+            const float cosAxis = -(cx * node.axisX[i] + cy * node.axisY[i] + cz * node.axisZ[i]) * inv;
+            const float cosW = node.radius[i] < 0 ? std::abs(cosAxis) : cosAxis;
+            const float sinW = std::sqrt(std::max(1 - cosW * cosW, 0.f));
+            const bool isInCone = cosW >= node.cosSpread[i];
+            const float cosO = isInCone ? 1.f : cosW * node.cosSpread[i] + sinW * node.sinSpread[i];
+            const float sinO = isInCone ? 0.f : sinW * node.cosSpread[i] - cosW * node.sinSpread[i];
+            const float cosE = cosO >= cosB ? 1.f : cosO * cosB + sinO * sinB;
+            emission = cosE + kRounding > node.cosEmission[i] ? std::max(cosE, kRounding) : 0.f;
+        }
         // The angle of incidence at half of the sphere's extent.
-        const float cosN = (cx[i] * ns.x + cy[i] * ns.y + cz[i] * ns.z) * inv;
+        const float cosN = (cx * ns.x + cy * ns.y + cz * ns.z) * inv;
         const float cosI = transmits > 0 ? std::abs(cosN) : cosN;
         const float sinI = std::sqrt(std::max(1 - cosI * cosI, 0.f));
         const float sinC = sinB * kEffectiveRadius;
         const float cosC = isInside ? -1.f : std::sqrt(1 - sinC * sinC);
         const float incidence = cosI >= cosC ? 1.f : cosI * cosC + sinI * sinC;
-        const float cosG = (cx[i] * ng.x + cy[i] * ng.y + cz[i] * ng.z) * inv;
+        const float cosG = (cx * ng.x + cy * ng.y + cz * ng.z) * inv;
         const bool isAbove = (transmits > 0) | isInside | (cosG + sinB > -kRounding);
         const float arriving = isAbove ? std::max(incidence, kMinCosine) : 0.f;
         const float effective = kEffectiveRadius * radius;

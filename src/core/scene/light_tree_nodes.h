@@ -36,6 +36,7 @@ struct LightNodeMotion {
 
 /// The tree of an interval of the shutter.
 struct LightSubtree {
+    bool isOriented = false;              ///< false: all emitters emit equally in all directions
     std::vector<LightNode> nodes;         ///< the root is the first
     std::vector<LightNodeMotion> motions; ///< by node; empty: at rest
     std::vector<uint32_t> parents;        ///< by node: 8 times the parent's index plus the slot in it
