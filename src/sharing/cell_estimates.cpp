@@ -147,17 +147,17 @@ LightFit fitNode(const CellPyramid& pyramid, const CellNode& node) {
 CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell,
                           const std::vector<LightFit>& fits) {
     CellEstimate out;
-    std::copy(std::begin(cell.light), std::end(cell.light), out.light[0]);
+    out.set(0, cell.light);
     uint32_t ancestor = cell.parent;
     for (int scale = 0; scale < kFitScales; ++scale) {
         const CellNode& node = pyramid.nodes()[ancestor];
         float features[LightFit::kTerms];
         FitFrame(node, kFitRadius * pyramid.edge(node)).features(cell.p, cell.n, features);
-        float(&value)[kLightChannels] = out.light[1 + scale];
-        std::fill(std::begin(value), std::end(value), 0.f);
+        float value[kLightChannels] = {};
         for (int k = 0; k < LightFit::kTerms; ++k)
             for (int c = 0; c < kLightChannels; ++c)
                 value[c] += fits[ancestor].terms[k][c] * features[k];
+        out.set(1 + scale, value);
         ancestor = node.parent;
     }
     return out;

@@ -10,19 +10,48 @@ namespace strobe {
 namespace {
 
 /// Changes with the meaning of the integers of records.
-constexpr int64_t kFormat = 2;
+constexpr int64_t kFormat = 3;
 constexpr uint32_t kMaxSamples = PixelAccumulator::kMaxSamples;
-/// The integers of a cell without its light, of a cell, of a half of a pixel without its uses and rare
-/// samples, of a use and of a rare sample.
-constexpr size_t kDarkCellIntegers = 6 + 6 + kHalves,
-                 kCellIntegers = kDarkCellIntegers + kHalves * 3 * kParts;
-constexpr size_t kHalfIntegers = kQuarters * (1 + 3 * kParts) + 3 + 4 + 2;
+constexpr size_t kLights = 3 * kParts; ///< of a quarter of a pixel, or of a half of a cell
+/// The maximum number of integers, with the lengths of groups, of a cell, of a half of a pixel without its
+/// uses and rare samples, of a use and of a rare sample.
+constexpr size_t kCellIntegers = 1 + 4 + 5 + 7 + 1 + kHalves * kLights;
+constexpr size_t kHalfIntegers = 6 + 1 + kQuarters * kLights + 1 + 5 + 2;
 constexpr size_t kUseIntegers = 1 + 3;
 constexpr size_t kRareIntegers = 3 + 6;
+/// The minimum numbers of bytes of a cell and of a rare sample.
+constexpr size_t kMinCellBytes = 5, kMinRareBytes = kRareIntegers;
 /// The rows of pixels are preceded by a table of the ends of rows.
 using RowEnd = uint64_t;
 
 size_t pixelCount(const PixelBounds& bounds) { return size_t(bounds.width()) * size_t(bounds.height()); }
+
+/// The units of sums of light, to be written or read as a group.
+struct SumGroup {
+    __int128 units[1 + kHalves * kLights];
+    size_t count = 0;
+    void push(const FixedPointSum& sum) { units[count++] = sum.units(); }
+    void push(const RgbSum& sum) {
+        for (const FixedPointSum& channel : sum.channels)
+            push(channel);
+    }
+    void write(IntegerWriter& out) const { out.addLongGroup(units, count); }
+    /// Reads `number` sums. `pop` adds the next of them.
+    void read(IntegerReader& in, size_t number) {
+        in.nextLongGroup(units, number);
+        count = 0;
+    }
+    void pop(FixedPointSum& sum) { sum.add(FixedPointSum(units[count++])); }
+    void pop(RgbSum& sum) {
+        for (FixedPointSum& channel : sum.channels)
+            pop(channel);
+    }
+};
+static_assert(kQuarters == kHalves, "both have as many lights");
+
+size_t countOf(LightParts parts) {
+    return size_t(parts.has(LightPart::Direct)) + size_t(parts.has(LightPart::Indirect));
+}
 
 void write(IntegerWriter& out, const RgbSum& sum) {
     for (const FixedPointSum& channel : sum.channels)
@@ -31,18 +60,18 @@ void write(IntegerWriter& out, const RgbSum& sum) {
 void write(IntegerWriter& out, const CellSums& cell, LightParts parts) {
     const CellId& id = cell.id;
     out.add(int64_t(id.surface));
-    for (const int64_t value : {id.x, id.y, id.z, int32_t(id.level), int32_t(id.face)})
-        out.add(value);
-    for (const uint32_t count : cell.count)
-        out.add(count);
-    for (int k = 0; k < 3; ++k) {
-        out.add(cell.p[k]);
-        out.add(cell.n[k]);
-    }
+    const int64_t cube[] = {id.x, id.y, id.z};
+    const int64_t rest[] = {id.level, id.face, cell.count[0], cell.count[1]};
+    const int64_t means[] = {cell.p[0], cell.p[1], cell.p[2], cell.n[0], cell.n[1], cell.n[2]};
+    out.addGroup(cube);
+    out.addGroup(rest);
+    out.addGroup(means);
+    SumGroup sums;
     for (int part = 0; part < kParts; ++part)
         if (parts.has(LightPart(part)))
             for (const RgbSum& light : cell.light[part])
-                write(out, light);
+                sums.push(light);
+    sums.write(out);
 }
 bool hasEmission(const HalfLight& half) {
     return !(half.emitted == RgbSum() && half.ee == FixedPointSum() && half.ve == FixedPointSum());
@@ -71,30 +100,44 @@ void addNext(IntegerReader& in, RgbSum& sum) {
     for (FixedPointSum& channel : sum.channels)
         channel.add(FixedPointSum(in.next()));
 }
-/// Reads the sums of a cell in a tile of this many pixels.
-CellSums readCell(IntegerReader& in, size_t pixels, LightParts parts) {
-    CellSums cell;
-    CellId& id = cell.id;
-    constexpr int64_t kMax = CellId::kMaxIndex;
-    id.surface = uint64_t(in.next(INT64_MIN, INT64_MAX));
-    id.x = int32_t(in.next(-kMax, kMax));
-    id.y = int32_t(in.next(-kMax, kMax));
-    id.z = int32_t(in.next(-kMax, kMax));
-    id.level = int16_t(in.next(-CellId::kMaxLevel, CellId::kMaxLevel));
-    id.face = uint16_t(in.next(0, CellId::kFaces - 1));
+/// Reads the sums of a cell in a tile of this many pixels. Returns whether they are possible.
+bool readCell(IntegerReader& in, size_t pixels, LightParts parts, CellSums& cell) {
+    const auto isWithin = [](int64_t value, int64_t first, int64_t last) {
+        return value >= first && value <= last;
+    };
+    int64_t cube[3], rest[4], means[6];
+    cell.id.surface = uint64_t(in.next(INT64_MIN, INT64_MAX));
+    in.nextGroup(cube);
+    in.nextGroup(rest);
+    in.nextGroup(means);
+    SumGroup sums;
+    sums.read(in, kHalves * 3 * countOf(parts));
+    for (const int64_t index : cube)
+        if (!isWithin(index, -CellId::kMaxIndex, CellId::kMaxIndex))
+            return false;
     const auto maxCount = int64_t(std::min<uint64_t>(uint64_t(pixels) * kMaxSamples, UINT32_MAX));
-    for (uint32_t& count : cell.count)
-        count = uint32_t(in.next(0, maxCount));
-    const int64_t total = int64_t(cell.count[0]) + int64_t(cell.count[1]);
+    if (!isWithin(rest[0], -CellId::kMaxLevel, CellId::kMaxLevel) ||
+        !isWithin(rest[1], 0, CellId::kFaces - 1) || !isWithin(rest[2], 0, maxCount) ||
+        !isWithin(rest[3], 0, maxCount) || rest[2] + rest[3] == 0)
+        return false;
+    const int64_t total = rest[2] + rest[3];
+    cell.id = {cell.id.surface,  int32_t(cube[0]), int32_t(cube[1]),
+               int32_t(cube[2]), int16_t(rest[0]), uint16_t(rest[1])};
+    for (int half = 0; half < kHalves; ++half)
+        cell.count[half] = uint32_t(rest[2 + half]);
     for (int k = 0; k < 3; ++k) {
-        cell.p[k] = in.next(0, total << CellSums::kPositionBits);
-        cell.n[k] = in.next(-total << CellSums::kNormalBits, total << CellSums::kNormalBits);
+        cell.p[k] = means[k];
+        cell.n[k] = means[3 + k];
+        const int64_t maxNormal = total << CellSums::kNormalBits;
+        if (!isWithin(cell.p[k], 0, total << CellSums::kPositionBits) ||
+            !isWithin(cell.n[k], -maxNormal, maxNormal))
+            return false;
     }
     for (int part = 0; part < kParts; ++part)
         if (parts.has(LightPart(part)))
             for (RgbSum& light : cell.light[part])
-                addNext(in, light);
-    return cell;
+                sums.pop(light);
+    return true;
 }
 
 } // namespace
@@ -146,30 +189,39 @@ void TileLight::addPixel(int x, int y, const PixelLight& light) {
 void TileLight::writeHalf(const HalfLight& half) {
     IntegerWriter& out = m_pixelBytes;
     out.reserve(kHalfIntegers + half.uses.size() * kUseIntegers + half.rare.size() * kRareIntegers);
-    for (const HalfLight::Quarter& quarter : half.quarters)
-        out.add(quarter.count);
+    const int64_t counts[] = {half.quarters[0].count, half.quarters[1].count, int64_t(half.uses.size()),
+                              int64_t(half.rare.size()), hasEmission(half)};
+    out.addGroup(counts);
     if (half.count() == 0)
         return;
+    SumGroup sums;
+    sums.push(half.v);
     for (const HalfLight::Quarter& quarter : half.quarters)
         for (int part = 0; part < kParts; ++part)
             if (m_parts.has(LightPart(part)))
-                write(out, quarter.light[part]);
-    out.add(half.v.units());
-    out.add(hasEmission(half));
+                sums.push(quarter.light[part]);
+    sums.write(out);
     if (hasEmission(half)) {
         write(out, half.emitted);
         for (const FixedPointSum& moment : {half.ee, half.ve})
             out.add(moment.units());
     }
-    out.add(__int128(half.uses.size()));
-    for (const CellUse& use : half.uses) {
-        out.add(use.cell);
-        for (const int64_t albedo : use.albedo)
-            out.add(albedo);
-    }
-    out.add(__int128(half.rare.size()));
+    writeUses(half.uses);
     for (const RareSample& sample : half.rare)
         write(out, sample);
+}
+
+void TileLight::writeUses(const std::vector<CellUse>& uses) {
+    IntegerLength length;
+    for (const CellUse& use : uses)
+        for (const int64_t albedo : use.albedo)
+            length.include(albedo);
+    m_pixelBytes.addByte(length.bytes());
+    for (const CellUse& use : uses)
+        m_pixelBytes.addBytes(use.cell, sizeof use.cell);
+    for (const CellUse& use : uses)
+        for (const int64_t albedo : use.albedo)
+            m_pixelBytes.addBytes(albedo, length.bytes());
 }
 
 void TileLight::writeHeader(const PixelBounds& tile) {
@@ -187,7 +239,7 @@ void TileLight::writeHeader(const PixelBounds& tile) {
 
 /// Appends the ends of the rows, in bytes from the start of the first row, and the rows.
 void TileLight::writeRows(const PixelBounds& tile, std::string& out) {
-    static const std::string_view kNoSamples("\0\0\0\0", kHalves * kQuarters); // counts
+    static const std::string_view kNoSamples("\0\0", kHalves); // groups of zeros
     constexpr size_t kAbsent = ~size_t(0);
     std::vector<size_t> entryOf(pixelCount(tile), kAbsent);
     for (size_t i = 0; i < m_pixels.size(); ++i)
@@ -235,13 +287,11 @@ TileLightReader::TileLightReader(FilmRecord record) : m_record(std::move(record)
 
 void TileLightReader::readCells(IntegerReader& header) {
     const size_t pixels = pixelCount(m_record.pixels);
-    // An integer takes a byte at least.
-    const auto count = size_t(header.next(0, int64_t(header.left() / kDarkCellIntegers)));
-    m_cells.reserve(count);
+    const auto count = size_t(header.next(0, int64_t(header.left() / kMinCellBytes)));
+    m_cells.resize(count);
     m_cellNumbers.resize(count);
-    for (size_t i = 0; i < count && !header.hasFailed(); ++i) {
-        m_cells.push_back(readCell(header, pixels, m_parts));
-        if (m_cells.back().count[0] + m_cells.back().count[1] == 0)
+    for (size_t i = 0; i < count; ++i) {
+        if (!readCell(header, pixels, m_parts, m_cells[i]))
             fail();
         m_cellNumbers[i] = uint32_t(i);
     }
@@ -282,41 +332,58 @@ void TileLightReader::Row::addNext(PixelLight& light) {
 }
 
 void TileLightReader::Row::addHalf(HalfLight& half) {
-    bool hasSamples = false;
-    for (HalfLight::Quarter& quarter : half.quarters) {
-        const auto count = uint32_t(m_reader.next(0, kMaxSamples));
-        quarter.count += count;
-        hasSamples |= count > 0;
-    }
-    if (!hasSamples)
+    int64_t counts[5];
+    m_reader.nextGroup(counts);
+    const auto [first, second, uses, rare, hasEmission] = counts;
+    const auto left = int64_t(m_reader.left());
+    if (first < 0 || first > kMaxSamples || second < 0 || second > kMaxSamples || uses < 0 || uses > left ||
+        rare < 0 || rare > left)
+        fail();
+    half.quarters[0].count += uint32_t(first);
+    half.quarters[1].count += uint32_t(second);
+    if (first + second == 0)
         return;
+    SumGroup sums;
+    sums.read(m_reader, 1 + kQuarters * 3 * countOf(m_tile->m_parts));
+    sums.pop(half.v);
     for (HalfLight::Quarter& quarter : half.quarters)
         for (int part = 0; part < kParts; ++part)
             if (m_tile->m_parts.has(LightPart(part)))
-                strobe::addNext(m_reader, quarter.light[part]);
-    half.v.add(FixedPointSum(m_reader.next()));
-    if (m_reader.next(0, 1) == 1) {
+                sums.pop(quarter.light[part]);
+    if (hasEmission) {
         strobe::addNext(m_reader, half.emitted);
         for (FixedPointSum* moment : {&half.ee, &half.ve})
             moment->add(FixedPointSum(m_reader.next()));
     }
-    const auto uses = size_t(m_reader.next(0, int64_t(m_reader.left() / kUseIntegers)));
-    const auto cells = int64_t(m_tile->m_cellNumbers.size());
-    for (size_t i = 0; i < uses && !m_reader.hasFailed(); ++i) {
-        const int64_t cell = m_reader.next(0, cells - 1);
-        CellUse use;
-        for (int64_t& albedo : use.albedo)
-            albedo = m_reader.next(INT64_MIN, INT64_MAX);
-        if (m_reader.hasFailed())
-            return;
-        use.cell = m_tile->m_cellNumbers[size_t(cell)];
-        half.uses.push_back(use);
-    }
-    addRare(half);
+    addUses(half, size_t(uses));
+    addRare(half, size_t(rare));
 }
 
-void TileLightReader::Row::addRare(HalfLight& half) {
-    const auto count = size_t(m_reader.next(0, int64_t(m_reader.left() / kRareIntegers)));
+void TileLightReader::Row::addUses(HalfLight& half, size_t count) {
+    const size_t first = half.uses.size(), cellCount = m_tile->m_cellNumbers.size();
+    const size_t length = m_reader.nextLength(sizeof(int64_t), 3 * count);
+    if (m_reader.left() < count * (sizeof(uint32_t) + 3 * length))
+        fail();
+    half.uses.resize(first + count);
+    m_reader.nextBytes(sizeof(uint32_t), count, [&](size_t i, int64_t cell) {
+        if (uint64_t(cell) >= cellCount)
+            fail();
+        half.uses[first + i].cell = m_tile->m_cellNumbers[size_t(cell)];
+    });
+    auto use = half.uses.begin() + std::ptrdiff_t(first);
+    int channel = 0;
+    m_reader.nextBytes(length, 3 * count, [&](size_t, int64_t albedo) {
+        use->albedo[channel] = albedo;
+        if (++channel == 3) {
+            channel = 0;
+            ++use;
+        }
+    });
+}
+
+void TileLightReader::Row::addRare(HalfLight& half, size_t count) {
+    if (count > m_reader.left() / kMinRareBytes)
+        fail();
     const auto cells = int64_t(m_tile->m_cellNumbers.size());
     for (size_t i = 0; i < count && !m_reader.hasFailed(); ++i) {
         RareSample sample;

@@ -79,6 +79,7 @@ class TileLight {
     };
     uint32_t findOtherCell(const CellId& id);
     void writeHalf(const HalfLight& half);
+    void writeUses(const std::vector<CellUse>& uses);
     void writeHeader(const PixelBounds& tile);
     void writeRows(const PixelBounds& tile, std::string& out);
 
@@ -117,7 +118,8 @@ class TileLightReader {
         friend class TileLightReader;
         Row(const TileLightReader& tile, std::string_view bytes) : m_tile(&tile), m_reader(bytes) {}
         void addHalf(HalfLight& half);
-        void addRare(HalfLight& half);
+        void addUses(HalfLight& half, size_t count);
+        void addRare(HalfLight& half, size_t count);
         const TileLightReader* m_tile;
         IntegerReader m_reader;
     };
