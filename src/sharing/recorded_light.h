@@ -63,7 +63,7 @@ class RecordedLight {
   private:
     void joinCells(std::vector<TileLightReader>& tiles);
     void joinRow(int y, const std::vector<const TileLightReader*>& tiles);
-    void setPixel(size_t index, PixelLight& light);
+    void setUses(size_t index, PixelLight& light);
     void joinEmission(const std::vector<TileLightReader>& tiles);
 
     std::vector<std::vector<PixelUse>> m_usesOfRow;

@@ -9,135 +9,143 @@ namespace strobe {
 
 namespace {
 
-/// Changes with the meaning of the integers of records.
-constexpr int64_t kFormat = 3;
+/// Changes with the meaning of the numbers of records.
+constexpr uint32_t kFormat = 4;
 constexpr uint32_t kMaxSamples = PixelAccumulator::kMaxSamples;
-constexpr size_t kLights = 3 * kParts; ///< of a quarter of a pixel, or of a half of a cell
-/// The maximum number of integers, with the lengths of groups, of a cell, of a half of a pixel without its
-/// uses and rare samples, of a use and of a rare sample.
-constexpr size_t kCellIntegers = 1 + 4 + 5 + 7 + 1 + kHalves * kLights;
-constexpr size_t kHalfIntegers = 6 + 1 + kQuarters * kLights + 1 + 5 + 2;
-constexpr size_t kUseIntegers = 1 + 3;
-constexpr size_t kRareIntegers = 3 + 6;
-/// The minimum numbers of bytes of a cell and of a rare sample.
-constexpr size_t kMinCellBytes = 5, kMinRareBytes = kRareIntegers;
+constexpr size_t kSumsOfHalf = 1 + 3 * kParts * kQuarters;
+/// The bytes of sums of which one is longer than 64 bits.
+constexpr size_t kLongSum = sizeof(__int128);
+// The maximum numbers of bytes:
+constexpr size_t kCellBytes = sizeof(CellSums) + 1, kEmissionBytes = 5 * kLongSum;
+constexpr size_t kHalfBytes = 1 + 4 * sizeof(uint32_t) + kSumsOfHalf * kLongSum + kEmissionBytes;
+// The exact ones:
+constexpr size_t kUseBytes = sizeof(uint32_t) + 3 * sizeof(int64_t), kRareBytes = 6 + 6 * sizeof(float);
+/// The minimum number of bytes of a cell.
+constexpr size_t kMinCellBytes = 85;
 /// The rows of pixels are preceded by a table of the ends of rows.
 using RowEnd = uint64_t;
 
-size_t pixelCount(const PixelBounds& bounds) { return size_t(bounds.width()) * size_t(bounds.height()); }
+/// What half of a pixel holds; 0: it has no samples.
+enum HalfFlags : uint8_t { kHasSamples = 1, kHasLongSums = 2, kHasEmission = 4, kHasRare = 8 };
 
-/// The units of sums of light, to be written or read as a group.
-struct SumGroup {
-    __int128 units[1 + kHalves * kLights];
-    size_t count = 0;
-    void push(const FixedPointSum& sum) { units[count++] = sum.units(); }
-    void push(const RgbSum& sum) {
-        for (const FixedPointSum& channel : sum.channels)
-            push(channel);
-    }
-    void write(IntegerWriter& out) const { out.addLongGroup(units, count); }
-    /// Reads `number` sums. `pop` adds the next of them.
-    void read(IntegerReader& in, size_t number) {
-        in.nextLongGroup(units, number);
-        count = 0;
-    }
-    void pop(FixedPointSum& sum) { sum.add(FixedPointSum(units[count++])); }
-    void pop(RgbSum& sum) {
-        for (FixedPointSum& channel : sum.channels)
-            pop(channel);
-    }
-};
-static_assert(kQuarters == kHalves, "both have as many lights");
+size_t pixelCount(const PixelBounds& bounds) { return size_t(bounds.width()) * size_t(bounds.height()); }
 
 size_t countOf(LightParts parts) {
     return size_t(parts.has(LightPart::Direct)) + size_t(parts.has(LightPart::Indirect));
 }
 
-void write(IntegerWriter& out, const RgbSum& sum) {
+/// Writes sums with a common length, which `isLong` tells after that.
+class SumWriter {
+  public:
+    explicit SumWriter(ByteWriter& out) : m_out(out), m_next(out.end()) {}
+    /// Writes 8 bytes.
+    void addShort(const FixedPointSum& sum) {
+        const __int128 units = sum.units();
+        const auto low = int64_t(units);
+        std::memcpy(m_next, &low, sizeof low);
+        m_next += sizeof low;
+        m_excess |= uint64_t(int64_t(units >> 64) ^ (low >> 63));
+    }
+    /// Writes 16 bytes.
+    void addLong(const FixedPointSum& sum) { m_out.add(sum.units()); }
+    bool isLong() const { return m_excess != 0; }
+    /// Keeps what addShort wrote.
+    void finishShort() { m_out.setEnd(m_next); }
+
+  private:
+    ByteWriter& m_out;
+    char* m_next;
+    uint64_t m_excess = 0; ///< not 0: a sum does not fit into 8 bytes
+};
+
+/// Writes the sums for which forSums(work) calls work(sum). Returns whether they are long.
+template <class ForSums>
+bool writeSums(ByteWriter& out, const ForSums& forSums) {
+    SumWriter writer(out);
+    forSums([&](const FixedPointSum& sum) { writer.addShort(sum); });
+    if (writer.isLong())
+        forSums([&](const FixedPointSum& sum) { writer.addLong(sum); });
+    else
+        writer.finishShort();
+    return writer.isLong();
+}
+
+template <class Work>
+void forChannels(const RgbSum& sum, const Work& work) {
     for (const FixedPointSum& channel : sum.channels)
-        out.add(channel.units());
+        work(channel);
 }
-void write(IntegerWriter& out, const CellSums& cell, LightParts parts) {
-    const CellId& id = cell.id;
-    out.add(int64_t(id.surface));
-    const int64_t cube[] = {id.x, id.y, id.z};
-    const int64_t rest[] = {id.level, id.face, cell.count[0], cell.count[1]};
-    const int64_t means[] = {cell.p[0], cell.p[1], cell.p[2], cell.n[0], cell.n[1], cell.n[2]};
-    out.addGroup(cube);
-    out.addGroup(rest);
-    out.addGroup(means);
-    SumGroup sums;
-    for (int part = 0; part < kParts; ++part)
-        if (parts.has(LightPart(part)))
-            for (const RgbSum& light : cell.light[part])
-                sums.push(light);
-    sums.write(out);
-}
+
 bool hasEmission(const HalfLight& half) {
     return !(half.emitted == RgbSum() && half.ee == FixedPointSum() && half.ve == FixedPointSum());
 }
 
-/// Writes the bits of the channels.
-void write(IntegerWriter& out, const Rgb& color) {
-    for (int c = 0; c < 3; ++c)
-        out.add(std::bit_cast<int32_t>(color[c]));
-}
-void write(IntegerWriter& out, const RareSample& sample) {
-    out.add(sample.cell);
-    out.add(sample.part);
-    out.add(sample.isInQuarter);
-    write(out, sample.light);
-    write(out, sample.albedo);
+void write(ByteWriter& out, const CellSums& cell, LightParts parts) {
+    const size_t start = out.size();
+    out.add(uint8_t(0));
+    const CellId& id = cell.id;
+    out.add(id.surface);
+    for (const int32_t index : {id.x, id.y, id.z})
+        out.add(index);
+    out.add(id.level);
+    out.add(id.face);
+    for (const uint32_t count : cell.count)
+        out.add(count);
+    for (int k = 0; k < 3; ++k) {
+        out.add(cell.p[k]);
+        out.add(cell.n[k]);
+    }
+    const bool isLong = writeSums(out, [&](const auto& work) {
+        for (int part = 0; part < kParts; ++part)
+            if (parts.has(LightPart(part)))
+                for (const RgbSum& light : cell.light[part])
+                    forChannels(light, work);
+    });
+    out.set(start, uint8_t(isLong));
 }
 
-Rgb readColor(IntegerReader& in) {
-    Rgb color;
-    for (int c = 0; c < 3; ++c)
-        color[c] = std::bit_cast<float>(int32_t(in.next(INT32_MIN, INT32_MAX)));
-    return color;
-}
-void addNext(IntegerReader& in, RgbSum& sum) {
-    for (FixedPointSum& channel : sum.channels)
-        channel.add(FixedPointSum(in.next()));
-}
-/// Reads the sums of a cell in a tile of this many pixels. Returns whether they are possible.
-bool readCell(IntegerReader& in, size_t pixels, LightParts parts, CellSums& cell) {
-    const auto isWithin = [](int64_t value, int64_t first, int64_t last) {
-        return value >= first && value <= last;
-    };
-    int64_t cube[3], rest[4], means[6];
-    cell.id.surface = uint64_t(in.next(INT64_MIN, INT64_MAX));
-    in.nextGroup(cube);
-    in.nextGroup(rest);
-    in.nextGroup(means);
-    SumGroup sums;
-    sums.read(in, kHalves * 3 * countOf(parts));
-    for (const int64_t index : cube)
-        if (!isWithin(index, -CellId::kMaxIndex, CellId::kMaxIndex))
-            return false;
-    const auto maxCount = int64_t(std::min<uint64_t>(uint64_t(pixels) * kMaxSamples, UINT32_MAX));
-    if (!isWithin(rest[0], -CellId::kMaxLevel, CellId::kMaxLevel) ||
-        !isWithin(rest[1], 0, CellId::kFaces - 1) || !isWithin(rest[2], 0, maxCount) ||
-        !isWithin(rest[3], 0, maxCount) || rest[2] + rest[3] == 0)
-        return false;
-    const int64_t total = rest[2] + rest[3];
-    cell.id = {cell.id.surface,  int32_t(cube[0]), int32_t(cube[1]),
-               int32_t(cube[2]), int16_t(rest[0]), uint16_t(rest[1])};
-    for (int half = 0; half < kHalves; ++half)
-        cell.count[half] = uint32_t(rest[2 + half]);
-    for (int k = 0; k < 3; ++k) {
-        cell.p[k] = means[k];
-        cell.n[k] = means[3 + k];
-        const int64_t maxNormal = total << CellSums::kNormalBits;
-        if (!isWithin(cell.p[k], 0, total << CellSums::kPositionBits) ||
-            !isWithin(cell.n[k], -maxNormal, maxNormal))
-            return false;
+/// Reads a cell. Returns whether it is possible in a tile of this many pixels.
+bool readCell(ByteReader& in, size_t pixels, LightParts parts, CellSums& cell) {
+    const bool isLong = in.next<uint8_t>() != 0;
+    CellId& id = cell.id;
+    id.surface = in.next<uint64_t>();
+    bool isValid = true;
+    for (int32_t* index : {&id.x, &id.y, &id.z}) {
+        *index = in.next<int32_t>();
+        isValid &= *index >= -CellId::kMaxIndex && *index <= CellId::kMaxIndex;
     }
+    id.level = in.next<int16_t>();
+    id.face = in.next<uint16_t>();
+    isValid &= std::abs(int(id.level)) <= CellId::kMaxLevel && id.face < CellId::kFaces;
+    int64_t total = 0;
+    for (uint32_t& count : cell.count) {
+        count = in.next<uint32_t>();
+        isValid &= count <= uint64_t(pixels) * kMaxSamples;
+        total += count;
+    }
+    isValid &= total > 0;
+    const int64_t maxNormal = total << CellSums::kNormalBits;
+    for (int k = 0; k < 3; ++k) {
+        cell.p[k] = in.next<int64_t>();
+        cell.n[k] = in.next<int64_t>();
+        isValid &= cell.p[k] >= 0 && cell.p[k] <= total << CellSums::kPositionBits &&
+                   cell.n[k] >= -maxNormal && cell.n[k] <= maxNormal;
+    }
+    const char* sums = in.skip(kHalves * 3 * countOf(parts) * (isLong ? kLongSum : sizeof(int64_t)));
+    if (!sums || !isValid)
+        return false;
+    size_t next = 0;
     for (int part = 0; part < kParts; ++part)
         if (parts.has(LightPart(part)))
             for (RgbSum& light : cell.light[part])
-                sums.pop(light);
+                for (FixedPointSum& channel : light.channels)
+                    channel = sumAt(sums, isLong, next++);
     return true;
+}
+
+Rgb colorAt(const char* bytes) {
+    return {numberAt<float>(bytes), numberAt<float>(bytes + sizeof(float)),
+            numberAt<float>(bytes + 2 * sizeof(float))};
 }
 
 } // namespace
@@ -152,8 +160,14 @@ void HalfLight::clear() {
     rare = std::move(emptiedRare);
 }
 
-void HalfLight::mergeUses() {
-    std::sort(uses.begin(), uses.end(), [](const CellUse& a, const CellUse& b) { return a.cell < b.cell; });
+void sortUses(std::vector<CellUse>& uses) {
+    // Most are few.
+    for (size_t i = 1; i < uses.size(); ++i)
+        if (uses[i].cell <= uses[i - 1].cell) {
+            std::sort(uses.begin(), uses.end(),
+                      [](const CellUse& a, const CellUse& b) { return a.cell < b.cell; });
+            break;
+        }
     size_t count = 0;
     for (const CellUse& use : uses)
         if (count > 0 && uses[count - 1].cell == use.cell)
@@ -187,59 +201,73 @@ void TileLight::addPixel(int x, int y, const PixelLight& light) {
 }
 
 void TileLight::writeHalf(const HalfLight& half) {
-    IntegerWriter& out = m_pixelBytes;
-    out.reserve(kHalfIntegers + half.uses.size() * kUseIntegers + half.rare.size() * kRareIntegers);
-    const int64_t counts[] = {half.quarters[0].count, half.quarters[1].count, int64_t(half.uses.size()),
-                              int64_t(half.rare.size()), hasEmission(half)};
-    out.addGroup(counts);
-    if (half.count() == 0)
+    ByteWriter& out = m_pixelBytes;
+    out.reserve(kHalfBytes + half.uses.size() * kUseBytes + half.rare.size() * kRareBytes);
+    if (half.count() == 0) {
+        out.add(uint8_t(0));
         return;
-    SumGroup sums;
-    sums.push(half.v);
-    for (const HalfLight::Quarter& quarter : half.quarters)
-        for (int part = 0; part < kParts; ++part)
-            if (m_parts.has(LightPart(part)))
-                sums.push(quarter.light[part]);
-    sums.write(out);
-    if (hasEmission(half)) {
-        write(out, half.emitted);
-        for (const FixedPointSum& moment : {half.ee, half.ve})
-            out.add(moment.units());
     }
-    writeUses(half.uses);
-    for (const RareSample& sample : half.rare)
-        write(out, sample);
+    const size_t start = out.size();
+    out.add(uint8_t(0));
+    for (const HalfLight::Quarter& quarter : half.quarters)
+        out.add(quarter.count);
+    out.add(uint32_t(half.uses.size()));
+    const bool isLong = writeSums(out, [&](const auto& work) {
+        work(half.v);
+        for (const HalfLight::Quarter& quarter : half.quarters)
+            for (int part = 0; part < kParts; ++part)
+                if (m_parts.has(LightPart(part)))
+                    forChannels(quarter.light[part], work);
+    });
+    char* next = out.end();
+    for (const CellUse& use : half.uses) {
+        std::memcpy(next, &use.cell, sizeof use.cell);
+        std::memcpy(next + sizeof use.cell, use.albedo, sizeof use.albedo);
+        next += kUseBytes;
+    }
+    out.setEnd(next);
+    const bool emits = hasEmission(half);
+    if (emits) {
+        const auto write = [&](const FixedPointSum& sum) { out.add(sum.units()); };
+        forChannels(half.emitted, write);
+        write(half.ee);
+        write(half.ve);
+    }
+    if (!half.rare.empty())
+        writeRare(half.rare);
+    out.set(start, uint8_t(kHasSamples | (isLong ? kHasLongSums : 0) | (emits ? kHasEmission : 0) |
+                           (half.rare.empty() ? 0 : kHasRare)));
 }
 
-void TileLight::writeUses(const std::vector<CellUse>& uses) {
-    IntegerLength length;
-    for (const CellUse& use : uses)
-        for (const int64_t albedo : use.albedo)
-            length.include(albedo);
-    m_pixelBytes.addByte(length.bytes());
-    for (const CellUse& use : uses)
-        m_pixelBytes.addBytes(use.cell, sizeof use.cell);
-    for (const CellUse& use : uses)
-        for (const int64_t albedo : use.albedo)
-            m_pixelBytes.addBytes(albedo, length.bytes());
+void TileLight::writeRare(const std::vector<RareSample>& samples) {
+    m_pixelBytes.add(uint32_t(samples.size()));
+    for (const RareSample& sample : samples) {
+        m_pixelBytes.add(sample.cell);
+        m_pixelBytes.add(sample.part);
+        m_pixelBytes.add(uint8_t(sample.isInQuarter));
+        for (const Rgb& color : {sample.light, sample.albedo})
+            for (int c = 0; c < 3; ++c)
+                m_pixelBytes.add(color[c]);
+    }
 }
 
 void TileLight::writeHeader(const PixelBounds& tile) {
     m_header.clear();
-    m_header.reserve(4 + m_cells.size() * kCellIntegers + m_emission.size());
+    m_header.reserve(2 * sizeof(uint32_t) + 2 * sizeof(uint64_t) + m_cells.size() * kCellBytes +
+                     m_emission.size() * sizeof(uint64_t));
     m_header.add(kFormat);
     m_header.add(m_parts.bits());
-    m_header.add(__int128(m_cells.size()));
+    m_header.add(uint64_t(m_cells.size()));
     for (const CellSums& cell : m_cells)
         write(m_header, cell, m_parts);
-    m_header.add(__int128(m_emission.size()));
+    m_header.add(uint64_t(m_emission.size()));
     for (const EmissionEntry& entry : m_emission)
-        m_header.add(int64_t(entry.y - tile.y0) * tile.width() + (entry.x - tile.x0));
+        m_header.add(uint64_t(entry.y - tile.y0) * uint64_t(tile.width()) + uint64_t(entry.x - tile.x0));
 }
 
 /// Appends the ends of the rows, in bytes from the start of the first row, and the rows.
 void TileLight::writeRows(const PixelBounds& tile, std::string& out) {
-    static const std::string_view kNoSamples("\0\0", kHalves); // groups of zeros
+    static const std::string_view kNoSamples("\0\0", kHalves); // flags
     constexpr size_t kAbsent = ~size_t(0);
     std::vector<size_t> entryOf(pixelCount(tile), kAbsent);
     for (size_t i = 0; i < m_pixels.size(); ++i)
@@ -273,10 +301,13 @@ FilmRecord TileLight::record(const PixelBounds& tile, const SampleSlice& samples
 void TileLightReader::fail() { throw Error("the record of a tile is damaged", ErrorKind::Usage); }
 
 TileLightReader::TileLightReader(FilmRecord record) : m_record(std::move(record)) {
-    IntegerReader header(*m_record.bytes);
-    if (header.next() != kFormat)
+    ByteReader header(*m_record.bytes);
+    if (header.next<uint32_t>() != kFormat)
         fail();
-    m_parts = LightParts(uint32_t(header.next(0, (1 << kParts) - 1)));
+    const auto bits = header.next<uint32_t>();
+    m_parts = LightParts(bits);
+    if (bits >= 1 << kParts)
+        fail();
     readCells(header);
     readEmission(header);
     m_rowTable = header.position() + m_emission.size() * PixelAccumulator::kBytes;
@@ -285,9 +316,11 @@ TileLightReader::TileLightReader(FilmRecord record) : m_record(std::move(record)
         fail();
 }
 
-void TileLightReader::readCells(IntegerReader& header) {
+void TileLightReader::readCells(ByteReader& header) {
     const size_t pixels = pixelCount(m_record.pixels);
-    const auto count = size_t(header.next(0, int64_t(header.left() / kMinCellBytes)));
+    const auto count = header.next<uint64_t>();
+    if (count > header.left() / kMinCellBytes)
+        fail();
     m_cells.resize(count);
     m_cellNumbers.resize(count);
     for (size_t i = 0; i < count; ++i) {
@@ -295,18 +328,18 @@ void TileLightReader::readCells(IntegerReader& header) {
             fail();
         m_cellNumbers[i] = uint32_t(i);
     }
-    if (header.hasFailed())
-        fail();
 }
 
-void TileLightReader::readEmission(IntegerReader& header) {
-    const int64_t pixels = int64_t(pixelCount(m_record.pixels));
-    const auto count = size_t(header.next(0, int64_t(header.left() / (1 + PixelAccumulator::kBytes))));
-    m_emission.resize(count);
-    for (EmissionSum& emission : m_emission)
-        emission.pixel = size_t(header.next(0, pixels - 1));
-    if (header.hasFailed() || header.left() < count * PixelAccumulator::kBytes)
+void TileLightReader::readEmission(ByteReader& header) {
+    const auto count = header.next<uint64_t>();
+    if (header.hasFailed() || count > header.left() / (sizeof(uint64_t) + PixelAccumulator::kBytes))
         fail();
+    m_emission.resize(count);
+    for (EmissionSum& emission : m_emission) {
+        emission.pixel = header.next<uint64_t>();
+        if (emission.pixel >= pixelCount(m_record.pixels))
+            fail();
+    }
     for (size_t i = 0; i < count; ++i)
         m_emission[i].sum.load(m_record.bytes->data() + header.position() + i * PixelAccumulator::kBytes);
 }
@@ -324,81 +357,84 @@ TileLightReader::Row TileLightReader::row(int y) const {
     return {*this, std::string_view(bytes).substr(m_rowsStart + first, end - first)};
 }
 
-void TileLightReader::Row::addNext(PixelLight& light) {
-    for (HalfLight& half : light.halves)
-        addHalf(half);
+HalfBytes TileLightReader::Row::nextHalf() {
+    HalfBytes half;
+    const auto flags = m_reader.next<uint8_t>();
+    half.isLong = flags & kHasLongSums;
+    if (flags & kHasSamples) {
+        for (uint32_t& count : half.counts)
+            count = m_reader.next<uint32_t>();
+        half.useCount = m_reader.next<uint32_t>();
+        half.sums = m_reader.skip((1 + kQuarters * 3 * countOf(m_tile->m_parts)) *
+                                  (half.isLong ? kLongSum : sizeof(int64_t)));
+        half.uses = m_reader.skip(half.useCount * kUseBytes);
+        if (flags & kHasEmission)
+            half.emission = m_reader.skip(kEmissionBytes);
+        if (flags & kHasRare) {
+            half.rareCount = m_reader.next<uint32_t>();
+            half.rare = m_reader.skip(half.rareCount * kRareBytes);
+        }
+        if (std::max(half.counts[0], half.counts[1]) > kMaxSamples)
+            fail();
+    }
     if (m_reader.hasFailed())
         fail();
+    return half;
 }
 
-void TileLightReader::Row::addHalf(HalfLight& half) {
-    int64_t counts[5];
-    m_reader.nextGroup(counts);
-    const auto [first, second, uses, rare, hasEmission] = counts;
-    const auto left = int64_t(m_reader.left());
-    if (first < 0 || first > kMaxSamples || second < 0 || second > kMaxSamples || uses < 0 || uses > left ||
-        rare < 0 || rare > left)
-        fail();
-    half.quarters[0].count += uint32_t(first);
-    half.quarters[1].count += uint32_t(second);
-    if (first + second == 0)
+FixedPointSum HalfBytes::emissionSum(size_t index) const { return sumAt(emission, true, index); }
+
+CellUse HalfBytes::use(size_t index) const {
+    const char* bytes = uses + index * kUseBytes;
+    CellUse out;
+    out.cell = numberAt<uint32_t>(bytes);
+    std::memcpy(out.albedo, bytes + sizeof out.cell, sizeof out.albedo);
+    return out;
+}
+
+RareSample HalfBytes::rareSample(size_t index) const {
+    const char* bytes = rare + index * kRareBytes;
+    return {numberAt<uint32_t>(bytes), numberAt<uint8_t>(bytes + 4), numberAt<uint8_t>(bytes + 5) == 1,
+            colorAt(bytes + 6), colorAt(bytes + 6 + 3 * sizeof(float))};
+}
+
+void TileLightReader::addUses(const HalfBytes& half, std::vector<CellUse>& out) const {
+    for (size_t i = 0; i < half.useCount; ++i) {
+        out.push_back(half.use(i));
+        out.back().cell = numberOf(out.back().cell);
+    }
+}
+
+void TileLightReader::addRare(const HalfBytes& half, std::vector<RareSample>& out) const {
+    for (size_t i = 0; i < half.rareCount; ++i) {
+        RareSample sample = half.rareSample(i);
+        if (sample.part >= kParts || !isFinite(sample.light) || !isFinite(sample.albedo))
+            fail();
+        sample.cell = numberOf(sample.cell);
+        out.push_back(sample);
+    }
+}
+
+void TileLightReader::add(const HalfBytes& half, HalfLight& out) const {
+    if (!half.sums)
         return;
-    SumGroup sums;
-    sums.read(m_reader, 1 + kQuarters * 3 * countOf(m_tile->m_parts));
-    sums.pop(half.v);
-    for (HalfLight::Quarter& quarter : half.quarters)
+    size_t next = 0;
+    out.v.add(half.sum(next++));
+    for (int k = 0; k < kQuarters; ++k) {
+        out.quarters[k].count += half.counts[k];
         for (int part = 0; part < kParts; ++part)
-            if (m_tile->m_parts.has(LightPart(part)))
-                sums.pop(quarter.light[part]);
-    if (hasEmission) {
-        strobe::addNext(m_reader, half.emitted);
-        for (FixedPointSum* moment : {&half.ee, &half.ve})
-            moment->add(FixedPointSum(m_reader.next()));
+            if (m_parts.has(LightPart(part)))
+                for (FixedPointSum& channel : out.quarters[k].light[part].channels)
+                    channel.add(half.sum(next++));
     }
-    addUses(half, size_t(uses));
-    addRare(half, size_t(rare));
-}
-
-void TileLightReader::Row::addUses(HalfLight& half, size_t count) {
-    const size_t first = half.uses.size(), cellCount = m_tile->m_cellNumbers.size();
-    const size_t length = m_reader.nextLength(sizeof(int64_t), 3 * count);
-    if (m_reader.left() < count * (sizeof(uint32_t) + 3 * length))
-        fail();
-    half.uses.resize(first + count);
-    m_reader.nextBytes(sizeof(uint32_t), count, [&](size_t i, int64_t cell) {
-        if (uint64_t(cell) >= cellCount)
-            fail();
-        half.uses[first + i].cell = m_tile->m_cellNumbers[size_t(cell)];
-    });
-    auto use = half.uses.begin() + std::ptrdiff_t(first);
-    int channel = 0;
-    m_reader.nextBytes(length, 3 * count, [&](size_t, int64_t albedo) {
-        use->albedo[channel] = albedo;
-        if (++channel == 3) {
-            channel = 0;
-            ++use;
-        }
-    });
-}
-
-void TileLightReader::Row::addRare(HalfLight& half, size_t count) {
-    if (count > m_reader.left() / kMinRareBytes)
-        fail();
-    const auto cells = int64_t(m_tile->m_cellNumbers.size());
-    for (size_t i = 0; i < count && !m_reader.hasFailed(); ++i) {
-        RareSample sample;
-        const int64_t cell = m_reader.next(0, cells - 1);
-        sample.part = uint8_t(m_reader.next(0, kParts - 1));
-        sample.isInQuarter = m_reader.next(0, 1) == 1;
-        sample.light = readColor(m_reader);
-        sample.albedo = readColor(m_reader);
-        if (m_reader.hasFailed())
-            return;
-        if (!isFinite(sample.light) || !isFinite(sample.albedo))
-            fail();
-        sample.cell = m_tile->m_cellNumbers[size_t(cell)];
-        half.rare.push_back(sample);
+    if (half.emission) {
+        for (size_t c = 0; c < 3; ++c)
+            out.emitted.channels[c].add(half.emissionSum(c));
+        out.ee.add(half.emissionSum(3));
+        out.ve.add(half.emissionSum(4));
     }
+    addUses(half, out.uses);
+    addRare(half, out.rare);
 }
 
 } // namespace strobe
