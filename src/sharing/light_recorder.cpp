@@ -298,7 +298,7 @@ void RecordingWorker::plan(const VisibilityBatch& batch, ShadingRequests& reques
             if (batch.filmSlice.contains(sample.index))
                 requests.push_back(requestFor(m_scene, batch, sample));
     }
-    if (!m_scene.needsFootprint()) // else the requests have their cones
+    if (m_setsCones)
         setCones(batch, requests);
 }
 

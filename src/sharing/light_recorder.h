@@ -76,7 +76,8 @@ class RecordingWorker : public IntegratorWorker {
     /// See LightRecorder and EmissionRefinement.
     RecordingWorker(const Scene& scene, float cellSize, float clamp, LightParts parts,
                     const RareLimits& rareLimits = {}, const EmissionRefinement* refinement = nullptr)
-        : m_scene(scene), m_refinement(refinement), m_recorder(scene, cellSize, clamp, parts, rareLimits) {}
+        : m_scene(scene), m_refinement(refinement), m_setsCones(!parts.isEmpty() && !scene.needsFootprint()),
+          m_recorder(scene, cellSize, clamp, parts, rareLimits) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
     std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override;
@@ -95,6 +96,7 @@ class RecordingWorker : public IntegratorWorker {
     void setCones(const VisibilityBatch& batch, ShadingRequests& requests) const;
     const Scene& m_scene;
     const EmissionRefinement* const m_refinement; ///< null: none
+    const bool m_setsCones; ///< records need cones, and the requests have none without this
     LightRecorder m_recorder;
     bool m_hasObserved = false; ///< in this tile
 };
