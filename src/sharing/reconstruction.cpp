@@ -1,5 +1,6 @@
 #include "sharing/reconstruction.h"
 
+#include "core/math/simd4.h"
 #include "core/util/parallel.h"
 #include "sharing/cell_estimates.h"
 #include "sharing/rare_light.h"
@@ -14,7 +15,7 @@ namespace {
 constexpr int kLanes = CellEstimate::kLanes, kEstimates = CellEstimate::kCount;
 /// The lane after those of the estimates: of the pixels' own values or of rare light.
 constexpr int kOwn = kEstimates;
-static_assert(kLanes == LanePlane::kLanes && kOwn == kLanes - 1);
+static_assert(kLanes == 4 && kLanes == LanePlane::kLanes && kOwn == kLanes - 1);
 
 float sum(const Rgb& c) { return c.x + c.y + c.z; }
 
@@ -37,8 +38,15 @@ void restoreTotal(const std::vector<float>& error, std::vector<Rgb>& correction)
                 correction[i][c] -= float(total[c] * (double(error[i]) / errors));
 }
 
-/// Returns the width of the region of an estimate in edges of recorded cells.
-float widthOf(int estimate) { return estimate == 0 ? 1 : fitWidth(estimate - 1); }
+float sum(const Float4& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+
+/// Returns the widths of the regions of the estimates in edges of recorded cells.
+Float4 estimateWidths() {
+    Float4 out = {1};
+    for (int scale = 0; scale < kFitScales; ++scale)
+        out[1 + scale] = fitWidth(scale);
+    return out;
+}
 
 /// Adds up the own values of pixels and the estimates, each weighted by its inverse error.
 class Mixture {
@@ -47,7 +55,7 @@ class Mixture {
         : m_light(light), m_part(part), m_estimates(estimates), m_width(light.pixelBounds.width()),
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height), m_bias(m_width, m_height),
           m_differences(size_t(m_width) * size_t(m_height)) {
-        forPixels([&](size_t i) { measure(i); });
+        forPixels([&](size_t row, size_t i) { measure(row, i); });
         WindowMean window(m_width, m_height, kWindow);
         window.apply(m_variance);
         window.apply(m_bias);
@@ -57,7 +65,7 @@ class Mixture {
         const size_t count = m_differences.size();
         SharedPart out{std::vector<Rgb>(count), std::vector<float>(count), std::vector<float>(count),
                        std::vector<float>(count), std::vector<float>(count)};
-        forPixels([&](size_t i) { mixPixel(i, out); });
+        forPixels([&](size_t, size_t i) { mixPixel(i, out); });
         restoreTotal(out.variance, out.correction);
         for (float& variance : out.variance)
             variance /= 3;
@@ -83,47 +91,36 @@ class Mixture {
     /// Halves of a scrambled Sobol' sequence err in opposite directions where the light depends on few
     /// dimensions, so that their difference overestimates the variance of their mean: up to 8 times and more
     /// for direct light (measured). The quarters show by how much.
-    void measure(size_t pixel) {
-        alignas(16) float values[kHalves][3][kLanes] = {};
-        for (const PixelUse& use : m_light.uses(pixel)) {
+    void measure(size_t row, size_t pixel) {
+        Float4 sums[kHalves][3] = {};
+        for (const PixelUse& use : m_light.uses(row, pixel)) {
             const auto& estimate = m_estimates[use.cell].light[int(m_part)][use.half];
             for (int c = 0; c < 3; ++c)
-                for (int k = 0; k < kLanes; ++k)
-                    values[use.half][c][k] += use.albedo[c] * estimate[c][k];
+                sums[use.half][c] += use.albedo[c] * loadFloat4(estimate[c]);
         }
         const HalfPixelSums &first = m_light.pixel(pixel, 0), &second = m_light.pixel(pixel, 1);
-        const float count[kHalves] = {float(first.count), float(second.count)};
-        const float inverse = 1 / std::max(count[0] + count[1], 1.f);
-        const float fraction[kHalves] = {count[0] * inverse, count[1] * inverse};
-        Differences& differences = m_differences[pixel];
-        alignas(16) float variance[kLanes] = {}, bias[kLanes] = {};
+        const float counts[kHalves] = {float(first.count), float(second.count)};
+        const float inverses[kHalves] = {1 / std::max(counts[0], 1.f), 1 / std::max(counts[1], 1.f)};
+        const float inverse = 1 / std::max(counts[0] + counts[1], 1.f);
+        const float fractions[kHalves] = {counts[0] * inverse, counts[1] * inverse};
+        Float4 variance = {}, bias = {};
         for (int c = 0; c < 3; ++c) {
-            const float lastLane = (values[0][c][kOwn] + values[1][c][kOwn]) * inverse;
-            for (int half = 0; half < kHalves; ++half)
-                meanOf(values[half][c], 1 / std::max(count[half], 1.f),
-                       m_light.pixel(pixel, half).light[int(m_part)][c]);
-            const float(&a)[kLanes] = values[0][c], (&b)[kLanes] = values[1][c];
-            const float ownA = a[kOwn], ownB = b[kOwn];
-            for (int k = 0; k < kLanes; ++k) {
-                variance[k] += (a[k] - b[k]) * (a[k] - b[k]);
-                bias[k] += (a[k] - ownB) * (b[k] - ownA);
-                differences.of[c][k] = (a[k] - ownA) * fraction[0] + (b[k] - ownB) * fraction[1];
-            }
-            differences.of[c][kOwn] = lastLane;
+            const float ownA = first.light[int(m_part)][c] * inverses[0],
+                        ownB = second.light[int(m_part)][c] * inverses[1];
+            Float4 a = sums[0][c] * inverses[0], b = sums[1][c] * inverses[1];
+            a[kOwn] = ownA;
+            b[kOwn] = ownB;
+            variance += (a - b) * (a - b);
+            bias += (a - ownB) * (b - ownA);
+            Float4 difference = (a - ownA) * fractions[0] + (b - ownB) * fractions[1];
+            difference[kOwn] = (sums[0][c][kOwn] + sums[1][c][kOwn]) * inverse;
+            storeFloat4(m_differences[pixel].of[c], difference);
         }
-        const float factor = fraction[0] * fraction[1];
-        for (float& one : variance)
-            one *= factor;
-        bias[kOwn] =
-            (varianceByQuarters(first, variance[kOwn]) + varianceByQuarters(second, variance[kOwn])) / 2;
-        std::copy_n(variance, kLanes, m_variance.at(pixel));
-        std::copy_n(bias, kLanes, m_bias.at(pixel));
-    }
-    /// Turns sums over the samples of a half into means, and writes the own value to its lane.
-    static void meanOf(float (&sums)[kLanes], float inverseCount, float ownSum) {
-        sums[kOwn] = ownSum;
-        for (float& sum : sums)
-            sum *= inverseCount;
+        variance *= fractions[0] * fractions[1];
+        const float own = variance[kOwn];
+        bias[kOwn] = (varianceByQuarters(first, own) + varianceByQuarters(second, own)) / 2;
+        storeFloat4(m_variance.at(pixel), variance);
+        storeFloat4(m_bias.at(pixel), bias);
     }
     /// Returns the variance of the mean of a half that the difference of its quarters indicates, with that of
     /// the pixel by the difference of its halves.
@@ -144,18 +141,14 @@ class Mixture {
         return excess / (byHalves + kTiny);
     }
     void mixPixel(size_t i, SharedPart& out) {
-        const float *variance = m_variance.at(i), *bias = m_bias.at(i);
-        alignas(16) float weight[kLanes];
-        for (int k = 0; k < kLanes; ++k)
-            weight[k] = 1 / (variance[k] + std::max(bias[k], 0.f) + kTiny);
-        float shared = 0, width = 0;
-        Rgb difference(0);
-        for (int k = 0; k < kEstimates; ++k) {
-            shared += weight[k];
-            width += widthOf(k) * weight[k];
-            for (int c = 0; c < 3; ++c)
-                difference[c] += m_differences[i].of[c][k] * weight[k];
-        }
+        const Float4 variance = loadFloat4(m_variance.at(i)), bias = loadFloat4(m_bias.at(i));
+        const Float4 zero = {};
+        Float4 weights = 1 / (variance + (bias > zero ? bias : zero) + kTiny);
+        weights[kOwn] = 0;
+        const float shared = sum(weights), width = sum(weights * m_widths);
+        Rgb difference;
+        for (int c = 0; c < 3; ++c)
+            difference[c] = sum(weights * loadFloat4(m_differences[i].of[c]));
         const float own = ownWeight(variance[kOwn], bias[kOwn]);
         const bool hasBoth = m_light.pixel(i, 0).count > 0 && m_light.pixel(i, 1).count > 0;
         const float error = hasBoth ? 1 / (own + shared) : 0;
@@ -170,7 +163,7 @@ class Mixture {
         const size_t width = size_t(m_width);
         parallelFor(size_t(m_height), [&](size_t y) {
             for (size_t i = y * width; i < (y + 1) * width; ++i)
-                work(i);
+                work(y, i);
         });
     }
 
@@ -178,6 +171,7 @@ class Mixture {
     const LightPart m_part;
     const std::vector<CellEstimate>& m_estimates;
     const int m_width, m_height;
+    const Float4 m_widths = estimateWidths();
     /// By estimate; the last lanes are the variance of the own values by halves and by quarters.
     LanePlane m_variance, m_bias;
     std::vector<Differences> m_differences;
