@@ -40,7 +40,7 @@ class AdaptiveState : public IntegratorState {
   public:
     AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize, const ChosenParts& chosen)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
-          m_plan(plan(scene, context, cellSize, chosen)) {
+          m_plan(planSharing(scene, context, cellSize, chosen)) {
         if (observes())
             m_refinement.emplace(scene, context.sampling, context.pilotBounds, context.samplesPerPixel,
                                  m_plan.emission);
@@ -67,12 +67,6 @@ class AdaptiveState : public IntegratorState {
     }
 
   private:
-    static SharingPlan plan(const Scene& scene, const RenderContext& context, float cellSize,
-                            const ChosenParts& chosen) {
-        SharingPlan plan = planSharing(scene, context, cellSize);
-        plan.parts = chosen.value_or(plan.parts);
-        return plan;
-    }
     void setLayers(const std::vector<SharedPart>& parts, Film& film) const {
         const auto set = [&](Aov layer, const auto& value) {
             if (!film.has(layer))

@@ -144,20 +144,21 @@ LightFit fitNode(const CellPyramid& pyramid, const CellNode& node) {
     return fit;
 }
 
-CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell,
-                          const std::vector<LightFit>& fits) {
+/// `fitOf`: indices of `fits` by node.
+CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell, const std::vector<LightFit>& fits,
+                          const std::vector<uint32_t>& fitOf) {
     CellEstimate out;
-    std::copy(std::begin(cell.light), std::end(cell.light), out.light[0]);
+    out.set(0, cell.light);
     uint32_t ancestor = cell.parent;
     for (int scale = 0; scale < kFitScales; ++scale) {
         const CellNode& node = pyramid.nodes()[ancestor];
         float features[LightFit::kTerms];
         FitFrame(node, kFitRadius * pyramid.edge(node)).features(cell.p, cell.n, features);
-        float(&value)[kLightChannels] = out.light[1 + scale];
-        std::fill(std::begin(value), std::end(value), 0.f);
+        float value[kLightChannels] = {};
         for (int k = 0; k < LightFit::kTerms; ++k)
             for (int c = 0; c < kLightChannels; ++c)
-                value[c] += fits[ancestor].terms[k][c] * features[k];
+                value[c] += fits[fitOf[ancestor]].terms[k][c] * features[k];
+        out.set(1 + scale, value);
         ancestor = node.parent;
     }
     return out;
@@ -169,20 +170,23 @@ float fitWidth(int scale) { return 2 * kFitRadius * float(2 << scale); }
 
 std::vector<CellEstimate> estimateCells(const CellPyramid& pyramid) {
     const std::vector<CellNode>& nodes = pyramid.nodes();
-    std::vector<bool> isFitted(nodes.size());
+    constexpr uint32_t kNoFit = ~0u;
+    std::vector<uint32_t> fitOf(nodes.size(), kNoFit), fitted;
     for (size_t cell = 0; cell < pyramid.cellCount(); ++cell) {
         uint32_t node = pyramid.nodeOf(cell);
-        for (int scale = 0; scale < kFitScales; ++scale)
-            isFitted[node = nodes[node].parent] = true;
+        for (int scale = 0; scale < kFitScales; ++scale) {
+            node = nodes[node].parent;
+            if (fitOf[node] != kNoFit)
+                continue;
+            fitOf[node] = uint32_t(fitted.size());
+            fitted.push_back(node);
+        }
     }
-    std::vector<LightFit> fits(nodes.size());
-    parallelForRuns(nodes.size(), [&](size_t i) {
-        if (isFitted[i])
-            fits[i] = fitNode(pyramid, nodes[i]);
-    });
+    std::vector<LightFit> fits(fitted.size());
+    parallelForRuns(fits.size(), [&](size_t i) { fits[i] = fitNode(pyramid, nodes[fitted[i]]); });
     std::vector<CellEstimate> estimates(pyramid.cellCount());
     parallelForRuns(estimates.size(), [&](size_t cell) {
-        estimates[cell] = estimateCell(pyramid, nodes[pyramid.nodeOf(cell)], fits);
+        estimates[cell] = estimateCell(pyramid, nodes[pyramid.nodeOf(cell)], fits, fitOf);
     });
     return estimates;
 }

@@ -19,11 +19,21 @@ struct LightFit {
 /// The estimates of the light at a recorded cell from each half: the mean of its samples, then the fits by
 /// scale.
 struct CellEstimate {
-    float light[1 + kFitScales][kLightChannels];
+    static constexpr int kCount = 1 + kFitScales;
+    static constexpr int kLanes = kCount + 1; ///< the last is for the user
+    alignas(16) float light[kParts][kHalves][3][kLanes] = {};
+
     /// `estimate`: 0 for the mean, then the fits by scale.
     Rgb at(int estimate, LightPart part, int half) const {
-        const float* rgb = &light[estimate][channelOf(int(part), half)];
-        return {rgb[0], rgb[1], rgb[2]};
+        const auto& rgb = light[int(part)][half];
+        return {rgb[0][estimate], rgb[1][estimate], rgb[2][estimate]};
+    }
+    /// Sets an estimate for all parts and halves.
+    void set(int estimate, const float (&channels)[kLightChannels]) {
+        for (int part = 0; part < kParts; ++part)
+            for (int half = 0; half < kHalves; ++half)
+                for (int c = 0; c < 3; ++c)
+                    light[part][half][c][estimate] = channels[channelOf(part, half) + c];
     }
 };
 

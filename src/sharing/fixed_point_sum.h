@@ -13,6 +13,7 @@ namespace strobe {
 class FixedPointSum {
   public:
     static constexpr int kFractionBits = 40;
+    static constexpr double kPerUnit = double(int64_t(1) << kFractionBits);
 
     FixedPointSum() = default;
     /// `units`: the number of units of 2^-40.
@@ -37,7 +38,6 @@ class FixedPointSum {
 
   private:
     using Units = unsigned __int128; ///< overflow, as of damaged files, wraps
-    static constexpr double kPerUnit = double(int64_t(1) << kFractionBits);
 
     void addLarge(double scaled) {
         constexpr double kMax = 0x1p60 * kPerUnit;

@@ -94,6 +94,7 @@ struct RareSample {
 /// The albedos of the samples of one half of a pixel on one cell.
 struct CellUse {
     static constexpr int kAlbedoBits = 30;
+    static constexpr float kMaxAlbedo = 1 << 9;
 
     uint32_t cell = 0;
     /// The sums of the albedos, weighted by the pixel filter, in units of 2^-kAlbedoBits. Those of a sample
@@ -101,9 +102,9 @@ struct CellUse {
     int64_t albedo[3] = {};
 
     void add(const Rgb& weightedAlbedo) {
-        constexpr float kMax = 1 << 9, kPerUnit = 1 << kAlbedoBits;
+        constexpr float kPerUnit = 1 << kAlbedoBits;
         for (int c = 0; c < 3; ++c) // NaN is the limit
-            albedo[c] += int64_t(std::max(-kMax, std::min(kMax, weightedAlbedo[c])) * kPerUnit);
+            albedo[c] += int64_t(std::max(-kMaxAlbedo, std::min(kMaxAlbedo, weightedAlbedo[c])) * kPerUnit);
     }
     void add(const CellUse& other) {
         for (int c = 0; c < 3; ++c)

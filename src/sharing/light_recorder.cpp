@@ -4,33 +4,20 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 
 namespace strobe {
 
 namespace {
 
-/// An albedo below this is black: it carries no light to other points.
-constexpr float kBlack = 1e-4f;
-
-/// Returns whether the film adds a sample with this weighted value: see PixelAccumulator.
-bool isValid(const Rgb& value) {
-    constexpr float kMax = float(PixelAccumulator::kMaxValue);
-    return std::abs(value.x) < kMax && std::abs(value.y) < kMax && std::abs(value.z) < kMax;
-}
-
-float ratio(float light, float albedo) { return albedo > kBlack ? light / albedo : 0; }
-Rgb irradiance(const Rgb& light, const Rgb& albedo) {
-    return {ratio(light.x, albedo.x), ratio(light.y, albedo.y), ratio(light.z, albedo.z)};
-}
-
-/// The cells of points: CellId without `surface`, and the offset of each point from the corner of its cell in
-/// edges of the cell.
+/// The cells of points, and the offset of each point from the corner of its cell, in units of CellSums.
 struct CellSoA {
+    alignas(64) uint32_t instance[kSoAWidth], geometry[kSoAWidth]; ///< of hits; see Hit
     alignas(64) int32_t x[kSoAWidth], y[kSoAWidth], z[kSoAWidth], level[kSoAWidth], face[kSoAWidth];
-    V3SoA offset;
+    alignas(64) int32_t offsets[CellSlot::kOffsets][kSoAWidth];
 
-    CellId at(const Hit& hit, int i) const {
-        return {uint64_t(hit.instance) << 32 | hit.geometry,
+    CellId at(int i) const {
+        return {uint64_t(instance[i]) << 32 | geometry[i],
                 x[i],
                 y[i],
                 z[i],
@@ -39,13 +26,18 @@ struct CellSoA {
     }
 };
 
-/// Writes the largest integer not above q, limited to ±2^30, and what is left of q, at most 1.
-STROBE_FORCE_INLINE void splitCoordinate(float q, int32_t& index, float& offset) {
+/// Writes the largest integer not above q, limited to ±2^30, and what is left of q, at most 1, in units.
+STROBE_FORCE_INLINE void splitCoordinate(float q, int32_t& index, int32_t& offset) {
     constexpr float kMaxIndex = float(CellId::kMaxIndex);
     const float limited = std::min(kMaxIndex, std::max(-kMaxIndex, q)); // NaN is a limit, too
     const int32_t truncated = int32_t(limited);
     index = truncated - (float(truncated) > limited ? 1 : 0);
-    offset = limited - float(index);
+    offset = int32_t((limited - float(index)) * float(1 << CellSums::kPositionBits));
+}
+
+/// Returns a component of a normal in units. That of a surface that is degenerate at rest is NaN.
+STROBE_FORCE_INLINE int32_t normalUnits(float n) {
+    return int32_t(std::max(-1.f, std::min(1.f, n)) * float(1 << CellSums::kNormalBits));
 }
 
 /// Writes the cells of points whose edges are next to `size`, in scene units.
@@ -58,21 +50,19 @@ STROBE_TARGET_CLONES void findCells(const V3SoA& p, const V3SoA& n, const float*
             (std::bit_cast<int32_t>(size[i] * std::sqrt(2.f)) >> kMantissaBits) - kExponentBias;
         const int level = std::min(std::max(exponent, -kMaxLevel), kMaxLevel);
         const float inverseEdge = std::bit_cast<float>((kExponentBias - level) << kMantissaBits);
-        splitCoordinate(p.x[i] * inverseEdge, out.x[i], out.offset.x[i]);
-        splitCoordinate(p.y[i] * inverseEdge, out.y[i], out.offset.y[i]);
-        splitCoordinate(p.z[i] * inverseEdge, out.z[i], out.offset.z[i]);
+        splitCoordinate(p.x[i] * inverseEdge, out.x[i], out.offsets[0][i]);
+        splitCoordinate(p.y[i] * inverseEdge, out.y[i], out.offsets[1][i]);
+        splitCoordinate(p.z[i] * inverseEdge, out.z[i], out.offsets[2][i]);
         const float ax = std::abs(n.x[i]), ay = std::abs(n.y[i]), az = std::abs(n.z[i]);
         const bool isX = ax >= ay && ax >= az, isY = ay >= az;
         const float notX = isY ? n.y[i] : n.z[i];
         const int axis = isX ? 0 : isY ? 1 : 2;
         out.level[i] = level;
         out.face[i] = 2 * axis + ((isX ? n.x[i] : notX) < 0 ? 1 : 0);
+        out.offsets[3][i] = normalUnits(n.x[i]);
+        out.offsets[4][i] = normalUnits(n.y[i]);
+        out.offsets[5][i] = normalUnits(n.z[i]);
     }
-}
-
-std::span<const FirstVertex> chunkOf(std::span<const FirstVertex> vertices, size_t chunk) {
-    const size_t first = chunk * kSoAWidth;
-    return vertices.subspan(first, std::min<size_t>(kSoAWidth, vertices.size() - first));
 }
 
 } // namespace
@@ -82,23 +72,27 @@ struct LightRecorder::Chunk {
     V3SoA p, n;                        ///< at rest; see findRestPoints
     alignas(64) float size[kSoAWidth]; ///< of the cells
     CellSoA cells;
+    LightSoA light;
+    LightUnits units;
+    Rgb emitted[kSoAWidth]; ///< FirstVertex::emitted
+    int count;
+    bool hasEmission;
 };
 
 LightRecorder::LightRecorder(const Scene& scene, float cellSize, float clamp, LightParts parts,
                              const RareLimits& rareLimits)
-    : m_scene(scene), m_spread(scene), m_cellSize(cellSize), m_clamp(clamp), m_parts(parts),
-      m_rareLimits(rareLimits), m_tile(parts) {}
+    : m_scene(scene), m_spread(scene), m_cellSize(cellSize), m_parts(parts), m_limits{clamp, rareLimits},
+      m_tile(parts) {}
 
 LightRecorder::~LightRecorder() = default;
 
 /// Writes the positions and the normals, on the side of the viewer, at shutter fraction 0.
 void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n) const {
     MovingHits moving;
+    StaticHits statics(m_scene);
     for (size_t i = 0; i < vertices.size(); ++i) {
         const FirstVertex& vertex = vertices[i];
-        if (!vertex.hit)
-            continue;
-        if (isStatic(m_scene, vertex.hit)) {
+        if (!vertex.hit || statics.contain(vertex.hit)) {
             p.set(int(i), vertex.p);
             n.set(int(i), vertex.n);
         } else {
@@ -111,136 +105,189 @@ void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA&
     });
 }
 
+/// Copies what the shader found.
+void LightRecorder::gatherLight(std::span<const FirstVertex> vertices, std::span<const Rgb> radiance,
+                                Chunk& chunk) const {
+    chunk.hasEmission = false;
+    for (size_t k = 0; k < vertices.size(); ++k) {
+        const FirstVertex& vertex = vertices[k];
+        const int i = int(k);
+        chunk.cells.instance[i] = vertex.hit.instance;
+        chunk.cells.geometry[i] = vertex.hit.geometry;
+        chunk.light.radiance.set(i, radiance[k]);
+        chunk.light.albedo.set(i, vertex.albedo);
+        chunk.light.parts[int(LightPart::Direct)].set(i, vertex.direct);
+        chunk.light.parts[int(LightPart::Indirect)].set(i, vertex.indirect);
+        chunk.light.hasVertex[i] = vertex.hit && vertex.coneWidth > 0;
+        chunk.emitted[i] = vertex.emitted;
+        chunk.hasEmission |= !isBlack(vertex.emitted);
+    }
+    for (int part = 0; part < kParts; ++part)
+        if (!m_parts.has(LightPart(part)))
+            std::memset(&chunk.light.parts[part], 0, sizeof(RgbSoA));
+}
+
 void LightRecorder::record(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                            std::span<const FirstVertex> vertices) {
     m_samples = batch.filmSlice;
     m_chunks.resize((vertices.size() + kSoAWidth - 1) / kSoAWidth);
-    for (size_t c = 0; c < m_chunks.size(); ++c)
-        findRestPoints(chunkOf(vertices, c), m_chunks[c].p, m_chunks[c].n);
-    setCellSizes(batch, vertices);
-    for (size_t c = 0; c < m_chunks.size(); ++c)
-        findCells(m_chunks[c].p, m_chunks[c].n, m_chunks[c].size, int(chunkOf(vertices, c).size()),
-                  m_chunks[c].cells);
+    for (size_t c = 0; c < m_chunks.size(); ++c) {
+        Chunk& chunk = m_chunks[c];
+        const size_t first = c * kSoAWidth;
+        chunk.count = int(std::min<size_t>(kSoAWidth, vertices.size() - first));
+        const auto ofChunk = vertices.subspan(first, size_t(chunk.count));
+        findRestPoints(ofChunk, chunk.p, chunk.n);
+        gatherLight(ofChunk, radiance.subspan(first, size_t(chunk.count)), chunk);
+    }
+    setPixelData(batch, vertices);
+    for (Chunk& chunk : m_chunks) {
+        findCells(chunk.p, chunk.n, chunk.size, chunk.count, chunk.cells);
+        findLightUnits(chunk.light, m_limits, chunk.count, chunk.units);
+    }
     for (uint32_t pixel = 0; pixel < batch.pixels.size(); ++pixel)
-        recordPixel(batch, pixel, radiance, vertices);
+        recordPixel(batch, pixel);
 }
 
-/// Sets the sizes of the cells of each sample: the width of its cone times the size in pixels, or times half
-/// the spread of its pixel, if that is larger: if a lens, motion or a grazing angle spreads the samples.
-void LightRecorder::setCellSizes(const VisibilityBatch& batch, std::span<const FirstVertex> vertices) {
+/// Sets the filter weights and the sizes of the cells of each sample. A size is the width of the sample's
+/// cone times the size in pixels, or times half the spread of its pixel, if that is larger: if a lens, motion
+/// or a grazing angle spreads the samples.
+void LightRecorder::setPixelData(const VisibilityBatch& batch, std::span<const FirstVertex> vertices) {
     const uint32_t count = batch.filmSlice.count();
     for (uint32_t pixel = 0; pixel < batch.pixels.size(); ++pixel) {
         const float size = std::max(m_cellSize, m_spread.of(batch, pixel) / 2);
-        for (uint32_t i = pixel * count; i < (pixel + 1) * count; ++i)
-            m_chunks[i / kSoAWidth].size[i % kSoAWidth] = vertices[i].coneWidth * size;
+        uint32_t sample = batch.sampleIndex(pixel, batch.filmSlice.first);
+        for (uint32_t i = pixel * count; i < (pixel + 1) * count; ++i, ++sample) {
+            Chunk& chunk = m_chunks[i / kSoAWidth];
+            const uint32_t lane = i % kSoAWidth;
+            chunk.size[lane] = vertices[i].coneWidth * size;
+            chunk.light.weight[lane] = batch.samples.chunk(sample / kSoAWidth).weight[sample % kSoAWidth];
+        }
     }
 }
 
 /// Records the samples of a pixel, quarter by quarter. The samples' numbers in the pixel divide them.
-void LightRecorder::recordPixel(const VisibilityBatch& batch, uint32_t pixel, std::span<const Rgb> radiance,
-                                std::span<const FirstVertex> vertices) {
+void LightRecorder::recordPixel(const VisibilityBatch& batch, uint32_t pixel) {
     const uint32_t all = batch.samplesPerPixel, middle = (all + 1) / 2;
     const uint32_t ends[kHalves * kQuarters] = {(middle + 1) / 2, middle, (middle + all + 1) / 2, all};
     const SampleSlice& slice = batch.filmSlice;
-    const uint32_t firstRequest = pixel * slice.count(), firstSample = batch.sampleIndex(pixel, slice.first);
+    const uint32_t firstRequest = pixel * slice.count();
     m_pixel.clear();
-    for (uint32_t k = 0, number = slice.first; k < kHalves * kQuarters; ++k)
-        for (; number < std::min(ends[k], slice.end); ++number) {
-            const uint32_t request = firstRequest + number - slice.first;
-            const uint32_t sample = firstSample + number - slice.first;
-            const float weight = batch.samples.chunk(sample / kSoAWidth).weight[sample % kSoAWidth];
-            recordSample(vertices[request], radiance[request], request, weight, k);
+    for (uint32_t k = 0, number = slice.first; k < kHalves * kQuarters; ++k) {
+        const uint32_t quarterEnd = std::min(ends[k], slice.end);
+        while (number < quarterEnd) { // part by part of chunks
+            const uint32_t request = firstRequest + number - slice.first, lane = request % kSoAWidth;
+            const uint32_t count = std::min(quarterEnd - number, kSoAWidth - lane);
+            recordSamples(m_chunks[request / kSoAWidth], int(lane), int(lane + count), k);
+            number += count;
         }
+        if (k % kQuarters == kQuarters - 1)
+            emptySlots(k / kQuarters);
+    }
     m_tile.addPixel(batch.pixels[pixel].x, batch.pixels[pixel].y, m_pixel);
 }
 
-/// Returns the factor by which the film scales a sample.
-float LightRecorder::clampScale(const Rgb& radiance) const {
-    const float maxChannel = std::max({radiance.x, radiance.y, radiance.z});
-    return m_clamp > 0 && maxChannel > m_clamp ? m_clamp / maxChannel : 1;
+/// Records the samples first … end - 1 of a chunk, which are in a quarter of the pixel, 0 … 3.
+void LightRecorder::recordSamples(const Chunk& chunk, int first, int end, uint32_t quarter) {
+    HalfLight& half = m_pixel.halves[quarter / kQuarters];
+    HalfLight::Quarter& sums = half.quarters[quarter % kQuarters];
+    const LightUnits& units = chunk.units;
+    int64_t reflected[LightUnits::kReflectedCount] = {};
+    uint32_t isSpecial = 0;
+    for (int i = first; i < end; ++i) {
+        sums.count += units.isCounted[i];
+        isSpecial |= units.isSpecial[i];
+        for (int k = 0; k < LightUnits::kReflectedCount; ++k)
+            reflected[k] += units.of[LightUnits::kReflected + k][i];
+        if (units.isRecorded[i])
+            recordInCell(chunk, i, quarter / kQuarters);
+    }
+    for (int part = 0; part < kParts; ++part)
+        addUnits(&reflected[3 * part], sums.light[part]);
+    half.v.add(FixedPointSum(reflected[LightUnits::kValue - LightUnits::kReflected]));
+    if (chunk.hasEmission)
+        recordEmission(chunk, first, end, half);
+    if (isSpecial)
+        for (int i = first; i < end; ++i)
+            if (units.isSpecial[i])
+                recordSpecial(chunk, i, quarter);
 }
 
-/// Records a sample of a quarter of the pixel, 0 … 3.
-void LightRecorder::recordSample(const FirstVertex& vertex, const Rgb& radiance, uint32_t request,
-                                 float weight, uint32_t quarter) {
-    if (!isValid(radiance * weight))
-        return; // neither is it in the film
-    const uint32_t halfIndex = quarter / kQuarters;
-    HalfLight& half = m_pixel.halves[halfIndex];
-    HalfLight::Quarter& sums = half.quarters[quarter % kQuarters];
-    const float scale = clampScale(radiance), scaledWeight = weight * scale;
-    ++sums.count;
-    const double v = double(scaledWeight * (radiance.x + radiance.y + radiance.z) / 3);
-    half.v.add(v);
-    if (const Rgb emitted = vertex.emitted * scaledWeight; !isBlack(emitted)) {
+/// Adds three quantities.
+void LightRecorder::addUnits(const int64_t* units, RgbSum& sum) {
+    for (int c = 0; c < 3; ++c)
+        sum.channels[c].add(FixedPointSum(units[c]));
+}
+
+void LightRecorder::recordEmission(const Chunk& chunk, int first, int end, HalfLight& half) const {
+    for (int i = first; i < end; ++i) {
+        if (isBlack(chunk.emitted[i]) || !chunk.units.isCounted[i])
+            continue;
+        const SampleLight light(chunk.light, m_limits, i);
+        const Rgb emitted = chunk.emitted[i] * (chunk.light.weight[i] * light.scale);
         half.emitted.add(emitted);
         const double e = double((emitted.x + emitted.y + emitted.z) / 3);
         half.ee.add(e * e);
-        half.ve.add(e * v);
+        half.ve.add(e * double(light.value));
     }
-    if (!vertex.hit || !(vertex.coneWidth > 0))
+}
+
+/// Adds a sample to the slot of its cell.
+void LightRecorder::recordInCell(const Chunk& chunk, int i, uint32_t half) {
+    CellSlot& slot = findSlot(chunk.cells.at(i));
+    for (int k = 0; k < LightUnits::kCellCount; ++k)
+        slot.units[k] += chunk.units.of[k][i];
+    for (int k = 0; k < CellSlot::kOffsets; ++k)
+        slot.offsets[k] += chunk.cells.offsets[k][i];
+    if (++slot.count == CellSlot::kMaxCount)
+        emptySlots(half);
+}
+
+CellSlot& LightRecorder::findSlot(const CellId& id) {
+    for (size_t k = m_slots.size(); k-- > 0;)
+        if (m_slots[k].id == id)
+            return m_slots[k];
+    CellSlot& slot = m_slots.emplace_back();
+    slot.id = id;
+    return slot;
+}
+
+/// Adds the slots to the cells of the tile and to a half of the pixel.
+void LightRecorder::emptySlots(uint32_t half) {
+    for (const CellSlot& slot : m_slots) {
+        const uint32_t index = m_tile.findCell(slot.id);
+        CellSums& cell = m_tile.cell(index);
+        for (int k = 0; k < 3; ++k) {
+            cell.p[k] += slot.offsets[k];
+            cell.n[k] += slot.offsets[3 + k];
+        }
+        cell.count[half] += slot.count;
+        for (int part = 0; part < kParts; ++part)
+            addUnits(&slot.units[LightUnits::kLight + 3 * part], cell.light[part][half]);
+        CellUse& use = m_pixel.halves[half].uses.emplace_back();
+        use.cell = index;
+        std::copy_n(&slot.units[LightUnits::kAlbedo], 3, use.albedo);
+    }
+    m_slots.clear();
+}
+
+/// Adds the light of a sample that exceeds a limit.
+void LightRecorder::recordSpecial(const Chunk& chunk, int i, uint32_t quarter) {
+    const uint32_t halfIndex = quarter / kQuarters;
+    HalfLight& half = m_pixel.halves[halfIndex];
+    const SampleLight light(chunk.light, m_limits, i);
+    half.v.add(double(light.value));
+    if (!chunk.units.isRecorded[i])
         return;
-    Rgb light[kParts] = {Rgb(0), Rgb(0)};
-    if (m_parts.has(LightPart::Direct))
-        light[int(LightPart::Direct)] = irradiance(vertex.direct, vertex.albedo) * scale;
-    if (m_parts.has(LightPart::Indirect))
-        light[int(LightPart::Indirect)] = irradiance(vertex.indirect, vertex.albedo) * scale;
-    const uint32_t cell = findCell(vertex, request);
-    const Rgb albedo = vertex.albedo * weight;
+    const uint32_t index = m_tile.findCell(chunk.cells.at(i));
     for (int part = 0; part < kParts; ++part) {
         if (!m_parts.has(LightPart(part)))
             continue;
-        if (const Rgb rare = takeRareLight(vertex, part, light[part]); !isBlack(rare))
-            half.rare.push_back({cell, uint8_t(part), quarter % kQuarters == 0, rare, albedo});
-        sums.light[part].add(albedo * light[part]);
+        if (!isBlack(light.rare[part]))
+            half.rare.push_back(
+                {index, uint8_t(part), quarter % kQuarters == 0, light.rare[part], light.albedo});
+        half.quarters[quarter % kQuarters].light[part].add(light.albedo * light.light[part]);
+        m_tile.cell(index).light[part][halfIndex].add(light.light[part]);
     }
-    recordInCell(cell, light, request, halfIndex);
-    if (half.uses.empty() || half.uses.back().cell != cell)
-        findUse(half.uses, cell).add(albedo);
-    else
-        half.uses.back().add(albedo);
-}
-
-/// Returns the light above the limit, and removes it from the light of a part, divided by the albedo.
-Rgb LightRecorder::takeRareLight(const FirstVertex& vertex, int part, Rgb& light) const {
-    const float limit = m_rareLimits.of[part], brightness = maxComponent(vertex.albedo * light);
-    if (!(brightness > limit))
-        return Rgb(0);
-    const Rgb rare = light * (1 - limit / brightness);
-    light -= rare;
-    return rare;
-}
-
-/// Returns the index in the tile of the cell of a request.
-uint32_t LightRecorder::findCell(const FirstVertex& vertex, uint32_t request) {
-    return m_tile.findCell(m_chunks[request / kSoAWidth].cells.at(vertex.hit, int(request % kSoAWidth)));
-}
-
-/// Adds the light of a request to its cell.
-void LightRecorder::recordInCell(uint32_t index, const Rgb (&light)[kParts], uint32_t request,
-                                 uint32_t half) {
-    const Chunk& chunk = m_chunks[request / kSoAWidth];
-    const int lane = int(request % kSoAWidth);
-    CellSums& cell = m_tile.cell(index);
-    const V3f offset = chunk.cells.offset.at(lane) * float(1 << CellSums::kPositionBits);
-    const V3f n = chunk.n.at(lane);
-    for (int k = 0; k < 3; ++k) {
-        cell.p[k] += int32_t(offset[k]);
-        // The normal of a surface that is degenerate at rest is NaN.
-        cell.n[k] += int32_t(std::max(-1.f, std::min(1.f, n[k])) * float(1 << CellSums::kNormalBits));
-    }
-    ++cell.count[half];
-    for (int part = 0; part < kParts; ++part)
-        if (m_parts.has(LightPart(part)))
-            cell.light[part][half].add(light[part]);
-}
-
-CellUse& LightRecorder::findUse(std::vector<CellUse>& uses, uint32_t cell) {
-    for (CellUse& use : uses)
-        if (use.cell == cell)
-            return use;
-    uses.emplace_back().cell = cell;
-    return uses.back();
 }
 
 void RecordingWorker::plan(const VisibilityBatch& batch, ShadingRequests& requests) {
@@ -251,7 +298,7 @@ void RecordingWorker::plan(const VisibilityBatch& batch, ShadingRequests& reques
             if (batch.filmSlice.contains(sample.index))
                 requests.push_back(requestFor(m_scene, batch, sample));
     }
-    if (!m_scene.needsFootprint()) // else the requests have their cones
+    if (m_setsCones)
         setCones(batch, requests);
 }
 

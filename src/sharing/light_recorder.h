@@ -2,10 +2,22 @@
 #pragma once
 
 #include "core/render/integrator.h"
+#include "sharing/light_units.h"
 #include "sharing/rest_points.h"
 #include "sharing/tile_light.h"
 
 namespace strobe {
+
+/// The sums of the samples of half a pixel on one cell, until they are added to the cell.
+struct CellSlot {
+    static constexpr int kOffsets = 6;             ///< position and normal: see CellSums
+    static constexpr uint32_t kMaxCount = 1 << 11; ///< of samples, so that sums do not overflow
+
+    CellId id;
+    int64_t units[LightUnits::kCellCount] = {};
+    int32_t offsets[kOffsets] = {};
+    uint32_t count = 0;
+};
 
 /// Records the tiles of one thread.
 class LightRecorder {
@@ -32,26 +44,28 @@ class LightRecorder {
   private:
     struct Chunk;
     void findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n) const;
-    void setCellSizes(const VisibilityBatch& batch, std::span<const FirstVertex> vertices);
-    void recordPixel(const VisibilityBatch& batch, uint32_t pixel, std::span<const Rgb> radiance,
-                     std::span<const FirstVertex> vertices);
-    float clampScale(const Rgb& radiance) const;
-    void recordSample(const FirstVertex& vertex, const Rgb& radiance, uint32_t request, float weight,
-                      uint32_t quarter);
-    uint32_t findCell(const FirstVertex& vertex, uint32_t request);
-    void recordInCell(uint32_t cell, const Rgb (&light)[kParts], uint32_t request, uint32_t half);
-    Rgb takeRareLight(const FirstVertex& vertex, int part, Rgb& light) const;
-    static CellUse& findUse(std::vector<CellUse>& uses, uint32_t cell);
+    void gatherLight(std::span<const FirstVertex> vertices, std::span<const Rgb> radiance,
+                     Chunk& chunk) const;
+    void setPixelData(const VisibilityBatch& batch, std::span<const FirstVertex> vertices);
+    void recordPixel(const VisibilityBatch& batch, uint32_t pixel);
+    void recordSamples(const Chunk& chunk, int first, int end, uint32_t quarter);
+    void recordEmission(const Chunk& chunk, int first, int end, HalfLight& half) const;
+    void recordInCell(const Chunk& chunk, int i, uint32_t half);
+    CellSlot& findSlot(const CellId& id);
+    void emptySlots(uint32_t half);
+    void recordSpecial(const Chunk& chunk, int i, uint32_t quarter);
+    static void addUnits(const int64_t* units, RgbSum& sum);
 
     const Scene& m_scene;
     const PixelSpread m_spread;
-    const float m_cellSize, m_clamp;
+    const float m_cellSize;
     const LightParts m_parts;
-    const RareLimits m_rareLimits;
-    std::vector<Chunk> m_chunks; ///< of the current batch
-    PixelLight m_pixel;          ///< the current pixel
-    TileLight m_tile;            ///< the current tile
-    SampleSlice m_samples;       ///< of the last batch
+    const LightLimits m_limits;
+    std::vector<Chunk> m_chunks;   ///< of the current batch
+    PixelLight m_pixel;            ///< the current pixel
+    std::vector<CellSlot> m_slots; ///< of the current half of the pixel
+    TileLight m_tile;              ///< the current tile
+    SampleSlice m_samples;         ///< of the last batch
 };
 
 class EmissionRefinement;
@@ -62,7 +76,8 @@ class RecordingWorker : public IntegratorWorker {
     /// See LightRecorder and EmissionRefinement.
     RecordingWorker(const Scene& scene, float cellSize, float clamp, LightParts parts,
                     const RareLimits& rareLimits = {}, const EmissionRefinement* refinement = nullptr)
-        : m_scene(scene), m_refinement(refinement), m_recorder(scene, cellSize, clamp, parts, rareLimits) {}
+        : m_scene(scene), m_refinement(refinement), m_setsCones(!parts.isEmpty() && !scene.needsFootprint()),
+          m_recorder(scene, cellSize, clamp, parts, rareLimits) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
     std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override;
@@ -81,6 +96,7 @@ class RecordingWorker : public IntegratorWorker {
     void setCones(const VisibilityBatch& batch, ShadingRequests& requests) const;
     const Scene& m_scene;
     const EmissionRefinement* const m_refinement; ///< null: none
+    const bool m_setsCones; ///< records need cones, and the requests have none without this
     LightRecorder m_recorder;
     bool m_hasObserved = false; ///< in this tile
 };

@@ -114,9 +114,11 @@ std::vector<Rgb> reflectedLight(const Film& film, const RecordedLight& light) {
     return out;
 }
 
-/// The images of one render of a block, by kChoices.
+/// One render of a block.
 struct BlockImages {
-    std::vector<Rgb> images[kChoiceCount];
+    std::vector<Rgb> images[kChoiceCount]; ///< by kChoices
+    /// The errors that LightSharing estimates for both parts, without sharing and with it.
+    double ownVariance = 0, variance = 0;
 };
 
 BlockImages renderBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
@@ -134,12 +136,15 @@ BlockImages renderBlock(const Scene& scene, const RenderContext& context, const 
     const std::vector<Rgb> own = reflectedLight(film, light);
     const LightSharing sharing(std::move(light));
     std::vector<SharedPart> parts;
+    BlockImages out;
     for (const LightPart part : kAllParts) {
         parts.push_back(sharing.share(part));
-        for (const float variance : parts.back().variance)
-            sums.variance += double(variance);
+        for (size_t i = 0; i < parts.back().variance.size(); ++i) {
+            out.ownVariance += double(parts.back().ownVariance[i]);
+            out.variance += double(parts.back().variance[i]);
+        }
     }
-    BlockImages out;
+    sums.variance += out.variance;
     for (size_t choice = 0; choice < kChoiceCount; ++choice) {
         out.images[choice] = own;
         for (size_t i = 0; i < out.images[choice].size(); ++i) {
@@ -160,17 +165,26 @@ double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b, flo
     return sum;
 }
 
+/// Returns the weight of the squared errors of an image with this mean: errors are relative to its radiance.
+double weightOf(double mean) {
+    constexpr double kDark = 0.1; // radiance below which errors do not count as relative ones
+    return 1 / (sqr(mean) + sqr(kDark));
+}
+
+/// Returns the mean of the channels of an image.
+double meanOf(const std::vector<Rgb>& image, float clip) {
+    double sum = 0;
+    for (const Rgb& pixel : image)
+        for (int c = 0; c < 3; ++c)
+            sum += double(std::min(pixel[c], clip));
+    return sum / (3 * double(image.size()));
+}
+
 /// Adds the errors of the images of a block to `sums`, by kChoices. `a` and `b` are independent renders.
 /// Their squared distance is twice the variance of one. The squared distance of a shared image from the other
 /// render is its error plus this variance.
 void addErrors(const BlockImages& a, const BlockImages& b, float clip, double* sums) {
-    constexpr double kDark = 0.1; // radiance below which errors do not count as relative ones
-    double mean = 0;
-    for (const auto* images : {&a.images[0], &b.images[0]})
-        for (const Rgb& pixel : *images)
-            for (int c = 0; c < 3; ++c)
-                mean += double(std::min(pixel[c], clip)) / (6 * double(images->size()));
-    const double weight = 1 / (sqr(mean) + sqr(kDark));
+    const double weight = weightOf((meanOf(a.images[0], clip) + meanOf(b.images[0], clip)) / 2);
     const double variance = squaredDistance(a.images[0], b.images[0], clip) / 2;
     sums[0] += weight * variance;
     for (size_t i = 1; i < kChoiceCount; ++i) {
@@ -184,21 +198,34 @@ void addErrors(const BlockImages& a, const BlockImages& b, float clip, double* s
 struct BlockPilot {
     BlockErrors errors;
     Brightness brightness;
+    BlockImages first; ///< the first of two renders
 };
 
-/// Renders a block twice and measures the errors of sharing.
-BlockPilot measureBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
-                        int samplesPerPixel, float cellSize) {
-    BlockPilot out;
-    const auto render = [&](uint64_t seed) {
-        return renderBlock(scene, context, block, seed, samplesPerPixel, cellSize, out.errors,
+/// Renders blocks of a scene.
+class BlockRenderer {
+  public:
+    BlockRenderer(const Scene& scene, const RenderContext& context, int samplesPerPixel, float cellSize)
+        : m_scene(scene), m_context(context), m_samplesPerPixel(samplesPerPixel), m_cellSize(cellSize) {}
+    void renderFirst(const PixelBounds& block, BlockPilot& out) const {
+        out.first = render(block, kSeeds[0], out);
+    }
+    /// Renders a block again and measures the errors of sharing.
+    void measure(const PixelBounds& block, BlockPilot& out) const {
+        const BlockImages second = render(block, kSeeds[1], out);
+        for (size_t clip = 0; clip < std::size(kClips); ++clip)
+            addErrors(out.first, second, kClips[clip], out.errors.errors[clip]);
+    }
+
+  private:
+    BlockImages render(const PixelBounds& block, uint64_t seed, BlockPilot& out) const {
+        return renderBlock(m_scene, m_context, block, seed, m_samplesPerPixel, m_cellSize, out.errors,
                            out.brightness);
-    };
-    const BlockImages first = render(kSeeds[0]), second = render(kSeeds[1]);
-    for (size_t clip = 0; clip < std::size(kClips); ++clip)
-        addErrors(first, second, kClips[clip], out.errors.errors[clip]);
-    return out;
-}
+    }
+    const Scene& m_scene;
+    const RenderContext& m_context;
+    const int m_samplesPerPixel;
+    const float m_cellSize;
+};
 
 /// Returns blocks of pixels that are spread evenly over the pixel bounds.
 std::vector<PixelBounds> blocksIn(const PixelBounds& bounds, int count, int size) {
@@ -231,6 +258,20 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const BlockErrors&
     const double recorded = sums.recorded / samples;
     return (kObserve + kRecord * recorded + (kFinishPixel + kReconstructPixel * recorded) / samplesPerPixel) /
            (kSample + ray * double(sums.counters.rays()) / samples);
+}
+
+/// Returns whether sharing cannot pay according to the first render of blocks. The errors that LightSharing
+/// estimates promise up to three times too much. If they promise less than twice the time, a second render
+/// would not be in favor either. No promise at all says nothing: a few bright samples contradict all others.
+bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
+    constexpr double kLeastPromise = 2, kNoPromise = 1.5;
+    double own = 0, shared = 0;
+    for (const BlockPilot& pilot : pilots) {
+        const double weight = weightOf(meanOf(pilot.first.images[0], INFINITY));
+        own += weight * pilot.first.ownVariance;
+        shared += weight * pilot.first.variance;
+    }
+    return own > kNoPromise * shared && own < kLeastPromise * (1 + overhead) * shared;
 }
 
 /// What the blocks say about sharing.
@@ -269,7 +310,8 @@ Verdict decide(std::span<const BlockPilot> pilots, const BlockErrors& sums, doub
 
 } // namespace
 
-SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize) {
+SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize,
+                        const std::optional<LightParts>& chosen) {
     constexpr int kBlockSize = 8, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 8, kMaxBlocks = 64;
     constexpr double kPilotShare = 0.004, kPasses = 64; // the samples of passes, whose number is not known
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
@@ -277,7 +319,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     constexpr double kMaxRare = 0.005;
     const double samples = context.isPass ? kPasses : context.samplesPerPixel;
     if (samples < kHalves)
-        return {};
+        return {chosen.value_or(LightParts()), {}, {}};
     // Direct light converges faster than in proportion to the samples, so that few would mislead.
     const int pilotSamples =
         int(std::min(samples, std::clamp(samples / 2, double(kMinSamples), double(kMaxSamples))));
@@ -288,6 +330,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     // An uncertain verdict is worth twice as many blocks where this is not much of the render.
     const size_t limit = affordable > kMinBlocks ? 2 * count : count;
     const auto blocks = blocksIn(bounds, int(limit), kBlockSize);
+    const BlockRenderer renderer(scene, context, pilotSamples, cellSize);
     std::vector<BlockPilot> pilots;
     BlockErrors errors;
     Brightness brightness;
@@ -295,9 +338,15 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     do {
         const size_t first = pilots.size();
         pilots.resize(first + count);
-        parallelFor(count, [&](size_t i) {
-            pilots[first + i] = measureBlock(scene, context, blocks[first + i], pilotSamples, cellSize);
-        });
+        parallelFor(count, [&](size_t i) { renderer.renderFirst(blocks[first + i], pilots[first + i]); });
+        if (first == 0 && !chosen) {
+            BlockErrors sums;
+            for (const BlockPilot& pilot : pilots)
+                sums.add(pilot.errors);
+            if (isHopeless(pilots, overheadOf(scene, samples, sums)))
+                return {};
+        }
+        parallelFor(count, [&](size_t i) { renderer.measure(blocks[first + i], pilots[first + i]); });
         for (size_t i = first; i < pilots.size(); ++i) {
             errors.add(pilots[i].errors);
             brightness.add(pilots[i].brightness);
@@ -306,7 +355,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     } while (pilots.size() < limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
-    plan.parts = verdict.parts;
+    plan.parts = chosen.value_or(verdict.parts);
     plan.emission = {errors.variance / errors.pixels * pilotSamples / samples,
                      errors.emissionCoefficient / errors.pixels};
     return plan;

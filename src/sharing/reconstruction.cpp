@@ -1,8 +1,10 @@
 #include "sharing/reconstruction.h"
 
+#include "core/math/simd4.h"
 #include "core/util/parallel.h"
 #include "sharing/cell_estimates.h"
 #include "sharing/rare_light.h"
+#include "sharing/window_mean.h"
 
 #include <algorithm>
 
@@ -10,80 +12,10 @@ namespace strobe {
 
 namespace {
 
-constexpr int kCandidates = 1 + kFitScales;
-
-/// Numbers over the pixel bounds, row by row.
-struct Plane {
-    int width, height;
-    std::vector<float> values;
-    Plane(int w, int h) : width(w), height(h), values(size_t(w) * size_t(h), 0.f) {}
-    float* row(int y) { return values.data() + size_t(y) * size_t(width); }
-};
-
-STROBE_TARGET_CLONES void addScaled(const float* in, float factor, float* out, int n) {
-    STROBE_IVDEP
-    for (int i = 0; i < n; ++i)
-        out[i] += factor * in[i];
-}
-
-STROBE_TARGET_CLONES void multiply(const float* factors, float factor, float* out, int n) {
-    STROBE_IVDEP
-    for (int i = 0; i < n; ++i)
-        out[i] *= factors[i] * factor;
-}
-
-/// Gaussian means over windows of pixels. Weights outside of the image are left out.
-class WindowMean {
-  public:
-    WindowMean(int width, int height, float sigma) : m_scratch(width, height), m_kernel(kernel(sigma)) {
-        m_inverseX = inverseWeights(width);
-        m_inverseY = inverseWeights(height);
-    }
-    /// Replaces each value of the plane by the mean around it.
-    void apply(Plane& plane) {
-        const int reach = int(m_kernel.size()) - 1, width = plane.width, height = plane.height;
-        parallelFor(size_t(height), [&](size_t y) {
-            float* out = m_scratch.row(int(y));
-            const float* in = plane.row(int(y));
-            std::fill(out, out + width, 0.f);
-            for (int d = -std::min(reach, width - 1); d <= std::min(reach, width - 1); ++d)
-                addScaled(in + std::max(d, 0), m_kernel[size_t(std::abs(d))], out + std::max(-d, 0),
-                          width - std::abs(d));
-        });
-        parallelFor(size_t(height), [&](size_t line) {
-            const int y = int(line);
-            float* out = plane.row(y);
-            std::fill(out, out + width, 0.f);
-            for (int v = std::max(0, y - reach); v <= std::min(height - 1, y + reach); ++v)
-                addScaled(m_scratch.row(v), m_kernel[size_t(std::abs(v - y))], out, width);
-            multiply(m_inverseX.data(), m_inverseY[line], out, width);
-        });
-    }
-
-  private:
-    static std::vector<float> kernel(float sigma) {
-        std::vector<float> out(size_t(std::ceil(3 * sigma)) + 1);
-        for (size_t d = 0; d < out.size(); ++d)
-            out[d] = std::exp(-sqr(float(d)) / (2 * sqr(sigma)));
-        return out;
-    }
-    /// Returns the inverse of the sum of the kernel's weights around each of `length` positions.
-    std::vector<float> inverseWeights(int length) const {
-        const int reach = int(m_kernel.size()) - 1;
-        std::vector<float> out(size_t(length), 0.f);
-        for (int i = 0; i < length; ++i) {
-            float weight = 0;
-            for (int j = std::max(0, i - reach); j <= std::min(length - 1, i + reach); ++j)
-                weight += m_kernel[size_t(std::abs(i - j))];
-            out[size_t(i)] = 1 / weight;
-        }
-        return out;
-    }
-
-    Plane m_scratch;
-    const std::vector<float> m_kernel;
-    std::vector<float> m_inverseX, m_inverseY;
-};
+constexpr int kLanes = CellEstimate::kLanes, kEstimates = CellEstimate::kCount;
+/// The lane after those of the estimates: of the pixels' own values or of rare light.
+constexpr int kOwn = kEstimates;
+static_assert(kLanes == 4 && kLanes == LanePlane::kLanes && kOwn == kLanes - 1);
 
 float sum(const Rgb& c) { return c.x + c.y + c.z; }
 
@@ -106,127 +38,144 @@ void restoreTotal(const std::vector<float>& error, std::vector<Rgb>& correction)
                 correction[i][c] -= float(total[c] * (double(error[i]) / errors));
 }
 
-/// Adds up candidates, each weighted by its inverse error.
+float sum(const Float4& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+
+/// Returns the widths of the regions of the estimates in edges of recorded cells.
+Float4 estimateWidths() {
+    Float4 out = {1};
+    for (int scale = 0; scale < kFitScales; ++scale)
+        out[1 + scale] = fitWidth(scale);
+    return out;
+}
+
+/// Adds up the own values of pixels and the estimates, each weighted by its inverse error.
 class Mixture {
   public:
-    /// Starts with the pixels' own estimates.
-    Mixture(const RecordedLight& light, LightPart part)
-        : m_light(light), m_part(part), m_width(light.pixelBounds.width()),
-          m_height(light.pixelBounds.height()), m_window(m_width, m_height, kWindow),
-          m_variance(m_width, m_height), m_bias(m_width, m_height), m_ownWeight(m_variance.values.size()),
-          m_sharedWeight(m_ownWeight.size(), 0.f), m_difference(m_ownWeight.size()),
-          m_sum(m_ownWeight.size(), Rgb(0)), m_widthSum(m_ownWeight.size(), 0.f) {
-        measureOwn();
+    Mixture(const RecordedLight& light, LightPart part, const std::vector<CellEstimate>& estimates)
+        : m_light(light), m_part(part), m_estimates(estimates), m_width(light.pixelBounds.width()),
+          m_height(light.pixelBounds.height()), m_variance(m_width, m_height), m_bias(m_width, m_height),
+          m_differences(size_t(m_width) * size_t(m_height)) {
+        forPixels([&](size_t row, size_t i) { measure(row, i); });
+        WindowMean window(m_width, m_height, kWindow);
+        window.apply(m_variance);
+        window.apply(m_bias);
     }
-    /// Adds a candidate: estimate(pixel, shared) writes the estimates of both halves. The variance of the
-    /// mean of both halves follows from their squared difference; the squared bias of a shared estimate is
-    /// the product of its differences from the own estimates of the other half, whose noise is independent.
-    /// `width`: of the region of a pixel's estimate.
-    template <class Estimate>
-    void add(const Estimate& estimate, float width) {
-        forPixels([&](size_t i) {
-            Rgb shared[kHalves];
-            estimate(i, shared);
-            const Rgb a = own(i, 0), b = own(i, 1), d = shared[0] - shared[1];
-            m_variance.values[i] = varianceFactor(i) * sum(d * d);
-            m_bias.values[i] = sum((shared[0] - b) * (shared[1] - a));
-            m_difference[i] = (shared[0] - a) * fraction(i, 0) + (shared[1] - b) * fraction(i, 1);
-        });
-        m_window.apply(m_variance);
-        m_window.apply(m_bias);
-        forPixels([&](size_t i) {
-            const float w = 1 / (m_variance.values[i] + std::max(m_bias.values[i], 0.f) + kTiny);
-            m_sum[i] += m_difference[i] * w;
-            m_widthSum[i] += width * w;
-            m_sharedWeight[i] += w;
-        });
-    }
-    /// Returns the mixture. To be called once.
-    SharedPart finish() {
-        forPixels([&](size_t i) {
-            const bool hasBoth = m_light.pixel(i, 0).count > 0 && m_light.pixel(i, 1).count > 0;
-            const float shared = m_sharedWeight[i], variance = hasBoth ? 1 / (m_ownWeight[i] + shared) : 0;
-            m_sum[i] *= variance;
-            m_variance.values[i] = variance;
-            m_widthSum[i] /= shared;
-            m_sharedWeight[i] = shared * variance;
-            m_ownWeight[i] = 1 / (3 * m_ownWeight[i]);
-        });
-        restoreTotal(m_variance.values, m_sum);
-        for (float& variance : m_variance.values)
+    /// Returns the mixture.
+    SharedPart mix() {
+        const size_t count = m_differences.size();
+        SharedPart out{std::vector<Rgb>(count), std::vector<float>(count), std::vector<float>(count),
+                       std::vector<float>(count), std::vector<float>(count)};
+        forPixels([&](size_t, size_t i) { mixPixel(i, out); });
+        restoreTotal(out.variance, out.correction);
+        for (float& variance : out.variance)
             variance /= 3;
-        return {std::move(m_sum), std::move(m_sharedWeight), std::move(m_widthSum),
-                std::move(m_variance.values), std::move(m_ownWeight)};
+        return out;
+    }
+    /// Returns the mean of the last lane of the estimates at a pixel.
+    Rgb meanOfLastLane(size_t pixel) const {
+        const auto& rgb = m_differences[pixel].of;
+        return {rgb[0][kOwn], rgb[1][kOwn], rgb[2][kOwn]};
     }
 
   private:
     static constexpr float kTiny = 1e-12f;
-    /// Measures the variance of the own estimates.
+    /// The differences of the estimates from the own value, and meanOfLastLane.
+    struct Differences {
+        alignas(16) float of[3][kLanes];
+    };
+
+    /// Measures the errors at a pixel. The variance of the mean of both halves follows from their squared
+    /// difference; the squared bias of an estimate is the product of its differences from the own values of
+    /// the other half, whose noise is independent.
     ///
     /// Halves of a scrambled Sobol' sequence err in opposite directions where the light depends on few
     /// dimensions, so that their difference overestimates the variance of their mean: up to 8 times and more
-    /// for direct light (measured). The quarters show by how much. For independent samples, their variance is
-    /// twice that of the halves. The excess over this ratio counts four times: measured, a factor of 1.5
-    /// shares too much direct light on the moving Killeroos and in moving-shadow.
-    void measureOwn() {
-        forPixels([&](size_t i) {
-            const Rgb d = own(i, 0) - own(i, 1);
-            m_variance.values[i] = varianceFactor(i) * sum(d * d);
-            m_bias.values[i] = (varianceByQuarters(i, 0) + varianceByQuarters(i, 1)) / 2;
-        });
-        m_window.apply(m_variance);
-        m_window.apply(m_bias);
-        forPixels([&](size_t i) {
-            const float byHalves = m_variance.values[i];
-            const float ratio = m_bias.values[i] / (byHalves + kTiny);
-            const float excess = m_part == LightPart::Direct ? std::max(1 + 4 * (ratio - 2), 1.f) : 1;
-            m_ownWeight[i] = excess / (byHalves + kTiny);
-        });
+    /// for direct light (measured). The quarters show by how much.
+    void measure(size_t row, size_t pixel) {
+        Float4 sums[kHalves][3] = {};
+        for (const PixelUse& use : m_light.uses(row, pixel)) {
+            const auto& estimate = m_estimates[use.cell].light[int(m_part)][use.half];
+            for (int c = 0; c < 3; ++c)
+                sums[use.half][c] += use.albedo[c] * loadFloat4(estimate[c]);
+        }
+        const HalfPixelSums &first = m_light.pixel(pixel, 0), &second = m_light.pixel(pixel, 1);
+        const float counts[kHalves] = {float(first.count), float(second.count)};
+        const float inverses[kHalves] = {1 / std::max(counts[0], 1.f), 1 / std::max(counts[1], 1.f)};
+        const float inverse = 1 / std::max(counts[0] + counts[1], 1.f);
+        const float fractions[kHalves] = {counts[0] * inverse, counts[1] * inverse};
+        Float4 variance = {}, bias = {};
+        for (int c = 0; c < 3; ++c) {
+            const float ownA = first.light[int(m_part)][c] * inverses[0],
+                        ownB = second.light[int(m_part)][c] * inverses[1];
+            Float4 a = sums[0][c] * inverses[0], b = sums[1][c] * inverses[1];
+            a[kOwn] = ownA;
+            b[kOwn] = ownB;
+            variance += (a - b) * (a - b);
+            bias += (a - ownB) * (b - ownA);
+            Float4 difference = (a - ownA) * fractions[0] + (b - ownB) * fractions[1];
+            difference[kOwn] = (sums[0][c][kOwn] + sums[1][c][kOwn]) * inverse;
+            storeFloat4(m_differences[pixel].of[c], difference);
+        }
+        variance *= fractions[0] * fractions[1];
+        const float own = variance[kOwn];
+        bias[kOwn] = (varianceByQuarters(first, own) + varianceByQuarters(second, own)) / 2;
+        storeFloat4(m_variance.at(pixel), variance);
+        storeFloat4(m_bias.at(pixel), bias);
     }
-    /// Returns the variance of the mean of a half that the difference of its quarters indicates.
-    float varianceByQuarters(size_t pixel, int half) const {
-        const HalfPixelSums& sums = m_light.pixel(pixel, half);
-        if (sums.quarterCount == 0 || sums.quarterCount == sums.count)
-            return 4 * m_variance.values[pixel]; // unknown: careful
-        const float first = float(sums.quarterCount), second = float(sums.count - sums.quarterCount);
-        const Rgb& quarter = sums.quarterLight[int(m_part)];
-        const Rgb d = quarter * (1 / first) - (sums.light[int(m_part)] - quarter) * (1 / second);
+    /// Returns the variance of the mean of a half that the difference of its quarters indicates, with that of
+    /// the pixel by the difference of its halves.
+    float varianceByQuarters(const HalfPixelSums& half, float byHalves) const {
+        if (half.quarterCount == 0 || half.quarterCount == half.count)
+            return 4 * byHalves; // unknown: careful
+        const float first = float(half.quarterCount), second = float(half.count - half.quarterCount);
+        const Rgb& quarter = half.quarterLight[int(m_part)];
+        const Rgb d = quarter * (1 / first) - (half.light[int(m_part)] - quarter) * (1 / second);
         return first * second / sqr(first + second) * sum(d * d);
     }
-    /// Returns the fraction of the pixel's samples that are in the half.
-    float fraction(size_t pixel, int half) const {
-        const float first = float(m_light.pixel(pixel, 0).count),
-                    second = float(m_light.pixel(pixel, 1).count);
-        return (half == 0 ? first : second) / std::max(first + second, 1.f);
+    /// Returns the inverse error of the own value of a pixel. For independent samples, the variance by
+    /// quarters is twice that by halves. The excess over this ratio counts four times: measured, a factor of
+    /// 1.5 shares too much direct light on the moving Killeroos and in moving-shadow.
+    float ownWeight(float byHalves, float byQuarters) const {
+        const float ratio = byQuarters / (byHalves + kTiny);
+        const float excess = m_part == LightPart::Direct ? std::max(1 + 4 * (ratio - 2), 1.f) : 1;
+        return excess / (byHalves + kTiny);
     }
-    /// Returns the variance of the mean of both halves relative to the variance of their difference.
-    float varianceFactor(size_t pixel) const { return fraction(pixel, 0) * fraction(pixel, 1); }
-    Rgb own(size_t pixel, int half) const {
-        const HalfPixelSums& sums = m_light.pixel(pixel, half);
-        return sums.count > 0 ? sums.mean(sums.light[int(m_part)]) : Rgb(0);
+    void mixPixel(size_t i, SharedPart& out) {
+        const Float4 variance = loadFloat4(m_variance.at(i)), bias = loadFloat4(m_bias.at(i));
+        const Float4 zero = {};
+        Float4 weights = 1 / (variance + (bias > zero ? bias : zero) + kTiny);
+        weights[kOwn] = 0;
+        const float shared = sum(weights), width = sum(weights * m_widths);
+        Rgb difference;
+        for (int c = 0; c < 3; ++c)
+            difference[c] = sum(weights * loadFloat4(m_differences[i].of[c]));
+        const float own = ownWeight(variance[kOwn], bias[kOwn]);
+        const bool hasBoth = m_light.pixel(i, 0).count > 0 && m_light.pixel(i, 1).count > 0;
+        const float error = hasBoth ? 1 / (own + shared) : 0;
+        out.correction[i] = difference * error;
+        out.weight[i] = shared * error;
+        out.width[i] = width / shared;
+        out.variance[i] = error;
+        out.ownVariance[i] = 1 / (3 * own);
     }
     template <class Work>
     void forPixels(const Work& work) const {
         const size_t width = size_t(m_width);
         parallelFor(size_t(m_height), [&](size_t y) {
             for (size_t i = y * width; i < (y + 1) * width; ++i)
-                work(i);
+                work(y, i);
         });
     }
 
     const RecordedLight& m_light;
     const LightPart m_part;
+    const std::vector<CellEstimate>& m_estimates;
     const int m_width, m_height;
-    WindowMean m_window;
-    Plane m_variance, m_bias;                       ///< of the current candidate
-    std::vector<float> m_ownWeight, m_sharedWeight; ///< inverse errors; the sum over the shared estimates
-    std::vector<Rgb> m_difference;                  ///< of the current candidate from the own estimate
-    std::vector<Rgb> m_sum;                         ///< of the differences, weighted
-    std::vector<float> m_widthSum;                  ///< weighted
+    const Float4 m_widths = estimateWidths();
+    /// By estimate; the last lanes are the variance of the own values by halves and by quarters.
+    LanePlane m_variance, m_bias;
+    std::vector<Differences> m_differences;
 };
-
-/// Returns the width of the region of a candidate in edges of recorded cells.
-float widthOf(int candidate) { return candidate == 0 ? 1 : fitWidth(candidate - 1); }
 
 /// Returns the mean number of samples of a pixel.
 float samplesPerPixel(const RecordedLight& light) {
@@ -241,19 +190,26 @@ float samplesPerPixel(const RecordedLight& light) {
 struct LightSharing::Data {
     explicit Data(RecordedLight recorded);
     void addCommonLight();
-    SharedPart shareCommonLight(LightPart part) const;
-    void shareRareLight(LightPart part, std::vector<Rgb>& correction) const;
+    SharedPart share(LightPart part) const;
+    void shareRareLight(LightPart part, const Mixture& mixture, std::vector<Rgb>& correction) const;
 
     RecordedLight light;
     CellPyramid pyramid;
     RareLight rare;
-    std::vector<CellEstimate> estimates; ///< by cell
+    std::vector<CellEstimate> estimates; ///< by cell; the last lanes: rare light
 };
 
 LightSharing::Data::Data(RecordedLight recorded)
     : light(std::move(recorded)), pyramid(light.cells), rare(pyramid, light.rare, samplesPerPixel(light)) {
     addCommonLight();
     estimates = estimateCells(pyramid);
+    if (light.rare.empty())
+        return;
+    for (uint32_t cell = 0; cell < estimates.size(); ++cell)
+        for (int part = 0; part < kParts; ++part)
+            for (auto& half : estimates[cell].light[part])
+                for (int c = 0; c < 3; ++c)
+                    half[c][kOwn] = rare.light(cell, part)[c];
 }
 
 /// Adds the light of the samples above RareLimits to the other light, as far as it is not rare.
@@ -268,57 +224,45 @@ void LightSharing::Data::addCommonLight() {
     }
 }
 
-SharedPart LightSharing::Data::shareCommonLight(LightPart part) const {
-    Mixture mixture(light, part);
-    for (int k = 0; k < kCandidates; ++k) {
-        const auto estimate = [&, k](size_t pixel, Rgb(&shared)[kHalves]) {
-            shared[0] = shared[1] = Rgb(0);
-            for (const PixelUse& use : light.uses(pixel))
-                shared[use.half] += use.albedo * estimates[use.cell].at(k, part, int(use.half));
-            for (int half = 0; half < kHalves; ++half)
-                shared[half] *= 1 / std::max(float(light.pixel(pixel, half).count), 1.f);
-        };
-        mixture.add(estimate, widthOf(k));
-    }
-    return mixture.finish();
+SharedPart LightSharing::Data::share(LightPart part) const {
+    Mixture mixture(light, part, estimates);
+    SharedPart out = mixture.mix();
+    if (!light.rare.empty())
+        shareRareLight(part, mixture, out.correction);
+    return out;
 }
 
 /// Replaces the rare light of each pixel's own samples by that of the regions around its cells, scaled such
 /// that the sum of the image remains.
-void LightSharing::Data::shareRareLight(LightPart part, std::vector<Rgb>& correction) const {
-    std::vector<Rgb> own(correction.size(), Rgb(0)), shared(correction.size(), Rgb(0));
+void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture,
+                                        std::vector<Rgb>& correction) const {
+    std::vector<Rgb> own(correction.size(), Rgb(0));
     for (const PixelRareSample& sample : light.rare)
-        if (sample.part == int(part))
-            own[sample.pixel] += sample.albedo * sample.light * rare.rarity(sample.cell, sample.part);
+        if (sample.part == int(part)) {
+            const float count =
+                float(light.pixel(sample.pixel, 0).count + light.pixel(sample.pixel, 1).count);
+            own[sample.pixel] +=
+                sample.albedo * sample.light * (rare.rarity(sample.cell, sample.part) / std::max(count, 1.f));
+        }
     double ownTotal[3] = {}, sharedTotal[3] = {};
     for (size_t i = 0; i < correction.size(); ++i) {
-        const float count = float(light.pixel(i, 0).count + light.pixel(i, 1).count);
-        if (!(count > 0))
-            continue;
-        for (const PixelUse& use : light.uses(i))
-            shared[i] += use.albedo * rare.light(use.cell, int(part)) * (1 / count);
-        own[i] *= 1 / count;
+        const Rgb shared = mixture.meanOfLastLane(i);
         for (int c = 0; c < 3; ++c) {
             ownTotal[c] += double(own[i][c]);
-            sharedTotal[c] += double(shared[i][c]);
+            sharedTotal[c] += double(shared[c]);
         }
     }
-    for (int c = 0; c < 3; ++c) {
-        const float scale = sharedTotal[c] > 0 ? float(ownTotal[c] / sharedTotal[c]) : 0;
-        for (size_t i = 0; i < correction.size(); ++i)
-            correction[i][c] += shared[i][c] * scale - own[i][c];
-    }
+    Rgb scale;
+    for (int c = 0; c < 3; ++c)
+        scale[c] = sharedTotal[c] > 0 ? float(ownTotal[c] / sharedTotal[c]) : 0;
+    for (size_t i = 0; i < correction.size(); ++i)
+        correction[i] += mixture.meanOfLastLane(i) * scale - own[i];
 }
 
 LightSharing::LightSharing(RecordedLight light) : m_data(new Data(std::move(light))) {}
 
 LightSharing::~LightSharing() = default;
 
-SharedPart LightSharing::share(LightPart part) const {
-    SharedPart out = m_data->shareCommonLight(part);
-    if (!m_data->light.rare.empty())
-        m_data->shareRareLight(part, out.correction);
-    return out;
-}
+SharedPart LightSharing::share(LightPart part) const { return m_data->share(part); }
 
 } // namespace strobe

@@ -57,9 +57,65 @@ HalfPixelSums toFloats(const HalfLight& light) {
     return out;
 }
 
+float toFloat(int64_t units) { return float(double(units) * (1 / FixedPointSum::kPerUnit)); }
+
+float sumToFloat(int64_t a, int64_t b) {
+    int64_t sum;
+    return __builtin_add_overflow(a, b, &sum) ? float(FixedPointSum(__int128(a) + b).value()) : toFloat(sum);
+}
+
+/// Writes the light of a half of a pixel of a record with these parts.
+void setLight(const HalfBytes& half, LightParts parts, HalfPixelSums& out) {
+    const size_t lights = parts == LightParts::all() ? 3 * kParts : 3; // of a quarter
+    size_t next = 1;
+    for (int part = 0; part < kParts; ++part) {
+        if (!parts.has(LightPart(part)))
+            continue;
+        for (size_t c = 0; c < 3; ++c) {
+            if (half.isLong) {
+                FixedPointSum sum = half.sum(next + c);
+                out.quarterLight[part][int(c)] = float(sum.value());
+                sum.add(half.sum(next + c + lights));
+                out.light[part][int(c)] = float(sum.value());
+            } else {
+                const auto first = numberAt<int64_t>(half.sums + (next + c) * sizeof(int64_t));
+                const auto second = numberAt<int64_t>(half.sums + (next + c + lights) * sizeof(int64_t));
+                out.quarterLight[part][int(c)] = toFloat(first);
+                out.light[part][int(c)] = sumToFloat(first, second);
+            }
+        }
+        next += 3;
+    }
+}
+
+/// Returns the sums of a half of a pixel of a record with these parts.
+HalfPixelSums toFloats(const HalfBytes& half, LightParts parts) {
+    HalfPixelSums out;
+    if (!half.sums)
+        return out;
+    out.count = half.counts[0] + half.counts[1];
+    out.quarterCount = half.counts[0];
+    out.v = float(half.sum(0).value());
+    setLight(half, parts, out);
+    if (half.emission) {
+        for (int c = 0; c < 3; ++c)
+            out.emitted[c] = float(half.emissionSum(size_t(c)).value());
+        out.ee = float(half.emissionSum(3).value());
+        out.ve = float(half.emissionSum(4).value());
+    }
+    return out;
+}
+
 void requireSameParts(const TileLightReader& a, const TileLightReader& b) {
     if (a.parts() != b.parts())
         throw Error("the records of tiles have different parts of the light", ErrorKind::Usage);
+}
+
+/// Adds the next pixel of rows of different records.
+void addNext(std::span<TileLightReader::Row> rows, PixelLight& light) {
+    for (TileLightReader::Row& row : rows)
+        for (HalfLight& half : light.halves)
+            row.tile().add(row.nextHalf(), half);
 }
 
 /// Returns the record of the sum of records of the same pixels.
@@ -87,10 +143,9 @@ FilmRecord sumOf(std::span<const FilmRecord> records) {
             rows.push_back(tile.row(y));
         for (int x = bounds.x0; x < bounds.x1; ++x) {
             light.clear();
-            for (TileLightReader::Row& row : rows)
-                row.addNext(light);
+            addNext(rows, light);
             for (HalfLight& half : light.halves)
-                half.mergeUses();
+                sortUses(half.uses);
             sum.addPixel(x, y, light);
         }
     }
@@ -178,38 +233,56 @@ void RecordedLight::joinCells(std::vector<TileLightReader>& tiles) {
 
 /// Adds up the pixels of a row. `tiles`: those that contain pixels of the row, by ascending first pixels.
 void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& tiles) {
-    struct Source {
-        TileLightReader::Row row;
-        int end;
-    };
-    std::vector<Source> sources; // that contain the current pixel
+    std::vector<TileLightReader::Row> rows; // that contain the current pixel
+    std::vector<int> ends;                  // of these
     size_t next = 0, index = size_t(y - pixelBounds.y0) * size_t(pixelBounds.width());
     PixelLight light;
     for (int x = pixelBounds.x0; x < pixelBounds.x1; ++x, ++index) {
-        std::erase_if(sources, [&](const Source& source) { return source.end == x; });
-        for (; next < tiles.size() && tiles[next]->pixels().x0 == x; ++next)
-            sources.push_back({tiles[next]->row(y), tiles[next]->pixels().x1});
-        light.clear();
-        for (Source& source : sources)
-            source.row.addNext(light);
-        setPixel(index, light);
+        for (size_t i = ends.size(); i-- > 0;)
+            if (ends[i] == x) {
+                rows.erase(rows.begin() + std::ptrdiff_t(i));
+                ends.erase(ends.begin() + std::ptrdiff_t(i));
+            }
+        for (; next < tiles.size() && tiles[next]->pixels().x0 == x; ++next) {
+            rows.push_back(tiles[next]->row(y));
+            ends.push_back(tiles[next]->pixels().x1);
+        }
+        for (HalfLight& half : light.halves) {
+            half.uses.clear();
+            half.rare.clear();
+        }
+        if (rows.size() == 1) { // without the sums of all records
+            for (int half = 0; half < kHalves; ++half) {
+                const HalfBytes bytes = rows[0].nextHalf();
+                pixels[kHalves * index + size_t(half)] = toFloats(bytes, parts);
+                rows[0].tile().addUses(bytes, light.halves[half].uses);
+                rows[0].tile().addRare(bytes, light.halves[half].rare);
+            }
+        } else {
+            light.clear();
+            addNext(rows, light);
+            for (int half = 0; half < kHalves; ++half)
+                pixels[kHalves * index + size_t(half)] = toFloats(light.halves[half]);
+        }
+        setUses(index, light);
     }
 }
 
-void RecordedLight::setPixel(size_t index, PixelLight& light) {
-    std::vector<PixelUse>& uses = m_usesOfRow[index / size_t(pixelBounds.width())];
+/// Sets the uses and the rare samples of a pixel, in this order, so that sums of floats do not depend on the
+/// order of rendering.
+void RecordedLight::setUses(size_t index, PixelLight& light) {
+    const size_t row = index / size_t(pixelBounds.width());
     for (int half = 0; half < kHalves; ++half) {
         HalfLight& from = light.halves[half];
-        pixels[kHalves * index + size_t(half)] = toFloats(from);
-        from.mergeUses(); // in this order, so that sums of floats do not depend on the order of rendering
+        sortUses(from.uses);
         for (const CellUse& use : from.uses)
-            uses.push_back({use.cell & 0x7fffffffu, uint32_t(half) & 1, use.albedoSum()});
-        sort(from.rare);
+            m_usesOfRow[row].push_back({use.cell & 0x7fffffffu, uint32_t(half) & 1, use.albedoSum()});
+        if (!from.rare.empty())
+            sort(from.rare);
         for (const RareSample& sample : from.rare)
-            m_rareOfRow[index / size_t(pixelBounds.width())].push_back(
-                {sample, uint32_t(index), uint32_t(half)});
+            m_rareOfRow[row].push_back({sample, uint32_t(index), uint32_t(half)});
     }
-    m_endOfUses[index] = uint32_t(uses.size());
+    m_endOfUses[index] = uint32_t(m_usesOfRow[row].size());
 }
 
 void RecordedLight::joinEmission(const std::vector<TileLightReader>& tiles) {

@@ -45,11 +45,13 @@ class RecordedLight {
     const HalfPixelSums& pixel(size_t index, int half) const {
         return pixels[kHalves * index + size_t(half)];
     }
-    /// Returns the uses of cells of a pixel, by half and cell.
+    /// Returns the uses of cells of a pixel, by half and cell. `row`: that of the pixel, from 0 on.
+    std::span<const PixelUse> uses(size_t row, size_t pixel) const {
+        const uint32_t first = pixel == row * size_t(pixelBounds.width()) ? 0 : m_endOfUses[pixel - 1];
+        return std::span(m_usesOfRow[row]).subspan(first, m_endOfUses[pixel] - first);
+    }
     std::span<const PixelUse> uses(size_t pixel) const {
-        const std::vector<PixelUse>& row = m_usesOfRow[pixel / size_t(pixelBounds.width())];
-        const uint32_t first = pixel % size_t(pixelBounds.width()) == 0 ? 0 : m_endOfUses[pixel - 1];
-        return std::span(row).subspan(first, m_endOfUses[pixel] - first);
+        return uses(pixel / size_t(pixelBounds.width()), pixel);
     }
 
     const PixelBounds pixelBounds;
@@ -63,7 +65,7 @@ class RecordedLight {
   private:
     void joinCells(std::vector<TileLightReader>& tiles);
     void joinRow(int y, const std::vector<const TileLightReader*>& tiles);
-    void setPixel(size_t index, PixelLight& light);
+    void setUses(size_t index, PixelLight& light);
     void joinEmission(const std::vector<TileLightReader>& tiles);
 
     std::vector<std::vector<PixelUse>> m_usesOfRow;

@@ -12,6 +12,25 @@ inline bool isStatic(const Scene& scene, const Hit& hit) {
     return placed.isStatic() && (hit.instance == kNone || scene.instances()[hit.instance].motion->isStatic());
 }
 
+/// Tells hits on surfaces that do not move from others. Remembers the surface of the last hit.
+class StaticHits {
+  public:
+    explicit StaticHits(const Scene& scene) : m_scene(scene) {}
+    bool contain(const Hit& hit) {
+        if (hit.geometry != m_geometry || hit.instance != m_instance) {
+            m_geometry = hit.geometry;
+            m_instance = hit.instance;
+            m_isStatic = isStatic(m_scene, hit);
+        }
+        return m_isStatic;
+    }
+
+  private:
+    const Scene& m_scene;
+    uint32_t m_geometry = kNone, m_instance = kNone;
+    bool m_isStatic = true;
+};
+
 /// Hits on moving surfaces, up to kSoAWidth, whose points at rest are needed.
 class MovingHits {
   public:

@@ -1,100 +1,83 @@
 #include "sharing/tile_light.h"
 
-#include "core/util/error.h"
+#include "sharing/tile_light_format.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace strobe {
 
+using namespace tile_light_format;
+
 namespace {
 
-/// Changes with the meaning of the integers of records.
-constexpr int64_t kFormat = 2;
-constexpr uint32_t kMaxSamples = PixelAccumulator::kMaxSamples;
-/// The integers of a cell without its light, of a cell, of a half of a pixel without its uses and rare
-/// samples, of a use and of a rare sample.
-constexpr size_t kDarkCellIntegers = 6 + 6 + kHalves,
-                 kCellIntegers = kDarkCellIntegers + kHalves * 3 * kParts;
-constexpr size_t kHalfIntegers = kQuarters * (1 + 3 * kParts) + 3 + 4 + 2;
-constexpr size_t kUseIntegers = 1 + 3;
-constexpr size_t kRareIntegers = 3 + 6;
-/// The rows of pixels are preceded by a table of the ends of rows.
-using RowEnd = uint64_t;
+/// Writes sums with a common length, which `isLong` tells after that.
+class SumWriter {
+  public:
+    explicit SumWriter(ByteWriter& out) : m_out(out), m_next(out.end()) {}
+    /// Writes 8 bytes.
+    void addShort(const FixedPointSum& sum) {
+        const __int128 units = sum.units();
+        const auto low = int64_t(units);
+        std::memcpy(m_next, &low, sizeof low);
+        m_next += sizeof low;
+        m_excess |= uint64_t(int64_t(units >> 64) ^ (low >> 63));
+    }
+    /// Writes 16 bytes.
+    void addLong(const FixedPointSum& sum) { m_out.add(sum.units()); }
+    bool isLong() const { return m_excess != 0; }
+    /// Keeps what addShort wrote.
+    void finishShort() { m_out.setEnd(m_next); }
 
-size_t pixelCount(const PixelBounds& bounds) { return size_t(bounds.width()) * size_t(bounds.height()); }
+  private:
+    ByteWriter& m_out;
+    char* m_next;
+    uint64_t m_excess = 0; ///< not 0: a sum does not fit into 8 bytes
+};
 
-void write(IntegerWriter& out, const RgbSum& sum) {
-    for (const FixedPointSum& channel : sum.channels)
-        out.add(channel.units());
+/// Writes the sums for which forSums(work) calls work(sum). Returns whether they are long.
+template <class ForSums>
+bool writeSums(ByteWriter& out, const ForSums& forSums) {
+    SumWriter writer(out);
+    forSums([&](const FixedPointSum& sum) { writer.addShort(sum); });
+    if (writer.isLong())
+        forSums([&](const FixedPointSum& sum) { writer.addLong(sum); });
+    else
+        writer.finishShort();
+    return writer.isLong();
 }
-void write(IntegerWriter& out, const CellSums& cell, LightParts parts) {
+
+template <class Work>
+void forChannels(const RgbSum& sum, const Work& work) {
+    for (const FixedPointSum& channel : sum.channels)
+        work(channel);
+}
+
+bool hasEmission(const HalfLight& half) {
+    return !(half.emitted == RgbSum() && half.ee == FixedPointSum() && half.ve == FixedPointSum());
+}
+
+void write(ByteWriter& out, const CellSums& cell, LightParts parts) {
+    const size_t start = out.size();
+    out.add(uint8_t(0));
     const CellId& id = cell.id;
-    out.add(int64_t(id.surface));
-    for (const int64_t value : {id.x, id.y, id.z, int32_t(id.level), int32_t(id.face)})
-        out.add(value);
+    out.add(id.surface);
+    for (const int32_t index : {id.x, id.y, id.z})
+        out.add(index);
+    out.add(id.level);
+    out.add(id.face);
     for (const uint32_t count : cell.count)
         out.add(count);
     for (int k = 0; k < 3; ++k) {
         out.add(cell.p[k]);
         out.add(cell.n[k]);
     }
-    for (int part = 0; part < kParts; ++part)
-        if (parts.has(LightPart(part)))
-            for (const RgbSum& light : cell.light[part])
-                write(out, light);
-}
-bool hasEmission(const HalfLight& half) {
-    return !(half.emitted == RgbSum() && half.ee == FixedPointSum() && half.ve == FixedPointSum());
-}
-
-/// Writes the bits of the channels.
-void write(IntegerWriter& out, const Rgb& color) {
-    for (int c = 0; c < 3; ++c)
-        out.add(std::bit_cast<int32_t>(color[c]));
-}
-void write(IntegerWriter& out, const RareSample& sample) {
-    out.add(sample.cell);
-    out.add(sample.part);
-    out.add(sample.isInQuarter);
-    write(out, sample.light);
-    write(out, sample.albedo);
-}
-
-Rgb readColor(IntegerReader& in) {
-    Rgb color;
-    for (int c = 0; c < 3; ++c)
-        color[c] = std::bit_cast<float>(int32_t(in.next(INT32_MIN, INT32_MAX)));
-    return color;
-}
-void addNext(IntegerReader& in, RgbSum& sum) {
-    for (FixedPointSum& channel : sum.channels)
-        channel.add(FixedPointSum(in.next()));
-}
-/// Reads the sums of a cell in a tile of this many pixels.
-CellSums readCell(IntegerReader& in, size_t pixels, LightParts parts) {
-    CellSums cell;
-    CellId& id = cell.id;
-    constexpr int64_t kMax = CellId::kMaxIndex;
-    id.surface = uint64_t(in.next(INT64_MIN, INT64_MAX));
-    id.x = int32_t(in.next(-kMax, kMax));
-    id.y = int32_t(in.next(-kMax, kMax));
-    id.z = int32_t(in.next(-kMax, kMax));
-    id.level = int16_t(in.next(-CellId::kMaxLevel, CellId::kMaxLevel));
-    id.face = uint16_t(in.next(0, CellId::kFaces - 1));
-    const auto maxCount = int64_t(std::min<uint64_t>(uint64_t(pixels) * kMaxSamples, UINT32_MAX));
-    for (uint32_t& count : cell.count)
-        count = uint32_t(in.next(0, maxCount));
-    const int64_t total = int64_t(cell.count[0]) + int64_t(cell.count[1]);
-    for (int k = 0; k < 3; ++k) {
-        cell.p[k] = in.next(0, total << CellSums::kPositionBits);
-        cell.n[k] = in.next(-total << CellSums::kNormalBits, total << CellSums::kNormalBits);
-    }
-    for (int part = 0; part < kParts; ++part)
-        if (parts.has(LightPart(part)))
-            for (RgbSum& light : cell.light[part])
-                addNext(in, light);
-    return cell;
+    const bool isLong = writeSums(out, [&](const auto& work) {
+        for (int part = 0; part < kParts; ++part)
+            if (parts.has(LightPart(part)))
+                for (const RgbSum& light : cell.light[part])
+                    forChannels(light, work);
+    });
+    out.set(start, uint8_t(isLong));
 }
 
 } // namespace
@@ -109,8 +92,14 @@ void HalfLight::clear() {
     rare = std::move(emptiedRare);
 }
 
-void HalfLight::mergeUses() {
-    std::sort(uses.begin(), uses.end(), [](const CellUse& a, const CellUse& b) { return a.cell < b.cell; });
+void sortUses(std::vector<CellUse>& uses) {
+    // Most are few.
+    for (size_t i = 1; i < uses.size(); ++i)
+        if (uses[i].cell <= uses[i - 1].cell) {
+            std::sort(uses.begin(), uses.end(),
+                      [](const CellUse& a, const CellUse& b) { return a.cell < b.cell; });
+            break;
+        }
     size_t count = 0;
     for (const CellUse& use : uses)
         if (count > 0 && uses[count - 1].cell == use.cell)
@@ -144,50 +133,73 @@ void TileLight::addPixel(int x, int y, const PixelLight& light) {
 }
 
 void TileLight::writeHalf(const HalfLight& half) {
-    IntegerWriter& out = m_pixelBytes;
-    out.reserve(kHalfIntegers + half.uses.size() * kUseIntegers + half.rare.size() * kRareIntegers);
+    ByteWriter& out = m_pixelBytes;
+    out.reserve(kHalfBytes + half.uses.size() * kUseBytes + half.rare.size() * kRareBytes);
+    if (half.count() == 0) {
+        out.add(uint8_t(0));
+        return;
+    }
+    const size_t start = out.size();
+    out.add(uint8_t(0));
     for (const HalfLight::Quarter& quarter : half.quarters)
         out.add(quarter.count);
-    if (half.count() == 0)
-        return;
-    for (const HalfLight::Quarter& quarter : half.quarters)
-        for (int part = 0; part < kParts; ++part)
-            if (m_parts.has(LightPart(part)))
-                write(out, quarter.light[part]);
-    out.add(half.v.units());
-    out.add(hasEmission(half));
-    if (hasEmission(half)) {
-        write(out, half.emitted);
-        for (const FixedPointSum& moment : {half.ee, half.ve})
-            out.add(moment.units());
-    }
-    out.add(__int128(half.uses.size()));
+    out.add(uint32_t(half.uses.size()));
+    const bool isLong = writeSums(out, [&](const auto& work) {
+        work(half.v);
+        for (const HalfLight::Quarter& quarter : half.quarters)
+            for (int part = 0; part < kParts; ++part)
+                if (m_parts.has(LightPart(part)))
+                    forChannels(quarter.light[part], work);
+    });
+    char* next = out.end();
     for (const CellUse& use : half.uses) {
-        out.add(use.cell);
-        for (const int64_t albedo : use.albedo)
-            out.add(albedo);
+        std::memcpy(next, &use.cell, sizeof use.cell);
+        std::memcpy(next + sizeof use.cell, use.albedo, sizeof use.albedo);
+        next += kUseBytes;
     }
-    out.add(__int128(half.rare.size()));
-    for (const RareSample& sample : half.rare)
-        write(out, sample);
+    out.setEnd(next);
+    const bool emits = hasEmission(half);
+    if (emits) {
+        const auto write = [&](const FixedPointSum& sum) { out.add(sum.units()); };
+        forChannels(half.emitted, write);
+        write(half.ee);
+        write(half.ve);
+    }
+    if (!half.rare.empty())
+        writeRare(half.rare);
+    out.set(start, uint8_t(kHasSamples | (isLong ? kHasLongSums : 0) | (emits ? kHasEmission : 0) |
+                           (half.rare.empty() ? 0 : kHasRare)));
+}
+
+void TileLight::writeRare(const std::vector<RareSample>& samples) {
+    m_pixelBytes.add(uint32_t(samples.size()));
+    for (const RareSample& sample : samples) {
+        m_pixelBytes.add(sample.cell);
+        m_pixelBytes.add(sample.part);
+        m_pixelBytes.add(uint8_t(sample.isInQuarter));
+        for (const Rgb& color : {sample.light, sample.albedo})
+            for (int c = 0; c < 3; ++c)
+                m_pixelBytes.add(color[c]);
+    }
 }
 
 void TileLight::writeHeader(const PixelBounds& tile) {
     m_header.clear();
-    m_header.reserve(4 + m_cells.size() * kCellIntegers + m_emission.size());
+    m_header.reserve(2 * sizeof(uint32_t) + 2 * sizeof(uint64_t) + m_cells.size() * kCellBytes +
+                     m_emission.size() * sizeof(uint64_t));
     m_header.add(kFormat);
     m_header.add(m_parts.bits());
-    m_header.add(__int128(m_cells.size()));
+    m_header.add(uint64_t(m_cells.size()));
     for (const CellSums& cell : m_cells)
         write(m_header, cell, m_parts);
-    m_header.add(__int128(m_emission.size()));
+    m_header.add(uint64_t(m_emission.size()));
     for (const EmissionEntry& entry : m_emission)
-        m_header.add(int64_t(entry.y - tile.y0) * tile.width() + (entry.x - tile.x0));
+        m_header.add(uint64_t(entry.y - tile.y0) * uint64_t(tile.width()) + uint64_t(entry.x - tile.x0));
 }
 
 /// Appends the ends of the rows, in bytes from the start of the first row, and the rows.
 void TileLight::writeRows(const PixelBounds& tile, std::string& out) {
-    static const std::string_view kNoSamples("\0\0\0\0", kHalves * kQuarters); // counts
+    static const std::string_view kNoSamples("\0\0", kHalves); // flags
     constexpr size_t kAbsent = ~size_t(0);
     std::vector<size_t> entryOf(pixelCount(tile), kAbsent);
     for (size_t i = 0; i < m_pixels.size(); ++i)
@@ -216,122 +228,6 @@ FilmRecord TileLight::record(const PixelBounds& tile, const SampleSlice& samples
     }
     writeRows(tile, bytes);
     return {tile, samples, std::make_shared<const std::string>(std::move(bytes))};
-}
-
-void TileLightReader::fail() { throw Error("the record of a tile is damaged", ErrorKind::Usage); }
-
-TileLightReader::TileLightReader(FilmRecord record) : m_record(std::move(record)) {
-    IntegerReader header(*m_record.bytes);
-    if (header.next() != kFormat)
-        fail();
-    m_parts = LightParts(uint32_t(header.next(0, (1 << kParts) - 1)));
-    readCells(header);
-    readEmission(header);
-    m_rowTable = header.position() + m_emission.size() * PixelAccumulator::kBytes;
-    m_rowsStart = m_rowTable + size_t(m_record.pixels.height()) * sizeof(RowEnd);
-    if (m_rowsStart > m_record.bytes->size())
-        fail();
-}
-
-void TileLightReader::readCells(IntegerReader& header) {
-    const size_t pixels = pixelCount(m_record.pixels);
-    // An integer takes a byte at least.
-    const auto count = size_t(header.next(0, int64_t(header.left() / kDarkCellIntegers)));
-    m_cells.reserve(count);
-    m_cellNumbers.resize(count);
-    for (size_t i = 0; i < count && !header.hasFailed(); ++i) {
-        m_cells.push_back(readCell(header, pixels, m_parts));
-        if (m_cells.back().count[0] + m_cells.back().count[1] == 0)
-            fail();
-        m_cellNumbers[i] = uint32_t(i);
-    }
-    if (header.hasFailed())
-        fail();
-}
-
-void TileLightReader::readEmission(IntegerReader& header) {
-    const int64_t pixels = int64_t(pixelCount(m_record.pixels));
-    const auto count = size_t(header.next(0, int64_t(header.left() / (1 + PixelAccumulator::kBytes))));
-    m_emission.resize(count);
-    for (EmissionSum& emission : m_emission)
-        emission.pixel = size_t(header.next(0, pixels - 1));
-    if (header.hasFailed() || header.left() < count * PixelAccumulator::kBytes)
-        fail();
-    for (size_t i = 0; i < count; ++i)
-        m_emission[i].sum.load(m_record.bytes->data() + header.position() + i * PixelAccumulator::kBytes);
-}
-
-TileLightReader::Row TileLightReader::row(int y) const {
-    const std::string& bytes = *m_record.bytes;
-    RowEnd first = 0, end = 0;
-    const char* table = bytes.data() + m_rowTable;
-    const auto index = size_t(y - m_record.pixels.y0);
-    if (index > 0)
-        std::memcpy(&first, table + (index - 1) * sizeof first, sizeof first);
-    std::memcpy(&end, table + index * sizeof end, sizeof end);
-    if (first > end || end > bytes.size() - m_rowsStart)
-        fail();
-    return {*this, std::string_view(bytes).substr(m_rowsStart + first, end - first)};
-}
-
-void TileLightReader::Row::addNext(PixelLight& light) {
-    for (HalfLight& half : light.halves)
-        addHalf(half);
-    if (m_reader.hasFailed())
-        fail();
-}
-
-void TileLightReader::Row::addHalf(HalfLight& half) {
-    bool hasSamples = false;
-    for (HalfLight::Quarter& quarter : half.quarters) {
-        const auto count = uint32_t(m_reader.next(0, kMaxSamples));
-        quarter.count += count;
-        hasSamples |= count > 0;
-    }
-    if (!hasSamples)
-        return;
-    for (HalfLight::Quarter& quarter : half.quarters)
-        for (int part = 0; part < kParts; ++part)
-            if (m_tile->m_parts.has(LightPart(part)))
-                strobe::addNext(m_reader, quarter.light[part]);
-    half.v.add(FixedPointSum(m_reader.next()));
-    if (m_reader.next(0, 1) == 1) {
-        strobe::addNext(m_reader, half.emitted);
-        for (FixedPointSum* moment : {&half.ee, &half.ve})
-            moment->add(FixedPointSum(m_reader.next()));
-    }
-    const auto uses = size_t(m_reader.next(0, int64_t(m_reader.left() / kUseIntegers)));
-    const auto cells = int64_t(m_tile->m_cellNumbers.size());
-    for (size_t i = 0; i < uses && !m_reader.hasFailed(); ++i) {
-        const int64_t cell = m_reader.next(0, cells - 1);
-        CellUse use;
-        for (int64_t& albedo : use.albedo)
-            albedo = m_reader.next(INT64_MIN, INT64_MAX);
-        if (m_reader.hasFailed())
-            return;
-        use.cell = m_tile->m_cellNumbers[size_t(cell)];
-        half.uses.push_back(use);
-    }
-    addRare(half);
-}
-
-void TileLightReader::Row::addRare(HalfLight& half) {
-    const auto count = size_t(m_reader.next(0, int64_t(m_reader.left() / kRareIntegers)));
-    const auto cells = int64_t(m_tile->m_cellNumbers.size());
-    for (size_t i = 0; i < count && !m_reader.hasFailed(); ++i) {
-        RareSample sample;
-        const int64_t cell = m_reader.next(0, cells - 1);
-        sample.part = uint8_t(m_reader.next(0, kParts - 1));
-        sample.isInQuarter = m_reader.next(0, 1) == 1;
-        sample.light = readColor(m_reader);
-        sample.albedo = readColor(m_reader);
-        if (m_reader.hasFailed())
-            return;
-        if (!isFinite(sample.light) || !isFinite(sample.albedo))
-            fail();
-        sample.cell = m_tile->m_cellNumbers[size_t(cell)];
-        half.rare.push_back(sample);
-    }
 }
 
 } // namespace strobe

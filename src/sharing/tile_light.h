@@ -4,7 +4,7 @@
 #include "core/film/film_records.h"
 #include "core/film/pixel_accumulator.h"
 #include "core/util/index_table.h"
-#include "sharing/integer_stream.h"
+#include "sharing/byte_stream.h"
 #include "sharing/light_cells.h"
 
 #include <span>
@@ -29,9 +29,10 @@ struct HalfLight {
 
     uint32_t count() const { return quarters[0].count + quarters[1].count; }
     void clear();
-    /// Sorts the uses by cell, with one entry per cell.
-    void mergeUses();
 };
+
+/// Sorts uses by cell, with one entry per cell.
+void sortUses(std::vector<CellUse>& uses);
 
 struct PixelLight {
     HalfLight halves[kHalves];
@@ -79,6 +80,7 @@ class TileLight {
     };
     uint32_t findOtherCell(const CellId& id);
     void writeHalf(const HalfLight& half);
+    void writeRare(const std::vector<RareSample>& samples);
     void writeHeader(const PixelBounds& tile);
     void writeRows(const PixelBounds& tile, std::string& out);
 
@@ -87,9 +89,31 @@ class TileLight {
     IndexTable m_cellIndices; ///< by CellId::hash
     uint32_t m_lastCell = 0;  ///< found last
     std::vector<PixelEntry> m_pixels;
-    IntegerWriter m_pixelBytes; ///< pixel by pixel, in the order of m_pixels
+    ByteWriter m_pixelBytes; ///< pixel by pixel, in the order of m_pixels
     std::vector<EmissionEntry> m_emission;
-    IntegerWriter m_header; ///< a buffer
+    ByteWriter m_header; ///< a buffer
+};
+
+/// Returns one of several sums in a record, of 8 bytes or, if they are long, of 16.
+inline FixedPointSum sumAt(const char* sums, bool isLong, size_t index) {
+    return FixedPointSum(isLong ? numberAt<__int128>(sums + index * sizeof(__int128))
+                                : numberAt<int64_t>(sums + index * sizeof(int64_t)));
+}
+
+/// One half of a pixel's samples in a record. Cells have the indices of the record.
+struct HalfBytes {
+    uint32_t counts[kQuarters] = {}; ///< samples
+    uint32_t useCount = 0, rareCount = 0;
+    bool isLong = false;
+    // Null: none.
+    const char *sums = nullptr, *uses = nullptr, *emission = nullptr, *rare = nullptr;
+
+    /// Returns a sum: HalfLight::v, then those of the recorded parts, by quarter, part and channel.
+    FixedPointSum sum(size_t index) const { return sumAt(sums, isLong, index); }
+    /// Returns a channel of HalfLight::emitted, then ee and ve.
+    FixedPointSum emissionSum(size_t index) const;
+    CellUse use(size_t index) const;
+    RareSample rareSample(size_t index) const;
 };
 
 /// Reads a record of TileLight. All functions throw Error of kind Usage if the record is damaged.
@@ -110,24 +134,32 @@ class TileLightReader {
     /// Reads the pixels of a row, from the first one on.
     class Row {
       public:
-        /// Adds the next pixel to `light`.
-        void addNext(PixelLight& light);
+        const TileLightReader& tile() const { return *m_tile; }
+        /// Reads the next half of a pixel.
+        HalfBytes nextHalf();
 
       private:
         friend class TileLightReader;
         Row(const TileLightReader& tile, std::string_view bytes) : m_tile(&tile), m_reader(bytes) {}
-        void addHalf(HalfLight& half);
-        void addRare(HalfLight& half);
         const TileLightReader* m_tile;
-        IntegerReader m_reader;
+        ByteReader m_reader;
     };
     /// Returns the row y of the frame, which is in pixels(). The reader outlives it.
     Row row(int y) const;
+    // Add what half of a pixel of this record holds, with the numbers of the cells:
+    void addUses(const HalfBytes& half, std::vector<CellUse>& out) const;
+    void addRare(const HalfBytes& half, std::vector<RareSample>& out) const;
+    void add(const HalfBytes& half, HalfLight& out) const;
 
   private:
     [[noreturn]] static void fail();
-    void readCells(IntegerReader& header);
-    void readEmission(IntegerReader& header);
+    uint32_t numberOf(uint32_t cell) const {
+        if (cell >= m_cellNumbers.size())
+            fail();
+        return m_cellNumbers[cell];
+    }
+    void readCells(ByteReader& header);
+    void readEmission(ByteReader& header);
 
     FilmRecord m_record;
     LightParts m_parts;

@@ -1,0 +1,84 @@
+#include "sharing/window_mean.h"
+
+#include "core/math/soa.h"
+#include "core/util/parallel.h"
+
+namespace strobe {
+
+namespace {
+
+STROBE_TARGET_CLONES void scale(const float* in, float factor, float* out, int n) {
+    STROBE_IVDEP
+    for (int i = 0; i < n; ++i)
+        out[i] = factor * in[i];
+}
+
+STROBE_TARGET_CLONES void addScaled(const float* a, const float* b, float factor, float* out, int n) {
+    STROBE_IVDEP
+    for (int i = 0; i < n; ++i)
+        out[i] += factor * (a[i] + b[i]);
+}
+
+STROBE_TARGET_CLONES void multiply(const float* factors, float factor, float* out, int n) {
+    STROBE_IVDEP
+    for (int i = 0; i < n; ++i)
+        out[i] *= factors[i] * factor;
+}
+
+std::vector<float> gaussian(float sigma) {
+    std::vector<float> out(size_t(std::ceil(3 * sigma)) + 1);
+    for (size_t d = 0; d < out.size(); ++d)
+        out[d] = std::exp(-sqr(float(d)) / (2 * sqr(sigma)));
+    return out;
+}
+
+} // namespace
+
+WindowMean::WindowMean(int width, int height, float sigma)
+    : m_kernel(gaussian(sigma)), m_scratch(width, height), m_inverseY(inverseWeights(height)) {
+    for (const float inverse : inverseWeights(width))
+        m_inverseX.insert(m_inverseX.end(), LanePlane::kLanes, inverse);
+}
+
+void WindowMean::apply(LanePlane& plane) {
+    parallelFor(size_t(plane.height),
+                [&](size_t y) { averageRow(plane.row(int(y)), m_scratch.row(int(y))); });
+    parallelFor(size_t(plane.height), [&](size_t y) { averageColumns(int(y), plane.row(int(y))); });
+}
+
+/// Writes the weighted sums along a row.
+void WindowMean::averageRow(const float* in, float* out) const {
+    const int size = m_scratch.rowSize(), margin = LanePlane::kLanes * reach();
+    std::vector<float> padded(size_t(size + 2 * margin));
+    float* center = padded.data() + margin;
+    std::copy(in, in + size, center);
+    scale(center, m_kernel[0], out, size);
+    for (int d = 1; d <= reach(); ++d)
+        addScaled(center - LanePlane::kLanes * d, center + LanePlane::kLanes * d, m_kernel[size_t(d)], out,
+                  size);
+}
+
+/// Writes the means of a row from the sums of the rows around it.
+void WindowMean::averageColumns(int y, float* out) {
+    const int size = m_scratch.rowSize();
+    const std::vector<float> zeros(size_t(size), 0.f);
+    const auto row = [&](int v) { return v >= 0 && v < m_scratch.height ? m_scratch.row(v) : zeros.data(); };
+    scale(row(y), m_kernel[0], out, size);
+    for (int d = 1; d <= reach(); ++d)
+        addScaled(row(y - d), row(y + d), m_kernel[size_t(d)], out, size);
+    multiply(m_inverseX.data(), m_inverseY[size_t(y)], out, size);
+}
+
+/// Returns the inverse of the sum of the kernel's weights around each of `length` positions.
+std::vector<float> WindowMean::inverseWeights(int length) const {
+    std::vector<float> out(size_t(length), 0.f);
+    for (int i = 0; i < length; ++i) {
+        float weight = 0;
+        for (int j = std::max(0, i - reach()); j <= std::min(length - 1, i + reach()); ++j)
+            weight += m_kernel[size_t(std::abs(i - j))];
+        out[size_t(i)] = 1 / weight;
+    }
+    return out;
+}
+
+} // namespace strobe

@@ -1,0 +1,42 @@
+// Means over windows of pixels.
+#pragma once
+
+#include "core/math/math.h"
+
+#include <vector>
+
+namespace strobe {
+
+/// Several numbers by pixel, row by row. All are averaged alike.
+struct LanePlane {
+    static constexpr int kLanes = 4;
+
+    int width, height;
+    std::vector<float> values;
+    LanePlane(int w, int h) : width(w), height(h), values(size_t(w) * size_t(h) * kLanes) {}
+    /// Returns the lanes of a pixel.
+    float* at(size_t pixel) { return values.data() + kLanes * pixel; }
+    float* row(int y) { return at(size_t(y) * size_t(width)); }
+    int rowSize() const { return kLanes * width; }
+};
+
+/// Gaussian means over windows of pixels. Weights outside of the image are left out.
+class WindowMean {
+  public:
+    /// `sigma`: the standard deviation in pixels.
+    WindowMean(int width, int height, float sigma);
+    /// Replaces the numbers of each pixel by the means around it.
+    void apply(LanePlane& plane);
+
+  private:
+    int reach() const { return int(m_kernel.size()) - 1; }
+    void averageRow(const float* in, float* out) const;
+    void averageColumns(int y, float* out);
+    std::vector<float> inverseWeights(int length) const;
+
+    const std::vector<float> m_kernel; ///< by distance
+    LanePlane m_scratch;
+    std::vector<float> m_inverseX, m_inverseY; ///< of the sums of weights; x: by lane, too
+};
+
+} // namespace strobe
