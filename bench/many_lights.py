@@ -2,6 +2,7 @@
 """Measures the light tree beside `all` and `one`: at equal error, by the number of lights, and with moving lights.
 
 Usage: many_lights.py {equal,few,scaling,motion,stress} [--strobe PROGRAM] [--lamps N...] [--kinds KIND...] [--largest N]
+                      [--chart FILE]
 
 The scene has a floor with 64 balls under lamps at random positions: points, `white` points (the others have random colors),
 spots, disks (which face the floor), spheres, `string` (one mesh of small squares), and `sheet` (one wavy mesh high above the
@@ -12,7 +13,7 @@ an error are interpolated in the logarithms of errors and seconds. Beyond the me
 error falling with the square root of the seconds: ~ from a larger error, < from a smaller one.
 
 equal    seconds to the error all@1, and to a quarter of it
-scaling  seconds per sample, seconds to the error .01, and seconds of building the tree, from 1 to --largest lights
+scaling  seconds per camera sample, seconds to the error .01, and seconds of building the tree, from 1 to --largest lights
 motion   errors at equal seconds with bounds that are swept, linear and split
 few      seconds of `all` and `tree` to all@1 with few lamps: where the default switches
 stress   errors with 16 samples per pixel for each value of the sweeps in scenes/stress that test the choice of lights
@@ -32,6 +33,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools", "strobe_figures"))
 from strobe_figures.images import read  # noqa: E402
 from sweeps import read_sweep, scene_with  # noqa: E402
 
+STRATEGIES = ("all", "one", "tree")
 STRESS = ("lamp-behind-wall", "far-and-near", "spot-near-miss")
 
 HEAD = """Film "image" "integer xresolution" {width} "integer yresolution" {height}
@@ -197,7 +199,7 @@ def measure_few(bench, args):
 
 
 def measure_scaling(bench, args):
-    print("| lights | strategy | µs per sample | seconds to .01 | tree: building seconds |\n|---|---|---|---|---|")
+    print("| lights | strategy | µs per camera sample | seconds to .01 | tree: building seconds |\n|---|---|---|---|---|")
     spp = 16
     for kind in args.kinds:
         count = 1
@@ -205,7 +207,7 @@ def measure_scaling(bench, args):
             path = bench.write(kind, count, False)
             reference = bench.render(path, "tree", 1024, seed=99, threads=2)[0]
             small = bench.write(kind, count, False, 8, 6)
-            build = min(bench.render(small, "tree", 1)[1] for _ in range(2)) - bench.render(small, "one", 1)[1]
+            build = max(0, min(bench.render(small, "tree", 1)[1] for _ in range(2)) - bench.render(small, "one", 1)[1])
             for strategy in ("all", "one", "tree"):
                 if strategy == "all" and count > 10000 and kind not in ("string", "sheet"):
                     continue
@@ -242,17 +244,43 @@ def measure_motion(bench, args):
                                              " | ".join("%.2g" % e if e else "" for e in errors)), flush=True)
 
 
-def measure_stress(bench, _):
+def measure_stress(bench, args):
     print("| scene | value | all | one | tree |\n|---|---|---|---|---|")
+    curves = {}
     for name in STRESS:
         source = os.path.join(ROOT, "scenes/stress", name + ".scene")
-        for value in read_sweep(source).values:
+        sweep = read_sweep(source)
+        errors = {s: [] for s in STRATEGIES}
+        for value in sweep.values:
             path = os.path.join(bench.folder, "%s-%g.scene" % (name, value))
             with open(path, "w", encoding="utf-8") as file:
                 file.write(scene_with(source, value))
             reference = bench.render(path, "all", 256, seed=99, threads=2)[0]
-            errors = ["%.4f" % bench.error(bench.render(path, s, 16)[0], reference) for s in ("all", "one", "tree")]
-            print("| %s | %g | %s |" % (name, value, " | ".join(errors)), flush=True)
+            for s in STRATEGIES:
+                errors[s].append(bench.error(bench.render(path, s, 16)[0], reference))
+            print("| %s | %g | %s |" % (name, value, " | ".join("%.4f" % errors[s][-1] for s in STRATEGIES)), flush=True)
+        curves[name] = (sweep, errors)
+    if args.chart:
+        draw_stress(curves, args.chart)
+
+
+def draw_stress(curves, path):
+    """Writes a chart of errors over the values of the sweeps, as PNG."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    figure, axes = pyplot.subplots(1, len(curves), figsize=(4 * len(curves), 3.4), constrained_layout=True)
+    for ax, (name, (sweep, errors)) in zip(axes, curves.items()):
+        for (strategy, values), style in zip(errors.items(), ("s-", "^-", "o-")):
+            ax.plot(sweep.values, values, style, markersize=4, label=strategy)
+        label = "%s (%s)" % (sweep.name, sweep.unit) if sweep.unit else sweep.name
+        ax.set(xscale="log", yscale="log", title=name, xlabel=label)
+        if sweep.values[0] > sweep.values[-1]:
+            ax.invert_xaxis()
+        ax.grid(alpha=.3)
+    axes[0].set_ylabel("RMSE, 16 samples per pixel")
+    axes[0].legend()
+    figure.savefig(path, dpi=110)
 
 
 def main():
@@ -263,6 +291,7 @@ def main():
     parser.add_argument("--lamps", type=int, nargs="+", help="numbers of lamps")
     parser.add_argument("--kinds", nargs="+", choices=("point", "white", "spot", "disk", "sphere", "string", "sheet"))
     parser.add_argument("--largest", type=int, default=10**6, help="largest number of lights of `scaling` (default: 1000000)")
+    parser.add_argument("--chart", help="write a chart of `stress` to this PNG file")
     args = parser.parse_args()
     args.kinds = args.kinds or {"equal": ("point", "white", "disk", "string", "sheet"), "few": ("point", "disk"),
                                 "scaling": ("point", "string"), "motion": ("point", "disk"), "stress": ()}[args.what]

@@ -25,7 +25,7 @@ const ParamDef<int> kLightSamples{"lightsamples",
                                   0,
                                   "all: samples per light and vertex, 0: each light's own nsamples; tree: "
                                   "samples at the first non-specular "
-                                  "vertex, 0: 1",
+                                  "vertex, 0: 4",
                                   nullptr,
                                   {0, kMaxLightSamples}};
 const ParamDef<std::string> kLightMotion{
