@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/util/index_table.h"
-#include "sharing/light_cells.h"
+#include "sharing/records/light_cells.h"
 
 #include <span>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/render/integrator.h"
-#include "sharing/recorded_light.h"
+#include "sharing/records/recorded_light.h"
 
 namespace strobe {
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/render/integrator.h"
-#include "sharing/light_units.h"
+#include "sharing/records/light_units.h"
+#include "sharing/records/tile_light.h"
 #include "sharing/rest_points.h"
-#include "sharing/tile_light.h"
 
 namespace strobe {
 

@@ -1,7 +1,7 @@
 // Reconstruction of light from the recorded samples.
 #pragma once
 
-#include "sharing/recorded_light.h"
+#include "sharing/records/recorded_light.h"
 
 #include <memory>
 

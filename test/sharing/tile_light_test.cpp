@@ -1,6 +1,6 @@
 // The records of tiles: what is written is read, sums do not depend on their division, damage is an error.
 #include "core/util/error.h"
-#include "sharing/recorded_light.h"
+#include "sharing/records/recorded_light.h"
 
 #include <gtest/gtest.h>
 

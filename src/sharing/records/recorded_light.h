@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/film/film.h"
-#include "sharing/tile_light.h"
+#include "sharing/records/tile_light.h"
 
 namespace strobe {
 

@@ -1,4 +1,4 @@
-#include "sharing/light_units.h"
+#include "sharing/records/light_units.h"
 
 #include "core/film/pixel_accumulator.h"
 

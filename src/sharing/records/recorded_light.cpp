@@ -1,4 +1,4 @@
-#include "sharing/recorded_light.h"
+#include "sharing/records/recorded_light.h"
 
 #include "core/util/error.h"
 #include "core/util/parallel.h"

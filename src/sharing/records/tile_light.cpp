@@ -1,6 +1,6 @@
-#include "sharing/tile_light.h"
+#include "sharing/records/tile_light.h"
 
-#include "sharing/tile_light_format.h"
+#include "sharing/records/tile_light_format.h"
 
 #include <algorithm>
 

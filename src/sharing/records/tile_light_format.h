@@ -2,7 +2,7 @@
 // additional samples of emission, then the pixels by row.
 #pragma once
 
-#include "sharing/tile_light.h"
+#include "sharing/records/tile_light.h"
 
 namespace strobe::tile_light_format {
 

@@ -1,5 +1,5 @@
 #include "core/util/error.h"
-#include "sharing/tile_light_format.h"
+#include "sharing/records/tile_light_format.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/math/hash.h"
-#include "sharing/fixed_point_sum.h"
+#include "sharing/records/fixed_point_sum.h"
 
 #include <cmath>
 #include <vector>

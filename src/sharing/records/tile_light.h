@@ -4,8 +4,8 @@
 #include "core/film/film_records.h"
 #include "core/film/pixel_accumulator.h"
 #include "core/util/index_table.h"
-#include "sharing/byte_stream.h"
-#include "sharing/light_cells.h"
+#include "sharing/records/byte_stream.h"
+#include "sharing/records/light_cells.h"
 
 #include <span>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/math/soa.h"
-#include "sharing/light_cells.h"
+#include "sharing/records/light_cells.h"
 
 namespace strobe {
 
