@@ -213,8 +213,10 @@ def measure_scaling(bench, args):
                     continue
                 first = 1 if strategy == "all" else spp
                 points = bench.curve(path, strategy, reference, .01, most=256, seconds=20, first=first)
+                start = build if strategy == "tree" else 0
+                points = [(n, e, max(t - start, 1e-3)) for n, e, t in points]
                 time, mark = seconds_to(points, .01)
-                each = points[0][2] - (build if strategy == "tree" else 0)
+                time, each = time + start, points[0][2]
                 print("| %d %s | %s | %.3g | %s%.3g | %s |" % (
                     count, kind, strategy, 1e6 * each / (4800 * points[0][0]), mark, time,
                     "%.3g" % build if strategy == "tree" else ""), flush=True)
