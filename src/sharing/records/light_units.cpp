@@ -43,10 +43,11 @@ STROBE_TARGET_CLONES void findValues(const LightSoA& in, float clamp, int count,
         const float r = in.radiance.r[i], g = in.radiance.g[i], b = in.radiance.b[i], w = in.weight[i];
         const float scale = scaleOf(r, g, b, clamp);
         const float value = w * scale * (r + g + b) / 3;
-        const bool isCounted = (std::abs(r * w) < kMax) & (std::abs(g * w) < kMax) & (std::abs(b * w) < kMax);
+        const int isCounted =
+            int(std::abs(r * w) < kMax) & int(std::abs(g * w) < kMax) & int(std::abs(b * w) < kMax);
         scales[i] = scale;
         out.of[LightUnits::kValue][i] = value;
-        units.isCounted[i] = isCounted ? 1 : 0;
+        units.isCounted[i] = isCounted;
         units.isRecorded[i] = isCounted ? in.hasVertex[i] : 0;
         units.isSpecial[i] = isSmall(value) ? 0 : units.isCounted[i];
         const float ar = in.albedo.r[i] * w, ag = in.albedo.g[i] * w, ab = in.albedo.b[i] * w;
