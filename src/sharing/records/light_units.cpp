@@ -26,8 +26,8 @@ STROBE_FORCE_INLINE float rareShareOf(float brightness, float limit) {
     return brightness > limit ? 1 - limit / brightness : 0;
 }
 
-/// Returns whether x is a small number.
-STROBE_FORCE_INLINE bool isSmall(float x) { return std::abs(x) < kMaxLight; }
+/// Returns 1 if x is a small number, else 0: an integer, which is combined without branches.
+STROBE_FORCE_INLINE int isSmall(float x) { return std::abs(x) < kMaxLight ? 1 : 0; }
 
 /// The quantities of LightUnits as floats.
 struct Quantities {
@@ -70,8 +70,8 @@ STROBE_TARGET_CLONES void findPart(const LightSoA& in, int part, float rareLimit
                     b = ratio(light.b[i], ab) * scales[i];
         const float rr = ar * w * r, rg = ag * w * g, rb = ab * w * b;
         const bool isRare = max3(ar * r, ag * g, ab * b) > rareLimit;
-        const bool isUsual =
-            isSmall(r) & isSmall(g) & isSmall(b) & isSmall(rr) & isSmall(rg) & isSmall(rb) & !isRare;
+        const int isUsual =
+            isSmall(r) & isSmall(g) & isSmall(b) & isSmall(rr) & isSmall(rg) & isSmall(rb) & int(!isRare);
         units.isSpecial[i] = isUsual ? units.isSpecial[i] : units.isCounted[i];
         divided[0][i] = r;
         divided[1][i] = g;
