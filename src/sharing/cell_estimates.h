@@ -20,7 +20,7 @@ struct LightFit {
 /// scale.
 struct CellEstimate {
     static constexpr int kCount = 1 + kFitScales;
-    static constexpr int kLanes = kCount + 1; ///< the last is for the user
+    static constexpr int kLanes = kCount + 1; ///< LightSharing keeps the pixel's own light in the last one
     alignas(16) float light[kParts][kHalves][3][kLanes] = {};
 
     /// `estimate`: 0 for the mean, then the fits by scale.

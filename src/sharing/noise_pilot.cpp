@@ -260,9 +260,10 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const BlockErrors&
            (kSample + ray * double(sums.counters.rays()) / samples);
 }
 
-/// Returns whether sharing cannot pay according to the first render of blocks. The errors that LightSharing
-/// estimates promise up to three times too much. If they promise less than twice the time, a second render
-/// would not be in favor either. No promise at all says nothing: a few bright samples contradict all others.
+/// Returns true if the first render of the blocks shows that sharing cannot pay. The gain that LightSharing
+/// estimates is up to three times too large. An estimated gain below twice the ratio of the times therefore
+/// decides against sharing. Gains below kNoPromise do not decide: a few bright samples can hide the real
+/// gain.
 bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
     constexpr double kLeastPromise = 2, kNoPromise = 1.5;
     double own = 0, shared = 0;

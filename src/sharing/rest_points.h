@@ -12,7 +12,7 @@ inline bool isStatic(const Scene& scene, const Hit& hit) {
     return placed.isStatic() && (hit.instance == kNone || scene.instances()[hit.instance].motion->isStatic());
 }
 
-/// Tells hits on surfaces that do not move from others. Remembers the surface of the last hit.
+/// Finds out whether hits are on static surfaces. Caches the result for the surface of the last hit.
 class StaticHits {
   public:
     explicit StaticHits(const Scene& scene) : m_scene(scene) {}

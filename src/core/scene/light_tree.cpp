@@ -89,7 +89,9 @@ STROBE_FORCE_INLINE LightTree::Choice choose(const TreeView& view, const LightPo
     float fraction;
     const LightSubtree& tree = subtreeOf(view, point.time, fraction);
     const bool needsSum = view.unboundedCount > 0 || view.isExhaustive;
-    const double sum = needsSum ? importanceOfAll(tree, view.isExhaustive, fraction, point) : 1;
+    if (needsSum && walk.importance < 0)
+        walk.importance = importanceOfAll(tree, view.isExhaustive, fraction, point);
+    const double sum = needsSum ? walk.importance : 1;
     const float inTree = tree.nodes.empty() ? 0 : treeProbability(view, sum);
     if (u >= double(inTree) && view.unboundedCount > 0) {
         const float x = float(std::min((u - double(inTree)) / double(1 - inTree), double(kOneMinusEpsilon)));

@@ -33,7 +33,7 @@ struct LightPickQuery {
     const float* time;         ///< shutter fractions
     const float *u, *uFine;    ///< independent random numbers in [0,1), multiples of 2^-24
     int n;                     ///< number of samples, at most kSoAWidth
-    int samplesPerPoint = 1;   ///< so many samples in a row have the same point and time
+    int samplesPerPoint = 1;   ///< number of consecutive samples with the same point and time
 };
 /// The emitters that LightTree::pick chose.
 struct LightPickSoA {

@@ -83,12 +83,14 @@ STROBE_FORCE_INLINE void evaluateNode(const LightSubtree& tree, uint32_t index, 
     }
 }
 
-/// The nodes of the latest walk from a point. The next walk from that point takes them from here.
+/// A cache of the nodes that the latest walk from a point evaluated, by depth.
 struct LightTreeWalk {
     static constexpr int kLevels = 12;
-    EvaluatedLightNode levels[kLevels]; ///< deeper ones share the last
+    EvaluatedLightNode levels[kLevels]; ///< deeper nodes use the last one
+    double importance = -1;             ///< of all emitters; negative: not computed
 
     void startAtOtherPoint() {
+        importance = -1;
         for (EvaluatedLightNode& level : levels)
             level.index = ~0u;
     }

@@ -31,7 +31,8 @@ class ByteWriter {
     void set(size_t position, Number value) {
         std::memcpy(&m_bytes[position], &value, sizeof value);
     }
-    /// Returns the place of the next bytes. Precondition: space is reserved. `setEnd` tells what was written.
+    /// Returns the address of the next byte, for writers that call setEnd afterwards. Precondition: space is
+    /// reserved.
     char* end() { return m_bytes.data() + m_size; }
     void setEnd(const char* end) { m_size = size_t(end - m_bytes.data()); }
     std::string_view bytes() const { return {m_bytes.data(), m_size}; }

@@ -146,7 +146,7 @@ class TileLightReader {
     };
     /// Returns the row y of the frame, which is in pixels(). The reader outlives it.
     Row row(int y) const;
-    // Add what half of a pixel of this record holds, with the numbers of the cells:
+    // Add the numbers of a half to `out`. The indices of cells are replaced: see setCellNumbers.
     void addUses(const HalfBytes& half, std::vector<CellUse>& out) const;
     void addRare(const HalfBytes& half, std::vector<RareSample>& out) const;
     void add(const HalfBytes& half, HalfLight& out) const;

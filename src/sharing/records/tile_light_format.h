@@ -6,11 +6,11 @@
 
 namespace strobe::tile_light_format {
 
-/// Changes with the meaning of the numbers of records.
+/// The version of the format. Readers refuse records of other versions.
 inline constexpr uint32_t kFormat = 4;
 inline constexpr uint32_t kMaxSamples = PixelAccumulator::kMaxSamples;
 inline constexpr size_t kSumsOfHalf = 1 + 3 * kParts * kQuarters;
-/// The bytes of sums of which one is longer than 64 bits.
+/// The size of each sum of a half of which any sum exceeds 64 bits, in bytes. Other sums have 8 bytes.
 inline constexpr size_t kLongSum = sizeof(__int128);
 // The maximum numbers of bytes:
 inline constexpr size_t kCellBytes = sizeof(CellSums) + 1, kEmissionBytes = 5 * kLongSum;
@@ -23,7 +23,8 @@ inline constexpr size_t kMinCellBytes = 81;
 /// The rows of pixels are preceded by a table of the ends of rows.
 using RowEnd = uint64_t;
 
-/// What half of a pixel holds; 0: it has no samples.
+/// Flags of one half of a pixel's samples: which numbers of the half are in the record. A half without
+/// samples has no flag.
 enum HalfFlags : uint8_t { kHasSamples = 1, kHasLongSums = 2, kHasEmission = 4, kHasRare = 8 };
 
 inline size_t pixelCount(const PixelBounds& bounds) {
