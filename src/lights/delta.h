@@ -22,6 +22,9 @@ class DeltaLight : public Light {
             out.set(i, s);
         }
     }
+    LightSample sampleEmitter(uint32_t, const V3f& p, float time, const V2f&) const final {
+        return deltaSample(p, time);
+    }
     float pdf(const V3f&, float, const V3f&, const LightHit*) const final { return 0; }
     bool mayIntersect(const V3f&, float, const V3f&) const final { return false; }
     float solidAngle(const V3f&, float) const final { return 0; }

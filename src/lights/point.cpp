@@ -13,13 +13,15 @@ const ParamDef<V3f> kFrom{"from", V3f(0), "position in light space"};
 class PointLight final : public DeltaLight {
   public:
     PointLight(const LightPlacement& placement, const V3f& from, const Rgb& intensity)
-        : m_placement(placement), m_from(from), m_intensity(intensity) {}
+        : m_placement(placement), m_from(from), m_intensity(intensity),
+          m_start(transformPoint(placement.at(0), from)) {}
     LightSample deltaSample(const V3f& p, float time) const override {
-        return fromPoint(p, transformPoint(m_placement.at(time), m_from), m_intensity);
+        const V3f position = m_placement.isStatic() ? m_start : transformPoint(m_placement.at(time), m_from);
+        return fromPoint(p, position, m_intensity);
     }
     void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
         if (m_placement.isStatic())
-            sampleSoAFrom(transformPoint(m_placement.at(0), m_from), m_intensity, query, out);
+            sampleSoAFrom(m_start, m_intensity, query, out);
         else
             DeltaLight::sampleSoA(query, out);
     }
@@ -38,6 +40,7 @@ class PointLight final : public DeltaLight {
     LightPlacement m_placement;
     V3f m_from;
     Rgb m_intensity;
+    V3f m_start; ///< position in world space when the shutter opens
 };
 
 STROBE_TARGET_CLONES void PointLight::sampleSoAFrom(const V3f& position, const Rgb& intensity,

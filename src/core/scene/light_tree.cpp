@@ -4,7 +4,7 @@
 #include "core/scene/light_tree_builder.h"
 #include "core/scene/light_tree_walk.h"
 
-#include <numeric>
+#include <algorithm>
 
 namespace strobe {
 
@@ -117,17 +117,21 @@ STROBE_FORCE_INLINE LightPoint pointOf(const LightPickQuery& q, int i) {
 STROBE_TARGET_CLONES void chooseAll(const TreeView& view, const LightPickQuery& q,
                                     LightTree::Choice* choices) {
     LightTreeWalk walk;
-    int order[kSoAWidth];
-    const auto number = [&](int i) { return double(q.u[i]) + double(q.uFine[i]) * 0x1p-24; };
+    uint64_t keys[kSoAWidth]; // 48 bits of a random number, and the sample
+    constexpr int kSampleBits = 16;
+    for (int i = 0; i < q.n; ++i) {
+        const auto fixed = [](float u) { return uint64_t(int64_t(u * 0x1p24f)); };
+        keys[i] = ((fixed(q.u[i]) << 24 | fixed(q.uFine[i])) << kSampleBits) + uint64_t(i);
+    }
     for (int first = 0; first < q.n; first += q.samplesPerPoint) {
         const int count = std::min(q.samplesPerPoint, q.n - first);
-        std::iota(order, order + count, first);
-        // In the order of the leaves, each node is evaluated once.
-        std::sort(order, order + count, [&](int a, int b) { return number(a) < number(b); });
         const LightPoint point = pointOf(q, first);
         walk.startAtOtherPoint();
-        for (const int i : std::span(order).first(size_t(count)))
-            choices[i] = choose(view, point, number(i), walk);
+        // In the order of the leaves, each node is evaluated once.
+        std::sort(keys + first, keys + first + count);
+        for (const uint64_t key : std::span(keys).subspan(size_t(first), size_t(count)))
+            choices[key & ((1u << kSampleBits) - 1)] =
+                choose(view, point, double(int64_t(key >> kSampleBits)) * 0x1p-48, walk);
     }
 }
 

@@ -12,9 +12,10 @@ namespace strobe {
 template <bool isOriented, bool isMoving>
 STROBE_FORCE_INLINE void computeImportance(const LightNode& node, const LightNodeMotion* motion,
                                            float fraction, const LightPoint& point, float* importance) {
-    constexpr float kRounding = 1e-4f;      // of cosines
-    constexpr float kMinCosine = .02f;      // shading normals are not exact
-    constexpr float kEffectiveRadius = .5f; // the mean of a node's emitters is not at its bounds: measured
+    constexpr float kRounding = 1e-4f; // of cosines
+    constexpr float kMinCosine = .02f; // shading normals are not exact
+    // The mean of a node's emitters is not at its bounds. These fractions of the radius were measured.
+    constexpr float kEffectiveRadius = .5f, kIncidenceRadius = .65f;
     const V3f p = point.p, ng = point.ng, ns = point.ns;
     const float transmits = point.transmits ? 1.f : 0.f;
     STROBE_IVDEP
@@ -25,14 +26,14 @@ STROBE_FORCE_INLINE void computeImportance(const LightNode& node, const LightNod
             cy += motion->y[i] * fraction;
             cz += motion->z[i] * fraction;
         }
-        const float d2 = std::max(cx * cx + cy * cy + cz * cz, 1e-30f);
-        const float radius = std::abs(node.radius[i]), inv = 1 / std::sqrt(d2);
-        // The angle θb that the sphere subtends; π inside.
-        const bool isInside = d2 <= radius * radius;
-        const float sinRatio = radius * inv;
-        const float sinB = isInside ? 0.f : sinRatio;
+        const float d2 = std::max(cx * cx + cy * cy + cz * cz, 1e-20f), d = std::sqrt(d2);
+        const float radius = std::abs(node.radius[i]), effective = kEffectiveRadius * radius;
         float emission = 1;
         if constexpr (isOriented) {
+            // The angle θb that the sphere subtends; π inside.
+            const float inv = 1 / d, sinRatio = radius * inv;
+            const bool isInside = d2 <= radius * radius;
+            const float sinB = isInside ? 0.f : sinRatio;
             const float cosB = isInside ? -1.f : std::sqrt(std::max(1 - sinRatio * sinRatio, 0.f));
             // The least angle between a normal and the direction to the point, as a cosine.
             const float cosAxis = -(cx * node.axisX[i] + cy * node.axisY[i] + cz * node.axisZ[i]) * inv;
@@ -44,19 +45,13 @@ STROBE_FORCE_INLINE void computeImportance(const LightNode& node, const LightNod
             const float cosE = cosO >= cosB ? 1.f : cosO * cosB + sinO * sinB;
             emission = cosE + kRounding > node.cosEmission[i] ? std::max(cosE, kRounding) : 0.f;
         }
-        // The angle of incidence at half of the sphere's extent.
-        const float cosN = (cx * ns.x + cy * ns.y + cz * ns.z) * inv;
-        const float cosI = transmits > 0 ? std::abs(cosN) : cosN;
-        const float sinI = std::sqrt(std::max(1 - cosI * cosI, 0.f));
-        const float sinC = sinB * kEffectiveRadius;
-        const float cosC = isInside ? -1.f : std::sqrt(1 - sinC * sinC);
-        const float incidence = cosI >= cosC ? 1.f : cosI * cosC + sinI * sinC;
-        const float cosG = (cx * ng.x + cy * ng.y + cz * ng.z) * inv;
-        const bool isAbove = (transmits > 0) | isInside | (cosG + sinB > -kRounding);
-        const float arriving = isAbove ? std::max(incidence, kMinCosine) : 0.f;
-        const float effective = kEffectiveRadius * radius;
+        // Distances from the planes through the point, which are cosines times d.
+        const float dN = cx * ns.x + cy * ns.y + cz * ns.z, dG = cx * ng.x + cy * ng.y + cz * ng.z;
+        const float nearest = (transmits > 0 ? std::abs(dN) : dN) + kIncidenceRadius * radius;
+        const bool isAbove = (transmits > 0) | (dG + radius > -kRounding * d);
+        const float arriving = isAbove ? std::min(std::max(nearest, kMinCosine * d), d) : 0.f;
         const float irradiance =
-            node.intensity[i] * emission * arriving / std::max(d2, effective * effective);
+            node.intensity[i] * emission * arriving / (d * std::max(d2, effective * effective));
         importance[i] = std::min(irradiance, 1e30f);
     }
 }

@@ -13,7 +13,6 @@ struct EvaluatedLightNode {
     static constexpr int kWidth = LightNode::kWidth;
     static_assert(kWidth == 8);
 
-    uint32_t index = ~0u;
     float importance[kWidth];
     double end[kWidth];
     double sum() const { return end[kWidth - 1]; }
@@ -33,22 +32,18 @@ struct EvaluatedLightNode {
         end[6] = end[5] + w[6];
         end[7] = end[5] + (w[6] + w[7]);
     }
-};
 
-/// Chooses a child with a probability proportional to its importance. `u` in [0,1) is replaced by its
-/// position in the child's interval.
-STROBE_FORCE_INLINE int chooseChild(const EvaluatedLightNode& e, double& u) {
-    const double target = u * e.sum();
-    int child = 0;
-    for (int i = 0; i < LightNode::kWidth; ++i)
-        child += e.end[i] <= target ? 1 : 0;
-    child = std::min(child, LightNode::kWidth - 1);
-    while (child > 0 && e.importance[child] == 0) // u was rounded up
-        --child;
-    const double begin = child > 0 ? e.end[child - 1] : 0;
-    u = std::clamp((target - begin) / double(e.importance[child]), 0., 0x1.fffffffffffffp-1);
-    return child;
-}
+    /// Returns the child whose interval contains `target` in [0, the sum].
+    STROBE_FORCE_INLINE int childAt(double target) const {
+        int child = 0;
+        for (int i = 0; i < kWidth; ++i)
+            child += end[i] <= target ? 1 : 0;
+        child = std::min(child, kWidth - 1);
+        while (child > 0 && importance[child] == 0) // the target was rounded up
+            --child;
+        return child;
+    }
+};
 
 /// Computes the importances of the children of node `index`.
 STROBE_FORCE_INLINE const LightNode& computeImportances(const LightSubtree& tree, uint32_t index,
@@ -70,12 +65,11 @@ STROBE_FORCE_INLINE const LightNode& computeImportances(const LightSubtree& tree
     return node;
 }
 
-/// Evaluates a node for `descend`. Importances that are all 0 are replaced by intensities, so that the
+/// Evaluates a node. Importances that are all 0 are replaced by intensities, so that the
 /// probabilities of the children have the sum 1.
 STROBE_FORCE_INLINE void evaluateNode(const LightSubtree& tree, uint32_t index, float fraction,
                                       const LightPoint& point, EvaluatedLightNode& e) {
     const LightNode& node = computeImportances(tree, index, fraction, point, e.importance);
-    e.index = index;
     e.accumulate();
     if (!(e.sum() > 0)) {
         std::copy_n(node.intensity, LightNode::kWidth, e.importance);
@@ -83,33 +77,56 @@ STROBE_FORCE_INLINE void evaluateNode(const LightSubtree& tree, uint32_t index, 
     }
 }
 
-/// A cache of the nodes that the latest walk from a point evaluated, by depth.
+/// The path of the latest walk from a point, for walks with ascending numbers.
 struct LightTreeWalk {
-    static constexpr int kLevels = 12;
-    EvaluatedLightNode levels[kLevels]; ///< deeper nodes use the last one
-    double importance = -1;             ///< of all emitters; negative: not computed
+    static constexpr int kMaxLevels = 64;
+    /// A node of the path. Numbers in [begin, end) choose it.
+    struct Level {
+        EvaluatedLightNode node;
+        uint32_t index;
+        float probability;
+        double begin, end;
+        double scale; ///< of numbers to the node's intervals
+    };
+    Level levels[kMaxLevels];
+    int depth = 0;
+    double importance = -1; ///< of all emitters; negative: not computed
 
     void startAtOtherPoint() {
+        depth = 0;
         importance = -1;
-        for (EvaluatedLightNode& level : levels)
-            level.index = ~0u;
+    }
+    STROBE_FORCE_INLINE void enter(const LightSubtree& tree, uint32_t index, float fraction,
+                                   const LightPoint& point, float probability, double begin, double end) {
+        Level& l = levels[depth++];
+        evaluateNode(tree, index, fraction, point, l.node);
+        l.index = index;
+        l.probability = probability;
+        l.begin = begin;
+        l.end = end;
+        l.scale = l.node.sum() / (end - begin);
     }
 };
 
-/// Walks from the root to a leaf.
+/// Walks to the leaf that `u` in [0,1) chooses, from the deepest node of the latest path that contains u.
+/// `probability`: of the root.
 STROBE_FORCE_INLINE LightTree::Choice descend(const LightSubtree& tree, float fraction,
                                               const LightPoint& point, double u, float probability,
                                               LightTreeWalk& walk) {
-    uint32_t index = 0;
-    for (int depth = 0;; ++depth) {
-        EvaluatedLightNode& e = walk.levels[std::min(depth, LightTreeWalk::kLevels - 1)];
-        if (e.index != index)
-            evaluateNode(tree, index, fraction, point, e);
-        const int child = chooseChild(e, u);
-        probability *= float(double(e.importance[child]) / e.sum());
-        index = tree.nodes[index].child[child];
+    if (walk.depth == 0)
+        walk.enter(tree, 0, fraction, point, probability, 0, 1);
+    while (walk.depth > 1 && !(u < walk.levels[walk.depth - 1].end))
+        --walk.depth;
+    for (;;) {
+        const LightTreeWalk::Level& l = walk.levels[walk.depth - 1];
+        const EvaluatedLightNode& e = l.node;
+        const int child = e.childAt(std::max((u - l.begin) * l.scale, 0.));
+        const float childProbability = l.probability * float(double(e.importance[child]) / e.sum());
+        const uint32_t index = tree.nodes[l.index].child[child];
         if (index & LightNode::kLeaf)
-            return {tree.leaves[index & ~LightNode::kLeaf], probability};
+            return {tree.leaves[index & ~LightNode::kLeaf], childProbability};
+        const double begin = child > 0 ? l.begin + e.end[child - 1] / l.scale : l.begin;
+        walk.enter(tree, index, fraction, point, childProbability, begin, l.begin + e.end[child] / l.scale);
     }
 }
 
