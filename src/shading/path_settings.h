@@ -19,8 +19,10 @@ enum class LightStrategy {
 /// Scenes with more lights use the light tree by default: it is then the faster one at the error that all
 /// lights have with one sample per pixel (docs/results/2026-11-many-lights.md).
 constexpr size_t kMaxLightsOfAll = 128;
-/// The default number of emitters that the light tree chooses at the first non-specular vertex.
-constexpr int kTreeSamples = 4;
+/// The default numbers of emitters that the light tree chooses at the first non-specular vertex. Emitters of
+/// one vertex cost less than those of several, but paths also have the noise of indirect light, which only
+/// more paths reduce.
+constexpr int kTreeSamplesOfPaths = 4, kTreeSamplesOfDirectLight = 16;
 
 /// Parameters of the shaders `path` and `directlighting`.
 struct PathSettings {
@@ -29,7 +31,7 @@ struct PathSettings {
     LightStrategy strategy = LightStrategy::Auto;
     LightTreeSettings tree{}; ///< for LightStrategy::Tree
     /// All: samples per light and vertex; 0: Light::sampleCount. Tree: samples at the first non-specular
-    /// vertex; 0: kTreeSamples.
+    /// vertex; 0: kTreeSamplesOfPaths or kTreeSamplesOfDirectLight.
     int lightSamples;
     /// Vertices where a path passes a transmissive surface that do not count for maxDepth, at most so many.
     int transparentDepth;
@@ -46,7 +48,11 @@ struct PathSettings {
     bool samplesSeveral() const { return strategy == LightStrategy::All || strategy == LightStrategy::Tree; }
     /// Returns the number of emitters that the light tree chooses at a vertex.
     int treeSamples(bool isFirstVertex) const {
-        return !isFirstVertex ? 1 : lightSamples ? lightSamples : kTreeSamples;
+        if (!isFirstVertex)
+            return 1;
+        if (lightSamples > 0)
+            return lightSamples;
+        return hasIndirectLight ? kTreeSamplesOfPaths : kTreeSamplesOfDirectLight;
     }
     /// Returns true when a path that estimates `component` ends at its first non-specular vertex. BSDF
     /// samples of lights are then traced as light rays; otherwise, the path's next ray is the BSDF sample.

@@ -390,6 +390,16 @@ TEST(LightTree, FewLightsAreAllSampled) {
     EXPECT_NE(picture(129, ""), picture(129, R"("string strategy" "all")"));
 }
 
+TEST(LightTree, PathsTakeFewerLightSamplesThanDirectLight) {
+    const auto picture = [](const std::string& shader, const std::string& parameter) {
+        return render(test::build(sceneOf(cases()[0], shader + R"("string strategy" "tree")" + parameter, 2)))
+            .image.pixels;
+    };
+    EXPECT_EQ(picture(R"("path")", ""), picture(R"("path")", R"("integer lightsamples" 4)"));
+    EXPECT_EQ(picture(R"("directlighting")", ""),
+              picture(R"("directlighting")", R"("integer lightsamples" 16)"));
+}
+
 TEST(LightTree, NamesOfPbrtMeanWhatTheySay) {
     const auto picture = [](const std::string& parameter) {
         return render(test::build(sceneOf(cases()[0], "\"path\"" + parameter, 2))).image.pixels;
