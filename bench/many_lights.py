@@ -277,6 +277,12 @@ def draw_stress(curves, path):
             ax.plot(sweep.values, values, style, markersize=4, label=strategy)
         label = "%s (%s)" % (sweep.name, sweep.unit) if sweep.unit else sweep.name
         ax.set(xscale="log", yscale="log", title=name, xlabel=label)
+        ticks = []
+        for value in sorted(sweep.values):
+            if not ticks or value >= 1.5 * ticks[-1]:  # labels of nearer ticks overlap
+                ticks.append(value)
+        ax.set_xticks(ticks, labels=["%g" % t for t in ticks])
+        ax.set_xticks([], minor=True)
         if sweep.values[0] > sweep.values[-1]:
             ax.invert_xaxis()
         ax.grid(alpha=.3)
