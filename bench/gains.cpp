@@ -17,6 +17,7 @@ struct Settings {
     std::filesystem::path scene;
     std::string integrator = "adaptive-cache";
     BuildOptions build;
+    std::vector<std::string> integratorDefines;
     std::vector<int> resolution = {200, 150}, samples = {1, 4, 16, 64, 256}, seeds = {64};
     int referenceSamples = 2048;
 };
@@ -70,32 +71,46 @@ Errors errorsOf(const Image& image, const Reference& reference) {
     return out;
 }
 
-/// Returns (1 - SSIM) / 2 of the clipped luminance (Wang et al., "Image Quality Assessment", 2004), over
-/// windows of 8x8 pixels.
+/// The moments of a window of an image and of both references.
+struct WindowMoments {
+    double x = 0, a = 0, b = 0, xx = 0, ab = 0, xa = 0, xb = 0; ///< means
+    void add(double image, double first, double second) {
+        x += image / kPixels;
+        a += first / kPixels;
+        b += second / kPixels;
+        xx += image * image / kPixels;
+        ab += first * second / kPixels;
+        xa += image * first / kPixels;
+        xb += image * second / kPixels;
+    }
+    /// Returns 1 - SSIM (Wang et al., "Image Quality Assessment", 2004). The variance of the reference is the
+    /// covariance of both references, and its squared mean is the product of both means, so that their noise
+    /// drops out.
+    double dissimilarity() const {
+        constexpr double kC1 = 1e-4, kC2 = 9e-4;
+        const double y = (a + b) / 2, yy = std::max(a * b, 0.0);
+        const double vx = xx - x * x, vy = std::max(ab - a * b, 0.0), cov = (xa + xb) / 2 - x * y;
+        return 1 - (2 * x * y + kC1) * (2 * cov + kC2) / ((x * x + yy + kC1) * (vx + vy + kC2));
+    }
+    static constexpr int kWindow = 8; ///< edge in pixels
+    static constexpr double kPixels = kWindow * kWindow;
+};
+
+/// Returns the mean of (1 - SSIM) / 2 of the clipped luminance over windows of 8x8 pixels.
 double structuralDissimilarity(const Image& image, const Reference& reference) {
-    constexpr int kWindow = 8;
-    constexpr double kC1 = 1e-4, kC2 = 9e-4;
+    constexpr int kWindow = WindowMoments::kWindow;
     double sum = 0;
     int windows = 0;
     const auto at = [](const Image& from, size_t i) { return clipped(double(luminance(from.pixels[i]))); };
     for (int top = 0; top + kWindow <= image.height; top += kWindow / 2)
         for (int left = 0; left + kWindow <= image.width; left += kWindow / 2, ++windows) {
-            double x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+            WindowMoments moments;
             for (int v = top; v < top + kWindow; ++v)
                 for (int u = left; u < left + kWindow; ++u) {
                     const size_t i = size_t(v) * size_t(image.width) + size_t(u);
-                    const double a = at(image, i), b = (at(reference.first, i) + at(reference.second, i)) / 2;
-                    x += a;
-                    y += b;
-                    xx += a * a;
-                    yy += b * b;
-                    xy += a * b;
+                    moments.add(at(image, i), at(reference.first, i), at(reference.second, i));
                 }
-            constexpr double n = kWindow * kWindow;
-            x /= n;
-            y /= n;
-            const double vx = xx / n - x * x, vy = yy / n - y * y, cov = xy / n - x * y;
-            sum += 1 - (2 * x * y + kC1) * (2 * cov + kC2) / ((x * x + y * y + kC1) * (vx + vy + kC2));
+            sum += moments.dissimilarity();
         }
     return windows > 0 ? sum / (2 * windows) : 0;
 }
@@ -228,12 +243,14 @@ void compare(const Settings& settings, const BuiltScene& base, const BuiltScene&
 
 int run(Settings settings) {
     settings.build.resolution = V2i(settings.resolution[0], settings.resolution[1]);
-    const auto load = [&](const std::string& integrator) {
+    const auto load = [&](const std::string& integrator, const std::vector<std::string>& defines) {
         BuildOptions options = settings.build;
         options.integrator = integrator;
+        options.defines.insert(options.defines.end(), defines.begin(), defines.end());
         return loadScene(settings.scene, options, 1).built;
     };
-    const BuiltScene base = load("supersample"), other = load(settings.integrator);
+    const BuiltScene base = load("supersample", {}),
+                     other = load(settings.integrator, settings.integratorDefines);
     double seconds;
     const Reference reference{renderOnce(base, settings.referenceSamples, hashOf(1), seconds),
                               renderOnce(base, settings.referenceSamples, hashOf(2), seconds)};
@@ -259,6 +276,8 @@ int main(int argc, char** argv) {
     app.add_option("--integrator", settings.integrator);
     app.add_option("--shading", settings.build.shading);
     app.add_option("-D,--define", settings.build.defines, "name=value")->take_all();
+    app.add_option("--integrator-define", settings.integratorDefines, "name=value, of the integrator alone")
+        ->take_all();
     app.add_option("--resolution", settings.resolution, "width and height")->expected(2);
     app.add_option("--spp", settings.samples, "numbers of samples per pixel")->delimiter(',');
     app.add_option("--seeds", settings.seeds, "numbers of seeds, by number of samples; the last is repeated")
