@@ -23,19 +23,22 @@ float sum(const Rgb& c) { return c.x + c.y + c.z; }
 constexpr float kWindow = 2.5f;
 
 /// Distributes the sum of the correction over the pixels, with the opposite sign and in proportion to their
-/// squared errors, so that the sum becomes 0. Bright samples raise the measured error of the estimates that
-/// contain them and lower their weights; without this step, the image would be too dark.
-void restoreTotal(const std::vector<float>& error, std::vector<Rgb>& correction) {
-    double total[3] = {}, errors = 0;
+/// errors, so that the sum becomes 0. Bright samples raise the measured error of the estimates that contain
+/// them and lower their weights; without this step, the image would be too dark. In proportion to the squared
+/// errors, a highlight would take back the sum of the whole image.
+void restoreTotal(const std::vector<float>& squaredErrors, std::vector<Rgb>& correction) {
+    std::vector<float> errors(squaredErrors.size());
+    double total[3] = {}, errorSum = 0;
     for (size_t i = 0; i < correction.size(); ++i) {
         for (int c = 0; c < 3; ++c)
             total[c] += double(correction[i][c]);
-        errors += double(error[i]);
+        errors[i] = std::sqrt(squaredErrors[i]);
+        errorSum += double(errors[i]);
     }
-    if (errors > 0)
+    if (errorSum > 0)
         for (size_t i = 0; i < correction.size(); ++i)
             for (int c = 0; c < 3; ++c)
-                correction[i][c] -= float(total[c] * (double(error[i]) / errors));
+                correction[i][c] -= float(total[c] * (double(errors[i]) / errorSum));
 }
 
 float sum(const Float4& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
