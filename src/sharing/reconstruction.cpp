@@ -27,18 +27,16 @@ constexpr float kWindow = 2.5f;
 /// them and lower their weights; without this step, the image would be too dark. In proportion to the squared
 /// errors, a highlight would take back the sum of the whole image.
 void restoreTotal(const std::vector<float>& squaredErrors, std::vector<Rgb>& correction) {
-    std::vector<float> errors(squaredErrors.size());
-    double total[3] = {}, errorSum = 0;
+    double total[3] = {}, errors = 0;
     for (size_t i = 0; i < correction.size(); ++i) {
         for (int c = 0; c < 3; ++c)
             total[c] += double(correction[i][c]);
-        errors[i] = std::sqrt(squaredErrors[i]);
-        errorSum += double(errors[i]);
+        errors += double(std::sqrt(squaredErrors[i]));
     }
-    if (errorSum > 0)
+    if (errors > 0)
         for (size_t i = 0; i < correction.size(); ++i)
             for (int c = 0; c < 3; ++c)
-                correction[i][c] -= float(total[c] * (double(errors[i]) / errorSum));
+                correction[i][c] -= float(total[c] * (double(std::sqrt(squaredErrors[i])) / errors));
 }
 
 float sum(const Float4& v) { return (v[0] + v[1]) + (v[2] + v[3]); }

@@ -151,7 +151,7 @@ STROBE_TARGET_CLONES float slotProbability(const TreeView& view, const LightPoin
         const double weight = double(sum > 0 ? importance[slot % kWidth] : node.intensity[slot % kWidth]);
         return float(double(probability * float(weight)) / (sum > 0 ? sum : totalIntensity(tree)));
     }
-    uint32_t path[64];
+    uint32_t path[LightTreeWalk::kMaxLevels];
     int depth = 0;
     for (uint32_t s = slot;; s = tree.parents[s / kWidth]) {
         path[depth++] = s;

@@ -65,8 +65,8 @@ STROBE_FORCE_INLINE const LightNode& computeImportances(const LightSubtree& tree
     return node;
 }
 
-/// Evaluates a node. Importances that are all 0 are replaced by intensities, so that the
-/// probabilities of the children have the sum 1.
+/// Evaluates a node. Importances that are all 0 are replaced by intensities, so that the probabilities of
+/// the children have the sum 1.
 STROBE_FORCE_INLINE void evaluateNode(const LightSubtree& tree, uint32_t index, float fraction,
                                       const LightPoint& point, EvaluatedLightNode& e) {
     const LightNode& node = computeImportances(tree, index, fraction, point, e.importance);
@@ -79,7 +79,7 @@ STROBE_FORCE_INLINE void evaluateNode(const LightSubtree& tree, uint32_t index, 
 
 /// The path of the latest walk from a point, for walks with ascending numbers.
 struct LightTreeWalk {
-    static constexpr int kMaxLevels = 64;
+    static constexpr int kMaxLevels = 64; ///< of any tree
     /// A node of the path. Numbers in [begin, end) choose it.
     struct Level {
         EvaluatedLightNode node;
