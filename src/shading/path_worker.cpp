@@ -58,7 +58,7 @@ PathContext makeContext(const Scene& scene, const Sampler& sampler, PathSettings
     const bool usesTree = settings.strategy == LightStrategy::Tree;
     const bool isUniform = settings.strategy == LightStrategy::Uniform;
     return {scene, sampler, settings, isUniform ? scene.uniformLightSampler() : scene.lightSampler(),
-            usesTree ? &scene.lightTree(settings.tree) : nullptr};
+            usesTree ? &scene.lightTree(settings.treeSettings()) : nullptr};
 }
 
 } // namespace

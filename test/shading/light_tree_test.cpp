@@ -153,6 +153,7 @@ std::vector<LightTreeSettings> allSettings() {
     return {{false, LightMotion::Split},
             {false, LightMotion::Linear},
             {false, LightMotion::Swept},
+            {false, LightMotion::Split, LightNode::kWidth},
             {true, LightMotion::Split}};
 }
 

@@ -176,7 +176,7 @@ float irradianceOf(const Light& light, float radius) {
 
 LightTree::LightTree(std::span<const std::shared_ptr<const Light>> lights, float radius,
                      const LightTreeSettings& settings)
-    : m_isExhaustive(settings.isExhaustive), m_firstEmitter(1, 0) {
+    : m_isExhaustive(settings.isExhaustive), m_colorClasses(settings.colorClasses), m_firstEmitter(1, 0) {
     std::vector<float> shares;
     for (const auto& light : lights) {
         const uint32_t first = m_firstEmitter.back();
@@ -260,8 +260,10 @@ LightSubtree LightTree::makeSubtree(std::span<const std::shared_ptr<const Light>
             b.radius += length(b.end - b.begin) / 2;
             b.begin = b.end = (b.begin + b.end) * .5f;
         }
-    const auto build = m_isExhaustive ? listEmitters : buildLightTree;
-    return build(std::move(emitters), m_lightOf.size(), moves && isMoving);
+    const bool isBuiltMoving = moves && isMoving;
+    return m_isExhaustive
+               ? listEmitters(std::move(emitters), m_lightOf.size(), isBuiltMoving)
+               : buildLightTree(std::move(emitters), m_lightOf.size(), isBuiltMoving, m_colorClasses);
 }
 
 namespace {

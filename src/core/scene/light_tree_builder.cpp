@@ -1,5 +1,7 @@
 #include "core/scene/light_tree_builder.h"
 
+#include "core/scene/light_tree_colors.h"
+
 #include <cmath>
 #include <span>
 
@@ -228,13 +230,21 @@ class TreeBuilder {
         m_tree.leaves.push_back(emitter.index);
     }
 
-    /// Builds the node of a range and, recursively, its children.
-    void build(Range range, uint32_t parent, int depth = 0) {
+    /// Builds the root, whose children are parts of classes of color, and all that is below it.
+    void buildRoot(Range range, int colorClasses) {
+        Range children[LightNode::kWidth] = {range};
+        const int count = range.size() > LightNode::kWidth ? divideByColor(range, colorClasses, children) : 1;
+        build(children, count, range.size(), 0, 0);
+    }
+
+  private:
+    /// Builds a node of `size` emitters, which are already divided into `count` parts, and all that is below
+    /// it.
+    void build(Range (&children)[LightNode::kWidth], int count, size_t size, uint32_t parent, int depth) {
         constexpr int kMaxSplitDepth = 48; // halves then end below the 64 levels that LightTree supports
         const uint32_t index = addNode(parent);
-        Range children[LightNode::kWidth];
         const int axes = depth > kMaxSplitDepth ? 0 : m_isMoving ? kMaxAxes : kPositionAxes;
-        const int count = splitInto(range, axes, children);
+        count = splitInto(children, count, size, axes);
         for (int slot = 0; slot < count; ++slot) {
             if (children[slot].size() == 1) {
                 setLeaf(index, slot, children[slot].front());
@@ -242,20 +252,20 @@ class TreeBuilder {
             }
             setChild(index, slot, boundRange(children[slot]));
             m_tree.nodes[index].child[slot] = uint32_t(m_tree.nodes.size());
-            build(children[slot], index * LightNode::kWidth + uint32_t(slot), depth + 1);
+            Range parts[LightNode::kWidth] = {children[slot]};
+            build(parts, 1, children[slot].size(), index * LightNode::kWidth + uint32_t(slot), depth + 1);
         }
     }
 
-  private:
     /// Splits the parts of largest cost until there are eight, or none is worth it. Returns their number.
-    /// Parts that fit into a node are split only if the range itself does, so that few slots remain empty.
-    static int splitInto(Range range, int axes, Range* parts) {
+    /// `size`: of all parts. Parts that fit into a node are split only if all together do, so that few slots
+    /// remain empty.
+    static int splitInto(Range (&parts)[LightNode::kWidth], int count, size_t size, int axes) {
         float costs[LightNode::kWidth];
-        int count = 1;
-        parts[0] = range;
-        const size_t whole = range.size() > LightNode::kWidth ? LightNode::kWidth : 1;
+        const size_t whole = size > LightNode::kWidth ? LightNode::kWidth : 1;
         const auto cost = [&](Range part) { return part.size() > whole ? costOf(part) : -1; };
-        costs[0] = cost(range);
+        for (int i = 0; i < count; ++i)
+            costs[i] = cost(parts[i]);
         while (count < LightNode::kWidth) {
             const int worst = int(std::max_element(costs, costs + count) - costs);
             if (costs[worst] < 0)
@@ -280,11 +290,12 @@ void removeBlack(std::vector<TreeEmitter>& emitters) {
 
 } // namespace
 
-LightSubtree buildLightTree(std::vector<TreeEmitter> emitters, size_t emitterCount, bool isMoving) {
+LightSubtree buildLightTree(std::vector<TreeEmitter> emitters, size_t emitterCount, bool isMoving,
+                            int colorClasses) {
     removeBlack(emitters);
     TreeBuilder builder(emitterCount, isMoving);
     if (!emitters.empty())
-        builder.build(emitters, 0);
+        builder.buildRoot(emitters, colorClasses);
     return builder.takeTree();
 }
 
