@@ -52,13 +52,19 @@ void setNextRay(Path& path, const VertexChunk& v, const BsdfSampleChunk& b, int 
     path.setPreviousVertex(v.lightPoint(vertex));
 }
 
-/// Resolves LightStrategy::Auto, and builds the light tree if it is needed.
+/// Resolves LightStrategy::Auto, and builds the light tree if it is needed: unless all lights are black.
 PathContext makeContext(const Scene& scene, const Sampler& sampler, PathSettings settings) {
     settings.strategy = settings.strategyFor(scene);
-    const bool usesTree = settings.strategy == LightStrategy::Tree;
+    const LightTree* tree = nullptr;
+    if (settings.strategy == LightStrategy::Tree) {
+        tree = &scene.lightTree(settings.treeSettings());
+        if (tree->isEmpty()) {
+            tree = nullptr;
+            settings.strategy = LightStrategy::Power;
+        }
+    }
     const bool isUniform = settings.strategy == LightStrategy::Uniform;
-    return {scene, sampler, settings, isUniform ? scene.uniformLightSampler() : scene.lightSampler(),
-            usesTree ? &scene.lightTree(settings.treeSettings()) : nullptr};
+    return {scene, sampler, settings, isUniform ? scene.uniformLightSampler() : scene.lightSampler(), tree};
 }
 
 } // namespace

@@ -391,6 +391,16 @@ TEST(LightTree, FewLightsAreAllSampled) {
     EXPECT_NE(picture(129, ""), picture(129, R"("string strategy" "all")"));
 }
 
+TEST(LightTree, BlackLightsAreNotChosen) {
+    const std::string black = R"(LightSource "point" "rgb I" [0 0 0] )";
+    for (const char* integrator : {"path", "directlighting"}) {
+        const std::string tree = std::string("\"") + integrator + R"(" "string strategy" "tree")";
+        const BuiltScene built = test::build(sceneOf({"", black + black}, tree));
+        const PixelStatistics image = renderSeeds(built, 2);
+        EXPECT_EQ(image.mean, std::vector<double>(image.mean.size(), 0));
+    }
+}
+
 TEST(LightTree, PathsTakeFewerLightSamplesThanDirectLight) {
     const auto picture = [](const std::string& shader, const std::string& parameter) {
         return render(test::build(sceneOf(cases()[0], shader + R"("string strategy" "tree")" + parameter, 2)))

@@ -11,6 +11,7 @@ namespace strobe {
 namespace {
 
 constexpr int kWidth = LightNode::kWidth;
+constexpr int kSampleBits = 16; ///< of the keys by which samples are sorted
 
 /// The tables from which an emitter is chosen. They belong to a LightTree.
 struct TreeView {
@@ -84,29 +85,13 @@ double totalIntensity(const LightSubtree& tree) {
     return sum;
 }
 
-STROBE_FORCE_INLINE LightTree::Choice choose(const TreeView& view, const LightPoint& point, double u,
-                                             LightTreeWalk& walk) {
-    float fraction;
-    const LightSubtree& tree = subtreeOf(view, point.time, fraction);
-    const bool needsSum = view.unboundedCount > 0 || view.isExhaustive;
-    if (needsSum && walk.importance < 0)
-        walk.importance = importanceOfAll(tree, view.isExhaustive, fraction, point);
-    const double sum = needsSum ? walk.importance : 1;
-    const float inTree = tree.nodes.empty() ? 0 : treeProbability(view, sum);
-    if (u >= double(inTree) && view.unboundedCount > 0) {
-        const float x = float(std::min((u - double(inTree)) / double(1 - inTree), double(kOneMinusEpsilon)));
-        int index = 0;
-        while (index + 1 < view.unboundedCount && view.unboundedCdf[index] <= x)
-            ++index;
-        const float begin = index > 0 ? view.unboundedCdf[index - 1] : 0;
-        return {view.unbounded[index], (1 - inTree) * (view.unboundedCdf[index] - begin)};
-    }
-    u = std::min(u / double(inTree), 0x1.fffffffffffffp-1);
-    if (!view.isExhaustive)
-        return descend(tree, fraction, point, u, inTree, walk);
-    const double total = sum > 0 ? sum : totalIntensity(tree);
-    const LightTree::Choice choice = chooseExhaustively(tree, fraction, point, u * total, sum, inTree);
-    return {choice.emitter, float(double(choice.probability) / total)};
+/// Chooses among the lights without bounds. `u`: in [0,1).
+LightTree::Choice chooseUnbounded(const TreeView& view, float u, float probability) {
+    int index = 0;
+    while (index + 1 < view.unboundedCount && view.unboundedCdf[index] <= u)
+        ++index;
+    const float begin = index > 0 ? view.unboundedCdf[index - 1] : 0;
+    return {view.unbounded[index], probability * (view.unboundedCdf[index] - begin)};
 }
 
 STROBE_FORCE_INLINE LightPoint pointOf(const LightPickQuery& q, int i) {
@@ -114,25 +99,53 @@ STROBE_FORCE_INLINE LightPoint pointOf(const LightPickQuery& q, int i) {
     return {q.p.at(i), q.ng.at(i) * side, q.ns.at(i) * side, q.transmissive[i] != 0, q.time[i]};
 }
 
+/// Chooses for the samples of a point. `keys`: 48 bits of their random numbers and kSampleBits of their
+/// indices, ascending. Samples that the tree chooses for are added to `walks`.
+STROBE_FORCE_INLINE void chooseAtPoint(const TreeView& view, const LightTreePoint& point,
+                                       std::span<const uint64_t> keys, LightTreeWalks& walks,
+                                       LightTree::Choice* choices) {
+    const LightSubtree& tree = *point.tree;
+    const bool needsSum = view.unboundedCount > 0 || view.isExhaustive;
+    const double sum = needsSum ? importanceOfAll(tree, view.isExhaustive, point.fraction, point.point) : 1;
+    const float inTree = tree.nodes.empty() ? 0 : treeProbability(view, sum);
+    const double total = sum > 0 || !view.isExhaustive ? sum : totalIntensity(tree);
+    for (const uint64_t key : keys) {
+        const double u = double(int64_t(key >> kSampleBits)) * 0x1p-48;
+        const auto sample = int(key & ((1u << kSampleBits) - 1));
+        if (u >= double(inTree) && view.unboundedCount > 0) {
+            const auto rest = float((u - double(inTree)) / double(1 - inTree));
+            choices[sample] = chooseUnbounded(view, std::min(rest, kOneMinusEpsilon), 1 - inTree);
+            continue;
+        }
+        const double inside = std::min(u / double(inTree), 0x1.fffffffffffffp-1);
+        if (view.isExhaustive) {
+            const LightTree::Choice choice =
+                chooseExhaustively(tree, point.fraction, point.point, inside * total, sum, inTree);
+            choices[sample] = {choice.emitter, float(double(choice.probability) / total)};
+            continue;
+        }
+        walks.add(point, inTree, inside, sample);
+    }
+}
+
 STROBE_TARGET_CLONES void chooseAll(const TreeView& view, const LightPickQuery& q,
                                     LightTree::Choice* choices) {
-    LightTreeWalk walk;
-    uint64_t keys[kSoAWidth]; // 48 bits of a random number, and the sample
-    constexpr int kSampleBits = 16;
+    LightTreePoint points[kSoAWidth];
+    LightTreeWalks walks;
+    uint64_t keys[kSoAWidth];
     for (int i = 0; i < q.n; ++i) {
         const auto fixed = [](float u) { return uint64_t(int64_t(u * 0x1p24f)); };
         keys[i] = ((fixed(q.u[i]) << 24 | fixed(q.uFine[i])) << kSampleBits) + uint64_t(i);
     }
-    for (int first = 0; first < q.n; first += q.samplesPerPoint) {
+    for (int first = 0, k = 0; first < q.n; first += q.samplesPerPoint, ++k) {
         const int count = std::min(q.samplesPerPoint, q.n - first);
-        const LightPoint point = pointOf(q, first);
-        walk.startAtOtherPoint();
-        // In the order of the leaves, each node is evaluated once.
+        LightTreePoint& point = points[k];
+        point.point = pointOf(q, first);
+        point.tree = &subtreeOf(view, point.point.time, point.fraction);
         std::sort(keys + first, keys + first + count);
-        for (const uint64_t key : std::span(keys).subspan(size_t(first), size_t(count)))
-            choices[key & ((1u << kSampleBits) - 1)] =
-                choose(view, point, double(int64_t(key >> kSampleBits)) * 0x1p-48, walk);
+        chooseAtPoint(view, point, std::span(keys).subspan(size_t(first), size_t(count)), walks, choices);
     }
+    walks.finish(choices);
 }
 
 /// Returns the probability of the slot of an emitter, by the path from the root.
@@ -151,14 +164,14 @@ STROBE_TARGET_CLONES float slotProbability(const TreeView& view, const LightPoin
         const double weight = double(sum > 0 ? importance[slot % kWidth] : node.intensity[slot % kWidth]);
         return float(double(probability * float(weight)) / (sum > 0 ? sum : totalIntensity(tree)));
     }
-    uint32_t path[LightTreeWalk::kMaxLevels];
+    uint32_t path[LightTreeWalks::kMaxLevels];
     int depth = 0;
     for (uint32_t s = slot;; s = tree.parents[s / kWidth]) {
         path[depth++] = s;
         if (s / kWidth == 0)
             break;
     }
-    while (depth-- > 0) { // the order of `descend`, for the same bits
+    while (depth-- > 0) { // the order of LightTreeWalks, for the same bits
         EvaluatedLightNode e;
         evaluateNode(tree, path[depth] / kWidth, fraction, point, e);
         probability *= float(double(e.importance[path[depth] % kWidth]) / e.sum());

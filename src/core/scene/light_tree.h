@@ -57,7 +57,9 @@ class LightTree {
     LightTree(std::span<const std::shared_ptr<const Light>> lights, float radius,
               const LightTreeSettings& settings = {});
 
-    /// Chooses an emitter for each sample.
+    /// Returns true if all emitters are black, so that none can be chosen.
+    bool isEmpty() const { return m_subtrees.front().nodes.empty() && m_unbounded.empty(); }
+    /// Chooses an emitter for each sample. Precondition: the tree is not empty.
     void pick(const LightPickQuery& query, LightPickSoA& out) const;
     /// Returns the probability with which `pick` chooses a light at a point, or, if it is a mesh with several
     /// emitters, triangle `prim` of the light.

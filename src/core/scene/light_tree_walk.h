@@ -1,4 +1,4 @@
-// The walk from the root of a light tree to a leaf.
+// The walks from the roots of light trees to leaves.
 #pragma once
 
 #include "core/scene/light_tree.h"
@@ -77,57 +77,82 @@ STROBE_FORCE_INLINE void evaluateNode(const LightSubtree& tree, uint32_t index, 
     }
 }
 
-/// The path of the latest walk from a point, for walks with ascending numbers.
-struct LightTreeWalk {
-    static constexpr int kMaxLevels = 64; ///< of any tree
-    /// A node of the path. Numbers in [begin, end) choose it.
-    struct Level {
-        EvaluatedLightNode node;
-        uint32_t index;
-        float probability;
-        double begin, end;
-        double scale; ///< of numbers to the node's intervals
-    };
-    Level levels[kMaxLevels];
-    int depth = 0;
-    double importance = -1; ///< of all emitters; negative: not computed
-
-    void startAtOtherPoint() {
-        depth = 0;
-        importance = -1;
-    }
-    STROBE_FORCE_INLINE void enter(const LightSubtree& tree, uint32_t index, float fraction,
-                                   const LightPoint& point, float probability, double begin, double end) {
-        Level& l = levels[depth++];
-        evaluateNode(tree, index, fraction, point, l.node);
-        l.index = index;
-        l.probability = probability;
-        l.begin = begin;
-        l.end = end;
-        l.scale = l.node.sum() / (end - begin);
-    }
+/// A shaded point and its tree.
+struct LightTreePoint {
+    LightPoint point;
+    const LightSubtree* tree;
+    float fraction; ///< of the tree's interval
 };
 
-/// Walks to the leaf that `u` in [0,1) chooses, from the deepest node of the latest path that contains u.
-/// `probability`: of the root.
-STROBE_FORCE_INLINE LightTree::Choice descend(const LightSubtree& tree, float fraction,
-                                              const LightPoint& point, double u, float probability,
-                                              LightTreeWalk& walk) {
-    if (walk.depth == 0)
-        walk.enter(tree, 0, fraction, point, probability, 0, 1);
-    while (walk.depth > 1 && !(u < walk.levels[walk.depth - 1].end))
-        --walk.depth;
-    for (;;) {
-        const LightTreeWalk::Level& l = walk.levels[walk.depth - 1];
-        const EvaluatedLightNode& e = l.node;
-        const int child = e.childAt(std::max((u - l.begin) * l.scale, 0.));
-        const float childProbability = l.probability * float(double(e.importance[child]) / e.sum());
-        const uint32_t index = tree.nodes[l.index].child[child];
-        if (index & LightNode::kLeaf)
-            return {tree.leaves[index & ~LightNode::kLeaf], childProbability};
-        const double begin = child > 0 ? l.begin + e.end[child - 1] / l.scale : l.begin;
-        walk.enter(tree, index, fraction, point, childProbability, begin, l.begin + e.end[child] / l.scale);
+/// Walks from the roots of trees to leaves, for all samples of a chunk, level by level: each node is
+/// evaluated once for all samples of a point, and evaluations do not wait for each other.
+class LightTreeWalks {
+  public:
+    /// The most nodes on the path to a leaf of any tree.
+    static constexpr int kMaxLevels = 64;
+
+    /// Adds a sample of a point, which must remain. Those of a point follow each other with ascending `u` in
+    /// [0,1). `probability`: of its tree.
+    void add(const LightTreePoint& point, float probability, double u, int sample) {
+        if (m_nodeCount == 0 || m_nodes[m_nodeCount - 1].point != &point)
+            m_nodes[m_nodeCount++] = {&point, 0, probability, m_sampleCount, m_sampleCount};
+        m_u[m_sampleCount] = u;
+        m_sample[m_sampleCount++] = sample;
+        ++m_nodes[m_nodeCount - 1].end;
     }
-}
+    /// Writes the choices of all samples.
+    STROBE_FORCE_INLINE void finish(LightTree::Choice* choices) {
+        while (m_nodeCount > 0) {
+            Node children[kSoAWidth];
+            int childCount = 0;
+            for (int i = 0; i < m_nodeCount; ++i) {
+                const LightTreePoint& point = *m_nodes[i].point;
+                evaluateNode(*point.tree, m_nodes[i].index, point.fraction, point.point, m_evaluated[i]);
+            }
+            for (int i = 0; i < m_nodeCount; ++i)
+                divide(m_nodes[i], m_evaluated[i], choices, children, childCount);
+            std::copy_n(children, childCount, m_nodes);
+            m_nodeCount = childCount;
+        }
+    }
+
+  private:
+    /// A node of the current level, and the samples that are below it.
+    struct Node {
+        const LightTreePoint* point;
+        uint32_t index;
+        float probability;
+        int first, end; ///< samples
+    };
+    /// Divides the samples of a node among its children.
+    STROBE_FORCE_INLINE void divide(const Node& node, const EvaluatedLightNode& e, LightTree::Choice* choices,
+                                    Node* children, int& childCount) {
+        const LightSubtree& tree = *node.point->tree;
+        for (int i = node.first; i < node.end;) {
+            const int child = e.childAt(m_u[i] * e.sum()), first = i;
+            do
+                ++i;
+            while (i < node.end && m_u[i] * e.sum() < e.end[child]);
+            const float probability = node.probability * float(double(e.importance[child]) / e.sum());
+            const uint32_t index = tree.nodes[node.index].child[child];
+            if (index & LightNode::kLeaf) {
+                for (int k = first; k < i; ++k)
+                    choices[m_sample[k]] = {tree.leaves[index & ~LightNode::kLeaf], probability};
+                continue;
+            }
+            const double begin = child > 0 ? e.end[child - 1] : 0, scale = 1 / double(e.importance[child]);
+            for (int k = first; k < i; ++k) // rounding may exceed the interval
+                m_u[k] = std::clamp((m_u[k] * e.sum() - begin) * scale, 0., kBelowOne);
+            children[childCount++] = {node.point, index, probability, first, i};
+        }
+    }
+
+    static constexpr double kBelowOne = 0x1.fffffffffffffp-1;
+    Node m_nodes[kSoAWidth]; ///< each has a sample
+    EvaluatedLightNode m_evaluated[kSoAWidth];
+    double m_u[kSoAWidth]; ///< in the node of the sample
+    int m_sample[kSoAWidth];
+    int m_nodeCount = 0, m_sampleCount = 0;
+};
 
 } // namespace strobe
