@@ -202,6 +202,7 @@ struct LightSharing::Data {
 
 LightSharing::Data::Data(RecordedLight recorded)
     : light(std::move(recorded)), pyramid(light.cells), rare(pyramid, light.rare, samplesPerPixel(light)) {
+    light.cells = {}; // the pyramid has their sums
     addCommonLight();
     estimates = estimateCells(pyramid);
     if (light.rare.empty())

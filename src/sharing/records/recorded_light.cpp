@@ -40,6 +40,25 @@ void sort(std::vector<RareSample>& samples) {
               [&](const RareSample& a, const RareSample& b) { return key(a) < key(b); });
 }
 
+/// Replaces each item i by item indexOf(i), in place. The indices are a permutation; those of moved items
+/// become their own.
+template <class Item, class IndexOf>
+void permute(std::vector<Item>& items, const IndexOf& indexOf) {
+    for (uint32_t first = 0; first < items.size(); ++first) {
+        if (indexOf(first) == first)
+            continue;
+        const Item saved = items[first];
+        uint32_t i = first;
+        for (uint32_t next = indexOf(i); next != first; next = indexOf(i)) {
+            items[i] = items[next];
+            indexOf(i) = i;
+            i = next;
+        }
+        items[i] = saved;
+        indexOf(i) = i;
+    }
+}
+
 HalfPixelSums toFloats(const HalfLight& light) {
     HalfPixelSums out;
     out.count = light.count();
@@ -127,10 +146,10 @@ FilmRecord sumOf(std::span<const FilmRecord> records) {
         TileLightReader& tile = tiles[i];
         requireSameParts(tile, tiles.front());
         std::vector<uint32_t> numbers;
-        for (const CellSums& cell : tile.cells()) {
+        tile.forCells([&](const CellSums& cell) {
             numbers.push_back(sum.findCell(cell.id));
             sum.cell(numbers.back()).add(cell);
-        }
+        });
         tile.setCellNumbers(std::move(numbers));
         const SampleSlice& slice = records[i].samples;
         samples = {std::min(samples.first, slice.first), std::max(samples.end, slice.end)};
@@ -193,19 +212,18 @@ void RecordedLight::joinCells(std::vector<TileLightReader>& tiles) {
     std::vector<std::vector<uint32_t>> numbers;
     size_t total = 0; // those on several tiles count several times
     for (const TileLightReader& tile : tiles)
-        total += tile.cells().size();
+        total += tile.cellCount();
     cells.reserve(total);
     for (TileLightReader& tile : tiles) {
         std::vector<uint32_t>& numbersOfTile = numbers.emplace_back();
-        for (const CellSums& cell : tile.cells()) {
+        tile.forCells([&](const CellSums& cell) {
             const uint32_t index = indices.findOrInsert(cell.id.hash(), uint32_t(cells.size()));
             if (index == cells.size())
                 cells.push_back(cell);
             else
                 cells[index].add(cell);
             numbersOfTile.push_back(index);
-        }
-        tile.releaseCells();
+        });
     }
     struct Key { // small, so that sorting moves little memory
         CellId id;
@@ -217,13 +235,9 @@ void RecordedLight::joinCells(std::vector<TileLightReader>& tiles) {
         order.push_back({cells[i].id, i});
     std::sort(order.begin(), order.end(), [](const Key& a, const Key& b) { return a.id < b.id; });
     std::vector<uint32_t> rank(cells.size());
-    std::vector<CellSums> sorted;
-    sorted.reserve(cells.size());
-    for (const Key& key : order) {
-        rank[key.index] = uint32_t(sorted.size());
-        sorted.push_back(cells[key.index]);
-    }
-    cells = std::move(sorted);
+    for (uint32_t i = 0; i < cells.size(); ++i)
+        rank[order[i].index] = i;
+    permute(cells, [&](uint32_t i) -> uint32_t& { return order[i].index; });
     for (size_t i = 0; i < tiles.size(); ++i) {
         for (uint32_t& number : numbers[i])
             number = rank[number];

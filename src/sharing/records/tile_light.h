@@ -123,13 +123,18 @@ class TileLightReader {
     const PixelBounds& pixels() const { return m_record.pixels; }
     const SampleSlice& samples() const { return m_record.samples; }
     LightParts parts() const { return m_parts; }
-    const std::vector<CellSums>& cells() const { return m_cells; }
+    size_t cellCount() const { return m_cellNumbers.size(); }
+    /// Calls work(cell) for all cells in the order of their indices.
+    template <class Work>
+    void forCells(const Work& work) const {
+        ByteReader reader(m_cellBytes);
+        for (size_t i = 0; i < cellCount(); ++i)
+            work(nextCell(reader));
+    }
     const std::vector<EmissionSum>& emission() const { return m_emission; }
     /// Sets the numbers that replace the indices of the cells in the pixels' uses. Initially, these are the
     /// indices.
     void setCellNumbers(std::vector<uint32_t> numbers) { m_cellNumbers = std::move(numbers); }
-    /// Releases the memory of cells().
-    void releaseCells() { m_cells = {}; }
 
     /// Reads the pixels of a row, from the first one on.
     class Row {
@@ -158,12 +163,13 @@ class TileLightReader {
             fail();
         return m_cellNumbers[cell];
     }
-    void readCells(ByteReader& header);
+    void skipCells(ByteReader& header);
+    CellSums nextCell(ByteReader& reader) const;
     void readEmission(ByteReader& header);
 
     FilmRecord m_record;
     LightParts m_parts;
-    std::vector<CellSums> m_cells;
+    std::string_view m_cellBytes;
     std::vector<EmissionSum> m_emission;
     std::vector<uint32_t> m_cellNumbers;
     size_t m_rowsStart = 0, m_rowTable = 0; ///< positions in the record

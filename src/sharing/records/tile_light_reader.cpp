@@ -9,6 +9,11 @@ using namespace tile_light_format;
 
 namespace {
 
+/// Returns the size of the sums of a cell.
+size_t sizeOfSums(bool isLong, LightParts parts) {
+    return kHalves * 3 * countOf(parts) * (isLong ? kLongSum : sizeof(int64_t));
+}
+
 /// Reads a cell. Returns whether it is possible in a tile of this many pixels.
 bool readCell(ByteReader& in, size_t pixels, LightParts parts, CellSums& cell) {
     const bool isLong = in.next<uint8_t>() != 0;
@@ -36,7 +41,7 @@ bool readCell(ByteReader& in, size_t pixels, LightParts parts, CellSums& cell) {
         isValid &= cell.p[k] >= 0 && cell.p[k] <= total << CellSums::kPositionBits &&
                    cell.n[k] >= -maxNormal && cell.n[k] <= maxNormal;
     }
-    const char* sums = in.skip(kHalves * 3 * countOf(parts) * (isLong ? kLongSum : sizeof(int64_t)));
+    const char* sums = in.skip(sizeOfSums(isLong, parts));
     if (!sums || !isValid)
         return false;
     size_t next = 0;
@@ -65,7 +70,7 @@ TileLightReader::TileLightReader(FilmRecord record) : m_record(std::move(record)
     m_parts = LightParts(bits);
     if (bits >= 1 << kParts)
         fail();
-    readCells(header);
+    skipCells(header);
     readEmission(header);
     m_rowTable = header.position() + m_emission.size() * PixelAccumulator::kBytes;
     m_rowsStart = m_rowTable + size_t(m_record.pixels.height()) * sizeof(RowEnd);
@@ -73,18 +78,25 @@ TileLightReader::TileLightReader(FilmRecord record) : m_record(std::move(record)
         fail();
 }
 
-void TileLightReader::readCells(ByteReader& header) {
-    const size_t pixels = pixelCount(m_record.pixels);
+void TileLightReader::skipCells(ByteReader& header) {
     const auto count = header.next<uint64_t>();
     if (count > header.left() / kMinCellBytes)
         fail();
-    m_cells.resize(count);
     m_cellNumbers.resize(count);
+    const size_t first = header.position();
     for (size_t i = 0; i < count; ++i) {
-        if (!readCell(header, pixels, m_parts, m_cells[i]))
-            fail();
+        const bool isLong = header.next<uint8_t>() != 0;
+        header.skip(kMinCellBytes - 1 + sizeOfSums(isLong, m_parts));
         m_cellNumbers[i] = uint32_t(i);
     }
+    m_cellBytes = std::string_view(*m_record.bytes).substr(first, header.position() - first);
+}
+
+CellSums TileLightReader::nextCell(ByteReader& reader) const {
+    CellSums cell;
+    if (!readCell(reader, pixelCount(m_record.pixels), m_parts, cell))
+        fail();
+    return cell;
 }
 
 void TileLightReader::readEmission(ByteReader& header) {
