@@ -83,6 +83,7 @@ std::vector<TreeCase> cases() {
     return {
         {"Points", scattered(kPoint, 40)},
         {"MovingPoints", scattered(kMoving + kPoint, 40)},
+        {"PointsOfManyColors", scattered(kPoint, 200) + scattered(kMoving + kPoint, 100, 2)},
         {"Spots", scattered(kSpot, 40)},
         {"TurningSpots", scattered(kTurning + kSpot, 12)},
         {"DisksAndSpheres", scattered(kDisk, 12) + scattered(kTwoSidedDisk, 6, 2) + scattered(kSphere, 9, 3),

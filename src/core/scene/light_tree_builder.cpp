@@ -230,10 +230,13 @@ class TreeBuilder {
         m_tree.leaves.push_back(emitter.index);
     }
 
-    /// Builds the root, whose children are parts of classes of color, and all that is below it.
+    /// Builds the root, whose children are parts of classes of color, and all that is below it. Small classes
+    /// are scattered too far.
     void buildRoot(Range range, int colorClasses) {
+        constexpr size_t kLeastMeanSize = LightNode::kWidth * LightNode::kWidth; // of classes: two levels
         Range children[LightNode::kWidth] = {range};
-        const int count = range.size() > LightNode::kWidth ? divideByColor(range, colorClasses, children) : 1;
+        const int limit = int(std::min(size_t(colorClasses), range.size() / kLeastMeanSize));
+        const int count = divideByColor(range, limit, children);
         build(children, count, range.size(), 0, 0);
     }
 
