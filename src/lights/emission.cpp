@@ -68,7 +68,8 @@ std::optional<EmitterBounds> SurfaceLight::emitterBounds(uint32_t, float begin, 
         result.spread = kPi;
     result.isTwoSided = isFlat && m_emission.twoSided;
     // A flat surface of flux Φ has the intensity Φ/π along the normal of its only side, a sphere Φ/(4π).
-    result.setIntensity(power(0) * (1 / (isFlat ? kPi * (m_emission.twoSided ? 2.f : 1.f) : 4 * kPi)));
+    result.intensity =
+        rootMeanSquare(power(0)) / (isFlat ? kPi * (m_emission.twoSided ? 2.f : 1.f) : 4 * kPi);
     return result;
 }
 

@@ -65,7 +65,7 @@ class GoniometricLight final : public DeltaLight {
     Rgb power(float) const override { return m_intensity * m_mean * (4 * kPi); }
     std::optional<EmitterBounds> emitterBounds(uint32_t, float begin, float end) const override {
         EmitterBounds bounds;
-        bounds.setIntensity(m_intensity * m_mean);
+        bounds.intensity = rootMeanSquare(m_intensity * m_mean);
         m_placement.bound(V3f(0), V3f(0, 0, 1), kPi, begin, end, bounds);
         return bounds;
     }

@@ -212,7 +212,7 @@ class MeshLight final : public SurfaceLight {
         if (isDegenerate)
             result.spread = kPi;
         const float area = m_triangles.probability(prim) * m_area;
-        result.setIntensity(m_emission.radiance * triangleTexture(prim) * area);
+        result.intensity = rootMeanSquare(m_emission.radiance * triangleTexture(prim)) * area;
         return result;
     }
 

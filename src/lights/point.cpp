@@ -28,7 +28,7 @@ class PointLight final : public DeltaLight {
     Rgb power(float) const override { return m_intensity * (4 * kPi); }
     std::optional<EmitterBounds> emitterBounds(uint32_t, float begin, float end) const override {
         EmitterBounds bounds;
-        bounds.setIntensity(m_intensity);
+        bounds.intensity = rootMeanSquare(m_intensity);
         m_placement.bound(m_from, V3f(0, 0, 1), kPi, begin, end, bounds);
         return bounds;
     }

@@ -38,7 +38,7 @@ class ProjectionLight final : public DeltaLight {
         const float coneAngle = std::atan(m_extent.length()),
                     solidAngle = 4 * sqr(std::sin(coneAngle / 2)) * kPi;
         bounds.emission = kMargin;
-        bounds.setIntensity(power(0) * (1 / solidAngle));
+        bounds.intensity = rootMeanSquare(power(0)) / solidAngle;
         m_placement.bound(V3f(0), V3f(0, 0, 1), std::min(coneAngle + kMargin, kPi), begin, end, bounds);
         return bounds;
     }

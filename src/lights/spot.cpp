@@ -49,7 +49,7 @@ class SpotLight final : public DeltaLight {
         const float full = std::acos(std::clamp(1 - m_full, -1.f, 1.f));
         EmitterBounds bounds;
         bounds.emission = std::min(edge - full + kMargin, kPi);
-        bounds.setIntensity(m_intensity);
+        bounds.intensity = rootMeanSquare(m_intensity);
         m_placement.bound(m_from, m_axis, full, begin, end, bounds);
         return bounds;
     }

@@ -23,9 +23,6 @@ constexpr size_t kMaxLightsOfAll = 128;
 /// one vertex cost less than those of several, but paths also have the noise of indirect light, which only
 /// more paths reduce.
 constexpr int kTreeSamplesOfPaths = 4, kTreeSamplesOfDirectLight = 16;
-/// These numbers divided by that of the classes of color of the light tree. More classes stratify colors, but
-/// their emitters are farther apart, which matters with few samples: measured.
-constexpr int kTreeSamplesPerColor = 2;
 
 /// Parameters of the shaders `path` and `directlighting`.
 struct PathSettings {
@@ -56,13 +53,6 @@ struct PathSettings {
         if (lightSamples > 0)
             return lightSamples;
         return hasIndirectLight ? kTreeSamplesOfPaths : kTreeSamplesOfDirectLight;
-    }
-    /// Returns the settings of the light tree. A vertex has several samples for each class of color, so that
-    /// their stratified numbers choose from all classes.
-    LightTreeSettings treeSettings() const {
-        LightTreeSettings out = tree;
-        out.colorClasses = std::clamp(treeSamples(true) / kTreeSamplesPerColor, 1, LightNode::kWidth);
-        return out;
     }
     /// Returns true when a path that estimates `component` ends at its first non-specular vertex. BSDF
     /// samples of lights are then traced as light rays; otherwise, the path's next ray is the BSDF sample.

@@ -57,7 +57,7 @@ PathContext makeContext(const Scene& scene, const Sampler& sampler, PathSettings
     settings.strategy = settings.strategyFor(scene);
     const LightTree* tree = nullptr;
     if (settings.strategy == LightStrategy::Tree) {
-        tree = &scene.lightTree(settings.treeSettings());
+        tree = &scene.lightTree(settings.tree);
         if (tree->isEmpty()) {
             tree = nullptr;
             settings.strategy = LightStrategy::Power;

@@ -83,7 +83,7 @@ std::vector<TreeCase> cases() {
     return {
         {"Points", scattered(kPoint, 40)},
         {"MovingPoints", scattered(kMoving + kPoint, 40)},
-        {"PointsOfManyColors", scattered(kPoint, 200) + scattered(kMoving + kPoint, 100, 2)},
+        {"ManyPoints", scattered(kPoint, 200) + scattered(kMoving + kPoint, 100, 2)},
         {"Spots", scattered(kSpot, 40)},
         {"TurningSpots", scattered(kTurning + kSpot, 12)},
         {"DisksAndSpheres", scattered(kDisk, 12) + scattered(kTwoSidedDisk, 6, 2) + scattered(kSphere, 9, 3),
@@ -154,7 +154,6 @@ std::vector<LightTreeSettings> allSettings() {
     return {{false, LightMotion::Split},
             {false, LightMotion::Linear},
             {false, LightMotion::Swept},
-            {false, LightMotion::Split, LightNode::kWidth},
             {true, LightMotion::Split}};
 }
 

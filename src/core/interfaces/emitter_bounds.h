@@ -27,14 +27,6 @@ struct EmitterBounds {
     float emission = kPi / 2; ///< the emission ends at this angle θe from a normal
     bool isTwoSided = false;  ///< emits around the opposite normals, too
     float intensity = 0;      ///< rootMeanSquare of the largest radiant intensity, W/sr
-    Rgb color{1};             ///< the ratios of its channels to the root mean square
-
-    /// Sets the intensity and the color. `largest`: radiant intensity, W/sr.
-    void setIntensity(const Rgb& largest) {
-        intensity = rootMeanSquare(largest);
-        if (intensity > 0)
-            color = largest * (1 / intensity);
-    }
 };
 
 /// Sets the positions and the cone of normals of `bounds` from poses at equidistant times, the first and the

@@ -128,6 +128,19 @@ STROBE_FORCE_INLINE void chooseAtPoint(const TreeView& view, const LightTreePoin
     }
 }
 
+/// Sorts at most kSoAWidth different keys by counting those that are smaller, which takes no branches.
+STROBE_FORCE_INLINE void sortKeys(uint64_t* keys, int count) {
+    uint64_t sorted[kSoAWidth];
+    for (int i = 0; i < count; ++i) {
+        const uint64_t key = keys[i];
+        uint64_t rank = 0;
+        for (int k = 0; k < count; ++k)
+            rank += keys[k] < key ? 1 : 0;
+        sorted[rank] = key;
+    }
+    std::copy_n(sorted, count, keys);
+}
+
 STROBE_TARGET_CLONES void chooseAll(const TreeView& view, const LightPickQuery& q,
                                     LightTree::Choice* choices) {
     LightTreePoint points[kSoAWidth];
@@ -142,7 +155,7 @@ STROBE_TARGET_CLONES void chooseAll(const TreeView& view, const LightPickQuery& 
         LightTreePoint& point = points[k];
         point.point = pointOf(q, first);
         point.tree = &subtreeOf(view, point.point.time, point.fraction);
-        std::sort(keys + first, keys + first + count);
+        sortKeys(keys + first, count);
         chooseAtPoint(view, point, std::span(keys).subspan(size_t(first), size_t(count)), walks, choices);
     }
     walks.finish(choices);
@@ -189,7 +202,7 @@ float irradianceOf(const Light& light, float radius) {
 
 LightTree::LightTree(std::span<const std::shared_ptr<const Light>> lights, float radius,
                      const LightTreeSettings& settings)
-    : m_isExhaustive(settings.isExhaustive), m_colorClasses(settings.colorClasses), m_firstEmitter(1, 0) {
+    : m_isExhaustive(settings.isExhaustive), m_firstEmitter(1, 0) {
     std::vector<float> shares;
     for (const auto& light : lights) {
         const uint32_t first = m_firstEmitter.back();
@@ -273,10 +286,8 @@ LightSubtree LightTree::makeSubtree(std::span<const std::shared_ptr<const Light>
             b.radius += length(b.end - b.begin) / 2;
             b.begin = b.end = (b.begin + b.end) * .5f;
         }
-    const bool isBuiltMoving = moves && isMoving;
-    return m_isExhaustive
-               ? listEmitters(std::move(emitters), m_lightOf.size(), isBuiltMoving)
-               : buildLightTree(std::move(emitters), m_lightOf.size(), isBuiltMoving, m_colorClasses);
+    const auto build = m_isExhaustive ? listEmitters : buildLightTree;
+    return build(std::move(emitters), m_lightOf.size(), moves && isMoving);
 }
 
 namespace {

@@ -21,9 +21,6 @@ enum class LightMotion {
 struct LightTreeSettings {
     bool isExhaustive = false; ///< no tree: computes the importance of all emitters at each point
     LightMotion motion = LightMotion::Split;
-    /// The most classes of color, 1 … LightNode::kWidth. Each class has children of its own at the root, so
-    /// that stratified numbers of `pick` stratify colors.
-    int colorClasses = 1;
     bool operator==(const LightTreeSettings&) const = default;
 };
 
@@ -92,7 +89,6 @@ class LightTree {
                              bool isMoving);
 
     bool m_isExhaustive;
-    int m_colorClasses;
     bool m_hasEnvironment = false;
     float m_maxRadius = 0;                ///< of lights that are not delta lights
     std::vector<uint32_t> m_firstEmitter; ///< by light, and the total

@@ -1,7 +1,5 @@
 #include "core/scene/light_tree_builder.h"
 
-#include "core/scene/light_tree_colors.h"
-
 #include <cmath>
 #include <span>
 
@@ -230,24 +228,13 @@ class TreeBuilder {
         m_tree.leaves.push_back(emitter.index);
     }
 
-    /// Builds the root, whose children are parts of classes of color, and all that is below it. Small classes
-    /// are scattered too far.
-    void buildRoot(Range range, int colorClasses) {
-        constexpr size_t kLeastMeanSize = LightNode::kWidth * LightNode::kWidth; // of classes: two levels
-        Range children[LightNode::kWidth] = {range};
-        const int limit = int(std::min(size_t(colorClasses), range.size() / kLeastMeanSize));
-        const int count = divideByColor(range, limit, children);
-        build(children, count, range.size(), 0, 0);
-    }
-
-  private:
-    /// Builds a node of `size` emitters, which are already divided into `count` parts, and all that is below
-    /// it.
-    void build(Range (&children)[LightNode::kWidth], int count, size_t size, uint32_t parent, int depth) {
+    /// Builds the node of a range and, recursively, its children.
+    void build(Range range, uint32_t parent, int depth = 0) {
         constexpr int kMaxSplitDepth = 48; // halves then end below the 64 levels that LightTree supports
         const uint32_t index = addNode(parent);
+        Range children[LightNode::kWidth];
         const int axes = depth > kMaxSplitDepth ? 0 : m_isMoving ? kMaxAxes : kPositionAxes;
-        count = splitInto(children, count, size, axes);
+        const int count = splitInto(range, axes, children);
         for (int slot = 0; slot < count; ++slot) {
             if (children[slot].size() == 1) {
                 setLeaf(index, slot, children[slot].front());
@@ -255,20 +242,20 @@ class TreeBuilder {
             }
             setChild(index, slot, boundRange(children[slot]));
             m_tree.nodes[index].child[slot] = uint32_t(m_tree.nodes.size());
-            Range parts[LightNode::kWidth] = {children[slot]};
-            build(parts, 1, children[slot].size(), index * LightNode::kWidth + uint32_t(slot), depth + 1);
+            build(children[slot], index * LightNode::kWidth + uint32_t(slot), depth + 1);
         }
     }
 
+  private:
     /// Splits the parts of largest cost until there are eight, or none is worth it. Returns their number.
-    /// `size`: of all parts. Parts that fit into a node are split only if all together do, so that few slots
-    /// remain empty.
-    static int splitInto(Range (&parts)[LightNode::kWidth], int count, size_t size, int axes) {
+    /// Parts that fit into a node are split only if the range itself does, so that few slots remain empty.
+    static int splitInto(Range range, int axes, Range* parts) {
         float costs[LightNode::kWidth];
-        const size_t whole = size > LightNode::kWidth ? LightNode::kWidth : 1;
+        int count = 1;
+        parts[0] = range;
+        const size_t whole = range.size() > LightNode::kWidth ? LightNode::kWidth : 1;
         const auto cost = [&](Range part) { return part.size() > whole ? costOf(part) : -1; };
-        for (int i = 0; i < count; ++i)
-            costs[i] = cost(parts[i]);
+        costs[0] = cost(range);
         while (count < LightNode::kWidth) {
             const int worst = int(std::max_element(costs, costs + count) - costs);
             if (costs[worst] < 0)
@@ -293,12 +280,11 @@ void removeBlack(std::vector<TreeEmitter>& emitters) {
 
 } // namespace
 
-LightSubtree buildLightTree(std::vector<TreeEmitter> emitters, size_t emitterCount, bool isMoving,
-                            int colorClasses) {
+LightSubtree buildLightTree(std::vector<TreeEmitter> emitters, size_t emitterCount, bool isMoving) {
     removeBlack(emitters);
     TreeBuilder builder(emitterCount, isMoving);
     if (!emitters.empty())
-        builder.buildRoot(emitters, colorClasses);
+        builder.build(emitters, 0);
     return builder.takeTree();
 }
 

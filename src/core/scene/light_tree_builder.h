@@ -18,10 +18,8 @@ struct TreeEmitter {
 /// left out. The tree is split from the top by the surface area orientation heuristic (Conty Estevez and
 /// Kulla 2018, section 4.4), with the square of the diagonal in place of the area, so that emitters in a
 /// plane or on a line are split well, too. `isMoving`: the nodes have motions, and emitters are split by
-/// velocity, too. `emitterCount` is the number of emitters of the scene. `colorClasses`: see
-/// LightTreeSettings.
-LightSubtree buildLightTree(std::vector<TreeEmitter> emitters, size_t emitterCount, bool isMoving,
-                            int colorClasses = 1);
+/// velocity, too. `emitterCount` is the number of emitters of the scene.
+LightSubtree buildLightTree(std::vector<TreeEmitter> emitters, size_t emitterCount, bool isMoving);
 
 /// Returns nodes whose children are all emitters, for exhaustive sampling.
 LightSubtree listEmitters(std::vector<TreeEmitter> emitters, size_t emitterCount, bool isMoving);
