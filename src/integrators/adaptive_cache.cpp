@@ -21,9 +21,12 @@ const ParamDef<std::string> kShare{"share", "auto",
 /// The parts of the light that the user chose; none: auto.
 using ChosenParts = std::optional<LightParts>;
 
-/// Reconstructs the shared parts of the light and corrects the image. The parts are those of the records.
+/// Reconstructs the shared parts of the light and corrects the image. The parts are those of the records,
+/// which are removed if the film does not accumulate: nothing can be added later, and they are large.
 std::vector<SharedPart> shareLight(Film& film) {
     RecordedLight light(film);
+    if (!film.accumulates())
+        film.records().clear();
     const LightParts shared = light.parts;
     film.addToImage(emissionCorrection(light));
     const LightSharing sharing(std::move(light));

@@ -32,7 +32,7 @@ struct OutputSettings {
 /// not sums: `setLayerValue` overwrites.
 ///
 /// An integrator that completes images at the end of a render (IntegratorState::finish) keeps what it needs
-/// for that in the film's records.
+/// for that in the film's records. It may then remove them, unless the film accumulates.
 ///
 /// Thread safety: threads may concurrently add to, set, clear and copy from different pixels, and use the
 /// records. All other functions need exclusive access.
@@ -42,6 +42,7 @@ class Film {
 
     /// Makes the film accumulate. Takes 64 more bytes per pixel. Call it before samples are added.
     void enableAccumulation();
+    bool accumulates() const { return !m_sums.empty(); }
     /// Adds samples of a pixel. They replace its previous samples unless the film accumulates.
     void add(int x, int y, const PixelAccumulator& sum) {
         const size_t i = index(x, y);
