@@ -117,7 +117,7 @@ STROBE_FORCE_INLINE void chooseAtPoint(const TreeView& view, const LightTreePoin
             choices[sample] = chooseUnbounded(view, std::min(rest, kOneMinusEpsilon), 1 - inTree);
             continue;
         }
-        const double inside = std::min(u / double(inTree), 0x1.fffffffffffffp-1);
+        const double inside = std::min(u / double(inTree), kDoubleOneMinusEpsilon);
         if (view.isExhaustive) {
             const LightTree::Choice choice =
                 chooseExhaustively(tree, point.fraction, point.point, inside * total, sum, inTree);
@@ -177,7 +177,7 @@ STROBE_TARGET_CLONES float slotProbability(const TreeView& view, const LightPoin
         const double weight = double(sum > 0 ? importance[slot % kWidth] : node.intensity[slot % kWidth]);
         return float(double(probability * float(weight)) / (sum > 0 ? sum : totalIntensity(tree)));
     }
-    uint32_t path[LightTreeWalks::kMaxLevels];
+    uint32_t path[LightSubtree::kMaxLevels];
     int depth = 0;
     for (uint32_t s = slot;; s = tree.parents[s / kWidth]) {
         path[depth++] = s;

@@ -230,7 +230,7 @@ class TreeBuilder {
 
     /// Builds the node of a range and, recursively, its children.
     void build(Range range, uint32_t parent, int depth = 0) {
-        constexpr int kMaxSplitDepth = 48; // halves then end below the 64 levels that LightTree supports
+        constexpr int kMaxSplitDepth = 48; // halves then end below LightSubtree::kMaxLevels
         const uint32_t index = addNode(parent);
         Range children[LightNode::kWidth];
         const int axes = depth > kMaxSplitDepth ? 0 : m_isMoving ? kMaxAxes : kPositionAxes;

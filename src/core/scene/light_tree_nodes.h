@@ -36,6 +36,7 @@ struct LightNodeMotion {
 
 /// The tree of an interval of the shutter.
 struct LightSubtree {
+    static constexpr int kMaxLevels = 64; ///< the most nodes on the path to a leaf
     bool isOriented = false;              ///< false: all emitters emit equally in all directions
     std::vector<LightNode> nodes;         ///< the root is the first
     std::vector<LightNodeMotion> motions; ///< by node; empty: at rest

@@ -77,6 +77,9 @@ STROBE_FORCE_INLINE void evaluateNode(const LightSubtree& tree, uint32_t index, 
     }
 }
 
+/// The largest number below 1: see kOneMinusEpsilon.
+inline constexpr double kDoubleOneMinusEpsilon = 0x1.fffffffffffffp-1;
+
 /// A shaded point and its tree.
 struct LightTreePoint {
     LightPoint point;
@@ -88,9 +91,6 @@ struct LightTreePoint {
 /// evaluated once for all samples of a point, and evaluations do not wait for each other.
 class LightTreeWalks {
   public:
-    /// The most nodes on the path to a leaf of any tree.
-    static constexpr int kMaxLevels = 64;
-
     /// Adds a sample of a point, which must remain. Those of a point follow each other with ascending `u` in
     /// [0,1). `probability`: of its tree.
     void add(const LightTreePoint& point, float probability, double u, int sample) {
@@ -142,12 +142,11 @@ class LightTreeWalks {
             }
             const double begin = child > 0 ? e.end[child - 1] : 0, scale = 1 / double(e.importance[child]);
             for (int k = first; k < i; ++k) // rounding may exceed the interval
-                m_u[k] = std::clamp((m_u[k] * e.sum() - begin) * scale, 0., kBelowOne);
+                m_u[k] = std::clamp((m_u[k] * e.sum() - begin) * scale, 0., kDoubleOneMinusEpsilon);
             children[childCount++] = {node.point, index, probability, first, i};
         }
     }
 
-    static constexpr double kBelowOne = 0x1.fffffffffffffp-1;
     Node m_nodes[kSoAWidth]; ///< each has a sample
     EvaluatedLightNode m_evaluated[kSoAWidth];
     double m_u[kSoAWidth]; ///< in the node of the sample
