@@ -1,6 +1,8 @@
 #include "materials/gloss_fit.h"
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <vector>
 
 namespace strobe {
@@ -19,6 +21,7 @@ constexpr double kMinGain = .02;
 /// A node of the quadrature over the hemisphere of wi.
 struct Node {
     V3f wi;
+    double light;  ///< f |wi.z| times the solid angle of the node
     double square; ///< (f |wi.z|)² times the solid angle of the node
 };
 
@@ -35,9 +38,13 @@ std::vector<Node> quadrature(const GlossFit::Brdf& f, const V3f& wo) {
             const V3f wh(sinH * std::cos(phi), sinH * std::sin(phi), std::cos(thetaH));
             const float cosHalf = dot(wo, wh);
             const V3f wi = wh * (2 * cosHalf) - wo;
-            if (cosHalf > 0 && wi.z > 0) // dwi = 4 wo·wh dwh
-                nodes.push_back(
-                    {wi, sqr(double(f(wo, wi) * wi.z)) * 4 * cosHalf * sinH * width * 2 * kPi / kAzimuth});
+            if (!(cosHalf > 0 && wi.z > 0))
+                continue;
+            const double value = double(f(wo, wi) * wi.z);
+            const auto times = [&](double x) { // the solid angle: dwi = 4 wo·wh dwh
+                return x * 4 * cosHalf * sinH * width * 2 * kPi / kAzimuth;
+            };
+            nodes.push_back({wi, times(value), times(sqr(value))});
         }
     }
     return nodes;
@@ -67,8 +74,7 @@ void improve(Candidate& best, const std::vector<Node>& nodes, const V3f& wo, con
 }
 
 /// Returns the lobe of least variance for `wo`: the best isotropic lobe, refined in each roughness in turn.
-GlossFit::Lobe bestLobe(const GlossFit::Brdf& f, const V3f& wo) {
-    const std::vector<Node> nodes = quadrature(f, wo);
+GlossFit::Lobe bestLobe(const std::vector<Node>& nodes, const V3f& wo) {
     Candidate best{{0, {1, 1}}, kInfinity};
     for (float alpha = 1; alpha > kMinAlpha; alpha *= kAlphaStep)
         improve(best, nodes, wo, {alpha, alpha});
@@ -87,16 +93,30 @@ GlossFit::Lobe bestLobe(const GlossFit::Brdf& f, const V3f& wo) {
     return best.lobe;
 }
 
+/// Returns the integral of f |wi.z|.
+double reflectanceOf(const std::vector<Node>& nodes) {
+    double sum = 0;
+    for (const Node& node : nodes)
+        sum += node.light;
+    return sum;
+}
+
 } // namespace
 
 GlossFit::GlossFit(const Brdf& f) {
     for (int i = 0; i <= kSteps; ++i) {
         const float cosO = std::max(float(i) / kSteps, .01f); // at the horizon itself there is nothing to fit
-        const Lobe lobe = bestLobe(f, V3f(safeSqrt(1 - cosO * cosO), 0, cosO));
+        const V3f wo(safeSqrt(1 - cosO * cosO), 0, cosO);
+        const std::vector<Node> nodes = quadrature(f, wo);
+        const Lobe lobe = bestLobe(nodes, wo);
         m_probability[i] = lobe.probability;
         m_along[i] = lobe.alpha.along;
         m_across[i] = lobe.alpha.across;
+        m_reflectance[i] = float(reflectanceOf(nodes));
     }
+    const float largest = *std::max_element(std::begin(m_reflectance), std::end(m_reflectance));
+    for (float& reflectance : m_reflectance)
+        reflectance = largest > 0 ? std::max(reflectance, largest / 1000) : 1;
 }
 
 } // namespace strobe

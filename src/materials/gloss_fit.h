@@ -7,8 +7,8 @@
 
 namespace strobe {
 
-/// The probability and the roughnesses of the GGX lobe as functions of |wo.z|, fitted once to the values of a
-/// BRDF. Immutable.
+/// The probability and the roughnesses of the GGX lobe, and the reflectance, as functions of |wo.z|, found
+/// once from the values of a BRDF. Immutable.
 class GlossFit {
   public:
     struct Lobe {
@@ -31,11 +31,20 @@ class GlossFit {
                 {lerp(m_along[i], m_along[i + 1], t), lerp(m_across[i], m_across[i + 1], t)}};
     }
 
+    /// Returns the integral of f |wi.z| over all wi for `cosO` in [-1,1], interpolated likewise. It is at
+    /// least 1/1000 of the largest one, and positive.
+    float reflectance(float cosO) const {
+        const float x = std::min(std::abs(cosO), 1.f) * kSteps;
+        const int i = std::min(int(x), kSteps - 1);
+        return lerp(m_reflectance[i], m_reflectance[i + 1], x - float(i));
+    }
+
   private:
     static constexpr int kSteps = 16;
     // Values at |wo.z| = i / kSteps.
     float m_probability[kSteps + 1];
     float m_along[kSteps + 1], m_across[kSteps + 1];
+    float m_reflectance[kSteps + 1];
 };
 
 } // namespace strobe

@@ -101,7 +101,7 @@ template <class Table>
 class Measured : public Material {
   public:
     explicit Measured(Table table)
-        : Material({}), m_table(std::move(table)),
+        : Material({.viewDependent = true}), m_table(std::move(table)),
           m_fit([this](const V3f& wo, const V3f& wi) { return luminance(nonNegative(m_table(wo, wi))); }) {}
 
     void prepare(const TextureQuery&, Bsdf&) const override {}
@@ -148,6 +148,7 @@ class Measured : public Material {
         finishDirections(jobs, drawn, out);
     }
     float maxPdf(const Bsdf&, const V3f& wo) const override { return maxMixturePdf(m_fit, wo); }
+    float reflectance(const Bsdf&, const V3f& wo) const override { return m_fit.reflectance(wo.z); }
     void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const override {
         maxMixturePdfSoA(m_fit, jobs.wo, jobs.begin, jobs.end, out);
     }

@@ -176,14 +176,17 @@ void recordFirstVertices(PathBatch& batch, const VertexChunk& v) {
         if (!v.isSmooth[i] || path.stage != PathStage::Camera || first.hit)
             continue;
         const Material& material = *v.surface.material[i];
-        const Rgb beta = v.beta.at(i);
+        first.albedo = v.beta.at(i);
+        if (v.isTextured[i])
+            first.albedo *= material.albedo(v.bsdf[i]);
+        if (material.flags().viewDependent)
+            first.albedo *= material.reflectance(v.bsdf[i], v.woLocal.at(i));
         first.hit = v.hits.at(i);
         first.p = v.p.at(i);
         first.isFront = v.cosWo[i] > 0;
         first.n = first.isFront ? v.ng.at(i) : -v.ng.at(i);
         first.coneWidth = v.coneWidth[i];
         first.direct = path.radiance; // before direct light
-        first.albedo = v.isTextured[i] ? beta * material.albedo(v.bsdf[i]) : beta;
     }
 }
 

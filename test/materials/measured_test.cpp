@@ -182,6 +182,47 @@ TEST(Measured, WeightsOfGlossyBrdfsAreSmall) {
         EXPECT_LT(maxWeight(*material, V3f(safeSqrt(1 - sqr(cosO)), 0, cosO)), 8) << cosO;
 }
 
+/// Returns the integral of f |wi.z| by uniform directions.
+double integralOf(const Material& material, const V3f& wo) {
+    constexpr int kRows = 400, kColumns = 400;
+    const Bsdf bsdf = prepared(material);
+    double sum = 0;
+    for (int i = 0; i < kRows; ++i)
+        for (int j = 0; j < kColumns; ++j) {
+            const float z = (float(i) + .5f) / kRows, phi = 2 * kPi * (float(j) + .5f) / kColumns;
+            const V3f wi(safeSqrt(1 - z * z) * std::cos(phi), safeSqrt(1 - z * z) * std::sin(phi), z);
+            Rgb f;
+            material.evalCos(bsdf, wo, &wi, 1, &f, nullptr);
+            sum += double(luminance(f));
+        }
+    return sum * 2 * M_PI / (kRows * kColumns);
+}
+
+TEST(Measured, ReflectanceIsTheIntegralOverDirections) {
+    // A lobe of constant height reflects much less at grazing angles than along the normal.
+    const ScratchFile file("n.binary", merlOf(90, [](double h) { return std::pow(std::cos(h), 100); }));
+    const auto material = makeMaterial(measuredPlugin(), {stringParam("filename", file.path.string())});
+    EXPECT_TRUE(material->flags().viewDependent);
+    const Bsdf bsdf = prepared(*material);
+    const V3f normal(0, 0, 1);
+    const double along = integralOf(*material, normal), relative = material->reflectance(bsdf, normal);
+    for (const float cosO : {.8f, .5f, .3f, .1f}) {
+        const V3f wo(safeSqrt(1 - cosO * cosO), 0, cosO);
+        const double expected = integralOf(*material, wo) / along;
+        EXPECT_NEAR(material->reflectance(bsdf, wo) / relative / expected, 1, .05) << cosO;
+        EXPECT_EQ(material->reflectance(bsdf, wo), material->reflectance(bsdf, -wo)) << cosO;
+    }
+    const double grazing = integralOf(*material, V3f(safeSqrt(1 - sqr(.1f)), 0, .1f));
+    EXPECT_LT(grazing, along / 10);
+}
+
+TEST(Measured, ReflectanceOfBlackIsPositive) {
+    const ScratchFile file("o.binary", merlOf(1, [](double) { return 0; }));
+    const auto material = makeMaterial(measuredPlugin(), {stringParam("filename", file.path.string())});
+    for (const V3f& wo : viewDirections())
+        EXPECT_EQ(material->reflectance(prepared(*material), wo), 1) << wo;
+}
+
 TEST(Merl, IndexesByHalfAndDifferenceAngles) {
     constexpr int kH = 10, kD = 9, kP = 12;
     std::string bytes;

@@ -113,11 +113,12 @@ struct TangentFrame {
 
 /// The properties of a material that do not depend on the surface point.
 struct MaterialFlags {
-    bool smooth = true;        ///< has lobes that are not delta lobes, so that lights are sampled
-    bool diffuse = false;      ///< mostly diffuse, so that its indirect light varies slowly over the surface
-    bool textured = false;     ///< a texture modulates the reflection; see Material::albedo
-    bool transmissive = false; ///< has transmissive lobes
-    bool isMix = false;        ///< stands for another material at each point; see Material::chosen
+    bool smooth = true;         ///< has lobes that are not delta lobes, so that lights are sampled
+    bool diffuse = false;       ///< mostly diffuse, so that its indirect light varies slowly over the surface
+    bool textured = false;      ///< a texture modulates the reflection; see Material::albedo
+    bool viewDependent = false; ///< the reflectance varies much with wo; see Material::reflectance
+    bool transmissive = false;  ///< has transmissive lobes
+    bool isMix = false;         ///< stands for another material at each point; see Material::chosen
     bool needsFootprint = false;     ///< reads the footprint of TextureQuery
     bool needsTangents = false;      ///< anisotropic: the x axis of the shading frame must lie along dp/du
     bool usesLobeSample = true;      ///< `sample` reads uc
@@ -173,6 +174,10 @@ class Material {
     /// Returns the approximate reflectance that the texture of a textured material modulates. Indirect light
     /// divided by the albedo is shared between neighboring points. The default is white.
     virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
+    /// Returns the approximate fraction of uniform light that a view-dependent material reflects towards wo
+    /// (the second argument), relative to the albedo and up to a constant factor; positive. adaptive-cache
+    /// divides light by it, too. The default is 1.
+    virtual float reflectance(const Bsdf&, const V3f&) const { return 1; }
     /// For ShadingNormal::Mapped: returns the shading normal in world space, of any length. The default is
     /// the interpolated normal.
     virtual V3f mappedNormal(const TextureQuery&, const TangentFrame& frame) const { return frame.n; }
