@@ -28,6 +28,8 @@ const std::string kShapes = R"(
     Shape "trianglemesh" "integer indices" [0 1 2] "point P" [-5 -5 1.5  5 -5 1.5  0 5 1.5]
 )";
 
+constexpr uint32_t kTriangle = 3; ///< index of the geometry
+
 /// Returns n spheres far from all rays of the tests.
 std::string farSpheres(size_t n) {
     std::string text;
@@ -87,9 +89,12 @@ TEST(StaticQuadrics, HitsAndOcclusionsEqualThoseOfEmbree) {
             ASSERT_EQ(hits.v[i], embreeHits.v[i]);
             ++hitsPerGeometry[hits.geom[i]];
         }
+        // Inactive rays: on CPUs without AVX-512, Embree writes hits of the triangle to them, too.
         for (int i = n; i < RayPacket::kSize; ++i) {
-            ASSERT_EQ(hits.geom[i], kNone) << "inactive ray";
-            ASSERT_EQ(occluded.tfar[i], rays.tfar[i]) << "inactive ray";
+            ASSERT_TRUE(hits.geom[i] == kNone || hits.geom[i] == kTriangle) << "inactive ray";
+            if (hits.geom[i] == kNone) {
+                ASSERT_EQ(occluded.tfar[i], rays.tfar[i]) << "inactive ray";
+            }
         }
     }
     EXPECT_GT(*std::min_element(hitsPerGeometry.begin(), hitsPerGeometry.end()), 500);
