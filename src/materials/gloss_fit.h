@@ -24,27 +24,31 @@ class GlossFit {
 
     /// Returns the lobe for `cosO` in [-1,1], interpolated linearly in |cosO|.
     STROBE_FORCE_INLINE Lobe at(float cosO) const {
-        const float x = std::min(std::abs(cosO), 1.f) * kSteps;
-        const int i = std::min(int(x), kSteps - 1);
-        const float t = x - float(i);
-        return {lerp(m_probability[i], m_probability[i + 1], t),
-                {lerp(m_along[i], m_along[i + 1], t), lerp(m_across[i], m_across[i + 1], t)}};
+        const Place place(cosO);
+        return {place.in(m_probability), {place.in(m_along), place.in(m_across)}};
     }
-
-    /// Returns the integral of f |wi.z| over all wi for `cosO` in [-1,1], interpolated likewise. It is at
-    /// least 1/1000 of the largest one, and positive.
-    float reflectance(float cosO) const {
-        const float x = std::min(std::abs(cosO), 1.f) * kSteps;
-        const int i = std::min(int(x), kSteps - 1);
-        return lerp(m_reflectance[i], m_reflectance[i + 1], x - float(i));
-    }
+    /// Returns the integral of f |wi.z| over all wi for `cosO` in [-1,1], interpolated likewise, but at least
+    /// 1/1000 of the largest one; 1 if f is 0 everywhere.
+    float reflectance(float cosO) const { return Place(cosO).in(m_reflectance); }
 
   private:
     static constexpr int kSteps = 16;
-    // Values at |wo.z| = i / kSteps.
-    float m_probability[kSteps + 1];
-    float m_along[kSteps + 1], m_across[kSteps + 1];
-    float m_reflectance[kSteps + 1];
+    using Table = float[kSteps + 1]; ///< values at |wo.z| = i / kSteps
+
+    /// A place between two values of a table.
+    struct Place {
+        int i;
+        float t;
+
+        STROBE_FORCE_INLINE explicit Place(float cosO) {
+            const float x = std::min(std::abs(cosO), 1.f) * kSteps;
+            i = std::min(int(x), kSteps - 1);
+            t = x - float(i);
+        }
+        STROBE_FORCE_INLINE float in(const Table& table) const { return lerp(table[i], table[i + 1], t); }
+    };
+
+    Table m_probability, m_along, m_across, m_reflectance;
 };
 
 } // namespace strobe
