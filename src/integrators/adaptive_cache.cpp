@@ -5,6 +5,7 @@
 #include "sharing/light_recorder.h"
 #include "sharing/noise_pilot.h"
 #include "sharing/reconstruction.h"
+#include "sharing/sample_plan.h"
 
 #include <limits>
 #include <optional>
@@ -17,6 +18,10 @@ const ParamDef<float> kCellSize{"cellsize", 3, "edge of the cells that sum light
                                 kPositive};
 const ParamDef<std::string> kShare{"share", "auto",
                                    "light to share: auto (as a pilot decides), direct, indirect or both"};
+
+const ParamDef<std::string> kSamples{"samples", "adaptive",
+                                     "samples per pixel: adaptive (up to 16 times as many where a pilot "
+                                     "finds noise) or uniform"};
 
 /// The parts of the light that the user chose; none: auto.
 using ChosenParts = std::optional<LightParts>;
@@ -41,9 +46,11 @@ std::vector<SharedPart> shareLight(Film& film) {
 
 class AdaptiveState : public IntegratorState {
   public:
-    AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize, const ChosenParts& chosen)
+    AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize, const ChosenParts& chosen,
+                  bool adaptsSamples)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
-          m_plan(planSharing(scene, context, cellSize, chosen)) {
+          m_plan(planSharing(scene, context, cellSize, chosen)),
+          m_factors(adaptsSamples ? planSamples(scene, context, m_plan.parts) : std::nullopt) {
         if (observes())
             m_refinement.emplace(scene, context.sampling, context.pilotBounds, context.samplesPerPixel,
                                  m_plan.emission);
@@ -52,15 +59,19 @@ class AdaptiveState : public IntegratorState {
         return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_plan.parts,
                                                  m_plan.rareLimits, m_refinement ? &*m_refinement : nullptr);
     }
+    const SampleFactors* sampleFactors() const override { return m_factors ? &*m_factors : nullptr; }
     bool observes() const override { return !m_plan.parts.isEmpty(); }
     std::string note() const override {
+        const char* const samples = m_factors ? ", more samples where noise is" : "";
         if (!observes())
-            return "shares no light: equals supersample";
+            return m_factors ? std::string("shares no light") + samples
+                             : "shares no light: equals supersample";
         const bool direct = m_plan.parts.has(LightPart::Direct);
         const bool indirect = m_plan.parts.has(LightPart::Indirect);
-        return direct && indirect ? "shares direct and indirect light"
-               : direct           ? "shares direct light"
-                                  : "shares indirect light";
+        return std::string(direct && indirect ? "shares direct and indirect light"
+                           : direct           ? "shares direct light"
+                                              : "shares indirect light") +
+               samples;
     }
     void finish(Film& film) const override {
         if (!observes())
@@ -102,6 +113,7 @@ class AdaptiveState : public IntegratorState {
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
     const SharingPlan m_plan;
+    const std::optional<SampleFactors> m_factors;   ///< none: 1 everywhere
     std::optional<EmissionRefinement> m_refinement; ///< none: nothing is shared
 };
 
@@ -112,8 +124,8 @@ class AdaptiveCache : public Integrator {
                                                                              {{"auto", {}},
                                                                               {"direct", LightParts(1)},
                                                                               {"indirect", LightParts(2)},
-                                                                              {"both", LightParts::all()}})) {
-    }
+                                                                              {"both", LightParts::all()}})),
+          m_adaptsSamples(parseWord<bool>(params, kSamples, {{"adaptive", true}, {"uniform", false}})) {}
     /// Estimates use samples up to some tens of pixels away, at any time; larger cells where a lens or motion
     /// spreads the samples of a pixel have no bound.
     BiasBound biasBound(const Scene& scene) const override {
@@ -127,12 +139,13 @@ class AdaptiveCache : public Integrator {
             shareLight(film);
     }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
-        return std::make_unique<AdaptiveState>(scene, context, m_cellSize, m_chosen);
+        return std::make_unique<AdaptiveState>(scene, context, m_cellSize, m_chosen, m_adaptsSamples);
     }
 
   private:
     const float m_cellSize;
     const ChosenParts m_chosen;
+    const bool m_adaptsSamples;
 };
 
 } // namespace
@@ -141,7 +154,7 @@ IntegratorPlugin adaptiveCachePlugin() {
     return {"adaptive-cache",
             "one shade per visibility sample; light is mixed with estimates from nearby samples on the "
             "same surface, weighted by their measured errors",
-            {kCellSize, kShare},
+            {kCellSize, kShare, kSamples},
             [](const ParamSet& params, const BuildContext&) {
                 return std::make_shared<const AdaptiveCache>(params);
             }};

@@ -129,7 +129,7 @@ void LightRecorder::gatherLight(std::span<const FirstVertex> vertices, std::span
 
 void LightRecorder::record(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                            std::span<const FirstVertex> vertices) {
-    m_samples = batch.filmSlice;
+    m_samples = {batch.filmSlice.first / batch.sampleFactor, batch.filmSlice.end / batch.sampleFactor};
     m_chunks.resize((vertices.size() + kSoAWidth - 1) / kSoAWidth);
     for (size_t c = 0; c < m_chunks.size(); ++c) {
         Chunk& chunk = m_chunks[c];

@@ -64,6 +64,24 @@ Material "mirror"
 Translate 0 1 0
 Shape "sphere" "float radius" 1
 )";
+    const auto adaptive = render(test::buildWith("adaptive-cache", scene, {"samples=uniform"}));
+    EXPECT_TRUE(haveEqualBits(adaptive.image, render(test::buildWith("supersample", scene)).image));
+    EXPECT_EQ(adaptive.stats.integratorNote, "shares no light: equals supersample");
+}
+
+/// A plane under a distant light: there is no noise, so that no block takes more samples.
+TEST(AdaptiveCache, IsSupersampleWithoutNoise) {
+    const std::string scene = R"(
+Film "image" "integer xresolution" 48 "integer yresolution" 36
+Sampler "sobol" "integer pixelsamples" 16
+Integrator "path"
+LookAt 0 2 0  0 0 0  0 0 1
+Camera "perspective" "float fov" 50
+WorldBegin
+LightSource "distant" "point from" [1 3 -2] "point to" [0 0 0] "rgb L" [2 2 2]
+Material "matte"
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+)";
     const auto adaptive = render(test::buildWith("adaptive-cache", scene));
     EXPECT_TRUE(haveEqualBits(adaptive.image, render(test::buildWith("supersample", scene)).image));
     EXPECT_EQ(adaptive.stats.integratorNote, "shares no light: equals supersample");
@@ -195,7 +213,7 @@ TEST(AdaptiveCache, ReducesTheError) {
 TEST(AdaptiveCache, KeepsTheSumOfTheImage) {
     std::string scene = makeScene(16, "path");
     scene.replace(scene.find("Translate 1.2 2.6 0"), 19, "Translate 1.2 2.6 -7");
-    const Image a = render(test::buildWith("adaptive-cache", scene, kSharing)).image;
+    const Image a = render(test::buildWith("adaptive-cache", scene, {"share=both", "samples=uniform"})).image;
     const Image b = render(test::buildWith("supersample", scene)).image;
     EXPECT_FALSE(haveEqualBits(a, b));
     double sums[2] = {};
@@ -229,7 +247,10 @@ TEST(AdaptiveCache, PassesKeepTheSumOfTheImage) {
     std::string scene = makeScene(5, "path");
     scene.replace(scene.find("Translate 1.2 2.6 0"), 19, "Translate 1.2 2.6 -7");
     const auto sumOf = [&](const char* integrator) {
-        const BuiltScene built = test::buildWith(integrator, scene);
+        std::vector<std::string> defines;
+        if (std::string(integrator) == "adaptive-cache")
+            defines = {"samples=uniform"};
+        const BuiltScene built = test::buildWith(integrator, scene, defines);
         double sum = 0;
         for (const Rgb& pixel : renderInPasses(built, 3).pixels)
             sum += double(pixel.x + pixel.y + pixel.z);

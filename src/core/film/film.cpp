@@ -69,7 +69,7 @@ bool Film::hasSampleCount(const PixelBounds& tile, uint32_t samples) const {
     for (int y = tile.y0; y < tile.y1; ++y)
         for (int x = tile.x0; x < tile.x1; ++x)
             if (const PixelAccumulator& sum = m_sums[index(x, y)];
-                sum.validCount() + sum.invalidCount() != samples)
+                sum.validCount() + sum.invalidCount() < samples)
                 return false;
     return true;
 }

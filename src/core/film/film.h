@@ -57,7 +57,7 @@ class Film {
     void clear();
     /// Removes the samples of the pixels in `tile`, and the records that lie within it. The film accumulates.
     void clear(const PixelBounds& tile);
-    /// Returns whether each pixel in `tile` has exactly `samples` samples, valid or not. The film
+    /// Returns whether each pixel in `tile` has at least `samples` samples, valid or not. The film
     /// accumulates.
     bool hasSampleCount(const PixelBounds& tile, uint32_t samples) const;
     /// Copies the pixels in `tile`, their layers, the records that lie within it and, if both films

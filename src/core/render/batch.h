@@ -93,14 +93,15 @@ struct PixelRef {
 };
 
 /// Visibility samples of a few pixels: pixel by pixel, the same slice of each pixel, in ascending order. The
-/// pixels are neighbors within a tile; which of them are in one batch depends on the tile and on the number
-/// of samples per pixel.
+/// pixels are near each other within a tile; which of them are in one batch depends on the tile and on the
+/// number of samples per pixel.
 struct VisibilityBatch {
     std::span<const PixelRef> pixels;
     const SoAVector<VisibilitySoA>& samples;
-    uint32_t samplesPerPixel = 0; ///< of the whole render
-    SampleSlice slice;     ///< the samples of each pixel in the batch; all, if they depend on their pixel
-    SampleSlice filmSlice; ///< the samples of each pixel whose values are used; a subset of `slice`
+    uint32_t samplesPerPixel = 0; ///< of these pixels in the whole render
+    SampleSlice slice;         ///< the samples of each pixel in the batch; all, if they depend on their pixel
+    SampleSlice filmSlice;     ///< the samples of each pixel whose values are used; a subset of `slice`
+    uint32_t sampleFactor = 1; ///< of the pixels, contained in the numbers above; see SampleFactors
 
     /// Returns the index in `samples` of sample number `index` of a pixel.
     uint32_t sampleIndex(uint32_t pixel, uint32_t index) const {

@@ -8,6 +8,7 @@
 #include "core/film/film.h"
 #include "core/math/api.h"
 #include "core/math/pixel_bounds.h"
+#include "core/math/sample_factors.h"
 #include "core/params/plugin.h"
 #include "core/render/batch.h"
 #include "core/render/shader.h"
@@ -97,6 +98,8 @@ class IntegratorState {
     virtual void restart(uint64_t /*seed*/, int /*samplesPerPixel*/) {}
     /// Returns a note for the user in a few words, such as a decision of the state; empty: none.
     virtual std::string note() const { return {}; }
+    /// Returns the factors of the number of samples of each pixel; null: 1 everywhere.
+    virtual const SampleFactors* sampleFactors() const { return nullptr; }
     /// True if the workers `observe` first vertices.
     virtual bool observes() const { return false; }
     /// Adds a correction to the image of a film that holds all samples and records rendered so far, and sets

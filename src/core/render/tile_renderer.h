@@ -27,6 +27,18 @@ class TileRenderer {
     const Counters& counters() const { return m_counters; }
 
   private:
+    /// How the pixels of a batch are sampled, and the samples of the last one.
+    struct Sampling {
+        uint32_t factor; ///< see SampleFactors
+        uint32_t samplesPerPixel;
+        SampleSlice filmSlice;   ///< the samples of each pixel that are added to the film
+        SampleSlice tracedSlice; ///< these and the samples that their values depend on
+        uint32_t pixelsPerBatch;
+        VisibilityTracer tracer;
+        SoAVector<VisibilitySoA> samples;
+    };
+    Sampling& samplingFor(uint32_t factor);
+    bool renderPixels(const PixelBounds& tile, uint32_t factor, Film& film);
     void renderBatch(Film& film);
     void shade();
     void resolve(const VisibilityBatch& batch);
@@ -35,18 +47,20 @@ class TileRenderer {
     void clampValues();
     std::span<const Rgb> applyClamp(std::span<const Rgb> values, std::span<Rgb> clamped) const;
     uint32_t firstFilmSample(uint32_t pixel) const;
+    const SoAVector<VisibilitySoA>& samples() const { return m_sampling->samples; }
     void accumulate(Film& film);
     void addOneByOne(PixelAccumulator& sum, uint32_t first, uint32_t n);
     void accumulateComponent(int component, std::span<const Rgb> values);
     void recordInvalidSample(const PixelRef& pixel, uint32_t sample);
 
     const RenderSettings& m_settings;
-    const SampleSlice m_filmSlice;   ///< the samples of each pixel that are added to the film
-    const SampleSlice m_tracedSlice; ///< these and the samples that their values depend on
-    VisibilityTracer m_visibility;
-    const uint32_t m_pixelsPerBatch;
-    const bool m_observes;     ///< IntegratorState::observes
-    const size_t m_components; ///< LightComponents::count
+    const Scene& m_scene;
+    const Sampler& m_sampler;
+    const Filter& m_filter;
+    const SampleDependence m_dependence;
+    const SampleFactors* const m_factors; ///< IntegratorState::sampleFactors
+    const bool m_observes;                ///< IntegratorState::observes
+    const size_t m_components;            ///< LightComponents::count
     std::unique_ptr<IntegratorWorker> m_integrator;
     TimedShader m_shader;
     SharingAovs m_sharingAovs;
@@ -54,13 +68,14 @@ class TileRenderer {
 
     // The current batch:
     std::vector<PixelRef> m_pixels;
-    SoAVector<VisibilitySoA> m_samples;
+    Sampling* m_sampling = nullptr;
     ShadingRequests m_requests;
     std::vector<Rgb> m_shaded;                ///< per request: the radiance, then component by component
     std::vector<FirstVertex> m_firstVertices; ///< per request; empty unless m_observes
     std::span<const Rgb> m_values;            ///< per sample: its radiance, in m_shaded or m_resolved
     std::vector<float> m_clampScales;         ///< per sample; only if settings.clamp > 0
     // Buffers:
+    std::vector<std::unique_ptr<Sampling>> m_samplings; ///< in order of their first use
     std::vector<Rgb> m_resolved, m_componentValues;
 };
 

@@ -20,7 +20,8 @@ class MergedFrame {
     const LightFilm* lights() const { return m_lights ? &*m_lights : nullptr; }
     /// Writes the sum as a part. Throws Error of kind Output.
     void writePart(const std::filesystem::path& file) const;
-    /// Returns how many samples the pixels of the header's bounds lack in all.
+    /// Returns how many samples the pixels of the header's bounds lack in all, of those per pixel that the
+    /// header says.
     uint64_t missingSamples() const;
 
   private:

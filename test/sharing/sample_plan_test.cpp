@@ -1,0 +1,138 @@
+// More samples where noise is.
+#include "core/render/render.h"
+#include "support/render_text.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace strobe {
+namespace {
+
+/// A floor in uniform light in the left half of the image, and one below a fence of thin bars in the right.
+std::string makeScene(int samples) {
+    std::string text = R"(
+Film "image" "integer xresolution" 64 "integer yresolution" 32
+Sampler "sobol" "integer pixelsamples" )" +
+                       std::to_string(samples) + R"(
+Integrator "directlighting"
+Camera "orthographic" "float screenwindow" [-2 2 -1 1]
+WorldBegin
+LightSource "distant" "point3 from" [0 0 -1] "point3 to" [0 0 0] "rgb L" [1 1 1]
+Material "matte" "rgb Kd" [.5 .5 .5]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
+Material "matte" "rgb Kd" [0 0 0]
+)";
+    for (int i = 0; i < 20; ++i) {
+        const std::string x = std::to_string(0.05 + 0.1 * i), y = std::to_string(0.08 + 0.1 * i);
+        text += "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [" + x + " -9 2 " + y +
+                " -9 2 " + y + " 9 2 " + x + " 9 2]\n";
+    }
+    return text;
+}
+
+BuiltScene buildScene(const std::string& integrator, int samples) {
+    BuildOptions options;
+    options.integrator = integrator;
+    return test::build(makeScene(samples), options);
+}
+
+RenderSettings settingsFor(const BuiltScene& built, uint64_t seed = 0) {
+    RenderSettings settings;
+    settings.samplesPerPixel = built.sampler.samplesPerPixel;
+    settings.seed = seed;
+    return settings;
+}
+
+Film renderFilm(const BuiltScene& built, const RenderSettings& settings) {
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds, {Aov::Samples});
+    render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter, settings,
+           film);
+    return film;
+}
+
+TEST(SamplePlan, TakesMoreSamplesWhereNoiseIs) {
+    const Film film =
+        renderFilm(buildScene("adaptive-cache", 16), settingsFor(buildScene("adaptive-cache", 16)));
+    const std::vector<float>& samples = film.plane(Aov::Samples);
+    EXPECT_EQ(samples[8], 16);
+    EXPECT_GE(samples[48], 32);
+}
+
+TEST(SamplePlan, DoesNotDependOnTheSeed) {
+    const BuiltScene built = buildScene("adaptive-cache", 16);
+    EXPECT_EQ(renderFilm(built, settingsFor(built, 1)).plane(Aov::Samples),
+              renderFilm(built, settingsFor(built, 2)).plane(Aov::Samples));
+}
+
+/// The samples of a pixel are those of a render with as many samples per pixel.
+TEST(SamplePlan, PixelsEqualThoseOfARenderWithTheirNumberOfSamples) {
+    const BuiltScene built = buildScene("adaptive-cache", 16);
+    const Film film = renderFilm(built, settingsFor(built));
+    ASSERT_TRUE(film.records().note().starts_with("shares no light, more samples")) << film.records().note();
+    std::map<float, Image> images;
+    for (size_t i = 0; i < film.image().pixels.size(); ++i) {
+        const float samples = film.plane(Aov::Samples)[i];
+        if (!images.contains(samples)) {
+            const BuiltScene uniform = buildScene("supersample", int(samples));
+            images[samples] = renderFilm(uniform, settingsFor(uniform)).image();
+        }
+        ASSERT_EQ(film.image().pixels[i].x, images[samples].pixels[i].x) << i << ", " << samples;
+    }
+    EXPECT_GE(images.size(), 2u);
+}
+
+TEST(SamplePlan, SlicesAddUpToTheWhole) {
+    const BuiltScene built = buildScene("adaptive-cache", 16);
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    film.enableAccumulation();
+    for (const SampleSlice slice : {SampleSlice{0, 3}, {3, 11}, {11, 16}}) {
+        RenderSettings settings = settingsFor(built);
+        settings.slice = slice;
+        settings.tileSize = 5 + int(slice.first);
+        render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+               settings, film);
+    }
+    const Image whole = renderFilm(built, settingsFor(built)).image();
+    for (size_t i = 0; i < whole.pixels.size(); ++i)
+        ASSERT_EQ(film.image().pixels[i].x, whole.pixels[i].x) << i;
+}
+
+/// z-test of the sum of the image against supersample.
+TEST(SamplePlan, IsUnbiased) {
+    const auto sums = [](const char* integrator) {
+        const BuiltScene built = buildScene(integrator, 4);
+        double sum = 0, squares = 0;
+        constexpr int kSeeds = 32;
+        for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+            const Film film = renderFilm(built, settingsFor(built, seed));
+            double total = 0;
+            for (const Rgb& pixel : film.image().pixels)
+                total += double(pixel.x);
+            sum += total / kSeeds;
+            squares += total * total / kSeeds;
+        }
+        return std::pair(sum, (squares - sum * sum) / (kSeeds - 1));
+    };
+    const auto [adaptive, adaptiveVariance] = sums("adaptive-cache");
+    const auto [plain, plainVariance] = sums("supersample");
+    EXPECT_LT(adaptiveVariance, plainVariance);
+    EXPECT_LT(std::abs(adaptive - plain), 4 * std::sqrt(adaptiveVariance + plainVariance));
+}
+
+TEST(SampleFactors, AreThoseOfBlocks) {
+    SampleFactors factors({2, 3, 12, 9}, 4);
+    EXPECT_EQ(factors.columns(), 3);
+    EXPECT_EQ(factors.rows(), 2);
+    factors.factors() = {1, 2, 4, 8, 0, 1};
+    EXPECT_EQ(factors.at(2, 3), 1u);
+    EXPECT_EQ(factors.at(6, 6), 2u);
+    EXPECT_EQ(factors.at(5, 7), 8u);
+    EXPECT_EQ(factors.at(11, 8), 1u);
+    EXPECT_EQ(factors.at(1, 3), 1u) << "outside";
+    EXPECT_EQ(factors.in({2, 3, 12, 9}), (std::vector<uint32_t>{1, 2, 4, 8}));
+    EXPECT_EQ(factors.in({6, 7, 8, 9}), std::vector<uint32_t>{}) << "left out";
+}
+
+} // namespace
+} // namespace strobe
