@@ -19,9 +19,9 @@ const ParamDef<float> kCellSize{"cellsize", 3, "edge of the cells that sum light
 const ParamDef<std::string> kShare{"share", "auto",
                                    "light to share: auto (as a pilot decides), direct, indirect or both"};
 
-const ParamDef<std::string> kSamples{"samples", "adaptive",
-                                     "samples per pixel: adaptive (up to 16 times as many where a pilot "
-                                     "finds noise) or uniform"};
+const ParamDef<std::string> kSampling{"sampling", "adaptive",
+                                      "samples per pixel: adaptive (up to 16 times as many where a pilot "
+                                      "finds noise) or uniform"};
 
 /// The parts of the light that the user chose; none: auto.
 using ChosenParts = std::optional<LightParts>;
@@ -125,7 +125,7 @@ class AdaptiveCache : public Integrator {
                                                                               {"direct", LightParts(1)},
                                                                               {"indirect", LightParts(2)},
                                                                               {"both", LightParts::all()}})),
-          m_adaptsSamples(parseWord<bool>(params, kSamples, {{"adaptive", true}, {"uniform", false}})) {}
+          m_adaptsSamples(parseWord<bool>(params, kSampling, {{"adaptive", true}, {"uniform", false}})) {}
     /// Estimates use samples up to some tens of pixels away, at any time; larger cells where a lens or motion
     /// spreads the samples of a pixel have no bound.
     BiasBound biasBound(const Scene& scene) const override {
@@ -154,7 +154,7 @@ IntegratorPlugin adaptiveCachePlugin() {
     return {"adaptive-cache",
             "one shade per visibility sample; light is mixed with estimates from nearby samples on the "
             "same surface, weighted by their measured errors",
-            {kCellSize, kShare, kSamples},
+            {kCellSize, kShare, kSampling},
             [](const ParamSet& params, const BuildContext&) {
                 return std::make_shared<const AdaptiveCache>(params);
             }};

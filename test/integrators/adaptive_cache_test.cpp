@@ -64,7 +64,7 @@ Material "mirror"
 Translate 0 1 0
 Shape "sphere" "float radius" 1
 )";
-    const auto adaptive = render(test::buildWith("adaptive-cache", scene, {"samples=uniform"}));
+    const auto adaptive = render(test::buildWith("adaptive-cache", scene, {"sampling=uniform"}));
     EXPECT_TRUE(haveEqualBits(adaptive.image, render(test::buildWith("supersample", scene)).image));
     EXPECT_EQ(adaptive.stats.integratorNote, "shares no light: equals supersample");
 }
@@ -213,7 +213,8 @@ TEST(AdaptiveCache, ReducesTheError) {
 TEST(AdaptiveCache, KeepsTheSumOfTheImage) {
     std::string scene = makeScene(16, "path");
     scene.replace(scene.find("Translate 1.2 2.6 0"), 19, "Translate 1.2 2.6 -7");
-    const Image a = render(test::buildWith("adaptive-cache", scene, {"share=both", "samples=uniform"})).image;
+    const Image a =
+        render(test::buildWith("adaptive-cache", scene, {"share=both", "sampling=uniform"})).image;
     const Image b = render(test::buildWith("supersample", scene)).image;
     EXPECT_FALSE(haveEqualBits(a, b));
     double sums[2] = {};
@@ -249,7 +250,7 @@ TEST(AdaptiveCache, PassesKeepTheSumOfTheImage) {
     const auto sumOf = [&](const char* integrator) {
         std::vector<std::string> defines;
         if (std::string(integrator) == "adaptive-cache")
-            defines = {"samples=uniform"};
+            defines = {"sampling=uniform"};
         const BuiltScene built = test::buildWith(integrator, scene, defines);
         double sum = 0;
         for (const Rgb& pixel : renderInPasses(built, 3).pixels)

@@ -118,15 +118,16 @@ void drawColorBar(Image& image, int top, const Scale& scale) {
     }
 }
 
-/// Returns the scale of a layer: of counts, up to the samples per pixel; of values without a natural limit,
-/// up to the largest one.
+/// Returns the scale of a layer: of counts, up to the samples per pixel or to the largest count; of values
+/// without a natural limit, up to the largest one.
 Scale scaleOf(const Film& film, Aov layer, int samplesPerPixel) {
-    if (layer == Aov::Shades || layer == Aov::Samples)
-        return {true, float(std::max(samplesPerPixel, 2))};
-    if (layer != Aov::SharedWidth && layer != Aov::SharedError)
+    const bool isCount = layer == Aov::Shades || layer == Aov::Samples;
+    if (!isCount && layer != Aov::SharedWidth && layer != Aov::SharedError)
         return {false, 1};
     const std::vector<float>& plane = film.plane(layer);
     const float largest = *std::max_element(plane.begin(), plane.end());
+    if (isCount)
+        return {true, std::max(largest, float(std::max(samplesPerPixel, 2)))};
     return {false, largest > 0 ? largest : 1};
 }
 
