@@ -22,31 +22,42 @@ constexpr double kMaxTime = 2;
 constexpr double kPilotShare = 0.02;
 /// Sharing leaves about this part of the variance of light that is shared.
 constexpr double kSharedNoise = 0.3;
-/// The cost of a sample without a first vertex relative to that of others.
-constexpr double kMissCost = 0.15;
+/// The time of a sample whose path has no first vertex, in units of a ray.
+constexpr double kMissTime = 0.3;
 
-/// The samples of the pilot in a block.
+/// The samples of one half of the pilot in a block.
 struct BlockNoise {
     double pairs = 0;
     double vertices = 0; ///< samples with a first vertex
-    double radiance = 0; ///< sum over the samples, clipped; mean of the channels
-    /// The variances of a sample, summed over the pairs, of light that is not shared, and of all light.
-    double rest = 0, all = 0;
+    double radiance = 0; ///< sum over the samples, clipped to 1; mean of the channels
+    /// The variances of a sample, summed over the pairs: of light that is not shared, clipped to the number
+    /// of samples of a pixel, and not clipped; and of all light, clipped to 1.
+    double rest = 0, rawRest = 0, all = 0;
 };
 
-Rgb clipped(const Rgb& c) { return {std::min(c.x, 1.f), std::min(c.y, 1.f), std::min(c.z, 1.f)}; }
+/// What the pilot finds.
+struct PilotNoise {
+    std::vector<BlockNoise> halves[kHalves]; ///< by block: of every other pair each
+    std::vector<double> rays;                ///< by block: mean of a sample with a first vertex
+};
 
+Rgb clipped(const Rgb& c, float limit) {
+    return {std::min(c.x, limit), std::min(c.y, limit), std::min(c.z, limit)};
+}
+
+/// Returns the variance of a sample that two samples show, mean of the channels.
 double varianceOf(const Rgb& a, const Rgb& b) {
-    const Rgb d = clipped(a) - clipped(b);
+    const Rgb d = a - b;
     return double(d.x * d.x + d.y * d.y + d.z * d.z) / 6;
 }
 
 /// Shades all samples and measures the noise of blocks.
 class PairWorker : public IntegratorWorker {
   public:
-    PairWorker(const Scene& scene, LightParts shared, const SampleFactors& blocks,
-               std::vector<BlockNoise>& noise)
-        : m_scene(scene), m_shared(shared), m_blocks(blocks), m_noise(noise) {}
+    /// `limit`: to which light that is not shared is clipped.
+    PairWorker(const Scene& scene, LightParts shared, float limit, const SampleFactors& blocks,
+               PilotNoise& noise)
+        : m_scene(scene), m_shared(shared), m_limit(limit), m_blocks(blocks), m_noise(noise) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
         requestForEach(m_scene, batch, requests);
     }
@@ -57,40 +68,47 @@ class PairWorker : public IntegratorWorker {
     void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                  std::span<const FirstVertex> vertices) override {
         for (size_t p = 0; p < batch.pixels.size(); ++p) {
-            BlockNoise& noise = m_noise[m_blocks.blockOf(batch.pixels[p].x, batch.pixels[p].y)];
-            Rgb all[kPair], rest[kPair];
-            for (size_t k = 0; k < kPair; ++k) {
-                const size_t i = kPair * p + k;
-                all[k] = radiance[i];
-                rest[k] = radiance[i];
-                if (m_shared.has(LightPart::Direct))
-                    rest[k] -= vertices[i].direct;
-                if (m_shared.has(LightPart::Indirect))
-                    rest[k] -= vertices[i].indirect;
-                const Rgb c = clipped(all[k]);
-                noise.radiance += double(c.x + c.y + c.z) / 3;
-                noise.vertices += bool(vertices[i].hit);
-            }
-            noise.all += varianceOf(all[0], all[1]);
-            noise.rest += varianceOf(rest[0], rest[1]);
-            ++noise.pairs;
+            const size_t block = m_blocks.blockOf(batch.pixels[p].x, batch.pixels[p].y);
+            const bool isSecond = m_noise.halves[0][block].pairs > m_noise.halves[1][block].pairs;
+            addPair(&radiance[kPair * p], &vertices[kPair * p], m_noise.halves[isSecond][block]);
         }
     }
 
   private:
+    void addPair(const Rgb* radiance, const FirstVertex* vertices, BlockNoise& noise) const {
+        Rgb rest[kPair];
+        for (int k = 0; k < kPair; ++k) {
+            rest[k] = radiance[k];
+            if (m_shared.has(LightPart::Direct))
+                rest[k] -= vertices[k].direct;
+            if (m_shared.has(LightPart::Indirect))
+                rest[k] -= vertices[k].indirect;
+            const Rgb c = clipped(radiance[k], 1);
+            noise.radiance += double(c.x + c.y + c.z) / 3;
+            noise.vertices += bool(vertices[k].hit);
+        }
+        noise.all += varianceOf(clipped(radiance[0], 1), clipped(radiance[1], 1));
+        noise.rest += varianceOf(clipped(rest[0], m_limit), clipped(rest[1], m_limit));
+        noise.rawRest += varianceOf(rest[0], rest[1]);
+        ++noise.pairs;
+    }
+
     const Scene& m_scene;
     const LightParts m_shared;
+    const float m_limit;
     const SampleFactors& m_blocks;
-    std::vector<BlockNoise>& m_noise;
+    PilotNoise& m_noise;
 };
 
 class PairState : public IntegratorState {
   public:
-    PairState(const Scene& scene, LightParts shared, const SampleFactors& pixels, const SampleFactors& blocks,
-              std::vector<BlockNoise>& noise)
-        : m_scene(scene), m_shared(shared), m_pixels(pixels), m_blocks(blocks), m_noise(noise) {}
+    /// `pixels`: factors of 1 and 0.
+    PairState(const Scene& scene, LightParts shared, float limit, const SampleFactors& pixels,
+              const SampleFactors& blocks, PilotNoise& noise)
+        : m_scene(scene), m_shared(shared), m_limit(limit), m_pixels(pixels), m_blocks(blocks),
+          m_noise(noise) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<PairWorker>(m_scene, m_shared, m_blocks, m_noise);
+        return std::make_unique<PairWorker>(m_scene, m_shared, m_limit, m_blocks, m_noise);
     }
     const SampleFactors* sampleFactors() const override { return &m_pixels; }
     bool observes() const override { return true; }
@@ -98,8 +116,9 @@ class PairState : public IntegratorState {
   private:
     const Scene& m_scene;
     const LightParts m_shared;
+    const float m_limit;
     const SampleFactors &m_pixels, &m_blocks;
-    std::vector<BlockNoise>& m_noise;
+    PilotNoise& m_noise;
 };
 
 /// Returns the position of a pixel in the order of a Bayer matrix, whose first pixels are spread evenly over
@@ -125,57 +144,101 @@ SampleFactors choosePixels(const SampleFactors& blocks, int perBlock) {
     return out;
 }
 
-std::vector<BlockNoise> measureNoise(const Scene& scene, const RenderContext& context, LightParts shared,
-                                     const SampleFactors& blocks, int pixelsPerBlock) {
+/// Sets the rays of the samples with a first vertex in a tile. All rays of reflections count as theirs.
+void setRays(const Counters& counters, const PixelBounds& tile, const SampleFactors& blocks,
+             PilotNoise& noise) {
+    std::vector<size_t> ofTile;
+    double vertices = 0;
+    for (int y = tile.y0; y < tile.y1; y += kBlockSize)
+        for (int x = tile.x0; x < tile.x1; x += kBlockSize) {
+            ofTile.push_back(blocks.blockOf(x, y));
+            for (const auto& half : noise.halves)
+                vertices += half[ofTile.back()].vertices;
+        }
+    const double rays = 1 + double(counters.rays() - counters.visibilitySamples) / std::max(vertices, 1.);
+    for (const size_t block : ofTile)
+        noise.rays[block] = rays;
+}
+
+/// Renders the pilot, tile by tile.
+PilotNoise measureNoise(const Scene& scene, const RenderContext& context, LightParts shared, float limit,
+                        const SampleFactors& blocks, int pixelsPerBlock) {
     const SampleFactors pixels = choosePixels(blocks, pixelsPerBlock);
-    std::vector<BlockNoise> noise(blocks.factors().size());
+    PilotNoise noise;
+    for (auto& half : noise.halves)
+        half.resize(blocks.factors().size());
+    noise.rays.resize(blocks.factors().size());
     const PixelBounds& bounds = blocks.bounds();
     const int columns = (bounds.width() + kTileSize - 1) / kTileSize,
               rows = (bounds.height() + kTileSize - 1) / kTileSize;
     parallelFor(size_t(columns) * size_t(rows), [&](size_t i) {
         const int x = bounds.x0 + kTileSize * int(i % size_t(columns)),
                   y = bounds.y0 + kTileSize * int(i / size_t(columns));
-        Film film(bounds.x1, bounds.y1,
-                  {x, y, std::min(x + kTileSize, bounds.x1), std::min(y + kTileSize, bounds.y1)});
-        PairState pilot(scene, shared, pixels, blocks, noise);
-        context.renderPilot(pilot, film, kPair, kSeed);
+        const PixelBounds tile{x, y, std::min(x + kTileSize, bounds.x1), std::min(y + kTileSize, bounds.y1)};
+        Film film(bounds.x1, bounds.y1, tile);
+        PairState pilot(scene, shared, limit, pixels, blocks, noise);
+        const Counters counters = context.renderPilot(pilot, film, kPair, kSeed);
+        setRays(counters, tile, blocks, noise);
     });
     return noise;
 }
 
-/// The squared error and the time of a block per sample of its pixels.
+/// The squared error and the time of a block per sample of its pixels. Errors are those of clipped radiance.
 struct BlockCost {
-    double error, time;
+    double error = 0, time = 0;
+    double rawError = 0; ///< of radiance that is not clipped
     /// Neyman allocation: the number of samples is in proportion to this.
-    double density() const { return std::sqrt(error / time); }
+    double density() const { return time > 0 ? std::sqrt(error / time) : 0; }
+    void add(const BlockCost& other, double weight) {
+        error += weight * other.error;
+        time += weight * other.time;
+        rawError += weight * other.rawError;
+    }
 };
 
-/// Returns the errors and the times of blocks, averaged with those of their neighbors.
-std::vector<BlockCost> blockCosts(const SampleFactors& blocks, const std::vector<BlockNoise>& noise) {
+/// Returns the cost of a block that has the samples of both `a` and `b`. `rays`: see PilotNoise.
+BlockCost costOf(const BlockNoise& a, const BlockNoise& b, double rays) {
     constexpr double kDark = 0.1;
-    std::vector<BlockCost> raw, out;
-    for (const BlockNoise& block : noise) {
-        const double pairs = std::max(block.pairs, 1.), samples = kPair * pairs;
-        const double variance = (block.rest + kSharedNoise * block.all) / pairs;
-        raw.push_back({variance / (block.radiance / samples + kDark),
-                       kMissCost + (1 - kMissCost) * block.vertices / samples});
-    }
-    for (int y = 0; y < blocks.rows(); ++y)
-        for (int x = 0; x < blocks.columns(); ++x) {
-            BlockCost sum{0, 0};
+    const double pairs = std::max(a.pairs + b.pairs, 1.), samples = kPair * pairs;
+    const double vertices = (a.vertices + b.vertices) / samples;
+    const double weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
+    const double all = kSharedNoise * (a.all + b.all);
+    return {weight * (a.rest + b.rest + all), kMissTime * (1 - vertices) + rays * vertices,
+            weight * (a.rawRest + b.rawRest + all)};
+}
+
+/// Returns the means of the costs of blocks and of their neighbors.
+std::vector<BlockCost> smoothed(const std::vector<BlockCost>& costs, int columns, int rows) {
+    std::vector<BlockCost> out(costs.size());
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            BlockCost sum;
             double weights = 0;
-            for (int v = std::max(y - 1, 0); v <= std::min(y + 1, blocks.rows() - 1); ++v)
-                for (int u = std::max(x - 1, 0); u <= std::min(x + 1, blocks.columns() - 1); ++u) {
+            for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
+                for (int u = std::max(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u) {
                     const double weight = (u == x ? 2 : 1) * (v == y ? 2 : 1);
-                    const BlockCost& cost = raw[size_t(v) * size_t(blocks.columns()) + size_t(u)];
-                    sum.error += weight * cost.error;
-                    sum.time += weight * cost.time;
+                    sum.add(costs[size_t(v) * size_t(columns) + size_t(u)], weight);
                     weights += weight;
                 }
-            out.push_back({sum.error / weights, sum.time / weights});
+            out[size_t(y) * size_t(columns) + size_t(x)].add(sum, 1 / weights);
         }
     return out;
 }
+
+/// The costs of all blocks: by each half of the pilot, and by the whole.
+struct PilotCosts {
+    std::vector<BlockCost> halves[kHalves], whole;
+    PilotCosts(const SampleFactors& blocks, const PilotNoise& noise) {
+        for (size_t i = 0; i < noise.rays.size(); ++i) {
+            const BlockNoise &a = noise.halves[0][i], &b = noise.halves[1][i];
+            halves[0].push_back(costOf(a, {}, noise.rays[i]));
+            halves[1].push_back(costOf(b, {}, noise.rays[i]));
+            whole.push_back(costOf(a, b, noise.rays[i]));
+        }
+        for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
+            *costs = smoothed(*costs, blocks.columns(), blocks.rows());
+    }
+};
 
 /// Returns the power of two next to a factor.
 uint32_t roundedFactor(double factor) {
@@ -183,26 +246,33 @@ uint32_t roundedFactor(double factor) {
     return 1u << int(std::lround(std::log2(limited)));
 }
 
-/// Returns the product of error and time with factors of `scale` times the density; infinity if the time is
-/// more than kMaxTime times that of factors of 1.
-double productFor(const std::vector<BlockCost>& costs, double scale) {
-    double error = 0, time = 0, leastTime = 0;
-    for (const BlockCost& block : costs) {
-        const double factor = roundedFactor(scale * block.density());
-        error += block.error / factor;
-        time += block.time * factor;
-        leastTime += block.time;
-    }
-    return time <= kMaxTime * leastTime ? error * time : INFINITY;
+/// Returns the product of error and time with factors of `scale` times the density. One half of the pilot
+/// gives the factors and the other one the errors: noise of the pilot does not look like a gain. Returns
+/// infinity if the time is more than kMaxTime times that of factors of 1, or if the product grows for
+/// radiance that is not clipped: if rare bright samples are elsewhere.
+double productFor(const PilotCosts& costs, double scale) {
+    double error = 0, rawError = 0, time = 0, leastTime = 0, mostRawError = 0;
+    for (int half = 0; half < kHalves; ++half)
+        for (size_t i = 0; i < costs.whole.size(); ++i) {
+            const BlockCost& other = costs.halves[1 - half][i];
+            const double factor = roundedFactor(scale * costs.halves[half][i].density());
+            error += other.error / factor;
+            rawError += other.rawError / factor;
+            time += costs.whole[i].time * factor;
+            leastTime += costs.whole[i].time;
+            mostRawError += other.rawError;
+        }
+    const bool isAllowed = time <= kMaxTime * leastTime && rawError * time <= mostRawError * leastTime;
+    return isAllowed ? error * time : INFINITY;
 }
 
 /// Returns the scale of the densities that leaves about the least product of error and time; 0 if that gains
-/// little.
-double findScale(const std::vector<BlockCost>& costs) {
-    constexpr double kMinGain = 1.05, kNearlyLeast = 1.03, kStep = 1.25;
+/// less than a factor of minGain.
+double findScale(const PilotCosts& costs, double minGain) {
+    constexpr double kNearlyLeast = 1.03, kStep = 1.25;
     constexpr double kMaxScale = 64; // in units of the inverse of the largest density
     double largest = 0;
-    for (const BlockCost& block : costs)
+    for (const BlockCost& block : costs.whole)
         largest = std::max(largest, block.density());
     if (largest == 0)
         return 0;
@@ -210,7 +280,7 @@ double findScale(const std::vector<BlockCost>& costs) {
     for (double scale = 1 / largest; scale * largest < kMaxScale; scale *= kStep)
         products.emplace_back(productFor(costs, scale), scale);
     const double least = std::min_element(products.begin(), products.end())->first;
-    if (least * kMinGain > productFor(costs, 0))
+    if (least * minGain > productFor(costs, 0))
         return 0;
     return std::find_if(products.begin(), products.end(),
                         [&](const auto& p) { return p.first <= kNearlyLeast * least; })
@@ -223,19 +293,23 @@ std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext
                                          LightParts shared) {
     constexpr double kPassSamples = 16;            // of passes, whose number is not known
     constexpr int kMinSamples = 4, kMinPixels = 4; // fewer samples are not worth a pilot
+    // Where no light is shared, small gains are those of squared errors only: structural errors grow, as they
+    // count all blocks alike (measured).
+    constexpr double kMinGain = 1.05, kMinGainAlone = 1.6;
     const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
     if (samples < kMinSamples || samples * kMaxFactor > PixelAccumulator::kMaxSamples)
         return {};
     SampleFactors blocks(context.pilotBounds, kBlockSize);
     const int pixels =
         std::clamp(int(kPilotShare * samples * kPixelsPerBlock / kPair), kMinPixels, kPixelsPerBlock);
-    const std::vector<BlockNoise> noise = measureNoise(scene, context, shared, blocks, pixels);
-    const std::vector<BlockCost> costs = blockCosts(blocks, noise);
-    const double scale = findScale(costs);
+    // A sample in a pixel of n samples adds up to 1 to the clipped radiance of the pixel if it is n.
+    const PilotNoise noise = measureNoise(scene, context, shared, float(samples), blocks, pixels);
+    const PilotCosts costs(blocks, noise);
+    const double scale = findScale(costs, shared.isEmpty() ? kMinGainAlone : kMinGain);
     if (scale == 0)
         return {};
-    for (size_t i = 0; i < costs.size(); ++i)
-        blocks.factors()[i] = roundedFactor(scale * costs[i].density());
+    for (size_t i = 0; i < costs.whole.size(); ++i)
+        blocks.factors()[i] = roundedFactor(scale * costs.whole[i].density());
     return blocks;
 }
 
