@@ -83,6 +83,8 @@ class PairWorker : public IntegratorWorker {
                 rest[k] -= vertices[k].direct;
             if (m_shared.has(LightPart::Indirect))
                 rest[k] -= vertices[k].indirect;
+            if (!m_shared.isEmpty())
+                rest[k] -= vertices[k].emitted; // its noise is EmissionRefinement's task
             const Rgb c = clipped(radiance[k], 1);
             noise.radiance += double(c.x + c.y + c.z) / 3;
             noise.vertices += bool(vertices[k].hit);
