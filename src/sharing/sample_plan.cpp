@@ -20,8 +20,9 @@ constexpr uint32_t kMaxFactor = 16;
 constexpr double kMaxTime = 2;
 /// The samples of the pilot relative to those of the render.
 constexpr double kPilotShare = 0.02;
-/// Sharing leaves about this part of the variance of light that is shared.
-constexpr double kSharedNoise = 0.3;
+/// Sharing leaves about this part of the variance of indirect light. It hardly depends on the number of
+/// samples, while that of direct light falls with it, shared or not (measured).
+constexpr double kSharedNoise = 0.03;
 /// The time of a sample whose path has no first vertex, in units of a ray.
 constexpr double kMissTime = 0.3;
 
@@ -30,9 +31,10 @@ struct BlockNoise {
     double pairs = 0;
     double vertices = 0; ///< samples with a first vertex
     double radiance = 0; ///< sum over the samples, clipped to 1; mean of the channels
-    /// The variances of a sample, summed over the pairs: of light that is not shared, clipped to the number
-    /// of samples of a pixel, and not clipped; and of all light, clipped to 1.
-    double rest = 0, rawRest = 0, all = 0;
+    /// The variances of a sample, summed over the pairs: of all but shared indirect light, clipped to the
+    /// number of samples of a pixel, and not clipped; and what sharing leaves of that of indirect light,
+    /// clipped to 1.
+    double rest = 0, rawRest = 0, shared = 0;
 };
 
 /// What the pilot finds.
@@ -54,7 +56,7 @@ double varianceOf(const Rgb& a, const Rgb& b) {
 /// Shades all samples and measures the noise of blocks.
 class PairWorker : public IntegratorWorker {
   public:
-    /// `limit`: to which light that is not shared is clipped.
+    /// `limit`: to which all but shared indirect light is clipped.
     PairWorker(const Scene& scene, LightParts shared, float limit, const SampleFactors& blocks,
                PilotNoise& noise)
         : m_scene(scene), m_shared(shared), m_limit(limit), m_blocks(blocks), m_noise(noise) {}
@@ -79,8 +81,6 @@ class PairWorker : public IntegratorWorker {
         Rgb rest[kPair];
         for (int k = 0; k < kPair; ++k) {
             rest[k] = radiance[k];
-            if (m_shared.has(LightPart::Direct))
-                rest[k] -= vertices[k].direct;
             if (m_shared.has(LightPart::Indirect))
                 rest[k] -= vertices[k].indirect;
             if (!m_shared.isEmpty())
@@ -89,7 +89,9 @@ class PairWorker : public IntegratorWorker {
             noise.radiance += double(c.x + c.y + c.z) / 3;
             noise.vertices += bool(vertices[k].hit);
         }
-        noise.all += varianceOf(clipped(radiance[0], 1), clipped(radiance[1], 1));
+        if (!m_shared.isEmpty())
+            noise.shared += kSharedNoise *
+                            varianceOf(clipped(radiance[0] - rest[0], 1), clipped(radiance[1] - rest[1], 1));
         noise.rest += varianceOf(clipped(rest[0], m_limit), clipped(rest[1], m_limit));
         noise.rawRest += varianceOf(rest[0], rest[1]);
         ++noise.pairs;
@@ -185,16 +187,19 @@ PilotNoise measureNoise(const Scene& scene, const RenderContext& context, LightP
     return noise;
 }
 
-/// The squared error and the time of a block per sample of its pixels. Errors are those of clipped radiance.
+/// The squared errors and the time of a block per sample of its pixels.
 struct BlockCost {
-    double error = 0, time = 0;
-    double rawError = 0; ///< of radiance that is not clipped
+    double error = 0;    ///< of all but shared indirect light; clipped
+    double rawError = 0; ///< not clipped
+    double shared = 0;   ///< of shared indirect light
+    double time = 0;
     /// Neyman allocation: the number of samples is in proportion to this.
     double density() const { return time > 0 ? std::sqrt(error / time) : 0; }
     void add(const BlockCost& other, double weight) {
         error += weight * other.error;
-        time += weight * other.time;
         rawError += weight * other.rawError;
+        shared += weight * other.shared;
+        time += weight * other.time;
     }
 };
 
@@ -204,9 +209,8 @@ BlockCost costOf(const BlockNoise& a, const BlockNoise& b, double rays) {
     const double pairs = std::max(a.pairs + b.pairs, 1.), samples = kPair * pairs;
     const double vertices = (a.vertices + b.vertices) / samples;
     const double weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
-    const double all = kSharedNoise * (a.all + b.all);
-    return {weight * (a.rest + b.rest + all), kMissTime * (1 - vertices) + rays * vertices,
-            weight * (a.rawRest + b.rawRest + all)};
+    return {weight * (a.rest + b.rest), weight * (a.rawRest + b.rawRest), weight * (a.shared + b.shared),
+            kMissTime * (1 - vertices) + rays * vertices};
 }
 
 /// Returns the means of the costs of blocks and of their neighbors.
@@ -258,11 +262,11 @@ double productFor(const PilotCosts& costs, double scale) {
         for (size_t i = 0; i < costs.whole.size(); ++i) {
             const BlockCost& other = costs.halves[1 - half][i];
             const double factor = roundedFactor(scale * costs.halves[half][i].density());
-            error += other.error / factor;
-            rawError += other.rawError / factor;
+            error += other.error / factor + other.shared;
+            rawError += other.rawError / factor + other.shared;
             time += costs.whole[i].time * factor;
             leastTime += costs.whole[i].time;
-            mostRawError += other.rawError;
+            mostRawError += other.rawError + other.shared;
         }
     const bool isAllowed = time <= kMaxTime * leastTime && rawError * time <= mostRawError * leastTime;
     return isAllowed ? error * time : INFINITY;

@@ -1,4 +1,4 @@
-// More samples where the light that is not shared is noisy.
+// More samples where the light is noisy that does not become smooth by sharing.
 #pragma once
 
 #include "core/render/integrator.h"
@@ -9,9 +9,9 @@
 namespace strobe {
 
 /// Returns the factors of the numbers of samples, by blocks of pixels, that minimize the product of error and
-/// time; none, if that gains little. The factors are powers of two from 1 on, and at most double the time of
-/// the render. A pilot of about 2 % of the samples measures the variances of blocks: of radiance clipped to
-/// 1, relative to the radiance, of all light and once more of that which is not shared.
+/// time (Neyman allocation); none, if that gains little. The factors are powers of two from 1 on, and at most
+/// double the time of the render. A pilot of about 2 % of the samples measures the variances of blocks,
+/// relative to their radiance, of all but shared indirect light.
 ///
 /// The factors depend on the scene, on context.pilotBounds and on the number of samples, but not on the seed
 /// or on slices of the samples. Therefore they do not bias the result.
