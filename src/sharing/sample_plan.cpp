@@ -299,9 +299,9 @@ std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext
                                          LightParts shared) {
     constexpr double kPassSamples = 16;            // of passes, whose number is not known
     constexpr int kMinSamples = 4, kMinPixels = 4; // fewer samples are not worth a pilot
-    // Where no light is shared, small gains are those of squared errors only: structural errors grow, as they
-    // count all blocks alike (measured).
-    constexpr double kMinGain = 1.05, kMinGainAlone = 1.6;
+    // Small gains are those of squared errors only: structural errors grow, as they count all blocks alike,
+    // most where no light is shared (measured).
+    constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
     const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
     if (samples < kMinSamples || samples * kMaxFactor > PixelAccumulator::kMaxSamples)
         return {};
