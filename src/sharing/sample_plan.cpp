@@ -11,11 +11,11 @@ namespace strobe {
 namespace {
 
 constexpr uint64_t kSeed = 0x73616d706c6573;
-constexpr int kBlockSize = 8, kTileSize = 64, kPixelsPerBlock = kBlockSize * kBlockSize;
+constexpr int kBlockSize = 8, kTileSize = 128, kPixelsPerBlock = kBlockSize * kBlockSize;
 static_assert(kTileSize % kBlockSize == 0, "a block belongs to one tile");
 /// The samples of a pixel of the pilot: their difference shows the variance.
 constexpr int kPair = 2;
-constexpr uint32_t kMaxFactor = 16;
+constexpr int kMaxExponent = 4; ///< of the factors, which are powers of two
 /// The largest time of the render relative to that with factors of 1.
 constexpr double kMaxTime = 2;
 /// The samples of the pilot relative to those of the render.
@@ -78,6 +78,9 @@ class PairWorker : public IntegratorWorker {
 
   private:
     void addPair(const Rgb* radiance, const FirstVertex* vertices, BlockNoise& noise) const {
+        const Rgb sum = radiance[0] + radiance[1];
+        if (!std::isfinite(sum.x + sum.y + sum.z))
+            return; // the film leaves invalid samples out, too
         Rgb rest[kPair];
         for (int k = 0; k < kPair; ++k) {
             rest[k] = radiance[k];
@@ -138,13 +141,17 @@ int bayerRank(int x, int y) {
 SampleFactors choosePixels(const SampleFactors& blocks, int perBlock) {
     SampleFactors out(blocks.bounds(), 1);
     const PixelBounds& bounds = blocks.bounds();
-    for (int y = bounds.y0; y < bounds.y1; ++y)
-        for (int x = bounds.x0; x < bounds.x1; ++x) {
-            const uint64_t scramble = hashOf(kSeed, blocks.blockOf(x, y));
-            const int u = ((x - bounds.x0) ^ int(scramble)) & (kBlockSize - 1),
-                      v = ((y - bounds.y0) ^ int(scramble >> 8)) & (kBlockSize - 1);
-            out.factors()[out.blockOf(x, y)] = bayerRank(u, v) < perBlock;
-        }
+    for (size_t block = 0; block < blocks.factors().size(); ++block) {
+        const uint64_t scramble = hashOf(kSeed, block);
+        const int x0 = bounds.x0 + kBlockSize * int(block % size_t(blocks.columns())),
+                  y0 = bounds.y0 + kBlockSize * int(block / size_t(blocks.columns()));
+        for (int y = y0; y < std::min(y0 + kBlockSize, bounds.y1); ++y)
+            for (int x = x0; x < std::min(x0 + kBlockSize, bounds.x1); ++x) {
+                const int u = ((x - x0) ^ int(scramble)) & (kBlockSize - 1),
+                          v = ((y - y0) ^ int(scramble >> 8)) & (kBlockSize - 1);
+                out.factors()[out.blockOf(x, y)] = bayerRank(u, v) < perBlock;
+            }
+    }
     return out;
 }
 
@@ -193,8 +200,9 @@ struct BlockCost {
     double rawError = 0; ///< not clipped
     double shared = 0;   ///< of shared indirect light
     double time = 0;
-    /// Neyman allocation: the number of samples is in proportion to this.
-    double density() const { return time > 0 ? std::sqrt(error / time) : 0; }
+    /// The binary logarithm of the density of samples, the root of the error over the time (Neyman
+    /// allocation); -infinity without an error.
+    double logDensity = -INFINITY;
     void add(const BlockCost& other, double weight) {
         error += weight * other.error;
         rawError += weight * other.rawError;
@@ -209,11 +217,15 @@ BlockCost costOf(const BlockNoise& a, const BlockNoise& b, double rays) {
     const double pairs = std::max(a.pairs + b.pairs, 1.), samples = kPair * pairs;
     const double vertices = (a.vertices + b.vertices) / samples;
     const double weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
-    return {weight * (a.rest + b.rest), weight * (a.rawRest + b.rawRest), weight * (a.shared + b.shared),
-            kMissTime * (1 - vertices) + rays * vertices};
+    BlockCost cost;
+    cost.error = weight * (a.rest + b.rest);
+    cost.rawError = weight * (a.rawRest + b.rawRest);
+    cost.shared = weight * (a.shared + b.shared);
+    cost.time = kMissTime * (1 - vertices) + rays * vertices;
+    return cost;
 }
 
-/// Returns the means of the costs of blocks and of their neighbors.
+/// Returns the means of the costs of blocks and of their neighbors, with their densities.
 std::vector<BlockCost> smoothed(const std::vector<BlockCost>& costs, int columns, int rows) {
     std::vector<BlockCost> out(costs.size());
     for (int y = 0; y < rows; ++y)
@@ -226,7 +238,10 @@ std::vector<BlockCost> smoothed(const std::vector<BlockCost>& costs, int columns
                     sum.add(costs[size_t(v) * size_t(columns) + size_t(u)], weight);
                     weights += weight;
                 }
-            out[size_t(y) * size_t(columns) + size_t(x)].add(sum, 1 / weights);
+            BlockCost& mean = out[size_t(y) * size_t(columns) + size_t(x)];
+            mean.add(sum, 1 / weights);
+            if (mean.error > 0)
+                mean.logDensity = std::log2(mean.error / mean.time) / 2;
         }
     return out;
 }
@@ -246,22 +261,21 @@ struct PilotCosts {
     }
 };
 
-/// Returns the power of two next to a factor.
-uint32_t roundedFactor(double factor) {
-    const double limited = std::clamp(factor, 1., double(kMaxFactor));
-    return 1u << int(std::lround(std::log2(limited)));
+/// Returns the power of two next to a factor, given its binary logarithm.
+uint32_t roundedFactor(double exponent) {
+    return 1u << int(std::clamp(exponent, 0., double(kMaxExponent)) + 0.5);
 }
 
-/// Returns the product of error and time with factors of `scale` times the density. One half of the pilot
+/// Returns the product of error and time with factors of the density times 2^logScale. One half of the pilot
 /// gives the factors and the other one the errors: noise of the pilot does not look like a gain. Returns
 /// infinity if the time is more than kMaxTime times that of factors of 1, or if the product grows for
 /// radiance that is not clipped: if rare bright samples are elsewhere.
-double productFor(const PilotCosts& costs, double scale) {
+double productFor(const PilotCosts& costs, double logScale) {
     double error = 0, rawError = 0, time = 0, leastTime = 0, mostRawError = 0;
     for (int half = 0; half < kHalves; ++half)
         for (size_t i = 0; i < costs.whole.size(); ++i) {
             const BlockCost& other = costs.halves[1 - half][i];
-            const double factor = roundedFactor(scale * costs.halves[half][i].density());
+            const double factor = roundedFactor(logScale + costs.halves[half][i].logDensity);
             error += other.error / factor + other.shared;
             rawError += other.rawError / factor + other.shared;
             time += costs.whole[i].time * factor;
@@ -272,25 +286,25 @@ double productFor(const PilotCosts& costs, double scale) {
     return isAllowed ? error * time : INFINITY;
 }
 
-/// Returns the scale of the densities that leaves about the least product of error and time; 0 if that gains
-/// less than a factor of minGain.
-double findScale(const PilotCosts& costs, double minGain) {
-    constexpr double kNearlyLeast = 1.03, kStep = 1.25;
-    constexpr double kMaxScale = 64; // in units of the inverse of the largest density
-    double largest = 0;
+/// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
+/// and time; none, if that gains less than a factor of minGain.
+std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
+    constexpr double kNearlyLeast = 1.03, kStep = 0.25, kRange = 10;
+    double largest = -INFINITY;
     for (const BlockCost& block : costs.whole)
-        largest = std::max(largest, block.density());
-    if (largest == 0)
-        return 0;
-    std::vector<std::pair<double, double>> products; // and their scales
-    for (double scale = 1 / largest; scale * largest < kMaxScale; scale *= kStep)
-        products.emplace_back(productFor(costs, scale), scale);
-    const double least = std::min_element(products.begin(), products.end())->first;
-    if (least * minGain > productFor(costs, 0))
-        return 0;
-    return std::find_if(products.begin(), products.end(),
-                        [&](const auto& p) { return p.first <= kNearlyLeast * least; })
-        ->second;
+        largest = std::max(largest, block.logDensity);
+    if (largest == -INFINITY)
+        return {};
+    std::vector<double>
+        products; // for ascending scales, from that at which the first block has a factor of 1
+    for (double excess = 0; excess < kRange; excess += kStep)
+        products.push_back(productFor(costs, excess - largest));
+    const double least = *std::min_element(products.begin(), products.end());
+    if (least * minGain > productFor(costs, -INFINITY))
+        return {};
+    const auto chosen = std::find_if(products.begin(), products.end(),
+                                     [&](double product) { return product <= kNearlyLeast * least; });
+    return kStep * double(chosen - products.begin()) - largest;
 }
 
 } // namespace
@@ -303,7 +317,7 @@ std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext
     // most where no light is shared (measured).
     constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
     const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
-    if (samples < kMinSamples || samples * kMaxFactor > PixelAccumulator::kMaxSamples)
+    if (samples < kMinSamples || samples * (1 << kMaxExponent) > PixelAccumulator::kMaxSamples)
         return {};
     SampleFactors blocks(context.pilotBounds, kBlockSize);
     const int pixels =
@@ -311,11 +325,11 @@ std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext
     // A sample in a pixel of n samples adds up to 1 to the clipped radiance of the pixel if it is n.
     const PilotNoise noise = measureNoise(scene, context, shared, float(samples), blocks, pixels);
     const PilotCosts costs(blocks, noise);
-    const double scale = findScale(costs, shared.isEmpty() ? kMinGainAlone : kMinGain);
-    if (scale == 0)
+    const auto logScale = findLogScale(costs, shared.isEmpty() ? kMinGainAlone : kMinGain);
+    if (!logScale)
         return {};
     for (size_t i = 0; i < costs.whole.size(); ++i)
-        blocks.factors()[i] = roundedFactor(scale * costs.whole[i].density());
+        blocks.factors()[i] = roundedFactor(*logScale + costs.whole[i].logDensity);
     return blocks;
 }
 
