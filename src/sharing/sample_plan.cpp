@@ -312,7 +312,7 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
 std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext& context,
                                          LightParts shared) {
     constexpr double kPassSamples = 16;            // of passes, whose number is not known
-    constexpr int kMinSamples = 4, kMinPixels = 4; // fewer samples are not worth a pilot
+    constexpr int kMinSamples = 4, kMinPixels = 2; // fewer samples are not worth a pilot
     // Small gains are those of squared errors only: structural errors grow, as they count all blocks alike,
     // most where no light is shared (measured).
     constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
