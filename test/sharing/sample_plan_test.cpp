@@ -101,7 +101,7 @@ TEST(SamplePlan, SlicesAddUpToTheWhole) {
 /// z-test of the sum of the image against supersample.
 TEST(SamplePlan, IsUnbiased) {
     const auto sums = [](const char* integrator) {
-        const BuiltScene built = buildScene(integrator, 4);
+        const BuiltScene built = buildScene(integrator, 16);
         double sum = 0, squares = 0;
         constexpr int kSeeds = 32;
         for (uint64_t seed = 0; seed < kSeeds; ++seed) {
