@@ -31,16 +31,16 @@ struct BlockNoise {
     double pairs = 0;
     double vertices = 0; ///< samples with a first vertex
     double radiance = 0; ///< sum over the samples, clipped to 1; mean of the channels
-    /// The variances of a sample, summed over the pairs: of all but shared indirect light, clipped to the
-    /// number of samples of a pixel, and not clipped; and what sharing leaves of that of indirect light,
-    /// clipped to 1.
-    double rest = 0, rawRest = 0, shared = 0;
+    // Variances of a sample, summed over the pairs:
+    double rest = 0;    ///< of all but shared indirect light, clipped to the number of samples of a pixel
+    double rawRest = 0; ///< the same, not clipped
+    double shared = 0;  ///< the part of the variance of shared light, clipped to 1, that sharing leaves
 };
 
-/// What the pilot finds.
+/// The noise and the rays of all blocks, measured by the pilot.
 struct PilotNoise {
-    std::vector<BlockNoise> halves[kHalves]; ///< by block: of every other pair each
-    std::vector<double> rays;                ///< by block: mean of a sample with a first vertex
+    std::vector<BlockNoise> halves[kHalves]; ///< by block; each half has every other pair
+    std::vector<double> rays;                ///< by block: mean rays of a sample with a first vertex
 };
 
 Rgb clipped(const Rgb& c, float limit) {
@@ -80,7 +80,7 @@ class PairWorker : public IntegratorWorker {
     void addPair(const Rgb* radiance, const FirstVertex* vertices, BlockNoise& noise) const {
         const Rgb sum = radiance[0] + radiance[1];
         if (!std::isfinite(sum.x + sum.y + sum.z))
-            return; // the film leaves invalid samples out, too
+            return; // invalid samples: the film leaves them out, too
         Rgb rest[kPair];
         for (int k = 0; k < kPair; ++k) {
             rest[k] = radiance[k];
@@ -155,7 +155,7 @@ SampleFactors choosePixels(const SampleFactors& blocks, int perBlock) {
     return out;
 }
 
-/// Sets the rays of the samples with a first vertex in a tile. All rays of reflections count as theirs.
+/// Sets PilotNoise::rays of the blocks of a tile to their mean over the tile.
 void setRays(const Counters& counters, const PixelBounds& tile, const SampleFactors& blocks,
              PilotNoise& noise) {
     std::vector<size_t> ofTile;
@@ -267,9 +267,9 @@ uint32_t roundedFactor(double exponent) {
 }
 
 /// Returns the product of error and time with factors of the density times 2^logScale. One half of the pilot
-/// gives the factors and the other one the errors: noise of the pilot does not look like a gain. Returns
-/// infinity if the time is more than kMaxTime times that of factors of 1, or if the product grows for
-/// radiance that is not clipped: if rare bright samples are elsewhere.
+/// gives the factors, and the other half gives the errors. Otherwise, noise of the pilot would look like a
+/// gain. Returns infinity if the time is more than kMaxTime times that of factors of 1, or if the product
+/// grows for radiance that is not clipped: if rare bright samples are elsewhere.
 double productFor(const PilotCosts& costs, double logScale) {
     double error = 0, rawError = 0, time = 0, leastTime = 0, mostRawError = 0;
     for (int half = 0; half < kHalves; ++half)

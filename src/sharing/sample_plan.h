@@ -1,4 +1,4 @@
-// More samples where the light is noisy that does not become smooth by sharing.
+// More samples in blocks of pixels with much noise.
 #pragma once
 
 #include "core/render/integrator.h"

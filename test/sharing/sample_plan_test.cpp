@@ -52,8 +52,8 @@ Film renderFilm(const BuiltScene& built, const RenderSettings& settings) {
 }
 
 TEST(SamplePlan, TakesMoreSamplesWhereNoiseIs) {
-    const Film film =
-        renderFilm(buildScene("adaptive-cache", 16), settingsFor(buildScene("adaptive-cache", 16)));
+    const BuiltScene built = buildScene("adaptive-cache", 16);
+    const Film film = renderFilm(built, settingsFor(built));
     const std::vector<float>& samples = film.plane(Aov::Samples);
     EXPECT_EQ(samples[8], 16);
     EXPECT_GE(samples[68], 32);

@@ -22,10 +22,9 @@ class SampleFactors {
           m_factors(size_t(m_columns) * size_t(m_rows), 1) {}
 
     const PixelBounds& bounds() const { return m_bounds; }
-    int blockSize() const { return m_blockSize; }
+    int columns() const { return m_columns; } ///< of blocks
+    int rows() const { return m_rows; }       ///< of blocks
     /// The factors of the blocks, row by row.
-    int columns() const { return m_columns; }
-    int rows() const { return m_rows; }
     std::vector<uint32_t>& factors() { return m_factors; }
     const std::vector<uint32_t>& factors() const { return m_factors; }
 
@@ -34,6 +33,7 @@ class SampleFactors {
         return size_t((y - m_bounds.y0) / m_blockSize) * size_t(m_columns) +
                size_t((x - m_bounds.x0) / m_blockSize);
     }
+    /// Returns the factor of a pixel.
     uint32_t at(int x, int y) const {
         const bool isInside = x >= m_bounds.x0 && x < m_bounds.x1 && y >= m_bounds.y0 && y < m_bounds.y1;
         return isInside ? m_factors[blockOf(x, y)] : 1;
