@@ -4,6 +4,7 @@
 #include "core/util/parallel.h"
 #include "sharing/cell_estimates.h"
 #include "sharing/rare_light.h"
+#include "sharing/squared_bias.h"
 #include "sharing/window_mean.h"
 
 #include <algorithm>
@@ -54,12 +55,11 @@ class Mixture {
   public:
     Mixture(const RecordedLight& light, LightPart part, const std::vector<CellEstimate>& estimates)
         : m_light(light), m_part(part), m_estimates(estimates), m_width(light.pixelBounds.width()),
-          m_height(light.pixelBounds.height()), m_variance(m_width, m_height), m_bias(m_width, m_height),
+          m_height(light.pixelBounds.height()), m_variance(m_width, m_height), m_bias(m_width, m_height, kWindow),
           m_differences(size_t(m_width) * size_t(m_height)) {
         forPixels([&](size_t row, size_t i) { measure(row, i); });
-        WindowMean window(m_width, m_height, kWindow);
-        window.apply(m_variance);
-        window.apply(m_bias);
+        WindowMean(m_width, m_height, kWindow).apply(m_variance);
+        m_bias.average();
     }
     /// Returns the mixture.
     SharedPart mix() {
@@ -119,9 +119,12 @@ class Mixture {
         }
         variance *= fractions[0] * fractions[1];
         const float own = variance[kOwn];
-        bias[kOwn] = (varianceByQuarters(first, own) + varianceByQuarters(second, own)) / 2;
+        const float varianceA = varianceByQuarters(first, own), varianceB = varianceByQuarters(second, own);
+        Float4 squaredErrors = errorsOfProducts(bias, varianceA, varianceB);
+        bias[kOwn] = (varianceA + varianceB) / 2;
+        squaredErrors[kOwn] = 0;
         storeFloat4(m_variance.at(pixel), variance);
-        storeFloat4(m_bias.at(pixel), bias);
+        m_bias.set(pixel, bias, squaredErrors);
     }
     /// Returns the variance of the mean of a half that the difference of its quarters indicates, with that of
     /// the pixel by the difference of its halves.
@@ -133,6 +136,15 @@ class Mixture {
         const Rgb d = quarter * (1 / first) - (half.light[int(m_part)] - quarter) * (1 / second);
         return first * second / sqr(first + second) * sum(d * d);
     }
+    /// Returns the squared errors of the products of the differences of two halves whose own values have these
+    /// variances. At most, a product is nothing but noise. Less noise than the variances give is measured:
+    /// a half of it is enough.
+    static Float4 errorsOfProducts(const Float4& products, float varianceA, float varianceB) {
+        const Float4 zero = {}, squares = products * products;
+        const Float4 sizes = products > zero ? products : -products;
+        const Float4 expected = (varianceA * varianceB + sizes * ((varianceA + varianceB) / 2)) / 2;
+        return squares < expected ? squares : expected;
+    }
     /// Returns the inverse error of the own value of a pixel. For independent samples, the variance by
     /// quarters is twice that by halves. The excess over this ratio counts four times: measured, a factor of
     /// 1.5 shares too much direct light on the moving Killeroos and in moving-shadow.
@@ -142,7 +154,7 @@ class Mixture {
         return excess / (byHalves + kTiny);
     }
     void mixPixel(size_t i, SharedPart& out) {
-        const Float4 variance = loadFloat4(m_variance.at(i)), bias = loadFloat4(m_bias.at(i));
+        const Float4 variance = loadFloat4(m_variance.at(i)), bias = m_bias.at(i);
         const Float4 zero = {};
         Float4 weights = 1 / (variance + (bias > zero ? bias : zero) + kTiny);
         weights[kOwn] = 0;
@@ -174,7 +186,8 @@ class Mixture {
     const int m_width, m_height;
     const Float4 m_widths = estimateWidths();
     /// By estimate; the last lanes are the variance of the own values by halves and by quarters.
-    LanePlane m_variance, m_bias;
+    LanePlane m_variance;
+    SquaredBias m_bias;
     std::vector<Differences> m_differences;
 };
 

@@ -16,7 +16,9 @@ struct LanePlane {
     LanePlane(int w, int h) : width(w), height(h), values(size_t(w) * size_t(h) * kLanes) {}
     /// Returns the lanes of a pixel.
     float* at(size_t pixel) { return values.data() + kLanes * pixel; }
+    const float* at(size_t pixel) const { return values.data() + kLanes * pixel; }
     float* row(int y) { return at(size_t(y) * size_t(width)); }
+    const float* row(int y) const { return at(size_t(y) * size_t(width)); }
     int rowSize() const { return kLanes * width; }
 };
 

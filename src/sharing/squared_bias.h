@@ -1,0 +1,39 @@
+// The squared bias of shared light, from noisy pixels.
+#pragma once
+
+#include "core/math/simd4.h"
+#include "sharing/window_mean.h"
+
+namespace strobe {
+
+/// Estimates of squared bias: means over a window of pixels of products that have the squared bias as their
+/// expected value, and much noise. Where rare bright samples meet in both halves of a pixel, its product is
+/// many times larger than the bias, and the window would show the noise of the pixels' own values as a mark.
+/// Therefore, where the mean is not significant, the mean over a window that is four times as wide takes its
+/// place.
+class SquaredBias {
+  public:
+    /// `sigma`: the standard deviation of the window in pixels.
+    SquaredBias(int width, int height, float sigma);
+    /// Sets the products of a pixel and their expected squared errors. The errors of pixels are independent.
+    void set(size_t pixel, const Float4& products, const Float4& squaredErrors) {
+        storeFloat4(m_means.at(pixel), products);
+        storeFloat4(m_squaredErrors.at(pixel), squaredErrors);
+    }
+    /// Replaces the products by means. Call once, after `set` for all pixels.
+    void average();
+    /// Returns the estimates at a pixel. Lanes whose errors are 0 have the means over the narrow window.
+    Float4 at(size_t pixel) const;
+
+  private:
+    static constexpr int kCoarse = 4; ///< pixels per edge of a block of m_wideMeans
+    void averageBlocks();
+    void limitBlocks(WindowMean& wide);
+    Float4 wideMean(int x, int y) const;
+
+    const float m_sigma;
+    LanePlane m_means, m_squaredErrors;
+    LanePlane m_wideMeans; ///< by block of pixels
+};
+
+} // namespace strobe
