@@ -254,6 +254,7 @@ int run(Settings settings) {
     double seconds;
     const Reference reference{renderOnce(base, settings.referenceSamples, hashOf(1), seconds),
                               renderOnce(base, settings.referenceSamples, hashOf(2), seconds)};
+    renderOnce(other, 1, 0, seconds); // loads textures, as the references do for `base`
     for (size_t i = 0; i < settings.samples.size(); ++i)
         compare(settings, base, other, reference, i);
     return 0;

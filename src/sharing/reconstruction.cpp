@@ -55,8 +55,8 @@ class Mixture {
   public:
     Mixture(const RecordedLight& light, LightPart part, const std::vector<CellEstimate>& estimates)
         : m_light(light), m_part(part), m_estimates(estimates), m_width(light.pixelBounds.width()),
-          m_height(light.pixelBounds.height()), m_variance(m_width, m_height), m_bias(m_width, m_height, kWindow),
-          m_differences(size_t(m_width) * size_t(m_height)) {
+          m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
+          m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)) {
         forPixels([&](size_t row, size_t i) { measure(row, i); });
         WindowMean(m_width, m_height, kWindow).apply(m_variance);
         m_bias.average();
@@ -136,9 +136,9 @@ class Mixture {
         const Rgb d = quarter * (1 / first) - (half.light[int(m_part)] - quarter) * (1 / second);
         return first * second / sqr(first + second) * sum(d * d);
     }
-    /// Returns the squared errors of the products of the differences of two halves whose own values have these
-    /// variances. At most, a product is nothing but noise. Less noise than the variances give is measured:
-    /// a half of it is enough.
+    /// Returns the squared errors of the products of the differences of two halves whose own values have
+    /// these variances. At most, a product is nothing but noise. Less noise than the variances give is
+    /// measured: a half of it is enough.
     static Float4 errorsOfProducts(const Float4& products, float varianceA, float varianceB) {
         const Float4 zero = {}, squares = products * products;
         const Float4 sizes = products > zero ? products : -products;

@@ -16,8 +16,7 @@ struct BlockPosition {
     float fraction; ///< towards `second`
 
     BlockPosition(int pixel, int edge, int count) {
-        const float position =
-            std::clamp((float(pixel) + 0.5f) / float(edge) - 0.5f, 0.f, float(count - 1));
+        const float position = std::clamp((float(pixel) + 0.5f) / float(edge) - 0.5f, 0.f, float(count - 1));
         first = int(position);
         second = std::min(first + 1, count - 1);
         fraction = position - float(first);
@@ -36,8 +35,8 @@ void SquaredBias::average() {
     limitBlocks(wide);
     wide.apply(m_wideMeans);
     WindowMean(m_means.width, m_means.height, m_sigma).apply(m_means);
-    // The squares of the weights of a Gaussian window are the weights of a window that is narrower by sqrt(2),
-    // apart from a factor: their sum.
+    // The squares of the weights of a Gaussian window are the weights of a window that is narrower by
+    // sqrt(2), apart from a factor: their sum.
     WindowMean(m_means.width, m_means.height, m_sigma / std::sqrt(2.f)).apply(m_squaredErrors);
 }
 

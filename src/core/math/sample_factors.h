@@ -5,6 +5,7 @@
 #include "core/math/pixel_bounds.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -15,9 +16,10 @@ namespace STROBE_API strobe {
 /// factors are 1.
 class SampleFactors {
   public:
-    /// All factors are 1.
+    /// All factors are 1. `blockSize`: a power of two.
     SampleFactors(const PixelBounds& bounds, int blockSize)
-        : m_bounds(bounds), m_blockSize(blockSize), m_columns((bounds.width() + blockSize - 1) / blockSize),
+        : m_bounds(bounds), m_shift(std::countr_zero(unsigned(blockSize))),
+          m_columns((bounds.width() + blockSize - 1) / blockSize),
           m_rows((bounds.height() + blockSize - 1) / blockSize),
           m_factors(size_t(m_columns) * size_t(m_rows), 1) {}
 
@@ -30,8 +32,8 @@ class SampleFactors {
 
     /// Returns the index of the block of a pixel within the bounds.
     size_t blockOf(int x, int y) const {
-        return size_t((y - m_bounds.y0) / m_blockSize) * size_t(m_columns) +
-               size_t((x - m_bounds.x0) / m_blockSize);
+        return (size_t(y - m_bounds.y0) >> m_shift) * size_t(m_columns) +
+               (size_t(x - m_bounds.x0) >> m_shift);
     }
     /// Returns the factor of a pixel.
     uint32_t at(int x, int y) const {
@@ -41,18 +43,30 @@ class SampleFactors {
     /// Returns the factors above 0 in a tile, in ascending order.
     std::vector<uint32_t> in(const PixelBounds& tile) const {
         std::vector<uint32_t> out;
-        for (int y = tile.y0; y < tile.y1; ++y)
-            for (int x = tile.x0; x < tile.x1; ++x)
-                if (const uint32_t factor = at(x, y);
-                    factor > 0 && std::find(out.begin(), out.end(), factor) == out.end())
-                    out.push_back(factor);
+        const auto add = [&](uint32_t factor) {
+            if (factor > 0 && std::find(out.begin(), out.end(), factor) == out.end())
+                out.push_back(factor);
+        };
+        const PixelBounds inside{std::max(tile.x0, m_bounds.x0), std::max(tile.y0, m_bounds.y0),
+                                 std::min(tile.x1, m_bounds.x1), std::min(tile.y1, m_bounds.y1)};
+        if (inside != tile)
+            add(1);
+        for (int y = inside.y0; y < inside.y1; y = nextBlock(y, m_bounds.y0))
+            for (int x = inside.x0; x < inside.x1; x = nextBlock(x, m_bounds.x0))
+                add(m_factors[blockOf(x, y)]);
         std::sort(out.begin(), out.end());
         return out;
     }
 
   private:
+    /// Returns the first position of the next block.
+    int nextBlock(int position, int first) const {
+        return first + ((((position - first) >> m_shift) + 1) << m_shift);
+    }
+
     PixelBounds m_bounds;
-    int m_blockSize, m_columns, m_rows;
+    int m_shift; ///< blocks have 2^m_shift pixels per edge
+    int m_columns, m_rows;
     std::vector<uint32_t> m_factors;
 };
 
