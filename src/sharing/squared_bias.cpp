@@ -30,9 +30,8 @@ SquaredBias::SquaredBias(int width, int height, float sigma)
       m_wideMeans(blocksOf(width, kCoarse), blocksOf(height, kCoarse)) {}
 
 void SquaredBias::average() {
-    averageBlocks();
     WindowMean wide(m_wideMeans.width, m_wideMeans.height, m_sigma);
-    limitBlocks(wide);
+    limitBlocks(averageBlocks(), wide);
     wide.apply(m_wideMeans);
     WindowMean(m_means.width, m_means.height, m_sigma).apply(m_means);
     // The squares of the weights of a Gaussian window are the weights of a window that is narrower by
@@ -40,32 +39,40 @@ void SquaredBias::average() {
     WindowMean(m_means.width, m_means.height, m_sigma / std::sqrt(2.f)).apply(m_squaredErrors);
 }
 
-/// Sets m_wideMeans to the means of the products by block.
-void SquaredBias::averageBlocks() {
+/// Sets m_wideMeans to the means of the products by block. Returns their expected squared errors.
+LanePlane SquaredBias::averageBlocks() {
+    LanePlane errors(m_wideMeans.width, m_wideMeans.height);
     parallelFor(size_t(m_wideMeans.height), [&](size_t row) {
         const int y0 = kCoarse * int(row), y1 = std::min(y0 + kCoarse, m_means.height);
         for (int block = 0; block < m_wideMeans.width; ++block) {
             const int x0 = kCoarse * block, x1 = std::min(x0 + kCoarse, m_means.width);
-            Float4 sum = {};
+            Float4 sum = {}, squaredErrors = {};
             for (int y = y0; y < y1; ++y)
-                for (int x = x0; x < x1; ++x)
+                for (int x = x0; x < x1; ++x) {
                     sum += loadFloat4(m_means.row(y) + LanePlane::kLanes * x);
-            storeFloat4(m_wideMeans.row(int(row)) + LanePlane::kLanes * block,
-                        sum / float((y1 - y0) * (x1 - x0)));
+                    squaredErrors += loadFloat4(m_squaredErrors.row(y) + LanePlane::kLanes * x);
+                }
+            const float inverse = 1 / float((y1 - y0) * (x1 - x0));
+            storeFloat4(m_wideMeans.row(int(row)) + LanePlane::kLanes * block, sum * inverse);
+            storeFloat4(errors.row(int(row)) + LanePlane::kLanes * block, squaredErrors * sqr(inverse));
         }
     });
+    return errors;
 }
 
-/// Limits the means of blocks to a multiple of the mean of their absolute values around them, so that rare
-/// bright samples of a single block do not decide.
-void SquaredBias::limitBlocks(WindowMean& wide) {
-    constexpr float kMultiple = 5; // about a 16th of the blocks of the window reach it together
+/// Limits the means of blocks that are not significant to a multiple of the mean of absolute values around
+/// them, so that rare bright samples of a single block do not decide.
+void SquaredBias::limitBlocks(const LanePlane& squaredErrors, WindowMean& wide) {
+    constexpr float kMultiple = 5;       // a 16th of the blocks of the window reach it together
+    constexpr float kSignificant = 1.5f; // standard errors: more than those of two rare pixels
     LanePlane sizes(m_wideMeans.width, m_wideMeans.height);
     std::vector<float>& means = m_wideMeans.values;
     for (size_t i = 0; i < means.size(); ++i)
         sizes.values[i] = std::abs(means[i]);
     wide.apply(sizes);
     for (size_t i = 0; i < means.size(); ++i) {
+        if (means[i] > 0 && sqr(means[i]) > sqr(kSignificant) * squaredErrors.values[i])
+            continue;
         const float limit = kMultiple * sizes.values[i];
         means[i] = std::clamp(means[i], -limit, limit);
     }

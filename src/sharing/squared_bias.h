@@ -27,8 +27,8 @@ class SquaredBias {
 
   private:
     static constexpr int kCoarse = 4; ///< pixels per edge of a block of m_wideMeans
-    void averageBlocks();
-    void limitBlocks(WindowMean& wide);
+    LanePlane averageBlocks();
+    void limitBlocks(const LanePlane& squaredErrors, WindowMean& wide);
     Float4 wideMean(int x, int y) const;
 
     const float m_sigma;
