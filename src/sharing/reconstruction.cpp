@@ -136,9 +136,8 @@ class Mixture {
         const Rgb d = quarter * (1 / first) - (half.light[int(m_part)] - quarter) * (1 / second);
         return first * second / sqr(first + second) * sum(d * d);
     }
-    /// Returns the squared errors of the products of the differences of two halves whose own values have
-    /// these variances. At most, a product is nothing but noise. Less noise than the variances give is
-    /// measured: a half of it is enough.
+    /// Returns the expected squared errors of products of the differences of two halves whose own values have
+    /// these variances; at most the squares of the products. Half of what the variances give measured best.
     static Float4 errorsOfProducts(const Float4& products, float varianceA, float varianceB) {
         const Float4 zero = {}, squares = products * products;
         const Float4 sizes = products > zero ? products : -products;
