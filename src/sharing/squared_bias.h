@@ -7,8 +7,8 @@
 namespace strobe {
 
 /// Estimates of squared bias: means over a window of pixels of products whose expected value is the squared
-/// bias. Where rare bright samples meet in both halves of a pixel, its product is many times larger than that.
-/// With the mean, all pixels of the window would keep the noise of their own values: a mark on a wall.
+/// bias. Where rare bright samples meet in both halves of a pixel, its product is many times larger than
+/// that. With the mean, all pixels of the window would keep the noise of their own values: a mark on a wall.
 /// Therefore, where the mean is not significant, the mean over a window four times as wide takes its place.
 class SquaredBias {
   public:
