@@ -333,7 +333,7 @@ std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext
     // most where no light is shared (measured).
     constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
     // Where nothing is shared, the pilot is all that the render takes longer. It ends if half of the tiles
-    // promise less than this: of the scenes that gain, all promise 1.8 and more (measured).
+    // promise less than this. In scenes whose samples adapt, either half promises 1.8 and more (4 samples).
     constexpr double kMinGainOfHalf = 1.4;
     const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
     if (samples < kMinSamples || samples * (1 << kMaxExponent) > PixelAccumulator::kMaxSamples)
