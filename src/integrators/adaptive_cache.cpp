@@ -33,7 +33,8 @@ std::vector<SharedPart> shareLight(Film& film) {
     if (!film.accumulates())
         film.records().clear();
     const LightParts shared = light.parts;
-    film.addToImage(emissionCorrection(light));
+    if (!light.emission.empty())
+        film.addToImage(emissionCorrection(light));
     const LightSharing sharing(std::move(light));
     std::vector<SharedPart> parts;
     for (const LightPart part : {LightPart::Direct, LightPart::Indirect})

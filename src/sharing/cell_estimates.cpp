@@ -145,7 +145,7 @@ LightFit fitNode(const CellPyramid& pyramid, const CellNode& node) {
 }
 
 /// `fitOf`: indices of `fits` by node.
-CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell, const std::vector<LightFit>& fits,
+CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell, const HugeVector<LightFit>& fits,
                           const std::vector<uint32_t>& fitOf) {
     CellEstimate out;
     out.set(0, cell.light);
@@ -168,8 +168,8 @@ CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell, cons
 
 float fitWidth(int scale) { return 2 * kFitRadius * float(2 << scale); }
 
-std::vector<CellEstimate> estimateCells(const CellPyramid& pyramid) {
-    const std::vector<CellNode>& nodes = pyramid.nodes();
+HugeVector<CellEstimate> estimateCells(const CellPyramid& pyramid) {
+    const std::span<const CellNode> nodes = pyramid.nodes();
     constexpr uint32_t kNoFit = ~0u;
     std::vector<uint32_t> fitOf(nodes.size(), kNoFit), fitted;
     for (size_t cell = 0; cell < pyramid.cellCount(); ++cell) {
@@ -182,9 +182,9 @@ std::vector<CellEstimate> estimateCells(const CellPyramid& pyramid) {
             fitted.push_back(node);
         }
     }
-    std::vector<LightFit> fits(fitted.size());
+    HugeVector<LightFit> fits(fitted.size());
     parallelForRuns(fits.size(), [&](size_t i) { fits[i] = fitNode(pyramid, nodes[fitted[i]]); });
-    std::vector<CellEstimate> estimates(pyramid.cellCount());
+    HugeVector<CellEstimate> estimates(pyramid.cellCount());
     parallelForRuns(estimates.size(), [&](size_t cell) {
         estimates[cell] = estimateCell(pyramid, nodes[pyramid.nodeOf(cell)], fits, fitOf);
     });

@@ -41,6 +41,6 @@ struct CellEstimate {
 float fitWidth(int scale);
 
 /// Returns the estimates of all recorded cells.
-std::vector<CellEstimate> estimateCells(const CellPyramid& pyramid);
+HugeVector<CellEstimate> estimateCells(const CellPyramid& pyramid);
 
 } // namespace strobe

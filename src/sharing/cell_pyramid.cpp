@@ -20,7 +20,11 @@ void addChild(const CellNode& child, CellNode& parent) {
 
 } // namespace
 
-CellPyramid::CellPyramid(std::span<const CellSums> cells) {
+CellPyramid::CellPyramid(std::span<const CellSums> cells) : m_cubeIndices(cells.size() + cells.size() / 2) {
+    // Most surfaces have a third more nodes than cells, and few cubes have several nodes.
+    m_nodes.reserve(cells.size() + cells.size() / 2);
+    m_cubes.reserve(m_nodes.capacity());
+    m_recorded.reserve(cells.size());
     for (const CellSums& sums : cells)
         addCell(sums);
     addParents();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/util/index_table.h"
+#include "core/util/memory.h"
 #include "sharing/records/light_cells.h"
 
 #include <span>
@@ -37,7 +38,7 @@ class CellPyramid {
     size_t cellCount() const { return m_recorded.size(); }
     /// Returns the index of the node of a recorded cell.
     uint32_t nodeOf(size_t cell) const { return m_recorded[cell]; }
-    const std::vector<CellNode>& nodes() const { return m_nodes; }
+    std::span<const CellNode> nodes() const { return m_nodes; }
     /// Returns the edge of a node's cube, in scene units.
     float edge(const CellNode& node) const { return std::ldexp(1.f, m_cubes[node.cube].id.level); }
     /// Adds light to samples that are counted already: to a recorded cell and to all that contain it.
@@ -72,8 +73,8 @@ class CellPyramid {
     template <class Work>
     void forDescendants(const Cube& cube, const CellId& center, int generations, const Work& work) const;
 
-    std::vector<CellNode> m_nodes;
-    std::vector<Cube> m_cubes;
+    HugeVector<CellNode> m_nodes;
+    HugeVector<Cube> m_cubes;
     IndexTable m_cubeIndices;         ///< by CellId::hash
     std::vector<uint32_t> m_recorded; ///< nodes of the recorded cells
 };

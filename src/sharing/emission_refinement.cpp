@@ -120,7 +120,7 @@ EmissionRefinement::EmissionRefinement(const Scene& scene, const CameraSampling&
 std::vector<float> EmissionRefinement::findDeviations(int samplesPerPixel) const {
     const auto probes = uint32_t(std::clamp(samplesPerPixel / 32, 1, 8));
     const int width = m_bounds.width(), height = m_bounds.height();
-    std::vector<EmissionMoments> moments(size_t(width) * size_t(height));
+    HugeVector<EmissionMoments> moments(size_t(width) * size_t(height));
     parallelFor(size_t(height),
                 [&](size_t row) { probeRow(int(row), probes, &moments[row * size_t(width)]); });
     std::vector<float> deviations(moments.size());

@@ -169,7 +169,7 @@ void RareLight::forRegions(std::span<const uint32_t> cells, const Work& work) co
 
 template <class Work>
 void RareLight::forRegionsOfRun(std::span<const uint32_t> cells, const Work& work) const {
-    const std::vector<CellNode>& nodes = m_pyramid.nodes();
+    const std::span<const CellNode> nodes = m_pyramid.nodes();
     std::vector<Query> queries;
     for (const uint32_t cell : cells)
         queries.push_back({cell, m_pyramid.nodeOf(cell)});

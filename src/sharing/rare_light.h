@@ -55,8 +55,8 @@ class RareLight {
     std::vector<bool> findTopsNearRareLight() const;
 
     const CellPyramid& m_pyramid;
-    std::vector<Sums> m_sums;          ///< by node, by part
-    std::vector<Estimate> m_estimates; ///< by cell, by part
+    HugeVector<Sums> m_sums;          ///< by node, by part
+    HugeVector<Estimate> m_estimates; ///< by cell, by part
 };
 
 } // namespace strobe

@@ -27,7 +27,7 @@ constexpr float kWindow = 2.5f;
 /// errors, so that the sum becomes 0. Bright samples raise the measured error of the estimates that contain
 /// them and lower their weights; without this step, the image would be too dark. In proportion to the squared
 /// errors, a highlight would take back the sum of the whole image.
-void restoreTotal(const std::vector<float>& squaredErrors, std::vector<Rgb>& correction) {
+void restoreTotal(const std::vector<float>& squaredErrors, HugeVector<Rgb>& correction) {
     double total[3] = {}, errors = 0;
     for (size_t i = 0; i < correction.size(); ++i) {
         for (int c = 0; c < 3; ++c)
@@ -53,7 +53,7 @@ Float4 estimateWidths() {
 /// Adds up the own values of pixels and the estimates, each weighted by its inverse error.
 class Mixture {
   public:
-    Mixture(const RecordedLight& light, LightPart part, const std::vector<CellEstimate>& estimates)
+    Mixture(const RecordedLight& light, LightPart part, const HugeVector<CellEstimate>& estimates)
         : m_light(light), m_part(part), m_estimates(estimates), m_width(light.pixelBounds.width()),
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
           m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)) {
@@ -64,7 +64,7 @@ class Mixture {
     /// Returns the mixture.
     SharedPart mix() {
         const size_t count = m_differences.size();
-        SharedPart out{std::vector<Rgb>(count), std::vector<float>(count), std::vector<float>(count),
+        SharedPart out{HugeVector<Rgb>(count), std::vector<float>(count), std::vector<float>(count),
                        std::vector<float>(count), std::vector<float>(count)};
         forPixels([&](size_t, size_t i) { mixPixel(i, out); });
         restoreTotal(out.variance, out.correction);
@@ -181,13 +181,13 @@ class Mixture {
 
     const RecordedLight& m_light;
     const LightPart m_part;
-    const std::vector<CellEstimate>& m_estimates;
+    const HugeVector<CellEstimate>& m_estimates;
     const int m_width, m_height;
     const Float4 m_widths = estimateWidths();
     /// By estimate; the last lanes are the variance of the own values by halves and by quarters.
     LanePlane m_variance;
     SquaredBias m_bias;
-    std::vector<Differences> m_differences;
+    HugeVector<Differences> m_differences;
 };
 
 /// Returns the mean number of samples of a pixel.
@@ -204,12 +204,12 @@ struct LightSharing::Data {
     explicit Data(RecordedLight recorded);
     void addCommonLight();
     SharedPart share(LightPart part) const;
-    void shareRareLight(LightPart part, const Mixture& mixture, std::vector<Rgb>& correction) const;
+    void shareRareLight(LightPart part, const Mixture& mixture, HugeVector<Rgb>& correction) const;
 
     RecordedLight light;
     CellPyramid pyramid;
     RareLight rare;
-    std::vector<CellEstimate> estimates; ///< by cell; the last lanes: rare light
+    HugeVector<CellEstimate> estimates; ///< by cell; the last lanes: rare light
 };
 
 LightSharing::Data::Data(RecordedLight recorded)
@@ -249,8 +249,8 @@ SharedPart LightSharing::Data::share(LightPart part) const {
 /// Replaces the rare light of each pixel's own samples by that of the regions around its cells, scaled such
 /// that the sum of the image remains.
 void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture,
-                                        std::vector<Rgb>& correction) const {
-    std::vector<Rgb> own(correction.size(), Rgb(0));
+                                        HugeVector<Rgb>& correction) const {
+    HugeVector<Rgb> own(correction.size(), Rgb(0));
     for (const PixelRareSample& sample : light.rare)
         if (sample.part == int(part)) {
             const float count =

@@ -10,7 +10,7 @@ namespace strobe {
 /// The reconstruction of one part of the light of an image, with its estimated errors.
 struct SharedPart {
     // By pixel:
-    std::vector<Rgb> correction;    ///< to be added to the mean of the samples; its sum is 0
+    HugeVector<Rgb> correction;     ///< to be added to the mean of the samples; its sum is 0
     std::vector<float> weight;      ///< of shared estimates, in [0,1]
     std::vector<float> width;       ///< mean width of their regions in cells
     std::vector<float> variance;    ///< estimated squared error of the part, mean of the channels

@@ -66,7 +66,7 @@ void SquaredBias::limitBlocks(const LanePlane& squaredErrors, WindowMean& wide) 
     constexpr float kMultiple = 5;       // a 16th of the blocks of the window reach it together
     constexpr float kSignificant = 1.5f; // standard errors: more than those of two rare pixels
     LanePlane sizes(m_wideMeans.width, m_wideMeans.height);
-    std::vector<float>& means = m_wideMeans.values;
+    auto& means = m_wideMeans.values;
     for (size_t i = 0; i < means.size(); ++i)
         sizes.values[i] = std::abs(means[i]);
     wide.apply(sizes);

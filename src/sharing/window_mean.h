@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/math/math.h"
+#include "core/util/memory.h"
 
 #include <vector>
 
@@ -12,7 +13,7 @@ struct LanePlane {
     static constexpr int kLanes = 4;
 
     int width, height;
-    std::vector<float> values;
+    HugeVector<float> values;
     LanePlane(int w, int h) : width(w), height(h), values(size_t(w) * size_t(h) * kLanes) {}
     /// Returns the lanes of a pixel.
     float* at(size_t pixel) { return values.data() + kLanes * pixel; }

@@ -8,7 +8,7 @@ using namespace strobe;
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const PixelBounds bounds{1, 1, 4, 3};
     Film film(4, 4, bounds);
-    const auto bytes = std::make_shared<const std::string>(reinterpret_cast<const char*>(data), size);
+    const SharedBytes bytes(std::string(reinterpret_cast<const char*>(data), size));
     film.records().set({{bounds, {0, 2}, bytes}, {bounds, {2, 4}, bytes}});
     try {
         mergeRecordsOfSamePixels(film.records());

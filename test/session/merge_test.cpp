@@ -104,7 +104,7 @@ TEST_F(MergeTest, DamagedRecordsAreErrors) {
     const PartContent good = read(PartReader(path("a.part")));
     ASSERT_EQ(good.records.size(), 24u); // tiles of 4x4 pixels
     PartContent damaged = good;
-    damaged.records[3].bytes = std::make_shared<const std::string>("x");
+    damaged.records[3].bytes = std::string("x");
     write(path("b.part"), damaged);
     EXPECT_EQ(usageError([&] { merge({"b.part"}, "b.exr"); }), "the record of a tile is damaged");
     damaged = good;
@@ -233,9 +233,9 @@ PartContent smallPart() {
     part.header.boxes = {{{1, 0, 2, 2}, {0, 1}}, {{2, 1, 3, 2}, {0, 1}}};
     part.sums.resize(4);
     part.sums[2].add(Rgb(1, 2, 3), 0.5f);
-    part.records = {{{1, 0, 2, 2}, {0, 1}, std::make_shared<const std::string>("one")},
-                    {{2, 0, 3, 2}, {0, 1}, std::make_shared<const std::string>("")},
-                    {{2, 0, 3, 2}, {0, 1}, std::make_shared<const std::string>(10000, 'x')}};
+    part.records = {{{1, 0, 2, 2}, {0, 1}, std::string("one")},
+                    {{2, 0, 3, 2}, {0, 1}, std::string("")},
+                    {{2, 0, 3, 2}, {0, 1}, std::string(10000, 'x')}};
     return part;
 }
 
@@ -251,7 +251,7 @@ TEST(PartFileTest, WrittenPartsAreRead) {
     EXPECT_EQ(copy.sums, part.sums);
     ASSERT_EQ(copy.records.size(), 3u);
     for (size_t i = 0; i < 3; ++i) {
-        EXPECT_EQ(*copy.records[i].bytes, *part.records[i].bytes);
+        EXPECT_EQ(copy.records[i].bytes.view(), part.records[i].bytes.view());
         EXPECT_EQ(copy.records[i].pixels, part.records[i].pixels);
     }
     EXPECT_TRUE(copy.layers.empty());
@@ -315,12 +315,12 @@ TEST_F(MergeTest, DamagedLayersAreErrors) {
     for (int i = 0; i < 500; ++i) {
         PartContent damaged = part;
         FilmRecord& record = damaged.layers[random() % damaged.layers.size()];
-        std::string bytes = *record.bytes;
+        std::string bytes(record.bytes.view());
         if (i % 3 == 0)
             bytes.resize(random() % (2 * bytes.size()));
         for (int k = 0; k < 4 && !bytes.empty(); ++k)
             bytes[random() % bytes.size()] = char(random());
-        record.bytes = std::make_shared<const std::string>(std::move(bytes));
+        record.bytes = std::string(std::move(bytes));
         PartReader read = reader(bytesOf(damaged));
         MergedFrame frame(read.header());
         try {

@@ -180,20 +180,19 @@ TEST(RecordedLight, DamagedRecordsAreErrorsOrSums) {
     const FilmRecord good = recordOf(randomSamples(30), kFrame);
     const auto isError = [&](const std::string& bytes) {
         try {
-            RecordedLight light(
-                filmWith({{kFrame, {0, 4}, std::make_shared<const std::string>(bytes)}, good}));
+            RecordedLight light(filmWith({{kFrame, {0, 4}, bytes}, good}));
             return false;
         } catch (const Error& e) {
             EXPECT_EQ(e.kind, ErrorKind::Usage);
             return true;
         }
     };
-    EXPECT_FALSE(isError(*good.bytes));
+    EXPECT_FALSE(isError(std::string(good.bytes.view())));
     EXPECT_TRUE(isError(""));
     int errors = 0;
-    for (size_t i = 0; i < good.bytes->size(); ++i) {
-        EXPECT_TRUE(isError(good.bytes->substr(0, i))) << i;
-        std::string bytes = *good.bytes;
+    for (size_t i = 0; i < good.bytes.size(); ++i) {
+        EXPECT_TRUE(isError(std::string(good.bytes.view().substr(0, i)))) << i;
+        std::string bytes = std::string(good.bytes.view());
         bytes[i] = char(bytes[i] ^ 1);
         errors += isError(bytes);
         bytes[i] = '\xff';

@@ -4,9 +4,9 @@
 #include "core/math/api.h"
 #include "core/math/pixel_bounds.h"
 #include "core/math/sample_slice.h"
+#include "core/util/shared_bytes.h"
 
 #include <map>
-#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -18,7 +18,7 @@ namespace STROBE_API strobe {
 struct FilmRecord {
     PixelBounds pixels;
     SampleSlice samples;
-    std::shared_ptr<const std::string> bytes;
+    SharedBytes bytes;
 };
 
 /// The records of a film. All functions are thread-safe. Copies share the bytes.

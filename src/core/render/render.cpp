@@ -169,8 +169,7 @@ bool Renderer::renderTile(const PixelBounds& tile, TileRenderer& renderer, Film&
             const AovSums* aovs = m_settings.aovs ? &m_settings.aovs->sums() : nullptr;
             const SampleSlice all{0, uint32_t(m_settings.samplesPerPixel)};
             film.layerRecords().add(
-                {missing, m_settings.slice.value_or(all),
-                 std::make_shared<const std::string>(storeLayers(missing, aovs, m_settings.lights))});
+                {missing, m_settings.slice.value_or(all), storeLayers(missing, aovs, m_settings.lights)});
         }
     }
     return true;

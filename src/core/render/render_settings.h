@@ -71,7 +71,7 @@ inline std::string storeLayers(const PixelBounds& tile, const AovSums* aovs, con
 }
 /// Adds what `storeLayers` returned for the same AOVs. Throws Error of kind Usage if the record is damaged.
 inline void loadLayers(const FilmRecord& record, AovSums* aovs, LightFilm* lights) {
-    std::string_view bytes = *record.bytes;
+    std::string_view bytes = record.bytes.view();
     if ((aovs && !aovs->load(record.pixels, bytes)) || (lights && !lights->load(record.pixels, bytes)) ||
         !bytes.empty())
         throw Error("the AOVs of a tile are damaged", ErrorKind::Usage);

@@ -1,9 +1,12 @@
 // A hash table of indices that is cleared in constant time.
 #pragma once
 
+#include "core/util/memory.h"
+
+#include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace strobe {
 
@@ -11,6 +14,8 @@ namespace strobe {
 /// in the first-level cache.
 class IndexTable {
   public:
+    /// `expected`: a number of keys for which the table has space already.
+    explicit IndexTable(size_t expected = 32) : m_slots(std::bit_ceil(2 * std::max<size_t>(expected, 1))) {}
     void clear() {
         m_used = 0;
         if (++m_epoch == 0) {
@@ -59,14 +64,14 @@ class IndexTable {
         return m_slots[i];
     }
     void grow() {
-        std::vector<Slot> old(2 * m_slots.size());
+        HugeVector<Slot> old(2 * m_slots.size());
         old.swap(m_slots);
         for (const Slot& slot : old)
             if (slot.epoch == m_epoch)
                 findSlot(slot.key) = slot;
     }
 
-    std::vector<Slot> m_slots = std::vector<Slot>(64); ///< a power of two; at least half of them are free
+    HugeVector<Slot> m_slots; ///< a power of two; at least half of them are free
     uint32_t m_epoch = 1;
     size_t m_used = 0;
 };

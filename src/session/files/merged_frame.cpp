@@ -36,8 +36,7 @@ void MergedFrame::writePart(const std::filesystem::path& file) const {
     for (int y = bounds.y0; y < bounds.y1 && (m_surfaces || m_lights); y += kTile)
         for (int x = bounds.x0; x < bounds.x1; x += kTile) {
             const PixelBounds tile{x, y, std::min(x + kTile, bounds.x1), std::min(y + kTile, bounds.y1)};
-            writer.addLayers(
-                {tile, all, std::make_shared<const std::string>(storeLayers(tile, surfaces(), lights()))});
+            writer.addLayers({tile, all, storeLayers(tile, surfaces(), lights())});
         }
     writer.write(file);
 }

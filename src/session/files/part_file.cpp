@@ -91,11 +91,11 @@ void PartWriter::addSums(const std::vector<PixelAccumulator>& sums) {
 }
 
 void PartWriter::addRecord(const FilmRecord& record) {
-    appendBlock(headOf(BlockKind::Record, record), *record.bytes, m_bytes);
+    appendBlock(headOf(BlockKind::Record, record), record.bytes.view(), m_bytes);
 }
 
 void PartWriter::addLayers(const FilmRecord& record) {
-    appendBlock(headOf(BlockKind::Layers, record), *record.bytes, m_bytes);
+    appendBlock(headOf(BlockKind::Layers, record), record.bytes.view(), m_bytes);
 }
 
 std::string PartWriter::finish() {
@@ -110,9 +110,7 @@ struct PartReader::Block {
     BlockHead head;
     std::string bytes;
 
-    FilmRecord record() const {
-        return {head.pixels, head.samples, std::make_shared<const std::string>(bytes)};
-    }
+    FilmRecord record() const { return {head.pixels, head.samples, bytes}; }
 };
 
 PartReader::PartReader(const fs::path& file)

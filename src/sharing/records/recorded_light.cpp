@@ -4,6 +4,8 @@
 #include "core/util/parallel.h"
 
 #include <algorithm>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <tuple>
 
@@ -42,12 +44,12 @@ void sort(std::vector<RareSample>& samples) {
 
 /// Replaces each item i by item indexOf(i), in place. The indices are a permutation; those of moved items
 /// become their own.
-template <class Item, class IndexOf>
-void permute(std::vector<Item>& items, const IndexOf& indexOf) {
+template <class Items, class IndexOf>
+void permute(Items& items, const IndexOf& indexOf) {
     for (uint32_t first = 0; first < items.size(); ++first) {
         if (indexOf(first) == first)
             continue;
-        const Item saved = items[first];
+        const auto saved = items[first];
         uint32_t i = first;
         for (uint32_t next = indexOf(i); next != first; next = indexOf(i)) {
             items[i] = items[next];
@@ -195,10 +197,21 @@ RecordedLight::RecordedLight(const Film& film) : pixelBounds(film.pixelBounds())
     if (!tiles.empty())
         parts = tiles.front().parts();
     joinCells(tiles);
+    ByteArena arena;
+    std::mutex arenaMutex;
     parallelFor(height, [&](size_t row) {
         std::sort(tilesOfRow[row].begin(), tilesOfRow[row].end(),
                   [](const auto* a, const auto* b) { return a->pixels().x0 < b->pixels().x0; });
-        joinRow(pixelBounds.y0 + int(row), tilesOfRow[row]);
+        std::vector<PixelUse> uses;
+        joinRow(pixelBounds.y0 + int(row), tilesOfRow[row], uses);
+        std::shared_ptr<char> memory;
+        {
+            const std::lock_guard lock(arenaMutex);
+            memory = arena.allocate(uses.size() * sizeof(PixelUse));
+        }
+        auto* const first = reinterpret_cast<PixelUse*>(memory.get());
+        std::uninitialized_copy(uses.begin(), uses.end(), first);
+        m_usesOfRow[row] = {{first, uses.size()}, std::move(memory)};
     });
     for (const auto& row : m_rareOfRow)
         rare.insert(rare.end(), row.begin(), row.end());
@@ -208,11 +221,11 @@ RecordedLight::RecordedLight(const Film& film) : pixelBounds(film.pixelBounds())
 
 /// Adds up the cells of all tiles, and numbers the cells of each tile by their indices in `cells`.
 void RecordedLight::joinCells(std::vector<TileLightReader>& tiles) {
-    IndexTable indices;
     std::vector<std::vector<uint32_t>> numbers;
     size_t total = 0; // those on several tiles count several times
     for (const TileLightReader& tile : tiles)
         total += tile.cellCount();
+    IndexTable indices(total);
     cells.reserve(total);
     for (TileLightReader& tile : tiles) {
         std::vector<uint32_t>& numbersOfTile = numbers.emplace_back();
@@ -246,7 +259,8 @@ void RecordedLight::joinCells(std::vector<TileLightReader>& tiles) {
 }
 
 /// Adds up the pixels of a row. `tiles`: those that contain pixels of the row, by ascending first pixels.
-void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& tiles) {
+void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& tiles,
+                            std::vector<PixelUse>& uses) {
     std::vector<TileLightReader::Row> rows; // that contain the current pixel
     std::vector<int> ends;                  // of these
     size_t next = 0, index = size_t(y - pixelBounds.y0) * size_t(pixelBounds.width());
@@ -278,25 +292,25 @@ void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& ti
             for (int half = 0; half < kHalves; ++half)
                 pixels[kHalves * index + size_t(half)] = toFloats(light.halves[half]);
         }
-        setUses(index, light);
+        setUses(index, light, uses);
     }
 }
 
 /// Sets the uses and the rare samples of a pixel, in this order, so that sums of floats do not depend on the
 /// order of rendering.
-void RecordedLight::setUses(size_t index, PixelLight& light) {
+void RecordedLight::setUses(size_t index, PixelLight& light, std::vector<PixelUse>& usesOfRow) {
     const size_t row = index / size_t(pixelBounds.width());
     for (int half = 0; half < kHalves; ++half) {
         HalfLight& from = light.halves[half];
         sortUses(from.uses);
         for (const CellUse& use : from.uses)
-            m_usesOfRow[row].push_back({use.cell & 0x7fffffffu, uint32_t(half) & 1, use.albedoSum()});
+            usesOfRow.push_back({use.cell & 0x7fffffffu, uint32_t(half) & 1, use.albedoSum()});
         if (!from.rare.empty())
             sort(from.rare);
         for (const RareSample& sample : from.rare)
             m_rareOfRow[row].push_back({sample, uint32_t(index), uint32_t(half)});
     }
-    m_endOfUses[index] = uint32_t(m_usesOfRow[row].size());
+    m_endOfUses[index] = uint32_t(usesOfRow.size());
 }
 
 void RecordedLight::joinEmission(const std::vector<TileLightReader>& tiles) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/film/film.h"
+#include "core/util/memory.h"
 #include "sharing/records/tile_light.h"
 
 namespace strobe {
@@ -48,7 +49,7 @@ class RecordedLight {
     /// Returns the uses of cells of a pixel, by half and cell. `row`: that of the pixel, from 0 on.
     std::span<const PixelUse> uses(size_t row, size_t pixel) const {
         const uint32_t first = pixel == row * size_t(pixelBounds.width()) ? 0 : m_endOfUses[pixel - 1];
-        return std::span(m_usesOfRow[row]).subspan(first, m_endOfUses[pixel] - first);
+        return m_usesOfRow[row].uses.subspan(first, m_endOfUses[pixel] - first);
     }
     std::span<const PixelUse> uses(size_t pixel) const {
         return uses(pixel / size_t(pixelBounds.width()), pixel);
@@ -57,18 +58,22 @@ class RecordedLight {
     const PixelBounds pixelBounds;
     LightParts parts; ///< that were recorded; the sums of the others are 0
     /// Pixels are numbered row by row in the pixel bounds.
-    std::vector<HalfPixelSums> pixels;
-    std::vector<CellSums> cells;       ///< by ascending id
+    HugeVector<HalfPixelSums> pixels;
+    HugeVector<CellSums> cells;        ///< by ascending id
     std::vector<EmissionSum> emission; ///< by ascending pixel, with one entry per pixel
     std::vector<PixelRareSample> rare; ///< by ascending pixel, in an order that depends on the samples only
 
   private:
     void joinCells(std::vector<TileLightReader>& tiles);
-    void joinRow(int y, const std::vector<const TileLightReader*>& tiles);
-    void setUses(size_t index, PixelLight& light);
+    void joinRow(int y, const std::vector<const TileLightReader*>& tiles, std::vector<PixelUse>& uses);
+    void setUses(size_t index, PixelLight& light, std::vector<PixelUse>& usesOfRow);
     void joinEmission(const std::vector<TileLightReader>& tiles);
 
-    std::vector<std::vector<PixelUse>> m_usesOfRow;
+    struct UsesOfRow {
+        std::span<const PixelUse> uses;
+        std::shared_ptr<const char> memory; ///< a share of that of `uses`
+    };
+    std::vector<UsesOfRow> m_usesOfRow;
     std::vector<std::vector<PixelRareSample>> m_rareOfRow; ///< until they are joined
     std::vector<uint32_t> m_endOfUses;                     ///< by pixel; in the uses of its row
 };

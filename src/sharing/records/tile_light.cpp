@@ -80,6 +80,12 @@ void write(ByteWriter& out, const CellSums& cell, LightParts parts) {
     out.set(start, uint8_t(isLong));
 }
 
+/// The flags of a pixel without samples.
+const std::string_view kNoSamples("\0\0", kHalves);
+
+/// Copies bytes. Returns the end of the copy.
+char* append(std::string_view bytes, char* out) { return std::copy(bytes.begin(), bytes.end(), out); }
+
 } // namespace
 
 void HalfLight::clear() {
@@ -197,37 +203,44 @@ void TileLight::writeHeader(const PixelBounds& tile) {
         m_header.add(uint64_t(entry.y - tile.y0) * uint64_t(tile.width()) + uint64_t(entry.x - tile.x0));
 }
 
-/// Appends the ends of the rows, in bytes from the start of the first row, and the rows.
-void TileLight::writeRows(const PixelBounds& tile, std::string& out) {
-    static const std::string_view kNoSamples("\0\0", kHalves); // flags
+/// Returns the number of bytes of the rows and of the table of their ends.
+size_t TileLight::sizeOfRows(const PixelBounds& tile) const {
+    return size_t(tile.height()) * sizeof(RowEnd) + m_pixelBytes.size() +
+           kNoSamples.size() * (pixelCount(tile) - m_pixels.size());
+}
+
+/// Writes the ends of the rows, in bytes from the start of the first row, and the rows.
+void TileLight::writeRows(const PixelBounds& tile, char* out) const {
     constexpr size_t kAbsent = ~size_t(0);
     std::vector<size_t> entryOf(pixelCount(tile), kAbsent);
     for (size_t i = 0; i < m_pixels.size(); ++i)
         entryOf[size_t(m_pixels[i].y - tile.y0) * size_t(tile.width()) + size_t(m_pixels[i].x - tile.x0)] = i;
-    const size_t tableStart = out.size(), start = tableStart + size_t(tile.height()) * sizeof(RowEnd);
-    out.reserve(start + m_pixelBytes.size() + kNoSamples.size() * (entryOf.size() - m_pixels.size()));
-    out.resize(start);
+    char* const rows = out + size_t(tile.height()) * sizeof(RowEnd);
+    char* next = rows;
     for (int y = 0; y < tile.height(); ++y) {
         for (int x = 0; x < tile.width(); ++x) {
             const size_t entry = entryOf[size_t(y) * size_t(tile.width()) + size_t(x)];
-            out += entry == kAbsent
-                       ? kNoSamples
-                       : m_pixelBytes.bytes().substr(m_pixels[entry].first, m_pixels[entry].size);
+            next = append(entry == kAbsent
+                              ? kNoSamples
+                              : m_pixelBytes.bytes().substr(m_pixels[entry].first, m_pixels[entry].size),
+                          next);
         }
-        const RowEnd end = out.size() - start;
-        std::memcpy(&out[tableStart + size_t(y) * sizeof end], &end, sizeof end);
+        const RowEnd end = size_t(next - rows);
+        std::memcpy(out + size_t(y) * sizeof end, &end, sizeof end);
     }
 }
 
 FilmRecord TileLight::record(const PixelBounds& tile, const SampleSlice& samples) {
     writeHeader(tile);
-    std::string bytes(m_header.bytes());
+    const size_t size = m_header.size() + m_emission.size() * PixelAccumulator::kBytes + sizeOfRows(tile);
+    const std::shared_ptr<char> bytes = m_arena.allocate(size);
+    char* next = append(m_header.bytes(), bytes.get());
     for (const EmissionEntry& entry : m_emission) {
-        bytes.resize(bytes.size() + PixelAccumulator::kBytes);
-        entry.sum.store(&bytes[bytes.size() - PixelAccumulator::kBytes]);
+        entry.sum.store(next);
+        next += PixelAccumulator::kBytes;
     }
-    writeRows(tile, bytes);
-    return {tile, samples, std::make_shared<const std::string>(std::move(bytes))};
+    writeRows(tile, next);
+    return {tile, samples, SharedBytes(bytes, size)};
 }
 
 } // namespace strobe

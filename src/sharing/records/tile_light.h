@@ -82,7 +82,8 @@ class TileLight {
     void writeHalf(const HalfLight& half);
     void writeRare(const std::vector<RareSample>& samples);
     void writeHeader(const PixelBounds& tile);
-    void writeRows(const PixelBounds& tile, std::string& out);
+    size_t sizeOfRows(const PixelBounds& tile) const;
+    void writeRows(const PixelBounds& tile, char* out) const;
 
     const LightParts m_parts;
     std::vector<CellSums> m_cells;
@@ -92,6 +93,7 @@ class TileLight {
     ByteWriter m_pixelBytes; ///< pixel by pixel, in the order of m_pixels
     std::vector<EmissionEntry> m_emission;
     ByteWriter m_header; ///< a buffer
+    ByteArena m_arena;   ///< of the records
 };
 
 /// Returns one of several sums in a record, of 8 bytes or, if they are long, of 16.

@@ -63,7 +63,7 @@ Rgb colorAt(const char* bytes) {
 void TileLightReader::fail() { throw Error("the record of a tile is damaged", ErrorKind::Usage); }
 
 TileLightReader::TileLightReader(FilmRecord record) : m_record(std::move(record)) {
-    ByteReader header(*m_record.bytes);
+    ByteReader header(m_record.bytes.view());
     if (header.next<uint32_t>() != kFormat)
         fail();
     const auto bits = header.next<uint32_t>();
@@ -74,7 +74,7 @@ TileLightReader::TileLightReader(FilmRecord record) : m_record(std::move(record)
     readEmission(header);
     m_rowTable = header.position() + m_emission.size() * PixelAccumulator::kBytes;
     m_rowsStart = m_rowTable + size_t(m_record.pixels.height()) * sizeof(RowEnd);
-    if (m_rowsStart > m_record.bytes->size())
+    if (m_rowsStart > m_record.bytes.size())
         fail();
 }
 
@@ -89,7 +89,7 @@ void TileLightReader::skipCells(ByteReader& header) {
         header.skip(kMinCellBytes - 1 + sizeOfSums(isLong, m_parts));
         m_cellNumbers[i] = uint32_t(i);
     }
-    m_cellBytes = std::string_view(*m_record.bytes).substr(first, header.position() - first);
+    m_cellBytes = m_record.bytes.view().substr(first, header.position() - first);
 }
 
 CellSums TileLightReader::nextCell(ByteReader& reader) const {
@@ -110,11 +110,12 @@ void TileLightReader::readEmission(ByteReader& header) {
             fail();
     }
     for (size_t i = 0; i < count; ++i)
-        m_emission[i].sum.load(m_record.bytes->data() + header.position() + i * PixelAccumulator::kBytes);
+        m_emission[i].sum.load(m_record.bytes.view().data() + header.position() +
+                               i * PixelAccumulator::kBytes);
 }
 
 TileLightReader::Row TileLightReader::row(int y) const {
-    const std::string& bytes = *m_record.bytes;
+    const std::string_view bytes = m_record.bytes.view();
     RowEnd first = 0, end = 0;
     const char* table = bytes.data() + m_rowTable;
     const auto index = size_t(y - m_record.pixels.y0);
@@ -123,7 +124,7 @@ TileLightReader::Row TileLightReader::row(int y) const {
     std::memcpy(&end, table + index * sizeof end, sizeof end);
     if (first > end || end > bytes.size() - m_rowsStart)
         fail();
-    return {*this, std::string_view(bytes).substr(m_rowsStart + first, end - first)};
+    return {*this, bytes.substr(m_rowsStart + first, end - first)};
 }
 
 HalfBytes TileLightReader::Row::nextHalf() {

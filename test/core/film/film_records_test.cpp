@@ -5,14 +5,12 @@
 namespace strobe {
 namespace {
 
-FilmRecord record(const PixelBounds& pixels, const char* text) {
-    return {pixels, {0, 1}, std::make_shared<const std::string>(text)};
-}
+FilmRecord record(const PixelBounds& pixels, const char* text) { return {pixels, {0, 1}, std::string(text)}; }
 
 std::string textOf(const FilmRecords& records) {
     std::string text;
     for (const FilmRecord& one : records.all())
-        text += *one.bytes;
+        text += one.bytes.view();
     return text;
 }
 
