@@ -26,12 +26,8 @@ const ParamDef<std::string> kSampling{"sampling", "adaptive",
 /// The parts of the light that the user chose; none: auto.
 using ChosenParts = std::optional<LightParts>;
 
-/// Reconstructs the shared parts of the light and corrects the image. The parts are those of the records,
-/// which are removed if the film does not accumulate: nothing can be added later, and they are large.
-std::vector<SharedPart> shareLight(Film& film) {
-    RecordedLight light(film);
-    if (!film.accumulates())
-        film.records().clear();
+/// Reconstructs the recorded parts of the light and corrects the image.
+std::vector<SharedPart> shareLight(RecordedLight light, Film& film) {
     const LightParts shared = light.parts;
     if (!light.emission.empty())
         film.addToImage(emissionCorrection(light));
@@ -51,13 +47,14 @@ class AdaptiveState : public IntegratorState {
                   bool adaptsSamples)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
           m_plan(planSharing(scene, context, cellSize, chosen)),
+          m_frame(std::make_unique<FrameLight>(m_plan.parts)),
           m_factors(adaptsSamples ? planSamples(scene, context, m_plan.parts) : std::nullopt) {
         if (observes())
             m_refinement.emplace(scene, context.sampling, context.pilotBounds, context.samplesPerPixel,
                                  m_plan.emission);
     }
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_plan.parts,
+        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_plan.parts, *m_frame,
                                                  m_plan.rareLimits, m_refinement ? &*m_refinement : nullptr);
     }
     const SampleFactors* sampleFactors() const override { return m_factors ? &*m_factors : nullptr; }
@@ -78,7 +75,7 @@ class AdaptiveState : public IntegratorState {
         if (!observes())
             return;
         mergeRecordsOfSamePixels(film.records());
-        setLayers(shareLight(film), film);
+        setLayers(shareLight(m_frame->take(film), film), film);
     }
 
   private:
@@ -114,6 +111,7 @@ class AdaptiveState : public IntegratorState {
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
     const SharingPlan m_plan;
+    const std::unique_ptr<FrameLight> m_frame;
     const std::optional<SampleFactors> m_factors;   ///< none: 1 everywhere
     std::optional<EmissionRefinement> m_refinement; ///< none: nothing is shared
 };
@@ -137,7 +135,7 @@ class AdaptiveCache : public Integrator {
     void mergeRecords(FilmRecords& records) const override { mergeRecordsOfSamePixels(records); }
     void finishMerged(Film& film) const override {
         if (!film.records().isEmpty())
-            shareLight(film);
+            shareLight(RecordedLight(film), film);
     }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
         return std::make_unique<AdaptiveState>(scene, context, m_cellSize, m_chosen, m_adaptsSamples);

@@ -49,7 +49,7 @@ class FirstRayWorker : public IntegratorWorker {
           m_blocks(m_scope == SharingSettings::Scope::Mutex ? render.blocks : m_ownBlocks),
           m_surfaces(render.lattice.makeSurfaceCache()) {}
 
-    void beginTile() override {
+    void beginTile(const Film&) override {
         if (m_scope == SharingSettings::Scope::Tile)
             m_blocks.clear();
     }

@@ -80,11 +80,36 @@ struct LightRecorder::Chunk {
 };
 
 LightRecorder::LightRecorder(const Scene& scene, float cellSize, float clamp, LightParts parts,
-                             const RareLimits& rareLimits)
+                             const RareLimits& rareLimits, FrameLight& frame)
     : m_scene(scene), m_spread(scene), m_cellSize(cellSize), m_parts(parts), m_limits{clamp, rareLimits},
-      m_tile(parts) {}
+      m_frame(frame), m_tile(parts) {}
 
 LightRecorder::~LightRecorder() = default;
+
+void LightRecorder::beginTile(const Film& film) {
+    m_hasRecord = !m_frame.beginTile(film);
+    m_tile.clear();
+    m_uses.clear();
+    m_sums.pixels.clear();
+    m_sums.rare.clear();
+    m_sums.emission.clear();
+}
+
+void LightRecorder::addEmission(const PixelRef& pixel, const PixelAccumulator& sum) {
+    if (m_hasRecord)
+        m_tile.addEmission(pixel.x, pixel.y, sum);
+    else
+        m_sums.emission.push_back({m_frame.indexOf(pixel.x, pixel.y), sum});
+}
+
+void LightRecorder::finishTile(const PixelBounds& tile, Film& film) {
+    if (m_hasRecord) {
+        film.records().add(m_tile.record(tile, m_samples));
+    } else {
+        m_sums.cells = m_tile.cells();
+        m_frame.add(m_uses, m_sums);
+    }
+}
 
 /// Writes the positions and the normals, on the side of the viewer, at shutter fraction 0.
 void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n) const {
@@ -183,7 +208,11 @@ void LightRecorder::recordPixel(const VisibilityBatch& batch, uint32_t pixel) {
         if (k % kQuarters == kQuarters - 1)
             emptySlots(k / kQuarters);
     }
-    m_tile.addPixel(batch.pixels[pixel].x, batch.pixels[pixel].y, m_pixel);
+    const PixelRef& at = batch.pixels[pixel];
+    if (m_hasRecord)
+        m_tile.addPixel(at.x, at.y, m_pixel);
+    else
+        m_frame.setPixel(at.x, at.y, m_pixel, m_uses, m_sums);
 }
 
 /// Records the samples first … end - 1 of a chunk, which are in a quarter of the pixel, 0 … 3.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/render/integrator.h"
+#include "sharing/frame_light.h"
 #include "sharing/records/light_units.h"
 #include "sharing/records/tile_light.h"
 #include "sharing/rest_points.h"
@@ -23,23 +24,21 @@ struct CellSlot {
 class LightRecorder {
   public:
     /// `cellSize`: the edge of cells in pixels, within a factor of √2.
-    /// `clamp`: see RenderSettings. `parts`: those to record.
+    /// `clamp`: see RenderSettings. `parts`: those to record. The frame outlives the recorder.
     LightRecorder(const Scene& scene, float cellSize, float clamp, LightParts parts,
-                  const RareLimits& rareLimits);
+                  const RareLimits& rareLimits, FrameLight& frame);
     ~LightRecorder();
-    /// Forgets what was recorded since the last tile.
-    void beginTile() { m_tile.clear(); }
+    /// Begins a tile of the film. Forgets what was recorded since the last tile.
+    void beginTile(const Film& film);
     /// Records the radiance and the first vertices of the samples in batch.filmSlice: request i is that of
     /// the i-th of these samples. Precondition: batch.slice has all samples of each pixel, so that the cells
     /// do not depend on the slice.
     void record(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                 std::span<const FirstVertex> vertices);
     /// Adds samples of the emission of a pixel.
-    void addEmission(const PixelRef& pixel, const PixelAccumulator& sum) {
-        m_tile.addEmission(pixel.x, pixel.y, sum);
-    }
-    /// Returns the record of the tile.
-    FilmRecord finishTile(const PixelBounds& tile) { return m_tile.record(tile, m_samples); }
+    void addEmission(const PixelRef& pixel, const PixelAccumulator& sum);
+    /// Adds what was recorded to the frame, or to the records of the film.
+    void finishTile(const PixelBounds& tile, Film& film);
 
   private:
     struct Chunk;
@@ -64,8 +63,13 @@ class LightRecorder {
     std::vector<Chunk> m_chunks;   ///< of the current batch
     PixelLight m_pixel;            ///< the current pixel
     std::vector<CellSlot> m_slots; ///< of the current half of the pixel
-    TileLight m_tile;              ///< the current tile
-    SampleSlice m_samples;         ///< of the last batch
+    FrameLight& m_frame;
+    bool m_hasRecord = true; ///< the current tile is added to the film's records, not to the frame
+    TileLight m_tile;        ///< the current tile, or its cells
+    // Of the current tile, if it has no record:
+    std::vector<PixelUse> m_uses;
+    TileSums m_sums;
+    SampleSlice m_samples; ///< of the last batch
 };
 
 class EmissionRefinement;
@@ -74,22 +78,22 @@ class EmissionRefinement;
 class RecordingWorker : public IntegratorWorker {
   public:
     /// See LightRecorder and EmissionRefinement.
-    RecordingWorker(const Scene& scene, float cellSize, float clamp, LightParts parts,
+    RecordingWorker(const Scene& scene, float cellSize, float clamp, LightParts parts, FrameLight& frame,
                     const RareLimits& rareLimits = {}, const EmissionRefinement* refinement = nullptr)
         : m_scene(scene), m_refinement(refinement), m_setsCones(!parts.isEmpty() && !scene.needsFootprint()),
-          m_recorder(scene, cellSize, clamp, parts, rareLimits) {}
+          m_recorder(scene, cellSize, clamp, parts, rareLimits, frame) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
     std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override;
     void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                  std::span<const FirstVertex> vertices) override;
-    void beginTile() override {
-        m_recorder.beginTile();
+    void beginTile(const Film& film) override {
+        m_recorder.beginTile(film);
         m_hasObserved = false;
     }
     void endTile(const PixelBounds& tile, Film& film) override {
         if (m_hasObserved)
-            film.records().add(m_recorder.finishTile(tile));
+            m_recorder.finishTile(tile, film);
     }
 
   private:

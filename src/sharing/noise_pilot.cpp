@@ -72,8 +72,8 @@ struct Brightness {
 /// Records the samples of a block, and their brightness.
 class PilotWorker : public RecordingWorker {
   public:
-    PilotWorker(const Scene& scene, float cellSize, float clamp, Brightness& brightness)
-        : RecordingWorker(scene, cellSize, clamp, LightParts::all()), m_brightness(brightness) {}
+    PilotWorker(const Scene& scene, float cellSize, float clamp, FrameLight& frame, Brightness& brightness)
+        : RecordingWorker(scene, cellSize, clamp, LightParts::all(), frame), m_brightness(brightness) {}
     void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                  std::span<const FirstVertex> vertices) override {
         RecordingWorker::observe(batch, radiance, vertices);
@@ -93,13 +93,16 @@ class PilotState : public IntegratorState {
     PilotState(const Scene& scene, float cellSize, float clamp, Brightness& brightness)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(clamp), m_brightness(brightness) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<PilotWorker>(m_scene, m_cellSize, m_clamp, m_brightness);
+        return std::make_unique<PilotWorker>(m_scene, m_cellSize, m_clamp, m_frame, m_brightness);
     }
     bool observes() const override { return true; }
+    /// Returns the light of the film, after its render.
+    RecordedLight takeLight(const Film& film) { return m_frame.take(film); }
 
   private:
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
+    FrameLight m_frame{LightParts::all()};
     Brightness& m_brightness;
 };
 
@@ -127,7 +130,7 @@ BlockImages renderBlock(const Scene& scene, const RenderContext& context, const 
     PilotState pilot(scene, cellSize, context.clamp, brightness);
     Film film(block.x1, block.y1, block);
     sums.counters.add(context.renderPilot(pilot, film, samplesPerPixel, seed));
-    RecordedLight light(film);
+    RecordedLight light = pilot.takeLight(film);
     const auto pixels = double(film.image().pixels.size());
     sums.pixels += pixels;
     sums.emissionCoefficient += pixels * emissionPilot(light).coefficient;

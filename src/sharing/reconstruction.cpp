@@ -57,7 +57,7 @@ class Mixture {
         : m_light(light), m_part(part), m_estimates(estimates), m_width(light.pixelBounds.width()),
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
           m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)) {
-        forPixels([&](size_t row, size_t i) { measure(row, i); });
+        forPixels([&](size_t i) { measure(i); });
         WindowMean(m_width, m_height, kWindow).apply(m_variance);
         m_bias.average();
     }
@@ -66,7 +66,7 @@ class Mixture {
         const size_t count = m_differences.size();
         SharedPart out{HugeVector<Rgb>(count), std::vector<float>(count), std::vector<float>(count),
                        std::vector<float>(count), std::vector<float>(count)};
-        forPixels([&](size_t, size_t i) { mixPixel(i, out); });
+        forPixels([&](size_t i) { mixPixel(i, out); });
         restoreTotal(out.variance, out.correction);
         for (float& variance : out.variance)
             variance /= 3;
@@ -92,9 +92,9 @@ class Mixture {
     /// Halves of a scrambled Sobol' sequence err in opposite directions where the light depends on few
     /// dimensions, so that their difference overestimates the variance of their mean: up to 8 times and more
     /// for direct light (measured). The quarters show by how much.
-    void measure(size_t row, size_t pixel) {
+    void measure(size_t pixel) {
         Float4 sums[kHalves][3] = {};
-        for (const PixelUse& use : m_light.uses(row, pixel)) {
+        for (const PixelUse& use : m_light.uses(pixel)) {
             const auto& estimate = m_estimates[use.cell].light[int(m_part)][use.half];
             for (int c = 0; c < 3; ++c)
                 sums[use.half][c] += use.albedo[c] * loadFloat4(estimate[c]);
@@ -175,7 +175,7 @@ class Mixture {
         const size_t width = size_t(m_width);
         parallelFor(size_t(m_height), [&](size_t y) {
             for (size_t i = y * width; i < (y + 1) * width; ++i)
-                work(y, i);
+                work(i);
         });
     }
 

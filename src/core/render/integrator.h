@@ -47,7 +47,7 @@ class IntegratorWorker {
     virtual void observe(const VisibilityBatch& /*batch*/, std::span<const Rgb> /*radiance*/,
                          std::span<const FirstVertex> /*vertices*/) {}
     /// Called before the first batch of each tile.
-    virtual void beginTile() {}
+    virtual void beginTile(const Film& /*film*/) {}
     /// Called after the last batch of each tile, unless RenderSettings::stop ended it. A worker that observes
     /// adds what it recorded about the tile to the film's records.
     virtual void endTile(const PixelBounds& /*tile*/, Film& /*film*/) {}

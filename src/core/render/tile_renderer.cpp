@@ -47,7 +47,7 @@ TileRenderer::Sampling& TileRenderer::samplingFor(uint32_t factor) {
 
 bool TileRenderer::renderTile(const PixelBounds& tile, Film& film) {
     const ScopedFlushDenormals flushDenormals;
-    m_integrator->beginTile();
+    m_integrator->beginTile(film);
     m_pixels.clear();
     for (const uint32_t factor : m_factors ? m_factors->in(tile) : std::vector<uint32_t>{1})
         if (!renderPixels(tile, factor, film))

@@ -4,10 +4,8 @@
 #include "core/util/parallel.h"
 
 #include <algorithm>
-#include <memory>
 #include <mutex>
 #include <optional>
-#include <tuple>
 
 namespace strobe {
 
@@ -30,52 +28,6 @@ bool isInside(const PixelBounds& inner, const PixelBounds& outer) {
 
 bool areEqual(const PixelBounds& a, const PixelBounds& b) {
     return a.x0 == b.x0 && a.y0 == b.y0 && a.x1 == b.x1 && a.y1 == b.y1;
-}
-
-/// Sorts samples by all that they hold.
-void sort(std::vector<RareSample>& samples) {
-    const auto key = [](const RareSample& s) {
-        return std::tuple(s.cell, s.part, s.isInQuarter, s.light.x, s.light.y, s.light.z, s.albedo.x,
-                          s.albedo.y, s.albedo.z);
-    };
-    std::sort(samples.begin(), samples.end(),
-              [&](const RareSample& a, const RareSample& b) { return key(a) < key(b); });
-}
-
-/// Replaces each item i by item indexOf(i), in place. The indices are a permutation; those of moved items
-/// become their own.
-template <class Items, class IndexOf>
-void permute(Items& items, const IndexOf& indexOf) {
-    for (uint32_t first = 0; first < items.size(); ++first) {
-        if (indexOf(first) == first)
-            continue;
-        const auto saved = items[first];
-        uint32_t i = first;
-        for (uint32_t next = indexOf(i); next != first; next = indexOf(i)) {
-            items[i] = items[next];
-            indexOf(i) = i;
-            i = next;
-        }
-        items[i] = saved;
-        indexOf(i) = i;
-    }
-}
-
-HalfPixelSums toFloats(const HalfLight& light) {
-    HalfPixelSums out;
-    out.count = light.count();
-    out.quarterCount = light.quarters[0].count;
-    for (int part = 0; part < kParts; ++part) {
-        RgbSum sum = light.quarters[0].light[part];
-        out.quarterLight[part] = sum.value();
-        sum.add(light.quarters[1].light[part]);
-        out.light[part] = sum.value();
-    }
-    out.emitted = light.emitted.value();
-    out.v = float(light.v.value());
-    out.ee = float(light.ee.value());
-    out.ve = float(light.ve.value());
-    return out;
 }
 
 float toFloat(int64_t units) { return float(double(units) * (1 / FixedPointSum::kPerUnit)); }
@@ -132,6 +84,19 @@ void requireSameParts(const TileLightReader& a, const TileLightReader& b) {
         throw Error("the records of tiles have different parts of the light", ErrorKind::Usage);
 }
 
+/// Returns the additional samples of emission of all tiles.
+std::vector<EmissionSum> emissionOf(const std::vector<TileLightReader>& tiles, const PixelBounds& bounds) {
+    std::vector<EmissionSum> all;
+    for (const TileLightReader& tile : tiles)
+        for (const EmissionSum& one : tile.emission()) {
+            const auto width = size_t(tile.pixels().width());
+            const size_t x = one.pixel % width + size_t(tile.pixels().x0 - bounds.x0);
+            const size_t y = one.pixel / width + size_t(tile.pixels().y0 - bounds.y0);
+            all.push_back({y * size_t(bounds.width()) + x, one.sum});
+        }
+    return all;
+}
+
 /// Adds the next pixel of rows of different records.
 void addNext(std::span<TileLightReader::Row> rows, PixelLight& light) {
     for (TileLightReader::Row& row : rows)
@@ -179,88 +144,46 @@ FilmRecord sumOf(std::span<const FilmRecord> records) {
 
 } // namespace
 
-RecordedLight::RecordedLight(const Film& film) : pixelBounds(film.pixelBounds()) {
-    const auto width = size_t(pixelBounds.width()), height = size_t(pixelBounds.height());
-    pixels.resize(kHalves * width * height);
-    m_endOfUses.resize(width * height);
-    m_usesOfRow.resize(height);
-    m_rareOfRow.resize(height);
+RecordedLight::RecordedLight(const Film& film) : RecordedLight(film.pixelBounds(), {}) {
     std::vector<TileLightReader> tiles = readersOf(film.records().all());
+    const auto height = size_t(pixelBounds.height());
     std::vector<std::vector<const TileLightReader*>> tilesOfRow(height);
+    size_t cellCount = 0; // those on several tiles count several times
     for (const TileLightReader& tile : tiles) {
         requireSameParts(tile, tiles.front());
         if (!isInside(tile.pixels(), pixelBounds))
             throw Error("the record of a tile has pixels outside of the image", ErrorKind::Usage);
         for (int y = tile.pixels().y0; y < tile.pixels().y1; ++y)
             tilesOfRow[size_t(y - pixelBounds.y0)].push_back(&tile);
+        cellCount += tile.cellCount();
     }
     if (!tiles.empty())
         parts = tiles.front().parts();
-    joinCells(tiles);
+    auto numbers =
+        joinCells(tiles.size(), cellCount, [&](size_t i, const auto& work) { tiles[i].forCells(work); });
+    for (size_t i = 0; i < tiles.size(); ++i)
+        tiles[i].setCellNumbers(std::move(numbers[i]));
+    std::vector<TileSums> rows(height);
     ByteArena arena;
     std::mutex arenaMutex;
     parallelFor(height, [&](size_t row) {
         std::sort(tilesOfRow[row].begin(), tilesOfRow[row].end(),
                   [](const auto* a, const auto* b) { return a->pixels().x0 < b->pixels().x0; });
         std::vector<PixelUse> uses;
-        joinRow(pixelBounds.y0 + int(row), tilesOfRow[row], uses);
-        std::shared_ptr<char> memory;
-        {
-            const std::lock_guard lock(arenaMutex);
-            memory = arena.allocate(uses.size() * sizeof(PixelUse));
-        }
-        auto* const first = reinterpret_cast<PixelUse*>(memory.get());
-        std::uninitialized_copy(uses.begin(), uses.end(), first);
-        m_usesOfRow[row] = {{first, uses.size()}, std::move(memory)};
+        joinRow(pixelBounds.y0 + int(row), tilesOfRow[row], uses, rows[row]);
+        const std::lock_guard lock(arenaMutex);
+        rows[row].uses = copyUses(uses, arena);
     });
-    for (const auto& row : m_rareOfRow)
-        rare.insert(rare.end(), row.begin(), row.end());
-    m_rareOfRow.clear();
-    joinEmission(tiles);
-}
-
-/// Adds up the cells of all tiles, and numbers the cells of each tile by their indices in `cells`.
-void RecordedLight::joinCells(std::vector<TileLightReader>& tiles) {
-    std::vector<std::vector<uint32_t>> numbers;
-    size_t total = 0; // those on several tiles count several times
-    for (const TileLightReader& tile : tiles)
-        total += tile.cellCount();
-    IndexTable indices(total);
-    cells.reserve(total);
-    for (TileLightReader& tile : tiles) {
-        std::vector<uint32_t>& numbersOfTile = numbers.emplace_back();
-        tile.forCells([&](const CellSums& cell) {
-            const uint32_t index = indices.findOrInsert(cell.id.hash(), uint32_t(cells.size()));
-            if (index == cells.size())
-                cells.push_back(cell);
-            else
-                cells[index].add(cell);
-            numbersOfTile.push_back(index);
-        });
-    }
-    struct Key { // small, so that sorting moves little memory
-        CellId id;
-        uint32_t index;
-    };
-    std::vector<Key> order;
-    order.reserve(cells.size());
-    for (uint32_t i = 0; i < cells.size(); ++i)
-        order.push_back({cells[i].id, i});
-    std::sort(order.begin(), order.end(), [](const Key& a, const Key& b) { return a.id < b.id; });
-    std::vector<uint32_t> rank(cells.size());
-    for (uint32_t i = 0; i < cells.size(); ++i)
-        rank[order[i].index] = i;
-    permute(cells, [&](uint32_t i) -> uint32_t& { return order[i].index; });
-    for (size_t i = 0; i < tiles.size(); ++i) {
-        for (uint32_t& number : numbers[i])
-            number = rank[number];
-        tiles[i].setCellNumbers(std::move(numbers[i]));
-    }
+    if (!rows.empty())
+        rows.front().emission = emissionOf(tiles, pixelBounds);
+    for (const TileSums& row : rows)
+        linkUses(row);
+    joinRareAndEmission(rows);
 }
 
 /// Adds up the pixels of a row. `tiles`: those that contain pixels of the row, by ascending first pixels.
 void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& tiles,
-                            std::vector<PixelUse>& uses) {
+                            std::vector<PixelUse>& uses, TileSums& sums) {
     std::vector<TileLightReader::Row> rows; // that contain the current pixel
     std::vector<int> ends;                  // of these
     size_t next = 0, index = size_t(y - pixelBounds.y0) * size_t(pixelBounds.width());
@@ -275,59 +198,22 @@ void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& ti
             rows.push_back(tiles[next]->row(y));
             ends.push_back(tiles[next]->pixels().x1);
         }
-        for (HalfLight& half : light.halves) {
-            half.uses.clear();
-            half.rare.clear();
-        }
-        if (rows.size() == 1) { // without the sums of all records
-            for (int half = 0; half < kHalves; ++half) {
-                const HalfBytes bytes = rows[0].nextHalf();
-                pixels[kHalves * index + size_t(half)] = toFloats(bytes, parts);
-                rows[0].tile().addUses(bytes, light.halves[half].uses);
-                rows[0].tile().addRare(bytes, light.halves[half].rare);
-            }
-        } else {
+        if (rows.size() != 1) {
             light.clear();
             addNext(rows, light);
-            for (int half = 0; half < kHalves; ++half)
-                pixels[kHalves * index + size_t(half)] = toFloats(light.halves[half]);
+            setPixel(index, light, uses, sums);
+            continue;
         }
-        setUses(index, light, uses);
-    }
-}
-
-/// Sets the uses and the rare samples of a pixel, in this order, so that sums of floats do not depend on the
-/// order of rendering.
-void RecordedLight::setUses(size_t index, PixelLight& light, std::vector<PixelUse>& usesOfRow) {
-    const size_t row = index / size_t(pixelBounds.width());
-    for (int half = 0; half < kHalves; ++half) {
-        HalfLight& from = light.halves[half];
-        sortUses(from.uses);
-        for (const CellUse& use : from.uses)
-            usesOfRow.push_back({use.cell & 0x7fffffffu, uint32_t(half) & 1, use.albedoSum()});
-        if (!from.rare.empty())
-            sort(from.rare);
-        for (const RareSample& sample : from.rare)
-            m_rareOfRow[row].push_back({sample, uint32_t(index), uint32_t(half)});
-    }
-    m_endOfUses[index] = uint32_t(usesOfRow.size());
-}
-
-void RecordedLight::joinEmission(const std::vector<TileLightReader>& tiles) {
-    std::vector<EmissionSum> all;
-    for (const TileLightReader& tile : tiles)
-        for (const EmissionSum& one : tile.emission()) {
-            const auto width = size_t(tile.pixels().width());
-            const size_t x = one.pixel % width + size_t(tile.pixels().x0 - pixelBounds.x0);
-            const size_t y = one.pixel / width + size_t(tile.pixels().y0 - pixelBounds.y0);
-            all.push_back({y * size_t(pixelBounds.width()) + x, one.sum});
+        for (int half = 0; half < kHalves; ++half) { // without the sums of all records
+            const HalfBytes bytes = rows[0].nextHalf();
+            light.halves[half].uses.clear();
+            light.halves[half].rare.clear();
+            pixels[kHalves * index + size_t(half)] = toFloats(bytes, parts);
+            rows[0].tile().addUses(bytes, light.halves[half].uses);
+            rows[0].tile().addRare(bytes, light.halves[half].rare);
         }
-    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.pixel < b.pixel; });
-    for (const EmissionSum& one : all)
-        if (!emission.empty() && emission.back().pixel == one.pixel)
-            emission.back().sum.add(one.sum);
-        else
-            emission.push_back(one);
+        addUses(index, light, uses, sums);
+    }
 }
 
 void mergeRecordsOfSamePixels(FilmRecords& records) {

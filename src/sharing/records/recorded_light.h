@@ -5,6 +5,8 @@
 #include "core/util/memory.h"
 #include "sharing/records/tile_light.h"
 
+#include <functional>
+
 namespace strobe {
 
 /// The sums of one half of a pixel's samples, weighted by the pixel filter: HalfLight as floats.
@@ -36,24 +38,45 @@ struct PixelRareSample : RareSample { ///< RareSample::cell is an index in Recor
     uint32_t half = 0;
 };
 
-/// The sums of the records of a film. They do not depend on the order of the records, nor on how the samples
-/// were divided into records.
+/// The uses of the pixels of a row or of a tile.
+struct PixelUses {
+    std::span<PixelUse> uses;
+    std::shared_ptr<const char> memory; ///< a share of that of `uses`
+};
+
+/// What a tile adds to the light of a frame. Cells have the indices of `cells`.
+struct TileSums {
+    struct Pixel {
+        size_t index; ///< row by row in the pixel bounds of the frame
+        size_t uses;  ///< number of its uses
+    };
+    std::vector<CellSums> cells;
+    std::vector<Pixel> pixels;
+    PixelUses uses; ///< pixel by pixel, in the order of `pixels`
+    std::vector<PixelRareSample> rare;
+    std::vector<EmissionSum> emission; ///< EmissionSum::pixel is an index in the frame
+};
+
+/// The light of all samples of a frame: the sums of the records of a film, or of tiles. They do not depend on
+/// the order of the records or tiles, nor on how the samples were divided into these.
 class RecordedLight {
   public:
     /// Joins the records of a film. Throws Error of kind Usage if one is damaged.
     explicit RecordedLight(const Film& film);
+    /// For `setPixel` and `join`.
+    RecordedLight(const PixelBounds& bounds, LightParts recorded);
+
+    /// Sets the sums of a pixel. Threads may set different pixels. The cells of `light` belong to a tile.
+    /// Adds the uses and the rare samples of the pixel to `uses` and to the tile.
+    void setPixel(size_t index, PixelLight& light, std::vector<PixelUse>& uses, TileSums& tile);
+    /// Joins tiles, whose pixels are set.
+    void join(std::vector<TileSums> tiles);
 
     const HalfPixelSums& pixel(size_t index, int half) const {
         return pixels[kHalves * index + size_t(half)];
     }
-    /// Returns the uses of cells of a pixel, by half and cell. `row`: that of the pixel, from 0 on.
-    std::span<const PixelUse> uses(size_t row, size_t pixel) const {
-        const uint32_t first = pixel == row * size_t(pixelBounds.width()) ? 0 : m_endOfUses[pixel - 1];
-        return m_usesOfRow[row].uses.subspan(first, m_endOfUses[pixel] - first);
-    }
-    std::span<const PixelUse> uses(size_t pixel) const {
-        return uses(pixel / size_t(pixelBounds.width()), pixel);
-    }
+    /// Returns the uses of cells of a pixel, by half and cell.
+    std::span<const PixelUse> uses(size_t pixel) const { return m_uses[pixel]; }
 
     const PixelBounds pixelBounds;
     LightParts parts; ///< that were recorded; the sums of the others are 0
@@ -64,19 +87,22 @@ class RecordedLight {
     std::vector<PixelRareSample> rare; ///< by ascending pixel, in an order that depends on the samples only
 
   private:
-    void joinCells(std::vector<TileLightReader>& tiles);
-    void joinRow(int y, const std::vector<const TileLightReader*>& tiles, std::vector<PixelUse>& uses);
-    void setUses(size_t index, PixelLight& light, std::vector<PixelUse>& usesOfRow);
-    void joinEmission(const std::vector<TileLightReader>& tiles);
+    /// Calls work(cell) for the cells of a tile, by its number.
+    using ForCells = std::function<void(size_t, const std::function<void(const CellSums&)>&)>;
 
-    struct UsesOfRow {
-        std::span<const PixelUse> uses;
-        std::shared_ptr<const char> memory; ///< a share of that of `uses`
-    };
-    std::vector<UsesOfRow> m_usesOfRow;
-    std::vector<std::vector<PixelRareSample>> m_rareOfRow; ///< until they are joined
-    std::vector<uint32_t> m_endOfUses;                     ///< by pixel; in the uses of its row
+    std::vector<std::vector<uint32_t>> joinCells(size_t tiles, size_t total, const ForCells& forCells);
+    void joinRow(int y, const std::vector<const TileLightReader*>& tiles, std::vector<PixelUse>& uses,
+                 TileSums& sums);
+    void addUses(size_t index, PixelLight& light, std::vector<PixelUse>& uses, TileSums& sums) const;
+    void linkUses(const TileSums& tile);
+    void joinRareAndEmission(std::span<const TileSums> tiles);
+
+    HugeVector<std::span<const PixelUse>> m_uses;      ///< by pixel
+    std::vector<std::shared_ptr<const char>> m_memory; ///< of the uses
 };
+
+/// Copies uses to memory of the arena.
+PixelUses copyUses(std::span<const PixelUse> uses, ByteArena& arena);
 
 /// Replaces records of the same pixels, as of passes and of slices, by one record each, so that their memory
 /// does not grow with the number of passes. Throws Error of kind Usage if a record is damaged.

@@ -60,6 +60,8 @@ class TileLight {
             return m_lastCell;
         return findOtherCell(id);
     }
+    /// All cells, by index.
+    const std::vector<CellSums>& cells() const { return m_cells; }
     /// Returns a cell by its index.
     CellSums& cell(uint32_t index) { return m_cells[index]; }
     /// Adds a pixel of the tile; each at most once.

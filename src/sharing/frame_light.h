@@ -1,0 +1,42 @@
+// The light of the frame that is being rendered.
+#pragma once
+
+#include "sharing/records/recorded_light.h"
+
+#include <mutex>
+#include <optional>
+
+namespace strobe {
+
+/// Collects the light of the tiles of a film. If the film accumulates, records of the tiles contain it, as
+/// more samples may be added. Else the tiles are joined without records, which takes half of the memory.
+/// All functions but `take` are thread-safe.
+class FrameLight {
+  public:
+    explicit FrameLight(LightParts parts) : m_parts(parts) {}
+    /// Prepares for a tile of the film. Returns false if its light belongs to a record.
+    bool beginTile(const Film& film);
+    // Precondition: beginTile returned true.
+    size_t indexOf(int x, int y) const {
+        const PixelBounds& bounds = m_light->pixelBounds;
+        return size_t(y - bounds.y0) * size_t(bounds.width()) + size_t(x - bounds.x0);
+    }
+    /// See RecordedLight::setPixel.
+    void setPixel(int x, int y, PixelLight& light, std::vector<PixelUse>& uses, TileSums& tile) {
+        m_light->setPixel(indexOf(x, y), light, uses, tile);
+    }
+    /// Adds a tile whose pixels are set and whose uses these are.
+    void add(std::span<const PixelUse> uses, const TileSums& tile);
+
+    /// Returns the light of all tiles of the film, and removes that of tiles without records.
+    RecordedLight take(const Film& film);
+
+  private:
+    const LightParts m_parts;
+    std::mutex m_mutex;
+    std::optional<RecordedLight> m_light; ///< none: no tile without a record was begun
+    std::vector<TileSums> m_tiles;
+    ByteArena m_arena; ///< of the tiles' uses
+};
+
+} // namespace strobe
