@@ -1,6 +1,6 @@
 // The records of tiles: what is written is read, sums do not depend on their division, damage is an error.
 #include "core/util/error.h"
-#include "sharing/records/recorded_light.h"
+#include "sharing/frame_light.h"
 
 #include <gtest/gtest.h>
 
@@ -34,9 +34,10 @@ bool contains(const PixelBounds& bounds, const Sample& sample) {
     return sample.x >= bounds.x0 && sample.x < bounds.x1 && sample.y >= bounds.y0 && sample.y < bounds.y1;
 }
 
-/// Returns the record of the samples in a tile.
-FilmRecord recordOf(const std::vector<Sample>& samples, const PixelBounds& tile) {
-    TileLight light(LightParts::all());
+/// Calls add(x, y, pixel) for the pixels of a tile with samples. Their cells are added to `cells`.
+template <class Add>
+void recordPixels(const std::vector<Sample>& samples, const PixelBounds& tile, TileLight& cells,
+                  const Add& add) {
     PixelLight pixel;
     for (int y = tile.y1 - 1; y >= tile.y0; --y)
         for (int x = tile.x0; x < tile.x1; ++x) {
@@ -48,20 +49,33 @@ FilmRecord recordOf(const std::vector<Sample>& samples, const PixelBounds& tile)
                 ++half.quarters[sample.quarter].count;
                 half.quarters[sample.quarter].light[1].add(sample.light);
                 half.v.add(double(sample.light.x));
-                half.uses.emplace_back().cell = light.findCell(sample.cell);
+                half.uses.emplace_back().cell = cells.findCell(sample.cell);
                 half.uses.back().add(Rgb(0.5f, 0.25f, 0.125f));
-                CellSums& cell = light.cell(half.uses.back().cell);
+                if (sample.light.x > 1e6f)
+                    half.rare.push_back({half.uses.back().cell, 1, sample.quarter == 0, sample.light});
+                CellSums& cell = cells.cell(half.uses.back().cell);
                 ++cell.count[sample.half];
                 cell.p[0] += 5;
                 cell.n[1] -= 3;
                 cell.light[1][sample.half].add(sample.light);
             }
             if (pixel.halves[0].count() + pixel.halves[1].count() > 0)
-                light.addPixel(x, y, pixel);
+                add(x, y, pixel);
         }
+}
+
+PixelAccumulator emissionOf(const PixelBounds& tile) {
     PixelAccumulator emission;
     emission.add(Rgb(float(tile.x0)), 1);
-    light.addEmission(tile.x0, tile.y0, emission);
+    return emission;
+}
+
+/// Returns the record of the samples in a tile.
+FilmRecord recordOf(const std::vector<Sample>& samples, const PixelBounds& tile) {
+    TileLight light(LightParts::all());
+    recordPixels(samples, tile, light,
+                 [&](int x, int y, const PixelLight& pixel) { light.addPixel(x, y, pixel); });
+    light.addEmission(tile.x0, tile.y0, emissionOf(tile));
     return light.record(tile, {0, 4});
 }
 
@@ -94,6 +108,31 @@ void expectEqual(const RecordedLight& a, const RecordedLight& b) {
             EXPECT_EQ(a.uses(pixel)[i].albedo, b.uses(pixel)[i].albedo);
         }
     }
+    ASSERT_EQ(a.rare.size(), b.rare.size());
+    for (size_t i = 0; i < a.rare.size(); ++i) {
+        EXPECT_EQ(a.rare[i].pixel, b.rare[i].pixel);
+        EXPECT_EQ(a.rare[i].half, b.rare[i].half);
+        EXPECT_EQ(a.rare[i].cell, b.rare[i].cell);
+        EXPECT_EQ(a.rare[i].light, b.rare[i].light);
+    }
+}
+
+/// Returns the light of tiles that are recorded without records.
+RecordedLight lightOfTiles(const std::vector<Sample>& samples, const std::vector<PixelBounds>& tiles) {
+    const Film film(12, 8, kFrame);
+    FrameLight frame(LightParts::all());
+    for (const PixelBounds& tile : tiles) {
+        EXPECT_TRUE(frame.beginTile(film));
+        TileLight cells(LightParts::all());
+        std::vector<PixelUse> uses;
+        TileSums sums;
+        recordPixels(samples, tile, cells,
+                     [&](int x, int y, PixelLight& pixel) { frame.setPixel(x, y, pixel, uses, sums); });
+        sums.cells = cells.cells();
+        sums.emission.push_back({frame.indexOf(tile.x0, tile.y0), emissionOf(tile)});
+        frame.add(uses, sums);
+    }
+    return frame.take(film);
 }
 
 TEST(ByteStream, ReadsWhatWasWritten) {
@@ -160,6 +199,31 @@ TEST(RecordedLight, DoesNotDependOnTheDivision) {
     expectEqual(divided, whole);
     EXPECT_EQ(divided.emission.size(), 3u);
     EXPECT_EQ(divided.emission.front().sum.validCount(), 2u); // of `left` and `top`
+}
+
+TEST(RecordedLight, TilesWithoutRecordsHaveTheSumsOfRecords) {
+    const std::vector<Sample> samples = randomSamples(300);
+    const PixelBounds left{2, 1, 5, 7}, right{5, 1, 10, 7}, top{2, 1, 10, 3}, bottom{2, 3, 10, 7};
+    const RecordedLight light(filmWith({recordOf(samples, left), recordOf(samples, right)}));
+    EXPECT_GT(light.rare.size(), 10u);
+    expectEqual(lightOfTiles(samples, {left, right}), light);
+    expectEqual(lightOfTiles(samples, {bottom, top}), light);
+    const RecordedLight tiles = lightOfTiles(samples, {right, left});
+    ASSERT_EQ(tiles.emission.size(), 2u);
+    for (size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(tiles.emission[i].pixel, light.emission[i].pixel);
+        EXPECT_EQ(tiles.emission[i].sum, light.emission[i].sum);
+    }
+}
+
+TEST(FrameLight, FilmsThatAccumulateHaveRecords) {
+    Film film(12, 8, kFrame);
+    film.enableAccumulation();
+    FrameLight frame(LightParts::all());
+    EXPECT_FALSE(frame.beginTile(film));
+    const std::vector<Sample> samples = randomSamples(30);
+    film.records().add(recordOf(samples, kFrame));
+    expectEqual(frame.take(film), RecordedLight(film));
 }
 
 TEST(RecordedLight, MergingRecordsOfTheSamePixelsKeepsTheSums) {

@@ -15,12 +15,18 @@ namespace STROBE_API strobe {
 /// Linux, or on allocations smaller than a huge page (2 MiB).
 void adviseHugePages(void* allocation, size_t bytes);
 
-/// Allocates memory whose first writes cause few page faults: allocations of kHugePage / 2 bytes and more
-/// consist of whole huge pages. In virtual machines, a page fault takes up to ten microseconds.
+/// Returns memory that consists of whole huge pages, as far as adviseHugePages has an effect. Throws
+/// std::bad_alloc.
+void* allocateHugePages(size_t bytes);
+/// Returns the memory that allocateHugePages returned for this size to the operating system.
+void freeHugePages(void* allocation, size_t bytes);
+
+/// Allocates huge pages for half a huge page and more, so that first writes cause few page faults. In virtual
+/// machines, a page fault takes up to ten microseconds.
 template <class T>
 struct HugePageAllocator {
     using value_type = T;
-    static constexpr size_t kHugePage = 2 << 20;
+    static_assert(alignof(T) <= __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 
     HugePageAllocator() = default;
     template <class U>
@@ -28,23 +34,21 @@ struct HugePageAllocator {
 
     T* allocate(size_t count) {
         const size_t bytes = count * sizeof(T);
-        if (!isHuge(bytes))
-            return static_cast<T*>(::operator new(bytes, std::align_val_t(alignof(T))));
-        const size_t pages = (bytes + kHugePage - 1) / kHugePage * kHugePage;
-        void* const allocation = ::operator new(pages, std::align_val_t(kHugePage));
-        adviseHugePages(allocation, pages);
-        return static_cast<T*>(allocation);
+        return static_cast<T*>(isHuge(bytes) ? allocateHugePages(bytes) : ::operator new(bytes));
     }
     void deallocate(T* allocation, size_t count) {
-        ::operator delete(allocation, std::align_val_t(isHuge(count * sizeof(T)) ? kHugePage : alignof(T)));
+        if (isHuge(count * sizeof(T)))
+            freeHugePages(allocation, count * sizeof(T));
+        else
+            ::operator delete(allocation);
     }
     bool operator==(const HugePageAllocator&) const { return true; }
 
   private:
-    static bool isHuge(size_t bytes) { return bytes >= kHugePage / 2; }
+    static bool isHuge(size_t bytes) { return bytes >= 1 << 20; }
 };
 
-/// A large array that is written soon after it is allocated.
+/// An array that may be large, and is written soon after it is allocated.
 template <class T>
 using HugeVector = std::vector<T, HugePageAllocator<T>>;
 
