@@ -9,7 +9,7 @@
 namespace strobe {
 
 /// Collects the light of the tiles of a film. If the film accumulates, records of the tiles contain it, as
-/// more samples may be added. Else the tiles are joined without records, which takes half of the memory.
+/// more samples may be added. Else the tiles are joined without records, which takes less time and memory.
 /// All functions but `take` are thread-safe.
 class FrameLight {
   public:

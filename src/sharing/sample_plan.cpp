@@ -327,8 +327,9 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
 
 std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext& context,
                                          LightParts shared) {
-    constexpr double kPassSamples = 16;            // of passes, whose number is not known
-    constexpr int kMinSamples = 4, kMinPixels = 2; // fewer samples are not worth a pilot
+    constexpr double kPassSamples = 16; // of passes, whose number is not known
+    constexpr int kMinSamples = 4;      // fewer are not worth a pilot
+    constexpr int kMinPixels = 2, kMaxPixels = 16;
     // Small gains are those of squared errors only: structural errors grow, as they count all blocks alike,
     // most where no light is shared (measured).
     constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
@@ -340,7 +341,7 @@ std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext
         return {};
     SampleFactors blocks(context.pilotBounds, kBlockSize);
     const int pixels =
-        std::clamp(int(kPilotShare * samples * kPixelsPerBlock / kPair), kMinPixels, kPixelsPerBlock);
+        std::clamp(int(kPilotShare * samples * kPixelsPerBlock / kPair), kMinPixels, kMaxPixels);
     // A sample in a pixel of n samples adds up to 1 to the clipped radiance of the pixel if it is n.
     PairPilot pilot(scene, context, shared, float(samples), blocks, pixels);
     pilot.render(0);

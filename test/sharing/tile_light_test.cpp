@@ -216,6 +216,22 @@ TEST(RecordedLight, TilesWithoutRecordsHaveTheSumsOfRecords) {
     }
 }
 
+TEST(FrameLight, PixelsOfUnfinishedTilesHaveNoSamples) {
+    const Film film(12, 8, kFrame);
+    FrameLight frame(LightParts::all());
+    ASSERT_TRUE(frame.beginTile(film));
+    PixelLight pixel;
+    pixel.halves[0].quarters[0].count = 3;
+    std::vector<PixelUse> uses;
+    TileSums sums;
+    frame.setPixel(2, 1, pixel, uses, sums);
+    frame.add(uses, sums);
+    frame.setPixel(3, 1, pixel, uses, sums);
+    const RecordedLight light = frame.take(film);
+    EXPECT_EQ(light.pixel(0, 0).count, 3u);
+    EXPECT_EQ(light.pixel(1, 0).count, 0u);
+}
+
 TEST(FrameLight, FilmsThatAccumulateHaveRecords) {
     Film film(12, 8, kFrame);
     film.enableAccumulation();

@@ -1,10 +1,10 @@
 // Records that an integrator adds to a film, besides the samples of the pixels.
 #pragma once
 
+#include "core/film/shared_bytes.h"
 #include "core/math/api.h"
 #include "core/math/pixel_bounds.h"
 #include "core/math/sample_slice.h"
-#include "core/util/shared_bytes.h"
 
 #include <map>
 #include <mutex>

@@ -69,7 +69,7 @@ class RecordedLight {
     /// Sets the sums of a pixel. Threads may set different pixels. The cells of `light` belong to a tile.
     /// Adds the uses and the rare samples of the pixel to `uses` and to the tile.
     void setPixel(size_t index, PixelLight& light, std::vector<PixelUse>& uses, TileSums& tile);
-    /// Joins tiles, whose pixels are set.
+    /// Joins tiles, whose pixels are set. Pixels of other tiles have no samples afterwards.
     void join(std::vector<TileSums> tiles);
 
     const HalfPixelSums& pixel(size_t index, int half) const {
@@ -96,6 +96,7 @@ class RecordedLight {
     void addUses(size_t index, PixelLight& light, std::vector<PixelUse>& uses, TileSums& sums) const;
     void linkUses(const TileSums& tile);
     void joinRareAndEmission(std::span<const TileSums> tiles);
+    void clearPixelsWithout(std::span<const TileSums> tiles);
 
     HugeVector<std::span<const PixelUse>> m_uses;      ///< by pixel
     std::vector<std::shared_ptr<const char>> m_memory; ///< of the uses

@@ -116,6 +116,19 @@ void RecordedLight::join(std::vector<TileSums> tiles) {
     for (const TileSums& tile : tiles)
         linkUses(tile);
     joinRareAndEmission(tiles);
+    clearPixelsWithout(tiles);
+}
+
+/// Clears the sums of pixels that no tile has: their tiles were not finished.
+void RecordedLight::clearPixelsWithout(std::span<const TileSums> tiles) {
+    std::vector<bool> hasTile(m_uses.size());
+    for (const TileSums& tile : tiles)
+        for (const TileSums::Pixel& pixel : tile.pixels)
+            hasTile[pixel.index] = true;
+    for (size_t i = 0; i < hasTile.size(); ++i)
+        if (!hasTile[i])
+            for (int half = 0; half < kHalves; ++half)
+                pixels[kHalves * i + size_t(half)] = {};
 }
 
 /// Sets the uses of the pixels of a tile, and keeps their memory.

@@ -1,4 +1,4 @@
-#include "core/util/shared_bytes.h"
+#include "core/film/shared_bytes.h"
 
 #include "core/util/memory.h"
 

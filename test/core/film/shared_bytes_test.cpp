@@ -1,5 +1,5 @@
+#include "core/film/shared_bytes.h"
 #include "core/util/memory.h"
-#include "core/util/shared_bytes.h"
 
 #include <gtest/gtest.h>
 
