@@ -282,45 +282,75 @@ uint32_t roundedFactor(double exponent) {
     return 1u << int(std::clamp(exponent, 0., double(kMaxExponent)) + 0.5);
 }
 
-/// Returns the product of error and time with factors of the density times 2^logScale. One half of the pilot
-/// gives the factors, and the other half gives the errors. Otherwise, noise of the pilot would look like a
-/// gain. Returns infinity if the time is more than kMaxTime times that of factors of 1, or if the product
-/// grows for radiance that is not clipped: if rare bright samples are elsewhere.
-double productFor(const PilotCosts& costs, double logScale) {
-    double error = 0, rawError = 0, time = 0, leastTime = 0, mostRawError = 0;
-    for (int half = 0; half < kHalves; ++half)
-        for (size_t i = 0; i < costs.whole.size(); ++i) {
-            const BlockCost& other = costs.halves[1 - half][i];
-            const double factor = roundedFactor(logScale + costs.halves[half][i].logDensity);
-            error += other.error / factor + other.shared;
-            rawError += other.rawError / factor + other.shared;
-            time += costs.whole[i].time * factor;
-            leastTime += costs.whole[i].time;
-            mostRawError += other.rawError + other.shared;
+/// The costs of all blocks by their density, for scales in steps: 2^(step / kSteps) is the factor of a block
+/// whose density is the largest. One half of the pilot gives the densities, and the other half the errors.
+/// Otherwise, noise of the pilot would look like a gain.
+class DensityBins {
+  public:
+    static constexpr int kSteps = 4, kStepCount = 10 * kSteps;
+
+    /// `largest`: the binary logarithm of the largest density.
+    DensityBins(const PilotCosts& costs, double largest) {
+        for (int half = 0; half < kHalves; ++half)
+            for (size_t i = 0; i < costs.whole.size(); ++i) {
+                const double density = costs.halves[half][i].logDensity - largest;
+                BlockCost cost = costs.halves[1 - half][i];
+                cost.time = costs.whole[i].time;
+                m_bins[binOf(density)].add(cost, 1);
+            }
+    }
+    /// Returns the product of error and time with the factors of a step; a negative step: with factors of 1.
+    /// Returns infinity if the time is more than kMaxTime times that of factors of 1, or if the product grows
+    /// for radiance that is not clipped: if rare bright samples are elsewhere.
+    double productFor(int step) const {
+        double error = 0, rawError = 0, time = 0, leastTime = 0, mostRawError = 0;
+        for (int i = 0; i < kBins; ++i) {
+            const BlockCost& bin = m_bins[i];
+            const double factor = step < 0 ? 1 : 1 << exponentOf(i, step);
+            error += bin.error / factor + bin.shared;
+            rawError += bin.rawError / factor + bin.shared;
+            time += bin.time * factor;
+            leastTime += bin.time;
+            mostRawError += bin.rawError + bin.shared;
         }
-    const bool isAllowed = time <= kMaxTime * leastTime && rawError * time <= mostRawError * leastTime;
-    return isAllowed ? error * time : INFINITY;
-}
+        const bool isAllowed = time <= kMaxTime * leastTime && rawError * time <= mostRawError * leastTime;
+        return isAllowed ? error * time : INFINITY;
+    }
+
+  private:
+    /// Blocks of the first bin have a factor of 1 at all steps, those of the last bin the largest factor.
+    static constexpr int kFirst = -kStepCount, kLast = kSteps * kMaxExponent, kBins = kLast - kFirst + 1;
+
+    static size_t binOf(double logDensity) {
+        const double bin = std::floor(kSteps * (logDensity + 0.5));
+        return size_t(std::clamp(bin, double(kFirst), double(kLast)) - kFirst);
+    }
+    /// Returns the exponent of roundedFactor for a bin.
+    static int exponentOf(int bin, int step) {
+        return std::clamp((bin + kFirst + step + kStepCount) / kSteps - kStepCount / kSteps, 0, kMaxExponent);
+    }
+    BlockCost m_bins[kBins];
+};
 
 /// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
 /// and time; none, if that gains less than a factor of minGain.
 std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
-    constexpr double kNearlyLeast = 1.03, kStep = 0.25, kRange = 10;
+    constexpr double kNearlyLeast = 1.03;
     double largest = -INFINITY;
     for (const BlockCost& block : costs.whole)
         largest = std::max(largest, block.logDensity);
     if (largest == -INFINITY)
         return {};
-    std::vector<double>
-        products; // for ascending scales, from that at which the first block has a factor of 1
-    for (double excess = 0; excess < kRange; excess += kStep)
-        products.push_back(productFor(costs, excess - largest));
+    const DensityBins bins(costs, largest);
+    std::vector<double> products; // by step
+    for (int step = 0; step < DensityBins::kStepCount; ++step)
+        products.push_back(bins.productFor(step));
     const double least = *std::min_element(products.begin(), products.end());
-    if (least * minGain > productFor(costs, -INFINITY))
+    if (least * minGain > bins.productFor(-1))
         return {};
     const auto chosen = std::find_if(products.begin(), products.end(),
                                      [&](double product) { return product <= kNearlyLeast * least; });
-    return kStep * double(chosen - products.begin()) - largest;
+    return double(chosen - products.begin()) / DensityBins::kSteps - largest;
 }
 
 } // namespace
