@@ -94,7 +94,8 @@ def measure(context, settings, method, spp, reference):
 
 def measure_curves(context, settings, methods, max_error=numpy.inf):
     """Returns a list of Measured by increasing samples for each method, and the reference, without pixels whose standard
-    error exceeds `max_error`. Raises TooNoisy."""
+    error exceeds `max_error`. Curves end where their errors are below three times that of the reference. Raises TooNoisy
+    if fewer than two points of a curve are left."""
     for seed in range(seeds_of(context)):  # seeds outermost: a disturbance by other programs affects all methods alike
         for method in methods:
             for spp in sample_counts(context, method):
@@ -102,8 +103,10 @@ def measure_curves(context, settings, methods, max_error=numpy.inf):
     reference = context.reference(settings, reference_samples(context), max_error=max_error)
     measured = {method: [measure(context, settings, method, n, reference) for n in sample_counts(context, method)]
                 for method in methods}
-    context.check_noise(reference, min(m.error["mean_square"] for curve in measured.values() for m in curve))
-    return measured, reference
+    context.check_noise(reference, min(m.error["mean_square"] for curve in measured.values() for m in curve[:2]))
+    known = {method: [m for m in curve if m.error["mean_square"] >= 9 * reference.variance]
+             for method, curve in measured.items()}
+    return known, reference
 
 
 def methods_of(subject, shading):
