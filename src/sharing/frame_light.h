@@ -8,13 +8,13 @@
 
 namespace strobe {
 
-/// Collects the light of the tiles of a film. If the film accumulates, records of the tiles contain it, as
-/// more samples may be added. Else the tiles are joined without records, which takes less time and memory.
-/// All functions but `take` are thread-safe.
+/// Collects the light of the tiles of a film. If the film accumulates, more samples may follow, and the
+/// film's records contain the light. Otherwise the tiles are joined directly, which takes less time and
+/// memory. All functions but `take` are thread-safe.
 class FrameLight {
   public:
     explicit FrameLight(LightParts parts) : m_parts(parts) {}
-    /// Prepares for a tile of the film. Returns false if its light belongs to a record.
+    /// Prepares for a tile of the film. Returns false if the film's records contain its light.
     bool beginTile(const Film& film);
     // Precondition: beginTile returned true.
     size_t indexOf(int x, int y) const {
@@ -25,16 +25,16 @@ class FrameLight {
     void setPixel(int x, int y, PixelLight& light, std::vector<PixelUse>& uses, TileSums& tile) {
         m_light->setPixel(indexOf(x, y), light, uses, tile);
     }
-    /// Adds a tile whose pixels are set and whose uses these are.
+    /// Adds a tile whose pixels are set, and the uses of its pixels.
     void add(std::span<const PixelUse> uses, const TileSums& tile);
 
-    /// Returns the light of all tiles of the film, and removes that of tiles without records.
+    /// Returns the light of all tiles of the film. Removes the tiles that were added here.
     RecordedLight take(const Film& film);
 
   private:
     const LightParts m_parts;
     std::mutex m_mutex;
-    std::optional<RecordedLight> m_light; ///< none: no tile without a record was begun
+    std::optional<RecordedLight> m_light; ///< none until beginTile returns true
     std::vector<TileSums> m_tiles;
     ByteArena m_arena; ///< of the tiles' uses
 };

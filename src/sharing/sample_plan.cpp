@@ -282,9 +282,9 @@ uint32_t roundedFactor(double exponent) {
     return 1u << int(std::clamp(exponent, 0., double(kMaxExponent)) + 0.5);
 }
 
-/// The costs of all blocks by their density, for scales in steps: 2^(step / kSteps) is the factor of a block
-/// whose density is the largest. One half of the pilot gives the densities, and the other half the errors.
-/// Otherwise, noise of the pilot would look like a gain.
+/// The costs of all blocks in bins of their density. At a step, a block of the largest density has a factor
+/// of 2^(step / kSteps). One half of the pilot gives the densities, and the other half the errors. Otherwise,
+/// noise of the pilot would look like a gain.
 class DensityBins {
   public:
     static constexpr int kSteps = 4, kStepCount = 10 * kSteps;
@@ -363,8 +363,8 @@ std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext
     // Small gains are those of squared errors only: structural errors grow, as they count all blocks alike,
     // most where no light is shared (measured).
     constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
-    // Where nothing is shared, the pilot is all that the render takes longer. It ends if half of the tiles
-    // promise less than this. In scenes whose samples adapt, either half promises 1.8 and more (4 samples).
+    // Where nothing is shared, the pilot is the whole overhead. It ends if half of the tiles promise less
+    // than this. In scenes whose samples adapt, either half promises 1.8 and more (4 samples).
     constexpr double kMinGainOfHalf = 1.4;
     const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
     if (samples < kMinSamples || samples * (1 << kMaxExponent) > PixelAccumulator::kMaxSamples)

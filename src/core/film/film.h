@@ -32,7 +32,7 @@ struct OutputSettings {
 /// not sums: `setLayerValue` overwrites.
 ///
 /// An integrator that completes images at the end of a render (IntegratorState::finish) keeps what it needs
-/// for that in the film's records, if the film accumulates.
+/// for that in the film's records, or, if the film does not accumulate, in its state.
 ///
 /// Thread safety: threads may concurrently add to, set, clear and copy from different pixels, and use the
 /// records. All other functions need exclusive access.

@@ -14,7 +14,7 @@ class SharedBytes {
   public:
     SharedBytes() = default;
     SharedBytes(std::string bytes); // implicit
-    /// `first`: the address of `size` bytes, and a share of their memory.
+    /// `first`: points to `size` bytes and shares the ownership of their memory.
     SharedBytes(std::shared_ptr<const char> first, size_t size) : m_first(std::move(first)), m_size(size) {}
 
     std::string_view view() const { return {m_first.get(), m_size}; }
@@ -25,10 +25,11 @@ class SharedBytes {
     size_t m_size = 0;
 };
 
-/// Allocates bytes one after the other from blocks of memory: the first is small, the others are huge pages.
-/// A block is freed when none of its bytes are owned any more.
+/// Allocates bytes from blocks of memory, which grow to several huge pages. A block is freed with the last
+/// owner of bytes in it.
 class ByteArena {
   public:
+    /// Returns uninitialized bytes.
     std::shared_ptr<char> allocate(size_t size);
 
   private:

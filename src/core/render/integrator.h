@@ -49,8 +49,8 @@ class IntegratorWorker {
     /// Called before the first batch of each tile.
     virtual void beginTile(const Film& /*film*/) {}
     /// Called after the last batch of each tile, unless RenderSettings::stop ended it. A worker that observes
-    /// adds what it recorded about the tile to the film's records, so that more samples can be added later
-    /// and by other processes. If the film does not accumulate, it may add it to the state instead.
+    /// adds its record of the tile to the film, so that later renders and other processes can add samples. If
+    /// the film does not accumulate, the worker may add the record to the state instead.
     virtual void endTile(const PixelBounds& /*tile*/, Film& /*film*/) {}
     /// Returns an id of the shades from which the value of sample number `sample` of the batch was computed,
     /// after `resolve`. Samples that share have the same id; 0: the sample does not share. For Aov::Cell and
@@ -105,7 +105,7 @@ class IntegratorState {
     virtual bool observes() const { return false; }
     /// Adds a correction to the image of a film that holds all samples and records rendered so far, and sets
     /// layers of the film. The film's sums do not change; its records may become fewer, but add up to the
-    /// same. What a worker added to the state is used up.
+    /// same. Removes what workers added to the state.
     virtual void finish(Film& /*film*/) const {}
 };
 

@@ -41,10 +41,10 @@ struct PixelRareSample : RareSample { ///< RareSample::cell is an index in Recor
 /// The uses of the pixels of a row or of a tile.
 struct PixelUses {
     std::span<PixelUse> uses;
-    std::shared_ptr<const char> memory; ///< a share of that of `uses`
+    std::shared_ptr<const char> memory; ///< shares the ownership of the memory of `uses`
 };
 
-/// What a tile adds to the light of a frame. Cells have the indices of `cells`.
+/// The sums of a tile of a frame. Uses and rare samples refer to cells by their indices in `cells`.
 struct TileSums {
     struct Pixel {
         size_t index; ///< row by row in the pixel bounds of the frame
@@ -66,8 +66,8 @@ class RecordedLight {
     /// For `setPixel` and `join`.
     RecordedLight(const PixelBounds& bounds, LightParts recorded);
 
-    /// Sets the sums of a pixel. Threads may set different pixels. The cells of `light` belong to a tile.
-    /// Adds the uses and the rare samples of the pixel to `uses` and to the tile.
+    /// Sets the sums of a pixel. Appends its uses to `uses` and its rare samples to `tile`. Threads may set
+    /// different pixels.
     void setPixel(size_t index, PixelLight& light, std::vector<PixelUse>& uses, TileSums& tile);
     /// Joins tiles, whose pixels are set. Pixels of other tiles have no samples afterwards.
     void join(std::vector<TileSums> tiles);
@@ -87,7 +87,7 @@ class RecordedLight {
     std::vector<PixelRareSample> rare; ///< by ascending pixel, in an order that depends on the samples only
 
   private:
-    /// Calls work(cell) for the cells of a tile, by its number.
+    /// Takes the index of a tile and work(cell), and calls this for each cell of the tile.
     using ForCells = std::function<void(size_t, const std::function<void(const CellSums&)>&)>;
 
     std::vector<std::vector<uint32_t>> joinCells(size_t tiles, size_t total, const ForCells& forCells);
