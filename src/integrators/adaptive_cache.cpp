@@ -83,7 +83,7 @@ class AdaptiveState : public IntegratorState {
         const auto set = [&](Aov layer, const auto& value) {
             if (!film.has(layer))
                 return;
-            std::vector<float> values(parts.front().weight.size());
+            std::vector<float> values(parts.front().pixels.size());
             for (size_t i = 0; i < values.size(); ++i)
                 values[i] = value(i);
             film.setPlane(layer, std::move(values));
@@ -92,18 +92,19 @@ class AdaptiveState : public IntegratorState {
         const auto mean = [&](size_t i, const auto& value) {
             float sum = 0, weight = 0;
             for (const SharedPart& part : parts) {
-                sum += part.ownVariance[i] * value(part);
-                weight += part.ownVariance[i];
+                const PixelSharing& pixel = part.pixels[i];
+                sum += pixel.ownVariance * value(pixel);
+                weight += pixel.ownVariance;
             }
             return sum / weight;
         };
-        set(Aov::SharedWeight, [&](size_t i) { return mean(i, [&](auto& part) { return part.weight[i]; }); });
+        set(Aov::SharedWeight, [&](size_t i) { return mean(i, [](auto& pixel) { return pixel.weight; }); });
         set(Aov::SharedWidth,
-            [&](size_t i) { return m_cellSize * mean(i, [&](auto& part) { return part.width[i]; }); });
+            [&](size_t i) { return m_cellSize * mean(i, [](auto& pixel) { return pixel.width; }); });
         set(Aov::SharedError, [&](size_t i) {
             float sum = 0;
             for (const SharedPart& part : parts)
-                sum += part.variance[i];
+                sum += part.pixels[i].variance;
             return std::sqrt(sum);
         });
     }

@@ -1,5 +1,7 @@
 #include "sharing/cell_pyramid.h"
 
+#include "core/util/parallel.h"
+
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -26,17 +28,15 @@ CellPyramid::CellPyramid(std::span<const CellSums> cells) : m_cubeIndices(cells.
     m_cubes.reserve(m_nodes.capacity());
     m_recorded.reserve(cells.size());
     for (const CellSums& sums : cells)
-        addCell(sums);
+        m_recorded.push_back(findOrAddNode(findOrAddCube(sums.id), uint8_t(sums.id.face)));
+    parallelForRuns(cells.size(), [&](size_t i) { setSums(cells[i], m_nodes[m_recorded[i]]); });
     addParents();
     linkCubes();
     finishMeans();
 }
 
-/// Adds the sums of a recorded cell to its node. Precondition: the cell has samples.
-void CellPyramid::addCell(const CellSums& sums) {
-    const uint32_t index = findOrAddNode(findOrAddCube(sums.id), uint8_t(sums.id.face));
-    m_recorded.push_back(index);
-    CellNode& node = m_nodes[index];
+/// Sets the sums of the node of a recorded cell. Precondition: the cell has samples.
+void CellPyramid::setSums(const CellSums& sums, CellNode& node) {
     node.ancestors = kScales;
     for (int half = 0; half < kHalves; ++half)
         node.count[half] = float(sums.count[half]);
@@ -152,13 +152,14 @@ void CellPyramid::linkCubes() {
 }
 
 void CellPyramid::finishMeans() {
-    for (CellNode& node : m_nodes) {
+    parallelForRuns(m_nodes.size(), [&](size_t i) {
+        CellNode& node = m_nodes[i];
         node.p *= 1 / (node.count[0] + node.count[1]);
         node.n = normalizeAny(node.n);
         for (int c = 0; c < kLightChannels; ++c)
             if (const float count = node.count[c / 3 % kHalves]; count > 0)
                 node.light[c] *= 1 / count;
-    }
+    });
 }
 
 } // namespace strobe

@@ -63,7 +63,7 @@ class CellPyramid {
         uint32_t children[8];
     };
 
-    void addCell(const CellSums& sums);
+    static void setSums(const CellSums& sums, CellNode& node);
     void addParents();
     uint32_t findOrAddCube(CellId id);
     uint32_t findOrAddNode(uint32_t cube, uint8_t face);

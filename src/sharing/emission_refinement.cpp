@@ -81,8 +81,7 @@ Rgb emissionOf(const Scene& scene, const VisibilitySample& sample) {
 /// Distributes samples in proportion to the standard deviations (Neyman allocation). Their number b minimizes
 /// the product of error and time, (otherError + deviations²/b) (samples of the render + kRelativeCost b).
 /// Returns no samples if that gains little.
-std::vector<uint32_t> distribute(const std::vector<float>& deviations, int samplesPerPixel,
-                                 double otherError) {
+HugeVector<uint32_t> distribute(const HugeVector<float>& deviations, int samplesPerPixel, double otherError) {
     const double own = samplesPerPixel, samples = own * double(deviations.size());
     double sum = 0, error = 0;
     for (const float deviation : deviations) {
@@ -97,7 +96,7 @@ std::vector<uint32_t> distribute(const std::vector<float>& deviations, int sampl
     const double timeFactor = 1 + kRelativeCost * budget / samples;
     if ((otherError + sqr(sum) / budget) * timeFactor > 0.95 * (otherError + error))
         return {};
-    std::vector<uint32_t> out(deviations.size(), 0);
+    HugeVector<uint32_t> out(deviations.size(), 0);
     for (size_t i = 0; i < out.size(); ++i)
         if (const double share = budget * double(deviations[i]) / sum; share >= own)
             out[i] = std::bit_floor(uint32_t(std::min(share, double(kMaxSamplesPerPixel))));
@@ -110,28 +109,29 @@ EmissionRefinement::EmissionRefinement(const Scene& scene, const CameraSampling&
                                        const PixelBounds& bounds, int samplesPerPixel,
                                        const EmissionPilot& pilot)
     : m_scene(scene), m_sampling(sampling), m_bounds(bounds) {
-    std::vector<float> deviations = findDeviations(samplesPerPixel);
+    HugeVector<float> deviations = findDeviations(samplesPerPixel);
     for (float& deviation : deviations)
         deviation *= float(pilot.coefficient);
     m_samples = distribute(deviations, samplesPerPixel, pilot.otherError * double(deviations.size()));
 }
 
 /// Returns the standard deviation of the emission of a sample, by pixel, over the pixel and its neighbors.
-std::vector<float> EmissionRefinement::findDeviations(int samplesPerPixel) const {
+HugeVector<float> EmissionRefinement::findDeviations(int samplesPerPixel) const {
     const auto probes = uint32_t(std::clamp(samplesPerPixel / 32, 1, 8));
     const int width = m_bounds.width(), height = m_bounds.height();
     HugeVector<EmissionMoments> moments(size_t(width) * size_t(height));
     parallelFor(size_t(height),
                 [&](size_t row) { probeRow(int(row), probes, &moments[row * size_t(width)]); });
-    std::vector<float> deviations(moments.size());
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
+    HugeVector<float> deviations(moments.size());
+    parallelFor(size_t(height), [&](size_t row) {
+        for (int x = 0, y = int(row); x < width; ++x) {
             EmissionMoments sum;
             for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
                 for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u)
                     sum.add(moments[size_t(v) * size_t(width) + size_t(u)]);
-            deviations[size_t(y) * size_t(width) + size_t(x)] = std::sqrt(sum.variance());
+            deviations[row * size_t(width) + size_t(x)] = std::sqrt(sum.variance());
         }
+    });
     return deviations;
 }
 
@@ -187,9 +187,9 @@ EmissionPilot emissionPilot(const RecordedLight& light) {
     return {0, all > 0 ? inRadiance / all : 1};
 }
 
-std::vector<Rgb> emissionCorrection(const RecordedLight& light) {
+HugeVector<Rgb> emissionCorrection(const RecordedLight& light) {
     const int width = light.pixelBounds.width();
-    std::vector<Rgb> correction(light.pixels.size() / kHalves, Rgb(0));
+    HugeVector<Rgb> correction(light.pixels.size() / kHalves, Rgb(0));
     for (const EmissionSum& refined : light.emission) {
         const size_t pixel = refined.pixel;
         const int x = int(pixel % size_t(width)), y = int(pixel / size_t(width));

@@ -31,13 +31,13 @@ class EmissionRefinement {
 
   private:
     uint32_t samplesOf(const PixelRef& pixel) const;
-    std::vector<float> findDeviations(int samplesPerPixel) const;
+    HugeVector<float> findDeviations(int samplesPerPixel) const;
     void probeRow(int row, uint32_t probes, EmissionMoments* out) const;
 
     const Scene& m_scene;
     const CameraSampling m_sampling;
     const PixelBounds m_bounds;
-    std::vector<uint32_t> m_samples; ///< by pixel, row by row; empty: none
+    HugeVector<uint32_t> m_samples; ///< by pixel, row by row; empty: none
 };
 
 /// Returns the mean regression coefficient of recorded light. The other members keep their defaults.
@@ -49,6 +49,6 @@ EmissionPilot emissionPilot(const RecordedLight& light);
 /// bright lamp, and 0 for a background that is as bright as the objects in front of it. The coefficient of
 /// one half of a pixel depends on the other half and on the eight neighbors only. Therefore it does not bias
 /// the result.
-std::vector<Rgb> emissionCorrection(const RecordedLight& light);
+HugeVector<Rgb> emissionCorrection(const RecordedLight& light);
 
 } // namespace strobe

@@ -13,11 +13,12 @@ bool FrameLight::beginTile(const Film& film) {
     return true;
 }
 
-void FrameLight::add(std::span<const PixelUse> uses, const TileSums& tile) {
-    TileSums copy = tile; // its vectors have no unused memory
+void FrameLight::add(const std::vector<CellSums>& cells, const PixelLists& lists) {
+    // Copies have no unused memory.
+    TileSums tile{m_otherArena.copy(cells), m_otherArena.copy(lists.counts), m_useArena.copy(lists.uses),
+                  lists.rare, lists.emission};
     const std::lock_guard lock(m_mutex);
-    copy.uses = copyUses(uses, m_arena);
-    m_tiles.push_back(std::move(copy));
+    m_tiles.push_back(std::move(tile));
 }
 
 RecordedLight FrameLight::take(const Film& film) {
@@ -25,7 +26,8 @@ RecordedLight FrameLight::take(const Film& film) {
         return RecordedLight(film);
     RecordedLight light = std::move(*m_light);
     m_light.reset();
-    m_arena = {};
+    m_useArena.release();
+    m_otherArena.release();
     light.join(std::exchange(m_tiles, {}));
     return light;
 }

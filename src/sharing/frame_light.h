@@ -22,11 +22,11 @@ class FrameLight {
         return size_t(y - bounds.y0) * size_t(bounds.width()) + size_t(x - bounds.x0);
     }
     /// See RecordedLight::setPixel.
-    void setPixel(int x, int y, PixelLight& light, std::vector<PixelUse>& uses, TileSums& tile) {
-        m_light->setPixel(indexOf(x, y), light, uses, tile);
+    void setPixel(int x, int y, PixelLight& light, PixelLists& lists) {
+        m_light->setPixel(indexOf(x, y), light, lists);
     }
-    /// Adds a tile whose pixels are set, and the uses of its pixels.
-    void add(std::span<const PixelUse> uses, const TileSums& tile);
+    /// Adds a tile whose pixels are set.
+    void add(const std::vector<CellSums>& cells, const PixelLists& lists);
 
     /// Returns the light of all tiles of the film. Removes the tiles that were added here.
     RecordedLight take(const Film& film);
@@ -36,7 +36,8 @@ class FrameLight {
     std::mutex m_mutex;
     std::optional<RecordedLight> m_light; ///< none until beginTile returns true
     std::vector<TileSums> m_tiles;
-    ByteArena m_arena; ///< of the tiles' uses
+    ByteArena m_useArena;   ///< of the tiles' uses
+    ByteArena m_otherArena; ///< of what is freed when the tiles are joined
 };
 
 } // namespace strobe

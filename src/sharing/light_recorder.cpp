@@ -89,26 +89,21 @@ LightRecorder::~LightRecorder() = default;
 void LightRecorder::beginTile(const Film& film) {
     m_hasRecord = !m_frame.beginTile(film);
     m_tile.clear();
-    m_uses.clear();
-    m_sums.pixels.clear();
-    m_sums.rare.clear();
-    m_sums.emission.clear();
+    m_lists.clear();
 }
 
 void LightRecorder::addEmission(const PixelRef& pixel, const PixelAccumulator& sum) {
     if (m_hasRecord)
         m_tile.addEmission(pixel.x, pixel.y, sum);
     else
-        m_sums.emission.push_back({m_frame.indexOf(pixel.x, pixel.y), sum});
+        m_lists.emission.push_back({m_frame.indexOf(pixel.x, pixel.y), sum});
 }
 
 void LightRecorder::finishTile(const PixelBounds& tile, Film& film) {
-    if (m_hasRecord) {
+    if (m_hasRecord)
         film.records().add(m_tile.record(tile, m_samples));
-    } else {
-        m_sums.cells = m_tile.cells();
-        m_frame.add(m_uses, m_sums);
-    }
+    else
+        m_frame.add(m_tile.cells(), m_lists);
 }
 
 /// Writes the positions and the normals, on the side of the viewer, at shutter fraction 0.
@@ -212,7 +207,7 @@ void LightRecorder::recordPixel(const VisibilityBatch& batch, uint32_t pixel) {
     if (m_hasRecord)
         m_tile.addPixel(at.x, at.y, m_pixel);
     else
-        m_frame.setPixel(at.x, at.y, m_pixel, m_uses, m_sums);
+        m_frame.setPixel(at.x, at.y, m_pixel, m_lists);
 }
 
 /// Records the samples first … end - 1 of a chunk, which are in a quarter of the pixel, 0 … 3.

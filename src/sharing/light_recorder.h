@@ -67,8 +67,7 @@ class LightRecorder {
     bool m_hasRecord = true; ///< the current tile is added to the film's records, not to the frame
     TileLight m_tile;        ///< the current tile, or its cells
     // Of the current tile, if it has no record:
-    std::vector<PixelUse> m_uses;
-    TileSums m_sums;
+    PixelLists m_lists;
     SampleSlice m_samples; ///< of the last batch
 };
 

@@ -142,9 +142,9 @@ BlockImages renderBlock(const Scene& scene, const RenderContext& context, const 
     BlockImages out;
     for (const LightPart part : kAllParts) {
         parts.push_back(sharing.share(part));
-        for (size_t i = 0; i < parts.back().variance.size(); ++i) {
-            out.ownVariance += double(parts.back().ownVariance[i]);
-            out.variance += double(parts.back().variance[i]);
+        for (const PixelSharing& pixel : parts.back().pixels) {
+            out.ownVariance += double(pixel.ownVariance);
+            out.variance += double(pixel.variance);
         }
     }
     sums.variance += out.variance;

@@ -23,21 +23,52 @@ float sum(const Rgb& c) { return c.x + c.y + c.z; }
 /// The standard deviation, in pixels, of the window over which errors are measured.
 constexpr float kWindow = 2.5f;
 
+/// Sums over pixels.
+struct Totals {
+    double rgb[3] = {}, errors = 0;
+    void add(const Rgb& color) {
+        for (int c = 0; c < 3; ++c)
+            rgb[c] += double(color[c]);
+    }
+    void add(const Totals& other) {
+        for (int c = 0; c < 3; ++c)
+            rgb[c] += other.rgb[c];
+        errors += other.errors;
+    }
+};
+
+/// Calls addTo(totals, i) for all i below `count`. Returns the totals, which do not depend on the threads.
+template <class AddTo>
+Totals totalsOf(size_t count, const AddTo& addTo) {
+    constexpr size_t kRun = 4096;
+    std::vector<Totals> runs((count + kRun - 1) / kRun);
+    parallelFor(runs.size(), [&](size_t run) {
+        for (size_t i = run * kRun; i < std::min(count, (run + 1) * kRun); ++i)
+            addTo(runs[run], i);
+    });
+    Totals all;
+    for (const Totals& run : runs)
+        all.add(run);
+    return all;
+}
+
 /// Distributes the sum of the correction over the pixels, with the opposite sign and in proportion to their
 /// errors, so that the sum becomes 0. Bright samples raise the measured error of the estimates that contain
 /// them and lower their weights; without this step, the image would be too dark. In proportion to the squared
 /// errors, a highlight would take back the sum of the whole image.
-void restoreTotal(const std::vector<float>& squaredErrors, HugeVector<Rgb>& correction) {
-    double total[3] = {}, errors = 0;
-    for (size_t i = 0; i < correction.size(); ++i) {
+void restoreTotal(SharedPart& part) {
+    const auto errorOf = [&](size_t i) { return double(std::sqrt(part.pixels[i].variance)); };
+    const Totals totals = totalsOf(part.pixels.size(), [&](Totals& sum, size_t i) {
+        sum.add(part.correction[i]);
+        sum.errors += errorOf(i);
+    });
+    if (!(totals.errors > 0))
+        return;
+    parallelForRuns(part.pixels.size(), [&](size_t i) {
+        const double share = errorOf(i) / totals.errors;
         for (int c = 0; c < 3; ++c)
-            total[c] += double(correction[i][c]);
-        errors += double(std::sqrt(squaredErrors[i]));
-    }
-    if (errors > 0)
-        for (size_t i = 0; i < correction.size(); ++i)
-            for (int c = 0; c < 3; ++c)
-                correction[i][c] -= float(total[c] * (double(std::sqrt(squaredErrors[i])) / errors));
+            part.correction[i][c] -= float(totals.rgb[c] * share);
+    });
 }
 
 float sum(const Float4& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
@@ -58,18 +89,16 @@ class Mixture {
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
           m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)) {
         forPixels([&](size_t i) { measure(i); });
-        WindowMean(m_width, m_height, kWindow).apply(m_variance);
-        m_bias.average();
+        LanePlane scratch(m_width, m_height);
+        WindowMean(m_width, m_height, kWindow).apply(m_variance, scratch);
+        m_bias.average(scratch);
     }
     /// Returns the mixture.
     SharedPart mix() {
         const size_t count = m_differences.size();
-        SharedPart out{HugeVector<Rgb>(count), std::vector<float>(count), std::vector<float>(count),
-                       std::vector<float>(count), std::vector<float>(count)};
+        SharedPart out{HugeVector<Rgb>(count), HugeBuffer<PixelSharing>(count)};
         forPixels([&](size_t i) { mixPixel(i, out); });
-        restoreTotal(out.variance, out.correction);
-        for (float& variance : out.variance)
-            variance /= 3;
+        restoreTotal(out);
         return out;
     }
     /// Returns the mean of the last lane of the estimates at a pixel.
@@ -165,10 +194,7 @@ class Mixture {
         const bool hasBoth = m_light.pixel(i, 0).count > 0 && m_light.pixel(i, 1).count > 0;
         const float error = hasBoth ? 1 / (own + shared) : 0;
         out.correction[i] = difference * error;
-        out.weight[i] = shared * error;
-        out.width[i] = width / shared;
-        out.variance[i] = error;
-        out.ownVariance[i] = 1 / (3 * own);
+        out.pixels[i] = {shared * error, width / shared, error / 3, 1 / (3 * own)};
     }
     template <class Work>
     void forPixels(const Work& work) const {
@@ -187,7 +213,7 @@ class Mixture {
     /// By estimate; the last lanes are the variance of the own values by halves and by quarters.
     LanePlane m_variance;
     SquaredBias m_bias;
-    HugeVector<Differences> m_differences;
+    HugeBuffer<Differences> m_differences;
 };
 
 /// Returns the mean number of samples of a pixel.
@@ -219,11 +245,12 @@ LightSharing::Data::Data(RecordedLight recorded)
     estimates = estimateCells(pyramid);
     if (light.rare.empty())
         return;
-    for (uint32_t cell = 0; cell < estimates.size(); ++cell)
+    parallelForRuns(estimates.size(), [&](size_t cell) {
         for (int part = 0; part < kParts; ++part)
             for (auto& half : estimates[cell].light[part])
                 for (int c = 0; c < 3; ++c)
-                    half[c][kOwn] = rare.light(cell, part)[c];
+                    half[c][kOwn] = rare.light(uint32_t(cell), part)[c];
+    });
 }
 
 /// Adds the light of the samples above RareLimits to the other light, as far as it is not rare.
@@ -250,27 +277,22 @@ SharedPart LightSharing::Data::share(LightPart part) const {
 /// that the sum of the image remains.
 void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture,
                                         HugeVector<Rgb>& correction) const {
-    HugeVector<Rgb> own(correction.size(), Rgb(0));
+    Totals own;
     for (const PixelRareSample& sample : light.rare)
         if (sample.part == int(part)) {
             const float count =
                 float(light.pixel(sample.pixel, 0).count + light.pixel(sample.pixel, 1).count);
-            own[sample.pixel] +=
+            const Rgb rareLight =
                 sample.albedo * sample.light * (rare.rarity(sample.cell, sample.part) / std::max(count, 1.f));
+            own.add(rareLight);
+            correction[sample.pixel] -= rareLight;
         }
-    double ownTotal[3] = {}, sharedTotal[3] = {};
-    for (size_t i = 0; i < correction.size(); ++i) {
-        const Rgb shared = mixture.meanOfLastLane(i);
-        for (int c = 0; c < 3; ++c) {
-            ownTotal[c] += double(own[i][c]);
-            sharedTotal[c] += double(shared[c]);
-        }
-    }
+    const Totals shared =
+        totalsOf(correction.size(), [&](Totals& sum, size_t i) { sum.add(mixture.meanOfLastLane(i)); });
     Rgb scale;
     for (int c = 0; c < 3; ++c)
-        scale[c] = sharedTotal[c] > 0 ? float(ownTotal[c] / sharedTotal[c]) : 0;
-    for (size_t i = 0; i < correction.size(); ++i)
-        correction[i] += mixture.meanOfLastLane(i) * scale - own[i];
+        scale[c] = shared.rgb[c] > 0 ? float(own.rgb[c] / shared.rgb[c]) : 0;
+    parallelForRuns(correction.size(), [&](size_t i) { correction[i] += mixture.meanOfLastLane(i) * scale; });
 }
 
 LightSharing::LightSharing(RecordedLight light) : m_data(new Data(std::move(light))) {}

@@ -7,14 +7,18 @@
 
 namespace strobe {
 
-/// The reconstruction of one part of the light of an image, with its estimated errors.
+/// How a part of the light of a pixel was shared.
+struct PixelSharing {
+    float weight;      ///< of shared estimates, in [0,1]
+    float width;       ///< mean width of their regions in cells
+    float variance;    ///< estimated squared error of the part, mean of the channels
+    float ownVariance; ///< that of the pixel's own estimate
+};
+
+/// The reconstruction of one part of the light of an image, by pixel.
 struct SharedPart {
-    // By pixel:
-    HugeVector<Rgb> correction;     ///< to be added to the mean of the samples; its sum is 0
-    std::vector<float> weight;      ///< of shared estimates, in [0,1]
-    std::vector<float> width;       ///< mean width of their regions in cells
-    std::vector<float> variance;    ///< estimated squared error of the part, mean of the channels
-    std::vector<float> ownVariance; ///< that of the pixels' own estimates
+    HugeVector<Rgb> correction; ///< to be added to the mean of the samples; its sum is 0
+    HugeBuffer<PixelSharing> pixels;
 };
 
 /// Mixes each pixel's own estimate of a part of the light with shared estimates. The correction is the

@@ -29,14 +29,15 @@ SquaredBias::SquaredBias(int width, int height, float sigma)
     : m_sigma(sigma), m_means(width, height), m_squaredErrors(width, height),
       m_wideMeans(blocksOf(width, kCoarse), blocksOf(height, kCoarse)) {}
 
-void SquaredBias::average() {
-    WindowMean wide(m_wideMeans.width, m_wideMeans.height, m_sigma);
-    limitBlocks(averageBlocks(), wide);
-    wide.apply(m_wideMeans);
-    WindowMean(m_means.width, m_means.height, m_sigma).apply(m_means);
+void SquaredBias::average(LanePlane& scratch) {
+    const WindowMean wide(m_wideMeans.width, m_wideMeans.height, m_sigma);
+    LanePlane wideScratch(m_wideMeans.width, m_wideMeans.height);
+    limitBlocks(averageBlocks(), wide, wideScratch);
+    wide.apply(m_wideMeans, wideScratch);
+    WindowMean(m_means.width, m_means.height, m_sigma).apply(m_means, scratch);
     // The squares of the weights of a Gaussian window are the weights of a window that is narrower by
     // sqrt(2), apart from a factor: their sum.
-    WindowMean(m_means.width, m_means.height, m_sigma / std::sqrt(2.f)).apply(m_squaredErrors);
+    WindowMean(m_means.width, m_means.height, m_sigma / std::sqrt(2.f)).apply(m_squaredErrors, scratch);
 }
 
 /// Sets m_wideMeans to the means of the products by block. Returns their expected squared errors.
@@ -62,14 +63,14 @@ LanePlane SquaredBias::averageBlocks() {
 
 /// Limits the means of blocks that are not significant to a multiple of the mean of absolute values around
 /// them, so that rare bright samples of a single block do not decide.
-void SquaredBias::limitBlocks(const LanePlane& squaredErrors, WindowMean& wide) {
+void SquaredBias::limitBlocks(const LanePlane& squaredErrors, const WindowMean& wide, LanePlane& scratch) {
     constexpr float kMultiple = 5;       // a 16th of the blocks of the window reach it together
     constexpr float kSignificant = 1.5f; // standard errors: more than those of two rare pixels
     LanePlane sizes(m_wideMeans.width, m_wideMeans.height);
     auto& means = m_wideMeans.values;
     for (size_t i = 0; i < means.size(); ++i)
         sizes.values[i] = std::abs(means[i]);
-    wide.apply(sizes);
+    wide.apply(sizes, scratch);
     for (size_t i = 0; i < means.size(); ++i) {
         if (means[i] > 0 && sqr(means[i]) > sqr(kSignificant) * squaredErrors.values[i])
             continue;

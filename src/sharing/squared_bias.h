@@ -19,15 +19,16 @@ class SquaredBias {
         storeFloat4(m_means.at(pixel), products);
         storeFloat4(m_squaredErrors.at(pixel), squaredErrors);
     }
-    /// Replaces the products by means. Call once, after `set` for all pixels.
-    void average();
+    /// Replaces the products by means. Call once, after `set` for all pixels. `scratch` has a value per
+    /// pixel.
+    void average(LanePlane& scratch);
     /// Returns the estimates at a pixel. Lanes whose errors are 0 have the means over the narrow window.
     Float4 at(size_t pixel) const;
 
   private:
     static constexpr int kCoarse = 4; ///< pixels per edge of a block of m_wideMeans
     LanePlane averageBlocks();
-    void limitBlocks(const LanePlane& squaredErrors, WindowMean& wide);
+    void limitBlocks(const LanePlane& squaredErrors, const WindowMean& wide, LanePlane& scratch);
     Float4 wideMean(int x, int y) const;
 
     const float m_sigma;

@@ -35,20 +35,20 @@ std::vector<float> gaussian(float sigma) {
 } // namespace
 
 WindowMean::WindowMean(int width, int height, float sigma)
-    : m_kernel(gaussian(sigma)), m_scratch(width, height), m_inverseY(inverseWeights(height)) {
+    : m_kernel(gaussian(sigma)), m_inverseY(inverseWeights(height)) {
     for (const float inverse : inverseWeights(width))
         m_inverseX.insert(m_inverseX.end(), LanePlane::kLanes, inverse);
 }
 
-void WindowMean::apply(LanePlane& plane) {
+void WindowMean::apply(LanePlane& plane, LanePlane& scratch) const {
     parallelFor(size_t(plane.height),
-                [&](size_t y) { averageRow(plane.row(int(y)), m_scratch.row(int(y))); });
-    parallelFor(size_t(plane.height), [&](size_t y) { averageColumns(int(y), plane.row(int(y))); });
+                [&](size_t y) { averageRow(plane.row(int(y)), plane.rowSize(), scratch.row(int(y))); });
+    parallelFor(size_t(plane.height), [&](size_t y) { averageColumns(scratch, int(y), plane.row(int(y))); });
 }
 
 /// Writes the weighted sums along a row.
-void WindowMean::averageRow(const float* in, float* out) const {
-    const int size = m_scratch.rowSize(), margin = LanePlane::kLanes * reach();
+void WindowMean::averageRow(const float* in, int size, float* out) const {
+    const int margin = LanePlane::kLanes * reach();
     std::vector<float> padded(size_t(size + 2 * margin));
     float* center = padded.data() + margin;
     std::copy(in, in + size, center);
@@ -59,10 +59,10 @@ void WindowMean::averageRow(const float* in, float* out) const {
 }
 
 /// Writes the means of a row from the sums of the rows around it.
-void WindowMean::averageColumns(int y, float* out) {
-    const int size = m_scratch.rowSize();
+void WindowMean::averageColumns(const LanePlane& rows, int y, float* out) const {
+    const int size = rows.rowSize();
     const std::vector<float> zeros(size_t(size), 0.f);
-    const auto row = [&](int v) { return v >= 0 && v < m_scratch.height ? m_scratch.row(v) : zeros.data(); };
+    const auto row = [&](int v) { return v >= 0 && v < rows.height ? rows.row(v) : zeros.data(); };
     scale(row(y), m_kernel[0], out, size);
     for (int d = 1; d <= reach(); ++d)
         addScaled(row(y - d), row(y + d), m_kernel[size_t(d)], out, size);

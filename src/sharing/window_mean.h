@@ -13,7 +13,7 @@ struct LanePlane {
     static constexpr int kLanes = 4;
 
     int width, height;
-    HugeVector<float> values;
+    HugeBuffer<float> values; ///< none until they are set
     LanePlane(int w, int h) : width(w), height(h), values(size_t(w) * size_t(h) * kLanes) {}
     /// Returns the lanes of a pixel.
     float* at(size_t pixel) { return values.data() + kLanes * pixel; }
@@ -28,17 +28,16 @@ class WindowMean {
   public:
     /// `sigma`: the standard deviation in pixels.
     WindowMean(int width, int height, float sigma);
-    /// Replaces the numbers of each pixel by the means around it.
-    void apply(LanePlane& plane);
+    /// Replaces the numbers of each pixel by the means around it. `scratch` has the size of the plane.
+    void apply(LanePlane& plane, LanePlane& scratch) const;
 
   private:
     int reach() const { return int(m_kernel.size()) - 1; }
-    void averageRow(const float* in, float* out) const;
-    void averageColumns(int y, float* out);
+    void averageRow(const float* in, int size, float* out) const;
+    void averageColumns(const LanePlane& rows, int y, float* out) const;
     std::vector<float> inverseWeights(int length) const;
 
-    const std::vector<float> m_kernel; ///< by distance
-    LanePlane m_scratch;
+    const std::vector<float> m_kernel;         ///< by distance
     std::vector<float> m_inverseX, m_inverseY; ///< of the sums of weights; x: by lane, too
 };
 

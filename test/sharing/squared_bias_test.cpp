@@ -25,7 +25,8 @@ float estimateAt(int x, int y, const std::function<Product(int, int)>& product) 
             const Product p = product(u, v);
             bias.set(size_t(v * kSize + u), Float4{} + p.value, Float4{} + p.squaredError);
         }
-    bias.average();
+    LanePlane scratch(kSize, kSize);
+    bias.average(scratch);
     return bias.at(size_t(y * kSize + x))[0];
 }
 

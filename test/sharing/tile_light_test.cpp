@@ -124,13 +124,11 @@ RecordedLight lightOfTiles(const std::vector<Sample>& samples, const std::vector
     for (const PixelBounds& tile : tiles) {
         EXPECT_TRUE(frame.beginTile(film));
         TileLight cells(LightParts::all());
-        std::vector<PixelUse> uses;
-        TileSums sums;
+        PixelLists lists;
         recordPixels(samples, tile, cells,
-                     [&](int x, int y, PixelLight& pixel) { frame.setPixel(x, y, pixel, uses, sums); });
-        sums.cells = cells.cells();
-        sums.emission.push_back({frame.indexOf(tile.x0, tile.y0), emissionOf(tile)});
-        frame.add(uses, sums);
+                     [&](int x, int y, PixelLight& pixel) { frame.setPixel(x, y, pixel, lists); });
+        lists.emission.push_back({frame.indexOf(tile.x0, tile.y0), emissionOf(tile)});
+        frame.add(cells.cells(), lists);
     }
     return frame.take(film);
 }
@@ -222,11 +220,10 @@ TEST(FrameLight, PixelsOfUnfinishedTilesHaveNoSamples) {
     ASSERT_TRUE(frame.beginTile(film));
     PixelLight pixel;
     pixel.halves[0].quarters[0].count = 3;
-    std::vector<PixelUse> uses;
-    TileSums sums;
-    frame.setPixel(2, 1, pixel, uses, sums);
-    frame.add(uses, sums);
-    frame.setPixel(3, 1, pixel, uses, sums);
+    PixelLists lists;
+    frame.setPixel(2, 1, pixel, lists);
+    frame.add({}, lists);
+    frame.setPixel(3, 1, pixel, lists);
     const RecordedLight light = frame.take(film);
     EXPECT_EQ(light.pixel(0, 0).count, 3u);
     EXPECT_EQ(light.pixel(1, 0).count, 0u);

@@ -14,6 +14,8 @@ SharedBytes::SharedBytes(std::string bytes) {
 
 std::shared_ptr<char> ByteArena::allocate(size_t size) {
     constexpr size_t kFirstBlock = 64 << 10, kLargestBlock = 4 << 20;
+    size = (size + kAlignment - 1) / kAlignment * kAlignment;
+    const std::lock_guard lock(m_mutex);
     if (m_size - m_used < size) {
         m_size = std::max(std::clamp(2 * m_size, kFirstBlock, kLargestBlock), size);
         m_used = 0;
@@ -24,6 +26,12 @@ std::shared_ptr<char> ByteArena::allocate(size_t size) {
     }
     m_used += size;
     return {m_block, m_block.get() + m_used - size};
+}
+
+void ByteArena::release() {
+    const std::lock_guard lock(m_mutex);
+    m_block.reset();
+    m_size = m_used = 0;
 }
 
 } // namespace strobe

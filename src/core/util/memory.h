@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <new>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace STROBE_API strobe {
@@ -21,8 +23,8 @@ void* allocateHugePages(size_t bytes);
 /// Returns the memory that allocateHugePages returned for this size to the operating system.
 void freeHugePages(void* allocation, size_t bytes);
 
-/// Allocates huge pages for half a huge page and more, so that first writes cause few page faults. In virtual
-/// machines, a page fault takes up to ten microseconds.
+/// Allocates huge pages for an eighth of a huge page and more, so that first writes cause few page faults. In
+/// virtual machines, a page fault takes up to ten microseconds.
 template <class T>
 struct HugePageAllocator {
     using value_type = T;
@@ -45,12 +47,35 @@ struct HugePageAllocator {
     bool operator==(const HugePageAllocator&) const { return true; }
 
   private:
-    static bool isHuge(size_t bytes) { return bytes >= 1 << 20; }
+    static constexpr size_t kLeastHuge = 256 << 10;
+    static bool isHuge(size_t bytes) { return bytes >= kLeastHuge; }
 };
 
 /// An array that may be large, and is written soon after it is allocated.
 template <class T>
 using HugeVector = std::vector<T, HugePageAllocator<T>>;
+
+/// Leaves items that are created without a value as they are.
+template <class T>
+struct BufferAllocator : HugePageAllocator<T> {
+    static_assert(std::is_trivially_copyable_v<T>);
+    template <class U>
+    struct rebind {
+        using other = BufferAllocator<U>;
+    };
+    BufferAllocator() = default;
+    template <class U>
+    BufferAllocator(const BufferAllocator<U>&) {}
+    template <class U, class... Values>
+    void construct(U* item, Values&&... values) {
+        if constexpr (sizeof...(Values) > 0)
+            ::new (static_cast<void*>(item)) U(std::forward<Values>(values)...);
+    }
+};
+
+/// A HugeVector whose items have no values until these are set.
+template <class T>
+using HugeBuffer = std::vector<T, BufferAllocator<T>>;
 
 /// Returns freed memory to the operating system. Without it, the heaps of many threads retain freed memory,
 /// which becomes fragmented and is reused less and less. Takes milliseconds. No effect without glibc.

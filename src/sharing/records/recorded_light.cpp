@@ -2,9 +2,9 @@
 
 #include "core/util/error.h"
 #include "core/util/parallel.h"
+#include "sharing/records/joined_cells.h"
 
 #include <algorithm>
-#include <mutex>
 #include <optional>
 
 namespace strobe {
@@ -148,31 +148,24 @@ RecordedLight::RecordedLight(const Film& film) : RecordedLight(film.pixelBounds(
     std::vector<TileLightReader> tiles = readersOf(film.records().all());
     const auto height = size_t(pixelBounds.height());
     std::vector<std::vector<const TileLightReader*>> tilesOfRow(height);
-    size_t cellCount = 0; // those on several tiles count several times
     for (const TileLightReader& tile : tiles) {
         requireSameParts(tile, tiles.front());
         if (!isInside(tile.pixels(), pixelBounds))
             throw Error("the record of a tile has pixels outside of the image", ErrorKind::Usage);
         for (int y = tile.pixels().y0; y < tile.pixels().y1; ++y)
             tilesOfRow[size_t(y - pixelBounds.y0)].push_back(&tile);
-        cellCount += tile.cellCount();
     }
     if (!tiles.empty())
         parts = tiles.front().parts();
-    auto numbers =
-        joinCells(tiles.size(), cellCount, [&](size_t i, const auto& work) { tiles[i].forCells(work); });
-    for (size_t i = 0; i < tiles.size(); ++i)
-        tiles[i].setCellNumbers(std::move(numbers[i]));
+    joinCellsOf(tiles);
     std::vector<TileSums> rows(height);
-    ByteArena arena;
-    std::mutex arenaMutex;
+    ByteArena counts, uses; // the counts are freed first
     parallelFor(height, [&](size_t row) {
         std::sort(tilesOfRow[row].begin(), tilesOfRow[row].end(),
                   [](const auto* a, const auto* b) { return a->pixels().x0 < b->pixels().x0; });
-        std::vector<PixelUse> uses;
-        joinRow(pixelBounds.y0 + int(row), tilesOfRow[row], uses, rows[row]);
-        const std::lock_guard lock(arenaMutex);
-        rows[row].uses = copyUses(uses, arena);
+        PixelLists lists;
+        joinRow(pixelBounds.y0 + int(row), tilesOfRow[row], lists);
+        rows[row] = {{}, counts.copy(lists.counts), uses.copy(lists.uses), std::move(lists.rare), {}};
     });
     if (!rows.empty())
         rows.front().emission = emissionOf(tiles, pixelBounds);
@@ -181,9 +174,21 @@ RecordedLight::RecordedLight(const Film& film) : RecordedLight(film.pixelBounds(
     joinRareAndEmission(rows);
 }
 
+/// Sets `cells` to the sums of the cells of all tiles, and the numbers of the cells in the tiles.
+void RecordedLight::joinCellsOf(std::vector<TileLightReader>& tiles) {
+    std::vector<std::vector<CellSums>> read(tiles.size());
+    parallelFor(tiles.size(), [&](size_t i) {
+        read[i].reserve(tiles[i].cellCount());
+        tiles[i].forCells([&](const CellSums& cell) { read[i].push_back(cell); });
+    });
+    JoinedCells joined = joinCells(std::vector<std::span<const CellSums>>(read.begin(), read.end()));
+    for (size_t i = 0; i < tiles.size(); ++i)
+        tiles[i].setCellNumbers(std::move(joined.numbers[i]));
+    cells = std::move(joined.cells);
+}
+
 /// Adds up the pixels of a row. `tiles`: those that contain pixels of the row, by ascending first pixels.
-void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& tiles,
-                            std::vector<PixelUse>& uses, TileSums& sums) {
+void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& tiles, PixelLists& lists) {
     std::vector<TileLightReader::Row> rows; // that contain the current pixel
     std::vector<int> ends;                  // of these
     size_t next = 0, index = size_t(y - pixelBounds.y0) * size_t(pixelBounds.width());
@@ -201,7 +206,7 @@ void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& ti
         if (rows.size() != 1) {
             light.clear();
             addNext(rows, light);
-            setPixel(index, light, uses, sums);
+            setPixel(index, light, lists);
             continue;
         }
         for (int half = 0; half < kHalves; ++half) { // without the sums of all records
@@ -212,7 +217,7 @@ void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& ti
             rows[0].tile().addUses(bytes, light.halves[half].uses);
             rows[0].tile().addRare(bytes, light.halves[half].rare);
         }
-        addUses(index, light, uses, sums);
+        addUses(index, light, lists);
     }
 }
 

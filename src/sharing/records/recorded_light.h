@@ -5,8 +5,6 @@
 #include "core/util/memory.h"
 #include "sharing/records/tile_light.h"
 
-#include <functional>
-
 namespace strobe {
 
 /// The sums of one half of a pixel's samples, weighted by the pixel filter: HalfLight as floats.
@@ -38,23 +36,29 @@ struct PixelRareSample : RareSample { ///< RareSample::cell is an index in Recor
     uint32_t half = 0;
 };
 
-/// The uses of the pixels of a row or of a tile.
-struct PixelUses {
-    std::span<PixelUse> uses;
-    std::shared_ptr<const char> memory; ///< shares the ownership of the memory of `uses`
+/// The number of uses of a pixel.
+struct UseCount {
+    uint32_t pixel; ///< row by row in the pixel bounds of the frame
+    uint32_t count;
 };
 
-/// The sums of a tile of a frame. Uses and rare samples refer to cells by their indices in `cells`.
-struct TileSums {
-    struct Pixel {
-        size_t index; ///< row by row in the pixel bounds of the frame
-        size_t uses;  ///< number of its uses
-    };
-    std::vector<CellSums> cells;
-    std::vector<Pixel> pixels;
-    PixelUses uses; ///< pixel by pixel, in the order of `pixels`
+/// What the pixels of a tile or a row add to its cells: their uses, rare samples and emission.
+struct PixelLists {
+    std::vector<UseCount> counts;
+    std::vector<PixelUse> uses; ///< pixel by pixel, in the order of `counts`
     std::vector<PixelRareSample> rare;
     std::vector<EmissionSum> emission; ///< EmissionSum::pixel is an index in the frame
+    void clear();
+};
+
+/// PixelLists in memory that is kept, and the cells of a tile. Uses and rare samples refer to cells by their
+/// indices in `cells`.
+struct TileSums {
+    SharedItems<CellSums> cells;
+    SharedItems<UseCount> counts;
+    SharedItems<PixelUse> uses;
+    std::vector<PixelRareSample> rare;
+    std::vector<EmissionSum> emission;
 };
 
 /// The light of all samples of a frame: the sums of the records of a film, or of tiles. They do not depend on
@@ -66,9 +70,9 @@ class RecordedLight {
     /// For `setPixel` and `join`.
     RecordedLight(const PixelBounds& bounds, LightParts recorded);
 
-    /// Sets the sums of a pixel. Appends its uses to `uses` and its rare samples to `tile`. Threads may set
-    /// different pixels.
-    void setPixel(size_t index, PixelLight& light, std::vector<PixelUse>& uses, TileSums& tile);
+    /// Sets the sums of a pixel. Appends its uses and its rare samples to `lists`. Threads may set different
+    /// pixels.
+    void setPixel(size_t index, PixelLight& light, PixelLists& lists);
     /// Joins tiles, whose pixels are set. Pixels of other tiles have no samples afterwards.
     void join(std::vector<TileSums> tiles);
 
@@ -82,18 +86,14 @@ class RecordedLight {
     LightParts parts; ///< that were recorded; the sums of the others are 0
     /// Pixels are numbered row by row in the pixel bounds.
     HugeVector<HalfPixelSums> pixels;
-    HugeVector<CellSums> cells;        ///< by ascending id
+    HugeBuffer<CellSums> cells;        ///< by ascending id
     std::vector<EmissionSum> emission; ///< by ascending pixel, with one entry per pixel
     std::vector<PixelRareSample> rare; ///< by ascending pixel, in an order that depends on the samples only
 
   private:
-    /// Takes the index of a tile and work(cell), and calls this for each cell of the tile.
-    using ForCells = std::function<void(size_t, const std::function<void(const CellSums&)>&)>;
-
-    std::vector<std::vector<uint32_t>> joinCells(size_t tiles, size_t total, const ForCells& forCells);
-    void joinRow(int y, const std::vector<const TileLightReader*>& tiles, std::vector<PixelUse>& uses,
-                 TileSums& sums);
-    void addUses(size_t index, PixelLight& light, std::vector<PixelUse>& uses, TileSums& sums) const;
+    void joinCellsOf(std::vector<TileLightReader>& tiles);
+    void joinRow(int y, const std::vector<const TileLightReader*>& tiles, PixelLists& lists);
+    void addUses(size_t index, PixelLight& light, PixelLists& lists) const;
     void linkUses(const TileSums& tile);
     void joinRareAndEmission(std::span<const TileSums> tiles);
     void clearPixelsWithout(std::span<const TileSums> tiles);
@@ -101,9 +101,6 @@ class RecordedLight {
     HugeVector<std::span<const PixelUse>> m_uses;      ///< by pixel
     std::vector<std::shared_ptr<const char>> m_memory; ///< of the uses
 };
-
-/// Copies uses to memory of the arena.
-PixelUses copyUses(std::span<const PixelUse> uses, ByteArena& arena);
 
 /// Replaces records of the same pixels, as of passes and of slices, by one record each, so that their memory
 /// does not grow with the number of passes. Throws Error of kind Usage if a record is damaged.

@@ -37,6 +37,27 @@ TEST(ByteArena, BytesLiveAsLongAsTheirOwners) {
     }
 }
 
+TEST(ByteArena, CopiesOfItemsAreAligned) {
+    ByteArena arena;
+    arena.allocate(1);
+    std::vector<__int128> numbers(1000);
+    std::iota(numbers.begin(), numbers.end(), __int128(1) << 80);
+    const SharedItems<__int128> copy = arena.copy(numbers);
+    arena.release();
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(copy.items.data()) % alignof(__int128), 0u);
+    EXPECT_TRUE(std::equal(numbers.begin(), numbers.end(), copy.items.begin(), copy.items.end()));
+    EXPECT_TRUE(arena.copy(std::vector<int>()).items.empty());
+}
+
+TEST(HugeBuffer, KeepsItsNumbersWhileItGrows) {
+    HugeBuffer<int> numbers(1);
+    numbers[0] = 7;
+    numbers.resize(1'000'000);
+    numbers.push_back(8);
+    EXPECT_EQ(numbers.front(), 7);
+    EXPECT_EQ(numbers.back(), 8);
+}
+
 TEST(HugeVector, KeepsItsNumbersWhileItGrows) {
     HugeVector<int> numbers;
     for (int i = 0; i < 2'000'000; ++i)
