@@ -251,24 +251,25 @@ std::vector<PixelBounds> blocksIn(const PixelBounds& bounds, int count, int size
 /// 3 GHz core on the scenes of this project: they decide about pixels, so that they cannot be measured here.
 double overheadOf(const Scene& scene, double samplesPerPixel, const BlockErrors& sums) {
     // Nanoseconds per sample, per sample with a first vertex, and per pixel:
-    constexpr double kObserve = 20, kRecord = 50, kFinishPixel = 800, kReconstructPixel = 1200;
-    // The cost of a sample, and of its rays with their share of shading:
-    constexpr double kSample = 25, kSimplestRay = 25, kRayPerDoubledGeometry = 2.7;
+    constexpr double kObserve = 30, kRecord = 60, kFinishPixel = 700, kReconstructPixel = 350;
+    // The cost of a sample, of its rays with their share of shading, and of texture lookups:
+    constexpr double kSample = 30, kSimplestRay = 29, kRayPerDoubledGeometry = 3.1, kFootprint = 250;
     const TracerCounts& geometry = scene.tracer().counts();
     const double primitives = double(geometry.triangles + geometry.quadrics);
     const double ray = kSimplestRay + kRayPerDoubledGeometry * std::log2(1 + primitives);
     const double samples = double(std::max<uint64_t>(sums.counters.visibilitySamples, 1));
     const double recorded = sums.recorded / samples;
     return (kObserve + kRecord * recorded + (kFinishPixel + kReconstructPixel * recorded) / samplesPerPixel) /
-           (kSample + ray * double(sums.counters.rays()) / samples);
+           (kSample +
+            (ray * double(sums.counters.rays()) + kFootprint * double(sums.counters.footprints)) / samples);
 }
 
 /// Returns true if the first render of the blocks shows that sharing cannot pay. The gain that LightSharing
-/// estimates is up to three times too large. An estimated gain below twice the ratio of the times therefore
-/// decides against sharing. Gains below kNoPromise do not decide: a few bright samples can hide the real
-/// gain.
+/// estimates is up to three times too large. An estimated gain that hardly exceeds the ratio of the times
+/// therefore decides against sharing. Gains below kNoPromise do not decide: a few bright samples can hide the
+/// real gain.
 bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
-    constexpr double kLeastPromise = 2, kNoPromise = 1.5;
+    constexpr double kLeastPromise = 1.25, kNoPromise = 1.5;
     double own = 0, shared = 0;
     for (const BlockPilot& pilot : pilots) {
         const double weight = weightOf(meanOf(pilot.first.images[0], INFINITY));
@@ -282,40 +283,69 @@ bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
 struct Verdict {
     LightParts parts;      ///< to share
     bool isCertain = true; ///< hardly depends on the choice of the blocks
+    bool needsAdaptiveSamples = false;
 };
+
+/// What blocks gain if these parts are shared.
+struct SharingGain {
+    LightParts parts;
+    double sum = 0, deviation = 0; ///< over the blocks, and its standard error
+};
+
+/// Returns the gain by the parts whose sharing leaves the least cost. `cost`: of an error. Sharing has to
+/// lower the cost by more than the factor `least`.
+template <class Cost>
+SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, double least, const Cost& cost) {
+    double costs[kChoiceCount] = {};
+    for (const BlockPilot& pilot : pilots)
+        for (size_t choice = 0; choice < kChoiceCount; ++choice)
+            costs[choice] += cost(pilot.errors.errors[clip][choice]);
+    const size_t best = size_t(std::min_element(costs + 1, costs + kChoiceCount) - costs);
+    SharingGain out{kChoices[best]};
+    double squares = 0;
+    for (const BlockPilot& pilot : pilots) {
+        const double(&errors)[kChoiceCount] = pilot.errors.errors[clip];
+        const double gain = cost(errors[0]) - least * cost(errors[best]);
+        out.sum += gain;
+        squares += sqr(gain);
+    }
+    const double count = double(pilots.size());
+    out.deviation = std::sqrt(count / (count - 1) * std::max(squares - sqr(out.sum) / count, 0.));
+    return out;
+}
 
 /// Decides for the parts whose sharing leaves the least error, by the first of kClips for which this pays:
 /// for which the error per time falls by more than a fifth, and by more than half of the standard error of
-/// the blocks' mean; for none, if there is no such clip. `overhead`: see overheadOf.
-Verdict decide(std::span<const BlockPilot> pilots, const BlockErrors& sums, double overhead) {
+/// the blocks' sum. If there is none and samples adapt, the roots of the errors decide likewise: with the
+/// best distribution of samples, the product of error and time is the square of the sum of the roots (Neyman
+/// allocation), in which single blocks have less weight. `overhead`: see overheadOf.
+Verdict decide(std::span<const BlockPilot> pilots, double overhead, bool adaptsSamples) {
     constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 1;
     Verdict verdict;
-    for (size_t clip = 0; clip < std::size(kClips); ++clip) {
-        const double(&byChoice)[kChoiceCount] = sums.errors[clip];
-        const size_t best = size_t(std::min_element(byChoice + 1, byChoice + kChoiceCount) - byChoice);
-        double sum = 0, squares = 0; // of what the blocks gain
-        for (const BlockPilot& pilot : pilots) {
-            const double(&errors)[kChoiceCount] = pilot.errors.errors[clip];
-            const double gain = errors[0] - kMargin * (1 + overhead) * errors[best];
-            sum += gain;
-            squares += sqr(gain);
+    const auto pays = [&](const SharingGain& gain) {
+        const bool isCertain = std::abs(gain.sum) >= kCertain * gain.deviation;
+        if (gain.sum > kStandardErrors * gain.deviation) {
+            verdict = {gain.parts, isCertain};
+            return true;
         }
-        const double count = double(pilots.size());
-        const double deviation = std::sqrt(count / (count - 1) * std::max(squares - sqr(sum) / count, 0.));
-        if (std::abs(sum) < kCertain * deviation)
-            verdict.isCertain = false;
-        if (sum > kStandardErrors * deviation) {
-            verdict.parts = kChoices[best];
-            break;
-        }
-    }
+        verdict.isCertain = verdict.isCertain && isCertain;
+        return false;
+    };
+    const double least = kMargin * (1 + overhead);
+    for (size_t clip = 0; clip < std::size(kClips); ++clip)
+        if (pays(gainOf(pilots, clip, least, [](double error) { return error; })))
+            return verdict;
+    if (adaptsSamples)
+        verdict.needsAdaptiveSamples =
+            pays(gainOf(pilots, std::size(kClips) - 1, std::sqrt(least),
+                        [](double error) { return std::sqrt(std::max(error, 0.)); }));
     return verdict;
 }
 
 } // namespace
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize,
-                        const std::optional<LightParts>& chosen) {
+                        const std::optional<LightParts>& chosen, bool adaptsSamples) {
     constexpr int kBlockSize = 8, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 8, kMaxBlocks = 64;
     constexpr double kPilotShare = 0.004, kPasses = 64; // the samples of passes, whose number is not known
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
@@ -323,7 +353,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     constexpr double kMaxRare = 0.005;
     const double samples = context.isPass ? kPasses : context.samplesPerPixel;
     if (samples < kHalves)
-        return {chosen.value_or(LightParts()), {}, {}};
+        return {chosen.value_or(LightParts()), false, {}, {}};
     // Direct light converges faster than in proportion to the samples, so that few would mislead.
     const int pilotSamples =
         int(std::min(samples, std::clamp(samples / 2, double(kMinSamples), double(kMaxSamples))));
@@ -332,7 +362,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     const int affordable = int(kPilotShare * pixels * samples / (kBlockSize * kBlockSize * pilotSamples));
     const size_t count = size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks));
     // An uncertain verdict is worth twice as many blocks where this is not much of the render.
-    const size_t limit = affordable > kMinBlocks ? 2 * count : count;
+    const size_t limit = affordable >= kMinBlocks / 2 ? 2 * count : count;
     const auto blocks = blocksIn(bounds, int(limit), kBlockSize);
     const BlockRenderer renderer(scene, context, pilotSamples, cellSize);
     std::vector<BlockPilot> pilots;
@@ -355,11 +385,12 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
             errors.add(pilots[i].errors);
             brightness.add(pilots[i].brightness);
         }
-        verdict = decide(pilots, errors, overheadOf(scene, samples, errors));
+        verdict = decide(pilots, overheadOf(scene, samples, errors), adaptsSamples);
     } while (pilots.size() < limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
     plan.parts = chosen.value_or(verdict.parts);
+    plan.needsAdaptiveSamples = !chosen && verdict.needsAdaptiveSamples;
     plan.emission = {errors.variance / errors.pixels * pilotSamples / samples,
                      errors.emissionCoefficient / errors.pixels};
     return plan;
