@@ -41,26 +41,14 @@ std::vector<SharedPart> shareLight(RecordedLight light, Film& film) {
     return parts;
 }
 
-/// What the pilots decide.
-struct Plan {
-    SharingPlan sharing;
-    std::optional<SampleFactors> factors; ///< none: 1 everywhere
-
-    Plan(const Scene& scene, const RenderContext& context, float cellSize, const ChosenParts& chosen,
-         bool adaptsSamples)
-        : sharing(planSharing(scene, context, cellSize, chosen, adaptsSamples && hasSamplesToPlan(context))) {
-        if (adaptsSamples)
-            factors = planSamples(scene, context, sharing.parts);
-        if (sharing.needsAdaptiveSamples && !factors)
-            sharing.parts = {};
-    }
-};
-
 class AdaptiveState : public IntegratorState {
   public:
-    AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize, const Plan& plan)
-        : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp), m_plan(plan.sharing),
-          m_frame(std::make_unique<FrameLight>(m_plan.parts)), m_factors(plan.factors) {
+    AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize, const ChosenParts& chosen,
+                  bool adaptsSamples)
+        : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
+          m_plan(planSharing(scene, context, cellSize, chosen)),
+          m_frame(std::make_unique<FrameLight>(m_plan.parts)),
+          m_factors(adaptsSamples ? planSamples(scene, context, m_plan.parts) : std::nullopt) {
         if (observes())
             m_refinement.emplace(scene, context.sampling, context.pilotBounds, context.samplesPerPixel,
                                  m_plan.emission);
@@ -151,8 +139,7 @@ class AdaptiveCache : public Integrator {
             shareLight(RecordedLight(film), film);
     }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
-        return std::make_unique<AdaptiveState>(scene, context, m_cellSize,
-                                               Plan(scene, context, m_cellSize, m_chosen, m_adaptsSamples));
+        return std::make_unique<AdaptiveState>(scene, context, m_cellSize, m_chosen, m_adaptsSamples);
     }
 
   private:

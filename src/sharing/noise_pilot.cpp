@@ -283,7 +283,6 @@ bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
 struct Verdict {
     LightParts parts;      ///< to share
     bool isCertain = true; ///< hardly depends on the choice of the blocks
-    bool needsAdaptiveSamples = false;
 };
 
 /// What blocks gain if these parts are shared.
@@ -316,10 +315,11 @@ SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, double least
 
 /// Decides for the parts whose sharing leaves the least error, by the first of kClips for which this pays:
 /// for which the error per time falls by more than a fifth, and by more than half of the standard error of
-/// the blocks' sum. If there is none and samples adapt, the roots of the errors decide likewise: with the
-/// best distribution of samples, the product of error and time is the square of the sum of the roots (Neyman
-/// allocation), in which single blocks have less weight. `overhead`: see overheadOf.
-Verdict decide(std::span<const BlockPilot> pilots, double overhead, bool adaptsSamples) {
+/// the blocks' sum. If there is none, the roots of the errors decide, so that a single block does not: with
+/// the best distribution of samples, the product of error and time is the square of their sum (Neyman
+/// allocation). They need no margin, as blocks without neighbors gain less than the image. `overhead`: see
+/// overheadOf.
+Verdict decide(std::span<const BlockPilot> pilots, double overhead) {
     constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 1;
     Verdict verdict;
     const auto pays = [&](const SharingGain& gain) {
@@ -335,17 +335,15 @@ Verdict decide(std::span<const BlockPilot> pilots, double overhead, bool adaptsS
     for (size_t clip = 0; clip < std::size(kClips); ++clip)
         if (pays(gainOf(pilots, clip, least, [](double error) { return error; })))
             return verdict;
-    if (adaptsSamples)
-        verdict.needsAdaptiveSamples =
-            pays(gainOf(pilots, std::size(kClips) - 1, std::sqrt(least),
-                        [](double error) { return std::sqrt(std::max(error, 0.)); }));
+    pays(gainOf(pilots, std::size(kClips) - 1, std::sqrt(1 + overhead),
+                [](double error) { return std::sqrt(std::max(error, 0.)); }));
     return verdict;
 }
 
 } // namespace
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize,
-                        const std::optional<LightParts>& chosen, bool adaptsSamples) {
+                        const std::optional<LightParts>& chosen) {
     constexpr int kBlockSize = 8, kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 8, kMaxBlocks = 64;
     constexpr double kPilotShare = 0.004, kPasses = 64; // the samples of passes, whose number is not known
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
@@ -353,7 +351,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     constexpr double kMaxRare = 0.005;
     const double samples = context.isPass ? kPasses : context.samplesPerPixel;
     if (samples < kHalves)
-        return {chosen.value_or(LightParts()), false, {}, {}};
+        return {chosen.value_or(LightParts()), {}, {}};
     // Direct light converges faster than in proportion to the samples, so that few would mislead.
     const int pilotSamples =
         int(std::min(samples, std::clamp(samples / 2, double(kMinSamples), double(kMaxSamples))));
@@ -385,12 +383,11 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
             errors.add(pilots[i].errors);
             brightness.add(pilots[i].brightness);
         }
-        verdict = decide(pilots, overheadOf(scene, samples, errors), adaptsSamples);
+        verdict = decide(pilots, overheadOf(scene, samples, errors));
     } while (pilots.size() < limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
     plan.parts = chosen.value_or(verdict.parts);
-    plan.needsAdaptiveSamples = !chosen && verdict.needsAdaptiveSamples;
     plan.emission = {errors.variance / errors.pixels * pilotSamples / samples,
                      errors.emissionCoefficient / errors.pixels};
     return plan;

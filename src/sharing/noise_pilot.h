@@ -11,17 +11,16 @@ namespace strobe {
 /// How the light of a render is shared.
 struct SharingPlan {
     LightParts parts; ///< the parts of the light to share; empty: the render equals that of supersample
-    bool needsAdaptiveSamples = false; ///< sharing pays only if samples adapt: see planSamples
     RareLimits rareLimits;
     EmissionPilot emission;
 };
 
 /// Renders a pilot of about 1 % of the samples and reconstructs its light. The parts to share are those that
 /// leave the least error, or none if they do not gain clearly more than recording and reconstruction cost.
-/// Less than 2 samples per pixel: none. `chosen`: the parts to share in any case. `adaptsSamples`:
-/// planSamples may adapt the samples. The result depends on the scene, on context.pilotBounds and on the
-/// number of samples, but not on the seed, on slices of the samples or on measured times.
+/// Less than 2 samples per pixel: none. `chosen`: the parts to share in any case. The result depends on the
+/// scene, on context.pilotBounds and on the number of samples, but not on the seed, on slices of the samples
+/// or on measured times.
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, float cellSize,
-                        const std::optional<LightParts>& chosen, bool adaptsSamples);
+                        const std::optional<LightParts>& chosen);
 
 } // namespace strobe

@@ -353,21 +353,12 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
     return double(chosen - products.begin()) / DensityBins::kSteps - largest;
 }
 
-/// Returns the number of samples per pixel that a plan is made for.
-double samplesOf(const RenderContext& context) {
-    constexpr double kPassSamples = 16; // of passes, whose number is not known
-    return context.isPass ? kPassSamples : context.samplesPerPixel;
-}
-
 } // namespace
-
-bool hasSamplesToPlan(const RenderContext& context) {
-    constexpr double kMinSamples = 4; // fewer are not worth a pilot
-    return samplesOf(context) >= kMinSamples;
-}
 
 std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext& context,
                                          LightParts shared) {
+    constexpr double kPassSamples = 16; // of passes, whose number is not known
+    constexpr int kMinSamples = 4;      // fewer are not worth a pilot
     constexpr int kMinPixels = 2, kMaxPixels = 16;
     // Small gains are those of squared errors only: structural errors grow, as they count all blocks alike,
     // most where no light is shared (measured).
@@ -375,8 +366,8 @@ std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext
     // Where nothing is shared, the pilot is the whole overhead. It ends if half of the tiles promise less
     // than this. In scenes whose samples adapt, either half promises 1.8 and more (4 samples).
     constexpr double kMinGainOfHalf = 1.4;
-    const double samples = samplesOf(context);
-    if (!hasSamplesToPlan(context) || samples * (1 << kMaxExponent) > PixelAccumulator::kMaxSamples)
+    const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
+    if (samples < kMinSamples || samples * (1 << kMaxExponent) > PixelAccumulator::kMaxSamples)
         return {};
     SampleFactors blocks(context.pilotBounds, kBlockSize);
     const int pixels =

@@ -16,7 +16,5 @@ namespace strobe {
 /// The factors depend on the scene, on context.pilotBounds and on the number of samples, but not on the seed
 /// or on slices of the samples. Therefore they do not bias the result.
 std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext& context, LightParts shared);
-/// Returns whether a render has enough samples for planSamples.
-bool hasSamplesToPlan(const RenderContext& context);
 
 } // namespace strobe
