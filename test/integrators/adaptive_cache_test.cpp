@@ -87,6 +87,18 @@ Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9 
     EXPECT_EQ(adaptive.stats.integratorNote, "shares no light: equals supersample");
 }
 
+TEST(AdaptiveCache, ThePilotSharesWhereItPays) {
+    const Image reference = render(test::buildWith("supersample", makeScene(1024, "path")), 99).image;
+    for (const int samples : {4, 16}) {
+        const std::string scene = makeScene(samples, "path");
+        const auto adaptive = render(test::buildWith("adaptive-cache", scene));
+        EXPECT_EQ(adaptive.stats.integratorNote.find("no light"), std::string::npos) << samples;
+        EXPECT_LT(error(adaptive.image, reference),
+                  0.5 * error(render(test::buildWith("supersample", scene)).image, reference))
+            << samples;
+    }
+}
+
 /// Each sample chooses one of 24 lamps: the noise is large, and the light smooth.
 TEST(AdaptiveCache, SharesDirectLight) {
     const auto scene = [](int samples) {
