@@ -24,19 +24,14 @@ constexpr size_t kChoiceCount = std::size(kChoices);
 /// those of rare bright samples. Errors of radiance clipped to 1 are less noisy.
 constexpr float kClips[] = {INFINITY, 1};
 
-/// The squared errors of blocks, relative to their radiance, and other sums over their pixels.
-struct BlockErrors {
-    /// By kClips, of the images that share the parts of kChoices.
-    double errors[std::size(kClips)][kChoiceCount] = {};
+/// Sums over the pixels of blocks.
+struct BlockSums {
     double pixels = 0;
     double variance = 0;            ///< estimated by LightSharing for both parts, not relative
     double emissionCoefficient = 0; ///< see EmissionPilot
     double recorded = 0;            ///< samples with a first vertex
     Counters counters;
-    void add(const BlockErrors& other) {
-        for (size_t clip = 0; clip < std::size(kClips); ++clip)
-            for (size_t i = 0; i < kChoiceCount; ++i)
-                errors[clip][i] += other.errors[clip][i];
+    void add(const BlockSums& other) {
         pixels += other.pixels;
         variance += other.variance;
         emissionCoefficient += other.emissionCoefficient;
@@ -125,7 +120,7 @@ struct BlockImages {
 };
 
 BlockImages renderBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
-                        uint64_t seed, int samplesPerPixel, float cellSize, BlockErrors& sums,
+                        uint64_t seed, int samplesPerPixel, float cellSize, BlockSums& sums,
                         Brightness& brightness) {
     PilotState pilot(scene, cellSize, context.clamp, brightness);
     Film film(block.x1, block.y1, block);
@@ -199,7 +194,10 @@ void addErrors(const BlockImages& a, const BlockImages& b, float clip, double* s
 
 /// The measurements of one block.
 struct BlockPilot {
-    BlockErrors errors;
+    /// The squared errors of the images that share the parts of kChoices, relative to the radiance, by
+    /// kClips.
+    double errors[std::size(kClips)][kChoiceCount] = {};
+    BlockSums sums;
     Brightness brightness;
     BlockImages first; ///< the first of two renders
 };
@@ -216,12 +214,12 @@ class BlockRenderer {
     void measure(const PixelBounds& block, BlockPilot& out) const {
         const BlockImages second = render(block, kSeeds[1], out);
         for (size_t clip = 0; clip < std::size(kClips); ++clip)
-            addErrors(out.first, second, kClips[clip], out.errors.errors[clip]);
+            addErrors(out.first, second, kClips[clip], out.errors[clip]);
     }
 
   private:
     BlockImages render(const PixelBounds& block, uint64_t seed, BlockPilot& out) const {
-        return renderBlock(m_scene, m_context, block, seed, m_samplesPerPixel, m_cellSize, out.errors,
+        return renderBlock(m_scene, m_context, block, seed, m_samplesPerPixel, m_cellSize, out.sums,
                            out.brightness);
     }
     const Scene& m_scene;
@@ -249,7 +247,7 @@ std::vector<PixelBounds> blocksIn(const PixelBounds& bounds, int count, int size
 
 /// Returns the time for recording and reconstruction relative to that of the render. The times are those of a
 /// 3 GHz core on the scenes of this project: they decide about pixels, so that they cannot be measured here.
-double overheadOf(const Scene& scene, double samplesPerPixel, const BlockErrors& sums) {
+double overheadOf(const Scene& scene, double samplesPerPixel, const BlockSums& sums) {
     // Nanoseconds per sample, per sample with a first vertex, and per pixel:
     constexpr double kObserve = 30, kRecord = 60, kFinishPixel = 700, kReconstructPixel = 350;
     // The cost of a sample, of its rays with their share of shading, and of texture lookups:
@@ -298,12 +296,12 @@ SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, double least
     double costs[kChoiceCount] = {};
     for (const BlockPilot& pilot : pilots)
         for (size_t choice = 0; choice < kChoiceCount; ++choice)
-            costs[choice] += cost(pilot.errors.errors[clip][choice]);
+            costs[choice] += cost(pilot.errors[clip][choice]);
     const size_t best = size_t(std::min_element(costs + 1, costs + kChoiceCount) - costs);
     SharingGain out{kChoices[best]};
     double squares = 0;
     for (const BlockPilot& pilot : pilots) {
-        const double(&errors)[kChoiceCount] = pilot.errors.errors[clip];
+        const double(&errors)[kChoiceCount] = pilot.errors[clip];
         const double gain = cost(errors[0]) - least * cost(errors[best]);
         out.sum += gain;
         squares += sqr(gain);
@@ -364,7 +362,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     const auto blocks = blocksIn(bounds, int(limit), kBlockSize);
     const BlockRenderer renderer(scene, context, pilotSamples, cellSize);
     std::vector<BlockPilot> pilots;
-    BlockErrors errors;
+    BlockSums sums;
     Brightness brightness;
     Verdict verdict;
     do {
@@ -372,24 +370,24 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
         pilots.resize(first + count);
         parallelFor(count, [&](size_t i) { renderer.renderFirst(blocks[first + i], pilots[first + i]); });
         if (first == 0 && !chosen) {
-            BlockErrors sums;
+            BlockSums ofFirst;
             for (const BlockPilot& pilot : pilots)
-                sums.add(pilot.errors);
-            if (isHopeless(pilots, overheadOf(scene, samples, sums)))
+                ofFirst.add(pilot.sums);
+            if (isHopeless(pilots, overheadOf(scene, samples, ofFirst)))
                 return {};
         }
         parallelFor(count, [&](size_t i) { renderer.measure(blocks[first + i], pilots[first + i]); });
         for (size_t i = first; i < pilots.size(); ++i) {
-            errors.add(pilots[i].errors);
+            sums.add(pilots[i].sums);
             brightness.add(pilots[i].brightness);
         }
-        verdict = decide(pilots, overheadOf(scene, samples, errors));
+        verdict = decide(pilots, overheadOf(scene, samples, sums));
     } while (pilots.size() < limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
     plan.parts = chosen.value_or(verdict.parts);
-    plan.emission = {errors.variance / errors.pixels * pilotSamples / samples,
-                     errors.emissionCoefficient / errors.pixels};
+    plan.emission = {sums.variance / sums.pixels * pilotSamples / samples,
+                     sums.emissionCoefficient / sums.pixels};
     return plan;
 }
 
