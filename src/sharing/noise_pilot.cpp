@@ -313,10 +313,10 @@ SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, double least
 
 /// Decides for the parts whose sharing leaves the least error, by the first of kClips for which this pays:
 /// for which the error per time falls by more than a fifth, and by more than half of the standard error of
-/// the blocks' sum. If there is none, the roots of the errors decide, so that a single block does not: with
-/// the best distribution of samples, the product of error and time is the square of their sum (Neyman
-/// allocation). They need no margin, as blocks without neighbors gain less than the image. `overhead`: see
-/// overheadOf.
+/// the blocks' sum. If there is none, the roots of the errors decide about indirect light, so that a single
+/// block does not: with the best distribution of samples, the product of error and time is the square of
+/// their sum (Neyman allocation, for errors in proportion to 1/n; those of direct light fall faster). They
+/// need no margin, as blocks without neighbors gain less than the image. `overhead`: see overheadOf.
 Verdict decide(std::span<const BlockPilot> pilots, double overhead) {
     constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 1;
     Verdict verdict;
@@ -333,8 +333,10 @@ Verdict decide(std::span<const BlockPilot> pilots, double overhead) {
     for (size_t clip = 0; clip < std::size(kClips); ++clip)
         if (pays(gainOf(pilots, clip, least, [](double error) { return error; })))
             return verdict;
-    pays(gainOf(pilots, std::size(kClips) - 1, std::sqrt(1 + overhead),
-                [](double error) { return std::sqrt(std::max(error, 0.)); }));
+    const SharingGain gain = gainOf(pilots, std::size(kClips) - 1, std::sqrt(1 + overhead),
+                                    [](double error) { return std::sqrt(std::max(error, 0.)); });
+    if (gain.parts.has(LightPart::Indirect))
+        pays(gain);
     return verdict;
 }
 
