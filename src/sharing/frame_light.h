@@ -37,7 +37,7 @@ class FrameLight {
     std::optional<RecordedLight> m_light; ///< none until beginTile returns true
     std::vector<TileSums> m_tiles;
     ByteArena m_useArena;   ///< of the tiles' uses
-    ByteArena m_otherArena; ///< of what is freed when the tiles are joined
+    ByteArena m_otherArena; ///< of the tiles' cells and counts, which `take` frees
 };
 
 } // namespace strobe

@@ -283,14 +283,14 @@ struct Verdict {
     bool isCertain = true; ///< hardly depends on the choice of the blocks
 };
 
-/// What blocks gain if these parts are shared.
+/// The gain of sharing some parts of the light, measured on the pilot's blocks.
 struct SharingGain {
     LightParts parts;
-    double sum = 0, deviation = 0; ///< over the blocks, and its standard error
+    double sum = 0, deviation = 0; ///< the sum of the gains of the blocks, and its standard error
 };
 
-/// Returns the gain by the parts whose sharing leaves the least cost. `cost`: of an error. Sharing has to
-/// lower the cost by more than the factor `least`.
+/// Returns the gain of the parts that leave the least cost if they are shared. `cost` maps the error of a
+/// block to its cost. The gain of a block is its cost without sharing minus `least` times its cost with it.
 template <class Cost>
 SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, double least, const Cost& cost) {
     double costs[kChoiceCount] = {};

@@ -13,7 +13,7 @@ struct LanePlane {
     static constexpr int kLanes = 4;
 
     int width, height;
-    HugeBuffer<float> values; ///< none until they are set
+    HugeBuffer<float> values; ///< undefined until they are set
     LanePlane(int w, int h) : width(w), height(h), values(size_t(w) * size_t(h) * kLanes) {}
     /// Returns the lanes of a pixel.
     float* at(size_t pixel) { return values.data() + kLanes * pixel; }

@@ -43,7 +43,7 @@ class ByteArena {
   public:
     /// Returns uninitialized bytes, aligned as by `new`.
     std::shared_ptr<char> allocate(size_t size);
-    /// Returns copies of items, which are never destroyed.
+    /// Returns copies of items. Their destructors are not called.
     template <class T>
     SharedItems<T> copy(const std::vector<T>& items) {
         static_assert(std::is_trivially_destructible_v<T> && alignof(T) <= kAlignment);
@@ -52,7 +52,8 @@ class ByteArena {
         std::uninitialized_copy(items.begin(), items.end(), first);
         return {{first, items.size()}, std::move(memory)};
     }
-    /// Gives up its share of the current block. The next bytes are in a new one.
+    /// Releases the current block, which is then freed with the last owner of bytes in it. Further bytes are
+    /// in another block.
     void release();
 
   private:

@@ -55,7 +55,7 @@ struct HugePageAllocator {
 template <class T>
 using HugeVector = std::vector<T, HugePageAllocator<T>>;
 
-/// Leaves items that are created without a value as they are.
+/// A HugePageAllocator that does not initialize items which are created without a value.
 template <class T>
 struct BufferAllocator : HugePageAllocator<T> {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -73,7 +73,7 @@ struct BufferAllocator : HugePageAllocator<T> {
     }
 };
 
-/// A HugeVector whose items have no values until these are set.
+/// A HugeVector whose items are undefined until they are set.
 template <class T>
 using HugeBuffer = std::vector<T, BufferAllocator<T>>;
 

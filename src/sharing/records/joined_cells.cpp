@@ -8,7 +8,7 @@ namespace strobe {
 
 namespace {
 
-/// The place of a cell; small, so that sorting moves little memory.
+/// The id and the place of a cell. Keys are sorted in place of cells, as they are smaller.
 struct Key {
     CellId id;
     uint32_t tile, index; ///< in the tile
@@ -54,7 +54,7 @@ class CellSorter {
             keys.push_back({cell.id, uint32_t(tile), uint32_t(keys.size())});
         std::sort(keys.begin(), keys.end());
     }
-    /// Sets the ids at which parts begin, but for the first one.
+    /// Sets m_bounds.
     void findBounds() {
         constexpr size_t kStride = 64, kKeysOfPart = 4096;
         std::vector<CellId> some;
@@ -94,7 +94,7 @@ class CellSorter {
 
     const std::span<const std::span<const CellSums>> m_tiles;
     std::vector<std::vector<Key>> m_keysOfTile; ///< by ascending id
-    std::vector<CellId> m_bounds;
+    std::vector<CellId> m_bounds;               ///< the first ids of all parts but the first one
     std::vector<Part> m_parts;
 };
 

@@ -42,7 +42,7 @@ struct UseCount {
     uint32_t count;
 };
 
-/// What the pixels of a tile or a row add to its cells: their uses, rare samples and emission.
+/// The uses, rare samples and emission of the pixels of a tile or of a row. A buffer while they are recorded.
 struct PixelLists {
     std::vector<UseCount> counts;
     std::vector<PixelUse> uses; ///< pixel by pixel, in the order of `counts`
@@ -51,8 +51,8 @@ struct PixelLists {
     void clear();
 };
 
-/// PixelLists in memory that is kept, and the cells of a tile. Uses and rare samples refer to cells by their
-/// indices in `cells`.
+/// The cells of a tile, and a copy of its PixelLists. Uses and rare samples refer to cells by their indices
+/// in `cells`.
 struct TileSums {
     SharedItems<CellSums> cells;
     SharedItems<UseCount> counts;

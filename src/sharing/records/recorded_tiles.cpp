@@ -4,7 +4,6 @@
 #include "sharing/records/recorded_light.h"
 
 #include <algorithm>
-#include <memory>
 #include <tuple>
 
 namespace strobe {
