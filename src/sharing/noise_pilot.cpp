@@ -82,28 +82,56 @@ class PilotWorker : public RecordingWorker {
     Brightness& m_brightness;
 };
 
-/// The pilot of a block of pixels.
+/// Records one block at a time.
 class PilotState : public IntegratorState {
   public:
-    PilotState(const Scene& scene, float cellSize, float clamp, Brightness& brightness)
-        : m_scene(scene), m_cellSize(cellSize), m_clamp(clamp), m_brightness(brightness) {}
+    PilotState(const Scene& scene, float cellSize, float clamp)
+        : m_scene(scene), m_cellSize(cellSize), m_clamp(clamp) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
         return std::make_unique<PilotWorker>(m_scene, m_cellSize, m_clamp, m_frame, m_brightness);
     }
     bool observes() const override { return true; }
     /// Returns the light of the film, after its render.
     RecordedLight takeLight(const Film& film) { return m_frame.take(film); }
+    /// That of all samples so far.
+    const Brightness& brightness() const { return m_brightness; }
 
   private:
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
     FrameLight m_frame{LightParts::all()};
-    Brightness& m_brightness;
+    Brightness m_brightness;
+};
+
+/// Renders blocks on one thread.
+class ThreadPilot {
+  public:
+    ThreadPilot(const Scene& scene, const RenderContext& context, int samplesPerPixel, float cellSize)
+        : m_state(scene, cellSize, context.clamp),
+          m_renderer(context.makePilotRenderer(m_state, samplesPerPixel)),
+          m_film(context.pilotBounds.x1, context.pilotBounds.y1, {}) {}
+    struct Block {
+        Counters counters;
+        std::vector<Rgb> image;
+        RecordedLight light;
+    };
+    Block render(const PixelBounds& block, uint64_t seed) {
+        m_film.moveTo(block);
+        Counters counters = m_renderer->render(m_film, seed);
+        std::vector<Rgb> image = m_film.image().pixels;
+        return {std::move(counters), std::move(image), m_state.takeLight(m_film)};
+    }
+    const Brightness& brightness() const { return m_state.brightness(); }
+
+  private:
+    PilotState m_state;
+    const std::unique_ptr<PilotRenderer> m_renderer;
+    Film m_film;
 };
 
 /// Returns the image without the emission that camera rays hit. Its noise is EmissionRefinement's task.
-std::vector<Rgb> reflectedLight(const Film& film, const RecordedLight& light) {
-    std::vector<Rgb> out = film.image().pixels;
+std::vector<Rgb> reflectedLight(std::vector<Rgb> image, const RecordedLight& light) {
+    std::vector<Rgb> out = std::move(image);
     for (size_t i = 0; i < out.size(); ++i) {
         const HalfPixelSums &a = light.pixel(i, 0), &b = light.pixel(i, 1);
         if (a.count + b.count > 0)
@@ -119,19 +147,16 @@ struct BlockImages {
     double ownVariance = 0, variance = 0;
 };
 
-BlockImages renderBlock(const Scene& scene, const RenderContext& context, const PixelBounds& block,
-                        uint64_t seed, int samplesPerPixel, float cellSize, BlockSums& sums,
-                        Brightness& brightness) {
-    PilotState pilot(scene, cellSize, context.clamp, brightness);
-    Film film(block.x1, block.y1, block);
-    sums.counters.add(context.renderPilot(pilot, film, samplesPerPixel, seed));
-    RecordedLight light = pilot.takeLight(film);
-    const auto pixels = double(film.image().pixels.size());
+/// Reconstructs a block and adds it to `sums`.
+BlockImages reconstruct(ThreadPilot::Block block, BlockSums& sums) {
+    RecordedLight& light = block.light;
+    sums.counters.add(block.counters);
+    const auto pixels = double(block.image.size());
     sums.pixels += pixels;
     sums.emissionCoefficient += pixels * emissionPilot(light).coefficient;
     for (const CellSums& cell : light.cells)
         sums.recorded += double(cell.count[0]) + double(cell.count[1]);
-    const std::vector<Rgb> own = reflectedLight(film, light);
+    const std::vector<Rgb> own = reflectedLight(std::move(block.image), light);
     const LightSharing sharing(std::move(light));
     std::vector<SharedPart> parts;
     BlockImages out;
@@ -198,34 +223,43 @@ struct BlockPilot {
     /// kClips.
     double errors[std::size(kClips)][kChoiceCount] = {};
     BlockSums sums;
-    Brightness brightness;
     BlockImages first; ///< the first of two renders
 };
 
-/// Renders blocks of a scene.
+/// Renders blocks of a scene. All functions but `brightness` are thread-safe.
 class BlockRenderer {
   public:
     BlockRenderer(const Scene& scene, const RenderContext& context, int samplesPerPixel, float cellSize)
         : m_scene(scene), m_context(context), m_samplesPerPixel(samplesPerPixel), m_cellSize(cellSize) {}
-    void renderFirst(const PixelBounds& block, BlockPilot& out) const {
+    void renderFirst(const PixelBounds& block, BlockPilot& out) {
         out.first = render(block, kSeeds[0], out);
     }
     /// Renders a block again and measures the errors of sharing.
-    void measure(const PixelBounds& block, BlockPilot& out) const {
+    void measure(const PixelBounds& block, BlockPilot& out) {
         const BlockImages second = render(block, kSeeds[1], out);
         for (size_t clip = 0; clip < std::size(kClips); ++clip)
             addErrors(out.first, second, kClips[clip], out.errors[clip]);
     }
 
+    /// Returns the brightness of all samples so far.
+    Brightness brightness() {
+        Brightness out;
+        m_threads.forEach([&](const ThreadPilot& pilot) { out.add(pilot.brightness()); });
+        return out;
+    }
+
   private:
-    BlockImages render(const PixelBounds& block, uint64_t seed, BlockPilot& out) const {
-        return renderBlock(m_scene, m_context, block, seed, m_samplesPerPixel, m_cellSize, out.sums,
-                           out.brightness);
+    BlockImages render(const PixelBounds& block, uint64_t seed, BlockPilot& out) {
+        ThreadPilot& pilot = m_threads.local([&] {
+            return std::make_unique<ThreadPilot>(m_scene, m_context, m_samplesPerPixel, m_cellSize);
+        });
+        return reconstruct(pilot.render(block, seed), out.sums);
     }
     const Scene& m_scene;
     const RenderContext& m_context;
     const int m_samplesPerPixel;
     const float m_cellSize;
+    PerThread<ThreadPilot> m_threads;
 };
 
 /// Returns blocks of pixels that are spread evenly over the pixel bounds.
@@ -362,10 +396,9 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
     // An uncertain verdict is worth twice as many blocks where this is not much of the render.
     const size_t limit = affordable >= kMinBlocks / 2 ? 2 * count : count;
     const auto blocks = blocksIn(bounds, int(limit), kBlockSize);
-    const BlockRenderer renderer(scene, context, pilotSamples, cellSize);
+    BlockRenderer renderer(scene, context, pilotSamples, cellSize);
     std::vector<BlockPilot> pilots;
     BlockSums sums;
-    Brightness brightness;
     Verdict verdict;
     do {
         const size_t first = pilots.size();
@@ -379,14 +412,12 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, float 
                 return {};
         }
         parallelFor(count, [&](size_t i) { renderer.measure(blocks[first + i], pilots[first + i]); });
-        for (size_t i = first; i < pilots.size(); ++i) {
+        for (size_t i = first; i < pilots.size(); ++i)
             sums.add(pilots[i].sums);
-            brightness.add(pilots[i].brightness);
-        }
         verdict = decide(pilots, overheadOf(scene, samples, sums));
     } while (pilots.size() < limit && !verdict.isCertain);
     SharingPlan plan;
-    plan.rareLimits = brightness.limits(std::min(kMaxRare, 1 / samples));
+    plan.rareLimits = renderer.brightness().limits(std::min(kMaxRare, 1 / samples));
     plan.parts = chosen.value_or(verdict.parts);
     plan.emission = {sums.variance / sums.pixels * pilotSamples / samples,
                      sums.emissionCoefficient / sums.pixels};

@@ -175,14 +175,20 @@ void setRays(const Counters& counters, const PixelBounds& tile, const SampleFact
         noise.rays[block] = rays;
 }
 
+/// Renders tiles of the pilot on one thread. The film's image is not used.
+struct PairRenderer {
+    std::unique_ptr<PilotRenderer> renderer;
+    Film film;
+};
+
 /// The pilot: pairs of samples in some pixels of each block.
 class PairPilot {
   public:
     /// `limit`: see PairWorker.
     PairPilot(const Scene& scene, const RenderContext& context, LightParts shared, float limit,
               const SampleFactors& blocks, int pixelsPerBlock)
-        : m_scene(scene), m_context(context), m_shared(shared), m_limit(limit), m_blocks(blocks),
-          m_pixels(choosePixels(blocks, pixelsPerBlock)), m_noise(blocks.factors().size()) {}
+        : m_context(context), m_blocks(blocks), m_pixels(choosePixels(blocks, pixelsPerBlock)),
+          m_noise(blocks.factors().size()), m_state(scene, shared, limit, m_pixels, blocks, m_noise) {}
     /// Renders every other tile, like the fields of one color of a chessboard. `color`: 0 or 1.
     void render(int color) {
         const PixelBounds& bounds = m_blocks.bounds();
@@ -192,22 +198,23 @@ class PairPilot {
                 tiles.push_back(
                     {x, y, std::min(x + kTileSize, bounds.x1), std::min(y + kTileSize, bounds.y1)});
         parallelFor(tiles.size(), [&](size_t i) {
-            Film film(bounds.x1, bounds.y1, tiles[i]);
-            PairState state(m_scene, m_shared, m_limit, m_pixels, m_blocks, m_noise);
-            const Counters counters = m_context.renderPilot(state, film, kPair, kSeed);
-            setRays(counters, tiles[i], m_blocks, m_noise);
+            PairRenderer& thread = m_threads.local([&] {
+                return std::make_unique<PairRenderer>(
+                    PairRenderer{m_context.makePilotRenderer(m_state, kPair), {bounds.x1, bounds.y1, {}}});
+            });
+            thread.film.moveTo(tiles[i]);
+            setRays(thread.renderer->render(thread.film, kSeed), tiles[i], m_blocks, m_noise);
         });
     }
     /// The noise of blocks in tiles that are not rendered is 0.
     const PilotNoise& noise() const { return m_noise; }
 
   private:
-    const Scene& m_scene;
     const RenderContext& m_context;
-    const LightParts m_shared;
-    const float m_limit;
     const SampleFactors &m_blocks, m_pixels;
     PilotNoise m_noise;
+    PairState m_state;
+    PerThread<PairRenderer> m_threads;
 };
 
 /// The squared errors and the time of a block per sample of its pixels.

@@ -54,6 +54,19 @@ void Film::clear() {
     m_layerRecords.clear();
 }
 
+void Film::moveTo(const PixelBounds& pixelBounds) {
+    const size_t count = size_t(pixelBounds.width()) * size_t(pixelBounds.height());
+    m_pixelBounds = pixelBounds;
+    m_image.width = pixelBounds.width();
+    m_image.height = pixelBounds.height();
+    m_image.pixels.resize(count);
+    if (accumulates())
+        m_sums.resize(count);
+    for (std::vector<float>& plane : m_planes)
+        plane.resize(count);
+    clear();
+}
+
 void Film::clear(const PixelBounds& tile) {
     for (int y = tile.y0; y < tile.y1; ++y) {
         for (int x = tile.x0; x < tile.x1; ++x) {

@@ -55,6 +55,8 @@ class Film {
     void merge(const Film& other);
     /// Removes all samples and records, and sets the layers to zero.
     void clear();
+    /// Clears the film and moves it to other pixel bounds of the same frame. Keeps its memory where it can.
+    void moveTo(const PixelBounds& pixelBounds);
     /// Removes the samples of the pixels in `tile`, and the records that lie within it. The film accumulates.
     void clear(const PixelBounds& tile);
     /// Returns whether each pixel in `tile` has at least `samples` samples, valid or not. The film

@@ -62,10 +62,17 @@ class IntegratorWorker {
 
 class IntegratorState;
 
-/// Renders the pixels of a film with a state, as one tile on the calling thread. Returns the counters of this
-/// render. Any thread may call it.
-using RenderPilot =
-    std::function<Counters(IntegratorState& state, Film& film, int samplesPerPixel, uint64_t seed)>;
+/// Renders the pixels of films, each as one tile, on one thread at a time. Its buffers are reused.
+class PilotRenderer {
+  public:
+    virtual ~PilotRenderer() = default;
+    /// Returns the counters of this film.
+    virtual Counters render(Film& film, uint64_t seed) = 0;
+};
+
+/// Makes a renderer with a state, which outlives it. Any thread may call it.
+using MakePilotRenderer =
+    std::function<std::unique_ptr<PilotRenderer>(IntegratorState& state, int samplesPerPixel)>;
 
 /// How camera samples are chosen.
 struct CameraSampling {
@@ -86,7 +93,7 @@ struct RenderContext {
     bool hasIndirectLight = true; ///< see Shader
     int lightComponents = 0;      ///< LightComponents::count
     ShadeCost shadeCost{};        ///< the cost of a shade, if Integrator::needsShadeCost is true
-    RenderPilot renderPilot{};    ///< for Integrator::begin only
+    MakePilotRenderer makePilotRenderer{}; ///< for Integrator::begin only
 };
 
 /// State that the workers of one render share.

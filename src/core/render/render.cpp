@@ -97,11 +97,8 @@ RenderContext Renderer::makeContext(int threads) const {
     if (m_integrator.needsShadeCost(context))
         context.shadeCost =
             measureShadeCost(m_scene, m_shader, m_sampler, m_filter, m_settings, m_pixelBounds);
-    context.renderPilot = [this](IntegratorState& state, Film& film, int samplesPerPixel, uint64_t seed) {
-        RenderSettings settings;
-        settings.seed = seed;
-        settings.samplesPerPixel = samplesPerPixel;
-        return renderPilot(m_scene, state, m_shader, m_sampler, m_filter, settings, film);
+    context.makePilotRenderer = [this](IntegratorState& state, int samplesPerPixel) {
+        return makePilotRenderer(m_scene, state, m_shader, m_sampler, m_filter, samplesPerPixel);
     };
     return context;
 }
@@ -176,19 +173,17 @@ bool Renderer::renderTile(const PixelBounds& tile, TileRenderer& renderer, Film&
 }
 
 bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, Film& film) {
-    // One per slot of the arena. Not tbb::enumerable_thread_specific: ThreadSanitizer sees how it frees and
-    // reuses memory, but not how TBB orders this.
-    std::vector<std::unique_ptr<TileRenderer>> renderers(static_cast<size_t>(threads));
     std::atomic<size_t> finishedTiles{0};
     std::mutex progressMutex;
+    const auto makeRenderer = [&] {
+        return std::make_unique<TileRenderer>(m_scene, *m_state, m_shader, m_sampler, m_filter, m_settings,
+                                              m_integrator.dependence());
+    };
 
     runOnThreads(threads, [&] {
+        PerThread<TileRenderer> renderers;
         parallelFor(tiles.size(), [&](size_t i) {
-            auto& renderer = renderers.at(size_t(tbb::this_task_arena::current_thread_index()));
-            if (!renderer)
-                renderer = std::make_unique<TileRenderer>(m_scene, *m_state, m_shader, m_sampler, m_filter,
-                                                          m_settings, m_integrator.dependence());
-            if (!renderTile(tiles[i], *renderer, film))
+            if (!renderTile(tiles[i], renderers.local(makeRenderer), film))
                 return;
             const size_t finished = ++finishedTiles;
             if (m_settings.onTileDone)
@@ -198,18 +193,16 @@ bool Renderer::renderTiles(const std::vector<PixelBounds>& tiles, int threads, F
                 m_settings.onProgress(double(finished) / double(tiles.size()));
             }
         });
+        size_t thread = 0;
+        renderers.forEach([&](TileRenderer& renderer) {
+            renderer.finish();
+            addCounters(thread++, renderer.counters());
+        });
     });
 
     const bool isFinished = finishedTiles == tiles.size();
     if (!isFinished && !m_settings.stop)
         throw std::logic_error("some tiles were not rendered");
-    size_t thread = 0;
-    for (const auto& renderer : renderers) {
-        if (!renderer)
-            continue;
-        renderer->finish();
-        addCounters(thread++, renderer->counters());
-    }
     return isFinished;
 }
 

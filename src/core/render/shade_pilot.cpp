@@ -26,6 +26,28 @@ class PilotWorker : public IntegratorWorker {
     const Scene& m_scene;
 };
 
+class StatePilotRenderer : public PilotRenderer {
+  public:
+    StatePilotRenderer(const Scene& scene, IntegratorState& state, const Shader& shader,
+                       const Sampler& sampler, const Filter& filter, int samplesPerPixel)
+        : m_settings(settingsFor(samplesPerPixel)),
+          m_renderer(scene, state, shader, sampler, filter, m_settings, SampleDependence::None) {}
+    Counters render(Film& film, uint64_t seed) override {
+        m_settings.seed = seed;
+        m_renderer.renderTile(film.pixelBounds(), film);
+        return m_renderer.takeCounters();
+    }
+
+  private:
+    static RenderSettings settingsFor(int samplesPerPixel) {
+        RenderSettings settings;
+        settings.samplesPerPixel = samplesPerPixel;
+        return settings;
+    }
+    RenderSettings m_settings;
+    TileRenderer m_renderer; // reads the seed of each tile from m_settings
+};
+
 } // namespace
 
 ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampler& sampler,
@@ -52,12 +74,10 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
     return total;
 }
 
-Counters renderPilot(const Scene& scene, IntegratorState& state, const Shader& shader, const Sampler& sampler,
-                     const Filter& filter, const RenderSettings& settings, Film& film) {
-    TileRenderer renderer(scene, state, shader, sampler, filter, settings, SampleDependence::None);
-    renderer.renderTile(film.pixelBounds(), film);
-    renderer.finish();
-    return renderer.counters();
+std::unique_ptr<PilotRenderer> makePilotRenderer(const Scene& scene, IntegratorState& state,
+                                                 const Shader& shader, const Sampler& sampler,
+                                                 const Filter& filter, int samplesPerPixel) {
+    return std::make_unique<StatePilotRenderer>(scene, state, shader, sampler, filter, samplesPerPixel);
 }
 
 } // namespace strobe

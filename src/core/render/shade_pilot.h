@@ -14,8 +14,9 @@ ShadeCost measureShadeCost(const Scene& scene, const Shader& shader, const Sampl
                            const Filter& filter, const RenderSettings& settings,
                            const PixelBounds& pixelBounds);
 
-/// Renders the pixels of a film with an integrator's state: see RenderPilot.
-Counters renderPilot(const Scene& scene, IntegratorState& state, const Shader& shader, const Sampler& sampler,
-                     const Filter& filter, const RenderSettings& settings, Film& film);
+/// See MakePilotRenderer. All arguments outlive the renderer.
+std::unique_ptr<PilotRenderer> makePilotRenderer(const Scene& scene, IntegratorState& state,
+                                                 const Shader& shader, const Sampler& sampler,
+                                                 const Filter& filter, int samplesPerPixel);
 
 } // namespace strobe

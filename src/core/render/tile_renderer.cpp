@@ -3,6 +3,7 @@
 #include "core/math/hash.h"
 
 #include <bit>
+#include <utility>
 
 namespace strobe {
 
@@ -21,6 +22,12 @@ TileRenderer::TileRenderer(const Scene& scene, IntegratorState& integrator, cons
       m_components(size_t(settings.lightComponents().count())), m_integrator(integrator.makeWorker()),
       m_shader(scene, shader.makeWorker(scene, sampler, settings.lightComponents()), m_components) {
     m_counters.shadeCosts.resize(scene.materials().size() + 1);
+}
+
+Counters TileRenderer::takeCounters() {
+    Counters empty;
+    empty.shadeCosts.resize(m_counters.shadeCosts.size());
+    return std::exchange(m_counters, std::move(empty));
 }
 
 TileRenderer::Sampling& TileRenderer::samplingFor(uint32_t factor) {

@@ -25,6 +25,8 @@ class TileRenderer {
     /// Completes the counters. Call it once, after the last tile.
     void finish() { m_integrator->report(m_counters); }
     const Counters& counters() const { return m_counters; }
+    /// Returns the counters, without those of the integrator's worker, and sets them to 0.
+    Counters takeCounters();
 
   private:
     /// How the pixels of a batch are sampled, and the samples of the last one.

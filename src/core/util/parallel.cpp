@@ -3,6 +3,7 @@
 #include "core/util/parallel.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 namespace strobe {
 
@@ -12,5 +13,9 @@ void runTasks(size_t count, void (*body)(void* context, size_t i), void* context
         [=](const tbb::blocked_range<size_t>& range) { body(context, range.begin()); },
         tbb::simple_partitioner{});
 }
+
+size_t arenaThreads() { return size_t(tbb::this_task_arena::max_concurrency()); }
+
+size_t arenaThreadIndex() { return size_t(tbb::this_task_arena::current_thread_index()); }
 
 } // namespace strobe

@@ -5,6 +5,8 @@
 
 #include <atomic>
 #include <cstddef>
+#include <memory>
+#include <vector>
 
 namespace STROBE_API strobe {
 
@@ -59,5 +61,37 @@ void parallelForRuns(size_t count, const Body& body) {
             body(i);
     });
 }
+
+/// Returns the number of threads of the current TBB arena, and the index of the calling thread among them.
+size_t arenaThreads();
+size_t arenaThreadIndex();
+
+/// Objects of the threads of the current TBB arena, each made when its thread first needs it. A thread that
+/// waits for a parallel loop may execute iterations of an outer loop: do not keep the reference meanwhile.
+template <class T>
+class PerThread {
+  public:
+    PerThread() : m_objects(arenaThreads()) {}
+    /// Returns the object of the calling thread. `make` returns a std::unique_ptr to a new one.
+    template <class Make>
+    T& local(const Make& make) {
+        std::unique_ptr<T>& object = m_objects.at(arenaThreadIndex());
+        if (!object)
+            object = make();
+        return *object;
+    }
+    /// Calls `visit` for each object, in the order of the threads.
+    template <class Visit>
+    void forEach(const Visit& visit) {
+        for (const std::unique_ptr<T>& object : m_objects)
+            if (object)
+                visit(*object);
+    }
+
+  private:
+    // Not tbb::enumerable_thread_specific: ThreadSanitizer sees how it frees and reuses memory, but not how
+    // TBB orders this.
+    std::vector<std::unique_ptr<T>> m_objects;
+};
 
 } // namespace strobe
