@@ -11,7 +11,7 @@ namespace strobe {
 namespace {
 
 constexpr uint64_t kSeed = 0x73616d706c6573;
-constexpr int kBlockSize = 8, kTileSize = 128, kPixelsPerBlock = kBlockSize * kBlockSize;
+constexpr int kBlockSize = 8, kTileSize = 64, kPixelsPerBlock = kBlockSize * kBlockSize;
 static_assert(kTileSize % kBlockSize == 0, "a block belongs to one tile");
 /// The samples of a pixel of the pilot: their difference shows the variance.
 constexpr int kPair = 2;
@@ -22,19 +22,19 @@ constexpr double kMaxTime = 2;
 constexpr double kPilotShare = 0.02;
 /// Sharing leaves about this part of the variance of indirect light. It hardly depends on the number of
 /// samples, while that of direct light falls with it, shared or not (measured).
-constexpr double kSharedNoise = 0.03;
+constexpr float kSharedNoise = 0.03f;
 /// The time of a sample whose path has no first vertex, in units of a ray.
-constexpr double kMissTime = 0.3;
+constexpr float kMissTime = 0.3f;
 
 /// The samples of one half of the pilot in a block.
 struct BlockNoise {
-    double pairs = 0;
-    double vertices = 0; ///< samples with a first vertex
-    double radiance = 0; ///< sum over the samples, clipped to 1; mean of the channels
+    float pairs = 0;
+    float vertices = 0; ///< samples with a first vertex
+    float radiance = 0; ///< sum over the samples, clipped to 1; mean of the channels
     // Variances of a sample, summed over the pairs:
-    double rest = 0;    ///< of all but shared indirect light, clipped to the number of samples of a pixel
-    double rawRest = 0; ///< the same, not clipped
-    double shared = 0;  ///< the part of the variance of shared light, clipped to 1, that sharing leaves
+    float rest = 0;    ///< of all but shared indirect light, clipped to the number of samples of a pixel
+    float rawRest = 0; ///< the same, not clipped
+    float shared = 0;  ///< the part of the variance of shared light, clipped to 1, that sharing leaves
 };
 
 /// The noise and the rays of all blocks, measured by the pilot.
@@ -44,7 +44,7 @@ struct PilotNoise {
             half.resize(blocks);
     }
     std::vector<BlockNoise> halves[kHalves]; ///< by block; each half has every other pair
-    std::vector<double> rays;                ///< by block: mean rays of a sample with a first vertex
+    std::vector<float> rays;                 ///< by block: mean rays of a sample with a first vertex
 };
 
 Rgb clipped(const Rgb& c, float limit) {
@@ -52,9 +52,9 @@ Rgb clipped(const Rgb& c, float limit) {
 }
 
 /// Returns the variance of a sample that two samples show, mean of the channels.
-double varianceOf(const Rgb& a, const Rgb& b) {
+float varianceOf(const Rgb& a, const Rgb& b) {
     const Rgb d = a - b;
-    return double(d.x * d.x + d.y * d.y + d.z * d.z) / 6;
+    return (d.x * d.x + d.y * d.y + d.z * d.z) / 6;
 }
 
 /// Shades all samples and measures the noise of blocks.
@@ -93,7 +93,7 @@ class PairWorker : public IntegratorWorker {
             if (!m_shared.isEmpty())
                 rest[k] -= vertices[k].emitted; // its noise is EmissionRefinement's task
             const Rgb c = clipped(radiance[k], 1);
-            noise.radiance += double(c.x + c.y + c.z) / 3;
+            noise.radiance += (c.x + c.y + c.z) / 3;
             noise.vertices += bool(vertices[k].hit);
         }
         if (!m_shared.isEmpty())
@@ -168,11 +168,11 @@ void setRays(const Counters& counters, const PixelBounds& tile, const SampleFact
         for (int x = tile.x0; x < tile.x1; x += kBlockSize) {
             ofTile.push_back(blocks.blockOf(x, y));
             for (const auto& half : noise.halves)
-                vertices += half[ofTile.back()].vertices;
+                vertices += double(half[ofTile.back()].vertices);
         }
     const double rays = 1 + double(counters.rays() - counters.visibilitySamples) / std::max(vertices, 1.);
     for (const size_t block : ofTile)
-        noise.rays[block] = rays;
+        noise.rays[block] = float(rays);
 }
 
 /// Renders tiles of the pilot on one thread. The film's image is not used.
@@ -206,7 +206,7 @@ class PairPilot {
             setRays(thread.renderer->render(thread.film, kSeed), tiles[i], m_blocks, m_noise);
         });
     }
-    /// The noise of blocks in tiles that are not rendered is 0.
+    /// Blocks in tiles that are not rendered have no pairs.
     const PilotNoise& noise() const { return m_noise; }
 
   private:
@@ -217,29 +217,36 @@ class PairPilot {
     PerThread<PairRenderer> m_threads;
 };
 
-/// The squared errors and the time of a block per sample of its pixels.
-struct BlockCost {
-    double error = 0;    ///< of all but shared indirect light; clipped
-    double rawError = 0; ///< not clipped
-    double shared = 0;   ///< of shared indirect light
-    double time = 0;
-    /// The binary logarithm of the density of samples, the root of the error over the time (Neyman
-    /// allocation); -infinity without an error.
-    double logDensity = -INFINITY;
-    void add(const BlockCost& other, double weight) {
-        error += weight * other.error;
-        rawError += weight * other.rawError;
-        shared += weight * other.shared;
-        time += weight * other.time;
+/// The squared errors and the time of pixels per sample.
+template <class Real>
+struct Costs {
+    Real error = 0;    ///< of all but shared indirect light; clipped
+    Real rawError = 0; ///< not clipped
+    Real shared = 0;   ///< of shared indirect light
+    Real time = 0;     ///< 0: not measured
+    template <class Other>
+    void add(const Costs<Other>& other, Real weight) {
+        error += weight * Real(other.error);
+        rawError += weight * Real(other.rawError);
+        shared += weight * Real(other.shared);
+        time += weight * Real(other.time);
     }
 };
 
+struct BlockCost : Costs<float> {
+    /// The binary logarithm of the density of samples, the root of the error over the time (Neyman
+    /// allocation); -infinity without an error.
+    float logDensity = -INFINITY;
+};
+
 /// Returns the cost of a block that has the samples of both `a` and `b`. `rays`: see PilotNoise.
-BlockCost costOf(const BlockNoise& a, const BlockNoise& b, double rays) {
-    constexpr double kDark = 0.1;
-    const double pairs = std::max(a.pairs + b.pairs, 1.), samples = kPair * pairs;
-    const double vertices = (a.vertices + b.vertices) / samples;
-    const double weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
+BlockCost costOf(const BlockNoise& a, const BlockNoise& b, float rays) {
+    constexpr float kDark = 0.1f;
+    const float pairs = a.pairs + b.pairs, samples = kPair * pairs;
+    if (pairs == 0)
+        return {};
+    const float vertices = (a.vertices + b.vertices) / samples;
+    const float weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
     BlockCost cost;
     cost.error = weight * (a.rest + b.rest);
     cost.rawError = weight * (a.rawRest + b.rawRest);
@@ -248,24 +255,33 @@ BlockCost costOf(const BlockNoise& a, const BlockNoise& b, double rays) {
     return cost;
 }
 
+/// Returns the mean of the costs of a block and of its neighbors that were measured.
+BlockCost smoothed(const std::vector<BlockCost>& costs, int columns, int rows, int x, int y) {
+    BlockCost sum, mean;
+    float weights = 0;
+    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
+        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u) {
+            const BlockCost& cost = costs[size_t(v) * size_t(columns) + size_t(u)];
+            if (cost.time == 0)
+                continue;
+            const float weight = float((u == x ? 2 : 1) * (v == y ? 2 : 1));
+            sum.add(cost, weight);
+            weights += weight;
+        }
+    if (weights > 0)
+        mean.add(sum, 1 / weights);
+    if (mean.error > 0)
+        mean.logDensity = std::log2(mean.error / mean.time) / 2;
+    return mean;
+}
+
 /// Returns the means of the costs of blocks and of their neighbors, with their densities.
 std::vector<BlockCost> smoothed(const std::vector<BlockCost>& costs, int columns, int rows) {
-    std::vector<BlockCost> out(costs.size());
+    std::vector<BlockCost> out;
+    out.reserve(costs.size());
     for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x) {
-            BlockCost sum;
-            double weights = 0;
-            for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
-                for (int u = std::max(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u) {
-                    const double weight = (u == x ? 2 : 1) * (v == y ? 2 : 1);
-                    sum.add(costs[size_t(v) * size_t(columns) + size_t(u)], weight);
-                    weights += weight;
-                }
-            BlockCost& mean = out[size_t(y) * size_t(columns) + size_t(x)];
-            mean.add(sum, 1 / weights);
-            if (mean.error > 0)
-                mean.logDensity = std::log2(mean.error / mean.time) / 2;
-        }
+        for (int x = 0; x < columns; ++x)
+            out.push_back(smoothed(costs, columns, rows, x, y));
     return out;
 }
 
@@ -273,6 +289,8 @@ std::vector<BlockCost> smoothed(const std::vector<BlockCost>& costs, int columns
 struct PilotCosts {
     std::vector<BlockCost> halves[kHalves], whole;
     PilotCosts(const SampleFactors& blocks, const PilotNoise& noise) {
+        for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
+            costs->reserve(noise.rays.size());
         for (size_t i = 0; i < noise.rays.size(); ++i) {
             const BlockNoise &a = noise.halves[0][i], &b = noise.halves[1][i];
             halves[0].push_back(costOf(a, {}, noise.rays[i]));
@@ -285,8 +303,8 @@ struct PilotCosts {
 };
 
 /// Returns the power of two next to a factor, given its binary logarithm.
-uint32_t roundedFactor(double exponent) {
-    return 1u << int(std::clamp(exponent, 0., double(kMaxExponent)) + 0.5);
+uint8_t roundedFactor(double exponent) {
+    return uint8_t(1u << int(std::clamp(exponent, 0., double(kMaxExponent)) + 0.5));
 }
 
 /// The costs of all blocks in bins of their density. At a step, a block of the largest density has a factor
@@ -300,7 +318,7 @@ class DensityBins {
     DensityBins(const PilotCosts& costs, double largest) {
         for (int half = 0; half < kHalves; ++half)
             for (size_t i = 0; i < costs.whole.size(); ++i) {
-                const double density = costs.halves[half][i].logDensity - largest;
+                const double density = double(costs.halves[half][i].logDensity) - largest;
                 BlockCost cost = costs.halves[1 - half][i];
                 cost.time = costs.whole[i].time;
                 m_bins[binOf(density)].add(cost, 1);
@@ -312,7 +330,7 @@ class DensityBins {
     double productFor(int step) const {
         double error = 0, rawError = 0, time = 0, leastTime = 0, mostRawError = 0;
         for (int i = 0; i < kBins; ++i) {
-            const BlockCost& bin = m_bins[i];
+            const Costs<double>& bin = m_bins[i];
             const double factor = step < 0 ? 1 : 1 << exponentOf(i, step);
             error += bin.error / factor + bin.shared;
             rawError += bin.rawError / factor + bin.shared;
@@ -336,19 +354,19 @@ class DensityBins {
     static int exponentOf(int bin, int step) {
         return std::clamp((bin + kFirst + step + kStepCount) / kSteps - kStepCount / kSteps, 0, kMaxExponent);
     }
-    BlockCost m_bins[kBins];
+    Costs<double> m_bins[kBins];
 };
 
 /// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
 /// and time; none, if that gains less than a factor of minGain.
 std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
     constexpr double kNearlyLeast = 1.03;
-    double largest = -INFINITY;
+    float largest = -INFINITY;
     for (const BlockCost& block : costs.whole)
         largest = std::max(largest, block.logDensity);
     if (largest == -INFINITY)
         return {};
-    const DensityBins bins(costs, largest);
+    const DensityBins bins(costs, double(largest));
     std::vector<double> products; // by step
     for (int step = 0; step < DensityBins::kStepCount; ++step)
         products.push_back(bins.productFor(step));
@@ -357,7 +375,7 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
         return {};
     const auto chosen = std::find_if(products.begin(), products.end(),
                                      [&](double product) { return product <= kNearlyLeast * least; });
-    return double(chosen - products.begin()) / DensityBins::kSteps - largest;
+    return double(chosen - products.begin()) / DensityBins::kSteps - double(largest);
 }
 
 } // namespace
@@ -390,7 +408,7 @@ std::optional<SampleFactors> planSamples(const Scene& scene, const RenderContext
     if (!logScale)
         return {};
     for (size_t i = 0; i < costs.whole.size(); ++i)
-        blocks.factors()[i] = roundedFactor(*logScale + costs.whole[i].logDensity);
+        blocks.factors()[i] = roundedFactor(*logScale + double(costs.whole[i].logDensity));
     return blocks;
 }
 

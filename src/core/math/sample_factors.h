@@ -12,8 +12,8 @@
 namespace STROBE_API strobe {
 
 /// The factors by which blocks of pixels multiply RenderSettings::samplesPerPixel. A slice of the samples
-/// becomes the same fraction of a pixel's samples. A factor of 0 leaves pixels out. Outside of the bounds,
-/// factors are 1.
+/// becomes the same fraction of a pixel's samples. A factor of 0 leaves pixels out; the largest is 255.
+/// Outside of the bounds, factors are 1.
 class SampleFactors {
   public:
     /// All factors are 1. `blockSize`: a power of two.
@@ -27,8 +27,8 @@ class SampleFactors {
     int columns() const { return m_columns; } ///< of blocks
     int rows() const { return m_rows; }       ///< of blocks
     /// The factors of the blocks, row by row.
-    std::vector<uint32_t>& factors() { return m_factors; }
-    const std::vector<uint32_t>& factors() const { return m_factors; }
+    std::vector<uint8_t>& factors() { return m_factors; }
+    const std::vector<uint8_t>& factors() const { return m_factors; }
 
     /// Returns the index of the block of a pixel within the bounds.
     size_t blockOf(int x, int y) const {
@@ -38,7 +38,7 @@ class SampleFactors {
     /// Returns the factor of a pixel.
     uint32_t at(int x, int y) const {
         const bool isInside = x >= m_bounds.x0 && x < m_bounds.x1 && y >= m_bounds.y0 && y < m_bounds.y1;
-        return isInside ? m_factors[blockOf(x, y)] : 1;
+        return isInside ? m_factors[blockOf(x, y)] : 1u;
     }
     /// Returns the factors above 0 in a tile, in ascending order.
     std::vector<uint32_t> in(const PixelBounds& tile) const {
@@ -67,7 +67,7 @@ class SampleFactors {
     PixelBounds m_bounds;
     int m_shift; ///< blocks have 2^m_shift pixels per edge
     int m_columns, m_rows;
-    std::vector<uint32_t> m_factors;
+    std::vector<uint8_t> m_factors;
 };
 
 } // namespace strobe

@@ -31,7 +31,9 @@ class StatePilotRenderer : public PilotRenderer {
     StatePilotRenderer(const Scene& scene, IntegratorState& state, const Shader& shader,
                        const Sampler& sampler, const Filter& filter, int samplesPerPixel)
         : m_settings(settingsFor(samplesPerPixel)),
-          m_renderer(scene, state, shader, sampler, filter, m_settings, SampleDependence::None) {}
+          m_renderer(scene, state, shader, sampler, filter, m_settings, SampleDependence::None) {
+        m_renderer.limitBatches(getenv("BS") ? atoi(getenv("BS")) : 512);
+    }
     Counters render(Film& film, uint64_t seed) override {
         m_settings.seed = seed;
         m_renderer.renderTile(film.pixelBounds(), film);

@@ -7,13 +7,6 @@
 
 namespace strobe {
 
-namespace {
-
-/// The number of samples for which all buffers of a batch fit into a second-level cache.
-constexpr uint32_t kBatchSamples = 2048;
-
-} // namespace
-
 TileRenderer::TileRenderer(const Scene& scene, IntegratorState& integrator, const Shader& shader,
                            const Sampler& sampler, const Filter& filter, const RenderSettings& settings,
                            SampleDependence dependence)
@@ -40,7 +33,7 @@ TileRenderer::Sampling& TileRenderer::samplingFor(uint32_t factor) {
         m_settings.slice ? SampleSlice{factor * m_settings.slice->first, factor * m_settings.slice->end}
                          : all;
     const SampleSlice traced = m_dependence == SampleDependence::None ? film : all;
-    const uint32_t pixelsPerBatch = std::max(1u, kBatchSamples / traced.count());
+    const uint32_t pixelsPerBatch = std::max(1u, m_batchSamples / traced.count());
     m_samplings.push_back(
         std::unique_ptr<Sampling>(new Sampling{factor,
                                                samplesPerPixel,

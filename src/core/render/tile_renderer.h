@@ -20,6 +20,8 @@ class TileRenderer {
 
     /// Renders the pixels of a tile. Returns false if settings.stop ended it early.
     bool renderTile(const PixelBounds& tile, Film& film);
+    /// Sets the largest number of samples of a batch. Call it before the first tile.
+    void limitBatches(uint32_t samples) { m_batchSamples = samples; }
     /// See TimedShader::timeEvery.
     void timeShadesEvery(uint32_t interval) { m_shader.timeEvery(interval); }
     /// Completes the counters. Call it once, after the last tile.
@@ -63,6 +65,7 @@ class TileRenderer {
     const SampleFactors* const m_factors; ///< IntegratorState::sampleFactors
     const bool m_observes;                ///< IntegratorState::observes
     const size_t m_components;            ///< LightComponents::count
+    uint32_t m_batchSamples = 2048; ///< all buffers of such a batch fit into a second-level cache
     std::unique_ptr<IntegratorWorker> m_integrator;
     TimedShader m_shader;
     SharingAovs m_sharingAovs;
