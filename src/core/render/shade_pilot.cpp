@@ -32,7 +32,8 @@ class StatePilotRenderer : public PilotRenderer {
                        const Sampler& sampler, const Filter& filter, int samplesPerPixel)
         : m_settings(settingsFor(samplesPerPixel)),
           m_renderer(scene, state, shader, sampler, filter, m_settings, SampleDependence::None) {
-        m_renderer.limitBatches(getenv("BS") ? atoi(getenv("BS")) : 512);
+        constexpr uint32_t kBatchSamples = 512; // a pilot is short: larger buffers cost more page faults
+        m_renderer.limitBatches(kBatchSamples);
     }
     Counters render(Film& film, uint64_t seed) override {
         m_settings.seed = seed;
