@@ -3,9 +3,9 @@
 #include "core/params/plugin.h"
 #include "sharing/emission_refinement.h"
 #include "sharing/light_recorder.h"
-#include "sharing/noise_pilot.h"
+#include "sharing/pilots/sample_plan.h"
+#include "sharing/pilots/sharing_plan.h"
 #include "sharing/reconstruction.h"
-#include "sharing/sample_plan.h"
 
 #include <limits>
 #include <optional>
@@ -41,31 +41,53 @@ std::vector<SharedPart> shareLight(RecordedLight light, Film& film) {
     return parts;
 }
 
+/// What the pilots decide.
+struct AdaptivePlan {
+    SharingPlan sharing;
+    std::optional<SampleFactors> factors; ///< none: 1 everywhere
+};
+
+AdaptivePlan makePlan(const Scene& scene, const RenderContext& context, float cellSize,
+                      const ChosenParts& chosen, bool adaptsSamples) {
+    constexpr double kPassSamples = 16; // of passes, whose number is not known
+    const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
+    if (samples < kHalves)
+        return {{chosen.value_or(LightParts()), {}, {}}, {}};
+    PairPilot pairs(scene, context, samples);
+    pairs.render(0);
+    AdaptivePlan plan{planSharing(scene, context, pairs, cellSize, chosen), {}};
+    if (adaptsSamples)
+        plan.factors = planSamples(pairs, samples, plan.sharing.parts);
+    return plan;
+}
+
 class AdaptiveState : public IntegratorState {
   public:
     AdaptiveState(const Scene& scene, const RenderContext& context, float cellSize, const ChosenParts& chosen,
                   bool adaptsSamples)
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
-          m_plan(planSharing(scene, context, cellSize, chosen)),
-          m_frame(std::make_unique<FrameLight>(m_plan.parts)),
-          m_factors(adaptsSamples ? planSamples(scene, context, m_plan.parts) : std::nullopt) {
+          m_plan(makePlan(scene, context, cellSize, chosen, adaptsSamples)),
+          m_frame(std::make_unique<FrameLight>(m_plan.sharing.parts)) {
         if (observes())
             m_refinement.emplace(scene, context.sampling, context.pilotBounds, context.samplesPerPixel,
-                                 m_plan.emission);
+                                 m_plan.sharing.emission);
     }
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_plan.parts, *m_frame,
-                                                 m_plan.rareLimits, m_refinement ? &*m_refinement : nullptr);
+        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_plan.sharing.parts, *m_frame,
+                                                 m_plan.sharing.rareLimits,
+                                                 m_refinement ? &*m_refinement : nullptr);
     }
-    const SampleFactors* sampleFactors() const override { return m_factors ? &*m_factors : nullptr; }
-    bool observes() const override { return !m_plan.parts.isEmpty(); }
+    const SampleFactors* sampleFactors() const override {
+        return m_plan.factors ? &*m_plan.factors : nullptr;
+    }
+    bool observes() const override { return !m_plan.sharing.parts.isEmpty(); }
     std::string note() const override {
-        const char* const samples = m_factors ? ", more samples where noise is" : "";
+        const char* const samples = m_plan.factors ? ", more samples where noise is" : "";
         if (!observes())
-            return m_factors ? std::string("shares no light") + samples
-                             : "shares no light: equals supersample";
-        const bool direct = m_plan.parts.has(LightPart::Direct);
-        const bool indirect = m_plan.parts.has(LightPart::Indirect);
+            return m_plan.factors ? std::string("shares no light") + samples
+                                  : "shares no light: equals supersample";
+        const bool direct = m_plan.sharing.parts.has(LightPart::Direct);
+        const bool indirect = m_plan.sharing.parts.has(LightPart::Indirect);
         return std::string(direct && indirect ? "shares direct and indirect light"
                            : direct           ? "shares direct light"
                                               : "shares indirect light") +
@@ -111,9 +133,8 @@ class AdaptiveState : public IntegratorState {
 
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
-    const SharingPlan m_plan;
+    const AdaptivePlan m_plan;
     const std::unique_ptr<FrameLight> m_frame;
-    const std::optional<SampleFactors> m_factors;   ///< none: 1 everywhere
     std::optional<EmissionRefinement> m_refinement; ///< none: nothing is shared
 };
 

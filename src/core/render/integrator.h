@@ -88,11 +88,11 @@ struct RenderContext {
     int samplesPerPixel = 1;
     bool isPass = false; ///< more samples per pixel may follow: see RenderSettings
     PixelBounds pixelBounds{};
-    PixelBounds pilotBounds{};    ///< see RenderSettings
-    float clamp = 0;              ///< see RenderSettings
-    bool hasIndirectLight = true; ///< see Shader
-    int lightComponents = 0;      ///< LightComponents::count
-    ShadeCost shadeCost{};        ///< the cost of a shade, if Integrator::needsShadeCost is true
+    PixelBounds pilotBounds{};             ///< see RenderSettings
+    float clamp = 0;                       ///< see RenderSettings
+    bool hasIndirectLight = true;          ///< see Shader
+    int lightComponents = 0;               ///< LightComponents::count
+    ShadeCost shadeCost{};                 ///< the cost of a shade, if Integrator::needsShadeCost is true
     MakePilotRenderer makePilotRenderer{}; ///< for Integrator::begin only
 };
 

@@ -65,7 +65,7 @@ class TileRenderer {
     const SampleFactors* const m_factors; ///< IntegratorState::sampleFactors
     const bool m_observes;                ///< IntegratorState::observes
     const size_t m_components;            ///< LightComponents::count
-    uint32_t m_batchSamples = 2048; ///< all buffers of such a batch fit into a second-level cache
+    uint32_t m_batchSamples = 2048;       ///< all buffers of such a batch fit into a second-level cache
     std::unique_ptr<IntegratorWorker> m_integrator;
     TimedShader m_shader;
     SharingAovs m_sharingAovs;

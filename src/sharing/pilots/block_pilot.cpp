@@ -1,0 +1,154 @@
+#include "sharing/pilots/block_pilot.h"
+
+#include "sharing/emission_refinement.h"
+#include "sharing/light_recorder.h"
+#include "sharing/reconstruction.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace strobe {
+
+namespace {
+
+static_assert(std::size(kSharingChoices) == kSharingChoiceCount && std::size(kErrorClips) == kErrorClipCount);
+
+constexpr LightPart kAllParts[kParts] = {LightPart::Direct, LightPart::Indirect};
+
+/// Records one block at a time.
+class BlockState : public IntegratorState {
+  public:
+    BlockState(const Scene& scene, float cellSize, float clamp)
+        : m_scene(scene), m_cellSize(cellSize), m_clamp(clamp) {}
+    std::unique_ptr<IntegratorWorker> makeWorker() override {
+        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, LightParts::all(), m_frame);
+    }
+    bool observes() const override { return true; }
+    /// Returns the light of the film, after its render.
+    RecordedLight takeLight(const Film& film) { return m_frame.take(film); }
+
+  private:
+    const Scene& m_scene;
+    const float m_cellSize, m_clamp;
+    FrameLight m_frame{LightParts::all()};
+};
+
+/// Returns the image without the emission that camera rays hit. Its noise is EmissionRefinement's task.
+std::vector<Rgb> reflectedLight(std::vector<Rgb> image, const RecordedLight& light) {
+    std::vector<Rgb> out = std::move(image);
+    for (size_t i = 0; i < out.size(); ++i) {
+        const HalfPixelSums &a = light.pixel(i, 0), &b = light.pixel(i, 1);
+        if (a.count + b.count > 0)
+            out[i] -= (a.emitted + b.emitted) * (1 / float(a.count + b.count));
+    }
+    return out;
+}
+
+/// Returns the mean of the channels of an image.
+double meanOf(const std::vector<Rgb>& image, float clip) {
+    double sum = 0;
+    for (const Rgb& pixel : image)
+        for (int c = 0; c < 3; ++c)
+            sum += double(std::min(pixel[c], clip));
+    return sum / (3 * double(image.size()));
+}
+
+/// Returns the weight of the squared errors of an image with this mean: errors are relative to its radiance.
+double weightOf(double mean) {
+    constexpr double kDark = 0.1; // radiance below which errors do not count as relative ones
+    return 1 / (sqr(mean) + sqr(kDark));
+}
+
+double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b, float clip) {
+    double sum = 0;
+    for (size_t i = 0; i < a.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            sum += sqr(double(std::min(a[i][c], clip)) - double(std::min(b[i][c], clip)));
+    return sum;
+}
+
+/// Sets the errors of the images of a block, by kSharingChoices. `a` and `b` are independent renders. Their
+/// squared distance is twice the variance of one. The squared distance of a shared image from the other
+/// render is its error plus this variance.
+void setErrors(const std::vector<Rgb>* a, const std::vector<Rgb>* b, float clip, double* errors) {
+    const double weight = weightOf((meanOf(a[0], clip) + meanOf(b[0], clip)) / 2);
+    const double variance = squaredDistance(a[0], b[0], clip) / 2;
+    errors[0] = weight * variance;
+    for (size_t i = 1; i < kSharingChoiceCount; ++i) {
+        const double distances = squaredDistance(a[i], b[0], clip) + squaredDistance(b[i], a[0], clip);
+        errors[i] = weight * (distances / 2 - variance);
+    }
+}
+
+} // namespace
+
+/// Renders blocks on one thread.
+class BlockRenderer::ThreadPilot {
+  public:
+    ThreadPilot(const Scene& scene, const RenderContext& context, int samplesPerPixel, float cellSize)
+        : m_state(scene, cellSize, context.clamp),
+          m_renderer(context.makePilotRenderer(m_state, samplesPerPixel)),
+          m_film(context.pilotBounds.x1, context.pilotBounds.y1, {}) {}
+    std::pair<std::vector<Rgb>, RecordedLight> render(const PixelBounds& block, uint64_t seed) {
+        m_film.moveTo(block);
+        m_renderer->render(m_film, seed);
+        // The film may be used again while the light is joined: see PerThread.
+        std::vector<Rgb> image = m_film.image().pixels;
+        return {std::move(image), m_state.takeLight(m_film)};
+    }
+
+  private:
+    BlockState m_state;
+    const std::unique_ptr<PilotRenderer> m_renderer;
+    Film m_film;
+};
+
+BlockRenderer::BlockRenderer(const Scene& scene, const RenderContext& context, int samplesPerPixel,
+                             float cellSize)
+    : m_scene(scene), m_context(context), m_samplesPerPixel(samplesPerPixel), m_cellSize(cellSize) {}
+
+BlockRenderer::~BlockRenderer() = default;
+
+void BlockRenderer::renderFirst(uint64_t seed, BlockPilot& block) { render(seed, block, block.images); }
+
+void BlockRenderer::renderSecond(uint64_t seed, BlockPilot& block) {
+    std::vector<Rgb> images[kSharingChoiceCount];
+    render(seed, block, images);
+    for (size_t clip = 0; clip < kErrorClipCount; ++clip)
+        setErrors(block.images, images, kErrorClips[clip], block.errors[clip]);
+}
+
+void BlockRenderer::render(uint64_t seed, BlockPilot& block,
+                           std::vector<Rgb> (&images)[kSharingChoiceCount]) {
+    auto [image, light] =
+        m_threads
+            .local([&] {
+                return std::make_unique<ThreadPilot>(m_scene, m_context, m_samplesPerPixel, m_cellSize);
+            })
+            .render(block.bounds, seed);
+    block.pixels = double(image.size());
+    block.emissionCoefficient = block.pixels * emissionPilot(light).coefficient;
+    const std::vector<Rgb> own = reflectedLight(std::move(image), light);
+    const LightSharing sharing(std::move(light));
+    std::vector<SharedPart> parts;
+    const double weight = weightOf(meanOf(own, INFINITY));
+    block.ownVariance = block.absoluteVariance = 0;
+    for (const LightPart part : kAllParts) {
+        parts.push_back(sharing.share(part));
+        for (const PixelSharing& pixel : parts.back().pixels) {
+            block.ownVariance += weight * double(pixel.ownVariance);
+            block.absoluteVariance += double(pixel.variance);
+        }
+    }
+    block.variance = weight * block.absoluteVariance;
+    for (size_t choice = 0; choice < kSharingChoiceCount; ++choice) {
+        images[choice] = own;
+        for (const LightPart part : kAllParts)
+            if (kSharingChoices[choice].has(part))
+                for (size_t i = 0; i < own.size(); ++i)
+                    images[choice][i] += parts[size_t(part)].correction[i];
+    }
+}
+
+} // namespace strobe

@@ -1,0 +1,203 @@
+#include "sharing/pilots/pair_pilot.h"
+
+#include "core/math/hash.h"
+
+#include <cmath>
+
+namespace strobe {
+
+namespace {
+
+constexpr uint64_t kSeed = 0x73616d706c6573;
+constexpr int kTileSize = 64, kPair = PairPilot::kPair, kBlockSize = PairPilot::kBlockSize;
+static_assert(kTileSize % kBlockSize == 0, "a block belongs to one tile");
+/// Sharing leaves about this part of the variance of indirect light. It hardly depends on the number of
+/// samples, while that of direct light falls with it, shared or not (measured).
+constexpr float kSharedNoise = 0.03f;
+
+Rgb clipped(const Rgb& c, float limit) {
+    return {std::min(c.x, limit), std::min(c.y, limit), std::min(c.z, limit)};
+}
+
+/// Returns the variance of a sample that two samples show, mean of the channels.
+float varianceOf(const Rgb& a, const Rgb& b) {
+    const Rgb d = a - b;
+    return (d.x * d.x + d.y * d.y + d.z * d.z) / 6;
+}
+
+/// Adds the variance of samples, given what is not shared of them. `limit`: to which this is clipped.
+void addVariance(const Rgb* radiance, const Rgb* rest, float limit, BlockNoise::Split& out) {
+    out.rest += varianceOf(clipped(rest[0], limit), clipped(rest[1], limit));
+    out.rawRest += varianceOf(rest[0], rest[1]);
+    out.shared +=
+        kSharedNoise * varianceOf(clipped(radiance[0] - rest[0], 1), clipped(radiance[1] - rest[1], 1));
+}
+
+/// Adds a pair of samples. `limit`: see addVariance.
+void addPair(const Rgb* radiance, const FirstVertex* vertices, float limit, BlockNoise& noise) {
+    const Rgb sum = radiance[0] + radiance[1];
+    if (!std::isfinite(sum.x + sum.y + sum.z))
+        return; // invalid samples: the film leaves them out, too
+    Rgb reflected[kPair], direct[kPair];
+    for (int k = 0; k < kPair; ++k) {
+        reflected[k] =
+            radiance[k] - vertices[k].emitted; // the noise of emission is EmissionRefinement's task
+        direct[k] = reflected[k] - vertices[k].indirect;
+        const Rgb c = clipped(radiance[k], 1);
+        noise.radiance += (c.x + c.y + c.z) / 3;
+        noise.vertices += bool(vertices[k].hit);
+    }
+    noise.reflected += varianceOf(clipped(reflected[0], 1), clipped(reflected[1], 1));
+    addVariance(radiance, radiance, limit, noise.none);
+    addVariance(radiance, reflected, limit, noise.direct);
+    addVariance(radiance, direct, limit, noise.indirect);
+    ++noise.pairs;
+}
+
+/// Returns the position of a pixel in the order of a Bayer matrix, whose first pixels are spread evenly over
+/// the block.
+int bayerRank(int x, int y) {
+    int rank = 0;
+    for (int bit = 1; bit < kBlockSize; bit *= 2)
+        rank = 4 * rank + 2 * bool((x ^ y) & bit) + bool(y & bit);
+    return rank;
+}
+
+/// Returns the pixels of the pilot: factors 1 and 0.
+SampleFactors choosePixels(const SampleFactors& blocks, int perBlock) {
+    SampleFactors out(blocks.bounds(), 1);
+    const PixelBounds& bounds = blocks.bounds();
+    for (size_t block = 0; block < blocks.factors().size(); ++block) {
+        const uint64_t scramble = hashOf(kSeed, block);
+        const int x0 = bounds.x0 + kBlockSize * int(block % size_t(blocks.columns())),
+                  y0 = bounds.y0 + kBlockSize * int(block / size_t(blocks.columns()));
+        for (int y = y0; y < std::min(y0 + kBlockSize, bounds.y1); ++y)
+            for (int x = x0; x < std::min(x0 + kBlockSize, bounds.x1); ++x) {
+                const int u = ((x - x0) ^ int(scramble)) & (kBlockSize - 1),
+                          v = ((y - y0) ^ int(scramble >> 8)) & (kBlockSize - 1);
+                out.factors()[out.blockOf(x, y)] = bayerRank(u, v) < perBlock;
+            }
+    }
+    return out;
+}
+
+/// Returns the pixels with samples in each block.
+int pixelsPerBlock(double samplesPerPixel) {
+    constexpr double kShare = 0.02; // the samples of the pilot relative to those of the render
+    constexpr int kMinPixels = 2, kMaxPixels = 16;
+    return std::clamp(int(kShare * samplesPerPixel * kBlockSize * kBlockSize / kPair), kMinPixels,
+                      kMaxPixels);
+}
+
+} // namespace
+
+/// Shades all samples and measures the noise of blocks.
+class PairPilot::Worker : public IntegratorWorker {
+  public:
+    Worker(const Scene& scene, float limit, PairPilot& pilot)
+        : m_scene(scene), m_limit(limit), m_pilot(pilot) {}
+    void plan(const VisibilityBatch& batch, ShadingRequests& requests) override {
+        requestForEach(m_scene, batch, requests);
+    }
+    std::span<const Rgb> resolve(const VisibilityBatch&, std::span<const Rgb> shaded,
+                                 std::span<Rgb>) override {
+        return shaded;
+    }
+    void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
+                 std::span<const FirstVertex> vertices) override {
+        for (size_t p = 0; p < batch.pixels.size(); ++p) {
+            const size_t block = m_pilot.m_blocks.blockOf(batch.pixels[p].x, batch.pixels[p].y);
+            BlockNoise &first = m_pilot.m_halves[0][block], &second = m_pilot.m_halves[1][block];
+            addPair(&radiance[kPair * p], &vertices[kPair * p], m_limit,
+                    first.pairs > second.pairs ? second : first);
+        }
+        for (const FirstVertex& vertex : vertices)
+            m_brightness.add(vertex.direct, vertex.indirect);
+    }
+    void endTile(const PixelBounds&, Film&) override {
+        const std::lock_guard lock(m_pilot.m_mutex);
+        m_pilot.m_brightness.add(std::exchange(m_brightness, {}));
+    }
+
+  private:
+    const Scene& m_scene;
+    const float m_limit;
+    PairPilot& m_pilot;
+    Brightness m_brightness; ///< of the current tile
+};
+
+class PairPilot::State : public IntegratorState {
+  public:
+    /// `limit`: see addVariance.
+    State(const Scene& scene, float limit, PairPilot& pilot)
+        : m_scene(scene), m_limit(limit), m_pilot(pilot) {}
+    std::unique_ptr<IntegratorWorker> makeWorker() override {
+        return std::make_unique<Worker>(m_scene, m_limit, m_pilot);
+    }
+    const SampleFactors* sampleFactors() const override { return &m_pilot.m_pixels; }
+    bool observes() const override { return true; }
+
+  private:
+    const Scene& m_scene;
+    const float m_limit;
+    PairPilot& m_pilot;
+};
+
+/// Renders tiles on one thread. The film's image is not used.
+struct PairPilot::ThreadRenderer {
+    std::unique_ptr<PilotRenderer> renderer;
+    Film film;
+};
+
+// A sample in a pixel of n samples adds up to 1 to the clipped radiance of the pixel if it is n.
+PairPilot::PairPilot(const Scene& scene, const RenderContext& context, double samplesPerPixel)
+    : m_context(context), m_blocks(context.pilotBounds, kBlockSize),
+      m_pixels(choosePixels(m_blocks, pixelsPerBlock(samplesPerPixel))), m_rays(m_blocks.factors().size()),
+      m_state(std::make_unique<State>(scene, float(samplesPerPixel), *this)) {
+    for (std::vector<BlockNoise>& half : m_halves)
+        half.resize(m_rays.size());
+}
+
+PairPilot::~PairPilot() = default;
+
+void PairPilot::render(int color) {
+    const PixelBounds& bounds = m_blocks.bounds();
+    std::vector<PixelBounds> tiles;
+    for (int y = bounds.y0, row = color; y < bounds.y1; y += kTileSize, ++row)
+        for (int x = bounds.x0 + kTileSize * (row % 2); x < bounds.x1; x += 2 * kTileSize)
+            tiles.push_back({x, y, std::min(x + kTileSize, bounds.x1), std::min(y + kTileSize, bounds.y1)});
+    parallelFor(tiles.size(), [&](size_t i) {
+        ThreadRenderer& thread = m_threads.local([&] {
+            return std::make_unique<ThreadRenderer>(
+                ThreadRenderer{m_context.makePilotRenderer(*m_state, kPair), {bounds.x1, bounds.y1, {}}});
+        });
+        thread.film.moveTo(tiles[i]);
+        addCounters(tiles[i], thread.renderer->render(thread.film, kSeed));
+    });
+}
+
+/// Adds the counters of a tile, and sets the rays of its blocks to their mean over the tile.
+void PairPilot::addCounters(const PixelBounds& tile, const Counters& counters) {
+    std::vector<size_t> ofTile;
+    double vertices = 0;
+    for (int y = tile.y0; y < tile.y1; y += kBlockSize)
+        for (int x = tile.x0; x < tile.x1; x += kBlockSize) {
+            ofTile.push_back(m_blocks.blockOf(x, y));
+            for (const auto& half : m_halves)
+                vertices += double(half[ofTile.back()].vertices);
+        }
+    const double rays = 1 + double(counters.rays() - counters.visibilitySamples) / std::max(vertices, 1.);
+    for (const size_t block : ofTile)
+        m_rays[block] = float(rays);
+    const std::lock_guard lock(m_mutex);
+    m_counters.add(counters);
+}
+
+PixelBounds PairPilot::boundsOf(size_t block) const {
+    const PixelBounds& bounds = m_blocks.bounds();
+    const int x = bounds.x0 + kBlockSize * int(block % size_t(m_blocks.columns())),
+              y = bounds.y0 + kBlockSize * int(block / size_t(m_blocks.columns()));
+    return {x, y, std::min(x + kBlockSize, bounds.x1), std::min(y + kBlockSize, bounds.y1)};
+}
+
+} // namespace strobe

@@ -1,0 +1,78 @@
+// The noise of the whole image, by blocks of pixels.
+#pragma once
+
+#include "core/render/integrator.h"
+#include "core/util/parallel.h"
+#include "sharing/pilots/brightness.h"
+
+#include <memory>
+#include <mutex>
+
+namespace strobe {
+
+/// The samples of one half of the pilot in a block.
+struct BlockNoise {
+    float pairs = 0;
+    float vertices = 0; ///< samples with a first vertex
+    float radiance = 0; ///< sum over the samples, clipped to 1; mean of the channels
+    /// The sum over the pairs of the variance of a sample, clipped to 1, without the emission that camera
+    /// rays hit.
+    float reflected = 0;
+    /// Sums over the pairs of the variance of a sample, for one choice of the parts to share.
+    struct Split {
+        float rest = 0;    ///< of all but shared indirect light, clipped to the number of samples of a pixel
+        float rawRest = 0; ///< the same, not clipped
+        float shared = 0; ///< of shared indirect light and of the emission that camera rays hit, clipped to 1
+    };
+    Split none, direct, indirect; ///< sharing nothing, only direct light, or indirect light
+
+    const Split& with(LightParts shared) const {
+        return shared.has(LightPart::Indirect) ? indirect : shared.isEmpty() ? none : direct;
+    }
+};
+
+/// A pilot with pairs of samples in some pixels of each block of 8x8 pixels, about 2 % of the samples. The
+/// difference of a pair shows the variance of a sample. The result depends on the scene, on
+/// context.pilotBounds and on the number of samples, but not on the seed or on slices of the samples.
+class PairPilot {
+  public:
+    static constexpr int kBlockSize = 8, kPair = 2;
+
+    /// `samplesPerPixel`: of the render.
+    PairPilot(const Scene& scene, const RenderContext& context, double samplesPerPixel);
+    ~PairPilot();
+    PairPilot(const PairPilot&) = delete;
+    PairPilot& operator=(const PairPilot&) = delete;
+
+    /// Renders every other tile, like the fields of one color of a chessboard. `color`: 0 or 1.
+    void render(int color);
+    /// The blocks; their factors are 1.
+    const SampleFactors& blocks() const { return m_blocks; }
+    /// The noise of a block; half 0 or 1: each has every other pair. Blocks in tiles that are not rendered
+    /// have no pairs.
+    const BlockNoise& noise(int half, size_t block) const { return m_halves[half][block]; }
+    /// The mean rays of a sample with a first vertex.
+    float rays(size_t block) const { return m_rays[block]; }
+    PixelBounds boundsOf(size_t block) const;
+    const Counters& counters() const { return m_counters; }
+    const Brightness& brightness() const { return m_brightness; }
+
+  private:
+    class Worker;
+    class State;
+    struct ThreadRenderer;
+    void addCounters(const PixelBounds& tile, const Counters& counters);
+
+    const RenderContext& m_context;
+    const SampleFactors m_blocks;
+    const SampleFactors m_pixels; ///< by pixel: 1, or 0 for those without samples
+    std::vector<BlockNoise> m_halves[kHalves];
+    std::vector<float> m_rays;
+    std::mutex m_mutex; ///< of what follows
+    Counters m_counters;
+    Brightness m_brightness;
+    const std::unique_ptr<State> m_state;
+    PerThread<ThreadRenderer> m_threads;
+};
+
+} // namespace strobe

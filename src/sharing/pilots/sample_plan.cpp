@@ -1,0 +1,208 @@
+#include "sharing/pilots/sample_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace strobe {
+
+namespace {
+
+constexpr int kPair = PairPilot::kPair;
+constexpr int kMaxExponent = 4; ///< of the factors, which are powers of two
+/// The largest time of the render relative to that with factors of 1.
+constexpr double kMaxTime = 2;
+/// The time of a sample whose path has no first vertex, in units of a ray.
+constexpr float kMissTime = 0.3f;
+
+/// The squared errors and the time of pixels per sample.
+template <class Real>
+struct Costs {
+    Real error = 0;    ///< of all but shared indirect light; clipped
+    Real rawError = 0; ///< not clipped
+    Real shared = 0;   ///< of shared indirect light
+    Real time = 0;     ///< 0: not measured
+    template <class Other>
+    void add(const Costs<Other>& other, Real weight) {
+        error += weight * Real(other.error);
+        rawError += weight * Real(other.rawError);
+        shared += weight * Real(other.shared);
+        time += weight * Real(other.time);
+    }
+};
+
+struct BlockCost : Costs<float> {
+    /// The binary logarithm of the density of samples, the root of the error over the time (Neyman
+    /// allocation); -infinity without an error.
+    float logDensity = -INFINITY;
+};
+
+/// Returns the cost of a block that has the samples of both `a` and `b`. `rays`: of a sample with a first
+/// vertex.
+BlockCost costOf(const BlockNoise& a, const BlockNoise& b, float rays, LightParts shared) {
+    constexpr float kDark = 0.1f;
+    const float pairs = a.pairs + b.pairs, samples = kPair * pairs;
+    if (pairs == 0)
+        return {};
+    const float vertices = (a.vertices + b.vertices) / samples;
+    const float weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
+    BlockCost cost;
+    const BlockNoise::Split &ofA = a.with(shared), &ofB = b.with(shared);
+    cost.error = weight * (ofA.rest + ofB.rest);
+    cost.rawError = weight * (ofA.rawRest + ofB.rawRest);
+    cost.shared = weight * (ofA.shared + ofB.shared);
+    cost.time = kMissTime * (1 - vertices) + rays * vertices;
+    return cost;
+}
+
+/// Returns the mean of the costs of a block and of its neighbors that were measured.
+BlockCost smoothed(const std::vector<BlockCost>& costs, int columns, int rows, int x, int y) {
+    BlockCost sum, mean;
+    float weights = 0;
+    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
+        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u) {
+            const BlockCost& cost = costs[size_t(v) * size_t(columns) + size_t(u)];
+            if (cost.time == 0)
+                continue;
+            const float weight = float((u == x ? 2 : 1) * (v == y ? 2 : 1));
+            sum.add(cost, weight);
+            weights += weight;
+        }
+    if (weights > 0)
+        mean.add(sum, 1 / weights);
+    if (mean.error > 0)
+        mean.logDensity = std::log2(mean.error / mean.time) / 2;
+    return mean;
+}
+
+/// Returns the means of the costs of blocks and of their neighbors, with their densities.
+std::vector<BlockCost> smoothed(const std::vector<BlockCost>& costs, int columns, int rows) {
+    std::vector<BlockCost> out;
+    out.reserve(costs.size());
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x)
+            out.push_back(smoothed(costs, columns, rows, x, y));
+    return out;
+}
+
+/// The costs of all blocks: by each half of the pilot, and by the whole.
+struct PilotCosts {
+    std::vector<BlockCost> halves[kHalves], whole;
+    PilotCosts(const PairPilot& pilot, LightParts shared) {
+        const SampleFactors& blocks = pilot.blocks();
+        const size_t count = blocks.factors().size();
+        for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
+            costs->reserve(count);
+        for (size_t i = 0; i < count; ++i) {
+            const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
+            halves[0].push_back(costOf(a, {}, pilot.rays(i), shared));
+            halves[1].push_back(costOf({}, b, pilot.rays(i), shared));
+            whole.push_back(costOf(a, b, pilot.rays(i), shared));
+        }
+        for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
+            *costs = smoothed(*costs, blocks.columns(), blocks.rows());
+    }
+};
+
+/// Returns the power of two next to a factor, given its binary logarithm.
+uint8_t roundedFactor(double exponent) {
+    return uint8_t(1u << int(std::clamp(exponent, 0., double(kMaxExponent)) + 0.5));
+}
+
+/// The costs of all blocks in bins of their density. At a step, a block of the largest density has a factor
+/// of 2^(step / kSteps). One half of the pilot gives the densities, and the other half the errors. Otherwise,
+/// noise of the pilot would look like a gain.
+class DensityBins {
+  public:
+    static constexpr int kSteps = 4, kStepCount = 10 * kSteps;
+
+    /// `largest`: the binary logarithm of the largest density.
+    DensityBins(const PilotCosts& costs, double largest) {
+        for (int half = 0; half < kHalves; ++half)
+            for (size_t i = 0; i < costs.whole.size(); ++i) {
+                const double density = double(costs.halves[half][i].logDensity) - largest;
+                BlockCost cost = costs.halves[1 - half][i];
+                cost.time = costs.whole[i].time;
+                m_bins[binOf(density)].add(cost, 1);
+            }
+    }
+    /// Returns the product of error and time with the factors of a step; a negative step: with factors of 1.
+    /// Returns infinity if the time is more than kMaxTime times that of factors of 1, or if the product grows
+    /// for radiance that is not clipped: if rare bright samples are elsewhere.
+    double productFor(int step) const {
+        double error = 0, rawError = 0, time = 0, leastTime = 0, mostRawError = 0;
+        for (int i = 0; i < kBins; ++i) {
+            const Costs<double>& bin = m_bins[i];
+            const double factor = step < 0 ? 1 : 1 << exponentOf(i, step);
+            error += bin.error / factor + bin.shared;
+            rawError += bin.rawError / factor + bin.shared;
+            time += bin.time * factor;
+            leastTime += bin.time;
+            mostRawError += bin.rawError + bin.shared;
+        }
+        const bool isAllowed = time <= kMaxTime * leastTime && rawError * time <= mostRawError * leastTime;
+        return isAllowed ? error * time : INFINITY;
+    }
+
+  private:
+    /// Blocks of the first bin have a factor of 1 at all steps, those of the last bin the largest factor.
+    static constexpr int kFirst = -kStepCount, kLast = kSteps * kMaxExponent, kBins = kLast - kFirst + 1;
+
+    static size_t binOf(double logDensity) {
+        const double bin = std::floor(kSteps * (logDensity + 0.5));
+        return size_t(std::clamp(bin, double(kFirst), double(kLast)) - kFirst);
+    }
+    /// Returns the exponent of roundedFactor for a bin.
+    static int exponentOf(int bin, int step) {
+        return std::clamp((bin + kFirst + step + kStepCount) / kSteps - kStepCount / kSteps, 0, kMaxExponent);
+    }
+    Costs<double> m_bins[kBins];
+};
+
+/// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
+/// and time; none, if that gains less than a factor of minGain.
+std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
+    constexpr double kNearlyLeast = 1.03;
+    float largest = -INFINITY;
+    for (const BlockCost& block : costs.whole)
+        largest = std::max(largest, block.logDensity);
+    if (largest == -INFINITY)
+        return {};
+    const DensityBins bins(costs, double(largest));
+    std::vector<double> products; // by step
+    for (int step = 0; step < DensityBins::kStepCount; ++step)
+        products.push_back(bins.productFor(step));
+    const double least = *std::min_element(products.begin(), products.end());
+    if (least * minGain > bins.productFor(-1))
+        return {};
+    const auto chosen = std::find_if(products.begin(), products.end(),
+                                     [&](double product) { return product <= kNearlyLeast * least; });
+    return double(chosen - products.begin()) / DensityBins::kSteps - double(largest);
+}
+
+} // namespace
+
+std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared) {
+    constexpr int kMinSamples = 4; // fewer are not worth the rest of the pilot
+    // Small gains are those of squared errors only: structural errors grow, as they count all blocks alike,
+    // most where no light is shared (measured).
+    constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
+    // Where nothing is shared, the pilot is the whole overhead. It ends if half of the tiles promise less
+    // than this. In scenes whose samples adapt, either half promises 1.8 and more (4 samples).
+    constexpr double kMinGainOfHalf = 1.4;
+    if (samplesPerPixel < kMinSamples ||
+        samplesPerPixel * (1 << kMaxExponent) > PixelAccumulator::kMaxSamples)
+        return {};
+    if (shared.isEmpty() && !findLogScale(PilotCosts(pilot, shared), kMinGainOfHalf))
+        return {};
+    pilot.render(1);
+    const PilotCosts costs(pilot, shared);
+    const auto logScale = findLogScale(costs, shared.isEmpty() ? kMinGainAlone : kMinGain);
+    if (!logScale)
+        return {};
+    SampleFactors out = pilot.blocks();
+    for (size_t i = 0; i < costs.whole.size(); ++i)
+        out.factors()[i] = roundedFactor(*logScale + double(costs.whole[i].logDensity));
+    return out;
+}
+
+} // namespace strobe

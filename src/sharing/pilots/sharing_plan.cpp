@@ -1,0 +1,229 @@
+#include "sharing/pilots/sharing_plan.h"
+
+#include "core/math/hash.h"
+#include "core/util/parallel.h"
+#include "sharing/pilots/block_pilot.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace strobe {
+
+namespace {
+
+/// The seeds of the two renders of a block. They do not depend on the seed of the render, so that renders of
+/// a scene with different seeds share the same parts.
+constexpr uint64_t kSeeds[] = {0x70696c6f74, 0x74706c696f};
+
+/// Chooses blocks of the pilot of pairs: with a probability that is a third uniform, a third in proportion to
+/// the noise, and a third in proportion to its root (importance sampling). Uniform blocks miss noise that few
+/// blocks have; twice as many of them decide as well (sixty scenes and numbers of samples).
+class BlockChooser {
+  public:
+    explicit BlockChooser(const PairPilot& pairs) : m_pairs(pairs) {
+        double noise = 0, root = 0;
+        for (size_t i = 0; i < pairs.blocks().factors().size(); ++i)
+            if (countOf(i) > 0) {
+                m_blocks.push_back(i);
+                m_noise.push_back(smoothedNoise(i));
+                noise += m_noise.back();
+                root += std::sqrt(m_noise.back());
+            }
+        double sum = 0;
+        for (const double value : m_noise)
+            m_cumulated.push_back(sum += 1 / double(m_blocks.size()) + (noise > 0 ? value / noise : 0) +
+                                         (root > 0 ? std::sqrt(value) / root : 0));
+    }
+    /// Returns one of a sequence of choices that are spread evenly over the blocks.
+    BlockPilot choose(size_t i) const {
+        constexpr double kStep = 0.6180339887498949; // the golden ratio
+        const double x = 0.5 + double(i) * kStep, target = (x - std::floor(x)) * m_cumulated.back();
+        const size_t k = std::min(
+            size_t(std::upper_bound(m_cumulated.begin(), m_cumulated.end(), target) - m_cumulated.begin()),
+            m_blocks.size() - 1);
+        BlockPilot out;
+        out.bounds = m_pairs.boundsOf(m_blocks[k]);
+        out.weight = 1 / (double(m_blocks.size()) * (m_cumulated[k] - (k > 0 ? m_cumulated[k - 1] : 0)));
+        return out;
+    }
+
+  private:
+    float countOf(size_t block) const {
+        return m_pairs.noise(0, block).pairs + m_pairs.noise(1, block).pairs;
+    }
+    /// Returns the variance of a sample of a block and of its neighbors, relative to the radiance.
+    double smoothedNoise(size_t block) const {
+        const int columns = m_pairs.blocks().columns(), rows = m_pairs.blocks().rows();
+        const int x = int(block % size_t(columns)), y = int(block / size_t(columns));
+        double sum = 0, weights = 0;
+        for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
+            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u) {
+                const size_t i = size_t(v) * size_t(columns) + size_t(u);
+                if (countOf(i) == 0)
+                    continue;
+                const double weight = (u == x ? 2 : 1) * (v == y ? 2 : 1);
+                sum += weight * noiseOf(i);
+                weights += weight;
+            }
+        return sum / weights;
+    }
+    double noiseOf(size_t block) const {
+        constexpr double kDark = 0.1;
+        const BlockNoise &a = m_pairs.noise(0, block), &b = m_pairs.noise(1, block);
+        const double pairs = double(a.pairs + b.pairs);
+        const double radiance = double(a.radiance + b.radiance) / (PairPilot::kPair * pairs);
+        return double(a.reflected + b.reflected) / (pairs * (sqr(radiance) + sqr(kDark)));
+    }
+    const PairPilot& m_pairs;
+    std::vector<size_t> m_blocks; ///< those with pairs
+    std::vector<double> m_noise, m_cumulated;
+};
+
+/// Returns the time for recording and reconstruction relative to that of the render. The times are those of a
+/// 3 GHz core on the scenes of this project: they decide about pixels, so that they cannot be measured here.
+double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters) {
+    // Nanoseconds per sample, per sample with a first vertex, and per pixel:
+    constexpr double kObserve = 30, kRecord = 60, kFinishPixel = 700, kReconstructPixel = 350;
+    // The cost of a sample, of its rays with their share of shading, and of texture lookups:
+    constexpr double kSample = 30, kSimplestRay = 29, kRayPerDoubledGeometry = 3.1, kFootprint = 250;
+    const TracerCounts& geometry = scene.tracer().counts();
+    const double primitives = double(geometry.triangles + geometry.quadrics);
+    const double ray = kSimplestRay + kRayPerDoubledGeometry * std::log2(1 + primitives);
+    const double samples = double(std::max<uint64_t>(counters.visibilitySamples, 1));
+    const double recorded = double(counters.shades) / samples;
+    return (kObserve + kRecord * recorded + (kFinishPixel + kReconstructPixel * recorded) / samplesPerPixel) /
+           (kSample + (ray * double(counters.rays()) + kFootprint * double(counters.footprints)) / samples);
+}
+
+/// Returns true if the first render of the blocks shows that sharing cannot pay. The gain that LightSharing
+/// estimates is up to three times too large. An estimated gain that hardly exceeds the ratio of the times
+/// therefore decides against sharing. Gains below kNoPromise do not decide: a few bright samples can hide the
+/// real gain.
+bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
+    constexpr double kLeastPromise = 1.25, kNoPromise = 1.5;
+    double own = 0, shared = 0;
+    for (const BlockPilot& pilot : pilots) {
+        own += pilot.weight * pilot.ownVariance;
+        shared += pilot.weight * pilot.variance;
+    }
+    return own > kNoPromise * shared && own < kLeastPromise * (1 + overhead) * shared;
+}
+
+/// What the blocks say about sharing.
+struct Verdict {
+    LightParts parts;      ///< to share
+    bool isCertain = true; ///< hardly depends on the choice of the blocks
+};
+
+/// The gain of sharing some parts of the light, measured on the pilot's blocks.
+struct SharingGain {
+    LightParts parts;
+    double sum = 0, deviation = 0; ///< the sum of the gains of the blocks, and its standard error
+};
+
+/// Returns the gain of the parts that leave the least cost if they are shared. `cost` maps the error of a
+/// block to its cost. The gain of a block is its cost without sharing minus `least` times its cost with it.
+template <class Cost>
+SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, double least, const Cost& cost) {
+    double costs[kSharingChoiceCount] = {};
+    for (const BlockPilot& pilot : pilots)
+        for (size_t choice = 0; choice < kSharingChoiceCount; ++choice)
+            costs[choice] += pilot.weight * cost(pilot.errors[clip][choice]);
+    const size_t best = size_t(std::min_element(costs + 1, costs + kSharingChoiceCount) - costs);
+    SharingGain out{kSharingChoices[best]};
+    double squares = 0;
+    for (const BlockPilot& pilot : pilots) {
+        const double(&errors)[kSharingChoiceCount] = pilot.errors[clip];
+        const double gain = pilot.weight * (cost(errors[0]) - least * cost(errors[best]));
+        out.sum += gain;
+        squares += sqr(gain);
+    }
+    const double count = double(pilots.size());
+    out.deviation = std::sqrt(count / (count - 1) * std::max(squares - sqr(out.sum) / count, 0.));
+    return out;
+}
+
+/// Decides for the parts whose sharing leaves the least error, by the first of kErrorClips for which this
+/// pays: for which the error per time falls by more than a fifth, and by more than half of the standard error
+/// of the blocks' sum. If there is none, the roots of the errors decide about indirect light, so that a
+/// single block does not: with the best distribution of samples, the product of error and time is the square
+/// of their sum (Neyman allocation, for errors in proportion to 1/n; those of direct light fall faster). They
+/// need no margin, as blocks without neighbors gain less than the image. `overhead`: see overheadOf.
+Verdict decide(std::span<const BlockPilot> pilots, double overhead) {
+    constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 1;
+    Verdict verdict;
+    const auto pays = [&](const SharingGain& gain) {
+        const bool isCertain = std::abs(gain.sum) >= kCertain * gain.deviation;
+        if (gain.sum > kStandardErrors * gain.deviation) {
+            verdict = {gain.parts, isCertain};
+            return true;
+        }
+        verdict.isCertain = verdict.isCertain && isCertain;
+        return false;
+    };
+    const double least = kMargin * (1 + overhead);
+    for (size_t clip = 0; clip < kErrorClipCount; ++clip)
+        if (pays(gainOf(pilots, clip, least, [](double error) { return error; })))
+            return verdict;
+    const SharingGain gain = gainOf(pilots, kErrorClipCount - 1, std::sqrt(1 + overhead),
+                                    [](double error) { return std::sqrt(std::max(error, 0.)); });
+    if (gain.parts.has(LightPart::Indirect))
+        pays(gain);
+    return verdict;
+}
+
+} // namespace
+
+SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
+                        float cellSize, const std::optional<LightParts>& chosen) {
+    constexpr int kBlockPixels = PairPilot::kBlockSize * PairPilot::kBlockSize;
+    constexpr int kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 5, kMaxBlocks = 40;
+    constexpr double kPilotShare = 0.0025, kPasses = 64; // the samples of passes, whose number is not known
+    // The fraction of the samples that are recorded one by one falls with their number, so that the limits
+    // rise.
+    constexpr double kMaxRare = 0.005;
+    const double samples = context.isPass ? kPasses : context.samplesPerPixel;
+    // Direct light converges faster than in proportion to the samples, so that few would mislead.
+    const int pilotSamples =
+        int(std::min(samples, std::clamp(samples / 2, double(kMinSamples), double(kMaxSamples))));
+    const PixelBounds& bounds = context.pilotBounds;
+    const double pixels = double(bounds.width()) * bounds.height();
+    const int affordable = int(kPilotShare * pixels * samples / (kBlockPixels * pilotSamples));
+    const size_t count = size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks));
+    // An uncertain verdict is worth twice as many blocks where this is not much of the render.
+    const size_t limit = 2 * affordable >= kMinBlocks ? 2 * count : count;
+    const double overhead = overheadOf(scene, samples, pairs.counters());
+    const BlockChooser chooser(pairs);
+    BlockRenderer renderer(scene, context, pilotSamples, cellSize);
+    std::vector<BlockPilot> pilots;
+    Verdict verdict;
+    do {
+        const size_t first = pilots.size();
+        for (size_t i = 0; i < count; ++i)
+            pilots.push_back(chooser.choose(first + i));
+        parallelFor(count, [&](size_t i) {
+            renderer.renderFirst(hashCombine(kSeeds[0], first + i), pilots[first + i]);
+        });
+        if (first == 0 && !chosen && isHopeless(pilots, overhead))
+            return {};
+        parallelFor(count, [&](size_t i) {
+            renderer.renderSecond(hashCombine(kSeeds[1], first + i), pilots[first + i]);
+        });
+        verdict = decide(pilots, overhead);
+    } while (pilots.size() < limit && !verdict.isCertain);
+    SharingPlan plan;
+    plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
+    plan.parts = chosen.value_or(verdict.parts);
+    double weights = 0;
+    plan.emission = {0, 0};
+    for (const BlockPilot& pilot : pilots) {
+        weights += pilot.weight * pilot.pixels;
+        plan.emission.otherError += pilot.weight * pilot.absoluteVariance;
+        plan.emission.coefficient += pilot.weight * pilot.emissionCoefficient;
+    }
+    plan.emission.otherError *= pilotSamples / (samples * weights);
+    plan.emission.coefficient /= weights;
+    return plan;
+}
+
+} // namespace strobe

@@ -1,0 +1,26 @@
+// A decision before the render: which parts of the light to share.
+#pragma once
+
+#include "sharing/emission_refinement.h"
+#include "sharing/pilots/pair_pilot.h"
+
+#include <optional>
+
+namespace strobe {
+
+/// How the light of a render is shared.
+struct SharingPlan {
+    LightParts parts; ///< the parts of the light to share; empty: the render equals that of supersample
+    RareLimits rareLimits;
+    EmissionPilot emission;
+};
+
+/// Renders blocks of pixels, less than 1 % of the samples, and reconstructs their light. The parts to share
+/// are those that leave the least error, or none if they do not gain clearly more than recording and
+/// reconstruction cost. Blocks with more noise in `pairs`, of which the first half is rendered, are chosen
+/// with a larger probability. `chosen`: the parts to share in any case. At least 2 samples per pixel. The
+/// result does not depend on the seed, on slices of the samples or on measured times.
+SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
+                        float cellSize, const std::optional<LightParts>& chosen);
+
+} // namespace strobe
