@@ -5,6 +5,7 @@
 #include "core/math/pixel_bounds.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -42,19 +43,17 @@ class SampleFactors {
     }
     /// Returns the factors above 0 in a tile, in ascending order.
     std::vector<uint32_t> in(const PixelBounds& tile) const {
-        std::vector<uint32_t> out;
-        const auto add = [&](uint32_t factor) {
-            if (factor > 0 && std::find(out.begin(), out.end(), factor) == out.end())
-                out.push_back(factor);
-        };
+        std::array<bool, 256> isUsed{};
         const PixelBounds inside{std::max(tile.x0, m_bounds.x0), std::max(tile.y0, m_bounds.y0),
                                  std::min(tile.x1, m_bounds.x1), std::min(tile.y1, m_bounds.y1)};
-        if (inside != tile)
-            add(1);
+        isUsed[1] = inside != tile;
         for (int y = inside.y0; y < inside.y1; y = nextBlock(y, m_bounds.y0))
             for (int x = inside.x0; x < inside.x1; x = nextBlock(x, m_bounds.x0))
-                add(m_factors[blockOf(x, y)]);
-        std::sort(out.begin(), out.end());
+                isUsed[m_factors[blockOf(x, y)]] = true;
+        std::vector<uint32_t> out;
+        for (uint32_t factor = 1; factor < isUsed.size(); ++factor)
+            if (isUsed[factor])
+                out.push_back(factor);
         return out;
     }
 

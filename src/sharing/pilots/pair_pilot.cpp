@@ -83,7 +83,7 @@ SampleFactors choosePixels(const SampleFactors& blocks, int perBlock) {
 
 /// Returns the pixels with samples in each block.
 int pixelsPerBlock(double samplesPerPixel) {
-    constexpr double kShare = 0.02; // the samples of the pilot relative to those of the render
+    constexpr double kShare = 0.01; // the samples of the pilot relative to those of the render
     constexpr int kMinPixels = 2, kMaxPixels = 16;
     return std::clamp(int(kShare * samplesPerPixel * kBlockSize * kBlockSize / kPair), kMinPixels,
                       kMaxPixels);
