@@ -54,7 +54,7 @@ AdaptivePlan makePlan(const Scene& scene, const RenderContext& context, float ce
     if (samples < kHalves)
         return {{chosen.value_or(LightParts()), {}, {}}, {}};
     PairPilot pairs(scene, context, samples);
-    pairs.render(0);
+    pairs.renderFirst();
     AdaptivePlan plan{planSharing(scene, context, pairs, cellSize, chosen), {}};
     if (adaptsSamples)
         plan.factors = planSamples(pairs, samples, plan.sharing.parts);

@@ -63,31 +63,22 @@ int bayerRank(int x, int y) {
     return rank;
 }
 
-/// Returns the pixels of the pilot: factors 1 and 0.
-SampleFactors choosePixels(const SampleFactors& blocks, int perBlock) {
-    SampleFactors out(blocks.bounds(), 1);
-    const PixelBounds& bounds = blocks.bounds();
-    for (size_t block = 0; block < blocks.factors().size(); ++block) {
-        const uint64_t scramble = hashOf(kSeed, block);
-        const int x0 = bounds.x0 + kBlockSize * int(block % size_t(blocks.columns())),
-                  y0 = bounds.y0 + kBlockSize * int(block / size_t(blocks.columns()));
-        for (int y = y0; y < std::min(y0 + kBlockSize, bounds.y1); ++y)
-            for (int x = x0; x < std::min(x0 + kBlockSize, bounds.x1); ++x) {
-                const int u = ((x - x0) ^ int(scramble)) & (kBlockSize - 1),
-                          v = ((y - y0) ^ int(scramble >> 8)) & (kBlockSize - 1);
-                out.factors()[out.blockOf(x, y)] = bayerRank(u, v) < perBlock;
-            }
-    }
-    return out;
+/// The numbers of pixels per block in renderFirst and in the whole pilot.
+struct PixelCounts {
+    int first, all;
+};
+
+PixelCounts pixelsPerBlock(double samplesPerPixel) {
+    constexpr double kShare = 0.02; // the samples of the pilot relative to those of the render
+    constexpr int kMinPixels = 2, kMaxPixels = 16;
+    const int all =
+        std::clamp(int(kShare * samplesPerPixel * kBlockSize * kBlockSize / kPair), kMinPixels, kMaxPixels);
+    return {std::max(all / 2, kMinPixels), all};
 }
 
-/// Returns the pixels with samples in each block.
-int pixelsPerBlock(double samplesPerPixel) {
-    constexpr double kShare = 0.01; // the samples of the pilot relative to those of the render
-    constexpr int kMinPixels = 2, kMaxPixels = 16;
-    return std::clamp(int(kShare * samplesPerPixel * kBlockSize * kBlockSize / kPair), kMinPixels,
-                      kMaxPixels);
-}
+/// Returns true in every other tile, like the fields of one color of a chessboard. `x`, `y`: from the corner
+/// of the bounds.
+bool isInFirstTiles(int x, int y) { return (x / kTileSize + y / kTileSize) % 2 == 0; }
 
 } // namespace
 
@@ -151,8 +142,8 @@ struct PairPilot::ThreadRenderer {
 
 // A sample in a pixel of n samples adds up to 1 to the clipped radiance of the pixel if it is n.
 PairPilot::PairPilot(const Scene& scene, const RenderContext& context, double samplesPerPixel)
-    : m_context(context), m_blocks(context.pilotBounds, kBlockSize),
-      m_pixels(choosePixels(m_blocks, pixelsPerBlock(samplesPerPixel))), m_rays(m_blocks.factors().size()),
+    : m_context(context), m_samplesPerPixel(samplesPerPixel), m_blocks(context.pilotBounds, kBlockSize),
+      m_pixels(context.pilotBounds, 1), m_rays(m_blocks.factors().size()),
       m_state(std::make_unique<State>(scene, float(samplesPerPixel), *this)) {
     for (std::vector<BlockNoise>& half : m_halves)
         half.resize(m_rays.size());
@@ -160,12 +151,46 @@ PairPilot::PairPilot(const Scene& scene, const RenderContext& context, double sa
 
 PairPilot::~PairPilot() = default;
 
-void PairPilot::render(int color) {
+void PairPilot::renderFirst() {
+    const int count = pixelsPerBlock(m_samplesPerPixel).first;
+    choosePixels([&](bool isFirst, int rank) { return isFirst && rank < count; });
+    render();
+}
+
+void PairPilot::renderRest() {
+    const PixelCounts counts = pixelsPerBlock(m_samplesPerPixel);
+    choosePixels(
+        [&](bool isFirst, int rank) { return rank < counts.all && !(isFirst && rank < counts.first); });
+    render();
+}
+
+/// Sets m_pixels. `isChosen`: of a pixel with this rank in its block, in one of the first tiles or not.
+template <class Choice>
+void PairPilot::choosePixels(const Choice& isChosen) {
+    for (size_t block = 0; block < m_rays.size(); ++block) {
+        const uint64_t scramble = hashOf(kSeed, block);
+        const PixelBounds pixels = boundsOf(block);
+        const bool isFirst =
+            isInFirstTiles(pixels.x0 - m_blocks.bounds().x0, pixels.y0 - m_blocks.bounds().y0);
+        for (int y = pixels.y0; y < pixels.y1; ++y)
+            for (int x = pixels.x0; x < pixels.x1; ++x) {
+                const int u = ((x - pixels.x0) ^ int(scramble)) & (kBlockSize - 1),
+                          v = ((y - pixels.y0) ^ int(scramble >> 8)) & (kBlockSize - 1);
+                m_pixels.factors()[m_pixels.blockOf(x, y)] = isChosen(isFirst, bayerRank(u, v));
+            }
+    }
+}
+
+/// Renders the pixels of m_pixels.
+void PairPilot::render() {
     const PixelBounds& bounds = m_blocks.bounds();
     std::vector<PixelBounds> tiles;
-    for (int y = bounds.y0, row = color; y < bounds.y1; y += kTileSize, ++row)
-        for (int x = bounds.x0 + kTileSize * (row % 2); x < bounds.x1; x += 2 * kTileSize)
+    for (int y = bounds.y0; y < bounds.y1; y += kTileSize)
+        for (int x = bounds.x0; x < bounds.x1; x += kTileSize) {
             tiles.push_back({x, y, std::min(x + kTileSize, bounds.x1), std::min(y + kTileSize, bounds.y1)});
+            if (m_pixels.in(tiles.back()).empty())
+                tiles.pop_back();
+        }
     parallelFor(tiles.size(), [&](size_t i) {
         ThreadRenderer& thread = m_threads.local([&] {
             return std::make_unique<ThreadRenderer>(
@@ -176,7 +201,7 @@ void PairPilot::render(int color) {
     });
 }
 
-/// Adds the counters of a tile, and sets the rays of its blocks to their mean over the tile.
+/// Adds the counters of a tile. The first time, sets the rays of its blocks to their mean over the tile.
 void PairPilot::addCounters(const PixelBounds& tile, const Counters& counters) {
     std::vector<size_t> ofTile;
     double vertices = 0;
@@ -188,7 +213,8 @@ void PairPilot::addCounters(const PixelBounds& tile, const Counters& counters) {
         }
     const double rays = 1 + double(counters.rays() - counters.visibilitySamples) / std::max(vertices, 1.);
     for (const size_t block : ofTile)
-        m_rays[block] = float(rays);
+        if (m_rays[block] == 0)
+            m_rays[block] = float(rays);
     const std::lock_guard lock(m_mutex);
     m_counters.add(counters);
 }

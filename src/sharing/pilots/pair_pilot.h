@@ -44,12 +44,15 @@ class PairPilot {
     PairPilot(const PairPilot&) = delete;
     PairPilot& operator=(const PairPilot&) = delete;
 
-    /// Renders every other tile, like the fields of one color of a chessboard. `color`: 0 or 1.
-    void render(int color);
+    /// Renders a fourth of the pilot, at least two pixels per block, in every other tile, like the fields of
+    /// one color of a chessboard.
+    void renderFirst();
+    /// Renders what is left.
+    void renderRest();
     /// The blocks; their factors are 1.
     const SampleFactors& blocks() const { return m_blocks; }
     /// The noise of a block; half 0 or 1: each has every other pair. Blocks in tiles that are not rendered
-    /// have no pairs.
+    /// yet have no pairs.
     const BlockNoise& noise(int half, size_t block) const { return m_halves[half][block]; }
     /// The mean rays of a sample with a first vertex.
     float rays(size_t block) const { return m_rays[block]; }
@@ -61,11 +64,15 @@ class PairPilot {
     class Worker;
     class State;
     struct ThreadRenderer;
+    template <class Choice>
+    void choosePixels(const Choice& isChosen);
+    void render();
     void addCounters(const PixelBounds& tile, const Counters& counters);
 
     const RenderContext& m_context;
+    const double m_samplesPerPixel;
     const SampleFactors m_blocks;
-    const SampleFactors m_pixels; ///< by pixel: 1, or 0 for those without samples
+    SampleFactors m_pixels; ///< by pixel: 1, or 0 for those without samples in the current render
     std::vector<BlockNoise> m_halves[kHalves];
     std::vector<float> m_rays;
     std::mutex m_mutex; ///< of what follows

@@ -186,15 +186,15 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
     // Small gains are those of squared errors only: structural errors grow, as they count all blocks alike,
     // most where no light is shared (measured).
     constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
-    // Where nothing is shared, the pilot is the whole overhead. It ends if half of the tiles promise less
-    // than this. In scenes whose samples adapt, either half promises 1.8 and more (4 samples).
-    constexpr double kMinGainOfHalf = 1.4;
+    // Where nothing is shared, the pilot is the whole overhead. It ends if its first part promises less than
+    // this. In scenes whose samples adapt, either half of the tiles promises 1.8 and more (4 samples).
+    constexpr double kMinGainOfFirst = 1.4;
     if (samplesPerPixel < kMinSamples ||
         samplesPerPixel * (1 << kMaxExponent) > PixelAccumulator::kMaxSamples)
         return {};
-    if (shared.isEmpty() && !findLogScale(PilotCosts(pilot, shared), kMinGainOfHalf))
+    if (shared.isEmpty() && !findLogScale(PilotCosts(pilot, shared), kMinGainOfFirst))
         return {};
-    pilot.render(1);
+    pilot.renderRest();
     const PilotCosts costs(pilot, shared);
     const auto logScale = findLogScale(costs, shared.isEmpty() ? kMinGainAlone : kMinGain);
     if (!logScale)

@@ -10,8 +10,8 @@ namespace strobe {
 /// Returns the factors of the numbers of samples, by blocks of pixels, that minimize the product of error and
 /// time (Neyman allocation); none, if that gains little. The factors are powers of two from 1 on, and at most
 /// double the time of the render. The variances of blocks, relative to their radiance, are those of all but
-/// shared indirect light. The first half of the pilot is rendered; the second follows if the first promises
-/// enough.
+/// shared indirect light. PairPilot::renderFirst was called; the rest of the pilot
+/// follows if that promises enough.
 ///
 /// The factors do not depend on the seed or on slices of the samples. Therefore they do not bias the result.
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared);

@@ -2,6 +2,7 @@
 
 #include "core/math/hash.h"
 #include "core/util/parallel.h"
+#include "sharing/pilots/block_chooser.h"
 #include "sharing/pilots/block_pilot.h"
 
 #include <algorithm>
@@ -14,70 +15,6 @@ namespace {
 /// The seeds of the two renders of a block. They do not depend on the seed of the render, so that renders of
 /// a scene with different seeds share the same parts.
 constexpr uint64_t kSeeds[] = {0x70696c6f74, 0x74706c696f};
-
-/// Chooses blocks of the pilot of pairs: with a probability that is a third uniform, a third in proportion to
-/// the noise, and a third in proportion to its root (importance sampling). Uniform blocks miss noise that few
-/// blocks have; twice as many of them decide as well (sixty scenes and numbers of samples).
-class BlockChooser {
-  public:
-    explicit BlockChooser(const PairPilot& pairs) : m_pairs(pairs) {
-        double noise = 0, root = 0;
-        for (size_t i = 0; i < pairs.blocks().factors().size(); ++i)
-            if (countOf(i) > 0) {
-                m_blocks.push_back(i);
-                m_noise.push_back(smoothedNoise(i));
-                noise += m_noise.back();
-                root += std::sqrt(m_noise.back());
-            }
-        double sum = 0;
-        for (const double value : m_noise)
-            m_cumulated.push_back(sum += 1 / double(m_blocks.size()) + (noise > 0 ? value / noise : 0) +
-                                         (root > 0 ? std::sqrt(value) / root : 0));
-    }
-    /// Returns one of a sequence of choices that are spread evenly over the blocks.
-    BlockPilot choose(size_t i) const {
-        constexpr double kStep = 0.6180339887498949; // the golden ratio
-        const double x = 0.5 + double(i) * kStep, target = (x - std::floor(x)) * m_cumulated.back();
-        const size_t k = std::min(
-            size_t(std::upper_bound(m_cumulated.begin(), m_cumulated.end(), target) - m_cumulated.begin()),
-            m_blocks.size() - 1);
-        BlockPilot out;
-        out.bounds = m_pairs.boundsOf(m_blocks[k]);
-        out.weight = 1 / (double(m_blocks.size()) * (m_cumulated[k] - (k > 0 ? m_cumulated[k - 1] : 0)));
-        return out;
-    }
-
-  private:
-    float countOf(size_t block) const {
-        return m_pairs.noise(0, block).pairs + m_pairs.noise(1, block).pairs;
-    }
-    /// Returns the variance of a sample of a block and of its neighbors, relative to the radiance.
-    double smoothedNoise(size_t block) const {
-        const int columns = m_pairs.blocks().columns(), rows = m_pairs.blocks().rows();
-        const int x = int(block % size_t(columns)), y = int(block / size_t(columns));
-        double sum = 0, weights = 0;
-        for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
-            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u) {
-                const size_t i = size_t(v) * size_t(columns) + size_t(u);
-                if (countOf(i) == 0)
-                    continue;
-                const double weight = (u == x ? 2 : 1) * (v == y ? 2 : 1);
-                sum += weight * noiseOf(i);
-                weights += weight;
-            }
-        return sum / weights;
-    }
-    double noiseOf(size_t block) const {
-        constexpr double kDark = 0.1;
-        const BlockNoise &a = m_pairs.noise(0, block), &b = m_pairs.noise(1, block);
-        const double pairs = double(a.pairs + b.pairs);
-        const double radiance = double(a.radiance + b.radiance) / (PairPilot::kPair * pairs);
-        return double(a.reflected + b.reflected) / (pairs * (sqr(radiance) + sqr(kDark)));
-    }
-    const PairPilot& m_pairs;
-    std::vector<size_t> m_blocks; ///< those with pairs
-    std::vector<double> m_noise, m_cumulated;
-};
 
 /// Returns the time for recording and reconstruction relative to that of the render. The times are those of a
 /// 3 GHz core on the scenes of this project: they decide about pixels, so that they cannot be measured here.
@@ -199,8 +136,12 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     Verdict verdict;
     do {
         const size_t first = pilots.size();
-        for (size_t i = 0; i < count; ++i)
-            pilots.push_back(chooser.choose(first + i));
+        for (size_t i = first; i < first + count; ++i) {
+            const BlockChoice choice = chooser.choose(i);
+            pilots.emplace_back();
+            pilots.back().bounds = pairs.boundsOf(choice.block);
+            pilots.back().weight = choice.weight;
+        }
         parallelFor(count, [&](size_t i) {
             renderer.renderFirst(hashCombine(kSeeds[0], first + i), pilots[first + i]);
         });

@@ -40,5 +40,17 @@ TEST(ParallelFor, RethrowsExceptionsAfterAllIterationsHaveEnded) {
     calls.assign(100, 0); // a data race if an iteration were still running
 }
 
+TEST(PerThread, EachThreadHasOneObject) {
+    PerThread<size_t> counts;
+    parallelFor(1000, [&](size_t) { ++counts.local([] { return std::make_unique<size_t>(0); }); });
+    size_t sum = 0, objects = 0;
+    counts.forEach([&](size_t count) {
+        sum += count;
+        ++objects;
+    });
+    EXPECT_EQ(sum, 1000u); // no thread shares its object
+    EXPECT_LE(objects, arenaThreads());
+}
+
 } // namespace
 } // namespace strobe

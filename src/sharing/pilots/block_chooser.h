@@ -1,0 +1,34 @@
+// Importance sampling of blocks of pixels.
+#pragma once
+
+#include "sharing/pilots/pair_pilot.h"
+
+#include <vector>
+
+namespace strobe {
+
+struct BlockChoice {
+    size_t block;  ///< see PairPilot::blocks
+    double weight; ///< 1 / (number of blocks times the relative probability of this one)
+};
+
+/// Chooses blocks that have pairs, with a probability that is a third uniform, a third in proportion to the
+/// noise, and a third in proportion to its root: the errors of a scene are often those of few blocks. Half as
+/// many such blocks decide as well as uniform ones do (sixty scenes, 4 and 16 samples).
+class BlockChooser {
+  public:
+    explicit BlockChooser(const PairPilot& pairs);
+    /// Returns one of a sequence of choices, whose first ones are spread evenly. A block may be chosen again.
+    BlockChoice choose(size_t i) const;
+
+  private:
+    float countOf(size_t block) const;
+    double noiseOf(size_t block) const;
+    double smoothedNoise(size_t block) const;
+
+    const PairPilot& m_pairs;
+    std::vector<size_t> m_blocks;    ///< those with pairs
+    std::vector<double> m_cumulated; ///< relative probability of a block and those before it
+};
+
+} // namespace strobe
