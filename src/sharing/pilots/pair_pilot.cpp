@@ -9,8 +9,11 @@ namespace strobe {
 namespace {
 
 constexpr uint64_t kSeed = 0x73616d706c6573;
-constexpr int kTileSize = 64, kPair = PairPilot::kPair, kBlockSize = PairPilot::kBlockSize;
-static_assert(kTileSize % kBlockSize == 0, "a block belongs to one tile");
+constexpr int kPair = PairPilot::kPair, kBlockSize = PairPilot::kBlockSize;
+constexpr int kTileWidth = 128, kTileHeight = 64; ///< larger films cost more page faults
+static_assert(kTileWidth % kBlockSize == 0 && kTileHeight % kBlockSize == 0, "a block belongs to one tile");
+constexpr int kFieldSize = 16; ///< of the chessboard of PairPilot::renderFirst
+static_assert(kFieldSize % kBlockSize == 0, "a block belongs to one field");
 /// Sharing leaves about this part of the variance of indirect light. It hardly depends on the number of
 /// samples, while that of direct light falls with it, shared or not (measured).
 constexpr float kSharedNoise = 0.03f;
@@ -76,9 +79,8 @@ PixelCounts pixelsPerBlock(double samplesPerPixel) {
     return {std::max(all / 2, kMinPixels), all};
 }
 
-/// Returns true in every other tile, like the fields of one color of a chessboard. `x`, `y`: from the corner
-/// of the bounds.
-bool isInFirstTiles(int x, int y) { return (x / kTileSize + y / kTileSize) % 2 == 0; }
+/// Returns true in the fields of one color. `x`, `y`: from the corner of the bounds.
+bool isInFirstFields(int x, int y) { return (x / kFieldSize + y / kFieldSize) % 2 == 0; }
 
 } // namespace
 
@@ -164,14 +166,14 @@ void PairPilot::renderRest() {
     render();
 }
 
-/// Sets m_pixels. `isChosen`: of a pixel with this rank in its block, in one of the first tiles or not.
+/// Sets m_pixels. `isChosen`: of a pixel with this rank in its block, in one of the first fields or not.
 template <class Choice>
 void PairPilot::choosePixels(const Choice& isChosen) {
     for (size_t block = 0; block < m_rays.size(); ++block) {
         const uint64_t scramble = hashOf(kSeed, block);
         const PixelBounds pixels = boundsOf(block);
         const bool isFirst =
-            isInFirstTiles(pixels.x0 - m_blocks.bounds().x0, pixels.y0 - m_blocks.bounds().y0);
+            isInFirstFields(pixels.x0 - m_blocks.bounds().x0, pixels.y0 - m_blocks.bounds().y0);
         for (int y = pixels.y0; y < pixels.y1; ++y)
             for (int x = pixels.x0; x < pixels.x1; ++x) {
                 const int u = ((x - pixels.x0) ^ int(scramble)) & (kBlockSize - 1),
@@ -185,12 +187,10 @@ void PairPilot::choosePixels(const Choice& isChosen) {
 void PairPilot::render() {
     const PixelBounds& bounds = m_blocks.bounds();
     std::vector<PixelBounds> tiles;
-    for (int y = bounds.y0; y < bounds.y1; y += kTileSize)
-        for (int x = bounds.x0; x < bounds.x1; x += kTileSize) {
-            tiles.push_back({x, y, std::min(x + kTileSize, bounds.x1), std::min(y + kTileSize, bounds.y1)});
-            if (m_pixels.in(tiles.back()).empty())
-                tiles.pop_back();
-        }
+    for (int y = bounds.y0; y < bounds.y1; y += kTileHeight)
+        for (int x = bounds.x0; x < bounds.x1; x += kTileWidth)
+            tiles.push_back(
+                {x, y, std::min(x + kTileWidth, bounds.x1), std::min(y + kTileHeight, bounds.y1)});
     parallelFor(tiles.size(), [&](size_t i) {
         ThreadRenderer& thread = m_threads.local([&] {
             return std::make_unique<ThreadRenderer>(

@@ -44,8 +44,8 @@ class PairPilot {
     PairPilot(const PairPilot&) = delete;
     PairPilot& operator=(const PairPilot&) = delete;
 
-    /// Renders a fourth of the pilot, at least two pixels per block, in every other tile, like the fields of
-    /// one color of a chessboard.
+    /// Renders a fourth of the pilot, at least two pixels per block: half of the pixels in the fields of one
+    /// color of a chessboard of 2x2 blocks.
     void renderFirst();
     /// Renders what is left.
     void renderRest();

@@ -187,7 +187,7 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
     // most where no light is shared (measured).
     constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
     // Where nothing is shared, the pilot is the whole overhead. It ends if its first part promises less than
-    // this. In scenes whose samples adapt, either half of the tiles promises 1.8 and more (4 samples).
+    // this. In scenes whose samples adapt, either half of the image promises 1.8 and more (4 samples).
     constexpr double kMinGainOfFirst = 1.4;
     if (samplesPerPixel < kMinSamples ||
         samplesPerPixel * (1 << kMaxExponent) > PixelAccumulator::kMaxSamples)

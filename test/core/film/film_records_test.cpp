@@ -57,5 +57,19 @@ TEST(FilmRecords, BelongToTheFilm) {
     EXPECT_EQ(textOf(other.records()), "a");
 }
 
+TEST(Film, MovesToOtherPixelBounds) {
+    Film film(64, 64, {0, 0, 8, 8}, {Aov::Depth});
+    PixelAccumulator sum;
+    sum.add(Rgb(1, 2, 3), 1);
+    film.add(1, 2, sum);
+    film.setLayerValue(0, 1, 2, 5);
+    film.moveTo({32, 16, 36, 32});
+    EXPECT_EQ(film.pixelBounds(), (PixelBounds{32, 16, 36, 32}));
+    EXPECT_EQ(film.image().pixels, std::vector<Rgb>(64, Rgb(0)));
+    EXPECT_EQ(film.plane(Aov::Depth), std::vector<float>(64, 0.f));
+    film.add(35, 31, sum);
+    EXPECT_EQ(film.image().pixels.back(), Rgb(1, 2, 3));
+}
+
 } // namespace
 } // namespace strobe

@@ -1,0 +1,121 @@
+// Pilots of adaptive-cache.
+#include "core/film/film.h"
+#include "core/render/shade_pilot.h"
+#include "sharing/pilots/block_chooser.h"
+#include "support/render_text.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace strobe {
+namespace {
+
+TEST(Brightness, LimitsAreFarAboveAFractionOfTheSamples) {
+    Brightness half, other;
+    for (int i = 1; i <= 500; ++i) {
+        half.add(Rgb(0, float(i), 0), Rgb(0));
+        other.add(Rgb(0, 0, float(500 + i)), Rgb(NAN));
+    }
+    half.add(other);
+    const RareLimits limits = half.limits(0.1);
+    // 100 of the 1000 samples are above 900. Bins are an eighth of an octave wide.
+    EXPECT_GE(limits.of[int(LightPart::Direct)], 3 * 900.f);
+    EXPECT_LE(limits.of[int(LightPart::Direct)], 3 * 900.f * 1.15f);
+    EXPECT_EQ(limits.of[int(LightPart::Indirect)], RareLimits().of[int(LightPart::Indirect)]);
+}
+
+/// A black image, but for noise in a tenth of the width: a lit fence in front of a dark wall.
+constexpr const char* kScene = R"(
+Film "image" "integer xresolution" 200 "integer yresolution" 120
+Sampler "sobol" "integer pixelsamples" 4
+Integrator "directlighting"
+Camera "orthographic" "float screenwindow" [-2 2 -1.2 1.2]
+WorldBegin
+LightSource "distant" "point3 from" [0 0 -1] "point3 to" [0 0 0] "rgb L" [1 1 1]
+Material "matte" "rgb Kd" [.5 .5 .5]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
+Material "matte" "rgb Kd" [0 0 0]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [.31 -9 2  .33 -9 2  .33 9 2  .31 9 2]
+)";
+
+class PairPilotTest : public testing::Test {
+  protected:
+    PairPilotTest() {
+        context.samplesPerPixel = built.sampler.samplesPerPixel;
+        context.pixelBounds = context.pilotBounds = built.pixelBounds;
+        context.makePilotRenderer = [this](IntegratorState& state, int samplesPerPixel) {
+            return makePilotRenderer(*built.scene, state, *built.shader, *built.sampler.sampler,
+                                     *built.filter, samplesPerPixel);
+        };
+    }
+    size_t blockCount(const PairPilot& pilot) const { return pilot.blocks().factors().size(); }
+    double pairs(const PairPilot& pilot, size_t block) const {
+        return double(pilot.noise(0, block).pairs + pilot.noise(1, block).pairs);
+    }
+
+    const BuiltScene built = test::build(kScene);
+    RenderContext context{.sampling = {*built.sampler.sampler, *built.filter, 0}};
+};
+
+TEST_F(PairPilotTest, HasPairsInHalfOfTheBlocksFirstAndThenInAll) {
+    for (const double samples : {4., 16., 64.}) {
+        PairPilot pilot(*built.scene, context, samples);
+        pilot.renderFirst();
+        size_t rendered = 0;
+        for (size_t i = 0; i < blockCount(pilot); ++i)
+            rendered += pairs(pilot, i) > 0;
+        EXPECT_NEAR(double(rendered), 0.5 * double(blockCount(pilot)), 0.1 * double(blockCount(pilot)));
+        const uint64_t first = pilot.counters().visibilitySamples;
+        pilot.renderRest();
+        const double perBlock = pairs(pilot, 0);
+        for (size_t i = 0; i < blockCount(pilot); ++i) {
+            EXPECT_EQ(pairs(pilot, i), perBlock) << i;
+            EXPECT_GT(pilot.rays(i), 0) << i;
+        }
+        const double share = double(pilot.counters().visibilitySamples) / (samples * 200 * 120);
+        EXPECT_LE(share, 0.021);
+        EXPECT_LE(double(first), 0.55 * double(pilot.counters().visibilitySamples));
+    }
+}
+
+/// The fence covers a fifth of a pixel's width: a sample hits it with this probability p in one column of
+/// pixels, of which the variance is L^2 p (1 - p).
+TEST_F(PairPilotTest, MeasuresTheVariance) {
+    PairPilot pilot(*built.scene, context, 64);
+    pilot.renderFirst();
+    pilot.renderRest();
+    double outside = 0, inside = 0;
+    for (size_t i = 0; i < blockCount(pilot); ++i) {
+        const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
+        const bool hasFence = pilot.boundsOf(i).x0 == 112;
+        (hasFence ? inside : outside) += double(a.none.rest + b.none.rest) / pairs(pilot, i);
+    }
+    EXPECT_EQ(outside, 0);
+    EXPECT_GT(inside, 0);
+}
+
+TEST_F(PairPilotTest, NoisyBlocksAreChosenMoreOften) {
+    PairPilot pilot(*built.scene, context, 64);
+    pilot.renderFirst();
+    pilot.renderRest();
+    const BlockChooser chooser(pilot);
+    constexpr int kChoices = 10000;
+    std::map<bool, int> counts;
+    std::map<size_t, double> weights;
+    for (size_t i = 0; i < kChoices; ++i) {
+        const BlockChoice choice = chooser.choose(i);
+        const int x = pilot.boundsOf(choice.block).x0;
+        ++counts[x >= 104 && x <= 120]; // the fence and the neighbors
+        weights[choice.block] += choice.weight;
+    }
+    EXPECT_GT(counts[true], 0.6 * kChoices); // two thirds by noise, and some of the last third
+    EXPECT_EQ(weights.size(), blockCount(pilot));
+    // Weighted, all blocks count alike. Quiet blocks are chosen some ten times.
+    const double expected = kChoices / 3. / double(blockCount(pilot));
+    for (const auto& [block, weight] : weights)
+        EXPECT_NEAR(weight, expected, 0.2 * expected) << block;
+}
+
+} // namespace
+} // namespace strobe
