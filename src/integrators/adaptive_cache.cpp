@@ -55,7 +55,7 @@ AdaptivePlan makePlan(const Scene& scene, const RenderContext& context, float ce
         return {{chosen.value_or(LightParts()), {}, {}}, {}};
     PairPilot pairs(scene, context, samples);
     pairs.renderFirst();
-    AdaptivePlan plan{planSharing(scene, context, pairs, cellSize, chosen), {}};
+    AdaptivePlan plan{planSharing(scene, context, pairs, cellSize, chosen, adaptsSamples), {}};
     if (adaptsSamples)
         plan.factors = planSamples(pairs, samples, plan.sharing.parts);
     return plan;

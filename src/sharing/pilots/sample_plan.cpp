@@ -9,6 +9,8 @@ namespace {
 
 constexpr int kPair = PairPilot::kPair;
 constexpr int kMaxExponent = 4; ///< of the factors, which are powers of two
+/// The least gain that is worth it. Small gains are those of squared errors only: structural errors grow.
+constexpr double kMinGain = 1.3;
 /// The largest time of the render relative to that with factors of 1.
 constexpr double kMaxTime = 2;
 /// The time of a sample whose path has no first vertex, in units of a ray.
@@ -179,20 +181,27 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
     return double(chosen - products.begin()) / DensityBins::kSteps - double(largest);
 }
 
+bool allowsSamplePlan(double samplesPerPixel) {
+    constexpr int kMinSamples = 4; // fewer are not worth the rest of the pilot
+    return samplesPerPixel >= kMinSamples &&
+           samplesPerPixel * (1 << kMaxExponent) <= PixelAccumulator::kMaxSamples;
+}
+
 } // namespace
 
-std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared) {
-    constexpr int kMinSamples = 4; // fewer are not worth the rest of the pilot
-    // Small gains are those of squared errors only: structural errors grow, as they count all blocks alike,
-    // most where no light is shared (measured).
-    constexpr double kMinGain = 1.3, kMinGainAlone = 1.8;
+bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightParts shared) {
     // Where nothing is shared, the pilot is the whole overhead. It ends if its first part promises less than
     // this. In scenes whose samples adapt, either half of the image promises 1.8 and more (4 samples).
-    constexpr double kMinGainOfFirst = 1.4;
-    if (samplesPerPixel < kMinSamples ||
-        samplesPerPixel * (1 << kMaxExponent) > PixelAccumulator::kMaxSamples)
-        return {};
-    if (shared.isEmpty() && !findLogScale(PilotCosts(pilot, shared), kMinGainOfFirst))
+    constexpr double kMinGainAlone = 1.4;
+    return allowsSamplePlan(samplesPerPixel) &&
+           findLogScale(PilotCosts(pilot, shared), shared.isEmpty() ? kMinGainAlone : kMinGain);
+}
+
+std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared) {
+    // Structural errors count all blocks alike. They grow most where no light is shared (measured).
+    constexpr double kMinGainAlone = 1.8;
+    if (!allowsSamplePlan(samplesPerPixel) ||
+        (shared.isEmpty() && !promisesSamplePlan(pilot, samplesPerPixel, shared)))
         return {};
     pilot.renderRest();
     const PilotCosts costs(pilot, shared);

@@ -16,4 +16,7 @@ namespace strobe {
 /// The factors do not depend on the seed or on slices of the samples. Therefore they do not bias the result.
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared);
 
+/// Returns whether planSamples may return factors, by what `pilot` has rendered.
+bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightParts shared);
+
 } // namespace strobe

@@ -4,6 +4,7 @@
 #include "core/util/parallel.h"
 #include "sharing/pilots/block_chooser.h"
 #include "sharing/pilots/block_pilot.h"
+#include "sharing/pilots/sample_plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,6 +31,22 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
     const double recorded = double(counters.shades) / samples;
     return (kObserve + kRecord * recorded + (kFinishPixel + kReconstructPixel * recorded) / samplesPerPixel) /
            (kSample + (ray * double(counters.rays()) + kFootprint * double(counters.footprints)) / samples);
+}
+
+/// See overheadOf.
+struct Overheads {
+    double uniform;                 ///< if all pixels have the same number of samples
+    std::optional<double> adaptive; ///< if their numbers differ; none: they do not
+    double least() const { return std::min(uniform, adaptive.value_or(uniform)); }
+};
+
+Overheads overheadsOf(const Scene& scene, const PairPilot& pairs, double samplesPerPixel,
+                      bool adaptsSamples) {
+    Overheads out{overheadOf(scene, samplesPerPixel, pairs.counters()), {}};
+    // An adaptive render takes about twice the samples of a uniform one (planSamples).
+    if (adaptsSamples && promisesSamplePlan(pairs, samplesPerPixel, LightParts::all()))
+        out.adaptive = overheadOf(scene, 2 * samplesPerPixel, pairs.counters());
+    return out;
 }
 
 /// Returns true if the first render of the blocks shows that sharing cannot pay. The gain that LightSharing
@@ -85,34 +102,35 @@ SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, double least
 /// of the blocks' sum. If there is none, the roots of the errors decide about indirect light, so that a
 /// single block does not: with the best distribution of samples, the product of error and time is the square
 /// of their sum (Neyman allocation, for errors in proportion to 1/n; those of direct light fall faster). They
-/// need no margin, as blocks without neighbors gain less than the image. `overhead`: see overheadOf.
-Verdict decide(std::span<const BlockPilot> pilots, double overhead) {
+/// need no margin, as blocks without neighbors gain less than the image.
+Verdict decide(std::span<const BlockPilot> pilots, const Overheads& overheads) {
     constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 1;
     Verdict verdict;
-    const auto pays = [&](const SharingGain& gain) {
+    const auto pays = [&](const SharingGain& gain, double standardErrors) {
         const bool isCertain = std::abs(gain.sum) >= kCertain * gain.deviation;
-        if (gain.sum > kStandardErrors * gain.deviation) {
+        if (gain.sum > standardErrors * gain.deviation) {
             verdict = {gain.parts, isCertain};
             return true;
         }
         verdict.isCertain = verdict.isCertain && isCertain;
         return false;
     };
-    const double least = kMargin * (1 + overhead);
+    const double least = kMargin * (1 + overheads.uniform);
     for (size_t clip = 0; clip < kErrorClipCount; ++clip)
-        if (pays(gainOf(pilots, clip, least, [](double error) { return error; })))
+        if (pays(gainOf(pilots, clip, least, [](double error) { return error; }), kStandardErrors))
             return verdict;
-    const SharingGain gain = gainOf(pilots, kErrorClipCount - 1, std::sqrt(1 + overhead),
-                                    [](double error) { return std::sqrt(std::max(error, 0.)); });
+    const SharingGain gain =
+        gainOf(pilots, kErrorClipCount - 1, std::sqrt(1 + overheads.adaptive.value_or(overheads.uniform)),
+               [](double error) { return std::sqrt(std::max(error, 0.)); });
     if (gain.parts.has(LightPart::Indirect))
-        pays(gain);
+        pays(gain, overheads.adaptive ? 0 : kStandardErrors);
     return verdict;
 }
 
 } // namespace
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
-                        float cellSize, const std::optional<LightParts>& chosen) {
+                        float cellSize, const std::optional<LightParts>& chosen, bool adaptsSamples) {
     constexpr int kBlockPixels = PairPilot::kBlockSize * PairPilot::kBlockSize;
     constexpr int kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 5, kMaxBlocks = 40;
     constexpr double kPilotShare = 0.0025, kPasses = 64; // the samples of passes, whose number is not known
@@ -129,7 +147,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     const size_t count = size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks));
     // An uncertain verdict is worth twice as many blocks where this is not much of the render.
     const size_t limit = 2 * affordable >= kMinBlocks ? 2 * count : count;
-    const double overhead = overheadOf(scene, samples, pairs.counters());
+    const Overheads overheads = overheadsOf(scene, pairs, samples, adaptsSamples);
     const BlockChooser chooser(pairs);
     BlockRenderer renderer(scene, context, pilotSamples, cellSize);
     std::vector<BlockPilot> pilots;
@@ -145,12 +163,12 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         parallelFor(count, [&](size_t i) {
             renderer.renderFirst(hashCombine(kSeeds[0], first + i), pilots[first + i]);
         });
-        if (first == 0 && !chosen && isHopeless(pilots, overhead))
+        if (first == 0 && !chosen && isHopeless(pilots, overheads.least()))
             return {};
         parallelFor(count, [&](size_t i) {
             renderer.renderSecond(hashCombine(kSeeds[1], first + i), pilots[first + i]);
         });
-        verdict = decide(pilots, overhead);
+        verdict = decide(pilots, overheads);
     } while (pilots.size() < limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
