@@ -12,8 +12,6 @@ constexpr uint64_t kSeed = 0x73616d706c6573;
 constexpr int kPair = PairPilot::kPair, kBlockSize = PairPilot::kBlockSize;
 constexpr int kTileWidth = 128, kTileHeight = 64; ///< larger films cost more page faults
 static_assert(kTileWidth % kBlockSize == 0 && kTileHeight % kBlockSize == 0, "a block belongs to one tile");
-constexpr int kFieldSize = 16; ///< of the chessboard of PairPilot::renderFirst
-static_assert(kFieldSize % kBlockSize == 0, "a block belongs to one field");
 /// Sharing leaves about this part of the variance of indirect light. It hardly depends on the number of
 /// samples, while that of direct light falls with it, shared or not (measured).
 constexpr float kSharedNoise = 0.03f;
@@ -57,13 +55,16 @@ void addPair(const Rgb* radiance, const FirstVertex* vertices, float limit, Bloc
     ++noise.pairs;
 }
 
-/// Returns the position of a pixel in the order of a Bayer matrix, whose first pixels are spread evenly over
-/// the block.
-int bayerRank(int x, int y) {
-    int rank = 0;
-    for (int bit = 1; bit < kBlockSize; bit *= 2)
-        rank = 4 * rank + 2 * bool((x ^ y) & bit) + bool(y & bit);
-    return rank;
+/// Returns the position of the pixel with this rank in the order of a Bayer matrix, whose first pixels are
+/// spread evenly over the block.
+V2i bayerPosition(int rank) {
+    V2i out{0, 0};
+    for (int bit = kBlockSize / 2; bit > 0; bit /= 2, rank /= 4) {
+        const int y = rank & 1, x = (rank >> 1 & 1) ^ y;
+        out.x |= x * bit;
+        out.y |= y * bit;
+    }
+    return out;
 }
 
 /// The numbers of pixels per block in renderFirst and in the whole pilot.
@@ -78,9 +79,6 @@ PixelCounts pixelsPerBlock(double samplesPerPixel) {
         std::clamp(int(kShare * samplesPerPixel * kBlockSize * kBlockSize / kPair), kMinPixels, kMaxPixels);
     return {std::max(all / 2, kMinPixels), all};
 }
-
-/// Returns true in the fields of one color. `x`, `y`: from the corner of the bounds.
-bool isInFirstFields(int x, int y) { return (x / kFieldSize + y / kFieldSize) % 2 == 0; }
 
 } // namespace
 
@@ -155,31 +153,41 @@ PairPilot::~PairPilot() = default;
 
 void PairPilot::renderFirst() {
     const int count = pixelsPerBlock(m_samplesPerPixel).first;
-    choosePixels([&](bool isFirst, int rank) { return isFirst && rank < count; });
+    std::fill(m_pixels.factors().begin(), m_pixels.factors().end(), uint8_t(0));
+    for (size_t block = 0; block < m_rays.size(); ++block)
+        choosePixels(block, 0, isFirst(block) ? count : 0);
     render();
 }
 
 void PairPilot::renderRest() {
     const PixelCounts counts = pixelsPerBlock(m_samplesPerPixel);
-    choosePixels(
-        [&](bool isFirst, int rank) { return rank < counts.all && !(isFirst && rank < counts.first); });
+    std::fill(m_pixels.factors().begin(), m_pixels.factors().end(), uint8_t(0));
+    for (size_t block = 0; block < m_rays.size(); ++block)
+        choosePixels(block, isFirst(block) ? counts.first : 0, counts.all);
     render();
 }
 
-/// Sets m_pixels. `isChosen`: of a pixel with this rank in its block, in one of the first fields or not.
-template <class Choice>
-void PairPilot::choosePixels(const Choice& isChosen) {
-    for (size_t block = 0; block < m_rays.size(); ++block) {
-        const uint64_t scramble = hashOf(kSeed, block);
-        const PixelBounds pixels = boundsOf(block);
-        const bool isFirst =
-            isInFirstFields(pixels.x0 - m_blocks.bounds().x0, pixels.y0 - m_blocks.bounds().y0);
-        for (int y = pixels.y0; y < pixels.y1; ++y)
-            for (int x = pixels.x0; x < pixels.x1; ++x) {
-                const int u = ((x - pixels.x0) ^ int(scramble)) & (kBlockSize - 1),
-                          v = ((y - pixels.y0) ^ int(scramble >> 8)) & (kBlockSize - 1);
-                m_pixels.factors()[m_pixels.blockOf(x, y)] = isChosen(isFirst, bayerRank(u, v));
-            }
+/// Returns true in the fields of renderFirst.
+bool PairPilot::isFirst(size_t block) const {
+    constexpr int kFieldSize = 16;
+    static_assert(kFieldSize % kBlockSize == 0, "a block belongs to one field");
+    const PixelBounds pixels = boundsOf(block);
+    return ((pixels.x0 - m_blocks.bounds().x0) / kFieldSize +
+            (pixels.y0 - m_blocks.bounds().y0) / kFieldSize) %
+               2 ==
+           0;
+}
+
+/// Adds the pixels of a block with these ranks to m_pixels.
+void PairPilot::choosePixels(size_t block, int firstRank, int endRank) {
+    const uint64_t scramble = hashOf(kSeed, block);
+    const PixelBounds pixels = boundsOf(block);
+    for (int rank = firstRank; rank < endRank; ++rank) {
+        const V2i position = bayerPosition(rank);
+        const int x = pixels.x0 + ((position.x ^ int(scramble)) & (kBlockSize - 1)),
+                  y = pixels.y0 + ((position.y ^ int(scramble >> 8)) & (kBlockSize - 1));
+        if (x < pixels.x1 && y < pixels.y1)
+            m_pixels.factors()[m_pixels.blockOf(x, y)] = 1;
     }
 }
 
@@ -203,6 +211,8 @@ void PairPilot::render() {
 
 /// Adds the counters of a tile. The first time, sets the rays of its blocks to their mean over the tile.
 void PairPilot::addCounters(const PixelBounds& tile, const Counters& counters) {
+    if (counters.visibilitySamples == 0)
+        return;
     std::vector<size_t> ofTile;
     double vertices = 0;
     for (int y = tile.y0; y < tile.y1; y += kBlockSize)

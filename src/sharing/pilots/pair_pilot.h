@@ -64,8 +64,8 @@ class PairPilot {
     class Worker;
     class State;
     struct ThreadRenderer;
-    template <class Choice>
-    void choosePixels(const Choice& isChosen);
+    bool isFirst(size_t block) const;
+    void choosePixels(size_t block, int firstRank, int endRank);
     void render();
     void addCounters(const PixelBounds& tile, const Counters& counters);
 
