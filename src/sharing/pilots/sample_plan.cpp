@@ -190,11 +190,18 @@ bool allowsSamplePlan(double samplesPerPixel) {
 } // namespace
 
 bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightParts shared) {
+    if (!allowsSamplePlan(samplesPerPixel))
+        return false;
+    if (!shared.isEmpty())
+        return findLogScale(PilotCosts(pilot, shared), kMinGain).has_value();
     // Where nothing is shared, the pilot is the whole overhead. It ends if its first part promises less than
-    // this. In scenes whose samples adapt, either half of the image promises 1.8 and more (4 samples).
-    constexpr double kMinGainAlone = 1.4;
-    return allowsSamplePlan(samplesPerPixel) &&
-           findLogScale(PilotCosts(pilot, shared), shared.isEmpty() ? kMinGainAlone : kMinGain);
+    // this, as few pairs promise too little. The
+    // first part may hit the edges of a lamp too rarely to promise anything: their noise is left out, too.
+    constexpr double kMinGainAlone = 1.25;
+    for (const LightParts parts : {LightParts(), LightParts(1)})
+        if (findLogScale(PilotCosts(pilot, parts), kMinGainAlone))
+            return true;
+    return false;
 }
 
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared) {
