@@ -195,8 +195,8 @@ bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightPar
     if (!shared.isEmpty())
         return findLogScale(PilotCosts(pilot, shared), kMinGain).has_value();
     // Where nothing is shared, the pilot is the whole overhead. It ends if its first part promises less than
-    // this, as few pairs promise too little. The
-    // first part may hit the edges of a lamp too rarely to promise anything: their noise is left out, too.
+    // this; few pairs promise less than many. They may hit the edges of a lamp too rarely to promise
+    // anything: therefore the noise without emission decides, too.
     constexpr double kMinGainAlone = 1.25;
     for (const LightParts parts : {LightParts(), LightParts(1)})
         if (findLogScale(PilotCosts(pilot, parts), kMinGainAlone))
