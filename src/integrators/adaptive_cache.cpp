@@ -41,7 +41,7 @@ std::vector<SharedPart> shareLight(RecordedLight light, Film& film) {
     return parts;
 }
 
-/// What the pilots decide.
+/// The parts of the light to share, and the numbers of samples.
 struct AdaptivePlan {
     SharingPlan sharing;
     std::optional<SampleFactors> factors; ///< none: 1 everywhere

@@ -9,7 +9,7 @@ BlockChooser::BlockChooser(const PairPilot& pairs) : m_pairs(pairs) {
     std::vector<double> noise;
     double noiseSum = 0, rootSum = 0, sum = 0;
     for (size_t i = 0; i < pairs.blocks().factors().size(); ++i)
-        if (countOf(i) > 0) {
+        if (pairs.pairs(i) > 0) {
             m_blocks.push_back(i);
             noise.push_back(smoothedNoise(i));
             noiseSum += noise.back();
@@ -32,33 +32,24 @@ BlockChoice BlockChooser::choose(size_t i) const {
     return {m_blocks[k], 1 / (double(m_blocks.size()) * probability)};
 }
 
-float BlockChooser::countOf(size_t block) const {
-    return m_pairs.noise(0, block).pairs + m_pairs.noise(1, block).pairs;
-}
-
 /// Returns the variance of a sample of a block, relative to the radiance.
 double BlockChooser::noiseOf(size_t block) const {
     constexpr double kDark = 0.1; // radiance below which noise does not count as relative
     const BlockNoise &a = m_pairs.noise(0, block), &b = m_pairs.noise(1, block);
-    const double pairs = double(a.pairs + b.pairs);
+    const double pairs = double(m_pairs.pairs(block));
     const double radiance = double(a.radiance + b.radiance) / (PairPilot::kPair * pairs);
     return double(a.reflected + b.reflected) / (pairs * (sqr(radiance) + sqr(kDark)));
 }
 
 /// Returns the mean noise of a block and of its neighbors.
 double BlockChooser::smoothedNoise(size_t block) const {
-    const int columns = m_pairs.blocks().columns(), rows = m_pairs.blocks().rows();
-    const int x = int(block % size_t(columns)), y = int(block / size_t(columns));
     double sum = 0, weights = 0;
-    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
-        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u) {
-            const size_t i = size_t(v) * size_t(columns) + size_t(u);
-            if (countOf(i) == 0)
-                continue;
-            const double weight = (u == x ? 2 : 1) * (v == y ? 2 : 1);
-            sum += weight * noiseOf(i);
-            weights += weight;
-        }
+    m_pairs.forEachNeighbor(block, [&](size_t i, float weight) {
+        if (m_pairs.pairs(i) == 0)
+            return;
+        sum += double(weight) * noiseOf(i);
+        weights += double(weight);
+    });
     return sum / weights;
 }
 

@@ -22,7 +22,6 @@ class BlockChooser {
     BlockChoice choose(size_t i) const;
 
   private:
-    float countOf(size_t block) const;
     double noiseOf(size_t block) const;
     double smoothedNoise(size_t block) const;
 

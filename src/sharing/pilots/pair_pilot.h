@@ -5,6 +5,7 @@
 #include "core/util/parallel.h"
 #include "sharing/pilots/brightness.h"
 
+#include <algorithm>
 #include <memory>
 #include <mutex>
 
@@ -51,9 +52,19 @@ class PairPilot {
     void renderRest();
     /// The blocks; their factors are 1.
     const SampleFactors& blocks() const { return m_blocks; }
-    /// The noise of a block; half 0 or 1: each has every other pair. Blocks in tiles that are not rendered
-    /// yet have no pairs.
+    /// The noise of a block; half 0 or 1: each has every other pair.
     const BlockNoise& noise(int half, size_t block) const { return m_halves[half][block]; }
+    /// Returns the number of pairs in a block; 0: it is not rendered yet.
+    float pairs(size_t block) const { return m_halves[0][block].pairs + m_halves[1][block].pairs; }
+    /// Calls `visit(i, weight)` for a block and its neighbors, for smoothing by a tent.
+    template <class Visit>
+    void forEachNeighbor(size_t block, const Visit& visit) const {
+        const int columns = m_blocks.columns(), rows = m_blocks.rows();
+        const int x = int(block % size_t(columns)), y = int(block / size_t(columns));
+        for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
+            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u)
+                visit(size_t(v) * size_t(columns) + size_t(u), float((u == x ? 2 : 1) * (v == y ? 2 : 1)));
+    }
     /// The mean rays of a sample with a first vertex.
     float rays(size_t block) const { return m_rays[block]; }
     PixelBounds boundsOf(size_t block) const;
@@ -75,7 +86,7 @@ class PairPilot {
     SampleFactors m_pixels; ///< by pixel: 1, or 0 for those without samples in the current render
     std::vector<BlockNoise> m_halves[kHalves];
     std::vector<float> m_rays;
-    std::mutex m_mutex; ///< of what follows
+    std::mutex m_mutex; ///< of m_counters and m_brightness
     Counters m_counters;
     Brightness m_brightness;
     const std::unique_ptr<State> m_state;

@@ -56,19 +56,16 @@ BlockCost costOf(const BlockNoise& a, const BlockNoise& b, float rays, LightPart
     return cost;
 }
 
-/// Returns the mean of the costs of a block and of its neighbors that were measured.
-BlockCost smoothed(const std::vector<BlockCost>& costs, int columns, int rows, int x, int y) {
+/// Returns the mean of the costs of a block and of its neighbors that were measured, with its density.
+BlockCost smoothed(const PairPilot& pilot, const std::vector<BlockCost>& costs, size_t block) {
     BlockCost sum, mean;
     float weights = 0;
-    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
-        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, columns - 1); ++u) {
-            const BlockCost& cost = costs[size_t(v) * size_t(columns) + size_t(u)];
-            if (cost.time == 0)
-                continue;
-            const float weight = float((u == x ? 2 : 1) * (v == y ? 2 : 1));
-            sum.add(cost, weight);
-            weights += weight;
-        }
+    pilot.forEachNeighbor(block, [&](size_t i, float weight) {
+        if (costs[i].time == 0)
+            return;
+        sum.add(costs[i], weight);
+        weights += weight;
+    });
     if (weights > 0)
         mean.add(sum, 1 / weights);
     if (mean.error > 0)
@@ -76,13 +73,11 @@ BlockCost smoothed(const std::vector<BlockCost>& costs, int columns, int rows, i
     return mean;
 }
 
-/// Returns the means of the costs of blocks and of their neighbors, with their densities.
-std::vector<BlockCost> smoothed(const std::vector<BlockCost>& costs, int columns, int rows) {
+std::vector<BlockCost> smoothed(const PairPilot& pilot, const std::vector<BlockCost>& costs) {
     std::vector<BlockCost> out;
     out.reserve(costs.size());
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x)
-            out.push_back(smoothed(costs, columns, rows, x, y));
+    for (size_t block = 0; block < costs.size(); ++block)
+        out.push_back(smoothed(pilot, costs, block));
     return out;
 }
 
@@ -90,8 +85,7 @@ std::vector<BlockCost> smoothed(const std::vector<BlockCost>& costs, int columns
 struct PilotCosts {
     std::vector<BlockCost> halves[kHalves], whole;
     PilotCosts(const PairPilot& pilot, LightParts shared) {
-        const SampleFactors& blocks = pilot.blocks();
-        const size_t count = blocks.factors().size();
+        const size_t count = pilot.blocks().factors().size();
         for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
             costs->reserve(count);
         for (size_t i = 0; i < count; ++i) {
@@ -101,7 +95,7 @@ struct PilotCosts {
             whole.push_back(costOf(a, b, pilot.rays(i), shared));
         }
         for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
-            *costs = smoothed(*costs, blocks.columns(), blocks.rows());
+            *costs = smoothed(pilot, *costs);
     }
 };
 

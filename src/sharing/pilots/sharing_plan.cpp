@@ -63,7 +63,7 @@ bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
     return own > kNoPromise * shared && own < kLeastPromise * (1 + overhead) * shared;
 }
 
-/// What the blocks say about sharing.
+/// The decision about sharing.
 struct Verdict {
     LightParts parts;      ///< to share
     bool isCertain = true; ///< hardly depends on the choice of the blocks
