@@ -23,6 +23,8 @@ void addSeconds(const RenderStats& stats, const StepSeconds& seconds, Metadata& 
     m.emplace_back("strobe:seconds:parse", float(seconds.parse));
     m.emplace_back("strobe:seconds:build", float(seconds.build));
     m.emplace_back("strobe:seconds:render", float(stats.seconds));
+    m.emplace_back("strobe:seconds:begin", float(stats.beginSeconds));
+    m.emplace_back("strobe:seconds:finish", float(stats.finishSeconds));
     for (int i = 0; i < kStageCount; ++i)
         m.emplace_back(std::string("strobe:threadSeconds:") + toString(Stage(i)),
                        float(stats.total.seconds[i]));
@@ -157,7 +159,11 @@ Json toJson(const BuiltScene& built, const FrameJob& job, const RenderStats& sta
         j["integratorNote"] = stats.integratorNote;
     const BiasBound bound = built.integrator->biasBound(*built.scene);
     j["bias"] = {{"reachPixels", bound.reachPixels}, {"shutterFraction", bound.shutterFraction}};
-    j["seconds"] = {{"parse", seconds.parse}, {"build", seconds.build}, {"render", stats.seconds}};
+    j["seconds"] = {{"parse", seconds.parse},
+                    {"build", seconds.build},
+                    {"render", stats.seconds},
+                    {"begin", stats.beginSeconds},
+                    {"finish", stats.finishSeconds}};
     j["threadSeconds"] = stagesOf(stats.total);
     if (!stats.threads.empty())
         j["threads"] = threadsOf(stats);

@@ -144,21 +144,36 @@ LightFit fitNode(const CellPyramid& pyramid, const CellNode& node) {
     return fit;
 }
 
-/// `fitOf`: indices of `fits` by node.
-CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell, const HugeVector<LightFit>& fits,
-                          const std::vector<uint32_t>& fitOf) {
+/// The fit of the node that was asked for last. Consecutive cells of CellPyramid::cellsByNode have the same.
+class LastFit {
+  public:
+    const LightFit& of(const CellPyramid& pyramid, uint32_t node) {
+        if (node != m_node) {
+            m_node = node;
+            m_fit = fitNode(pyramid, pyramid.nodes()[node]);
+        }
+        return m_fit;
+    }
+
+  private:
+    uint32_t m_node = ~0u;
+    LightFit m_fit;
+};
+
+CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell, LastFit (&fits)[kFitScales]) {
     CellEstimate out;
     out.set(0, cell.light);
     uint32_t ancestor = cell.parent;
-    for (int scale = 0; scale < kFitScales; ++scale) {
+    for (LastFit& last : fits) {
+        const LightFit& fit = last.of(pyramid, ancestor);
         const CellNode& node = pyramid.nodes()[ancestor];
         float features[LightFit::kTerms];
         FitFrame(node, kFitRadius * pyramid.edge(node)).features(cell.p, cell.n, features);
         float value[kLightChannels] = {};
         for (int k = 0; k < LightFit::kTerms; ++k)
             for (int c = 0; c < kLightChannels; ++c)
-                value[c] += fits[fitOf[ancestor]].terms[k][c] * features[k];
-        out.set(1 + scale, value);
+                value[c] += fit.terms[k][c] * features[k];
+        out.set(1 + int(&last - fits), value);
         ancestor = node.parent;
     }
     return out;
@@ -168,25 +183,14 @@ CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell, cons
 
 float fitWidth(int scale) { return 2 * kFitRadius * float(2 << scale); }
 
-HugeVector<CellEstimate> estimateCells(const CellPyramid& pyramid) {
-    const std::span<const CellNode> nodes = pyramid.nodes();
-    constexpr uint32_t kNoFit = ~0u;
-    std::vector<uint32_t> fitOf(nodes.size(), kNoFit), fitted;
-    for (size_t cell = 0; cell < pyramid.cellCount(); ++cell) {
-        uint32_t node = pyramid.nodeOf(cell);
-        for (int scale = 0; scale < kFitScales; ++scale) {
-            node = nodes[node].parent;
-            if (fitOf[node] != kNoFit)
-                continue;
-            fitOf[node] = uint32_t(fitted.size());
-            fitted.push_back(node);
-        }
-    }
-    HugeVector<LightFit> fits(fitted.size());
-    parallelForRuns(fits.size(), [&](size_t i) { fits[i] = fitNode(pyramid, nodes[fitted[i]]); });
-    HugeVector<CellEstimate> estimates(pyramid.cellCount());
-    parallelForRuns(estimates.size(), [&](size_t cell) {
-        estimates[cell] = estimateCell(pyramid, nodes[pyramid.nodeOf(cell)], fits, fitOf);
+HugeBuffer<CellEstimate> estimateCells(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode) {
+    constexpr size_t kRun = 512;
+    HugeBuffer<CellEstimate> estimates(pyramid.cellCount());
+    parallelFor((cellsByNode.size() + kRun - 1) / kRun, [&](size_t run) {
+        LastFit fits[kFitScales];
+        const size_t first = run * kRun;
+        for (const uint32_t cell : cellsByNode.subspan(first, std::min(kRun, cellsByNode.size() - first)))
+            estimates[cell] = estimateCell(pyramid, pyramid.nodes()[pyramid.nodeOf(cell)], fits);
     });
     return estimates;
 }

@@ -40,7 +40,7 @@ struct CellEstimate {
 /// Returns the width of the region of a fit in edges of recorded cells.
 float fitWidth(int scale);
 
-/// Returns the estimates of all recorded cells.
-HugeVector<CellEstimate> estimateCells(const CellPyramid& pyramid);
+/// Returns the estimates of all recorded cells. `cellsByNode`: those of the pyramid.
+HugeBuffer<CellEstimate> estimateCells(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode);
 
 } // namespace strobe

@@ -27,12 +27,26 @@ struct Query {
     float rest[kParts] = {1, 1}; ///< the weight that smaller regions left
 };
 
-} // namespace
+/// Sums over samples, weighted.
+struct Sums {
+    float brightness = 0, squares = 0; ///< of the light above the limit
+    Rgb rare = Rgb(0);
+    /// Returns the number of equally bright samples whose noise is that of these samples.
+    float effectiveCount() const { return squares > 0 ? sqr(brightness) / squares : 0; }
+};
+
+/// Sums over the nodes around a cell, by part.
+struct Region {
+    Sums parts[kParts];
+    float count = 0; ///< of all samples
+};
 
 /// The nodes of the size of one node around it, and what they hold.
-class RareLight::Surroundings {
+class Surroundings {
   public:
-    explicit Surroundings(const RareLight& light) : m_light(light) {}
+    /// `sums`: by node, by part.
+    Surroundings(const CellPyramid& pyramid, const HugeVector<Sums>& sums)
+        : m_pyramid(pyramid), m_sums(sums) {}
     /// Collects the nodes around a node.
     void collect(uint32_t node) {
         if (m_node == node)
@@ -40,10 +54,9 @@ class RareLight::Surroundings {
         m_node = node;
         m_rows.clear();
         m_count = 0;
-        const CellPyramid& pyramid = m_light.m_pyramid;
-        pyramid.forNeighbors(pyramid.nodes()[node], [&](uint32_t index) { add(index); });
+        m_pyramid.forNeighbors(m_pyramid.nodes()[node], [&](uint32_t index) { add(index); });
         constexpr float kRadius = 2 * 1.414f; ///< in edges
-        m_inverseRadius2 = 1 / sqr(kRadius * pyramid.edge(pyramid.nodes()[node]));
+        m_inverseRadius2 = 1 / sqr(kRadius * m_pyramid.edge(m_pyramid.nodes()[node]));
     }
     /// Returns the sums of the nodes, weighted by a bell of the distance from a cell and by the angle between
     /// the normals.
@@ -83,14 +96,14 @@ class RareLight::Surroundings {
         if (lane == 0)
             m_rows.emplace_back(); // zeros have no weight
         Row& row = m_rows.back();
-        const CellNode& node = m_light.m_pyramid.nodes()[index];
+        const CellNode& node = m_pyramid.nodes()[index];
         for (int k = 0; k < 3; ++k) {
             row.geometry[kP + k][lane] = node.p[k];
             row.geometry[kN + k][lane] = node.n[k];
         }
         row.summed[kCount][lane] = node.count[0] + node.count[1];
         for (int part = 0; part < kParts; ++part) {
-            const Sums& sums = m_light.m_sums[kParts * index + size_t(part)];
+            const Sums& sums = m_sums[kParts * index + size_t(part)];
             const float values[kSumColumns] = {sums.brightness, sums.squares, sums.rare.x, sums.rare.y,
                                                sums.rare.z};
             for (int k = 0; k < kSumColumns; ++k)
@@ -100,16 +113,16 @@ class RareLight::Surroundings {
     static void addRows(const Row* rows, int count, const V3f& p, const V3f& n, float inverseRadius2,
                         WeightedSums& out);
 
-    const RareLight& m_light;
+    const CellPyramid& m_pyramid;
+    const HugeVector<Sums>& m_sums;
     std::vector<Row> m_rows;
     int m_count = 0; ///< nodes
     uint32_t m_node = ~0u;
     float m_inverseRadius2 = 0;
 };
 
-STROBE_TARGET_CLONES void RareLight::Surroundings::addRows(const Row* rows, int count, const V3f& p,
-                                                           const V3f& n, float inverseRadius2,
-                                                           WeightedSums& out) {
+STROBE_TARGET_CLONES void Surroundings::addRows(const Row* rows, int count, const V3f& p, const V3f& n,
+                                                float inverseRadius2, WeightedSums& out) {
     constexpr float kMinCosine = 0.9f;
     for (int r = 0; r < count; ++r) {
         const Row& row = rows[r];
@@ -128,29 +141,65 @@ STROBE_TARGET_CLONES void RareLight::Surroundings::addRows(const Row* rows, int 
     }
 }
 
-RareLight::RareLight(const CellPyramid& pyramid, std::span<const PixelRareSample> samples,
-                     float samplesPerPixel)
-    : m_pyramid(pyramid), m_estimates(kParts * pyramid.cellCount()) {
+} // namespace
+
+/// Sets the estimates of a RareLight.
+class RareLight::Estimator {
+  public:
+    /// `cellsByNode`: in the order of CellPyramid::cellsByNode, in which consecutive ones have the same
+    /// surroundings. `estimates`: by cell, by part; initially without light.
+    Estimator(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
+              std::span<const PixelRareSample> samples, float samplesPerPixel,
+              HugeVector<Estimate>& estimates);
+
+  private:
+    template <class Work>
+    void forNodesOf(const RareSample& sample, const Work& work);
+    template <class Work>
+    void forRegions(std::span<const uint32_t> cells, const Work& work) const;
+    template <class Work>
+    void forRegionsOfRun(std::span<const uint32_t> cells, const Work& work) const;
+    bool hasMore(uint32_t node, int part) const;
+    void estimateRarity(std::span<const PixelRareSample> samples, float samplesPerPixel);
+    void estimateLight();
+    uint32_t topOf(uint32_t cell) const;
+    std::vector<bool> findTopsNearRareLight() const;
+
+    const CellPyramid& m_pyramid;
+    const std::span<const uint32_t> m_cellsByNode;
+    HugeVector<Estimate>& m_estimates;
+    HugeVector<Sums> m_sums; ///< by node, by part
+};
+
+RareLight::RareLight(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
+                     std::span<const PixelRareSample> samples, float samplesPerPixel) {
     if (samples.empty())
         return;
-    m_sums.resize(kParts * pyramid.nodes().size());
+    m_estimates.resize(kParts * pyramid.cellCount());
+    Estimator(pyramid, cellsByNode, samples, samplesPerPixel, m_estimates);
+}
+
+RareLight::Estimator::Estimator(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
+                                std::span<const PixelRareSample> samples, float samplesPerPixel,
+                                HugeVector<Estimate>& estimates)
+    : m_pyramid(pyramid), m_cellsByNode(cellsByNode), m_estimates(estimates),
+      m_sums(kParts * pyramid.nodes().size()) {
     for (const RareSample& sample : samples)
         forNodesOf(sample, [&](Sums& sums) {
             const float brightness = sample.light.x + sample.light.y + sample.light.z;
             sums.brightness += brightness;
             sums.squares += sqr(brightness);
         });
-    const std::vector<uint32_t> cells = pyramid.cellsByNode();
-    estimateRarity(samples, cells, samplesPerPixel);
+    estimateRarity(samples, samplesPerPixel);
     for (const RareSample& sample : samples)
-        if (const float share = rarity(sample.cell, sample.part); share > 0)
+        if (const float share = m_estimates[kParts * sample.cell + sample.part].rarity; share > 0)
             forNodesOf(sample, [&](Sums& sums) { sums.rare += sample.light * share; });
-    estimateLight(cells);
+    estimateLight();
 }
 
 /// Calls work(sums) for the nodes that contain a sample.
 template <class Work>
-void RareLight::forNodesOf(const RareSample& sample, const Work& work) {
+void RareLight::Estimator::forNodesOf(const RareSample& sample, const Work& work) {
     uint32_t node = m_pyramid.nodeOf(sample.cell);
     for (int scale = 0; scale <= CellPyramid::kScales; ++scale, node = m_pyramid.nodes()[node].parent)
         work(m_sums[kParts * node + sample.part]);
@@ -158,9 +207,9 @@ void RareLight::forNodesOf(const RareSample& sample, const Work& work) {
 
 /// Calls work(cell, part, region, weight) for regions of increasing size around each cell: the first has
 /// weight as far as it has enough samples, the next has what is left, and so on. The weights sum to 1.
-/// `cells`: in the order of CellPyramid::cellsByNode, in which consecutive ones have the same surroundings.
+/// `cells`: in the order of m_cellsByNode.
 template <class Work>
-void RareLight::forRegions(std::span<const uint32_t> cells, const Work& work) const {
+void RareLight::Estimator::forRegions(std::span<const uint32_t> cells, const Work& work) const {
     constexpr size_t kRun = 512;
     parallelFor((cells.size() + kRun - 1) / kRun, [&](size_t run) {
         forRegionsOfRun(cells.subspan(run * kRun, std::min(kRun, cells.size() - run * kRun)), work);
@@ -168,12 +217,12 @@ void RareLight::forRegions(std::span<const uint32_t> cells, const Work& work) co
 }
 
 template <class Work>
-void RareLight::forRegionsOfRun(std::span<const uint32_t> cells, const Work& work) const {
+void RareLight::Estimator::forRegionsOfRun(std::span<const uint32_t> cells, const Work& work) const {
     const std::span<const CellNode> nodes = m_pyramid.nodes();
     std::vector<Query> queries;
     for (const uint32_t cell : cells)
         queries.push_back({cell, m_pyramid.nodeOf(cell)});
-    Surroundings surroundings(*this);
+    Surroundings surroundings(m_pyramid, m_sums);
     for (int k = 0; k <= CellPyramid::kScales && !queries.empty(); ++k) {
         for (Query& query : queries) {
             const bool isLast = k == CellPyramid::kScales;
@@ -203,19 +252,19 @@ void RareLight::forRegionsOfRun(std::span<const uint32_t> cells, const Work& wor
 
 /// Returns whether the region around a node, which is not among the two largest, has some bright samples: its
 /// parent's parent has.
-bool RareLight::hasMore(uint32_t node, int part) const {
+bool RareLight::Estimator::hasMore(uint32_t node, int part) const {
     const uint32_t grandparent = m_pyramid.nodes()[m_pyramid.nodes()[node].parent].parent;
     return m_sums[kParts * grandparent + size_t(part)].effectiveCount() >= kEnoughSamples / 4;
 }
 
 /// Sets the rarity of the cells with samples by the number of equally bright samples around them.
-void RareLight::estimateRarity(std::span<const PixelRareSample> samples,
-                               std::span<const uint32_t> cellsByNode, float samplesPerPixel) {
+void RareLight::Estimator::estimateRarity(std::span<const PixelRareSample> samples,
+                                          float samplesPerPixel) {
     std::vector<bool> hasSamples(m_estimates.size());
     for (const RareSample& sample : samples)
         hasSamples[kParts * sample.cell + sample.part] = true;
     std::vector<uint32_t> cells;
-    std::copy_if(cellsByNode.begin(), cellsByNode.end(), std::back_inserter(cells),
+    std::copy_if(m_cellsByNode.begin(), m_cellsByNode.end(), std::back_inserter(cells),
                  [&](uint32_t cell) { return hasSamples[kParts * cell] || hasSamples[kParts * cell + 1]; });
     forRegions(cells, [&](uint32_t cell, int part, const Region& region, float weight) {
         float& countPerSample = m_estimates[kParts * cell + size_t(part)].rarity;
@@ -226,10 +275,10 @@ void RareLight::estimateRarity(std::span<const PixelRareSample> samples,
 }
 
 /// Sets the light of the cells that have rare light around them.
-void RareLight::estimateLight(std::span<const uint32_t> cellsByNode) {
+void RareLight::Estimator::estimateLight() {
     const std::vector<bool> isNearRare = findTopsNearRareLight();
     std::vector<uint32_t> cells;
-    std::copy_if(cellsByNode.begin(), cellsByNode.end(), std::back_inserter(cells),
+    std::copy_if(m_cellsByNode.begin(), m_cellsByNode.end(), std::back_inserter(cells),
                  [&](uint32_t cell) { return isNearRare[topOf(cell)]; });
     forRegions(cells, [&](uint32_t cell, int part, const Region& region, float weight) {
         m_estimates[kParts * cell + size_t(part)].light += region.parts[part].rare * (weight / region.count);
@@ -237,7 +286,7 @@ void RareLight::estimateLight(std::span<const uint32_t> cellsByNode) {
 }
 
 /// Returns the node of the largest size that contains a cell.
-uint32_t RareLight::topOf(uint32_t cell) const {
+uint32_t RareLight::Estimator::topOf(uint32_t cell) const {
     uint32_t node = m_pyramid.nodeOf(cell);
     for (int scale = 0; scale < CellPyramid::kScales; ++scale)
         node = m_pyramid.nodes()[node].parent;
@@ -245,7 +294,7 @@ uint32_t RareLight::topOf(uint32_t cell) const {
 }
 
 /// Returns, for each node of the largest size, whether it or one next to it has rare light.
-std::vector<bool> RareLight::findTopsNearRareLight() const {
+std::vector<bool> RareLight::Estimator::findTopsNearRareLight() const {
     std::vector<bool> out(m_pyramid.nodes().size());
     uint32_t last = ~0u;
     for (uint32_t cell = 0; cell < m_pyramid.cellCount(); ++cell)

@@ -84,7 +84,7 @@ Float4 estimateWidths() {
 /// Adds up the own values of pixels and the estimates, each weighted by its inverse error.
 class Mixture {
   public:
-    Mixture(const RecordedLight& light, LightPart part, const HugeVector<CellEstimate>& estimates)
+    Mixture(const RecordedLight& light, LightPart part, const HugeBuffer<CellEstimate>& estimates)
         : m_light(light), m_part(part), m_estimates(estimates), m_width(light.pixelBounds.width()),
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
           m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)) {
@@ -207,7 +207,7 @@ class Mixture {
 
     const RecordedLight& m_light;
     const LightPart m_part;
-    const HugeVector<CellEstimate>& m_estimates;
+    const HugeBuffer<CellEstimate>& m_estimates;
     const int m_width, m_height;
     const Float4 m_widths = estimateWidths();
     /// By estimate; the last lanes are the variance of the own values by halves and by quarters.
@@ -228,21 +228,22 @@ float samplesPerPixel(const RecordedLight& light) {
 
 struct LightSharing::Data {
     explicit Data(RecordedLight recorded);
-    void addCommonLight();
+    void addCommonLight(CellPyramid& pyramid);
     SharedPart share(LightPart part) const;
     void shareRareLight(LightPart part, const Mixture& mixture, HugeVector<Rgb>& correction) const;
 
     RecordedLight light;
-    CellPyramid pyramid;
     RareLight rare;
-    HugeVector<CellEstimate> estimates; ///< by cell; the last lanes: rare light
+    HugeBuffer<CellEstimate> estimates; ///< by cell; the last lanes: rare light
 };
 
-LightSharing::Data::Data(RecordedLight recorded)
-    : light(std::move(recorded)), pyramid(light.cells), rare(pyramid, light.rare, samplesPerPixel(light)) {
-    light.cells = {}; // the pyramid has their sums
-    addCommonLight();
-    estimates = estimateCells(pyramid);
+LightSharing::Data::Data(RecordedLight recorded) : light(std::move(recorded)) {
+    CellPyramid pyramid(light.cells);
+    HugeBuffer<CellSums>().swap(light.cells); // the pyramid has their sums
+    const std::vector<uint32_t> cells = pyramid.cellsByNode();
+    rare = RareLight(pyramid, cells, light.rare, samplesPerPixel(light));
+    addCommonLight(pyramid);
+    estimates = estimateCells(pyramid, cells);
     if (light.rare.empty())
         return;
     parallelForRuns(estimates.size(), [&](size_t cell) {
@@ -254,7 +255,7 @@ LightSharing::Data::Data(RecordedLight recorded)
 }
 
 /// Adds the light of the samples above RareLimits to the other light, as far as it is not rare.
-void LightSharing::Data::addCommonLight() {
+void LightSharing::Data::addCommonLight(CellPyramid& pyramid) {
     for (const PixelRareSample& sample : light.rare) {
         const Rgb common = sample.light * (1 - rare.rarity(sample.cell, sample.part));
         pyramid.addLight(sample.cell, sample.part, int(sample.half), common);

@@ -181,7 +181,7 @@ class Options(CliTest):
         self.assertIn(int(a["strobe:shades"]), range(1, 4 * 24 * 16 + 1))
         self.assertGreaterEqual(int(a["strobe:rays"]), 4 * 24 * 16)
         self.assertIn(a["strobe:version"], self.run_strobe("--version").out)
-        for stage in "parse build render".split():
+        for stage in "parse build render begin finish".split():
             self.assertGreaterEqual(a["strobe:seconds:" + stage], 0)
         for stage in "generate trace plan shade resolve film".split():
             self.assertGreaterEqual(a["strobe:threadSeconds:" + stage], 0)
@@ -316,6 +316,7 @@ class Options(CliTest):
         for stage, seconds in s["threadSeconds"].items():
             self.assertAlmostEqual(seconds, sum(t["seconds"][stage] for t in s["threads"]), places=9)
         self.assertLessEqual(sum(s["threadSeconds"].values()), len(s["threads"]) * s["seconds"]["render"] * 1.01 + 0.01)
+        self.assertLessEqual(s["seconds"]["begin"] + s["seconds"]["finish"], s["seconds"]["render"])
         self.assertGreater(s["missed"], 0)
         self.assertEqual(s["footprints"], 0)
         self.assertEqual(s["invalidSamples"], 0)

@@ -49,9 +49,10 @@ class Cells {
     std::map<CellId, CellSums> m_cells;
 };
 
-HugeVector<CellEstimate> estimatesOf(const Cells& cells) {
+HugeBuffer<CellEstimate> estimatesOf(const Cells& cells) {
     const std::vector<CellSums> all = cells.all();
-    return estimateCells(CellPyramid(all));
+    const CellPyramid pyramid(all);
+    return estimateCells(pyramid, pyramid.cellsByNode());
 }
 
 CellId idOf(int32_t x, int32_t y) { return {7, x, y, 0, 0, 4}; }
@@ -84,7 +85,7 @@ TEST(CellEstimates, FitsReproduceLinearLight) {
             const Rgb light = linearLight(centerOf(x, y));
             cells.add(planeCell(x, y, light, light * 2.f));
         }
-    const HugeVector<CellEstimate> estimates = estimatesOf(cells);
+    const HugeBuffer<CellEstimate> estimates = estimatesOf(cells);
     for (int y = 8; y < 16; ++y)
         for (int x = 8; x < 16; ++x) {
             const Rgb expected = linearLight(centerOf(x, y));
@@ -109,7 +110,7 @@ TEST(CellEstimates, FitsAverageNoise) {
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x)
             cells.add(planeCell(x, y, Rgb(noise(random)), Rgb(noise(random))));
-    const HugeVector<CellEstimate> estimates = estimatesOf(cells);
+    const HugeBuffer<CellEstimate> estimates = estimatesOf(cells);
     double squares[1 + kFitScales] = {};
     for (int y = 4; y < 20; ++y)
         for (int x = 4; x < 20; ++x)
@@ -127,7 +128,7 @@ TEST(CellEstimates, OppositeSidesDoNotShare) {
     back.id.face = 5;
     back.n[2] *= -1;
     cells.add(back);
-    const HugeVector<CellEstimate> estimates = estimatesOf(cells);
+    const HugeBuffer<CellEstimate> estimates = estimatesOf(cells);
     for (int k = 0; k <= kFitScales; ++k)
         EXPECT_NEAR(estimates[cells.index(idOf(0, 0))].at(k, kPart, 0).x, 1, 1e-4f);
 }

@@ -38,7 +38,7 @@ TEST(RareLight, IsSpreadEvenly) {
         for (int x = 0; x < kSize; x += 8)
             plane.addSample(x + (y * 5 / 8) % 8, y + (x * 3 / 8) % 8, 64 * kSamples);
     const CellPyramid pyramid(plane.cells);
-    const RareLight rare(pyramid, plane.samples, kSamples);
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
     for (int y = 16; y < 48; ++y)
         for (int x = 16; x < 48; ++x) {
             const uint32_t cell = Plane::cellAt(x, y);
@@ -55,7 +55,7 @@ TEST(RareLight, RegionsHaveSeveralSamples) {
         plane.addSample(i, (i * 7) % kSize, 10);
     plane.addSample(32, 32, 1e5f);
     const CellPyramid pyramid(plane.cells);
-    const RareLight rare(pyramid, plane.samples, kSamples);
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
     const float mean = 1e5f / (kSamples * kSize * kSize);
     EXPECT_LT(rare.light(Plane::cellAt(32, 32), kPart).x, 4 * mean);
 }
@@ -68,7 +68,7 @@ TEST(RareLight, HighlightsAreNotRare) {
             for (int i = 0; i < 8; ++i)
                 plane.addSample(x, y, 10);
     const CellPyramid pyramid(plane.cells);
-    const RareLight rare(pyramid, plane.samples, kSamples);
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
     EXPECT_EQ(rare.rarity(Plane::cellAt(32, 32), kPart), 0);
     EXPECT_EQ(rare.light(Plane::cellAt(20, 20), kPart).x, 0);
 }
@@ -76,7 +76,7 @@ TEST(RareLight, HighlightsAreNotRare) {
 TEST(RareLight, IsBlackWithoutSamples) {
     const Plane plane;
     const CellPyramid pyramid(plane.cells);
-    const RareLight rare(pyramid, {}, kSamples);
+    const RareLight rare(pyramid, pyramid.cellsByNode(), {}, kSamples);
     EXPECT_EQ(rare.light(0, kPart), Rgb(0));
 }
 

@@ -107,8 +107,10 @@ bool Renderer::render(Film& film) {
     const auto start = std::chrono::steady_clock::now();
     checkSamples(m_settings, m_integrator.dependence());
     const int threads = threadCount(m_settings);
-    if (!m_state)
+    if (!m_state) {
         runOnThreads(threads, [&] { m_state = m_integrator.begin(m_scene, makeContext(threads)); });
+        m_stats.beginSeconds = secondsSince(start);
+    }
     setNote(film);
     const std::vector<PixelBounds> regions =
         m_settings.regions.empty() ? std::vector{m_pixelBounds} : m_settings.regions;
@@ -129,7 +131,9 @@ void Renderer::finish(Film& film) {
         return;
     const auto start = std::chrono::steady_clock::now();
     runOnThreads(threadCount(m_settings), [&] { m_state->finish(film); });
-    m_stats.seconds += secondsSince(start);
+    const double seconds = secondsSince(start);
+    m_stats.finishSeconds += seconds;
+    m_stats.seconds += seconds;
 }
 
 void Renderer::setNote(Film& film) const {

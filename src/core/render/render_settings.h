@@ -80,8 +80,10 @@ inline void loadLayers(const FilmRecord& record, AovSums* aovs, LightFilm* light
 struct RenderStats {
     Counters total;
     std::vector<Counters> threads;
-    double seconds = 0; ///< wall clock
-    int passes = 0;     ///< over all pixels
+    // Wall clock:
+    double seconds = 0;
+    double beginSeconds = 0, finishSeconds = 0; ///< of these, Integrator::begin and IntegratorState::finish
+    int passes = 0;                             ///< over all pixels
     uint64_t samplesPerPixel = 0;
     std::optional<double> noise; ///< NoiseEstimate::level, if it was estimated
     std::string integratorNote;  ///< IntegratorState::note
