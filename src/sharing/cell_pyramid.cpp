@@ -22,14 +22,14 @@ void addChild(const CellNode& child, CellNode& parent) {
 
 } // namespace
 
-CellPyramid::CellPyramid(std::span<const CellSums> cells) : m_cubeIndices(cells.size() + cells.size() / 2) {
+CellPyramid::CellPyramid(std::span<const JoinedCell> cells) : m_cubeIndices(cells.size() + cells.size() / 2) {
     // Most surfaces have a third more nodes than cells, and few cubes have several nodes.
     m_nodes.reserve(cells.size() + cells.size() / 2);
     m_cubes.reserve(m_nodes.capacity());
     m_recorded.reserve(cells.size());
-    for (const CellSums& sums : cells)
-        m_recorded.push_back(findOrAddNode(findOrAddCube(sums.id), uint8_t(sums.id.face)));
-    parallelForRuns(cells.size(), [&](size_t i) { setSums(cells[i], m_nodes[m_recorded[i]]); });
+    for (const JoinedCell& cell : cells)
+        m_recorded.push_back(findOrAddNode(findOrAddCube(cell.id), uint8_t(cell.id.face)));
+    parallelForRuns(cells.size(), [&](size_t i) { setSums(*cells[i].sums, m_nodes[m_recorded[i]]); });
     addParents();
     linkCubes();
     finishMeans();

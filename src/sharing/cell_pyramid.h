@@ -3,7 +3,7 @@
 
 #include "core/util/index_table.h"
 #include "core/util/memory.h"
-#include "sharing/records/light_cells.h"
+#include "sharing/records/joined_cells.h"
 
 #include <span>
 
@@ -32,7 +32,7 @@ class CellPyramid {
     static constexpr int kScales = 8;
 
     /// `cells`: by ascending id, so that sums of floats do not depend on the order of rendering.
-    explicit CellPyramid(std::span<const CellSums> cells);
+    explicit CellPyramid(std::span<const JoinedCell> cells);
 
     /// Recorded cells keep their indices.
     size_t cellCount() const { return m_recorded.size(); }

@@ -239,7 +239,7 @@ struct LightSharing::Data {
 
 LightSharing::Data::Data(RecordedLight recorded) : light(std::move(recorded)) {
     CellPyramid pyramid(light.cells);
-    HugeBuffer<CellSums>().swap(light.cells); // the pyramid has their sums
+    light.freeCells(); // the pyramid has their sums
     const std::vector<uint32_t> cells = pyramid.cellsByNode();
     rare = RareLight(pyramid, cells, light.rare, samplesPerPixel(light));
     addCommonLight(pyramid);

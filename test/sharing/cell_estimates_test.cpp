@@ -50,8 +50,9 @@ class Cells {
 };
 
 HugeBuffer<CellEstimate> estimatesOf(const Cells& cells) {
-    const std::vector<CellSums> all = cells.all();
-    const CellPyramid pyramid(all);
+    std::vector<CellSums> all = cells.all();
+    const std::span<CellSums> tile = all;
+    const CellPyramid pyramid(joinCells({&tile, 1}).cells);
     return estimateCells(pyramid, pyramid.cellsByNode());
 }
 

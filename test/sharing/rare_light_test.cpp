@@ -25,6 +25,10 @@ struct Plane {
                 sums.count[0] = sums.count[1] = uint32_t(kSamples) / kHalves;
             }
     }
+    CellPyramid pyramid() {
+        const std::span<CellSums> tile = cells;
+        return CellPyramid(joinCells({&tile, 1}).cells);
+    }
     static uint32_t cellAt(int x, int y) { return uint32_t(x * kSize + y); }
     void addSample(int x, int y, float light) {
         const RareSample sample{cellAt(x, y), uint8_t(kPart), false, Rgb(light), Rgb(1)};
@@ -37,7 +41,7 @@ TEST(RareLight, IsSpreadEvenly) {
     for (int y = 0; y < kSize; y += 8)
         for (int x = 0; x < kSize; x += 8)
             plane.addSample(x + (y * 5 / 8) % 8, y + (x * 3 / 8) % 8, 64 * kSamples);
-    const CellPyramid pyramid(plane.cells);
+    const CellPyramid pyramid = plane.pyramid();
     const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
     for (int y = 16; y < 48; ++y)
         for (int x = 16; x < 48; ++x) {
@@ -54,7 +58,7 @@ TEST(RareLight, RegionsHaveSeveralSamples) {
     for (int i = 0; i < kSize; i += 4)
         plane.addSample(i, (i * 7) % kSize, 10);
     plane.addSample(32, 32, 1e5f);
-    const CellPyramid pyramid(plane.cells);
+    const CellPyramid pyramid = plane.pyramid();
     const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
     const float mean = 1e5f / (kSamples * kSize * kSize);
     EXPECT_LT(rare.light(Plane::cellAt(32, 32), kPart).x, 4 * mean);
@@ -67,15 +71,15 @@ TEST(RareLight, HighlightsAreNotRare) {
         for (int x = 30; x < 34; ++x)
             for (int i = 0; i < 8; ++i)
                 plane.addSample(x, y, 10);
-    const CellPyramid pyramid(plane.cells);
+    const CellPyramid pyramid = plane.pyramid();
     const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
     EXPECT_EQ(rare.rarity(Plane::cellAt(32, 32), kPart), 0);
     EXPECT_EQ(rare.light(Plane::cellAt(20, 20), kPart).x, 0);
 }
 
 TEST(RareLight, IsBlackWithoutSamples) {
-    const Plane plane;
-    const CellPyramid pyramid(plane.cells);
+    Plane plane;
+    const CellPyramid pyramid = plane.pyramid();
     const RareLight rare(pyramid, pyramid.cellsByNode(), {}, kSamples);
     EXPECT_EQ(rare.light(0, kPart), Rgb(0));
 }

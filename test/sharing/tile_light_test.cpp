@@ -95,10 +95,11 @@ void expectEqual(const RecordedLight& a, const RecordedLight& b) {
     ASSERT_EQ(a.cells.size(), b.cells.size());
     for (size_t i = 0; i < a.cells.size(); ++i) {
         EXPECT_EQ(a.cells[i].id, b.cells[i].id);
-        EXPECT_EQ(a.cells[i].p[0], b.cells[i].p[0]);
-        EXPECT_EQ(a.cells[i].n[1], b.cells[i].n[1]);
+        const CellSums &ofA = *a.cells[i].sums, &ofB = *b.cells[i].sums;
+        EXPECT_EQ(ofA.p[0], ofB.p[0]);
+        EXPECT_EQ(ofA.n[1], ofB.n[1]);
         for (int half = 0; half < kHalves; ++half)
-            EXPECT_EQ(a.cells[i].light[1][half], b.cells[i].light[1][half]);
+            EXPECT_EQ(ofA.light[1][half], ofB.light[1][half]);
     }
     for (size_t pixel = 0; pixel < a.pixels.size() / kHalves; ++pixel) {
         ASSERT_EQ(a.uses(pixel).size(), b.uses(pixel).size());
@@ -172,8 +173,8 @@ TEST(RecordedLight, HasTheSumsOfTheSamples) {
         sum += double(half.light[1].x);
         count += half.count;
     }
-    for (const CellSums& cell : light.cells)
-        countOfCells += cell.count[0] + cell.count[1];
+    for (const JoinedCell& cell : light.cells)
+        countOfCells += cell.sums->count[0] + cell.sums->count[1];
     EXPECT_NEAR(sum, expected, 1e-5 * expected);
     EXPECT_EQ(count, 100u);
     EXPECT_EQ(countOfCells, 100u);

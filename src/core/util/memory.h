@@ -58,7 +58,7 @@ using HugeVector = std::vector<T, HugePageAllocator<T>>;
 /// A HugePageAllocator that does not initialize items which are created without a value.
 template <class T>
 struct BufferAllocator : HugePageAllocator<T> {
-    static_assert(std::is_trivially_copyable_v<T>);
+    static_assert(std::is_trivially_destructible_v<T>);
     template <class U>
     struct rebind {
         using other = BufferAllocator<U>;

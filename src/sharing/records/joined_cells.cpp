@@ -19,7 +19,7 @@ struct Key {
 /// Sorts the cells of tiles in parts: ranges of ids, each of some thousand cells.
 class CellSorter {
   public:
-    explicit CellSorter(std::span<const std::span<const CellSums>> tiles)
+    explicit CellSorter(std::span<const std::span<CellSums>> tiles)
         : m_tiles(tiles), m_keysOfTile(tiles.size()) {
         parallelFor(tiles.size(), [&](size_t tile) { sortTile(tile); });
         findBounds();
@@ -81,18 +81,21 @@ class CellSorter {
     }
     /// Adds up the cells of a part. `next`: the index of its first cell.
     void joinPart(const Part& part, size_t next, JoinedCells& out) const {
+        CellSums* sums = nullptr; // of the current id
         for (size_t i = 0; i < part.keys.size(); ++i) {
             const Key& key = part.keys[i];
-            const CellSums& cell = m_tiles[key.tile][key.index];
-            if (i == 0 || part.keys[i - 1] < key)
-                out.cells[next++] = cell;
-            else
-                out.cells[next - 1].add(cell);
+            CellSums& cell = m_tiles[key.tile][key.index];
+            if (i == 0 || part.keys[i - 1] < key) {
+                sums = &cell;
+                out.cells[next++] = {key.id, sums};
+            } else {
+                sums->add(cell);
+            }
             out.numbers[key.tile][key.index] = uint32_t(next - 1);
         }
     }
 
-    const std::span<const std::span<const CellSums>> m_tiles;
+    const std::span<const std::span<CellSums>> m_tiles;
     std::vector<std::vector<Key>> m_keysOfTile; ///< by ascending id
     std::vector<CellId> m_bounds;               ///< the first ids of all parts but the first one
     std::vector<Part> m_parts;
@@ -100,6 +103,6 @@ class CellSorter {
 
 } // namespace
 
-JoinedCells joinCells(std::span<const std::span<const CellSums>> tiles) { return CellSorter(tiles).join(); }
+JoinedCells joinCells(std::span<const std::span<CellSums>> tiles) { return CellSorter(tiles).join(); }
 
 } // namespace strobe

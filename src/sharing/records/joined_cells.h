@@ -8,12 +8,20 @@
 
 namespace strobe {
 
-/// The cells of several tiles. Those with equal ids are added up.
+/// A cell of a frame.
+struct JoinedCell {
+    CellId id; ///< that of the sums
+    const CellSums* sums;
+};
+
+/// The cells of several tiles.
 struct JoinedCells {
-    HugeBuffer<CellSums> cells;                 ///< by ascending id
+    HugeBuffer<JoinedCell> cells;               ///< by ascending id
     std::vector<std::vector<uint32_t>> numbers; ///< indices in `cells`, by tile and by the index in the tile
 };
 
-JoinedCells joinCells(std::span<const std::span<const CellSums>> tiles);
+/// Joins the cells of tiles. Adds up those with equal ids in place, to save memory: the result points to one
+/// cell of each id, and the others are not used any more.
+JoinedCells joinCells(std::span<const std::span<CellSums>> tiles);
 
 } // namespace strobe

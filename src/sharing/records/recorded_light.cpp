@@ -176,12 +176,20 @@ RecordedLight::RecordedLight(const Film& film) : RecordedLight(film.pixelBounds(
 
 /// Sets `cells` to the sums of the cells of all tiles, and the numbers of the cells in the tiles.
 void RecordedLight::joinCellsOf(std::vector<TileLightReader>& tiles) {
-    std::vector<std::vector<CellSums>> read(tiles.size());
+    std::vector<SharedItems<CellSums>> read(tiles.size());
+    ByteArena arena;
     parallelFor(tiles.size(), [&](size_t i) {
-        read[i].reserve(tiles[i].cellCount());
-        tiles[i].forCells([&](const CellSums& cell) { read[i].push_back(cell); });
+        std::vector<CellSums> ofTile;
+        ofTile.reserve(tiles[i].cellCount());
+        tiles[i].forCells([&](const CellSums& cell) { ofTile.push_back(cell); });
+        read[i] = arena.copy(ofTile);
     });
-    JoinedCells joined = joinCells(std::vector<std::span<const CellSums>>(read.begin(), read.end()));
+    std::vector<std::span<CellSums>> cellsOfTiles;
+    for (const SharedItems<CellSums>& ofTile : read) {
+        cellsOfTiles.push_back(ofTile.items);
+        m_cellMemory.push_back(ofTile.memory);
+    }
+    JoinedCells joined = joinCells(cellsOfTiles);
     for (size_t i = 0; i < tiles.size(); ++i)
         tiles[i].setCellNumbers(std::move(joined.numbers[i]));
     cells = std::move(joined.cells);

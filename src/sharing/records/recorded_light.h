@@ -3,6 +3,7 @@
 
 #include "core/film/film.h"
 #include "core/util/memory.h"
+#include "sharing/records/joined_cells.h"
 #include "sharing/records/tile_light.h"
 
 namespace strobe {
@@ -81,12 +82,14 @@ class RecordedLight {
     }
     /// Returns the uses of cells of a pixel, by half and cell.
     std::span<const PixelUse> uses(size_t pixel) const { return m_uses[pixel]; }
+    /// Frees the memory of the cells.
+    void freeCells();
 
     const PixelBounds pixelBounds;
     LightParts parts; ///< that were recorded; the sums of the others are 0
     /// Pixels are numbered row by row in the pixel bounds.
-    HugeVector<HalfPixelSums> pixels;
-    HugeBuffer<CellSums> cells;        ///< by ascending id
+    HugeBuffer<HalfPixelSums> pixels;
+    HugeBuffer<JoinedCell> cells;      ///< by ascending id
     std::vector<EmissionSum> emission; ///< by ascending pixel, with one entry per pixel
     std::vector<PixelRareSample> rare; ///< by ascending pixel, in an order that depends on the samples only
 
@@ -98,8 +101,9 @@ class RecordedLight {
     void joinRareAndEmission(std::span<const TileSums> tiles);
     void clearPixelsWithout(std::span<const TileSums> tiles);
 
-    HugeVector<std::span<const PixelUse>> m_uses;      ///< by pixel
-    std::vector<std::shared_ptr<const char>> m_memory; ///< of the uses
+    HugeBuffer<std::span<const PixelUse>> m_uses; ///< by pixel
+    // Memory that the cells and the uses are in:
+    std::vector<std::shared_ptr<const char>> m_cellMemory, m_useMemory;
 };
 
 /// Replaces records of the same pixels, as of passes and of slices, by one record each, so that their memory

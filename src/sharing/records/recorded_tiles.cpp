@@ -70,14 +70,15 @@ void RecordedLight::addUses(size_t index, PixelLight& light, PixelLists& lists) 
 }
 
 void RecordedLight::join(std::vector<TileSums> tiles) {
-    std::vector<std::span<const CellSums>> cellsOfTiles;
-    for (const TileSums& tile : tiles)
+    std::vector<std::span<CellSums>> cellsOfTiles;
+    for (const TileSums& tile : tiles) {
         cellsOfTiles.push_back(tile.cells.items);
+        m_cellMemory.push_back(tile.cells.memory);
+    }
     JoinedCells joined = joinCells(cellsOfTiles);
     cells = std::move(joined.cells);
     parallelFor(tiles.size(), [&](size_t i) {
         TileSums& tile = tiles[i];
-        tile.cells = {};
         const std::vector<uint32_t>& numbers = joined.numbers[i];
         const std::span<PixelUse> uses = tile.uses.items;
         for (PixelUse& use : uses)
@@ -99,16 +100,23 @@ void RecordedLight::join(std::vector<TileSums> tiles) {
     clearPixelsWithout(tiles);
 }
 
-/// Clears the sums of pixels that no tile has: their tiles were not finished.
+void RecordedLight::freeCells() {
+    HugeBuffer<JoinedCell>().swap(cells);
+    m_cellMemory.clear();
+}
+
+/// Clears the pixels that no tile has: their tiles were not finished.
 void RecordedLight::clearPixelsWithout(std::span<const TileSums> tiles) {
     std::vector<bool> hasTile(m_uses.size());
     for (const TileSums& tile : tiles)
         for (const UseCount& of : tile.counts.items)
             hasTile[of.pixel] = true;
     for (size_t i = 0; i < hasTile.size(); ++i)
-        if (!hasTile[i])
+        if (!hasTile[i]) {
+            m_uses[i] = {};
             for (int half = 0; half < kHalves; ++half)
                 pixels[kHalves * i + size_t(half)] = {};
+        }
 }
 
 /// Sets the uses of the pixels of a tile, and keeps their memory.
@@ -118,7 +126,7 @@ void RecordedLight::linkUses(const TileSums& tile) {
         m_uses[of.pixel] = tile.uses.items.subspan(first, of.count);
         first += of.count;
     }
-    m_memory.push_back(tile.uses.memory);
+    m_useMemory.push_back(tile.uses.memory);
 }
 
 void RecordedLight::joinRareAndEmission(std::span<const TileSums> tiles) {
