@@ -258,8 +258,7 @@ bool RareLight::Estimator::hasMore(uint32_t node, int part) const {
 }
 
 /// Sets the rarity of the cells with samples by the number of equally bright samples around them.
-void RareLight::Estimator::estimateRarity(std::span<const PixelRareSample> samples,
-                                          float samplesPerPixel) {
+void RareLight::Estimator::estimateRarity(std::span<const PixelRareSample> samples, float samplesPerPixel) {
     std::vector<bool> hasSamples(m_estimates.size());
     for (const RareSample& sample : samples)
         hasSamples[kParts * sample.cell + sample.part] = true;

@@ -4,13 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 namespace strobe {
 namespace {
 
-/// A floor in uniform light, and a fence of thin bars before a tenth of it, right of the middle.
-std::string makeScene(int samples) {
+/// A floor in uniform light, and a fence of thin bars before it, right of the middle.
+std::string makeScene(int samples, int bars = 4, bool hasLamp = false) {
     std::string text = R"(
 Film "image" "integer xresolution" 128 "integer yresolution" 64
 Sampler "sobol" "integer pixelsamples" )" +
@@ -23,7 +24,14 @@ Material "matte" "rgb Kd" [.5 .5 .5]
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
 Material "matte" "rgb Kd" [0 0 0]
 )";
-    for (int i = 0; i < 4; ++i) {
+    if (hasLamp)
+        text += R"(
+AttributeBegin
+AreaLightSource "diffuse" "rgb L" [2 2 2] "bool twosided" true
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-1.75 -.25 4  -1.25 -.25 4  -1.25 .25 4  -1.75 .25 4]
+AttributeEnd
+)";
+    for (int i = 0; i < bars; ++i) {
         const std::string x = std::to_string(0.05 + 0.1 * i), y = std::to_string(0.08 + 0.1 * i);
         text += "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [" + x + " -9 2 " + y +
                 " -9 2 " + y + " 9 2 " + x + " 9 2]\n";
@@ -31,10 +39,14 @@ Material "matte" "rgb Kd" [0 0 0]
     return text;
 }
 
-BuiltScene buildScene(const std::string& integrator, int samples) {
+BuiltScene buildScene(const std::string& integrator, const std::string& scene) {
     BuildOptions options;
     options.integrator = integrator;
-    return test::build(makeScene(samples), options);
+    return test::build(scene, options);
+}
+
+BuiltScene buildScene(const std::string& integrator, int samples) {
+    return buildScene(integrator, makeScene(samples));
 }
 
 RenderSettings settingsFor(const BuiltScene& built, uint64_t seed = 0) {
@@ -57,6 +69,18 @@ TEST(SamplePlan, TakesMoreSamplesWhereNoiseIs) {
     const std::vector<float>& samples = film.plane(Aov::Samples);
     EXPECT_EQ(samples[8], 16);
     EXPECT_GE(samples[68], 32);
+}
+
+/// Few pairs of the pilot hit the edges of lamps, which have much of the error: small gains are not taken.
+TEST(SamplePlan, NeedsALargerGainBesideLamps) {
+    constexpr int kBars = 14;
+    for (const bool hasLamp : {false, true}) {
+        const BuiltScene built = buildScene("adaptive-cache", makeScene(16, kBars, hasLamp));
+        const Film film = renderFilm(built, settingsFor(built));
+        const std::vector<float>& samples = film.plane(Aov::Samples);
+        const float most = *std::max_element(samples.begin(), samples.end());
+        EXPECT_EQ(most > 16, !hasLamp);
+    }
 }
 
 TEST(SamplePlan, DoesNotDependOnTheSeed) {

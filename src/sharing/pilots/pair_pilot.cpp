@@ -30,6 +30,7 @@ float varianceOf(const Rgb& a, const Rgb& b) {
 void addVariance(const Rgb* radiance, const Rgb* rest, float limit, BlockNoise::Split& out) {
     out.rest += varianceOf(clipped(rest[0], limit), clipped(rest[1], limit));
     out.rawRest += varianceOf(rest[0], rest[1]);
+    out.clippedRest += varianceOf(clipped(rest[0], 1), clipped(rest[1], 1));
     out.shared +=
         kSharedNoise * varianceOf(clipped(radiance[0] - rest[0], 1), clipped(radiance[1] - rest[1], 1));
 }
@@ -46,6 +47,8 @@ void addPair(const Rgb* radiance, const FirstVertex* vertices, float limit, Bloc
         direct[k] = reflected[k] - vertices[k].indirect;
         const Rgb c = clipped(radiance[k], 1);
         noise.radiance += (c.x + c.y + c.z) / 3;
+        const Rgb& emitted = vertices[k].emitted;
+        noise.brightEmission += std::max(std::max({emitted.x, emitted.y, emitted.z}) - 1, 0.f);
         noise.vertices += bool(vertices[k].hit);
     }
     noise.reflected += varianceOf(clipped(reflected[0], 1), clipped(reflected[1], 1));

@@ -15,7 +15,9 @@ namespace strobe {
 struct BlockNoise {
     float pairs = 0;
     float vertices = 0; ///< samples with a first vertex
-    float radiance = 0; ///< sum over the samples, clipped to 1; mean of the channels
+    // Sums over the samples:
+    float radiance = 0;       ///< clipped to 1; mean of the channels
+    float brightEmission = 0; ///< emission that camera rays hit, above 1; largest channel
     /// The sum over the pairs of the variance of a sample, clipped to 1, without the emission that camera
     /// rays hit.
     float reflected = 0;
@@ -23,6 +25,7 @@ struct BlockNoise {
     struct Split {
         float rest = 0;    ///< of all but shared indirect light, clipped to the number of samples of a pixel
         float rawRest = 0; ///< the same, not clipped
+        float clippedRest = 0; ///< the same, clipped to 1
         float shared = 0; ///< of shared indirect light and of the emission that camera rays hit, clipped to 1
     };
     Split none, direct, indirect; ///< sharing nothing, only direct light, or indirect light

@@ -19,14 +19,16 @@ constexpr float kMissTime = 0.3f;
 /// The squared errors and the time of pixels per sample.
 template <class Real>
 struct Costs {
-    Real error = 0;    ///< of all but shared indirect light; clipped
-    Real rawError = 0; ///< not clipped
-    Real shared = 0;   ///< of shared indirect light
-    Real time = 0;     ///< 0: not measured
+    Real error = 0;        ///< of all but shared indirect light; clipped
+    Real rawError = 0;     ///< not clipped
+    Real clippedError = 0; ///< of samples clipped to 1
+    Real shared = 0;       ///< of shared indirect light
+    Real time = 0;         ///< 0: not measured
     template <class Other>
     void add(const Costs<Other>& other, Real weight) {
         error += weight * Real(other.error);
         rawError += weight * Real(other.rawError);
+        clippedError += weight * Real(other.clippedError);
         shared += weight * Real(other.shared);
         time += weight * Real(other.time);
     }
@@ -51,6 +53,7 @@ BlockCost costOf(const BlockNoise& a, const BlockNoise& b, float rays, LightPart
     const BlockNoise::Split &ofA = a.with(shared), &ofB = b.with(shared);
     cost.error = weight * (ofA.rest + ofB.rest);
     cost.rawError = weight * (ofA.rawRest + ofB.rawRest);
+    cost.clippedError = weight * (ofA.clippedRest + ofB.clippedRest);
     cost.shared = weight * (ofA.shared + ofB.shared);
     cost.time = kMissTime * (1 - vertices) + rays * vertices;
     return cost;
@@ -175,6 +178,28 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
     return double(chosen - products.begin()) / DensityBins::kSteps - double(largest);
 }
 
+/// Returns the gain in the squared sum of the roots of the errors times the time. In it, blocks count more
+/// alike than in the sum of the errors, as in structural errors. Samples are clipped to 1.
+double rootGain(const PilotCosts& costs, double logScale) {
+    double roots = 0, plannedRoots = 0, time = 0, plannedTime = 0;
+    for (const BlockCost& block : costs.whole) {
+        const double factor = roundedFactor(logScale + double(block.logDensity));
+        roots += std::sqrt(double(block.clippedError + block.shared));
+        plannedRoots += std::sqrt(double(block.clippedError) / factor + double(block.shared));
+        time += double(block.time);
+        plannedTime += double(block.time) * factor;
+    }
+    return plannedRoots > 0 ? sqr(roots / plannedRoots) * time / plannedTime : 0;
+}
+
+/// Returns whether camera rays hit emission brighter than 1.
+bool seesLamps(const PairPilot& pilot) {
+    for (size_t i = 0; i < pilot.blocks().factors().size(); ++i)
+        if (pilot.noise(0, i).brightEmission + pilot.noise(1, i).brightEmission > 0)
+            return true;
+    return false;
+}
+
 bool allowsSamplePlan(double samplesPerPixel) {
     constexpr int kMinSamples = 4; // fewer are not worth the rest of the pilot
     return samplesPerPixel >= kMinSamples &&
@@ -199,15 +224,18 @@ bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightPar
 }
 
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared) {
-    // Structural errors count all blocks alike. They grow most where no light is shared (measured).
-    constexpr double kMinGainAlone = 1.8;
+    // Where no light is shared, some plans lose (measured):
+    // - The edges of lamps have much of the error, and few pairs hit them.
+    // - Structural errors grow where few bright blocks have all of the gain.
+    constexpr double kMinGainBesideLamps = 1.8, kMinRootGain = 0.95;
     if (!allowsSamplePlan(samplesPerPixel) ||
         (shared.isEmpty() && !promisesSamplePlan(pilot, samplesPerPixel, shared)))
         return {};
     pilot.renderRest();
     const PilotCosts costs(pilot, shared);
-    const auto logScale = findLogScale(costs, shared.isEmpty() ? kMinGainAlone : kMinGain);
-    if (!logScale)
+    const auto logScale =
+        findLogScale(costs, shared.isEmpty() && seesLamps(pilot) ? kMinGainBesideLamps : kMinGain);
+    if (!logScale || (shared.isEmpty() && rootGain(costs, *logScale) < kMinRootGain))
         return {};
     SampleFactors out = pilot.blocks();
     for (size_t i = 0; i < costs.whole.size(); ++i)
