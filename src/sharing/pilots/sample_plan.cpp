@@ -216,9 +216,10 @@ bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightPar
     // Where nothing is shared, the pilot is the whole overhead. It ends if its first part promises less than
     // this; few pairs promise less than many. They may hit the edges of a lamp too rarely to promise
     // anything: therefore the noise without emission decides, too.
-    constexpr double kMinGainAlone = 1.25;
+    constexpr double kLeastPromise = 1.25, kLeastPromiseBesideLamps = 1.45;
+    const double least = seesLamps(pilot) ? kLeastPromiseBesideLamps : kLeastPromise;
     for (const LightParts parts : {LightParts(), LightParts(1)})
-        if (findLogScale(PilotCosts(pilot, parts), kMinGainAlone))
+        if (findLogScale(PilotCosts(pilot, parts), least))
             return true;
     return false;
 }
