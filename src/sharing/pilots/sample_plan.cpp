@@ -1,6 +1,7 @@
 #include "sharing/pilots/sample_plan.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace strobe {
@@ -34,22 +35,16 @@ struct Costs {
     }
 };
 
-struct BlockCost : Costs<float> {
-    /// The binary logarithm of the density of samples, the root of the error over the time (Neyman
-    /// allocation); -infinity without an error.
-    float logDensity = -INFINITY;
-};
-
 /// Returns the cost of a block that has the samples of both `a` and `b`. `rays`: of a sample with a first
 /// vertex.
-BlockCost costOf(const BlockNoise& a, const BlockNoise& b, float rays, LightParts shared) {
+Costs<float> costOf(const BlockNoise& a, const BlockNoise& b, float rays, LightParts shared) {
     constexpr float kDark = 0.1f;
     const float pairs = a.pairs + b.pairs, samples = kPair * pairs;
     if (pairs == 0)
         return {};
     const float vertices = (a.vertices + b.vertices) / samples;
     const float weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
-    BlockCost cost;
+    Costs<float> cost;
     const BlockNoise::Split &ofA = a.with(shared), &ofB = b.with(shared);
     cost.error = weight * (ofA.rest + ofB.rest);
     cost.rawError = weight * (ofA.rawRest + ofB.rawRest);
@@ -59,46 +54,59 @@ BlockCost costOf(const BlockNoise& a, const BlockNoise& b, float rays, LightPart
     return cost;
 }
 
-/// Returns the mean of the costs of a block and of its neighbors that were measured, with its density.
-BlockCost smoothed(const PairPilot& pilot, const std::vector<BlockCost>& costs, size_t block) {
-    BlockCost sum, mean;
-    float weights = 0;
-    pilot.forEachNeighbor(block, [&](size_t i, float weight) {
-        if (costs[i].time == 0)
-            return;
-        sum.add(costs[i], weight);
-        weights += weight;
-    });
-    if (weights > 0)
-        mean.add(sum, 1 / weights);
-    if (mean.error > 0)
-        mean.logDensity = std::log2(mean.error / mean.time) / 2;
-    return mean;
-}
+/// The costs of a block by each half of the pilot, then by the whole.
+using CostSet = std::array<Costs<float>, kHalves + 1>;
 
-std::vector<BlockCost> smoothed(const PairPilot& pilot, const std::vector<BlockCost>& costs) {
-    std::vector<BlockCost> out;
-    out.reserve(costs.size());
-    for (size_t block = 0; block < costs.size(); ++block)
-        out.push_back(smoothed(pilot, costs, block));
-    return out;
-}
+/// The costs of a block and its neighbors, with its density.
+struct BlockCost : Costs<float> {
+    /// The binary logarithm of the density of samples, the root of the error over the time (Neyman
+    /// allocation); -infinity without an error.
+    float logDensity = -INFINITY;
+};
 
 /// The costs of all blocks: by each half of the pilot, and by the whole.
 struct PilotCosts {
     std::vector<BlockCost> halves[kHalves], whole;
+
     PilotCosts(const PairPilot& pilot, LightParts shared) {
         const size_t count = pilot.blocks().factors().size();
-        for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
-            costs->reserve(count);
+        std::vector<CostSet> sets;
+        sets.reserve(count);
         for (size_t i = 0; i < count; ++i) {
             const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
-            halves[0].push_back(costOf(a, {}, pilot.rays(i), shared));
-            halves[1].push_back(costOf({}, b, pilot.rays(i), shared));
-            whole.push_back(costOf(a, b, pilot.rays(i), shared));
+            const float rays = pilot.rays(i);
+            sets.push_back(
+                {costOf(a, {}, rays, shared), costOf({}, b, rays, shared), costOf(a, b, rays, shared)});
         }
         for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
-            *costs = smoothed(pilot, *costs);
+            costs->reserve(count);
+        for (size_t i = 0; i < count; ++i)
+            addSmoothed(pilot, sets, i);
+    }
+
+  private:
+    /// Adds the means of the costs of a block and of its neighbors that were measured.
+    void addSmoothed(const PairPilot& pilot, const std::vector<CostSet>& sets, size_t block) {
+        CostSet sums;
+        std::array<float, kHalves + 1> weights = {};
+        pilot.forEachNeighbor(block, [&](size_t i, float weight) {
+            for (size_t k = 0; k < sums.size(); ++k)
+                if (sets[i][k].time > 0) {
+                    sums[k].add(sets[i][k], weight);
+                    weights[k] += weight;
+                }
+        });
+        halves[0].push_back(meanOf(sums[0], weights[0]));
+        halves[1].push_back(meanOf(sums[1], weights[1]));
+        whole.push_back(meanOf(sums[2], weights[2]));
+    }
+    static BlockCost meanOf(const Costs<float>& sum, float weight) {
+        BlockCost mean;
+        if (weight > 0)
+            mean.add(sum, 1 / weight);
+        if (mean.error > 0)
+            mean.logDensity = std::log2(mean.error / mean.time) / 2;
+        return mean;
     }
 };
 
@@ -217,11 +225,12 @@ bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightPar
     // this; few pairs promise less than many. They may hit the edges of a lamp too rarely to promise
     // anything: therefore the noise without emission decides, too.
     constexpr double kLeastPromise = 1.25, kLeastPromiseBesideLamps = 1.45;
-    const double least = seesLamps(pilot) ? kLeastPromiseBesideLamps : kLeastPromise;
-    for (const LightParts parts : {LightParts(), LightParts(1)})
-        if (findLogScale(PilotCosts(pilot, parts), least))
-            return true;
-    return false;
+    const auto promises = [&](LightParts without, double least) {
+        return findLogScale(PilotCosts(pilot, without), least).has_value();
+    };
+    if (!seesLamps(pilot))
+        return promises({}, kLeastPromise);
+    return promises({}, kLeastPromiseBesideLamps) || promises(LightParts(1), kLeastPromiseBesideLamps);
 }
 
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared) {
