@@ -1,7 +1,6 @@
 #include "integrators/adaptive_cache.h"
 
 #include "core/params/plugin.h"
-#include "integrators/supersample.h"
 #include "sharing/emission_refinement.h"
 #include "sharing/light_recorder.h"
 #include "sharing/pilots/sample_plan.h"
@@ -74,8 +73,6 @@ class AdaptiveState : public IntegratorState {
                                  m_plan.sharing.emission);
     }
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        if (!observes())
-            return std::make_unique<SupersampleWorker>(m_scene);
         return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_plan.sharing.parts, *m_frame,
                                                  m_plan.sharing.rareLimits,
                                                  m_refinement ? &*m_refinement : nullptr);

@@ -79,7 +79,8 @@ class RecordingWorker : public IntegratorWorker {
     /// See LightRecorder and EmissionRefinement.
     RecordingWorker(const Scene& scene, float cellSize, float clamp, LightParts parts, FrameLight& frame,
                     const RareLimits& rareLimits = {}, const EmissionRefinement* refinement = nullptr)
-        : m_scene(scene), m_refinement(refinement), m_setsCones(!parts.isEmpty() && !scene.needsFootprint()),
+        : m_scene(scene), m_refinement(refinement), m_records(!parts.isEmpty()),
+          m_setsCones(m_records && !scene.needsFootprint()),
           m_recorder(scene, cellSize, clamp, parts, rareLimits, frame) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
     std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
@@ -87,7 +88,8 @@ class RecordingWorker : public IntegratorWorker {
     void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                  std::span<const FirstVertex> vertices) override;
     void beginTile(const Film& film) override {
-        m_recorder.beginTile(film);
+        if (m_records)
+            m_recorder.beginTile(film);
         m_hasObserved = false;
     }
     void endTile(const PixelBounds& tile, Film& film) override {
@@ -99,6 +101,7 @@ class RecordingWorker : public IntegratorWorker {
     void setCones(const VisibilityBatch& batch, ShadingRequests& requests) const;
     const Scene& m_scene;
     const EmissionRefinement* const m_refinement; ///< null: none
+    const bool m_records;   ///< any part of the light
     const bool m_setsCones; ///< records need cones, and the requests have none without this
     LightRecorder m_recorder;
     bool m_hasObserved = false; ///< in this tile

@@ -106,6 +106,19 @@ TEST(SamplePlan, PixelsEqualThoseOfARenderWithTheirNumberOfSamples) {
     EXPECT_GE(images.size(), 2u);
 }
 
+/// Nothing is shared on an evenly lit floor: a slice traces the samples of its pixels, but shades its own.
+TEST(SamplePlan, SlicesShadeTheirOwnSamples) {
+    const BuiltScene built = buildScene("adaptive-cache", makeScene(16, 0));
+    RenderSettings settings = settingsFor(built);
+    settings.slice = SampleSlice{0, 4};
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    film.enableAccumulation();
+    const RenderStats stats = render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
+                                     *built.filter, settings, film);
+    EXPECT_EQ(stats.integratorNote, "shares no light: equals supersample");
+    EXPECT_EQ(stats.total.shades, 4u * 128 * 64);
+}
+
 TEST(SamplePlan, SlicesAddUpToTheWhole) {
     const BuiltScene built = buildScene("adaptive-cache", 16);
     Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
