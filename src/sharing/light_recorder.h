@@ -101,7 +101,7 @@ class RecordingWorker : public IntegratorWorker {
     void setCones(const VisibilityBatch& batch, ShadingRequests& requests) const;
     const Scene& m_scene;
     const EmissionRefinement* const m_refinement; ///< null: none
-    const bool m_records;   ///< any part of the light
+    const bool m_records;                         ///< any part of the light
     const bool m_setsCones; ///< records need cones, and the requests have none without this
     LightRecorder m_recorder;
     bool m_hasObserved = false; ///< in this tile
