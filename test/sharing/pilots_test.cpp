@@ -2,6 +2,7 @@
 #include "core/film/film.h"
 #include "core/render/shade_pilot.h"
 #include "sharing/pilots/block_chooser.h"
+#include "sharing/pilots/sharing_plan.h"
 #include "support/render_text.h"
 
 #include <gtest/gtest.h>
@@ -39,23 +40,27 @@ Material "matte" "rgb Kd" [0 0 0]
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [.31 -9 2  .33 -9 2  .33 9 2  .31 9 2]
 )";
 
+/// Returns the context of a render of a scene, which must outlive it.
+RenderContext contextOf(const BuiltScene& built) {
+    RenderContext out{.sampling = {*built.sampler.sampler, *built.filter, 0}};
+    out.samplesPerPixel = built.sampler.samplesPerPixel;
+    out.pixelBounds = out.pilotBounds = built.pixelBounds;
+    out.makePilotRenderer = [&built](IntegratorState& state, int samplesPerPixel) {
+        return makePilotRenderer(*built.scene, state, *built.shader, *built.sampler.sampler, *built.filter,
+                                 samplesPerPixel);
+    };
+    return out;
+}
+
 class PairPilotTest : public testing::Test {
   protected:
-    PairPilotTest() {
-        context.samplesPerPixel = built.sampler.samplesPerPixel;
-        context.pixelBounds = context.pilotBounds = built.pixelBounds;
-        context.makePilotRenderer = [this](IntegratorState& state, int samplesPerPixel) {
-            return makePilotRenderer(*built.scene, state, *built.shader, *built.sampler.sampler,
-                                     *built.filter, samplesPerPixel);
-        };
-    }
     size_t blockCount(const PairPilot& pilot) const { return pilot.blocks().factors().size(); }
     double pairs(const PairPilot& pilot, size_t block) const {
         return double(pilot.noise(0, block).pairs + pilot.noise(1, block).pairs);
     }
 
     const BuiltScene built = test::build(kScene);
-    RenderContext context{.sampling = {*built.sampler.sampler, *built.filter, 0}};
+    const RenderContext context = contextOf(built);
 };
 
 TEST_F(PairPilotTest, HasPairsInHalfOfTheBlocksFirstAndThenInAll) {
@@ -118,6 +123,40 @@ TEST_F(PairPilotTest, NoisyBlocksAreChosenMoreOften) {
     const double expected = kChoices / 3. / double(blockCount(pilot));
     for (const auto& [block, weight] : weights)
         EXPECT_NEAR(weight, expected, 0.1 * expected) << block;
+}
+
+/// A ball in the corner of a white room under a small lamp: indirect light is noisy and smooth.
+constexpr const char* kSmoothScene = R"(
+Film "image" "integer xresolution" 64 "integer yresolution" 48
+Sampler "sobol" "integer pixelsamples" 64
+Integrator "path"
+LookAt 0 1 -3  0 1 0  0 1 0
+Camera "perspective" "float fov" 60
+WorldBegin
+AttributeBegin
+  Translate 1 2.8 -1
+  AreaLightSource "diffuse" "rgb L" [300 300 300]
+  Shape "sphere" "float radius" .05
+AttributeEnd
+Material "matte" "rgb Kd" [.9 .9 .9]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3  4 5 6 4 6 7  0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7]
+  "point3 P" [-3 0 -4  3 0 -4  3 3 -4  -3 3 -4  -3 0 3  3 0 3  3 3 3  -3 3 3]
+Translate 0 1 1
+Shape "sphere" "float radius" .6
+)";
+
+/// The bias of the estimates does not fall with the number of samples, and the noise does.
+TEST(SharingPlan, RendersOfManySamplesShareLess) {
+    const BuiltScene built = test::build(kSmoothScene);
+    RenderContext context = contextOf(built);
+    const auto sharesWith = [&](int samples) {
+        context.samplesPerPixel = samples;
+        PairPilot pairs(*built.scene, context, samples);
+        pairs.renderFirst();
+        return !planSharing(*built.scene, context, pairs, 3, {}, false).parts.isEmpty();
+    };
+    EXPECT_TRUE(sharesWith(64));
+    EXPECT_FALSE(sharesWith(1 << 20));
 }
 
 } // namespace

@@ -63,6 +63,15 @@ bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
     return own > kNoPromise * shared && own < kLeastPromise * (1 + overhead) * shared;
 }
 
+/// Returns the part of the gain above 1 that is left in a render with so many more samples per pixel than the
+/// pilot. The noise falls with the number of samples and the bias of the estimates does not: from 64 to 4096
+/// samples, the gain above 1 falls with a power of 0.45 to 0.9 of their number (moving-pair,
+/// anim-moving-reflection). Up to twice the samples of the pilot, the other constants include this.
+double gainLeftOf(double samplesPerPixel, int pilotSamples) {
+    constexpr double kPower = 0.6;
+    return std::pow(std::min(1., 2 * pilotSamples / samplesPerPixel), kPower);
+}
+
 /// The decision about sharing.
 struct Verdict {
     LightParts parts;      ///< to share
@@ -102,8 +111,8 @@ SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, double least
 /// of the blocks' sum. If there is none, the roots of the errors decide about indirect light, so that a
 /// single block does not: with the best distribution of samples, the product of error and time is the square
 /// of their sum (Neyman allocation, for errors in proportion to 1/n; those of direct light fall faster). They
-/// need no margin, as blocks without neighbors gain less than the image.
-Verdict decide(std::span<const BlockPilot> pilots, const Overheads& overheads) {
+/// need no margin, as blocks without neighbors gain less than the image. `gainLeft`: see gainLeftOf.
+Verdict decide(std::span<const BlockPilot> pilots, const Overheads& overheads, double gainLeft) {
     constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 1;
     Verdict verdict;
     const auto pays = [&](const SharingGain& gain, double standardErrors) {
@@ -115,15 +124,16 @@ Verdict decide(std::span<const BlockPilot> pilots, const Overheads& overheads) {
         verdict.isCertain = verdict.isCertain && isCertain;
         return false;
     };
-    const double least = kMargin * (1 + overheads.uniform);
+    const auto leastInPilot = [&](double least) { return 1 + (least - 1) / (least > 1 ? gainLeft : 1); };
+    const double least = leastInPilot(kMargin * (1 + overheads.uniform));
     for (size_t clip = 0; clip < kErrorClipCount; ++clip)
         if (pays(gainOf(pilots, clip, least, [](double error) { return error; }), kStandardErrors))
             return verdict;
     // The noisy blocks of an adaptive render have several times as many samples as the pilot, and gain more:
     // from 4 to 16 samples, the gain of the errors rises 1.3 to 1.9 times (three scenes).
     constexpr double kMoreGain = 1.15;
-    const double leastRoot = overheads.adaptive ? std::sqrt(1 + *overheads.adaptive) / kMoreGain
-                                                : std::sqrt(1 + overheads.uniform);
+    const double leastRoot = std::sqrt(leastInPilot(
+        overheads.adaptive ? (1 + *overheads.adaptive) / sqr(kMoreGain) : 1 + overheads.uniform));
     const SharingGain gain = gainOf(pilots, kErrorClipCount - 1, leastRoot,
                                     [](double error) { return std::sqrt(std::max(error, 0.)); });
     if (gain.parts.has(LightPart::Indirect))
@@ -152,6 +162,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     // An uncertain verdict is worth twice as many blocks where this is not much of the render.
     const size_t limit = 2 * affordable >= kMinBlocks ? 2 * count : count;
     const Overheads overheads = overheadsOf(scene, pairs, samples, adaptsSamples);
+    const double gainLeft = gainLeftOf(samples, pilotSamples);
     const BlockChooser chooser(pairs);
     BlockRenderer renderer(scene, context, pilotSamples, cellSize);
     std::vector<BlockPilot> pilots;
@@ -172,7 +183,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         parallelFor(count, [&](size_t i) {
             renderer.renderSecond(hashCombine(kSeeds[1], first + i), pilots[first + i]);
         });
-        verdict = decide(pilots, overheads);
+        verdict = decide(pilots, overheads, gainLeft);
     } while (pilots.size() < limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
