@@ -13,7 +13,7 @@
 namespace STROBE_API strobe {
 
 /// The factors by which blocks of pixels multiply RenderSettings::samplesPerPixel. A slice of the samples
-/// becomes the same fraction of a pixel's samples. A factor of 0 leaves pixels out; the largest is 255.
+/// becomes the same fraction of a pixel's samples. Factors are between 1 and 255.
 /// Outside of the bounds, factors are 1.
 class SampleFactors {
   public:
@@ -41,7 +41,7 @@ class SampleFactors {
         const bool isInside = x >= m_bounds.x0 && x < m_bounds.x1 && y >= m_bounds.y0 && y < m_bounds.y1;
         return isInside ? m_factors[blockOf(x, y)] : 1u;
     }
-    /// Returns the factors above 0 in a tile, in ascending order.
+    /// Returns the factors in a tile, in ascending order.
     std::vector<uint32_t> in(const PixelBounds& tile) const {
         std::array<bool, 256> isUsed{};
         const PixelBounds inside{std::max(tile.x0, m_bounds.x0), std::max(tile.y0, m_bounds.y0),

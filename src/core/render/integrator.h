@@ -62,12 +62,12 @@ class IntegratorWorker {
 
 class IntegratorState;
 
-/// Renders the pixels of films, each as one tile, on one thread at a time. Its buffers are reused.
+/// Renders pixels of films, each as one tile, on one thread at a time. Its buffers are reused.
 class PilotRenderer {
   public:
     virtual ~PilotRenderer() = default;
-    /// Returns the counters of this film.
-    virtual Counters render(Film& film, uint64_t seed) = 0;
+    /// Renders some pixels of a film, each once. Returns the counters of this film.
+    virtual Counters render(Film& film, std::span<const V2i> pixels, uint64_t seed) = 0;
 };
 
 /// Makes a renderer with a state, which outlives it. Any thread may call it.

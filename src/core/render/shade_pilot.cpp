@@ -35,9 +35,9 @@ class StatePilotRenderer : public PilotRenderer {
         constexpr uint32_t kBatchSamples = 512; // a pilot is short: larger buffers cost more page faults
         m_renderer.limitBatches(kBatchSamples);
     }
-    Counters render(Film& film, uint64_t seed) override {
+    Counters render(Film& film, std::span<const V2i> pixels, uint64_t seed) override {
         m_settings.seed = seed;
-        m_renderer.renderTile(film.pixelBounds(), film);
+        m_renderer.renderPixels(pixels, film);
         return m_renderer.takeCounters();
     }
 

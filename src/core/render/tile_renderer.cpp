@@ -50,14 +50,30 @@ bool TileRenderer::renderTile(const PixelBounds& tile, Film& film) {
     m_integrator->beginTile(film);
     m_pixels.clear();
     for (const uint32_t factor : m_factors ? m_factors->in(tile) : std::vector<uint32_t>{1})
-        if (!renderPixels(tile, factor, film))
+        if (!renderPixelsOf(tile, factor, film))
             return false;
     m_integrator->endTile(tile, film);
     return true;
 }
 
+void TileRenderer::renderPixels(std::span<const V2i> pixels, Film& film) {
+    const ScopedFlushDenormals flushDenormals;
+    m_integrator->beginTile(film);
+    m_pixels.clear();
+    m_sampling = &samplingFor(1);
+    for (const V2i& pixel : pixels) {
+        m_pixels.push_back(
+            {pixel.x, pixel.y, hashCombine(hashOf(m_settings.seed, pixel.x), uint64_t(pixel.y))});
+        if (m_pixels.size() == m_sampling->pixelsPerBatch)
+            renderBatch(film);
+    }
+    if (!m_pixels.empty())
+        renderBatch(film);
+    m_integrator->endTile(film.pixelBounds(), film);
+}
+
 /// Renders the pixels of a tile that have this factor. Returns false if settings.stop ended it early.
-bool TileRenderer::renderPixels(const PixelBounds& tile, uint32_t factor, Film& film) {
+bool TileRenderer::renderPixelsOf(const PixelBounds& tile, uint32_t factor, Film& film) {
     m_sampling = &samplingFor(factor);
     // A batch is about square, so that its samples hit, and share, nearby surfaces.
     const int rows = 1 << (std::bit_width(m_sampling->pixelsPerBatch) - 1) / 2;

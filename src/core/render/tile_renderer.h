@@ -20,6 +20,8 @@ class TileRenderer {
 
     /// Renders the pixels of a tile. Returns false if settings.stop ended it early.
     bool renderTile(const PixelBounds& tile, Film& film);
+    /// Renders some pixels of a film as one tile, without SampleFactors and settings.stop.
+    void renderPixels(std::span<const V2i> pixels, Film& film);
     /// Sets the largest number of samples of a batch. Call it before the first tile.
     void limitBatches(uint32_t samples) { m_batchSamples = samples; }
     /// See TimedShader::timeEvery.
@@ -42,7 +44,7 @@ class TileRenderer {
         SoAVector<VisibilitySoA> samples;
     };
     Sampling& samplingFor(uint32_t factor);
-    bool renderPixels(const PixelBounds& tile, uint32_t factor, Film& film);
+    bool renderPixelsOf(const PixelBounds& tile, uint32_t factor, Film& film);
     void renderBatch(Film& film);
     void shade();
     void resolve(const VisibilityBatch& batch);

@@ -92,7 +92,11 @@ class BlockRenderer::ThreadPilot {
           m_film(context.pilotBounds.x1, context.pilotBounds.y1, {}) {}
     std::pair<std::vector<Rgb>, RecordedLight> render(const PixelBounds& block, uint64_t seed) {
         m_film.moveTo(block);
-        m_renderer->render(m_film, seed);
+        std::vector<V2i> pixels;
+        for (int y = block.y0; y < block.y1; ++y)
+            for (int x = block.x0; x < block.x1; ++x)
+                pixels.push_back({x, y});
+        m_renderer->render(m_film, pixels, seed);
         // The film may be used again while the light is joined: see PerThread.
         std::vector<Rgb> image = m_film.image().pixels;
         return {std::move(image), m_state.takeLight(m_film)};

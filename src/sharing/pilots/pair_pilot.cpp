@@ -2,6 +2,7 @@
 
 #include "core/math/hash.h"
 
+#include <bit>
 #include <cmath>
 
 namespace strobe {
@@ -128,13 +129,17 @@ class PairPilot::State : public IntegratorState {
     std::unique_ptr<IntegratorWorker> makeWorker() override {
         return std::make_unique<Worker>(m_scene, m_limit, m_pilot);
     }
-    const SampleFactors* sampleFactors() const override { return &m_pilot.m_pixels; }
     bool observes() const override { return true; }
 
   private:
     const Scene& m_scene;
     const float m_limit;
     PairPilot& m_pilot;
+};
+
+/// The ranks of pixels in the order of bayerPosition.
+struct PairPilot::Ranks {
+    int first, end;
 };
 
 /// Renders tiles on one thread. The film's image is not used.
@@ -146,7 +151,7 @@ struct PairPilot::ThreadRenderer {
 // A sample in a pixel of n samples adds up to 1 to the clipped radiance of the pixel if it is n.
 PairPilot::PairPilot(const Scene& scene, const RenderContext& context, double samplesPerPixel)
     : m_context(context), m_samplesPerPixel(samplesPerPixel), m_blocks(context.pilotBounds, kBlockSize),
-      m_pixels(context.pilotBounds, 1), m_rays(m_blocks.factors().size()),
+      m_rays(m_blocks.factors().size()),
       m_state(std::make_unique<State>(scene, float(samplesPerPixel), *this)) {
     for (std::vector<BlockNoise>& half : m_halves)
         half.resize(m_rays.size());
@@ -156,18 +161,12 @@ PairPilot::~PairPilot() = default;
 
 void PairPilot::renderFirst() {
     const int count = pixelsPerBlock(m_samplesPerPixel).first;
-    std::fill(m_pixels.factors().begin(), m_pixels.factors().end(), uint8_t(0));
-    for (size_t block = 0; block < m_rays.size(); ++block)
-        choosePixels(block, 0, isFirst(block) ? count : 0);
-    render();
+    render([&](size_t block) { return Ranks{0, isFirst(block) ? count : 0}; });
 }
 
 void PairPilot::renderRest() {
     const PixelCounts counts = pixelsPerBlock(m_samplesPerPixel);
-    std::fill(m_pixels.factors().begin(), m_pixels.factors().end(), uint8_t(0));
-    for (size_t block = 0; block < m_rays.size(); ++block)
-        choosePixels(block, isFirst(block) ? counts.first : 0, counts.all);
-    render();
+    render([&](size_t block) { return Ranks{isFirst(block) ? counts.first : 0, counts.all}; });
 }
 
 /// Returns true in the fields of renderFirst.
@@ -181,21 +180,9 @@ bool PairPilot::isFirst(size_t block) const {
            0;
 }
 
-/// Adds the pixels of a block with these ranks to m_pixels.
-void PairPilot::choosePixels(size_t block, int firstRank, int endRank) {
-    const uint64_t scramble = hashOf(kSeed, block);
-    const PixelBounds pixels = boundsOf(block);
-    for (int rank = firstRank; rank < endRank; ++rank) {
-        const V2i position = bayerPosition(rank);
-        const int x = pixels.x0 + ((position.x ^ int(scramble)) & (kBlockSize - 1)),
-                  y = pixels.y0 + ((position.y ^ int(scramble >> 8)) & (kBlockSize - 1));
-        if (x < pixels.x1 && y < pixels.y1)
-            m_pixels.factors()[m_pixels.blockOf(x, y)] = 1;
-    }
-}
-
-/// Renders the pixels of m_pixels.
-void PairPilot::render() {
+/// Renders the pixels of each block that have the ranks ranksOf(block).
+template <class RanksOf>
+void PairPilot::render(const RanksOf& ranksOf) {
     const PixelBounds& bounds = m_blocks.bounds();
     std::vector<PixelBounds> tiles;
     for (int y = bounds.y0; y < bounds.y1; y += kTileHeight)
@@ -207,9 +194,31 @@ void PairPilot::render() {
             return std::make_unique<ThreadRenderer>(
                 ThreadRenderer{m_context.makePilotRenderer(*m_state, kPair), {bounds.x1, bounds.y1, {}}});
         });
+        std::vector<V2i> pixels;
+        forEachBlock(tiles[i], [&](size_t block) { addPixels(block, ranksOf(block), pixels); });
         thread.film.moveTo(tiles[i]);
-        addCounters(tiles[i], thread.renderer->render(thread.film, kSeed));
+        addCounters(tiles[i], thread.renderer->render(thread.film, pixels, kSeed));
     });
+}
+
+/// Adds the pixels of a block with these ranks, column by column.
+void PairPilot::addPixels(size_t block, const Ranks& ranks, std::vector<V2i>& out) const {
+    static_assert(kBlockSize * kBlockSize <= 64, "a word has a bit for each pixel");
+    const uint64_t scramble = hashOf(kSeed, block);
+    uint64_t chosen = 0;
+    for (int rank = ranks.first; rank < ranks.end; ++rank) {
+        const V2i position = bayerPosition(rank);
+        const int x = (position.x ^ int(scramble)) & (kBlockSize - 1),
+                  y = (position.y ^ int(scramble >> 8)) & (kBlockSize - 1);
+        chosen |= uint64_t(1) << (kBlockSize * x + y);
+    }
+    const PixelBounds pixels = boundsOf(block);
+    for (; chosen != 0; chosen &= chosen - 1) {
+        const int bit = std::countr_zero(chosen);
+        const int x = pixels.x0 + bit / kBlockSize, y = pixels.y0 + bit % kBlockSize;
+        if (x < pixels.x1 && y < pixels.y1)
+            out.push_back({x, y});
+    }
 }
 
 /// Adds the counters of a tile. The first time, sets the rays of its blocks to their mean over the tile.
@@ -218,18 +227,25 @@ void PairPilot::addCounters(const PixelBounds& tile, const Counters& counters) {
         return;
     std::vector<size_t> ofTile;
     double vertices = 0;
-    for (int y = tile.y0; y < tile.y1; y += kBlockSize)
-        for (int x = tile.x0; x < tile.x1; x += kBlockSize) {
-            ofTile.push_back(m_blocks.blockOf(x, y));
-            for (const auto& half : m_halves)
-                vertices += double(half[ofTile.back()].vertices);
-        }
+    forEachBlock(tile, [&](size_t block) {
+        ofTile.push_back(block);
+        for (const auto& half : m_halves)
+            vertices += double(half[block].vertices);
+    });
     const double rays = 1 + double(counters.rays() - counters.visibilitySamples) / std::max(vertices, 1.);
     for (const size_t block : ofTile)
         if (m_rays[block] == 0)
             m_rays[block] = float(rays);
     const std::lock_guard lock(m_mutex);
     m_counters.add(counters);
+}
+
+/// Calls visit(block) for the blocks of a tile.
+template <class Visit>
+void PairPilot::forEachBlock(const PixelBounds& tile, const Visit& visit) const {
+    for (int y = tile.y0; y < tile.y1; y += kBlockSize)
+        for (int x = tile.x0; x < tile.x1; x += kBlockSize)
+            visit(m_blocks.blockOf(x, y));
 }
 
 PixelBounds PairPilot::boundsOf(size_t block) const {

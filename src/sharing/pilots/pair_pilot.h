@@ -77,16 +77,19 @@ class PairPilot {
   private:
     class Worker;
     class State;
+    struct Ranks;
     struct ThreadRenderer;
     bool isFirst(size_t block) const;
-    void choosePixels(size_t block, int firstRank, int endRank);
-    void render();
+    template <class RanksOf>
+    void render(const RanksOf& ranksOf);
+    void addPixels(size_t block, const Ranks& ranks, std::vector<V2i>& out) const;
+    template <class Visit>
+    void forEachBlock(const PixelBounds& tile, const Visit& visit) const;
     void addCounters(const PixelBounds& tile, const Counters& counters);
 
     const RenderContext& m_context;
     const double m_samplesPerPixel;
     const SampleFactors m_blocks;
-    SampleFactors m_pixels; ///< by pixel: 1, or 0 for those without samples in the current render
     std::vector<BlockNoise> m_halves[kHalves];
     std::vector<float> m_rays;
     std::mutex m_mutex; ///< of m_counters and m_brightness
