@@ -13,8 +13,7 @@
 namespace STROBE_API strobe {
 
 /// The factors by which blocks of pixels multiply RenderSettings::samplesPerPixel. A slice of the samples
-/// becomes the same fraction of a pixel's samples. Factors are between 1 and 255.
-/// Outside of the bounds, factors are 1.
+/// becomes the same fraction of a pixel's samples. Factors are between 1 and 255; outside of the bounds, 1.
 class SampleFactors {
   public:
     /// All factors are 1. `blockSize`: a power of two.
