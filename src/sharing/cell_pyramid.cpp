@@ -3,6 +3,7 @@
 #include "core/util/parallel.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -29,7 +30,14 @@ CellPyramid::CellPyramid(std::span<const JoinedCell> cells) : m_cubeIndices(cell
     m_recorded.reserve(cells.size());
     for (const JoinedCell& cell : cells)
         m_recorded.push_back(findOrAddNode(findOrAddCube(cell.id), uint8_t(cell.id.face)));
-    parallelForRuns(cells.size(), [&](size_t i) { setSums(*cells[i].sums, m_nodes[m_recorded[i]]); });
+    int topLevel = std::numeric_limits<int16_t>::min();
+    for (const JoinedCell& cell : cells)
+        topLevel = std::max(topLevel, cell.id.level + kScales);
+    parallelForRuns(cells.size(), [&](size_t i) {
+        CellNode& node = m_nodes[m_recorded[i]];
+        setSums(*cells[i].sums, node);
+        node.ancestors = uint8_t(std::min(topLevel - cells[i].id.level, 255));
+    });
     addParents();
     linkCubes();
     finishMeans();
@@ -37,7 +45,6 @@ CellPyramid::CellPyramid(std::span<const JoinedCell> cells) : m_cubeIndices(cell
 
 /// Sets the sums of the node of a recorded cell. Precondition: the cell has samples.
 void CellPyramid::setSums(const CellSums& sums, CellNode& node) {
-    node.ancestors = kScales;
     for (int half = 0; half < kHalves; ++half)
         node.count[half] = float(sums.count[half]);
     for (int part = 0; part < kParts; ++part)
@@ -79,10 +86,10 @@ void CellPyramid::addParents() {
 }
 
 void CellPyramid::addLight(size_t cell, int part, int half, const Rgb& light) {
-    uint32_t index = m_recorded[cell];
-    for (int scale = 0; scale <= kScales; ++scale, index = m_nodes[index].parent)
+    forEachAncestor(m_recorded[cell], [&](uint32_t index) {
         for (int c = 0; c < 3; ++c)
             m_nodes[index].light[channelOf(part, half) + c] += light[c] / m_nodes[index].count[half];
+    });
 }
 
 std::vector<uint32_t> CellPyramid::cellsByNode() const {

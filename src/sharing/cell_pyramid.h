@@ -28,7 +28,9 @@ struct CellNode {
 /// The recorded cells, and the larger cells that contain them.
 class CellPyramid {
   public:
-    /// The number of sizes above that of a recorded cell: each is twice as large as the one before.
+    /// The number of sizes above that of a recorded cell: each is twice as large as the one before. Smaller
+    /// cells than the largest recorded one have more, so that the largest nodes contain all cells around
+    /// them.
     static constexpr int kScales = 8;
 
     /// `cells`: by ascending id, so that sums of floats do not depend on the order of rendering.
@@ -43,6 +45,13 @@ class CellPyramid {
     float edge(const CellNode& node) const { return std::ldexp(1.f, m_cubes[node.cube].id.level); }
     /// Adds light to samples that are counted already: to a recorded cell and to all that contain it.
     void addLight(size_t cell, int part, int half, const Rgb& light);
+    /// Calls work(index) for a node and all that contain it.
+    template <class Work>
+    void forEachAncestor(uint32_t node, const Work& work) const {
+        for (; m_nodes[node].ancestors > 0; node = m_nodes[node].parent)
+            work(node);
+        work(node);
+    }
     /// Returns the recorded cells such that those of each node follow each other.
     std::vector<uint32_t> cellsByNode() const;
     /// Calls work(index) for all nodes of the same surface and size within two cells.

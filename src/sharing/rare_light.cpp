@@ -200,9 +200,8 @@ RareLight::Estimator::Estimator(const CellPyramid& pyramid, std::span<const uint
 /// Calls work(sums) for the nodes that contain a sample.
 template <class Work>
 void RareLight::Estimator::forNodesOf(const RareSample& sample, const Work& work) {
-    uint32_t node = m_pyramid.nodeOf(sample.cell);
-    for (int scale = 0; scale <= CellPyramid::kScales; ++scale, node = m_pyramid.nodes()[node].parent)
-        work(m_sums[kParts * node + sample.part]);
+    m_pyramid.forEachAncestor(m_pyramid.nodeOf(sample.cell),
+                              [&](uint32_t node) { work(m_sums[kParts * node + sample.part]); });
 }
 
 /// Calls work(cell, part, region, weight) for regions of increasing size around each cell: the first has

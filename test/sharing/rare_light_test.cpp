@@ -52,6 +52,22 @@ TEST(RareLight, IsSpreadEvenly) {
     EXPECT_GT(rare.rarity(plane.samples.front().cell, kPart), 0.98f);
 }
 
+/// Far cells are larger than near ones. Their largest regions contain the near ones.
+TEST(RareLight, ReachesLargerCells) {
+    Plane plane;
+    for (const int x : {20, 40})
+        for (const int y : {20, 40})
+            plane.addSample(x, y, 64 * kSamples);
+    CellSums far = plane.cells.front();
+    far.id.x = 150;
+    far.id.level = 1;
+    plane.cells.push_back(far);
+    const CellPyramid pyramid = plane.pyramid();
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
+    const float mean = 4 * 64 * kSamples / (kSize * kSize * kSamples);
+    EXPECT_NEAR(rare.light(uint32_t(pyramid.cellCount() - 1), kPart).x, mean, 0.1f * mean);
+}
+
 /// One sample is much brighter than all others: it does not make a spot.
 TEST(RareLight, RegionsHaveSeveralSamples) {
     Plane plane;
