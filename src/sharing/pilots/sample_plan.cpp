@@ -1,7 +1,8 @@
 #include "sharing/pilots/sample_plan.h"
 
+#include "core/math/simd4.h"
+
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace strobe {
@@ -17,48 +18,37 @@ constexpr double kMaxTime = 2;
 /// The time of a sample whose path has no first vertex, in units of a ray.
 constexpr float kMissTime = 0.3f;
 
-/// The squared errors and the time of pixels per sample.
-template <class Real>
+/// The squared errors of pixels per sample:
+enum ErrorLane {
+    kRest,        ///< of all but shared indirect light
+    kRawRest,     ///< the same, not clipped
+    kClippedRest, ///< the same, of samples clipped to 1
+    kShared       ///< of shared indirect light
+};
+
+/// The errors of pixels, by ErrorLane, and their time, per sample.
 struct Costs {
-    Real error = 0;        ///< of all but shared indirect light; clipped
-    Real rawError = 0;     ///< not clipped
-    Real clippedError = 0; ///< of samples clipped to 1
-    Real shared = 0;       ///< of shared indirect light
-    Real time = 0;         ///< 0: not measured
-    template <class Other>
-    void add(const Costs<Other>& other, Real weight) {
-        error += weight * Real(other.error);
-        rawError += weight * Real(other.rawError);
-        clippedError += weight * Real(other.clippedError);
-        shared += weight * Real(other.shared);
-        time += weight * Real(other.time);
-    }
+    Float4 errors = {};
+    float time = 0; ///< 0: not measured
 };
 
 /// Returns the cost of a block that has the samples of both `a` and `b`. `rays`: of a sample with a first
 /// vertex.
-Costs<float> costOf(const BlockNoise& a, const BlockNoise& b, float rays, LightParts shared) {
+Costs costOf(const BlockNoise& a, const BlockNoise& b, float rays, LightParts shared) {
     constexpr float kDark = 0.1f;
     const float pairs = a.pairs + b.pairs, samples = kPair * pairs;
     if (pairs == 0)
         return {};
     const float vertices = (a.vertices + b.vertices) / samples;
     const float weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
-    Costs<float> cost;
     const BlockNoise::Split &ofA = a.with(shared), &ofB = b.with(shared);
-    cost.error = weight * (ofA.rest + ofB.rest);
-    cost.rawError = weight * (ofA.rawRest + ofB.rawRest);
-    cost.clippedError = weight * (ofA.clippedRest + ofB.clippedRest);
-    cost.shared = weight * (ofA.shared + ofB.shared);
-    cost.time = kMissTime * (1 - vertices) + rays * vertices;
-    return cost;
+    const Float4 errors = {ofA.rest + ofB.rest, ofA.rawRest + ofB.rawRest, ofA.clippedRest + ofB.clippedRest,
+                           ofA.shared + ofB.shared};
+    return {weight * errors, kMissTime * (1 - vertices) + rays * vertices};
 }
 
-/// The costs of a block by each half of the pilot, then by the whole.
-using CostSet = std::array<Costs<float>, kHalves + 1>;
-
 /// The costs of a block and its neighbors, with its density.
-struct BlockCost : Costs<float> {
+struct BlockCost : Costs {
     /// The binary logarithm of the density of samples, the root of the error over the time (Neyman
     /// allocation); -infinity without an error.
     float logDensity = -INFINITY;
@@ -70,42 +60,57 @@ struct PilotCosts {
 
     PilotCosts(const PairPilot& pilot, LightParts shared) {
         const size_t count = pilot.blocks().factors().size();
-        std::vector<CostSet> sets;
-        sets.reserve(count);
+        std::vector<Sets> blocks(count);
         for (size_t i = 0; i < count; ++i) {
             const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
             const float rays = pilot.rays(i);
-            sets.push_back(
-                {costOf(a, {}, rays, shared), costOf({}, b, rays, shared), costOf(a, b, rays, shared)});
+            blocks[i].set(0, costOf(a, {}, rays, shared));
+            blocks[i].set(1, costOf({}, b, rays, shared));
+            blocks[i].set(kWhole, costOf(a, b, rays, shared));
         }
         for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
             costs->reserve(count);
         for (size_t i = 0; i < count; ++i)
-            addSmoothed(pilot, sets, i);
+            addSmoothed(pilot, blocks, i);
     }
 
   private:
+    static constexpr int kWhole = kHalves;
+    /// The costs of a block, or sums over blocks: by each half of the pilot, then by the whole.
+    struct Sets {
+        Float4 errors[kHalves + 1] = {};
+        Float4 times = {};   ///< by set
+        Float4 weights = {}; ///< by set; 0: not measured
+        void set(int k, const Costs& cost) {
+            errors[k] = cost.errors;
+            times[k] = cost.time;
+            weights[k] = cost.time > 0 ? 1 : 0;
+        }
+        void add(const Sets& other, float weight) {
+            for (int k = 0; k <= kWhole; ++k)
+                errors[k] += weight * other.errors[k];
+            times += weight * other.times;
+            weights += weight * other.weights;
+        }
+    };
+
     /// Adds the means of the costs of a block and of its neighbors that were measured.
-    void addSmoothed(const PairPilot& pilot, const std::vector<CostSet>& sets, size_t block) {
-        CostSet sums;
-        std::array<float, kHalves + 1> weights = {};
-        pilot.forEachNeighbor(block, [&](size_t i, float weight) {
-            for (size_t k = 0; k < sums.size(); ++k)
-                if (sets[i][k].time > 0) {
-                    sums[k].add(sets[i][k], weight);
-                    weights[k] += weight;
-                }
-        });
-        halves[0].push_back(meanOf(sums[0], weights[0]));
-        halves[1].push_back(meanOf(sums[1], weights[1]));
-        whole.push_back(meanOf(sums[2], weights[2]));
+    void addSmoothed(const PairPilot& pilot, const std::vector<Sets>& blocks, size_t block) {
+        Sets sums;
+        pilot.forEachNeighbor(block, [&](size_t i, float weight) { sums.add(blocks[i], weight); });
+        halves[0].push_back(meanOf(sums, 0));
+        halves[1].push_back(meanOf(sums, 1));
+        whole.push_back(meanOf(sums, kWhole));
     }
-    static BlockCost meanOf(const Costs<float>& sum, float weight) {
+    static BlockCost meanOf(const Sets& sums, int k) {
         BlockCost mean;
-        if (weight > 0)
-            mean.add(sum, 1 / weight);
-        if (mean.error > 0)
-            mean.logDensity = std::log2(mean.error / mean.time) / 2;
+        if (sums.weights[k] > 0) {
+            const float scale = 1 / sums.weights[k];
+            mean.errors = scale * sums.errors[k];
+            mean.time = scale * sums.times[k];
+        }
+        if (mean.errors[kRest] > 0)
+            mean.logDensity = std::log2(mean.errors[kRest] / mean.time) / 2;
         return mean;
     }
 };
@@ -127,9 +132,10 @@ class DensityBins {
         for (int half = 0; half < kHalves; ++half)
             for (size_t i = 0; i < costs.whole.size(); ++i) {
                 const double density = double(costs.halves[half][i].logDensity) - largest;
-                BlockCost cost = costs.halves[1 - half][i];
-                cost.time = costs.whole[i].time;
-                m_bins[binOf(density)].add(cost, 1);
+                Bin& bin = m_bins[binOf(density)];
+                for (int lane = 0; lane < 4; ++lane)
+                    bin.errors[lane] += double(costs.halves[1 - half][i].errors[lane]);
+                bin.time += double(costs.whole[i].time);
             }
     }
     /// Returns the product of error and time with the factors of a step; a negative step: with factors of 1.
@@ -138,13 +144,13 @@ class DensityBins {
     double productFor(int step) const {
         double error = 0, rawError = 0, time = 0, leastTime = 0, mostRawError = 0;
         for (int i = 0; i < kBins; ++i) {
-            const Costs<double>& bin = m_bins[i];
-            const double factor = step < 0 ? 1 : 1 << exponentOf(i, step);
-            error += bin.error / factor + bin.shared;
-            rawError += bin.rawError / factor + bin.shared;
+            const Bin& bin = m_bins[i];
+            const double factor = step < 0 ? 1 : 1 << exponentOf(i, step), shared = bin.errors[kShared];
+            error += bin.errors[kRest] / factor + shared;
+            rawError += bin.errors[kRawRest] / factor + shared;
             time += bin.time * factor;
             leastTime += bin.time;
-            mostRawError += bin.rawError + bin.shared;
+            mostRawError += bin.errors[kRawRest] + shared;
         }
         const bool isAllowed = time <= kMaxTime * leastTime && rawError * time <= mostRawError * leastTime;
         return isAllowed ? error * time : INFINITY;
@@ -154,6 +160,12 @@ class DensityBins {
     /// Blocks of the first bin have a factor of 1 at all steps, those of the last bin the largest factor.
     static constexpr int kFirst = -kStepCount, kLast = kSteps * kMaxExponent, kBins = kLast - kFirst + 1;
 
+    /// Sums over blocks.
+    struct Bin {
+        double errors[4] = {}; ///< by ErrorLane
+        double time = 0;
+    };
+
     static size_t binOf(double logDensity) {
         const double bin = std::floor(kSteps * (logDensity + 0.5));
         return size_t(std::clamp(bin, double(kFirst), double(kLast)) - kFirst);
@@ -162,7 +174,7 @@ class DensityBins {
     static int exponentOf(int bin, int step) {
         return std::clamp((bin + kFirst + step + kStepCount) / kSteps - kStepCount / kSteps, 0, kMaxExponent);
     }
-    Costs<double> m_bins[kBins];
+    Bin m_bins[kBins];
 };
 
 /// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
@@ -192,8 +204,9 @@ double rootGain(const PilotCosts& costs, double logScale) {
     double roots = 0, plannedRoots = 0, time = 0, plannedTime = 0;
     for (const BlockCost& block : costs.whole) {
         const double factor = roundedFactor(logScale + double(block.logDensity));
-        roots += std::sqrt(double(block.clippedError + block.shared));
-        plannedRoots += std::sqrt(double(block.clippedError) / factor + double(block.shared));
+        const double rest = double(block.errors[kClippedRest]), shared = double(block.errors[kShared]);
+        roots += std::sqrt(rest + shared);
+        plannedRoots += std::sqrt(rest / factor + shared);
         time += double(block.time);
         plannedTime += double(block.time) * factor;
     }

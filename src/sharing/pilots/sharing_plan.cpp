@@ -33,21 +33,15 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
            (kSample + (ray * double(counters.rays()) + kFootprint * double(counters.footprints)) / samples);
 }
 
+/// An adaptive render takes about this many times the samples of a uniform one (planSamples).
+constexpr double kAdaptiveSamples = 2;
+
 /// See overheadOf.
 struct Overheads {
     double uniform;                 ///< if all pixels have the same number of samples
-    std::optional<double> adaptive; ///< if their numbers differ; none: they do not
-    double least() const { return std::min(uniform, adaptive.value_or(uniform)); }
+    std::optional<double> adaptive; ///< if their numbers differ, which is less; none: they do not
+    double least() const { return adaptive.value_or(uniform); }
 };
-
-Overheads overheadsOf(const Scene& scene, const PairPilot& pairs, double samplesPerPixel,
-                      bool adaptsSamples) {
-    Overheads out{overheadOf(scene, samplesPerPixel, pairs.counters()), {}};
-    // An adaptive render takes about twice the samples of a uniform one (planSamples).
-    if (adaptsSamples && promisesSamplePlan(pairs, samplesPerPixel, LightParts::all()))
-        out.adaptive = overheadOf(scene, 2 * samplesPerPixel, pairs.counters());
-    return out;
-}
 
 /// Returns true if the first render of the blocks shows that sharing cannot pay. The gain that LightSharing
 /// estimates is up to three times too large. An estimated gain that hardly exceeds the ratio of the times
@@ -141,6 +135,19 @@ Verdict decide(std::span<const BlockPilot> pilots, const Overheads& overheads, d
     return verdict;
 }
 
+/// Returns the means over the pixels of the blocks. `errorScale`: the error of other light in the render,
+/// relative to that in the pilot.
+EmissionPilot meanEmission(std::span<const BlockPilot> pilots, double errorScale) {
+    double weights = 0;
+    EmissionPilot mean{0, 0};
+    for (const BlockPilot& pilot : pilots) {
+        weights += pilot.weight * pilot.pixels;
+        mean.otherError += pilot.weight * pilot.absoluteVariance;
+        mean.coefficient += pilot.weight * pilot.emissionCoefficient;
+    }
+    return {mean.otherError * errorScale / weights, mean.coefficient / weights};
+}
+
 } // namespace
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
@@ -161,7 +168,9 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     const size_t count = size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks));
     // An uncertain verdict is worth twice as many blocks where this is not much of the render.
     const size_t limit = 2 * affordable >= kMinBlocks ? 2 * count : count;
-    const Overheads overheads = overheadsOf(scene, pairs, samples, adaptsSamples);
+    Overheads overheads{overheadOf(scene, samples, pairs.counters()), {}};
+    if (adaptsSamples)
+        overheads.adaptive = overheadOf(scene, kAdaptiveSamples * samples, pairs.counters());
     const double gainLeft = gainLeftOf(samples, pilotSamples);
     const BlockChooser chooser(pairs);
     BlockRenderer renderer(scene, context, pilotSamples, cellSize);
@@ -178,8 +187,16 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         parallelFor(count, [&](size_t i) {
             renderer.renderFirst(hashCombine(kSeeds[0], first + i), pilots[first + i]);
         });
-        if (first == 0 && !chosen && isHopeless(pilots, overheads.least()))
-            return {};
+        if (first == 0) {
+            const auto endsEarly = [&] { return !chosen && isHopeless(pilots, overheads.least()); };
+            if (endsEarly()) // before a promise is looked for, which takes as long as a block
+                return {};
+            if (adaptsSamples && !promisesSamplePlan(pairs, samples, LightParts::all())) {
+                overheads.adaptive.reset();
+                if (endsEarly())
+                    return {};
+            }
+        }
         parallelFor(count, [&](size_t i) {
             renderer.renderSecond(hashCombine(kSeeds[1], first + i), pilots[first + i]);
         });
@@ -188,15 +205,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     SharingPlan plan;
     plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
     plan.parts = chosen.value_or(verdict.parts);
-    double weights = 0;
-    plan.emission = {0, 0};
-    for (const BlockPilot& pilot : pilots) {
-        weights += pilot.weight * pilot.pixels;
-        plan.emission.otherError += pilot.weight * pilot.absoluteVariance;
-        plan.emission.coefficient += pilot.weight * pilot.emissionCoefficient;
-    }
-    plan.emission.otherError *= pilotSamples / (samples * weights);
-    plan.emission.coefficient /= weights;
+    plan.emission = meanEmission(pilots, pilotSamples / samples);
     return plan;
 }
 
