@@ -38,9 +38,10 @@ constexpr double kAdaptiveSamples = 2;
 
 /// See overheadOf.
 struct Overheads {
-    double uniform;                 ///< if all pixels have the same number of samples
-    std::optional<double> adaptive; ///< if their numbers differ, which is less; none: they do not
-    double least() const { return adaptive.value_or(uniform); }
+    double uniform;  ///< if all pixels have the same number of samples
+    double adaptive; ///< if their numbers differ, which is less
+    bool adapts;     ///< whether they may differ
+    double least() const { return adapts ? adaptive : uniform; }
 };
 
 /// Returns true if the first render of the blocks shows that sharing cannot pay. The gain that LightSharing
@@ -126,12 +127,12 @@ Verdict decide(std::span<const BlockPilot> pilots, const Overheads& overheads, d
     // The noisy blocks of an adaptive render have several times as many samples as the pilot, and gain more:
     // from 4 to 16 samples, the gain of the errors rises 1.3 to 1.9 times (three scenes).
     constexpr double kMoreGain = 1.15;
-    const double leastRoot = std::sqrt(leastInPilot(
-        overheads.adaptive ? (1 + *overheads.adaptive) / sqr(kMoreGain) : 1 + overheads.uniform));
+    const double moreGain = overheads.adapts ? kMoreGain : 1;
+    const double leastRoot = std::sqrt(leastInPilot((1 + overheads.least()) / sqr(moreGain)));
     const SharingGain gain = gainOf(pilots, kErrorClipCount - 1, leastRoot,
                                     [](double error) { return std::sqrt(std::max(error, 0.)); });
     if (gain.parts.has(LightPart::Indirect))
-        pays(gain, overheads.adaptive ? 0 : kStandardErrors);
+        pays(gain, overheads.adapts ? 0 : kStandardErrors);
     return verdict;
 }
 
@@ -168,9 +169,8 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     const size_t count = size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks));
     // An uncertain verdict is worth twice as many blocks where this is not much of the render.
     const size_t limit = 2 * affordable >= kMinBlocks ? 2 * count : count;
-    Overheads overheads{overheadOf(scene, samples, pairs.counters()), {}};
-    if (adaptsSamples)
-        overheads.adaptive = overheadOf(scene, kAdaptiveSamples * samples, pairs.counters());
+    Overheads overheads{overheadOf(scene, samples, pairs.counters()),
+                        overheadOf(scene, kAdaptiveSamples * samples, pairs.counters()), adaptsSamples};
     const double gainLeft = gainLeftOf(samples, pilotSamples);
     const BlockChooser chooser(pairs);
     BlockRenderer renderer(scene, context, pilotSamples, cellSize);
@@ -192,7 +192,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
             if (endsEarly()) // before a promise is looked for, which takes as long as a block
                 return {};
             if (adaptsSamples && !promisesSamplePlan(pairs, samples, LightParts::all())) {
-                overheads.adaptive.reset();
+                overheads.adapts = false;
                 if (endsEarly())
                     return {};
             }
