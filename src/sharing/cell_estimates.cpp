@@ -9,11 +9,20 @@ namespace strobe {
 namespace {
 
 constexpr float kFitRadius = 2; ///< of a fit, in edges of its cells
+/// The terms of a fit: the value at the node, and the derivatives by two tangents of the position (per radius
+/// of the fit) and of the normal.
+constexpr int kTerms = 5;
+
+/// Several channels of light as linear functions of the position and the normal on a surface.
+template <int kChannels>
+struct LightFit {
+    float terms[kTerms][kChannels];
+};
 
 /// A point relative to a node: the features of a fit and the weight of the point.
 struct FitFrame {
     V3f p, n;
-    V3f ps, pt, ns, nt; ///< the tangents, scaled to the derivatives of LightFit
+    V3f ps, pt, ns, nt; ///< the tangents, scaled to the derivatives of the fit
     float inverseRadius2;
 
     FitFrame(const CellNode& node, float radius) : p(node.p), n(node.n) {
@@ -41,10 +50,9 @@ struct FitFrame {
 };
 
 /// The normal equations of weighted least-squares fits of several channels with equal weights.
+template <int kChannels>
 struct NormalEquations {
-    static constexpr int kTerms = LightFit::kTerms, kChannels = kLightChannels;
-    static constexpr int kColumns = 24; ///< features, then channels, then zeros
-    static constexpr int kPadding = kColumns - kTerms - kChannels;
+    static constexpr int kColumns = (kTerms + kChannels + 7) / 8 * 8; ///< features, channels, then zeros
 
     alignas(64) float rows[kTerms][kColumns] = {};
 
@@ -60,10 +68,10 @@ struct NormalEquations {
     }
     /// Solves the equations by Cholesky decomposition. The ridge keeps derivatives small that the points do
     /// not determine; it is relative to the total weight.
-    LightFit solve() {
+    LightFit<kChannels> solve() {
         constexpr float kRidge[kTerms] = {0, 0.02f, 0.02f, 0.05f, 0.05f};
         const float total = rows[0][0];
-        LightFit fit{};
+        LightFit<kChannels> fit{};
         if (!(total > 0))
             return fit;
         float inverse[kTerms]; // of the diagonal
@@ -78,121 +86,178 @@ struct NormalEquations {
             inverse[a] = 1 / std::sqrt(std::max(rows[a][a], 1e-12f * total));
             rows[a][a] *= inverse[a];
         }
-        for (int c = 0; c < kChannels; ++c)
-            substitute(inverse, c, fit);
+        substitute(inverse, fit);
         return fit;
     }
 
   private:
-    void substitute(const float* inverse, int c, LightFit& fit) const {
-        float x[kTerms];
+    void substitute(const float* inverse, LightFit<kChannels>& fit) const {
+        auto& x = fit.terms;
         for (int a = 0; a < kTerms; ++a) {
-            x[a] = rows[a][kTerms + c];
+            std::copy_n(rows[a] + kTerms, kChannels, x[a]);
             for (int k = 0; k < a; ++k)
-                x[a] -= x[k] * rows[a][k];
-            x[a] *= inverse[a];
+                subtract(x[k], rows[a][k], x[a]);
+            scale(inverse[a], x[a]);
         }
         for (int a = kTerms - 1; a >= 0; --a) {
             for (int k = a + 1; k < kTerms; ++k)
-                x[a] -= x[k] * rows[k][a];
-            x[a] *= inverse[a];
-            fit.terms[a][c] = x[a];
+                subtract(x[k], rows[k][a], x[a]);
+            scale(inverse[a], x[a]);
         }
+    }
+    static void subtract(const float* values, float factor, float* from) {
+        for (int c = 0; c < kChannels; ++c)
+            from[c] -= values[c] * factor;
+    }
+    static void scale(float factor, float* values) {
+        for (int c = 0; c < kChannels; ++c)
+            values[c] *= factor;
     }
 };
 
 /// The points of a fit, by point.
+template <int kChannels>
 struct FitPoints {
-    static constexpr int kMax = 256;
-    alignas(64) float rows[kMax][NormalEquations::kColumns];
+    static constexpr int kMax = 256, kColumns = NormalEquations<kChannels>::kColumns;
+    alignas(64) float rows[kMax][kColumns];
     float weights[kMax];
     int count = 0;
 };
 
-STROBE_TARGET_CLONES void accumulate(const FitPoints& points, NormalEquations& out) {
+template <int kChannels>
+STROBE_TARGET_CLONES void accumulate(const FitPoints<kChannels>& points, NormalEquations<kChannels>& out) {
     for (int i = 0; i < points.count; ++i)
         out.add(points.rows[i], points.weights[i]);
 }
 
-/// Fits both halves with the same weights: the inverse variances of the difference between both.
-LightFit fitNode(const CellPyramid& pyramid, const CellNode& node) {
-    constexpr float kMinCosine = 0.7f; // between the normals of points that share
-    const FitFrame frame(node, kFitRadius * pyramid.edge(node));
-    FitPoints points;
-    NormalEquations equations;
-    pyramid.forNeighbors(node, [&](uint32_t index) {
-        const CellNode& other = pyramid.nodes()[index];
-        const float weight =
-            frame.kernel(other.p) * (other.count[0] * other.count[1] / (other.count[0] + other.count[1]));
-        if (!(weight > 0) || dot(node.n, other.n) < kMinCosine)
-            return;
-        if (points.count == FitPoints::kMax) {
-            accumulate(points, equations);
-            points.count = 0;
-        }
-        points.weights[points.count] = weight;
-        float* row = points.rows[points.count++];
-        frame.features(other.p, other.n, row);
-        row += LightFit::kTerms;
-        row = std::copy(std::begin(other.light), std::end(other.light), row);
-        std::fill(row, row + NormalEquations::kPadding, 0.f);
-    });
-    accumulate(points, equations);
-    LightFit fit = equations.solve();
-    if (!equations.hasPoints())
-        std::copy(std::begin(node.light), std::end(node.light), fit.terms[0]);
-    return fit;
-}
-
-/// The fit of the node that was asked for last. Consecutive cells of CellPyramid::cellsByNode have the same.
-class LastFit {
+/// The estimates of several parts of the light at once.
+template <int kPartCount>
+class CellEstimator {
   public:
-    const LightFit& of(const CellPyramid& pyramid, uint32_t node) {
-        if (node != m_node) {
-            m_node = node;
-            m_fit = fitNode(pyramid, pyramid.nodes()[node]);
+    static constexpr int kChannels = kPartCount * NodeLight::kChannels;
+
+    /// `estimates`: by part; those of other parts are not used.
+    CellEstimator(const CellPyramid& pyramid, const LightPart (&parts)[kPartCount], CellEstimates& estimates)
+        : m_pyramid(pyramid), m_parts(parts), m_estimates(estimates) {
+        for (int scale = 0; scale < kFitScales; ++scale)
+            m_fits.push_back({CellPyramid::Neighbors(pyramid), ~0u, {}});
+    }
+
+    void estimate(uint32_t cell) {
+        const uint32_t node = m_pyramid.nodeOf(cell);
+        CellEstimate out[kPartCount];
+        float light[kChannels];
+        copyLight(node, light);
+        set(0, light, out);
+        uint32_t ancestor = m_pyramid.nodes()[node].parent;
+        for (int scale = 0; scale < kFitScales; ++scale) {
+            evaluate(fitOf(scale, ancestor), ancestor, m_pyramid.nodes()[node], light);
+            set(1 + scale, light, out);
+            ancestor = m_pyramid.nodes()[ancestor].parent;
         }
-        return m_fit;
+        for (int i = 0; i < kPartCount; ++i)
+            m_estimates.parts[int(m_parts[i])][cell] = out[i];
     }
 
   private:
-    uint32_t m_node = ~0u;
-    LightFit m_fit;
+    using Fit = LightFit<kChannels>;
+    /// The fits of one size.
+    struct FitsOfScale {
+        CellPyramid::Neighbors neighbors;
+        uint32_t node = ~0u; ///< the last one
+        Fit fit;
+    };
+
+    static void set(int estimate, const float* light, CellEstimate (&out)[kPartCount]) {
+        for (int i = 0; i < kPartCount; ++i)
+            out[i].set(estimate, light + i * NodeLight::kChannels);
+    }
+    float* copyLight(uint32_t node, float* out) const {
+        for (const LightPart part : m_parts)
+            out = std::copy_n(m_pyramid.light(part, node).of, NodeLight::kChannels, out);
+        return out;
+    }
+    /// Returns the fit of a node. Consecutive cells of CellPyramid::cellsByNode have the same.
+    const Fit& fitOf(int scale, uint32_t node) {
+        FitsOfScale& last = m_fits[size_t(scale)];
+        if (node != last.node)
+            last.fit = fitNode(node, last.neighbors);
+        last.node = node;
+        return last.fit;
+    }
+    /// Fits both halves with the same weights: the inverse variances of the difference between both.
+    Fit fitNode(uint32_t index, CellPyramid::Neighbors& neighbors) const {
+        constexpr float kMinCosine = 0.7f; // between the normals of points that share
+        const CellNode& node = m_pyramid.nodes()[index];
+        const FitFrame frame(node, kFitRadius * m_pyramid.edge(node));
+        FitPoints<kChannels> points;
+        NormalEquations<kChannels> equations;
+        for (const uint32_t neighbor : neighbors.of(index)) {
+            const CellNode& other = m_pyramid.nodes()[neighbor];
+            const float weight =
+                frame.kernel(other.p) * (other.count[0] * other.count[1] / (other.count[0] + other.count[1]));
+            if (!(weight > 0) || dot(node.n, other.n) < kMinCosine)
+                continue;
+            if (points.count == points.kMax) {
+                accumulate(points, equations);
+                points.count = 0;
+            }
+            points.weights[points.count] = weight;
+            float* const row = points.rows[points.count++];
+            frame.features(other.p, other.n, row);
+            std::fill(copyLight(neighbor, row + kTerms), row + points.kColumns, 0.f);
+        }
+        accumulate(points, equations);
+        Fit fit = equations.solve();
+        if (!equations.hasPoints())
+            copyLight(index, fit.terms[0]);
+        return fit;
+    }
+    /// Writes the values of the fit of a node at a cell.
+    void evaluate(const Fit& fit, uint32_t node, const CellNode& cell, float (&out)[kChannels]) const {
+        const CellNode& center = m_pyramid.nodes()[node];
+        float features[kTerms];
+        FitFrame(center, kFitRadius * m_pyramid.edge(center)).features(cell.p, cell.n, features);
+        std::fill(std::begin(out), std::end(out), 0.f);
+        for (int k = 0; k < kTerms; ++k)
+            for (int c = 0; c < kChannels; ++c)
+                out[c] += fit.terms[k][c] * features[k];
+    }
+
+    const CellPyramid& m_pyramid;
+    const LightPart (&m_parts)[kPartCount];
+    CellEstimates& m_estimates;
+    std::vector<FitsOfScale> m_fits; ///< by scale
 };
 
-CellEstimate estimateCell(const CellPyramid& pyramid, const CellNode& cell, LastFit (&fits)[kFitScales]) {
-    CellEstimate out;
-    out.set(0, cell.light);
-    uint32_t ancestor = cell.parent;
-    for (LastFit& last : fits) {
-        const LightFit& fit = last.of(pyramid, ancestor);
-        const CellNode& node = pyramid.nodes()[ancestor];
-        float features[LightFit::kTerms];
-        FitFrame(node, kFitRadius * pyramid.edge(node)).features(cell.p, cell.n, features);
-        float value[kLightChannels] = {};
-        for (int k = 0; k < LightFit::kTerms; ++k)
-            for (int c = 0; c < kLightChannels; ++c)
-                value[c] += fit.terms[k][c] * features[k];
-        out.set(1 + int(&last - fits), value);
-        ancestor = node.parent;
-    }
-    return out;
+template <int kPartCount>
+void estimateParts(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
+                   const LightPart (&parts)[kPartCount], CellEstimates& out) {
+    for (const LightPart part : parts)
+        out.parts[int(part)].resize(pyramid.cellCount());
+    constexpr size_t kRun = 512;
+    parallelFor((cellsByNode.size() + kRun - 1) / kRun, [&](size_t run) {
+        CellEstimator<kPartCount> estimator(pyramid, parts, out);
+        const size_t first = run * kRun;
+        for (const uint32_t cell : cellsByNode.subspan(first, std::min(kRun, cellsByNode.size() - first)))
+            estimator.estimate(cell);
+    });
 }
 
 } // namespace
 
 float fitWidth(int scale) { return 2 * kFitRadius * float(2 << scale); }
 
-HugeBuffer<CellEstimate> estimateCells(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode) {
-    constexpr size_t kRun = 512;
-    HugeBuffer<CellEstimate> estimates(pyramid.cellCount());
-    parallelFor((cellsByNode.size() + kRun - 1) / kRun, [&](size_t run) {
-        LastFit fits[kFitScales];
-        const size_t first = run * kRun;
-        for (const uint32_t cell : cellsByNode.subspan(first, std::min(kRun, cellsByNode.size() - first)))
-            estimates[cell] = estimateCell(pyramid, pyramid.nodes()[pyramid.nodeOf(cell)], fits);
-    });
-    return estimates;
+CellEstimates estimateCells(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode) {
+    CellEstimates out;
+    if (pyramid.parts() == LightParts::all()) {
+        estimateParts(pyramid, cellsByNode, kAllParts, out);
+    } else {
+        for (const LightPart part : kAllParts)
+            if (pyramid.parts().has(part))
+                estimateParts<1>(pyramid, cellsByNode, {part}, out);
+    }
+    return out;
 }
 
 } // namespace strobe

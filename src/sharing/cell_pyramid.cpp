@@ -11,21 +11,40 @@ namespace strobe {
 
 namespace {
 
-void addChild(const CellNode& child, CellNode& parent) {
-    parent.p += child.p;
-    parent.n += child.n;
-    for (int half = 0; half < kHalves; ++half)
-        parent.count[half] += child.count[half];
-    for (int c = 0; c < kLightChannels; ++c)
-        parent.light[c] += child.light[c];
-    parent.ancestors = std::max(parent.ancestors, uint8_t(child.ancestors - 1));
-}
+constexpr int kBlock = 4; ///< edge of the blocks of CellPyramid::Neighbors
+
+/// The cells of a block that are near others, by the coordinates of these along each axis, relative to the
+/// block.
+class NearCells {
+  public:
+    /// `reach`: the largest distance.
+    constexpr explicit NearCells(int reach) : m_reach(reach) {
+        for (int axis = 0, stride = 1; axis < 3; ++axis, stride *= kBlock)
+            for (int other = 0; other < kCount; ++other)
+                for (int cell = 0; cell < kBlock; ++cell)
+                    if (std::max(other - reach - cell, cell - other + reach) <= reach)
+                        m_bits[axis][other] |= uint64_t(1) << (cell * stride);
+    }
+    /// Returns bit x + 4 y + 16 z for each near cell. Precondition: the other cell is near some.
+    uint64_t of(int x, int y, int z) const {
+        return m_bits[0][x + m_reach] * m_bits[1][y + m_reach] * m_bits[2][z + m_reach];
+    }
+
+  private:
+    static constexpr int kCount = 2 * kBlock; ///< coordinates of cells that are near some cell
+    int m_reach;
+    uint64_t m_bits[3][kCount] = {};
+};
 
 } // namespace
 
-CellPyramid::CellPyramid(std::span<const JoinedCell> cells) : m_cubeIndices(cells.size() + cells.size() / 2) {
+CellPyramid::CellPyramid(std::span<const JoinedCell> cells, LightParts parts)
+    : m_parts(parts), m_cubeIndices(cells.size() + cells.size() / 2) {
     // Most surfaces have a third more nodes than cells, and few cubes have several nodes.
     m_nodes.reserve(cells.size() + cells.size() / 2);
+    for (const LightPart part : kAllParts)
+        if (parts.has(part))
+            m_light[int(part)].reserve(m_nodes.capacity());
     m_cubes.reserve(m_nodes.capacity());
     m_recorded.reserve(cells.size());
     for (const JoinedCell& cell : cells)
@@ -34,9 +53,8 @@ CellPyramid::CellPyramid(std::span<const JoinedCell> cells) : m_cubeIndices(cell
     for (const JoinedCell& cell : cells)
         topLevel = std::max(topLevel, cell.id.level + kScales);
     parallelForRuns(cells.size(), [&](size_t i) {
-        CellNode& node = m_nodes[m_recorded[i]];
-        setSums(*cells[i].sums, node);
-        node.ancestors = uint8_t(std::min(topLevel - cells[i].id.level, 255));
+        setSums(*cells[i].sums, m_recorded[i]);
+        m_nodes[m_recorded[i]].ancestors = uint8_t(std::min(topLevel - cells[i].id.level, 255));
     });
     addParents();
     linkCubes();
@@ -44,14 +62,15 @@ CellPyramid::CellPyramid(std::span<const JoinedCell> cells) : m_cubeIndices(cell
 }
 
 /// Sets the sums of the node of a recorded cell. Precondition: the cell has samples.
-void CellPyramid::setSums(const CellSums& sums, CellNode& node) {
+void CellPyramid::setSums(const CellSums& sums, uint32_t index) {
+    CellNode& node = m_nodes[index];
     for (int half = 0; half < kHalves; ++half)
         node.count[half] = float(sums.count[half]);
     for (int part = 0; part < kParts; ++part)
-        for (int half = 0; half < kHalves; ++half) {
+        for (int half = 0; half < kHalves && m_parts.has(LightPart(part)); ++half) {
             const Rgb sum = sums.light[part][half].value();
             for (int c = 0; c < 3; ++c)
-                node.light[channelOf(part, half) + c] = sum[c];
+                m_light[part][index].of[3 * half + c] = sum[c];
         }
     const double edge = std::ldexp(1.0, sums.id.level);
     const double positionUnit = 1.0 / (1 << CellSums::kPositionBits);
@@ -71,7 +90,7 @@ void CellPyramid::addParents() {
     for (auto level = byLevel.begin(); level != byLevel.end(); ++level)
         for (const uint32_t index : level->second) {
             uint32_t cube = parentOf(m_nodes[index].cube);
-            if (m_nodes[index].ancestors == 0) { // but forNeighbors needs cubes
+            if (m_nodes[index].ancestors == 0) { // but Neighbors needs cubes
                 for (int i = 1; i < kGenerations; ++i)
                     cube = parentOf(cube);
                 continue;
@@ -81,14 +100,28 @@ void CellPyramid::addParents() {
             if (m_nodes.size() > before)
                 byLevel[level->first + 1].push_back(parent);
             m_nodes[index].parent = parent;
-            addChild(m_nodes[index], m_nodes[parent]);
+            addChild(index, parent);
         }
 }
 
-void CellPyramid::addLight(size_t cell, int part, int half, const Rgb& light) {
+/// Adds the sums of a node to those of its parent.
+void CellPyramid::addChild(uint32_t child, uint32_t parent) {
+    const CellNode& from = m_nodes[child];
+    CellNode& to = m_nodes[parent];
+    to.p += from.p;
+    to.n += from.n;
+    for (int half = 0; half < kHalves; ++half)
+        to.count[half] += from.count[half];
+    to.ancestors = std::max(to.ancestors, uint8_t(from.ancestors - 1));
+    for (auto& ofPart : m_light)
+        for (int c = 0; c < NodeLight::kChannels && !ofPart.empty(); ++c)
+            ofPart[parent].of[c] += ofPart[child].of[c];
+}
+
+void CellPyramid::addLight(size_t cell, LightPart part, int half, const Rgb& light) {
     forEachAncestor(m_recorded[cell], [&](uint32_t index) {
         for (int c = 0; c < 3; ++c)
-            m_nodes[index].light[channelOf(part, half) + c] += light[c] / m_nodes[index].count[half];
+            m_light[int(part)][index].of[3 * half + c] += light[c] / m_nodes[index].count[half];
     });
 }
 
@@ -122,6 +155,9 @@ uint32_t CellPyramid::findOrAddNode(uint32_t cube, uint8_t face) {
         CellNode& node = m_nodes.emplace_back();
         node.cube = cube;
         node.face = face;
+        for (const LightPart part : kAllParts)
+            if (m_parts.has(part))
+                m_light[int(part)].emplace_back();
     }
     return index;
 }
@@ -163,10 +199,79 @@ void CellPyramid::finishMeans() {
         CellNode& node = m_nodes[i];
         node.p *= 1 / (node.count[0] + node.count[1]);
         node.n = normalizeAny(node.n);
-        for (int c = 0; c < kLightChannels; ++c)
-            if (const float count = node.count[c / 3 % kHalves]; count > 0)
-                node.light[c] *= 1 / count;
+        for (auto& ofPart : m_light)
+            for (int c = 0; c < NodeLight::kChannels && !ofPart.empty(); ++c)
+                if (const float count = node.count[c / 3]; count > 0)
+                    ofPart[i].of[c] *= 1 / count;
     });
+}
+
+std::span<const uint32_t> CellPyramid::Neighbors::of(uint32_t node) {
+    const CellId& id = m_pyramid.m_cubes[m_pyramid.m_nodes[node].cube].id;
+    const CellId block = id.parent().parent();
+    static_assert(kBlock == 1 << kGenerations);
+    if (block != m_block || m_visited.none()) {
+        m_block = block;
+        m_visited.reset();
+        m_candidates.clear();
+    }
+    const int x = id.x - kBlock * block.x, y = id.y - kBlock * block.y, z = id.z - kBlock * block.z;
+    visitCubesAround(x, y, z);
+    m_found.resize(std::max(m_found.size(), m_candidates.size()));
+    const int bit = x + kBlock * (y + kBlock * z);
+    size_t count = 0;
+    for (const Candidate& candidate : m_candidates) {
+        m_found[count] = candidate.node;
+        count += candidate.cells >> bit & 1;
+    }
+    return {m_found.data(), count};
+}
+
+/// Adds the nodes of the cubes, each as large as the block, that are near a cell of the block: of up to two
+/// cubes along each axis.
+void CellPyramid::Neighbors::visitCubesAround(int x, int y, int z) {
+    const auto first = [](int cell) { return cell < kReach ? -1 : 0; };
+    for (int dx = first(x); dx <= first(x) + 1; ++dx)
+        for (int dy = first(y); dy <= first(y) + 1; ++dy)
+            for (int dz = first(z); dz <= first(z) + 1; ++dz) {
+                const size_t number = size_t(dx + 1 + 3 * (dy + 1) + 9 * (dz + 1));
+                if (m_visited[number])
+                    continue;
+                m_visited.set(number);
+                CellId id = m_block;
+                id.x += dx;
+                id.y += dy;
+                id.z += dz;
+                if (const uint32_t cube = m_pyramid.m_cubeIndices.find(id.hash()); cube != kAbsent)
+                    addDescendants(m_pyramid.m_cubes[cube]);
+            }
+}
+
+/// Adds the nodes near any cell of the block in a cube as large as the block.
+void CellPyramid::Neighbors::addDescendants(const Cube& cube) {
+    static_assert(kReach == kBlock / 2, "the children of cubes contain near cells only, or none");
+    static constexpr NearCells kNear(kReach);
+    const auto isNear = [](int32_t child, int32_t block) {
+        return child - 2 * block >= -1 && child - 2 * block <= 2;
+    };
+    for (const uint32_t childIndex : cube.children) {
+        if (childIndex == kAbsent)
+            continue;
+        const Cube& child = m_pyramid.m_cubes[childIndex];
+        if (!isNear(child.id.x, m_block.x) || !isNear(child.id.y, m_block.y) ||
+            !isNear(child.id.z, m_block.z))
+            continue;
+        for (const uint32_t leafIndex : child.children) {
+            if (leafIndex == kAbsent)
+                continue;
+            const Cube& leaf = m_pyramid.m_cubes[leafIndex];
+            const uint64_t cells = kNear.of(leaf.id.x - kBlock * m_block.x, leaf.id.y - kBlock * m_block.y,
+                                            leaf.id.z - kBlock * m_block.z);
+            for (const uint32_t node : leaf.nodes)
+                if (node != kAbsent)
+                    m_candidates.push_back({cells, node});
+        }
+    }
 }
 
 } // namespace strobe

@@ -3,6 +3,7 @@
 #include "core/util/parallel.h"
 
 #include <algorithm>
+#include <cstring>
 #include <iterator>
 
 namespace strobe {
@@ -24,122 +25,113 @@ float rarityOf(float countPerPixel) {
 /// A cell whose regions are sought.
 struct Query {
     uint32_t cell, node;
-    float rest[kParts] = {1, 1}; ///< the weight that smaller regions left
+    float rest = 1; ///< the weight that smaller regions left
 };
 
-/// Sums over samples, weighted.
+/// Sums over samples above the limit, weighted.
 struct Sums {
-    float brightness = 0, squares = 0; ///< of the light above the limit
+    float brightness = 0, squares = 0;
     Rgb rare = Rgb(0);
     /// Returns the number of equally bright samples whose noise is that of these samples.
     float effectiveCount() const { return squares > 0 ? sqr(brightness) / squares : 0; }
 };
 
-/// Sums over the nodes around a cell, by part.
-struct Region {
-    Sums parts[kParts];
-    float count = 0; ///< of all samples
+/// Some points of a surface, as a structure of arrays.
+struct Points {
+    static constexpr int kMax = 8;
+    /// One float for each point.
+    typedef float Floats __attribute__((vector_size(kMax * sizeof(float))));
+    alignas(Floats) float p[3][kMax] = {};
+    alignas(Floats) float n[3][kMax] = {};
+    int count = 0;
+
+    void add(const CellNode& node) {
+        for (int k = 0; k < 3; ++k) {
+            p[k][count] = node.p[k];
+            n[k][count] = node.n[k];
+        }
+        ++count;
+    }
 };
+
+/// A node, and what is to be summed over nodes.
+template <int kColumns>
+struct Summand {
+    V3f p, n;
+    float values[kColumns];
+};
+
+/// Writes sums over nodes for each point, weighted by a bell of the distance from the point and by the angle
+/// between the normals.
+template <int kColumns>
+STROBE_TARGET_CLONES void sumAround(const Points& points, const Summand<kColumns>* nodes, size_t count,
+                                    float inverseRadius2, float (&out)[kColumns][Points::kMax]) {
+    using Floats = Points::Floats;
+    constexpr float kMinCosine = 0.9f;
+    Floats p[3], n[3];
+    std::memcpy(p, points.p, sizeof p);
+    std::memcpy(n, points.n, sizeof n);
+    const Floats zero = {};
+    Floats sums[kColumns] = {};
+    for (size_t k = 0; k < count; ++k) {
+        const Summand<kColumns>& node = nodes[k];
+        const Floats x = node.p.x - p[0], y = node.p.y - p[1], z = node.p.z - p[2];
+        const Floats dot = node.n.x * n[0] + node.n.y * n[1] + node.n.z * n[2];
+        const Floats cosine = (dot - kMinCosine) / (1 - kMinCosine);
+        const Floats bell = 1 - (x * x + y * y + z * z) * inverseRadius2;
+        const Floats weights = (cosine > zero ? cosine : zero) * (bell > zero ? bell * bell * bell : zero);
+        for (int c = 0; c < kColumns; ++c)
+            sums[c] += weights * node.values[c];
+    }
+    std::memcpy(out, sums, sizeof out);
+}
 
 /// The nodes of the size of one node around it, and what they hold.
 class Surroundings {
   public:
-    /// `sums`: by node, by part.
+    /// `sums`: by node.
     Surroundings(const CellPyramid& pyramid, const HugeVector<Sums>& sums)
-        : m_pyramid(pyramid), m_sums(sums) {}
+        : m_pyramid(pyramid), m_sums(sums), m_neighbors(pyramid) {}
     /// Collects the nodes around a node.
     void collect(uint32_t node) {
         if (m_node == node)
             return;
         m_node = node;
-        m_rows.clear();
-        m_count = 0;
-        m_pyramid.forNeighbors(m_pyramid.nodes()[node], [&](uint32_t index) { add(index); });
+        m_all.clear();
+        m_bright.clear();
+        for (const uint32_t index : m_neighbors.of(node)) {
+            const CellNode& neighbor = m_pyramid.nodes()[index];
+            m_all.push_back({neighbor.p, neighbor.n, {neighbor.count[0] + neighbor.count[1]}});
+            if (const Sums& sums = m_sums[index]; sums.brightness > 0)
+                m_bright.push_back({neighbor.p,
+                                    neighbor.n,
+                                    {sums.brightness, sums.squares, sums.rare.x, sums.rare.y, sums.rare.z}});
+        }
         constexpr float kRadius = 2 * 1.414f; ///< in edges
         m_inverseRadius2 = 1 / sqr(kRadius * m_pyramid.edge(m_pyramid.nodes()[node]));
     }
-    /// Returns the sums of the nodes, weighted by a bell of the distance from a cell and by the angle between
-    /// the normals.
-    Region around(const CellNode& center) const {
-        WeightedSums sums;
-        addRows(m_rows.data(), int(m_rows.size()), center.p, center.n, m_inverseRadius2, sums);
-        Region out;
-        const auto total = [&](int column) {
-            float sum = 0;
-            for (const float lane : sums.lanes[column])
-                sum += lane;
-            return sum;
-        };
-        out.count = total(kCount);
-        for (int part = 0; part < kParts; ++part) {
-            const int first = kSums + kSumColumns * part;
-            out.parts[part] = {total(first), total(first + 1),
-                               Rgb(total(first + 2), total(first + 3), total(first + 4))};
-        }
-        return out;
+    /// Writes the weighted sums around each point over the samples above the limit.
+    void sumBright(const Points& points, Sums* out) const {
+        float sums[5][Points::kMax] = {};
+        if (!m_bright.empty())
+            sumAround(points, m_bright.data(), m_bright.size(), m_inverseRadius2, sums);
+        for (int i = 0; i < points.count; ++i)
+            out[i] = {sums[0][i], sums[1][i], Rgb(sums[2][i], sums[3][i], sums[4][i])};
+    }
+    /// Writes the weighted numbers of all samples around each point.
+    void count(const Points& points, float (&out)[1][Points::kMax]) const {
+        sumAround(points, m_all.data(), m_all.size(), m_inverseRadius2, out);
     }
 
   private:
-    static constexpr int kLanes = 8, kSumColumns = 5;
-    /// The columns of a row; then the members of Sums by part.
-    enum Column { kP = 0, kN = 3, kCount = 0, kSums = 1, kSummed = kSums + kSumColumns * kParts };
-    /// Nodes as a structure of arrays: position and normal, then what is summed.
-    struct Row {
-        float geometry[6][kLanes];
-        float summed[kSummed][kLanes];
-    };
-    struct WeightedSums {
-        float lanes[kSummed][kLanes] = {};
-    };
-    void add(uint32_t index) {
-        const int lane = m_count++ % kLanes;
-        if (lane == 0)
-            m_rows.emplace_back(); // zeros have no weight
-        Row& row = m_rows.back();
-        const CellNode& node = m_pyramid.nodes()[index];
-        for (int k = 0; k < 3; ++k) {
-            row.geometry[kP + k][lane] = node.p[k];
-            row.geometry[kN + k][lane] = node.n[k];
-        }
-        row.summed[kCount][lane] = node.count[0] + node.count[1];
-        for (int part = 0; part < kParts; ++part) {
-            const Sums& sums = m_sums[kParts * index + size_t(part)];
-            const float values[kSumColumns] = {sums.brightness, sums.squares, sums.rare.x, sums.rare.y,
-                                               sums.rare.z};
-            for (int k = 0; k < kSumColumns; ++k)
-                row.summed[kSums + kSumColumns * part + k][lane] = values[k];
-        }
-    }
-    static void addRows(const Row* rows, int count, const V3f& p, const V3f& n, float inverseRadius2,
-                        WeightedSums& out);
-
     const CellPyramid& m_pyramid;
     const HugeVector<Sums>& m_sums;
-    std::vector<Row> m_rows;
-    int m_count = 0; ///< nodes
+    CellPyramid::Neighbors m_neighbors;
+    std::vector<Summand<1>> m_all;
+    std::vector<Summand<5>> m_bright; ///< with samples above the limit
     uint32_t m_node = ~0u;
     float m_inverseRadius2 = 0;
 };
-
-STROBE_TARGET_CLONES void Surroundings::addRows(const Row* rows, int count, const V3f& p, const V3f& n,
-                                                float inverseRadius2, WeightedSums& out) {
-    constexpr float kMinCosine = 0.9f;
-    for (int r = 0; r < count; ++r) {
-        const Row& row = rows[r];
-        float weights[kLanes];
-        for (int i = 0; i < kLanes; ++i) {
-            const auto& g = row.geometry;
-            const float x = g[kP][i] - p.x, y = g[kP + 1][i] - p.y, z = g[kP + 2][i] - p.z;
-            const float dot = g[kN][i] * n.x + g[kN + 1][i] * n.y + g[kN + 2][i] * n.z;
-            const float cosine = std::max((dot - kMinCosine) / (1 - kMinCosine), 0.f);
-            const float bell = std::max(1 - (x * x + y * y + z * z) * inverseRadius2, 0.f);
-            weights[i] = cosine * bell * bell * bell;
-        }
-        for (int c = 0; c < kSummed; ++c)
-            for (int i = 0; i < kLanes; ++i)
-                out.lanes[c][i] += weights[i] * row.summed[c][i];
-    }
-}
 
 } // namespace
 
@@ -147,10 +139,9 @@ STROBE_TARGET_CLONES void Surroundings::addRows(const Row* rows, int count, cons
 class RareLight::Estimator {
   public:
     /// `cellsByNode`: in the order of CellPyramid::cellsByNode, in which consecutive ones have the same
-    /// surroundings. `estimates`: by cell, by part; initially without light.
+    /// surroundings. `samples`: of one part. `estimates`: by cell; initially without light.
     Estimator(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
-              std::span<const PixelRareSample> samples, float samplesPerPixel,
-              HugeVector<Estimate>& estimates);
+              std::span<const RareSample> samples, float samplesPerPixel, HugeVector<Estimate>& estimates);
 
   private:
     template <class Work>
@@ -159,8 +150,11 @@ class RareLight::Estimator {
     void forRegions(std::span<const uint32_t> cells, const Work& work) const;
     template <class Work>
     void forRegionsOfRun(std::span<const uint32_t> cells, const Work& work) const;
-    bool hasMore(uint32_t node, int part) const;
-    void estimateRarity(std::span<const PixelRareSample> samples, float samplesPerPixel);
+    template <class Work>
+    void forRegionsOfSize(const Surroundings& surroundings, std::span<Query> queries, bool isLargest,
+                          const Work& work) const;
+    bool hasMore(uint32_t node) const;
+    void estimateRarity(std::span<const RareSample> samples, float samplesPerPixel);
     void estimateLight();
     uint32_t topOf(uint32_t cell) const;
     std::vector<bool> findTopsNearRareLight() const;
@@ -168,22 +162,24 @@ class RareLight::Estimator {
     const CellPyramid& m_pyramid;
     const std::span<const uint32_t> m_cellsByNode;
     HugeVector<Estimate>& m_estimates;
-    HugeVector<Sums> m_sums; ///< by node, by part
+    HugeVector<Sums> m_sums; ///< by node
 };
 
 RareLight::RareLight(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
-                     std::span<const PixelRareSample> samples, float samplesPerPixel) {
-    if (samples.empty())
+                     std::span<const PixelRareSample> samples, LightPart part, float samplesPerPixel) {
+    std::vector<RareSample> ofPart;
+    std::copy_if(samples.begin(), samples.end(), std::back_inserter(ofPart),
+                 [&](const RareSample& sample) { return LightPart(sample.part) == part; });
+    if (ofPart.empty())
         return;
-    m_estimates.resize(kParts * pyramid.cellCount());
-    Estimator(pyramid, cellsByNode, samples, samplesPerPixel, m_estimates);
+    m_estimates.resize(pyramid.cellCount());
+    Estimator(pyramid, cellsByNode, ofPart, samplesPerPixel, m_estimates);
 }
 
 RareLight::Estimator::Estimator(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
-                                std::span<const PixelRareSample> samples, float samplesPerPixel,
+                                std::span<const RareSample> samples, float samplesPerPixel,
                                 HugeVector<Estimate>& estimates)
-    : m_pyramid(pyramid), m_cellsByNode(cellsByNode), m_estimates(estimates),
-      m_sums(kParts * pyramid.nodes().size()) {
+    : m_pyramid(pyramid), m_cellsByNode(cellsByNode), m_estimates(estimates), m_sums(pyramid.nodes().size()) {
     for (const RareSample& sample : samples)
         forNodesOf(sample, [&](Sums& sums) {
             const float brightness = sample.light.x + sample.light.y + sample.light.z;
@@ -192,7 +188,7 @@ RareLight::Estimator::Estimator(const CellPyramid& pyramid, std::span<const uint
         });
     estimateRarity(samples, samplesPerPixel);
     for (const RareSample& sample : samples)
-        if (const float share = m_estimates[kParts * sample.cell + sample.part].rarity; share > 0)
+        if (const float share = m_estimates[sample.cell].rarity; share > 0)
             forNodesOf(sample, [&](Sums& sums) { sums.rare += sample.light * share; });
     estimateLight();
 }
@@ -200,13 +196,12 @@ RareLight::Estimator::Estimator(const CellPyramid& pyramid, std::span<const uint
 /// Calls work(sums) for the nodes that contain a sample.
 template <class Work>
 void RareLight::Estimator::forNodesOf(const RareSample& sample, const Work& work) {
-    m_pyramid.forEachAncestor(m_pyramid.nodeOf(sample.cell),
-                              [&](uint32_t node) { work(m_sums[kParts * node + sample.part]); });
+    m_pyramid.forEachAncestor(m_pyramid.nodeOf(sample.cell), [&](uint32_t node) { work(m_sums[node]); });
 }
 
-/// Calls work(cell, part, region, weight) for regions of increasing size around each cell: the first has
-/// weight as far as it has enough samples, the next has what is left, and so on. The weights sum to 1.
-/// `cells`: in the order of m_cellsByNode.
+/// Calls work(cell, sums, count, weight) for regions of increasing size around each cell, with the sums over
+/// the region and its number of samples: the first has weight as far as it has enough samples above the
+/// limit, the next has what is left, and so on. The weights sum to 1. `cells`: in the order of m_cellsByNode.
 template <class Work>
 void RareLight::Estimator::forRegions(std::span<const uint32_t> cells, const Work& work) const {
     constexpr size_t kRun = 512;
@@ -217,59 +212,71 @@ void RareLight::Estimator::forRegions(std::span<const uint32_t> cells, const Wor
 
 template <class Work>
 void RareLight::Estimator::forRegionsOfRun(std::span<const uint32_t> cells, const Work& work) const {
-    const std::span<const CellNode> nodes = m_pyramid.nodes();
     std::vector<Query> queries;
     for (const uint32_t cell : cells)
         queries.push_back({cell, m_pyramid.nodeOf(cell)});
     Surroundings surroundings(m_pyramid, m_sums);
     for (int k = 0; k <= CellPyramid::kScales && !queries.empty(); ++k) {
-        for (Query& query : queries) {
-            const bool isLast = k == CellPyramid::kScales;
-            const auto isSought = [&](int part) {
-                return query.rest[part] > 0 && (k + 2 > CellPyramid::kScales || hasMore(query.node, part));
-            };
-            if (isSought(0) || isSought(1)) {
-                surroundings.collect(query.node);
-                const Region region = surroundings.around(nodes[m_pyramid.nodeOf(query.cell)]);
-                for (int part = 0; part < kParts; ++part) {
-                    if (!isSought(part))
-                        continue;
-                    const float share =
-                        isLast ? 1
-                               : std::clamp(2 * region.parts[part].effectiveCount() / kEnoughSamples - 1, 0.f,
-                                            1.f);
-                    if (share > 0 && region.count > 0)
-                        work(query.cell, part, region, query.rest[part] * share);
-                    query.rest[part] *= 1 - share;
-                }
+        for (size_t first = 0, end = 0; first < queries.size(); first = end) {
+            const uint32_t node = queries[first].node;
+            while (end < queries.size() && queries[end].node == node && end - first < Points::kMax)
+                ++end;
+            const std::span<Query> sameNode(&queries[first], end - first);
+            if (k + 2 > CellPyramid::kScales || hasMore(node)) {
+                surroundings.collect(node);
+                forRegionsOfSize(surroundings, sameNode, k == CellPyramid::kScales, work);
             }
-            query.node = nodes[query.node].parent;
+            for (Query& query : sameNode)
+                query.node = m_pyramid.nodes()[node].parent;
         }
-        std::erase_if(queries, [](const Query& q) { return q.rest[0] <= 0 && q.rest[1] <= 0; });
+        std::erase_if(queries, [](const Query& query) { return query.rest <= 0; });
+    }
+}
+
+/// Visits the regions of one size around cells with the same node: see forRegions.
+template <class Work>
+void RareLight::Estimator::forRegionsOfSize(const Surroundings& surroundings, std::span<Query> queries,
+                                            bool isLargest, const Work& work) const {
+    Points points;
+    for (const Query& query : queries)
+        points.add(m_pyramid.nodes()[m_pyramid.nodeOf(query.cell)]);
+    Sums sums[Points::kMax];
+    surroundings.sumBright(points, sums);
+    float counts[1][Points::kMax];
+    bool hasCounts = false; // few regions need them
+    for (size_t i = 0; i < queries.size(); ++i) {
+        const float enough = 2 * sums[i].effectiveCount() / kEnoughSamples - 1;
+        const float share = isLargest ? 1 : std::clamp(enough, 0.f, 1.f);
+        if (share > 0 && sums[i].brightness > 0) {
+            if (!hasCounts)
+                surroundings.count(points, counts);
+            hasCounts = true;
+            work(queries[i].cell, sums[i], counts[0][i], queries[i].rest * share);
+        }
+        queries[i].rest *= 1 - share;
     }
 }
 
 /// Returns whether the region around a node, which is not among the two largest, has some bright samples: its
 /// parent's parent has.
-bool RareLight::Estimator::hasMore(uint32_t node, int part) const {
+bool RareLight::Estimator::hasMore(uint32_t node) const {
     const uint32_t grandparent = m_pyramid.nodes()[m_pyramid.nodes()[node].parent].parent;
-    return m_sums[kParts * grandparent + size_t(part)].effectiveCount() >= kEnoughSamples / 4;
+    return m_sums[grandparent].effectiveCount() >= kEnoughSamples / 4;
 }
 
 /// Sets the rarity of the cells with samples by the number of equally bright samples around them.
-void RareLight::Estimator::estimateRarity(std::span<const PixelRareSample> samples, float samplesPerPixel) {
+void RareLight::Estimator::estimateRarity(std::span<const RareSample> samples, float samplesPerPixel) {
     std::vector<bool> hasSamples(m_estimates.size());
     for (const RareSample& sample : samples)
-        hasSamples[kParts * sample.cell + sample.part] = true;
+        hasSamples[sample.cell] = true;
     std::vector<uint32_t> cells;
     std::copy_if(m_cellsByNode.begin(), m_cellsByNode.end(), std::back_inserter(cells),
-                 [&](uint32_t cell) { return hasSamples[kParts * cell] || hasSamples[kParts * cell + 1]; });
-    forRegions(cells, [&](uint32_t cell, int part, const Region& region, float weight) {
-        float& countPerSample = m_estimates[kParts * cell + size_t(part)].rarity;
-        countPerSample += weight * region.parts[part].effectiveCount() / region.count;
+                 [&](uint32_t cell) { return hasSamples[cell]; });
+    forRegions(cells, [&](uint32_t cell, const Sums& sums, float count, float weight) {
+        m_estimates[cell].rarity += weight * sums.effectiveCount() / count; // per sample
     });
-    for (size_t i = 0; i < m_estimates.size(); ++i)
-        m_estimates[i].rarity = hasSamples[i] ? rarityOf(samplesPerPixel * m_estimates[i].rarity) : 0;
+    for (const uint32_t cell : cells)
+        m_estimates[cell].rarity = rarityOf(samplesPerPixel * m_estimates[cell].rarity);
 }
 
 /// Sets the light of the cells that have rare light around them.
@@ -278,8 +285,8 @@ void RareLight::Estimator::estimateLight() {
     std::vector<uint32_t> cells;
     std::copy_if(m_cellsByNode.begin(), m_cellsByNode.end(), std::back_inserter(cells),
                  [&](uint32_t cell) { return isNearRare[topOf(cell)]; });
-    forRegions(cells, [&](uint32_t cell, int part, const Region& region, float weight) {
-        m_estimates[kParts * cell + size_t(part)].light += region.parts[part].rare * (weight / region.count);
+    forRegions(cells, [&](uint32_t cell, const Sums& sums, float count, float weight) {
+        m_estimates[cell].light += sums.rare * (weight / count);
     });
 }
 
@@ -294,15 +301,14 @@ uint32_t RareLight::Estimator::topOf(uint32_t cell) const {
 /// Returns, for each node of the largest size, whether it or one next to it has rare light.
 std::vector<bool> RareLight::Estimator::findTopsNearRareLight() const {
     std::vector<bool> out(m_pyramid.nodes().size());
+    CellPyramid::Neighbors neighbors(m_pyramid);
     uint32_t last = ~0u;
     for (uint32_t cell = 0; cell < m_pyramid.cellCount(); ++cell)
         if (const uint32_t top = topOf(cell); top != last) {
             last = top;
-            m_pyramid.forNeighbors(m_pyramid.nodes()[top], [&](uint32_t index) {
-                for (size_t part = 0; part < kParts; ++part)
-                    if (!isBlack(m_sums[kParts * index + part].rare))
-                        out[top] = true;
-            });
+            for (const uint32_t index : neighbors.of(top))
+                if (!isBlack(m_sums[index].rare))
+                    out[top] = true;
         }
     return out;
 }

@@ -9,20 +9,24 @@ namespace strobe {
 /// Estimates of the light of rare bright samples. Some paths reach a small bright region with a low
 /// probability. Their samples are much brighter than their neighbors. A fit that contains such a sample would
 /// be a bright spot as large as its region. Therefore, light above RareLimits is recorded by sample
-/// (RareSample). At each cell it is averaged over a region that contains several such samples. Samples of a
-/// highlight are not rare: each pixel has some. Their light is added to the other light.
+/// (RareSample). For one part of the light, at each cell it is averaged over a region that contains several
+/// such samples. Samples of a highlight are not rare: each pixel has some. Their light is added to the other
+/// light.
 class RareLight {
   public:
     /// There is no rare light.
     RareLight() = default;
-    /// `cellsByNode`: those of the pyramid. `samplesPerPixel`: mean.
+    /// `cellsByNode`: those of the pyramid. `samples`: those of other parts are ignored. `samplesPerPixel`:
+    /// mean.
     RareLight(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
-              std::span<const PixelRareSample> samples, float samplesPerPixel);
+              std::span<const PixelRareSample> samples, LightPart part, float samplesPerPixel);
 
+    /// Returns whether there is no rare light.
+    bool isEmpty() const { return m_estimates.empty(); }
     /// Returns the fraction of the samples' light above the limit that is rare at a recorded cell, in [0,1].
-    float rarity(uint32_t cell, int part) const { return estimate(cell, part).rarity; }
+    float rarity(uint32_t cell) const { return isEmpty() ? 0 : m_estimates[cell].rarity; }
     /// Returns the rare light per sample around a recorded cell.
-    Rgb light(uint32_t cell, int part) const { return estimate(cell, part).light; }
+    Rgb light(uint32_t cell) const { return isEmpty() ? Rgb(0) : m_estimates[cell].light; }
 
   private:
     struct Estimate {
@@ -30,10 +34,7 @@ class RareLight {
         Rgb light = Rgb(0);
     };
     class Estimator;
-    Estimate estimate(uint32_t cell, int part) const {
-        return m_estimates.empty() ? Estimate{} : m_estimates[kParts * cell + size_t(part)];
-    }
-    HugeVector<Estimate> m_estimates; ///< by cell, by part; empty: no rare light
+    HugeVector<Estimate> m_estimates; ///< by cell; empty: no rare light
 };
 
 } // namespace strobe

@@ -124,7 +124,7 @@ class Mixture {
     void measure(size_t pixel) {
         Float4 sums[kHalves][3] = {};
         for (const PixelUse& use : m_light.uses(pixel)) {
-            const auto& estimate = m_estimates[use.cell].light[int(m_part)][use.half];
+            const auto& estimate = m_estimates[use.cell].light[use.half];
             for (int c = 0; c < 3; ++c)
                 sums[use.half][c] += use.albedo[c] * loadFloat4(estimate[c]);
         }
@@ -233,32 +233,36 @@ struct LightSharing::Data {
     void shareRareLight(LightPart part, const Mixture& mixture, HugeVector<Rgb>& correction) const;
 
     RecordedLight light;
-    RareLight rare;
-    HugeBuffer<CellEstimate> estimates; ///< by cell; the last lanes: rare light
+    RareLight rare[kParts];
+    CellEstimates estimates; ///< the last lanes: rare light
 };
 
 LightSharing::Data::Data(RecordedLight recorded) : light(std::move(recorded)) {
-    CellPyramid pyramid(light.cells);
+    CellPyramid pyramid(light.cells, light.parts);
     light.freeCells(); // the pyramid has their sums
     const std::vector<uint32_t> cells = pyramid.cellsByNode();
-    rare = RareLight(pyramid, cells, light.rare, samplesPerPixel(light));
+    const float samples = samplesPerPixel(light);
+    for (const LightPart part : kAllParts)
+        rare[int(part)] = RareLight(pyramid, cells, light.rare, part, samples);
     addCommonLight(pyramid);
     estimates = estimateCells(pyramid, cells);
-    if (light.rare.empty())
-        return;
-    parallelForRuns(estimates.size(), [&](size_t cell) {
-        for (int part = 0; part < kParts; ++part)
-            for (auto& half : estimates[cell].light[part])
+    for (int part = 0; part < kParts; ++part) {
+        if (rare[part].isEmpty())
+            continue;
+        parallelForRuns(estimates.parts[part].size(), [&](size_t cell) {
+            const Rgb rareLight = rare[part].light(uint32_t(cell));
+            for (auto& half : estimates.parts[part][cell].light)
                 for (int c = 0; c < 3; ++c)
-                    half[c][kOwn] = rare.light(uint32_t(cell), part)[c];
-    });
+                    half[c][kOwn] = rareLight[c];
+        });
+    }
 }
 
 /// Adds the light of the samples above RareLimits to the other light, as far as it is not rare.
 void LightSharing::Data::addCommonLight(CellPyramid& pyramid) {
     for (const PixelRareSample& sample : light.rare) {
-        const Rgb common = sample.light * (1 - rare.rarity(sample.cell, sample.part));
-        pyramid.addLight(sample.cell, sample.part, int(sample.half), common);
+        const Rgb common = sample.light * (1 - rare[sample.part].rarity(sample.cell));
+        pyramid.addLight(sample.cell, LightPart(sample.part), int(sample.half), common);
         HalfPixelSums& sums = light.pixels[kHalves * sample.pixel + sample.half];
         sums.light[sample.part] += sample.albedo * common;
         if (sample.isInQuarter)
@@ -267,9 +271,9 @@ void LightSharing::Data::addCommonLight(CellPyramid& pyramid) {
 }
 
 SharedPart LightSharing::Data::share(LightPart part) const {
-    Mixture mixture(light, part, estimates);
+    Mixture mixture(light, part, estimates.parts[int(part)]);
     SharedPart out = mixture.mix();
-    if (!light.rare.empty())
+    if (!rare[int(part)].isEmpty())
         shareRareLight(part, mixture, out.correction);
     return out;
 }
@@ -284,7 +288,7 @@ void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture,
             const float count =
                 float(light.pixel(sample.pixel, 0).count + light.pixel(sample.pixel, 1).count);
             const Rgb rareLight =
-                sample.albedo * sample.light * (rare.rarity(sample.cell, sample.part) / std::max(count, 1.f));
+                sample.albedo * sample.light * (rare[sample.part].rarity(sample.cell) / std::max(count, 1.f));
             own.add(rareLight);
             correction[sample.pixel] -= rareLight;
         }

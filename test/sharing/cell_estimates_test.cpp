@@ -49,10 +49,10 @@ class Cells {
     std::map<CellId, CellSums> m_cells;
 };
 
-HugeBuffer<CellEstimate> estimatesOf(const Cells& cells) {
+CellEstimates estimatesOf(const Cells& cells, LightParts parts = LightParts::all()) {
     std::vector<CellSums> all = cells.all();
     const std::span<CellSums> tile = all;
-    const CellPyramid pyramid(joinCells({&tile, 1}).cells);
+    const CellPyramid pyramid(joinCells({&tile, 1}).cells, parts);
     return estimateCells(pyramid, pyramid.cellsByNode());
 }
 
@@ -86,19 +86,19 @@ TEST(CellEstimates, FitsReproduceLinearLight) {
             const Rgb light = linearLight(centerOf(x, y));
             cells.add(planeCell(x, y, light, light * 2.f));
         }
-    const HugeBuffer<CellEstimate> estimates = estimatesOf(cells);
+    const CellEstimates estimates = estimatesOf(cells);
     for (int y = 8; y < 16; ++y)
         for (int x = 8; x < 16; ++x) {
             const Rgb expected = linearLight(centerOf(x, y));
-            const CellEstimate& estimate = estimates[cells.index(idOf(x, y))];
+            const uint32_t cell = cells.index(idOf(x, y));
+            const CellEstimate& estimate = estimates.parts[int(kPart)][cell];
             for (int k = 0; k <= kFitScales; ++k)
                 for (int c = 0; c < 3; ++c) {
                     const float tolerance = 0.04f * float(1 << k);
-                    EXPECT_NEAR(estimate.at(k, kPart, 0)[c], expected[c], tolerance)
+                    EXPECT_NEAR(estimate.at(k, 0)[c], expected[c], tolerance) << x << " " << y << " " << k;
+                    EXPECT_NEAR(estimate.at(k, 1)[c], 2 * expected[c], 2 * tolerance)
                         << x << " " << y << " " << k;
-                    EXPECT_NEAR(estimate.at(k, kPart, 1)[c], 2 * expected[c], 2 * tolerance)
-                        << x << " " << y << " " << k;
-                    EXPECT_NEAR(estimate.at(k, LightPart::Direct, 1)[c], 1, 1e-4f);
+                    EXPECT_NEAR(estimates.parts[int(LightPart::Direct)][cell].at(k, 1)[c], 1, 1e-4f);
                 }
         }
 }
@@ -111,15 +111,34 @@ TEST(CellEstimates, FitsAverageNoise) {
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x)
             cells.add(planeCell(x, y, Rgb(noise(random)), Rgb(noise(random))));
-    const HugeBuffer<CellEstimate> estimates = estimatesOf(cells);
+    const CellEstimates estimates = estimatesOf(cells);
     double squares[1 + kFitScales] = {};
     for (int y = 4; y < 20; ++y)
         for (int x = 4; x < 20; ++x)
             for (int k = 0; k <= kFitScales; ++k)
-                squares[k] += sqr(estimates[cells.index(idOf(x, y))].at(k, kPart, 0).x - 1) / 256;
+                squares[k] += sqr(estimates.parts[int(kPart)][cells.index(idOf(x, y))].at(k, 0).x - 1) / 256;
     EXPECT_NEAR(squares[0], 1, 0.35);
     for (int k = 1; k <= kFitScales; ++k)
         EXPECT_LT(squares[k], 0.5 * squares[k - 1]) << k;
+}
+
+/// The estimates of a part do not depend on the other one.
+TEST(CellEstimates, PartsAreIndependent) {
+    Cells cells;
+    constexpr int kSize = 12;
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x)
+            cells.add(planeCell(x, y, Rgb(float(x * y % 5)), Rgb(float(x))));
+    LightParts part;
+    part.add(kPart);
+    const CellEstimates both = estimatesOf(cells), one = estimatesOf(cells, part);
+    EXPECT_TRUE(one.parts[int(LightPart::Direct)].empty());
+    const auto &expected = both.parts[int(kPart)], &found = one.parts[int(kPart)];
+    ASSERT_EQ(found.size(), expected.size());
+    for (size_t cell = 0; cell < found.size(); ++cell)
+        for (int k = 0; k <= kFitScales; ++k)
+            for (int half = 0; half < kHalves; ++half)
+                EXPECT_EQ(found[cell].at(k, half), expected[cell].at(k, half)) << cell << " " << k;
 }
 
 TEST(CellEstimates, OppositeSidesDoNotShare) {
@@ -129,9 +148,9 @@ TEST(CellEstimates, OppositeSidesDoNotShare) {
     back.id.face = 5;
     back.n[2] *= -1;
     cells.add(back);
-    const HugeBuffer<CellEstimate> estimates = estimatesOf(cells);
+    const CellEstimates estimates = estimatesOf(cells);
     for (int k = 0; k <= kFitScales; ++k)
-        EXPECT_NEAR(estimates[cells.index(idOf(0, 0))].at(k, kPart, 0).x, 1, 1e-4f);
+        EXPECT_NEAR(estimates.parts[int(kPart)][cells.index(idOf(0, 0))].at(k, 0).x, 1, 1e-4f);
 }
 
 } // namespace

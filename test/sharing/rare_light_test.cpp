@@ -6,7 +6,8 @@
 namespace strobe {
 namespace {
 
-constexpr int kSize = 64, kPart = int(LightPart::Indirect);
+constexpr int kSize = 64;
+constexpr LightPart kPart = LightPart::Indirect;
 constexpr float kSamples = 16; ///< per cell
 
 /// The plane z = 0, with cells of edge 1 that are as wide as a pixel, and samples above the limit.
@@ -27,7 +28,7 @@ struct Plane {
     }
     CellPyramid pyramid() {
         const std::span<CellSums> tile = cells;
-        return CellPyramid(joinCells({&tile, 1}).cells);
+        return CellPyramid(joinCells({&tile, 1}).cells, LightParts::all());
     }
     static uint32_t cellAt(int x, int y) { return uint32_t(x * kSize + y); }
     void addSample(int x, int y, float light) {
@@ -42,14 +43,13 @@ TEST(RareLight, IsSpreadEvenly) {
         for (int x = 0; x < kSize; x += 8)
             plane.addSample(x + (y * 5 / 8) % 8, y + (x * 3 / 8) % 8, 64 * kSamples);
     const CellPyramid pyramid = plane.pyramid();
-    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
     for (int y = 16; y < 48; ++y)
         for (int x = 16; x < 48; ++x) {
             const uint32_t cell = Plane::cellAt(x, y);
-            EXPECT_NEAR(rare.light(cell, kPart).x, 1, 0.25f) << x << " " << y;
-            EXPECT_EQ(rare.light(cell, 1 - kPart).x, 0);
+            EXPECT_NEAR(rare.light(cell).x, 1, 0.25f) << x << " " << y;
         }
-    EXPECT_GT(rare.rarity(plane.samples.front().cell, kPart), 0.98f);
+    EXPECT_GT(rare.rarity(plane.samples.front().cell), 0.98f);
 }
 
 /// Far cells are larger than near ones. Their largest regions contain the near ones.
@@ -63,9 +63,9 @@ TEST(RareLight, ReachesLargerCells) {
     far.id.level = 1;
     plane.cells.push_back(far);
     const CellPyramid pyramid = plane.pyramid();
-    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
     const float mean = 4 * 64 * kSamples / (kSize * kSize * kSamples);
-    EXPECT_NEAR(rare.light(uint32_t(pyramid.cellCount() - 1), kPart).x, mean, 0.1f * mean);
+    EXPECT_NEAR(rare.light(uint32_t(pyramid.cellCount() - 1)).x, mean, 0.1f * mean);
 }
 
 /// One sample is much brighter than all others: it does not make a spot.
@@ -75,9 +75,9 @@ TEST(RareLight, RegionsHaveSeveralSamples) {
         plane.addSample(i, (i * 7) % kSize, 10);
     plane.addSample(32, 32, 1e5f);
     const CellPyramid pyramid = plane.pyramid();
-    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
     const float mean = 1e5f / (kSamples * kSize * kSize);
-    EXPECT_LT(rare.light(Plane::cellAt(32, 32), kPart).x, 4 * mean);
+    EXPECT_LT(rare.light(Plane::cellAt(32, 32)).x, 4 * mean);
 }
 
 /// In a highlight each pixel has bright samples.
@@ -88,16 +88,25 @@ TEST(RareLight, HighlightsAreNotRare) {
             for (int i = 0; i < 8; ++i)
                 plane.addSample(x, y, 10);
     const CellPyramid pyramid = plane.pyramid();
-    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kSamples);
-    EXPECT_EQ(rare.rarity(Plane::cellAt(32, 32), kPart), 0);
-    EXPECT_EQ(rare.light(Plane::cellAt(20, 20), kPart).x, 0);
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
+    EXPECT_EQ(rare.rarity(Plane::cellAt(32, 32)), 0);
+    EXPECT_EQ(rare.light(Plane::cellAt(20, 20)).x, 0);
 }
 
 TEST(RareLight, IsBlackWithoutSamples) {
     Plane plane;
     const CellPyramid pyramid = plane.pyramid();
-    const RareLight rare(pyramid, pyramid.cellsByNode(), {}, kSamples);
-    EXPECT_EQ(rare.light(0, kPart), Rgb(0));
+    const RareLight rare(pyramid, pyramid.cellsByNode(), {}, kPart, kSamples);
+    EXPECT_EQ(rare.light(0), Rgb(0));
+}
+
+TEST(RareLight, IgnoresOtherParts) {
+    Plane plane;
+    plane.addSample(20, 20, 64 * kSamples);
+    const CellPyramid pyramid = plane.pyramid();
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, LightPart::Direct, kSamples);
+    EXPECT_TRUE(rare.isEmpty());
+    EXPECT_EQ(rare.rarity(Plane::cellAt(20, 20)), 0);
 }
 
 } // namespace

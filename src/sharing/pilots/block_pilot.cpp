@@ -14,8 +14,6 @@ namespace {
 
 static_assert(std::size(kSharingChoices) == kSharingChoiceCount && std::size(kErrorClips) == kErrorClipCount);
 
-constexpr LightPart kAllParts[kParts] = {LightPart::Direct, LightPart::Indirect};
-
 /// Records one block at a time.
 class BlockState : public IntegratorState {
   public:

@@ -33,6 +33,7 @@ struct CellId {
 /// The parts of the light at first vertices that are shared, each with weights of its own.
 enum class LightPart { Direct, Indirect };
 inline constexpr int kParts = 2;
+inline constexpr LightPart kAllParts[kParts] = {LightPart::Direct, LightPart::Indirect};
 
 /// A set of parts.
 class LightParts {

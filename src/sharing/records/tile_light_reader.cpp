@@ -178,7 +178,8 @@ void TileLightReader::addUses(const HalfBytes& half, std::vector<CellUse>& out) 
 void TileLightReader::addRare(const HalfBytes& half, std::vector<RareSample>& out) const {
     for (size_t i = 0; i < half.rareCount; ++i) {
         RareSample sample = half.rareSample(i);
-        if (sample.part >= kParts || !isFinite(sample.light) || !isFinite(sample.albedo))
+        if (sample.part >= kParts || !m_parts.has(LightPart(sample.part)) || !isFinite(sample.light) ||
+            !isFinite(sample.albedo))
             fail();
         sample.cell = numberOf(sample.cell);
         out.push_back(sample);
