@@ -31,6 +31,35 @@ struct EmissionMoments {
     float covariance() const { return count > 0 ? ve / count - e * v / sqr(count) : 0; }
 };
 
+/// Tells whether camera rays may see emission, so that few of those that see none are traced.
+class VisibleEmission {
+  public:
+    explicit VisibleEmission(const Scene& scene)
+        : m_isEverywhere(scene.showsBackground() && !scene.environments().empty()) {
+        for (const auto& light : scene.lights())
+            if (!light->isDelta() && !light->isEnvironment())
+                m_lights.push_back(light.get());
+        m_isEverywhere |= m_lights.size() > kMaxTested;
+    }
+    /// Returns false only if none of the samples, which need not be traced, sees emission.
+    bool mayBeSeen(const SoAVector<VisibilitySoA>& samples) const {
+        for (size_t c = 0; c < samples.chunks() && !m_isEverywhere; ++c) {
+            const VisibilitySoA& chunk = samples.chunk(c);
+            const int n = samples.chunkSize(c);
+            for (const Light* light : m_lights)
+                for (int i = 0; i < n; ++i)
+                    if (light->mayIntersect(chunk.ray.o.at(i), chunk.camera.time[i], chunk.ray.d.at(i)))
+                        return true;
+        }
+        return m_isEverywhere;
+    }
+
+  private:
+    static constexpr size_t kMaxTested = 8; ///< tests of more lights take as long as tracing
+    bool m_isEverywhere;
+    std::vector<const Light*> m_lights; ///< that rays can hit
+};
+
 namespace {
 
 /// The cost of a visibility sample relative to that of a shaded one.
@@ -120,10 +149,15 @@ HugeVector<float> EmissionRefinement::findDeviations(int samplesPerPixel) const 
     const auto probes = uint32_t(std::clamp(samplesPerPixel / 32, 1, 8));
     const int width = m_bounds.width(), height = m_bounds.height();
     HugeVector<EmissionMoments> moments(size_t(width) * size_t(height));
-    parallelFor(size_t(height),
-                [&](size_t row) { probeRow(int(row), probes, &moments[row * size_t(width)]); });
+    std::vector<uint8_t> emits(size_t(height) + 2); // by row, between two rows outside of the bounds
+    const VisibleEmission emission(m_scene);
+    parallelFor(size_t(height), [&](size_t row) {
+        emits[row + 1] = probeRow(int(row), probes, emission, &moments[row * size_t(width)]);
+    });
     HugeVector<float> deviations(moments.size());
     parallelFor(size_t(height), [&](size_t row) {
+        if (!emits[row] && !emits[row + 1] && !emits[row + 2])
+            return;
         for (int x = 0, y = int(row); x < width; ++x) {
             EmissionMoments sum;
             for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
@@ -135,19 +169,27 @@ HugeVector<float> EmissionRefinement::findDeviations(int samplesPerPixel) const 
     return deviations;
 }
 
-/// Writes the moments of the emission of camera samples of each pixel of a row.
-void EmissionRefinement::probeRow(int row, uint32_t probes, EmissionMoments* out) const {
+/// Writes the moments of the emission of camera samples of each pixel of a row. Returns whether there may be
+/// emission.
+bool EmissionRefinement::probeRow(int row, uint32_t probes, const VisibleEmission& visible,
+                                  EmissionMoments* out) const {
     std::vector<PixelRef> pixels;
     for (int x = m_bounds.x0, y = m_bounds.y0 + row; x < m_bounds.x1; ++x)
         pixels.push_back({x, y, hashOf(m_sampling.seed, kSeedOfProbes, x, y)});
     VisibilityTracer tracer(m_scene, m_sampling.sampler, m_sampling.filter, probes, {0, probes});
     SoAVector<VisibilitySoA> samples;
     tracer.generate(pixels, samples);
+    if (!visible.mayBeSeen(samples)) {
+        for (size_t i = 0; i < pixels.size(); ++i)
+            out[i].count = float(probes);
+        return false;
+    }
     tracer.trace(samples);
     for (const VisibilitySample& sample : samples) {
         const Rgb emission = emissionOf(m_scene, sample) * sample.weight;
         out[sample.pixel].addEmission((emission.x + emission.y + emission.z) / 3);
     }
+    return true;
 }
 
 uint32_t EmissionRefinement::samplesOf(const PixelRef& pixel) const {

@@ -7,6 +7,7 @@
 namespace strobe {
 
 struct EmissionMoments;
+class VisibleEmission;
 
 /// The noise of a render, estimated by a pilot. Emission is FirstVertex::emitted.
 struct EmissionPilot {
@@ -32,7 +33,7 @@ class EmissionRefinement {
   private:
     uint32_t samplesOf(const PixelRef& pixel) const;
     HugeVector<float> findDeviations(int samplesPerPixel) const;
-    void probeRow(int row, uint32_t probes, EmissionMoments* out) const;
+    bool probeRow(int row, uint32_t probes, const VisibleEmission& visible, EmissionMoments* out) const;
 
     const Scene& m_scene;
     const CameraSampling m_sampling;
