@@ -3,6 +3,7 @@
 #include "core/util/parallel.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace strobe {
 
@@ -58,14 +59,6 @@ struct NormalEquations {
 
     bool hasPoints() const { return rows[0][0] > 0; }
 
-    /// Adds a point whose row holds its features and its values.
-    STROBE_FORCE_INLINE void add(const float* row, float weight) {
-        for (int a = 0; a < kTerms; ++a) {
-            const float wa = weight * row[a];
-            for (int c = 0; c < kColumns; ++c)
-                rows[a][c] += wa * row[c];
-        }
-    }
     /// Solves the equations by Cholesky decomposition. The ridge keeps derivatives small that the points do
     /// not determine; it is relative to the total weight.
     LightFit<kChannels> solve() {
@@ -124,10 +117,23 @@ struct FitPoints {
     int count = 0;
 };
 
+/// Adds the points to the equations.
 template <int kChannels>
 STROBE_TARGET_CLONES void accumulate(const FitPoints<kChannels>& points, NormalEquations<kChannels>& out) {
-    for (int i = 0; i < points.count; ++i)
-        out.add(points.rows[i], points.weights[i]);
+    typedef float Floats __attribute__((vector_size(8 * sizeof(float))));
+    constexpr int kVectors = points.kColumns / 8;
+    Floats sums[kTerms][kVectors];
+    std::memcpy(sums, out.rows, sizeof sums);
+    for (int i = 0; i < points.count; ++i) {
+        Floats row[kVectors];
+        std::memcpy(row, points.rows[i], sizeof row);
+        for (int a = 0; a < kTerms; ++a) {
+            const float factor = points.weights[i] * points.rows[i][a];
+            for (int v = 0; v < kVectors; ++v)
+                sums[a][v] += factor * row[v];
+        }
+    }
+    std::memcpy(out.rows, sums, sizeof sums);
 }
 
 /// The estimates of several parts of the light at once.
