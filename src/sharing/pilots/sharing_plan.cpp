@@ -17,11 +17,12 @@ namespace {
 /// a scene with different seeds share the same parts.
 constexpr uint64_t kSeeds[] = {0x70696c6f74, 0x74706c696f};
 
-/// Returns the time for recording and reconstruction relative to that of the render. The times are those of a
-/// 3 GHz core on the scenes of this project: they decide about pixels, so that they cannot be measured here.
+/// Returns the time for recording and reconstruction of both parts relative to that of the render. The times
+/// are those of a 3 GHz core on the scenes of this project: they decide about pixels, so that they cannot be
+/// measured here.
 double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters) {
     // Nanoseconds per sample, per sample with a first vertex, and per pixel:
-    constexpr double kObserve = 30, kRecord = 60, kFinishPixel = 700, kReconstructPixel = 350;
+    constexpr double kObserve = 30, kRecord = 60, kFinishPixel = 600, kReconstructPixel = 300;
     // The cost of a sample, of its rays with their share of shading, and of texture lookups:
     constexpr double kSample = 30, kSimplestRay = 29, kRayPerDoubledGeometry = 3.1, kFootprint = 250;
     const TracerCounts& geometry = scene.tracer().counts();
