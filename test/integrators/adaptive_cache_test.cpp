@@ -69,6 +69,24 @@ Shape "sphere" "float radius" 1
     EXPECT_EQ(adaptive.stats.integratorNote, "shares no light: equals supersample");
 }
 
+/// Nothing but a mirror in front of a constant environment, or a surface without light.
+TEST(AdaptiveCache, IsSupersampleWithoutLightOnSurfaces) {
+    for (const char* const world :
+         {R"(LightSource "infinite" "rgb L" [1 1 1] Material "mirror")", R"(Material "matte")"}) {
+        const std::string scene = R"(
+Film "image" "integer xresolution" 48 "integer yresolution" 36
+Sampler "sobol" "integer pixelsamples" 16
+Integrator "path"
+LookAt 0 0 -5  0 0 0  0 1 0
+Camera "perspective" "float fov" 40
+WorldBegin
+)" + std::string(world) + " Shape \"sphere\" \"float radius\" 1\n";
+        const auto adaptive = render(test::buildWith("adaptive-cache", scene));
+        EXPECT_TRUE(haveEqualBits(adaptive.image, render(test::buildWith("supersample", scene)).image));
+        EXPECT_EQ(adaptive.stats.integratorNote, "shares no light: equals supersample") << world;
+    }
+}
+
 /// A plane under a distant light: there is no noise, so that no block takes more samples.
 TEST(AdaptiveCache, IsSupersampleWithoutNoise) {
     const std::string scene = R"(

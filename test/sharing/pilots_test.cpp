@@ -26,6 +26,19 @@ TEST(Brightness, LimitsAreFarAboveAFractionOfTheSamples) {
     EXPECT_EQ(limits.of[int(LightPart::Indirect)], RareLimits().of[int(LightPart::Indirect)]);
 }
 
+TEST(Brightness, BlackPartsAreNotLit) {
+    Brightness brightness;
+    EXPECT_EQ(brightness.litParts(), LightParts::all());
+    brightness.add(Rgb(0), Rgb(0));
+    EXPECT_EQ(brightness.litParts(), LightParts::all());
+    brightness.add(Rgb(0, 1e-3f, 0), Rgb(0));
+    LightParts direct;
+    direct.add(LightPart::Direct);
+    EXPECT_EQ(brightness.litParts(), direct);
+    brightness.add(Rgb(0), Rgb(1));
+    EXPECT_EQ(brightness.litParts(), LightParts::all());
+}
+
 /// A lit wall behind a thin black bar, the only cause of noise. Pixels are a fiftieth wide.
 constexpr const char* kScene = R"(
 Film "image" "integer xresolution" 200 "integer yresolution" 120

@@ -17,10 +17,10 @@ static_assert(std::size(kSharingChoices) == kSharingChoiceCount && std::size(kEr
 /// Records one block at a time.
 class BlockState : public IntegratorState {
   public:
-    BlockState(const Scene& scene, float cellSize, float clamp)
-        : m_scene(scene), m_cellSize(cellSize), m_clamp(clamp) {}
+    BlockState(const Scene& scene, float cellSize, float clamp, LightParts parts)
+        : m_scene(scene), m_cellSize(cellSize), m_clamp(clamp), m_parts(parts), m_frame(parts) {}
     std::unique_ptr<IntegratorWorker> makeWorker() override {
-        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, LightParts::all(), m_frame);
+        return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_parts, m_frame);
     }
     bool observes() const override { return true; }
     /// Returns the light of the film, after its render.
@@ -29,7 +29,8 @@ class BlockState : public IntegratorState {
   private:
     const Scene& m_scene;
     const float m_cellSize, m_clamp;
-    FrameLight m_frame{LightParts::all()};
+    const LightParts m_parts;
+    FrameLight m_frame;
 };
 
 /// Returns the image without the emission that camera rays hit. Its noise is EmissionRefinement's task.
@@ -84,8 +85,9 @@ void setErrors(const std::vector<Rgb>* a, const std::vector<Rgb>* b, float clip,
 /// Renders blocks on one thread.
 class BlockRenderer::ThreadPilot {
   public:
-    ThreadPilot(const Scene& scene, const RenderContext& context, int samplesPerPixel, float cellSize)
-        : m_state(scene, cellSize, context.clamp),
+    ThreadPilot(const Scene& scene, const RenderContext& context, int samplesPerPixel, float cellSize,
+                LightParts parts)
+        : m_state(scene, cellSize, context.clamp, parts),
           m_renderer(context.makePilotRenderer(m_state, samplesPerPixel)),
           m_film(context.pilotBounds.x1, context.pilotBounds.y1, {}) {}
     std::pair<std::vector<Rgb>, RecordedLight> render(const PixelBounds& block, uint64_t seed) {
@@ -107,8 +109,9 @@ class BlockRenderer::ThreadPilot {
 };
 
 BlockRenderer::BlockRenderer(const Scene& scene, const RenderContext& context, int samplesPerPixel,
-                             float cellSize)
-    : m_scene(scene), m_context(context), m_samplesPerPixel(samplesPerPixel), m_cellSize(cellSize) {}
+                             float cellSize, LightParts parts)
+    : m_scene(scene), m_context(context), m_samplesPerPixel(samplesPerPixel), m_cellSize(cellSize),
+      m_parts(parts) {}
 
 BlockRenderer::~BlockRenderer() = default;
 
@@ -123,22 +126,23 @@ void BlockRenderer::renderSecond(uint64_t seed, BlockPilot& block) {
 
 void BlockRenderer::render(uint64_t seed, BlockPilot& block,
                            std::vector<Rgb> (&images)[kSharingChoiceCount]) {
-    auto [image, light] =
-        m_threads
-            .local([&] {
-                return std::make_unique<ThreadPilot>(m_scene, m_context, m_samplesPerPixel, m_cellSize);
-            })
-            .render(block.bounds, seed);
+    auto [image, light] = m_threads
+                              .local([&] {
+                                  return std::make_unique<ThreadPilot>(m_scene, m_context, m_samplesPerPixel,
+                                                                       m_cellSize, m_parts);
+                              })
+                              .render(block.bounds, seed);
     block.pixels = double(image.size());
     block.emissionCoefficient = block.pixels * emissionPilot(light).coefficient;
     const std::vector<Rgb> own = reflectedLight(std::move(image), light);
     const LightSharing sharing(std::move(light));
-    std::vector<SharedPart> parts;
+    SharedPart parts[kParts];
     const double weight = weightOf(meanOf(own, INFINITY));
     block.ownVariance = block.absoluteVariance = 0;
     for (const LightPart part : kAllParts) {
-        parts.push_back(sharing.share(part));
-        for (const PixelSharing& pixel : parts.back().pixels) {
+        if (m_parts.has(part))
+            parts[int(part)] = sharing.share(part);
+        for (const PixelSharing& pixel : parts[int(part)].pixels) {
             block.ownVariance += weight * double(pixel.ownVariance);
             block.absoluteVariance += double(pixel.variance);
         }
@@ -148,8 +152,8 @@ void BlockRenderer::render(uint64_t seed, BlockPilot& block,
         images[choice] = own;
         for (const LightPart part : kAllParts)
             if (kSharingChoices[choice].has(part))
-                for (size_t i = 0; i < own.size(); ++i)
-                    images[choice][i] += parts[size_t(part)].correction[i];
+                for (size_t i = 0; i < parts[int(part)].correction.size(); ++i)
+                    images[choice][i] += parts[int(part)].correction[i];
     }
 }
 

@@ -37,7 +37,9 @@ struct BlockPilot {
 /// Renders blocks of a scene. Thread-safe.
 class BlockRenderer {
   public:
-    BlockRenderer(const Scene& scene, const RenderContext& context, int samplesPerPixel, float cellSize);
+    /// `parts`: those that may be shared; the others are black.
+    BlockRenderer(const Scene& scene, const RenderContext& context, int samplesPerPixel, float cellSize,
+                  LightParts parts);
     ~BlockRenderer();
     /// Renders a block. Sets all of `block` but its errors.
     void renderFirst(uint64_t seed, BlockPilot& block);
@@ -52,6 +54,7 @@ class BlockRenderer {
     const RenderContext& m_context;
     const int m_samplesPerPixel;
     const float m_cellSize;
+    const LightParts m_parts;
     PerThread<ThreadPilot> m_threads;
 };
 

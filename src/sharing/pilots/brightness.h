@@ -24,6 +24,14 @@ class Brightness {
             for (size_t bin = 0; bin < m_bins[part].size(); ++bin)
                 m_bins[part][bin] += other.m_bins[part][bin];
     }
+    /// Returns the parts that are not black in all samples; both if all samples are black.
+    LightParts litParts() const {
+        LightParts out;
+        for (const LightPart part : kAllParts)
+            if (m_bins[int(part)][0] < m_samples)
+                out.add(part);
+        return out.isEmpty() ? LightParts::all() : out;
+    }
     /// Returns limits far above those that this fraction of the samples of each part exceeds.
     RareLimits limits(double fraction) const {
         RareLimits out;

@@ -174,7 +174,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
                         overheadOf(scene, kAdaptiveSamples * samples, pairs.counters()), adaptsSamples};
     const double gainLeft = gainLeftOf(samples, pilotSamples);
     const BlockChooser chooser(pairs);
-    BlockRenderer renderer(scene, context, pilotSamples, cellSize);
+    BlockRenderer renderer(scene, context, pilotSamples, cellSize, pairs.brightness().litParts());
     std::vector<BlockPilot> pilots;
     Verdict verdict;
     do {
