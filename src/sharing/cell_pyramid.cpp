@@ -25,13 +25,16 @@ class NearCells {
                     if (std::max(other - reach - cell, cell - other + reach) <= reach)
                         m_bits[axis][other] |= uint64_t(1) << (cell * stride);
     }
-    /// Returns bit x + 4 y + 16 z for each near cell. Precondition: the other cell is near some.
+    /// Returns bit x + 4 y + 16 z for each near cell.
     uint64_t of(int x, int y, int z) const {
+        if (!isNear(x) || !isNear(y) || !isNear(z))
+            return 0;
         return m_bits[0][x + m_reach] * m_bits[1][y + m_reach] * m_bits[2][z + m_reach];
     }
 
   private:
     static constexpr int kCount = 2 * kBlock; ///< coordinates of cells that are near some cell
+    bool isNear(int coordinate) const { return coordinate >= -m_reach && coordinate < kCount - m_reach; }
     int m_reach;
     uint64_t m_bits[3][kCount] = {};
 };
@@ -249,7 +252,7 @@ void CellPyramid::Neighbors::visitCubesAround(int x, int y, int z) {
 
 /// Adds the nodes near any cell of the block in a cube as large as the block.
 void CellPyramid::Neighbors::addDescendants(const Cube& cube) {
-    static_assert(kReach == kBlock / 2, "the children of cubes contain near cells only, or none");
+    static_assert(kReach == kBlock / 2, "children contain near cells only, or none");
     static constexpr NearCells kNear(kReach);
     const auto isNear = [](int32_t child, int32_t block) {
         return child - 2 * block >= -1 && child - 2 * block <= 2;
@@ -268,7 +271,7 @@ void CellPyramid::Neighbors::addDescendants(const Cube& cube) {
             const uint64_t cells = kNear.of(leaf.id.x - kBlock * m_block.x, leaf.id.y - kBlock * m_block.y,
                                             leaf.id.z - kBlock * m_block.z);
             for (const uint32_t node : leaf.nodes)
-                if (node != kAbsent)
+                if (node != kAbsent && cells != 0)
                     m_candidates.push_back({cells, node});
         }
     }

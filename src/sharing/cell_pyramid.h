@@ -111,8 +111,9 @@ class CellPyramid::Neighbors {
     void addDescendants(const Cube& cube);
 
     const CellPyramid& m_pyramid;
-    CellId m_block;            ///< the cube of 4x4x4 cells of the last node
-    std::bitset<27> m_visited; ///< the cubes of the same size around it whose nodes are among the candidates
+    CellId m_block; ///< the cube of 4x4x4 cells of the last node
+    /// The cubes of the same size around it whose nodes are among the candidates; none: no block yet.
+    std::bitset<27> m_visited;
     std::vector<Candidate> m_candidates;
     std::vector<uint32_t> m_found;
 };
