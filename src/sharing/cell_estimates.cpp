@@ -121,7 +121,7 @@ struct FitPoints {
 template <int kChannels>
 STROBE_TARGET_CLONES void accumulate(const FitPoints<kChannels>& points, NormalEquations<kChannels>& out) {
     typedef float Floats __attribute__((vector_size(8 * sizeof(float))));
-    constexpr int kVectors = points.kColumns / 8;
+    constexpr int kVectors = FitPoints<kChannels>::kColumns / 8;
     Floats sums[kTerms][kVectors];
     std::memcpy(sums, out.rows, sizeof sums);
     for (int i = 0; i < points.count; ++i) {
