@@ -47,13 +47,17 @@ double error(const Image& image, const Image& reference) {
     return sum / double(3 * image.pixels.size());
 }
 
-/// Nothing but a mirror that reflects a constant environment, and a plane under a distant light: no estimate
-/// of another pixel is better than a pixel's own.
-TEST(AdaptiveCache, IsSupersampleWhereSharingCannotPay) {
-    const std::string scene = R"(
+/// A small frame of paths, before the camera and the world.
+constexpr const char* kFrame = R"(
 Film "image" "integer xresolution" 48 "integer yresolution" 36
 Sampler "sobol" "integer pixelsamples" 16
 Integrator "path"
+)";
+
+/// Nothing but a mirror that reflects a constant environment, and a plane under a distant light: no estimate
+/// of another pixel is better than a pixel's own.
+TEST(AdaptiveCache, IsSupersampleWhereSharingCannotPay) {
+    const std::string scene = std::string(kFrame) + R"(
 LookAt 0 2 -6  0 1 0  0 1 0
 Camera "perspective" "float fov" 50
 WorldBegin
@@ -73,10 +77,7 @@ Shape "sphere" "float radius" 1
 TEST(AdaptiveCache, IsSupersampleWithoutLightOnSurfaces) {
     for (const char* const world :
          {R"(LightSource "infinite" "rgb L" [1 1 1] Material "mirror")", R"(Material "matte")"}) {
-        const std::string scene = R"(
-Film "image" "integer xresolution" 48 "integer yresolution" 36
-Sampler "sobol" "integer pixelsamples" 16
-Integrator "path"
+        const std::string scene = std::string(kFrame) + R"(
 LookAt 0 0 -5  0 0 0  0 1 0
 Camera "perspective" "float fov" 40
 WorldBegin
@@ -89,10 +90,7 @@ WorldBegin
 
 /// A plane under a distant light: there is no noise, so that no block takes more samples.
 TEST(AdaptiveCache, IsSupersampleWithoutNoise) {
-    const std::string scene = R"(
-Film "image" "integer xresolution" 48 "integer yresolution" 36
-Sampler "sobol" "integer pixelsamples" 16
-Integrator "path"
+    const std::string scene = std::string(kFrame) + R"(
 LookAt 0 2 0  0 0 0  0 0 1
 Camera "perspective" "float fov" 50
 WorldBegin
