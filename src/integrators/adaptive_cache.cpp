@@ -29,8 +29,8 @@ using ChosenParts = std::optional<LightParts>;
 /// Reconstructs the recorded parts of the light and corrects the image.
 std::vector<SharedPart> shareLight(RecordedLight light, Film& film) {
     const LightParts shared = light.parts;
-    if (!light.emission.empty())
-        film.addToImage(emissionCorrection(light));
+    for (const PixelCorrection& correction : emissionCorrections(light))
+        film.addToImage(correction.pixel, correction.value);
     const LightSharing sharing(std::move(light));
     std::vector<SharedPart> parts;
     for (const LightPart part : {LightPart::Direct, LightPart::Indirect})

@@ -34,8 +34,7 @@ class CellPyramid {
     /// them.
     static constexpr int kScales = 8;
 
-    /// `cells`: by ascending id, so that sums of floats do not depend on the order of rendering. `parts`:
-    /// those that were recorded.
+    /// `cells`: in the order of `precedes`, each with samples. `parts`: those that were recorded.
     CellPyramid(std::span<const JoinedCell> cells, LightParts parts);
 
     /// Recorded cells keep their indices.
@@ -58,7 +57,7 @@ class CellPyramid {
             work(node);
         work(node);
     }
-    /// Returns the recorded cells such that those of each node follow each other.
+    /// Returns the recorded cells such that those of each node follow each other, but for a few.
     std::vector<uint32_t> cellsByNode() const;
     class Neighbors;
 
@@ -76,21 +75,17 @@ class CellPyramid {
         uint32_t children[8];
     };
 
-    void setSums(const CellSums& sums, uint32_t index);
-    void addChild(uint32_t child, uint32_t parent);
-    void addParents();
-    uint32_t findOrAddCube(CellId id);
-    uint32_t findOrAddNode(uint32_t cube, uint8_t face);
-    uint32_t parentOf(uint32_t cube);
-    void linkCubes();
+    class Builder;
+    void indexBlocks();
     void finishMeans();
 
     const LightParts m_parts;
-    HugeVector<CellNode> m_nodes;
-    HugeVector<NodeLight> m_light[kParts]; ///< by node; empty: not recorded
-    HugeVector<Cube> m_cubes;
-    IndexTable m_cubeIndices;         ///< by CellId::hash
-    std::vector<uint32_t> m_recorded; ///< nodes of the recorded cells
+    /// Nodes and cubes precede those inside them.
+    HugeBuffer<CellNode> m_nodes;
+    HugeBuffer<NodeLight> m_light[kParts]; ///< by node; empty: not recorded
+    HugeBuffer<Cube> m_cubes;
+    IndexTable m_blocks;             ///< the cubes that Neighbors looks up: by CellId::hash
+    HugeBuffer<uint32_t> m_recorded; ///< nodes of the recorded cells
 };
 
 /// Finds the nodes of the same surface and size within two cells of a node. Most of the work is shared by

@@ -229,25 +229,27 @@ EmissionPilot emissionPilot(const RecordedLight& light) {
     return {0, all > 0 ? inRadiance / all : 1};
 }
 
-HugeVector<Rgb> emissionCorrection(const RecordedLight& light) {
+std::vector<PixelCorrection> emissionCorrections(const RecordedLight& light) {
     const int width = light.pixelBounds.width();
-    HugeVector<Rgb> correction(light.pixels.size() / kHalves, Rgb(0));
-    for (const EmissionSum& refined : light.emission) {
+    std::vector<PixelCorrection> corrections(light.emission.size());
+    parallelForRuns(corrections.size(), [&](size_t i) {
+        const EmissionSum& refined = light.emission[i];
         const size_t pixel = refined.pixel;
         const int x = int(pixel % size_t(width)), y = int(pixel / size_t(width));
         const float own = float(light.pixel(pixel, 0).count + light.pixel(pixel, 1).count);
         const float more = float(refined.sum.validCount());
+        Rgb correction(0);
         for (int half = 0; half < kHalves; ++half) {
             const HalfPixelSums& recorded = light.pixel(pixel, half);
             if (recorded.count == 0)
                 continue;
             const Rgb difference = refined.sum.mean() - recorded.mean(recorded.emitted);
             const float coefficient = noiseFromOthers(light, x, y, half).coefficient;
-            correction[pixel] +=
-                difference * (coefficient * more / (own + more) * float(recorded.count) / own);
+            correction += difference * (coefficient * more / (own + more) * float(recorded.count) / own);
         }
-    }
-    return correction;
+        corrections[i] = {pixel, correction};
+    });
+    return corrections;
 }
 
 } // namespace strobe

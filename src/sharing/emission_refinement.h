@@ -44,12 +44,18 @@ class EmissionRefinement {
 /// Returns the mean regression coefficient of recorded light. The other members keep their defaults.
 EmissionPilot emissionPilot(const RecordedLight& light);
 
-/// Returns the correction of each pixel, to be added to the mean of its samples. The emission is a control
+/// A color to be added to the mean of the samples of a pixel.
+struct PixelCorrection {
+    size_t pixel; ///< row by row
+    Rgb value;
+};
+
+/// Returns the corrections of the pixels in RecordedLight::emission. The emission is a control
 /// variate: the correction is the difference between the mean emission of RecordedLight::emission and that of
 /// the samples, times the regression coefficient of the radiance on the emission. The coefficient is 1 for a
 /// bright lamp, and 0 for a background that is as bright as the objects in front of it. The coefficient of
 /// one half of a pixel depends on the other half and on the eight neighbors only. Therefore it does not bias
 /// the result.
-HugeVector<Rgb> emissionCorrection(const RecordedLight& light);
+std::vector<PixelCorrection> emissionCorrections(const RecordedLight& light);
 
 } // namespace strobe

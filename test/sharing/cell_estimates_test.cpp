@@ -30,7 +30,7 @@ CellSums planeCell(int32_t x, int32_t y, const Rgb& first, const Rgb& second) {
     return sums;
 }
 
-/// Cells by ascending id.
+/// Cells in the order of `precedes`.
 class Cells {
   public:
     void add(const CellSums& sums) { m_cells.emplace(sums.id, sums); }
@@ -46,7 +46,7 @@ class Cells {
     }
 
   private:
-    std::map<CellId, CellSums> m_cells;
+    std::map<CellId, CellSums, decltype(&precedes)> m_cells{precedes};
 };
 
 CellEstimates estimatesOf(const Cells& cells, LightParts parts = LightParts::all()) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace strobe {
 namespace {
 
@@ -12,7 +14,7 @@ constexpr float kSamples = 16; ///< per cell
 
 /// The plane z = 0, with cells of edge 1 that are as wide as a pixel, and samples above the limit.
 struct Plane {
-    std::vector<CellSums> cells; ///< by ascending id
+    std::vector<CellSums> cells; ///< in the order of `precedes`
     std::vector<PixelRareSample> samples;
 
     Plane() {
@@ -25,12 +27,20 @@ struct Plane {
                 sums.n[2] = int64_t(kSamples) << CellSums::kNormalBits;
                 sums.count[0] = sums.count[1] = uint32_t(kSamples) / kHalves;
             }
+        std::sort(cells.begin(), cells.end(),
+                  [](const CellSums& a, const CellSums& b) { return precedes(a.id, b.id); });
     }
     CellPyramid pyramid() {
         const std::span<CellSums> tile = cells;
         return CellPyramid(joinCells({&tile, 1}).cells, LightParts::all());
     }
-    static uint32_t cellAt(int x, int y) { return uint32_t(x * kSize + y); }
+    uint32_t cellAt(int x, int y) const {
+        const CellId id{7, x, y, 0, 0, 4};
+        const auto cell =
+            std::lower_bound(cells.begin(), cells.end(), id,
+                             [](const CellSums& a, const CellId& b) { return precedes(a.id, b); });
+        return uint32_t(cell - cells.begin());
+    }
     void addSample(int x, int y, float light) {
         const RareSample sample{cellAt(x, y), uint8_t(kPart), false, Rgb(light), Rgb(1)};
         samples.push_back({sample, uint32_t(y * kSize + x), 0});
@@ -46,7 +56,7 @@ TEST(RareLight, IsSpreadEvenly) {
     const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
     for (int y = 16; y < 48; ++y)
         for (int x = 16; x < 48; ++x) {
-            const uint32_t cell = Plane::cellAt(x, y);
+            const uint32_t cell = plane.cellAt(x, y);
             EXPECT_NEAR(rare.light(cell).x, 1, 0.25f) << x << " " << y;
         }
     EXPECT_GT(rare.rarity(plane.samples.front().cell), 0.98f);
@@ -77,7 +87,7 @@ TEST(RareLight, RegionsHaveSeveralSamples) {
     const CellPyramid pyramid = plane.pyramid();
     const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
     const float mean = 1e5f / (kSamples * kSize * kSize);
-    EXPECT_LT(rare.light(Plane::cellAt(32, 32)).x, 4 * mean);
+    EXPECT_LT(rare.light(plane.cellAt(32, 32)).x, 4 * mean);
 }
 
 /// In a highlight each pixel has bright samples.
@@ -89,8 +99,8 @@ TEST(RareLight, HighlightsAreNotRare) {
                 plane.addSample(x, y, 10);
     const CellPyramid pyramid = plane.pyramid();
     const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
-    EXPECT_EQ(rare.rarity(Plane::cellAt(32, 32)), 0);
-    EXPECT_EQ(rare.light(Plane::cellAt(20, 20)).x, 0);
+    EXPECT_EQ(rare.rarity(plane.cellAt(32, 32)), 0);
+    EXPECT_EQ(rare.light(plane.cellAt(20, 20)).x, 0);
 }
 
 TEST(RareLight, IsBlackWithoutSamples) {
@@ -106,7 +116,7 @@ TEST(RareLight, IgnoresOtherParts) {
     const CellPyramid pyramid = plane.pyramid();
     const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, LightPart::Direct, kSamples);
     EXPECT_TRUE(rare.isEmpty());
-    EXPECT_EQ(rare.rarity(Plane::cellAt(20, 20)), 0);
+    EXPECT_EQ(rare.rarity(plane.cellAt(20, 20)), 0);
 }
 
 } // namespace

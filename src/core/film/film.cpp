@@ -1,6 +1,7 @@
 #include "core/film/film.h"
 
 #include "core/util/memory.h"
+#include "core/util/parallel.h"
 
 #include <algorithm>
 
@@ -104,8 +105,7 @@ void Film::copyFrom(const Film& source, const PixelBounds& tile) {
 }
 
 void Film::addToImage(std::span<const Rgb> values) {
-    for (size_t i = 0; i < values.size(); ++i)
-        m_image.pixels[i] += values[i];
+    parallelForRuns(values.size(), [&](size_t i) { m_image.pixels[i] += values[i]; });
 }
 
 std::vector<ExrPart> Film::exrParts(const std::vector<ExrPart>& extraParts,

@@ -82,6 +82,8 @@ class Film {
     void setPlane(Aov layer, std::vector<float> values);
     /// Adds a value to each pixel of the image, row by row. The sums do not change.
     void addToImage(std::span<const Rgb> values);
+    /// Adds a value to a pixel of the image, by its number row by row.
+    void addToImage(size_t pixel, const Rgb& value) { m_image.pixels[pixel] += value; }
     const Image& image() const { return m_image; }
     const std::vector<Aov>& layers() const { return m_layers; }
     /// Returns the values of a layer, row by row. Precondition: has(layer).

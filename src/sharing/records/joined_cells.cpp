@@ -3,28 +3,76 @@
 #include "core/util/parallel.h"
 
 #include <algorithm>
+#include <bit>
+#include <limits>
+#include <utility>
 
 namespace strobe {
 
 namespace {
 
-/// The id and the place of a cell. Keys are sorted in place of cells, as they are smaller.
-struct Key {
-    CellId id;
-    uint32_t tile, index; ///< in the tile
+/// Returns a number whose bits are those of the 21 lowest bits of a coordinate, each followed by two zeros.
+uint64_t spreadBits(uint64_t x) {
+    x &= 0x1fffff;
+    x = (x | x << 32) & 0x001f00000000ffff;
+    x = (x | x << 16) & 0x001f0000ff0000ff;
+    x = (x | x << 8) & 0x100f00f00f00f00f;
+    x = (x | x << 4) & 0x10c30c30c30c30c3;
+    return (x | x << 2) & 0x1249249249249249;
+}
 
-    bool operator<(const Key& other) const { return id < other.id; }
+/// Morton codes of the first corners of cells in a grid of 2^21 cubes per axis around the origin. In the
+/// order of `precedes`, the codes of a surface do not fall. Most cells that differ have different codes.
+class MortonGrid {
+  public:
+    explicit MortonGrid(std::span<const std::span<CellSums>> tiles) {
+        std::vector<int> levels(tiles.size(), std::numeric_limits<int>::min());
+        parallelFor(tiles.size(), [&](size_t tile) {
+            for (const CellSums& cell : tiles[tile])
+                levels[tile] = std::max(levels[tile], levelOf(cell.id));
+        });
+        for (const int level : levels)
+            m_level = std::max(m_level, level);
+    }
+    uint64_t codeOf(const CellId& id) const {
+        const auto bits = [&](int32_t x) {
+            const int shift = m_level - id.level;
+            const int32_t cube = shift >= 0 ? x >> std::min(shift, 31) : x << -shift;
+            return spreadBits(uint32_t(cube + kHalfWidth));
+        };
+        return bits(id.x) << 2 | bits(id.y) << 1 | bits(id.z);
+    }
+
+  private:
+    static constexpr int kBits = 20, kHalfWidth = 1 << kBits;
+    /// Returns the smallest level of a grid that contains the cell.
+    static int levelOf(const CellId& id) {
+        const auto size = [](int32_t x) { return uint32_t(x < 0 ? ~x : x); };
+        return id.level + std::bit_width(size(id.x) | size(id.y) | size(id.z)) - kBits;
+    }
+    int m_level = std::numeric_limits<int>::min();
 };
 
-/// Sorts the cells of tiles in parts: ranges of ids, each of some thousand cells.
+/// A cell of a tile, and its place in the order. Keys are sorted in place of cells, as they are smaller.
+struct Key {
+    uint64_t surface, code; ///< see MortonGrid
+    const CellId* id;
+    uint32_t tile, index; ///< in the tile
+
+    bool operator<(const Key& other) const {
+        if (surface != other.surface)
+            return surface < other.surface;
+        return code != other.code ? code < other.code : precedes(*id, *other.id);
+    }
+};
+
+/// Sorts the cells of tiles in parts: ranges of the order, each of some thousand cells.
 class CellSorter {
   public:
     explicit CellSorter(std::span<const std::span<CellSums>> tiles)
-        : m_tiles(tiles), m_keysOfTile(tiles.size()) {
-        parallelFor(tiles.size(), [&](size_t tile) { sortTile(tile); });
-        findBounds();
-        m_parts.resize(m_bounds.size() + 1);
-        parallelFor(m_parts.size(), [&](size_t part) { collect(part); });
+        : m_tiles(tiles), m_grid(tiles), m_bounds(findBounds()), m_parts(m_bounds.size() + 1) {
+        collect();
+        parallelFor(m_parts.size(), [&](size_t part) { sort(m_parts[part]); });
     }
     JoinedCells join() const {
         JoinedCells out;
@@ -44,37 +92,66 @@ class CellSorter {
 
   private:
     struct Part {
-        std::vector<Key> keys; ///< by ascending id
-        size_t cells = 0;      ///< different ids
+        std::span<Key> keys; ///< sorted
+        size_t cells = 0;    ///< different ids
     };
-    void sortTile(size_t tile) {
-        std::vector<Key>& keys = m_keysOfTile[tile];
-        keys.reserve(m_tiles[tile].size());
-        for (const CellSums& cell : m_tiles[tile])
-            keys.push_back({cell.id, uint32_t(tile), uint32_t(keys.size())});
-        std::sort(keys.begin(), keys.end());
+    Key keyOf(size_t tile, size_t index) const {
+        const CellId& id = m_tiles[tile][index].id;
+        return {id.surface, m_grid.codeOf(id), &id, uint32_t(tile), uint32_t(index)};
     }
-    /// Sets m_bounds.
-    void findBounds() {
+    /// Returns the first keys of all parts but the first one.
+    std::vector<Key> findBounds() const {
         constexpr size_t kStride = 64, kKeysOfPart = 4096;
-        std::vector<CellId> some;
-        for (const std::vector<Key>& keys : m_keysOfTile)
-            for (size_t i = kStride / 2; i < keys.size(); i += kStride)
-                some.push_back(keys[i].id);
+        std::vector<Key> some, bounds;
+        for (size_t tile = 0; tile < m_tiles.size(); ++tile)
+            for (size_t i = kStride / 2; i < m_tiles[tile].size(); i += kStride)
+                some.push_back(keyOf(tile, i));
         std::sort(some.begin(), some.end());
         for (size_t i = kKeysOfPart / kStride; i < some.size(); i += kKeysOfPart / kStride)
-            if (m_bounds.empty() || m_bounds.back() < some[i])
-                m_bounds.push_back(some[i]);
+            if (bounds.empty() || bounds.back() < some[i])
+                bounds.push_back(some[i]);
+        return bounds;
     }
-    /// Copies the keys of a part from all tiles, and sorts them.
-    void collect(size_t number) {
-        Part& part = m_parts[number];
-        const auto find = [](const std::vector<Key>& keys, const CellId& id) {
-            return std::lower_bound(keys.begin(), keys.end(), Key{id, 0, 0});
+    /// Sets Part::keys, not sorted yet.
+    void collect() {
+        struct TileKeys {
+            std::vector<Key> keys;
+            std::vector<uint32_t> parts;  ///< by key
+            std::vector<uint32_t> counts; ///< by part
         };
-        for (const std::vector<Key>& keys : m_keysOfTile)
-            part.keys.insert(part.keys.end(), number > 0 ? find(keys, m_bounds[number - 1]) : keys.begin(),
-                             number < m_bounds.size() ? find(keys, m_bounds[number]) : keys.end());
+        std::vector<TileKeys> tiles(m_tiles.size());
+        parallelFor(tiles.size(), [&](size_t number) {
+            TileKeys& tile = tiles[number];
+            const size_t count = m_tiles[number].size();
+            tile.keys.reserve(count);
+            tile.parts.reserve(count);
+            tile.counts.resize(m_parts.size());
+            for (size_t i = 0; i < count; ++i) {
+                const Key& key = tile.keys.emplace_back(keyOf(number, i));
+                const auto part = std::upper_bound(m_bounds.begin(), m_bounds.end(), key) - m_bounds.begin();
+                tile.parts.push_back(uint32_t(part));
+                ++tile.counts[size_t(part)];
+            }
+        });
+        std::vector<size_t> ends; // of the parts
+        size_t count = 0;
+        for (size_t part = 0; part < m_parts.size(); ++part) {
+            for (TileKeys& tile : tiles) // counts become the positions of the next keys
+                count += std::exchange(tile.counts[part], uint32_t(count));
+            ends.push_back(count);
+        }
+        m_keys.resize(count);
+        parallelFor(tiles.size(), [&](size_t number) {
+            TileKeys tile = std::move(tiles[number]);
+            for (size_t i = 0; i < tile.keys.size(); ++i)
+                m_keys[tile.counts[tile.parts[i]]++] = tile.keys[i];
+        });
+        for (size_t part = 0; part < m_parts.size(); ++part) {
+            const size_t first = part > 0 ? ends[part - 1] : 0;
+            m_parts[part].keys = {m_keys.data() + first, ends[part] - first};
+        }
+    }
+    static void sort(Part& part) {
         std::sort(part.keys.begin(), part.keys.end());
         for (size_t i = 0; i < part.keys.size(); ++i)
             part.cells += i == 0 || part.keys[i - 1] < part.keys[i];
@@ -87,7 +164,7 @@ class CellSorter {
             CellSums& cell = m_tiles[key.tile][key.index];
             if (i == 0 || part.keys[i - 1] < key) {
                 sums = &cell;
-                out.cells[next++] = {key.id, sums};
+                out.cells[next++] = {cell.id, sums};
             } else {
                 sums->add(cell);
             }
@@ -96,9 +173,10 @@ class CellSorter {
     }
 
     const std::span<const std::span<CellSums>> m_tiles;
-    std::vector<std::vector<Key>> m_keysOfTile; ///< by ascending id
-    std::vector<CellId> m_bounds;               ///< the first ids of all parts but the first one
+    const MortonGrid m_grid;
+    const std::vector<Key> m_bounds;
     std::vector<Part> m_parts;
+    HugeBuffer<Key> m_keys; ///< by part
 };
 
 } // namespace

@@ -16,7 +16,7 @@ struct JoinedCell {
 
 /// The cells of several tiles.
 struct JoinedCells {
-    HugeBuffer<JoinedCell> cells;               ///< by ascending id
+    HugeBuffer<JoinedCell> cells;               ///< in the order of `precedes`
     std::vector<std::vector<uint32_t>> numbers; ///< indices in `cells`, by tile and by the index in the tile
 };
 

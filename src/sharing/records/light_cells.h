@@ -4,7 +4,10 @@
 #include "core/math/hash.h"
 #include "sharing/records/fixed_point_sum.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace strobe {
@@ -23,12 +26,61 @@ struct CellId {
 
     /// Returns the cell of the next coarser grid that contains this one.
     CellId parent() const { return {surface, x >> 1, y >> 1, z >> 1, int16_t(level + 1), face}; }
+    /// The same for the grid of a level.
+    CellId ancestor(int ofLevel) const {
+        const int shift = std::min(ofLevel - level, 31);
+        return {surface, x >> shift, y >> shift, z >> shift, int16_t(ofLevel), face};
+    }
     uint64_t hash() const {
         return fastHashOf(surface, uint64_t(uint32_t(x)) << 32 | uint32_t(y),
                           uint64_t(uint32_t(z)) << 32 | uint64_t(uint16_t(level)) << 16 | face);
     }
-    auto operator<=>(const CellId&) const = default;
+    bool operator==(const CellId&) const = default;
 };
+
+/// The coordinates of two cells in the grid of the larger one.
+struct AlignedCells {
+    int level;
+    int32_t a[3], b[3];
+
+    AlignedCells(const CellId& first, const CellId& second) : level(std::max(first.level, second.level)) {
+        align(first, a);
+        align(second, b);
+    }
+    /// Returns the bits of an axis in which both differ.
+    uint32_t differences(int axis) const { return uint32_t(a[axis]) ^ uint32_t(b[axis]); }
+
+  private:
+    void align(const CellId& id, int32_t* out) const {
+        const CellId ancestor = id.ancestor(level);
+        out[0] = ancestor.x;
+        out[1] = ancestor.y;
+        out[2] = ancestor.z;
+    }
+};
+
+/// Returns the level of the smallest cube that contains two cells of a surface; INT_MAX: there is none.
+inline int commonLevel(const CellId& a, const CellId& b) {
+    const AlignedCells cells(a, b);
+    const uint32_t differences = cells.differences(0) | cells.differences(1) | cells.differences(2);
+    const int width = std::bit_width(differences);
+    return width > 31 ? std::numeric_limits<int>::max() : cells.level + width;
+}
+
+/// Returns whether `a` precedes `b` in the order of the cells: by surface, then as a walk through an octree
+/// visits them (Morton order). A cell precedes those inside it, and cells of a cube are ordered by face.
+inline bool precedes(const CellId& a, const CellId& b) {
+    if (a.surface != b.surface)
+        return a.surface < b.surface;
+    const AlignedCells cells(a, b);
+    int axis = 0; // with the highest bit in which both differ
+    for (const int other : {1, 2})
+        if (const uint32_t d = cells.differences(axis), e = cells.differences(other); d < e && d < (d ^ e))
+            axis = other;
+    if (cells.differences(axis) != 0)
+        return cells.a[axis] < cells.b[axis];
+    return a.level != b.level ? a.level > b.level : a.face < b.face;
+}
 
 /// The parts of the light at first vertices that are shared, each with weights of its own.
 enum class LightPart { Direct, Indirect };

@@ -169,8 +169,7 @@ RecordedLight::RecordedLight(const Film& film) : RecordedLight(film.pixelBounds(
     });
     if (!rows.empty())
         rows.front().emission = emissionOf(tiles, pixelBounds);
-    for (const TileSums& row : rows)
-        linkUses(row);
+    linkUses(rows);
     joinRareAndEmission(rows);
 }
 

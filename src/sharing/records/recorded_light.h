@@ -89,7 +89,7 @@ class RecordedLight {
     LightParts parts; ///< that were recorded; the sums of the others are 0
     /// Pixels are numbered row by row in the pixel bounds.
     HugeBuffer<HalfPixelSums> pixels;
-    HugeBuffer<JoinedCell> cells;      ///< by ascending id
+    HugeBuffer<JoinedCell> cells;      ///< in the order of `precedes`
     std::vector<EmissionSum> emission; ///< by ascending pixel, with one entry per pixel
     std::vector<PixelRareSample> rare; ///< by ascending pixel, in an order that depends on the samples only
 
@@ -97,7 +97,7 @@ class RecordedLight {
     void joinCellsOf(std::vector<TileLightReader>& tiles);
     void joinRow(int y, const std::vector<const TileLightReader*>& tiles, PixelLists& lists);
     void addUses(size_t index, PixelLight& light, PixelLists& lists) const;
-    void linkUses(const TileSums& tile);
+    void linkUses(std::span<const TileSums> tiles);
     void joinRareAndEmission(std::span<const TileSums> tiles);
     void clearPixelsWithout(std::span<const TileSums> tiles);
 

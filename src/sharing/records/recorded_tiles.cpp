@@ -94,8 +94,7 @@ void RecordedLight::join(std::vector<TileSums> tiles) {
             first += of.count;
         }
     });
-    for (const TileSums& tile : tiles)
-        linkUses(tile);
+    linkUses(tiles);
     joinRareAndEmission(tiles);
     clearPixelsWithout(tiles);
 }
@@ -119,14 +118,17 @@ void RecordedLight::clearPixelsWithout(std::span<const TileSums> tiles) {
         }
 }
 
-/// Sets the uses of the pixels of a tile, and keeps their memory.
-void RecordedLight::linkUses(const TileSums& tile) {
-    size_t first = 0;
-    for (const UseCount& of : tile.counts.items) {
-        m_uses[of.pixel] = tile.uses.items.subspan(first, of.count);
-        first += of.count;
-    }
-    m_useMemory.push_back(tile.uses.memory);
+/// Sets the uses of the pixels of tiles, and keeps their memory.
+void RecordedLight::linkUses(std::span<const TileSums> tiles) {
+    parallelFor(tiles.size(), [&](size_t i) {
+        size_t first = 0;
+        for (const UseCount& of : tiles[i].counts.items) {
+            m_uses[of.pixel] = tiles[i].uses.items.subspan(first, of.count);
+            first += of.count;
+        }
+    });
+    for (const TileSums& tile : tiles)
+        m_useMemory.push_back(tile.uses.memory);
 }
 
 void RecordedLight::joinRareAndEmission(std::span<const TileSums> tiles) {
