@@ -144,52 +144,52 @@ EmissionRefinement::EmissionRefinement(const Scene& scene, const CameraSampling&
     m_samples = distribute(deviations, samplesPerPixel, pilot.otherError * double(deviations.size()));
 }
 
-/// Returns the standard deviation of the emission of a sample, by pixel, over the pixel and its neighbors.
+/// Returns the standard deviation of the emission of a sample, by pixel, over the pixel and its neighbors; an
+/// empty vector: no pixel may have emission.
 HugeVector<float> EmissionRefinement::findDeviations(int samplesPerPixel) const {
     const auto probes = uint32_t(std::clamp(samplesPerPixel / 32, 1, 8));
     const int width = m_bounds.width(), height = m_bounds.height();
-    HugeVector<EmissionMoments> moments(size_t(width) * size_t(height));
-    std::vector<uint8_t> emits(size_t(height) + 2); // by row, between two rows outside of the bounds
+    std::vector<MomentsOfRow> rows(static_cast<size_t>(height));
     const VisibleEmission emission(m_scene);
-    parallelFor(size_t(height), [&](size_t row) {
-        emits[row + 1] = probeRow(int(row), probes, emission, &moments[row * size_t(width)]);
-    });
-    HugeVector<float> deviations(moments.size());
-    parallelFor(size_t(height), [&](size_t row) {
-        if (!emits[row] && !emits[row + 1] && !emits[row + 2])
-            return;
-        for (int x = 0, y = int(row); x < width; ++x) {
+    parallelFor(rows.size(), [&](size_t row) { rows[row] = probeRow(int(row), probes, emission); });
+    if (std::all_of(rows.begin(), rows.end(), [](const MomentsOfRow& row) { return row.empty(); }))
+        return {};
+    HugeVector<float> deviations(size_t(width) * rows.size());
+    parallelFor(rows.size(), [&](size_t row) {
+        const size_t first = row > 0 ? row - 1 : 0, last = std::min(rows.size() - 1, row + 1);
+        for (int x = 0; x < width; ++x) {
             EmissionMoments sum;
-            for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
+            for (size_t v = first; v <= last; ++v)
                 for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u)
-                    sum.add(moments[size_t(v) * size_t(width) + size_t(u)]);
+                    if (rows[v].empty())
+                        sum.count += float(probes);
+                    else
+                        sum.add(rows[v][size_t(u)]);
             deviations[row * size_t(width) + size_t(x)] = std::sqrt(sum.variance());
         }
     });
     return deviations;
 }
 
-/// Writes the moments of the emission of camera samples of each pixel of a row. Returns whether there may be
-/// emission.
-bool EmissionRefinement::probeRow(int row, uint32_t probes, const VisibleEmission& visible,
-                                  EmissionMoments* out) const {
+/// Returns the moments of the emission of camera samples of each pixel of a row; an empty vector: none of
+/// them may have emission.
+EmissionRefinement::MomentsOfRow EmissionRefinement::probeRow(int row, uint32_t probes,
+                                                              const VisibleEmission& visible) const {
     std::vector<PixelRef> pixels;
     for (int x = m_bounds.x0, y = m_bounds.y0 + row; x < m_bounds.x1; ++x)
         pixels.push_back({x, y, hashOf(m_sampling.seed, kSeedOfProbes, x, y)});
     VisibilityTracer tracer(m_scene, m_sampling.sampler, m_sampling.filter, probes, {0, probes});
     SoAVector<VisibilitySoA> samples;
     tracer.generate(pixels, samples);
-    if (!visible.mayBeSeen(samples)) {
-        for (size_t i = 0; i < pixels.size(); ++i)
-            out[i].count = float(probes);
-        return false;
-    }
+    if (!visible.mayBeSeen(samples))
+        return {};
     tracer.trace(samples);
+    MomentsOfRow out(pixels.size());
     for (const VisibilitySample& sample : samples) {
         const Rgb emission = emissionOf(m_scene, sample) * sample.weight;
         out[sample.pixel].addEmission((emission.x + emission.y + emission.z) / 3);
     }
-    return true;
+    return out;
 }
 
 uint32_t EmissionRefinement::samplesOf(const PixelRef& pixel) const {

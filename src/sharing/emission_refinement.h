@@ -33,7 +33,8 @@ class EmissionRefinement {
   private:
     uint32_t samplesOf(const PixelRef& pixel) const;
     HugeVector<float> findDeviations(int samplesPerPixel) const;
-    bool probeRow(int row, uint32_t probes, const VisibleEmission& visible, EmissionMoments* out) const;
+    using MomentsOfRow = std::vector<EmissionMoments>;
+    MomentsOfRow probeRow(int row, uint32_t probes, const VisibleEmission& visible) const;
 
     const Scene& m_scene;
     const CameraSampling m_sampling;
