@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <iterator>
+#include <utility>
 
 namespace strobe {
 
@@ -300,16 +301,26 @@ uint32_t RareLight::Estimator::topOf(uint32_t cell) const {
 
 /// Returns, for each node of the largest size, whether it or one next to it has rare light.
 std::vector<bool> RareLight::Estimator::findTopsNearRareLight() const {
-    std::vector<bool> out(m_pyramid.nodes().size());
-    CellPyramid::Neighbors neighbors(m_pyramid);
-    uint32_t last = ~0u;
-    for (uint32_t cell = 0; cell < m_pyramid.cellCount(); ++cell)
-        if (const uint32_t top = topOf(cell); top != last) {
-            last = top;
-            for (const uint32_t index : neighbors.of(top))
-                if (!isBlack(m_sums[index].rare))
-                    out[top] = true;
+    constexpr size_t kRun = 4096;
+    const size_t count = m_pyramid.cellCount();
+    std::vector<std::vector<uint32_t>> found((count + kRun - 1) / kRun);
+    parallelFor(found.size(), [&](size_t run) {
+        CellPyramid::Neighbors neighbors(m_pyramid);
+        uint32_t last = ~0u;
+        for (size_t cell = run * kRun; cell < std::min(count, (run + 1) * kRun); ++cell) {
+            const uint32_t top = topOf(uint32_t(cell));
+            if (top == std::exchange(last, top))
+                continue;
+            const std::span<const uint32_t> around = neighbors.of(top);
+            if (std::any_of(around.begin(), around.end(),
+                            [&](uint32_t node) { return !isBlack(m_sums[node].rare); }))
+                found[run].push_back(top);
         }
+    });
+    std::vector<bool> out(m_pyramid.nodes().size());
+    for (const auto& ofRun : found)
+        for (const uint32_t top : ofRun)
+            out[top] = true;
     return out;
 }
 

@@ -68,15 +68,14 @@ void SquaredBias::limitBlocks(const LanePlane& squaredErrors, const WindowMean& 
     constexpr float kSignificant = 1.5f; // standard errors: more than those of two rare pixels
     LanePlane sizes(m_wideMeans.width, m_wideMeans.height);
     auto& means = m_wideMeans.values;
-    for (size_t i = 0; i < means.size(); ++i)
-        sizes.values[i] = std::abs(means[i]);
+    parallelForRuns(means.size(), [&](size_t i) { sizes.values[i] = std::abs(means[i]); });
     wide.apply(sizes, scratch);
-    for (size_t i = 0; i < means.size(); ++i) {
+    parallelForRuns(means.size(), [&](size_t i) {
         if (means[i] > 0 && sqr(means[i]) > sqr(kSignificant) * squaredErrors.values[i])
-            continue;
+            return;
         const float limit = kMultiple * sizes.values[i];
         means[i] = std::clamp(means[i], -limit, limit);
-    }
+    });
 }
 
 /// Returns the means over the wide window at a pixel.

@@ -1,6 +1,7 @@
 #include "sharing/pilots/sample_plan.h"
 
 #include "core/math/simd4.h"
+#include "core/util/memory.h"
 
 #include <algorithm>
 #include <cmath>
@@ -60,13 +61,15 @@ struct PilotCosts {
 
     PilotCosts(const PairPilot& pilot, LightParts shared) {
         const size_t count = pilot.blocks().factors().size();
-        std::vector<Sets> blocks(count);
+        HugeBuffer<Sets> blocks(count);
         for (size_t i = 0; i < count; ++i) {
             const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
             const float rays = pilot.rays(i);
-            blocks[i].set(0, costOf(a, {}, rays, shared));
-            blocks[i].set(1, costOf({}, b, rays, shared));
-            blocks[i].set(kWhole, costOf(a, b, rays, shared));
+            Sets sets;
+            sets.set(0, costOf(a, {}, rays, shared));
+            sets.set(1, costOf({}, b, rays, shared));
+            sets.set(kWhole, costOf(a, b, rays, shared));
+            blocks[i] = sets;
         }
         for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
             costs->reserve(count);
@@ -95,7 +98,7 @@ struct PilotCosts {
     };
 
     /// Adds the means of the costs of a block and of its neighbors that were measured.
-    void addSmoothed(const PairPilot& pilot, const std::vector<Sets>& blocks, size_t block) {
+    void addSmoothed(const PairPilot& pilot, const HugeBuffer<Sets>& blocks, size_t block) {
         Sets sums;
         pilot.forEachNeighbor(block, [&](size_t i, float weight) { sums.add(blocks[i], weight); });
         halves[0].push_back(meanOf(sums, 0));
