@@ -27,22 +27,26 @@ struct BlockPosition {
 
 SquaredBias::SquaredBias(int width, int height, float sigma)
     : m_sigma(sigma), m_means(width, height), m_squaredErrors(width, height),
-      m_wideMeans(blocksOf(width, kCoarse), blocksOf(height, kCoarse)) {}
+      m_wideMeans(blocksOf(width, kCoarse), blocksOf(height, kCoarse)),
+      m_wideSquaredErrors(m_wideMeans.width, m_wideMeans.height) {}
 
 void SquaredBias::average(LanePlane& scratch) {
-    const WindowMean wide(m_wideMeans.width, m_wideMeans.height, m_sigma);
-    LanePlane wideScratch(m_wideMeans.width, m_wideMeans.height);
-    limitBlocks(averageBlocks(), wide, wideScratch);
-    wide.apply(m_wideMeans, wideScratch);
-    WindowMean(m_means.width, m_means.height, m_sigma).apply(m_means, scratch);
     // The squares of the weights of a Gaussian window are the weights of a window that is narrower by
     // sqrt(2), apart from a factor: their sum.
-    WindowMean(m_means.width, m_means.height, m_sigma / std::sqrt(2.f)).apply(m_squaredErrors, scratch);
+    const float sigmaOfSquares = m_sigma / std::sqrt(2.f);
+    const int width = m_wideMeans.width, height = m_wideMeans.height;
+    LanePlane wideScratch(width, height);
+    averageBlocks();
+    limitBlocks(wideScratch);
+    WindowMean(width, height, m_sigma).apply(m_wideMeans, wideScratch);
+    WindowMean(width, height, sigmaOfSquares).apply(m_wideSquaredErrors, wideScratch);
+    WindowMean(m_means.width, m_means.height, m_sigma).apply(m_means, scratch);
+    WindowMean(m_means.width, m_means.height, sigmaOfSquares).apply(m_squaredErrors, scratch);
 }
 
-/// Sets m_wideMeans to the means of the products by block. Returns their expected squared errors.
-LanePlane SquaredBias::averageBlocks() {
-    LanePlane errors(m_wideMeans.width, m_wideMeans.height);
+/// Sets m_wideMeans to the means of the products by block, and m_wideSquaredErrors to their expected squared
+/// errors.
+void SquaredBias::averageBlocks() {
     parallelFor(size_t(m_wideMeans.height), [&](size_t row) {
         const int y0 = kCoarse * int(row), y1 = std::min(y0 + kCoarse, m_means.height);
         for (int block = 0; block < m_wideMeans.width; ++block) {
@@ -55,34 +59,35 @@ LanePlane SquaredBias::averageBlocks() {
                 }
             const float inverse = 1 / float((y1 - y0) * (x1 - x0));
             storeFloat4(m_wideMeans.row(int(row)) + LanePlane::kLanes * block, sum * inverse);
-            storeFloat4(errors.row(int(row)) + LanePlane::kLanes * block, squaredErrors * sqr(inverse));
+            storeFloat4(m_wideSquaredErrors.row(int(row)) + LanePlane::kLanes * block,
+                        squaredErrors * sqr(inverse));
         }
     });
-    return errors;
 }
 
 /// Limits the means of blocks that are not significant to a multiple of the mean of absolute values around
 /// them, so that rare bright samples of a single block do not decide.
-void SquaredBias::limitBlocks(const LanePlane& squaredErrors, const WindowMean& wide, LanePlane& scratch) {
+void SquaredBias::limitBlocks(LanePlane& scratch) {
     constexpr float kMultiple = 5;       // a 16th of the blocks of the window reach it together
     constexpr float kSignificant = 1.5f; // standard errors: more than those of two rare pixels
     LanePlane sizes(m_wideMeans.width, m_wideMeans.height);
     auto& means = m_wideMeans.values;
     parallelForRuns(means.size(), [&](size_t i) { sizes.values[i] = std::abs(means[i]); });
-    wide.apply(sizes, scratch);
+    WindowMean(sizes.width, sizes.height, m_sigma).apply(sizes, scratch);
     parallelForRuns(means.size(), [&](size_t i) {
-        if (means[i] > 0 && sqr(means[i]) > sqr(kSignificant) * squaredErrors.values[i])
+        if (means[i] > 0 && sqr(means[i]) > sqr(kSignificant) * m_wideSquaredErrors.values[i])
             return;
         const float limit = kMultiple * sizes.values[i];
         means[i] = std::clamp(means[i], -limit, limit);
     });
 }
 
-/// Returns the means over the wide window at a pixel.
-Float4 SquaredBias::wideMean(int x, int y) const {
-    const BlockPosition u(x, kCoarse, m_wideMeans.width), v(y, kCoarse, m_wideMeans.height);
+/// Returns the values of a plane of blocks at a pixel.
+Float4 SquaredBias::interpolate(const LanePlane& plane, size_t pixel) const {
+    const BlockPosition u(int(pixel) % m_means.width, kCoarse, plane.width),
+        v(int(pixel) / m_means.width, kCoarse, plane.height);
     const auto at = [&](int row) {
-        const float* blocks = m_wideMeans.row(row);
+        const float* blocks = plane.row(row);
         const Float4 first = loadFloat4(blocks + LanePlane::kLanes * u.first),
                      second = loadFloat4(blocks + LanePlane::kLanes * u.second);
         return first + u.fraction * (second - first);
@@ -92,15 +97,19 @@ Float4 SquaredBias::wideMean(int x, int y) const {
 }
 
 Float4 SquaredBias::at(size_t pixel) const {
-    // Means below two standard errors do not count, those of four count by 15/16.
-    constexpr float kLeast = 2, kPi = 3.14159265f, kTiny = 1e-30f;
+    // Means below `least` standard errors do not count, those of twice as many count by 15/16.
+    constexpr float kLeast = 2, kLeastAlone = 3, kSignificantAround = 1, kPi = 3.14159265f, kTiny = 1e-30f;
     const float squaredWeights = 1 / (4 * kPi * sqr(m_sigma));
     const Float4 zero = {};
+    const Float4 wide = interpolate(m_wideMeans, pixel),
+                 wideSquaredError = squaredWeights * interpolate(m_wideSquaredErrors, pixel);
+    const Float4 least = (wide > zero) & (wide * wide > sqr(kSignificantAround) * wideSquaredError)
+                             ? zero + kLeast
+                             : zero + kLeastAlone;
     const Float4 mean = loadFloat4(m_means.at(pixel)), squaredError = loadFloat4(m_squaredErrors.at(pixel));
-    const Float4 ratio = sqr(kLeast) * squaredWeights * squaredError / (mean * mean + kTiny);
+    const Float4 ratio = least * least * squaredWeights * squaredError / (mean * mean + kTiny);
     Float4 rest = ratio * ratio;
     rest = (rest > 1) | ((mean <= zero) & (squaredError > zero)) ? zero + 1 : rest;
-    const Float4 wide = wideMean(int(pixel) % m_means.width, int(pixel) / m_means.width);
     return mean + rest * ((wide > zero ? wide : zero) - mean);
 }
 

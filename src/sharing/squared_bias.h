@@ -10,6 +10,9 @@ namespace strobe {
 /// bias. Where rare bright samples meet in both halves of a pixel, its product is many times larger than
 /// that. With the mean, all pixels of the window would keep the noise of their own values: a mark on a wall.
 /// Therefore, where the mean is not significant, the mean over a window four times as wide takes its place.
+/// An image has a thousand windows, so that chance makes some of them significant. Real bias, as of an edge
+/// of a shadow, is seldom alone: where that over the wide window is not significant, either, the narrow one
+/// must be more so.
 class SquaredBias {
   public:
     /// `sigma`: the standard deviation of the window in pixels.
@@ -27,13 +30,13 @@ class SquaredBias {
 
   private:
     static constexpr int kCoarse = 4; ///< pixels per edge of a block of m_wideMeans
-    LanePlane averageBlocks();
-    void limitBlocks(const LanePlane& squaredErrors, const WindowMean& wide, LanePlane& scratch);
-    Float4 wideMean(int x, int y) const;
+    void averageBlocks();
+    void limitBlocks(LanePlane& scratch);
+    Float4 interpolate(const LanePlane& plane, size_t pixel) const;
 
     const float m_sigma;
     LanePlane m_means, m_squaredErrors;
-    LanePlane m_wideMeans; ///< by block of pixels
+    LanePlane m_wideMeans, m_wideSquaredErrors; ///< by block of pixels
 };
 
 } // namespace strobe

@@ -69,6 +69,18 @@ TEST(SquaredBias, ComesFromAWideWindowWhereTheNarrowOneHasNoise) {
     EXPECT_NEAR(sum / count, 0.5, 0.2);
 }
 
+TEST(SquaredBias, MustBeMoreSignificantWhereItIsAlone) {
+    // The mean over the window around the patch is 0.3: 2.7 standard errors.
+    const auto patch = [](float around) {
+        return [=](int x, int y) {
+            return Product{std::max(std::abs(x - 30), std::abs(y - 30)) <= 2 ? 0.55f : around, 1};
+        };
+    };
+    EXPECT_LT(estimateAt(30, 30, patch(0)), 0.1f);
+    // That over the wide window is 0.02, then 0.05: 0.8 and 1.8 standard errors.
+    EXPECT_GT(estimateAt(30, 30, patch(0.03f)), 0.2f);
+}
+
 TEST(SquaredBias, IsNeverNegativeWhereErrorsAreKnown) {
     for (const float value : {-3.f, 0.f})
         EXPECT_EQ(estimateAt(20, 20, [&](int, int) { return Product{value, 1}; }), 0);
