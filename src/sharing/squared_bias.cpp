@@ -103,9 +103,8 @@ Float4 SquaredBias::at(size_t pixel) const {
     const Float4 zero = {};
     const Float4 wide = interpolate(m_wideMeans, pixel),
                  wideSquaredError = squaredWeights * interpolate(m_wideSquaredErrors, pixel);
-    const Float4 least = (wide > zero) & (wide * wide > sqr(kSignificantAround) * wideSquaredError)
-                             ? zero + kLeast
-                             : zero + kLeastAlone;
+    const auto isAround = (wide > zero) & (wide * wide > sqr(kSignificantAround) * wideSquaredError);
+    const Float4 least = isAround ? zero + kLeast : zero + kLeastAlone;
     const Float4 mean = loadFloat4(m_means.at(pixel)), squaredError = loadFloat4(m_squaredErrors.at(pixel));
     const Float4 ratio = least * least * squaredWeights * squaredError / (mean * mean + kTiny);
     Float4 rest = ratio * ratio;
