@@ -3,7 +3,7 @@
 #include "sharing/cell_pyramid.h"
 
 #include <algorithm>
-#include <limits>
+#include <functional>
 
 namespace strobe {
 
