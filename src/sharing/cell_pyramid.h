@@ -45,6 +45,8 @@ class CellPyramid {
     LightParts parts() const { return m_parts; }
     /// Returns the light of a node. Precondition: the part was recorded.
     const NodeLight& light(LightPart part, uint32_t node) const { return m_light[int(part)][node]; }
+    /// Returns the surface of a node: see CellId. Recorded cells of a surface follow each other.
+    uint64_t surfaceOf(const CellNode& node) const { return m_cubes[node.cube].id.surface; }
     /// Returns the edge of a node's cube, in scene units.
     float edge(const CellNode& node) const { return std::ldexp(1.f, m_cubes[node.cube].id.level); }
     /// Adds light to samples that are counted already: to a recorded cell and to all that contain it.

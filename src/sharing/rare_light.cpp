@@ -1,6 +1,7 @@
 #include "sharing/rare_light.h"
 
 #include "core/util/parallel.h"
+#include "sharing/surface_scales.h"
 
 #include <algorithm>
 #include <cstring>
@@ -63,12 +64,12 @@ struct Summand {
 };
 
 /// Writes sums over nodes for each point, weighted by a bell of the distance from the point and by the angle
-/// between the normals.
+/// between the normals, whose cosine must exceed `minCosine`.
 template <int kColumns>
 STROBE_TARGET_CLONES void sumAround(const Points& points, const Summand<kColumns>* nodes, size_t count,
-                                    float inverseRadius2, float (&out)[kColumns][Points::kMax]) {
+                                    float inverseRadius2, float minCosine,
+                                    float (&out)[kColumns][Points::kMax]) {
     using Floats = Points::Floats;
-    constexpr float kMinCosine = 0.9f;
     Floats p[3], n[3];
     std::memcpy(p, points.p, sizeof p);
     std::memcpy(n, points.n, sizeof n);
@@ -78,7 +79,7 @@ STROBE_TARGET_CLONES void sumAround(const Points& points, const Summand<kColumns
         const Summand<kColumns>& node = nodes[k];
         const Floats x = node.p.x - p[0], y = node.p.y - p[1], z = node.p.z - p[2];
         const Floats dot = node.n.x * n[0] + node.n.y * n[1] + node.n.z * n[2];
-        const Floats cosine = (dot - kMinCosine) / (1 - kMinCosine);
+        const Floats cosine = (dot - minCosine) / (1 - minCosine);
         const Floats bell = 1 - (x * x + y * y + z * z) * inverseRadius2;
         const Floats weights = (cosine > zero ? cosine : zero) * (bell > zero ? bell * bell * bell : zero);
         for (int c = 0; c < kColumns; ++c)
@@ -93,8 +94,9 @@ class Surroundings {
     /// `sums`: by node.
     Surroundings(const CellPyramid& pyramid, const HugeVector<Sums>& sums)
         : m_pyramid(pyramid), m_sums(sums), m_neighbors(pyramid) {}
-    /// Collects the nodes around a node.
-    void collect(uint32_t node) {
+    /// Collects the nodes around a node. `larger`: the number of larger regions.
+    void collect(uint32_t node, int larger) {
+        m_minCosine = minCosine(larger);
         if (m_node == node)
             return;
         m_node = node;
@@ -115,23 +117,27 @@ class Surroundings {
     void sumBright(const Points& points, Sums* out) const {
         float sums[5][Points::kMax] = {};
         if (!m_bright.empty())
-            sumAround(points, m_bright.data(), m_bright.size(), m_inverseRadius2, sums);
+            sumAround(points, m_bright.data(), m_bright.size(), m_inverseRadius2, m_minCosine, sums);
         for (int i = 0; i < points.count; ++i)
             out[i] = {sums[0][i], sums[1][i], Rgb(sums[2][i], sums[3][i], sums[4][i])};
     }
     /// Writes the weighted numbers of all samples around each point.
     void count(const Points& points, float (&out)[1][Points::kMax]) const {
-        sumAround(points, m_all.data(), m_all.size(), m_inverseRadius2, out);
+        sumAround(points, m_all.data(), m_all.size(), m_inverseRadius2, m_minCosine, out);
     }
 
   private:
+    /// Returns the cosine of the largest angle between the normals of a region. The largest regions are as
+    /// wide as the surface, so that their nodes are few, and each has one mean normal.
+    static float minCosine(int larger) { return larger == 0 ? 0.f : larger == 1 ? 0.7f : 0.9f; }
+
     const CellPyramid& m_pyramid;
     const HugeVector<Sums>& m_sums;
     CellPyramid::Neighbors m_neighbors;
     std::vector<Summand<1>> m_all;
     std::vector<Summand<5>> m_bright; ///< with samples above the limit
     uint32_t m_node = ~0u;
-    float m_inverseRadius2 = 0;
+    float m_inverseRadius2 = 0, m_minCosine = 0;
 };
 
 } // namespace
@@ -163,7 +169,8 @@ class RareLight::Estimator {
     const CellPyramid& m_pyramid;
     const std::span<const uint32_t> m_cellsByNode;
     HugeVector<Estimate>& m_estimates;
-    HugeVector<Sums> m_sums; ///< by node
+    HugeVector<Sums> m_sums;            ///< by node
+    const HugeVector<uint8_t> m_scales; ///< of the largest regions, by cell
 };
 
 RareLight::RareLight(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
@@ -180,7 +187,8 @@ RareLight::RareLight(const CellPyramid& pyramid, std::span<const uint32_t> cells
 RareLight::Estimator::Estimator(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
                                 std::span<const RareSample> samples, float samplesPerPixel,
                                 HugeVector<Estimate>& estimates)
-    : m_pyramid(pyramid), m_cellsByNode(cellsByNode), m_estimates(estimates), m_sums(pyramid.nodes().size()) {
+    : m_pyramid(pyramid), m_cellsByNode(cellsByNode), m_estimates(estimates), m_sums(pyramid.nodes().size()),
+      m_scales(surfaceScales(pyramid)) {
     for (const RareSample& sample : samples)
         forNodesOf(sample, [&](Sums& sums) {
             const float brightness = sample.light.x + sample.light.y + sample.light.z;
@@ -200,9 +208,10 @@ void RareLight::Estimator::forNodesOf(const RareSample& sample, const Work& work
     m_pyramid.forEachAncestor(m_pyramid.nodeOf(sample.cell), [&](uint32_t node) { work(m_sums[node]); });
 }
 
-/// Calls work(cell, sums, count, weight) for regions of increasing size around each cell, with the sums over
-/// the region and its number of samples: the first has weight as far as it has enough samples above the
-/// limit, the next has what is left, and so on. The weights sum to 1. `cells`: in the order of m_cellsByNode.
+/// Calls work(cell, sums, count, weight) for regions of increasing size around each cell, up to that of its
+/// surface, with the sums over the region and its number of samples: the first has weight as far as it has
+/// enough samples above the limit, the next has what is left, and so on. The weights sum to 1. `cells`: in
+/// the order of m_cellsByNode.
 template <class Work>
 void RareLight::Estimator::forRegions(std::span<const uint32_t> cells, const Work& work) const {
     constexpr size_t kRun = 512;
@@ -223,9 +232,11 @@ void RareLight::Estimator::forRegionsOfRun(std::span<const uint32_t> cells, cons
             while (end < queries.size() && queries[end].node == node && end - first < Points::kMax)
                 ++end;
             const std::span<Query> sameNode(&queries[first], end - first);
-            if (k + 2 > CellPyramid::kScales || hasMore(node)) {
-                surroundings.collect(node);
-                forRegionsOfSize(surroundings, sameNode, k == CellPyramid::kScales, work);
+            // Cells with the same node at one k have the same edge and surface.
+            const int larger = m_scales[queries[first].cell] - k;
+            if (larger < 2 || hasMore(node)) {
+                surroundings.collect(node, larger);
+                forRegionsOfSize(surroundings, sameNode, larger == 0, work);
             }
             for (Query& query : sameNode)
                 query.node = m_pyramid.nodes()[node].parent;

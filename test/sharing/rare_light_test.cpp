@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
 
 namespace strobe {
 namespace {
@@ -12,11 +15,27 @@ constexpr int kSize = 64;
 constexpr LightPart kPart = LightPart::Indirect;
 constexpr float kSamples = 16; ///< per cell
 
-/// The plane z = 0, with cells of edge 1 that are as wide as a pixel, and samples above the limit.
-struct Plane {
+/// Cells of edge 1, and samples above the limit.
+struct Surface {
     std::vector<CellSums> cells; ///< in the order of `precedes`
     std::vector<PixelRareSample> samples;
 
+    void sort() {
+        std::sort(cells.begin(), cells.end(),
+                  [](const CellSums& a, const CellSums& b) { return precedes(a.id, b.id); });
+    }
+    CellPyramid pyramid() {
+        const std::span<CellSums> tile = cells;
+        return CellPyramid(joinCells({&tile, 1}).cells, LightParts::all());
+    }
+    void addSample(uint32_t cell, float light) {
+        const RareSample sample{cell, uint8_t(kPart), false, Rgb(light), Rgb(1)};
+        samples.push_back({sample, cell, 0});
+    }
+};
+
+/// The plane z = 0, with cells that are as wide as a pixel.
+struct Plane : Surface {
     Plane() {
         for (int x = 0; x < kSize; ++x)
             for (int y = 0; y < kSize; ++y) {
@@ -27,12 +46,7 @@ struct Plane {
                 sums.n[2] = int64_t(kSamples) << CellSums::kNormalBits;
                 sums.count[0] = sums.count[1] = uint32_t(kSamples) / kHalves;
             }
-        std::sort(cells.begin(), cells.end(),
-                  [](const CellSums& a, const CellSums& b) { return precedes(a.id, b.id); });
-    }
-    CellPyramid pyramid() {
-        const std::span<CellSums> tile = cells;
-        return CellPyramid(joinCells({&tile, 1}).cells, LightParts::all());
+        sort();
     }
     uint32_t cellAt(int x, int y) const {
         const CellId id{7, x, y, 0, 0, 4};
@@ -41,9 +55,54 @@ struct Plane {
                              [](const CellSums& a, const CellId& b) { return precedes(a.id, b); });
         return uint32_t(cell - cells.begin());
     }
-    void addSample(int x, int y, float light) {
-        const RareSample sample{cellAt(x, y), uint8_t(kPart), false, Rgb(light), Rgb(1)};
-        samples.push_back({sample, uint32_t(y * kSize + x), 0});
+    using Surface::addSample;
+    void addSample(int x, int y, float light) { addSample(cellAt(x, y), light); }
+};
+
+/// A sphere around the origin with even samples.
+struct Sphere : Surface {
+    static constexpr float kRadius = 20;
+
+    Sphere() {
+        constexpr int kCount = 80000;
+        std::map<std::tuple<int, int, int, int>, CellSums> sums;
+        for (int i = 0; i < kCount; ++i) { // a Fibonacci lattice
+            const float z = 1 - (2 * float(i) + 1) / kCount, angle = 2.3999632f * float(i);
+            const float r = std::sqrt(1 - z * z);
+            add(sums, V3f(r * std::cos(angle), r * std::sin(angle), z));
+        }
+        for (const auto& [id, cell] : sums)
+            cells.push_back(cell);
+        sort();
+    }
+    /// Returns the cell whose normal is the nearest to a direction.
+    static uint32_t cellAt(const CellPyramid& pyramid, const V3f& direction) {
+        uint32_t best = 0;
+        for (uint32_t i = 0; i < pyramid.cellCount(); ++i)
+            if (dot(nodeOf(pyramid, i).n, direction) > dot(nodeOf(pyramid, best).n, direction))
+                best = i;
+        return best;
+    }
+    static const CellNode& nodeOf(const CellPyramid& pyramid, uint32_t cell) {
+        return pyramid.nodes()[pyramid.nodeOf(cell)];
+    }
+
+  private:
+    static void add(std::map<std::tuple<int, int, int, int>, CellSums>& cells, const V3f& n) {
+        int corner[3], axis = 0;
+        for (int k = 0; k < 3; ++k) {
+            corner[k] = int(std::floor(kRadius * n[k]));
+            if (std::abs(n[k]) > std::abs(n[axis]))
+                axis = k;
+        }
+        const int face = 2 * axis + (n[axis] < 0);
+        CellSums& sums = cells[{corner[0], corner[1], corner[2], face}];
+        sums.id = {7, corner[0], corner[1], corner[2], 0, uint16_t(face)};
+        for (int k = 0; k < 3; ++k) {
+            sums.p[k] += int64_t((kRadius * n[k] - float(corner[k])) * (1 << CellSums::kPositionBits));
+            sums.n[k] += int64_t(n[k] * (1 << CellSums::kNormalBits));
+        }
+        ++sums.count[(sums.count[0] + sums.count[1]) % kHalves];
     }
 };
 
@@ -76,6 +135,31 @@ TEST(RareLight, ReachesLargerCells) {
     const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
     const float mean = 4 * 64 * kSamples / (kSize * kSize * kSamples);
     EXPECT_NEAR(rare.light(uint32_t(pyramid.cellCount() - 1)).x, mean, 0.1f * mean);
+}
+
+/// A single sample lights all of its surroundings, wherever these are on the sphere, without an edge.
+TEST(RareLight, HasNoEdgesOnASphere) {
+    for (const V3f& direction : {V3f(1, 0, 0), V3f(0.8f, 0.6f, 0), V3f(-0.577f, 0.577f, 0.577f)}) {
+        Sphere sphere;
+        const CellPyramid pyramid = sphere.pyramid();
+        const uint32_t lit = Sphere::cellAt(pyramid, direction);
+        sphere.addSample(lit, 1e5f);
+        const RareLight rare(pyramid, pyramid.cellsByNode(), sphere.samples, kPart, kSamples);
+        float most = 0;
+        for (uint32_t cell = 0; cell < pyramid.cellCount(); ++cell)
+            most = std::max(most, rare.light(cell).x);
+        EXPECT_GT(rare.light(lit).x, 0.5f * most);
+        for (uint32_t a = 0; a < pyramid.cellCount(); ++a) {
+            const CellNode& node = Sphere::nodeOf(pyramid, a);
+            if (dot(node.n, direction) > 0.8f) {
+                EXPECT_GT(rare.light(a).x, 0);
+            }
+            for (uint32_t b = a + 1; b < pyramid.cellCount(); ++b)
+                if (length(Sphere::nodeOf(pyramid, b).p - node.p) < 2) {
+                    EXPECT_NEAR(rare.light(a).x, rare.light(b).x, 0.25f * most) << node.n;
+                }
+        }
+    }
 }
 
 /// One sample is much brighter than all others: it does not make a spot.
