@@ -1,7 +1,6 @@
 #include "sharing/pilots/sample_plan.h"
 
 #include "core/math/simd4.h"
-#include "core/util/memory.h"
 
 #include <algorithm>
 #include <cmath>
@@ -55,33 +54,43 @@ struct BlockCost : Costs {
     float logDensity = -INFINITY;
 };
 
-/// The costs of all blocks: by each half of the pilot, and by the whole.
-struct PilotCosts {
-    std::vector<BlockCost> halves[kHalves], whole;
+/// The costs of all blocks: by each half of the pilot, and by the whole. They are computed row by row and not
+/// stored: in small images, first writes to memory would take longer than computing them again.
+class PilotCosts {
+  public:
+    static constexpr int kWhole = kHalves, kSets = kHalves + 1;
+    using OfBlock = BlockCost[kSets]; ///< by each half, then by the whole
 
-    PilotCosts(const PairPilot& pilot, LightParts shared) {
-        const size_t count = pilot.blocks().factors().size();
-        HugeBuffer<Sets> blocks(count);
-        for (size_t i = 0; i < count; ++i) {
-            const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
-            const float rays = pilot.rays(i);
-            Sets sets;
-            sets.set(0, costOf(a, {}, rays, shared));
-            sets.set(1, costOf({}, b, rays, shared));
-            sets.set(kWhole, costOf(a, b, rays, shared));
-            blocks[i] = sets;
+    PilotCosts(const PairPilot& pilot, LightParts shared)
+        : m_pilot(pilot), m_shared(shared), m_columns(size_t(pilot.blocks().columns())),
+          m_rows(size_t(pilot.blocks().rows())) {}
+    /// Calls visit(block, costs) for all blocks in order. The costs are the means over the block and its
+    /// neighbors that were measured, weighted by a tent.
+    template <class Visit>
+    void forEachBlock(const Visit& visit) const {
+        Row costs(m_columns), rows[3] = {Row(m_columns), Row(m_columns), Row(m_columns)};
+        smoothRow(0, costs, rows[0]);
+        for (size_t y = 0; y < m_rows; ++y) {
+            const bool hasNext = y + 1 < m_rows;
+            if (hasNext)
+                smoothRow(y + 1, costs, rows[(y + 1) % 3]);
+            for (size_t x = 0; x < m_columns; ++x) {
+                Sets sums;
+                sums.add(rows[y % 3][x], 2);
+                if (y > 0)
+                    sums.add(rows[(y - 1) % 3][x], 1);
+                if (hasNext)
+                    sums.add(rows[(y + 1) % 3][x], 1);
+                const OfBlock means = {meanOf(sums, 0), meanOf(sums, 1), meanOf(sums, kWhole)};
+                visit(y * m_columns + x, means);
+            }
         }
-        for (std::vector<BlockCost>* costs : {&halves[0], &halves[1], &whole})
-            costs->reserve(count);
-        for (size_t i = 0; i < count; ++i)
-            addSmoothed(pilot, blocks, i);
     }
 
   private:
-    static constexpr int kWhole = kHalves;
-    /// The costs of a block, or sums over blocks: by each half of the pilot, then by the whole.
+    /// The costs of a block, or sums over blocks.
     struct Sets {
-        Float4 errors[kHalves + 1] = {};
+        Float4 errors[kSets] = {};
         Float4 times = {};   ///< by set
         Float4 weights = {}; ///< by set; 0: not measured
         void set(int k, const Costs& cost) {
@@ -90,20 +99,36 @@ struct PilotCosts {
             weights[k] = cost.time > 0 ? 1 : 0;
         }
         void add(const Sets& other, float weight) {
-            for (int k = 0; k <= kWhole; ++k)
+            for (int k = 0; k < kSets; ++k)
                 errors[k] += weight * other.errors[k];
             times += weight * other.times;
             weights += weight * other.weights;
         }
     };
+    using Row = std::vector<Sets>;
 
-    /// Adds the means of the costs of a block and of its neighbors that were measured.
-    void addSmoothed(const PairPilot& pilot, const HugeBuffer<Sets>& blocks, size_t block) {
-        Sets sums;
-        pilot.forEachNeighbor(block, [&](size_t i, float weight) { sums.add(blocks[i], weight); });
-        halves[0].push_back(meanOf(sums, 0));
-        halves[1].push_back(meanOf(sums, 1));
-        whole.push_back(meanOf(sums, kWhole));
+    Sets costsOf(size_t block) const {
+        const BlockNoise &a = m_pilot.noise(0, block), &b = m_pilot.noise(1, block);
+        const float rays = m_pilot.rays(block);
+        Sets sets;
+        sets.set(0, costOf(a, {}, rays, m_shared));
+        sets.set(1, costOf({}, b, rays, m_shared));
+        sets.set(kWhole, costOf(a, b, rays, m_shared));
+        return sets;
+    }
+    /// Sums the costs of a row over neighbors in the row. `costs`: scratch.
+    void smoothRow(size_t y, Row& costs, Row& out) const {
+        for (size_t x = 0; x < m_columns; ++x)
+            costs[x] = costsOf(y * m_columns + x);
+        for (size_t x = 0; x < m_columns; ++x) {
+            Sets sums;
+            sums.add(costs[x], 2);
+            if (x > 0)
+                sums.add(costs[x - 1], 1);
+            if (x + 1 < m_columns)
+                sums.add(costs[x + 1], 1);
+            out[x] = sums;
+        }
     }
     static BlockCost meanOf(const Sets& sums, int k) {
         BlockCost mean;
@@ -116,6 +141,10 @@ struct PilotCosts {
             mean.logDensity = std::log2(mean.errors[kRest] / mean.time) / 2;
         return mean;
     }
+
+    const PairPilot& m_pilot;
+    const LightParts m_shared;
+    const size_t m_columns, m_rows;
 };
 
 /// Returns the power of two next to a factor, given its binary logarithm.
@@ -130,17 +159,25 @@ class DensityBins {
   public:
     static constexpr int kSteps = 4, kStepCount = 10 * kSteps;
 
-    /// `largest`: the binary logarithm of the largest density.
-    DensityBins(const PilotCosts& costs, double largest) {
-        for (int half = 0; half < kHalves; ++half)
-            for (size_t i = 0; i < costs.whole.size(); ++i) {
-                const double density = double(costs.halves[half][i].logDensity) - largest;
-                Bin& bin = m_bins[binOf(density)];
-                for (int lane = 0; lane < 4; ++lane)
-                    bin.errors[lane] += double(costs.halves[1 - half][i].errors[lane]);
-                bin.time += double(costs.whole[i].time);
-            }
+    explicit DensityBins(const PilotCosts& costs) {
+        std::vector<Bin> bins(kAbsoluteBins);
+        float largest = -INFINITY;
+        costs.forEachBlock([&](size_t, const PilotCosts::OfBlock& block) {
+            const BlockCost& whole = block[PilotCosts::kWhole];
+            largest = std::max(largest, whole.logDensity);
+            for (int half = 0; half < kHalves; ++half)
+                bins[absoluteBinOf(block[half].logDensity)].add(block[1 - half].errors, whole.time);
+        });
+        m_largest = std::ceil(kSteps * largest);
+        for (int i = 0; m_largest > -INFINITY && i < kAbsoluteBins; ++i) {
+            const double bin = double(i + kFirstAbsolute) - double(m_largest);
+            m_bins[size_t(std::clamp(bin, double(kFirst), double(kLast)) - kFirst)].add(bins[size_t(i)]);
+        }
     }
+    /// Returns whether all densities are 0.
+    bool isEmpty() const { return m_largest == -INFINITY; }
+    /// Returns the binary logarithm of the scale of the densities at a step.
+    double logScaleOf(int step) const { return (double(step) - double(m_largest)) / kSteps; }
     /// Returns the product of error and time with the factors of a step; a negative step: with factors of 1.
     /// Returns infinity if the time is more than kMaxTime times that of factors of 1, or if the product grows
     /// for radiance that is not clipped: if rare bright samples are elsewhere.
@@ -162,34 +199,44 @@ class DensityBins {
   private:
     /// Blocks of the first bin have a factor of 1 at all steps, those of the last bin the largest factor.
     static constexpr int kFirst = -kStepCount, kLast = kSteps * kMaxExponent, kBins = kLast - kFirst + 1;
+    /// Bins of densities that are not relative to the largest: from 2^-64 to 2^64.
+    static constexpr int kFirstAbsolute = -64 * kSteps, kAbsoluteBins = 128 * kSteps;
 
     /// Sums over blocks.
     struct Bin {
         double errors[4] = {}; ///< by ErrorLane
         double time = 0;
+        void add(const Float4& ofBlock, float timeOfBlock) {
+            for (int lane = 0; lane < 4; ++lane)
+                errors[lane] += double(ofBlock[lane]);
+            time += double(timeOfBlock);
+        }
+        void add(const Bin& other) {
+            for (int lane = 0; lane < 4; ++lane)
+                errors[lane] += other.errors[lane];
+            time += other.time;
+        }
     };
 
-    static size_t binOf(double logDensity) {
-        const double bin = std::floor(kSteps * (logDensity + 0.5));
-        return size_t(std::clamp(bin, double(kFirst), double(kLast)) - kFirst);
+    static size_t absoluteBinOf(float logDensity) {
+        const float bin = std::floor(kSteps * (logDensity + 0.5f));
+        return size_t(std::clamp(bin - kFirstAbsolute, 0.f, float(kAbsoluteBins - 1)));
     }
     /// Returns the exponent of roundedFactor for a bin.
     static int exponentOf(int bin, int step) {
         return std::clamp((bin + kFirst + step + kStepCount) / kSteps - kStepCount / kSteps, 0, kMaxExponent);
     }
     Bin m_bins[kBins];
+    float m_largest; ///< binary logarithm of the largest density, in steps, rounded up
 };
 
 /// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
 /// and time; none, if that gains less than a factor of minGain.
 std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
     constexpr double kNearlyLeast = 1.03;
-    float largest = -INFINITY;
-    for (const BlockCost& block : costs.whole)
-        largest = std::max(largest, block.logDensity);
-    if (largest == -INFINITY)
+    const DensityBins bins(costs);
+    if (bins.isEmpty())
         return {};
-    const DensityBins bins(costs, double(largest));
     std::vector<double> products; // by step
     for (int step = 0; step < DensityBins::kStepCount; ++step)
         products.push_back(bins.productFor(step));
@@ -198,23 +245,27 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
         return {};
     const auto chosen = std::find_if(products.begin(), products.end(),
                                      [&](double product) { return product <= kNearlyLeast * least; });
-    return double(chosen - products.begin()) / DensityBins::kSteps - double(largest);
+    return bins.logScaleOf(int(chosen - products.begin()));
 }
 
-/// Returns the gain in the squared sum of the roots of the errors times the time. In it, blocks count more
-/// alike than in the sum of the errors, as in structural errors. Samples are clipped to 1.
-double rootGain(const PilotCosts& costs, double logScale) {
-    double roots = 0, plannedRoots = 0, time = 0, plannedTime = 0;
-    for (const BlockCost& block : costs.whole) {
-        const double factor = roundedFactor(logScale + double(block.logDensity));
+/// The gain in the squared sum of the roots of the errors times the time. In it, blocks count more alike than
+/// in the sum of the errors, as in structural errors. Samples are clipped to 1.
+class RootGain {
+  public:
+    void add(const BlockCost& block, double factor) {
         const double rest = double(block.errors[kClippedRest]), shared = double(block.errors[kShared]);
-        roots += std::sqrt(rest + shared);
-        plannedRoots += std::sqrt(rest / factor + shared);
-        time += double(block.time);
-        plannedTime += double(block.time) * factor;
+        m_roots += std::sqrt(rest + shared);
+        m_plannedRoots += std::sqrt(rest / factor + shared);
+        m_time += double(block.time);
+        m_plannedTime += double(block.time) * factor;
     }
-    return plannedRoots > 0 ? sqr(roots / plannedRoots) * time / plannedTime : 0;
-}
+    double gain() const {
+        return m_plannedRoots > 0 ? sqr(m_roots / m_plannedRoots) * m_time / m_plannedTime : 0;
+    }
+
+  private:
+    double m_roots = 0, m_plannedRoots = 0, m_time = 0, m_plannedTime = 0;
+};
 
 /// Returns whether camera rays hit emission brighter than 1.
 bool seesLamps(const PairPilot& pilot) {
@@ -261,11 +312,17 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
     const PilotCosts costs(pilot, shared);
     const auto logScale =
         findLogScale(costs, shared.isEmpty() && seesLamps(pilot) ? kMinGainBesideLamps : kMinGain);
-    if (!logScale || (shared.isEmpty() && rootGain(costs, *logScale) < kMinRootGain))
+    if (!logScale)
         return {};
     SampleFactors out = pilot.blocks();
-    for (size_t i = 0; i < costs.whole.size(); ++i)
-        out.factors()[i] = roundedFactor(*logScale + double(costs.whole[i].logDensity));
+    RootGain rootGain;
+    costs.forEachBlock([&](size_t i, const PilotCosts::OfBlock& block) {
+        const BlockCost& whole = block[PilotCosts::kWhole];
+        out.factors()[i] = roundedFactor(*logScale + double(whole.logDensity));
+        rootGain.add(whole, out.factors()[i]);
+    });
+    if (shared.isEmpty() && rootGain.gain() < kMinRootGain)
+        return {};
     return out;
 }
 
