@@ -127,8 +127,9 @@ class Surroundings {
     }
 
   private:
-    /// Returns the cosine of the largest angle between the normals of a region. The largest regions are as
-    /// wide as the surface, so that their nodes are few, and each has one mean normal.
+    /// Returns the cosine of the largest angle between the normals of a point and of the nodes of its region.
+    /// Nodes of the largest regions are few, and each has one mean normal: many points would have no node
+    /// within a small angle.
     static float minCosine(int larger) { return larger == 0 ? 0.f : larger == 1 ? 0.7f : 0.9f; }
 
     const CellPyramid& m_pyramid;

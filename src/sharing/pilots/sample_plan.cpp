@@ -152,9 +152,9 @@ uint8_t roundedFactor(double exponent) {
     return uint8_t(1u << int(std::clamp(exponent, 0., double(kMaxExponent)) + 0.5));
 }
 
-/// The costs of all blocks in bins of their density. At a step, a block of the largest density has a factor
-/// of 2^(step / kSteps). One half of the pilot gives the densities, and the other half the errors. Otherwise,
-/// noise of the pilot would look like a gain.
+/// The costs of all blocks in bins of their density. At a step, a block of the largest density, rounded up to
+/// a bin, has a factor of 2^(step / kSteps). One half of the pilot gives the densities, and the other half
+/// the errors. Otherwise, noise of the pilot would look like a gain.
 class DensityBins {
   public:
     static constexpr int kSteps = 4, kStepCount = 10 * kSteps;
