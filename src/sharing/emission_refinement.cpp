@@ -10,12 +10,12 @@ namespace strobe {
 /// Sums over samples of the emission e and the radiance v of a pixel or several.
 struct EmissionMoments {
     float count = 0, v = 0, e = 0, ee = 0, ve = 0;
-    void add(const HalfPixelSums& sums) {
-        count += float(sums.count);
-        v += sums.v;
-        e += (sums.emitted.x + sums.emitted.y + sums.emitted.z) / 3;
-        ee += sums.ee;
-        ve += sums.ve;
+    void add(const PixelEmission::Half& half, uint32_t samples) {
+        count += float(samples);
+        v += half.v;
+        e += (half.emitted.x + half.emitted.y + half.emitted.z) / 3;
+        ee += half.ee;
+        ve += half.ve;
     }
     void add(const EmissionMoments& other) {
         count += other.count;
@@ -81,18 +81,20 @@ struct EmissionNoise {
 EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half) {
     const int width = light.pixelBounds.width(), height = light.pixelBounds.height();
     float variance = 0, covariance = 0;
-    for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
-        for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u) {
-            const size_t pixel = size_t(v) * size_t(width) + size_t(u);
-            const bool isSame = u == x && v == y;
+    for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v) {
+        const size_t row = size_t(v) * size_t(width);
+        for (const PixelEmission& pixel : light.emissionOf(row + size_t(std::max(0, x - 1)),
+                                                           row + size_t(std::min(width - 1, x + 1)) + 1)) {
+            const bool isSame = pixel.pixel == size_t(y) * size_t(width) + size_t(x);
             EmissionMoments moments;
             for (int h = 0; h < kHalves; ++h)
                 if (!isSame || h != half)
-                    moments.add(light.pixel(pixel, h));
+                    moments.add(pixel.halves[h], light.counts(pixel.pixel, h).all);
             const float weight = isSame ? 1.f : 0.125f;
             variance += weight * moments.variance();
             covariance += weight * moments.covariance();
         }
+    }
     if (!(variance > 0))
         return {};
     const float coefficient = std::clamp(covariance / variance, 0.f, 1.f);
@@ -219,6 +221,8 @@ PixelAccumulator EmissionRefinement::trace(const PixelRef& pixel) const {
 EmissionPilot emissionPilot(const RecordedLight& light) {
     const int width = light.pixelBounds.width(), height = light.pixelBounds.height();
     double all = 0, inRadiance = 0;
+    if (light.emission.empty())
+        return {};
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             for (int half = 0; half < kHalves; ++half) {
@@ -231,21 +235,23 @@ EmissionPilot emissionPilot(const RecordedLight& light) {
 
 std::vector<PixelCorrection> emissionCorrections(const RecordedLight& light) {
     const int width = light.pixelBounds.width();
-    std::vector<PixelCorrection> corrections(light.emission.size());
+    std::vector<PixelCorrection> corrections(light.refined.size());
     parallelForRuns(corrections.size(), [&](size_t i) {
-        const EmissionSum& refined = light.emission[i];
+        const EmissionSum& refined = light.refined[i];
         const size_t pixel = refined.pixel;
         const int x = int(pixel % size_t(width)), y = int(pixel / size_t(width));
-        const float own = float(light.pixel(pixel, 0).count + light.pixel(pixel, 1).count);
+        const float own = float(light.count(pixel));
+        const auto recorded = light.emissionOf(pixel, pixel + 1);
         const float more = float(refined.sum.validCount());
         Rgb correction(0);
         for (int half = 0; half < kHalves; ++half) {
-            const HalfPixelSums& recorded = light.pixel(pixel, half);
-            if (recorded.count == 0)
+            const float count = float(light.counts(pixel, half).all);
+            if (count == 0)
                 continue;
-            const Rgb difference = refined.sum.mean() - recorded.mean(recorded.emitted);
+            const Rgb emitted = recorded.empty() ? Rgb(0) : recorded.front().halves[half].emitted;
+            const Rgb difference = refined.sum.mean() - emitted * (1 / count);
             const float coefficient = noiseFromOthers(light, x, y, half).coefficient;
-            correction += difference * (coefficient * more / (own + more) * float(recorded.count) / own);
+            correction += difference * (coefficient * more / (own + more) * count / own);
         }
         corrections[i] = {pixel, correction};
     });

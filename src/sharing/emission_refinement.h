@@ -51,8 +51,8 @@ struct PixelCorrection {
     Rgb value;
 };
 
-/// Returns the corrections of the pixels in RecordedLight::emission. The emission is a control
-/// variate: the correction is the difference between the mean emission of RecordedLight::emission and that of
+/// Returns the corrections of the pixels in RecordedLight::refined. The emission is a control
+/// variate: the correction is the difference between the mean emission of RecordedLight::refined and that of
 /// the samples, times the regression coefficient of the radiance on the emission. The coefficient is 1 for a
 /// bright lamp, and 0 for a background that is as bright as the objects in front of it. The coefficient of
 /// one half of a pixel depends on the other half and on the eight neighbors only. Therefore it does not bias

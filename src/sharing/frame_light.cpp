@@ -15,8 +15,12 @@ bool FrameLight::beginTile(const Film& film) {
 
 void FrameLight::add(const std::vector<CellSums>& cells, const PixelLists& lists) {
     // Copies have no unused memory.
-    TileSums tile{m_otherArena.copy(cells), m_otherArena.copy(lists.counts), m_useArena.copy(lists.uses),
-                  lists.rare, lists.emission};
+    TileSums tile{m_otherArena.copy(cells),
+                  m_otherArena.copy(lists.counts),
+                  m_useArena.copy(lists.uses),
+                  lists.rare,
+                  lists.emission,
+                  lists.refined};
     const std::lock_guard lock(m_mutex);
     m_tiles.push_back(std::move(tile));
 }

@@ -96,7 +96,7 @@ void LightRecorder::addEmission(const PixelRef& pixel, const PixelAccumulator& s
     if (m_hasRecord)
         m_tile.addEmission(pixel.x, pixel.y, sum);
     else
-        m_lists.emission.push_back({m_frame.indexOf(pixel.x, pixel.y), sum});
+        m_lists.refined.push_back({m_frame.indexOf(pixel.x, pixel.y), sum});
 }
 
 void LightRecorder::finishTile(const PixelBounds& tile, Film& film) {

@@ -128,15 +128,15 @@ class Mixture {
             for (int c = 0; c < 3; ++c)
                 sums[use.half][c] += use.albedo[c] * loadFloat4(estimate[c]);
         }
-        const HalfPixelSums &first = m_light.pixel(pixel, 0), &second = m_light.pixel(pixel, 1);
-        const float counts[kHalves] = {float(first.count), float(second.count)};
+        const HalfPart &first = m_light.light(m_part, pixel, 0), &second = m_light.light(m_part, pixel, 1);
+        const HalfCounts &ofFirst = m_light.counts(pixel, 0), &ofSecond = m_light.counts(pixel, 1);
+        const float counts[kHalves] = {float(ofFirst.all), float(ofSecond.all)};
         const float inverses[kHalves] = {1 / std::max(counts[0], 1.f), 1 / std::max(counts[1], 1.f)};
         const float inverse = 1 / std::max(counts[0] + counts[1], 1.f);
         const float fractions[kHalves] = {counts[0] * inverse, counts[1] * inverse};
         Float4 variance = {}, bias = {};
         for (int c = 0; c < 3; ++c) {
-            const float ownA = first.light[int(m_part)][c] * inverses[0],
-                        ownB = second.light[int(m_part)][c] * inverses[1];
+            const float ownA = first.light[c] * inverses[0], ownB = second.light[c] * inverses[1];
             Float4 a = sums[0][c] * inverses[0], b = sums[1][c] * inverses[1];
             a[kOwn] = ownA;
             b[kOwn] = ownB;
@@ -148,7 +148,8 @@ class Mixture {
         }
         variance *= fractions[0] * fractions[1];
         const float own = variance[kOwn];
-        const float varianceA = varianceByQuarters(first, own), varianceB = varianceByQuarters(second, own);
+        const float varianceA = varianceByQuarters(first, ofFirst, own),
+                    varianceB = varianceByQuarters(second, ofSecond, own);
         Float4 squaredErrors = errorsOfProducts(bias, varianceA, varianceB);
         bias[kOwn] = (varianceA + varianceB) / 2;
         squaredErrors[kOwn] = 0;
@@ -157,12 +158,12 @@ class Mixture {
     }
     /// Returns the variance of the mean of a half that the difference of its quarters indicates, with that of
     /// the pixel by the difference of its halves.
-    float varianceByQuarters(const HalfPixelSums& half, float byHalves) const {
-        if (half.quarterCount == 0 || half.quarterCount == half.count)
+    static float varianceByQuarters(const HalfPart& half, const HalfCounts& counts, float byHalves) {
+        if (counts.quarter == 0 || counts.quarter == counts.all)
             return 4 * byHalves; // unknown: careful
-        const float first = float(half.quarterCount), second = float(half.count - half.quarterCount);
-        const Rgb& quarter = half.quarterLight[int(m_part)];
-        const Rgb d = quarter * (1 / first) - (half.light[int(m_part)] - quarter) * (1 / second);
+        const float first = float(counts.quarter), second = float(counts.all - counts.quarter);
+        const Rgb& quarter = half.quarterLight;
+        const Rgb d = quarter * (1 / first) - (half.light - quarter) * (1 / second);
         return first * second / sqr(first + second) * sum(d * d);
     }
     /// Returns the expected squared errors of products of the differences of two halves whose own values have
@@ -191,7 +192,7 @@ class Mixture {
         for (int c = 0; c < 3; ++c)
             difference[c] = sum(weights * loadFloat4(m_differences[i].of[c]));
         const float own = ownWeight(variance[kOwn], bias[kOwn]);
-        const bool hasBoth = m_light.pixel(i, 0).count > 0 && m_light.pixel(i, 1).count > 0;
+        const bool hasBoth = m_light.counts(i, 0).all > 0 && m_light.counts(i, 1).all > 0;
         const float error = hasBoth ? 1 / (own + shared) : 0;
         out.correction[i] = difference * error;
         out.pixels[i] = {shared * error, width / shared, error / 3, 1 / (3 * own)};
@@ -219,9 +220,9 @@ class Mixture {
 /// Returns the mean number of samples of a pixel.
 float samplesPerPixel(const RecordedLight& light) {
     double samples = 0;
-    for (const HalfPixelSums& half : light.pixels)
-        samples += half.count;
-    return float(samples * kHalves / double(light.pixels.size()));
+    for (size_t pixel = 0; pixel < light.pixelCount(); ++pixel)
+        samples += light.count(pixel);
+    return float(samples / double(light.pixelCount()));
 }
 
 } // namespace
@@ -263,10 +264,10 @@ void LightSharing::Data::addCommonLight(CellPyramid& pyramid) {
     for (const PixelRareSample& sample : light.rare) {
         const Rgb common = sample.light * (1 - rare[sample.part].rarity(sample.cell));
         pyramid.addLight(sample.cell, LightPart(sample.part), int(sample.half), common);
-        HalfPixelSums& sums = light.pixels[kHalves * sample.pixel + sample.half];
-        sums.light[sample.part] += sample.albedo * common;
+        HalfPart& sums = light.light(LightPart(sample.part), sample.pixel, int(sample.half));
+        sums.light += sample.albedo * common;
         if (sample.isInQuarter)
-            sums.quarterLight[sample.part] += sample.albedo * common;
+            sums.quarterLight += sample.albedo * common;
     }
 }
 
@@ -285,8 +286,7 @@ void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture,
     Totals own;
     for (const PixelRareSample& sample : light.rare)
         if (sample.part == int(part)) {
-            const float count =
-                float(light.pixel(sample.pixel, 0).count + light.pixel(sample.pixel, 1).count);
+            const float count = float(light.count(sample.pixel));
             const Rgb rareLight =
                 sample.albedo * sample.light * (rare[sample.part].rarity(sample.cell) / std::max(count, 1.f));
             own.add(rareLight);

@@ -49,6 +49,11 @@ void recordPixels(const std::vector<Sample>& samples, const PixelBounds& tile, T
                 ++half.quarters[sample.quarter].count;
                 half.quarters[sample.quarter].light[1].add(sample.light);
                 half.v.add(double(sample.light.x));
+                if (sample.light.x < 1e-3f) {
+                    half.emitted.add(sample.light);
+                    half.ee.add(double(sample.light.x));
+                    half.ve.add(2);
+                }
                 half.uses.emplace_back().cell = cells.findCell(sample.cell);
                 half.uses.back().add(Rgb(0.5f, 0.25f, 0.125f));
                 if (sample.light.x > 1e6f)
@@ -86,11 +91,25 @@ Film filmWith(std::vector<FilmRecord> records) {
 }
 
 void expectEqual(const RecordedLight& a, const RecordedLight& b) {
-    for (size_t i = 0; i < a.pixels.size(); ++i) {
-        EXPECT_EQ(a.pixels[i].count, b.pixels[i].count);
-        EXPECT_EQ(a.pixels[i].quarterCount, b.pixels[i].quarterCount);
-        EXPECT_EQ(a.pixels[i].light[1], b.pixels[i].light[1]);
-        EXPECT_EQ(a.pixels[i].v, b.pixels[i].v);
+    for (size_t pixel = 0; pixel < a.pixelCount(); ++pixel)
+        for (int half = 0; half < kHalves; ++half) {
+            EXPECT_EQ(a.counts(pixel, half).all, b.counts(pixel, half).all);
+            EXPECT_EQ(a.counts(pixel, half).quarter, b.counts(pixel, half).quarter);
+            const HalfPart &ofA = a.light(LightPart::Indirect, pixel, half),
+                           &ofB = b.light(LightPart::Indirect, pixel, half);
+            EXPECT_EQ(ofA.light, ofB.light);
+            EXPECT_EQ(ofA.quarterLight, ofB.quarterLight);
+        }
+    ASSERT_EQ(a.emission.size(), b.emission.size());
+    for (size_t i = 0; i < a.emission.size(); ++i) {
+        EXPECT_EQ(a.emission[i].pixel, b.emission[i].pixel);
+        for (int half = 0; half < kHalves; ++half) {
+            const PixelEmission::Half &ofA = a.emission[i].halves[half], &ofB = b.emission[i].halves[half];
+            EXPECT_EQ(ofA.emitted, ofB.emitted);
+            EXPECT_EQ(ofA.v, ofB.v);
+            EXPECT_EQ(ofA.ee, ofB.ee);
+            EXPECT_EQ(ofA.ve, ofB.ve);
+        }
     }
     ASSERT_EQ(a.cells.size(), b.cells.size());
     for (size_t i = 0; i < a.cells.size(); ++i) {
@@ -101,7 +120,7 @@ void expectEqual(const RecordedLight& a, const RecordedLight& b) {
         for (int half = 0; half < kHalves; ++half)
             EXPECT_EQ(ofA.light[1][half], ofB.light[1][half]);
     }
-    for (size_t pixel = 0; pixel < a.pixels.size() / kHalves; ++pixel) {
+    for (size_t pixel = 0; pixel < a.pixelCount(); ++pixel) {
         ASSERT_EQ(a.uses(pixel).size(), b.uses(pixel).size());
         for (size_t i = 0; i < a.uses(pixel).size(); ++i) {
             EXPECT_EQ(a.uses(pixel)[i].cell, b.uses(pixel)[i].cell);
@@ -128,7 +147,7 @@ RecordedLight lightOfTiles(const std::vector<Sample>& samples, const std::vector
         PixelLists lists;
         recordPixels(samples, tile, cells,
                      [&](int x, int y, PixelLight& pixel) { frame.setPixel(x, y, pixel, lists); });
-        lists.emission.push_back({frame.indexOf(tile.x0, tile.y0), emissionOf(tile)});
+        lists.refined.push_back({frame.indexOf(tile.x0, tile.y0), emissionOf(tile)});
         frame.add(cells.cells(), lists);
     }
     return frame.take(film);
@@ -169,9 +188,10 @@ TEST(RecordedLight, HasTheSumsOfTheSamples) {
     uint32_t count = 0, countOfCells = 0;
     for (const Sample& sample : samples)
         expected += double(sample.light.x);
-    for (const HalfPixelSums& half : light.pixels) {
-        sum += double(half.light[1].x);
-        count += half.count;
+    for (size_t pixel = 0; pixel < light.pixelCount(); ++pixel) {
+        for (int half = 0; half < kHalves; ++half)
+            sum += double(light.light(LightPart::Indirect, pixel, half).light.x);
+        count += light.count(pixel);
     }
     for (const JoinedCell& cell : light.cells)
         countOfCells += cell.sums->count[0] + cell.sums->count[1];
@@ -179,7 +199,7 @@ TEST(RecordedLight, HasTheSumsOfTheSamples) {
     EXPECT_EQ(count, 100u);
     EXPECT_EQ(countOfCells, 100u);
     float albedo = 0;
-    for (size_t pixel = 0; pixel < light.pixels.size() / kHalves; ++pixel)
+    for (size_t pixel = 0; pixel < light.pixelCount(); ++pixel)
         for (const PixelUse& use : light.uses(pixel))
             albedo += use.albedo.x;
     EXPECT_FLOAT_EQ(albedo, 50);
@@ -196,8 +216,8 @@ TEST(RecordedLight, DoesNotDependOnTheDivision) {
         {recordOf(some, left), recordOf(others, bottom), recordOf(some, right), recordOf(others, top)});
     const RecordedLight divided(film);
     expectEqual(divided, whole);
-    EXPECT_EQ(divided.emission.size(), 3u);
-    EXPECT_EQ(divided.emission.front().sum.validCount(), 2u); // of `left` and `top`
+    EXPECT_EQ(divided.refined.size(), 3u);
+    EXPECT_EQ(divided.refined.front().sum.validCount(), 2u); // of `left` and `top`
 }
 
 TEST(RecordedLight, TilesWithoutRecordsHaveTheSumsOfRecords) {
@@ -205,13 +225,14 @@ TEST(RecordedLight, TilesWithoutRecordsHaveTheSumsOfRecords) {
     const PixelBounds left{2, 1, 5, 7}, right{5, 1, 10, 7}, top{2, 1, 10, 3}, bottom{2, 3, 10, 7};
     const RecordedLight light(filmWith({recordOf(samples, left), recordOf(samples, right)}));
     EXPECT_GT(light.rare.size(), 10u);
+    EXPECT_GT(light.emission.size(), 10u);
     expectEqual(lightOfTiles(samples, {left, right}), light);
     expectEqual(lightOfTiles(samples, {bottom, top}), light);
     const RecordedLight tiles = lightOfTiles(samples, {right, left});
-    ASSERT_EQ(tiles.emission.size(), 2u);
+    ASSERT_EQ(tiles.refined.size(), 2u);
     for (size_t i = 0; i < 2; ++i) {
-        EXPECT_EQ(tiles.emission[i].pixel, light.emission[i].pixel);
-        EXPECT_EQ(tiles.emission[i].sum, light.emission[i].sum);
+        EXPECT_EQ(tiles.refined[i].pixel, light.refined[i].pixel);
+        EXPECT_EQ(tiles.refined[i].sum, light.refined[i].sum);
     }
 }
 
@@ -226,8 +247,8 @@ TEST(FrameLight, PixelsOfUnfinishedTilesHaveNoSamples) {
     frame.add({}, lists);
     frame.setPixel(3, 1, pixel, lists);
     const RecordedLight light = frame.take(film);
-    EXPECT_EQ(light.pixel(0, 0).count, 3u);
-    EXPECT_EQ(light.pixel(1, 0).count, 0u);
+    EXPECT_EQ(light.count(0), 3u);
+    EXPECT_EQ(light.count(1), 0u);
 }
 
 TEST(FrameLight, FilmsThatAccumulateHaveRecords) {

@@ -36,11 +36,9 @@ class BlockState : public IntegratorState {
 /// Returns the image without the emission that camera rays hit. Its noise is EmissionRefinement's task.
 std::vector<Rgb> reflectedLight(std::vector<Rgb> image, const RecordedLight& light) {
     std::vector<Rgb> out = std::move(image);
-    for (size_t i = 0; i < out.size(); ++i) {
-        const HalfPixelSums &a = light.pixel(i, 0), &b = light.pixel(i, 1);
-        if (a.count + b.count > 0)
-            out[i] -= (a.emitted + b.emitted) * (1 / float(a.count + b.count));
-    }
+    for (const PixelEmission& emission : light.emission)
+        out[emission.pixel] -= (emission.halves[0].emitted + emission.halves[1].emitted) *
+                               (1 / float(light.count(emission.pixel)));
     return out;
 }
 

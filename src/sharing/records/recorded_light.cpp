@@ -37,39 +37,32 @@ float sumToFloat(int64_t a, int64_t b) {
     return __builtin_add_overflow(a, b, &sum) ? float(FixedPointSum(__int128(a) + b).value()) : toFloat(sum);
 }
 
-/// Writes the light of a half of a pixel of a record with these parts.
-void setLight(const HalfBytes& half, LightParts parts, HalfPixelSums& out) {
-    const size_t lights = parts == LightParts::all() ? 3 * kParts : 3; // of a quarter
-    size_t next = 1;
-    for (int part = 0; part < kParts; ++part) {
-        if (!parts.has(LightPart(part)))
-            continue;
-        for (size_t c = 0; c < 3; ++c) {
-            if (half.isLong) {
-                FixedPointSum sum = half.sum(next + c);
-                out.quarterLight[part][int(c)] = float(sum.value());
-                sum.add(half.sum(next + c + lights));
-                out.light[part][int(c)] = float(sum.value());
-            } else {
-                const auto first = numberAt<int64_t>(half.sums + (next + c) * sizeof(int64_t));
-                const auto second = numberAt<int64_t>(half.sums + (next + c + lights) * sizeof(int64_t));
-                out.quarterLight[part][int(c)] = toFloat(first);
-                out.light[part][int(c)] = sumToFloat(first, second);
-            }
+/// Returns the light of a half of a pixel of a record, whose sums of the part begin at `first`. `stride`: the
+/// number of sums of a quarter.
+HalfPart partOf(const HalfBytes& half, size_t first, size_t stride) {
+    HalfPart out;
+    for (int c = 0; c < 3; ++c) {
+        const size_t index = first + size_t(c);
+        if (half.isLong) {
+            FixedPointSum sum = half.sum(index);
+            out.quarterLight[c] = float(sum.value());
+            sum.add(half.sum(index + stride));
+            out.light[c] = float(sum.value());
+        } else {
+            const auto a = numberAt<int64_t>(half.sums + index * sizeof(int64_t));
+            const auto b = numberAt<int64_t>(half.sums + (index + stride) * sizeof(int64_t));
+            out.quarterLight[c] = toFloat(a);
+            out.light[c] = sumToFloat(a, b);
         }
-        next += 3;
     }
+    return out;
 }
 
-/// Returns the sums of a half of a pixel of a record with these parts.
-HalfPixelSums toFloats(const HalfBytes& half, LightParts parts) {
-    HalfPixelSums out;
+PixelEmission::Half emissionOfHalf(const HalfBytes& half) {
+    PixelEmission::Half out;
     if (!half.sums)
         return out;
-    out.count = half.counts[0] + half.counts[1];
-    out.quarterCount = half.counts[0];
     out.v = float(half.sum(0).value());
-    setLight(half, parts, out);
     if (half.emission) {
         for (int c = 0; c < 3; ++c)
             out.emitted[c] = float(half.emissionSum(size_t(c)).value());
@@ -84,8 +77,13 @@ void requireSameParts(const TileLightReader& a, const TileLightReader& b) {
         throw Error("the records of tiles have different parts of the light", ErrorKind::Usage);
 }
 
+/// Returns the parts of the light of tiles.
+LightParts partsOf(const std::vector<TileLightReader>& tiles) {
+    return tiles.empty() ? LightParts() : tiles.front().parts();
+}
+
 /// Returns the additional samples of emission of all tiles.
-std::vector<EmissionSum> emissionOf(const std::vector<TileLightReader>& tiles, const PixelBounds& bounds) {
+std::vector<EmissionSum> refinedOf(const std::vector<TileLightReader>& tiles, const PixelBounds& bounds) {
     std::vector<EmissionSum> all;
     for (const TileLightReader& tile : tiles)
         for (const EmissionSum& one : tile.emission()) {
@@ -144,8 +142,11 @@ FilmRecord sumOf(std::span<const FilmRecord> records) {
 
 } // namespace
 
-RecordedLight::RecordedLight(const Film& film) : RecordedLight(film.pixelBounds(), {}) {
-    std::vector<TileLightReader> tiles = readersOf(film.records().all());
+RecordedLight::RecordedLight(const Film& film)
+    : RecordedLight(film.pixelBounds(), readersOf(film.records().all())) {}
+
+RecordedLight::RecordedLight(const PixelBounds& bounds, std::vector<TileLightReader> tiles)
+    : RecordedLight(bounds, partsOf(tiles)) {
     const auto height = size_t(pixelBounds.height());
     std::vector<std::vector<const TileLightReader*>> tilesOfRow(height);
     for (const TileLightReader& tile : tiles) {
@@ -155,8 +156,6 @@ RecordedLight::RecordedLight(const Film& film) : RecordedLight(film.pixelBounds(
         for (int y = tile.pixels().y0; y < tile.pixels().y1; ++y)
             tilesOfRow[size_t(y - pixelBounds.y0)].push_back(&tile);
     }
-    if (!tiles.empty())
-        parts = tiles.front().parts();
     joinCellsOf(tiles);
     std::vector<TileSums> rows(height);
     ByteArena counts, uses; // the counts are freed first
@@ -165,12 +164,17 @@ RecordedLight::RecordedLight(const Film& film) : RecordedLight(film.pixelBounds(
                   [](const auto* a, const auto* b) { return a->pixels().x0 < b->pixels().x0; });
         PixelLists lists;
         joinRow(pixelBounds.y0 + int(row), tilesOfRow[row], lists);
-        rows[row] = {{}, counts.copy(lists.counts), uses.copy(lists.uses), std::move(lists.rare), {}};
+        rows[row] = {{},
+                     counts.copy(lists.counts),
+                     uses.copy(lists.uses),
+                     std::move(lists.rare),
+                     std::move(lists.emission),
+                     {}};
     });
     if (!rows.empty())
-        rows.front().emission = emissionOf(tiles, pixelBounds);
+        rows.front().refined = refinedOf(tiles, pixelBounds);
     linkUses(rows);
-    joinRareAndEmission(rows);
+    joinLists(rows);
 }
 
 /// Sets `cells` to the sums of the cells of all tiles, and the numbers of the cells in the tiles.
@@ -216,16 +220,34 @@ void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& ti
             setPixel(index, light, lists);
             continue;
         }
+        PixelEmission ofPixel{uint32_t(index), {}};
+        bool emits = false;
         for (int half = 0; half < kHalves; ++half) { // without the sums of all records
             const HalfBytes bytes = rows[0].nextHalf();
             light.halves[half].uses.clear();
             light.halves[half].rare.clear();
-            pixels[kHalves * index + size_t(half)] = toFloats(bytes, parts);
+            setHalf(index, half, bytes);
+            ofPixel.halves[half] = emissionOfHalf(bytes);
+            emits |= bytes.emission != nullptr;
             rows[0].tile().addUses(bytes, light.halves[half].uses);
             rows[0].tile().addRare(bytes, light.halves[half].rare);
         }
+        if (emits)
+            lists.emission.push_back(ofPixel);
         addUses(index, light, lists);
     }
+}
+
+/// Sets the counts and the light of a half of a pixel of a record.
+void RecordedLight::setHalf(size_t pixel, int half, const HalfBytes& from) {
+    m_counts[kHalves * pixel + size_t(half)] = {from.counts[0] + from.counts[1], from.counts[0]};
+    const size_t stride = parts == LightParts::all() ? 3 * kParts : 3;
+    size_t first = 1;
+    for (const LightPart part : kAllParts)
+        if (parts.has(part)) {
+            light(part, pixel, half) = from.sums ? partOf(from, first, stride) : HalfPart();
+            first += 3;
+        }
 }
 
 void mergeRecordsOfSamePixels(FilmRecords& records) {

@@ -8,20 +8,28 @@
 
 namespace strobe {
 
-/// The sums of one half of a pixel's samples, weighted by the pixel filter: HalfLight as floats.
-struct HalfPixelSums {
-    uint32_t count = 0; ///< samples
-    /// The light at first vertices that their albedo modulates.
-    Rgb light[kParts] = {Rgb(0), Rgb(0)};
-    /// Of the first half of these samples: a quarter of those of the pixel.
-    uint32_t quarterCount = 0;
-    Rgb quarterLight[kParts] = {Rgb(0), Rgb(0)};
-    Rgb emitted = Rgb(0); ///< FirstVertex::emitted
-    // Moments of the emission e and of the whole radiance v: means of the channels.
-    float v = 0, ee = 0, ve = 0;
+/// The numbers of samples of one half of a pixel.
+struct HalfCounts {
+    uint32_t all = 0;
+    uint32_t quarter = 0; ///< of the first half of these: a quarter of those of the pixel
+};
 
-    /// Returns one of the sums divided by the number of samples; there are some.
-    Rgb mean(const Rgb& sum) const { return sum * (1 / float(count)); }
+/// One part of the light at first vertices that their albedo modulates: the sums over the samples of one half
+/// of a pixel, weighted by the pixel filter. HalfLight as floats.
+struct HalfPart {
+    Rgb light{0};
+    Rgb quarterLight{0}; ///< of HalfCounts::quarter
+};
+
+/// The emission of a pixel, some of whose samples have any: sums weighted by the pixel filter.
+struct PixelEmission {
+    struct Half {
+        Rgb emitted{0}; ///< FirstVertex::emitted
+        // Moments of the emission e and of the whole radiance v: means of the channels.
+        float v = 0, ee = 0, ve = 0;
+    };
+    uint32_t pixel = 0; ///< row by row in the pixel bounds
+    Half halves[kHalves];
 };
 
 /// The use of a cell by one half of a pixel.
@@ -48,7 +56,8 @@ struct PixelLists {
     std::vector<UseCount> counts;
     std::vector<PixelUse> uses; ///< pixel by pixel, in the order of `counts`
     std::vector<PixelRareSample> rare;
-    std::vector<EmissionSum> emission; ///< EmissionSum::pixel is an index in the frame
+    std::vector<PixelEmission> emission;
+    std::vector<EmissionSum> refined; ///< EmissionSum::pixel is an index in the frame
     void clear();
 };
 
@@ -59,7 +68,8 @@ struct TileSums {
     SharedItems<UseCount> counts;
     SharedItems<PixelUse> uses;
     std::vector<PixelRareSample> rare;
-    std::vector<EmissionSum> emission;
+    std::vector<PixelEmission> emission;
+    std::vector<EmissionSum> refined;
 };
 
 /// The light of all samples of a frame: the sums of the records of a film, or of tiles. They do not depend on
@@ -77,30 +87,47 @@ class RecordedLight {
     /// Joins tiles, whose pixels are set. Pixels of other tiles have no samples afterwards.
     void join(std::vector<TileSums> tiles);
 
-    const HalfPixelSums& pixel(size_t index, int half) const {
-        return pixels[kHalves * index + size_t(half)];
+    size_t pixelCount() const { return m_uses.size(); }
+    const HalfCounts& counts(size_t pixel, int half) const {
+        return m_counts[kHalves * pixel + size_t(half)];
     }
+    /// Returns the number of samples of a pixel.
+    uint32_t count(size_t pixel) const { return counts(pixel, 0).all + counts(pixel, 1).all; }
+    // Precondition: the part was recorded.
+    const HalfPart& light(LightPart part, size_t pixel, int half) const {
+        return m_light[int(part)][kHalves * pixel + size_t(half)];
+    }
+    HalfPart& light(LightPart part, size_t pixel, int half) {
+        return m_light[int(part)][kHalves * pixel + size_t(half)];
+    }
+    /// Returns the items of `emission` of the pixels first … end - 1.
+    std::span<const PixelEmission> emissionOf(size_t first, size_t end) const;
     /// Returns the uses of cells of a pixel, by half and cell.
     std::span<const PixelUse> uses(size_t pixel) const { return m_uses[pixel]; }
     /// Frees the memory of the cells.
     void freeCells();
 
     const PixelBounds pixelBounds;
-    LightParts parts; ///< that were recorded; the sums of the others are 0
-    /// Pixels are numbered row by row in the pixel bounds.
-    HugeBuffer<HalfPixelSums> pixels;
-    HugeBuffer<JoinedCell> cells;      ///< in the order of `precedes`
-    std::vector<EmissionSum> emission; ///< by ascending pixel, with one entry per pixel
-    std::vector<PixelRareSample> rare; ///< by ascending pixel, in an order that depends on the samples only
+    const LightParts parts; ///< that were recorded
+    // Pixels are numbered row by row in the pixel bounds.
+    HugeBuffer<JoinedCell> cells;        ///< in the order of `precedes`
+    std::vector<PixelEmission> emission; ///< by ascending pixel
+    std::vector<EmissionSum> refined;    ///< additional samples: by ascending pixel, with one entry per pixel
+    std::vector<PixelRareSample> rare;   ///< by ascending pixel, in an order that depends on the samples only
 
   private:
+    RecordedLight(const PixelBounds& bounds, std::vector<TileLightReader> tiles);
     void joinCellsOf(std::vector<TileLightReader>& tiles);
     void joinRow(int y, const std::vector<const TileLightReader*>& tiles, PixelLists& lists);
     void addUses(size_t index, PixelLight& light, PixelLists& lists) const;
+    void setHalf(size_t pixel, int half, const HalfBytes& from);
     void linkUses(std::span<const TileSums> tiles);
-    void joinRareAndEmission(std::span<const TileSums> tiles);
+    void joinLists(std::span<const TileSums> tiles);
     void clearPixelsWithout(std::span<const TileSums> tiles);
 
+    // By pixel and half:
+    HugeBuffer<HalfCounts> m_counts;
+    HugeBuffer<HalfPart> m_light[kParts];         ///< empty: not recorded
     HugeBuffer<std::span<const PixelUse>> m_uses; ///< by pixel
     // Memory that the cells and the uses are in:
     std::vector<std::shared_ptr<const char>> m_cellMemory, m_useMemory;

@@ -10,21 +10,15 @@ namespace strobe {
 
 namespace {
 
-HalfPixelSums toFloats(const HalfLight& light) {
-    HalfPixelSums out;
-    out.count = light.count();
-    out.quarterCount = light.quarters[0].count;
-    for (int part = 0; part < kParts; ++part) {
-        RgbSum sum = light.quarters[0].light[part];
-        out.quarterLight[part] = sum.value();
-        sum.add(light.quarters[1].light[part]);
-        out.light[part] = sum.value();
-    }
-    out.emitted = light.emitted.value();
-    out.v = float(light.v.value());
-    out.ee = float(light.ee.value());
-    out.ve = float(light.ve.value());
-    return out;
+HalfPart partOf(const HalfLight& half, LightPart part) {
+    RgbSum sum = half.quarters[0].light[int(part)];
+    const Rgb quarter = sum.value();
+    sum.add(half.quarters[1].light[int(part)]);
+    return {sum.value(), quarter};
+}
+
+PixelEmission::Half emissionOfHalf(const HalfLight& half) {
+    return {half.emitted.value(), float(half.v.value()), float(half.ee.value()), float(half.ve.value())};
 }
 
 /// All that a rare sample holds, by which an order of samples does not depend on that of rendering.
@@ -38,7 +32,10 @@ auto keyOf(const PixelRareSample& s) {
 RecordedLight::RecordedLight(const PixelBounds& bounds, LightParts recorded)
     : pixelBounds(bounds), parts(recorded) {
     const size_t count = size_t(bounds.width()) * size_t(bounds.height());
-    pixels.resize(kHalves * count);
+    m_counts.resize(kHalves * count);
+    for (const LightPart part : kAllParts)
+        if (parts.has(part))
+            m_light[int(part)].resize(kHalves * count);
     m_uses.resize(count);
 }
 
@@ -47,11 +44,20 @@ void PixelLists::clear() {
     uses.clear();
     rare.clear();
     emission.clear();
+    refined.clear();
 }
 
 void RecordedLight::setPixel(size_t index, PixelLight& light, PixelLists& lists) {
-    for (int half = 0; half < kHalves; ++half)
-        pixels[kHalves * index + size_t(half)] = toFloats(light.halves[half]);
+    for (int half = 0; half < kHalves; ++half) {
+        const HalfLight& from = light.halves[half];
+        m_counts[kHalves * index + size_t(half)] = {from.count(), from.quarters[0].count};
+        for (const LightPart part : kAllParts)
+            if (parts.has(part))
+                this->light(part, index, half) = partOf(from, part);
+    }
+    if (light.halves[0].hasEmission() || light.halves[1].hasEmission())
+        lists.emission.push_back(
+            {uint32_t(index), {emissionOfHalf(light.halves[0]), emissionOfHalf(light.halves[1])}});
     addUses(index, light, lists);
 }
 
@@ -95,7 +101,7 @@ void RecordedLight::join(std::vector<TileSums> tiles) {
         }
     });
     linkUses(tiles);
-    joinRareAndEmission(tiles);
+    joinLists(tiles);
     clearPixelsWithout(tiles);
 }
 
@@ -113,8 +119,12 @@ void RecordedLight::clearPixelsWithout(std::span<const TileSums> tiles) {
     for (size_t i = 0; i < hasTile.size(); ++i)
         if (!hasTile[i]) {
             m_uses[i] = {};
-            for (int half = 0; half < kHalves; ++half)
-                pixels[kHalves * i + size_t(half)] = {};
+            for (size_t half = kHalves * i; half < kHalves * (i + 1); ++half) {
+                m_counts[half] = {};
+                for (auto& ofPart : m_light)
+                    if (!ofPart.empty())
+                        ofPart[half] = {};
+            }
         }
 }
 
@@ -131,20 +141,30 @@ void RecordedLight::linkUses(std::span<const TileSums> tiles) {
         m_useMemory.push_back(tile.uses.memory);
 }
 
-void RecordedLight::joinRareAndEmission(std::span<const TileSums> tiles) {
+/// Joins the lists of all tiles.
+void RecordedLight::joinLists(std::span<const TileSums> tiles) {
     std::vector<EmissionSum> all;
     for (const TileSums& tile : tiles) {
         rare.insert(rare.end(), tile.rare.begin(), tile.rare.end());
-        all.insert(all.end(), tile.emission.begin(), tile.emission.end());
+        emission.insert(emission.end(), tile.emission.begin(), tile.emission.end());
+        all.insert(all.end(), tile.refined.begin(), tile.refined.end());
     }
     std::sort(rare.begin(), rare.end(),
               [](const PixelRareSample& a, const PixelRareSample& b) { return keyOf(a) < keyOf(b); });
-    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.pixel < b.pixel; });
+    const auto byPixel = [](const auto& a, const auto& b) { return a.pixel < b.pixel; };
+    std::sort(emission.begin(), emission.end(), byPixel);
+    std::sort(all.begin(), all.end(), byPixel);
     for (const EmissionSum& one : all)
-        if (!emission.empty() && emission.back().pixel == one.pixel)
-            emission.back().sum.add(one.sum);
+        if (!refined.empty() && refined.back().pixel == one.pixel)
+            refined.back().sum.add(one.sum);
         else
-            emission.push_back(one);
+            refined.push_back(one);
+}
+
+std::span<const PixelEmission> RecordedLight::emissionOf(size_t first, size_t end) const {
+    const auto precedes = [](const PixelEmission& item, size_t pixel) { return item.pixel < pixel; };
+    const auto begin = std::lower_bound(emission.begin(), emission.end(), first, precedes);
+    return {begin, std::lower_bound(begin, emission.end(), end, precedes)};
 }
 
 } // namespace strobe

@@ -52,10 +52,6 @@ void forChannels(const RgbSum& sum, const Work& work) {
         work(channel);
 }
 
-bool hasEmission(const HalfLight& half) {
-    return !(half.emitted == RgbSum() && half.ee == FixedPointSum() && half.ve == FixedPointSum());
-}
-
 void write(ByteWriter& out, const CellSums& cell, LightParts parts) {
     const size_t start = out.size();
     out.add(uint8_t(0));
@@ -87,6 +83,10 @@ const std::string_view kNoSamples("\0\0", kHalves);
 char* append(std::string_view bytes, char* out) { return std::copy(bytes.begin(), bytes.end(), out); }
 
 } // namespace
+
+bool HalfLight::hasEmission() const {
+    return !(emitted == RgbSum() && ee == FixedPointSum() && ve == FixedPointSum());
+}
 
 void HalfLight::clear() {
     std::vector<CellUse> emptiedUses = std::move(uses);
@@ -164,7 +164,7 @@ void TileLight::writeHalf(const HalfLight& half) {
         next += kUseBytes;
     }
     out.setEnd(next);
-    const bool emits = hasEmission(half);
+    const bool emits = half.hasEmission();
     if (emits) {
         const auto write = [&](const FixedPointSum& sum) { out.add(sum.units()); };
         forChannels(half.emitted, write);

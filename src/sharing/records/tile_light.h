@@ -28,6 +28,7 @@ struct HalfLight {
     std::vector<RareSample> rare;
 
     uint32_t count() const { return quarters[0].count + quarters[1].count; }
+    bool hasEmission() const;
     void clear();
 };
 
