@@ -26,17 +26,18 @@ const ParamDef<std::string> kSampling{"sampling", "adaptive",
 /// The parts of the light that the user chose; none: auto.
 using ChosenParts = std::optional<LightParts>;
 
-/// Reconstructs the recorded parts of the light and corrects the image.
-std::vector<SharedPart> shareLight(RecordedLight light, Film& film) {
+/// Reconstructs the recorded parts of the light and corrects the image. Returns how they were shared.
+std::vector<HugeBuffer<PixelSharing>> shareLight(RecordedLight light, Film& film) {
     const LightParts shared = light.parts;
     for (const PixelCorrection& correction : emissionCorrections(light))
         film.addToImage(correction.pixel, correction.value);
-    const LightSharing sharing(std::move(light));
-    std::vector<SharedPart> parts;
+    LightSharing sharing(std::move(light));
+    std::vector<HugeBuffer<PixelSharing>> parts;
     for (const LightPart part : {LightPart::Direct, LightPart::Indirect})
         if (shared.has(part)) {
-            parts.push_back(sharing.share(part));
-            film.addToImage(parts.back().correction);
+            SharedPart sharedPart = sharing.share(part);
+            film.addToImage(sharedPart.correction);
+            parts.push_back(std::move(sharedPart.pixels));
         }
     return parts;
 }
@@ -101,11 +102,11 @@ class AdaptiveState : public IntegratorState {
     }
 
   private:
-    void setLayers(const std::vector<SharedPart>& parts, Film& film) const {
+    void setLayers(const std::vector<HugeBuffer<PixelSharing>>& parts, Film& film) const {
         const auto set = [&](Aov layer, const auto& value) {
             if (!film.has(layer))
                 return;
-            std::vector<float> values(parts.front().pixels.size());
+            std::vector<float> values(parts.front().size());
             for (size_t i = 0; i < values.size(); ++i)
                 values[i] = value(i);
             film.setPlane(layer, std::move(values));
@@ -113,8 +114,8 @@ class AdaptiveState : public IntegratorState {
         // Means over the parts, weighted by their noise without sharing:
         const auto mean = [&](size_t i, const auto& value) {
             float sum = 0, weight = 0;
-            for (const SharedPart& part : parts) {
-                const PixelSharing& pixel = part.pixels[i];
+            for (const auto& part : parts) {
+                const PixelSharing& pixel = part[i];
                 sum += pixel.ownVariance * value(pixel);
                 weight += pixel.ownVariance;
             }
@@ -125,8 +126,8 @@ class AdaptiveState : public IntegratorState {
             [&](size_t i) { return m_cellSize * mean(i, [](auto& pixel) { return pixel.width; }); });
         set(Aov::SharedError, [&](size_t i) {
             float sum = 0;
-            for (const SharedPart& part : parts)
-                sum += part.pixels[i].variance;
+            for (const auto& part : parts)
+                sum += part[i].variance;
             return std::sqrt(sum);
         });
     }

@@ -42,7 +42,7 @@ class CellPyramid::Builder {
     void add(Run& run);
     void addCubes(Run& run, uint32_t cell, uint32_t& next, Path& path);
     void addNodes(Run& run, uint32_t cell, uint32_t before, uint32_t& next, const Path& cubes, Path& path);
-    void setSums(const CellSums& sums, uint32_t index);
+    void setSums(const JoinedCell& cell, uint32_t index);
     void setLinks(const Run& run);
     void open(uint32_t node);
     void linkChildren(const Run& run);
@@ -205,28 +205,20 @@ void CellPyramid::Builder::addNodes(Run& run, uint32_t cell, uint32_t before, ui
                 ofPart[next] = {};
     }
     m_pyramid.m_recorded[cell] = next - 1;
-    setSums(*m_cells[cell].sums, next - 1);
+    setSums(m_cells[cell], next - 1);
 }
 
 /// Sets the sums of the node of a recorded cell. Precondition: the cell has samples.
-void CellPyramid::Builder::setSums(const CellSums& sums, uint32_t index) {
+void CellPyramid::Builder::setSums(const JoinedCell& cell, uint32_t index) {
     CellNode& node = m_pyramid.m_nodes[index];
-    for (int half = 0; half < kHalves; ++half)
-        node.count[half] = float(sums.count[half]);
-    for (int part = 0; part < kParts; ++part)
-        for (int half = 0; half < kHalves && m_pyramid.m_parts.has(LightPart(part)); ++half) {
-            const Rgb sum = sums.light[part][half].value();
-            for (int c = 0; c < 3; ++c)
-                m_pyramid.m_light[part][index].of[3 * half + c] = sum[c];
-        }
-    const double edge = std::ldexp(1.0, sums.id.level);
-    const double positionUnit = 1.0 / (1 << CellSums::kPositionBits);
-    const double total = double(node.count[0]) + double(node.count[1]);
-    node.p = V3f(float((sums.id.x * total + double(sums.p[0]) * positionUnit) * edge),
-                 float((sums.id.y * total + double(sums.p[1]) * positionUnit) * edge),
-                 float((sums.id.z * total + double(sums.p[2]) * positionUnit) * edge));
-    node.n =
-        V3f(float(sums.n[0]), float(sums.n[1]), float(sums.n[2])) * (1.f / float(1 << CellSums::kNormalBits));
+    node.p = cell.p;
+    node.n = cell.n;
+    for (int half = 0; half < kHalves; ++half) {
+        node.count[half] = cell.count[half];
+        for (int part = 0; part < kParts; ++part)
+            for (int c = 0; c < 3 && m_pyramid.m_parts.has(LightPart(part)); ++c)
+                m_pyramid.m_light[part][index].of[3 * half + c] = cell.light[part][half][c];
+    }
 }
 
 /// Sets the links of a run to earlier ones, whose links are set.

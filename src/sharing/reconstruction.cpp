@@ -84,11 +84,12 @@ Float4 estimateWidths() {
 /// Adds up the own values of pixels and the estimates, each weighted by its inverse error.
 class Mixture {
   public:
+    /// Uses the part's light and the estimates here only.
     Mixture(const RecordedLight& light, LightPart part, const HugeBuffer<CellEstimate>& estimates)
-        : m_light(light), m_part(part), m_estimates(estimates), m_width(light.pixelBounds.width()),
+        : m_light(light), m_part(part), m_width(light.pixelBounds.width()),
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
           m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)) {
-        forPixels([&](size_t i) { measure(i); });
+        forPixels([&](size_t i) { measure(i, estimates); });
         LanePlane scratch(m_width, m_height);
         WindowMean(m_width, m_height, kWindow).apply(m_variance, scratch);
         m_bias.average(scratch);
@@ -121,10 +122,10 @@ class Mixture {
     /// Halves of a scrambled Sobol' sequence err in opposite directions where the light depends on few
     /// dimensions, so that their difference overestimates the variance of their mean: up to 8 times and more
     /// for direct light (measured). The quarters show by how much.
-    void measure(size_t pixel) {
+    void measure(size_t pixel, const HugeBuffer<CellEstimate>& estimates) {
         Float4 sums[kHalves][3] = {};
         for (const PixelUse& use : m_light.uses(pixel)) {
-            const auto& estimate = m_estimates[use.cell].light[use.half];
+            const auto& estimate = estimates[use.cell].light[use.half];
             for (int c = 0; c < 3; ++c)
                 sums[use.half][c] += use.albedo[c] * loadFloat4(estimate[c]);
         }
@@ -208,7 +209,6 @@ class Mixture {
 
     const RecordedLight& m_light;
     const LightPart m_part;
-    const HugeBuffer<CellEstimate>& m_estimates;
     const int m_width, m_height;
     const Float4 m_widths = estimateWidths();
     /// By estimate; the last lanes are the variance of the own values by halves and by quarters.
@@ -230,7 +230,7 @@ float samplesPerPixel(const RecordedLight& light) {
 struct LightSharing::Data {
     explicit Data(RecordedLight recorded);
     void addCommonLight(CellPyramid& pyramid);
-    SharedPart share(LightPart part) const;
+    SharedPart share(LightPart part);
     void shareRareLight(LightPart part, const Mixture& mixture, HugeVector<Rgb>& correction) const;
 
     RecordedLight light;
@@ -271,8 +271,10 @@ void LightSharing::Data::addCommonLight(CellPyramid& pyramid) {
     }
 }
 
-SharedPart LightSharing::Data::share(LightPart part) const {
+SharedPart LightSharing::Data::share(LightPart part) {
     Mixture mixture(light, part, estimates.parts[int(part)]);
+    HugeBuffer<CellEstimate>().swap(estimates.parts[int(part)]); // the mixture has measured them
+    light.freeLight(part);
     SharedPart out = mixture.mix();
     if (!rare[int(part)].isEmpty())
         shareRareLight(part, mixture, out.correction);
@@ -304,6 +306,6 @@ LightSharing::LightSharing(RecordedLight light) : m_data(new Data(std::move(ligh
 
 LightSharing::~LightSharing() = default;
 
-SharedPart LightSharing::share(LightPart part) const { return m_data->share(part); }
+SharedPart LightSharing::share(LightPart part) { return m_data->share(part); }
 
 } // namespace strobe

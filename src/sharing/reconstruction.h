@@ -27,11 +27,13 @@ class LightSharing {
   public:
     explicit LightSharing(RecordedLight light);
     ~LightSharing();
-    SharedPart share(LightPart part) const;
+    /// Returns the reconstruction of a part, and frees the part's light. Call once at most for each part that
+    /// was recorded.
+    SharedPart share(LightPart part);
 
   private:
     struct Data;
-    const std::unique_ptr<const Data> m_data;
+    const std::unique_ptr<Data> m_data;
 };
 
 } // namespace strobe

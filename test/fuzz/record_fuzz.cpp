@@ -12,9 +12,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     film.records().set({{bounds, {0, 2}, bytes}, {bounds, {2, 4}, bytes}});
     try {
         mergeRecordsOfSamePixels(film.records());
-        const LightSharing sharing{RecordedLight(film)};
-        sharing.share(LightPart::Direct);
-        sharing.share(LightPart::Indirect);
+        RecordedLight light(film);
+        const LightParts parts = light.parts;
+        LightSharing sharing(std::move(light));
+        for (const LightPart part : kAllParts)
+            if (parts.has(part))
+                sharing.share(part);
     } catch (const Error&) {
     }
     return 0;

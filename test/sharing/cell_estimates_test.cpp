@@ -51,7 +51,7 @@ class Cells {
 
 CellEstimates estimatesOf(const Cells& cells, LightParts parts = LightParts::all()) {
     std::vector<CellSums> all = cells.all();
-    const std::span<CellSums> tile = all;
+    const std::span<const CellSums> tile = all;
     const CellPyramid pyramid(joinCells({&tile, 1}).cells, parts);
     return estimateCells(pyramid, pyramid.cellsByNode());
 }

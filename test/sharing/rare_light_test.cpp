@@ -25,7 +25,7 @@ struct Surface {
                   [](const CellSums& a, const CellSums& b) { return precedes(a.id, b.id); });
     }
     CellPyramid pyramid() {
-        const std::span<CellSums> tile = cells;
+        const std::span<const CellSums> tile = cells;
         return CellPyramid(joinCells({&tile, 1}).cells, LightParts::all());
     }
     void addSample(uint32_t cell, float light) {

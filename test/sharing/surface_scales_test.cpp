@@ -30,7 +30,7 @@ TEST(SurfaceScales, CountDoublings) {
         cells.push_back(cellOf(4, x, x < 100 ? 0 : -3));
     std::sort(cells.begin(), cells.end(),
               [](const CellSums& a, const CellSums& b) { return precedes(a.id, b.id); });
-    const std::span<CellSums> tile = cells;
+    const std::span<const CellSums> tile = cells;
     const CellPyramid pyramid(joinCells({&tile, 1}).cells, LightParts::all());
     const HugeVector<uint8_t> scales = surfaceScales(pyramid);
     ASSERT_EQ(scales.size(), cells.size());

@@ -114,9 +114,9 @@ void expectEqual(const RecordedLight& a, const RecordedLight& b) {
     ASSERT_EQ(a.cells.size(), b.cells.size());
     for (size_t i = 0; i < a.cells.size(); ++i) {
         EXPECT_EQ(a.cells[i].id, b.cells[i].id);
-        const CellSums &ofA = *a.cells[i].sums, &ofB = *b.cells[i].sums;
-        EXPECT_EQ(ofA.p[0], ofB.p[0]);
-        EXPECT_EQ(ofA.n[1], ofB.n[1]);
+        const JoinedCell &ofA = a.cells[i], &ofB = b.cells[i];
+        EXPECT_EQ(ofA.p, ofB.p);
+        EXPECT_EQ(ofA.n, ofB.n);
         for (int half = 0; half < kHalves; ++half)
             EXPECT_EQ(ofA.light[1][half], ofB.light[1][half]);
     }
@@ -194,7 +194,7 @@ TEST(RecordedLight, HasTheSumsOfTheSamples) {
         count += light.count(pixel);
     }
     for (const JoinedCell& cell : light.cells)
-        countOfCells += cell.sums->count[0] + cell.sums->count[1];
+        countOfCells += uint32_t(cell.count[0] + cell.count[1]);
     EXPECT_NEAR(sum, expected, 1e-5 * expected);
     EXPECT_EQ(count, 100u);
     EXPECT_EQ(countOfCells, 100u);

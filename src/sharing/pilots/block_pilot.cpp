@@ -133,7 +133,7 @@ void BlockRenderer::render(uint64_t seed, BlockPilot& block,
     block.pixels = double(image.size());
     block.emissionCoefficient = block.pixels * emissionPilot(light).coefficient;
     const std::vector<Rgb> own = reflectedLight(std::move(image), light);
-    const LightSharing sharing(std::move(light));
+    LightSharing sharing(std::move(light));
     SharedPart parts[kParts];
     const double weight = weightOf(meanOf(own, INFINITY));
     block.ownVariance = block.absoluteVariance = 0;

@@ -25,7 +25,7 @@ uint64_t spreadBits(uint64_t x) {
 /// order of `precedes`, the codes of a surface do not fall. Most cells that differ have different codes.
 class MortonGrid {
   public:
-    explicit MortonGrid(std::span<const std::span<CellSums>> tiles) {
+    explicit MortonGrid(std::span<const std::span<const CellSums>> tiles) {
         std::vector<int> levels(tiles.size(), std::numeric_limits<int>::min());
         parallelFor(tiles.size(), [&](size_t tile) {
             for (const CellSums& cell : tiles[tile])
@@ -53,6 +53,25 @@ class MortonGrid {
     int m_level = std::numeric_limits<int>::min();
 };
 
+JoinedCell toFloats(const CellSums& sums) {
+    JoinedCell out;
+    const CellId& id = out.id = sums.id;
+    const double edge = std::ldexp(1.0, id.level), unit = 1.0 / (1 << CellSums::kPositionBits);
+    double total = 0;
+    for (int half = 0; half < kHalves; ++half) {
+        out.count[half] = float(sums.count[half]);
+        total += double(out.count[half]);
+        for (int part = 0; part < kParts; ++part)
+            out.light[part][half] = sums.light[part][half].value();
+    }
+    out.p = V3f(float((id.x * total + double(sums.p[0]) * unit) * edge),
+                float((id.y * total + double(sums.p[1]) * unit) * edge),
+                float((id.z * total + double(sums.p[2]) * unit) * edge));
+    out.n =
+        V3f(float(sums.n[0]), float(sums.n[1]), float(sums.n[2])) * (1.f / float(1 << CellSums::kNormalBits));
+    return out;
+}
+
 /// A cell of a tile, and its place in the order. Keys are sorted in place of cells, as they are smaller.
 struct Key {
     uint64_t surface, code; ///< see MortonGrid
@@ -69,7 +88,7 @@ struct Key {
 /// Sorts the cells of tiles in parts: ranges of the order, each of some thousand cells.
 class CellSorter {
   public:
-    explicit CellSorter(std::span<const std::span<CellSums>> tiles)
+    explicit CellSorter(std::span<const std::span<const CellSums>> tiles)
         : m_tiles(tiles), m_grid(tiles), m_bounds(findBounds()), m_parts(m_bounds.size() + 1) {
         collect();
         parallelFor(m_parts.size(), [&](size_t part) { sort(m_parts[part]); });
@@ -158,21 +177,19 @@ class CellSorter {
     }
     /// Adds up the cells of a part. `next`: the index of its first cell.
     void joinPart(const Part& part, size_t next, JoinedCells& out) const {
-        CellSums* sums = nullptr; // of the current id
-        for (size_t i = 0; i < part.keys.size(); ++i) {
-            const Key& key = part.keys[i];
-            CellSums& cell = m_tiles[key.tile][key.index];
-            if (i == 0 || part.keys[i - 1] < key) {
-                sums = &cell;
-                out.cells[next++] = {cell.id, sums};
-            } else {
-                sums->add(cell);
+        for (size_t first = 0, end = 0; first < part.keys.size(); first = end, ++next) {
+            CellSums sums;
+            sums.id = *part.keys[first].id;
+            for (; end < part.keys.size() && !(part.keys[first] < part.keys[end]); ++end) {
+                const Key& key = part.keys[end];
+                sums.add(m_tiles[key.tile][key.index]);
+                out.numbers[key.tile][key.index] = uint32_t(next);
             }
-            out.numbers[key.tile][key.index] = uint32_t(next - 1);
+            out.cells[next] = toFloats(sums);
         }
     }
 
-    const std::span<const std::span<CellSums>> m_tiles;
+    const std::span<const std::span<const CellSums>> m_tiles;
     const MortonGrid m_grid;
     const std::vector<Key> m_bounds;
     std::vector<Part> m_parts;
@@ -181,6 +198,6 @@ class CellSorter {
 
 } // namespace
 
-JoinedCells joinCells(std::span<const std::span<CellSums>> tiles) { return CellSorter(tiles).join(); }
+JoinedCells joinCells(std::span<const std::span<const CellSums>> tiles) { return CellSorter(tiles).join(); }
 
 } // namespace strobe

@@ -8,10 +8,12 @@
 
 namespace strobe {
 
-/// A cell of a frame.
+/// A cell of a frame: CellSums as floats.
 struct JoinedCell {
-    CellId id; ///< that of the sums
-    const CellSums* sums;
+    CellId id;
+    float count[kHalves];
+    V3f p, n; ///< sums over the samples; p: in world space at shutter fraction 0
+    Rgb light[kParts][kHalves];
 };
 
 /// The cells of several tiles.
@@ -20,8 +22,7 @@ struct JoinedCells {
     std::vector<std::vector<uint32_t>> numbers; ///< indices in `cells`, by tile and by the index in the tile
 };
 
-/// Joins the cells of tiles. Adds up those with equal ids in place, to save memory: the result points to one
-/// cell of each id, and the others are not used any more.
-JoinedCells joinCells(std::span<const std::span<CellSums>> tiles);
+/// Joins the cells of tiles, and adds up those with equal ids.
+JoinedCells joinCells(std::span<const std::span<const CellSums>> tiles);
 
 } // namespace strobe

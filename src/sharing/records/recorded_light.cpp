@@ -187,11 +187,9 @@ void RecordedLight::joinCellsOf(std::vector<TileLightReader>& tiles) {
         tiles[i].forCells([&](const CellSums& cell) { ofTile.push_back(cell); });
         read[i] = arena.copy(ofTile);
     });
-    std::vector<std::span<CellSums>> cellsOfTiles;
-    for (const SharedItems<CellSums>& ofTile : read) {
+    std::vector<std::span<const CellSums>> cellsOfTiles;
+    for (const SharedItems<CellSums>& ofTile : read)
         cellsOfTiles.push_back(ofTile.items);
-        m_cellMemory.push_back(ofTile.memory);
-    }
     JoinedCells joined = joinCells(cellsOfTiles);
     for (size_t i = 0; i < tiles.size(); ++i)
         tiles[i].setCellNumbers(std::move(joined.numbers[i]));

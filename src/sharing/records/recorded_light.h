@@ -104,8 +104,9 @@ class RecordedLight {
     std::span<const PixelEmission> emissionOf(size_t first, size_t end) const;
     /// Returns the uses of cells of a pixel, by half and cell.
     std::span<const PixelUse> uses(size_t pixel) const { return m_uses[pixel]; }
-    /// Frees the memory of the cells.
-    void freeCells();
+    // Free memory.
+    void freeCells() { HugeBuffer<JoinedCell>().swap(cells); }
+    void freeLight(LightPart part) { HugeBuffer<HalfPart>().swap(m_light[int(part)]); }
 
     const PixelBounds pixelBounds;
     const LightParts parts; ///< that were recorded
@@ -127,10 +128,9 @@ class RecordedLight {
 
     // By pixel and half:
     HugeBuffer<HalfCounts> m_counts;
-    HugeBuffer<HalfPart> m_light[kParts];         ///< empty: not recorded
-    HugeBuffer<std::span<const PixelUse>> m_uses; ///< by pixel
-    // Memory that the cells and the uses are in:
-    std::vector<std::shared_ptr<const char>> m_cellMemory, m_useMemory;
+    HugeBuffer<HalfPart> m_light[kParts];                 ///< empty: not recorded
+    HugeBuffer<std::span<const PixelUse>> m_uses;         ///< by pixel
+    std::vector<std::shared_ptr<const char>> m_useMemory; ///< that the uses are in
 };
 
 /// Replaces records of the same pixels, as of passes and of slices, by one record each, so that their memory

@@ -76,15 +76,14 @@ void RecordedLight::addUses(size_t index, PixelLight& light, PixelLists& lists) 
 }
 
 void RecordedLight::join(std::vector<TileSums> tiles) {
-    std::vector<std::span<CellSums>> cellsOfTiles;
-    for (const TileSums& tile : tiles) {
+    std::vector<std::span<const CellSums>> cellsOfTiles;
+    for (const TileSums& tile : tiles)
         cellsOfTiles.push_back(tile.cells.items);
-        m_cellMemory.push_back(tile.cells.memory);
-    }
     JoinedCells joined = joinCells(cellsOfTiles);
     cells = std::move(joined.cells);
     parallelFor(tiles.size(), [&](size_t i) {
         TileSums& tile = tiles[i];
+        tile.cells = {};
         const std::vector<uint32_t>& numbers = joined.numbers[i];
         const std::span<PixelUse> uses = tile.uses.items;
         for (PixelUse& use : uses)
@@ -103,11 +102,6 @@ void RecordedLight::join(std::vector<TileSums> tiles) {
     linkUses(tiles);
     joinLists(tiles);
     clearPixelsWithout(tiles);
-}
-
-void RecordedLight::freeCells() {
-    HugeBuffer<JoinedCell>().swap(cells);
-    m_cellMemory.clear();
 }
 
 /// Clears the pixels that no tile has: their tiles were not finished.
