@@ -119,7 +119,7 @@ class AdaptiveState : public IntegratorState {
                 sum += pixel.ownVariance * value(pixel);
                 weight += pixel.ownVariance;
             }
-            return sum / weight;
+            return weight > 0 ? sum / weight : 0;
         };
         set(Aov::SharedWeight, [&](size_t i) { return mean(i, [](auto& pixel) { return pixel.weight; }); });
         set(Aov::SharedWidth,

@@ -186,6 +186,13 @@ class Mixture {
     void mixPixel(size_t i, SharedPart& out) {
         const Float4 variance = loadFloat4(m_variance.at(i)), bias = m_bias.at(i);
         const Float4 zero = {};
+        const bool hasBoth = m_light.counts(i, 0).all > 0 && m_light.counts(i, 1).all > 0;
+        // A background has no light to share, and nothing is better than a value without noise.
+        if (!hasBoth || m_light.uses(i).empty() || !(variance[kOwn] > 0)) {
+            out.correction[i] = Rgb(0);
+            out.pixels[i] = {};
+            return;
+        }
         Float4 weights = 1 / (variance + (bias > zero ? bias : zero) + kTiny);
         weights[kOwn] = 0;
         const float shared = sum(weights), width = sum(weights * m_widths);
@@ -193,8 +200,7 @@ class Mixture {
         for (int c = 0; c < 3; ++c)
             difference[c] = sum(weights * loadFloat4(m_differences[i].of[c]));
         const float own = ownWeight(variance[kOwn], bias[kOwn]);
-        const bool hasBoth = m_light.counts(i, 0).all > 0 && m_light.counts(i, 1).all > 0;
-        const float error = hasBoth ? 1 / (own + shared) : 0;
+        const float error = 1 / (own + shared);
         out.correction[i] = difference * error;
         out.pixels[i] = {shared * error, width / shared, error / 3, 1 / (3 * own)};
     }

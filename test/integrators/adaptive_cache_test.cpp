@@ -115,6 +115,23 @@ TEST(AdaptiveCache, ThePilotSharesWhereItPays) {
     }
 }
 
+/// The sum of the image is given back to pixels that have an error.
+TEST(AdaptiveCache, ABackgroundWithoutNoiseStays) {
+    std::string scene = makeScene(16, "path");
+    scene.replace(scene.find("LookAt"), 22, "LookAt 0 6 -16  0 7 0");
+    const Image adaptive = render(test::buildWith("adaptive-cache", scene, kSharing)).image;
+    const Image own = render(test::buildWith("supersample", scene)).image;
+    EXPECT_FALSE(haveEqualBits(adaptive, own));
+    int count = 0, changed = 0;
+    for (size_t i = 0; i < own.pixels.size(); ++i) {
+        const bool isBackground = own.pixels[i] == own.pixels.front();
+        count += isBackground;
+        changed += isBackground && !(adaptive.pixels[i] == own.pixels[i]);
+    }
+    EXPECT_GT(count, 100);
+    EXPECT_EQ(changed, 0);
+}
+
 /// Each sample chooses one of 24 lamps: the noise is large, and the light smooth.
 TEST(AdaptiveCache, SharesDirectLight) {
     const auto scene = [](int samples) {
