@@ -81,7 +81,7 @@ Float4 estimateWidths() {
     return out;
 }
 
-/// Adds up the own values of pixels and the estimates, each weighted by its inverse error.
+/// Mixes the own values of pixels and the means of the estimates, each weighted by its inverse error.
 class Mixture {
   public:
     /// Uses the part's light and the estimates here only.
@@ -183,6 +183,18 @@ class Mixture {
         const float excess = m_part == LightPart::Direct ? std::max(1 + 4 * (ratio - 2), 1.f) : 1;
         return excess / (byHalves + kTiny);
     }
+    /// Returns the squared error of the mean of the estimates with these weights. Their regions contain each
+    /// other, so that their biases have one sign and add up. Those of direct light count as independent:
+    /// ownWeight is careful already (measured).
+    float errorOfMean(const Float4& weights, const Float4& variance, const Float4& squaredBias) const {
+        const Float4 squares = weights * weights;
+        if (m_part == LightPart::Direct)
+            return sum(squares * (variance + squaredBias));
+        float bias = 0;
+        for (int k = 0; k < kEstimates; ++k)
+            bias += weights[k] * std::sqrt(squaredBias[k]);
+        return sum(squares * variance) + sqr(bias);
+    }
     void mixPixel(size_t i, SharedPart& out) {
         const Float4 variance = loadFloat4(m_variance.at(i)), bias = m_bias.at(i);
         const Float4 zero = {};
@@ -193,16 +205,18 @@ class Mixture {
             out.pixels[i] = {};
             return;
         }
-        Float4 weights = 1 / (variance + (bias > zero ? bias : zero) + kTiny);
+        const Float4 squaredBias = bias > zero ? bias : zero;
+        Float4 weights = 1 / (variance + squaredBias + kTiny);
         weights[kOwn] = 0;
-        const float shared = sum(weights), width = sum(weights * m_widths);
+        weights /= sum(weights);
+        const float shared = 1 / (errorOfMean(weights, variance, squaredBias) + kTiny);
         Rgb difference;
         for (int c = 0; c < 3; ++c)
-            difference[c] = sum(weights * loadFloat4(m_differences[i].of[c]));
+            difference[c] = shared * sum(weights * loadFloat4(m_differences[i].of[c]));
         const float own = ownWeight(variance[kOwn], bias[kOwn]);
         const float error = 1 / (own + shared);
         out.correction[i] = difference * error;
-        out.pixels[i] = {shared * error, width / shared, error / 3, 1 / (3 * own)};
+        out.pixels[i] = {shared * error, sum(weights * m_widths), error / 3, 1 / (3 * own)};
     }
     template <class Work>
     void forPixels(const Work& work) const {
