@@ -81,8 +81,8 @@ class RecordedLight {
     /// For `setPixel` and `join`.
     RecordedLight(const PixelBounds& bounds, LightParts recorded);
 
-    /// Sets the sums of a pixel. Appends its uses and its rare samples to `lists`. Threads may set different
-    /// pixels.
+    /// Sets the counts and the light of a pixel. Appends its uses, rare samples and emission to `lists`.
+    /// Threads may set different pixels.
     void setPixel(size_t index, PixelLight& light, PixelLists& lists);
     /// Joins tiles, whose pixels are set. Pixels of other tiles have no samples afterwards.
     void join(std::vector<TileSums> tiles);
