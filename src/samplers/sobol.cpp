@@ -54,12 +54,28 @@ inline uint32_t shuffle(uint32_t index, uint32_t seed) {
     return reverseBits(scrambleReversed(reverseBits(index), seed));
 }
 
-/// The seeds of one domain and dimension: for the shuffle and for the scrambles of both coordinates.
+/// The sample set of a domain: a range of a sequence. Sets of equal size whose domains differ in the
+/// kPartBits lowest bits only are consecutive ranges of one sequence, so that together, they are a net.
+struct SampleSet {
+    uint64_t sequence;  ///< which of them
+    uint32_t first = 0; ///< member
+
+    SampleSet(uint64_t domain, uint32_t total) : sequence(domain) {
+        constexpr uint64_t kParts = uint64_t(1) << kPartBits, kOdd = 0x9e3779b97f4a7c15;
+        const int sizeBits = std::bit_width(std::max(total, 1u) - 1);
+        if (sizeBits + kPartBits > 32)
+            return; // more members than a sequence has
+        first = uint32_t(domain % kParts) << sizeBits;
+        sequence = domain / kParts + total * kOdd;
+    }
+};
+
+/// The seeds of one sequence and dimension: for the shuffle and for the scrambles of both coordinates.
 struct Seeds {
     uint32_t order, x, y;
 };
-inline Seeds seedsOf(uint64_t domain, uint64_t dimension) {
-    const uint64_t h = mix64(domain + dimension);
+inline Seeds seedsOf(uint64_t sequence, uint64_t dimension) {
+    const uint64_t h = mix64(sequence + dimension);
     return {uint32_t(h), uint32_t(h >> 32), uint32_t(mix64(h))};
 }
 /// Returns the hash of a dimension. `coordinates`: 1 or 2.
@@ -95,15 +111,17 @@ struct MemberSoA {
     int n = 0;
 
     MemberSoA(std::span<const SampleRange> ranges, uint64_t dimension) {
-        uint64_t domain = ranges.front().domain;
-        Seeds s = seedsOf(domain, dimension);
+        uint64_t sequence = SampleSet(ranges.front().domain, ranges.front().total).sequence;
+        Seeds s = seedsOf(sequence, dimension);
         for (const SampleRange& range : ranges) {
-            if (range.domain != domain) { // neighboring ranges often have the same domain
-                domain = range.domain;
-                s = seedsOf(domain, dimension);
+            const SampleSet set(range.domain, range.total);
+            if (set.sequence != sequence) { // neighboring ranges often have the same sequence
+                sequence = set.sequence;
+                s = seedsOf(sequence, dimension);
             }
+            const uint32_t first = set.first + range.first;
             if (range.n == 1) { // for example bounces
-                member[n] = range.first;
+                member[n] = first;
                 order[n] = s.order;
                 x[n] = s.x;
                 y[n] = s.y;
@@ -112,7 +130,7 @@ struct MemberSoA {
             }
             for (uint32_t i = 0; i < range.n; i += kUnroll)
                 for (uint32_t k = i; k < i + kUnroll; ++k) {
-                    member[n + k] = range.first + k;
+                    member[n + k] = first + k;
                     order[n + k] = s.order;
                     x[n + k] = s.x;
                     y[n + k] = s.y;
@@ -141,19 +159,22 @@ class SobolSampler final : public Sampler {
         return int(std::bit_ceil(uint32_t(std::clamp(spp, 1, 1 << 30))));
     }
     void fill1D(const SampleRange& range, uint32_t dim, float* out) const override {
-        fillNumbers(range.first, range.n, seedsOf(range.domain, hashedDimension(dim, 1)), out);
+        const SampleSet set(range.domain, range.total);
+        fillNumbers(set.first + range.first, range.n, seedsOf(set.sequence, hashedDimension(dim, 1)), out);
     }
     void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const override {
-        const Seeds seeds = seedsOf(range.domain, hashedDimension(dim, 2));
+        const SampleSet set(range.domain, range.total);
+        const Seeds seeds = seedsOf(set.sequence, hashedDimension(dim, 2));
         for (uint32_t i = 0; i < range.n; ++i)
-            out[i] = point(range.first + i, seeds);
+            out[i] = point(set.first + range.first + i, seeds);
     }
     void fill1D(std::span<const SampleRange> ranges, uint32_t dim, float* out) const override {
         const uint64_t dimension = hashedDimension(dim, 1);
         if (areShort(ranges))
             return fillNumbers(MemberSoA(ranges, dimension), out);
         for (const SampleRange& range : ranges) {
-            fillNumbers(range.first, range.n, seedsOf(range.domain, dimension), out);
+            const SampleSet set(range.domain, range.total);
+            fillNumbers(set.first + range.first, range.n, seedsOf(set.sequence, dimension), out);
             out += range.n;
         }
     }
@@ -163,7 +184,8 @@ class SobolSampler final : public Sampler {
             return fillPoints(MemberSoA(ranges, dimension), out);
         uint32_t offset = 0;
         for (const SampleRange& range : ranges) {
-            fillPoints(range.first, range.n, seedsOf(range.domain, dimension), out.x + offset,
+            const SampleSet set(range.domain, range.total);
+            fillPoints(set.first + range.first, range.n, seedsOf(set.sequence, dimension), out.x + offset,
                        out.y + offset);
             offset += range.n;
         }
@@ -195,7 +217,8 @@ SobolPoint sobolPoint(uint32_t index) { return {reverseBits(index), reverseBits(
 
 Plugin<SamplerSetup, int> sobolPlugin() {
     return {"sobol",
-            "Owen-scrambled (0,2)-sequences (also replaces the low-discrepancy samplers of pbrt)",
+            "Owen-scrambled (0,2)-sequences, one for each block of 16x16 pixels (also replaces the "
+            "low-discrepancy samplers of pbrt)",
             {kPixelSamples},
             createSobol};
 }

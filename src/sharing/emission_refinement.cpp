@@ -179,7 +179,7 @@ EmissionRefinement::MomentsOfRow EmissionRefinement::probeRow(int row, uint32_t 
                                                               const VisibleEmission& visible) const {
     std::vector<PixelRef> pixels;
     for (int x = m_bounds.x0, y = m_bounds.y0 + row; x < m_bounds.x1; ++x)
-        pixels.push_back({x, y, hashOf(m_sampling.seed, kSeedOfProbes, x, y)});
+        pixels.push_back({x, y, pixelDomain(hashOf(m_sampling.seed, kSeedOfProbes), x, y)});
     VisibilityTracer tracer(m_scene, m_sampling.sampler, m_sampling.filter, probes, {0, probes});
     SoAVector<VisibilitySoA> samples;
     tracer.generate(pixels, samples);

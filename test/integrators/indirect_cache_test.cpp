@@ -140,7 +140,7 @@ TEST(IndirectCache, FurnaceHasRadianceOne) {
 }
 
 TEST(IndirectCache, BiasFallsWithTheBlockSize) {
-    constexpr int kSeeds = 48;
+    constexpr int kSeeds = 96;
     const auto reference = test::renderSeeds(buildWith("supersample", makeScene()), kSeeds, 100);
     double lastBias2 = kInfinity;
     for (const char* blockSize : {"blocksize=8", "blocksize=2", "blocksize=0.5"}) {

@@ -138,6 +138,18 @@ TEST(Samplers, DimensionsAndDomainsAreIndependent) {
     }
 }
 
+TEST(Samplers, DomainsOfPixelsDiffer) {
+    std::set<uint64_t> domains, blocks;
+    for (uint64_t seed = 0; seed < 3; ++seed)
+        for (int y = -32; y < 32; ++y)
+            for (int x = -32; x < 32; ++x) {
+                domains.insert(pixelDomain(seed, x, y));
+                blocks.insert(pixelDomain(seed, x, y) >> kPartBits);
+            }
+    EXPECT_EQ(domains.size(), 3u * 64 * 64);
+    EXPECT_EQ(blocks.size(), 3u * 4 * 4);
+}
+
 TEST(Sobol, SecondDimensionMatchesDirectionNumbers) {
     // Direction numbers of x + 1: v_1 = 1/2, v_k = v_(k-1) xor v_(k-1)/2.
     uint32_t v[32];
@@ -181,6 +193,44 @@ TEST(Sobol, EveryElementaryIntervalContainsOnePoint) {
                     EXPECT_EQ(strata.size(), n);
                 }
             }
+}
+
+TEST(Sobol, PixelsOfABlockAreOneNet) {
+    const auto sampler = make(sobolPlugin()).sampler;
+    for (const int edge : {2, 4, 8, 16}) // aligned parts of a block, too
+        for (const uint32_t perPixel : {1u, 4u}) {
+            const uint32_t n = uint32_t(edge * edge) * perPixel;
+            std::vector<V2f> p;
+            for (int y = 0; y < edge; ++y)
+                for (int x = 0; x < edge; ++x)
+                    for (const V2f& q :
+                         points(*sampler, pixelDomain(5, 16 - edge + x, 48 - edge + y), perPixel, 2))
+                        p.push_back(q);
+            for (uint32_t columns = 1; columns <= n; columns *= 2) {
+                std::set<std::pair<uint32_t, uint32_t>> cells;
+                for (const V2f& q : p)
+                    cells.insert({uint32_t(q.x * float(columns)), uint32_t(q.y * float(n / columns))});
+                EXPECT_EQ(cells.size(), n) << edge << " " << perPixel << " " << columns;
+            }
+        }
+}
+
+TEST(Sobol, PixelsShareNoPoints) {
+    // Also if they have different numbers of samples, or more than a sequence has for each pixel of a block.
+    const auto sampler = make(sobolPlugin()).sampler;
+    std::set<std::pair<float, float>> all;
+    size_t count = 0;
+    for (const uint32_t total : {1u, 3u, 4u, 16u, 1u << 30})
+        for (int x = -20; x < 20; ++x)
+            for (int y = -2; y < 2; ++y) {
+                const uint32_t n = std::min(total, 16u);
+                std::vector<V2f> p(n);
+                sampler->fill2D({pixelDomain(5, x, y), 0, n, total}, 2, p.data());
+                for (const V2f& q : p)
+                    all.insert({q.x, q.y});
+                count += n;
+            }
+    EXPECT_EQ(all.size(), count);
 }
 
 TEST(Sobol, ConvergesFasterThanIndependentSamples) {

@@ -111,4 +111,9 @@ inline double criticalZ(size_t n, int seeds) {
            (3 * std::pow(z, 7) + 19 * std::pow(z, 5) + 17 * z * z * z - 15 * z) / (384 * v * v * v);
 }
 
+/// Returns the largest probability of an event that none of `trials` independent trials shows, in any of n
+/// comparisons. A mean may be wrong by as much where such an event changes a value by 1, whatever the
+/// standard error that the trials show.
+inline double unseenProbability(size_t n, double trials) { return std::log(1e4 * double(n)) / trials; }
+
 } // namespace strobe::test

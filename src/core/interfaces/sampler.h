@@ -9,9 +9,19 @@
 
 namespace STROBE_API strobe {
 
+/// The number of low bits of a domain that may number the parts of a larger sample set: see SampleRange.
+inline constexpr int kPartBits = 8;
+
+/// Returns the domain of the samples of a pixel. The lowest kPartBits bits are the Morton code of the pixel
+/// in a block of 16x16 pixels, and the others a hash of the seed and the block. Samplers may thus let the
+/// samples of the pixels of a block complement each other, so that means over neighboring pixels have less
+/// noise (Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical
+/// Ordering of Pixels", 2020).
+uint64_t pixelDomain(uint64_t seed, int x, int y);
+
 /// Samples first … first+n-1 of a sample set of `total` samples, such as the camera samples of a pixel, or
-/// all light samples of a pixel. `domain` identifies the set: a hash of the seed and the pixel, or of the
-/// seed and a key.
+/// all light samples of a pixel. `domain` identifies the set: pixelDomain, or a hash of the seed and a key.
+/// Sets of equal size whose domains differ in the kPartBits lowest bits only may be parts of a larger one.
 struct SampleRange {
     uint64_t domain;
     uint32_t first;
@@ -22,7 +32,8 @@ struct SampleRange {
 /// Interface of samplers, which generate well-distributed random numbers in [0,1). Samplers have no state:
 /// the same arguments give the same numbers, on any thread. The numbers of one (domain, dimension) are
 /// stratified over the `total` samples of the set; samples beyond `total` are valid, but less well
-/// distributed. Different dimensions and different domains are independent.
+/// distributed. Different dimensions are independent, and so are domains that differ in other bits than the
+/// kPartBits lowest.
 class Sampler {
   public:
     virtual ~Sampler() = default;

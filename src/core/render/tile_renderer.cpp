@@ -62,8 +62,7 @@ void TileRenderer::renderPixels(std::span<const V2i> pixels, Film& film) {
     m_pixels.clear();
     m_sampling = &samplingFor(1);
     for (const V2i& pixel : pixels) {
-        m_pixels.push_back(
-            {pixel.x, pixel.y, hashCombine(hashOf(m_settings.seed, pixel.x), uint64_t(pixel.y))});
+        m_pixels.push_back({pixel.x, pixel.y, pixelDomain(m_settings.seed, pixel.x, pixel.y)});
         if (m_pixels.size() == m_sampling->pixelsPerBatch)
             renderBatch(film);
     }
@@ -85,11 +84,10 @@ bool TileRenderer::renderPixelsOf(const PixelBounds& tile, uint32_t factor, Film
     };
     for (int top = tile.y0; top < tile.y1; top += rows) {
         for (int x = tile.x0; x < tile.x1; ++x) {
-            const uint64_t column = hashOf(m_settings.seed, x);
             for (int y = top; y < std::min(top + rows, tile.y1); ++y) {
                 if (m_factors && m_factors->at(x, y) != factor)
                     continue;
-                m_pixels.push_back({x, y, hashCombine(column, uint64_t(y))});
+                m_pixels.push_back({x, y, pixelDomain(m_settings.seed, x, y)});
                 if (m_pixels.size() == m_sampling->pixelsPerBatch && !render())
                     return false;
             }

@@ -165,7 +165,7 @@ std::vector<StillsCase> stillsCases() {
 class Stills : public testing::TestWithParam<StillsCase> {};
 
 TEST_P(Stills, AverageOf256StillsEqualsTheMotionBlur) {
-    constexpr int kStills = 256, kSeeds = 32;
+    constexpr int kStills = 256, kSeeds = 64;
     const std::string& text = GetParam().text;
     const test::PixelStatistics blurred = test::renderSeeds(test::build(text), kSeeds, 1000);
     // The stills form groups that each cover the shutter; the standard error is estimated between groups.
