@@ -54,10 +54,11 @@ Sampler "sobol" "integer pixelsamples" 16
 Integrator "path"
 )";
 
-/// Nothing but a mirror that reflects a constant environment, and a plane under a distant light: no estimate
+/// Direct light of a distant light on a plane, and a mirror: there is noise at edges only, where no estimate
 /// of another pixel is better than a pixel's own.
 TEST(AdaptiveCache, IsSupersampleWhereSharingCannotPay) {
     const std::string scene = std::string(kFrame) + R"(
+Integrator "directlighting"
 LookAt 0 2 -6  0 1 0  0 1 0
 Camera "perspective" "float fov" 50
 WorldBegin
