@@ -32,7 +32,7 @@ struct SampleRange {
 /// Interface of samplers, which generate well-distributed random numbers in [0,1). Samplers have no state:
 /// the same arguments give the same numbers, on any thread. The numbers of one (domain, dimension) are
 /// stratified over the `total` samples of the set; samples beyond `total` are valid, but less well
-/// distributed. Different dimensions are independent, and so are domains that differ in other bits than the
+/// distributed. Different dimensions are independent, and so are domains that differ in bits above the
 /// kPartBits lowest.
 class Sampler {
   public:
