@@ -112,8 +112,8 @@ inline double criticalZ(size_t n, int seeds) {
 }
 
 /// Returns the largest probability of an event that none of `trials` independent trials shows, in any of n
-/// comparisons. A mean may be wrong by as much where such an event changes a value by 1, whatever the
-/// standard error that the trials show.
+/// comparisons, at the level of criticalZ. A mean may be wrong by as much where such an event changes a value
+/// by 1, whatever the standard error that the trials show.
 inline double unseenProbability(size_t n, double trials) { return std::log(1e4 * double(n)) / trials; }
 
 } // namespace strobe::test
