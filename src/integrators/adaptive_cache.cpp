@@ -53,12 +53,12 @@ AdaptivePlan makePlan(const Scene& scene, const RenderContext& context, float ce
     constexpr double kPassSamples = 16; // of passes, whose number is not known
     const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
     if (samples < kHalves)
-        return {{chosen.value_or(LightParts()), {}, {}}, {}};
+        return {{chosen.value_or(LightParts()), {}, {}, {}}, {}};
     PairPilot pairs(scene, context, samples);
     pairs.renderFirst();
     AdaptivePlan plan{planSharing(scene, context, pairs, cellSize, chosen, adaptsSamples), {}};
     if (adaptsSamples)
-        plan.factors = planSamples(pairs, samples, plan.sharing.parts);
+        plan.factors = planSamples(pairs, samples, plan.sharing);
     return plan;
 }
 

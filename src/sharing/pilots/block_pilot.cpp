@@ -67,15 +67,19 @@ double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b, flo
 
 /// Sets the errors of the images of a block, by kSharingChoices. `a` and `b` are independent renders. Their
 /// squared distance is twice the variance of one. The squared distance of a shared image from the other
-/// render is its error plus this variance.
+/// render is its error plus this variance. What direct light adds to the error is measured beside images that
+/// share indirect light: they have less noise, and the biases of the two parts are hardly correlated.
 void setErrors(const std::vector<Rgb>* a, const std::vector<Rgb>* b, float clip, double* errors) {
     const double weight = weightOf((meanOf(a[0], clip) + meanOf(b[0], clip)) / 2);
-    const double variance = squaredDistance(a[0], b[0], clip) / 2;
+    const auto distance = [&](size_t i, size_t k) {
+        return (squaredDistance(a[i], b[k], clip) + squaredDistance(b[i], a[k], clip)) / 2;
+    };
+    const double variance = distance(0, 0) / 2;
     errors[0] = weight * variance;
-    for (size_t i = 1; i < kSharingChoiceCount; ++i) {
-        const double distances = squaredDistance(a[i], b[0], clip) + squaredDistance(b[i], a[0], clip);
-        errors[i] = weight * (distances / 2 - variance);
-    }
+    errors[kSharesDirect] = weight * (distance(kSharesDirect, 0) - variance);
+    errors[kSharesIndirect] = weight * (distance(kSharesIndirect, 0) - variance);
+    errors[kSharesBoth] = errors[kSharesIndirect] + weight * (distance(kSharesBoth, kSharesIndirect) -
+                                                              distance(kSharesIndirect, kSharesIndirect));
 }
 
 } // namespace

@@ -10,9 +10,9 @@
 
 namespace strobe {
 
-/// The sets of parts of the light to choose from; the first is empty.
+/// The sets of parts of the light to choose from: none, one, or both.
 inline const LightParts kSharingChoices[] = {LightParts(0), LightParts(1), LightParts(2), LightParts(3)};
-inline constexpr size_t kSharingChoiceCount = 4;
+inline constexpr size_t kSharesDirect = 1, kSharesIndirect = 2, kSharesBoth = 3, kSharingChoiceCount = 4;
 
 /// The errors are measured twice, with radiance clipped to each of these values. Unclipped errors contain
 /// those of rare bright samples. Errors of radiance clipped to 1 are less noisy.

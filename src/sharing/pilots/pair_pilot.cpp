@@ -59,6 +59,10 @@ void addPair(const Rgb* radiance, const FirstVertex* vertices, float limit, Bloc
     ++noise.pairs;
 }
 
+bool isHit(const SoAVector<VisibilitySoA>& samples, size_t i) {
+    return samples.chunk(i / kSoAWidth).hit.geometry[i % kSoAWidth] != kNone;
+}
+
 /// Returns the position of the pixel with this rank in the order of a Bayer matrix, whose first pixels are
 /// spread evenly over the block.
 V2i bayerPosition(int rank) {
@@ -103,8 +107,10 @@ class PairPilot::Worker : public IntegratorWorker {
         for (size_t p = 0; p < batch.pixels.size(); ++p) {
             const size_t block = m_pilot.m_blocks.blockOf(batch.pixels[p].x, batch.pixels[p].y);
             BlockNoise &first = m_pilot.m_halves[0][block], &second = m_pilot.m_halves[1][block];
-            addPair(&radiance[kPair * p], &vertices[kPair * p], m_limit,
-                    first.pairs > second.pairs ? second : first);
+            BlockNoise& noise = first.pairs > second.pairs ? second : first;
+            for (int k = 0; k < kPair; ++k)
+                noise.cameraHits += isHit(batch.samples, size_t(kPair) * p + size_t(k));
+            addPair(&radiance[kPair * p], &vertices[kPair * p], m_limit, noise);
         }
         for (const FirstVertex& vertex : vertices)
             m_brightness.add(vertex.direct, vertex.indirect);

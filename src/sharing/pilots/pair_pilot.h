@@ -14,7 +14,8 @@ namespace strobe {
 /// The samples of one half of the pilot in a block.
 struct BlockNoise {
     float pairs = 0;
-    float vertices = 0; ///< samples with a first vertex
+    float cameraHits = 0; ///< samples whose camera ray hits something
+    float vertices = 0;   ///< samples with a first vertex
     // Sums over the samples:
     float radiance = 0;       ///< clipped to 1; mean of the channels
     float brightEmission = 0; ///< emission that camera rays hit, above 1; largest channel

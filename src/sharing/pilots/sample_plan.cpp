@@ -259,9 +259,9 @@ class RootGain {
         m_time += double(block.time);
         m_plannedTime += double(block.time) * factor;
     }
-    double gain() const {
-        return m_plannedRoots > 0 ? sqr(m_roots / m_plannedRoots) * m_time / m_plannedTime : 0;
-    }
+    double gain() const { return m_plannedRoots > 0 ? sqr(m_roots / m_plannedRoots) / timeRatio() : 0; }
+    /// Returns the time with the factors relative to that with factors of 1.
+    double timeRatio() const { return m_time > 0 ? m_plannedTime / m_time : 1; }
 
   private:
     double m_roots = 0, m_plannedRoots = 0, m_time = 0, m_plannedTime = 0;
@@ -273,6 +273,18 @@ bool seesLamps(const PairPilot& pilot) {
         if (pilot.noise(0, i).brightEmission + pilot.noise(1, i).brightEmission > 0)
             return true;
     return false;
+}
+
+/// Raises the factors of backgrounds: of blocks with noise in which no camera ray of the pilot hits anything.
+/// At the time of a render without sharing and factors, they have `timeRatio` times as many samples.
+void raiseBackgrounds(const PairPilot& pilot, double timeRatio, SampleFactors& out) {
+    const uint8_t least = roundedFactor(std::ceil(std::log2(timeRatio)));
+    for (size_t i = 0; i < out.factors().size(); ++i) {
+        const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
+        const bool isNoisy = a.none.rawRest + b.none.rawRest > 0; // implies that the block was rendered
+        if (isNoisy && a.cameraHits + b.cameraHits == 0)
+            out.factors()[i] = std::max(out.factors()[i], least);
+    }
 }
 
 bool allowsSamplePlan(double samplesPerPixel) {
@@ -300,11 +312,13 @@ bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightPar
     return promises({}, kLeastPromiseBesideLamps) || promises(LightParts(1), kLeastPromiseBesideLamps);
 }
 
-std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared) {
+std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel,
+                                         const SharingPlan& sharing) {
     // Where no light is shared, some plans lose (measured):
     // - The edges of lamps have much of the error, and few pairs hit them.
     // - Structural errors grow where few bright blocks have all of the gain.
     constexpr double kMinGainBesideLamps = 1.8, kMinRootGain = 0.95;
+    const LightParts shared = sharing.parts;
     if (!allowsSamplePlan(samplesPerPixel) ||
         (shared.isEmpty() && !promisesSamplePlan(pilot, samplesPerPixel, shared)))
         return {};
@@ -312,16 +326,21 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
     const PilotCosts costs(pilot, shared);
     const auto logScale =
         findLogScale(costs, shared.isEmpty() && seesLamps(pilot) ? kMinGainBesideLamps : kMinGain);
-    if (!logScale)
+    if (!logScale && shared.isEmpty())
         return {};
     SampleFactors out = pilot.blocks();
     RootGain rootGain;
     costs.forEachBlock([&](size_t i, const PilotCosts::OfBlock& block) {
         const BlockCost& whole = block[PilotCosts::kWhole];
-        out.factors()[i] = roundedFactor(*logScale + double(whole.logDensity));
+        if (logScale)
+            out.factors()[i] = roundedFactor(*logScale + double(whole.logDensity));
         rootGain.add(whole, out.factors()[i]);
     });
     if (shared.isEmpty() && rootGain.gain() < kMinRootGain)
+        return {};
+    const double overhead = logScale ? sharing.overhead.adaptive : sharing.overhead.uniform;
+    raiseBackgrounds(pilot, rootGain.timeRatio() * (1 + overhead), out);
+    if (std::all_of(out.factors().begin(), out.factors().end(), [](uint8_t factor) { return factor == 1; }))
         return {};
     return out;
 }

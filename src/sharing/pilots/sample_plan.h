@@ -1,20 +1,27 @@
 // More samples in blocks of pixels with much noise.
 #pragma once
 
-#include "sharing/pilots/pair_pilot.h"
+#include "sharing/pilots/sharing_plan.h"
 
 #include <optional>
 
 namespace strobe {
 
-/// Returns the factors of the numbers of samples, by blocks of pixels, that minimize the product of error and
-/// time (Neyman allocation); none, if that gains little. The factors are powers of two from 1 on, and at most
-/// double the time of the render. The variances of blocks, relative to their radiance, are those of all but
-/// shared indirect light. PairPilot::renderFirst was called. This function renders the
-/// rest of the pilot, unless nothing is shared and the first part promises little.
+/// Returns the factors of the numbers of samples, by blocks of pixels; none, if all are 1. The factors are
+/// powers of two from 1 on.
 ///
-/// The factors do not depend on the seed or on slices of the samples. Therefore they do not bias the result.
-std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel, LightParts shared);
+/// - They minimize the product of error and time (Neyman allocation), or are 1 if that gains little. They at
+///   most double the time of the render. The variances of blocks, relative to their radiance, are those of
+///   all but shared indirect light.
+/// - Backgrounds, which cannot gain by sharing, have at least the factor by which the time of the render
+/// grows,
+///   so that they are not worse than those of a render of the same time that does not share.
+///
+/// PairPilot::renderFirst was called. This function renders the rest of the pilot, unless nothing is shared
+/// and the first part promises little. The factors do not depend on the seed or on slices of the samples.
+/// Therefore they do not bias the result.
+std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel,
+                                         const SharingPlan& sharing);
 
 /// Returns whether what `pilot` has rendered promises that planSamples returns factors.
 bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightParts shared);

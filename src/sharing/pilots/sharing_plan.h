@@ -8,9 +8,16 @@
 
 namespace strobe {
 
+/// An estimate of the time for recording and reconstruction relative to that of the render.
+struct SharingOverhead {
+    double uniform = 0;  ///< if all pixels have the same number of samples
+    double adaptive = 0; ///< if their numbers differ (planSamples), which is less
+};
+
 /// How the light of a render is shared.
 struct SharingPlan {
     LightParts parts; ///< the parts of the light to share; empty: the render equals that of supersample
+    SharingOverhead overhead; ///< of these parts
     RareLimits rareLimits;
     EmissionPilot emission;
 };
