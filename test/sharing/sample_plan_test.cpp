@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <fstream>
 #include <map>
+#include <unistd.h>
 
 namespace strobe {
 namespace {
@@ -69,6 +72,56 @@ TEST(SamplePlan, TakesMoreSamplesWhereNoiseIs) {
     const std::vector<float>& samples = film.plane(Aov::Samples);
     EXPECT_EQ(samples[8], 16);
     EXPECT_GE(samples[68], 32);
+}
+
+/// The map of an infinite light with vertical stripes, in a file.
+class StripedMap {
+  public:
+    StripedMap() {
+        std::ofstream out(m_path, std::ios::binary);
+        out << "P3\n64 1\n255\n";
+        for (int i = 0; i < 64; ++i)
+            out << (i % 2 ? "200 200 200 " : "100 100 100 ");
+    }
+    ~StripedMap() { std::remove(m_path.c_str()); }
+    StripedMap(const StripedMap&) = delete;
+    StripedMap& operator=(const StripedMap&) = delete;
+    std::string parameter() const { return "\"string mapname\" \"" + m_path + "\""; }
+
+  private:
+    const std::string m_path = testing::TempDir() + "strobe_stripes_" + std::to_string(getpid()) + ".ppm";
+};
+
+/// A background cannot gain by sharing: it has as many more samples as the render takes more time, if it has
+/// noise.
+TEST(SamplePlan, NoisyBackgroundsKeepUpWithTheTime) {
+    constexpr int kSamples = 16;
+    const StripedMap map;
+    for (const std::string& mapParameter : {map.parameter(), std::string()}) {
+        BuildOptions options;
+        options.integrator = "adaptive-cache";
+        options.defines = {"share=both"};
+        const BuiltScene built = test::build(R"(
+Film "image" "integer xresolution" 64 "integer yresolution" 32
+Sampler "sobol" "integer pixelsamples" )" + std::to_string(kSamples) +
+                                                 R"(
+Integrator "directlighting"
+LookAt 0 0 -3  0 0 0  0 1 0
+Camera "perspective" "float fov" 30
+WorldBegin
+LightSource "infinite" )" + mapParameter +
+                                                 R"(
+Material "matte"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 0  0 -9 0  0 9 0  -9 9 0]
+)",
+                                             options);
+        const Film film = renderFilm(built, settingsFor(built));
+        const float samples = film.plane(Aov::Samples)[16 * 64 + 56];
+        if (mapParameter.empty())
+            EXPECT_EQ(samples, kSamples);
+        else
+            EXPECT_GE(samples, 2 * kSamples);
+    }
 }
 
 /// Few pairs of the pilot hit the edges of lamps, which have much of the error: small gains are not taken.
