@@ -1,6 +1,7 @@
 // More samples in blocks of pixels with much noise.
 #pragma once
 
+#include "sharing/pilots/pair_pilot.h"
 #include "sharing/pilots/sharing_plan.h"
 
 #include <optional>
@@ -14,8 +15,7 @@ namespace strobe {
 ///   most double the time of the render. The variances of blocks, relative to their radiance, are those of
 ///   all but shared indirect light.
 /// - Backgrounds, which cannot gain by sharing, have at least the factor by which the time of the render
-/// grows,
-///   so that they are not worse than those of a render of the same time that does not share.
+///   grows: they are not worse than those of a render of the same time that does not share.
 ///
 /// PairPilot::renderFirst was called. This function renders the rest of the pilot, unless nothing is shared
 /// and the first part promises little. The factors do not depend on the seed or on slices of the samples.

@@ -17,7 +17,7 @@ struct SharingOverhead {
 /// How the light of a render is shared.
 struct SharingPlan {
     LightParts parts; ///< the parts of the light to share; empty: the render equals that of supersample
-    SharingOverhead overhead; ///< of these parts
+    SharingOverhead overhead; ///< 0 if nothing is shared
     RareLimits rareLimits;
     EmissionPilot emission;
 };
