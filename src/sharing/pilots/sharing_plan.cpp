@@ -168,6 +168,27 @@ Verdict decide(std::span<const BlockPilot> pilots, LightParts lit, const Overhea
     return verdict;
 }
 
+/// The blocks of the pilot.
+struct PilotSize {
+    int samples;  ///< per pixel
+    size_t count; ///< of the blocks that are rendered at once
+    size_t limit; ///< of the blocks, if the verdict is uncertain
+};
+
+PilotSize pilotSizeFor(double samplesPerPixel, const PixelBounds& bounds) {
+    constexpr int kBlockPixels = PairPilot::kBlockSize * PairPilot::kBlockSize;
+    constexpr int kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 5, kMaxBlocks = 40;
+    constexpr double kPilotShare = 0.0025;
+    // Direct light converges faster than in proportion to the samples, so that few would mislead.
+    const int samples = int(
+        std::min(samplesPerPixel, std::clamp(samplesPerPixel / 2, double(kMinSamples), double(kMaxSamples))));
+    const double pixels = double(bounds.width()) * bounds.height();
+    const int affordable = int(kPilotShare * pixels * samplesPerPixel / (kBlockPixels * samples));
+    const size_t count = size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks));
+    // An uncertain verdict is worth twice as many blocks where this is not much of the render.
+    return {samples, count, 2 * affordable >= kMinBlocks ? 2 * count : count};
+}
+
 /// Returns the means over the pixels of the blocks. `errorScale`: the error of other light in the render,
 /// relative to that in the pilot.
 EmissionPilot meanEmission(std::span<const BlockPilot> pilots, double errorScale) {
@@ -185,40 +206,30 @@ EmissionPilot meanEmission(std::span<const BlockPilot> pilots, double errorScale
 
 SharingPlan planSharing(const Scene& scene, const RenderContext& context, const PairPilot& pairs,
                         float cellSize, const std::optional<LightParts>& chosen, bool adaptsSamples) {
-    constexpr int kBlockPixels = PairPilot::kBlockSize * PairPilot::kBlockSize;
-    constexpr int kMinSamples = 16, kMaxSamples = 64, kMinBlocks = 5, kMaxBlocks = 40;
-    constexpr double kPilotShare = 0.0025, kPasses = 64; // the samples of passes, whose number is not known
+    constexpr double kPasses = 64; // the samples of passes, whose number is not known
     // The fraction of the samples that are recorded one by one falls with their number, so that the limits
     // rise.
     constexpr double kMaxRare = 0.005;
     const double samples = context.isPass ? kPasses : context.samplesPerPixel;
-    // Direct light converges faster than in proportion to the samples, so that few would mislead.
-    const int pilotSamples =
-        int(std::min(samples, std::clamp(samples / 2, double(kMinSamples), double(kMaxSamples))));
-    const PixelBounds& bounds = context.pilotBounds;
-    const double pixels = double(bounds.width()) * bounds.height();
-    const int affordable = int(kPilotShare * pixels * samples / (kBlockPixels * pilotSamples));
-    const size_t count = size_t(std::clamp(affordable, kMinBlocks, kMaxBlocks));
-    // An uncertain verdict is worth twice as many blocks where this is not much of the render.
-    const size_t limit = 2 * affordable >= kMinBlocks ? 2 * count : count;
+    const PilotSize size = pilotSizeFor(samples, context.pilotBounds);
     Overheads overheads{{overheadOf(scene, samples, pairs.counters()),
                          overheadOf(scene, kAdaptiveSamples * samples, pairs.counters())},
                         adaptsSamples};
-    const double gainLeft = gainLeftOf(samples, pilotSamples);
+    const double gainLeft = gainLeftOf(samples, size.samples);
     const BlockChooser chooser(pairs);
     const LightParts lit = pairs.brightness().litParts();
-    BlockRenderer renderer(scene, context, pilotSamples, cellSize, lit);
+    BlockRenderer renderer(scene, context, size.samples, cellSize, lit);
     std::vector<BlockPilot> pilots;
     Verdict verdict;
     do {
         const size_t first = pilots.size();
-        for (size_t i = first; i < first + count; ++i) {
+        for (size_t i = first; i < first + size.count; ++i) {
             const BlockChoice choice = chooser.choose(i);
             pilots.emplace_back();
             pilots.back().bounds = pairs.boundsOf(choice.block);
             pilots.back().weight = choice.weight;
         }
-        parallelFor(count, [&](size_t i) {
+        parallelFor(size.count, [&](size_t i) {
             renderer.renderFirst(hashCombine(kSeeds[0], first + i), pilots[first + i]);
         });
         if (first == 0) {
@@ -231,17 +242,17 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
                     return {};
             }
         }
-        parallelFor(count, [&](size_t i) {
+        parallelFor(size.count, [&](size_t i) {
             renderer.renderSecond(hashCombine(kSeeds[1], first + i), pilots[first + i]);
         });
         verdict = decide(pilots, lit, overheads, gainLeft);
-    } while (pilots.size() < limit && !verdict.isCertain);
+    } while (pilots.size() < size.limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
     plan.parts = chosen.value_or(verdict.parts);
     if (!plan.parts.isEmpty())
         plan.overhead = overheads;
-    plan.emission = meanEmission(pilots, pilotSamples / samples);
+    plan.emission = meanEmission(pilots, size.samples / samples);
     return plan;
 }
 
