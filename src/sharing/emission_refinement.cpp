@@ -73,11 +73,12 @@ constexpr uint64_t kSeedOfProbes = 0x70726f62, kSeedOfSamples = 0x656d6974;
 
 /// The noise of emission in one half of a pixel, estimated from the other half and from neighboring pixels.
 struct EmissionNoise {
-    float coefficient = 0; ///< of the regression of radiance on emission, in [0,1]
-    float deviation = 0;   ///< standard deviation of the emission of a sample
+    float coefficient; ///< of the regression of radiance on emission, in [0,1]
+    float deviation;   ///< standard deviation of the emission of a sample
 };
 
-/// Within a pixel and its neighbors, variances and covariances are those around each pixel's mean.
+/// Within a pixel and its neighbors, variances and covariances are those around each pixel's mean. Where no
+/// sample tells the coefficient, it is 1.
 EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half) {
     const int width = light.pixelBounds.width(), height = light.pixelBounds.height();
     float variance = 0, covariance = 0;
@@ -96,7 +97,7 @@ EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half
         }
     }
     if (!(variance > 0))
-        return {};
+        return {1, 0}; // right for emission much brighter than what it hides
     const float coefficient = std::clamp(covariance / variance, 0.f, 1.f);
     return {coefficient, std::sqrt(variance)};
 }
