@@ -77,8 +77,8 @@ struct EmissionNoise {
     float deviation;   ///< standard deviation of the emission of a sample
 };
 
-/// Within a pixel and its neighbors, variances and covariances are those around each pixel's mean. Where no
-/// sample tells the coefficient, it is 1.
+/// Within a pixel and its neighbors, variances and covariances are those around each pixel's mean. The
+/// coefficient is 1 if the emission of these samples does not vary.
 EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half) {
     const int width = light.pixelBounds.width(), height = light.pixelBounds.height();
     float variance = 0, covariance = 0;

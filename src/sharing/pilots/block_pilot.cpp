@@ -65,10 +65,13 @@ double squaredDistance(const std::vector<Rgb>& a, const std::vector<Rgb>& b, flo
     return sum;
 }
 
-/// Sets the errors of the images of a block, by kSharingChoices. `a` and `b` are independent renders. Their
-/// squared distance is twice the variance of one. The squared distance of a shared image from the other
-/// render is its error plus this variance. What direct light adds to the error is measured beside images that
-/// share indirect light: they have less noise, and the biases of the two parts are hardly correlated.
+/// Sets the errors of the images of a block, by kSharingChoices. `a` and `b` are independent renders.
+/// - The squared distance between the images without sharing is twice the variance of one.
+/// - The squared distance between a shared image and the other image without sharing is the error of the
+///   shared image plus this variance.
+/// - The error of sharing both parts is that of sharing indirect light plus a difference. The difference is
+///   measured with images that share indirect light, which have less noise. The biases of the two parts are
+///   taken to be uncorrelated.
 void setErrors(const std::vector<Rgb>* a, const std::vector<Rgb>* b, float clip, double* errors) {
     const double weight = weightOf((meanOf(a[0], clip) + meanOf(b[0], clip)) / 2);
     const auto distance = [&](size_t i, size_t k) {

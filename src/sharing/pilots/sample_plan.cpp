@@ -275,8 +275,9 @@ bool seesLamps(const PairPilot& pilot) {
     return false;
 }
 
-/// Raises the factors of backgrounds: of blocks with noise in which no camera ray of the pilot hits anything.
-/// At the time of a render without sharing and factors, they have `timeRatio` times as many samples.
+/// Raises the factors of backgrounds to at least `timeRatio`. A background is a block with noise in which no
+/// camera ray of the pilot hits anything. `timeRatio`: the time of the render relative to that of a render
+/// without sharing in which all factors are 1.
 void raiseBackgrounds(const PairPilot& pilot, double timeRatio, SampleFactors& out) {
     const uint8_t least = roundedFactor(std::ceil(std::log2(timeRatio)));
     for (size_t i = 0; i < out.factors().size(); ++i) {

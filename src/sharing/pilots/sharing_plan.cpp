@@ -98,9 +98,11 @@ struct SharingGain {
 
 /// Returns the gain of the parts that leave the least cost if they are shared. `cost` maps the error of a
 /// block to its cost. The gain of a block is its cost without sharing minus `least` times its cost with it.
-/// `lit`: the parts that are not black. Direct light is left out beside indirect light if it seems to add to
-/// the cost, or surely gains less than `leastOfDirect`. `missedOfDirect`: what the blocks miss of its gain.
-/// Both are fractions of the cost.
+/// `lit`: the parts that are not black.
+///
+/// Direct light is not shared beside indirect light if its gain is negative, or less than `leastOfDirect` by
+/// more than a standard error. Its gain is that of the blocks plus `missedOfDirect`. Both parameters are
+/// fractions of the cost.
 template <class Cost>
 SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, LightParts lit, double least,
                    double leastOfDirect, double missedOfDirect, const Cost& cost) {
