@@ -54,15 +54,30 @@ inline uint32_t shuffle(uint32_t index, uint32_t seed) {
     return reverseBits(scrambleReversed(reverseBits(index), seed));
 }
 
+/// Returns the index of a member like `shuffle`, for one-dimensional points. The members are those of sets of
+/// 2^setBits. The order of the sets is shuffled independently for each value of the first setBits bits of the
+/// number. Otherwise, all sets of a sequence would miss some functions by the same pattern: in some blocks,
+/// light that alternates with the shutter had no noise, and in others twice as much as it should.
+inline uint32_t shuffleSets(uint32_t member, uint32_t seed, uint32_t setBits) {
+    const uint32_t reversed = scrambleReversed(reverseBits(member), seed);
+    const uint32_t stratum = (reversed >> 1) >> (31 - setBits); // setBits may be 0
+    uint32_t setSeed = seed + stratum * 0x9E3779B9u;
+    setSeed = (setSeed ^ (setSeed >> 16)) * 0x85EBCA6Bu;
+    setSeed ^= setSeed >> 13;
+    const uint32_t set = scrambleReversed(reversed << setBits, setSeed) >> setBits;
+    return reverseBits((reversed & ~(~0u >> setBits)) | set);
+}
+
 /// The sample set of a domain: a range of a sequence. Sets of equal size whose domains differ in the
 /// kPartBits lowest bits only are consecutive ranges of one sequence, so that together, they are a net.
 struct SampleSet {
     uint64_t sequence;  ///< which of them
     uint32_t first = 0; ///< member
+    uint32_t sizeBits;  ///< binary logarithm of its size, rounded up
 
-    SampleSet(uint64_t domain, uint32_t total) : sequence(domain) {
+    SampleSet(uint64_t domain, uint32_t total)
+        : sequence(domain), sizeBits(uint32_t(std::bit_width(std::max(total, 1u) - 1))) {
         constexpr uint64_t kParts = uint64_t(1) << kPartBits, kOdd = 0x9e3779b97f4a7c15;
-        const int sizeBits = std::bit_width(std::max(total, 1u) - 1);
         if (sizeBits + kPartBits > 32)
             return; // more members than a sequence has
         first = uint32_t(domain % kParts) << sizeBits;
@@ -81,18 +96,18 @@ inline Seeds seedsOf(uint64_t sequence, uint64_t dimension) {
 /// Returns the hash of a dimension. `coordinates`: 1 or 2.
 inline uint64_t hashedDimension(uint32_t dim, int coordinates) { return hashOf(dim, coordinates); }
 
-inline float number(uint32_t member, const Seeds& s) {
-    return toFloat(scrambleReversed(shuffle(member, s.order), s.x));
+inline float number(uint32_t member, const Seeds& s, uint32_t setBits) {
+    return toFloat(scrambleReversed(shuffleSets(member, s.order, setBits), s.x));
 }
 inline V2f point(uint32_t member, const Seeds& s) {
     const uint32_t index = shuffle(member, s.order); // equals the reversed first coordinate
     return {toFloat(scrambleReversed(index, s.x)), toFloat(scrambleReversed(secondFromFirst(index), s.y))};
 }
 
-STROBE_TARGET_CLONES void fillNumbers(uint32_t first, uint32_t n, Seeds seeds, float* out) {
+STROBE_TARGET_CLONES void fillNumbers(uint32_t first, uint32_t n, Seeds seeds, uint32_t setBits, float* out) {
     STROBE_IVDEP
     for (uint32_t i = 0; i < n; ++i)
-        out[i] = number(first + i, seeds);
+        out[i] = number(first + i, seeds, setBits);
 }
 STROBE_TARGET_CLONES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, float* x, float* y) {
     STROBE_IVDEP
@@ -107,7 +122,7 @@ STROBE_TARGET_CLONES void fillPoints(uint32_t first, uint32_t n, Seeds seeds, fl
 struct MemberSoA {
     static constexpr int kUnroll = 4; ///< members stored at a time; the excess is overwritten or ignored
     static constexpr int kSize = kSoAWidth + kUnroll;
-    alignas(64) uint32_t member[kSize], order[kSize], x[kSize], y[kSize];
+    alignas(64) uint32_t member[kSize], order[kSize], x[kSize], y[kSize], setBits[kSize];
     int n = 0;
 
     MemberSoA(std::span<const SampleRange> ranges, uint64_t dimension) {
@@ -125,6 +140,7 @@ struct MemberSoA {
                 order[n] = s.order;
                 x[n] = s.x;
                 y[n] = s.y;
+                setBits[n] = set.sizeBits;
                 ++n;
                 continue;
             }
@@ -134,6 +150,7 @@ struct MemberSoA {
                     order[n + k] = s.order;
                     x[n + k] = s.x;
                     y[n + k] = s.y;
+                    setBits[n + k] = set.sizeBits;
                 }
             n += int(range.n);
         }
@@ -142,7 +159,7 @@ struct MemberSoA {
 STROBE_TARGET_CLONES void fillNumbers(const MemberSoA& m, float* out) {
     STROBE_IVDEP
     for (int i = 0; i < m.n; ++i)
-        out[i] = number(m.member[i], {m.order[i], m.x[i], m.y[i]});
+        out[i] = number(m.member[i], {m.order[i], m.x[i], m.y[i]}, m.setBits[i]);
 }
 STROBE_TARGET_CLONES void fillPoints(const MemberSoA& m, V2SoA& out) {
     STROBE_IVDEP
@@ -160,7 +177,8 @@ class SobolSampler final : public Sampler {
     }
     void fill1D(const SampleRange& range, uint32_t dim, float* out) const override {
         const SampleSet set(range.domain, range.total);
-        fillNumbers(set.first + range.first, range.n, seedsOf(set.sequence, hashedDimension(dim, 1)), out);
+        fillNumbers(set.first + range.first, range.n, seedsOf(set.sequence, hashedDimension(dim, 1)),
+                    set.sizeBits, out);
     }
     void fill2D(const SampleRange& range, uint32_t dim, V2f* out) const override {
         const SampleSet set(range.domain, range.total);
@@ -174,7 +192,8 @@ class SobolSampler final : public Sampler {
             return fillNumbers(MemberSoA(ranges, dimension), out);
         for (const SampleRange& range : ranges) {
             const SampleSet set(range.domain, range.total);
-            fillNumbers(set.first + range.first, range.n, seedsOf(set.sequence, dimension), out);
+            fillNumbers(set.first + range.first, range.n, seedsOf(set.sequence, dimension), set.sizeBits,
+                        out);
             out += range.n;
         }
     }

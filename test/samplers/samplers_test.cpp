@@ -30,6 +30,12 @@ std::vector<V2f> points(const Sampler& sampler, uint64_t domain, uint32_t n, uin
     return out;
 }
 
+std::vector<float> numbers(const Sampler& sampler, uint64_t domain, uint32_t n, uint32_t dim) {
+    std::vector<float> out(n);
+    sampler.fill1D({domain, 0, n, n}, dim, out.data());
+    return out;
+}
+
 /// Returns the Pearson correlation coefficient.
 double correlation(const std::vector<double>& a, const std::vector<double>& b) {
     double ma = 0, mb = 0, ab = 0, aa = 0, bb = 0;
@@ -213,6 +219,44 @@ TEST(Sobol, PixelsOfABlockAreOneNet) {
                 EXPECT_EQ(cells.size(), n) << edge << " " << perPixel << " " << columns;
             }
         }
+}
+
+TEST(Sobol, NumbersOfABlockAreStratified) {
+    const auto sampler = make(sobolPlugin()).sampler;
+    for (const int edge : {2, 4, 8, 16}) // aligned parts of a block, too
+        for (const uint32_t perPixel : {1u, 4u}) {
+            const uint32_t n = uint32_t(edge * edge) * perPixel;
+            std::set<uint32_t> strata;
+            for (int y = 0; y < edge; ++y)
+                for (int x = 0; x < edge; ++x)
+                    for (const float u :
+                         numbers(*sampler, pixelDomain(5, 16 - edge + x, 48 - edge + y), perPixel, 2))
+                        strata.insert(uint32_t(u * float(n)));
+            EXPECT_EQ(strata.size(), n) << edge << " " << perPixel;
+        }
+}
+
+TEST(Sobol, BlocksHaveEvenNoise) {
+    // The number alternates twice in each of the four strata of a pixel: a light that is switched on and off.
+    // If all pixels of a block had the same pattern, blocks would have from 0 to 4 times the mean squared
+    // error. The means of 256 independent pixels vary by 8 %.
+    constexpr int kEdge = 16, kBlocks = 200;
+    const auto sampler = make(sobolPlugin()).sampler;
+    double sum = 0, squares = 0;
+    for (int block = 0; block < kBlocks; ++block) {
+        double error = 0;
+        for (int i = 0; i < kEdge * kEdge; ++i) {
+            double mean = 0;
+            for (const float u :
+                 numbers(*sampler, pixelDomain(5, kEdge * block + i % kEdge, i / kEdge), 4, 2))
+                mean += int(8 * u) % 2 == 0 ? .25 : -.25;
+            error += sqr(mean) / (kEdge * kEdge);
+        }
+        sum += error / kBlocks;
+        squares += sqr(error) / kBlocks;
+    }
+    EXPECT_NEAR(sum, .25, .02);
+    EXPECT_LT(std::sqrt(squares - sqr(sum)), .2 * sum);
 }
 
 TEST(Sobol, PixelsShareNoPoints) {
