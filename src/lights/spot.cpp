@@ -23,30 +23,48 @@ const ParamDef<std::string> kFalloff{"falloff", "",
 float oneMinusCosDegrees(float degrees) { return 2 * sqr(std::sin(radians(degrees) / 2)); }
 
 /// Returns 1 - cos θ of the angle between unit vectors.
-float oneMinusCosBetween(const V3f& a, const V3f& b) { return length2(a - b) / 2; }
+STROBE_FORCE_INLINE float oneMinusCosBetween(const V3f& a, const V3f& b) { return length2(a - b) / 2; }
 
 /// The polynomial of x = (cos θ - cos edge) / (cos full - cos edge): x⁴, x² (3 - 2x) or x².
 enum class Falloff { Quartic, Smoothstep, Squared };
 
+/// The cone of a spot light: 1 - cos of the angles of zero and of full intensity, and the falloff in between.
+struct Cone {
+    float edge, full;
+    Falloff falloff;
+
+    /// Returns the falloff for 1 - cos of the angle from the axis.
+    STROBE_FORCE_INLINE float at(float oneMinusCos) const {
+        const float x = (edge - oneMinusCos) / (edge - full);
+        const float inside = falloff == Falloff::Quartic      ? sqr(sqr(x))
+                             : falloff == Falloff::Smoothstep ? x * x * (3 - 2 * x)
+                                                              : sqr(x);
+        return oneMinusCos <= full ? 1 : oneMinusCos >= edge ? 0 : inside;
+    }
+};
+
 class SpotLight final : public DeltaLight {
   public:
     SpotLight(const LightPlacement& placement, const V3f& from, const V3f& to, const Rgb& intensity,
-              float edge, float full, Falloff falloff)
-        : m_placement(placement), m_from(from), m_axis(to - from), m_intensity(intensity), m_edge(edge),
-          m_full(full), m_falloff(falloff) {}
+              const Cone& cone)
+        : m_placement(placement), m_from(from), m_axis(to - from), m_intensity(intensity),
+          m_cone(cone), m_start{positionAt(0), axisAt(0)} {}
     LightSample deltaSample(const V3f& p, float time) const override {
-        const M44f m = m_placement.at(time);
-        const V3f axis = normalize(transformVector(m, m_axis));
-        LightSample s = fromPoint(p, transformPoint(m, m_from), m_intensity);
-        s.radiance *= falloff(oneMinusCosBetween(-s.wi, axis));
-        return s;
+        return m_placement.isStatic() ? sampleFrom(m_start, p, m_intensity, m_cone)
+                                      : sampleFrom({positionAt(time), axisAt(time)}, p, m_intensity, m_cone);
     }
-    Rgb power(float) const override { return m_intensity * (kPi * (m_full + m_edge)); }
+    void sampleSoA(const LightQuerySoA& query, LightSampleSoA& out) const override {
+        if (m_placement.isStatic())
+            sampleSoAFrom(m_start, m_intensity, m_cone, query, out);
+        else
+            DeltaLight::sampleSoA(query, out);
+    }
+    Rgb power(float) const override { return m_intensity * (kPi * (m_cone.full + m_cone.edge)); }
     /// The directions of full intensity are the normals; the falloff ends at the edge of the cone.
     std::optional<EmitterBounds> emitterBounds(uint32_t, float begin, float end) const override {
         constexpr float kMargin = 1e-3f; // radians, for rounding
-        const float edge = std::acos(std::clamp(1 - m_edge, -1.f, 1.f));
-        const float full = std::acos(std::clamp(1 - m_full, -1.f, 1.f));
+        const float edge = std::acos(std::clamp(1 - m_cone.edge, -1.f, 1.f));
+        const float full = std::acos(std::clamp(1 - m_cone.full, -1.f, 1.f));
         EmitterBounds bounds;
         bounds.emission = std::min(edge - full + kMargin, kPi);
         bounds.intensity = rootMeanSquare(m_intensity);
@@ -55,24 +73,50 @@ class SpotLight final : public DeltaLight {
     }
 
   private:
-    /// Returns the falloff for 1 - cos of the angle from the axis.
-    float falloff(float oneMinusCos) const {
-        if (oneMinusCos <= m_full)
-            return 1;
-        if (oneMinusCos >= m_edge)
-            return 0;
-        const float x = (m_edge - oneMinusCos) / (m_edge - m_full);
-        return m_falloff == Falloff::Quartic      ? sqr(sqr(x))
-               : m_falloff == Falloff::Smoothstep ? x * x * (3 - 2 * x)
-                                                  : sqr(x);
+    /// The position and the unit axis in world space.
+    struct Pose {
+        V3f position, axis;
+    };
+
+    V3f positionAt(float time) const { return transformPoint(m_placement.at(time), m_from); }
+    V3f axisAt(float time) const { return normalize(transformVector(m_placement.at(time), m_axis)); }
+    static STROBE_FORCE_INLINE LightSample sampleFrom(const Pose& pose, const V3f& p, const Rgb& intensity,
+                                                      const Cone& cone) {
+        LightSample s = fromPoint(p, pose.position, intensity);
+        const float falloff = cone.at(oneMinusCosBetween(-s.wi, pose.axis));
+        s.radiance.x *= falloff;
+        s.radiance.y *= falloff;
+        s.radiance.z *= falloff;
+        return s;
     }
+    static void sampleSoAFrom(const Pose& pose, const Rgb& intensity, const Cone& cone,
+                              const LightQuerySoA& query, LightSampleSoA& out);
 
     LightPlacement m_placement;
     V3f m_from, m_axis;
     Rgb m_intensity;
-    float m_edge, m_full; ///< 1 - cos of the angles of zero and of full intensity
-    Falloff m_falloff;
+    Cone m_cone;
+    Pose m_start; ///< when the shutter opens
 };
+
+STROBE_TARGET_CLONES void SpotLight::sampleSoAFrom(const Pose& pose, const Rgb& intensity, const Cone& cone,
+                                                   const LightQuerySoA& query, LightSampleSoA& out) {
+    const Pose localPose = pose; // local copies, which the stores of the loop cannot alias
+    const Rgb localIntensity = intensity;
+    const Cone localCone = cone;
+    STROBE_IVDEP
+    for (int i = 0; i < query.n; ++i) {
+        const LightSample s = sampleFrom(localPose, query.p.at(i), localIntensity, localCone);
+        out.wi.x[i] = s.wi.x;
+        out.wi.y[i] = s.wi.y;
+        out.wi.z[i] = s.wi.z;
+        out.radiance.r[i] = s.radiance.x;
+        out.radiance.g[i] = s.radiance.y;
+        out.radiance.b[i] = s.radiance.z;
+        out.distance[i] = s.distance;
+        out.pdf[i] = 1;
+    }
+}
 
 Falloff falloffFrom(const ParamSet& params, const BuildContext& context) {
     if (params.get(kFalloff).empty())
@@ -95,7 +139,7 @@ std::shared_ptr<Light> createSpot(const ParamSet& params, const BuildContext& co
     const Rgb intensity =
         readEmission(params, kI, context) * scaleToTotal(params, kPower, kPi * (full + edge));
     auto light = std::make_shared<SpotLight>(LightPlacement(args, context.conventions), from, to, intensity,
-                                             edge, full, falloffFrom(params, context));
+                                             Cone{edge, full, falloffFrom(params, context)});
     light->sampleCount = params.get(kLightSamples);
     return light;
 }

@@ -120,6 +120,7 @@ void addCounters(const Counters& c, Json& j) {
     j["directShades"] = c.directShades;
     j["shadesPerPixel"] = c.pixels ? double(c.shades) / double(c.pixels) : 0;
     j["missed"] = c.missed;
+    j["lightSamples"] = c.lightSamples;
     j["surfaces"] = c.surfaces;
     j["footprints"] = c.footprints;
     j["invalidSamples"] = c.invalidSamples;

@@ -182,6 +182,7 @@ void DirectLight::addShadowRays(VertexChunk& v, std::span<const int32_t> vertice
         m_context.sampler.fill2D(VertexSampleRanges(m_batch, v, vertices, samples),
                                  e.dimension + kDimLightSample, l.u);
     l.count = repeatVertices(vertices, samples.count, l.vertex);
+    m_batch.counters->lightSamples += uint64_t(l.count);
     for (int i = 0; i < l.count; ++i)
         l.bsdfSamples[i] = m_bsdfSampleCount[l.vertex[i]];
     const VertexSoA& origins = v.bySample(vertices, samples.count);

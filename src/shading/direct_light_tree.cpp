@@ -34,6 +34,7 @@ void DirectLight::addTreeShadowRays(VertexChunk& v, std::span<const int32_t> ver
                                     const VertexSamples& samples, int bounce) {
     LightSampleChunk& l = m_lightSamples;
     l.count = repeatVertices(vertices, samples.count, l.vertex);
+    m_batch.counters->lightSamples += uint64_t(l.count);
     const VertexSampleRanges ranges(m_batch, v, vertices, samples);
     alignas(64) float u[kSoAWidth], uFine[kSoAWidth];
     m_context.sampler.fill1D(ranges, vertexDimension(bounce, kDimLightSelection), u);

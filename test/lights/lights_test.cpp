@@ -100,7 +100,7 @@ TEST(PointLight, MovesUnderPbrtV4ConventionsOnly) {
     EXPECT_NEAR(sampleOnce(*still, {0, 0, 1}, 1).distance, 1, 1e-5);
 }
 
-TEST(PointLight, SampleSoAEqualsSample) {
+TEST(PointAndSpotLights, SampleSoAEqualsSample) {
     const auto test = [](const Light& light) {
         constexpr int n = kSoAWidth - 3;
         V3SoA p;
@@ -126,7 +126,15 @@ TEST(PointLight, SampleSoAEqualsSample) {
     const Params params = Params().rgb("I", 8, 4, 1).point("from", {1, 0, 0});
     test(*make(pointLightPlugin(), params));
     test(*make(pointLightPlugin(), params, sliding()));
-    test(*make(spotLightPlugin(), params));
+    for (const char* falloff : {"quartic", "smoothstep", "squared"}) {
+        const Params cone = Params(params)
+                                .string("falloff", falloff)
+                                .floats("coneangle", {50})
+                                .floats("conedeltaangle", {40});
+        test(*make(spotLightPlugin(), cone));
+        test(*make(spotLightPlugin(), cone, sliding()));
+    }
+    test(*make(spotLightPlugin(), Params(params).floats("conedeltaangle", {0})));
 }
 
 TEST(SpotLight, FalloffIsAPolynomialOfTheCosine) {

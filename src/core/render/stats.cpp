@@ -23,6 +23,7 @@ void Counters::add(const Counters& other) {
     shades += other.shades;
     directShades += other.directShades;
     missed += other.missed;
+    lightSamples += other.lightSamples;
     shadowRays += other.shadowRays;
     lightRays += other.lightRays;
     bounceRays += other.bounceRays;

@@ -63,6 +63,7 @@ struct Counters {
     uint64_t shades = 0;            ///< requests with a hit, for LightComponent::All or Indirect
     uint64_t directShades = 0;      ///< requests with a hit, for LightComponent::Direct
     uint64_t missed = 0;            ///< requests for radiance without a hit
+    uint64_t lightSamples = 0;      ///< samples of lights, also those that add nothing
     uint64_t shadowRays = 0;
     uint64_t lightRays = 0;  ///< BSDF samples traced towards lights, for multiple importance sampling
     uint64_t bounceRays = 0; ///< path continuation, including specular bounces

@@ -84,9 +84,9 @@ TEST(Cost, CountersOfThreadsAddUp) {
     for (const Counters& thread : many.stats.threads)
         sum.add(thread);
     const auto all = [](const Counters& c) {
-        return std::vector<uint64_t>{c.pixels,     c.visibilitySamples, c.shades,     c.missed,
-                                     c.shadowRays, c.lightRays,         c.bounceRays, c.surfaces,
-                                     c.footprints, c.invalidSamples};
+        return std::vector<uint64_t>{c.pixels,     c.visibilitySamples, c.shades,      c.missed,
+                                     c.shadowRays, c.lightRays,         c.bounceRays,  c.surfaces,
+                                     c.footprints, c.invalidSamples,    c.lightSamples};
     };
     EXPECT_EQ(all(sum), all(many.stats.total));
     EXPECT_EQ(all(one), all(many.stats.total)) << "the work does not depend on the threads";
@@ -98,9 +98,16 @@ TEST(Cost, LightsTakeTheirNumberOfSamples) {
     const Counters eight = countersOf(head(kDirect) + lamp(.1, 8) + kWall);
     EXPECT_EQ(one.shadowRays, one.surfaces);
     EXPECT_EQ(eight.shadowRays, 8 * eight.surfaces);
+    EXPECT_EQ(one.lightSamples, one.surfaces);
+    EXPECT_EQ(eight.lightSamples, 8 * eight.surfaces);
     const Counters picked =
         countersOf(head(kDirect + R"( "string strategy" "one")") + lamp(.1, 8) + kPoint + kWall);
     EXPECT_LE(picked.shadowRays, picked.surfaces);
+    EXPECT_EQ(picked.lightSamples, picked.surfaces);
+    const Counters unlit =
+        countersOf(head(kDirect) + "LightSource \"point\" \"point from\" [1 2 9]\n" + kWall);
+    EXPECT_EQ(unlit.lightSamples, unlit.surfaces);
+    EXPECT_EQ(unlit.shadowRays, 0u);
 }
 
 TEST(Cost, SmallLightsAreNotSampledByTheBsdf) {
