@@ -19,8 +19,8 @@ constexpr uint64_t kSeeds[] = {0x70696c6f74, 0x74706c696f};
 
 /// Returns the time for recording and reconstruction of both parts relative to that of the render. The model
 /// of the times was fitted to those of all scenes of this project on one machine: the times decide about
-/// pixels, so that they cannot be measured here. Three in four estimates of the render are within a factor of
-/// 1.35, the worst within 2.
+/// pixels, so that they cannot be measured here. Three in four times of renders are within a factor of 1.5 of
+/// the model, all within 2.1.
 double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters) {
     // Nanoseconds per sample, per sample with a first vertex, and per pixel:
     constexpr double kObserve = 30, kRecord = 110, kFinishPixel = 1350, kReconstructPixel = 90;
