@@ -49,15 +49,7 @@ STROBE_TARGET_CLONES void PointLight::sampleSoAFrom(const V3f& position, const R
     const Rgb localIntensity = intensity;
     STROBE_IVDEP
     for (int i = 0; i < query.n; ++i) {
-        const LightSample s = fromPoint(query.p.at(i), from, localIntensity);
-        out.wi.x[i] = s.wi.x;
-        out.wi.y[i] = s.wi.y;
-        out.wi.z[i] = s.wi.z;
-        out.radiance.r[i] = s.radiance.x;
-        out.radiance.g[i] = s.radiance.y;
-        out.radiance.b[i] = s.radiance.z;
-        out.distance[i] = s.distance;
-        out.pdf[i] = 1;
+        out.set(i, fromPoint(query.p.at(i), from, localIntensity));
     }
 }
 

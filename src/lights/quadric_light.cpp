@@ -51,15 +51,7 @@ STROBE_TARGET_CLONES void sampleSurface(const Emitter& emitter, const V3SoA& p, 
                                         const V3SoA& objectNormal, int n, LightSampleSoA& out) {
     STROBE_IVDEP
     for (int i = 0; i < n; ++i) {
-        const LightSample s = emitter.sample(p.at(i), objectPoint.at(i), objectNormal.at(i));
-        out.wi.x[i] = s.wi.x;
-        out.wi.y[i] = s.wi.y;
-        out.wi.z[i] = s.wi.z;
-        out.radiance.r[i] = s.radiance.x;
-        out.radiance.g[i] = s.radiance.y;
-        out.radiance.b[i] = s.radiance.z;
-        out.distance[i] = s.distance;
-        out.pdf[i] = s.pdf;
+        out.set(i, emitter.sample(p.at(i), objectPoint.at(i), objectNormal.at(i)));
     }
 }
 

@@ -106,15 +106,7 @@ STROBE_TARGET_CLONES void SpotLight::sampleSoAFrom(const Pose& pose, const Rgb& 
     const Cone localCone = cone;
     STROBE_IVDEP
     for (int i = 0; i < query.n; ++i) {
-        const LightSample s = sampleFrom(localPose, query.p.at(i), localIntensity, localCone);
-        out.wi.x[i] = s.wi.x;
-        out.wi.y[i] = s.wi.y;
-        out.wi.z[i] = s.wi.z;
-        out.radiance.r[i] = s.radiance.x;
-        out.radiance.g[i] = s.radiance.y;
-        out.radiance.b[i] = s.radiance.z;
-        out.distance[i] = s.distance;
-        out.pdf[i] = 1;
+        out.set(i, sampleFrom(localPose, query.p.at(i), localIntensity, localCone));
     }
 }
 

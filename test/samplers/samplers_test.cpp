@@ -207,32 +207,22 @@ TEST(Sobol, PixelsOfABlockAreOneNet) {
         for (const uint32_t perPixel : {1u, 4u}) {
             const uint32_t n = uint32_t(edge * edge) * perPixel;
             std::vector<V2f> p;
+            std::set<uint32_t> strata; // of numbers
             for (int y = 0; y < edge; ++y)
-                for (int x = 0; x < edge; ++x)
-                    for (const V2f& q :
-                         points(*sampler, pixelDomain(5, 16 - edge + x, 48 - edge + y), perPixel, 2))
+                for (int x = 0; x < edge; ++x) {
+                    const uint64_t domain = pixelDomain(5, 16 - edge + x, 48 - edge + y);
+                    for (const V2f& q : points(*sampler, domain, perPixel, 2))
                         p.push_back(q);
+                    for (const float u : numbers(*sampler, domain, perPixel, 2))
+                        strata.insert(uint32_t(u * float(n)));
+                }
+            EXPECT_EQ(strata.size(), n) << edge << " " << perPixel;
             for (uint32_t columns = 1; columns <= n; columns *= 2) {
                 std::set<std::pair<uint32_t, uint32_t>> cells;
                 for (const V2f& q : p)
                     cells.insert({uint32_t(q.x * float(columns)), uint32_t(q.y * float(n / columns))});
                 EXPECT_EQ(cells.size(), n) << edge << " " << perPixel << " " << columns;
             }
-        }
-}
-
-TEST(Sobol, NumbersOfABlockAreStratified) {
-    const auto sampler = make(sobolPlugin()).sampler;
-    for (const int edge : {2, 4, 8, 16}) // aligned parts of a block, too
-        for (const uint32_t perPixel : {1u, 4u}) {
-            const uint32_t n = uint32_t(edge * edge) * perPixel;
-            std::set<uint32_t> strata;
-            for (int y = 0; y < edge; ++y)
-                for (int x = 0; x < edge; ++x)
-                    for (const float u :
-                         numbers(*sampler, pixelDomain(5, 16 - edge + x, 48 - edge + y), perPixel, 2))
-                        strata.insert(uint32_t(u * float(n)));
-            EXPECT_EQ(strata.size(), n) << edge << " " << perPixel;
         }
 }
 
