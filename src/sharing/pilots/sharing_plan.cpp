@@ -5,6 +5,7 @@
 #include "sharing/pilots/block_chooser.h"
 #include "sharing/pilots/block_pilot.h"
 #include "sharing/pilots/sample_plan.h"
+#include "sharing/pilots/verdict.h"
 
 #include <algorithm>
 #include <cmath>
@@ -44,12 +45,6 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
 /// An adaptive render takes about this many times the samples of a uniform one (planSamples).
 constexpr double kAdaptiveSamples = 2;
 
-/// The overhead of both parts.
-struct Overheads : SharingOverhead {
-    bool adapts; ///< whether the numbers of samples may differ
-    double least() const { return adapts ? adaptive : uniform; }
-};
-
 /// Returns true if the first render of the blocks shows that sharing cannot pay. The gain that LightSharing
 /// estimates is up to three times too large. An estimated gain that hardly exceeds the ratio of the times
 /// therefore decides against sharing. Gains below kNoPromise do not decide: a few bright samples can hide the
@@ -71,110 +66,6 @@ bool isHopeless(std::span<const BlockPilot> pilots, double overhead) {
 double gainLeftOf(double samplesPerPixel, int pilotSamples) {
     constexpr double kPower = 0.6;
     return std::pow(std::min(1., 2 * pilotSamples / samplesPerPixel), kPower);
-}
-
-/// The decision about sharing.
-struct Verdict {
-    LightParts parts;      ///< to share
-    bool isCertain = true; ///< hardly depends on the choice of the blocks
-};
-
-/// A sum over the pilot's blocks.
-struct BlockSum {
-    double sum = 0, deviation = 0; ///< and its standard error
-};
-
-/// Returns the sum of value(block).
-template <class Value>
-BlockSum sumOver(std::span<const BlockPilot> pilots, const Value& value) {
-    double sum = 0, squares = 0;
-    for (const BlockPilot& pilot : pilots) {
-        const double x = value(pilot);
-        sum += x;
-        squares += sqr(x);
-    }
-    const double count = double(pilots.size());
-    return {sum, std::sqrt(count / (count - 1) * std::max(squares - sqr(sum) / count, 0.))};
-}
-
-/// The gain of sharing some parts of the light.
-struct SharingGain {
-    LightParts parts;
-    BlockSum gain;
-};
-
-/// Returns the gain of the parts that leave the least cost if they are shared. `cost` maps the error of a
-/// block to its cost. The gain of a block is its cost without sharing minus `least` times its cost with it.
-/// `lit`: the parts that are not black.
-///
-/// Direct light is not shared beside indirect light if its gain is negative, or less than `leastOfDirect` by
-/// more than a standard error. Its gain is that of the blocks plus `missedOfDirect`. Both parameters are
-/// fractions of the cost.
-template <class Cost>
-SharingGain gainOf(std::span<const BlockPilot> pilots, size_t clip, LightParts lit, double least,
-                   double leastOfDirect, double missedOfDirect, const Cost& cost) {
-    const auto costOf = [&](const BlockPilot& pilot, size_t choice) {
-        return pilot.weight * cost(pilot.errors[clip][choice]);
-    };
-    double costs[kSharingChoiceCount];
-    for (size_t choice = 0; choice < kSharingChoiceCount; ++choice)
-        costs[choice] = sumOver(pilots, [&](const BlockPilot& pilot) { return costOf(pilot, choice); }).sum;
-    const BlockSum measured = sumOver(pilots, [&](const BlockPilot& pilot) {
-        return costOf(pilot, kSharesIndirect) - costOf(pilot, kSharesBoth);
-    });
-    const double scale = std::abs(costs[kSharesIndirect]), ofDirect = measured.sum + missedOfDirect * scale;
-    const bool paysDirect =
-        lit.has(LightPart::Direct) && ofDirect >= 0 && ofDirect + measured.deviation >= leastOfDirect * scale;
-    size_t best = paysDirect ? kSharesBoth : kSharesIndirect;
-    if (!lit.has(LightPart::Indirect) || costs[kSharesDirect] < costs[best])
-        best = kSharesDirect;
-    return {kSharingChoices[best], sumOver(pilots, [&](const BlockPilot& pilot) {
-                return costOf(pilot, 0) - least * costOf(pilot, best);
-            })};
-}
-
-/// Decides for the parts whose sharing leaves the least error, by the first of kErrorClips for which this
-/// pays: for which the error per time falls by more than a fifth, and by more than half of the standard error
-/// of the blocks' sum. If there is none, the roots of the errors decide about indirect light, so that a
-/// single block does not: with the best distribution of samples, the product of error and time is the square
-/// of their sum (Neyman allocation, for errors in proportion to 1/n; those of direct light fall faster). They
-/// need no margin, as blocks without neighbors gain less than the image. `lit`: the parts that are not black.
-/// `gainLeft`: see gainLeftOf.
-Verdict decide(std::span<const BlockPilot> pilots, LightParts lit, const Overheads& overheads,
-               double gainLeft) {
-    constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 1;
-    Verdict verdict;
-    const auto pays = [&](const SharingGain& of, double standardErrors) {
-        const bool isCertain = std::abs(of.gain.sum) >= kCertain * of.gain.deviation;
-        if (of.gain.sum > standardErrors * of.gain.deviation) {
-            verdict = {of.parts, isCertain};
-            return true;
-        }
-        verdict.isCertain = verdict.isCertain && isCertain;
-        return false;
-    };
-    const auto leastInPilot = [&](double least) { return 1 + (least - 1) / (least > 1 ? gainLeft : 1); };
-    // Sharing one part takes nine tenths of the overhead of both (measured: 0.86 to 0.92). Few blocks miss
-    // penumbrae, which have the noise of direct light.
-    constexpr double kOnePart = 0.9, kMissedOfDirect = 0.03;
-    const double leastOfDirect = (1 + overheads.uniform) / (1 + kOnePart * overheads.uniform) - 1;
-    const double least = leastInPilot(kMargin * (1 + overheads.uniform));
-    for (size_t clip = 0; clip < kErrorClipCount; ++clip)
-        if (pays(gainOf(pilots, clip, lit, least, leastOfDirect, kMissedOfDirect,
-                        [](double error) { return error; }),
-                 kStandardErrors))
-            return verdict;
-    // The noisy blocks of an adaptive render have several times as many samples as the pilot, and gain more:
-    // from 4 to 16 samples, the gain of the errors rises 1.3 to 1.9 times (three scenes).
-    constexpr double kMoreGain = 1.15;
-    const double moreGain = overheads.adapts ? kMoreGain : 1;
-    const double leastRoot = std::sqrt(leastInPilot((1 + overheads.least()) / sqr(moreGain)));
-    const SharingGain gain =
-        gainOf(pilots, kErrorClipCount - 1, lit, leastRoot, leastOfDirect / 2, kMissedOfDirect / 2,
-               [](double error) { return std::sqrt(std::max(error, 0.)); });
-    if (gain.parts.has(LightPart::Indirect))
-        pays(gain, overheads.adapts ? 0 : kStandardErrors);
-    return verdict;
 }
 
 /// The blocks of the pilot.
@@ -254,7 +145,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         parallelFor(size.count, [&](size_t i) {
             renderer.renderSecond(hashCombine(kSeeds[1], first + i), pilots[first + i]);
         });
-        verdict = decide(pilots, lit, overheads, gainLeft);
+        verdict = decideSharing(pilots, lit, overheads, gainLeft);
     } while (pilots.size() < size.limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
