@@ -82,10 +82,11 @@ struct PixelCounts {
 
 PixelCounts pixelsPerBlock(double samplesPerPixel) {
     constexpr double kShare = 0.02; // the samples of the pilot relative to those of the render
-    constexpr int kMinPixels = 2, kMaxPixels = 16;
+    // Fewer than kMinPixels find less than half of the gain of an adaptive render.
+    constexpr int kMinPixels = 8, kMaxPixels = 16, kMinFirst = 2;
     const int all =
         std::clamp(int(kShare * samplesPerPixel * kBlockSize * kBlockSize / kPair), kMinPixels, kMaxPixels);
-    return {std::max(all / 2, kMinPixels), all};
+    return {std::clamp(int(samplesPerPixel), kMinFirst, all / 2), all};
 }
 
 } // namespace

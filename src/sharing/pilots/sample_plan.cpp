@@ -288,8 +288,20 @@ void raiseBackgrounds(const PairPilot& pilot, double timeRatio, SampleFactors& o
     }
 }
 
+/// Returns the least gain that is worth it. Where no light is shared, some plans lose (measured): the edges
+/// of lamps may have much of the error, and few pairs hit them. The same is true of rare bright samples of
+/// indirect light.
+double minGainFor(const PairPilot& pilot, LightParts shared) {
+    constexpr double kBesideLamps = 1.8, kWithIndirect = 1.5;
+    if (!shared.isEmpty())
+        return kMinGain;
+    if (seesLamps(pilot))
+        return kBesideLamps;
+    return pilot.brightness().litParts().has(LightPart::Indirect) ? kWithIndirect : kMinGain;
+}
+
 bool allowsSamplePlan(double samplesPerPixel) {
-    constexpr int kMinSamples = 4; // fewer are not worth the rest of the pilot
+    constexpr int kMinSamples = 2; // both halves of a pixel need one
     return samplesPerPixel >= kMinSamples &&
            samplesPerPixel * (1 << kMaxExponent) <= PixelAccumulator::kMaxSamples;
 }
@@ -315,18 +327,15 @@ bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightPar
 
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel,
                                          const SharingPlan& sharing) {
-    // Where no light is shared, some plans lose (measured):
-    // - The edges of lamps have much of the error, and few pairs hit them.
-    // - Structural errors grow where few bright blocks have all of the gain.
-    constexpr double kMinGainBesideLamps = 1.8, kMinRootGain = 0.95;
+    // Where no light is shared, structural errors grow if few bright blocks have all of the gain (measured).
+    constexpr double kMinRootGain = 0.95;
     const LightParts shared = sharing.parts;
     if (!allowsSamplePlan(samplesPerPixel) ||
         (shared.isEmpty() && !promisesSamplePlan(pilot, samplesPerPixel, shared)))
         return {};
     pilot.renderRest();
     const PilotCosts costs(pilot, shared);
-    const auto logScale =
-        findLogScale(costs, shared.isEmpty() && seesLamps(pilot) ? kMinGainBesideLamps : kMinGain);
+    const auto logScale = findLogScale(costs, minGainFor(pilot, shared));
     if (!logScale && shared.isEmpty())
         return {};
     SampleFactors out = pilot.blocks();
