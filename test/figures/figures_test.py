@@ -4,6 +4,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
@@ -61,6 +62,27 @@ class ErrorEstimateTest(unittest.TestCase):
             context.check_noise(self.reference, 9.1 * self.REFERENCE_NOISE ** 2)
             with self.assertRaises(TooNoisy):
                 context.check_noise(self.reference, 8.9 * self.REFERENCE_NOISE ** 2)
+
+
+@unittest.skipIf(MISSING, MISSING)
+class HashOfProgramTest(unittest.TestCase):
+    def test_changes_with_the_program_and_its_libraries(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program, library = (os.path.join(folder, name) for name in ("strobe", "libstrobe.so.0"))
+
+            def hash_with(*contents):
+                for name, content in zip((program, library), contents):
+                    with open(name, "w") as file:
+                        file.write(content)
+                return runs.hash_of_program(program)
+
+            with open(os.path.join(folder, "ldd"), "w") as file:
+                file.write("#!/bin/sh\necho '\tlibstrobe.so.0 => %s (0x00007f0000000000)'\n" % library)
+            os.chmod(file.name, 0o755)
+            with unittest.mock.patch.dict(os.environ, {"PATH": folder + ":" + os.environ["PATH"]}):
+                hashes = [hash_with("a", "b"), hash_with("c", "b"), hash_with("a", "d")]
+                self.assertEqual(len(set(hashes)), 3)
+                self.assertEqual(hash_with("a", "b"), hashes[0])
 
 
 @unittest.skipIf(MISSING, MISSING)

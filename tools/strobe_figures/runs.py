@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import json
 import os
+import re
 import resource
 import subprocess
 import tempfile
@@ -94,6 +95,17 @@ class Failed(Exception):
     """A render that failed, with strobe's error message, or an input of a figure that does not exist."""
 
 
+def hash_of_program(program):
+    """Returns the hash of a program and of the libraries of strobe that it loads, which have most of its code."""
+    libraries = subprocess.run(["ldd", program], capture_output=True, text=True).stdout
+    files = [program] + sorted(re.findall(r"^\s*libstrobe\S* => (/.+) \(0x", libraries, re.MULTILINE))
+    content = hashlib.sha256()
+    for name in files:
+        with open(name, "rb") as file:
+            content.update(hashlib.sha256(file.read()).digest())
+    return content.hexdigest()
+
+
 class Runs:
     """Finished renders in a folder, keyed by settings, scene text and program."""
 
@@ -103,8 +115,7 @@ class Runs:
         self.scenes = scenes
         self.on_run = on_run
         os.makedirs(folder, exist_ok=True)
-        with open(program, "rb") as file:
-            self._program_hash = hashlib.sha256(file.read()).hexdigest()
+        self._program_hash = hash_of_program(program)
         self.rendered = 0
         self.reused = 0
 
