@@ -83,10 +83,10 @@ struct PixelCounts {
 PixelCounts pixelsPerBlock(double samplesPerPixel) {
     constexpr double kShare = 0.02; // the samples of the pilot relative to those of the render
     // Fewer pixels promise less, and plans are refused: two have a third of the gain in an all-diffuse scene.
-    constexpr int kMinPixels = 8, kMaxPixels = 16, kMinFirst = 2;
+    constexpr int kMinPixels = 8, kMaxPixels = 16;
     const int all =
         std::clamp(int(kShare * samplesPerPixel * kBlockSize * kBlockSize / kPair), kMinPixels, kMaxPixels);
-    return {std::clamp(int(samplesPerPixel), kMinFirst, all / 2), all};
+    return {std::min(int(samplesPerPixel), all / 2), all};
 }
 
 } // namespace

@@ -44,7 +44,7 @@ class PairPilot {
   public:
     static constexpr int kBlockSize = 8, kPair = 2;
 
-    /// `samplesPerPixel`: of the render.
+    /// `samplesPerPixel`: of the render, at least 1.
     PairPilot(const Scene& scene, const RenderContext& context, double samplesPerPixel);
     ~PairPilot();
     PairPilot(const PairPilot&) = delete;

@@ -146,7 +146,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
             renderer.renderSecond(hashCombine(kSeeds[1], first + i), pilots[first + i]);
         });
         verdict = decideSharing(pilots, lit, overheads, gainLeft);
-    } while (pilots.size() < size.limit && !verdict.isCertain);
+    } while (!chosen && pilots.size() < size.limit && !verdict.isCertain);
     SharingPlan plan;
     plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
     plan.parts = chosen.value_or(verdict.parts);
