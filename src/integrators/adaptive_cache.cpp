@@ -31,6 +31,8 @@ std::vector<HugeBuffer<PixelSharing>> shareLight(RecordedLight light, Film& film
     const LightParts shared = light.parts;
     for (const PixelCorrection& correction : emissionCorrections(light))
         film.addToImage(correction.pixel, correction.value);
+    if (shared.isEmpty())
+        return {};
     LightSharing sharing(std::move(light));
     std::vector<HugeBuffer<PixelSharing>> parts;
     for (const LightPart part : {LightPart::Direct, LightPart::Indirect})
@@ -53,7 +55,7 @@ AdaptivePlan makePlan(const Scene& scene, const RenderContext& context, float ce
     constexpr double kPassSamples = 16; // of passes, whose number is not known
     const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
     if (samples < kHalves)
-        return {{chosen.value_or(LightParts()), {}, {}, {}}, {}};
+        return {{chosen.value_or(LightParts()), {}, {}, EmissionPilot()}, {}};
     PairPilot pairs(scene, context, samples);
     pairs.renderFirst();
     AdaptivePlan plan{planSharing(scene, context, pairs, cellSize, chosen, adaptsSamples), {}};
@@ -69,9 +71,11 @@ class AdaptiveState : public IntegratorState {
         : m_scene(scene), m_cellSize(cellSize), m_clamp(context.clamp),
           m_plan(makePlan(scene, context, cellSize, chosen, adaptsSamples)),
           m_frame(std::make_unique<FrameLight>(m_plan.sharing.parts)) {
-        if (observes())
+        if (const auto& emission = m_plan.sharing.emission)
             m_refinement.emplace(scene, context.sampling, context.pilotBounds, context.samplesPerPixel,
-                                 m_plan.sharing.emission);
+                                 *emission);
+        if (m_refinement && m_refinement->isEmpty())
+            m_refinement.reset();
     }
     std::unique_ptr<IntegratorWorker> makeWorker() override {
         return std::make_unique<RecordingWorker>(m_scene, m_cellSize, m_clamp, m_plan.sharing.parts, *m_frame,
@@ -82,11 +86,14 @@ class AdaptiveState : public IntegratorState {
         return m_plan.factors ? &*m_plan.factors : nullptr;
     }
     bool observes() const override { return !m_plan.sharing.parts.isEmpty(); }
+    bool records() const override { return observes() || m_refinement; }
     std::string note() const override {
         const char* const samples = m_plan.factors ? ", more samples where noise is" : "";
         if (!observes())
-            return m_plan.factors ? std::string("shares no light") + samples
-                                  : "shares no light: equals supersample";
+            return !records() && !m_plan.factors
+                       ? "shares no light: equals supersample"
+                       : std::string("shares no light") +
+                             (m_refinement ? ", more camera rays at the edges of lamps" : "") + samples;
         const bool direct = m_plan.sharing.parts.has(LightPart::Direct);
         const bool indirect = m_plan.sharing.parts.has(LightPart::Indirect);
         return std::string(direct && indirect ? "shares direct and indirect light"
@@ -95,10 +102,11 @@ class AdaptiveState : public IntegratorState {
                samples;
     }
     void finish(Film& film) const override {
-        if (!observes())
+        if (!records())
             return;
         mergeRecordsOfSamePixels(film.records());
-        setLayers(shareLight(m_frame->take(film), film), film);
+        if (const auto parts = shareLight(m_frame->take(film), film); !parts.empty())
+            setLayers(parts, film);
     }
 
   private:
@@ -136,7 +144,7 @@ class AdaptiveState : public IntegratorState {
     const float m_cellSize, m_clamp;
     const AdaptivePlan m_plan;
     const std::unique_ptr<FrameLight> m_frame;
-    std::optional<EmissionRefinement> m_refinement; ///< none: nothing is shared
+    std::optional<EmissionRefinement> m_refinement; ///< none: no pixel is refined
 };
 
 class AdaptiveCache : public Integrator {

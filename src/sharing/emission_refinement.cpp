@@ -102,14 +102,6 @@ EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half
     return {coefficient, std::sqrt(variance)};
 }
 
-Rgb emissionOf(const Scene& scene, const VisibilitySample& sample) {
-    if (!sample.hit)
-        return scene.showsBackground() ? scene.environment(sample.ray.d) : Rgb(0);
-    if (!scene.emits(sample.hit))
-        return Rgb(0);
-    return scene.emitted(scene.surface(sample.hit, sample.ray.time), sample.hit, -sample.ray.d);
-}
-
 /// Distributes samples in proportion to the standard deviations (Neyman allocation). Their number b minimizes
 /// the product of error and time, (otherError + deviations²/b) (samples of the render + kRelativeCost b).
 /// Returns no samples if that gains little.
@@ -136,6 +128,14 @@ HugeVector<uint32_t> distribute(const HugeVector<float>& deviations, int samples
 }
 
 } // namespace
+
+Rgb emissionOf(const Scene& scene, const VisibilitySample& sample) {
+    if (!sample.hit)
+        return scene.showsBackground() ? scene.environment(sample.ray.d) : Rgb(0);
+    if (!scene.emits(sample.hit))
+        return Rgb(0);
+    return scene.emitted(scene.surface(sample.hit, sample.ray.time), sample.hit, -sample.ray.d);
+}
 
 EmissionRefinement::EmissionRefinement(const Scene& scene, const CameraSampling& sampling,
                                        const PixelBounds& bounds, int samplesPerPixel,
@@ -195,17 +195,23 @@ EmissionRefinement::MomentsOfRow EmissionRefinement::probeRow(int row, uint32_t 
     return out;
 }
 
-uint32_t EmissionRefinement::samplesOf(const PixelRef& pixel) const {
-    if (m_samples.empty() || pixel.x < m_bounds.x0 || pixel.x >= m_bounds.x1 || pixel.y < m_bounds.y0 ||
-        pixel.y >= m_bounds.y1)
+uint32_t EmissionRefinement::samplesOf(int x, int y) const {
+    if (m_samples.empty() || x < m_bounds.x0 || x >= m_bounds.x1 || y < m_bounds.y0 || y >= m_bounds.y1)
         return 0;
-    return m_samples[size_t(pixel.y - m_bounds.y0) * size_t(m_bounds.width()) +
-                     size_t(pixel.x - m_bounds.x0)];
+    return m_samples[size_t(y - m_bounds.y0) * size_t(m_bounds.width()) + size_t(x - m_bounds.x0)];
+}
+
+bool EmissionRefinement::isNear(const PixelRef& pixel) const {
+    for (int y = pixel.y - 1; y <= pixel.y + 1; ++y)
+        for (int x = pixel.x - 1; x <= pixel.x + 1; ++x)
+            if (samplesOf(x, y) > 0)
+                return true;
+    return false;
 }
 
 PixelAccumulator EmissionRefinement::trace(const PixelRef& pixel) const {
     const PixelRef refined{pixel.x, pixel.y, hashCombine(pixel.domain, kSeedOfSamples)};
-    const uint32_t count = samplesOf(pixel);
+    const uint32_t count = samplesOf(pixel.x, pixel.y);
     PixelAccumulator sum;
     SoAVector<VisibilitySoA> samples;
     for (uint32_t first = 0; first < count; first += kBatchSamples) {

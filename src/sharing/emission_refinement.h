@@ -24,14 +24,18 @@ class EmissionRefinement {
     /// Traces one to eight camera samples per pixel of the bounds, to measure the noise of emission.
     EmissionRefinement(const Scene& scene, const CameraSampling& sampling, const PixelBounds& bounds,
                        int samplesPerPixel, const EmissionPilot& pilot);
+    /// Returns whether no pixel has samples.
+    bool isEmpty() const { return m_samples.empty(); }
+    /// Returns whether the plan has samples for the pixel or one of its neighbors.
+    bool isNear(const PixelRef& pixel) const;
     /// Returns whether the plan has samples for the pixel.
-    bool refines(const PixelRef& pixel) const { return samplesOf(pixel) > 0; }
+    bool refines(const PixelRef& pixel) const { return samplesOf(pixel.x, pixel.y) > 0; }
     /// Traces the samples of a pixel and returns the sum of their emission. `pixel.domain` distinguishes
     /// passes.
     PixelAccumulator trace(const PixelRef& pixel) const;
 
   private:
-    uint32_t samplesOf(const PixelRef& pixel) const;
+    uint32_t samplesOf(int x, int y) const;
     HugeVector<float> findDeviations(int samplesPerPixel) const;
     using MomentsOfRow = std::vector<EmissionMoments>;
     MomentsOfRow probeRow(int row, uint32_t probes, const VisibleEmission& visible) const;
@@ -44,6 +48,9 @@ class EmissionRefinement {
 
 /// Returns the mean regression coefficient of recorded light. The other members keep their defaults.
 EmissionPilot emissionPilot(const RecordedLight& light);
+
+/// Returns the emission that the camera ray of a sample hits.
+Rgb emissionOf(const Scene& scene, const VisibilitySample& sample);
 
 /// A color to be added to the mean of the samples of a pixel.
 struct PixelCorrection {

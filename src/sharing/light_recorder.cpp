@@ -349,8 +349,25 @@ void RecordingWorker::setCones(const VisibilityBatch& batch, ShadingRequests& re
     }
 }
 
+/// Observes the batch if any of its pixels is near one that is refined.
+void RecordingWorker::observeEmission(const VisibilityBatch& batch, std::span<const Rgb> radiance) {
+    if (std::none_of(batch.pixels.begin(), batch.pixels.end(),
+                     [&](const PixelRef& pixel) { return m_refinement->isNear(pixel); }))
+        return;
+    std::vector<FirstVertex> vertices;
+    vertices.reserve(radiance.size());
+    for (const VisibilitySample& sample : batch.samples)
+        if (batch.filmSlice.contains(sample.index)) {
+            vertices.emplace_back();
+            vertices.back().emitted = emissionOf(m_scene, sample);
+        }
+    observe(batch, radiance, vertices);
+}
+
 std::span<const Rgb> RecordingWorker::resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                               std::span<Rgb> values) {
+    if (!m_records && m_refinement)
+        observeEmission(batch, shaded);
     if (batch.filmSlice == batch.slice)
         return shaded; // request i is that of sample i
     std::fill(values.begin(), values.end(), Rgb(0));

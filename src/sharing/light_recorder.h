@@ -73,7 +73,8 @@ class LightRecorder {
 
 class EmissionRefinement;
 
-/// A worker that requests a shade for each sample, and records the light that they find.
+/// A worker that requests a shade for each sample, and records the light that they find. Without parts of the
+/// light, it records emission near the pixels that are refined, and needs no first vertices for this.
 class RecordingWorker : public IntegratorWorker {
   public:
     /// See LightRecorder and EmissionRefinement.
@@ -88,7 +89,7 @@ class RecordingWorker : public IntegratorWorker {
     void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                  std::span<const FirstVertex> vertices) override;
     void beginTile(const Film& film) override {
-        if (m_records)
+        if (m_records || m_refinement)
             m_recorder.beginTile(film);
         m_hasObserved = false;
     }
@@ -98,6 +99,7 @@ class RecordingWorker : public IntegratorWorker {
     }
 
   private:
+    void observeEmission(const VisibilityBatch& batch, std::span<const Rgb> radiance);
     void setCones(const VisibilityBatch& batch, ShadingRequests& requests) const;
     const Scene& m_scene;
     const EmissionRefinement* const m_refinement; ///< null: none

@@ -1,16 +1,15 @@
 // adaptive-cache against supersample.
-#include "core/render/passes.h"
 #include "integrators/sharing_support.h"
 
 #include <gtest/gtest.h>
-
-#include <atomic>
 
 namespace strobe {
 namespace {
 
 using test::haveEqualBits;
 using test::render;
+using test::renderInPasses;
+using test::renderInSlices;
 
 /// A diffuse corner with a moving ball under a lamp that the camera sees.
 std::string makeScene(int samples, const std::string& shading) {
@@ -171,26 +170,6 @@ TEST(AdaptiveCache, DoesNotDependOnThreadsAndTiles) {
         EXPECT_TRUE(haveEqualBits(render(built, 0, threads, tile).image, image)) << threads << " " << tile;
 }
 
-/// Renders slices of the samples that end at `ends`, each with other tiles, into one film.
-Film renderInSlices(const BuiltScene& built, const std::vector<uint32_t>& ends) {
-    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
-    film.enableAccumulation();
-    RenderSettings settings;
-    settings.samplesPerPixel = built.sampler.samplesPerPixel;
-    uint32_t first = 0;
-    for (const uint32_t end : ends) {
-        settings.slice = SampleSlice{first, end};
-        settings.tileSize = int(5 + end);
-        Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
-                          *built.filter, settings, built.pixelBounds);
-        renderer.render(film);
-        if (end == ends.back())
-            renderer.finish(film);
-        first = end;
-    }
-    return film;
-}
-
 TEST(AdaptiveCache, DoesNotDependOnSlices) {
     const BuiltScene built = buildScene("adaptive-cache", 16);
     const auto whole = render(built);
@@ -270,24 +249,6 @@ TEST(AdaptiveCache, KeepsTheSumOfTheImage) {
             sums[1] += double(b.pixels[i][c]);
         }
     EXPECT_NEAR(sums[0], sums[1], 1e-5 * sums[1]);
-}
-
-/// Renders passes of the scene's samples per pixel each.
-Image renderInPasses(const BuiltScene& built, int passes, int tileSize = 32) {
-    RenderSettings settings;
-    settings.tileSize = tileSize;
-    settings.samplesPerPixel = built.sampler.samplesPerPixel;
-    std::atomic<int> done{0};
-    settings.stop = [&] { return done >= passes; };
-    PassGoal goal;
-    goal.noise = 0;
-    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
-    renderPasses(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
-                 settings, goal, 1 << 20, film, [&](const Film&, const RenderStats&) {
-                     ++done;
-                     return std::nullopt;
-                 });
-    return film.image();
 }
 
 TEST(AdaptiveCache, PassesKeepTheSumOfTheImage) {

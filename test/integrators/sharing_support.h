@@ -1,8 +1,10 @@
 // Helpers of the integrators' tests.
 #pragma once
 
+#include "core/render/passes.h"
 #include "support/render_text.h"
 
+#include <atomic>
 #include <cstring>
 
 namespace strobe::test {
@@ -37,6 +39,44 @@ inline double squaredBias(const PixelStatistics& biased, const PixelStatistics& 
                reference.error[i] * reference.error[i];
     }
     return sum / double(reference.mean.size());
+}
+
+/// Renders slices of the samples that end at `ends`, each with other tiles, into one film.
+inline Film renderInSlices(const BuiltScene& built, const std::vector<uint32_t>& ends) {
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    film.enableAccumulation();
+    RenderSettings settings;
+    settings.samplesPerPixel = built.sampler.samplesPerPixel;
+    uint32_t first = 0;
+    for (const uint32_t end : ends) {
+        settings.slice = SampleSlice{first, end};
+        settings.tileSize = int(5 + end);
+        Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler,
+                          *built.filter, settings, built.pixelBounds);
+        renderer.render(film);
+        if (end == ends.back())
+            renderer.finish(film);
+        first = end;
+    }
+    return film;
+}
+
+/// Renders passes of the scene's samples per pixel each.
+inline Image renderInPasses(const BuiltScene& built, int passes, int tileSize = 32) {
+    RenderSettings settings;
+    settings.tileSize = tileSize;
+    settings.samplesPerPixel = built.sampler.samplesPerPixel;
+    std::atomic<int> done{0};
+    settings.stop = [&] { return done >= passes; };
+    PassGoal goal;
+    goal.noise = 0;
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    renderPasses(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+                 settings, goal, 1 << 20, film, [&](const Film&, const RenderStats&) {
+                     ++done;
+                     return std::nullopt;
+                 });
+    return film.image();
 }
 
 /// A closed sphere that emits and reflects a half each: the radiance is 1 everywhere.

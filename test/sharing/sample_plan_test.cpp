@@ -124,15 +124,14 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 0  0 -9 0
     }
 }
 
-/// Few pairs of the pilot hit the edges of lamps, which have much of the error: small gains are not taken.
-TEST(SamplePlan, NeedsALargerGainBesideLamps) {
+/// The edges of lamps are EmissionRefinement's task: they do not hide other noise.
+TEST(SamplePlan, LampsDoNotHideOtherNoise) {
     constexpr int kBars = 14;
     for (const bool hasLamp : {false, true}) {
         const BuiltScene built = buildScene("adaptive-cache", makeScene(16, kBars, hasLamp));
         const Film film = renderFilm(built, settingsFor(built));
-        const std::vector<float>& samples = film.plane(Aov::Samples);
-        const float most = *std::max_element(samples.begin(), samples.end());
-        EXPECT_EQ(most > 16, !hasLamp);
+        EXPECT_EQ(film.plane(Aov::Samples)[8], 16);
+        EXPECT_GE(film.plane(Aov::Samples)[68], 32) << hasLamp;
     }
 }
 

@@ -110,6 +110,8 @@ class IntegratorState {
     virtual const SampleFactors* sampleFactors() const { return nullptr; }
     /// True if the workers `observe` first vertices.
     virtual bool observes() const { return false; }
+    /// True if the workers add records of tiles to films or to the state.
+    virtual bool records() const { return observes(); }
     /// Adds a correction to the image of a film that holds all samples and records rendered so far, and sets
     /// layers of the film. The film's sums do not change; its records may become fewer, but add up to the
     /// same. Removes what workers added to the state.

@@ -162,7 +162,7 @@ std::vector<PixelBounds> Renderer::missingIn(const PixelBounds& tile, Film& film
 bool Renderer::renderTile(const PixelBounds& tile, TileRenderer& renderer, Film& film) const {
     for (const PixelBounds& missing : missingIn(tile, film)) {
         if (!renderer.renderTile(missing, film)) {
-            if ((m_state->observes() || m_settings.recordsLayers) && !film.sums().empty())
+            if ((m_state->records() || m_settings.recordsLayers) && !film.sums().empty())
                 film.clear(missing);
             return false;
         }

@@ -255,6 +255,23 @@ void PairPilot::forEachBlock(const PixelBounds& tile, const Visit& visit) const 
             visit(m_blocks.blockOf(x, y));
 }
 
+bool PairPilot::seesLamps() const {
+    for (size_t i = 0; i < m_rays.size(); ++i)
+        if (m_halves[0][i].brightEmission + m_halves[1][i].brightEmission > 0)
+            return true;
+    return false;
+}
+
+EmissionPilot PairPilot::emission() const {
+    double pairCount = 0, variance = 0;
+    for (const std::vector<BlockNoise>& half : m_halves)
+        for (const BlockNoise& noise : half) {
+            pairCount += double(noise.pairs);
+            variance += double(noise.reflected);
+        }
+    return {variance / (std::max(pairCount, 1.) * m_samplesPerPixel), 1};
+}
+
 PixelBounds PairPilot::boundsOf(size_t block) const {
     const PixelBounds& bounds = m_blocks.bounds();
     const int x = bounds.x0 + kBlockSize * int(block % size_t(m_blocks.columns())),

@@ -3,6 +3,7 @@
 
 #include "core/render/integrator.h"
 #include "core/util/parallel.h"
+#include "sharing/emission_refinement.h"
 #include "sharing/pilots/brightness.h"
 
 #include <algorithm>
@@ -73,6 +74,10 @@ class PairPilot {
     /// The mean rays of a sample with a first vertex.
     float rays(size_t block) const { return m_rays[block]; }
     PixelBounds boundsOf(size_t block) const;
+    /// Returns whether camera rays hit emission brighter than 1.
+    bool seesLamps() const;
+    /// Returns the noise of the render without sharing.
+    EmissionPilot emission() const;
     const Counters& counters() const { return m_counters; }
     const Brightness& brightness() const { return m_brightness; }
 

@@ -267,14 +267,6 @@ class RootGain {
     double m_roots = 0, m_plannedRoots = 0, m_time = 0, m_plannedTime = 0;
 };
 
-/// Returns whether camera rays hit emission brighter than 1.
-bool seesLamps(const PairPilot& pilot) {
-    for (size_t i = 0; i < pilot.blocks().factors().size(); ++i)
-        if (pilot.noise(0, i).brightEmission + pilot.noise(1, i).brightEmission > 0)
-            return true;
-    return false;
-}
-
 /// Raises the factors of backgrounds to at least `timeRatio`. A background is a block with noise in which no
 /// camera ray of the pilot hits anything. `timeRatio`: the time of the render relative to that of a render
 /// without sharing in which all factors are 1.
@@ -288,16 +280,17 @@ void raiseBackgrounds(const PairPilot& pilot, double timeRatio, SampleFactors& o
     }
 }
 
-/// Returns the least gain that is worth it. Where no light is shared, some plans lose (measured): the edges
-/// of lamps may have much of the error, and few pairs hit them. The same is true of rare bright samples of
-/// indirect light.
+/// Returns the least gain that is worth it. Where indirect light is not shared, some plans lose (measured):
+/// rare bright samples may have much of the error, and few pairs hit them.
 double minGainFor(const PairPilot& pilot, LightParts shared) {
-    constexpr double kBesideLamps = 1.8, kWithIndirect = 1.5;
-    if (!shared.isEmpty())
-        return kMinGain;
-    if (seesLamps(pilot))
-        return kBesideLamps;
-    return pilot.brightness().litParts().has(LightPart::Indirect) ? kWithIndirect : kMinGain;
+    constexpr double kWithIndirect = 1.5;
+    return shared.isEmpty() && pilot.brightness().litParts().has(LightPart::Indirect) ? kWithIndirect
+                                                                                      : kMinGain;
+}
+
+/// Returns the parts whose noise the plan leaves to other steps. Direct light alone: the noise of emission.
+LightParts partsWithout(const SharingPlan& sharing) {
+    return sharing.parts.isEmpty() && sharing.emission ? LightParts(1) : sharing.parts;
 }
 
 bool allowsSamplePlan(double samplesPerPixel) {
@@ -308,21 +301,15 @@ bool allowsSamplePlan(double samplesPerPixel) {
 
 } // namespace
 
-bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightParts shared) {
+bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, const SharingPlan& sharing) {
+    // Where nothing is shared, the pilot is the whole overhead. It ends if its first part promises less than
+    // this; few pairs promise less than many.
+    constexpr double kLeastPromise = 1.25;
     if (!allowsSamplePlan(samplesPerPixel))
         return false;
-    if (!shared.isEmpty())
-        return findLogScale(PilotCosts(pilot, shared), kMinGain).has_value();
-    // Where nothing is shared, the pilot is the whole overhead. It ends if its first part promises less than
-    // this; few pairs promise less than many. They may hit the edges of a lamp too rarely to promise
-    // anything: therefore the noise without emission decides, too.
-    constexpr double kLeastPromise = 1.25, kLeastPromiseBesideLamps = 1.45;
-    const auto promises = [&](LightParts without, double least) {
-        return findLogScale(PilotCosts(pilot, without), least).has_value();
-    };
-    if (!seesLamps(pilot))
-        return promises({}, kLeastPromise);
-    return promises({}, kLeastPromiseBesideLamps) || promises(LightParts(1), kLeastPromiseBesideLamps);
+    return findLogScale(PilotCosts(pilot, partsWithout(sharing)),
+                        sharing.parts.isEmpty() ? kLeastPromise : kMinGain)
+        .has_value();
 }
 
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel,
@@ -331,10 +318,10 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
     constexpr double kMinRootGain = 0.95;
     const LightParts shared = sharing.parts;
     if (!allowsSamplePlan(samplesPerPixel) ||
-        (shared.isEmpty() && !promisesSamplePlan(pilot, samplesPerPixel, shared)))
+        (shared.isEmpty() && !promisesSamplePlan(pilot, samplesPerPixel, sharing)))
         return {};
     pilot.renderRest();
-    const PilotCosts costs(pilot, shared);
+    const PilotCosts costs(pilot, partsWithout(sharing));
     const auto logScale = findLogScale(costs, minGainFor(pilot, shared));
     if (!logScale && shared.isEmpty())
         return {};

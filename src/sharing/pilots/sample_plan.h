@@ -24,6 +24,6 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
                                          const SharingPlan& sharing);
 
 /// Returns whether what `pilot` has rendered promises that planSamples returns factors.
-bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, LightParts shared);
+bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, const SharingPlan& sharing);
 
 } // namespace strobe

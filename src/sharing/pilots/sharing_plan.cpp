@@ -121,6 +121,9 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     BlockRenderer renderer(scene, context, size.samples, cellSize, lit);
     std::vector<BlockPilot> pilots;
     Verdict verdict;
+    SharingPlan nothing;
+    if (pairs.seesLamps())
+        nothing.emission = pairs.emission();
     do {
         const size_t first = pilots.size();
         for (size_t i = first; i < first + size.count; ++i) {
@@ -135,11 +138,11 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         if (first == 0) {
             const auto endsEarly = [&] { return !chosen && isHopeless(pilots, overheads.least()); };
             if (endsEarly()) // before a promise is looked for, which takes as long as a block
-                return {};
-            if (adaptsSamples && !promisesSamplePlan(pairs, samples, LightParts::all())) {
+                return nothing;
+            if (adaptsSamples && !promisesSamplePlan(pairs, samples, {LightParts::all(), {}, {}, {}})) {
                 overheads.adapts = false;
                 if (endsEarly())
-                    return {};
+                    return nothing;
             }
         }
         parallelFor(size.count, [&](size_t i) {
@@ -147,11 +150,12 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         });
         verdict = decideSharing(pilots, lit, overheads, gainLeft);
     } while (!chosen && pilots.size() < size.limit && !verdict.isCertain);
-    SharingPlan plan;
-    plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
+    SharingPlan plan = nothing;
     plan.parts = chosen.value_or(verdict.parts);
-    if (!plan.parts.isEmpty())
-        plan.overhead = overheads;
+    if (plan.parts.isEmpty())
+        return plan;
+    plan.rareLimits = pairs.brightness().limits(std::min(kMaxRare, 1 / samples));
+    plan.overhead = overheads;
     plan.emission = meanEmission(pilots, size.samples / samples);
     return plan;
 }

@@ -19,7 +19,7 @@ struct SharingPlan {
     LightParts parts; ///< the parts of the light to share; empty: the render equals that of supersample
     SharingOverhead overhead; ///< 0 if nothing is shared
     RareLimits rareLimits;
-    EmissionPilot emission;
+    std::optional<EmissionPilot> emission; ///< none: EmissionRefinement would gain little
 };
 
 /// Renders blocks of pixels, less than 1 % of the samples, and reconstructs their light. The parts to share

@@ -1,0 +1,120 @@
+// adaptive-cache where it shares no light and the camera sees a lamp.
+#include "integrators/sharing_support.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace strobe {
+namespace {
+
+using test::haveEqualBits;
+using test::render;
+using test::renderInPasses;
+using test::renderInSlices;
+
+/// A floor in uniform light, a fence of thin bars before it, and a small lamp that shines at the camera only.
+std::string makeScene(int samples) {
+    std::string text = R"(
+Film "image" "integer xresolution" 128 "integer yresolution" 64
+Sampler "sobol" "integer pixelsamples" )" +
+                       std::to_string(samples) + R"(
+Integrator "directlighting"
+Camera "orthographic" "float screenwindow" [-2 2 -1 1]
+WorldBegin
+LightSource "distant" "point3 from" [0 0 -1] "point3 to" [0 0 0] "rgb L" [1 1 1]
+Material "matte" "rgb Kd" [.5 .5 .5]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
+Material "matte" "rgb Kd" [0 0 0]
+AttributeBegin
+AreaLightSource "diffuse" "rgb L" [40 30 20]
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point3 P" [-1.71 -.24 4  -1.29 -.23 4  -1.27 .24 4  -1.73 .23 4]
+AttributeEnd
+)";
+    for (int i = 0; i < 4; ++i) {
+        const std::string x = std::to_string(0.05 + 0.1 * i), y = std::to_string(0.08 + 0.1 * i);
+        text += "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [" + x + " -9 2 " + y +
+                " -9 2 " + y + " 9 2 " + x + " 9 2]\n";
+    }
+    return text;
+}
+
+BuiltScene buildScene(int samples, const std::string& integrator = "adaptive-cache") {
+    return test::buildWith(integrator, makeScene(samples));
+}
+
+/// Returns the mean squared difference of the pixels in the columns x0 … x1 - 1.
+double errorIn(const Image& image, const Image& reference, int x0, int x1) {
+    double sum = 0;
+    for (int y = 0; y < image.height; ++y)
+        for (int x = x0; x < x1; ++x)
+            for (int c = 0; c < 3; ++c)
+                sum += sqr(double(image.at(x, y)[c]) - double(reference.at(x, y)[c]));
+    return sum / (3 * image.height * (x1 - x0));
+}
+
+TEST(AdaptiveCacheLamps, TheirEdgesHaveLessNoise) {
+    constexpr int kWidth = 128;
+    const Image reference = render(buildScene(4096, "supersample"), 99).image;
+    const BuiltScene adaptive = buildScene(16), plain = buildScene(16, "supersample");
+    double lamp = 0, plainLamp = 0, bars = 0, plainBars = 0;
+    for (uint64_t seed = 0; seed < 4; ++seed) {
+        const auto rendered = render(adaptive, seed);
+        ASSERT_EQ(rendered.stats.integratorNote,
+                  "shares no light, more camera rays at the edges of lamps, more samples where noise is");
+        const Image own = render(plain, seed).image;
+        lamp += errorIn(rendered.image, reference, 0, kWidth / 2);
+        plainLamp += errorIn(own, reference, 0, kWidth / 2);
+        bars += errorIn(rendered.image, reference, kWidth / 2, kWidth);
+        plainBars += errorIn(own, reference, kWidth / 2, kWidth);
+    }
+    EXPECT_LT(lamp, 0.2 * plainLamp);
+    EXPECT_LT(bars, 0.6 * plainBars) << "lamps do not hide other noise from the plan of the samples";
+}
+
+TEST(AdaptiveCacheLamps, ImagesDoNotDependOnThreadsAndTiles) {
+    const BuiltScene built = buildScene(4);
+    const Image image = render(built, 0, 1, 128).image;
+    EXPECT_FALSE(haveEqualBits(image, render(buildScene(4, "supersample")).image));
+    for (const auto& [threads, tile] : {std::pair(2, 16), {7, 5}, {3, 1}})
+        EXPECT_TRUE(haveEqualBits(render(built, 0, threads, tile).image, image)) << threads << " " << tile;
+}
+
+TEST(AdaptiveCacheLamps, SlicesAddUpToTheWhole) {
+    const BuiltScene built = buildScene(16);
+    const Image whole = render(built).image;
+    for (const std::vector<uint32_t>& ends : {std::vector<uint32_t>{16}, {1, 2, 5, 13, 16}})
+        EXPECT_TRUE(haveEqualBits(renderInSlices(built, ends).image(), whole)) << ends.size();
+}
+
+TEST(AdaptiveCacheLamps, FilmsAreCompletedWithoutTheScene) {
+    const BuiltScene built = buildScene(16);
+    Film film = renderInSlices(built, {3, 16});
+    const Image image = film.image();
+    Film merged(film.fullWidth(), film.fullHeight(), film.pixelBounds());
+    merged.enableAccumulation();
+    merged.merge(film);
+    EXPECT_FALSE(haveEqualBits(merged.image(), image));
+    built.integrator->finishMerged(merged);
+    EXPECT_TRUE(haveEqualBits(merged.image(), image));
+}
+
+TEST(AdaptiveCacheLamps, PassesDoNotDependOnTiles) {
+    const BuiltScene built = buildScene(5);
+    EXPECT_TRUE(haveEqualBits(renderInPasses(built, 3), renderInPasses(built, 3, 7)));
+}
+
+/// The layers of sharing stay 0.
+TEST(AdaptiveCacheLamps, NothingIsShared) {
+    const BuiltScene built = buildScene(4);
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds, {Aov::SharedWeight});
+    RenderSettings settings;
+    settings.samplesPerPixel = 4;
+    strobe::render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+                   settings, film);
+    for (const float weight : film.plane(Aov::SharedWeight))
+        ASSERT_EQ(weight, 0);
+}
+
+} // namespace
+} // namespace strobe
