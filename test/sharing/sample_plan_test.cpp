@@ -74,6 +74,16 @@ TEST(SamplePlan, TakesMoreSamplesWhereNoiseIs) {
     EXPECT_GE(samples[68], 32);
 }
 
+/// Few pairs are measured: one half of them alone would not promise a gain.
+TEST(SamplePlan, RendersOfFewSamplesAdapt) {
+    for (const int samples : {4, 8}) {
+        const BuiltScene built = buildScene("adaptive-cache", samples);
+        const Film film = renderFilm(built, settingsFor(built));
+        EXPECT_EQ(film.plane(Aov::Samples)[8], samples);
+        EXPECT_GE(film.plane(Aov::Samples)[68], 2 * samples);
+    }
+}
+
 /// The map of an infinite light with vertical stripes, in a file.
 class StripedMap {
   public:
@@ -121,6 +131,27 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 0  0 -9 0
             EXPECT_EQ(samples, kSamples);
         else
             EXPECT_GE(samples, 2 * kSamples);
+    }
+}
+
+/// The noise of the pilot does not look like a gain.
+TEST(SamplePlan, EvenNoiseHasEqualSamples) {
+    const StripedMap map;
+    for (const int samples : {2, 4, 16}) {
+        const BuiltScene built = buildScene("adaptive-cache", R"(
+Film "image" "integer xresolution" 128 "integer yresolution" 64
+Sampler "sobol" "integer pixelsamples" )" + std::to_string(samples) +
+                                                                  R"(
+Integrator "directlighting"
+Camera "orthographic" "float screenwindow" [-2 2 -1 1]
+WorldBegin
+LightSource "infinite" )" + map.parameter() + R"(
+Material "matte"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
+)");
+        const Film film = renderFilm(built, settingsFor(built));
+        for (const float count : film.plane(Aov::Samples))
+            ASSERT_EQ(count, samples);
     }
 }
 

@@ -153,50 +153,54 @@ uint8_t roundedFactor(double exponent) {
 }
 
 /// The costs of all blocks in bins of their density. At a step, a block of the largest density, rounded up to
-/// a bin, has a factor of 2^(step / kSteps). One half of the pilot gives the densities, and the other half
-/// the errors. Otherwise, noise of the pilot would look like a gain.
+/// a bin, has a factor of 2^(step / kSteps).
 class DensityBins {
   public:
     static constexpr int kSteps = 4, kStepCount = 10 * kSteps;
 
     explicit DensityBins(const PilotCosts& costs) {
-        std::vector<Bin> bins(kAbsoluteBins);
+        std::vector<Bin> bins[kModes];
+        for (std::vector<Bin>& ofMode : bins)
+            ofMode.resize(kAbsoluteBins);
         float largest = -INFINITY;
         costs.forEachBlock([&](size_t, const PilotCosts::OfBlock& block) {
             const BlockCost& whole = block[PilotCosts::kWhole];
             largest = std::max(largest, whole.logDensity);
+            bins[kInSample][absoluteBinOf(whole.logDensity)].add(whole.errors, whole.time);
             for (int half = 0; half < kHalves; ++half)
-                bins[absoluteBinOf(block[half].logDensity)].add(block[1 - half].errors, whole.time);
+                bins[kCrossed][absoluteBinOf(block[half].logDensity)].add(block[1 - half].errors, whole.time);
         });
         m_largest = std::ceil(kSteps * largest);
         for (int i = 0; m_largest > -INFINITY && i < kAbsoluteBins; ++i) {
             const double bin = double(i + kFirstAbsolute) - double(m_largest);
-            m_bins[size_t(std::clamp(bin, double(kFirst), double(kLast)) - kFirst)].add(bins[size_t(i)]);
+            const auto to = size_t(std::clamp(bin, double(kFirst), double(kLast)) - kFirst);
+            for (int mode = 0; mode < kModes; ++mode)
+                m_bins[mode][to].add(bins[mode][size_t(i)]);
         }
     }
     /// Returns whether all densities are 0.
     bool isEmpty() const { return m_largest == -INFINITY; }
     /// Returns the binary logarithm of the scale of the densities at a step.
     double logScaleOf(int step) const { return (double(step) - double(m_largest)) / kSteps; }
-    /// Returns the product of error and time with the factors of a step; a negative step: with factors of 1.
-    /// Returns infinity if the time is more than kMaxTime times that of factors of 1, or if the product grows
-    /// for radiance that is not clipped: if rare bright samples are elsewhere.
+    /// Returns the expected product of error and time with the factors of a step, relative to that with
+    /// factors of 1: the geometric mean over the modes. Returns infinity if the time is more than kMaxTime
+    /// times that of factors of 1, or if the product grows for radiance that is not clipped: if rare bright
+    /// samples are elsewhere.
     double productFor(int step) const {
-        double error = 0, rawError = 0, time = 0, leastTime = 0, mostRawError = 0;
-        for (int i = 0; i < kBins; ++i) {
-            const Bin& bin = m_bins[i];
-            const double factor = step < 0 ? 1 : 1 << exponentOf(i, step), shared = bin.errors[kShared];
-            error += bin.errors[kRest] / factor + shared;
-            rawError += bin.errors[kRawRest] / factor + shared;
-            time += bin.time * factor;
-            leastTime += bin.time;
-            mostRawError += bin.errors[kRawRest] + shared;
-        }
-        const bool isAllowed = time <= kMaxTime * leastTime && rawError * time <= mostRawError * leastTime;
-        return isAllowed ? error * time : INFINITY;
+        const RelativeCosts crossed = costsFor(step, m_bins[kCrossed]),
+                            inSample = costsFor(step, m_bins[kInSample]);
+        const bool isAllowed = std::max(crossed.time, inSample.time) <= kMaxTime &&
+                               crossed.rawProduct * inSample.rawProduct <= 1;
+        return isAllowed ? std::sqrt(crossed.product * inSample.product) : INFINITY;
     }
 
   private:
+    /// How the pilot gives the densities and the errors. The gain of a plan is between those of both modes.
+    enum Mode {
+        kCrossed,  ///< one half the densities, the other half the errors: few pairs gain less than all
+        kInSample, ///< the whole pilot both: its noise looks like a gain
+        kModes
+    };
     /// Blocks of the first bin have a factor of 1 at all steps, those of the last bin the largest factor.
     static constexpr int kFirst = -kStepCount, kLast = kSteps * kMaxExponent, kBins = kLast - kFirst + 1;
     /// Bins of densities that are not relative to the largest: from 2^-64 to 2^64.
@@ -217,7 +221,28 @@ class DensityBins {
             time += other.time;
         }
     };
+    using Bins = Bin[kBins];
 
+    /// Time, and products of error and time, relative to those with factors of 1.
+    struct RelativeCosts {
+        double time, product;
+        double rawProduct; ///< of radiance that is not clipped
+    };
+    static RelativeCosts costsFor(int step, const Bins& bins) {
+        double error = 0, rawError = 0, time = 0, mostError = 0, mostRawError = 0, leastTime = 0;
+        for (int i = 0; i < kBins; ++i) {
+            const Bin& bin = bins[i];
+            const double factor = 1 << exponentOf(i, step), shared = bin.errors[kShared];
+            error += bin.errors[kRest] / factor + shared;
+            rawError += bin.errors[kRawRest] / factor + shared;
+            time += bin.time * factor;
+            mostError += bin.errors[kRest] + shared;
+            mostRawError += bin.errors[kRawRest] + shared;
+            leastTime += bin.time;
+        }
+        const double ratio = time / leastTime;
+        return {ratio, ratio * error / mostError, ratio * rawError / mostRawError};
+    }
     static size_t absoluteBinOf(float logDensity) {
         const float bin = std::floor(kSteps * (logDensity + 0.5f));
         return size_t(std::clamp(bin - kFirstAbsolute, 0.f, float(kAbsoluteBins - 1)));
@@ -226,12 +251,12 @@ class DensityBins {
     static int exponentOf(int bin, int step) {
         return std::clamp((bin + kFirst + step + kStepCount) / kSteps - kStepCount / kSteps, 0, kMaxExponent);
     }
-    Bin m_bins[kBins];
+    Bins m_bins[kModes];
     float m_largest; ///< binary logarithm of the largest density, in steps, rounded up
 };
 
 /// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
-/// and time; none, if that gains less than a factor of minGain.
+/// and time; none, if that is expected to gain less than a factor of minGain.
 std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
     constexpr double kNearlyLeast = 1.03;
     const DensityBins bins(costs);
@@ -241,7 +266,7 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
     for (int step = 0; step < DensityBins::kStepCount; ++step)
         products.push_back(bins.productFor(step));
     const double least = *std::min_element(products.begin(), products.end());
-    if (least * minGain > bins.productFor(-1))
+    if (least * minGain > 1)
         return {};
     const auto chosen = std::find_if(products.begin(), products.end(),
                                      [&](double product) { return product <= kNearlyLeast * least; });
@@ -252,12 +277,13 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
 /// in the sum of the errors, as in structural errors. Samples are clipped to 1.
 class RootGain {
   public:
-    void add(const BlockCost& block, double factor) {
-        const double rest = double(block.errors[kClippedRest]), shared = double(block.errors[kShared]);
+    /// Adds a block. `errors`: by ErrorLane.
+    void add(const Float4& errors, float time, double factor) {
+        const double rest = double(errors[kClippedRest]), shared = double(errors[kShared]);
         m_roots += std::sqrt(rest + shared);
         m_plannedRoots += std::sqrt(rest / factor + shared);
-        m_time += double(block.time);
-        m_plannedTime += double(block.time) * factor;
+        m_time += double(time);
+        m_plannedTime += double(time) * factor;
     }
     double gain() const { return m_plannedRoots > 0 ? sqr(m_roots / m_plannedRoots) / timeRatio() : 0; }
     /// Returns the time with the factors relative to that with factors of 1.
@@ -302,20 +328,14 @@ bool allowsSamplePlan(double samplesPerPixel) {
 } // namespace
 
 bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, const SharingPlan& sharing) {
-    // Where nothing is shared, the pilot is the whole overhead. It ends if its first part promises less than
-    // this; few pairs promise less than many.
-    constexpr double kLeastPromise = 1.25;
-    if (!allowsSamplePlan(samplesPerPixel))
-        return false;
-    return findLogScale(PilotCosts(pilot, partsWithout(sharing)),
-                        sharing.parts.isEmpty() ? kLeastPromise : kMinGain)
-        .has_value();
+    return allowsSamplePlan(samplesPerPixel) &&
+           findLogScale(PilotCosts(pilot, partsWithout(sharing)), kMinGain).has_value();
 }
 
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel,
                                          const SharingPlan& sharing) {
     // Where no light is shared, structural errors grow if few bright blocks have all of the gain (measured).
-    constexpr double kMinRootGain = 0.95;
+    constexpr double kMinRootGain = 1.1;
     const LightParts shared = sharing.parts;
     if (!allowsSamplePlan(samplesPerPixel) ||
         (shared.isEmpty() && !promisesSamplePlan(pilot, samplesPerPixel, sharing)))
@@ -326,17 +346,21 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
     if (!logScale && shared.isEmpty())
         return {};
     SampleFactors out = pilot.blocks();
-    RootGain rootGain;
+    const auto factorOf = [&](const BlockCost& cost) {
+        return logScale ? roundedFactor(*logScale + double(cost.logDensity)) : uint8_t(1);
+    };
+    RootGain inSample, crossed; // see DensityBins
     costs.forEachBlock([&](size_t i, const PilotCosts::OfBlock& block) {
         const BlockCost& whole = block[PilotCosts::kWhole];
-        if (logScale)
-            out.factors()[i] = roundedFactor(*logScale + double(whole.logDensity));
-        rootGain.add(whole, out.factors()[i]);
+        out.factors()[i] = factorOf(whole);
+        inSample.add(whole.errors, whole.time, out.factors()[i]);
+        for (int half = 0; half < kHalves; ++half)
+            crossed.add(block[1 - half].errors, whole.time, factorOf(block[half]));
     });
-    if (shared.isEmpty() && rootGain.gain() < kMinRootGain)
+    if (shared.isEmpty() && std::sqrt(inSample.gain() * crossed.gain()) < kMinRootGain)
         return {};
     const double overhead = logScale ? sharing.overhead.adaptive : sharing.overhead.uniform;
-    raiseBackgrounds(pilot, rootGain.timeRatio() * (1 + overhead), out);
+    raiseBackgrounds(pilot, inSample.timeRatio() * (1 + overhead), out);
     if (std::all_of(out.factors().begin(), out.factors().end(), [](uint8_t factor) { return factor == 1; }))
         return {};
     return out;
