@@ -182,6 +182,12 @@ class DensityBins {
     bool isEmpty() const { return m_largest == -INFINITY; }
     /// Returns the binary logarithm of the scale of the densities at a step.
     double logScaleOf(int step) const { return (double(step) - double(m_largest)) / kSteps; }
+    /// Returns the product of error and time with the factors of a step, relative to that with factors of 1,
+    /// by the mode in which gains are too small.
+    double crossedProductFor(int step) const {
+        const RelativeCosts costs = costsFor(step, m_bins[kCrossed]);
+        return costs.time <= kMaxTime && costs.rawProduct <= 1 ? costs.product : INFINITY;
+    }
     /// Returns the expected product of error and time with the factors of a step, relative to that with
     /// factors of 1: the geometric mean over the modes. Returns infinity if the time is more than kMaxTime
     /// times that of factors of 1, or if the product grows for radiance that is not clipped: if rare bright
@@ -255,24 +261,6 @@ class DensityBins {
     float m_largest; ///< binary logarithm of the largest density, in steps, rounded up
 };
 
-/// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
-/// and time; none, if that is expected to gain less than a factor of minGain.
-std::optional<double> findLogScale(const PilotCosts& costs, double minGain) {
-    constexpr double kNearlyLeast = 1.03;
-    const DensityBins bins(costs);
-    if (bins.isEmpty())
-        return {};
-    std::vector<double> products; // by step
-    for (int step = 0; step < DensityBins::kStepCount; ++step)
-        products.push_back(bins.productFor(step));
-    const double least = *std::min_element(products.begin(), products.end());
-    if (least * minGain > 1)
-        return {};
-    const auto chosen = std::find_if(products.begin(), products.end(),
-                                     [&](double product) { return product <= kNearlyLeast * least; });
-    return bins.logScaleOf(int(chosen - products.begin()));
-}
-
 /// The gain in the squared sum of the roots of the errors times the time. In it, blocks count more alike than
 /// in the sum of the errors, as in structural errors. Samples are clipped to 1.
 class RootGain {
@@ -285,13 +273,58 @@ class RootGain {
         m_time += double(time);
         m_plannedTime += double(time) * factor;
     }
-    double gain() const { return m_plannedRoots > 0 ? sqr(m_roots / m_plannedRoots) / timeRatio() : 0; }
-    /// Returns the time with the factors relative to that with factors of 1.
-    double timeRatio() const { return m_time > 0 ? m_plannedTime / m_time : 1; }
+    double gain() const {
+        return m_plannedRoots > 0 ? sqr(m_roots / m_plannedRoots) * m_time / m_plannedTime : 0;
+    }
 
   private:
     double m_roots = 0, m_plannedRoots = 0, m_time = 0, m_plannedTime = 0;
 };
+
+/// Returns the factor of a block for a scale of the densities, given its binary logarithm.
+uint8_t factorOf(const BlockCost& block, double logScale) {
+    return roundedFactor(logScale + double(block.logDensity));
+}
+
+/// Returns the expected gain in the squared sum of the roots of the errors, as in DensityBins.
+double rootGainOf(const PilotCosts& costs, double logScale) {
+    RootGain inSample, crossed;
+    costs.forEachBlock([&](size_t, const PilotCosts::OfBlock& block) {
+        const BlockCost& whole = block[PilotCosts::kWhole];
+        inSample.add(whole.errors, whole.time, factorOf(whole, logScale));
+        for (int half = 0; half < kHalves; ++half)
+            crossed.add(block[1 - half].errors, whole.time, factorOf(block[half], logScale));
+    });
+    return std::sqrt(inSample.gain() * crossed.gain());
+}
+
+/// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
+/// and time; none, if that is expected to gain less than a factor of minGain. The roots of the errors must
+/// gain, too, where nothing is shared or half of the pairs do not promise kMinGain. `isShared`: whether any
+/// light is.
+std::optional<double> findLogScale(const PilotCosts& costs, double minGain, bool isShared) {
+    // Structural errors grow if few bright blocks have all of the gain (measured).
+    constexpr double kNearlyLeast = 1.03, kMinRootGain = 1.1;
+    const DensityBins bins(costs);
+    if (bins.isEmpty())
+        return {};
+    std::vector<double> products; // by step
+    double leastCrossed = INFINITY;
+    for (int step = 0; step < DensityBins::kStepCount; ++step) {
+        products.push_back(bins.productFor(step));
+        leastCrossed = std::min(leastCrossed, bins.crossedProductFor(step));
+    }
+    const double least = *std::min_element(products.begin(), products.end());
+    if (least * minGain > 1)
+        return {};
+    const auto chosen = std::find_if(products.begin(), products.end(),
+                                     [&](double product) { return product <= kNearlyLeast * least; });
+    const double logScale = bins.logScaleOf(int(chosen - products.begin()));
+    const bool isCertain = isShared && leastCrossed * kMinGain <= 1;
+    if (!isCertain && rootGainOf(costs, logScale) < kMinRootGain)
+        return {};
+    return logScale;
+}
 
 /// Raises the factors of backgrounds to at least `timeRatio`. A background is a block with noise in which no
 /// camera ray of the pilot hits anything. `timeRatio`: the time of the render relative to that of a render
@@ -329,38 +362,32 @@ bool allowsSamplePlan(double samplesPerPixel) {
 
 bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, const SharingPlan& sharing) {
     return allowsSamplePlan(samplesPerPixel) &&
-           findLogScale(PilotCosts(pilot, partsWithout(sharing)), kMinGain).has_value();
+           findLogScale(PilotCosts(pilot, partsWithout(sharing)), kMinGain, !sharing.parts.isEmpty())
+               .has_value();
 }
 
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel,
                                          const SharingPlan& sharing) {
-    // Where no light is shared, structural errors grow if few bright blocks have all of the gain (measured).
-    constexpr double kMinRootGain = 1.1;
     const LightParts shared = sharing.parts;
     if (!allowsSamplePlan(samplesPerPixel) ||
         (shared.isEmpty() && !promisesSamplePlan(pilot, samplesPerPixel, sharing)))
         return {};
     pilot.renderRest();
     const PilotCosts costs(pilot, partsWithout(sharing));
-    const auto logScale = findLogScale(costs, minGainFor(pilot, shared));
+    const auto logScale = findLogScale(costs, minGainFor(pilot, shared), !shared.isEmpty());
     if (!logScale && shared.isEmpty())
         return {};
     SampleFactors out = pilot.blocks();
-    const auto factorOf = [&](const BlockCost& cost) {
-        return logScale ? roundedFactor(*logScale + double(cost.logDensity)) : uint8_t(1);
-    };
-    RootGain inSample, crossed; // see DensityBins
+    double time = 0, leastTime = 0;
     costs.forEachBlock([&](size_t i, const PilotCosts::OfBlock& block) {
         const BlockCost& whole = block[PilotCosts::kWhole];
-        out.factors()[i] = factorOf(whole);
-        inSample.add(whole.errors, whole.time, out.factors()[i]);
-        for (int half = 0; half < kHalves; ++half)
-            crossed.add(block[1 - half].errors, whole.time, factorOf(block[half]));
+        if (logScale)
+            out.factors()[i] = factorOf(whole, *logScale);
+        leastTime += double(whole.time);
+        time += double(whole.time) * out.factors()[i];
     });
-    if (shared.isEmpty() && std::sqrt(inSample.gain() * crossed.gain()) < kMinRootGain)
-        return {};
     const double overhead = logScale ? sharing.overhead.adaptive : sharing.overhead.uniform;
-    raiseBackgrounds(pilot, inSample.timeRatio() * (1 + overhead), out);
+    raiseBackgrounds(pilot, (leastTime > 0 ? time / leastTime : 1) * (1 + overhead), out);
     if (std::all_of(out.factors().begin(), out.factors().end(), [](uint8_t factor) { return factor == 1; }))
         return {};
     return out;
