@@ -368,6 +368,12 @@ std::span<const Rgb> RecordingWorker::resolve(const VisibilityBatch& batch, std:
                                               std::span<Rgb> values) {
     if (!m_records && m_refinement)
         observeEmission(batch, shaded);
+    return valuesOf(batch, shaded, values);
+}
+
+/// Returns the value of each sample, given those of the requests.
+std::span<const Rgb> RecordingWorker::valuesOf(const VisibilityBatch& batch, std::span<const Rgb> shaded,
+                                               std::span<Rgb> values) {
     if (batch.filmSlice == batch.slice)
         return shaded; // request i is that of sample i
     std::fill(values.begin(), values.end(), Rgb(0));

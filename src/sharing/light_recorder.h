@@ -86,6 +86,10 @@ class RecordingWorker : public IntegratorWorker {
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
     std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                  std::span<Rgb> values) override;
+    std::span<const Rgb> resolveComponent(const VisibilityBatch& batch, std::span<const Rgb> shaded,
+                                          std::span<Rgb> values, int /*component*/) override {
+        return valuesOf(batch, shaded, values);
+    }
     void observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
                  std::span<const FirstVertex> vertices) override;
     void beginTile(const Film& film) override {
@@ -99,6 +103,8 @@ class RecordingWorker : public IntegratorWorker {
     }
 
   private:
+    static std::span<const Rgb> valuesOf(const VisibilityBatch& batch, std::span<const Rgb> shaded,
+                                         std::span<Rgb> values);
     void observeEmission(const VisibilityBatch& batch, std::span<const Rgb> radiance);
     void setCones(const VisibilityBatch& batch, ShadingRequests& requests) const;
     const Scene& m_scene;

@@ -104,6 +104,20 @@ TEST(AdaptiveCacheLamps, PassesDoNotDependOnTiles) {
     EXPECT_TRUE(haveEqualBits(renderInPasses(built, 3), renderInPasses(built, 3, 7)));
 }
 
+/// Components of the light are resolved from the same batches. They must not be recorded.
+TEST(AdaptiveCacheLamps, ComponentsDoNotChangeTheImage) {
+    const BuiltScene built = buildScene(4);
+    const Image image = render(built).image;
+    LightFilm lights(built.pixelBounds, {Aov::Direct, Aov::Indirect}, built.lightGroups);
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    RenderSettings settings;
+    settings.samplesPerPixel = 4;
+    settings.lights = &lights;
+    strobe::render(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+                   settings, film);
+    EXPECT_TRUE(haveEqualBits(film.image(), image));
+}
+
 /// The layers of sharing stay 0.
 TEST(AdaptiveCacheLamps, NothingIsShared) {
     const BuiltScene built = buildScene(4);

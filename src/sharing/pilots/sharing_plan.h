@@ -16,7 +16,7 @@ struct SharingOverhead {
 
 /// How the light of a render is shared.
 struct SharingPlan {
-    LightParts parts; ///< the parts of the light to share; empty: the render equals that of supersample
+    LightParts parts;         ///< the parts of the light to share
     SharingOverhead overhead; ///< 0 if nothing is shared
     RareLimits rareLimits;
     std::optional<EmissionPilot> emission; ///< none: EmissionRefinement would gain little
