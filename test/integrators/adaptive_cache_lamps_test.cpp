@@ -1,9 +1,8 @@
 // adaptive-cache where it shares no light and the camera sees a lamp.
 #include "integrators/sharing_support.h"
+#include "support/fence_scene.h"
 
 #include <gtest/gtest.h>
-
-#include <algorithm>
 
 namespace strobe {
 namespace {
@@ -13,34 +12,16 @@ using test::render;
 using test::renderInPasses;
 using test::renderInSlices;
 
-/// A floor in uniform light, a fence of thin bars before it, and a small lamp that shines at the camera only.
-std::string makeScene(int samples) {
-    std::string text = R"(
-Film "image" "integer xresolution" 128 "integer yresolution" 64
-Sampler "sobol" "integer pixelsamples" )" +
-                       std::to_string(samples) + R"(
-Integrator "directlighting"
-Camera "orthographic" "float screenwindow" [-2 2 -1 1]
-WorldBegin
-LightSource "distant" "point3 from" [0 0 -1] "point3 to" [0 0 0] "rgb L" [1 1 1]
-Material "matte" "rgb Kd" [.5 .5 .5]
-Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
-Material "matte" "rgb Kd" [0 0 0]
+/// A small lamp that shines at the camera only.
+const std::string kLamp = R"(
 AttributeBegin
 AreaLightSource "diffuse" "rgb L" [40 30 20]
 Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point3 P" [-1.71 -.24 4  -1.29 -.23 4  -1.27 .24 4  -1.73 .23 4]
 AttributeEnd
 )";
-    for (int i = 0; i < 4; ++i) {
-        const std::string x = std::to_string(0.05 + 0.1 * i), y = std::to_string(0.08 + 0.1 * i);
-        text += "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [" + x + " -9 2 " + y +
-                " -9 2 " + y + " 9 2 " + x + " 9 2]\n";
-    }
-    return text;
-}
 
 BuiltScene buildScene(int samples, const std::string& integrator = "adaptive-cache") {
-    return test::buildWith(integrator, makeScene(samples));
+    return test::buildWith(integrator, test::fenceScene(samples, 4, kLamp));
 }
 
 /// Returns the mean squared difference of the pixels in the columns x0 … x1 - 1.
@@ -89,14 +70,10 @@ TEST(AdaptiveCacheLamps, SlicesAddUpToTheWhole) {
 
 TEST(AdaptiveCacheLamps, FilmsAreCompletedWithoutTheScene) {
     const BuiltScene built = buildScene(16);
-    Film film = renderInSlices(built, {3, 16});
-    const Image image = film.image();
-    Film merged(film.fullWidth(), film.fullHeight(), film.pixelBounds());
-    merged.enableAccumulation();
-    merged.merge(film);
-    EXPECT_FALSE(haveEqualBits(merged.image(), image));
-    built.integrator->finishMerged(merged);
-    EXPECT_TRUE(haveEqualBits(merged.image(), image));
+    const Film film = renderInSlices(built, {3, 16});
+    const test::MergedImages merged = test::mergeFilm(built, film);
+    EXPECT_FALSE(haveEqualBits(merged.incomplete, film.image()));
+    EXPECT_TRUE(haveEqualBits(merged.completed, film.image()));
 }
 
 TEST(AdaptiveCacheLamps, PassesDoNotDependOnTiles) {

@@ -61,6 +61,22 @@ inline Film renderInSlices(const BuiltScene& built, const std::vector<uint32_t>&
     return film;
 }
 
+/// The image of a film's samples, and that which the integrator completes from the records.
+struct MergedImages {
+    Image incomplete, completed;
+};
+
+/// Merges a film into an empty one, and completes this as `strobe merge` does.
+inline MergedImages mergeFilm(const BuiltScene& built, const Film& film) {
+    Film merged(film.fullWidth(), film.fullHeight(), film.pixelBounds());
+    merged.enableAccumulation();
+    merged.merge(film);
+    MergedImages images{merged.image(), {}};
+    built.integrator->finishMerged(merged);
+    images.completed = merged.image();
+    return images;
+}
+
 /// Renders passes of the scene's samples per pixel each.
 inline Image renderInPasses(const BuiltScene& built, int passes, int tileSize = 32) {
     RenderSettings settings;

@@ -1,5 +1,6 @@
 // More samples where noise is.
 #include "core/render/render.h"
+#include "support/fence_scene.h"
 #include "support/render_text.h"
 
 #include <gtest/gtest.h>
@@ -13,34 +14,12 @@
 namespace strobe {
 namespace {
 
-/// A floor in uniform light, and a fence of thin bars before it, right of the middle.
-std::string makeScene(int samples, int bars = 4, bool hasLamp = false) {
-    std::string text = R"(
-Film "image" "integer xresolution" 128 "integer yresolution" 64
-Sampler "sobol" "integer pixelsamples" )" +
-                       std::to_string(samples) + R"(
-Integrator "directlighting"
-Camera "orthographic" "float screenwindow" [-2 2 -1 1]
-WorldBegin
-LightSource "distant" "point3 from" [0 0 -1] "point3 to" [0 0 0] "rgb L" [1 1 1]
-Material "matte" "rgb Kd" [.5 .5 .5]
-Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
-Material "matte" "rgb Kd" [0 0 0]
-)";
-    if (hasLamp)
-        text += R"(
+const std::string kLamp = R"(
 AttributeBegin
 AreaLightSource "diffuse" "rgb L" [2 2 2] "bool twosided" true
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-1.75 -.25 4  -1.25 -.25 4  -1.25 .25 4  -1.75 .25 4]
 AttributeEnd
 )";
-    for (int i = 0; i < bars; ++i) {
-        const std::string x = std::to_string(0.05 + 0.1 * i), y = std::to_string(0.08 + 0.1 * i);
-        text += "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [" + x + " -9 2 " + y +
-                " -9 2 " + y + " 9 2 " + x + " 9 2]\n";
-    }
-    return text;
-}
 
 BuiltScene buildScene(const std::string& integrator, const std::string& scene) {
     BuildOptions options;
@@ -49,7 +28,7 @@ BuiltScene buildScene(const std::string& integrator, const std::string& scene) {
 }
 
 BuiltScene buildScene(const std::string& integrator, int samples) {
-    return buildScene(integrator, makeScene(samples));
+    return buildScene(integrator, test::fenceScene(samples));
 }
 
 RenderSettings settingsFor(const BuiltScene& built, uint64_t seed = 0) {
@@ -159,7 +138,8 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5
 TEST(SamplePlan, LampsDoNotHideOtherNoise) {
     constexpr int kBars = 14;
     for (const bool hasLamp : {false, true}) {
-        const BuiltScene built = buildScene("adaptive-cache", makeScene(16, kBars, hasLamp));
+        const BuiltScene built =
+            buildScene("adaptive-cache", test::fenceScene(16, kBars, hasLamp ? kLamp : ""));
         const Film film = renderFilm(built, settingsFor(built));
         EXPECT_EQ(film.plane(Aov::Samples)[8], 16);
         EXPECT_GE(film.plane(Aov::Samples)[68], 32) << hasLamp;
@@ -191,7 +171,7 @@ TEST(SamplePlan, PixelsEqualThoseOfARenderWithTheirNumberOfSamples) {
 
 /// Nothing is shared on an evenly lit floor: a slice traces the samples of its pixels, but shades its own.
 TEST(SamplePlan, SlicesShadeTheirOwnSamples) {
-    const BuiltScene built = buildScene("adaptive-cache", makeScene(16, 0));
+    const BuiltScene built = buildScene("adaptive-cache", test::fenceScene(16, 0));
     RenderSettings settings = settingsFor(built);
     settings.slice = SampleSlice{0, 4};
     Film film(built.resolution.x, built.resolution.y, built.pixelBounds);

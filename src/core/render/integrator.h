@@ -48,7 +48,7 @@ class IntegratorWorker {
                          std::span<const FirstVertex> /*vertices*/) {}
     /// Called before the first batch of each tile.
     virtual void beginTile(const Film& /*film*/) {}
-    /// Called after the last batch of each tile, unless RenderSettings::stop ended it. A worker that observes
+    /// Called after the last batch of each tile, unless RenderSettings::stop ended it. A worker that records
     /// adds its record of the tile to the film, so that later renders and other processes can add samples. If
     /// the film does not accumulate, the worker may add the record to the state instead.
     virtual void endTile(const PixelBounds& /*tile*/, Film& /*film*/) {}

@@ -30,7 +30,8 @@ struct BlockNoise {
         float clippedRest = 0; ///< the same, clipped to 1
         float shared = 0; ///< of shared indirect light and of the emission that camera rays hit, clipped to 1
     };
-    Split none, direct, indirect; ///< sharing nothing, only direct light, or indirect light
+    /// Sharing nothing; only direct light, or nothing if EmissionRefinement follows; or indirect light.
+    Split none, direct, indirect;
 
     const Split& with(LightParts shared) const {
         return shared.has(LightPart::Indirect) ? indirect : shared.isEmpty() ? none : direct;
@@ -76,7 +77,7 @@ class PairPilot {
     PixelBounds boundsOf(size_t block) const;
     /// Returns whether camera rays hit emission brighter than 1.
     bool seesLamps() const;
-    /// Returns the noise of the render without sharing.
+    /// Returns the noise of the render without sharing. The coefficient is that of lamps, 1.
     EmissionPilot emission() const;
     const Counters& counters() const { return m_counters; }
     const Brightness& brightness() const { return m_brightness; }
