@@ -104,9 +104,11 @@ EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half
 
 /// Distributes samples in proportion to the standard deviations (Neyman allocation). Their number b minimizes
 /// the product of error and time, (otherError + deviations²/b) (samples of the render + kRelativeCost b).
-/// Returns no samples if that gains little.
-HugeVector<uint32_t> distribute(const HugeVector<float>& deviations, int samplesPerPixel, double otherError) {
+/// Returns no samples if that gains less than minGain.
+HugeVector<uint32_t> distribute(const HugeVector<float>& deviations, int samplesPerPixel,
+                                const EmissionPilot& pilot) {
     const double own = samplesPerPixel, samples = own * double(deviations.size());
+    const double otherError = pilot.otherError * double(deviations.size());
     double sum = 0, error = 0;
     for (const float deviation : deviations) {
         sum += double(deviation);
@@ -118,7 +120,7 @@ HugeVector<uint32_t> distribute(const HugeVector<float>& deviations, int samples
     if (otherError > 0)
         budget = std::min(budget, sum * std::sqrt(samples / (kRelativeCost * otherError)));
     const double timeFactor = 1 + kRelativeCost * budget / samples;
-    if ((otherError + sqr(sum) / budget) * timeFactor > 0.95 * (otherError + error))
+    if ((otherError + sqr(sum) / budget) * timeFactor * pilot.minGain > otherError + error)
         return {};
     HugeVector<uint32_t> out(deviations.size(), 0);
     for (size_t i = 0; i < out.size(); ++i)
@@ -144,7 +146,9 @@ EmissionRefinement::EmissionRefinement(const Scene& scene, const CameraSampling&
     HugeVector<float> deviations = findDeviations(samplesPerPixel);
     for (float& deviation : deviations)
         deviation *= float(pilot.coefficient);
-    m_samples = distribute(deviations, samplesPerPixel, pilot.otherError * double(deviations.size()));
+    m_samples = distribute(deviations, samplesPerPixel, pilot);
+    if (!isEmpty())
+        markNeighbors();
 }
 
 /// Returns the standard deviation of the emission of a sample, by pixel, over the pixel and its neighbors; an
@@ -195,23 +199,38 @@ EmissionRefinement::MomentsOfRow EmissionRefinement::probeRow(int row, uint32_t 
     return out;
 }
 
-uint32_t EmissionRefinement::samplesOf(int x, int y) const {
-    if (m_samples.empty() || x < m_bounds.x0 || x >= m_bounds.x1 || y < m_bounds.y0 || y >= m_bounds.y1)
-        return 0;
-    return m_samples[size_t(y - m_bounds.y0) * size_t(m_bounds.width()) + size_t(x - m_bounds.x0)];
+bool EmissionRefinement::contains(const PixelRef& pixel) const {
+    return pixel.x >= m_bounds.x0 && pixel.x < m_bounds.x1 && pixel.y >= m_bounds.y0 && pixel.y < m_bounds.y1;
+}
+
+size_t EmissionRefinement::indexOf(const PixelRef& pixel) const {
+    return size_t(pixel.y - m_bounds.y0) * size_t(m_bounds.width()) + size_t(pixel.x - m_bounds.x0);
+}
+
+uint32_t EmissionRefinement::samplesOf(const PixelRef& pixel) const {
+    return !isEmpty() && contains(pixel) ? m_samples[indexOf(pixel)] : 0;
 }
 
 bool EmissionRefinement::isNear(const PixelRef& pixel) const {
-    for (int y = pixel.y - 1; y <= pixel.y + 1; ++y)
-        for (int x = pixel.x - 1; x <= pixel.x + 1; ++x)
-            if (samplesOf(x, y) > 0)
-                return true;
-    return false;
+    return !isEmpty() && contains(pixel) && m_isNear[indexOf(pixel)];
+}
+
+void EmissionRefinement::markNeighbors() {
+    m_isNear.resize(m_samples.size());
+    const int width = m_bounds.width(), height = m_bounds.height();
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            if (m_samples[size_t(y) * size_t(width) + size_t(x)] == 0)
+                continue;
+            for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
+                for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u)
+                    m_isNear[size_t(v) * size_t(width) + size_t(u)] = true;
+        }
 }
 
 PixelAccumulator EmissionRefinement::trace(const PixelRef& pixel) const {
     const PixelRef refined{pixel.x, pixel.y, hashCombine(pixel.domain, kSeedOfSamples)};
-    const uint32_t count = samplesOf(pixel.x, pixel.y);
+    const uint32_t count = samplesOf(pixel);
     PixelAccumulator sum;
     SoAVector<VisibilitySoA> samples;
     for (uint32_t first = 0; first < count; first += kBatchSamples) {
@@ -237,7 +256,10 @@ EmissionPilot emissionPilot(const RecordedLight& light) {
                 all += double(noise.deviation);
                 inRadiance += double(noise.coefficient * noise.deviation);
             }
-    return {0, all > 0 ? inRadiance / all : 1};
+    EmissionPilot pilot;
+    if (all > 0)
+        pilot.coefficient = inRadiance / all;
+    return pilot;
 }
 
 std::vector<PixelCorrection> emissionCorrections(const RecordedLight& light) {

@@ -9,12 +9,14 @@ namespace strobe {
 struct EmissionMoments;
 class VisibleEmission;
 
-/// The noise of a render, estimated by a pilot. Emission is FirstVertex::emitted.
+/// What a pilot shows of the noise of a render. Emission is FirstVertex::emitted.
 struct EmissionPilot {
-    double otherError =
-        0; ///< mean squared error of the pixels without that of emission; mean of the channels
-    double coefficient =
-        1; ///< mean regression coefficient of the radiance on the emission, weighted by the noise
+    /// Mean squared error of the pixels without that of emission; mean of the channels.
+    double otherError = 0;
+    /// Mean regression coefficient of the radiance on the emission, weighted by the noise.
+    double coefficient = 1;
+    /// The least gain in error times time that is worth more camera samples.
+    double minGain = 1.05;
 };
 
 /// Plans additional camera samples of pixels, and traces them. The plan depends on the seed and on the pixel
@@ -29,13 +31,16 @@ class EmissionRefinement {
     /// Returns whether the plan has samples for the pixel or one of its neighbors.
     bool isNear(const PixelRef& pixel) const;
     /// Returns whether the plan has samples for the pixel.
-    bool refines(const PixelRef& pixel) const { return samplesOf(pixel.x, pixel.y) > 0; }
+    bool refines(const PixelRef& pixel) const { return samplesOf(pixel) > 0; }
     /// Traces the samples of a pixel and returns the sum of their emission. `pixel.domain` distinguishes
     /// passes.
     PixelAccumulator trace(const PixelRef& pixel) const;
 
   private:
-    uint32_t samplesOf(int x, int y) const;
+    bool contains(const PixelRef& pixel) const;
+    size_t indexOf(const PixelRef& pixel) const;
+    uint32_t samplesOf(const PixelRef& pixel) const;
+    void markNeighbors();
     HugeVector<float> findDeviations(int samplesPerPixel) const;
     using MomentsOfRow = std::vector<EmissionMoments>;
     MomentsOfRow probeRow(int row, uint32_t probes, const VisibleEmission& visible) const;
@@ -43,7 +48,9 @@ class EmissionRefinement {
     const Scene& m_scene;
     const CameraSampling m_sampling;
     const PixelBounds m_bounds;
-    HugeVector<uint32_t> m_samples; ///< by pixel, row by row; empty: none
+    // By pixel, row by row; empty if no pixel has samples:
+    HugeVector<uint32_t> m_samples;
+    std::vector<bool> m_isNear;
 };
 
 /// Returns the mean regression coefficient of recorded light. The other members keep their defaults.

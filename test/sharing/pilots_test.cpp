@@ -1,7 +1,9 @@
 // Pilots of adaptive-cache.
 #include "core/film/film.h"
 #include "core/render/shade_pilot.h"
+#include "sharing/emission_refinement.h"
 #include "sharing/pilots/block_chooser.h"
+#include "sharing/pilots/sample_plan.h"
 #include "sharing/pilots/sharing_plan.h"
 #include "support/render_text.h"
 
@@ -107,13 +109,54 @@ TEST_F(PairPilotTest, MeasuresTheVariance) {
     for (size_t i = 0; i < blockCount(pilot); ++i) {
         const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
         const bool hasFence = pilot.boundsOf(i).x0 == 112;
-        (hasFence ? inside : outside) += double(a.none.rest + b.none.rest) / pairs(pilot, i);
+        (hasFence ? inside : outside) += double(a.all.variance + b.all.variance) / pairs(pilot, i);
         blocks += hasFence;
     }
     EXPECT_EQ(outside, 0);
     const double variance = sqr(0.5 / 3.14159) / 4 * 2 / 8; // two of eight columns
     EXPECT_GT(inside / blocks, 0.7 * variance);
     EXPECT_LT(inside / blocks, 2.3 * variance);
+}
+
+/// A quad that covers half of the view, and something else in the world.
+std::string quadScene(const std::string& other) {
+    return R"(
+Film "image" "integer xresolution" 128 "integer yresolution" 64
+Sampler "sobol" "integer pixelsamples" 4
+Integrator "directlighting"
+Camera "orthographic" "float screenwindow" [-2 2 -1 1]
+WorldBegin
+)" + other +
+           R"(
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  0 -9 5  0 9 5  -9 9 5]
+)";
+}
+
+/// The edges of a background are long, so that pairs show their noise.
+TEST(PairPilot, BackgroundsAreNoLamps) {
+    for (const bool isLamp : {false, true}) {
+        const BuiltScene built = test::build(
+            quadScene(isLamp ? "AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] \"bool twosided\" true"
+                             : "LightSource \"infinite\" \"rgb L\" [3 3 3]"));
+        const RenderContext context = contextOf(built);
+        PairPilot pilot(*built.scene, context, 4);
+        pilot.renderFirst();
+        EXPECT_EQ(pilot.seesLamps(), isLamp);
+    }
+}
+
+/// Few more camera rays hardly lower the error of an image whose noise is elsewhere.
+TEST(EmissionRefinement, MustGainEnough) {
+    const BuiltScene built =
+        test::build(quadScene("AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] \"bool twosided\" true"));
+    const RenderContext context = contextOf(built);
+    EmissionPilot noise;
+    const auto isRefined = [&] {
+        return !EmissionRefinement(*built.scene, context.sampling, built.pixelBounds, 4, noise).isEmpty();
+    };
+    EXPECT_TRUE(isRefined());
+    noise.minGain = 1e6;
+    EXPECT_FALSE(isRefined());
 }
 
 TEST_F(PairPilotTest, NoisyBlocksAreChosenMoreOften) {
@@ -170,6 +213,29 @@ TEST(SharingPlan, RendersOfManySamplesShareLess) {
     };
     EXPECT_TRUE(sharesWith(64));
     EXPECT_FALSE(sharesWith(1 << 20));
+}
+
+/// A floor and a wall that the camera sees from the side. Near the wall, indirect light is noisy.
+constexpr const char* kWallScene = R"(
+Film "image" "integer xresolution" 128 "integer yresolution" 64
+Sampler "sobol" "integer pixelsamples" 4
+Integrator "path"
+Camera "orthographic" "float screenwindow" [-2 2 -1 1]
+WorldBegin
+LightSource "distant" "point3 from" [-1 0 -1] "point3 to" [0 0 0] "rgb L" [1 1 1]
+Material "matte" "rgb Kd" [.9 .9 .9]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [1.5 -9 4.5  1.5 9 4.5  1.5 9 5  1.5 -9 5]
+)";
+
+/// Few pairs hit the rare bright samples of indirect light, so that plans for its noise alone lose.
+TEST(SamplePlan, NoiseOfIndirectLightAloneMakesNoPlan) {
+    constexpr double kSamples = 4;
+    const BuiltScene built = test::build(kWallScene);
+    const RenderContext context = contextOf(built);
+    PairPilot pairs(*built.scene, context, kSamples);
+    pairs.renderFirst();
+    EXPECT_FALSE(planSamples(pairs, kSamples, SharingPlan()).has_value());
 }
 
 } // namespace

@@ -38,7 +38,7 @@ double BlockChooser::noiseOf(size_t block) const {
     const BlockNoise &a = m_pairs.noise(0, block), &b = m_pairs.noise(1, block);
     const double pairs = double(m_pairs.pairs(block));
     const double radiance = double(a.radiance + b.radiance) / (PairPilot::kPair * pairs);
-    return double(a.reflected + b.reflected) / (pairs * (sqr(radiance) + sqr(kDark)));
+    return double(a.vertex.clipped + b.vertex.clipped) / (pairs * (sqr(radiance) + sqr(kDark)));
 }
 
 /// Returns the mean noise of a block and of its neighbors.

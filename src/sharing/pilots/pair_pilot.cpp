@@ -13,9 +13,6 @@ constexpr uint64_t kSeed = 0x73616d706c6573;
 constexpr int kPair = PairPilot::kPair, kBlockSize = PairPilot::kBlockSize;
 constexpr int kTileWidth = 128, kTileHeight = 64; ///< larger films cost more page faults
 static_assert(kTileWidth % kBlockSize == 0 && kTileHeight % kBlockSize == 0, "a block belongs to one tile");
-/// Sharing leaves about this part of the variance of indirect light. It hardly depends on the number of
-/// samples, while that of direct light falls with it, shared or not (measured).
-constexpr float kSharedNoise = 0.03f;
 
 Rgb clipped(const Rgb& c, float limit) {
     return {std::min(c.x, limit), std::min(c.y, limit), std::min(c.z, limit)};
@@ -27,13 +24,12 @@ float varianceOf(const Rgb& a, const Rgb& b) {
     return (d.x * d.x + d.y * d.y + d.z * d.z) / 6;
 }
 
-/// Adds the variance of samples, given what is not shared of them. `limit`: to which this is clipped.
-void addVariance(const Rgb* radiance, const Rgb* rest, float limit, BlockNoise::Split& out) {
-    out.rest += varianceOf(clipped(rest[0], limit), clipped(rest[1], limit));
-    out.rawRest += varianceOf(rest[0], rest[1]);
-    out.clippedRest += varianceOf(clipped(rest[0], 1), clipped(rest[1], 1));
-    out.shared +=
-        kSharedNoise * varianceOf(clipped(radiance[0] - rest[0], 1), clipped(radiance[1] - rest[1], 1));
+/// Adds the variance of some light of two samples. `limit`: to which it is clipped.
+void addVariance(const Rgb* radiance, const Rgb* light, float limit, BlockNoise::Light& out) {
+    out.variance += varianceOf(clipped(light[0], limit), clipped(light[1], limit));
+    out.raw += varianceOf(light[0], light[1]);
+    out.clipped += varianceOf(clipped(light[0], 1), clipped(light[1], 1));
+    out.other += varianceOf(clipped(radiance[0] - light[0], 1), clipped(radiance[1] - light[1], 1));
 }
 
 /// Adds a pair of samples. `limit`: see addVariance.
@@ -41,21 +37,17 @@ void addPair(const Rgb* radiance, const FirstVertex* vertices, float limit, Bloc
     const Rgb sum = radiance[0] + radiance[1];
     if (!std::isfinite(sum.x + sum.y + sum.z))
         return; // invalid samples: the film leaves them out, too
-    Rgb reflected[kPair], direct[kPair];
+    Rgb vertex[kPair], direct[kPair];
     for (int k = 0; k < kPair; ++k) {
-        reflected[k] =
-            radiance[k] - vertices[k].emitted; // the noise of emission is EmissionRefinement's task
-        direct[k] = reflected[k] - vertices[k].indirect;
+        vertex[k] = radiance[k] - vertices[k].emitted;
+        direct[k] = vertex[k] - vertices[k].indirect;
         const Rgb c = clipped(radiance[k], 1);
         noise.radiance += (c.x + c.y + c.z) / 3;
-        const Rgb& emitted = vertices[k].emitted;
-        noise.brightEmission += std::max(std::max({emitted.x, emitted.y, emitted.z}) - 1, 0.f);
         noise.vertices += bool(vertices[k].hit);
     }
-    noise.reflected += varianceOf(clipped(reflected[0], 1), clipped(reflected[1], 1));
-    addVariance(radiance, radiance, limit, noise.none);
-    addVariance(radiance, reflected, limit, noise.direct);
-    addVariance(radiance, direct, limit, noise.indirect);
+    addVariance(radiance, radiance, limit, noise.all);
+    addVariance(radiance, vertex, limit, noise.vertex);
+    addVariance(radiance, direct, limit, noise.direct);
     ++noise.pairs;
 }
 
@@ -109,8 +101,13 @@ class PairPilot::Worker : public IntegratorWorker {
             const size_t block = m_pilot.m_blocks.blockOf(batch.pixels[p].x, batch.pixels[p].y);
             BlockNoise &first = m_pilot.m_halves[0][block], &second = m_pilot.m_halves[1][block];
             BlockNoise& noise = first.pairs > second.pairs ? second : first;
-            for (int k = 0; k < kPair; ++k)
-                noise.cameraHits += isHit(batch.samples, size_t(kPair) * p + size_t(k));
+            for (size_t i = kPair * p; i < kPair * (p + 1); ++i) {
+                if (!isHit(batch.samples, i))
+                    continue;
+                ++noise.cameraHits;
+                const Rgb& emitted = vertices[i].emitted;
+                noise.hitsLamps |= std::max({emitted.x, emitted.y, emitted.z}) > 1;
+            }
             addPair(&radiance[kPair * p], &vertices[kPair * p], m_limit, noise);
         }
         for (const FirstVertex& vertex : vertices)
@@ -257,19 +254,20 @@ void PairPilot::forEachBlock(const PixelBounds& tile, const Visit& visit) const 
 
 bool PairPilot::seesLamps() const {
     for (size_t i = 0; i < m_rays.size(); ++i)
-        if (m_halves[0][i].brightEmission + m_halves[1][i].brightEmission > 0)
+        if (m_halves[0][i].hitsLamps || m_halves[1][i].hitsLamps)
             return true;
     return false;
 }
 
 EmissionPilot PairPilot::emission() const {
+    constexpr double kMinGain = 1.3; // emission is recorded for this only
     double pairCount = 0, variance = 0;
     for (const std::vector<BlockNoise>& half : m_halves)
         for (const BlockNoise& noise : half) {
             pairCount += double(noise.pairs);
-            variance += double(noise.reflected);
+            variance += double(noise.vertex.raw);
         }
-    return {variance / (std::max(pairCount, 1.) * m_samplesPerPixel), 1};
+    return {variance / (std::max(pairCount, 1.) * m_samplesPerPixel), 1, kMinGain};
 }
 
 PixelBounds PairPilot::boundsOf(size_t block) const {

@@ -15,27 +15,21 @@ namespace strobe {
 /// The samples of one half of the pilot in a block.
 struct BlockNoise {
     float pairs = 0;
-    float cameraHits = 0; ///< samples whose camera ray hits something
-    float vertices = 0;   ///< samples with a first vertex
+    float cameraHits = 0;   ///< samples whose camera ray hits something
+    float vertices = 0;     ///< samples with a first vertex
+    bool hitsLamps = false; ///< camera rays hit surfaces with emission brighter than 1
     // Sums over the samples:
-    float radiance = 0;       ///< clipped to 1; mean of the channels
-    float brightEmission = 0; ///< emission that camera rays hit, above 1; largest channel
-    /// The sum over the pairs of the variance of a sample, clipped to 1, without the emission that camera
-    /// rays hit.
-    float reflected = 0;
-    /// Sums over the pairs of the variance of a sample, for one choice of the parts to share.
-    struct Split {
-        float rest = 0;    ///< of all but shared indirect light, clipped to the number of samples of a pixel
-        float rawRest = 0; ///< the same, not clipped
-        float clippedRest = 0; ///< the same, clipped to 1
-        float shared = 0; ///< of shared indirect light and of the emission that camera rays hit, clipped to 1
+    float radiance = 0; ///< clipped to 1; mean of the channels
+    /// Sums over the pairs of the variance of a sample, of some light.
+    struct Light {
+        float variance = 0; ///< clipped to the number of samples of a pixel
+        float raw = 0;      ///< not clipped
+        float clipped = 0;  ///< clipped to 1
+        float other = 0;    ///< of all other light, clipped to 1
     };
-    /// Sharing nothing; only direct light, or nothing if EmissionRefinement follows; or indirect light.
-    Split none, direct, indirect;
-
-    const Split& with(LightParts shared) const {
-        return shared.has(LightPart::Indirect) ? indirect : shared.isEmpty() ? none : direct;
-    }
+    Light all;
+    Light vertex; ///< all but the emission that camera rays hit
+    Light direct; ///< all but this emission and indirect light
 };
 
 /// A pilot with pairs of samples in 8 to 16 pixels of each block of 8x8 pixels: 6 % of the samples of a
@@ -75,7 +69,8 @@ class PairPilot {
     /// The mean rays of a sample with a first vertex.
     float rays(size_t block) const { return m_rays[block]; }
     PixelBounds boundsOf(size_t block) const;
-    /// Returns whether camera rays hit emission brighter than 1.
+    /// Returns whether camera rays hit surfaces with emission brighter than 1. The noise of a background is
+    /// in many blocks, so that pairs show it.
     bool seesLamps() const;
     /// Returns the noise of the render without sharing. The coefficient is that of lamps, 1.
     EmissionPilot emission() const;

@@ -20,11 +20,28 @@ constexpr float kMissTime = 0.3f;
 
 /// The squared errors of pixels per sample:
 enum ErrorLane {
-    kRest,        ///< of all but shared indirect light
-    kRawRest,     ///< the same, not clipped
-    kClippedRest, ///< the same, of samples clipped to 1
-    kShared       ///< of shared indirect light
+    kPlanned,        ///< of PlannedLight
+    kRawPlanned,     ///< the same, not clipped
+    kClippedPlanned, ///< the same, of samples clipped to 1
+    kOther           ///< of other light; more samples do not lower it
 };
+
+/// The light whose noise a plan lowers.
+struct PlannedLight {
+    BlockNoise::Light BlockNoise::*light;
+    float otherLeft; ///< the part of the variance of other light that is left
+};
+
+/// All but the light that sharing or EmissionRefinement improve.
+PlannedLight lightLeftBy(const SharingPlan& sharing) {
+    // Sharing leaves about this part of the variance of indirect light. It hardly depends on the number of
+    // samples, while that of direct light falls with it, shared or not (measured).
+    constexpr float kSharedNoise = 0.03f;
+    if (sharing.parts.has(LightPart::Indirect))
+        return {&BlockNoise::direct, kSharedNoise};
+    const bool leavesEmission = !sharing.parts.isEmpty() || sharing.emission;
+    return {leavesEmission ? &BlockNoise::vertex : &BlockNoise::all, kSharedNoise};
+}
 
 /// The errors of pixels, by ErrorLane, and their time, per sample.
 struct Costs {
@@ -34,16 +51,16 @@ struct Costs {
 
 /// Returns the cost of a block that has the samples of both `a` and `b`. `rays`: of a sample with a first
 /// vertex.
-Costs costOf(const BlockNoise& a, const BlockNoise& b, float rays, LightParts shared) {
+Costs costOf(const BlockNoise& a, const BlockNoise& b, float rays, const PlannedLight& planned) {
     constexpr float kDark = 0.1f;
     const float pairs = a.pairs + b.pairs, samples = kPair * pairs;
     if (pairs == 0)
         return {};
     const float vertices = (a.vertices + b.vertices) / samples;
     const float weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
-    const BlockNoise::Split &ofA = a.with(shared), &ofB = b.with(shared);
-    const Float4 errors = {ofA.rest + ofB.rest, ofA.rawRest + ofB.rawRest, ofA.clippedRest + ofB.clippedRest,
-                           ofA.shared + ofB.shared};
+    const BlockNoise::Light &ofA = a.*planned.light, &ofB = b.*planned.light;
+    const Float4 errors = {ofA.variance + ofB.variance, ofA.raw + ofB.raw, ofA.clipped + ofB.clipped,
+                           planned.otherLeft * (ofA.other + ofB.other)};
     return {weight * errors, kMissTime * (1 - vertices) + rays * vertices};
 }
 
@@ -61,8 +78,8 @@ class PilotCosts {
     static constexpr int kWhole = kHalves, kSets = kHalves + 1;
     using OfBlock = BlockCost[kSets]; ///< by each half, then by the whole
 
-    PilotCosts(const PairPilot& pilot, LightParts shared)
-        : m_pilot(pilot), m_shared(shared), m_columns(size_t(pilot.blocks().columns())),
+    PilotCosts(const PairPilot& pilot, const PlannedLight& planned)
+        : m_pilot(pilot), m_planned(planned), m_columns(size_t(pilot.blocks().columns())),
           m_rows(size_t(pilot.blocks().rows())) {}
     /// Calls visit(block, costs) for all blocks in order. The costs are the means over the block and its
     /// neighbors that were measured, weighted by a tent.
@@ -111,9 +128,9 @@ class PilotCosts {
         const BlockNoise &a = m_pilot.noise(0, block), &b = m_pilot.noise(1, block);
         const float rays = m_pilot.rays(block);
         Sets sets;
-        sets.set(0, costOf(a, {}, rays, m_shared));
-        sets.set(1, costOf({}, b, rays, m_shared));
-        sets.set(kWhole, costOf(a, b, rays, m_shared));
+        sets.set(0, costOf(a, {}, rays, m_planned));
+        sets.set(1, costOf({}, b, rays, m_planned));
+        sets.set(kWhole, costOf(a, b, rays, m_planned));
         return sets;
     }
     /// Sums the costs of a row over neighbors in the row. `costs`: scratch.
@@ -137,13 +154,13 @@ class PilotCosts {
             mean.errors = scale * sums.errors[k];
             mean.time = scale * sums.times[k];
         }
-        if (mean.errors[kRest] > 0)
-            mean.logDensity = std::log2(mean.errors[kRest] / mean.time) / 2;
+        if (mean.errors[kPlanned] > 0)
+            mean.logDensity = std::log2(mean.errors[kPlanned] / mean.time) / 2;
         return mean;
     }
 
     const PairPilot& m_pilot;
-    const LightParts m_shared;
+    const PlannedLight m_planned;
     const size_t m_columns, m_rows;
 };
 
@@ -238,12 +255,12 @@ class DensityBins {
         double error = 0, rawError = 0, time = 0, mostError = 0, mostRawError = 0, leastTime = 0;
         for (int i = 0; i < kBins; ++i) {
             const Bin& bin = bins[i];
-            const double factor = 1 << exponentOf(i, step), shared = bin.errors[kShared];
-            error += bin.errors[kRest] / factor + shared;
-            rawError += bin.errors[kRawRest] / factor + shared;
+            const double factor = 1 << exponentOf(i, step), other = bin.errors[kOther];
+            error += bin.errors[kPlanned] / factor + other;
+            rawError += bin.errors[kRawPlanned] / factor + other;
             time += bin.time * factor;
-            mostError += bin.errors[kRest] + shared;
-            mostRawError += bin.errors[kRawRest] + shared;
+            mostError += bin.errors[kPlanned] + other;
+            mostRawError += bin.errors[kRawPlanned] + other;
             leastTime += bin.time;
         }
         const double ratio = time / leastTime;
@@ -267,9 +284,9 @@ class RootGain {
   public:
     /// Adds a block. `errors`: by ErrorLane.
     void add(const Float4& errors, float time, double factor) {
-        const double rest = double(errors[kClippedRest]), shared = double(errors[kShared]);
-        m_roots += std::sqrt(rest + shared);
-        m_plannedRoots += std::sqrt(rest / factor + shared);
+        const double planned = double(errors[kClippedPlanned]), other = double(errors[kOther]);
+        m_roots += std::sqrt(planned + other);
+        m_plannedRoots += std::sqrt(planned / factor + other);
         m_time += double(time);
         m_plannedTime += double(time) * factor;
     }
@@ -299,10 +316,9 @@ double rootGainOf(const PilotCosts& costs, double logScale) {
 }
 
 /// Returns the binary logarithm of the scale of the densities that leaves about the least product of error
-/// and time; none, if that is expected to gain less than a factor of minGain. The roots of the errors must
-/// gain, too, where nothing is shared or half of the pairs do not promise kMinGain. `isShared`: whether any
-/// light is.
-std::optional<double> findLogScale(const PilotCosts& costs, double minGain, bool isShared) {
+/// and time; none, if that is expected to gain less than kMinGain. The roots of the errors must gain, too,
+/// where nothing is shared or half of the pairs do not promise kMinGain. `isShared`: whether any light is.
+std::optional<double> findLogScale(const PilotCosts& costs, bool isShared) {
     // Structural errors grow if few bright blocks have all of the gain (measured).
     constexpr double kNearlyLeast = 1.03, kMinRootGain = 1.1;
     const DensityBins bins(costs);
@@ -315,7 +331,7 @@ std::optional<double> findLogScale(const PilotCosts& costs, double minGain, bool
         leastCrossed = std::min(leastCrossed, bins.crossedProductFor(step));
     }
     const double least = *std::min_element(products.begin(), products.end());
-    if (least * minGain > 1)
+    if (least * kMinGain > 1)
         return {};
     const auto chosen = std::find_if(products.begin(), products.end(),
                                      [&](double product) { return product <= kNearlyLeast * least; });
@@ -333,23 +349,22 @@ void raiseBackgrounds(const PairPilot& pilot, double timeRatio, SampleFactors& o
     const uint8_t least = roundedFactor(std::ceil(std::log2(timeRatio)));
     for (size_t i = 0; i < out.factors().size(); ++i) {
         const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
-        const bool isNoisy = a.none.rawRest + b.none.rawRest > 0; // implies that the block was rendered
+        const bool isNoisy = a.all.raw + b.all.raw > 0; // implies that the block was rendered
         if (isNoisy && a.cameraHits + b.cameraHits == 0)
             out.factors()[i] = std::max(out.factors()[i], least);
     }
 }
 
-/// Returns the least gain that is worth it. Where indirect light is not shared, some plans lose (measured):
-/// rare bright samples may have much of the error, and few pairs hit them.
-double minGainFor(const PairPilot& pilot, LightParts shared) {
-    constexpr double kWithIndirect = 1.5;
-    return shared.isEmpty() && pilot.brightness().litParts().has(LightPart::Indirect) ? kWithIndirect
-                                                                                      : kMinGain;
-}
-
-/// Returns the parts whose noise the plan leaves to other steps. Direct light alone: the noise of emission.
-LightParts partsWithout(const SharingPlan& sharing) {
-    return sharing.parts.isEmpty() && sharing.emission ? LightParts(1) : sharing.parts;
+/// Returns findLogScale for the light that sharing leaves. If indirect light is noisy and not shared, the
+/// plan must also gain if this noise stays: few pairs hit the rare bright samples that may have most of it.
+std::optional<double> findLogScale(const PilotCosts& costs, const PairPilot& pilot,
+                                   const SharingPlan& sharing) {
+    const bool isShared = !sharing.parts.isEmpty();
+    const auto logScale = findLogScale(costs, isShared);
+    const bool leavesIndirect = !isShared && pilot.brightness().litParts().has(LightPart::Indirect);
+    if (leavesIndirect && !findLogScale(PilotCosts(pilot, {&BlockNoise::direct, 1}), isShared))
+        return {};
+    return logScale;
 }
 
 bool allowsSamplePlan(double samplesPerPixel) {
@@ -362,20 +377,19 @@ bool allowsSamplePlan(double samplesPerPixel) {
 
 bool promisesSamplePlan(const PairPilot& pilot, double samplesPerPixel, const SharingPlan& sharing) {
     return allowsSamplePlan(samplesPerPixel) &&
-           findLogScale(PilotCosts(pilot, partsWithout(sharing)), kMinGain, !sharing.parts.isEmpty())
-               .has_value();
+           findLogScale(PilotCosts(pilot, lightLeftBy(sharing)), pilot, sharing);
 }
 
 std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixel,
                                          const SharingPlan& sharing) {
-    const LightParts shared = sharing.parts;
+    const bool isShared = !sharing.parts.isEmpty();
     if (!allowsSamplePlan(samplesPerPixel) ||
-        (shared.isEmpty() && !promisesSamplePlan(pilot, samplesPerPixel, sharing)))
+        (!isShared && !promisesSamplePlan(pilot, samplesPerPixel, sharing)))
         return {};
     pilot.renderRest();
-    const PilotCosts costs(pilot, partsWithout(sharing));
-    const auto logScale = findLogScale(costs, minGainFor(pilot, shared), !shared.isEmpty());
-    if (!logScale && shared.isEmpty())
+    const PilotCosts costs(pilot, lightLeftBy(sharing));
+    const auto logScale = findLogScale(costs, pilot, sharing);
+    if (!isShared && !logScale)
         return {};
     SampleFactors out = pilot.blocks();
     double time = 0, leastTime = 0;

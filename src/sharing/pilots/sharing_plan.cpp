@@ -92,14 +92,16 @@ PilotSize pilotSizeFor(double samplesPerPixel, const PixelBounds& bounds) {
 /// Returns the means over the pixels of the blocks. `errorScale`: the error of other light in the render,
 /// relative to that in the pilot.
 EmissionPilot meanEmission(std::span<const BlockPilot> pilots, double errorScale) {
-    double weights = 0;
-    EmissionPilot mean{0, 0};
+    double weights = 0, error = 0, coefficient = 0;
     for (const BlockPilot& pilot : pilots) {
         weights += pilot.weight * pilot.pixels;
-        mean.otherError += pilot.weight * pilot.absoluteVariance;
-        mean.coefficient += pilot.weight * pilot.emissionCoefficient;
+        error += pilot.weight * pilot.absoluteVariance;
+        coefficient += pilot.weight * pilot.emissionCoefficient;
     }
-    return {mean.otherError * errorScale / weights, mean.coefficient / weights};
+    EmissionPilot mean;
+    mean.otherError = error * errorScale / weights;
+    mean.coefficient = coefficient / weights;
+    return mean;
 }
 
 } // namespace
