@@ -1,6 +1,6 @@
 #include "sharing/pilots/sample_plan.h"
 
-#include "core/math/simd4.h"
+#include "sharing/pilots/pilot_costs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,160 +9,11 @@ namespace strobe {
 
 namespace {
 
-constexpr int kPair = PairPilot::kPair;
 constexpr int kMaxExponent = 4; ///< of the factors, which are powers of two
 /// The least gain that is worth it. Small gains are those of squared errors only: structural errors grow.
 constexpr double kMinGain = 1.3;
 /// The largest time of the render relative to that with factors of 1.
 constexpr double kMaxTime = 2;
-/// The time of a sample whose path has no first vertex, in units of a ray.
-constexpr float kMissTime = 0.3f;
-
-/// The squared errors of pixels per sample:
-enum ErrorLane {
-    kPlanned,        ///< of PlannedLight
-    kRawPlanned,     ///< the same, not clipped
-    kClippedPlanned, ///< the same, of samples clipped to 1
-    kOther           ///< of other light; more samples do not lower it
-};
-
-/// The light whose noise a plan lowers.
-struct PlannedLight {
-    BlockNoise::Light BlockNoise::*light;
-    float otherLeft; ///< the part of the variance of other light that is left
-};
-
-/// All but the light that sharing or EmissionRefinement improve.
-PlannedLight lightLeftBy(const SharingPlan& sharing) {
-    // Sharing leaves about this part of the variance of indirect light. It hardly depends on the number of
-    // samples, while that of direct light falls with it, shared or not (measured).
-    constexpr float kSharedNoise = 0.03f;
-    if (sharing.parts.has(LightPart::Indirect))
-        return {&BlockNoise::direct, kSharedNoise};
-    const bool leavesEmission = !sharing.parts.isEmpty() || sharing.emission;
-    return {leavesEmission ? &BlockNoise::vertex : &BlockNoise::all, kSharedNoise};
-}
-
-/// The errors of pixels, by ErrorLane, and their time, per sample.
-struct Costs {
-    Float4 errors = {};
-    float time = 0; ///< 0: not measured
-};
-
-/// Returns the cost of a block that has the samples of both `a` and `b`. `rays`: of a sample with a first
-/// vertex.
-Costs costOf(const BlockNoise& a, const BlockNoise& b, float rays, const PlannedLight& planned) {
-    constexpr float kDark = 0.1f;
-    const float pairs = a.pairs + b.pairs, samples = kPair * pairs;
-    if (pairs == 0)
-        return {};
-    const float vertices = (a.vertices + b.vertices) / samples;
-    const float weight = 1 / (pairs * ((a.radiance + b.radiance) / samples + kDark));
-    const BlockNoise::Light &ofA = a.*planned.light, &ofB = b.*planned.light;
-    const Float4 errors = {ofA.variance + ofB.variance, ofA.raw + ofB.raw, ofA.clipped + ofB.clipped,
-                           planned.otherLeft * (ofA.other + ofB.other)};
-    return {weight * errors, kMissTime * (1 - vertices) + rays * vertices};
-}
-
-/// The costs of a block and its neighbors, with its density.
-struct BlockCost : Costs {
-    /// The binary logarithm of the density of samples, the root of the error over the time (Neyman
-    /// allocation); -infinity without an error.
-    float logDensity = -INFINITY;
-};
-
-/// The costs of all blocks: by each half of the pilot, and by the whole. They are computed row by row and not
-/// stored: in small images, first writes to memory would take longer than computing them again.
-class PilotCosts {
-  public:
-    static constexpr int kWhole = kHalves, kSets = kHalves + 1;
-    using OfBlock = BlockCost[kSets]; ///< by each half, then by the whole
-
-    PilotCosts(const PairPilot& pilot, const PlannedLight& planned)
-        : m_pilot(pilot), m_planned(planned), m_columns(size_t(pilot.blocks().columns())),
-          m_rows(size_t(pilot.blocks().rows())) {}
-    /// Calls visit(block, costs) for all blocks in order. The costs are the means over the block and its
-    /// neighbors that were measured, weighted by a tent.
-    template <class Visit>
-    void forEachBlock(const Visit& visit) const {
-        Row costs(m_columns), rows[3] = {Row(m_columns), Row(m_columns), Row(m_columns)};
-        smoothRow(0, costs, rows[0]);
-        for (size_t y = 0; y < m_rows; ++y) {
-            const bool hasNext = y + 1 < m_rows;
-            if (hasNext)
-                smoothRow(y + 1, costs, rows[(y + 1) % 3]);
-            for (size_t x = 0; x < m_columns; ++x) {
-                Sets sums;
-                sums.add(rows[y % 3][x], 2);
-                if (y > 0)
-                    sums.add(rows[(y - 1) % 3][x], 1);
-                if (hasNext)
-                    sums.add(rows[(y + 1) % 3][x], 1);
-                const OfBlock means = {meanOf(sums, 0), meanOf(sums, 1), meanOf(sums, kWhole)};
-                visit(y * m_columns + x, means);
-            }
-        }
-    }
-
-  private:
-    /// The costs of a block, or sums over blocks.
-    struct Sets {
-        Float4 errors[kSets] = {};
-        Float4 times = {};   ///< by set
-        Float4 weights = {}; ///< by set; 0: not measured
-        void set(int k, const Costs& cost) {
-            errors[k] = cost.errors;
-            times[k] = cost.time;
-            weights[k] = cost.time > 0 ? 1 : 0;
-        }
-        void add(const Sets& other, float weight) {
-            for (int k = 0; k < kSets; ++k)
-                errors[k] += weight * other.errors[k];
-            times += weight * other.times;
-            weights += weight * other.weights;
-        }
-    };
-    using Row = std::vector<Sets>;
-
-    Sets costsOf(size_t block) const {
-        const BlockNoise &a = m_pilot.noise(0, block), &b = m_pilot.noise(1, block);
-        const float rays = m_pilot.rays(block);
-        Sets sets;
-        sets.set(0, costOf(a, {}, rays, m_planned));
-        sets.set(1, costOf({}, b, rays, m_planned));
-        sets.set(kWhole, costOf(a, b, rays, m_planned));
-        return sets;
-    }
-    /// Sums the costs of a row over neighbors in the row. `costs`: scratch.
-    void smoothRow(size_t y, Row& costs, Row& out) const {
-        for (size_t x = 0; x < m_columns; ++x)
-            costs[x] = costsOf(y * m_columns + x);
-        for (size_t x = 0; x < m_columns; ++x) {
-            Sets sums;
-            sums.add(costs[x], 2);
-            if (x > 0)
-                sums.add(costs[x - 1], 1);
-            if (x + 1 < m_columns)
-                sums.add(costs[x + 1], 1);
-            out[x] = sums;
-        }
-    }
-    static BlockCost meanOf(const Sets& sums, int k) {
-        BlockCost mean;
-        if (sums.weights[k] > 0) {
-            const float scale = 1 / sums.weights[k];
-            mean.errors = scale * sums.errors[k];
-            mean.time = scale * sums.times[k];
-        }
-        if (mean.errors[kPlanned] > 0)
-            mean.logDensity = std::log2(mean.errors[kPlanned] / mean.time) / 2;
-        return mean;
-    }
-
-    const PairPilot& m_pilot;
-    const PlannedLight m_planned;
-    const size_t m_columns, m_rows;
-};
 
 /// Returns the power of two next to a factor, given its binary logarithm.
 uint8_t roundedFactor(double exponent) {
@@ -353,6 +204,17 @@ void raiseBackgrounds(const PairPilot& pilot, double timeRatio, SampleFactors& o
         if (isNoisy && a.cameraHits + b.cameraHits == 0)
             out.factors()[i] = std::max(out.factors()[i], least);
     }
+}
+
+/// All but the light that sharing or EmissionRefinement improve.
+PlannedLight lightLeftBy(const SharingPlan& sharing) {
+    // Sharing leaves about this part of the variance of indirect light. It hardly depends on the number of
+    // samples, while that of direct light falls with it, shared or not (measured).
+    constexpr float kSharedNoise = 0.03f;
+    if (sharing.parts.has(LightPart::Indirect))
+        return {&BlockNoise::direct, kSharedNoise};
+    const bool leavesEmission = !sharing.parts.isEmpty() || sharing.emission;
+    return {leavesEmission ? &BlockNoise::vertex : &BlockNoise::all, kSharedNoise};
 }
 
 /// Returns findLogScale for the light that sharing leaves. If indirect light is noisy and not shared, the
