@@ -217,13 +217,14 @@ PlannedLight lightLeftBy(const SharingPlan& sharing) {
     return {leavesEmission ? &BlockNoise::vertex : &BlockNoise::all, kSharedNoise};
 }
 
-/// Returns findLogScale for the light that sharing leaves. If indirect light is noisy and not shared, the
-/// plan must also gain if this noise stays: few pairs hit the rare bright samples that may have most of it.
+/// Returns findLogScale for the light that sharing leaves. Where indirect light is not shared, the plan must
+/// also gain if its noise stays: few pairs hit the rare bright samples that may have most of it.
 std::optional<double> findLogScale(const PilotCosts& costs, const PairPilot& pilot,
                                    const SharingPlan& sharing) {
     const bool isShared = !sharing.parts.isEmpty();
     const auto logScale = findLogScale(costs, isShared);
-    const bool leavesIndirect = !isShared && pilot.brightness().litParts().has(LightPart::Indirect);
+    const bool leavesIndirect =
+        !sharing.parts.has(LightPart::Indirect) && pilot.brightness().litParts().has(LightPart::Indirect);
     if (leavesIndirect && !findLogScale(PilotCosts(pilot, {&BlockNoise::direct, 1}), isShared))
         return {};
     return logScale;
