@@ -244,11 +244,11 @@ PixelAccumulator EmissionRefinement::trace(const PixelRef& pixel) const {
     return sum;
 }
 
-EmissionPilot emissionPilot(const RecordedLight& light) {
+double emissionCoefficient(const RecordedLight& light) {
     const int width = light.pixelBounds.width(), height = light.pixelBounds.height();
     double all = 0, inRadiance = 0;
     if (light.emission.empty())
-        return {};
+        return 1;
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             for (int half = 0; half < kHalves; ++half) {
@@ -256,10 +256,7 @@ EmissionPilot emissionPilot(const RecordedLight& light) {
                 all += double(noise.deviation);
                 inRadiance += double(noise.coefficient * noise.deviation);
             }
-    EmissionPilot pilot;
-    if (all > 0)
-        pilot.coefficient = inRadiance / all;
-    return pilot;
+    return all > 0 ? inRadiance / all : 1;
 }
 
 std::vector<PixelCorrection> emissionCorrections(const RecordedLight& light) {

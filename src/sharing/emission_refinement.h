@@ -9,13 +9,14 @@ namespace strobe {
 struct EmissionMoments;
 class VisibleEmission;
 
-/// What a pilot shows of the noise of a render. Emission is FirstVertex::emitted.
+/// A pilot's estimates of the noise of a render. EmissionRefinement plans with them. Emission is
+/// FirstVertex::emitted.
 struct EmissionPilot {
     /// Mean squared error of the pixels without that of emission; mean of the channels.
     double otherError = 0;
-    /// Mean regression coefficient of the radiance on the emission, weighted by the noise.
+    /// See emissionCoefficient.
     double coefficient = 1;
-    /// The least gain in error times time that is worth more camera samples.
+    /// The least gain for which camera samples are added: error times time without them, over that with them.
     double minGain = 1.05;
 };
 
@@ -53,8 +54,9 @@ class EmissionRefinement {
     std::vector<bool> m_isNear;
 };
 
-/// Returns the mean regression coefficient of recorded light. The other members keep their defaults.
-EmissionPilot emissionPilot(const RecordedLight& light);
+/// Returns the mean regression coefficient of the radiance on the emission of recorded light, weighted by the
+/// noise of the emission; 1 without noise.
+double emissionCoefficient(const RecordedLight& light);
 
 /// Returns the emission that the camera ray of a sample hits.
 Rgb emissionOf(const Scene& scene, const VisibilitySample& sample);

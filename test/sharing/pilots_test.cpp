@@ -5,6 +5,7 @@
 #include "sharing/pilots/block_chooser.h"
 #include "sharing/pilots/sample_plan.h"
 #include "sharing/pilots/sharing_plan.h"
+#include "support/fence_scene.h"
 #include "support/render_text.h"
 
 #include <gtest/gtest.h>
@@ -120,16 +121,9 @@ TEST_F(PairPilotTest, MeasuresTheVariance) {
 
 /// A quad that covers half of the view, and something else in the world.
 std::string quadScene(const std::string& other) {
-    return R"(
-Film "image" "integer xresolution" 128 "integer yresolution" 64
-Sampler "sobol" "integer pixelsamples" 4
-Integrator "directlighting"
-Camera "orthographic" "float screenwindow" [-2 2 -1 1]
-WorldBegin
-)" + other +
-           R"(
+    return test::frontView(4, other + R"(
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  0 -9 5  0 9 5  -9 9 5]
-)";
+)");
 }
 
 /// The edges of a background are long, so that pairs show their noise.
@@ -216,12 +210,7 @@ TEST(SharingPlan, RendersOfManySamplesShareLess) {
 }
 
 /// A floor and a wall that the camera sees from the side. Near the wall, indirect light is noisy.
-constexpr const char* kWallScene = R"(
-Film "image" "integer xresolution" 128 "integer yresolution" 64
-Sampler "sobol" "integer pixelsamples" 4
-Integrator "path"
-Camera "orthographic" "float screenwindow" [-2 2 -1 1]
-WorldBegin
+constexpr const char* kWall = R"(
 LightSource "distant" "point3 from" [-1 0 -1] "point3 to" [0 0 0] "rgb L" [1 1 1]
 Material "matte" "rgb Kd" [.9 .9 .9]
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
@@ -230,8 +219,8 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [1.5 -9 4.5  1.5
 
 /// Few pairs hit the rare bright samples of indirect light, so that plans for its noise alone lose.
 TEST(SamplePlan, NoiseOfIndirectLightAloneMakesNoPlan) {
-    constexpr double kSamples = 4;
-    const BuiltScene built = test::build(kWallScene);
+    constexpr int kSamples = 4;
+    const BuiltScene built = test::build(test::frontView(kSamples, kWall, "path"));
     const RenderContext context = contextOf(built);
     PairPilot pairs(*built.scene, context, kSamples);
     pairs.renderFirst();

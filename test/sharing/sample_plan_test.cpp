@@ -117,17 +117,11 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 0  0 -9 0
 TEST(SamplePlan, EvenNoiseHasEqualSamples) {
     const StripedMap map;
     for (const int samples : {2, 4, 16}) {
-        const BuiltScene built = buildScene("adaptive-cache", R"(
-Film "image" "integer xresolution" 128 "integer yresolution" 64
-Sampler "sobol" "integer pixelsamples" )" + std::to_string(samples) +
-                                                                  R"(
-Integrator "directlighting"
-Camera "orthographic" "float screenwindow" [-2 2 -1 1]
-WorldBegin
-LightSource "infinite" )" + map.parameter() + R"(
+        const std::string world = "LightSource \"infinite\" " + map.parameter() + R"(
 Material "matte"
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 5  9 -9 5  9 9 5  -9 9 5]
-)");
+)";
+        const BuiltScene built = buildScene("adaptive-cache", test::frontView(samples, world));
         const Film film = renderFilm(built, settingsFor(built));
         for (const float count : film.plane(Aov::Samples))
             ASSERT_EQ(count, samples);

@@ -30,7 +30,7 @@ struct BlockPilot {
     // Sums over the pixels of one render:
     double absoluteVariance = 0; ///< `variance`, not relative
     double pixels = 0;
-    double emissionCoefficient = 0;               ///< see EmissionPilot
+    double emissionCoefficient = 0;               ///< see strobe::emissionCoefficient
     std::vector<Rgb> images[kSharingChoiceCount]; ///< of the first render
 };
 
