@@ -126,6 +126,36 @@ TEST(MetallicRoughness, SmoothPanesReflectAndTransmitByFresnel) {
     EXPECT_EQ(pdf, 0);
 }
 
+TEST(MetallicRoughness, MirrorsAndClearPanesAreNotSmooth) {
+    const auto isSmooth = [](const auto& change) {
+        MetallicRoughnessInputs in = inputs(.5f, 1, 0);
+        change(in);
+        return makeMetallicRoughness(in)->flags().smooth;
+    };
+    using In = MetallicRoughnessInputs;
+    const auto makePane = [](In& in) {
+        in.metallic = 0;
+        in.transmission = 1;
+    };
+    class One : public Texture {
+        Rgb rgb(const TextureQuery&) const override { return Rgb(1); }
+    };
+    const auto one = std::make_shared<One>();
+    EXPECT_FALSE(isSmooth([](In&) {}));
+    EXPECT_FALSE(isSmooth(makePane));
+    EXPECT_FALSE(isSmooth([](In& in) { in.vRoughness = 0; }));
+    EXPECT_FALSE(isSmooth([](In& in) { in.clearcoat = 1; }));
+    EXPECT_TRUE(isSmooth([](In& in) { in.roughness = .1f; }));
+    EXPECT_TRUE(isSmooth([](In& in) { in.vRoughness = .1f; }));
+    EXPECT_TRUE(isSmooth([](In& in) { in.metallic = .9f; }));
+    EXPECT_TRUE(isSmooth([](In& in) { in.anisotropy = .5f; }));
+    EXPECT_TRUE(isSmooth([](In& in) { in.sheenColor = Rgb(.5f); }));
+    EXPECT_TRUE(isSmooth([](In& in) { in.clearcoat = in.clearcoatRoughness = .5f; }));
+    EXPECT_TRUE(isSmooth([&](In& in) { in.roughness.texture = one; }));
+    EXPECT_TRUE(isSmooth([&](In& in) { in.metallic.texture = one; }));
+    EXPECT_TRUE(isSmooth([&](In& in) { in.packed = one; }));
+}
+
 /// A smooth boundary passes (1 - F(wo)) (1 - F(wi)) of the light, and a white body returns all that passes.
 TEST(MetallicRoughness, BodyBelowTheBoundaryHasFresnelsTransmittanceTwice) {
     auto in = inputs(1, 0, 0);
