@@ -161,8 +161,10 @@ class Glass : public Material {
     static MaterialFlags flagsOf(const GlassInputs& in) {
         const auto isRough = [](const FloatInput& r) { return r.texture || r.constant > 0; };
         const bool rough = isRough(in.uRoughness) || isRough(in.vRoughness);
+        const bool isTextured = in.uRoughness.texture || in.vRoughness.texture || in.index.texture;
         const auto needFootprint = [](const auto&... inputs) { return (... || inputs.needsFootprint()); };
         return {.smooth = rough,
+                .delta = rough && isTextured, // where it is smooth
                 .transmissive = true,
                 .needsFootprint = needFootprint(in.kr, in.kt, in.index, in.uRoughness, in.vRoughness),
                 .needsTangents = rough && (in.uRoughness.texture || in.vRoughness.texture ||

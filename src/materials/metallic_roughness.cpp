@@ -120,6 +120,7 @@ class MetallicRoughness : public Material {
     static MaterialFlags flagsOf(const MetallicRoughnessInputs& in) {
         MaterialFlags flags;
         flags.smooth = flags.usesDirectionSample = !hasOnlyDeltaLobes(in);
+        flags.delta = flags.smooth && mayHaveDeltaLobes(in);
         flags.transmissive = in.transmission.texture || in.transmission.constant > 0;
         flags.diffuse = in.metallic.constant < .5f && !flags.transmissive;
         flags.textured = in.baseColor.texture != nullptr;
@@ -139,19 +140,32 @@ class MetallicRoughness : public Material {
         flags.shadingNormal = in.normals ? ShadingNormal::Mapped : ShadingNormal::Visible;
         return flags;
     }
+    static bool isConstantMirror(const FloatInput& roughness) {
+        return !roughness.texture && alphaOf(roughness.constant) == 0;
+    }
+    static bool hasCoat(const MetallicRoughnessInputs& in) {
+        return in.clearcoat.texture || in.clearcoat.constant > 0;
+    }
     /// Whether the material is a mirror, or a clear thin wall, at all points.
     static bool hasOnlyDeltaLobes(const MetallicRoughnessInputs& in) {
-        const auto isMirror = [](const FloatInput& roughness) {
-            return !roughness.texture && alphaOf(roughness.constant) == 0;
-        };
         const auto isAtLeast = [](const FloatInput& input, float value) {
             return !input.texture && input.constant >= value;
         };
         const bool hasBody = !isAtLeast(in.transmission, 1) && (!isAtLeast(in.metallic, 1) || in.packed);
-        const bool hasCoat = in.clearcoat.texture || in.clearcoat.constant > 0;
         const bool hasSheen = in.sheenColor.texture || !isBlack(in.sheenColor.constant);
-        return isMirror(in.roughness) && (!in.vRoughness || isMirror(*in.vRoughness)) &&
-               !(in.anisotropy > 0) && !hasBody && !hasSheen && (!hasCoat || isMirror(in.clearcoatRoughness));
+        return isConstantMirror(in.roughness) && (!in.vRoughness || isConstantMirror(*in.vRoughness)) &&
+               !(in.anisotropy > 0) && !hasBody && !hasSheen &&
+               (!hasCoat(in) || isConstantMirror(in.clearcoatRoughness));
+    }
+    /// Whether a lobe is a delta lobe at any point.
+    static bool mayHaveDeltaLobes(const MetallicRoughnessInputs& in) {
+        const auto mayBeMirror = [](const FloatInput& roughness) {
+            return roughness.texture || alphaOf(roughness.constant) == 0;
+        };
+        const bool isMirror = in.packed || mayBeMirror(in.roughness);
+        const bool isMirrorAlongV = !in.vRoughness || in.packed || mayBeMirror(*in.vRoughness);
+        return (isMirror && isMirrorAlongV && !(in.anisotropy > 0)) ||
+               (hasCoat(in) && mayBeMirror(in.clearcoatRoughness));
     }
     static bool setDelta(const V3f& wi, const Rgb& weight, bool transmits, BsdfSample& out) {
         out.wi = wi;

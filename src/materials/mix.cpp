@@ -36,6 +36,7 @@ class Mix final : public Material {
         MaterialFlags flags;
         flags.isMix = true;
         flags.smooth = a.smooth || b.smooth;
+        flags.delta = flags.smooth && (a.delta || b.delta || !a.smooth || !b.smooth);
         flags.diffuse = a.diffuse && b.diffuse;
         flags.textured = true; // the choice modulates the reflection
         flags.transmissive = a.transmissive || b.transmissive;

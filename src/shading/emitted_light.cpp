@@ -33,10 +33,13 @@ float hitLightPdf(const PathContext& context, const SurfacePoint& s, const V3f& 
 template <class LightPdf>
 float hitLightWeight(const PathContext& context, const Path& path, int lightIndex, uint32_t prim, int bounce,
                      const LightPdf& pdf) {
-    if (path.component == LightComponent::Indirect && bounce <= 1)
-        return 0; // emission of the first surface, and its direct light
+    const bool isExcluded = path.component == LightComponent::Indirect;
+    if (isExcluded && bounce == 0)
+        return 0; // emission of the first surface
     if (path.specularBounce)
         return 1;
+    if (isExcluded && bounce == 1)
+        return 0; // its direct light, without that of delta lobes
     const Light& light = *context.scene.lights()[size_t(lightIndex)];
     if (light.isDelta() || !usesMis(path.maxBsdfPdf, light.solidAngle(path.previousP, path.ray.time)))
         return 0;

@@ -59,6 +59,11 @@ struct PathSettings {
     bool isDirectOnly(LightComponent component) const {
         return !hasIndirectLight || component == LightComponent::Direct;
     }
+    /// Returns true when such a path may pass the vertex by a delta lobe. With indirect light, that light is
+    /// part of LightComponent::Indirect.
+    bool followsDelta(LightComponent component) const {
+        return !hasIndirectLight && component != LightComponent::Indirect;
+    }
 };
 
 /// The inputs that all paths of a worker share.

@@ -157,8 +157,13 @@ void PathWorker::spawnRays(int bounce) {
     if (!settings.hasIndirectLight && bounce + 1 >= settings.maxDepth + settings.transparentDepth)
         return;
     b.count = 0;
+    const auto componentAt = [&](int i) { return m_batch.paths[v.path[i]].component; };
+    const auto endsAtSmoothLobes = [&](int i) {
+        return v.isSmooth[i] && settings.isDirectOnly(componentAt(i));
+    };
     for (int i = 0; i < v.count; ++i)
-        if (!(v.isSmooth[i] && settings.isDirectOnly(m_batch.paths[v.path[i]].component)))
+        if (!endsAtSmoothLobes(i) ||
+            (v.surface.material[i]->flags().delta && settings.followsDelta(componentAt(i))))
             b.vertex[b.count++] = i;
     if (b.count == 0)
         return;
@@ -170,7 +175,7 @@ void PathWorker::spawnRays(int bounce) {
     if (usesRoulette)
         m_context.sampler.fill1D(ranges, vertexDimension(bounce, kDimRoulette), uRoulette);
     for (int k = 0; k < b.count; ++k) {
-        if (!b.isValid(k, v.cosWo[b.vertex[k]]))
+        if (!b.isValid(k, v.cosWo[b.vertex[k]]) || (endsAtSmoothLobes(b.vertex[k]) && !b.bsdf.delta[k]))
             continue;
         const uint32_t index = v.path[b.vertex[k]];
         Path& path = m_batch.paths[index];

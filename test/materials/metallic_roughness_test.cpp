@@ -156,6 +156,20 @@ TEST(MetallicRoughness, MirrorsAndClearPanesAreNotSmooth) {
     EXPECT_TRUE(isSmooth([&](In& in) { in.packed = one; }));
 }
 
+TEST(MetallicRoughness, VarnishHasDeltaLobesBesideOthers) {
+    const auto hasDelta = [](float metallic, float roughness, float coat, float coatRoughness) {
+        MetallicRoughnessInputs in = inputs(.5f, metallic, roughness);
+        in.clearcoat = coat;
+        in.clearcoatRoughness = coatRoughness;
+        return makeMetallicRoughness(in)->flags().delta;
+    };
+    EXPECT_TRUE(hasDelta(0, 0, 0, 0));
+    EXPECT_TRUE(hasDelta(0, .5f, 1, 0));
+    EXPECT_FALSE(hasDelta(0, .5f, 0, 0)); // no coat
+    EXPECT_FALSE(hasDelta(0, .5f, 1, .5f));
+    EXPECT_FALSE(hasDelta(1, 0, 0, 0)); // no other lobes
+}
+
 /// A smooth boundary passes (1 - F(wo)) (1 - F(wi)) of the light, and a white body returns all that passes.
 TEST(MetallicRoughness, BodyBelowTheBoundaryHasFresnelsTransmittanceTwice) {
     auto in = inputs(1, 0, 0);

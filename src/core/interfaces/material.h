@@ -114,6 +114,7 @@ struct TangentFrame {
 /// The properties of a material that do not depend on the surface point.
 struct MaterialFlags {
     bool smooth = true;         ///< has lobes that are not delta lobes, so that lights are sampled
+    bool delta = false;         ///< has delta lobes beside others, such as the gloss of varnish
     bool diffuse = false;       ///< mostly diffuse, so that its indirect light varies slowly over the surface
     bool textured = false;      ///< a texture modulates the reflection; see Material::albedo
     bool viewDependent = false; ///< the reflectance varies much with wo; see Material::reflectance
