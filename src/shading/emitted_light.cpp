@@ -33,12 +33,12 @@ float hitLightPdf(const PathContext& context, const SurfacePoint& s, const V3f& 
 template <class LightPdf>
 float hitLightWeight(const PathContext& context, const Path& path, int lightIndex, uint32_t prim, int bounce,
                      const LightPdf& pdf) {
-    const bool isExcluded = path.component == LightComponent::Indirect;
-    if (isExcluded && bounce == 0)
+    const bool isIndirect = path.component == LightComponent::Indirect;
+    if (isIndirect && bounce == 0)
         return 0; // emission of the first surface
     if (path.specularBounce)
         return 1;
-    if (isExcluded && bounce == 1)
+    if (isIndirect && bounce == 1)
         return 0; // its direct light, without that of delta lobes
     const Light& light = *context.scene.lights()[size_t(lightIndex)];
     if (light.isDelta() || !usesMis(path.maxBsdfPdf, light.solidAngle(path.previousP, path.ray.time)))
