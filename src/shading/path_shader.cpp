@@ -110,7 +110,8 @@ ShaderPlugin plugin(const char* name, const char* doc, bool hasIndirectLight) {
 } // namespace
 
 ShaderPlugin directLightingPlugin() {
-    return plugin("directlighting", "direct light at the first non-specular vertex", false);
+    return plugin("directlighting",
+                  "direct light at the first non-specular vertex, and what its delta lobes show", false);
 }
 
 ShaderPlugin pathPlugin() {

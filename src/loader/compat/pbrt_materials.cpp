@@ -259,7 +259,7 @@ MaterialPtr createShinyMetal(const ParamSet& params, const BuildContext& context
     const RgbInput ks = params.get(withDefault(kKs, RgbInput(Rgb(1)))),
                    kr = params.get(withDefault(kKr, RgbInput(Rgb(1))));
     const Roughness roughness = readRoughness(params, roughnessDefs(.1f), roughnessRule(context));
-    if (meanOf(kr) >= meanOf(ks)) // direct lighting follows reflections of "mirror" only
+    if (meanOf(kr) >= meanOf(ks))
         return mirrorPlugin().create(ParamBuilder().set("Kr", kr).params(), context);
     return metal(ks, roughness);
 }
