@@ -59,51 +59,55 @@ struct NormalEquations {
 
     bool hasPoints() const { return rows[0][0] > 0; }
 
-    /// Solves the equations by Cholesky decomposition. The ridge keeps derivatives small that the points do
-    /// not determine; it is relative to the total weight.
-    LightFit<kChannels> solve() {
-        constexpr float kRidge[kTerms] = {0, 0.02f, 0.02f, 0.05f, 0.05f};
-        const float total = rows[0][0];
-        LightFit<kChannels> fit{};
-        if (!(total > 0))
-            return fit;
-        float inverse[kTerms]; // of the diagonal
+    /// Solves the equations for some of the channels, kCount from `first` on. The ridge keeps derivatives
+    /// small that the points do not determine: it is added to the sums of their squared features.
+    template <int kCount>
+    void solve(int first, float ridge, LightFit<kChannels>& fit) const {
+        const Cholesky factor(*this, ridge);
+        float x[kTerms][kCount];
         for (int a = 0; a < kTerms; ++a) {
-            rows[a][a] += kRidge[a] * total;
-            for (int b = 0; b <= a; ++b) {
-                float sum = rows[a][b];
-                for (int k = 0; k < b; ++k)
-                    sum -= rows[a][k] * rows[b][k];
-                rows[a][b] = sum * (a == b ? 1 : inverse[b]);
-            }
-            inverse[a] = 1 / std::sqrt(std::max(rows[a][a], 1e-12f * total));
-            rows[a][a] *= inverse[a];
-        }
-        substitute(inverse, fit);
-        return fit;
-    }
-
-  private:
-    void substitute(const float* inverse, LightFit<kChannels>& fit) const {
-        auto& x = fit.terms;
-        for (int a = 0; a < kTerms; ++a) {
-            std::copy_n(rows[a] + kTerms, kChannels, x[a]);
+            std::copy_n(rows[a] + kTerms + first, kCount, x[a]);
             for (int k = 0; k < a; ++k)
-                subtract(x[k], rows[a][k], x[a]);
-            scale(inverse[a], x[a]);
+                subtract<kCount>(x[k], factor.rows[a][k], x[a]);
+            scale<kCount>(factor.inverse[a], x[a]);
         }
         for (int a = kTerms - 1; a >= 0; --a) {
             for (int k = a + 1; k < kTerms; ++k)
-                subtract(x[k], rows[k][a], x[a]);
-            scale(inverse[a], x[a]);
+                subtract<kCount>(x[k], factor.rows[k][a], x[a]);
+            scale<kCount>(factor.inverse[a], x[a]);
+            std::copy_n(x[a], kCount, fit.terms[a] + first);
         }
     }
+
+  private:
+    /// The Cholesky decomposition of the sums of products of features.
+    struct Cholesky {
+        float rows[kTerms][kTerms]; ///< lower triangle
+        float inverse[kTerms];      ///< of its diagonal
+
+        Cholesky(const NormalEquations& equations, float ridge) {
+            const float total = equations.rows[0][0];
+            for (int a = 0; a < kTerms; ++a) {
+                for (int b = 0; b <= a; ++b) {
+                    float sum = equations.rows[a][b] + (a == b && a > 0 ? ridge : 0);
+                    for (int k = 0; k < b; ++k)
+                        sum -= rows[a][k] * rows[b][k];
+                    rows[a][b] = sum * (a == b ? 1 : inverse[b]);
+                }
+                inverse[a] = 1 / std::sqrt(std::max(rows[a][a], 1e-12f * total));
+                rows[a][a] *= inverse[a];
+            }
+        }
+    };
+
+    template <int kCount>
     static void subtract(const float* values, float factor, float* from) {
-        for (int c = 0; c < kChannels; ++c)
+        for (int c = 0; c < kCount; ++c)
             from[c] -= values[c] * factor;
     }
+    template <int kCount>
     static void scale(float factor, float* values) {
-        for (int c = 0; c < kChannels; ++c)
+        for (int c = 0; c < kCount; ++c)
             values[c] *= factor;
     }
 };
@@ -140,7 +144,7 @@ STROBE_TARGET_CLONES void accumulate(const FitPoints<kChannels>& points, NormalE
 template <int kPartCount>
 class CellEstimator {
   public:
-    static constexpr int kChannels = kPartCount * NodeLight::kChannels;
+    static constexpr int kPartChannels = NodeLight::kChannels, kChannels = kPartCount * kPartChannels;
 
     /// `estimates`: by part; those of other parts are not used.
     CellEstimator(const CellPyramid& pyramid, const LightPart (&parts)[kPartCount], CellEstimates& estimates)
@@ -191,17 +195,21 @@ class CellEstimator {
         last.node = node;
         return last.fit;
     }
-    /// Fits both halves with the same weights: the inverse variances of the difference between both.
+    /// Fits both halves with the same weights: the inverse variances of the difference between both, relative
+    /// to the variance of a sample.
     Fit fitNode(uint32_t index, CellPyramid::Neighbors& neighbors) const {
         constexpr float kMinCosine = 0.7f; // between the normals of points that share
         const CellNode& node = m_pyramid.nodes()[index];
         const FitFrame frame(node, kFitRadius * m_pyramid.edge(node));
         FitPoints<kChannels> points;
         NormalEquations<kChannels> equations;
+        float squares[kPartCount] = {}; // of the differences between both halves
+        float kernels = 0;
         for (const uint32_t neighbor : neighbors.of(index)) {
             const CellNode& other = m_pyramid.nodes()[neighbor];
+            const float kernel = frame.kernel(other.p);
             const float weight =
-                frame.kernel(other.p) * (other.count[0] * other.count[1] / (other.count[0] + other.count[1]));
+                kernel * (other.count[0] * other.count[1] / (other.count[0] + other.count[1]));
             if (!(weight > 0) || dot(node.n, other.n) < kMinCosine)
                 continue;
             if (points.count == points.kMax) {
@@ -212,12 +220,40 @@ class CellEstimator {
             float* const row = points.rows[points.count++];
             frame.features(other.p, other.n, row);
             std::fill(copyLight(neighbor, row + kTerms), row + points.kColumns, 0.f);
+            kernels += kernel;
+            for (int part = 0; part < kPartCount; ++part)
+                squares[part] += weight * squaredDifference(row + kTerms + part * kPartChannels);
         }
         accumulate(points, equations);
-        Fit fit = equations.solve();
-        if (!equations.hasPoints())
+        Fit fit{};
+        if (!equations.hasPoints()) {
             copyLight(index, fit.terms[0]);
+            return fit;
+        }
+        for (int part = 0; part < kPartCount; ++part) {
+            const float ridge = ridgeOf(equations, part * kPartChannels, squares[part] / kernels);
+            equations.template solve<kPartChannels>(part * kPartChannels, ridge, fit);
+        }
         return fit;
+    }
+    /// Returns the squared difference between the two halves of the light of one part.
+    static float squaredDifference(const float* light) {
+        float sum = 0;
+        for (int c = 0; c < 3; ++c)
+            sum += sqr(light[c] - light[3 + c]);
+        return sum;
+    }
+    /// Returns the ridge for a part, whose channels start at `first`. `variance`: of a sample. The ridge of
+    /// the least expected error is the variance of a sample over the mean square of the derivatives, which
+    /// are taken to be as large as the mean light.
+    static float ridgeOf(const NormalEquations<kChannels>& equations, int first, float variance) {
+        constexpr float kMin = 0.002f; // relative to the total weight, for few samples without noise
+        const float total = equations.rows[0][0];
+        const float* const sums = equations.rows[0] + kTerms + first;
+        float squaredMean = 0;
+        for (int c = 0; c < 3; ++c)
+            squaredMean += sqr((sums[c] + sums[3 + c]) / (2 * total));
+        return std::max(kMin * total, variance / std::max(squaredMean, 1e-20f));
     }
     /// Writes the values of the fit of a node at a cell.
     void evaluate(const Fit& fit, uint32_t node, const CellNode& cell, float (&out)[kChannels]) const {

@@ -16,7 +16,7 @@ struct NodeLight {
     float of[kChannels] = {};
 };
 
-/// A cell of any size with the mean position and the mean normal of all its samples.
+/// A cell of any size with the mean position and the mean shading normal of all its samples.
 struct CellNode {
     V3f p{0}, n{0};            ///< world space at shutter fraction 0; n is a unit vector
     float count[kHalves] = {}; ///< samples

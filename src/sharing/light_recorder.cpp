@@ -40,9 +40,10 @@ STROBE_FORCE_INLINE int32_t normalUnits(float n) {
     return int32_t(std::max(-1.f, std::min(1.f, n)) * float(1 << CellSums::kNormalBits));
 }
 
-/// Writes the cells of points whose edges are next to `size`, in scene units.
-STROBE_TARGET_CLONES void findCells(const V3SoA& p, const V3SoA& n, const float* size, int count,
-                                    CellSoA& out) {
+/// Writes the cells of points whose edges are next to `size`, in scene units. `n`: geometric normals, `ns`:
+/// shading normals.
+STROBE_TARGET_CLONES void findCells(const V3SoA& p, const V3SoA& n, const V3SoA& ns, const float* size,
+                                    int count, CellSoA& out) {
     constexpr int kExponentBias = 127, kMantissaBits = 23, kMaxLevel = CellId::kMaxLevel;
     STROBE_IVDEP
     for (int i = 0; i < count; ++i) {
@@ -59,9 +60,9 @@ STROBE_TARGET_CLONES void findCells(const V3SoA& p, const V3SoA& n, const float*
         const int axis = isX ? 0 : isY ? 1 : 2;
         out.level[i] = level;
         out.face[i] = 2 * axis + ((isX ? n.x[i] : notX) < 0 ? 1 : 0);
-        out.offsets[3][i] = normalUnits(n.x[i]);
-        out.offsets[4][i] = normalUnits(n.y[i]);
-        out.offsets[5][i] = normalUnits(n.z[i]);
+        out.offsets[3][i] = normalUnits(ns.x[i]);
+        out.offsets[4][i] = normalUnits(ns.y[i]);
+        out.offsets[5][i] = normalUnits(ns.z[i]);
     }
 }
 
@@ -69,7 +70,7 @@ STROBE_TARGET_CLONES void findCells(const V3SoA& p, const V3SoA& n, const float*
 
 /// The samples of one chunk of requests.
 struct LightRecorder::Chunk {
-    V3SoA p, n;                        ///< at rest; see findRestPoints
+    V3SoA p, n, ns;                    ///< at rest; see findRestPoints
     alignas(64) float size[kSoAWidth]; ///< of the cells
     CellSoA cells;
     LightSoA light;
@@ -106,8 +107,10 @@ void LightRecorder::finishTile(const PixelBounds& tile, Film& film) {
         m_frame.add(m_tile.cells(), m_lists);
 }
 
-/// Writes the positions and the normals, on the side of the viewer, at shutter fraction 0.
-void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n) const {
+/// Writes the positions, the geometric normals and the shading normals at shutter fraction 0. The normals are
+/// on the side of the viewer.
+void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n,
+                                   V3SoA& ns) const {
     MovingHits moving;
     StaticHits statics(m_scene);
     for (size_t i = 0; i < vertices.size(); ++i) {
@@ -115,13 +118,16 @@ void LightRecorder::findRestPoints(std::span<const FirstVertex> vertices, V3SoA&
         if (!vertex.hit || statics.contain(vertex.hit)) {
             p.set(int(i), vertex.p);
             n.set(int(i), vertex.n);
+            ns.set(int(i), vertex.ns);
         } else {
             moving.add(vertex.hit, int(i));
         }
     }
     moving.forEachAtRest(m_scene, [&](int i, const RawSurfacePoint& point) {
         p.set(i, point.p);
-        n.set(i, vertices[size_t(i)].isFront ? point.ng : -point.ng);
+        const FirstVertex& vertex = vertices[size_t(i)];
+        n.set(i, vertex.isFront ? point.ng : -point.ng);
+        ns.set(i, shadingNormalAtRest(vertex, point));
     });
 }
 
@@ -156,12 +162,12 @@ void LightRecorder::record(const VisibilityBatch& batch, std::span<const Rgb> ra
         const size_t first = c * kSoAWidth;
         chunk.count = int(std::min<size_t>(kSoAWidth, vertices.size() - first));
         const auto ofChunk = vertices.subspan(first, size_t(chunk.count));
-        findRestPoints(ofChunk, chunk.p, chunk.n);
+        findRestPoints(ofChunk, chunk.p, chunk.n, chunk.ns);
         gatherLight(ofChunk, radiance.subspan(first, size_t(chunk.count)), chunk);
     }
     setPixelData(batch, vertices);
     for (Chunk& chunk : m_chunks) {
-        findCells(chunk.p, chunk.n, chunk.size, chunk.count, chunk.cells);
+        findCells(chunk.p, chunk.n, chunk.ns, chunk.size, chunk.count, chunk.cells);
         findLightUnits(chunk.light, m_limits, chunk.count, chunk.units);
     }
     for (uint32_t pixel = 0; pixel < batch.pixels.size(); ++pixel)

@@ -42,7 +42,7 @@ class LightRecorder {
 
   private:
     struct Chunk;
-    void findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n) const;
+    void findRestPoints(std::span<const FirstVertex> vertices, V3SoA& p, V3SoA& n, V3SoA& ns) const;
     void gatherLight(std::span<const FirstVertex> vertices, std::span<const Rgb> radiance,
                      Chunk& chunk) const;
     void setPixelData(const VisibilityBatch& batch, std::span<const FirstVertex> vertices);

@@ -2,6 +2,14 @@
 
 namespace strobe {
 
+V3f shadingNormalAtRest(const FirstVertex& vertex, const RawSurfacePoint& rest) {
+    const float side = vertex.isFront ? 1.f : -1.f;
+    if (rest.material->flags().shadingNormal != ShadingNormal::Mapped)
+        return rest.ns * side;
+    const Frame from = Frame::fromNormalTangent(vertex.n, vertex.dpdu);
+    return Frame::fromNormalTangent(rest.ng * side, rest.dpdu).toWorld(from.toLocal(vertex.ns));
+}
+
 /// The camera hits at rest of the first samples of a pixel.
 struct PixelSpread::Points {
     static constexpr int kMax = 16;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/render/batch.h"
+#include "core/render/shader.h"
 #include "core/scene/scene.h"
 
 namespace strobe {
@@ -58,6 +59,10 @@ class MovingHits {
     HitSoA m_hits;
     int m_indices[kSoAWidth], m_count = 0;
 };
+
+/// Returns the shading normal of a vertex as if its surface rests, on the side of the viewer. A mapped normal
+/// turns with the surface. `rest`: the completed surface point at shutter fraction 0.
+V3f shadingNormalAtRest(const FirstVertex& vertex, const RawSurfacePoint& rest);
 
 /// Measures how far samples of pixels spread over surfaces at rest.
 class PixelSpread {

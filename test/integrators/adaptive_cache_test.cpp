@@ -163,6 +163,43 @@ Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9 
     EXPECT_LT(errorOf("adaptive-cache", {"share=direct"}), 0.6 * errorOf("supersample"));
 }
 
+/// A plane with bumps of ten pixels. Each sample chooses one of five colored lamps. Fits over the geometric
+/// normal leave 0.14 of the error of `supersample`, fits over the shading normal with derivatives that are
+/// always shrunk 0.05.
+TEST(AdaptiveCache, BumpsStaySharp) {
+    const auto scene = [](int samples) {
+        std::string text = R"(
+Film "image" "integer xresolution" 96 "integer yresolution" 72
+Sampler "sobol" "integer pixelsamples" )" +
+                           std::to_string(samples) + R"(
+Integrator "directlighting" "string strategy" "one"
+LookAt 0 0 4  0 0 0  0 1 0
+Camera "perspective" "float fov" 20
+WorldBegin
+)";
+        const std::pair<const char*, const char*> lamps[] = {{"-3 2 2", "9 3 3"},
+                                                             {"3 2 2", "3 9 3"},
+                                                             {"0 -3 2", "3 3 9"},
+                                                             {"-3 -2 3", "9 9 0"},
+                                                             {"3 -2 3", "0 9 9"}};
+        for (const auto& [position, radiance] : lamps)
+            text += std::string("AttributeBegin Translate ") + position +
+                    " AreaLightSource \"diffuse\" \"rgb L\" [" + radiance +
+                    "] Shape \"sphere\" \"float radius\" .6 AttributeEnd\n";
+        return text + R"(
+Texture "wrinkles" "float" "wrinkled" "integer octaves" 2
+Texture "height" "float" "scale" "texture tex1" "wrinkles" "float tex2" .3
+Material "matte" "texture bumpmap" "height"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-2 -2 0  2 -2 0  2 2 0  -2 2 0]
+)";
+    };
+    const Image reference = render(test::buildWith("supersample", scene(1024)), 99).image;
+    const Image adaptive =
+        render(test::buildWith("adaptive-cache", scene(4), {"share=direct", "sampling=uniform"})).image;
+    const Image own = render(test::buildWith("supersample", scene(4))).image;
+    EXPECT_LT(error(adaptive, reference), 0.04 * error(own, reference));
+}
+
 TEST(AdaptiveCache, DoesNotDependOnThreadsAndTiles) {
     const BuiltScene built = buildScene("adaptive-cache", 16);
     const Image image = render(built, 0, 1, 48).image;

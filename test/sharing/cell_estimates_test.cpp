@@ -77,14 +77,14 @@ TEST(CellSums, AddIsExact) {
     }
 }
 
-/// Ridges shrink derivatives by a tenth. Without derivatives, errors would be ten times as large.
+/// Halves that are equal have no noise, so that derivatives are hardly shrunk.
 TEST(CellEstimates, FitsReproduceLinearLight) {
     Cells cells;
     constexpr int kSize = 24;
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x) {
             const Rgb light = linearLight(centerOf(x, y));
-            cells.add(planeCell(x, y, light, light * 2.f));
+            cells.add(planeCell(x, y, light, light));
         }
     const CellEstimates estimates = estimatesOf(cells);
     for (int y = 8; y < 16; ++y)
@@ -93,14 +93,65 @@ TEST(CellEstimates, FitsReproduceLinearLight) {
             const uint32_t cell = cells.index(idOf(x, y));
             const CellEstimate& estimate = estimates.parts[int(kPart)][cell];
             for (int k = 0; k <= kFitScales; ++k)
-                for (int c = 0; c < 3; ++c) {
-                    const float tolerance = 0.04f * float(1 << k);
-                    EXPECT_NEAR(estimate.at(k, 0)[c], expected[c], tolerance) << x << " " << y << " " << k;
-                    EXPECT_NEAR(estimate.at(k, 1)[c], 2 * expected[c], 2 * tolerance)
-                        << x << " " << y << " " << k;
-                    EXPECT_NEAR(estimates.parts[int(LightPart::Direct)][cell].at(k, 1)[c], 1, 1e-4f);
-                }
+                for (int half = 0; half < kHalves; ++half)
+                    for (int c = 0; c < 3; ++c) {
+                        EXPECT_NEAR(estimate.at(k, half)[c], expected[c], 0.005f * float(1 << k))
+                            << x << " " << y << " " << k;
+                        EXPECT_NEAR(estimates.parts[int(LightPart::Direct)][cell].at(k, half)[c], 1, 1e-4f);
+                    }
         }
+}
+
+/// Returns the x component of the normal of a cell of a rough plane, without relation to the position.
+float tiltOf(int32_t x, int32_t y) { return 0.1f * float((7 * x + 5 * y + x * y) % 5 - 2); }
+
+/// Returns the sums of a cell whose normal is tilted: see planeCell.
+CellSums roughCell(int32_t x, int32_t y, const Rgb& first, const Rgb& second) {
+    CellSums sums = planeCell(x, y, first, second);
+    sums.n[0] = int64_t(2 * tiltOf(x, y) * float(1 << CellSums::kNormalBits));
+    sums.n[2] = int64_t(2 * std::sqrt(1 - sqr(tiltOf(x, y))) * float(1 << CellSums::kNormalBits));
+    return sums;
+}
+
+/// The mean squared errors of the estimates of a rough plane, relative to 1.
+struct RoughErrors {
+    double of[1 + kFitScales] = {};
+
+    /// `light(x, y)`: of a sample.
+    template <class Light>
+    RoughErrors(const Light& light, float slope) {
+        constexpr int kSize = 24;
+        Cells cells;
+        for (int y = 0; y < kSize; ++y)
+            for (int x = 0; x < kSize; ++x) {
+                const float first = light(x, y), second = light(x, y);
+                cells.add(roughCell(x, y, Rgb(first), Rgb(second)));
+            }
+        const CellEstimates estimates = estimatesOf(cells);
+        for (int y = 4; y < 20; ++y)
+            for (int x = 4; x < 20; ++x)
+                for (int k = 0; k <= kFitScales; ++k) {
+                    const CellEstimate& estimate = estimates.parts[int(kPart)][cells.index(idOf(x, y))];
+                    of[k] += sqr(estimate.at(k, 0).x - (1 + slope * tiltOf(x, y))) / 256;
+                }
+    }
+};
+
+/// Light without noise that depends on the normal alone. The cells of the larger fit average the normals
+/// away.
+TEST(CellEstimates, FitsFollowNormals) {
+    const RoughErrors errors([](int x, int y) { return 1 + tiltOf(x, y); }, 1);
+    EXPECT_LT(errors.of[1], sqr(0.014)); // a tenth of the standard deviation of the light
+}
+
+/// Constant light with noise as large as the light. Derivatives by the normal that are not shrunk would
+/// double the error of the smaller fit, and make that of the larger one five times as large.
+TEST(CellEstimates, NoiseShrinksDerivatives) {
+    std::mt19937 random(1);
+    std::exponential_distribution<float> noise(1);
+    const RoughErrors errors([&](int, int) { return noise(random); }, 0);
+    EXPECT_LT(errors.of[1], 0.04);
+    EXPECT_LT(errors.of[2], 0.012);
 }
 
 TEST(CellEstimates, FitsAverageNoise) {

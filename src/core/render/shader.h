@@ -17,6 +17,8 @@ struct FirstVertex {
     Hit hit; ///< empty: the path has no such vertex
     V3f p{0};
     V3f n{0};             ///< unit geometric normal, on the side of the viewer
+    V3f ns{0};            ///< unit shading normal, on the same side of the surface
+    V3f dpdu{0};          ///< see SurfacePoint
     bool isFront = false; ///< n is SurfacePoint::ng; false: its opposite
     float coneWidth = 0;  ///< of the path's ray cone
     Rgb albedo = Rgb(0);  ///< the throughput up to the vertex times Material::albedo and reflectance
