@@ -132,14 +132,18 @@ TEST(AdaptiveCache, ABackgroundWithoutNoiseStays) {
     EXPECT_EQ(changed, 0);
 }
 
+/// Returns a frame of direct light in which each sample chooses one lamp, before the camera.
+std::string oneLampFrame(int samples) {
+    return R"(
+Film "image" "integer xresolution" 96 "integer yresolution" 72
+Sampler "sobol" "integer pixelsamples" )" +
+           std::to_string(samples) + "\nIntegrator \"directlighting\" \"string strategy\" \"one\"\n";
+}
+
 /// Each sample chooses one of 24 lamps: the noise is large, and the light smooth.
 TEST(AdaptiveCache, SharesDirectLight) {
     const auto scene = [](int samples) {
-        std::string text = R"(
-Film "image" "integer xresolution" 96 "integer yresolution" 72
-Sampler "sobol" "integer pixelsamples" )" +
-                           std::to_string(samples) + R"(
-Integrator "directlighting" "string strategy" "one"
+        std::string text = oneLampFrame(samples) + R"(
 LookAt 0 2 -6  0 1 0  0 1 0
 Camera "perspective" "float fov" 50
 WorldBegin
@@ -168,11 +172,7 @@ Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9 
 /// always shrunk 0.05.
 TEST(AdaptiveCache, BumpsStaySharp) {
     const auto scene = [](int samples) {
-        std::string text = R"(
-Film "image" "integer xresolution" 96 "integer yresolution" 72
-Sampler "sobol" "integer pixelsamples" )" +
-                           std::to_string(samples) + R"(
-Integrator "directlighting" "string strategy" "one"
+        std::string text = oneLampFrame(samples) + R"(
 LookAt 0 0 4  0 0 0  0 1 0
 Camera "perspective" "float fov" 20
 WorldBegin

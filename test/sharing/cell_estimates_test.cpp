@@ -113,11 +113,11 @@ CellSums roughCell(int32_t x, int32_t y, const Rgb& first, const Rgb& second) {
     return sums;
 }
 
-/// The mean squared errors of the estimates of a rough plane, relative to 1.
+/// The mean squared errors of the estimates of a rough plane.
 struct RoughErrors {
     double of[1 + kFitScales] = {};
 
-    /// `light(x, y)`: of a sample.
+    /// `light(x, y)`: of a sample; its expected value is 1 + slope tiltOf(x, y).
     template <class Light>
     RoughErrors(const Light& light, float slope) {
         constexpr int kSize = 24;

@@ -22,7 +22,7 @@ struct CellId {
     uint64_t surface = 0; ///< instance and geometry: see Hit
     int32_t x = 0, y = 0, z = 0;
     int16_t level = 0;
-    uint16_t face = 0; ///< twice the largest axis of the normal, plus 1 if the normal points against it
+    uint16_t face = 0; ///< twice the largest axis of the geometric normal, plus 1 if this points against it
 
     /// Returns the cell of the next coarser grid that contains this one.
     CellId parent() const { return {surface, x >> 1, y >> 1, z >> 1, int16_t(level + 1), face}; }
@@ -108,8 +108,8 @@ inline constexpr int kHalves = 2;
 
 /// The sums of a cell. All are integers: they do not depend on the order of the samples.
 struct CellSums {
-    /// Positions are relative to the cell's corner, in units of 2^-kPositionBits edges; normals are unit
-    /// vectors, in units of 2^-kNormalBits.
+    /// Positions are relative to the cell's corner, in units of 2^-kPositionBits edges; shading normals are
+    /// unit vectors, in units of 2^-kNormalBits.
     static constexpr int kPositionBits = 16, kNormalBits = 14;
 
     CellId id;
