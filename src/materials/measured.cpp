@@ -148,7 +148,7 @@ class Measured : public Material {
         finishDirections(jobs, drawn, out);
     }
     float maxPdf(const Bsdf&, const V3f& wo) const override { return maxMixturePdf(m_fit, wo); }
-    float reflectance(const Bsdf&, const V3f& wo) const override { return m_fit.reflectance(wo.z); }
+    Rgb reflectance(const Bsdf&, const V3f& wo) const override { return Rgb(m_fit.reflectance(wo.z)); }
     void maxPdfSoA(const BsdfQuerySoA& jobs, float* out) const override {
         maxMixturePdfSoA(m_fit, jobs.wo, jobs.begin, jobs.end, out);
     }

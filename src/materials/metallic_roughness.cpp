@@ -112,6 +112,9 @@ class MetallicRoughness : public Material {
         const Data& data = bsdf.as<Data>();
         return Rgb(data.diffuse) * kPi + Rgb(data.f0) + Rgb(data.transmission);
     }
+    Rgb reflectance(const Bsdf& bsdf, const V3f& wo) const override {
+        return metallic_roughness::reflectance(bsdf.as<Data>(), wo);
+    }
     V3f mappedNormal(const TextureQuery& q, const TangentFrame& frame) const override {
         return m_inputs.normals ? m_inputs.normals->normal(q, frame) : frame.n;
     }

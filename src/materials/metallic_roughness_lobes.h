@@ -120,6 +120,32 @@ inline float coatFresnel(const Data& data, float cosine) {
     return data.coat * (kCoatF0 + (1 - kCoatF0) * schlick(cosine));
 }
 
+/// The fraction of uniform light that GGX reflects is f0 scale + f90 bias: approximately, after Karis
+/// ("Physically Based Shading on Mobile", 2014).
+struct GlossReflectance {
+    float scale, bias;
+
+    GlossReflectance(float cosine, float alpha) {
+        const float roughness = std::sqrt(alpha), r = 1 - roughness;
+        const float k = std::min(sqr(r), std::exp2(-9.28f * cosine)) * r + 0.0425f - 0.0275f * roughness;
+        scale = 1.04f - 0.572f * roughness - 1.04f * k;
+        bias = 0.022f * roughness - 0.04f + 1.04f * k;
+    }
+};
+/// Returns the approximate fraction of uniform light that is reflected or transmitted towards wo.
+inline Rgb reflectance(const Data& data, const V3f& wo) {
+    const float cosine = std::abs(wo.z);
+    const GlossReflectance gloss(cosine, data.alpha);
+    const Rgb body =
+        (Rgb(data.diffuse) * kPi + Rgb(data.transmission)) * dielectricTransmittance(data, cosine) +
+        Rgb(data.f0) * gloss.scale + Rgb(data.f90 * gloss.bias);
+    if (!(data.coat > 0))
+        return body;
+    const float coatCosine = std::abs(toCoat(data, wo).z);
+    const GlossReflectance coat(coatCosine, data.coatAlpha);
+    return Rgb(data.coat * (kCoatF0 * coat.scale + coat.bias)) + body * (1 - coatFresnel(data, coatCosine));
+}
+
 /// Returns Smith's masking G1 of GGX for one direction.
 inline float masking(float cosine, float alpha) {
     const float c = std::abs(cosine), a2 = sqr(alpha);

@@ -177,9 +177,7 @@ void recordFirstVertices(PathBatch& batch, const VertexChunk& v) {
             continue;
         const Material& material = *v.surface.material[i];
         first.albedo = v.beta.at(i);
-        if (v.isTextured[i])
-            first.albedo *= material.albedo(v.bsdf[i]);
-        if (material.flags().viewDependent)
+        if (v.isTextured[i] || material.flags().viewDependent)
             first.albedo *= material.reflectance(v.bsdf[i], v.woLocal.at(i));
         first.hit = v.hits.at(i);
         first.p = v.p.at(i);

@@ -205,11 +205,11 @@ TEST(Measured, ReflectanceIsTheIntegralOverDirections) {
     EXPECT_TRUE(material->flags().viewDependent);
     const Bsdf bsdf = prepared(*material);
     const V3f normal(0, 0, 1);
-    const double along = integralOf(*material, normal), relative = material->reflectance(bsdf, normal);
+    const double along = integralOf(*material, normal), relative = material->reflectance(bsdf, normal).x;
     for (const float cosO : {.8f, .5f, .3f, .1f}) {
         const V3f wo(safeSqrt(1 - cosO * cosO), 0, cosO);
         const double expected = integralOf(*material, wo) / along;
-        EXPECT_NEAR(material->reflectance(bsdf, wo) / relative / expected, 1, .05) << cosO;
+        EXPECT_NEAR(material->reflectance(bsdf, wo).x / relative / expected, 1, .05) << cosO;
         EXPECT_EQ(material->reflectance(bsdf, wo), material->reflectance(bsdf, -wo)) << cosO;
     }
     const double grazing = integralOf(*material, V3f(safeSqrt(1 - sqr(.1f)), 0, .1f));
@@ -220,7 +220,7 @@ TEST(Measured, ReflectanceOfBlackIsPositive) {
     const ScratchFile file("o.binary", merlOf(1, [](double) { return 0; }));
     const auto material = makeMaterial(measuredPlugin(), {stringParam("filename", file.path.string())});
     for (const V3f& wo : viewDirections())
-        EXPECT_EQ(material->reflectance(prepared(*material), wo), 1) << wo;
+        EXPECT_EQ(material->reflectance(prepared(*material), wo), Rgb(1)) << wo;
 }
 
 TEST(Merl, IndexesByHalfAndDifferenceAngles) {

@@ -96,6 +96,7 @@ TEST(MaterialWithNormals, IsItsBaseButForTheNormal) {
     bumped->evalCos(b, wo, &wi, 1, &g, nullptr);
     EXPECT_EQ(f, g);
     EXPECT_EQ(base->albedo(a), bumped->albedo(b));
+    EXPECT_EQ(base->reflectance(a, wo), bumped->reflectance(b, wo));
     EXPECT_EQ(base->maxPdf(a, wo), bumped->maxPdf(b, wo));
 }
 

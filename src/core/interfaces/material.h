@@ -116,8 +116,8 @@ struct MaterialFlags {
     bool smooth = true;         ///< has lobes that are not delta lobes, so that lights are sampled
     bool delta = false;         ///< has delta lobes beside others, such as the gloss of varnish
     bool diffuse = false;       ///< mostly diffuse, so that its indirect light varies slowly over the surface
-    bool textured = false;      ///< a texture modulates the reflection; see Material::albedo
-    bool viewDependent = false; ///< the reflectance varies much with wo; see Material::reflectance
+    bool textured = false;      ///< a texture modulates the reflection; see albedo, reflectance
+    bool viewDependent = false; ///< the reflectance varies much with wo; see reflectance
     bool transmissive = false;  ///< has transmissive lobes
     bool isMix = false;         ///< stands for another material at each point; see Material::chosen
     bool needsFootprint = false;     ///< reads the footprint of TextureQuery
@@ -175,10 +175,10 @@ class Material {
     /// Returns the approximate reflectance that the texture of a textured material modulates. Indirect light
     /// divided by the albedo is shared between neighboring points. The default is white.
     virtual Rgb albedo(const Bsdf&) const { return Rgb(1); }
-    /// Returns the approximate fraction of uniform light that a view-dependent material reflects towards wo
-    /// (the second argument), relative to the albedo and up to a constant factor; positive. adaptive-cache
-    /// divides light by it, too. The default is 1.
-    virtual float reflectance(const Bsdf&, const V3f&) const { return 1; }
+    /// Returns the approximate fraction of uniform light that a textured or view-dependent material reflects
+    /// towards wo (the second argument), up to a constant factor; positive unless the material is black.
+    /// adaptive-cache divides light by it. The default is the albedo.
+    virtual Rgb reflectance(const Bsdf& bsdf, const V3f&) const { return albedo(bsdf); }
     /// For ShadingNormal::Mapped: returns the shading normal in world space, of any length. The default is
     /// the interpolated normal.
     virtual V3f mappedNormal(const TextureQuery&, const TangentFrame& frame) const { return frame.n; }

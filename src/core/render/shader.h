@@ -21,7 +21,7 @@ struct FirstVertex {
     V3f dpdu{0};          ///< see SurfacePoint
     bool isFront = false; ///< n is SurfacePoint::ng; false: its opposite
     float coneWidth = 0;  ///< of the path's ray cone
-    Rgb albedo = Rgb(0);  ///< the throughput up to the vertex times Material::albedo and reflectance
+    Rgb albedo = Rgb(0);  ///< throughput to the vertex, times Material::reflectance if flags ask for it
     // Parts of the path's radiance:
     Rgb direct = Rgb(0);   ///< direct light at the vertex, without its emission
     Rgb indirect = Rgb(0); ///< light that reaches the vertex by other surfaces
