@@ -51,6 +51,7 @@ Scene::Scene(std::vector<Group> groups, std::vector<Instance> instances,
         if (m_lights[i]->isEnvironment())
             m_environments.push_back(int(i));
     }
+    m_moves = anythingMoves();
     m_lightSampler = LightSampler(std::move(powers));
     m_uniformLightSampler = LightSampler(std::move(isLit));
     for (const auto& material : m_materials)
@@ -98,7 +99,8 @@ void Scene::meshSurface(const PlacedShape& placed, const Hit& hit, float time, R
                              triangleUv(mesh, hit.prim, 0, 1), s.dpdu, s.dpdv);
 }
 
-bool Scene::moves() const {
+/// Visits all shapes.
+bool Scene::anythingMoves() const {
     const auto instanceMoves = [](const Instance& instance) {
         return instance.motion && !instance.motion->isStatic();
     };

@@ -137,7 +137,7 @@ class Scene {
     const LightTree& lightTree(const LightTreeSettings& settings) const;
     const Shutter& shutter() const { return m_shutter; }
     /// True when the camera or any shape changes while the shutter is open.
-    bool moves() const;
+    bool moves() const { return m_moves; }
     /// True when some material reads the texture footprint of rays.
     bool needsFootprint() const { return m_needsFootprint; }
     /// True when some surface bounds an absorbing medium.
@@ -177,6 +177,7 @@ class Scene {
     Rgb environment(const V3f& d) const;
 
   private:
+    bool anythingMoves() const;
     static void meshSurface(const PlacedShape& placed, const Hit& hit, float time, RawSurfacePoint& s);
     void rawSurfacesOfGeometry(const HitSoA& hits, const float* time, int begin, int end,
                                SurfaceSoA& out) const;
@@ -209,6 +210,7 @@ class Scene {
     std::shared_ptr<const Camera> m_camera;
     Shutter m_shutter;
     bool m_showsBackground;
+    bool m_moves = false;
     bool m_needsFootprint = false;
     bool m_hasLargeMeshes = false;
     bool m_hasMedia = false;
