@@ -15,6 +15,8 @@ namespace {
 /// Regions have as much light as this number of equally bright samples. More samples have less noise, wider
 /// regions more bias: measured.
 constexpr float kEnoughSamples = 4;
+/// Surfaces with fewer samples share their light if they are as many as this number of equally large ones.
+constexpr float kEnoughSurfaces = 4;
 /// Samples are half rare if a pixel has this number of equally bright ones.
 constexpr float kHalfRare = 0.2f;
 
@@ -36,6 +38,23 @@ struct Sums {
     Rgb rare = Rgb(0);
     /// Returns the number of equally bright samples whose noise is that of these samples.
     float effectiveCount() const { return squares > 0 ? sqr(brightness) / squares : 0; }
+};
+
+/// Returns the weight of a mean over a number of equal things: 0 up to half of what is enough.
+float weightOf(float count, float enough) { return std::clamp(2 * count / enough - 1, 0.f, 1.f); }
+
+/// A region around a cell.
+struct Region {
+    Sums sums;
+    float count;  ///< of all samples, weighted
+    float weight; ///< of the region among those of the cell
+    float rest;   ///< the weight that the regions of the cell leave, if this is the largest
+};
+
+/// The weight that the regions of a cell leave, and the rare light per sample of the largest.
+struct Rest {
+    float weight = 0;
+    Rgb light = Rgb(0);
 };
 
 /// Some points of a surface, as a structure of arrays.
@@ -164,6 +183,7 @@ class RareLight::Estimator {
     bool hasMore(uint32_t node) const;
     void estimateRarity(std::span<const RareSample> samples, float samplesPerPixel);
     void estimateLight();
+    void addRests(std::span<const Rest> rests);
     uint32_t topOf(uint32_t cell) const;
     std::vector<bool> findTopsNearRareLight() const;
 
@@ -209,10 +229,9 @@ void RareLight::Estimator::forNodesOf(const RareSample& sample, const Work& work
     m_pyramid.forEachAncestor(m_pyramid.nodeOf(sample.cell), [&](uint32_t node) { work(m_sums[node]); });
 }
 
-/// Calls work(cell, sums, count, weight) for regions of increasing size around each cell, up to that of its
-/// surface, with the sums over the region and its number of samples: the first has weight as far as it has
-/// enough samples above the limit, the next has what is left, and so on. The weights sum to 1. `cells`: in
-/// the order of m_cellsByNode.
+/// Calls work(cell, region) for regions of increasing size around each cell, up to that of its surface: the
+/// first has weight as far as it has enough samples above the limit, the next has what is left, and so on.
+/// The weights and the rest of the largest region sum to 1. `cells`: in the order of m_cellsByNode.
 template <class Work>
 void RareLight::Estimator::forRegions(std::span<const uint32_t> cells, const Work& work) const {
     constexpr size_t kRun = 512;
@@ -258,15 +277,15 @@ void RareLight::Estimator::forRegionsOfSize(const Surroundings& surroundings, st
     float counts[1][Points::kMax];
     bool hasCounts = false; // few regions need them
     for (size_t i = 0; i < queries.size(); ++i) {
-        const float enough = 2 * sums[i].effectiveCount() / kEnoughSamples - 1;
-        const float share = isLargest ? 1 : std::clamp(enough, 0.f, 1.f);
-        if (share > 0 && sums[i].brightness > 0) {
+        const float share = weightOf(sums[i].effectiveCount(), kEnoughSamples);
+        const float weight = queries[i].rest * share, rest = queries[i].rest - weight;
+        if (sums[i].brightness > 0 && (share > 0 || isLargest)) {
             if (!hasCounts)
                 surroundings.count(points, counts);
             hasCounts = true;
-            work(queries[i].cell, sums[i], counts[0][i], queries[i].rest * share);
+            work(queries[i].cell, Region{sums[i], counts[0][i], weight, isLargest ? rest : 0});
         }
-        queries[i].rest *= 1 - share;
+        queries[i].rest = isLargest ? 0 : rest;
     }
 }
 
@@ -285,8 +304,9 @@ void RareLight::Estimator::estimateRarity(std::span<const RareSample> samples, f
     std::vector<uint32_t> cells;
     std::copy_if(m_cellsByNode.begin(), m_cellsByNode.end(), std::back_inserter(cells),
                  [&](uint32_t cell) { return hasSamples[cell]; });
-    forRegions(cells, [&](uint32_t cell, const Sums& sums, float count, float weight) {
-        m_estimates[cell].rarity += weight * sums.effectiveCount() / count; // per sample
+    forRegions(cells, [&](uint32_t cell, const Region& region) {
+        const float weight = region.weight + region.rest;
+        m_estimates[cell].rarity += weight * region.sums.effectiveCount() / region.count; // per sample
     });
     for (const uint32_t cell : cells)
         m_estimates[cell].rarity = rarityOf(samplesPerPixel * m_estimates[cell].rarity);
@@ -298,9 +318,43 @@ void RareLight::Estimator::estimateLight() {
     std::vector<uint32_t> cells;
     std::copy_if(m_cellsByNode.begin(), m_cellsByNode.end(), std::back_inserter(cells),
                  [&](uint32_t cell) { return isNearRare[topOf(cell)]; });
-    forRegions(cells, [&](uint32_t cell, const Sums& sums, float count, float weight) {
-        m_estimates[cell].light += sums.rare * (weight / count);
+    HugeVector<Rest> rests(m_estimates.size());
+    forRegions(cells, [&](uint32_t cell, const Region& region) {
+        const Rgb light = region.sums.rare * (1 / region.count);
+        m_estimates[cell].light += light * region.weight;
+        rests[cell] = {region.rest, light};
     });
+    addRests(rests);
+}
+
+/// Adds the light of the weights that are left. A surface whose largest region has not enough samples has the
+/// mean of all such surfaces, if they are enough: a single bright sample would light a small surface.
+void RareLight::Estimator::addRests(std::span<const Rest> rests) {
+    double samples = 0, squares = 0, ofSurface = 0, light[3] = {};
+    uint64_t surface = 0;
+    const auto endSurface = [&] { squares += sqr(std::exchange(ofSurface, 0.)); };
+    for (size_t cell = 0; cell < rests.size(); ++cell) {
+        if (!(rests[cell].weight > 0))
+            continue;
+        const CellNode& node = m_pyramid.nodes()[m_pyramid.nodeOf(cell)];
+        const uint64_t ofCell = m_pyramid.surfaceOf(node);
+        if (std::exchange(surface, ofCell) != ofCell)
+            endSurface();
+        const double count = double(rests[cell].weight * (node.count[0] + node.count[1]));
+        samples += count;
+        ofSurface += count;
+        for (int c = 0; c < 3; ++c)
+            light[c] += count * double(rests[cell].light[c]);
+    }
+    endSurface();
+    if (!(samples > 0))
+        return;
+    const float common = weightOf(float(sqr(samples) / squares), kEnoughSurfaces);
+    Rgb mean;
+    for (int c = 0; c < 3; ++c)
+        mean[c] = float(light[c] / samples);
+    for (size_t cell = 0; cell < rests.size(); ++cell)
+        m_estimates[cell].light += (mean * common + rests[cell].light * (1 - common)) * rests[cell].weight;
 }
 
 /// Returns the node of the largest size that contains a cell.

@@ -59,6 +59,27 @@ struct Plane : Surface {
     void addSample(int x, int y, float light) { addSample(cellAt(x, y), light); }
 };
 
+/// Squares of 8x8 cells, each a surface of its own.
+struct Squares : Surface {
+    static constexpr int kCells = 64; ///< of a square
+
+    explicit Squares(int count) {
+        const Plane plane;
+        for (int surface = 0; surface < count; ++surface)
+            for (int i = 0; i < kCells; ++i) {
+                cells.push_back(plane.cells[plane.cellAt(i % 8, i / 8)]);
+                cells.back().id.surface = uint64_t(surface);
+            }
+        sort();
+    }
+    uint32_t firstCell(int surface) const {
+        const auto cell = std::find_if(cells.begin(), cells.end(), [&](const CellSums& sums) {
+            return sums.id.surface == uint64_t(surface);
+        });
+        return uint32_t(cell - cells.begin());
+    }
+};
+
 /// A sphere around the origin with even samples.
 struct Sphere : Surface {
     static constexpr float kRadius = 20;
@@ -172,6 +193,31 @@ TEST(RareLight, RegionsHaveSeveralSamples) {
     const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
     const float mean = 1e5f / (kSamples * kSize * kSize);
     EXPECT_LT(rare.light(plane.cellAt(32, 32)).x, 4 * mean);
+}
+
+/// One bright sample does not light a whole small surface: surfaces with few samples share their light.
+TEST(RareLight, SmallSurfacesShareIt) {
+    constexpr int kLit = 8;
+    Squares squares(kLit + 1);
+    squares.addSample(squares.firstCell(0), 1e5f);
+    for (int surface = 1; surface < kLit; ++surface)
+        squares.addSample(squares.firstCell(surface), 1e3f);
+    const CellPyramid pyramid = squares.pyramid();
+    const RareLight rare(pyramid, pyramid.cellsByNode(), squares.samples, kPart, kSamples);
+    const float mean = (1e5f + (kLit - 1) * 1e3f) / (kLit * Squares::kCells * kSamples);
+    for (int surface = 0; surface < kLit; ++surface)
+        EXPECT_NEAR(rare.light(squares.firstCell(surface)).x, mean, 0.5f * mean) << surface;
+    EXPECT_EQ(rare.light(squares.firstCell(kLit)), Rgb(0));
+}
+
+/// Two surfaces may differ as much as their samples do.
+TEST(RareLight, TwoSurfacesDoNotShareIt) {
+    Squares squares(2);
+    squares.addSample(squares.firstCell(0), 1e5f);
+    squares.addSample(squares.firstCell(1), 1e3f);
+    const CellPyramid pyramid = squares.pyramid();
+    const RareLight rare(pyramid, pyramid.cellsByNode(), squares.samples, kPart, kSamples);
+    EXPECT_NEAR(rare.light(squares.firstCell(0)).x / rare.light(squares.firstCell(1)).x, 100, 1);
 }
 
 /// In a highlight each pixel has bright samples.
