@@ -132,6 +132,7 @@ struct GlossReflectance {
         bias = 0.022f * roughness - 0.04f + 1.04f * k;
     }
 };
+
 /// Returns the approximate fraction of uniform light that is reflected or transmitted towards wo.
 inline Rgb reflectance(const Data& data, const V3f& wo) {
     const float cosine = std::abs(wo.z);

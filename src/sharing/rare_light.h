@@ -10,8 +10,8 @@ namespace strobe {
 /// probability. Their samples are much brighter than their neighbors. A fit that contains such a sample would
 /// be a bright spot as large as its region. Therefore, light above RareLimits is recorded by sample
 /// (RareSample). For one part of the light, at each cell it is averaged over a region that contains several
-/// such samples. Samples of a highlight are not rare: each pixel has some. Their light is added to the other
-/// light.
+/// such samples. Surfaces with few of them have the mean of all such surfaces. Samples of a highlight are not
+/// rare: each pixel has some. Their light is added to the other light.
 class RareLight {
   public:
     /// There is no rare light.

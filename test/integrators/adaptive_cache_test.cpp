@@ -167,6 +167,17 @@ Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9 
     EXPECT_LT(errorOf("adaptive-cache", {"share=direct"}), 0.6 * errorOf("supersample"));
 }
 
+/// Returns the error of sharing direct light, relative to that of supersample, with four samples per pixel.
+/// `scene(samples)`: its text.
+template <class Scene>
+double relativeErrorOfSharing(const Scene& scene) {
+    const Image reference = render(test::buildWith("supersample", scene(1024)), 99).image;
+    const Image adaptive =
+        render(test::buildWith("adaptive-cache", scene(4), {"share=direct", "sampling=uniform"})).image;
+    const Image own = render(test::buildWith("supersample", scene(4))).image;
+    return error(adaptive, reference) / error(own, reference);
+}
+
 /// A plane with bumps of ten pixels. Each sample chooses one of five colored lamps. Fits over the geometric
 /// normal leave 0.14 of the error of `supersample`, fits over the shading normal with derivatives that are
 /// always shrunk 0.05.
@@ -193,11 +204,7 @@ Material "matte" "texture bumpmap" "height"
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-2 -2 0  2 -2 0  2 2 0  -2 2 0]
 )";
     };
-    const Image reference = render(test::buildWith("supersample", scene(1024)), 99).image;
-    const Image adaptive =
-        render(test::buildWith("adaptive-cache", scene(4), {"share=direct", "sampling=uniform"})).image;
-    const Image own = render(test::buildWith("supersample", scene(4))).image;
-    EXPECT_LT(error(adaptive, reference), 0.04 * error(own, reference));
+    EXPECT_LT(relativeErrorOfSharing(scene), 0.04);
 }
 
 /// A rough varnish over dark stripes in uniform light, at grazing angles: most light is reflected by the
@@ -221,11 +228,7 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 -9 0  9 -9 0 
   "float uv" [0 0  1 0  1 1  0 1]
 )";
     };
-    const Image reference = render(test::buildWith("supersample", scene(1024)), 99).image;
-    const Image adaptive =
-        render(test::buildWith("adaptive-cache", scene(4), {"share=direct", "sampling=uniform"})).image;
-    const Image own = render(test::buildWith("supersample", scene(4))).image;
-    EXPECT_LT(error(adaptive, reference), 0.15 * error(own, reference));
+    EXPECT_LT(relativeErrorOfSharing(scene), 0.15);
 }
 
 TEST(AdaptiveCache, DoesNotDependOnThreadsAndTiles) {

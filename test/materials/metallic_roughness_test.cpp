@@ -74,8 +74,7 @@ Rgb reflectedByUniformLight(const Material& material, const V3f& wo) {
     return sum / float(kSamples);
 }
 
-/// Towards grazing angles, gloss reflects more than a dark body. Without the gloss, the reflectance would be
-/// too small by factors of 2.6 to 4.4 there.
+/// Towards grazing angles, gloss reflects more than a dark body.
 TEST(MetallicRoughness, ReflectanceIsThatOfUniformLight) {
     std::vector<MetallicRoughnessInputs> materials(6, inputs(.05f, 0, .2f));
     materials[1].clearcoat = 1;
