@@ -12,18 +12,11 @@ namespace {
 
 /// The cells of points, and the offset of each point from the corner of its cell, in units of CellSums.
 struct CellSoA {
-    alignas(64) uint32_t instance[kSoAWidth], geometry[kSoAWidth]; ///< of hits; see Hit
+    uint64_t surface[kSoAWidth]; ///< see SurfaceIds
     alignas(64) int32_t x[kSoAWidth], y[kSoAWidth], z[kSoAWidth], level[kSoAWidth], face[kSoAWidth];
     alignas(64) int32_t offsets[CellSlot::kOffsets][kSoAWidth];
 
-    CellId at(int i) const {
-        return {uint64_t(instance[i]) << 32 | geometry[i],
-                x[i],
-                y[i],
-                z[i],
-                int16_t(level[i]),
-                uint16_t(face[i])};
-    }
+    CellId at(int i) const { return {surface[i], x[i], y[i], z[i], int16_t(level[i]), uint16_t(face[i])}; }
 };
 
 /// Writes the largest integer not above q, limited to ±2^30, and what is left of q, at most 1, in units.
@@ -82,7 +75,7 @@ struct LightRecorder::Chunk {
 
 LightRecorder::LightRecorder(const Scene& scene, float cellSize, float clamp, LightParts parts,
                              const RareLimits& rareLimits, FrameLight& frame)
-    : m_scene(scene), m_spread(scene), m_cellSize(cellSize), m_parts(parts), m_limits{clamp, rareLimits},
+    : m_scene(scene), m_surfaceIds(scene.surfaceIds()), m_spread(scene), m_cellSize(cellSize), m_parts(parts), m_limits{clamp, rareLimits},
       m_frame(frame), m_tile(parts) {}
 
 LightRecorder::~LightRecorder() = default;
@@ -138,8 +131,7 @@ void LightRecorder::gatherLight(std::span<const FirstVertex> vertices, std::span
     for (size_t k = 0; k < vertices.size(); ++k) {
         const FirstVertex& vertex = vertices[k];
         const int i = int(k);
-        chunk.cells.instance[i] = vertex.hit.instance;
-        chunk.cells.geometry[i] = vertex.hit.geometry;
+        chunk.cells.surface[i] = vertex.hit ? m_surfaceIds.of(vertex.hit) : 0;
         chunk.light.radiance.set(i, radiance[k]);
         chunk.light.albedo.set(i, vertex.albedo);
         chunk.light.parts[int(LightPart::Direct)].set(i, vertex.direct);

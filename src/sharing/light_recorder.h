@@ -56,6 +56,7 @@ class LightRecorder {
     static void addUnits(const int64_t* units, RgbSum& sum);
 
     const Scene& m_scene;
+    const SurfaceIds& m_surfaceIds;
     const PixelSpread m_spread;
     const float m_cellSize;
     const LightParts m_parts;

@@ -3,9 +3,10 @@
 #include "core/math/simd4.h"
 #include "core/util/parallel.h"
 #include "sharing/cell_estimates.h"
+#include "sharing/errors/bright_pixels.h"
+#include "sharing/errors/squared_bias.h"
+#include "sharing/errors/window_mean.h"
 #include "sharing/rare_light.h"
-#include "sharing/squared_bias.h"
-#include "sharing/window_mean.h"
 
 #include <algorithm>
 
@@ -89,10 +90,12 @@ class Mixture {
         : m_light(light), m_part(part), m_width(light.pixelBounds.width()),
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
           m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)) {
-        forPixels([&](size_t i) { measure(i, estimates); });
+        HugeBuffer<Brightness> brightness(m_differences.size());
+        forPixels([&](size_t i) { brightness[i] = measure(i, estimates); });
+        const BrightPixels bright(brightness, m_width, m_height);
         LanePlane scratch(m_width, m_height);
-        WindowMean(m_width, m_height, kWindow).apply(m_variance, scratch);
-        m_bias.average(scratch);
+        averageVariance(bright, scratch);
+        m_bias.average(bright, scratch);
     }
     /// Returns the mixture.
     SharedPart mix() {
@@ -115,14 +118,14 @@ class Mixture {
         alignas(16) float of[3][kLanes];
     };
 
-    /// Measures the errors at a pixel. The variance of the mean of both halves follows from their squared
-    /// difference; the squared bias of an estimate is the product of its differences from the own values of
-    /// the other half, whose noise is independent.
+    /// Measures the errors at a pixel. Returns the brightness of its estimates. The variance of the mean of
+    /// both halves follows from their squared difference; the squared bias of an estimate is the product of
+    /// its differences from the own values of the other half, whose noise is independent.
     ///
     /// Halves of a scrambled Sobol' sequence err in opposite directions where the light depends on few
     /// dimensions, so that their difference overestimates the variance of their mean: up to 8 times and more
     /// for direct light (measured). The quarters show by how much.
-    void measure(size_t pixel, const HugeBuffer<CellEstimate>& estimates) {
+    Brightness measure(size_t pixel, const HugeBuffer<CellEstimate>& estimates) {
         Float4 sums[kHalves][3] = {};
         for (const PixelUse& use : m_light.uses(pixel)) {
             const auto& estimate = estimates[use.cell].light[use.half];
@@ -135,10 +138,12 @@ class Mixture {
         const float inverses[kHalves] = {1 / std::max(counts[0], 1.f), 1 / std::max(counts[1], 1.f)};
         const float inverse = 1 / std::max(counts[0] + counts[1], 1.f);
         const float fractions[kHalves] = {counts[0] * inverse, counts[1] * inverse};
-        Float4 variance = {}, bias = {};
+        Float4 variance = {}, bias = {}, brightnessA = {}, brightnessB = {};
         for (int c = 0; c < 3; ++c) {
             const float ownA = first.light[c] * inverses[0], ownB = second.light[c] * inverses[1];
             Float4 a = sums[0][c] * inverses[0], b = sums[1][c] * inverses[1];
+            brightnessA += a;
+            brightnessB += b;
             a[kOwn] = ownA;
             b[kOwn] = ownB;
             variance += (a - b) * (a - b);
@@ -156,6 +161,19 @@ class Mixture {
         squaredErrors[kOwn] = 0;
         storeFloat4(m_variance.at(pixel), variance);
         m_bias.set(pixel, bias, squaredErrors);
+        return brightnessOf(brightnessA, brightnessB);
+    }
+    /// Returns the brightness of a pixel from the estimates by its halves.
+    static Brightness brightnessOf(Float4 first, Float4 second) {
+        first[kOwn] = second[kOwn] = 0;
+        return {std::max(sum(first + second) / 2, 0.f), std::max(sum(first < second ? first : second), 0.f)};
+    }
+    void averageVariance(const BrightPixels& bright, LanePlane& scratch) {
+        const WindowMean window(m_width, m_height, kWindow);
+        const BrightMeans ofBright(m_variance, window, bright);
+        ofBright.fade(m_variance);
+        window.apply(m_variance, scratch);
+        ofBright.write(m_variance);
     }
     /// Returns the variance of the mean of a half that the difference of its quarters indicates, with that of
     /// the pixel by the difference of its halves.

@@ -231,6 +231,43 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 -9 0  9 -9 0 
     EXPECT_LT(relativeErrorOfSharing(scene), 0.15);
 }
 
+/// A plane of 24x24 squares under 24 lamps, as one mesh and as a mesh for each square, as some programs write
+/// them.
+TEST(AdaptiveCache, MeshesOfOneMaterialShareLight) {
+    const auto renderSquares = [](bool isDivided) {
+        std::string text = oneLampFrame(4) + R"(
+LookAt 0 4 -6  0 0 1  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+)";
+        for (int i = 0; i < 24; ++i)
+            text += "AttributeBegin Translate " + std::to_string(i % 6 - 2.5) + " 2 " +
+                    std::to_string(i / 6) +
+                    " AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] Shape \"sphere\" \"float radius\" .2 "
+                    "AttributeEnd\n";
+        text += "Material \"matte\"\n";
+        constexpr int kSquares = 24;
+        std::string points, indices;
+        for (int i = 0; i < kSquares * kSquares; ++i) {
+            const auto corner = [&](int x, int z) {
+                return std::to_string((i % kSquares + x) * .5 - 6) + " 0 " +
+                       std::to_string((i / kSquares + z) * .5 - 6) + "  ";
+            };
+            points += corner(0, 0) + corner(1, 0) + corner(1, 1) + corner(0, 1);
+            for (const int k : {0, 2, 1, 0, 3, 2})
+                indices += std::to_string((isDivided ? 0 : 4 * i) + k) + ' ';
+            if (isDivided || i == kSquares * kSquares - 1) {
+                text += "Shape \"trianglemesh\" \"integer indices\" [" + indices + "] \"point P\" [" +
+                        points + "]\n";
+                points.clear();
+                indices.clear();
+            }
+        }
+        return render(test::buildWith("adaptive-cache", text, {"share=direct", "sampling=uniform"})).image;
+    };
+    EXPECT_TRUE(haveEqualBits(renderSquares(false), renderSquares(true)));
+}
+
 TEST(AdaptiveCache, DoesNotDependOnThreadsAndTiles) {
     const BuiltScene built = buildScene("adaptive-cache", 16);
     const Image image = render(built, 0, 1, 48).image;

@@ -1,5 +1,5 @@
 #include "core/math/hash.h"
-#include "sharing/squared_bias.h"
+#include "sharing/errors/squared_bias.h"
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ float estimateAt(int x, int y, const std::function<Product(int, int)>& product) 
             bias.set(size_t(v * kSize + u), Float4{} + p.value, Float4{} + p.squaredError);
         }
     LanePlane scratch(kSize, kSize);
-    bias.average(scratch);
+    bias.average(BrightPixels(std::vector<Brightness>(size_t(kSize * kSize)), kSize, kSize), scratch);
     return bias.at(size_t(y * kSize + x))[0];
 }
 

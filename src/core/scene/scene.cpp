@@ -74,6 +74,12 @@ const LightTree& Scene::lightTree(const LightTreeSettings& settings) const {
     return *m_lightTrees.back().second;
 }
 
+const SurfaceIds& Scene::surfaceIds() const {
+    std::call_once(m_surfacesAreFound,
+                   [&] { m_surfaceIds = std::make_unique<const SurfaceIds>(m_groups, m_instances); });
+    return *m_surfaceIds;
+}
+
 Rgb Scene::environment(const V3f& d) const {
     Rgb sum(0);
     for (int i : m_environments)

@@ -8,6 +8,7 @@
 #include "core/interfaces/sampler.h"
 #include "core/math/api.h"
 #include "core/scene/light_tree.h"
+#include "core/scene/surface_ids.h"
 #include "core/scene/tracer.h"
 
 #include <memory>
@@ -135,6 +136,8 @@ class Scene {
     /// Returns the light tree with these settings, which is built by the first call. Valid as long as the
     /// scene.
     const LightTree& lightTree(const LightTreeSettings& settings) const;
+    /// Returns the numbers of the surfaces, which the first call finds. Valid as long as the scene.
+    const SurfaceIds& surfaceIds() const;
     const Shutter& shutter() const { return m_shutter; }
     /// True when the camera or any shape changes while the shutter is open.
     bool moves() const { return m_moves; }
@@ -207,6 +210,8 @@ class Scene {
     float m_radius; ///< of the bounding sphere
     mutable std::mutex m_lightTreeMutex;
     mutable std::vector<std::pair<LightTreeSettings, std::unique_ptr<const LightTree>>> m_lightTrees;
+    mutable std::once_flag m_surfacesAreFound;
+    mutable std::unique_ptr<const SurfaceIds> m_surfaceIds;
     std::shared_ptr<const Camera> m_camera;
     Shutter m_shutter;
     bool m_showsBackground;

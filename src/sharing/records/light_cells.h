@@ -19,7 +19,7 @@ struct CellId {
     static constexpr int kMaxLevel = 60;          ///< the largest absolute value of `level` of recorded cells
     static constexpr int32_t kMaxIndex = 1 << 30; ///< that of x, y and z
 
-    uint64_t surface = 0; ///< instance and geometry: see Hit
+    uint64_t surface = 0; ///< see SurfaceIds
     int32_t x = 0, y = 0, z = 0;
     int16_t level = 0;
     uint16_t face = 0; ///< twice the largest axis of the geometric normal, plus 1 if this points against it

@@ -1,4 +1,4 @@
-#include "sharing/window_mean.h"
+#include "sharing/errors/window_mean.h"
 
 #include "core/math/soa.h"
 #include "core/util/parallel.h"

@@ -1,4 +1,4 @@
-#include "sharing/squared_bias.h"
+#include "sharing/errors/squared_bias.h"
 
 #include "core/util/parallel.h"
 
@@ -30,18 +30,36 @@ SquaredBias::SquaredBias(int width, int height, float sigma)
       m_wideMeans(blocksOf(width, kCoarse), blocksOf(height, kCoarse)),
       m_wideSquaredErrors(m_wideMeans.width, m_wideMeans.height) {}
 
-void SquaredBias::average(LanePlane& scratch) {
+void SquaredBias::average(const BrightPixels& bright, LanePlane& scratch) {
     // The squares of the weights of a Gaussian window are the weights of a window that is narrower by
     // sqrt(2), apart from a factor: their sum.
     const float sigmaOfSquares = m_sigma / std::sqrt(2.f);
+    const WindowMean window(m_means.width, m_means.height, m_sigma),
+        windowOfSquares(m_means.width, m_means.height, sigmaOfSquares);
+    const BrightMeans means(m_means, window, bright), squaredErrors(m_squaredErrors, windowOfSquares, bright);
+    means.fade(m_means);
+    squaredErrors.fade(m_squaredErrors);
+    averageWide(sigmaOfSquares);
+    window.apply(m_means, scratch);
+    windowOfSquares.apply(m_squaredErrors, scratch);
+    means.write(m_means);
+    squaredErrors.write(m_squaredErrors);
+    for (const BrightPixels::Pixel& pixel : bright.all()) {
+        // The means over wide windows are those of pixels that are not bright. Bias grows with the
+        // brightness.
+        const float scale = 1 / std::sqrt(pixel.weight);
+        set(pixel.index, estimate(pixel.index, scale), Float4{});
+    }
+}
+
+/// Sets m_wideMeans and m_wideSquaredErrors from the products.
+void SquaredBias::averageWide(float sigmaOfSquares) {
     const int width = m_wideMeans.width, height = m_wideMeans.height;
-    LanePlane wideScratch(width, height);
+    LanePlane scratch(width, height);
     averageBlocks();
-    limitBlocks(wideScratch);
-    WindowMean(width, height, m_sigma).apply(m_wideMeans, wideScratch);
-    WindowMean(width, height, sigmaOfSquares).apply(m_wideSquaredErrors, wideScratch);
-    WindowMean(m_means.width, m_means.height, m_sigma).apply(m_means, scratch);
-    WindowMean(m_means.width, m_means.height, sigmaOfSquares).apply(m_squaredErrors, scratch);
+    limitBlocks(scratch);
+    WindowMean(width, height, m_sigma).apply(m_wideMeans, scratch);
+    WindowMean(width, height, sigmaOfSquares).apply(m_wideSquaredErrors, scratch);
 }
 
 /// Sets m_wideMeans to the means of the products by block, and m_wideSquaredErrors to their expected squared
@@ -96,13 +114,15 @@ Float4 SquaredBias::interpolate(const LanePlane& plane, size_t pixel) const {
     return above + v.fraction * (below - above);
 }
 
-Float4 SquaredBias::at(size_t pixel) const {
+/// Returns the estimates at a pixel, with `scaleOfWide` times the means over the wide window.
+Float4 SquaredBias::estimate(size_t pixel, float scaleOfWide) const {
     // Means below `least` standard errors do not count, those of twice as many count by 15/16.
     constexpr float kLeast = 2, kLeastAlone = 3, kSignificantAround = 1, kPi = 3.14159265f, kTiny = 1e-30f;
     const float squaredWeights = 1 / (4 * kPi * sqr(m_sigma));
     const Float4 zero = {};
-    const Float4 wide = interpolate(m_wideMeans, pixel),
-                 wideSquaredError = squaredWeights * interpolate(m_wideSquaredErrors, pixel);
+    const Float4 wide = scaleOfWide * interpolate(m_wideMeans, pixel),
+                 wideSquaredError =
+                     sqr(scaleOfWide) * squaredWeights * interpolate(m_wideSquaredErrors, pixel);
     const auto isAround = (wide > zero) & (wide * wide > sqr(kSignificantAround) * wideSquaredError);
     const Float4 least = isAround ? zero + kLeast : zero + kLeastAlone;
     const Float4 mean = loadFloat4(m_means.at(pixel)), squaredError = loadFloat4(m_squaredErrors.at(pixel));

@@ -1,8 +1,7 @@
 // The squared bias of shared light, from noisy pixels.
 #pragma once
 
-#include "core/math/simd4.h"
-#include "sharing/window_mean.h"
+#include "sharing/errors/bright_pixels.h"
 
 namespace strobe {
 
@@ -12,7 +11,8 @@ namespace strobe {
 /// Therefore, where the mean is not significant, the mean over a window four times as wide takes its place.
 /// An image has a thousand windows, so that chance makes some of them significant. Real bias, as of an edge
 /// of a shadow, is seldom alone: where that over the wide window is not significant, either, the narrow one
-/// must be more so.
+/// must be more so. Bright pixels have the mean over all pixels of the window, and count less in those of
+/// others.
 class SquaredBias {
   public:
     /// `sigma`: the standard deviation of the window in pixels.
@@ -24,12 +24,14 @@ class SquaredBias {
     }
     /// Replaces the products by means. Call once, after `set` for all pixels. `scratch` has a value per
     /// pixel.
-    void average(LanePlane& scratch);
+    void average(const BrightPixels& bright, LanePlane& scratch);
     /// Returns the estimates at a pixel. Lanes whose errors are 0 have the means over the narrow window.
-    Float4 at(size_t pixel) const;
+    Float4 at(size_t pixel) const { return estimate(pixel, 1); }
 
   private:
     static constexpr int kCoarse = 4; ///< pixels per edge of a block of m_wideMeans
+    Float4 estimate(size_t pixel, float scaleOfWide) const;
+    void averageWide(float sigmaOfSquares);
     void averageBlocks();
     void limitBlocks(LanePlane& scratch);
     Float4 interpolate(const LanePlane& plane, size_t pixel) const;

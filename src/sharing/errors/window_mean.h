@@ -4,6 +4,7 @@
 #include "core/math/math.h"
 #include "core/util/memory.h"
 
+#include <cstdlib>
 #include <vector>
 
 namespace strobe {
@@ -30,9 +31,12 @@ class WindowMean {
     WindowMean(int width, int height, float sigma);
     /// Replaces the numbers of each pixel by the means around it. `scratch` has the size of the plane.
     void apply(LanePlane& plane, LanePlane& scratch) const;
+    /// Returns the largest distance of pixels that have weight.
+    int reach() const { return int(m_kernel.size()) - 1; }
+    /// Returns the factor of the weight by a distance in x or y, at most `reach`.
+    float weight(int distance) const { return m_kernel[size_t(std::abs(distance))]; }
 
   private:
-    int reach() const { return int(m_kernel.size()) - 1; }
     void averageRow(const float* in, int size, float* out) const;
     void averageColumns(const LanePlane& rows, int y, float* out) const;
     std::vector<float> inverseWeights(int length) const;
