@@ -1,5 +1,7 @@
 #include "filters/separable.h"
 
+#include <algorithm>
+
 namespace strobe {
 
 namespace {
@@ -10,25 +12,64 @@ constexpr int kSteps = 4096;     ///< of the tabulated inverse of its distributi
 constexpr float kEndProbability = 1.f / 256;
 bool isEnd(float u) { return u < kEndProbability || u > 1 - kEndProbability; }
 
-class SeparableFilter final : public Filter {
+/// The product of two profiles without negative lobes.
+class PositiveFilter final : public Filter {
   public:
-    SeparableFilter(Profile x, Profile y) : m_x(std::move(x)), m_y(std::move(y)) {}
+    PositiveFilter(Profile x, Profile y) : m_x(std::move(x)), m_y(std::move(y)) {}
     Sample sample(const V2f& u) const override {
-        const Profile::Sample x = m_x.sample(u.x), y = m_y.sample(u.y);
-        return {{x.x, y.x}, x.weight * y.weight};
+        return {{m_x.positive().sample(u.x), m_y.positive().sample(u.y)}, 1};
     }
     void sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const override {
-        float wx[kSoAWidth], wy[kSoAWidth];
-        m_x.sampleSoA(u.x, n, offset.x, wx);
-        m_y.sampleSoA(u.y, n, offset.y, wy);
-        for (int i = 0; i < n; ++i)
-            weight[i] = wx[i] * wy[i];
+        m_x.positive().sampleSoA(u.x, n, offset.x);
+        m_y.positive().sampleSoA(u.y, n, offset.y);
+        std::fill_n(weight, n, 1.f);
     }
     float eval(const V2f& offset) const override { return m_x.eval(offset.x) * m_y.eval(offset.y); }
     V2f radius() const override { return {m_x.radius(), m_y.radius()}; }
 
   private:
-    Profile m_x, m_y;
+    const Profile m_x, m_y;
+};
+
+/// The product of two profiles with negative lobes. The first random number decides about the sign, by an
+/// interval of [0,1) for each: a stratified sampler then takes as many negative samples as it should, within
+/// one. If their number were random, even a white image would have noise.
+class SignedFilter final : public Filter {
+  public:
+    SignedFilter(Profile x, Profile y) : m_x(std::move(x)), m_y(std::move(y)) {
+        const float nx = m_x.negativeFraction(), ny = m_y.negativeFraction();
+        const float probabilities[] = {(1 - nx) * (1 - ny), nx * ny, (1 - nx) * ny, nx * (1 - ny)};
+        const ProfilePart* const partsX[] = {&m_x.positive(), &m_x.negative(), &m_x.positive(),
+                                             &m_x.negative()};
+        const ProfilePart* const partsY[] = {&m_y.positive(), &m_y.negative(), &m_y.negative(),
+                                             &m_y.positive()};
+        const float weight = 1 / ((1 - 2 * nx) * (1 - 2 * ny));
+        float begin = 0;
+        for (int k = 0; k < 4; ++k) {
+            m_regions[k] = {begin, 1 / probabilities[k], partsX[k], partsY[k], k < 2 ? weight : -weight};
+            begin += probabilities[k];
+        }
+    }
+    Sample sample(const V2f& u) const override {
+        int k = 3;
+        while (k > 0 && (u.x < m_regions[k].begin || !(m_regions[k].inverseProbability < kInfinity)))
+            --k;
+        const Region& region = m_regions[k];
+        const float ux = std::min((u.x - region.begin) * region.inverseProbability, kOneMinusEpsilon);
+        return {{region.x->sample(ux), region.y->sample(u.y)}, region.weight};
+    }
+    float eval(const V2f& offset) const override { return m_x.eval(offset.x) * m_y.eval(offset.y); }
+    V2f radius() const override { return {m_x.radius(), m_y.radius()}; }
+
+  private:
+    /// Samples in lobes of both profiles with fixed signs.
+    struct Region {
+        float begin, inverseProbability; ///< of its interval of the first random number
+        const ProfilePart *x, *y;
+        float weight;
+    };
+    const Profile m_x, m_y;
+    Region m_regions[4];
 };
 
 } // namespace
@@ -41,40 +82,31 @@ V2f WidthParams::read(const ParamSet& params, float fallback) const {
 
 Profile::Profile(float radius, Function f) : m_radius(radius), m_f(std::move(f)) {
     const auto valueAt = [&](double fraction) { return m_f(float((2 * fraction - 1) * m_radius)); };
-    std::vector<float> nodes(kIntervals + 1);
-    for (int i = 0; i <= kIntervals; ++i)
-        nodes[size_t(i)] = std::abs(valueAt(double(i) / kIntervals));
-    m_absolute = PiecewiseLinear1D(nodes);
-    m_inverse.resize(kSteps + 1);
+    std::vector<float> positive(kIntervals + 1), negative(kIntervals + 1);
+    for (int i = 0; i <= kIntervals; ++i) {
+        const float value = valueAt(double(i) / kIntervals);
+        positive[size_t(i)] = std::max(value, 0.f);
+        negative[size_t(i)] = std::max(-value, 0.f);
+    }
+    m_positive = ProfilePart(radius, positive);
+    if (std::any_of(negative.begin(), negative.end(), [](float value) { return value > 0; })) {
+        m_negative = ProfilePart(radius, negative);
+        m_negativeFraction = m_negative.mean() / (m_positive.mean() + m_negative.mean());
+    }
+    double sum = 0;
+    for (int i = 0; i < kIntervals; ++i)
+        sum += double(valueAt((i + .5) / kIntervals));
+    m_integral = float(sum * 2 * m_radius / kIntervals);
+}
+
+float Profile::eval(float x) const { return unnormalized(x) / m_integral; }
+
+ProfilePart::ProfilePart(float radius, const std::vector<float>& nodes)
+    : m_radius(radius), m_table(nodes), m_inverse(kSteps + 1) {
     for (int i = 0; i <= kSteps; ++i)
         m_inverse[size_t(i)] = exactInverse(float(i) / kSteps);
     m_inverse.front() = -m_radius;
     m_inverse.back() = m_radius;
-    // The weight is computed from the distribution of the table, so that the mean weight is 1.
-    std::vector<float> signs(kIntervals);
-    double sum = 0, integral = 0;
-    for (int i = 0; i < kIntervals; ++i) {
-        const float value = valueAt((i + .5) / kIntervals), width = 2 * m_radius / kIntervals;
-        const float from = float(i) * width - m_radius;
-        signs[size_t(i)] = value < 0 ? -1.f : 1.f;
-        sum += double(signs[size_t(i)]) * (distribution(from + width) - distribution(from));
-        integral += value;
-    }
-    m_integral = float(integral * 2 * m_radius / kIntervals);
-    m_weight = float(1 / sum);
-    if (std::find(signs.begin(), signs.end(), -1.f) != signs.end())
-        for (float sign : signs)
-            m_signedWeights.push_back(sign * m_weight);
-}
-
-float Profile::distribution(float x) const {
-    if (const float u = m_absolute.inverse((x / m_radius + 1) / 2); isEnd(u))
-        return u;
-    const auto above = std::upper_bound(m_inverse.begin(), m_inverse.end(), x);
-    if (above == m_inverse.begin() || above == m_inverse.end())
-        return above == m_inverse.end();
-    const auto below = above - 1;
-    return (float(below - m_inverse.begin()) + (x - *below) / (*above - *below)) / kSteps;
 }
 
 namespace {
@@ -84,44 +116,36 @@ inline float lookupInverse(const float* inverse, float u) {
     const int i = std::min(int(scaled), kSteps - 1);
     return lerp(inverse[i], inverse[i + 1], scaled - float(i));
 }
-inline float signedWeight(const float* weights, float radius, float x) {
-    return weights[std::min(int((x / radius + 1) * (.5f * kIntervals)), kIntervals - 1)];
-}
 
 STROBE_TARGET_CLONES void lookupInverses(const float* inverse, const float* u, int n, float* x) {
     STROBE_IVDEP
     for (int i = 0; i < n; ++i)
         x[i] = lookupInverse(inverse, u[i]);
 }
-STROBE_TARGET_CLONES void lookupWeights(const float* weights, float radius, const float* x, int n,
-                                        float* weight) {
-    STROBE_IVDEP
-    for (int i = 0; i < n; ++i)
-        weight[i] = signedWeight(weights, radius, x[i]);
-}
 
 } // namespace
 
-Profile::Sample Profile::sample(float u) const {
-    const float x = isEnd(u) ? exactInverse(u) : lookupInverse(m_inverse.data(), u);
-    return {x, m_signedWeights.empty() ? m_weight : signedWeight(m_signedWeights.data(), m_radius, x)};
+bool ProfilePart::isGap(float u) const {
+    constexpr float kGap = 0.05f; // of the radius: more than any step of the table within a lobe
+    const int i = std::min(int(u * kSteps), kSteps - 1);
+    return m_inverse[size_t(i) + 1] - m_inverse[size_t(i)] > kGap * m_radius;
 }
 
-void Profile::sampleSoA(const float* u, int n, float* x, float* weight) const {
+float ProfilePart::sample(float u) const {
+    return isEnd(u) || isGap(u) ? exactInverse(u) : lookupInverse(m_inverse.data(), u);
+}
+
+void ProfilePart::sampleSoA(const float* u, int n, float* x) const {
     lookupInverses(m_inverse.data(), u, n, x);
     for (int i = 0; i < n; ++i)
         if (isEnd(u[i]))
             x[i] = exactInverse(u[i]);
-    if (m_signedWeights.empty())
-        std::fill_n(weight, n, m_weight);
-    else
-        lookupWeights(m_signedWeights.data(), m_radius, x, n, weight);
 }
 
-float Profile::eval(float x) const { return unnormalized(x) / m_integral; }
-
 std::shared_ptr<const Filter> makeSeparable(Profile x, Profile y) {
-    return std::make_shared<SeparableFilter>(std::move(x), std::move(y));
+    if (x.hasNegativeLobes() || y.hasNegativeLobes())
+        return std::make_shared<SignedFilter>(std::move(x), std::move(y));
+    return std::make_shared<PositiveFilter>(std::move(x), std::move(y));
 }
 
 } // namespace strobe

@@ -105,6 +105,23 @@ TEST(Filters, SamplesFollowTheAbsoluteValue) {
     }
 }
 
+/// Equal steps of the first random number, as of a stratified sampler: the mean weight is 1 within one
+/// sample.
+TEST(Filters, StrataHaveAsManyNegativeSamplesAsTheyShould) {
+    for (const auto& [name, filter, negative] : filters())
+        for (const int n : {16, 64, 256})
+            for (int pixel = 0; pixel < 100; ++pixel) {
+                double sum = 0, absolute = 0;
+                for (int i = 0; i < n; ++i) {
+                    const V2f u = random2D(pixel, i);
+                    const Filter::Sample s = filter->sample({(float(i) + u.x) / float(n), u.y});
+                    sum += double(s.weight);
+                    absolute += double(std::abs(s.weight));
+                }
+                ASSERT_NEAR(sum / n, 1, 2.01 * absolute / n / n) << name << ", " << n << " samples";
+            }
+}
+
 TEST(Filters, SampleSoAEqualsSample) {
     for (const auto& [name, filter, negative] : filters()) {
         V2SoA u, offset;
