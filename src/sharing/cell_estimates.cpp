@@ -118,12 +118,14 @@ struct FitPoints {
     static constexpr int kMax = 256, kColumns = NormalEquations<kChannels>::kColumns;
     alignas(64) float rows[kMax][kColumns];
     float weights[kMax];
+    const CellNode* nodes[kMax];
     int count = 0;
 };
 
-/// Adds the points to the equations.
+/// Adds the points with these weights to the equations.
 template <int kChannels>
-STROBE_TARGET_CLONES void accumulate(const FitPoints<kChannels>& points, NormalEquations<kChannels>& out) {
+STROBE_TARGET_CLONES void accumulate(const FitPoints<kChannels>& points, const float* weights,
+                                     NormalEquations<kChannels>& out) {
     typedef float Floats __attribute__((vector_size(8 * sizeof(float))));
     constexpr int kVectors = FitPoints<kChannels>::kColumns / 8;
     Floats sums[kTerms][kVectors];
@@ -132,7 +134,7 @@ STROBE_TARGET_CLONES void accumulate(const FitPoints<kChannels>& points, NormalE
         Floats row[kVectors];
         std::memcpy(row, points.rows[i], sizeof row);
         for (int a = 0; a < kTerms; ++a) {
-            const float factor = points.weights[i] * points.rows[i][a];
+            const float factor = weights[i] * points.rows[i][a];
             for (int v = 0; v < kVectors; ++v)
                 sums[a][v] += factor * row[v];
         }
@@ -213,10 +215,11 @@ class CellEstimator {
             if (!(weight > 0) || dot(node.n, other.n) < kMinCosine)
                 continue;
             if (points.count == points.kMax) {
-                accumulate(points, equations);
+                accumulate(points, points.weights, equations);
                 points.count = 0;
             }
             points.weights[points.count] = weight;
+            points.nodes[points.count] = &other;
             float* const row = points.rows[points.count++];
             frame.features(other.p, other.n, row);
             std::fill(copyLight(neighbor, row + kTerms), row + points.kColumns, 0.f);
@@ -224,17 +227,65 @@ class CellEstimator {
             for (int part = 0; part < kPartCount; ++part)
                 squares[part] += weight * squaredDifference(row + kTerms + part * kPartChannels);
         }
-        accumulate(points, equations);
+        const bool hasAllPoints = !equations.hasPoints();
+        accumulate(points, points.weights, equations);
         Fit fit{};
         if (!equations.hasPoints()) {
             copyLight(index, fit.terms[0]);
             return fit;
         }
         for (int part = 0; part < kPartCount; ++part) {
-            const float ridge = ridgeOf(equations, part * kPartChannels, squares[part] / kernels);
+            const float variance = squares[part] / kernels;
+            const float ridge = ridgeOf(equations, part * kPartChannels, variance);
             equations.template solve<kPartChannels>(part * kPartChannels, ridge, fit);
+            // Indirect light has few edges, and errors grow by 2 % (measured).
+            if (m_parts[part] == LightPart::Direct && hasAllPoints)
+                fitWithinEdges(index, part, points, variance, fit);
         }
         return fit;
+    }
+    /// Fits each half of a part again, with less weight for points that differ from the node by more than the
+    /// first fit and noise explain, such as those beyond the edge of a shadow. The light of the other half
+    /// decides, so that the noise of a half does not choose its own weights (as in non-local means with cross
+    /// filtering: Rousselle et al. 2012). `variance`: of a sample.
+    void fitWithinEdges(uint32_t index, int part, const FitPoints<kChannels>& points, float variance,
+                        Fit& fit) const {
+        const Fit first = fit;
+        float light[kChannels];
+        copyLight(index, light);
+        const CellNode& node = m_pyramid.nodes()[index];
+        for (int half = 0; half < kHalves; ++half) {
+            const int other = kHalves - 1 - half, guide = part * kPartChannels + 3 * other;
+            float weights[FitPoints<kChannels>::kMax];
+            for (int i = 0; i < points.count; ++i) {
+                const float noise = variance * (1 / float(points.nodes[i]->count[other]) +
+                                                1 / std::max(float(node.count[other]), 1.f));
+                const float distance = squaredDistance(points.rows[i], first, light, guide);
+                weights[i] = points.weights[i] * rangeKernel(distance, noise);
+            }
+            NormalEquations<kChannels> equations;
+            accumulate(points, weights, equations);
+            const float ridge = ridgeOf(equations, part * kPartChannels, variance);
+            equations.template solve<3>(part * kPartChannels + 3 * half, ridge, fit);
+        }
+    }
+    /// Returns the squared distance between the light of a point and that of the node with the trend of the
+    /// fit, in three channels from `first` on.
+    static float squaredDistance(const float* row, const Fit& fit, const float* nodeLight, int first) {
+        float sum = 0;
+        for (int c = first; c < first + 3; ++c) {
+            float expected = nodeLight[c];
+            for (int k = 1; k < kTerms; ++k)
+                expected += fit.terms[k][c] * row[k];
+            sum += sqr(row[kTerms + c] - expected);
+        }
+        return sum;
+    }
+    /// Returns the weight of a point at a squared distance, of which noise explains this much.
+    static float rangeKernel(float squaredDistance, float noise) {
+        constexpr float kWidth = 0.5f, kMaxExponent = 30, kTiny = 1e-12f;
+        const float excess = std::max(squaredDistance - noise, 0.f);
+        return std::exp(-std::min(excess / (kWidth * noise + kTiny), kMaxExponent));
     }
     /// Returns the squared difference between the two halves of the light of one part.
     static float squaredDifference(const float* light) {

@@ -75,8 +75,8 @@ struct LightRecorder::Chunk {
 
 LightRecorder::LightRecorder(const Scene& scene, float cellSize, float clamp, LightParts parts,
                              const RareLimits& rareLimits, FrameLight& frame)
-    : m_scene(scene), m_surfaceIds(scene.surfaceIds()), m_spread(scene), m_cellSize(cellSize), m_parts(parts), m_limits{clamp, rareLimits},
-      m_frame(frame), m_tile(parts) {}
+    : m_scene(scene), m_surfaceIds(scene.surfaceIds()), m_spread(scene), m_cellSize(cellSize),
+      m_parts(parts), m_limits{clamp, rareLimits}, m_frame(frame), m_tile(parts) {}
 
 LightRecorder::~LightRecorder() = default;
 

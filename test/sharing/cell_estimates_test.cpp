@@ -204,5 +204,47 @@ TEST(CellEstimates, OppositeSidesDoNotShare) {
         EXPECT_NEAR(estimates.parts[int(kPart)][cells.index(idOf(0, 0))].at(k, 0).x, 1, 1e-4f);
 }
 
+/// The mean squared errors of the fits of a plane, by part of the light. Both parts have the same samples.
+struct PartErrors {
+    double of[kParts] = {};
+
+    /// `light(x)`: without noise; the noise of a sample has a standard deviation of 0.1.
+    template <class Light>
+    explicit PartErrors(const Light& light) {
+        constexpr int kSize = 40;
+        std::mt19937 random(1);
+        std::normal_distribution<float> noise(0, 0.1f);
+        Cells cells;
+        for (int y = 0; y < kSize; ++y)
+            for (int x = 0; x < kSize; ++x) {
+                const Rgb first(light(x) + noise(random)), second(light(x) + noise(random));
+                CellSums sums = planeCell(x, y, first, second);
+                for (int half = 0; half < kHalves; ++half)
+                    sums.light[int(LightPart::Direct)][half] = sums.light[int(LightPart::Indirect)][half];
+                cells.add(sums);
+            }
+        const CellEstimates estimates = estimatesOf(cells);
+        for (int part = 0; part < kParts; ++part)
+            for (int y = 8; y < kSize - 8; ++y)
+                for (int x = 8; x < kSize - 8; ++x)
+                    for (int k = 1; k <= kFitScales; ++k)
+                        for (int half = 0; half < kHalves; ++half) {
+                            const CellEstimate& estimate = estimates.parts[part][cells.index(idOf(x, y))];
+                            of[part] += double(sqr(estimate.at(k, half).x - light(x)));
+                        }
+    }
+    double ratio() const { return of[int(LightPart::Direct)] / of[int(LightPart::Indirect)]; }
+};
+
+/// The edge of a shadow, between cells of all sizes.
+TEST(CellEstimates, DirectLightStaysWithinEdges) {
+    EXPECT_LT(PartErrors([](int x) { return x < 16 ? 1.f : 0.7f; }).ratio(), 0.4);
+}
+
+TEST(CellEstimates, EvenDirectLightHasLittleMoreNoise) {
+    EXPECT_LT(PartErrors([](int) { return 1.f; }).ratio(), 1.5);
+    EXPECT_LT(PartErrors([](int x) { return 1 + 0.02f * float(x); }).ratio(), 1.5);
+}
+
 } // namespace
 } // namespace strobe
