@@ -236,11 +236,12 @@ class CellEstimator {
         }
         for (int part = 0; part < kPartCount; ++part) {
             const float variance = squares[part] / kernels;
-            const float ridge = ridgeOf(equations, part * kPartChannels, variance);
-            equations.template solve<kPartChannels>(part * kPartChannels, ridge, fit);
+            const float squaredMean = squaredMeanOf(equations, part * kPartChannels);
+            equations.template solve<kPartChannels>(
+                part * kPartChannels, ridgeOf(equations.rows[0][0], squaredMean, variance), fit);
             // Indirect light has few edges, and errors grow by 2 % (measured).
             if (m_parts[part] == LightPart::Direct && hasAllPoints)
-                fitWithinEdges(index, part, points, variance, fit);
+                fitWithinEdges(index, part, points, variance, squaredMean, fit);
         }
         return fit;
     }
@@ -249,24 +250,31 @@ class CellEstimator {
     /// decides, so that the noise of a half does not choose its own weights (as in non-local means with cross
     /// filtering: Rousselle et al. 2012). `variance`: of a sample.
     void fitWithinEdges(uint32_t index, int part, const FitPoints<kChannels>& points, float variance,
-                        Fit& fit) const {
+                        float squaredMean, Fit& fit) const {
         const Fit first = fit;
         float light[kChannels];
         copyLight(index, light);
         const CellNode& node = m_pyramid.nodes()[index];
         for (int half = 0; half < kHalves; ++half) {
             const int other = kHalves - 1 - half, guide = part * kPartChannels + 3 * other;
-            float weights[FitPoints<kChannels>::kMax];
+            const int channels = part * kPartChannels + 3 * half;
+            FitPoints<3> ofHalf; // fewer columns
+            ofHalf.count = points.count;
             for (int i = 0; i < points.count; ++i) {
+                const float* const row = points.rows[i];
                 const float noise = variance * (1 / float(points.nodes[i]->count[other]) +
                                                 1 / std::max(float(node.count[other]), 1.f));
-                const float distance = squaredDistance(points.rows[i], first, light, guide);
-                weights[i] = points.weights[i] * rangeKernel(distance, noise);
+                const float distance = squaredDistance(row, first, light, guide);
+                ofHalf.weights[i] = points.weights[i] * rangeKernel(distance, noise);
+                std::copy_n(row, kTerms, ofHalf.rows[i]);
+                std::copy_n(row + kTerms + channels, 3, ofHalf.rows[i] + kTerms);
             }
-            NormalEquations<kChannels> equations;
-            accumulate(points, weights, equations);
-            const float ridge = ridgeOf(equations, part * kPartChannels, variance);
-            equations.template solve<3>(part * kPartChannels + 3 * half, ridge, fit);
+            NormalEquations<3> equations;
+            accumulate(ofHalf, ofHalf.weights, equations);
+            LightFit<3> again;
+            equations.solve<3>(0, ridgeOf(equations.rows[0][0], squaredMean, variance), again);
+            for (int k = 0; k < kTerms; ++k)
+                std::copy_n(again.terms[k], 3, fit.terms[k] + channels);
         }
     }
     /// Returns the squared distance between the light of a point and that of the node with the trend of the
@@ -294,17 +302,21 @@ class CellEstimator {
             sum += sqr(light[c] - light[3 + c]);
         return sum;
     }
-    /// Returns the ridge for a part, whose channels start at `first`. `variance`: of a sample. The ridge of
-    /// the least expected error is the variance of a sample over the mean square of the derivatives, which
-    /// are taken to be as large as the mean light.
-    static float ridgeOf(const NormalEquations<kChannels>& equations, int first, float variance) {
-        constexpr float kMin = 0.002f; // relative to the total weight, for few samples without noise
+    /// Returns the squared mean light of a part, whose channels start at `first`.
+    static float squaredMeanOf(const NormalEquations<kChannels>& equations, int first) {
         const float total = equations.rows[0][0];
         const float* const sums = equations.rows[0] + kTerms + first;
         float squaredMean = 0;
         for (int c = 0; c < 3; ++c)
             squaredMean += sqr((sums[c] + sums[3 + c]) / (2 * total));
-        return std::max(kMin * total, variance / std::max(squaredMean, 1e-20f));
+        return squaredMean;
+    }
+    /// Returns the ridge for points with a total weight. `variance`: of a sample. The ridge of the least
+    /// expected error is the variance of a sample over the mean square of the derivatives, which are taken to
+    /// be as large as the mean light.
+    static float ridgeOf(float totalWeight, float squaredMean, float variance) {
+        constexpr float kMin = 0.002f; // relative to the total weight, for few samples without noise
+        return std::max(kMin * totalWeight, variance / std::max(squaredMean, 1e-20f));
     }
     /// Writes the values of the fit of a node at a cell.
     void evaluate(const Fit& fit, uint32_t node, const CellNode& cell, float (&out)[kChannels]) const {
