@@ -140,22 +140,26 @@ Sampler "sobol" "integer pixelsamples" )" +
            std::to_string(samples) + "\nIntegrator \"directlighting\" \"string strategy\" \"one\"\n";
 }
 
+/// Returns 24 spheres of light at the height y = 2.
+std::string manyLamps() {
+    std::string text;
+    for (int i = 0; i < 24; ++i)
+        text += "AttributeBegin Translate " + std::to_string(i % 6 - 2.5) + " 2 " + std::to_string(i / 6) +
+                " AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] Shape \"sphere\" \"float radius\" .2 "
+                "AttributeEnd\n";
+    return text;
+}
+
 /// Each sample chooses one of 24 lamps: the noise is large, and the light smooth.
 TEST(AdaptiveCache, SharesDirectLight) {
     const auto scene = [](int samples) {
-        std::string text = oneLampFrame(samples) + R"(
+        return oneLampFrame(samples) + R"(
 LookAt 0 2 -6  0 1 0  0 1 0
 Camera "perspective" "float fov" 50
 WorldBegin
 Material "matte"
 Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
-)";
-        for (int i = 0; i < 24; ++i)
-            text += "AttributeBegin Translate " + std::to_string(i % 6 - 2.5) + " 2 " +
-                    std::to_string(i / 6) +
-                    " AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] Shape \"sphere\" \"float radius\" .2 "
-                    "AttributeEnd\n";
-        return text;
+)" + manyLamps();
     };
     const Image reference = render(test::buildWith("supersample", scene(4096)), 99).image;
     const auto errorOf = [&](const char* integrator, std::vector<std::string> defines = {}) {
@@ -240,12 +244,7 @@ LookAt 0 4 -6  0 0 1  0 1 0
 Camera "perspective" "float fov" 50
 WorldBegin
 )";
-        for (int i = 0; i < 24; ++i)
-            text += "AttributeBegin Translate " + std::to_string(i % 6 - 2.5) + " 2 " +
-                    std::to_string(i / 6) +
-                    " AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] Shape \"sphere\" \"float radius\" .2 "
-                    "AttributeEnd\n";
-        text += "Material \"matte\"\n";
+        text += manyLamps() + "Material \"matte\"\n";
         constexpr int kSquares = 24;
         std::string points, indices;
         for (int i = 0; i < kSquares * kSquares; ++i) {
