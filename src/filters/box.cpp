@@ -19,13 +19,10 @@ STROBE_TARGET_CLONES void sampleBox(const V2f& radius, const V2SoA& u, int n, V2
 class BoxFilter final : public Filter {
   public:
     explicit BoxFilter(const V2f& radius) : m_radius(radius) {}
-    Sample sample(const V2f& u) const override {
-        return {{(2 * u.x - 1) * m_radius.x, (2 * u.y - 1) * m_radius.y}, 1};
+    V2f sample(const V2f& u) const override {
+        return {(2 * u.x - 1) * m_radius.x, (2 * u.y - 1) * m_radius.y};
     }
-    void sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const override {
-        sampleBox(m_radius, u, n, offset);
-        std::fill_n(weight, n, 1.f);
-    }
+    void sampleSoA(const V2SoA& u, int n, V2SoA& offset) const override { sampleBox(m_radius, u, n, offset); }
     float eval(const V2f& offset) const override {
         const bool isInside = std::abs(offset.x) <= m_radius.x && std::abs(offset.y) <= m_radius.y;
         return isInside ? 1 / (4 * m_radius.x * m_radius.y) : 0;

@@ -16,13 +16,12 @@ bool isEnd(float u) { return u < kEndProbability || u > 1 - kEndProbability; }
 class PositiveFilter final : public Filter {
   public:
     PositiveFilter(Profile x, Profile y) : m_x(std::move(x)), m_y(std::move(y)) {}
-    Sample sample(const V2f& u) const override {
-        return {{m_x.positive().sample(u.x), m_y.positive().sample(u.y)}, 1};
+    V2f sample(const V2f& u) const override {
+        return {m_x.positive().sample(u.x), m_y.positive().sample(u.y)};
     }
-    void sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const override {
+    void sampleSoA(const V2SoA& u, int n, V2SoA& offset) const override {
         m_x.positive().sampleSoA(u.x, n, offset.x);
         m_y.positive().sampleSoA(u.y, n, offset.y);
-        std::fill_n(weight, n, 1.f);
     }
     float eval(const V2f& offset) const override { return m_x.eval(offset.x) * m_y.eval(offset.y); }
     V2f radius() const override { return {m_x.radius(), m_y.radius()}; }
@@ -31,45 +30,37 @@ class PositiveFilter final : public Filter {
     const Profile m_x, m_y;
 };
 
-/// The product of two profiles with negative lobes. The first random number decides about the sign, by an
-/// interval of [0,1) for each: a stratified sampler then takes as many negative samples as it should, within
-/// one. If their number were random, even a white image would have noise.
+/// The product of two profiles with negative lobes. It is positive where both or none are negative.
 class SignedFilter final : public Filter {
   public:
-    SignedFilter(Profile x, Profile y) : m_x(std::move(x)), m_y(std::move(y)) {
+    SignedFilter(Profile x, Profile y) : m_x(std::move(x)), m_y(std::move(y)) {}
+    V2f sample(const V2f& u) const override {
         const float nx = m_x.negativeFraction(), ny = m_y.negativeFraction();
-        const float probabilities[] = {(1 - nx) * (1 - ny), nx * ny, (1 - nx) * ny, nx * (1 - ny)};
-        const ProfilePart* const partsX[] = {&m_x.positive(), &m_x.negative(), &m_x.positive(),
-                                             &m_x.negative()};
-        const ProfilePart* const partsY[] = {&m_y.positive(), &m_y.negative(), &m_y.negative(),
-                                             &m_y.positive()};
-        const float weight = 1 / ((1 - 2 * nx) * (1 - 2 * ny));
-        float begin = 0;
-        for (int k = 0; k < 4; ++k) {
-            m_regions[k] = {begin, 1 / probabilities[k], partsX[k], partsY[k], k < 2 ? weight : -weight};
-            begin += probabilities[k];
-        }
+        const float both = (1 - nx) * (1 - ny), none = nx * ny, probability = both / (both + none);
+        return u.x < probability || !(none > 0)
+                   ? sampleParts(m_x.positive(), m_y.positive(), u.x / probability, u.y)
+                   : sampleParts(m_x.negative(), m_y.negative(), (u.x - probability) / (1 - probability),
+                                 u.y);
     }
-    Sample sample(const V2f& u) const override {
-        int k = 3;
-        while (k > 0 && (u.x < m_regions[k].begin || !(m_regions[k].inverseProbability < kInfinity)))
-            --k;
-        const Region& region = m_regions[k];
-        const float ux = std::min((u.x - region.begin) * region.inverseProbability, kOneMinusEpsilon);
-        return {{region.x->sample(ux), region.y->sample(u.y)}, region.weight};
+    float negativeFraction() const override {
+        const float nx = m_x.negativeFraction(), ny = m_y.negativeFraction();
+        return nx * (1 - ny) + ny * (1 - nx);
+    }
+    V2f sampleNegative(const V2f& u) const override {
+        const float nx = m_x.negativeFraction(), ny = m_y.negativeFraction();
+        const float probability = nx * (1 - ny) / negativeFraction(); // that x is negative
+        return u.x < probability ? sampleParts(m_x.negative(), m_y.positive(), u.x / probability, u.y)
+                                 : sampleParts(m_x.positive(), m_y.negative(),
+                                               (u.x - probability) / (1 - probability), u.y);
     }
     float eval(const V2f& offset) const override { return m_x.eval(offset.x) * m_y.eval(offset.y); }
     V2f radius() const override { return {m_x.radius(), m_y.radius()}; }
 
   private:
-    /// Samples in lobes of both profiles with fixed signs.
-    struct Region {
-        float begin, inverseProbability; ///< of its interval of the first random number
-        const ProfilePart *x, *y;
-        float weight;
-    };
+    static V2f sampleParts(const ProfilePart& x, const ProfilePart& y, float ux, float uy) {
+        return {x.sample(std::min(ux, kOneMinusEpsilon)), y.sample(uy)};
+    }
     const Profile m_x, m_y;
-    Region m_regions[4];
 };
 
 } // namespace

@@ -11,9 +11,7 @@ const WidthParams kWidths(2);
 class TriangleFilter final : public Filter {
   public:
     explicit TriangleFilter(const V2f& radius) : m_radius(radius) {}
-    Sample sample(const V2f& u) const override {
-        return {{tent(u.x) * m_radius.x, tent(u.y) * m_radius.y}, 1};
-    }
+    V2f sample(const V2f& u) const override { return {tent(u.x) * m_radius.x, tent(u.y) * m_radius.y}; }
     float eval(const V2f& offset) const override {
         return tentPdf(offset.x / m_radius.x) * tentPdf(offset.y / m_radius.y) / (m_radius.x * m_radius.y);
     }

@@ -10,8 +10,8 @@ namespace strobe {
 /// Sums over samples of the emission e and the radiance v of a pixel or several.
 struct EmissionMoments {
     float count = 0, v = 0, e = 0, ee = 0, ve = 0;
-    void add(const PixelEmission::Half& half, uint32_t samples) {
-        count += float(samples);
+    void add(const PixelEmission::Half& half, int32_t weight) {
+        count += float(weight);
         v += half.v;
         e += (half.emitted.x + half.emitted.y + half.emitted.z) / 3;
         ee += half.ee;
@@ -90,7 +90,7 @@ EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half
             EmissionMoments moments;
             for (int h = 0; h < kHalves; ++h)
                 if (!isSame || h != half)
-                    moments.add(pixel.halves[h], light.counts(pixel.pixel, h).all);
+                    moments.add(pixel.halves[h], light.weights(pixel.pixel, h).all);
             const float weight = isSame ? 1.f : 0.125f;
             variance += weight * moments.variance();
             covariance += weight * moments.covariance();
@@ -266,18 +266,18 @@ std::vector<PixelCorrection> emissionCorrections(const RecordedLight& light) {
         const EmissionSum& refined = light.refined[i];
         const size_t pixel = refined.pixel;
         const int x = int(pixel % size_t(width)), y = int(pixel / size_t(width));
-        const float own = float(light.count(pixel));
+        const float own = float(light.weight(pixel));
         const auto recorded = light.emissionOf(pixel, pixel + 1);
-        const float more = float(refined.sum.validCount());
+        const float more = float(refined.sum.weight());
         Rgb correction(0);
         for (int half = 0; half < kHalves; ++half) {
-            const float count = float(light.counts(pixel, half).all);
-            if (count == 0)
+            const float weight = float(light.weights(pixel, half).all);
+            if (!(weight > 0) || !(own > 0))
                 continue;
             const Rgb emitted = recorded.empty() ? Rgb(0) : recorded.front().halves[half].emitted;
-            const Rgb difference = refined.sum.mean() - emitted * (1 / count);
+            const Rgb difference = refined.sum.mean() - emitted * (1 / weight);
             const float coefficient = noiseFromOthers(light, x, y, half).coefficient;
-            correction += difference * (coefficient * more / (own + more) * count / own);
+            correction += difference * (coefficient * more / (own + more) * weight / own);
         }
         corrections[i] = {pixel, correction};
     });

@@ -217,6 +217,7 @@ void LightRecorder::recordSamples(const Chunk& chunk, int first, int end, uint32
     uint32_t isSpecial = 0;
     for (int i = first; i < end; ++i) {
         sums.count += units.isCounted[i];
+        sums.negativeCount += chunk.light.weight[i] < 0 ? units.isCounted[i] : 0;
         isSpecial |= units.isSpecial[i];
         for (int k = 0; k < LightUnits::kReflectedCount; ++k)
             reflected[k] += units.of[LightUnits::kReflected + k][i];

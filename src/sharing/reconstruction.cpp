@@ -133,11 +133,11 @@ class Mixture {
                 sums[use.half][c] += use.albedo[c] * loadFloat4(estimate[c]);
         }
         const HalfPart &first = m_light.light(m_part, pixel, 0), &second = m_light.light(m_part, pixel, 1);
-        const HalfCounts &ofFirst = m_light.counts(pixel, 0), &ofSecond = m_light.counts(pixel, 1);
-        const float counts[kHalves] = {float(ofFirst.all), float(ofSecond.all)};
-        const float inverses[kHalves] = {1 / std::max(counts[0], 1.f), 1 / std::max(counts[1], 1.f)};
-        const float inverse = 1 / std::max(counts[0] + counts[1], 1.f);
-        const float fractions[kHalves] = {counts[0] * inverse, counts[1] * inverse};
+        const HalfWeights &ofFirst = m_light.weights(pixel, 0), &ofSecond = m_light.weights(pixel, 1);
+        const float weights[kHalves] = {float(ofFirst.all), float(ofSecond.all)};
+        const float inverses[kHalves] = {1 / std::max(weights[0], 1.f), 1 / std::max(weights[1], 1.f)};
+        const float inverse = 1 / std::max(weights[0] + weights[1], 1.f);
+        const float fractions[kHalves] = {weights[0] * inverse, weights[1] * inverse};
         Float4 variance = {}, bias = {}, brightnessA = {}, brightnessB = {};
         for (int c = 0; c < 3; ++c) {
             const float ownA = first.light[c] * inverses[0], ownB = second.light[c] * inverses[1];
@@ -177,10 +177,10 @@ class Mixture {
     }
     /// Returns the variance of the mean of a half that the difference of its quarters indicates, with that of
     /// the pixel by the difference of its halves.
-    static float varianceByQuarters(const HalfPart& half, const HalfCounts& counts, float byHalves) {
-        if (counts.quarter == 0 || counts.quarter == counts.all)
+    static float varianceByQuarters(const HalfPart& half, const HalfWeights& weights, float byHalves) {
+        if (weights.quarter <= 0 || weights.quarter >= weights.all)
             return 4 * byHalves; // unknown: careful
-        const float first = float(counts.quarter), second = float(counts.all - counts.quarter);
+        const float first = float(weights.quarter), second = float(weights.all - weights.quarter);
         const Rgb& quarter = half.quarterLight;
         const Rgb d = quarter * (1 / first) - (half.light - quarter) * (1 / second);
         return first * second / sqr(first + second) * sum(d * d);
@@ -216,7 +216,7 @@ class Mixture {
     void mixPixel(size_t i, SharedPart& out) {
         const Float4 variance = loadFloat4(m_variance.at(i)), bias = m_bias.at(i);
         const Float4 zero = {};
-        const bool hasBoth = m_light.counts(i, 0).all > 0 && m_light.counts(i, 1).all > 0;
+        const bool hasBoth = m_light.weights(i, 0).all > 0 && m_light.weights(i, 1).all > 0;
         // A background has no light to share, and nothing is better than a value without noise.
         if (!hasBoth || m_light.uses(i).empty() || !(variance[kOwn] > 0)) {
             out.correction[i] = Rgb(0);
@@ -259,7 +259,7 @@ class Mixture {
 float samplesPerPixel(const RecordedLight& light) {
     double samples = 0;
     for (size_t pixel = 0; pixel < light.pixelCount(); ++pixel)
-        samples += light.count(pixel);
+        samples += light.weight(pixel);
     return float(samples / double(light.pixelCount()));
 }
 
@@ -326,9 +326,9 @@ void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture,
     Totals own;
     for (const PixelRareSample& sample : light.rare)
         if (sample.part == int(part)) {
-            const float count = float(light.count(sample.pixel));
-            const Rgb rareLight =
-                sample.albedo * sample.light * (rare[sample.part].rarity(sample.cell) / std::max(count, 1.f));
+            const float weight = float(light.weight(sample.pixel));
+            const Rgb rareLight = sample.albedo * sample.light *
+                                  (rare[sample.part].rarity(sample.cell) / std::max(weight, 1.f));
             own.add(rareLight);
             correction[sample.pixel] -= rareLight;
         }

@@ -71,99 +71,82 @@ Moments integrate(const Filter& filter, int n = 600) {
 
 } // namespace
 
-TEST(Filters, SamplesFollowTheAbsoluteValue) {
+TEST(Filters, SamplesFollowTheLobes) {
     constexpr int n = 100000, bins = 20, sub = 24;
-    for (const auto& [name, filter, negative] : filters()) {
+    for (const auto& [name, filter, hasNegativeLobes] : filters()) {
         const V2f r = filter->radius();
-        std::vector<double> counts(bins * bins), expected(bins * bins);
-        for (int i = 0; i < n; ++i) {
-            const Filter::Sample s = filter->sample(random2D(1, i));
-            ASSERT_LE(std::abs(s.offset.x), r.x) << name;
-            ASSERT_LE(std::abs(s.offset.y), r.y) << name;
-            const int x = std::min(int((s.offset.x / r.x + 1) / 2 * bins), bins - 1);
-            const int y = std::min(int((s.offset.y / r.y + 1) / 2 * bins), bins - 1);
-            counts[y * bins + x] += 1;
-            if (std::abs(filter->eval(s.offset)) > 1e-3f) { // not close to a root
-                EXPECT_EQ(s.weight < 0, filter->eval(s.offset) < 0) << name << " at " << s.offset;
+        for (const float sign : {1.f, -1.f}) {
+            if (sign < 0 && !hasNegativeLobes)
+                continue;
+            std::vector<double> counts(bins * bins), expected(bins * bins);
+            for (int i = 0; i < n; ++i) {
+                const V2f u = random2D(1, i),
+                          offset = sign > 0 ? filter->sample(u) : filter->sampleNegative(u);
+                ASSERT_LE(std::abs(offset.x), r.x) << name;
+                ASSERT_LE(std::abs(offset.y), r.y) << name;
+                const int x = std::min(int((offset.x / r.x + 1) / 2 * bins), bins - 1);
+                const int y = std::min(int((offset.y / r.y + 1) / 2 * bins), bins - 1);
+                counts[y * bins + x] += 1;
+                ASSERT_GT(sign * filter->eval(offset), -1e-3f) << name << " at " << offset;
             }
-            if (!negative) {
-                ASSERT_FLOAT_EQ(s.weight, 1) << name;
-            }
+            double sum = 0;
+            for (int y = 0; y < bins; ++y)
+                for (int x = 0; x < bins; ++x) {
+                    double& cell = expected[y * bins + x];
+                    for (int k = 0; k < sub * sub; ++k)
+                        cell += std::max(
+                            sign * filter->eval({(2 * (x + (k % sub + .5f) / sub) / bins - 1) * r.x,
+                                                 (2 * (y + (k / sub + .5f) / sub) / bins - 1) * r.y}),
+                            0.f);
+                    sum += cell;
+                }
+            for (double& cell : expected)
+                cell *= n / sum;
+            EXPECT_GT(chiSquareP(counts, expected), 1e-4) << name << ", sign " << sign;
         }
-        double sum = 0;
-        for (int y = 0; y < bins; ++y)
-            for (int x = 0; x < bins; ++x) {
-                double& cell = expected[y * bins + x];
-                for (int k = 0; k < sub * sub; ++k)
-                    cell += std::abs(filter->eval({(2 * (x + (k % sub + .5f) / sub) / bins - 1) * r.x,
-                                                   (2 * (y + (k / sub + .5f) / sub) / bins - 1) * r.y}));
-                sum += cell;
-            }
-        for (double& cell : expected)
-            cell *= n / sum;
-        EXPECT_GT(chiSquareP(counts, expected), 1e-4) << name;
     }
 }
 
-/// Equal steps of the first random number, as of a stratified sampler: the mean weight is 1 within one
-/// sample.
-TEST(Filters, StrataHaveAsManyNegativeSamplesAsTheyShould) {
-    for (const auto& [name, filter, negative] : filters())
-        for (const int n : {16, 64, 256})
-            for (int pixel = 0; pixel < 100; ++pixel) {
-                double sum = 0, absolute = 0;
-                for (int i = 0; i < n; ++i) {
-                    const V2f u = random2D(pixel, i);
-                    const Filter::Sample s = filter->sample({(float(i) + u.x) / float(n), u.y});
-                    sum += double(s.weight);
-                    absolute += double(std::abs(s.weight));
-                }
-                ASSERT_NEAR(sum / n, 1, 2.01 * absolute / n / n) << name << ", " << n << " samples";
-            }
-}
-
 TEST(Filters, SampleSoAEqualsSample) {
-    for (const auto& [name, filter, negative] : filters()) {
+    for (const auto& [name, filter, hasNegativeLobes] : filters()) {
         V2SoA u, offset;
-        float weight[kSoAWidth];
         for (int i = 0; i < kSoAWidth; ++i)
             u.set(i, random2D(3, i));
         u.set(0, V2f(0));
         u.set(1, V2f(kOneMinusEpsilon));
-        filter->sampleSoA(u, kSoAWidth - 3, offset, weight);
-        for (int i = 0; i < kSoAWidth - 3; ++i) {
-            const Filter::Sample s = filter->sample(u.at(i));
-            EXPECT_EQ(s.offset, offset.at(i)) << name;
-            EXPECT_EQ(s.weight, weight[i]) << name;
-        }
+        filter->sampleSoA(u, kSoAWidth - 3, offset);
+        for (int i = 0; i < kSoAWidth - 3; ++i)
+            EXPECT_EQ(filter->sample(u.at(i)), offset.at(i)) << name;
     }
 }
 
-TEST(Filters, MeanWeightIsOneAndMomentsAgreeWithQuadrature) {
+TEST(Filters, MomentsAgreeWithQuadrature) {
     constexpr int n = 1 << 20; // points of a rank-1 lattice, whose error is about 1/n
-    for (const auto& [name, filter, negative] : filters()) {
+    for (const auto& [name, filter, hasNegativeLobes] : filters()) {
         const Moments exact = integrate(*filter);
         EXPECT_NEAR(exact.mass, 1, 1e-4) << name << ": eval is not normalized";
-        double weight = 0, x = 0, y = 0, xx = 0, yy = 0;
+        const double fraction = filter->negativeFraction();
+        EXPECT_NEAR(fraction, (1 - exact.mass / exact.absolute) / 2, 2e-4) << name;
+        EXPECT_EQ(fraction > 0, hasNegativeLobes) << name;
+        double x = 0, y = 0, xx = 0, yy = 0;
+        const auto add = [&](const V2f& offset, double weight) {
+            x += weight * offset.x;
+            y += weight * offset.y;
+            xx += weight * sqr(offset.x);
+            yy += weight * sqr(offset.y);
+        };
         for (int i = 0; i < n; ++i) {
             const double golden = (i + .5) * 0.61803398874989485;
-            const Filter::Sample s =
-                filter->sample({(float(i) + .5f) / n, float(golden - std::floor(golden))});
-            weight += s.weight;
-            x += s.weight * s.offset.x;
-            y += s.weight * s.offset.y;
-            xx += s.weight * sqr(s.offset.x);
-            yy += s.weight * sqr(s.offset.y);
-            if (i % 64 == 0) {
-                EXPECT_NEAR(std::abs(s.weight), exact.absolute, 2e-3 * exact.absolute) << name;
-            }
+            const V2f u((float(i) + .5f) / n, float(golden - std::floor(golden)));
+            add(filter->sample(u), (1 - fraction) / (1 - 2 * fraction) / n);
+            if (hasNegativeLobes)
+                add(filter->sampleNegative(u), -fraction / (1 - 2 * fraction) / n);
         }
         const double rx = filter->radius().x, ry = filter->radius().y;
-        EXPECT_NEAR(weight / n, 1, 2e-4) << name;
-        EXPECT_NEAR(x / n, 0, 5e-4 * rx) << name;
-        EXPECT_NEAR(y / n, 0, 5e-4 * ry) << name;
-        EXPECT_NEAR(xx / n, exact.xx, 5e-4 * rx * rx) << name;
-        EXPECT_NEAR(yy / n, exact.yy, 5e-4 * ry * ry) << name;
+        EXPECT_NEAR(x, 0, 5e-4 * rx) << name;
+        EXPECT_NEAR(y, 0, 5e-4 * ry) << name;
+        EXPECT_NEAR(xx, exact.xx, 5e-4 * rx * rx) << name;
+        EXPECT_NEAR(yy, exact.yy, 5e-4 * ry * ry) << name;
     }
 }
 

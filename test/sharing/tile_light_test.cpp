@@ -16,6 +16,7 @@ struct Sample {
     int x, y, half, quarter;
     CellId cell;
     Rgb light;
+    bool isNegative; ///< the filter weight is
 };
 
 std::vector<Sample> randomSamples(int count) {
@@ -25,7 +26,7 @@ std::vector<Sample> randomSamples(int count) {
         const auto below = [&](int n) { return int(random() % unsigned(n)); };
         samples.push_back({kFrame.x0 + below(kFrame.width()), kFrame.y0 + below(kFrame.height()), below(2),
                            below(2), CellId{7, below(4) - 2, 0, below(2), -3, 2},
-                           Rgb(std::ldexp(float(below(1000)), below(60) - 30), 1, 2)});
+                           Rgb(std::ldexp(float(below(1000)), below(60) - 30), 1, 2), below(4) == 0});
     }
     return samples;
 }
@@ -47,6 +48,7 @@ void recordPixels(const std::vector<Sample>& samples, const PixelBounds& tile, T
                     continue;
                 HalfLight& half = pixel.halves[sample.half];
                 ++half.quarters[sample.quarter].count;
+                half.quarters[sample.quarter].negativeCount += sample.isNegative;
                 half.quarters[sample.quarter].light[1].add(sample.light);
                 half.v.add(double(sample.light.x));
                 if (sample.light.x < 1e-3f) {
@@ -93,8 +95,8 @@ Film filmWith(std::vector<FilmRecord> records) {
 void expectEqual(const RecordedLight& a, const RecordedLight& b) {
     for (size_t pixel = 0; pixel < a.pixelCount(); ++pixel)
         for (int half = 0; half < kHalves; ++half) {
-            EXPECT_EQ(a.counts(pixel, half).all, b.counts(pixel, half).all);
-            EXPECT_EQ(a.counts(pixel, half).quarter, b.counts(pixel, half).quarter);
+            EXPECT_EQ(a.weights(pixel, half).all, b.weights(pixel, half).all);
+            EXPECT_EQ(a.weights(pixel, half).quarter, b.weights(pixel, half).quarter);
             const HalfPart &ofA = a.light(LightPart::Indirect, pixel, half),
                            &ofB = b.light(LightPart::Indirect, pixel, half);
             EXPECT_EQ(ofA.light, ofB.light);
@@ -185,18 +187,21 @@ TEST(RecordedLight, HasTheSumsOfTheSamples) {
     const RecordedLight light(filmWith({recordOf(samples, kFrame)}));
     EXPECT_EQ(light.parts, LightParts::all());
     double sum = 0, expected = 0;
-    uint32_t count = 0, countOfCells = 0;
-    for (const Sample& sample : samples)
+    int32_t weight = 0, expectedWeight = 0;
+    uint32_t countOfCells = 0;
+    for (const Sample& sample : samples) {
         expected += double(sample.light.x);
+        expectedWeight += sample.isNegative ? -1 : 1;
+    }
     for (size_t pixel = 0; pixel < light.pixelCount(); ++pixel) {
         for (int half = 0; half < kHalves; ++half)
             sum += double(light.light(LightPart::Indirect, pixel, half).light.x);
-        count += light.count(pixel);
+        weight += light.weight(pixel);
     }
     for (const JoinedCell& cell : light.cells)
         countOfCells += uint32_t(cell.count[0] + cell.count[1]);
     EXPECT_NEAR(sum, expected, 1e-5 * expected);
-    EXPECT_EQ(count, 100u);
+    EXPECT_EQ(weight, expectedWeight);
     EXPECT_EQ(countOfCells, 100u);
     float albedo = 0;
     for (size_t pixel = 0; pixel < light.pixelCount(); ++pixel)
@@ -247,8 +252,8 @@ TEST(FrameLight, PixelsOfUnfinishedTilesHaveNoSamples) {
     frame.add({}, lists);
     frame.setPixel(3, 1, pixel, lists);
     const RecordedLight light = frame.take(film);
-    EXPECT_EQ(light.count(0), 3u);
-    EXPECT_EQ(light.count(1), 0u);
+    EXPECT_EQ(light.weight(0), 3);
+    EXPECT_EQ(light.weight(1), 0);
 }
 
 TEST(FrameLight, FilmsThatAccumulateHaveRecords) {

@@ -12,13 +12,16 @@ namespace STROBE_API strobe {
 /// Weighted sample values as fixed-point numbers, in units of 1 / PixelAccumulator::kPerUnit.
 struct FixedPointSamples {
     alignas(64) int64_t r[kSoAWidth], g[kSoAWidth], b[kSoAWidth];
+    alignas(64) uint32_t isNegative[kSoAWidth]; ///< whether the weight is: 0 or 1
+    bool anyIsNegative;
 
-    /// Converts n <= kSoAWidth samples. Returns false if any of them must be added by itself, because it is
-    /// invalid or so large that a sum of kSoAWidth such values could overflow.
+    /// Converts n <= kSoAWidth samples with weights of 1 or -1. Returns false if any of them must be added by
+    /// itself, because it is invalid or so large that a sum of kSoAWidth such values could overflow.
     bool set(const Rgb* values, const float* weights, int n);
 };
 
-/// The sum of a pixel's weighted samples per channel, as 128-bit fixed-point numbers. Adding a sample
+/// The sum of a pixel's weighted samples per channel, as 128-bit fixed-point numbers, and the sum of their
+/// weights, 1 or -1. Adding a sample
 /// truncates its value to a multiple of 2^-56, which is less than half an ulp of any float above 1e-9. All
 /// sums after that are exact; only `mean` rounds again. The sums of any partition of a pixel's samples
 /// therefore add up to the sum of all samples, to the bit.
@@ -31,8 +34,8 @@ class PixelAccumulator {
     /// Sums are in units of 1 / kPerUnit.
     static constexpr double kPerUnit = 0x1p56;
 
-    /// Adds a sample, given its value and its filter weight. Returns false if it is invalid, that is NaN,
-    /// infinite or too large; it is then counted, but not added.
+    /// Adds a sample, given its value and its filter weight, 1 or -1. Returns false if it is invalid, that is
+    /// NaN, infinite or too large; it is then counted, but not added.
     bool add(const Rgb& value, float weight) {
         // The product of two floats is exact in a double, and a power of two keeps it so. Comparisons with a
         // NaN are false.
@@ -50,6 +53,7 @@ class PixelAccumulator {
             return false;
         }
         ++m_validCount;
+        m_negativeCount += weight < 0;
         return true;
     }
     /// Adds samples first … first+n-1. Precondition: `set` returned true for them.
@@ -64,6 +68,9 @@ class PixelAccumulator {
         m_g += g;
         m_b += b;
         m_validCount += uint32_t(n);
+        if (samples.anyIsNegative)
+            for (int i = first; i < first + n; ++i)
+                m_negativeCount += samples.isNegative[i];
     }
     /// Adds the samples of another accumulator.
     void add(const PixelAccumulator& other) {
@@ -71,15 +78,18 @@ class PixelAccumulator {
         m_g += other.m_g;
         m_b += other.m_b;
         m_validCount += other.m_validCount;
+        m_negativeCount += other.m_negativeCount;
         m_invalidCount += other.m_invalidCount;
     }
-    /// Returns the sum divided by the number of valid samples; black if there are none.
+    /// Returns the sum divided by that of the weights; black if the latter is 0.
     Rgb mean() const {
-        if (m_validCount == 0)
+        if (weight() == 0)
             return Rgb(0);
-        const double scale = 1 / (kPerUnit * m_validCount);
+        const double scale = 1 / (kPerUnit * double(weight()));
         return {float(toDouble(m_r) * scale), float(toDouble(m_g) * scale), float(toDouble(m_b) * scale)};
     }
+    /// The sum of the weights of the samples that were added.
+    int64_t weight() const { return int64_t(m_validCount) - 2 * int64_t(m_negativeCount); }
     /// The number of samples that were added.
     uint32_t validCount() const { return m_validCount; }
     /// The number of samples that were left out because they are invalid.
@@ -87,13 +97,14 @@ class PixelAccumulator {
     bool operator==(const PixelAccumulator&) const = default;
 
     /// The size of the representation in files.
-    static constexpr size_t kBytes = 3 * 16 + 2 * 4;
+    static constexpr size_t kBytes = 3 * 16 + 3 * 4;
     void store(char* bytes) const {
         std::memcpy(bytes, &m_r, 16);
         std::memcpy(bytes + 16, &m_g, 16);
         std::memcpy(bytes + 32, &m_b, 16);
         std::memcpy(bytes + 48, &m_validCount, 4);
         std::memcpy(bytes + 52, &m_invalidCount, 4);
+        std::memcpy(bytes + 56, &m_negativeCount, 4);
     }
     void load(const char* bytes) {
         static_assert(std::endian::native == std::endian::little);
@@ -102,6 +113,7 @@ class PixelAccumulator {
         std::memcpy(&m_b, bytes + 32, 16);
         std::memcpy(&m_validCount, bytes + 48, 4);
         std::memcpy(&m_invalidCount, bytes + 52, 4);
+        std::memcpy(&m_negativeCount, bytes + 56, 4);
     }
 
   private:
@@ -120,6 +132,7 @@ class PixelAccumulator {
 
     Sum m_r = 0, m_g = 0, m_b = 0;
     uint32_t m_validCount = 0, m_invalidCount = 0;
+    uint32_t m_negativeCount = 0; ///< of the valid ones: those with negative weights
 };
 
 } // namespace strobe

@@ -2,12 +2,11 @@
 
 namespace strobe {
 
-void Filter::sampleSoA(const V2SoA& u, int n, V2SoA& offset, float* weight) const {
-    for (int i = 0; i < n; ++i) {
-        const Sample s = sample(u.at(i));
-        offset.set(i, s.offset);
-        weight[i] = s.weight;
-    }
+void Filter::sampleSoA(const V2SoA& u, int n, V2SoA& offset) const {
+    for (int i = 0; i < n; ++i)
+        offset.set(i, sample(u.at(i)));
 }
+
+V2f Filter::sampleNegative(const V2f& /*u*/) const { return V2f(0); }
 
 } // namespace strobe

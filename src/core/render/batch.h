@@ -68,7 +68,7 @@ struct VisibilitySample {
     Hit hit;
     Ray ray;
     V2f film;       ///< film position, in pixels of the full frame
-    float weight;   ///< of the pixel filter; all samples of a render have the same absolute value
+    float weight;   ///< of the pixel filter: 1 or -1
     uint32_t pixel; ///< index into VisibilityBatch::pixels
     uint32_t index; ///< of the sample in its pixel
 };

@@ -118,7 +118,8 @@ class PassLoop {
             const bool isNoiseReached = m_noise && *m_noise <= *m_goal.noise;
             if (isNoiseReached || isStopRequested() || !m_schedule.advance(m_deadline, stats.samplesPerPixel))
                 break;
-            m_renderer.restart(hashOf(m_settings.seed, m_passes), m_schedule.samples());
+            m_renderer.restart(hashOf(m_settings.seed, m_passes), m_schedule.samples(),
+                               stats.samplesPerPixel);
         }
         return statsSoFar();
     }

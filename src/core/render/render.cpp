@@ -74,9 +74,10 @@ Renderer::Renderer(const Scene& scene, const Integrator& integrator, const Shade
 
 Renderer::~Renderer() = default;
 
-void Renderer::restart(uint64_t seed, int samplesPerPixel) {
+void Renderer::restart(uint64_t seed, int samplesPerPixel, uint64_t samplesBefore) {
     m_settings.seed = seed;
     m_settings.samplesPerPixel = samplesPerPixel;
+    m_settings.samplesBefore = samplesBefore;
     m_settings.slice.reset();
     if (m_state)
         m_state->restart(seed, samplesPerPixel);

@@ -24,8 +24,9 @@ class Renderer {
     /// SampleDependence::Render, or if the integrator decides otherwise (IntegratorState::note) than for the
     /// samples that the film has.
     bool render(Film& film);
-    /// Makes the next `render` an independent one with this seed, of all samples.
-    void restart(uint64_t seed, int samplesPerPixel);
+    /// Makes the next `render` an independent one with this seed, of all samples. `samplesBefore`: see
+    /// RenderSettings.
+    void restart(uint64_t seed, int samplesPerPixel, uint64_t samplesBefore = 0);
     /// Makes the next `render` render this slice of the same samples.
     void setSlice(const SampleSlice& slice);
 

@@ -30,6 +30,8 @@ struct RenderSettings {
     std::vector<PixelBounds> regions;
     /// True if this render is one of several passes of the same pixels; their number is not known.
     bool isPass = false;
+    /// The samples per pixel of earlier passes of the same pixels.
+    uint64_t samplesBefore = 0;
     /// Skips tiles whose pixels have all these samples already and renders the others anew. The film must
     /// accumulate.
     bool resume = false;

@@ -34,14 +34,14 @@ TileRenderer::Sampling& TileRenderer::samplingFor(uint32_t factor) {
                          : all;
     const SampleSlice traced = m_dependence == SampleDependence::None ? film : all;
     const uint32_t pixelsPerBatch = std::max(1u, m_batchSamples / traced.count());
-    m_samplings.push_back(
-        std::unique_ptr<Sampling>(new Sampling{factor,
-                                               samplesPerPixel,
-                                               film,
-                                               traced,
-                                               pixelsPerBatch,
-                                               {m_scene, m_sampler, m_filter, samplesPerPixel, traced},
-                                               {}}));
+    m_samplings.push_back(std::unique_ptr<Sampling>(new Sampling{
+        factor,
+        samplesPerPixel,
+        film,
+        traced,
+        pixelsPerBatch,
+        {m_scene, m_sampler, m_filter, samplesPerPixel, traced, factor * m_settings.samplesBefore},
+        {}}));
     return *m_samplings.back();
 }
 

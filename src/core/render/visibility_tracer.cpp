@@ -10,19 +10,21 @@ enum : uint32_t { kDimFilm = 0, kDimLens = 1, kDimTime = 2 };
 } // namespace
 
 VisibilityTracer::VisibilityTracer(const Scene& scene, const Sampler& sampler, const Filter& filter,
-                                   uint32_t samplesPerPixel, const SampleSlice& slice)
-    : m_scene(scene), m_sampler(sampler), m_filter(filter), m_moves(scene.moves()),
-      m_samplesPerPixel(samplesPerPixel), m_slice(slice) {
+                                   uint32_t samplesPerPixel, const SampleSlice& slice, uint64_t samplesBefore)
+    : m_scene(scene), m_sampler(sampler), m_filter(filter), m_signs(filter.negativeFraction()),
+      m_moves(scene.moves()), m_samplesPerPixel(samplesPerPixel), m_slice(slice),
+      m_samplesBefore(samplesBefore) {
     std::fill(std::begin(m_packet.id), std::end(m_packet.id), RayPacket::kCameraId);
 }
 
-/// Writes the members of samples that do not change from batch to batch: the pixel, the sample number, and
-/// the time and lens position for scenes that do not sample them.
+/// Writes the members of samples that do not change from batch to batch: the pixel, the sample number, the
+/// filter weight, and the time and lens position for scenes that do not sample them.
 void VisibilityTracer::initialize(VisibilitySoA& chunk, size_t index) const {
     for (uint32_t i = 0; i < kSoAWidth; ++i) {
         const uint32_t sample = uint32_t(index * kSoAWidth) + i;
         chunk.pixel[i] = sample / m_slice.count();
         chunk.index[i] = m_slice.first + sample % m_slice.count();
+        chunk.weight[i] = m_signs.isNegative(m_samplesBefore + chunk.index[i]) ? -1.f : 1.f;
         chunk.camera.time[i] = 0.5f;
         chunk.camera.lens.set(int(i), V2f(0.5f));
     }
@@ -79,9 +81,20 @@ void VisibilityTracer::generateChunk(std::span<const PixelRef> pixels, uint32_t 
         m_sampler.fill1D(m_ranges, kDimTime, sample.time);
     if (m_scene.camera().hasLens())
         m_sampler.fill2D(m_ranges, kDimLens, sample.lens);
-    m_filter.sampleSoA(u, n, offset, out.weight);
+    m_filter.sampleSoA(u, n, offset);
+    if (m_signs.hasNegative())
+        moveToNegativeLobes(pixels, n, out, offset);
     addOffsets(n, sample.film, offset);
     m_scene.camera().raySoA(sample, n, out.ray);
+}
+
+/// Replaces the filter offsets of the samples with negative weights.
+void VisibilityTracer::moveToNegativeLobes(std::span<const PixelRef> pixels, int n,
+                                           const VisibilitySoA& chunk, V2SoA& offset) const {
+    for (int i = 0; i < n; ++i)
+        if (chunk.weight[i] < 0)
+            offset.set(i, m_filter.sampleNegative(m_signs.point(m_samplesBefore + chunk.index[i],
+                                                                pixels[chunk.pixel[i]].domain)));
 }
 
 void VisibilityTracer::trace(SoAVector<VisibilitySoA>& samples) {

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFormat = "strobe part ";
-constexpr std::string_view kFirstLine = "strobe part 4";
+constexpr std::string_view kFirstLine = "strobe part 5";
 constexpr size_t kChecksumSize = 8; ///< hexadecimal digits
 
 enum class BlockKind : uint32_t { Boxes, Sums, Record, Layers, End };

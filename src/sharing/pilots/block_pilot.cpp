@@ -38,7 +38,7 @@ std::vector<Rgb> reflectedLight(std::vector<Rgb> image, const RecordedLight& lig
     std::vector<Rgb> out = std::move(image);
     for (const PixelEmission& emission : light.emission)
         out[emission.pixel] -= (emission.halves[0].emitted + emission.halves[1].emitted) *
-                               (1 / float(light.count(emission.pixel)));
+                               (1 / float(light.weight(emission.pixel)));
     return out;
 }
 

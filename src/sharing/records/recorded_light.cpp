@@ -236,9 +236,9 @@ void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& ti
     }
 }
 
-/// Sets the counts and the light of a half of a pixel of a record.
+/// Sets the weights and the light of a half of a pixel of a record.
 void RecordedLight::setHalf(size_t pixel, int half, const HalfBytes& from) {
-    m_counts[kHalves * pixel + size_t(half)] = {from.counts[0] + from.counts[1], from.counts[0]};
+    m_weights[kHalves * pixel + size_t(half)] = {from.weight(0) + from.weight(1), from.weight(0)};
     const size_t stride = parts == LightParts::all() ? 3 * kParts : 3;
     size_t first = 1;
     for (const LightPart part : kAllParts)

@@ -8,17 +8,18 @@
 
 namespace strobe {
 
-/// The numbers of samples of one half of a pixel.
-struct HalfCounts {
-    uint32_t all = 0;
-    uint32_t quarter = 0; ///< of the first half of these: a quarter of those of the pixel
+/// The sums of the filter weights of the samples of one half of a pixel: their number for filters without
+/// negative lobes.
+struct HalfWeights {
+    int32_t all = 0;
+    int32_t quarter = 0; ///< of the first half of the samples: a quarter of those of the pixel
 };
 
 /// One part of the light at first vertices that their albedo modulates: the sums over the samples of one half
 /// of a pixel, weighted by the pixel filter. HalfLight as floats.
 struct HalfPart {
     Rgb light{0};
-    Rgb quarterLight{0}; ///< of HalfCounts::quarter
+    Rgb quarterLight{0}; ///< of HalfWeights::quarter
 };
 
 /// The emission of a pixel, some of whose samples have any: sums weighted by the pixel filter.
@@ -81,18 +82,18 @@ class RecordedLight {
     /// For `setPixel` and `join`.
     RecordedLight(const PixelBounds& bounds, LightParts recorded);
 
-    /// Sets the counts and the light of a pixel. Appends its uses, rare samples and emission to `lists`.
+    /// Sets the weights and the light of a pixel. Appends its uses, rare samples and emission to `lists`.
     /// Threads may set different pixels.
     void setPixel(size_t index, PixelLight& light, PixelLists& lists);
     /// Joins tiles, whose pixels are set. Pixels of other tiles have no samples afterwards.
     void join(std::vector<TileSums> tiles);
 
     size_t pixelCount() const { return m_uses.size(); }
-    const HalfCounts& counts(size_t pixel, int half) const {
-        return m_counts[kHalves * pixel + size_t(half)];
+    const HalfWeights& weights(size_t pixel, int half) const {
+        return m_weights[kHalves * pixel + size_t(half)];
     }
-    /// Returns the number of samples of a pixel.
-    uint32_t count(size_t pixel) const { return counts(pixel, 0).all + counts(pixel, 1).all; }
+    /// Returns the sum of the filter weights of the samples of a pixel.
+    int32_t weight(size_t pixel) const { return weights(pixel, 0).all + weights(pixel, 1).all; }
     // Precondition: the part was recorded.
     const HalfPart& light(LightPart part, size_t pixel, int half) const {
         return m_light[int(part)][kHalves * pixel + size_t(half)];
@@ -127,7 +128,7 @@ class RecordedLight {
     void clearPixelsWithout(std::span<const TileSums> tiles);
 
     // By pixel and half:
-    HugeBuffer<HalfCounts> m_counts;
+    HugeBuffer<HalfWeights> m_weights;
     HugeBuffer<HalfPart> m_light[kParts];                 ///< empty: not recorded
     HugeBuffer<std::span<const PixelUse>> m_uses;         ///< by pixel
     std::vector<std::shared_ptr<const char>> m_useMemory; ///< that the uses are in

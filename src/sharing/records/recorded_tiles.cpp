@@ -32,7 +32,7 @@ auto keyOf(const PixelRareSample& s) {
 RecordedLight::RecordedLight(const PixelBounds& bounds, LightParts recorded)
     : pixelBounds(bounds), parts(recorded) {
     const size_t count = size_t(bounds.width()) * size_t(bounds.height());
-    m_counts.resize(kHalves * count);
+    m_weights.resize(kHalves * count);
     for (const LightPart part : kAllParts)
         if (parts.has(part))
             m_light[int(part)].resize(kHalves * count);
@@ -50,7 +50,7 @@ void PixelLists::clear() {
 void RecordedLight::setPixel(size_t index, PixelLight& light, PixelLists& lists) {
     for (int half = 0; half < kHalves; ++half) {
         const HalfLight& from = light.halves[half];
-        m_counts[kHalves * index + size_t(half)] = {from.count(), from.quarters[0].count};
+        m_weights[kHalves * index + size_t(half)] = {from.weight(), from.quarters[0].weight()};
         for (const LightPart part : kAllParts)
             if (parts.has(part))
                 this->light(part, index, half) = partOf(from, part);
@@ -114,7 +114,7 @@ void RecordedLight::clearPixelsWithout(std::span<const TileSums> tiles) {
         if (!hasTile[i]) {
             m_uses[i] = {};
             for (size_t half = kHalves * i; half < kHalves * (i + 1); ++half) {
-                m_counts[half] = {};
+                m_weights[half] = {};
                 for (auto& ofPart : m_light)
                     if (!ofPart.empty())
                         ofPart[half] = {};

@@ -149,6 +149,10 @@ void TileLight::writeHalf(const HalfLight& half) {
     out.add(uint8_t(0));
     for (const HalfLight::Quarter& quarter : half.quarters)
         out.add(quarter.count);
+    const bool hasNegative = half.weight() != int32_t(half.count());
+    if (hasNegative)
+        for (const HalfLight::Quarter& quarter : half.quarters)
+            out.add(quarter.negativeCount);
     out.add(uint32_t(half.uses.size()));
     const bool isLong = writeSums(out, [&](const auto& work) {
         work(half.v);
@@ -174,7 +178,7 @@ void TileLight::writeHalf(const HalfLight& half) {
     if (!half.rare.empty())
         writeRare(half.rare);
     out.set(start, uint8_t(kHasSamples | (isLong ? kHasLongSums : 0) | (emits ? kHasEmission : 0) |
-                           (half.rare.empty() ? 0 : kHasRare)));
+                           (half.rare.empty() ? 0 : kHasRare) | (hasNegative ? kHasNegative : 0)));
 }
 
 void TileLight::writeRare(const std::vector<RareSample>& samples) {

@@ -17,8 +17,11 @@ inline constexpr int kQuarters = 2;
 /// The sums of one half of a pixel's samples, weighted by the pixel filter.
 struct HalfLight {
     struct Quarter {
-        uint32_t count = 0;   ///< samples
-        RgbSum light[kParts]; ///< the light at first vertices that their albedo modulates
+        uint32_t count = 0;         ///< samples
+        uint32_t negativeCount = 0; ///< of these: those with negative filter weights
+        RgbSum light[kParts];       ///< the light at first vertices that their albedo modulates
+        /// The sum of the filter weights.
+        int32_t weight() const { return int32_t(count) - 2 * int32_t(negativeCount); }
     };
     Quarter quarters[kQuarters];
     RgbSum emitted; ///< FirstVertex::emitted
@@ -28,6 +31,7 @@ struct HalfLight {
     std::vector<RareSample> rare;
 
     uint32_t count() const { return quarters[0].count + quarters[1].count; }
+    int32_t weight() const { return quarters[0].weight() + quarters[1].weight(); }
     bool hasEmission() const;
     void clear();
 };
@@ -107,12 +111,18 @@ inline FixedPointSum sumAt(const char* sums, bool isLong, size_t index) {
 
 /// One half of a pixel's samples in a record. Cells have the indices of the record.
 struct HalfBytes {
-    uint32_t counts[kQuarters] = {}; ///< samples
+    // By quarter:
+    uint32_t counts[kQuarters] = {};         ///< samples
+    uint32_t negativeCounts[kQuarters] = {}; ///< of these: those with negative filter weights
     uint32_t useCount = 0, rareCount = 0;
     bool isLong = false;
     // Null: none.
     const char *sums = nullptr, *uses = nullptr, *emission = nullptr, *rare = nullptr;
 
+    /// Returns the sum of the filter weights of a quarter.
+    int32_t weight(int quarter) const {
+        return int32_t(counts[quarter]) - 2 * int32_t(negativeCounts[quarter]);
+    }
     /// Returns a sum: HalfLight::v, then those of the recorded parts, by quarter, part and channel.
     FixedPointSum sum(size_t index) const { return sumAt(sums, isLong, index); }
     /// Returns a channel of HalfLight::emitted, then ee and ve.

@@ -134,6 +134,9 @@ HalfBytes TileLightReader::Row::nextHalf() {
     if (flags & kHasSamples) {
         for (uint32_t& count : half.counts)
             count = m_reader.next<uint32_t>();
+        if (flags & kHasNegative)
+            for (uint32_t& count : half.negativeCounts)
+                count = m_reader.next<uint32_t>();
         half.useCount = m_reader.next<uint32_t>();
         half.sums = m_reader.skip((1 + kQuarters * 3 * countOf(m_tile->m_parts)) *
                                   (half.isLong ? kLongSum : sizeof(int64_t)));
@@ -144,8 +147,9 @@ HalfBytes TileLightReader::Row::nextHalf() {
             half.rareCount = m_reader.next<uint32_t>();
             half.rare = m_reader.skip(half.rareCount * kRareBytes);
         }
-        if (std::max(half.counts[0], half.counts[1]) > kMaxSamples)
-            fail();
+        for (int k = 0; k < kQuarters; ++k)
+            if (half.counts[k] > kMaxSamples || half.negativeCounts[k] > half.counts[k])
+                fail();
     }
     if (m_reader.hasFailed())
         fail();
@@ -193,6 +197,7 @@ void TileLightReader::add(const HalfBytes& half, HalfLight& out) const {
     out.v.add(half.sum(next++));
     for (int k = 0; k < kQuarters; ++k) {
         out.quarters[k].count += half.counts[k];
+        out.quarters[k].negativeCount += half.negativeCounts[k];
         for (int part = 0; part < kParts; ++part)
             if (m_parts.has(LightPart(part)))
                 for (FixedPointSum& channel : out.quarters[k].light[part].channels)

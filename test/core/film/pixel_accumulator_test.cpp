@@ -24,7 +24,7 @@ std::vector<Sample> randomSamples(size_t n) {
     std::vector<Sample> out;
     for (uint64_t i = 0; i < n; ++i)
         out.push_back({Rgb(randomFloat(hashOf(i, 1)), randomFloat(hashOf(i, 2)), randomFloat(hashOf(i, 3))),
-                       hashOf(i, 4) % 3 ? 1.25f : -1.25f});
+                       hashOf(i, 4) % 3 ? 1.f : -1.f});
     return out;
 }
 
@@ -81,14 +81,34 @@ TEST(PixelAccumulator, FixedPointSamplesAddUpLikeSingleSamples) {
 TEST(PixelAccumulator, MeanEqualsTheMeanInDoublePrecision) {
     const std::vector<Sample> samples = randomSamples(1000);
     Imath::Vec3<double> sum(0);
-    for (const Sample& s : samples)
+    double weight = 0;
+    for (const Sample& s : samples) {
         sum += Imath::Vec3<double>(s.value.x, s.value.y, s.value.z) * double(s.weight);
+        weight += double(s.weight);
+    }
     const Rgb mean = sumOf(samples).mean();
     for (int c = 0; c < 3; ++c)
-        EXPECT_FLOAT_EQ(mean[c], float(sum[c] / 1000));
+        EXPECT_FLOAT_EQ(mean[c], float(sum[c] / weight));
     PixelAccumulator one;
     one.add(Rgb(0.1f, -3e-4f, 12345.678f), 1);
     EXPECT_EQ(one.mean(), Rgb(0.1f, -3e-4f, 12345.678f)) << "one sample";
+}
+
+TEST(PixelAccumulator, TheMeanIsDividedByTheWeights) {
+    PixelAccumulator sum;
+    sum.add(Rgb(5), -1);
+    EXPECT_EQ(sum.mean(), Rgb(5));
+    sum.add(Rgb(7), 1);
+    EXPECT_EQ(sum.weight(), 0);
+    EXPECT_EQ(sum.mean(), Rgb(0));
+    sum.add(Rgb(8), 1);
+    EXPECT_EQ(sum.weight(), 1);
+    EXPECT_EQ(sum.mean(), Rgb(10));
+    char bytes[PixelAccumulator::kBytes];
+    sum.store(bytes);
+    PixelAccumulator loaded;
+    loaded.load(bytes);
+    EXPECT_EQ(loaded, sum);
 }
 
 TEST(PixelAccumulator, SumsOfLargeValuesAreExact) {

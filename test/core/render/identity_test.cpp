@@ -17,7 +17,7 @@ bool sameBits(const Image& a, const Image& b) {
 const std::string kScene = R"(
     TransformTimes 0 .5 1
     Film "image" "integer xresolution" 75 "integer yresolution" 53
-    PixelFilter "mitchell"
+    PixelFilter "sinc"
     Sampler "sobol" "integer pixelsamples" 8
     Integrator "path"
     LookAt 0 2 -6  0 .5 0  0 1 0
