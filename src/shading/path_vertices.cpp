@@ -184,6 +184,7 @@ void recordFirstVertices(PathBatch& batch, const VertexChunk& v) {
         first.isFront = v.cosWo[i] > 0;
         first.n = first.isFront ? v.ng.at(i) : -v.ng.at(i);
         first.ns = first.isFront ? v.n.at(i) : -v.n.at(i);
+        first.hasMappedNormal = material.flags().shadingNormal == ShadingNormal::Mapped;
         first.dpdu = v.surface.dpdu.at(i);
         first.coneWidth = v.coneWidth[i];
         first.direct = path.radiance; // before direct light

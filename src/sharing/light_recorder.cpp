@@ -132,6 +132,8 @@ void LightRecorder::gatherLight(std::span<const FirstVertex> vertices, std::span
         const FirstVertex& vertex = vertices[k];
         const int i = int(k);
         chunk.cells.surface[i] = vertex.hit ? m_surfaceIds.of(vertex.hit) : 0;
+        if (vertex.hit && vertex.hasMappedNormal)
+            chunk.cells.surface[i] = surfaceOfTilt(chunk.cells.surface[i], chunk.n.at(i), chunk.ns.at(i));
         chunk.light.radiance.set(i, radiance[k]);
         chunk.light.albedo.set(i, vertex.albedo);
         chunk.light.parts[int(LightPart::Direct)].set(i, vertex.direct);

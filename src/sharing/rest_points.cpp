@@ -1,5 +1,9 @@
 #include "sharing/rest_points.h"
 
+#include "core/math/hash.h"
+
+#include <cmath>
+
 namespace strobe {
 
 V3f shadingNormalAtRest(const FirstVertex& vertex, const RawSurfacePoint& rest) {
@@ -8,6 +12,15 @@ V3f shadingNormalAtRest(const FirstVertex& vertex, const RawSurfacePoint& rest) 
         return rest.ns * side;
     const Frame from = Frame::fromNormalTangent(vertex.n, vertex.dpdu);
     return Frame::fromNormalTangent(rest.ng * side, rest.dpdu).toWorld(from.toLocal(vertex.ns));
+}
+
+uint64_t surfaceOfTilt(uint64_t surface, const V3f& n, const V3f& ns) {
+    // Measured: half as much is better at 16 samples, but leaves more noise at 4.
+    constexpr float kStep = 0.65f;
+    const V3f tilt = (ns - n) * (1 / kStep);
+    const auto group = [](float x) { return int64_t(std::nearbyint(x)); };
+    const int64_t x = group(tilt.x), y = group(tilt.y), z = group(tilt.z);
+    return x == 0 && y == 0 && z == 0 ? surface : fastHashOf(surface, x, y, z);
 }
 
 /// The camera hits at rest of the first samples of a pixel.

@@ -65,6 +65,11 @@ class MovingHits {
 /// shutter fraction 0.
 V3f shadingNormalAtRest(const FirstVertex& vertex, const RawSurfacePoint& rest);
 
+/// Returns the surface of a point with a mapped normal: `surface`, or one of its own for each group of
+/// normals that are tilted alike, so that slopes of a bump map that are narrower than a cell do not share
+/// light with what is around them. `n`, `ns`: the geometric and the shading normal at rest.
+uint64_t surfaceOfTilt(uint64_t surface, const V3f& n, const V3f& ns);
+
 /// Measures how far samples of pixels spread over surfaces at rest.
 class PixelSpread {
   public:

@@ -30,6 +30,23 @@ inline bool isCropOf(const Image& crop, const Image& image, int x0, int y0) {
     return true;
 }
 
+/// Returns the mean squared difference of pixels cut at 1.
+inline double clippedError(const Image& image, const Image& reference) {
+    double sum = 0;
+    for (size_t i = 0; i < image.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+            sum += sqr(double(std::min(image.pixels[i][c], 1.f)) - std::min(reference.pixels[i][c], 1.f));
+    return sum / double(3 * image.pixels.size());
+}
+
+/// Returns a frame of direct light in which each sample chooses one lamp, before the camera.
+inline std::string oneLampFrame(int samples) {
+    return R"(
+Film "image" "integer xresolution" 96 "integer yresolution" 72
+Sampler "sobol" "integer pixelsamples" )" +
+           std::to_string(samples) + "\nIntegrator \"directlighting\" \"string strategy\" \"one\"\n";
+}
+
 /// Returns the mean squared difference of the means of pixels, minus its expected value for equal means.
 inline double squaredBias(const PixelStatistics& biased, const PixelStatistics& reference) {
     double sum = 0;

@@ -61,5 +61,21 @@ TEST(ShadingNormalAtRest, IsTheInterpolatedNormalOfOtherMaterials) {
     }
 }
 
+TEST(SurfaceOfTilt, DividesASurfaceByTheTiltOfMappedNormals) {
+    const V3f up(0, 0, 1);
+    const auto tilted = [](float degrees, float azimuth) {
+        const float angle = degrees * kPi / 180;
+        return V3f(std::sin(angle) * std::cos(azimuth), std::sin(angle) * std::sin(azimuth), std::cos(angle));
+    };
+    for (int i = 0; i < 16; ++i)
+        EXPECT_EQ(surfaceOfTilt(7, up, tilted(15, float(i))), 7u);
+    const uint64_t left = surfaceOfTilt(7, up, tilted(40, kPi)), right = surfaceOfTilt(7, up, tilted(40, 0));
+    EXPECT_NE(left, 7u);
+    EXPECT_NE(right, 7u);
+    EXPECT_NE(left, right);
+    EXPECT_EQ(surfaceOfTilt(7, up, tilted(38, 0.1f)), right);
+    EXPECT_NE(surfaceOfTilt(8, up, tilted(40, 0)), right);
+}
+
 } // namespace
 } // namespace strobe

@@ -16,12 +16,13 @@ namespace STROBE_API strobe {
 struct FirstVertex {
     Hit hit; ///< empty: the path has no such vertex
     V3f p{0};
-    V3f n{0};             ///< unit geometric normal, on the side of the viewer
-    V3f ns{0};            ///< unit shading normal, on the same side of the surface
-    V3f dpdu{0};          ///< see SurfacePoint
-    bool isFront = false; ///< n is SurfacePoint::ng; false: its opposite
-    float coneWidth = 0;  ///< of the path's ray cone
-    Rgb albedo = Rgb(0);  ///< throughput to the vertex, times Material::reflectance if flags ask for it
+    V3f n{0};                     ///< unit geometric normal, on the side of the viewer
+    V3f ns{0};                    ///< unit shading normal, on the same side of the surface
+    V3f dpdu{0};                  ///< see SurfacePoint
+    bool isFront = false;         ///< n is SurfacePoint::ng; false: its opposite
+    bool hasMappedNormal = false; ///< of ShadingNormal::Mapped
+    float coneWidth = 0;          ///< of the path's ray cone
+    Rgb albedo = Rgb(0); ///< throughput to the vertex, times Material::reflectance if flags ask for it
     // Parts of the path's radiance:
     Rgb direct = Rgb(0);   ///< direct light at the vertex, without its emission
     Rgb indirect = Rgb(0); ///< light that reaches the vertex by other surfaces
