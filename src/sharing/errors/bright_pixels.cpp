@@ -36,7 +36,7 @@ LanePlane aroundBlocks(std::span<const Brightness> brightness, int width, int he
 } // namespace
 
 BrightPixels::BrightPixels(std::span<const Brightness> brightness, int width, int height)
-    : m_isBright(brightness.size()) {
+    : m_others(brightness.size(), 1.f) {
     // 1.4 also takes the flanks of highlights for bright, 4 leaves halos (measured).
     constexpr float kMuch = 2, kLeastWeight = 1e-12f;
     const LanePlane blocks = aroundBlocks(brightness, width, height);
@@ -47,7 +47,7 @@ BrightPixels::BrightPixels(std::span<const Brightness> brightness, int width, in
             const float least = brightness[pixel].least;
             if (least > usual) {
                 m_pixels.push_back({uint32_t(pixel), std::max(sqr(sqr(usual / least)), kLeastWeight)});
-                m_isBright[pixel] = true;
+                m_others[pixel] = 0;
             }
         }
 }
@@ -61,20 +61,21 @@ BrightMeans::BrightMeans(const LanePlane& plane, const WindowMean& window, const
 BrightMeans::Means BrightMeans::meansAround(const LanePlane& plane, const WindowMean& window,
                                             size_t pixel) const {
     const int px = int(pixel) % plane.width, py = int(pixel) / plane.width, reach = window.reach();
+    const int x0 = std::max(px - reach, 0), x1 = std::min(px + reach, plane.width - 1);
     Means sums = {};
     float weightOfAll = 0, weightOfOthers = 0;
-    for (int y = std::max(py - reach, 0); y <= std::min(py + reach, plane.height - 1); ++y)
-        for (int x = std::max(px - reach, 0); x <= std::min(px + reach, plane.width - 1); ++x) {
-            const size_t other = size_t(y) * size_t(plane.width) + size_t(x);
-            const float weight = window.weight(x - px) * window.weight(y - py);
-            const Float4 values = weight * loadFloat4(plane.at(other));
-            sums.all += values;
+    for (int y = std::max(py - reach, 0); y <= std::min(py + reach, plane.height - 1); ++y) {
+        const float* const isOther = m_bright.others().data() + size_t(y) * size_t(plane.width);
+        const float ofRow = window.weight(y - py);
+        for (int x = x0; x <= x1; ++x) {
+            const float weight = ofRow * window.weight(x - px), ofOther = weight * isOther[x];
+            const Float4 values = loadFloat4(plane.row(y) + LanePlane::kLanes * x);
+            sums.all += weight * values;
+            sums.others += ofOther * values;
             weightOfAll += weight;
-            if (!m_bright.contains(other)) {
-                sums.others += values;
-                weightOfOthers += weight;
-            }
+            weightOfOthers += ofOther;
         }
+    }
     const Float4 all = sums.all * (1 / weightOfAll);
     return {all, weightOfOthers > 0 ? sums.others * (1 / weightOfOthers) : all};
 }

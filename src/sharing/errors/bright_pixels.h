@@ -32,11 +32,12 @@ class BrightPixels {
 
     /// Returns all of them, in ascending order.
     std::span<const Pixel> all() const { return m_pixels; }
-    bool contains(size_t pixel) const { return m_isBright[pixel]; }
+    /// Returns 1 for each pixel that is not bright, and 0 for the others.
+    std::span<const float> others() const { return m_others; }
 
   private:
     std::vector<Pixel> m_pixels;
-    std::vector<bool> m_isBright; ///< by pixel
+    std::vector<float> m_others; ///< by pixel
 };
 
 /// The means of a plane over the windows around bright pixels. All pixels count in these as they are.
