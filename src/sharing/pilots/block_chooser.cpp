@@ -15,6 +15,8 @@ BlockChooser::BlockChooser(const PairPilot& pairs) : m_pairs(pairs) {
             noiseSum += noise.back();
             rootSum += std::sqrt(noise.back());
         }
+    if (!noise.empty())
+        m_meanNoise = noiseSum / double(noise.size());
     for (const double value : noise) {
         sum += 1 / double(noise.size());
         if (noiseSum > 0)

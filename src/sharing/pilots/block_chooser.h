@@ -20,12 +20,15 @@ class BlockChooser {
     explicit BlockChooser(const PairPilot& pairs);
     /// Returns one of a sequence of choices, whose first ones are spread evenly. A block may be chosen again.
     BlockChoice choose(size_t i) const;
+    /// Returns the mean over the blocks of the relative variance of a sample, of radiance clipped to 1.
+    double meanNoise() const { return m_meanNoise; }
 
   private:
     double noiseOf(size_t block) const;
     double smoothedNoise(size_t block) const;
 
     const PairPilot& m_pairs;
+    double m_meanNoise = 0;
     std::vector<size_t> m_blocks;    ///< those with pairs
     std::vector<double> m_cumulated; ///< relative probability of a block and those before it
 };
