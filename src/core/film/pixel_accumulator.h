@@ -21,10 +21,9 @@ struct FixedPointSamples {
 };
 
 /// The sum of a pixel's weighted samples per channel, as 128-bit fixed-point numbers, and the sum of their
-/// weights, 1 or -1. Adding a sample
-/// truncates its value to a multiple of 2^-56, which is less than half an ulp of any float above 1e-9. All
-/// sums after that are exact; only `mean` rounds again. The sums of any partition of a pixel's samples
-/// therefore add up to the sum of all samples, to the bit.
+/// weights, 1 or -1. Adding a sample truncates its value to a multiple of 2^-56, which is less than half an
+/// ulp of any float above 1e-9. All sums after that are exact; only `mean` rounds again. The sums of any
+/// partition of a pixel's samples therefore add up to the sum of all samples, to the bit.
 class PixelAccumulator {
   public:
     /// A sample is valid if each of its weighted channels has a smaller absolute value than this.
