@@ -233,6 +233,51 @@ TEST(RareLight, HighlightsAreNotRare) {
     EXPECT_EQ(rare.light(plane.cellAt(20, 20)).x, 0);
 }
 
+/// A highlight narrower than the smallest region: a pixel has two thirds of a sample there, a fourth in the
+/// region.
+TEST(RareLight, NarrowHighlightsAreHardlyRare) {
+    Plane plane;
+    for (int i = 0; i < 6; ++i)
+        plane.addSample(32, 32, 10);
+    const CellPyramid pyramid = plane.pyramid();
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples / 4);
+    EXPECT_LT(rare.rarity(plane.cellAt(32, 32)), 0.1f);
+}
+
+/// Adds samples to every other cell of a square around the middle.
+void addCluster(Plane& plane, float light) {
+    for (int y = 30; y < 35; ++y)
+        for (int x = 30; x < 35; ++x)
+            if ((x + y) % 2 == 0)
+                plane.addSample(x, y, light);
+}
+
+/// Chance does not bring so many samples together: they do not light cells around them that have none.
+TEST(RareLight, ClustersKeepTheirLight) {
+    Plane plane;
+    addCluster(plane, 10);
+    const CellPyramid pyramid = plane.pyramid();
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
+    EXPECT_GT(rare.rarity(plane.cellAt(32, 32)), 0);
+    EXPECT_GT(rare.light(plane.cellAt(32, 32)).x, 0);
+    for (const int i : {4, 12, 20, 44, 52, 60})
+        EXPECT_EQ(rare.light(plane.cellAt(i, 32)).x, 0) << i;
+}
+
+/// Nor do they hide the rare light of these.
+TEST(RareLight, ClustersLeaveOtherLight) {
+    Plane plane;
+    for (int y = 4; y < kSize; y += 8)
+        for (int x = 4; x < kSize; x += 8)
+            plane.addSample(x, y, 64 * kSamples);
+    addCluster(plane, 64 * kSamples);
+    const CellPyramid pyramid = plane.pyramid();
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
+    for (int y = 12; y < 52; ++y)
+        for (const int x : {12, 16, 48, 52})
+            EXPECT_NEAR(rare.light(plane.cellAt(x, y)).x, 1, 0.3f) << x << " " << y;
+}
+
 TEST(RareLight, IsBlackWithoutSamples) {
     Plane plane;
     const CellPyramid pyramid = plane.pyramid();
