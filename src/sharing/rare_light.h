@@ -11,7 +11,8 @@ namespace strobe {
 /// be a bright spot as large as its region. Therefore, light above RareLimits is recorded by sample
 /// (RareSample). For one part of the light, at each cell it is averaged over a region that contains several
 /// such samples. Surfaces with few of them have the mean of all such surfaces. Samples of a highlight are not
-/// rare: each pixel has some. Their light is added to the other light.
+/// rare: each pixel has some. Their light is added to the other light. Samples that come together more than
+/// chance allows do not light what is far from them.
 class RareLight {
   public:
     /// There is no rare light.
