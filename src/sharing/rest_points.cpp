@@ -8,7 +8,7 @@ namespace strobe {
 
 V3f shadingNormalAtRest(const FirstVertex& vertex, const RawSurfacePoint& rest) {
     const float side = vertex.isFront ? 1.f : -1.f;
-    if (rest.material->flags().shadingNormal != ShadingNormal::Mapped)
+    if (!vertex.hasMappedNormal)
         return rest.ns * side;
     const Frame from = Frame::fromNormalTangent(vertex.n, vertex.dpdu);
     return Frame::fromNormalTangent(rest.ng * side, rest.dpdu).toWorld(from.toLocal(vertex.ns));

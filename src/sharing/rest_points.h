@@ -61,8 +61,7 @@ class MovingHits {
 };
 
 /// Returns the shading normal of a vertex as if its surface rests, on the side of the viewer. A mapped normal
-/// turns with the surface; that of a mix is the interpolated one. `rest`: the completed surface point at
-/// shutter fraction 0.
+/// turns with the surface. `rest`: the completed surface point at shutter fraction 0.
 V3f shadingNormalAtRest(const FirstVertex& vertex, const RawSurfacePoint& rest);
 
 /// Returns the surface of a point with a mapped normal: `surface`, or one of its own for each group of

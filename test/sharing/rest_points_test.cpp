@@ -6,35 +6,18 @@
 namespace strobe {
 namespace {
 
-/// A material with a kind of shading normal.
-class StubMaterial : public Material {
-  public:
-    explicit StubMaterial(ShadingNormal kind) : Material(flagsFor(kind)) {}
-    void prepare(const TextureQuery&, Bsdf&) const override {}
-    void evalCos(const Bsdf&, const V3f&, const V3f*, int, Rgb*, float*) const override {}
-    bool sample(const Bsdf&, const V3f&, float, const V2f&, BsdfSample&) const override { return false; }
-    float maxPdf(const Bsdf&, const V3f&) const override { return 0; }
-
-  private:
-    static MaterialFlags flagsFor(ShadingNormal kind) {
-        MaterialFlags flags;
-        flags.shadingNormal = kind;
-        return flags;
-    }
-};
-
 /// A surface that spins about its normal, the z axis, by a quarter of a turn. `tilted`: its mapped normal at
 /// shutter fraction 0.
 struct SpinningPoint {
     FirstVertex vertex;
     RawSurfacePoint rest;
 
-    SpinningPoint(const Material& material, const V3f& tilted, bool isFront) {
+    SpinningPoint(bool isMapped, const V3f& tilted, bool isFront) {
         const float side = isFront ? 1.f : -1.f;
-        rest.material = &material;
         rest.ng = rest.ns = V3f(0, 0, 1);
         rest.dpdu = V3f(2, 0, 0);
         vertex.isFront = isFront;
+        vertex.hasMappedNormal = isMapped;
         vertex.n = V3f(0, 0, side);
         vertex.ns = V3f(-tilted.y, tilted.x, tilted.z) * side;
         vertex.dpdu = V3f(0, 2, 0);
@@ -42,10 +25,9 @@ struct SpinningPoint {
 };
 
 TEST(ShadingNormalAtRest, TurnsMappedNormalsWithTheSurface) {
-    const StubMaterial mapped(ShadingNormal::Mapped);
     const V3f tilted(0.6f, 0, 0.8f);
     for (const bool isFront : {true, false}) {
-        const SpinningPoint point(mapped, tilted, isFront);
+        const SpinningPoint point(true, tilted, isFront);
         const V3f found = shadingNormalAtRest(point.vertex, point.rest);
         const V3f expected = isFront ? tilted : -tilted;
         for (int axis = 0; axis < 3; ++axis)
@@ -54,11 +36,8 @@ TEST(ShadingNormalAtRest, TurnsMappedNormalsWithTheSurface) {
 }
 
 TEST(ShadingNormalAtRest, IsTheInterpolatedNormalOfOtherMaterials) {
-    for (const ShadingNormal kind : {ShadingNormal::AsIs, ShadingNormal::Visible}) {
-        const StubMaterial material(kind);
-        const SpinningPoint point(material, V3f(0.6f, 0, 0.8f), false);
-        EXPECT_EQ(shadingNormalAtRest(point.vertex, point.rest), -point.rest.ns);
-    }
+    const SpinningPoint point(false, V3f(0.6f, 0, 0.8f), false);
+    EXPECT_EQ(shadingNormalAtRest(point.vertex, point.rest), -point.rest.ns);
 }
 
 TEST(SurfaceOfTilt, DividesASurfaceByTheTiltOfMappedNormals) {
