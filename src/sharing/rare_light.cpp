@@ -183,8 +183,10 @@ void RareLight::Estimator::estimateLight() {
     addRests(rests);
 }
 
-/// Adds the light of the weights that are left. A surface whose largest region has not enough samples has the
-/// mean of all such surfaces, if they are enough: a single bright sample would light a small surface.
+/// Adds the light of the weights that are left. A surface whose largest region has not enough samples has at
+/// most the mean of all such surfaces, if they are enough: a single bright sample would light a small
+/// surface. Surfaces with less keep what they have: those in the dark would take the light of those in the
+/// sun.
 void RareLight::Estimator::addRests(std::span<const Rest> rests) {
     double samples = 0, squares = 0, ofSurface = 0, light[3] = {};
     uint64_t surface = 0;
@@ -209,8 +211,11 @@ void RareLight::Estimator::addRests(std::span<const Rest> rests) {
     Rgb mean;
     for (int c = 0; c < 3; ++c)
         mean[c] = float(light[c] / samples);
-    for (size_t cell = 0; cell < rests.size(); ++cell)
-        m_estimates[cell].light += (mean * common + rests[cell].light * (1 - common)) * rests[cell].weight;
+    for (size_t cell = 0; cell < rests.size(); ++cell) {
+        const Rgb& own = rests[cell].light;
+        const Rgb light = sum(own) > sum(mean) ? mean * common + own * (1 - common) : own;
+        m_estimates[cell].light += light * rests[cell].weight;
+    }
 }
 
 /// Returns the node of the largest size that contains a cell.
