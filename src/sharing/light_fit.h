@@ -47,6 +47,33 @@ struct FitFrame {
         const float u = std::max(1 - length2(point - p) * inverseRadius2 / 2, 0.f);
         return u * u * u;
     }
+    /// Returns a fit of another frame as one of this frame: both have the same value at the node, and the
+    /// same derivatives by the tangents of this frame.
+    template <int kChannels>
+    LightFit<kChannels> expand(const LightFit<kChannels>& fit, const FitFrame& of) const {
+        const V3f stepS = ps * (1 / inverseRadius2), stepT = pt * (1 / inverseRadius2); // of one feature
+        const V3f turnS = ns * 0.25f, turnT = nt * 0.25f;
+        float value[kTerms];
+        of.features(p, n, value);
+        const float byP[2][2] = {{dot(stepS, of.ps), dot(stepS, of.pt)},
+                                 {dot(stepT, of.ps), dot(stepT, of.pt)}};
+        const float byN[2][2] = {{dot(turnS, of.ns), dot(turnS, of.nt)},
+                                 {dot(turnT, of.ns), dot(turnT, of.nt)}};
+        LightFit<kChannels> out;
+        for (int c = 0; c < kChannels; ++c) {
+            float t[kTerms];
+            out.terms[0][c] = 0;
+            for (int k = 0; k < kTerms; ++k) {
+                t[k] = fit.terms[k][c];
+                out.terms[0][c] += value[k] * t[k];
+            }
+            for (int k = 0; k < 2; ++k) {
+                out.terms[1 + k][c] = byP[k][0] * t[1] + byP[k][1] * t[2];
+                out.terms[3 + k][c] = byN[k][0] * t[3] + byN[k][1] * t[4];
+            }
+        }
+        return out;
+    }
 };
 
 /// The normal equations of weighted least-squares fits of several channels with equal weights.
@@ -110,6 +137,37 @@ struct NormalEquations {
             values[c] *= factor;
     }
 };
+
+/// Moves the channels of one part, from `first` on, towards those of a wider fit in the same frame, which has
+/// more bias and less noise: by the fraction with the least expected squared error over the points of the
+/// equations (empirical Bayes; Efron and Morris 1973). The differences of both halves give it: they have the
+/// same bias and independent noise. Neighboring fits use the same wider one, so that smooth light is averaged
+/// over its region.
+template <int kChannels>
+void shrinkTowards(const LightFit<kChannels>& wide, const NormalEquations<kChannels>& equations, int first,
+                   LightFit<kChannels>& fit) {
+    constexpr int kPartChannels = NodeLight::kChannels, kRgb = kPartChannels / kHalves;
+    float differences[kTerms][kPartChannels];
+    for (int k = 0; k < kTerms; ++k)
+        for (int c = 0; c < kPartChannels; ++c)
+            differences[k][c] = fit.terms[k][first + c] - wide.terms[k][first + c];
+    float squares = 0, products = 0; // of the differences of halves; of both halves
+    for (int a = 0; a < kTerms; ++a)
+        for (int b = 0; b < kTerms; ++b)
+            for (int c = 0; c < kRgb; ++c) {
+                const float of[kHalves] = {differences[a][c], differences[a][kRgb + c]};
+                const float to[kHalves] = {differences[b][c], differences[b][kRgb + c]};
+                products += equations.rows[a][b] * of[0] * to[1];
+                squares += equations.rows[a][b] * (of[0] - of[1]) * (to[0] - to[1]);
+            }
+    // The halves are stratified and err in opposite directions: the bias is larger than the products.
+    constexpr float kBias = 2;
+    const float variance = std::max(squares, 0.f) / 4, bias = kBias * std::max(products, 0.f);
+    const float fraction = variance > 0 ? variance / (variance + bias) : 0;
+    for (int k = 0; k < kTerms; ++k)
+        for (int c = 0; c < kPartChannels; ++c)
+            fit.terms[k][first + c] -= fraction * differences[k][c];
+}
 
 /// The points of a fit, by point.
 template <int kChannels>
