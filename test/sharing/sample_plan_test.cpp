@@ -81,35 +81,45 @@ class StripedMap {
     const std::string m_path = testing::TempDir() + "strobe_stripes_" + std::to_string(getpid()) + ".ppm";
 };
 
-/// A background cannot gain by sharing: it has as many more samples as the render takes more time, if it has
-/// noise.
-TEST(SamplePlan, NoisyBackgroundsKeepUpWithTheTime) {
-    constexpr int kSamples = 16;
-    const StripedMap map;
-    for (const std::string& mapParameter : {map.parameter(), std::string()}) {
-        BuildOptions options;
-        options.integrator = "adaptive-cache";
-        options.defines = {"share=both"};
-        const BuiltScene built = test::build(R"(
+/// Returns the number of samples of a pixel of the background of a quad from x = -9 to `right` (the left edge
+/// of the image is at -1.6), all of whose light is shared.
+float samplesOfBackground(const std::string& mapParameter, const std::string& right, int samples) {
+    BuildOptions options;
+    options.integrator = "adaptive-cache";
+    options.defines = {"share=both"};
+    const std::string points = "[-9 -9 0  " + right + " -9 0  " + right + " 9 0  -9 9 0]";
+    const BuiltScene built = test::build(R"(
 Film "image" "integer xresolution" 64 "integer yresolution" 32
-Sampler "sobol" "integer pixelsamples" )" + std::to_string(kSamples) +
-                                                 R"(
+Sampler "sobol" "integer pixelsamples" )" + std::to_string(samples) +
+                                             R"(
 Integrator "directlighting"
 LookAt 0 0 -3  0 0 0  0 1 0
 Camera "perspective" "float fov" 30
 WorldBegin
 LightSource "infinite" )" + mapParameter +
-                                                 R"(
+                                             R"(
 Material "matte"
-Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-9 -9 0  0 -9 0  0 9 0  -9 9 0]
-)",
-                                             options);
-        const Film film = renderFilm(built, settingsFor(built));
-        const float samples = film.plane(Aov::Samples)[16 * 64 + 56];
-        if (mapParameter.empty())
-            EXPECT_EQ(samples, kSamples);
-        else
-            EXPECT_GE(samples, 2 * kSamples);
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" )" +
+                                             points,
+                                         options);
+    return renderFilm(built, settingsFor(built)).plane(Aov::Samples)[16 * 64 + 56];
+}
+
+/// A background cannot gain by sharing: it has as many more samples as the render takes more time, if it has
+/// noise.
+TEST(SamplePlan, NoisyBackgroundsKeepUpWithTheTime) {
+    const StripedMap map;
+    EXPECT_EQ(samplesOfBackground("", "0", 16), 16);
+    EXPECT_GE(samplesOfBackground(map.parameter(), "0", 16), 32);
+}
+
+/// In an image that is mostly background, it would have to keep up with itself: with 64 and 128 samples here.
+TEST(SamplePlan, BackgroundsAddALimitedTime) {
+    const StripedMap map;
+    for (const int samples : {4, 16}) {
+        const float ofBackground = samplesOfBackground(map.parameter(), "-1.4", samples);
+        EXPECT_GE(ofBackground, 2 * samples);
+        EXPECT_LE(ofBackground, samples == 4 ? 32 : 64);
     }
 }
 

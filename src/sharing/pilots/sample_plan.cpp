@@ -193,18 +193,31 @@ std::optional<double> findLogScale(const PilotCosts& costs, bool isShared) {
     return logScale;
 }
 
-/// Raises the factors of backgrounds to at least `timeRatio`. A background is a block with noise in which no
-/// camera ray of the pilot hits anything. `timeRatio`: the time of the render relative to that of a render
-/// without sharing in which all factors are 1.
-void raiseBackgrounds(const PairPilot& pilot, double timeRatio, SampleFactors& out) {
-    const uint8_t least = roundedFactor(std::ceil(std::log2(timeRatio)));
-    for (size_t i = 0; i < out.factors().size(); ++i) {
-        const BlockNoise &a = pilot.noise(0, i), &b = pilot.noise(1, i);
+/// The noisy blocks in which no camera ray of the pilot hits anything, and their time.
+struct Backgrounds {
+    std::vector<size_t> blocks;
+    double time = 0; ///< with factors of 1
+
+    void add(const PairPilot& pilot, size_t block, float timeOfBlock) {
+        const BlockNoise &a = pilot.noise(0, block), &b = pilot.noise(1, block);
         const bool isNoisy = a.all.raw + b.all.raw > 0; // implies that the block was rendered
-        if (isNoisy && a.cameraHits + b.cameraHits == 0)
-            out.factors()[i] = std::max(out.factors()[i], least);
+        if (!isNoisy || a.cameraHits + b.cameraHits > 0)
+            return;
+        blocks.push_back(block);
+        time += double(timeOfBlock);
     }
-}
+    /// Raises their factors to at least that by which the time of the render grows, but by no more than adds
+    /// half of it: in an image of backgrounds alone, the factor would grow with its own time. `renderTime`:
+    /// relative to that of a render without sharing in which all factors are 1, which takes `leastTime`.
+    void raise(double renderTime, double leastTime, SampleFactors& out) const {
+        constexpr double kMostAdded = 0.5;
+        uint8_t least = roundedFactor(std::ceil(std::log2(renderTime)));
+        while (least > 1 && time * (least - 1) > kMostAdded * renderTime * leastTime)
+            least /= 2;
+        for (const size_t block : blocks)
+            out.factors()[block] = std::max(out.factors()[block], least);
+    }
+};
 
 /// All but the light that sharing or EmissionRefinement improve.
 PlannedLight lightLeftBy(const SharingPlan& sharing) {
@@ -255,6 +268,7 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
     if (!isShared && !logScale)
         return {};
     SampleFactors out = pilot.blocks();
+    Backgrounds backgrounds;
     double time = 0, leastTime = 0;
     costs.forEachBlock([&](size_t i, const PilotCosts::OfBlock& block) {
         const BlockCost& whole = block[PilotCosts::kWhole];
@@ -262,9 +276,11 @@ std::optional<SampleFactors> planSamples(PairPilot& pilot, double samplesPerPixe
             out.factors()[i] = factorOf(whole, *logScale);
         leastTime += double(whole.time);
         time += double(whole.time) * out.factors()[i];
+        backgrounds.add(pilot, i, whole.time);
     });
     const double overhead = logScale ? sharing.overhead.adaptive : sharing.overhead.uniform;
-    raiseBackgrounds(pilot, (leastTime > 0 ? time / leastTime : 1) * (1 + overhead), out);
+    if (leastTime > 0)
+        backgrounds.raise(time / leastTime * (1 + overhead), leastTime, out);
     if (std::all_of(out.factors().begin(), out.factors().end(), [](uint8_t factor) { return factor == 1; }))
         return {};
     return out;

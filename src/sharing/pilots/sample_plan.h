@@ -15,7 +15,8 @@ namespace strobe {
 ///   most double the time of the render. The variances of blocks, relative to their radiance, are those of
 ///   all but shared indirect light.
 /// - Backgrounds, which cannot gain by sharing, have at least the factor by which the time of the render
-///   grows: they are not worse than those of a render of the same time that does not share.
+///   grows: they are not worse than those of a render of the same time that does not share. They add at most
+///   half of its time.
 ///
 /// PairPilot::renderFirst was called. This function renders the rest of the pilot, unless nothing is shared
 /// and the first part promises little. The factors do not depend on the seed or on slices of the samples.
