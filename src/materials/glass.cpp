@@ -166,6 +166,7 @@ class Glass : public Material {
         return {.smooth = rough,
                 .delta = rough && isTextured, // where it is smooth
                 .transmissive = true,
+                .glass = true,
                 .needsFootprint = needFootprint(in.kr, in.kt, in.index, in.uRoughness, in.vRoughness),
                 .needsTangents = rough && (in.uRoughness.texture || in.vRoughness.texture ||
                                            in.uRoughness.constant != in.vRoughness.constant),

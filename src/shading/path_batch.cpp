@@ -36,7 +36,7 @@ void Path::start(const RequestSoA& requests, int i) {
     isAbsorbed = false;
     crossings = 0;
     specularBounce = true;
-    stage = PathStage::Camera;
+    stage = recorded = PathStage::Camera;
     sampledLightIsDirect = true;
     sampledAllLights = false;
     bsdfPdf = 0;

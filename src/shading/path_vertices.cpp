@@ -169,11 +169,11 @@ void recordFirstVertices(PathBatch& batch, const VertexChunk& v) {
     for (int i = 0; i < v.count; ++i) {
         const Path& path = batch.paths[v.path[i]];
         FirstVertex& first = batch.firstVertices[v.path[i]];
-        if (path.stage == PathStage::FirstHit) {
+        if (path.recorded == PathStage::FirstHit) {
             first.indirect = path.radiance; // before any indirect light
             first.hasIndirect = true;
         }
-        if (!v.isSmooth[i] || path.stage != PathStage::Camera || first.hit)
+        if (!v.isSmooth[i] || v.isSharp[i] || path.recorded != PathStage::Camera || first.hit)
             continue;
         const Material& material = *v.surface.material[i];
         first.albedo = v.beta.at(i);

@@ -47,6 +47,7 @@ void setNextRay(Path& path, const VertexChunk& v, const BsdfSampleChunk& b, int 
     path.ray = v.spawnRay(vertex, b.wi.at(k), b.cosWi[k]);
     path.specularBounce = b.bsdf.delta[k];
     path.stage = nextStage(path.stage, b.bsdf.delta[k]);
+    path.recorded = nextStage(path.recorded, b.bsdf.delta[k] || v.isSharp[vertex]);
     path.bsdfPdf = b.bsdf.pdf[k];
     path.maxBsdfPdf = v.maxPdf[vertex];
     path.setPreviousVertex(v.lightPoint(vertex));

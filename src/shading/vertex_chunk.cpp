@@ -77,6 +77,12 @@ void alignFrame(const Scene& scene, VertexChunk& v, int i) {
     v.woLocal.set(i, f.toLocal(v.wo.at(i)));
 }
 
+/// Returns VertexChunk::isSharp for a material with this largest pdf.
+bool isSharp(const Material& material, float maxPdf) {
+    constexpr float kSharpGlass = 300; // that of an index of 1.5 and a GGX alpha of 0.1
+    return maxPdf <= 0 || (material.flags().glass && maxPdf > kSharpGlass);
+}
+
 } // namespace
 
 void VertexSoA::gather(const VertexSoA& from, std::span<const int32_t> vertices, int repetitions) {
@@ -92,6 +98,8 @@ void completeVertices(const Scene& scene, VertexChunk& v) {
         for (int i = begin; m.flags().needsTangents && i < end; ++i)
             alignFrame(scene, v, i);
         m.maxPdfSoA({v.bsdf, vertices, v.woLocal, begin, end, nullptr}, v.maxPdf);
+        for (int i = begin; i < end; ++i)
+            v.isSharp[i] = isSharp(m, v.maxPdf[i]);
     });
 }
 

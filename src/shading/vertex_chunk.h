@@ -37,6 +37,7 @@ struct VertexChunk : VertexSoA {
     V2SoA duvdx, duvdy; ///< texture footprint; 0 where the material needs none
     Bsdf bsdf[kSoAWidth];
     bool isSmooth[kSoAWidth];            ///< MaterialFlags::smooth
+    bool isSharp[kSoAWidth];             ///< a mirror or nearly clear glass
     bool isTextured[kSoAWidth];          ///< MaterialFlags::textured, of a mix before the choice
     alignas(64) float maxPdf[kSoAWidth]; ///< an upper bound of the BSDF's pdf per solid angle
 

@@ -119,6 +119,7 @@ struct MaterialFlags {
     bool textured = false;      ///< a texture modulates the reflection; see albedo, reflectance
     bool viewDependent = false; ///< the reflectance varies much with wo; see reflectance
     bool transmissive = false;  ///< has transmissive lobes
+    bool glass = false;         ///< all lobes are around the mirrored and the refracted direction
     bool isMix = false;         ///< stands for another material at each point; see Material::chosen
     bool needsFootprint = false;     ///< reads the footprint of TextureQuery
     bool needsTangents = false;      ///< anisotropic: the x axis of the shading frame must lie along dp/du
