@@ -32,7 +32,7 @@ struct Path {
     // The BSDF sample that the last ray follows, for the MIS weight of the light that it hits:
     bool specularBounce; ///< camera ray or delta lobe: light samples cannot find the light
     PathStage stage;
-    PathStage recorded; ///< for PathBatch::firstVertices: as `stage`, but VertexChunk::isSharp is specular
+    PathStage recorded;         ///< as `stage`, with sharp vertices as specular ones: for firstVertices
     bool sampledLightIsDirect;  ///< light samples at the current vertex are direct light
     bool sampledAllLights;      ///< the vertex sampled every light; false: one, or as many as the light tree
                                 ///< chooses

@@ -185,8 +185,7 @@ void RareLight::Estimator::estimateLight() {
 
 /// Adds the light of the weights that are left. A surface whose largest region has not enough samples has at
 /// most the mean of all such surfaces, if they are enough: a single bright sample would light a small
-/// surface. Surfaces with less keep what they have: those in the dark would take the light of those in the
-/// sun.
+/// surface. Surfaces with less keep their own: the mean would brighten dark surfaces next to bright ones.
 void RareLight::Estimator::addRests(std::span<const Rest> rests) {
     double samples = 0, squares = 0, ofSurface = 0, light[3] = {};
     uint64_t surface = 0;
