@@ -156,6 +156,7 @@ class Glass : public Material {
         const Data& data = bsdf.as<Data>();
         return data.alphaU == 0 ? 0 : RoughLobes(data, wo, m_in.scalesRadiance).maxPdf();
     }
+    bool isSpecular(const Bsdf&) const override { return true; }
 
   private:
     static MaterialFlags flagsOf(const GlassInputs& in) {
@@ -166,7 +167,6 @@ class Glass : public Material {
         return {.smooth = rough,
                 .delta = rough && isTextured, // where it is smooth
                 .transmissive = true,
-                .glass = true,
                 .needsFootprint = needFootprint(in.kr, in.kt, in.index, in.uRoughness, in.vRoughness),
                 .needsTangents = rough && (in.uRoughness.texture || in.vRoughness.texture ||
                                            in.uRoughness.constant != in.vRoughness.constant),

@@ -45,6 +45,7 @@ class Metal : public LobeMaterial<Data> {
         const Rgb eta = nonNegative(m_eta.at(q)), k = nonNegative(m_k.at(q));
         bsdf.as<Data>() = {eta.x, eta.y, eta.z, k.x, k.y, k.z, blinnExponent(m_roughness.at(q))};
     }
+    bool isSpecular(const Bsdf&) const override { return true; }
 
   private:
     RgbInput m_eta, m_k;

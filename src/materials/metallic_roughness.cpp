@@ -108,6 +108,11 @@ class MetallicRoughness : public Material {
         return bound;
     }
 
+    bool isSpecular(const Bsdf& bsdf) const override {
+        const Data& data = bsdf.as<Data>();
+        return maxComponent(Rgb(data.diffuse)) <= 0 && data.coat <= 0 && !hasSheen(data);
+    }
+
     Rgb albedo(const Bsdf& bsdf) const override {
         const Data& data = bsdf.as<Data>();
         return Rgb(data.diffuse) * kPi + Rgb(data.f0) + Rgb(data.transmission);

@@ -98,6 +98,7 @@ class MaterialWithNormals final : public Material {
     }
     float maxPdf(const Bsdf& bsdf, const V3f& wo) const override { return m_base->maxPdf(bsdf, wo); }
     void maxPdfSoA(const BsdfQuerySoA& query, float* out) const override { m_base->maxPdfSoA(query, out); }
+    bool isSpecular(const Bsdf& bsdf) const override { return m_base->isSpecular(bsdf); }
     Rgb albedo(const Bsdf& bsdf) const override { return m_base->albedo(bsdf); }
     Rgb reflectance(const Bsdf& bsdf, const V3f& wo) const override { return m_base->reflectance(bsdf, wo); }
     V3f mappedNormal(const TextureQuery& q, const TangentFrame& frame) const override {

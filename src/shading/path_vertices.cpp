@@ -91,6 +91,7 @@ void gatherHits(const Scene& scene, PathBatch& batch, std::span<const uint32_t> 
         v.path[i] = index;
         v.hits.set(i, path.hit);
         v.coneWidth[i] = path.cone.width;
+        v.coneSpread[i] = path.cone.spread;
         v.time[i] = path.ray.time;
         v.wo.set(i, -path.ray.d);
         v.beta.set(i, path.beta);

@@ -77,10 +77,13 @@ void alignFrame(const Scene& scene, VertexChunk& v, int i) {
     v.woLocal.set(i, f.toLocal(v.wo.at(i)));
 }
 
-/// Returns VertexChunk::isSharp for a material with this largest pdf.
-bool isSharp(const Material& material, float maxPdf) {
-    constexpr float kSharpGlass = 300; // that of an index of 1.5 and a GGX alpha of 0.1
-    return maxPdf <= 0 || (material.flags().glass && maxPdf > kSharpGlass);
+/// Returns VertexChunk::isSharp. Lobes are narrow if their solid angle is below that of kPixels pixels.
+bool isSharp(const VertexChunk& v, int i) {
+    constexpr float kPixels = 160;
+    constexpr float kSpreadOfParallels = 0.005f; // of pixels, where camera rays are parallel
+    const float spread = v.coneSpread[i] > 0 ? v.coneSpread[i] : kSpreadOfParallels;
+    const Bsdf& bsdf = v.bsdf[i];
+    return v.maxPdf[i] <= 0 || (v.maxPdf[i] * sqr(spread) * kPixels > 1 && bsdf.material->isSpecular(bsdf));
 }
 
 } // namespace
@@ -99,7 +102,7 @@ void completeVertices(const Scene& scene, VertexChunk& v) {
             alignFrame(scene, v, i);
         m.maxPdfSoA({v.bsdf, vertices, v.woLocal, begin, end, nullptr}, v.maxPdf);
         for (int i = begin; i < end; ++i)
-            v.isSharp[i] = isSharp(m, v.maxPdf[i]);
+            v.isSharp[i] = isSharp(v, i);
     });
 }
 

@@ -32,12 +32,12 @@ struct VertexChunk : VertexSoA {
     uint32_t missed[kSoAWidth]; ///< paths of the chunk without a hit: they have no vertex
     HitSoA hits;
     V3SoA wo;
-    alignas(64) float coneWidth[kSoAWidth]; ///< width of the path's ray cone
+    alignas(64) float coneWidth[kSoAWidth], coneSpread[kSoAWidth]; ///< of the path's ray cone
     SurfaceSoA surface;
     V2SoA duvdx, duvdy; ///< texture footprint; 0 where the material needs none
     Bsdf bsdf[kSoAWidth];
     bool isSmooth[kSoAWidth];            ///< MaterialFlags::smooth
-    bool isSharp[kSoAWidth];             ///< a mirror or nearly clear glass
+    bool isSharp[kSoAWidth];             ///< Material::isSpecular, and its lobes are narrow
     bool isTextured[kSoAWidth];          ///< MaterialFlags::textured, of a mix before the choice
     alignas(64) float maxPdf[kSoAWidth]; ///< an upper bound of the BSDF's pdf per solid angle
 

@@ -323,8 +323,6 @@ void RecordingWorker::plan(const VisibilityBatch& batch, ShadingRequests& reques
             if (batch.filmSlice.contains(sample.index))
                 requests.push_back(requestFor(m_scene, batch, sample));
     }
-    if (m_setsCones)
-        setCones(batch, requests);
 }
 
 void RecordingWorker::observe(const VisibilityBatch& batch, std::span<const Rgb> radiance,
@@ -336,18 +334,6 @@ void RecordingWorker::observe(const VisibilityBatch& batch, std::span<const Rgb>
     for (const PixelRef& pixel : batch.pixels)
         if (m_refinement->refines(pixel))
             m_recorder.addEmission(pixel, m_refinement->trace(pixel));
-}
-
-void RecordingWorker::setCones(const VisibilityBatch& batch, ShadingRequests& requests) const {
-    for (size_t c = 0; c < requests.chunks(); ++c) {
-        RequestSoA& chunk = requests.chunk(c);
-        V2SoA film;
-        for (int i = 0; i < requests.chunkSize(c); ++i) {
-            const uint32_t sample = chunk.sample[i];
-            film.set(i, batch.samples.chunk(sample / kSoAWidth).camera.film.at(int(sample % kSoAWidth)));
-        }
-        m_scene.camera().coneSoA(film, requests.chunkSize(c), chunk.width, chunk.spread);
-    }
 }
 
 /// Observes the batch if any of its pixels is near one that is refined.

@@ -82,7 +82,6 @@ class RecordingWorker : public IntegratorWorker {
     RecordingWorker(const Scene& scene, float cellSize, float clamp, LightParts parts, FrameLight& frame,
                     const RareLimits& rareLimits = {}, const EmissionRefinement* refinement = nullptr)
         : m_scene(scene), m_refinement(refinement), m_records(!parts.isEmpty()),
-          m_setsCones(m_records && !scene.needsFootprint()),
           m_recorder(scene, cellSize, clamp, parts, rareLimits, frame) {}
     void plan(const VisibilityBatch& batch, ShadingRequests& requests) override;
     std::span<const Rgb> resolve(const VisibilityBatch& batch, std::span<const Rgb> shaded,
@@ -107,11 +106,9 @@ class RecordingWorker : public IntegratorWorker {
     static std::span<const Rgb> valuesOf(const VisibilityBatch& batch, std::span<const Rgb> shaded,
                                          std::span<Rgb> values);
     void observeEmission(const VisibilityBatch& batch, std::span<const Rgb> radiance);
-    void setCones(const VisibilityBatch& batch, ShadingRequests& requests) const;
     const Scene& m_scene;
     const EmissionRefinement* const m_refinement; ///< null: none
     const bool m_records;                         ///< any part of the light
-    const bool m_setsCones; ///< records need cones, and the requests have none without this
     LightRecorder m_recorder;
     bool m_hasObserved = false; ///< in this tile
 };

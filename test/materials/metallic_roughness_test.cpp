@@ -60,6 +60,24 @@ TEST(MetallicRoughness, SpecularAndIndexScaleTheReflection) {
     EXPECT_NEAR(glossOf().x / plain.x, (1. / 9) / .04, 1e-4);
 }
 
+TEST(MetallicRoughness, MetalAndClearWallsAreSpecular) {
+    const auto isSpecular = [](const MetallicRoughnessInputs& in) {
+        const auto material = makeMetallicRoughness(in);
+        return material->isSpecular(prepared(*material));
+    };
+    auto in = inputs(.5f, 1, .1f);
+    EXPECT_TRUE(isSpecular(in));
+    in.clearcoat = .5f;
+    EXPECT_FALSE(isSpecular(in));
+    in.clearcoat = 0;
+    in.sheenColor = Rgb(.1f);
+    EXPECT_FALSE(isSpecular(in));
+    in = inputs(.5f, .9f, .1f);
+    EXPECT_FALSE(isSpecular(in));
+    in.transmission = 1;
+    EXPECT_TRUE(isSpecular(in));
+}
+
 /// Returns the fraction of uniform light that is reflected towards wo: the mean weight of samples.
 Rgb reflectedByUniformLight(const Material& material, const V3f& wo) {
     constexpr int kSamples = 20000;

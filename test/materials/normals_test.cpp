@@ -1,6 +1,7 @@
 // Bump maps, normal maps and mixes.
 #include "materials/material_fixture.h"
 #include "materials/matte.h"
+#include "materials/metal.h"
 #include "materials/mirror.h"
 #include "materials/mix.h"
 #include "materials/normals.h"
@@ -98,6 +99,10 @@ TEST(MaterialWithNormals, IsItsBaseButForTheNormal) {
     EXPECT_EQ(base->albedo(a), bumped->albedo(b));
     EXPECT_EQ(base->reflectance(a, wo), bumped->reflectance(b, wo));
     EXPECT_EQ(base->maxPdf(a, wo), bumped->maxPdf(b, wo));
+    const MaterialPtr metal = makeMaterial(metalPlugin(), {});
+    EXPECT_FALSE(bumped->isSpecular(b));
+    EXPECT_TRUE(withNormals(metal, makeBumpMap(slope({1, 0}, V3f(0)), BumpTangents::Exact))
+                    ->isSpecular(prepared(*metal)));
 }
 
 /// In a uniform environment, a white mirror is white under all bump maps: its reflections are kept above the

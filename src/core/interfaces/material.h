@@ -119,7 +119,6 @@ struct MaterialFlags {
     bool textured = false;      ///< a texture modulates the reflection; see albedo, reflectance
     bool viewDependent = false; ///< the reflectance varies much with wo; see reflectance
     bool transmissive = false;  ///< has transmissive lobes
-    bool glass = false;         ///< all lobes are around the mirrored and the refracted direction
     bool isMix = false;         ///< stands for another material at each point; see Material::chosen
     bool needsFootprint = false;     ///< reads the footprint of TextureQuery
     bool needsTangents = false;      ///< anisotropic: the x axis of the shading frame must lie along dp/du
@@ -172,6 +171,10 @@ class Material {
     virtual float maxPdf(const Bsdf& bsdf, const V3f& wo) const = 0;
     /// Returns the bounds for several wo; same results as maxPdf, to the bit.
     virtual void maxPdfSoA(const BsdfQuerySoA& query, float* out) const;
+
+    /// Returns whether all lobes of a point are around the mirrored or the refracted direction, as those of
+    /// metal and glass. The default is no.
+    virtual bool isSpecular(const Bsdf&) const { return false; }
 
     /// Returns the approximate reflectance that the texture of a textured material modulates. Indirect light
     /// divided by the albedo is shared between neighboring points. The default is white.

@@ -7,7 +7,7 @@ namespace strobe {
 ShadingRequest requestFor(const Scene& scene, const VisibilityBatch& batch, const VisibilitySample& sample) {
     return {sample.hit,
             sample.ray,
-            scene.needsFootprint() ? scene.camera().cone(sample.film) : RayCone{},
+            scene.camera().cone(sample.film),
             batch.pixels[sample.pixel].domain,
             sample.index,
             batch.samplesPerPixel,
@@ -34,8 +34,6 @@ STROBE_TARGET_CLONES void copySamples(const VisibilitySoA& from, uint32_t first,
         to.ray.d.y[i] = from.ray.d.y[i];
         to.ray.d.z[i] = from.ray.d.z[i];
         to.time[i] = from.camera.time[i];
-        to.width[i] = 0;
-        to.spread[i] = 0;
         to.index[i] = from.index[i];
         to.total[i] = total;
         to.sample[i] = first + uint32_t(i);
@@ -56,8 +54,7 @@ void requestForEach(const Scene& scene, const VisibilityBatch& batch, ShadingReq
             run = std::min(n - i, batch.slice.count() - (from.index[i] - batch.slice.first));
             std::fill_n(to.domain + i, run, batch.pixels[from.pixel[i]].domain);
         }
-        if (scene.needsFootprint())
-            scene.camera().coneSoA(from.camera.film, requests.chunkSize(c), to.width, to.spread);
+        scene.camera().coneSoA(from.camera.film, requests.chunkSize(c), to.width, to.spread);
     }
 }
 

@@ -12,8 +12,8 @@
 
 namespace STROBE_API strobe {
 
-/// The first vertex of a path that is neither mirror nor nearly clear glass, in world space, and parts of its
-/// radiance.
+/// The first vertex of a path that is neither a mirror nor glass, nor polished metal or slightly rough glass,
+/// in world space, and parts of its radiance.
 struct FirstVertex {
     Hit hit; ///< empty: the path has no such vertex
     V3f p{0};
