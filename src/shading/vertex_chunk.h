@@ -37,7 +37,7 @@ struct VertexChunk : VertexSoA {
     V2SoA duvdx, duvdy; ///< texture footprint; 0 where the material needs none
     Bsdf bsdf[kSoAWidth];
     bool isSmooth[kSoAWidth];            ///< MaterialFlags::smooth
-    bool isSharp[kSoAWidth];             ///< Material::isSpecular, and its lobes are narrow
+    bool isSharp[kSoAWidth];             ///< a mirror, or Material::isSpecular with narrow lobes
     bool isTextured[kSoAWidth];          ///< MaterialFlags::textured, of a mix before the choice
     alignas(64) float maxPdf[kSoAWidth]; ///< an upper bound of the BSDF's pdf per solid angle
 

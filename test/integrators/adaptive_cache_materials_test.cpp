@@ -85,10 +85,8 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 -9 0  9 -9 0 
     EXPECT_LT(relativeErrorOfSharing(scene), 0.15);
 }
 
-/// Returns a checkered wall at z = 0, which a lamp lights, and a wide wall of another material at this
-/// height.
+/// Returns a checkered wall at z = 0, which a lamp lights, and a wall of another material at this z.
 std::string checksScene(int samples, const std::string& lookAt, const std::string& material, float z) {
-    const std::string height = std::to_string(z);
     return oneLampFrame(samples) + R"(
 Integrator "path" "integer maxdepth" 4
 LookAt )" + lookAt +
@@ -104,7 +102,7 @@ Texture "checks" "rgb" "checkerboard" "float uscale" 24 "float vscale" 24 "rgb t
 Material "matte" "texture Kd" "checks"
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-2 -2 0  2 -2 0  2 2 0  -2 2 0] "float uv" [0 0 1 0 1 1 0 1]
 Material )" +
-           material + "Translate 0 0 " + height + R"(
+           material + "Translate 0 0 " + std::to_string(z) + R"(
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-2 -2 0  2 -2 0  2 2 0  -2 2 0]
 )";
 }
