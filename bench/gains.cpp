@@ -24,8 +24,9 @@ struct Settings {
 };
 
 /// The errors of an image. Each is the mean over pixels and channels.
-enum class Error { Clipped, Raw, Relative, Structural };
-constexpr int kErrors = 4;
+/// The last two are those of means over blocks of pixels, clipped to 1: of the image scaled down.
+enum class Error { Clipped, Raw, Relative, Structural, Blocks4, Blocks16 };
+constexpr int kErrors = 6, kErrorsOfPixels = 4;
 
 /// Two independent images. The mean product of the differences from both is the squared error of an image
 /// without the noise of the reference.
@@ -45,6 +46,26 @@ constexpr int kTileSize = 16; ///< pixels
 double clipped(double value) { return std::clamp(value, 0.0, 1.0); }
 
 double structuralDissimilarity(const Image& image, const Reference& reference);
+
+/// Returns the squared error of the means over blocks of `edge` pixels, of radiance clipped to 1.
+double errorOfBlocks(const Image& image, const Reference& reference, int edge) {
+    double sum = 0;
+    for (int top = 0; top < image.height; top += edge)
+        for (int left = 0; left < image.width; left += edge)
+            for (int c = 0; c < 3; ++c) {
+                double toFirst = 0, toSecond = 0;
+                int count = 0;
+                for (int y = top; y < std::min(top + edge, image.height); ++y)
+                    for (int x = left; x < std::min(left + edge, image.width); ++x, ++count) {
+                        const size_t i = size_t(y) * size_t(image.width) + size_t(x);
+                        const double v = clipped(double(image.pixels[i][c]));
+                        toFirst += v - clipped(double(reference.first.pixels[i][c]));
+                        toSecond += v - clipped(double(reference.second.pixels[i][c]));
+                    }
+                sum += toFirst * toSecond / count;
+            }
+    return sum / (3 * double(image.pixels.size()));
+}
 
 Errors errorsOf(const Image& image, const Reference& reference) {
     const int columns = (image.width + kTileSize - 1) / kTileSize,
@@ -69,6 +90,8 @@ Errors errorsOf(const Image& image, const Reference& reference) {
     for (double& error : out.of)
         error /= double(image.pixels.size()) * 3;
     out.of[int(Error::Structural)] = structuralDissimilarity(image, reference);
+    out.of[int(Error::Blocks4)] = errorOfBlocks(image, reference, 4);
+    out.of[int(Error::Blocks16)] = errorOfBlocks(image, reference, 16);
     return out;
 }
 
@@ -248,13 +271,17 @@ void compare(const Settings& settings, const BuiltScene& base, const BuiltScene&
     const Moments total(totals);
     fmt::print("{},{},{},{},{:.5f},{:.4f}", settings.scene.stem().string(), settings.build.shading, samples,
                seeds, median(a.seconds), timeRatio);
-    for (int k = 0; k < kErrors; ++k) {
-        const Gain gain = gainOf(a, b, k, timeRatio);
-        fmt::print(",{:.4g},{:.4f}", gain.mean, gain.upperBound);
-    }
-    fmt::print(",{:.4f},{:.4f},{:.6f},{:.6f},{:.4g},{:.4g},{}\n", worseTiles(a, b, timeRatio),
-               worseTiles(a, b, 1), total.mean, total.deviation / std::sqrt(double(seeds)), a.meanError(0),
-               b.meanError(0), note);
+    const auto printGains = [&](int first, int end) {
+        for (int k = first; k < end; ++k) {
+            const Gain gain = gainOf(a, b, k, timeRatio);
+            fmt::print(",{:.4g},{:.4f}", gain.mean, gain.upperBound);
+        }
+    };
+    printGains(0, kErrorsOfPixels);
+    fmt::print(",{:.4f},{:.4f},{:.6f},{:.6f},{:.4g},{:.4g}", worseTiles(a, b, timeRatio), worseTiles(a, b, 1),
+               total.mean, total.deviation / std::sqrt(double(seeds)), a.meanError(0), b.meanError(0));
+    printGains(kErrorsOfPixels, kErrors);
+    fmt::print(",{}\n", note);
     std::fflush(stdout);
 }
 
@@ -283,13 +310,15 @@ int run(Settings settings) {
 int main(int argc, char** argv) {
     strobe::bench::Settings settings;
     settings.build.shading = "path";
-    CLI::App app("strobe_gains: errors and times of an integrator beside those of supersample. Prints, as "
-                 "CSV, for each number of "
-                 "samples: scene, shading, samples, seeds, seconds of supersample, time ratio; gain and "
-                 "upper bound of its "
-                 "inverse for the error clipped to 1, raw, relative and structural; fraction of tiles that "
-                 "are worse, and of those that are worse without regard to time; relative difference of "
-                 "the sum of the image and its standard error; both clipped errors; note of the integrator");
+    CLI::App app(
+        "strobe_gains: errors and times of an integrator beside those of supersample. Prints, as "
+        "CSV, for each number of "
+        "samples: scene, shading, samples, seeds, seconds of supersample, time ratio; gain and "
+        "upper bound of its "
+        "inverse for the error clipped to 1, raw, relative and structural; fraction of tiles that "
+        "are worse, and of those that are worse without regard to time; relative difference of "
+        "the sum of the image and its standard error; both clipped errors; gains and upper bounds for "
+        "the errors of means over blocks of 4x4 and 16x16 pixels, clipped; note of the integrator");
     app.add_option("scene", settings.scene, "scene file")->required()->check(CLI::ExistingFile);
     app.add_option("--integrator", settings.integrator);
     app.add_option("--shading", settings.build.shading);

@@ -4,6 +4,7 @@
 #include "core/util/parallel.h"
 #include "sharing/cell_estimates.h"
 #include "sharing/errors/bright_pixels.h"
+#include "sharing/errors/local_means.h"
 #include "sharing/errors/squared_bias.h"
 #include "sharing/errors/window_mean.h"
 #include "sharing/rare_light.h"
@@ -89,7 +90,8 @@ class Mixture {
     Mixture(const RecordedLight& light, LightPart part, const HugeBuffer<CellEstimate>& estimates)
         : m_light(light), m_part(part), m_width(light.pixelBounds.width()),
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
-          m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)) {
+          m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)),
+          m_halves(m_width, m_height) {
         HugeBuffer<Brightness> brightness(m_differences.size());
         forPixels([&](size_t i) { brightness[i] = measure(i, estimates); });
         const BrightPixels bright(brightness, m_width, m_height);
@@ -101,7 +103,12 @@ class Mixture {
     SharedPart mix() {
         const size_t count = m_differences.size();
         SharedPart out{HugeVector<Rgb>(count), HugeBuffer<PixelSharing>(count)};
-        forPixels([&](size_t i) { mixPixel(i, out); });
+        LocalMeans means(m_width, m_height);
+        means.compute([&](size_t i) { return mixPixel(i, out); });
+        forPixels([&](size_t i) {
+            if (const float variance = out.pixels[i].variance; variance > 0)
+                out.correction[i] += means.correction(i) * std::sqrt(variance);
+        });
         restoreTotal(out);
         return out;
     }
@@ -138,7 +145,7 @@ class Mixture {
         const float inverses[kHalves] = {1 / std::max(weights[0], 1.f), 1 / std::max(weights[1], 1.f)};
         const float inverse = 1 / std::max(weights[0] + weights[1], 1.f);
         const float fractions[kHalves] = {weights[0] * inverse, weights[1] * inverse};
-        Float4 variance = {}, bias = {}, brightnessA = {}, brightnessB = {};
+        Float4 variance = {}, bias = {}, halves = {}, brightnessA = {}, brightnessB = {};
         for (int c = 0; c < 3; ++c) {
             const float ownA = first.light[c] * inverses[0], ownB = second.light[c] * inverses[1];
             Float4 a = sums[0][c] * inverses[0], b = sums[1][c] * inverses[1];
@@ -147,11 +154,13 @@ class Mixture {
             a[kOwn] = ownA;
             b[kOwn] = ownB;
             variance += (a - b) * (a - b);
+            halves += a - b;
             bias += (a - ownB) * (b - ownA);
             Float4 difference = (a - ownA) * fractions[0] + (b - ownB) * fractions[1];
             difference[kOwn] = (sums[0][c][kOwn] + sums[1][c][kOwn]) * inverse;
             storeFloat4(m_differences[pixel].of[c], difference);
         }
+        storeFloat4(m_halves.at(pixel), std::sqrt(fractions[0] * fractions[1]) * halves);
         variance *= fractions[0] * fractions[1];
         const float own = variance[kOwn];
         const float varianceA = varianceByQuarters(first, ofFirst, own),
@@ -193,17 +202,17 @@ class Mixture {
         const Float4 expected = (varianceA * varianceB + sizes * ((varianceA + varianceB) / 2)) / 2;
         return squares < expected ? squares : expected;
     }
-    /// Returns the inverse error of the own value of a pixel. For independent samples, the variance by
-    /// quarters is twice that by halves. The excess over this ratio counts four times: measured, a factor of
-    /// 1.5 shares too much direct light on the moving Killeroos and in moving-shadow.
-    float ownWeight(float byHalves, float byQuarters) const {
+    /// Returns the factor by which the variance of the own value of a pixel is below that by halves. For
+    /// independent samples, the variance by quarters is twice that by halves. The excess over this ratio
+    /// counts four times: measured, a factor of 1.5 shares too much direct light on the moving Killeroos and
+    /// in moving-shadow.
+    float excessOf(float byHalves, float byQuarters) const {
         const float ratio = byQuarters / (byHalves + kTiny);
-        const float excess = m_part == LightPart::Direct ? std::max(1 + 4 * (ratio - 2), 1.f) : 1;
-        return excess / (byHalves + kTiny);
+        return m_part == LightPart::Direct ? std::max(1 + 4 * (ratio - 2), 1.f) : 1;
     }
     /// Returns the squared error of the mean of the estimates with these weights. Their regions contain each
     /// other, so that their biases have one sign and add up. Those of direct light count as independent:
-    /// ownWeight is careful already (measured).
+    /// excessOf is careful already (measured).
     float errorOfMean(const Float4& weights, const Float4& variance, const Float4& squaredBias) const {
         const Float4 squares = weights * weights;
         if (m_part == LightPart::Direct)
@@ -213,7 +222,8 @@ class Mixture {
             bias += weights[k] * std::sqrt(squaredBias[k]);
         return sum(squares * variance) + sqr(bias);
     }
-    void mixPixel(size_t i, SharedPart& out) {
+    /// Mixes a pixel, and writes it to `out`.
+    MixedPixel mixPixel(size_t i, SharedPart& out) {
         const Float4 variance = loadFloat4(m_variance.at(i)), bias = m_bias.at(i);
         const Float4 zero = {};
         const bool hasBoth = m_light.weights(i, 0).all > 0 && m_light.weights(i, 1).all > 0;
@@ -221,7 +231,7 @@ class Mixture {
         if (!hasBoth || m_light.uses(i).empty() || !(variance[kOwn] > 0)) {
             out.correction[i] = Rgb(0);
             out.pixels[i] = {};
-            return;
+            return {};
         }
         const Float4 squaredBias = bias > zero ? bias : zero;
         Float4 weights = 1 / (variance + squaredBias + kTiny);
@@ -231,10 +241,13 @@ class Mixture {
         Rgb difference;
         for (int c = 0; c < 3; ++c)
             difference[c] = shared * sum(weights * loadFloat4(m_differences[i].of[c]));
-        const float own = ownWeight(variance[kOwn], bias[kOwn]);
-        const float error = 1 / (own + shared);
+        const float excess = excessOf(variance[kOwn], bias[kOwn]), own = excess / (variance[kOwn] + kTiny);
+        const float error = 1 / (own + shared), weight = shared * error;
         out.correction[i] = difference * error;
-        out.pixels[i] = {shared * error, sum(weights * m_widths), error / 3, 1 / (3 * own)};
+        out.pixels[i] = {weight, sum(weights * m_widths), error / 3, 1 / (3 * own)};
+        const Float4 halves = loadFloat4(m_halves.at(i));
+        return {-out.correction[i], std::sqrt(error / 3), halves[kOwn] / excess,
+                weight * (halves[kOwn] - sum(weights * halves))};
     }
     template <class Work>
     void forPixels(const Work& work) const {
@@ -253,6 +266,8 @@ class Mixture {
     LanePlane m_variance;
     SquaredBias m_bias;
     HugeBuffer<Differences> m_differences;
+    /// What the estimates by both halves differ in, sums over the channels: see MixedPixel.
+    LanePlane m_halves;
 };
 
 /// Returns the mean number of samples of a pixel.
