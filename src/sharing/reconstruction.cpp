@@ -91,10 +91,9 @@ class Mixture {
         : m_light(light), m_part(part), m_width(light.pixelBounds.width()),
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
           m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)),
-          m_halves(m_width, m_height) {
-        HugeBuffer<Brightness> brightness(m_differences.size());
-        forPixels([&](size_t i) { brightness[i] = measure(i, estimates); });
-        const BrightPixels bright(brightness, m_width, m_height);
+          m_halves(m_width, m_height), m_brightness(m_differences.size()) {
+        forPixels([&](size_t i) { m_brightness[i] = measure(i, estimates); });
+        const BrightPixels bright(m_brightness, m_width, m_height);
         LanePlane scratch(m_width, m_height);
         averageVariance(bright, scratch);
         m_bias.average(bright, scratch);
@@ -103,11 +102,13 @@ class Mixture {
     SharedPart mix() {
         const size_t count = m_differences.size();
         SharedPart out{HugeVector<Rgb>(count), HugeBuffer<PixelSharing>(count)};
-        LocalMeans means(m_width, m_height);
+        // Samples of direct light are stratified over blocks of pixels, so that their noise is not
+        // independent.
+        LocalMeans means(m_width, m_height, m_part == LightPart::Indirect);
         means.compute([&](size_t i) { return mixPixel(i, out); });
         forPixels([&](size_t i) {
             if (const float variance = out.pixels[i].variance; variance > 0)
-                out.correction[i] += means.correction(i) * std::sqrt(variance);
+                out.correction[i] += limited(means.correction(i) * std::sqrt(variance), i);
         });
         restoreTotal(out);
         return out;
@@ -219,6 +220,13 @@ class Mixture {
             bias += weights[k] * std::sqrt(squaredBias[k]);
         return sum(squares * variance) + sqr(bias);
     }
+    /// Limits the correction of a mean, so that it lowers the light of a pixel by less than a third: between
+    /// few bright samples, both halves of a window may be black by chance.
+    Rgb limited(const Rgb& correction, size_t pixel) const {
+        constexpr float kMost = 0.3f;
+        const float lowered = -sum(correction), most = kMost / kEstimates * m_brightness[pixel].mean;
+        return lowered > most ? correction * (most / lowered) : correction;
+    }
     /// Mixes a pixel, and writes it to `out`.
     MixedPixel mixPixel(size_t i, SharedPart& out) {
         const Float4 variance = loadFloat4(m_variance.at(i)), bias = m_bias.at(i);
@@ -269,6 +277,7 @@ class Mixture {
     HugeBuffer<Differences> m_differences;
     /// What the estimates by both halves differ in, sums over the channels: see MixedPixel.
     LanePlane m_halves;
+    HugeBuffer<Brightness> m_brightness;
 };
 
 /// Returns the mean number of samples of a pixel.

@@ -32,7 +32,7 @@ MixedPixel mixedPixel(size_t pixel, float noise, float bias) {
 /// Returns the corrected image for pixels mix(pixel) with deviations of 1.
 template <class Mix>
 std::vector<float> corrections(const Mix& mix, int width = kSize, int height = kSize) {
-    LocalMeans means(width, height);
+    LocalMeans means(width, height, true);
     means.compute(mix);
     std::vector<float> out;
     for (size_t i = 0; i < size_t(width) * size_t(height); ++i)
@@ -75,9 +75,19 @@ TEST(LocalMeans, KeepNoiseThatPixelsHaveInCommonOut) {
     EXPECT_LT(meanSquare(corrections(inBlocks)), 0.15); // the means of the own values: nearly 1
 }
 
+TEST(LocalMeans, KeepBrightSamplesOfBothHalvesOut) {
+    // One bright sample in each half, in neighboring pixels.
+    constexpr size_t kPixel = 30 * kSize + 30;
+    const auto corrected = corrections([](size_t i) {
+        const float sign = i == kPixel ? 1.f : i == kPixel + 1 ? -1.f : 0.f;
+        return MixedPixel{Rgb(100 * std::abs(sign)), 1, 300 * sign, 300 * sign};
+    });
+    EXPECT_LT(corrected[kPixel], 1); // their mean over the window of 2 pixels: 8
+}
+
 TEST(LocalMeans, AreSharedInProportionToDeviations) {
     // Bias in every other column, where the errors of the mixture are expected.
-    LocalMeans means(kSize, kSize);
+    LocalMeans means(kSize, kSize, true);
     means.compute([](size_t i) {
         const bool isBiased = i % 2 == 0;
         return MixedPixel{Rgb(isBiased ? -1.f : 0.f), isBiased ? 1.f : 0.f, 0, 0};
@@ -87,7 +97,7 @@ TEST(LocalMeans, AreSharedInProportionToDeviations) {
 }
 
 TEST(LocalMeans, KeepColors) {
-    LocalMeans means(kSize, kSize);
+    LocalMeans means(kSize, kSize, true);
     means.compute([](size_t) { return MixedPixel{Rgb(1, 0, -0.5f), 2, 0, 0}; });
     const Rgb at = means.correction(100);
     EXPECT_NEAR(at.x, 0.5, 1e-5);
@@ -99,6 +109,8 @@ TEST(LocalMeans, AreFiniteInAnyImage) {
     for (const auto& [width, height] :
          {std::pair(1, 1), std::pair(3, 1), std::pair(1, 17), std::pair(33, 7)}) {
         for (const float x : corrections([](size_t i) { return mixedPixel(i, 1, 1); }, width, height))
+            EXPECT_TRUE(std::isfinite(x));
+        for (const float x : corrections([](size_t i) { return mixedPixel(i, 1e18f, 1); }, width, height))
             EXPECT_TRUE(std::isfinite(x));
         for (const float x : corrections([](size_t) { return MixedPixel(); }, width, height))
             EXPECT_EQ(x, 0);

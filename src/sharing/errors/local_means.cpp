@@ -40,12 +40,32 @@ Float4 interpolate(const LanePlane& blocks, int x, int y) {
     return above + (v - float(y0)) * (below - above);
 }
 
-/// Returns the fraction of the differences to correct, given the means of x d and of d^2. A ratio of these
-/// near 1 counts as more: noise of the ratio would add that of own values to smooth light, which gains most.
-float fractionOf(float ofHalves, float squaredDifference) {
+constexpr float kWindow = 1, kWindowOfProducts = 2; // standard deviations in blocks
+
+/// Means over a window, by lane: of x d as the halves of means over narrower windows show it, of d^2, of x d
+/// as the halves of single pixels show it, and sums of the squares of the latter.
+enum ProductLane { kOfHalves, kOfDifference, kOfPixels, kOfSquares };
+
+/// Returns these products of blocks, whose sums became means over windows.
+Float4 productsOf(const Float4& difference, const Float4& halves) {
+    constexpr float kSquaredWeights = 1 / (4 * 3.14159265f * kWindow * kWindow); // of a window
+    // Relative to the deviations, so that bright pixels do not decide for dark ones:
+    const float weight = 1 / (sqr(difference[kLast]) + kTiny), ofPixels = weight * kSquaredWeights;
+    return Float4{weight * halves[0] * halves[1], weight * sqr(sumOfColor(difference)), ofPixels * halves[2],
+                  sqr(ofPixels) * halves[3]};
+}
+
+/// Returns the fraction of the differences to correct. A ratio near 1 counts as more: noise of the ratio
+/// would add that of own values to smooth light, which gains most.
+float fractionOf(const Float4& products) {
     constexpr float kCaution = 2; // 1 gains 1 % more, but loses up to 10 % where light is smooth (measured)
-    const float ratio = std::max(ofHalves, 0.f) / (squaredDifference + kTiny);
-    return std::max(1 - ratio * (1 + kCaution * ratio), 0.f);
+    constexpr float kFewPixels = 6;
+    constexpr float kBlocks =
+        4 * 3.14159265f * (kWindow * kWindow + kWindowOfProducts * kWindowOfProducts); // of both windows
+    const float pixels = kBlocks * sqr(products[kOfPixels]) / (products[kOfSquares] + kTiny);
+    const float ofPixels = std::min(kFewPixels / (pixels + kTiny), 1.f) * products[kOfPixels];
+    const float ratio = std::max({products[kOfHalves], ofPixels, 0.f}) / (products[kOfDifference] + kTiny);
+    return std::max(0.f, 1 - ratio * (1 + kCaution * ratio)); // in this order, not a number becomes 0
 }
 
 } // namespace
@@ -54,15 +74,6 @@ LocalMeans::Level::Level(int width, int height)
     : differences(width, height), halves(width, height), corrections(width, height) {
     for (LanePlane* const plane : {&differences, &halves, &corrections})
         std::fill(plane->values.begin(), plane->values.end(), 0.f);
-}
-
-void LocalMeans::Level::add(int x, int y, const MixedPixel& pixel) {
-    float *const sums = differences.row(y) + kLanes * x, *const ofHalves = halves.row(y) + kLanes * x;
-    for (int c = 0; c < 3; ++c)
-        sums[c] += pixel.difference[c];
-    sums[kLast] += pixel.deviation;
-    ofHalves[0] += pixel.ownHalves;
-    ofHalves[1] += pixel.differenceHalves;
 }
 
 void LocalMeans::Level::addBlocksOf(const Level& finer) {
@@ -94,35 +105,45 @@ void LocalMeans::Level::takeCorrections(const Level& coarser) {
 
 /// Computes the corrections. The sums become means over windows. `coarser`: the next level; null: none.
 void LocalMeans::Level::correct(const Level* coarser) {
-    constexpr float kWindow = 1, kWindowOfProducts = 2; // standard deviations in blocks
     if (coarser)
         takeCorrections(*coarser);
     LanePlane scratch(differences.width, differences.height);
     const WindowMean window(scratch.width, scratch.height, kWindow);
     window.apply(differences, scratch);
     window.apply(halves, scratch);
-    // Relative to the deviations, so that bright pixels do not decide for dark ones.
     LanePlane products(scratch.width, scratch.height);
     forElements(products, [&](int, int, size_t i) {
-        const Float4 difference = loadFloat4(differences.at(i)), ofHalves = loadFloat4(halves.at(i));
-        const float weight = 1 / (sqr(difference[kLast]) + kTiny);
-        storeFloat4(products.at(i),
-                    Float4{weight * ofHalves[0] * ofHalves[1], weight * sqr(sumOfColor(difference))});
+        storeFloat4(products.at(i), productsOf(loadFloat4(differences.at(i)), loadFloat4(halves.at(i))));
     });
     WindowMean(scratch.width, scratch.height, kWindowOfProducts).apply(products, scratch);
     forElements(products, [&](int, int, size_t i) {
         Float4 difference = loadFloat4(differences.at(i));
-        const float* const means = products.at(i);
-        const float scale = fractionOf(means[0], means[1]) / (difference[kLast] + kTiny);
+        const float scale = fractionOf(loadFloat4(products.at(i))) / (difference[kLast] + kTiny);
         difference[kLast] = halves.at(i)[1];
         storeFloat4(corrections.at(i), loadFloat4(corrections.at(i)) + scale * difference);
     });
 }
 
-LocalMeans::LocalMeans(int width, int height) : m_width(width), m_height(height) {
+LocalMeans::LocalMeans(int width, int height, bool isIndependent)
+    : m_width(width), m_height(height), m_isIndependent(isIndependent) {
     constexpr int kLevels = 4; // blocks of 2 to 16 pixels, whose windows have these standard deviations
     for (int level = 0, edge = kBlock; level < kLevels; ++level, edge *= 2)
         m_levels.emplace_back(blocksOf(width, edge), blocksOf(height, edge));
+}
+
+void LocalMeans::addTo(Level& level, int x, int y, const MixedPixel& pixel) const {
+    float *const sums = level.differences.row(y) + kLanes * x, *const ofHalves =
+                                                                   level.halves.row(y) + kLanes * x;
+    for (int c = 0; c < 3; ++c)
+        sums[c] += pixel.difference[c];
+    sums[kLast] += pixel.deviation;
+    ofHalves[0] += pixel.ownHalves;
+    ofHalves[1] += pixel.differenceHalves;
+    if (m_isIndependent) {
+        const float product = pixel.ownHalves * pixel.differenceHalves;
+        ofHalves[2] += product;
+        ofHalves[3] += sqr(product);
+    }
 }
 
 void LocalMeans::correctLevels() {

@@ -29,10 +29,13 @@ struct MixedPixel {
 /// With x, the noise of the mean own value, and d, its difference from that of the mixture, the fraction that
 /// leaves the least squared error is 1 - E[x d] / E[d^2]: that of the estimator of James and Stein (1961),
 /// with a target that depends on the own values. The halves of the samples are independent, so that the
-/// product of what they differ in shows E[x d].
+/// product of what they differ in shows E[x d]. Where few pixels have most of the noise, bright samples of
+/// both halves cancel in this product by chance, and would leave a bright spot. If the noise of pixels is
+/// independent, it therefore counts at least as much there as the products of single pixels show.
 class LocalMeans {
   public:
-    LocalMeans(int width, int height);
+    /// `isIndependent`: whether the noise of pixels is.
+    LocalMeans(int width, int height, bool isIndependent);
     /// Calls mix(pixel), which returns its MixedPixel, for all pixels, and computes the corrections.
     template <class Mix>
     void compute(const Mix& mix) {
@@ -41,7 +44,7 @@ class LocalMeans {
             const int y0 = kBlock * int(row), y1 = std::min(y0 + kBlock, m_height);
             for (int y = y0; y < y1; ++y)
                 for (int x = 0; x < m_width; ++x)
-                    finest.add(x / kBlock, int(row), mix(size_t(y) * size_t(m_width) + size_t(x)));
+                    addTo(finest, x / kBlock, int(row), mix(size_t(y) * size_t(m_width) + size_t(x)));
         });
         correctLevels();
     }
@@ -55,17 +58,18 @@ class LocalMeans {
     /// this one.
     struct Level {
         LanePlane differences; ///< the last lane: of the deviations
-        LanePlane halves;      ///< ownHalves, differenceHalves
+        LanePlane halves;      ///< ownHalves, differenceHalves, their product if it counts, its square
         LanePlane corrections; ///< relative to the deviation; the last lane: of differenceHalves
         Level(int width, int height);
-        void add(int x, int y, const MixedPixel& pixel);
         void addBlocksOf(const Level& finer);
         void correct(const Level* coarser);
         void takeCorrections(const Level& coarser);
     };
+    void addTo(Level& level, int x, int y, const MixedPixel& pixel) const;
     void correctLevels();
 
     const int m_width, m_height;
+    const bool m_isIndependent;
     std::vector<Level> m_levels; ///< from the finest; each has blocks twice as wide as the one before
 };
 
