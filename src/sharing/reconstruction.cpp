@@ -246,16 +246,17 @@ class Mixture {
         Rgb difference;
         for (int c = 0; c < 3; ++c)
             difference[c] = shared * sum(weights * loadFloat4(m_differences[i].of[c]));
-        // Where halves err in opposite directions, own values have less variance than halves show. Counting
-        // the excess four times, as over windows, shares too little light: 1.2 times the error in meadow.
-        constexpr float kExcessOverWindows = 4;
-        const float excess = excessOf(variance[kOwn], bias[kOwn]);
+        // Where halves err in opposite directions, own values have less variance than halves show. In the
+        // weight of a pixel, the excess counts once: four times shares too little light, 1.2 times the error
+        // in meadow.
+        constexpr float kFullExcess = 4;
+        const float excess = excessOf(variance[kOwn], bias[kOwn]), full = 1 + kFullExcess * excess;
         const float own = (1 + excess) / (variance[kOwn] + kTiny);
         const float error = 1 / (own + shared), weight = shared * error;
         out.correction[i] = difference * error;
-        out.pixels[i] = {weight, sum(weights * m_widths), error / 3, 1 / (3 * own)};
+        out.pixels[i] = {weight, sum(weights * m_widths), error / 3, variance[kOwn] / (3 * full)};
         const Float4 halves = loadFloat4(m_halves.at(i));
-        return {-out.correction[i], std::sqrt(error / 3), halves[kOwn] / (1 + kExcessOverWindows * excess),
+        return {-out.correction[i], std::sqrt(error / 3), halves[kOwn] / full,
                 weight * (halves[kOwn] - sum(weights * halves))};
     }
     template <class Work>
