@@ -102,7 +102,7 @@ class Mixture {
     SharedPart mix() {
         const size_t count = m_differences.size();
         SharedPart out{HugeVector<Rgb>(count), HugeBuffer<PixelSharing>(count)};
-        // Samples of direct light are stratified over blocks of pixels, so that their noise is not
+        // Samples of direct light are stratified over blocks of pixels: the noise of pixels is not
         // independent.
         LocalMeans means(m_width, m_height, m_part == LightPart::Indirect);
         means.compute([&](size_t i) { return mixPixel(i, out); });
@@ -209,8 +209,8 @@ class Mixture {
         return m_part == LightPart::Direct ? std::max(byQuarters / (byHalves + kTiny) - 2, 0.f) : 0;
     }
     /// Returns the squared error of the mean of the estimates with these weights. Their regions contain each
-    /// other, so that their biases have one sign and add up. Those of direct light count as independent:
-    /// the weight of own values is careful already (measured).
+    /// other, so that their biases have one sign and add up. Those of direct light count as independent
+    /// (measured).
     float errorOfMean(const Float4& weights, const Float4& variance, const Float4& squaredBias) const {
         const Float4 squares = weights * weights;
         if (m_part == LightPart::Direct)
@@ -220,8 +220,8 @@ class Mixture {
             bias += weights[k] * std::sqrt(squaredBias[k]);
         return sum(squares * variance) + sqr(bias);
     }
-    /// Limits the correction of a mean, so that it lowers the light of a pixel by less than a third: between
-    /// few bright samples, both halves of a window may be black by chance.
+    /// Returns a correction of LocalMeans, limited such that it lowers the light of the pixel by less than a
+    /// third. Where bright samples are few, a window may have none by chance.
     Rgb limited(const Rgb& correction, size_t pixel) const {
         constexpr float kMost = 0.3f;
         const float lowered = -sum(correction), most = kMost / kEstimates * m_brightness[pixel].mean;
@@ -246,9 +246,9 @@ class Mixture {
         Rgb difference;
         for (int c = 0; c < 3; ++c)
             difference[c] = shared * sum(weights * loadFloat4(m_differences[i].of[c]));
-        // Where halves err in opposite directions, own values have less variance than halves show. In the
-        // weight of a pixel, the excess counts once: four times shares too little light, 1.2 times the error
-        // in meadow.
+        // Halves that err in opposite directions show too much variance of own values: by about four times
+        // the excess. In the weight of a pixel, the excess counts once: with four times, less light is
+        // shared, and meadow has 1.2 times the error.
         constexpr float kFullExcess = 4;
         const float excess = excessOf(variance[kOwn], bias[kOwn]), full = 1 + kFullExcess * excess;
         const float own = (1 + excess) / (variance[kOwn] + kTiny);
@@ -276,7 +276,8 @@ class Mixture {
     LanePlane m_variance;
     SquaredBias m_bias;
     HugeBuffer<Differences> m_differences;
-    /// What the estimates by both halves differ in, sums over the channels: see MixedPixel.
+    /// By estimate, the difference between both halves, and in the last lane that of own values. Summed over
+    /// the channels and scaled as in MixedPixel.
     LanePlane m_halves;
     HugeBuffer<Brightness> m_brightness;
 };

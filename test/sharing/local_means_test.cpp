@@ -14,7 +14,7 @@ float randomNumber(size_t pixel, int k) {
     return (float(hashOf(uint64_t(pixel), uint64_t(k)) >> 40) / float(1 << 24) - 0.5f) * std::sqrt(12.f);
 }
 
-/// The noise of own values whose two halves are independent: the means over both have a variance of 1.
+/// The noise of an own value whose two halves are independent. The mean over both has a variance of 1.
 struct Noise {
     float mean, halves;
     explicit Noise(size_t pixel)
@@ -29,7 +29,7 @@ MixedPixel mixedPixel(size_t pixel, float noise, float bias) {
     return {Rgb(noise * own.mean - bias), 1, 3 * noise * own.halves, 3 * noise * own.halves};
 }
 
-/// Returns the corrected image for pixels mix(pixel) with deviations of 1.
+/// Returns the corrections of a gray image with the pixels mix(pixel).
 template <class Mix>
 std::vector<float> corrections(const Mix& mix, int width = kSize, int height = kSize) {
     LocalMeans means(width, height, true);
@@ -49,7 +49,7 @@ double meanSquare(const std::vector<float>& values, float offset = 0) {
 }
 
 TEST(LocalMeans, RemoveBiasThatPixelsHaveInCommon) {
-    // The mean of 50 own values has a variance of 0.02, that of a window of 2 pixels. The squared bias is 1.
+    // The squared bias is 1. The mean of own values over a window of 2 pixels has a variance of 0.02.
     const auto corrected = corrections([](size_t i) { return mixedPixel(i, 1, 1); });
     EXPECT_LT(meanSquare(corrected, 1), 0.05);
 }

@@ -1,15 +1,11 @@
 #include "sharing/errors/local_means.h"
 
-#include "core/math/simd4.h"
-
 namespace strobe {
 
 namespace {
 
 constexpr int kLanes = LanePlane::kLanes, kLast = kLanes - 1;
 constexpr float kTiny = 1e-20f;
-
-int blocksOf(int pixels, int edge) { return (pixels + edge - 1) / edge; }
 
 float sumOfColor(const Float4& v) { return v[0] + v[1] + v[2]; }
 
@@ -22,50 +18,42 @@ void forElements(const LanePlane& plane, const Visit& visit) {
     });
 }
 
-/// Returns the values of a plane of blocks at (x, y) of a plane that has twice as many elements per edge,
-/// interpolated between the centers of the blocks.
-Float4 interpolate(const LanePlane& blocks, int x, int y) {
-    const auto position = [](int element, int count) {
-        return std::clamp(0.5f * float(element) - 0.25f, 0.f, float(count - 1));
-    };
-    const float u = position(x, blocks.width), v = position(y, blocks.height);
-    const int x0 = int(u), y0 = int(v), x1 = std::min(x0 + 1, blocks.width - 1),
-              y1 = std::min(y0 + 1, blocks.height - 1);
-    const auto inRow = [&](int row) {
-        const float* const values = blocks.row(row);
-        const Float4 first = loadFloat4(values + kLanes * x0), second = loadFloat4(values + kLanes * x1);
-        return first + (u - float(x0)) * (second - first);
-    };
-    const Float4 above = inRow(y0), below = inRow(y1);
-    return above + (v - float(y0)) * (below - above);
-}
-
 constexpr float kWindow = 1, kWindowOfProducts = 2; // standard deviations in blocks
 
-/// Means over a window, by lane: of x d as the halves of means over narrower windows show it, of d^2, of x d
-/// as the halves of single pixels show it, and sums of the squares of the latter.
-enum ProductLane { kOfHalves, kOfDifference, kOfPixels, kOfSquares };
+/// The lanes of LocalMeans::Level::halves.
+enum HalvesLane { kOwnHalves, kDifferenceHalves, kPixelProduct, kSquaredPixelProduct };
 
-/// Returns these products of blocks, whose sums became means over windows.
+/// The lanes of the products of a block. x and d: see LocalMeans.
+enum ProductLane {
+    kByWindows,      ///< x d, from the halves of the means over the window
+    kDifference,     ///< d^2
+    kByPixels,       ///< x d, from the halves of each pixel, for independent noise
+    kSquaredByPixels ///< sum of the squares of the addends of kByPixels
+};
+
+/// Returns the products of a block by ProductLane. `difference`, `halves`: means over the window around it.
 Float4 productsOf(const Float4& difference, const Float4& halves) {
-    constexpr float kSquaredWeights = 1 / (4 * 3.14159265f * kWindow * kWindow); // of a window
     // Relative to the deviations, so that bright pixels do not decide for dark ones:
-    const float weight = 1 / (sqr(difference[kLast]) + kTiny), ofPixels = weight * kSquaredWeights;
-    return Float4{weight * halves[0] * halves[1], weight * sqr(sumOfColor(difference)), ofPixels * halves[2],
-                  sqr(ofPixels) * halves[3]};
+    const float weight = 1 / (sqr(difference[kLast]) + kTiny),
+                ofPixels = weight * WindowMean::squaredWeights(kWindow);
+    return Float4{weight * halves[kOwnHalves] * halves[kDifferenceHalves],
+                  weight * sqr(sumOfColor(difference)), ofPixels * halves[kPixelProduct],
+                  sqr(ofPixels) * halves[kSquaredPixelProduct]};
 }
 
-/// Returns the fraction of the differences to correct. A ratio near 1 counts as more: noise of the ratio
-/// would add that of own values to smooth light, which gains most.
+/// Returns the fraction of the differences to correct, from the mean products around a block. A ratio near 1
+/// counts as more: noise of the ratio would add the noise of own values to smooth light, which gains most.
 float fractionOf(const Float4& products) {
-    constexpr float kCaution = 2; // 1 gains 1 % more, but loses up to 10 % where light is smooth (measured)
-    constexpr float kFewPixels = 6;
-    constexpr float kBlocks =
-        4 * 3.14159265f * (kWindow * kWindow + kWindowOfProducts * kWindowOfProducts); // of both windows
-    const float pixels = kBlocks * sqr(products[kOfPixels]) / (products[kOfSquares] + kTiny);
-    const float ofPixels = std::min(kFewPixels / (pixels + kTiny), 1.f) * products[kOfPixels];
-    const float ratio = std::max({products[kOfHalves], ofPixels, 0.f}) / (products[kOfDifference] + kTiny);
-    return std::max(0.f, 1 - ratio * (1 + kCaution * ratio)); // in this order, not a number becomes 0
+    constexpr float kCaution = 2;   // 1 gains 1 % more, but loses up to 10 % where light is smooth (measured)
+    constexpr float kFewPixels = 6; // with more, the halves of windows count more and more alone
+    constexpr float kSquaredSigma = kWindow * kWindow + kWindowOfProducts * kWindowOfProducts;
+    constexpr float kBlocks = 4 * 3.14159265f * kSquaredSigma; // in the windows of the means
+    // The number of equally noisy pixels that would have the same sums:
+    const float pixels = kBlocks * sqr(products[kByPixels]) / (products[kSquaredByPixels] + kTiny);
+    const float byPixels = std::min(kFewPixels / (pixels + kTiny), 1.f) * products[kByPixels];
+    const float ratio = std::max({products[kByWindows], byPixels, 0.f}) / (products[kDifference] + kTiny);
+    // If sums overflow, the ratio is not a number, and std::max returns its first argument.
+    return std::max(0.f, 1 - ratio * (1 + kCaution * ratio));
 }
 
 } // namespace
@@ -94,12 +82,12 @@ void LocalMeans::Level::addBlocksOf(const Level& finer) {
 /// Applies the corrections of the next coarser level.
 void LocalMeans::Level::takeCorrections(const Level& coarser) {
     forElements(corrections, [&](int x, int y, size_t i) {
-        const Float4 correction = interpolate(coarser.corrections, x, y);
+        const Float4 correction = interpolateBlocks(coarser.corrections, x, y, 2);
         storeFloat4(corrections.at(i), correction);
         float *const sums = differences.at(i), deviation = sums[kLast];
         storeFloat4(sums, loadFloat4(sums) - deviation * correction);
         sums[kLast] = deviation;
-        halves.at(i)[1] -= deviation * correction[kLast];
+        halves.at(i)[kDifferenceHalves] -= deviation * correction[kLast];
     });
 }
 
@@ -119,7 +107,7 @@ void LocalMeans::Level::correct(const Level* coarser) {
     forElements(products, [&](int, int, size_t i) {
         Float4 difference = loadFloat4(differences.at(i));
         const float scale = fractionOf(loadFloat4(products.at(i))) / (difference[kLast] + kTiny);
-        difference[kLast] = halves.at(i)[1];
+        difference[kLast] = halves.at(i)[kDifferenceHalves];
         storeFloat4(corrections.at(i), loadFloat4(corrections.at(i)) + scale * difference);
     });
 }
@@ -128,7 +116,7 @@ LocalMeans::LocalMeans(int width, int height, bool isIndependent)
     : m_width(width), m_height(height), m_isIndependent(isIndependent) {
     constexpr int kLevels = 4; // blocks of 2 to 16 pixels, whose windows have these standard deviations
     for (int level = 0, edge = kBlock; level < kLevels; ++level, edge *= 2)
-        m_levels.emplace_back(blocksOf(width, edge), blocksOf(height, edge));
+        m_levels.emplace_back(blocksAlong(width, edge), blocksAlong(height, edge));
 }
 
 void LocalMeans::addTo(Level& level, int x, int y, const MixedPixel& pixel) const {
@@ -137,12 +125,12 @@ void LocalMeans::addTo(Level& level, int x, int y, const MixedPixel& pixel) cons
     for (int c = 0; c < 3; ++c)
         sums[c] += pixel.difference[c];
     sums[kLast] += pixel.deviation;
-    ofHalves[0] += pixel.ownHalves;
-    ofHalves[1] += pixel.differenceHalves;
+    ofHalves[kOwnHalves] += pixel.ownHalves;
+    ofHalves[kDifferenceHalves] += pixel.differenceHalves;
     if (m_isIndependent) {
         const float product = pixel.ownHalves * pixel.differenceHalves;
-        ofHalves[2] += product;
-        ofHalves[3] += sqr(product);
+        ofHalves[kPixelProduct] += product;
+        ofHalves[kSquaredPixelProduct] += sqr(product);
     }
 }
 
@@ -154,8 +142,8 @@ void LocalMeans::correctLevels() {
 }
 
 Rgb LocalMeans::correction(size_t pixel) const {
-    static_assert(kBlock == 2, "interpolate expects twice as many elements per edge");
-    const Float4 at = interpolate(m_levels.front().corrections, int(pixel) % m_width, int(pixel) / m_width);
+    const Float4 at =
+        interpolateBlocks(m_levels.front().corrections, int(pixel) % m_width, int(pixel) / m_width, kBlock);
     return {at[0], at[1], at[2]};
 }
 

@@ -14,24 +14,27 @@ namespace strobe {
 struct MixedPixel {
     Rgb difference = Rgb(0); ///< the own value minus the mixture
     float deviation = 0;     ///< the expected error of the mixture
-    // What the two halves of the samples differ in, sums over the channels, scaled such that the expected
-    // square is the variance of the mean over both halves:
-    float ownHalves = 0;        ///< of the own value
-    float differenceHalves = 0; ///< of `difference`
+    // Differences between the two halves of the samples, summed over the channels. They are scaled: the
+    // expected square is the variance of the mean of both halves.
+    float ownHalves = 0;        ///< of the own values
+    float differenceHalves = 0; ///< of the values of `difference`
 };
 
-/// Shared estimates have little noise, but a bias that neighboring pixels have in common. Over a window of
-/// pixels, the noise of own values averages out and this bias does not. LocalMeans corrects the mixture by a
-/// fraction of the mean difference from the own values: over windows of 16 pixels, then of 8, 4 and 2
-/// (standard deviations), each for what the wider ones left. Pixels share a correction in proportion to their
-/// deviations.
+/// Corrects a bias that neighboring pixels have in common. Shared estimates have little noise, but such a
+/// bias. Over a window of pixels, the noise of own values averages out, and the bias remains. The correction
+/// of a window is a fraction of the mean difference between own values and mixture. Windows have standard
+/// deviations of 16, 8, 4 and 2 pixels, in this order. Each corrects what the wider ones left. The pixels of
+/// a window share its correction in proportion to their deviations.
 ///
-/// With x, the noise of the mean own value, and d, its difference from that of the mixture, the fraction that
-/// leaves the least squared error is 1 - E[x d] / E[d^2]: that of the estimator of James and Stein (1961),
-/// with a target that depends on the own values. The halves of the samples are independent, so that the
-/// product of what they differ in shows E[x d]. Where few pixels have most of the noise, bright samples of
-/// both halves cancel in this product by chance, and would leave a bright spot. If the noise of pixels is
-/// independent, it therefore counts at least as much there as the products of single pixels show.
+/// Let x be the noise of the mean own value of a window, and d the difference of this mean from that of the
+/// mixture. The fraction 1 - E[x d] / E[d^2] leaves the least squared error. It is that of the estimator of
+/// James and Stein (1961), but the target depends on the own values. The halves of the samples are
+/// independent. Therefore E[x d] follows from the difference of x and that of d between the halves: their
+/// product estimates it.
+///
+/// A bright sample in each half can cancel in the difference of x by chance. The correction would then be a
+/// bright spot. Where few pixels have most of the noise, and the noise of pixels is independent, the estimate
+/// is therefore at least the sum of the products of single pixels.
 class LocalMeans {
   public:
     /// `isIndependent`: whether the noise of pixels is.
@@ -58,7 +61,7 @@ class LocalMeans {
     /// this one.
     struct Level {
         LanePlane differences; ///< the last lane: of the deviations
-        LanePlane halves;      ///< ownHalves, differenceHalves, their product if it counts, its square
+        LanePlane halves; ///< ownHalves, differenceHalves; if noise is independent, their product, its square
         LanePlane corrections; ///< relative to the deviation; the last lane: of differenceHalves
         Level(int width, int height);
         void addBlocksOf(const Level& finer);

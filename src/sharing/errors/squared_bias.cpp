@@ -6,28 +6,9 @@
 
 namespace strobe {
 
-namespace {
-
-int blocksOf(int pixels, int edge) { return (pixels + edge - 1) / edge; }
-
-/// The position of a pixel between the centers of two blocks.
-struct BlockPosition {
-    int first, second;
-    float fraction; ///< towards `second`
-
-    BlockPosition(int pixel, int edge, int count) {
-        const float position = std::clamp((float(pixel) + 0.5f) / float(edge) - 0.5f, 0.f, float(count - 1));
-        first = int(position);
-        second = std::min(first + 1, count - 1);
-        fraction = position - float(first);
-    }
-};
-
-} // namespace
-
 SquaredBias::SquaredBias(int width, int height, float sigma)
     : m_sigma(sigma), m_means(width, height), m_squaredErrors(width, height),
-      m_wideMeans(blocksOf(width, kCoarse), blocksOf(height, kCoarse)),
+      m_wideMeans(blocksAlong(width, kCoarse), blocksAlong(height, kCoarse)),
       m_wideSquaredErrors(m_wideMeans.width, m_wideMeans.height) {}
 
 void SquaredBias::average(const BrightPixels& bright, LanePlane& scratch) {
@@ -102,23 +83,14 @@ void SquaredBias::limitBlocks(LanePlane& scratch) {
 
 /// Returns the values of a plane of blocks at a pixel.
 Float4 SquaredBias::interpolate(const LanePlane& plane, size_t pixel) const {
-    const BlockPosition u(int(pixel) % m_means.width, kCoarse, plane.width),
-        v(int(pixel) / m_means.width, kCoarse, plane.height);
-    const auto at = [&](int row) {
-        const float* blocks = plane.row(row);
-        const Float4 first = loadFloat4(blocks + LanePlane::kLanes * u.first),
-                     second = loadFloat4(blocks + LanePlane::kLanes * u.second);
-        return first + u.fraction * (second - first);
-    };
-    const Float4 above = at(v.first), below = at(v.second);
-    return above + v.fraction * (below - above);
+    return interpolateBlocks(plane, int(pixel) % m_means.width, int(pixel) / m_means.width, kCoarse);
 }
 
 /// Returns the estimates at a pixel, with `scaleOfWide` times the means over the wide window.
 Float4 SquaredBias::estimate(size_t pixel, float scaleOfWide) const {
     // Means below `least` standard errors do not count, those of twice as many count by 15/16.
-    constexpr float kLeast = 2, kLeastAlone = 3, kSignificantAround = 1, kPi = 3.14159265f, kTiny = 1e-30f;
-    const float squaredWeights = 1 / (4 * kPi * sqr(m_sigma));
+    constexpr float kLeast = 2, kLeastAlone = 3, kSignificantAround = 1, kTiny = 1e-30f;
+    const float squaredWeights = WindowMean::squaredWeights(m_sigma);
     const Float4 zero = {};
     const Float4 wide = scaleOfWide * interpolate(m_wideMeans, pixel),
                  wideSquaredError =

@@ -3,6 +3,8 @@
 #include "core/math/soa.h"
 #include "core/util/parallel.h"
 
+#include <algorithm>
+
 namespace strobe {
 
 namespace {
@@ -32,7 +34,32 @@ std::vector<float> gaussian(float sigma) {
     return out;
 }
 
+/// The position of a pixel between the centers of two blocks.
+struct BlockPosition {
+    int first, second;
+    float fraction; ///< towards `second`
+
+    BlockPosition(int pixel, int edge, int count) {
+        const float position = std::clamp((float(pixel) + 0.5f) / float(edge) - 0.5f, 0.f, float(count - 1));
+        first = int(position);
+        second = std::min(first + 1, count - 1);
+        fraction = position - float(first);
+    }
+};
+
 } // namespace
+
+Float4 interpolateBlocks(const LanePlane& blocks, int x, int y, int edge) {
+    const BlockPosition u(x, edge, blocks.width), v(y, edge, blocks.height);
+    const auto inRow = [&](int row) {
+        const float* const values = blocks.row(row);
+        const Float4 first = loadFloat4(values + LanePlane::kLanes * u.first),
+                     second = loadFloat4(values + LanePlane::kLanes * u.second);
+        return first + u.fraction * (second - first);
+    };
+    const Float4 above = inRow(v.first), below = inRow(v.second);
+    return above + v.fraction * (below - above);
+}
 
 WindowMean::WindowMean(int width, int height, float sigma)
     : m_kernel(gaussian(sigma)), m_inverseY(inverseWeights(height)) {

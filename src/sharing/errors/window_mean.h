@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/math/math.h"
+#include "core/math/simd4.h"
 #include "core/util/memory.h"
 
 #include <cstdlib>
@@ -24,11 +25,21 @@ struct LanePlane {
     int rowSize() const { return kLanes * width; }
 };
 
+/// Returns the number of blocks along `pixels` pixels. `edge`: of a block, in pixels.
+inline int blocksAlong(int pixels, int edge) { return (pixels + edge - 1) / edge; }
+
+/// Returns the values of a plane of blocks at pixel (x, y), interpolated between the centers of the blocks.
+/// `edge`: of a block, in pixels.
+Float4 interpolateBlocks(const LanePlane& blocks, int x, int y, int edge);
+
 /// Gaussian means over windows of pixels. Weights outside of the image are left out.
 class WindowMean {
   public:
     /// `sigma`: the standard deviation in pixels.
     WindowMean(int width, int height, float sigma);
+    /// Returns the sum of the squared weights of a wide window, whose weights sum to 1: the variance of a
+    /// mean of independent numbers with a variance of 1.
+    static constexpr float squaredWeights(float sigma) { return 1 / (4 * 3.14159265f * sigma * sigma); }
     /// Replaces the numbers of each pixel by the means around it. `scratch` has the size of the plane.
     void apply(LanePlane& plane, LanePlane& scratch) const;
     /// Returns the largest distance of pixels that have weight.
