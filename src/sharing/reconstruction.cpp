@@ -92,7 +92,10 @@ class Mixture {
           m_height(light.pixelBounds.height()), m_variance(m_width, m_height),
           m_bias(m_width, m_height, kWindow), m_differences(size_t(m_width) * size_t(m_height)),
           m_halves(m_width, m_height), m_brightness(m_differences.size()) {
-        forPixels([&](size_t i) { m_brightness[i] = measure(i, estimates); });
+        forPixels([&](size_t i) {
+            prefetch(i, estimates);
+            m_brightness[i] = measure(i, estimates);
+        });
         const BrightPixels bright(m_brightness, m_width, m_height);
         LanePlane scratch(m_width, m_height);
         averageVariance(bright, scratch);
@@ -126,6 +129,17 @@ class Mixture {
         alignas(16) float of[3][kLanes];
     };
 
+    /// Requests what `measure` reads for later pixels: uses and estimates are spread over memory.
+    [[gnu::always_inline]]
+    void prefetch(size_t pixel, const HugeBuffer<CellEstimate>& estimates) const {
+        constexpr size_t kToUses = 16, kToEstimates = 8; // distances in pixels
+        const size_t count = m_light.pixelCount();
+        if (pixel + kToUses < count)
+            __builtin_prefetch(m_light.uses(pixel + kToUses).data());
+        if (pixel + kToEstimates < count)
+            for (const PixelUse& use : m_light.uses(pixel + kToEstimates))
+                __builtin_prefetch(&estimates[use.cell].light[use.half]);
+    }
     /// Measures the errors at a pixel. Returns the brightness of its estimates. The variance of the mean of
     /// both halves follows from their squared difference; the squared bias of an estimate is the product of
     /// its differences from the own values of the other half, whose noise is independent.
