@@ -16,6 +16,10 @@ constexpr float kEnoughSurfaces = 4;
 /// Samples are half rare if a pixel has this number of equally bright ones.
 constexpr float kHalfRare = 0.2f;
 
+/// Light of few samples is credible up to this number of times the other light of its surface, or if it is
+/// dark: sum of the channels.
+constexpr float kCredible = 8, kDark = 0.1f;
+
 /// Returns the fraction of light that is rare where a pixel has this number of equally bright samples.
 float rarityOf(float countPerPixel) {
     constexpr float kLeast = 0.05f; // less is 0
@@ -74,19 +78,23 @@ class RareLight::Estimator {
     /// `cellsByNode`: in the order of CellPyramid::cellsByNode. `samples`: of one part. `estimates`: by cell;
     /// initially without light.
     Estimator(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
-              std::span<const RareSample> samples, float samplesPerPixel, HugeVector<Estimate>& estimates);
+              std::span<const RareSample> samples, LightPart part, float samplesPerPixel,
+              HugeVector<Estimate>& estimates);
 
   private:
     static constexpr uint32_t kNone = ~0u;
     void estimateRarity(std::span<const uint32_t> cells, float samplesPerPixel);
     void addRareLight(std::span<const RareSample> samples);
-    void estimateLight();
-    void addRests(std::span<const Rest> rests);
+    HugeVector<Rest> estimateLight();
+    void addRests(std::span<Rest> rests);
+    bool limitSpread(std::span<const Rest> rests);
+    float otherLightAround(uint32_t cell) const;
     uint32_t topOf(uint32_t cell) const;
     std::vector<bool> findTopsNearRareLight() const;
 
     const CellPyramid& m_pyramid;
     const std::span<const uint32_t> m_cellsByNode;
+    const LightPart m_part;
     HugeVector<Estimate>& m_estimates;
     BrightRegions m_regions;
     std::vector<uint32_t> m_groupOf; ///< by cell; kNone: no samples
@@ -102,14 +110,14 @@ RareLight::RareLight(const CellPyramid& pyramid, std::span<const uint32_t> cells
     if (ofPart.empty())
         return;
     m_estimates.resize(pyramid.cellCount());
-    Estimator(pyramid, cellsByNode, ofPart, samplesPerPixel, m_estimates);
+    Estimator(pyramid, cellsByNode, ofPart, part, samplesPerPixel, m_estimates);
 }
 
 RareLight::Estimator::Estimator(const CellPyramid& pyramid, std::span<const uint32_t> cellsByNode,
-                                std::span<const RareSample> samples, float samplesPerPixel,
+                                std::span<const RareSample> samples, LightPart part, float samplesPerPixel,
                                 HugeVector<Estimate>& estimates)
-    : m_pyramid(pyramid), m_cellsByNode(cellsByNode), m_estimates(estimates), m_regions(pyramid),
-      m_groupOf(estimates.size(), kNone), m_hasRareLight(pyramid.nodes().size()) {
+    : m_pyramid(pyramid), m_cellsByNode(cellsByNode), m_part(part), m_estimates(estimates),
+      m_regions(pyramid), m_groupOf(estimates.size(), kNone), m_hasRareLight(pyramid.nodes().size()) {
     for (const RareSample& sample : samples) {
         const float brightness = sum(sample.light);
         m_regions.addTo(sample.cell, [&](BrightSums& sums, int) {
@@ -127,7 +135,12 @@ RareLight::Estimator::Estimator(const CellPyramid& pyramid, std::span<const uint
     m_groups.resize(cells.size());
     estimateRarity(cells, samplesPerPixel);
     addRareLight(samples);
-    estimateLight();
+    if (limitSpread(estimateLight())) {
+        for (Estimate& estimate : m_estimates)
+            estimate.light = Rgb(0);
+        addRareLight(samples);
+        estimateLight();
+    }
 }
 
 /// Sets the rarity of the cells with samples by the number of equally bright samples around them, and the
@@ -154,7 +167,8 @@ void RareLight::Estimator::estimateRarity(std::span<const uint32_t> cells, float
 void RareLight::Estimator::addRareLight(std::span<const RareSample> samples) {
     m_regions.clear();
     for (const RareSample& sample : samples) {
-        const float brightness = sum(sample.light), rarity = m_estimates[sample.cell].rarity;
+        const Estimate& estimate = m_estimates[sample.cell];
+        const float brightness = sum(sample.light), rarity = estimate.rarity * estimate.spread;
         const Group& group = m_groups[m_groupOf[sample.cell]];
         m_regions.addTo(sample.cell, [&](BrightSums& sums, int size) {
             const float weight = group.weight(size);
@@ -168,8 +182,9 @@ void RareLight::Estimator::addRareLight(std::span<const RareSample> samples) {
     }
 }
 
-/// Sets the light of the cells that have rare light around them.
-void RareLight::Estimator::estimateLight() {
+/// Adds the light of the cells that have rare light around them. Returns, by cell, the largest regions as far
+/// as their light is that of few samples, and that of no other surfaces.
+HugeVector<Rest> RareLight::Estimator::estimateLight() {
     const std::vector<bool> isNearRare = findTopsNearRareLight();
     std::vector<uint32_t> cells;
     std::copy_if(m_cellsByNode.begin(), m_cellsByNode.end(), std::back_inserter(cells),
@@ -181,12 +196,14 @@ void RareLight::Estimator::estimateLight() {
         rests[cell] = {region.rest, light};
     });
     addRests(rests);
+    return rests;
 }
 
 /// Adds the light of the weights that are left. A surface whose largest region has not enough samples has at
 /// most the mean of all such surfaces, if they are enough: a single bright sample would light a small
 /// surface. Surfaces with less keep their own: the mean would brighten dark surfaces next to bright ones.
-void RareLight::Estimator::addRests(std::span<const Rest> rests) {
+/// The weights become those of light that is not such a mean.
+void RareLight::Estimator::addRests(std::span<Rest> rests) {
     double samples = 0, squares = 0, ofSurface = 0, light[3] = {};
     uint64_t surface = 0;
     const auto endSurface = [&] { squares += sqr(std::exchange(ofSurface, 0.)); };
@@ -214,7 +231,42 @@ void RareLight::Estimator::addRests(std::span<const Rest> rests) {
         const Rgb& own = rests[cell].light;
         const Rgb light = sum(own) > sum(mean) ? mean * common + own * (1 - common) : own;
         m_estimates[cell].light += light * rests[cell].weight;
+        rests[cell].weight *= 1 - common;
     }
+}
+
+/// Sets the fractions of the samples' light that are spread. One sample out of thousands may be so bright
+/// that it would make a whole wall white, in one of many images. By itself, it says little about the wall.
+/// What is spread of it falls with its brightness, beyond kCredible and kDark. Returns whether any fraction
+/// is less than 1.
+bool RareLight::Estimator::limitSpread(std::span<const Rest> rests) {
+    bool isLimited = false;
+    for (uint32_t cell = 0; cell < rests.size(); ++cell) {
+        const Rest& rest = rests[cell];
+        if (m_groupOf[cell] == kNone || !(rest.weight > 0))
+            continue;
+        const float light = rest.weight * sum(rest.light);
+        const float most = std::max(kCredible * otherLightAround(cell), kDark);
+        if (light > most) {
+            m_estimates[cell].spread = 1 - rest.weight * (1 - sqr(most / light));
+            isLimited = true;
+        }
+    }
+    return isLimited;
+}
+
+/// Returns the mean of the part's other light in a node as large as those of the largest region around a
+/// cell; sum of the channels.
+float RareLight::Estimator::otherLightAround(uint32_t cell) const {
+    uint32_t index = m_pyramid.nodeOf(cell);
+    for (int size = 0; size < m_regions.largestSize(cell); ++size)
+        index = m_pyramid.nodes()[index].parent;
+    const CellNode& node = m_pyramid.nodes()[index];
+    const NodeLight& light = m_pyramid.light(m_part, index);
+    float total = 0;
+    for (int c = 0; c < NodeLight::kChannels; ++c)
+        total += node.count[c / 3] * light.of[c];
+    return total / (node.count[0] + node.count[1]);
 }
 
 /// Returns the node of the largest size that contains a cell.

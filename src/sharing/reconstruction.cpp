@@ -130,8 +130,7 @@ class Mixture {
     };
 
     /// Requests what `measure` reads for later pixels: uses and estimates are spread over memory.
-    [[gnu::always_inline]]
-    void prefetch(size_t pixel, const HugeBuffer<CellEstimate>& estimates) const {
+    [[gnu::always_inline]] void prefetch(size_t pixel, const HugeBuffer<CellEstimate>& estimates) const {
         constexpr size_t kToUses = 16, kToEstimates = 8; // distances in pixels
         const size_t count = m_light.pixelCount();
         if (pixel + kToUses < count)
@@ -360,16 +359,17 @@ SharedPart LightSharing::Data::share(LightPart part) {
     return out;
 }
 
-/// Replaces the rare light of each pixel's own samples by that of the regions around its cells, scaled such
-/// that the sum of the image remains.
+/// Replaces the rare light of each pixel's own samples, as far as it is spread, by that of the regions around
+/// its cells, scaled such that the sum of the image remains.
 void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture,
                                         HugeVector<Rgb>& correction) const {
     Totals own;
     for (const PixelRareSample& sample : light.rare)
         if (sample.part == int(part)) {
             const float weight = float(light.weight(sample.pixel));
-            const Rgb rareLight = sample.albedo * sample.light *
-                                  (rare[sample.part].rarity(sample.cell) / std::max(weight, 1.f));
+            const RareLight& ofPart = rare[sample.part];
+            const float fraction = ofPart.rarity(sample.cell) * ofPart.spread(sample.cell);
+            const Rgb rareLight = sample.albedo * sample.light * (fraction / std::max(weight, 1.f));
             own.add(rareLight);
             correction[sample.pixel] -= rareLight;
         }

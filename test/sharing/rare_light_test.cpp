@@ -28,6 +28,12 @@ struct Surface {
         const std::span<const CellSums> tile = cells;
         return CellPyramid(joinCells({&tile, 1}).cells, LightParts::all());
     }
+    /// Adds light below the limit, per sample.
+    void addOtherLight(float light) {
+        for (CellSums& sums : cells)
+            for (int half = 0; half < kHalves; ++half)
+                sums.light[int(kPart)][half].add(Rgb(light * float(sums.count[half])));
+    }
     void addSample(uint32_t cell, float light) {
         const RareSample sample{cell, uint8_t(kPart), false, Rgb(light), Rgb(1)};
         samples.push_back({sample, cell, 0});
@@ -162,6 +168,7 @@ TEST(RareLight, ReachesLargerCells) {
 TEST(RareLight, HasNoEdgesOnASphere) {
     for (const V3f& direction : {V3f(1, 0, 0), V3f(0.8f, 0.6f, 0), V3f(-0.577f, 0.577f, 0.577f)}) {
         Sphere sphere;
+        sphere.addOtherLight(1);
         const CellPyramid pyramid = sphere.pyramid();
         const uint32_t lit = Sphere::cellAt(pyramid, direction);
         sphere.addSample(lit, 1e5f);
@@ -195,6 +202,40 @@ TEST(RareLight, RegionsHaveSeveralSamples) {
     EXPECT_LT(rare.light(plane.cellAt(32, 32)).x, 4 * mean);
 }
 
+/// A single sample that would make its surface many times as bright stays in its pixel.
+TEST(RareLight, OneSampleDoesNotMakeASurfaceWhite) {
+    constexpr float kOther = 0.01f;
+    const auto at = [&](float light) {
+        Plane plane;
+        plane.addOtherLight(kOther);
+        plane.addSample(32, 32, light);
+        const CellPyramid pyramid = plane.pyramid();
+        const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
+        const uint32_t cell = plane.cellAt(32, 32);
+        return std::pair(rare.spread(cell), rare.light(cell).x);
+    };
+    const float count = kSize * kSize * kSamples;
+    const auto [credible, credibleLight] = at(2 * kOther * count);
+    EXPECT_EQ(credible, 1);
+    EXPECT_GT(credibleLight, kOther);
+    const auto [incredible, incredibleLight] = at(1e4f * kOther * count);
+    EXPECT_LT(incredible, 1e-5f);
+    EXPECT_LT(incredibleLight, 0.1f * kOther);
+}
+
+/// Samples that support each other are spread, however bright they are.
+TEST(RareLight, SeveralSamplesAreCredible) {
+    Plane plane;
+    plane.addOtherLight(1e-3f);
+    for (int y = 4; y < kSize; y += 8)
+        for (int x = 4; x < kSize; x += 8)
+            plane.addSample(x, y, 64 * kSamples);
+    const CellPyramid pyramid = plane.pyramid();
+    const RareLight rare(pyramid, pyramid.cellsByNode(), plane.samples, kPart, kSamples);
+    for (const PixelRareSample& sample : plane.samples)
+        EXPECT_GT(rare.spread(sample.cell), 0.9f);
+}
+
 /// One bright sample does not light a whole small surface: it has the mean of the surfaces with few samples.
 /// Those with less light keep theirs.
 TEST(RareLight, SmallSurfacesHaveAtMostTheirMean) {
@@ -218,6 +259,7 @@ TEST(RareLight, SmallSurfacesHaveAtMostTheirMean) {
 /// Two surfaces may differ as much as their samples do.
 TEST(RareLight, TwoSurfacesDoNotShareIt) {
     Squares squares(2);
+    squares.addOtherLight(100);
     squares.addSample(squares.firstCell(0), 1e5f);
     squares.addSample(squares.firstCell(1), 1e3f);
     const CellPyramid pyramid = squares.pyramid();
