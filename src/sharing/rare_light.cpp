@@ -2,9 +2,11 @@
 
 #include "core/util/parallel.h"
 #include "sharing/bright_regions.h"
+#include "sharing/errors/highlights.h"
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 namespace strobe {
@@ -27,6 +29,11 @@ float rarityOf(float countPerPixel) {
 }
 
 float sum(const Rgb& c) { return c.x + c.y + c.z; }
+
+/// Returns the light of a sample that is not rare.
+Rgb commonOf(const PixelRareSample& sample, const RareLight& rare) {
+    return sample.light * (1 - rare.rarity(sample.cell));
+}
 
 /// The samples of a cell, in the regions around it.
 class Group {
@@ -300,6 +307,32 @@ std::vector<bool> RareLight::Estimator::findTopsNearRareLight() const {
         for (const uint32_t top : ofRun)
             out[top] = true;
     return out;
+}
+
+void addCommonLight(const RareLight (&rare)[kParts], RecordedLight& light, CellPyramid& pyramid) {
+    std::optional<Highlights> highlights[kParts];
+    for (int part = 0; part < kParts; ++part)
+        if (!rare[part].isEmpty())
+            highlights[part].emplace(light.pixelBounds.width(), light.pixelBounds.height());
+    for (const PixelRareSample& sample : light.rare) {
+        const Rgb common = sample.albedo * commonOf(sample, rare[sample.part]);
+        const float weight = float(light.weights(sample.pixel, int(sample.half)).all);
+        highlights[sample.part]->add(sample.pixel, int(sample.half),
+                                     (common.x + common.y + common.z) / std::max(weight, 1.f));
+    }
+    float shared[kParts] = {}; // of the last pixel
+    uint32_t last = ~0u;
+    for (const PixelRareSample& sample : light.rare) {
+        if (std::exchange(last, sample.pixel) != sample.pixel)
+            for (int part = 0; part < kParts; ++part)
+                shared[part] = highlights[part] ? 1 - highlights[part]->kept(sample.pixel) : 0;
+        const Rgb common = commonOf(sample, rare[sample.part]) * shared[sample.part];
+        pyramid.addLight(sample.cell, LightPart(sample.part), int(sample.half), common);
+        HalfPart& sums = light.light(LightPart(sample.part), sample.pixel, int(sample.half));
+        sums.light += sample.albedo * common;
+        if (sample.isInQuarter)
+            sums.quarterLight += sample.albedo * common;
+    }
 }
 
 } // namespace strobe

@@ -42,4 +42,8 @@ class RareLight {
     HugeVector<Estimate> m_estimates; ///< by cell; empty: no rare light
 };
 
+/// Adds the light of the samples above RareLimits to the other light of pixels and nodes, as far as it is
+/// neither rare nor kept by Highlights. `rare`: by part.
+void addCommonLight(const RareLight (&rare)[kParts], RecordedLight& light, CellPyramid& pyramid);
+
 } // namespace strobe

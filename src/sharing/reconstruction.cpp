@@ -307,7 +307,6 @@ float samplesPerPixel(const RecordedLight& light) {
 
 struct LightSharing::Data {
     explicit Data(RecordedLight recorded);
-    void addCommonLight(CellPyramid& pyramid);
     SharedPart share(LightPart part);
     void shareRareLight(LightPart part, const Mixture& mixture, HugeVector<Rgb>& correction) const;
 
@@ -323,7 +322,7 @@ LightSharing::Data::Data(RecordedLight recorded) : light(std::move(recorded)) {
     const float samples = samplesPerPixel(light);
     for (const LightPart part : kAllParts)
         rare[int(part)] = RareLight(pyramid, cells, light.rare, part, samples);
-    addCommonLight(pyramid);
+    addCommonLight(rare, light, pyramid);
     estimates = estimateCells(pyramid, cells);
     for (int part = 0; part < kParts; ++part) {
         if (rare[part].isEmpty())
@@ -334,18 +333,6 @@ LightSharing::Data::Data(RecordedLight recorded) : light(std::move(recorded)) {
                 for (int c = 0; c < 3; ++c)
                     half[c][kOwn] = rareLight[c];
         });
-    }
-}
-
-/// Adds the light of the samples above RareLimits to the other light, as far as it is not rare.
-void LightSharing::Data::addCommonLight(CellPyramid& pyramid) {
-    for (const PixelRareSample& sample : light.rare) {
-        const Rgb common = sample.light * (1 - rare[sample.part].rarity(sample.cell));
-        pyramid.addLight(sample.cell, LightPart(sample.part), int(sample.half), common);
-        HalfPart& sums = light.light(LightPart(sample.part), sample.pixel, int(sample.half));
-        sums.light += sample.albedo * common;
-        if (sample.isInQuarter)
-            sums.quarterLight += sample.albedo * common;
     }
 }
 
