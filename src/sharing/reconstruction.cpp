@@ -129,7 +129,8 @@ class Mixture {
         alignas(16) float of[3][kLanes];
     };
 
-    /// Requests what `measure` reads for later pixels: uses and estimates are spread over memory.
+    /// Requests what `measure` reads for later pixels: uses and estimates are spread over memory. GCC removes
+    /// calls of functions that do nothing else, so that this one is always inlined.
     [[gnu::always_inline]] void prefetch(size_t pixel, const HugeBuffer<CellEstimate>& estimates) const {
         constexpr size_t kToUses = 16, kToEstimates = 8; // distances in pixels
         const size_t count = m_light.pixelCount();
