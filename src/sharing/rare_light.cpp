@@ -242,10 +242,10 @@ void RareLight::Estimator::addRests(std::span<Rest> rests) {
     }
 }
 
-/// Sets the fractions of the samples' light that are spread. One sample out of thousands may be so bright
-/// that it would make a whole wall white, in one of many images. By itself, it says little about the wall.
-/// What is spread of it falls with its brightness, beyond kCredible and kDark. Returns whether any fraction
-/// is less than 1.
+/// Sets Estimate::spread of the cells with samples. Returns whether it is less than 1 anywhere. One sample
+/// out of thousands may be so bright that it would make a whole wall white, in one of many images. A single
+/// sample says little about the wall. Where its light exceeds the limits of kCredible and kDark, the fraction
+/// that is spread falls with the square of its brightness.
 bool RareLight::Estimator::limitSpread(std::span<const Rest> rests) {
     bool isLimited = false;
     for (uint32_t cell = 0; cell < rests.size(); ++cell) {
@@ -317,8 +317,7 @@ void addCommonLight(const RareLight (&rare)[kParts], RecordedLight& light, CellP
     for (const PixelRareSample& sample : light.rare) {
         const Rgb common = sample.albedo * commonOf(sample, rare[sample.part]);
         const float weight = float(light.weights(sample.pixel, int(sample.half)).all);
-        highlights[sample.part]->add(sample.pixel, int(sample.half),
-                                     (common.x + common.y + common.z) / std::max(weight, 1.f));
+        highlights[sample.part]->add(sample.pixel, int(sample.half), sum(common) / std::max(weight, 1.f));
     }
     float shared[kParts] = {}; // of the last pixel
     uint32_t last = ~0u;

@@ -12,8 +12,8 @@ namespace strobe {
 /// (RareSample). For one part of the light, at each cell it is averaged over a region that contains several
 /// such samples. Surfaces with few of them have the mean of all such surfaces. A single sample that would
 /// make its surface many times as bright is not spread. Samples of a highlight are not rare: each pixel has
-/// some. Their light is added to the other light. Samples that come together more than chance allows do not
-/// light what is far from them.
+/// some. Their light is added to the other light, or stays in its pixels (Highlights). Samples that come
+/// together more than chance allows do not light what is far from them.
 class RareLight {
   public:
     /// There is no rare light.

@@ -15,22 +15,25 @@ size_t pixelAt(int x, int y) { return size_t(y) * kSize + size_t(x); }
 /// Returns a number in [0,1) for a pixel and a half.
 float uniform(size_t pixel, int half) { return unitFloat(uint32_t(hashOf(pixel, half))); }
 
-/// A line of bright pixels without noise, as a thin highlight.
-TEST(Highlights, LinesStayInTheirPixels) {
-    Highlights highlights(kSize, kSize);
+/// Adds light to a horizontal line through (16, 16): to each half of a pixel with this probability.
+void addLine(Highlights& highlights, float probability) {
     for (int x = 0; x < kSize; ++x)
         for (int half = 0; half < kHalves; ++half)
-            highlights.add(pixelAt(x, 16), half, 10);
+            if (uniform(pixelAt(x, 16), half) < probability)
+                highlights.add(pixelAt(x, 16), half, 10);
+}
+
+/// A thin highlight without noise.
+TEST(Highlights, LinesStayInTheirPixels) {
+    Highlights highlights(kSize, kSize);
+    addLine(highlights, 1);
     EXPECT_GT(highlights.kept(pixelAt(16, 16)), 0.9f);
 }
 
 /// Most of the light is noise: neighbors know more.
 TEST(Highlights, NoisyLinesAreShared) {
     Highlights highlights(kSize, kSize);
-    for (int x = 0; x < kSize; ++x)
-        for (int half = 0; half < kHalves; ++half)
-            if (uniform(pixelAt(x, 16), half) < 0.15f)
-                highlights.add(pixelAt(x, 16), half, 10);
+    addLine(highlights, 0.15f);
     EXPECT_LT(highlights.kept(pixelAt(16, 16)), 0.1f);
 }
 

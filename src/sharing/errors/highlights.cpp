@@ -8,7 +8,7 @@ namespace strobe {
 
 float Highlights::kept(size_t pixel) const {
     constexpr int kReach = 8;   // of the window, in pixels
-    constexpr double kLoss = 8; // estimates lose about an eighth of the contrast (measured)
+    constexpr double kLoss = 8; // an eighth of the contrast counts as the bias of the estimates (measured)
     const int px = int(pixel % size_t(m_width)), py = int(pixel / size_t(m_width));
     const int x0 = std::max(px - kReach, 0), x1 = std::min(px + kReach, m_width - 1);
     const int y0 = std::max(py - kReach, 0), y1 = std::min(py + kReach, m_height - 1);
