@@ -209,6 +209,20 @@ TEST(SharingPlan, RendersOfManySamplesShareLess) {
     EXPECT_FALSE(sharesWith(1 << 20));
 }
 
+/// Where a pixel has several cells, sharing takes longer.
+TEST(SharingPlan, ManyCellsTakeTime) {
+    constexpr int kSamples = 16;
+    const BuiltScene built = test::build(kSmoothScene);
+    RenderContext context = contextOf(built);
+    context.samplesPerPixel = kSamples;
+    PairPilot pairs(*built.scene, context, kSamples);
+    pairs.renderFirst();
+    const auto overheadWith = [&](float cellSize) {
+        return planSharing(*built.scene, context, pairs, cellSize, LightParts::all(), false).overhead.uniform;
+    };
+    EXPECT_GT(overheadWith(0.5f), 1.2 * overheadWith(3));
+}
+
 /// A floor and a wall that the camera sees from the side. Near the wall, indirect light is noisy.
 constexpr const char* kWall = R"(
 LightSource "distant" "point3 from" [-1 0 -1] "point3 to" [0 0 0] "rgb L" [1 1 1]

@@ -138,6 +138,7 @@ void BlockRenderer::render(uint64_t seed, BlockPilot& block,
                               })
                               .render(block.bounds, seed);
     block.pixels = double(image.size());
+    block.cells = double(light.cells.size());
     block.emissionCoefficient = block.pixels * strobe::emissionCoefficient(light);
     const std::vector<Rgb> own = reflectedLight(std::move(image), light);
     LightSharing sharing(std::move(light));

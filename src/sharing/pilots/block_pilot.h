@@ -30,6 +30,7 @@ struct BlockPilot {
     // Sums over the pixels of one render:
     double absoluteVariance = 0; ///< `variance`, not relative
     double pixels = 0;
+    double cells = 0;                             ///< that were recorded
     double emissionCoefficient = 0;               ///< see strobe::emissionCoefficient
     std::vector<Rgb> images[kSharingChoiceCount]; ///< of the first render
 };

@@ -18,13 +18,26 @@ namespace {
 /// a scene with different seeds share the same parts.
 constexpr uint64_t kSeeds[] = {0x70696c6f74, 0x74706c696f};
 
+/// Returns the number of cells per pixel of blocks beyond that of a smooth surface: a lens or motion spreads
+/// the samples of a pixel over many cells.
+double manyCellsIn(std::span<const BlockPilot> pilots) {
+    constexpr double kOfSmoothSurface = 0.6; // blocks have cells at their borders: measured
+    double cells = 0, pixels = 0;
+    for (const BlockPilot& pilot : pilots) {
+        cells += pilot.weight * pilot.cells;
+        pixels += pilot.weight * pilot.pixels;
+    }
+    return std::max(cells / pixels - kOfSmoothSurface, 0.);
+}
+
 /// Returns the time for recording and reconstruction of both parts relative to that of the render. The model
 /// of the times was fitted to those of all scenes of this project on one machine: the times decide about
 /// pixels, so that they cannot be measured here. Three in four times of renders are within a factor of 1.5 of
 /// the model, all within 2.1.
-double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters) {
-    // Nanoseconds per sample, per sample with a first vertex, and per pixel:
-    constexpr double kObserve = 30, kRecord = 110, kFinishPixel = 1350, kReconstructPixel = 90;
+/// `manyCells`: see manyCellsIn.
+double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& counters, double manyCells) {
+    // Nanoseconds per sample, per sample with a first vertex, per pixel, and per cell of manyCells:
+    constexpr double kObserve = 30, kRecord = 110, kFinishPixel = 1350, kReconstructPixel = 90, kCell = 700;
     // The parts of the time of a ray, and the times of other steps:
     constexpr double kSimplestRay = 15, kRayPerDoubledGeometry = 1.1, kRayPerInstance = 15, kSurface = 155,
                      kFootprint = 330, kLightSample = 7;
@@ -38,12 +51,18 @@ double overheadOf(const Scene& scene, double samplesPerPixel, const Counters& co
     const double render = ray * double(counters.rays()) + kSurface * double(counters.surfaces) +
                           kFootprint * double(counters.footprints) +
                           kLightSample * double(counters.lightSamples);
-    return (kObserve + kRecord * recorded + (kFinishPixel + kReconstructPixel * recorded) / samplesPerPixel) /
-           (render / samples);
+    const double ofPixel = kFinishPixel + kReconstructPixel * recorded + kCell * manyCells;
+    return (kObserve + kRecord * recorded + ofPixel / samplesPerPixel) / (render / samples);
 }
 
-/// An adaptive render takes about this many times the samples of a uniform one (planSamples).
-constexpr double kAdaptiveSamples = 2;
+/// Returns overheadOf a uniform and of an adaptive render.
+SharingOverhead overheadsOf(const Scene& scene, double samplesPerPixel, const Counters& counters,
+                            std::span<const BlockPilot> pilots) {
+    constexpr double kAdaptiveSamples = 2; // relative to those of a uniform render: see planSamples
+    const double manyCells = manyCellsIn(pilots);
+    return {overheadOf(scene, samplesPerPixel, counters, manyCells),
+            overheadOf(scene, kAdaptiveSamples * samplesPerPixel, counters, manyCells)};
+}
 
 /// Returns true if the first render of the blocks shows that sharing cannot pay. The gain that LightSharing
 /// estimates is up to three times too large. An estimated gain that hardly exceeds the ratio of the times
@@ -133,9 +152,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
     constexpr double kMaxRare = 0.005;
     const double samples = context.isPass ? kPasses : context.samplesPerPixel;
     const PilotSize size = pilotSizeFor(samples, context.pilotBounds);
-    Overheads overheads{{overheadOf(scene, samples, pairs.counters()),
-                         overheadOf(scene, kAdaptiveSamples * samples, pairs.counters())},
-                        adaptsSamples};
+    Overheads overheads{{}, adaptsSamples};
     const double gainLeft = gainLeftOf(samples, size.samples);
     const BlockChooser chooser(pairs);
     const LightParts lit = pairs.brightness().litParts();
@@ -156,6 +173,7 @@ SharingPlan planSharing(const Scene& scene, const RenderContext& context, const 
         parallelFor(size.count, [&](size_t i) {
             renderer.renderFirst(hashCombine(kSeeds[0], first + i), pilots[first + i]);
         });
+        overheads = {overheadsOf(scene, samples, pairs.counters(), pilots), overheads.adapts};
         if (first == 0) {
             const auto endsEarly = [&] {
                 return !chosen && isHopeless(pilots, overheads.least()) &&
