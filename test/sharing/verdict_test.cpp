@@ -61,6 +61,25 @@ TEST(Verdict, BlackDirectLightIsCertain) {
     EXPECT_TRUE(verdict.isCertain);
 }
 
+/// Blocks that gain on average ask for more blocks, blocks that lose do not. Beside indirect light, both ask.
+TEST(Verdict, ARefusalOfDirectLightAloneIsCertainIfBlocksLose) {
+    LightParts direct;
+    direct.add(LightPart::Direct);
+    std::vector<BlockPilot> blocks(5, blockWith(1, 1));
+    const auto decideWith = [&](LightParts lit, double least, double most) {
+        for (size_t i = 0; i < blocks.size(); ++i)
+            for (auto& errors : blocks[i].errors)
+                errors[kSharesDirect] = errors[kSharesBoth] = i == 0 ? most : least;
+        return decideSharing(blocks, lit, {{0.5, 0.3}, false}, 1);
+    };
+    const Verdict gains = decideWith(direct, 0.3, 1.3), loses = decideWith(direct, 0.3, 2.3);
+    EXPECT_EQ(gains.parts, kNone);
+    EXPECT_FALSE(gains.isCertain);
+    EXPECT_EQ(loses.parts, kNone);
+    EXPECT_TRUE(loses.isCertain);
+    EXPECT_FALSE(decideWith(LightParts::all(), 0.3, 2.3).isCertain);
+}
+
 /// One of five blocks loses, so that the sum of the errors does not show a gain. The roots show one of 0.6
 /// standard errors.
 TEST(Verdict, RootsOfErrorsNeedAStandardErrorIfSamplesDoNotAdapt) {

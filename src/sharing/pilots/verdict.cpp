@@ -70,7 +70,9 @@ Verdict decideSharing(std::span<const BlockPilot> pilots, LightParts lit, const 
     constexpr double kMargin = 1.2, kStandardErrors = 0.5, kCertain = 1;
     Verdict verdict;
     const auto pays = [&](const SharingGain& of, double standardErrors) {
-        const bool isCertain = std::abs(of.gain.sum) >= kCertain * of.gain.deviation;
+        // More blocks add direct light alone only where it seems to pay: see Verdict::isCertain.
+        const bool isCertain = std::abs(of.gain.sum) >= kCertain * of.gain.deviation ||
+                               (of.gain.sum < 0 && !lit.has(LightPart::Indirect));
         if (of.gain.sum > standardErrors * of.gain.deviation) {
             verdict = {of.parts, isCertain && of.isSureOfDirect};
             return true;
