@@ -54,10 +54,13 @@ AdaptivePlan makePlan(const Scene& scene, const RenderContext& context, float ce
                       const ChosenParts& chosen, bool adaptsSamples) {
     constexpr double kPassSamples = 16; // of passes, whose number is not known
     const double samples = context.isPass ? kPassSamples : context.samplesPerPixel;
+    const AdaptivePlan withoutPilot{{chosen.value_or(LightParts()), {}, {}, EmissionPilot()}, {}};
     if (samples < kHalves)
-        return {{chosen.value_or(LightParts()), {}, {}, EmissionPilot()}, {}};
+        return withoutPilot;
     PairPilot pairs(scene, context, samples);
     pairs.renderFirst();
+    if (pairs.isEmpty())
+        return withoutPilot;
     AdaptivePlan plan{planSharing(scene, context, pairs, cellSize, chosen, adaptsSamples), {}};
     if (adaptsSamples)
         plan.factors = planSamples(pairs, samples, plan.sharing);

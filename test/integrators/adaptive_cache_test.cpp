@@ -251,6 +251,28 @@ TEST(AdaptiveCache, DoublingSlicesEqualOneRender) {
     EXPECT_EQ(film.records().all().size(), 4u) << "slices of a tile are merged";
 }
 
+/// Some images are so small that they contain none of the pixels that the pilot looks at. The lamp is hidden:
+/// its correction has noise of its own.
+TEST(AdaptiveCache, ImagesMayHaveFewPixels) {
+    for (const auto& [width, height] : {std::pair(1, 1), {2, 1}, {1, 7}, {19, 2}, {3, 9}}) {
+        std::string scene = makeScene(4, "path");
+        scene.replace(scene.find("Translate 1.2 2.6 0"), 19, "Translate 1.2 2.6 -7");
+        scene.replace(scene.find("xresolution\" 48"), 15, "xresolution\" " + std::to_string(width));
+        scene.replace(scene.find("yresolution\" 36"), 15, "yresolution\" " + std::to_string(height));
+        const auto sumOf = [&](const BuiltScene& built) {
+            double sum = 0;
+            for (const Rgb& pixel : render(built).image.pixels)
+                sum += double(pixel.x + pixel.y + pixel.z);
+            return sum;
+        };
+        const double plain = sumOf(test::buildWith("supersample", scene));
+        EXPECT_GT(plain, 0);
+        EXPECT_NEAR(sumOf(test::buildWith("adaptive-cache", scene, {"share=both", "sampling=uniform"})),
+                    plain, 1e-4 * plain)
+            << width << " " << height;
+    }
+}
+
 /// A film with samples of another decision cannot be continued.
 TEST(AdaptiveCache, AnotherDecisionIsAnError) {
     const BuiltScene built = buildScene("adaptive-cache", 16);

@@ -17,6 +17,7 @@ struct BlockChoice {
 /// many such blocks decide as well as uniform ones do (sixty scenes, 4 and 16 samples).
 class BlockChooser {
   public:
+    /// Precondition: not pairs.isEmpty().
     explicit BlockChooser(const PairPilot& pairs);
     /// Returns one of a sequence of choices, whose first ones are spread evenly. A block may be chosen again.
     BlockChoice choose(size_t i) const;

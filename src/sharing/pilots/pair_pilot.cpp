@@ -252,6 +252,13 @@ void PairPilot::forEachBlock(const PixelBounds& tile, const Visit& visit) const 
             visit(m_blocks.blockOf(x, y));
 }
 
+bool PairPilot::isEmpty() const {
+    for (size_t i = 0; i < m_rays.size(); ++i)
+        if (pairs(i) > 0)
+            return false;
+    return true;
+}
+
 bool PairPilot::seesLamps() const {
     for (size_t i = 0; i < m_rays.size(); ++i)
         if (m_halves[0][i].hitsLamps || m_halves[1][i].hitsLamps)

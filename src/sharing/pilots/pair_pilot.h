@@ -57,6 +57,9 @@ class PairPilot {
     const BlockNoise& noise(int half, size_t block) const { return m_halves[half][block]; }
     /// Returns the number of pairs in a block; 0: it is not rendered yet.
     float pairs(size_t block) const { return m_halves[0][block].pairs + m_halves[1][block].pairs; }
+    /// Returns whether no block has pairs: all samples are invalid, or the image is so small that it contains
+    /// none of the pixels.
+    bool isEmpty() const;
     /// Calls `visit(i, weight)` for a block and its neighbors, for smoothing by a tent.
     template <class Visit>
     void forEachNeighbor(size_t block, const Visit& visit) const {
