@@ -166,6 +166,9 @@ class AdaptiveCache : public Integrator {
     }
     /// All samples of a pixel determine the size of its cells.
     SampleDependence dependence() const override { return SampleDependence::Pixel; }
+    int fewestSamplesOfPass() const override {
+        return kHalves;
+    } // the errors follow from differences of halves
     void mergeRecords(FilmRecords& records) const override { mergeRecordsOfSamePixels(records); }
     void finishMerged(Film& film) const override {
         if (!film.records().isEmpty())

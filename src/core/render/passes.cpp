@@ -43,10 +43,11 @@ class PassTimes {
 /// Chooses the samples per pixel of each pass.
 class PassSchedule {
   public:
-    /// With a noise target, all passes have settings.samplesPerPixel.
-    PassSchedule(const RenderSettings& settings, bool hasNoiseTarget, int maxSamples)
-        : m_hasNoiseTarget(hasNoiseTarget), m_maxSamples(maxSamples),
-          m_samples(hasNoiseTarget ? settings.samplesPerPixel : 1), m_largest(m_samples) {}
+    /// With a noise target, all passes have settings.samplesPerPixel, otherwise `fewest` to `maxSamples`.
+    PassSchedule(const RenderSettings& settings, bool hasNoiseTarget, int fewest, int maxSamples)
+        : m_hasNoiseTarget(hasNoiseTarget),
+          m_fewest(hasNoiseTarget ? settings.samplesPerPixel : std::min(fewest, maxSamples)),
+          m_maxSamples(maxSamples), m_samples(m_fewest), m_largest(m_samples) {}
 
     /// The samples of the current pass.
     int samples() const { return m_samples; }
@@ -58,10 +59,9 @@ class PassSchedule {
         if (!m_hasNoiseTarget)
             samples = int(std::min<uint64_t>(kGrowth * uint64_t(m_largest), uint64_t(m_maxSamples)));
         if (deadline) {
-            const int fitting = samplesThatFit(samples, *deadline);
-            if (fitting < (m_hasNoiseTarget ? samples : 1))
+            samples = samplesThatFit(samples, *deadline);
+            if (samples == 0)
                 return false;
-            samples = fitting;
         }
         if (samplesSoFar + uint64_t(samples) > PixelAccumulator::kMaxSamples)
             return false;
@@ -77,18 +77,18 @@ class PassSchedule {
     static constexpr uint64_t kGrowth = 4;
 
     /// Returns the most samples, of maxSamples divided by powers of two, of a pass that ends before the
-    /// deadline; 0 if there are none.
+    /// deadline; 0 if they are less than m_fewest.
     int samplesThatFit(int maxSamples, Clock::time_point deadline) const {
         constexpr double kVariation = 1.1; // between passes of the same size
         const double left = secondsUntil(deadline);
         int samples = maxSamples;
-        while (samples > 0 && m_times.predict(samples) * kVariation > left)
+        while (samples >= m_fewest && m_times.predict(samples) * kVariation > left)
             samples /= 2;
-        return samples;
+        return samples >= m_fewest ? samples : 0;
     }
 
     const bool m_hasNoiseTarget;
-    const int m_maxSamples;
+    const int m_fewest, m_maxSamples;
     int m_samples;
     int m_largest; ///< samples of the largest pass
     PassTimes m_times;
@@ -101,8 +101,8 @@ class PassLoop {
              const Filter& filter, const RenderSettings& settings, const PassGoal& goal, int maxSamples,
              Film& film)
         : m_settings(settings), m_goal(goal), m_deadline(goal.deadline),
-          m_schedule(settings, goal.noise.has_value(), maxSamples), m_film(film),
-          m_passFilm(film.fullWidth(), film.fullHeight(), film.pixelBounds(), film.layers()),
+          m_schedule(settings, goal.noise.has_value(), integrator.fewestSamplesOfPass(), maxSamples),
+          m_film(film), m_passFilm(film.fullWidth(), film.fullHeight(), film.pixelBounds(), film.layers()),
           m_renderer(scene, integrator, shader, sampler, filter, passSettings(), film.pixelBounds()) {
         m_passFilm.enableAccumulation();
         m_film.enableAccumulation();
@@ -116,7 +116,8 @@ class PassLoop {
             if (const auto deadline = done(m_film, stats))
                 m_deadline = deadline;
             const bool isNoiseReached = m_noise && *m_noise <= *m_goal.noise;
-            if (isNoiseReached || isStopRequested() || !m_schedule.advance(m_deadline, stats.samplesPerPixel))
+            if (isNoiseReached || isStopRequested() ||
+                !m_schedule.advance(deadlineOfPass(), stats.samplesPerPixel))
                 break;
             m_renderer.restart(hashOf(m_settings.seed, m_passes), m_schedule.samples(),
                                stats.samplesPerPixel);
@@ -125,16 +126,22 @@ class PassLoop {
     }
 
   private:
+    /// Returns the deadline for the samples of a pass, which leaves time to finish the film.
+    std::optional<Clock::time_point> deadlineOfPass() const {
+        if (!m_deadline)
+            return {};
+        return *m_deadline - m_finishTime;
+    }
     bool isStopRequested() const { return m_settings.stop && m_settings.stop(); }
 
-    /// Returns the settings of a single pass. Its callbacks run on render threads; m_passes and m_deadline
-    /// change between passes only.
+    /// Returns the settings of a single pass. Its callbacks run on render threads; m_passes, m_deadline and
+    /// m_finishTime change between passes only.
     RenderSettings passSettings() {
         RenderSettings pass = m_settings;
         pass.samplesPerPixel = m_schedule.samples();
         pass.isPass = true;
         pass.stop = [this] {
-            return m_passes > 0 && ((m_deadline && Clock::now() > *m_deadline) || isStopRequested());
+            return m_passes > 0 && ((m_deadline && Clock::now() > *deadlineOfPass()) || isStopRequested());
         };
         pass.onTileDone = [this](const Film& film, const PixelBounds& tile) {
             if (m_passes == 0 && m_settings.onTileDone)
@@ -162,8 +169,12 @@ class PassLoop {
         }
         ++m_passes;
         m_film.merge(m_passFilm);
+        // The first pass also has the time of Integrator::begin, which is no part of others.
+        const double begin = m_passes == 1 ? m_renderer.stats().beginSeconds : 0;
+        m_schedule.recordTime(-secondsUntil(start) - begin);
+        const Clock::time_point finish = Clock::now();
         m_renderer.finish(m_film);
-        m_schedule.recordTime(-secondsUntil(start));
+        m_finishTime = Clock::now() - finish;
         if (m_goal.noise)
             updateNoise();
         return true;
@@ -185,6 +196,7 @@ class PassLoop {
     const RenderSettings& m_settings;
     const PassGoal& m_goal;
     std::optional<Clock::time_point> m_deadline;
+    Clock::duration m_finishTime{}; ///< that the last Renderer::finish took
     PassSchedule m_schedule;
     int m_passes = 0;
     Film& m_film;

@@ -23,10 +23,10 @@ using PassDone = std::function<std::optional<PassGoal::Clock::time_point>(const 
 /// Renders independent passes, each with a seed and caches of its own, and accumulates them in the film.
 ///
 /// With goal.noise, each pass has settings.samplesPerPixel samples per pixel. With a deadline alone, the
-/// first pass has one sample per pixel; the next ones grow by factors of four up to `maxSamples` (fewer
-/// passes stratify samples and share shades better), and shrink to fit the time that is left. A pass that is
-/// interrupted by the deadline or by settings.stop is discarded, so all pixels have equally many samples; the
-/// first pass is never interrupted.
+/// first pass has Integrator::fewestSamplesOfPass, at most `maxSamples`; the next ones grow by factors of
+/// four up to `maxSamples` (fewer passes stratify samples and share shades better), and shrink to fit the
+/// time that is left. A pass that is interrupted by the deadline or by settings.stop is discarded, so all
+/// pixels have equally many samples; the first pass is never interrupted.
 ///
 /// settings.onTileDone is called in the first pass only. The film is made to accumulate; its layer
 /// Aov::Variance, if any, is set if there is a noise target.

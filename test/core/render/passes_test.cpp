@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <thread>
+#include <utility>
 
 namespace strobe {
 namespace {
@@ -120,6 +122,68 @@ TEST(Passes, TheFirstPassIsAlwaysCompleted) {
     EXPECT_EQ(stats.passes, 1);
     EXPECT_EQ(stats.samplesPerPixel, 1u);
     EXPECT_EQ(film.sums()[0].validCount(), 1u);
+}
+
+/// adaptive-cache needs two samples to share light.
+TEST(Passes, TheFirstPassHasTheFewestSamplesThatShare) {
+    for (const auto& [maxSamples, samples] : {std::pair(1, 1), std::pair(8, 2)}) {
+        const BuiltScene built = buildWith("adaptive-cache");
+        Film film = filmOf(built);
+        PassGoal goal;
+        goal.deadline = Clock::now() - 1s;
+        EXPECT_EQ(renderInPasses(built, 1, goal, film, maxSamples).samplesPerPixel, uint64_t(samples));
+    }
+}
+
+/// An integrator whose state takes a while to begin and to finish.
+class SlowIntegrator : public Integrator {
+  public:
+    explicit SlowIntegrator(const Integrator& integrator) : m_integrator(integrator) {}
+    BiasBound biasBound(const Scene& scene) const override { return m_integrator.biasBound(scene); }
+    std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
+        std::this_thread::sleep_for(kBegin);
+        return std::make_unique<State>(m_integrator.begin(scene, context));
+    }
+
+    static constexpr auto kBegin = 300ms, kFinish = 200ms;
+
+  private:
+    class State : public IntegratorState {
+      public:
+        explicit State(std::unique_ptr<IntegratorState> state) : m_state(std::move(state)) {}
+        std::unique_ptr<IntegratorWorker> makeWorker() override { return m_state->makeWorker(); }
+        void finish(Film&) const override { std::this_thread::sleep_for(kFinish); }
+
+      private:
+        std::unique_ptr<IntegratorState> m_state;
+    };
+    const Integrator& m_integrator;
+};
+
+/// Neither the time that the state takes to begin nor that to finish is that of the samples of a pass.
+TEST(Passes, OnlySamplesTakeTimeInProportionToTheirNumber) {
+    BuiltScene built = buildWith("supersample");
+    const std::shared_ptr<const Integrator> fast = std::exchange(built.integrator, {});
+    built.integrator = std::make_shared<SlowIntegrator>(*fast);
+    Film film = filmOf(built);
+    PassGoal goal;
+    goal.deadline = Clock::now() + 10 * SlowIntegrator::kBegin;
+    std::vector<uint64_t> samples;
+    renderInPasses(built, 1, goal, film, 1 << 20,
+                   [&](const Film&, const RenderStats& stats) -> std::optional<Clock::time_point> {
+                       samples.push_back(stats.samplesPerPixel);
+                       // There is time for a pass of milliseconds, and to finish the film once.
+                       return Clock::now() + (samples.size() == 1 ? 2 : -1) * SlowIntegrator::kFinish;
+                   });
+    EXPECT_EQ(samples, (std::vector<uint64_t>{1, 5}));
+    goal.deadline = Clock::now() + 10 * SlowIntegrator::kBegin;
+    Film other = filmOf(built);
+    EXPECT_EQ(renderInPasses(built, 1, goal, other, 1 << 20,
+                             [&](const Film&, const RenderStats&) { // not to finish it
+                                 return std::optional(Clock::now() + SlowIntegrator::kFinish / 2);
+                             })
+                  .samplesPerPixel,
+              1u);
 }
 
 TEST(Passes, SampleCountsGrowUpToTheMaximum) {
