@@ -74,9 +74,10 @@ ExitCode runGuarded(const Log& log, uint64_t maxMemory, const Run& run) {
         return exitCodeOf(e.kind);
     } catch (const std::bad_alloc&) {
         log.error("error: out of memory{}",
-                  maxMemory > 0 ? fmt::format(": the scene takes more than the {} of --max-memory",
-                                              formatBytes(maxMemory))
-                                : "");
+                  maxMemory > 0
+                      ? fmt::format(": the scene and its render take more than the {} of --max-memory",
+                                    formatBytes(maxMemory))
+                      : "");
         return kSceneError;
     } catch (const std::system_error& e) { // of std::thread
         log.error("error: the system refuses more threads, or other resources: {}", e.what());

@@ -66,7 +66,8 @@ class LimitsTest(CliTest):
         """Allocations that ResourcePolicy does not estimate fail by the limit of the system."""
         self.write("many.scene.gz", gzip.compress(b"AttributeBegin Shape \"sphere\" AttributeEnd\n" * 1_000_000, 1))
         self.scene('Include "many.scene.gz"\n')
-        self.assertRegex(self.refused("--max-memory", "256M"), "out of memory: the scene takes more than the 268.4 MB of --max-memory|would take")
+        self.assertRegex(self.refused("--max-memory", "256M"),
+                         "out of memory: the scene and its render take more than the 268.4 MB of --max-memory|would take")
 
     def test_instances_are_counted_before_they_are_made(self):
         for depth, message in ((40, "nested objects make more than 67108864 instances"), (27, "67108864 instances would take 107.4 GB")):
