@@ -273,6 +273,16 @@ TEST(AdaptiveCache, ImagesMayHaveFewPixels) {
     }
 }
 
+/// Cells have a smallest and a largest size.
+TEST(AdaptiveCache, CellsMayBeOfAnySize) {
+    for (const char* size : {"1e-30", "1e30"}) {
+        const BuiltScene built = test::buildWith("adaptive-cache", makeScene(4, "path"),
+                                                 {"share=both", std::string("cellsize=") + size});
+        for (const Rgb& pixel : render(built).image.pixels)
+            ASSERT_TRUE(std::isfinite(pixel.x + pixel.y + pixel.z)) << size;
+    }
+}
+
 /// A film with samples of another decision cannot be continued.
 TEST(AdaptiveCache, AnotherDecisionIsAnError) {
     const BuiltScene built = buildScene("adaptive-cache", 16);

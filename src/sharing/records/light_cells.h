@@ -15,8 +15,9 @@ namespace strobe {
 /// A cube of a grid around a surface at rest, in world space at shutter fraction 0, and the side of the
 /// surface that faces one of six directions. The edge of the cube is 2^level scene units.
 struct CellId {
-    static constexpr int kFaces = 6;              ///< values of `face`
-    static constexpr int kMaxLevel = 60;          ///< the largest absolute value of `level` of recorded cells
+    static constexpr int kFaces = 6; ///< values of `face`
+    /// The largest absolute value of `level` of recorded cells: squared sizes of their ancestors are floats.
+    static constexpr int kMaxLevel = 48;
     static constexpr int32_t kMaxIndex = 1 << 30; ///< that of x, y and z
 
     uint64_t surface = 0; ///< see SurfaceIds
