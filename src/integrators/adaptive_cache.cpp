@@ -166,9 +166,8 @@ class AdaptiveCache : public Integrator {
     }
     /// All samples of a pixel determine the size of its cells.
     SampleDependence dependence() const override { return SampleDependence::Pixel; }
-    int fewestSamplesOfPass() const override {
-        return kHalves;
-    } // the errors follow from differences of halves
+    /// The errors follow from the differences of halves.
+    int fewestSamplesOfPass() const override { return kHalves; }
     void mergeRecords(FilmRecords& records) const override { mergeRecordsOfSamePixels(records); }
     void finishMerged(Film& film) const override {
         if (!film.records().isEmpty())

@@ -141,7 +141,7 @@ class Integrator {
     /// With Pixel, all samples of a pixel are traced and planned to render a slice of them. With Render,
     /// slices and checkpoints are errors.
     virtual SampleDependence dependence() const { return SampleDependence::Render; }
-    /// Returns the fewest samples per pixel with which a pass is worth its time.
+    /// Returns the fewest samples per pixel with which a pass is worth its time: fewer cannot share.
     virtual int fewestSamplesOfPass() const { return 1; }
     /// Returns about how many shades a pixel takes, for an estimate of the time.
     virtual double shadesPerPixel(int samplesPerPixel) const { return samplesPerPixel; }

@@ -16,7 +16,7 @@ struct Overheads : SharingOverhead {
 
 struct Verdict {
     LightParts parts; ///< to share
-    /// Hardly depends on the choice of the blocks. Or, where direct light alone is lit: refuses it, as the
+    /// The verdict hardly depends on the choice of the blocks, or it refuses direct light alone because the
     /// blocks lose by it on average. Of 11 such refusals, twice as many blocks changed none.
     bool isCertain = true;
 };
