@@ -1,11 +1,11 @@
 #include "integrators/adaptive_cache.h"
 
 #include "core/params/plugin.h"
-#include "sharing/emission_refinement.h"
 #include "sharing/light_recorder.h"
 #include "sharing/pilots/sample_plan.h"
 #include "sharing/pilots/sharing_plan.h"
 #include "sharing/reconstruction.h"
+#include "sharing/rest_noise.h"
 
 #include <limits>
 #include <optional>
@@ -26,22 +26,42 @@ const ParamDef<std::string> kSampling{"sampling", "adaptive",
 /// The parts of the light that the user chose; none: auto.
 using ChosenParts = std::optional<LightParts>;
 
-/// Reconstructs the recorded parts of the light and corrects the image. Returns how they were shared.
-std::vector<HugeBuffer<PixelSharing>> shareLight(RecordedLight light, Film& film) {
+/// How the light of an image was shared.
+struct SharedLight {
+    std::vector<HugeBuffer<PixelSharing>> parts; ///< empty: not at all
+    HugeVector<float> restVariance;              ///< see strobe::restVariance; if it was asked for
+};
+
+/// Reconstructs the recorded parts of the light and corrects the image.
+SharedLight shareLight(RecordedLight light, Film& film, bool findsErrors) {
     const LightParts shared = light.parts;
-    for (const PixelCorrection& correction : emissionCorrections(light))
+    const std::vector<PixelCorrection> corrections = emissionCorrections(light);
+    for (const PixelCorrection& correction : corrections)
         film.addToImage(correction.pixel, correction.value);
+    SharedLight out;
     if (shared.isEmpty())
-        return {};
+        return out;
+    if (findsErrors)
+        out.restVariance = restVariance(light, corrections);
     LightSharing sharing(std::move(light));
-    std::vector<HugeBuffer<PixelSharing>> parts;
     for (const LightPart part : {LightPart::Direct, LightPart::Indirect})
         if (shared.has(part)) {
             SharedPart sharedPart = sharing.share(part);
             film.addToImage(sharedPart.correction);
-            parts.push_back(std::move(sharedPart.pixels));
+            out.parts.push_back(std::move(sharedPart.pixels));
         }
-    return parts;
+    return out;
+}
+
+/// Returns the estimated standard errors of the pixels.
+std::vector<float> errorsOf(const SharedLight& light) {
+    std::vector<float> errors(light.restVariance.begin(), light.restVariance.end());
+    for (const auto& part : light.parts)
+        for (size_t i = 0; i < errors.size(); ++i)
+            errors[i] += part[i].variance;
+    for (float& error : errors)
+        error = std::sqrt(error);
+    return errors;
 }
 
 /// The parts of the light to share, and the numbers of samples.
@@ -104,12 +124,20 @@ class AdaptiveState : public IntegratorState {
                                               : "shares indirect light") +
                samples;
     }
-    void finish(Film& film) const override {
+    void finish(Film& film, std::vector<float>* errors) const override {
         if (!records())
             return;
         mergeRecordsOfSamePixels(film.records());
-        if (const auto parts = shareLight(m_frame->take(film), film); !parts.empty())
-            setLayers(parts, film);
+        const bool hasLayer = film.has(Aov::SharedError);
+        const SharedLight light = shareLight(m_frame->take(film), film, errors || hasLayer);
+        if (light.parts.empty())
+            return;
+        setLayers(light.parts, film);
+        std::vector<float> found = errorsOf(light);
+        if (hasLayer)
+            film.setPlane(Aov::SharedError, found);
+        if (errors)
+            *errors = std::move(found);
     }
 
   private:
@@ -135,12 +163,6 @@ class AdaptiveState : public IntegratorState {
         set(Aov::SharedWeight, [&](size_t i) { return mean(i, [](auto& pixel) { return pixel.weight; }); });
         set(Aov::SharedWidth,
             [&](size_t i) { return m_cellSize * mean(i, [](auto& pixel) { return pixel.width; }); });
-        set(Aov::SharedError, [&](size_t i) {
-            float sum = 0;
-            for (const auto& part : parts)
-                sum += part[i].variance;
-            return std::sqrt(sum);
-        });
     }
 
     const Scene& m_scene;
@@ -171,7 +193,7 @@ class AdaptiveCache : public Integrator {
     void mergeRecords(FilmRecords& records) const override { mergeRecordsOfSamePixels(records); }
     void finishMerged(Film& film) const override {
         if (!film.records().isEmpty())
-            shareLight(RecordedLight(film), film);
+            shareLight(RecordedLight(film), film, false);
     }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
         return std::make_unique<AdaptiveState>(scene, context, m_cellSize, m_chosen, m_adaptsSamples);

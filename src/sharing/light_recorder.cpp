@@ -1,6 +1,6 @@
 #include "sharing/light_recorder.h"
 
-#include "sharing/emission_refinement.h"
+#include "sharing/emission/emission_refinement.h"
 
 #include <algorithm>
 #include <bit>

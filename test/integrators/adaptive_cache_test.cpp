@@ -1,4 +1,5 @@
 // adaptive-cache against supersample.
+#include "core/render/passes.h"
 #include "integrators/sharing_support.h"
 #include "support/scene_files.h"
 

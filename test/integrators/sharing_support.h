@@ -1,10 +1,9 @@
 // Helpers of the integrators' tests.
 #pragma once
 
-#include "core/render/passes.h"
+#include "core/render/render.h"
 #include "support/render_text.h"
 
-#include <atomic>
 #include <cstring>
 
 namespace strobe::test {
@@ -99,16 +98,21 @@ inline Image renderInPasses(const BuiltScene& built, int passes, int tileSize = 
     RenderSettings settings;
     settings.tileSize = tileSize;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
-    std::atomic<int> done{0};
-    settings.stop = [&] { return done >= passes; };
-    PassGoal goal;
-    goal.noise = 0;
-    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
-    renderPasses(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
-                 settings, goal, 1 << 20, film, [&](const Film&, const RenderStats&) {
-                     ++done;
-                     return std::nullopt;
-                 });
+    settings.isPass = true;
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds), pass = film;
+    film.enableAccumulation();
+    pass.enableAccumulation();
+    Renderer renderer(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+                      settings, built.pixelBounds);
+    for (int i = 0; i < passes; ++i) {
+        if (i > 0)
+            renderer.restart(uint64_t(i), settings.samplesPerPixel, renderer.stats().samplesPerPixel);
+        pass.clear();
+        renderer.render(pass);
+        film.merge(pass);
+        built.integrator->mergeRecords(film.records());
+    }
+    renderer.finish(film);
     return film.image();
 }
 

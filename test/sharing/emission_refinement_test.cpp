@@ -1,5 +1,5 @@
 // The correction of light that camera rays hit directly.
-#include "sharing/emission_refinement.h"
+#include "sharing/emission/emission_refinement.h"
 
 #include "sharing/frame_light.h"
 

@@ -1,7 +1,7 @@
 // Pilots of adaptive-cache.
 #include "core/film/film.h"
 #include "core/render/shade_pilot.h"
-#include "sharing/emission_refinement.h"
+#include "sharing/emission/emission_refinement.h"
 #include "sharing/pilots/block_chooser.h"
 #include "sharing/pilots/sample_plan.h"
 #include "sharing/pilots/sharing_plan.h"

@@ -71,7 +71,7 @@ std::vector<AovInfo> lightAndSharingAovs() {
          {"Y"}},
         {SharedWeight, Sharing, "sharedweight", "weight of light of other pixels (adaptive-cache)", {"Y"}},
         {SharedWidth, Sharing, "sharedwidth", "mean width of the regions of this light, in pixels", {"Y"}},
-        {SharedError, Sharing, "sharederror", "estimated standard error of the light but emission", {"Y"}},
+        {SharedError, Sharing, "sharederror", "estimated standard error, mean of the channels", {"Y"}},
         {Variance,
          Sharing,
          "variance",

@@ -18,6 +18,16 @@ double studentProbability(double t, int dof) {
     return isOdd ? 2 / M_PI * (angle + sine * sum) : sine * sum;
 }
 
+/// Returns the noise that NoiseEstimate::kPixelFraction of the pixels do not exceed.
+double levelOf(std::vector<float> noise) {
+    if (noise.empty())
+        return kInfinity;
+    const auto count = size_t(std::ceil(NoiseEstimate::kPixelFraction * double(noise.size())));
+    const auto rank = noise.begin() + ptrdiff_t(std::min(count, noise.size()) - 1);
+    std::nth_element(noise.begin(), rank, noise.end());
+    return *rank;
+}
+
 } // namespace
 
 double studentQuantile(double probability, int dof) {
@@ -79,13 +89,14 @@ std::vector<float> NoiseEstimate::variances() const {
     return variances;
 }
 
-double NoiseEstimate::level() const {
-    std::vector<float> noise = pixels();
-    if (noise.empty())
-        return kInfinity;
-    const size_t rank = std::min(size_t(std::ceil(kPixelFraction * double(noise.size()))), noise.size()) - 1;
-    std::nth_element(noise.begin(), noise.begin() + ptrdiff_t(rank), noise.end());
-    return noise[rank];
+double NoiseEstimate::level() const { return levelOf(pixels()); }
+
+double noiseLevel(const Image& image, std::span<const float> errors) {
+    constexpr float kQuantile = 1.96f; // of the normal distribution, for NoiseEstimate::kConfidence
+    std::vector<float> noise(errors.begin(), errors.end());
+    for (size_t i = 0; i < noise.size(); ++i)
+        noise[i] *= kQuantile / std::max(luminance(image.pixels[i]), NoiseEstimate::kFloor);
+    return levelOf(std::move(noise));
 }
 
 } // namespace strobe

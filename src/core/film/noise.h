@@ -4,6 +4,7 @@
 #include "core/image/image.h"
 #include "core/math/api.h"
 
+#include <span>
 #include <vector>
 
 namespace STROBE_API strobe {
@@ -37,6 +38,10 @@ class NoiseEstimate {
     std::vector<float> m_mean;              ///< of each pixel's luminance
     std::vector<float> m_squaredDeviations; ///< from the mean, summed over the passes
 };
+
+/// Returns the noise level of an image whose pixels have these standard errors, row by row: that of
+/// NoiseEstimate::level with the quantile of the normal distribution.
+double noiseLevel(const Image& image, std::span<const float> errors);
 
 /// Returns the t for which P(|T| < t) = probability, where T has Student's t distribution with `dof` >= 1
 /// degrees of freedom.

@@ -114,8 +114,9 @@ class IntegratorState {
     virtual bool records() const { return observes(); }
     /// Adds a correction to the image of a film that holds all samples and records rendered so far, and sets
     /// layers of the film. The film's sums do not change; its records may become fewer, but add up to the
-    /// same. Removes what workers added to the state.
-    virtual void finish(Film& /*film*/) const {}
+    /// same. Removes what workers added to the state. If `errors` is not null and the errors of the corrected
+    /// pixels are known, it receives their estimated standard errors, row by row: means of the channels.
+    virtual void finish(Film& /*film*/, std::vector<float>* /*errors*/) const {}
 };
 
 /// The dependence of a sample's value on other samples.

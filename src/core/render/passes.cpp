@@ -43,10 +43,12 @@ class PassTimes {
 /// Chooses the samples per pixel of each pass.
 class PassSchedule {
   public:
-    /// With a noise target, all passes have settings.samplesPerPixel, otherwise `fewest` to `maxSamples`.
+    /// With a noise target, all passes have settings.samplesPerPixel, but at least `fewest`, otherwise
+    /// `fewest` to `maxSamples`.
     PassSchedule(const RenderSettings& settings, bool hasNoiseTarget, int fewest, int maxSamples)
         : m_hasNoiseTarget(hasNoiseTarget),
-          m_fewest(hasNoiseTarget ? settings.samplesPerPixel : std::min(fewest, maxSamples)),
+          m_fewest(hasNoiseTarget ? std::max(settings.samplesPerPixel, fewest)
+                                  : std::min(fewest, maxSamples)),
           m_maxSamples(maxSamples), m_samples(m_fewest), m_largest(m_samples) {}
 
     /// The samples of the current pass.
@@ -100,7 +102,7 @@ class PassLoop {
     PassLoop(const Scene& scene, const Integrator& integrator, const Shader& shader, const Sampler& sampler,
              const Filter& filter, const RenderSettings& settings, const PassGoal& goal, int maxSamples,
              Film& film)
-        : m_settings(settings), m_goal(goal), m_deadline(goal.deadline),
+        : m_integrator(integrator), m_settings(settings), m_goal(goal), m_deadline(goal.deadline),
           m_schedule(settings, goal.noise.has_value(), integrator.fewestSamplesOfPass(), maxSamples),
           m_film(film), m_passFilm(film.fullWidth(), film.fullHeight(), film.pixelBounds(), film.layers()),
           m_renderer(scene, integrator, shader, sampler, filter, passSettings(), film.pixelBounds()) {
@@ -112,20 +114,47 @@ class PassLoop {
 
     RenderStats run(const PassDone& done) {
         while (renderPass()) {
-            const RenderStats stats = statsSoFar();
-            if (const auto deadline = done(m_film, stats))
-                m_deadline = deadline;
+            if (isFinishDue())
+                finish(done);
+            else
+                m_integrator.mergeRecords(m_film.records());
             const bool isNoiseReached = m_noise && *m_noise <= *m_goal.noise;
-            if (isNoiseReached || isStopRequested() ||
-                !m_schedule.advance(deadlineOfPass(), stats.samplesPerPixel))
+            const uint64_t samples = m_renderer.stats().samplesPerPixel;
+            if (isNoiseReached || isStopRequested() || !m_schedule.advance(deadlineOfPass(), samples))
                 break;
-            m_renderer.restart(hashOf(m_settings.seed, m_passes), m_schedule.samples(),
-                               stats.samplesPerPixel);
+            m_renderer.restart(hashOf(m_settings.seed, m_passes), m_schedule.samples(), samples);
         }
+        if (!m_isFinished)
+            finish(done);
         return statsSoFar();
     }
 
   private:
+    /// The least time between two calls of Renderer::finish relative to that of a call.
+    static constexpr int kFinishInterval = 4;
+
+    /// Returns whether the film is to be finished after this pass even if it is not the last one.
+    bool isFinishDue() const {
+        return m_passes == 1 || Clock::now() - m_lastFinish >= kFinishInterval * m_finishTime;
+    }
+    void finish(const PassDone& done) {
+        const Clock::time_point start = Clock::now();
+        std::vector<float> errors;
+        m_renderer.finish(m_film, m_goal.noise ? &errors : nullptr);
+        m_lastFinish = Clock::now();
+        m_finishTime = m_lastFinish - start;
+        m_isFinished = true;
+        if (m_goal.noise)
+            updateNoise(errors);
+        if (const auto deadline = done(m_film, statsSoFar()))
+            m_deadline = deadline;
+    }
+    /// `errors`: those that Renderer::finish estimated. Without them, the passes show the noise.
+    void updateNoise(std::span<const float> errors) {
+        m_noise = errors.empty() ? m_estimate.level() : noiseLevel(m_film.image(), errors);
+        if (m_film.has(Aov::Variance))
+            m_film.setPlane(Aov::Variance, m_estimate.variances());
+    }
     /// Returns the deadline for the samples of a pass, which leaves time to finish the film.
     std::optional<Clock::time_point> deadlineOfPass() const {
         if (!m_deadline)
@@ -169,22 +198,13 @@ class PassLoop {
         }
         ++m_passes;
         m_film.merge(m_passFilm);
+        m_isFinished = false;
         // The first pass also has the time of Integrator::begin, which is no part of others.
         const double begin = m_passes == 1 ? m_renderer.stats().beginSeconds : 0;
         m_schedule.recordTime(-secondsUntil(start) - begin);
-        const Clock::time_point finish = Clock::now();
-        m_renderer.finish(m_film);
-        m_finishTime = Clock::now() - finish;
         if (m_goal.noise)
-            updateNoise();
+            m_estimate.add(m_passFilm.image());
         return true;
-    }
-
-    void updateNoise() {
-        m_estimate.add(m_passFilm.image());
-        m_noise = m_estimate.level();
-        if (m_film.has(Aov::Variance))
-            m_film.setPlane(Aov::Variance, m_estimate.variances());
     }
 
     RenderStats statsSoFar() const {
@@ -193,10 +213,13 @@ class PassLoop {
         return stats;
     }
 
+    const Integrator& m_integrator;
     const RenderSettings& m_settings;
     const PassGoal& m_goal;
     std::optional<Clock::time_point> m_deadline;
     Clock::duration m_finishTime{}; ///< that the last Renderer::finish took
+    Clock::time_point m_lastFinish;
+    bool m_isFinished = false; ///< m_film
     PassSchedule m_schedule;
     int m_passes = 0;
     Film& m_film;

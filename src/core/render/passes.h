@@ -12,21 +12,24 @@ struct PassGoal {
     using Clock = std::chrono::steady_clock;
     /// No pass but the first continues after it.
     std::optional<Clock::time_point> deadline;
-    /// Passes continue until NoiseEstimate::level is at most this.
+    /// Passes continue until the noise level is at most this: that of the errors that Renderer::finish
+    /// estimates, otherwise NoiseEstimate::level.
     std::optional<double> noise;
 };
 
-/// Called after each pass with the film and the statistics so far. Returns a new deadline, e.g. one that
+/// Called with the finished film and the statistics so far: after the first and the last pass, and after
+/// others as long as Renderer::finish takes a small part of the time. Returns a new deadline, e.g. one that
 /// leaves time to write the image, or nothing to keep the previous one.
 using PassDone = std::function<std::optional<PassGoal::Clock::time_point>(const Film&, const RenderStats&)>;
 
 /// Renders independent passes, each with a seed and caches of its own, and accumulates them in the film.
 ///
-/// With goal.noise, each pass has settings.samplesPerPixel samples per pixel. With a deadline alone, the
-/// first pass has Integrator::fewestSamplesOfPass, at most `maxSamples`; the next ones grow by factors of
-/// four up to `maxSamples` (fewer passes stratify samples and share shades better), and shrink to fit the
-/// time that is left. A pass that is interrupted by the deadline or by settings.stop is discarded, so all
-/// pixels have equally many samples; the first pass is never interrupted.
+/// With goal.noise, each pass has settings.samplesPerPixel samples per pixel, but at least
+/// Integrator::fewestSamplesOfPass. With a deadline alone, the first pass has the latter, at most
+/// `maxSamples`; the next ones grow by factors of four up to `maxSamples` (fewer passes stratify samples and
+/// share shades better), and shrink to fit the time that is left. A pass that is interrupted by the deadline
+/// or by settings.stop is discarded, so all pixels have equally many samples; the first pass is never
+/// interrupted.
 ///
 /// settings.onTileDone is called in the first pass only. The film is made to accumulate; its layer
 /// Aov::Variance, if any, is set if there is a noise target.

@@ -127,11 +127,11 @@ bool Renderer::render(Film& film) {
     return isFinished;
 }
 
-void Renderer::finish(Film& film) {
+void Renderer::finish(Film& film, std::vector<float>* errors) {
     if (!m_state)
         return;
     const auto start = std::chrono::steady_clock::now();
-    runOnThreads(threadCount(m_settings), [&] { m_state->finish(film); });
+    runOnThreads(threadCount(m_settings), [&] { m_state->finish(film, errors); });
     const double seconds = secondsSince(start);
     m_stats.finishSeconds += seconds;
     m_stats.seconds += seconds;

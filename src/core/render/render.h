@@ -30,8 +30,8 @@ class Renderer {
     /// Makes the next `render` render this slice of the same samples.
     void setSlice(const SampleSlice& slice);
 
-    /// Completes a film that holds all samples rendered so far: IntegratorState::finish.
-    void finish(Film& film);
+    /// Completes a film that holds all samples rendered so far: see IntegratorState::finish.
+    void finish(Film& film, std::vector<float>* errors = nullptr);
 
     /// The statistics of all passes so far.
     const RenderStats& stats() const { return m_stats; }

@@ -87,7 +87,7 @@ struct RenderStats {
     double beginSeconds = 0, finishSeconds = 0; ///< of these, Integrator::begin and IntegratorState::finish
     int passes = 0;                             ///< over all pixels
     uint64_t samplesPerPixel = 0;
-    std::optional<double> noise; ///< NoiseEstimate::level, if it was estimated
+    std::optional<double> noise; ///< see PassGoal::noise; if it was estimated
     std::string integratorNote;  ///< IntegratorState::note
 };
 

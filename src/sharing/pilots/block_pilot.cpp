@@ -1,6 +1,6 @@
 #include "sharing/pilots/block_pilot.h"
 
-#include "sharing/emission_refinement.h"
+#include "sharing/emission/emission_refinement.h"
 #include "sharing/light_recorder.h"
 #include "sharing/reconstruction.h"
 

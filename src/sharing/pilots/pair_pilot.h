@@ -3,7 +3,7 @@
 
 #include "core/render/integrator.h"
 #include "core/util/parallel.h"
-#include "sharing/emission_refinement.h"
+#include "sharing/emission/emission_refinement.h"
 #include "sharing/pilots/brightness.h"
 
 #include <algorithm>

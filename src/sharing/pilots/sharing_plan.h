@@ -1,7 +1,7 @@
 // A decision before the render: which parts of the light to share.
 #pragma once
 
-#include "sharing/emission_refinement.h"
+#include "sharing/emission/emission_refinement.h"
 #include "sharing/pilots/pair_pilot.h"
 
 #include <optional>

@@ -60,9 +60,6 @@ HalfPart partOf(const HalfBytes& half, size_t first, size_t stride) {
 
 PixelEmission::Half emissionOfHalf(const HalfBytes& half) {
     PixelEmission::Half out;
-    if (!half.sums)
-        return out;
-    out.v = float(half.sum(0).value());
     if (half.emission) {
         for (int c = 0; c < 3; ++c)
             out.emitted[c] = float(half.emissionSum(size_t(c)).value());
@@ -239,6 +236,7 @@ void RecordedLight::joinRow(int y, const std::vector<const TileLightReader*>& ti
 /// Sets the weights and the light of a half of a pixel of a record.
 void RecordedLight::setHalf(size_t pixel, int half, const HalfBytes& from) {
     m_weights[kHalves * pixel + size_t(half)] = {from.weight(0) + from.weight(1), from.weight(0)};
+    m_radiance[kHalves * pixel + size_t(half)] = from.sums ? float(from.sum(0).value()) : 0;
     const size_t stride = parts == LightParts::all() ? 3 * kParts : 3;
     size_t first = 1;
     for (const LightPart part : kAllParts)

@@ -27,7 +27,7 @@ struct PixelEmission {
     struct Half {
         Rgb emitted{0}; ///< FirstVertex::emitted
         // Moments of the emission e and of the whole radiance v: means of the channels.
-        float v = 0, ee = 0, ve = 0;
+        float ee = 0, ve = 0;
     };
     uint32_t pixel = 0; ///< row by row in the pixel bounds
     Half halves[kHalves];
@@ -94,6 +94,9 @@ class RecordedLight {
     }
     /// Returns the sum of the filter weights of the samples of a pixel.
     int32_t weight(size_t pixel) const { return weights(pixel, 0).all + weights(pixel, 1).all; }
+    /// Returns the sum of the whole radiance of the samples, weighted by the pixel filter: mean of the
+    /// channels.
+    float radiance(size_t pixel, int half) const { return m_radiance[kHalves * pixel + size_t(half)]; }
     // Precondition: the part was recorded.
     const HalfPart& light(LightPart part, size_t pixel, int half) const {
         return m_light[int(part)][kHalves * pixel + size_t(half)];
@@ -129,6 +132,7 @@ class RecordedLight {
 
     // By pixel and half:
     HugeBuffer<HalfWeights> m_weights;
+    HugeBuffer<float> m_radiance;
     HugeBuffer<HalfPart> m_light[kParts];                 ///< empty: not recorded
     HugeBuffer<std::span<const PixelUse>> m_uses;         ///< by pixel
     std::vector<std::shared_ptr<const char>> m_useMemory; ///< that the uses are in

@@ -18,7 +18,7 @@ HalfPart partOf(const HalfLight& half, LightPart part) {
 }
 
 PixelEmission::Half emissionOfHalf(const HalfLight& half) {
-    return {half.emitted.value(), float(half.v.value()), float(half.ee.value()), float(half.ve.value())};
+    return {half.emitted.value(), float(half.ee.value()), float(half.ve.value())};
 }
 
 /// All that a rare sample holds, by which an order of samples does not depend on that of rendering.
@@ -33,6 +33,7 @@ RecordedLight::RecordedLight(const PixelBounds& bounds, LightParts recorded)
     : pixelBounds(bounds), parts(recorded) {
     const size_t count = size_t(bounds.width()) * size_t(bounds.height());
     m_weights.resize(kHalves * count);
+    m_radiance.resize(kHalves * count);
     for (const LightPart part : kAllParts)
         if (parts.has(part))
             m_light[int(part)].resize(kHalves * count);
@@ -51,6 +52,7 @@ void RecordedLight::setPixel(size_t index, PixelLight& light, PixelLists& lists)
     for (int half = 0; half < kHalves; ++half) {
         const HalfLight& from = light.halves[half];
         m_weights[kHalves * index + size_t(half)] = {from.weight(), from.quarters[0].weight()};
+        m_radiance[kHalves * index + size_t(half)] = float(from.v.value());
         for (const LightPart part : kAllParts)
             if (parts.has(part))
                 this->light(part, index, half) = partOf(from, part);
@@ -115,6 +117,7 @@ void RecordedLight::clearPixelsWithout(std::span<const TileSums> tiles) {
             m_uses[i] = {};
             for (size_t half = kHalves * i; half < kHalves * (i + 1); ++half) {
                 m_weights[half] = {};
+                m_radiance[half] = 0;
                 for (auto& ofPart : m_light)
                     if (!ofPart.empty())
                         ofPart[half] = {};

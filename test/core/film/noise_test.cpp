@@ -90,6 +90,17 @@ TEST(NoiseEstimate, NoiseOfDarkPixelsIsRelativeToTheFloor) {
     EXPECT_NEAR(dark.level(), 1.984 * 0.01 / 10 / NoiseEstimate::kFloor, 0.1 * dark.level());
 }
 
+TEST(NoiseLevel, IsThatOfThePixelAtTheFraction) {
+    Image image{10, 10, std::vector<Rgb>(100)};
+    std::vector<float> errors;
+    for (int i = 0; i < 100; ++i) {
+        image.pixels[size_t(i)] = Rgb(i % 2 ? 0.05f : 2.f); // the darker ones are below the floor
+        errors.push_back(float(i + 1) * (i % 2 ? NoiseEstimate::kFloor : 2.f));
+    }
+    EXPECT_NEAR(noiseLevel(image, errors), 1.96 * 95, 1e-3);
+    EXPECT_EQ(noiseLevel(Image(), {}), double(kInfinity));
+}
+
 TEST(NoiseEstimate, PixelsBelowTheMeanVarianceOfTheirNeighborsUseIt) {
     NoiseEstimate estimate;
     for (int p = 0; p < 6; ++p) {

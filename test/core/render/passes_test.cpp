@@ -99,6 +99,16 @@ TEST(Passes, NoiseTargetsAreMet) {
     }
 }
 
+/// Passes of one sample cannot share.
+TEST(Passes, OfANoiseTargetHaveTheFewestSamplesThatShare) {
+    const BuiltScene built = buildWith("adaptive-cache", 1);
+    Film film = filmOf(built);
+    PassGoal goal;
+    goal.noise = 10;
+    const RenderStats stats = renderInPasses(built, 1, goal, film);
+    EXPECT_EQ(stats.samplesPerPixel, 2u * stats.passes);
+}
+
 TEST(Passes, DeadlinesAreKept) {
     for (const char* integrator : {"supersample", "msaa-cache"}) {
         const BuiltScene built = buildWith(integrator);
@@ -152,7 +162,7 @@ class SlowIntegrator : public Integrator {
       public:
         explicit State(std::unique_ptr<IntegratorState> state) : m_state(std::move(state)) {}
         std::unique_ptr<IntegratorWorker> makeWorker() override { return m_state->makeWorker(); }
-        void finish(Film&) const override { std::this_thread::sleep_for(kFinish); }
+        void finish(Film&, std::vector<float>*) const override { std::this_thread::sleep_for(kFinish); }
 
       private:
         std::unique_ptr<IntegratorState> m_state;
@@ -172,10 +182,12 @@ TEST(Passes, OnlySamplesTakeTimeInProportionToTheirNumber) {
     renderInPasses(built, 1, goal, film, 1 << 20,
                    [&](const Film&, const RenderStats& stats) -> std::optional<Clock::time_point> {
                        samples.push_back(stats.samplesPerPixel);
-                       // There is time for a pass of milliseconds, and to finish the film once.
-                       return Clock::now() + (samples.size() == 1 ? 2 : -1) * SlowIntegrator::kFinish;
+                       // There is time for passes of milliseconds, and to finish the film once.
+                       return Clock::now() + 2 * SlowIntegrator::kFinish;
                    });
-    EXPECT_EQ(samples, (std::vector<uint64_t>{1, 5}));
+    ASSERT_EQ(samples.size(), 2u) << "for the first and the last pass";
+    EXPECT_EQ(samples[0], 1u);
+    EXPECT_GE(samples[1], 5u);
     goal.deadline = Clock::now() + 10 * SlowIntegrator::kBegin;
     Film other = filmOf(built);
     EXPECT_EQ(renderInPasses(built, 1, goal, other, 1 << 20,
@@ -184,6 +196,28 @@ TEST(Passes, OnlySamplesTakeTimeInProportionToTheirNumber) {
                              })
                   .samplesPerPixel,
               1u);
+}
+
+/// Most of the time is for samples, even if a pass takes less time than to finish the film.
+TEST(Passes, FinishTheFilmNowAndThen) {
+    BuiltScene built = buildWith("supersample");
+    const std::shared_ptr<const Integrator> fast = std::exchange(built.integrator, {});
+    built.integrator = std::make_shared<SlowIntegrator>(*fast);
+    Film film = filmOf(built);
+    PassGoal goal;
+    goal.noise = 0;
+    goal.deadline = Clock::now() + SlowIntegrator::kBegin + 7 * SlowIntegrator::kFinish;
+    int finished = 0;
+    const RenderStats stats =
+        renderInPasses(built, 1, goal, film, 1, [&](const Film& image, const RenderStats& now) {
+            ++finished;
+            EXPECT_EQ(image.sums().front().validCount(), now.samplesPerPixel);
+            return std::nullopt;
+        });
+    EXPECT_LE(finished, 3) << "after the first pass, at most one within 7 times the duration, and the last";
+    EXPECT_GE(finished, 2);
+    EXPECT_GT(stats.passes, finished);
+    EXPECT_EQ(film.sums().front().validCount(), stats.samplesPerPixel);
 }
 
 TEST(Passes, SampleCountsGrowUpToTheMaximum) {

@@ -65,14 +65,15 @@ Rgb emissionOf(const Scene& scene, const VisibilitySample& sample);
 struct PixelCorrection {
     size_t pixel; ///< row by row
     Rgb value;
+    float replaced; ///< of the emission of the samples: in [0,1]
 };
 
-/// Returns the corrections of the pixels in RecordedLight::refined. The emission is a control
-/// variate: the correction is the difference between the mean emission of RecordedLight::refined and that of
-/// the samples, times the regression coefficient of the radiance on the emission. The coefficient is 1 for a
-/// bright lamp, and 0 for a background that is as bright as the objects in front of it. The coefficient of
-/// one half of a pixel depends on the other half and on the eight neighbors only. Therefore it does not bias
-/// the result.
+/// Returns the corrections of the pixels in RecordedLight::refined, by ascending pixel. The emission is a
+/// control variate: the correction is the difference between the mean emission of RecordedLight::refined and
+/// that of the samples, times the regression coefficient of the radiance on the emission. The coefficient is
+/// 1 for a bright lamp, and 0 for a background that is as bright as the objects in front of it. The
+/// coefficient of one half of a pixel depends on the other half and on the eight neighbors only. Therefore it
+/// does not bias the result.
 std::vector<PixelCorrection> emissionCorrections(const RecordedLight& light);
 
 } // namespace strobe

@@ -1,4 +1,4 @@
-#include "sharing/emission_refinement.h"
+#include "sharing/emission/emission_refinement.h"
 
 #include "core/render/visibility_tracer.h"
 #include "core/util/parallel.h"
@@ -10,9 +10,9 @@ namespace strobe {
 /// Sums over samples of the emission e and the radiance v of a pixel or several.
 struct EmissionMoments {
     float count = 0, v = 0, e = 0, ee = 0, ve = 0;
-    void add(const PixelEmission::Half& half, int32_t weight) {
+    void add(const PixelEmission::Half& half, int32_t weight, float radiance) {
         count += float(weight);
-        v += half.v;
+        v += radiance;
         e += (half.emitted.x + half.emitted.y + half.emitted.z) / 3;
         ee += half.ee;
         ve += half.ve;
@@ -90,7 +90,8 @@ EmissionNoise noiseFromOthers(const RecordedLight& light, int x, int y, int half
             EmissionMoments moments;
             for (int h = 0; h < kHalves; ++h)
                 if (!isSame || h != half)
-                    moments.add(pixel.halves[h], light.weights(pixel.pixel, h).all);
+                    moments.add(pixel.halves[h], light.weights(pixel.pixel, h).all,
+                                light.radiance(pixel.pixel, h));
             const float weight = isSame ? 1.f : 0.125f;
             variance += weight * moments.variance();
             covariance += weight * moments.covariance();
@@ -270,6 +271,7 @@ std::vector<PixelCorrection> emissionCorrections(const RecordedLight& light) {
         const auto recorded = light.emissionOf(pixel, pixel + 1);
         const float more = float(refined.sum.weight());
         Rgb correction(0);
+        float replaced = 0;
         for (int half = 0; half < kHalves; ++half) {
             const float weight = float(light.weights(pixel, half).all);
             if (!(weight > 0) || !(own > 0))
@@ -277,9 +279,11 @@ std::vector<PixelCorrection> emissionCorrections(const RecordedLight& light) {
             const Rgb emitted = recorded.empty() ? Rgb(0) : recorded.front().halves[half].emitted;
             const Rgb difference = refined.sum.mean() - emitted * (1 / weight);
             const float coefficient = noiseFromOthers(light, x, y, half).coefficient;
-            correction += difference * (coefficient * more / (own + more) * weight / own);
+            const float fraction = coefficient * more / (own + more) * weight / own;
+            correction += difference * fraction;
+            replaced += fraction;
         }
-        corrections[i] = {pixel, correction};
+        corrections[i] = {pixel, correction, replaced};
     });
     return corrections;
 }

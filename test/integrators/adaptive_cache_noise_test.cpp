@@ -1,0 +1,76 @@
+// The errors that adaptive-cache estimates.
+#include "core/film/noise.h"
+#include "core/render/passes.h"
+#include "integrators/sharing_support.h"
+#include "support/scene_files.h"
+
+#include <gtest/gtest.h>
+
+namespace strobe {
+namespace {
+
+/// A diffuse corner with a moving ball under a lamp and a bright sky, which the camera sees.
+std::string makeScene(int samples) {
+    return R"(
+Film "image" "integer xresolution" 48 "integer yresolution" 36
+Sampler "sobol" "integer pixelsamples" )" +
+           std::to_string(samples) + R"(
+Integrator "path"
+LookAt 0 2 -6  0 1.2 0  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+LightSource "infinite" "rgb L" [.1 .12 .15]
+AttributeBegin
+  Translate 1.2 2.6 0
+  AreaLightSource "diffuse" "rgb L" [40 40 40]
+  Shape "sphere" "float radius" .2
+AttributeEnd
+)" + test::kCorner;
+}
+
+struct NoiseRender {
+    Image image;
+    RenderStats stats;
+};
+
+NoiseRender renderUntil(double noise, const std::string& integrator, const std::vector<std::string>& defines,
+                        uint64_t seed) {
+    const BuiltScene built = test::buildWith(integrator, makeScene(4), defines);
+    RenderSettings settings;
+    settings.samplesPerPixel = built.sampler.samplesPerPixel;
+    settings.seed = seed;
+    PassGoal goal;
+    goal.noise = noise;
+    Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
+    RenderStats stats =
+        renderPasses(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
+                     settings, goal, 1, film, [](const Film&, const RenderStats&) { return std::nullopt; });
+    return {film.image(), std::move(stats)};
+}
+
+/// Whether the light of all parts is shared or that of one, with a fraction of the samples of supersample.
+TEST(AdaptiveCacheNoise, TargetsAreMet) {
+    constexpr double kTarget = 0.1;
+    const Image reference = test::render(test::buildWith("supersample", makeScene(2048)), 99).image;
+    const uint64_t own = renderUntil(kTarget, "supersample", {}, 1).stats.total.visibilitySamples;
+    for (const char* const share : {"share=both", "share=indirect"}) {
+        size_t covered = 0, pixels = 0;
+        uint64_t samples = 0;
+        constexpr uint64_t kSeeds = 4;
+        for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+            const NoiseRender result = renderUntil(kTarget, "adaptive-cache", {share}, seed);
+            EXPECT_LE(*result.stats.noise, kTarget);
+            samples += result.stats.total.visibilitySamples;
+            for (size_t i = 0; i < reference.pixels.size(); ++i, ++pixels) {
+                const double expected = luminance(reference.pixels[i]);
+                covered += std::abs(luminance(result.image.pixels[i]) - expected) <=
+                           kTarget * std::max<double>(expected, NoiseEstimate::kFloor);
+            }
+        }
+        EXPECT_GE(double(covered) / double(pixels), NoiseEstimate::kPixelFraction) << share;
+        EXPECT_LT(3 * samples, kSeeds * own) << share;
+    }
+}
+
+} // namespace
+} // namespace strobe
