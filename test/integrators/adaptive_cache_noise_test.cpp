@@ -31,21 +31,28 @@ AttributeEnd
 struct NoiseRender {
     Image image;
     RenderStats stats;
+    std::vector<int> finished; ///< the passes after which the film was finished
 };
 
 NoiseRender renderUntil(double noise, const std::string& integrator, const std::vector<std::string>& defines,
-                        uint64_t seed) {
+                        uint64_t seed, int threads = 2) {
     const BuiltScene built = test::buildWith(integrator, makeScene(4), defines);
     RenderSettings settings;
     settings.samplesPerPixel = built.sampler.samplesPerPixel;
     settings.seed = seed;
+    settings.threads = threads;
     PassGoal goal;
     goal.noise = noise;
     Film film(built.resolution.x, built.resolution.y, built.pixelBounds);
-    RenderStats stats =
+    NoiseRender out;
+    out.stats =
         renderPasses(*built.scene, *built.integrator, *built.shader, *built.sampler.sampler, *built.filter,
-                     settings, goal, 1, film, [](const Film&, const RenderStats&) { return std::nullopt; });
-    return {film.image(), std::move(stats)};
+                     settings, goal, 1, film, [&](const Film&, const RenderStats& stats) {
+                         out.finished.push_back(stats.passes);
+                         return std::nullopt;
+                     });
+    out.image = film.image();
+    return out;
 }
 
 /// Whether the light of all parts is shared or that of one, with a fraction of the samples of supersample.
@@ -70,6 +77,15 @@ TEST(AdaptiveCacheNoise, TargetsAreMet) {
         EXPECT_GE(double(covered) / double(pixels), NoiseEstimate::kPixelFraction) << share;
         EXPECT_LT(3 * samples, kSeeds * own) << share;
     }
+}
+
+/// Which passes are finished decides about their number, and does not depend on the time.
+TEST(AdaptiveCacheNoise, PassesDoNotDependOnThreads) {
+    const NoiseRender one = renderUntil(0.06, "adaptive-cache", {"share=both"}, 5, 1),
+                      three = renderUntil(0.06, "adaptive-cache", {"share=both"}, 5, 3);
+    EXPECT_TRUE(test::haveEqualBits(one.image, three.image));
+    EXPECT_EQ(one.finished, three.finished);
+    EXPECT_LT(2 * int(one.finished.size()), one.stats.passes);
 }
 
 } // namespace

@@ -130,12 +130,13 @@ class PassLoop {
     }
 
   private:
-    /// The least time between two calls of Renderer::finish relative to that of a call.
-    static constexpr int kFinishInterval = 4;
-
-    /// Returns whether the film is to be finished after this pass even if it is not the last one.
+    /// Returns whether the film is to be finished after this pass even if it is not the last one. With a
+    /// noise target, that does not depend on the time, as it decides about the number of passes.
     bool isFinishDue() const {
-        return m_passes == 1 || Clock::now() - m_lastFinish >= kFinishInterval * m_finishTime;
+        constexpr int kInterval = 4; // between two calls of Renderer::finish, relative to the time of a call
+        if (m_goal.noise)
+            return m_passes >= m_nextFinish;
+        return m_passes == 1 || Clock::now() - m_lastFinish >= kInterval * m_finishTime;
     }
     void finish(const PassDone& done) {
         const Clock::time_point start = Clock::now();
@@ -152,8 +153,15 @@ class PassLoop {
     /// `errors`: those that Renderer::finish estimated. Without them, the passes show the noise.
     void updateNoise(std::span<const float> errors) {
         m_noise = errors.empty() ? m_estimate.level() : noiseLevel(m_film.image(), errors);
+        m_nextFinish = errors.empty() ? m_passes + 1 : nextFinish();
         if (m_film.has(Aov::Variance))
             m_film.setPlane(Aov::Variance, m_estimate.variances());
+    }
+    /// Returns the pass to finish the film after. Noise falls with the root of the number of passes.
+    int nextFinish() const {
+        const double needed = m_passes * sqr(*m_noise / *m_goal.noise);
+        const double next = std::min(2.0 * m_passes, std::max(1.125 * m_passes, 0.9 * needed));
+        return std::max(int(next), m_passes + 1);
     }
     /// Returns the deadline for the samples of a pass, which leaves time to finish the film.
     std::optional<Clock::time_point> deadlineOfPass() const {
@@ -219,6 +227,7 @@ class PassLoop {
     std::optional<Clock::time_point> m_deadline;
     Clock::duration m_finishTime{}; ///< that the last Renderer::finish took
     Clock::time_point m_lastFinish;
+    int m_nextFinish = 1;      ///< with a noise target: the pass to finish the film after
     bool m_isFinished = false; ///< m_film
     PassSchedule m_schedule;
     int m_passes = 0;

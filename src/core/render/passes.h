@@ -17,8 +17,9 @@ struct PassGoal {
     std::optional<double> noise;
 };
 
-/// Called with the finished film and the statistics so far: after the first and the last pass, and after
-/// others as long as Renderer::finish takes a small part of the time. Returns a new deadline, e.g. one that
+/// Called with the finished film and the statistics so far: after the first and the last pass. After others,
+/// the film is finished as long as Renderer::finish takes a small part of the time, or, with a noise target,
+/// where the errors that it estimates may have reached the target. Returns a new deadline, e.g. one that
 /// leaves time to write the image, or nothing to keep the previous one.
 using PassDone = std::function<std::optional<PassGoal::Clock::time_point>(const Film&, const RenderStats&)>;
 

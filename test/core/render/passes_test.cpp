@@ -205,7 +205,6 @@ TEST(Passes, FinishTheFilmNowAndThen) {
     built.integrator = std::make_shared<SlowIntegrator>(*fast);
     Film film = filmOf(built);
     PassGoal goal;
-    goal.noise = 0;
     goal.deadline = Clock::now() + SlowIntegrator::kBegin + 7 * SlowIntegrator::kFinish;
     int finished = 0;
     const RenderStats stats =
