@@ -136,7 +136,8 @@ class PassLoop {
         constexpr int kInterval = 4; // between two calls of Renderer::finish, relative to the time of a call
         if (m_goal.noise)
             return m_passes >= m_nextFinish;
-        return m_passes == 1 || Clock::now() - m_lastFinish >= kInterval * m_finishTime;
+        return m_passes == 1 || m_film.records().isEmpty() || // there is nothing to finish the film with
+               Clock::now() - m_lastFinish >= kInterval * m_finishTime;
     }
     void finish(const PassDone& done) {
         const Clock::time_point start = Clock::now();

@@ -162,7 +162,11 @@ class SlowIntegrator : public Integrator {
       public:
         explicit State(std::unique_ptr<IntegratorState> state) : m_state(std::move(state)) {}
         std::unique_ptr<IntegratorWorker> makeWorker() override { return m_state->makeWorker(); }
-        void finish(Film&, std::vector<float>*) const override { std::this_thread::sleep_for(kFinish); }
+        void finish(Film& film, std::vector<float>*) const override {
+            std::this_thread::sleep_for(kFinish);
+            if (film.records().isEmpty())
+                film.records().add(FilmRecord());
+        }
 
       private:
         std::unique_ptr<IntegratorState> m_state;
