@@ -309,7 +309,7 @@ float samplesPerPixel(const RecordedLight& light) {
 struct LightSharing::Data {
     explicit Data(RecordedLight recorded);
     SharedPart share(LightPart part);
-    void shareRareLight(LightPart part, const Mixture& mixture, HugeVector<Rgb>& correction) const;
+    void shareRareLight(LightPart part, const Mixture& mixture, SharedPart& out) const;
 
     RecordedLight light;
     RareLight rare[kParts];
@@ -343,14 +343,13 @@ SharedPart LightSharing::Data::share(LightPart part) {
     light.freeLight(part);
     SharedPart out = mixture.mix();
     if (!rare[int(part)].isEmpty())
-        shareRareLight(part, mixture, out.correction);
+        shareRareLight(part, mixture, out);
     return out;
 }
 
 /// Replaces the rare light of each pixel's own samples, as far as it is spread, by that of the regions around
 /// its cells, scaled such that the sum of the image remains.
-void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture,
-                                        HugeVector<Rgb>& correction) const {
+void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture, SharedPart& out) const {
     Totals own;
     for (const PixelRareSample& sample : light.rare)
         if (sample.part == int(part)) {
@@ -359,14 +358,20 @@ void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture,
             const float fraction = ofPart.rarity(sample.cell) * ofPart.spread(sample.cell);
             const Rgb rareLight = sample.albedo * sample.light * (fraction / std::max(weight, 1.f));
             own.add(rareLight);
-            correction[sample.pixel] -= rareLight;
+            out.correction[sample.pixel] -= rareLight;
         }
     const Totals shared =
-        totalsOf(correction.size(), [&](Totals& sum, size_t i) { sum.add(mixture.meanOfLastLane(i)); });
+        totalsOf(out.correction.size(), [&](Totals& sum, size_t i) { sum.add(mixture.meanOfLastLane(i)); });
     Rgb scale;
     for (int c = 0; c < 3; ++c)
         scale[c] = shared.rgb[c] > 0 ? float(own.rgb[c] / shared.rgb[c]) : 0;
-    parallelForRuns(correction.size(), [&](size_t i) { correction[i] += mixture.meanOfLastLane(i) * scale; });
+    parallelForRuns(out.correction.size(), [&](size_t i) {
+        // The error is that of the mean of some samples in overlapping regions: their number is measured.
+        constexpr float kSamples = 10;
+        const Rgb rareLight = mixture.meanOfLastLane(i) * scale;
+        out.correction[i] += rareLight;
+        out.pixels[i].variance += sum(rareLight * rareLight) / (3 * kSamples);
+    });
 }
 
 LightSharing::LightSharing(RecordedLight light) : m_data(new Data(std::move(light))) {}

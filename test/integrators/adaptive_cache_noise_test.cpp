@@ -2,17 +2,16 @@
 #include "core/film/noise.h"
 #include "core/render/passes.h"
 #include "integrators/sharing_support.h"
-#include "support/scene_files.h"
 
 #include <gtest/gtest.h>
 
 namespace strobe {
 namespace {
 
-/// A diffuse corner with a moving ball under a lamp and a bright sky, which the camera sees.
+/// A corner with a ball that moves, under a lamp that the camera sees.
 std::string makeScene(int samples) {
     return R"(
-Film "image" "integer xresolution" 48 "integer yresolution" 36
+Film "image" "integer xresolution" 64 "integer yresolution" 48
 Sampler "sobol" "integer pixelsamples" )" +
            std::to_string(samples) + R"(
 Integrator "path"
@@ -25,7 +24,15 @@ AttributeBegin
   AreaLightSource "diffuse" "rgb L" [40 40 40]
   Shape "sphere" "float radius" .2
 AttributeEnd
-)" + test::kCorner;
+Material "matte" "rgb Kd" [.8 .7 .5]
+Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 0 2  9 0 2  9 9 2  -9 9 2]
+Translate -1.2 1 0
+ActiveTransform EndTime
+Translate .5 0 0
+ActiveTransform All
+Shape "sphere" "float radius" .7
+)";
 }
 
 struct NoiseRender {
@@ -81,8 +88,8 @@ TEST(AdaptiveCacheNoise, TargetsAreMet) {
 
 /// Which passes are finished decides about their number, and does not depend on the time.
 TEST(AdaptiveCacheNoise, PassesDoNotDependOnThreads) {
-    const NoiseRender one = renderUntil(0.06, "adaptive-cache", {"share=both"}, 5, 1),
-                      three = renderUntil(0.06, "adaptive-cache", {"share=both"}, 5, 3);
+    const NoiseRender one = renderUntil(0.03, "adaptive-cache", {"share=both"}, 5, 1),
+                      three = renderUntil(0.03, "adaptive-cache", {"share=both"}, 5, 3);
     EXPECT_TRUE(test::haveEqualBits(one.image, three.image));
     EXPECT_EQ(one.finished, three.finished);
     EXPECT_LT(2 * int(one.finished.size()), one.stats.passes);
