@@ -366,8 +366,7 @@ void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture, 
     for (int c = 0; c < 3; ++c)
         scale[c] = shared.rgb[c] > 0 ? float(own.rgb[c] / shared.rgb[c]) : 0;
     parallelForRuns(out.correction.size(), [&](size_t i) {
-        // The error is that of the mean of some samples in overlapping regions: their number is measured.
-        constexpr float kSamples = 10;
+        constexpr float kSamples = 10; // in regions of five (median of eight scenes), which overlap
         const Rgb rareLight = mixture.meanOfLastLane(i) * scale;
         out.correction[i] += rareLight;
         out.pixels[i].variance += sum(rareLight * rareLight) / (3 * kSamples);
