@@ -58,7 +58,7 @@ std::vector<float> errorsOf(const SharedLight& light) {
     std::vector<float> errors(light.restVariance.begin(), light.restVariance.end());
     for (const auto& part : light.parts)
         for (size_t i = 0; i < errors.size(); ++i)
-            errors[i] += part[i].variance;
+            errors[i] += part[i].error;
     for (float& error : errors)
         error = std::sqrt(error);
     return errors;

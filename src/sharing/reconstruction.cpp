@@ -268,7 +268,9 @@ class Mixture {
         const float own = (1 + excess) / (variance[kOwn] + kTiny);
         const float error = 1 / (own + shared), weight = shared * error;
         out.correction[i] = difference * error;
-        out.pixels[i] = {weight, sum(weights * m_widths), error / 3, variance[kOwn] / (3 * full)};
+        const float ownError = variance[kOwn] / full;
+        out.pixels[i] = {weight, sum(weights * m_widths), error / 3, ownError / 3,
+                         (sqr(weight) / shared + sqr(1 - weight) * ownError) / 3};
         const Float4 halves = loadFloat4(m_halves.at(i));
         return {-out.correction[i], std::sqrt(error / 3), halves[kOwn] / full,
                 weight * (halves[kOwn] - sum(weights * halves))};
@@ -369,7 +371,7 @@ void LightSharing::Data::shareRareLight(LightPart part, const Mixture& mixture, 
         constexpr float kSamples = 10; // in regions of five (median of eight scenes), which overlap
         const Rgb rareLight = mixture.meanOfLastLane(i) * scale;
         out.correction[i] += rareLight;
-        out.pixels[i].variance += sum(rareLight * rareLight) / (3 * kSamples);
+        out.pixels[i].error += sum(rareLight * rareLight) / (3 * kSamples);
     });
 }
 

@@ -9,10 +9,12 @@ namespace strobe {
 
 /// How a part of the light of a pixel was shared.
 struct PixelSharing {
-    float weight;      ///< of shared estimates, in [0,1]
-    float width;       ///< mean width of their regions in cells
-    float variance;    ///< estimated squared error of the part, mean of the channels
-    float ownVariance; ///< that of the pixel's own estimate
+    float weight; ///< of shared estimates, in [0,1]
+    float width;  ///< mean width of their regions in cells
+    // Estimated squared errors, means of the channels:
+    float variance;    ///< by which the part is mixed: too much where own samples are stratified
+    float ownVariance; ///< of the pixel's own estimate
+    float error;       ///< of the mixture with rare light
 };
 
 /// The reconstruction of one part of the light of an image, by pixel.
