@@ -10,20 +10,7 @@ namespace {
 
 /// A corner with a ball that moves, under a lamp that the camera sees.
 std::string makeScene(int samples) {
-    return R"(
-Film "image" "integer xresolution" 64 "integer yresolution" 48
-Sampler "sobol" "integer pixelsamples" )" +
-           std::to_string(samples) + R"(
-Integrator "path"
-LookAt 0 2 -6  0 1.2 0  0 1 0
-Camera "perspective" "float fov" 50
-WorldBegin
-LightSource "infinite" "rgb L" [.1 .12 .15]
-AttributeBegin
-  Translate 1.2 2.6 0
-  AreaLightSource "diffuse" "rgb L" [40 40 40]
-  Shape "sphere" "float radius" .2
-AttributeEnd
+    return test::lampFrame(64, 48, samples, "path") + R"(
 Material "matte" "rgb Kd" [.8 .7 .5]
 Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 0 2  9 0 2  9 9 2  -9 9 2]

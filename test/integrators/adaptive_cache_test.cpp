@@ -17,20 +17,7 @@ using test::renderInSlices;
 
 /// A diffuse corner with a moving ball under a lamp that the camera sees.
 std::string makeScene(int samples, const std::string& shading) {
-    return R"(
-Film "image" "integer xresolution" 48 "integer yresolution" 36
-Sampler "sobol" "integer pixelsamples" )" +
-           std::to_string(samples) + "\nIntegrator \"" + shading + R"("
-LookAt 0 2 -6  0 1.2 0  0 1 0
-Camera "perspective" "float fov" 50
-WorldBegin
-LightSource "infinite" "rgb L" [.1 .12 .15]
-AttributeBegin
-  Translate 1.2 2.6 0
-  AreaLightSource "diffuse" "rgb L" [40 40 40]
-  Shape "sphere" "float radius" .2
-AttributeEnd
-)" + test::kCorner;
+    return test::lampFrame(48, 36, samples, shading) + test::kCorner;
 }
 
 /// The decision of the pilot does not matter to most tests.

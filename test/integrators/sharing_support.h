@@ -46,6 +46,23 @@ Sampler "sobol" "integer pixelsamples" )" +
            std::to_string(samples) + "\nIntegrator \"directlighting\" \"string strategy\" \"one\"\n";
 }
 
+/// Returns a frame and a world with a lamp that the camera sees, under a faint sky.
+inline std::string lampFrame(int width, int height, int samples, const std::string& shading) {
+    return "Film \"image\" \"integer xresolution\" " + std::to_string(width) + " \"integer yresolution\" " +
+           std::to_string(height) + "\nSampler \"sobol\" \"integer pixelsamples\" " +
+           std::to_string(samples) + "\nIntegrator \"" + shading + R"("
+LookAt 0 2 -6  0 1.2 0  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+LightSource "infinite" "rgb L" [.1 .12 .15]
+AttributeBegin
+  Translate 1.2 2.6 0
+  AreaLightSource "diffuse" "rgb L" [40 40 40]
+  Shape "sphere" "float radius" .2
+AttributeEnd
+)";
+}
+
 /// Returns the mean squared difference of the means of pixels, minus its expected value for equal means.
 inline double squaredBias(const PixelStatistics& biased, const PixelStatistics& reference) {
     double sum = 0;

@@ -148,11 +148,11 @@ TEST(Passes, TheFirstPassHasTheFewestSamplesThatShare) {
 /// An integrator whose state takes a while to begin and to finish.
 class SlowIntegrator : public Integrator {
   public:
-    explicit SlowIntegrator(const Integrator& integrator) : m_integrator(integrator) {}
-    BiasBound biasBound(const Scene& scene) const override { return m_integrator.biasBound(scene); }
+    explicit SlowIntegrator(std::shared_ptr<const Integrator> fast) : m_integrator(std::move(fast)) {}
+    BiasBound biasBound(const Scene& scene) const override { return m_integrator->biasBound(scene); }
     std::unique_ptr<IntegratorState> begin(const Scene& scene, const RenderContext& context) const override {
         std::this_thread::sleep_for(kBegin);
-        return std::make_unique<State>(m_integrator.begin(scene, context));
+        return std::make_unique<State>(m_integrator->begin(scene, context));
     }
 
     static constexpr auto kBegin = 300ms, kFinish = 200ms;
@@ -171,14 +171,18 @@ class SlowIntegrator : public Integrator {
       private:
         std::unique_ptr<IntegratorState> m_state;
     };
-    const Integrator& m_integrator;
+    const std::shared_ptr<const Integrator> m_integrator;
 };
+
+BuiltScene buildWithSlowIntegrator() {
+    BuiltScene built = buildWith("supersample");
+    built.integrator = std::make_shared<SlowIntegrator>(built.integrator);
+    return built;
+}
 
 /// Neither the time that the state takes to begin nor that to finish is that of the samples of a pass.
 TEST(Passes, OnlySamplesTakeTimeInProportionToTheirNumber) {
-    BuiltScene built = buildWith("supersample");
-    const std::shared_ptr<const Integrator> fast = std::exchange(built.integrator, {});
-    built.integrator = std::make_shared<SlowIntegrator>(*fast);
+    const BuiltScene built = buildWithSlowIntegrator();
     Film film = filmOf(built);
     PassGoal goal;
     goal.deadline = Clock::now() + 10 * SlowIntegrator::kBegin;
@@ -204,9 +208,7 @@ TEST(Passes, OnlySamplesTakeTimeInProportionToTheirNumber) {
 
 /// Most of the time is for samples, even if a pass takes less time than to finish the film.
 TEST(Passes, FinishTheFilmNowAndThen) {
-    BuiltScene built = buildWith("supersample");
-    const std::shared_ptr<const Integrator> fast = std::exchange(built.integrator, {});
-    built.integrator = std::make_shared<SlowIntegrator>(*fast);
+    const BuiltScene built = buildWithSlowIntegrator();
     Film film = filmOf(built);
     PassGoal goal;
     goal.deadline = Clock::now() + SlowIntegrator::kBegin + 7 * SlowIntegrator::kFinish;
